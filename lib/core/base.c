@@ -1,0 +1,53 @@
+#include "lib/core/base.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static _Thread_local char failure[1024];
+
+const char *kith_status_text(kith_status status) {
+  static const char *const text[] = {
+#define X(name, words) words,
+      KITH_STATUS_LIST(X)
+#undef X
+  };
+  return (size_t)status < sizeof text / sizeof text[0] ? text[status] : "unknown status";
+}
+
+kith_status kith_fail(kith_status status, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(failure, sizeof failure, format, arguments);
+  va_end(arguments);
+  return status;
+}
+
+const char *kith_failure(void) { return failure; }
+
+kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
+  void *old;
+  memcpy(&old, p, sizeof old);
+  void *fresh = NULL;
+  if (count > 0) {
+    if (count > (SIZE_MAX - 64) / size) KITH_FAIL(NO_MEMORY, "%zu elements of %zu bytes do not fit in memory", count, size);
+    const size_t bytes = (count * size + 63) / 64 * 64;
+    fresh = aligned_alloc(64, bytes);
+    if (fresh == NULL) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);
+    const size_t kept = old == NULL ? 0 : KITH_MIN(keep, count) * size;
+    if (kept > 0) memcpy(fresh, old, kept);
+    memset((char *)fresh + kept, 0, bytes - kept);
+  }
+  free(old);
+  memcpy(p, &fresh, sizeof fresh);
+  return KITH_OK;
+}
+
+void kith_free(void *p) {
+  void *old;
+  memcpy(&old, p, sizeof old);
+  free(old);
+  old = NULL;
+  memcpy(p, &old, sizeof old);
+}

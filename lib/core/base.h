@@ -1,0 +1,70 @@
+/* base.h - what every room shares: dimension, index types, status, error messages, aligned memory.
+ *
+ * Every source below lib, physics, boundaries, integrator and validation is compiled three times, with
+ * KITH_NDIM 1, 2 and 3. A vector is NDIM doubles, a field of vectors is double[n][NDIM], flattened.
+ *
+ * Errors: functions return a kith_status. KITH_FAIL records one line and returns its code; KITH_TRY passes a
+ * failure on. The message is kept per thread, like errno: it is the only state outside of objects. */
+#ifndef KITH_CORE_BASE_H
+#define KITH_CORE_BASE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef KITH_NDIM
+#define KITH_NDIM 3
+#endif
+#define NDIM KITH_NDIM
+
+typedef int32_t kith_index; /* a node of this process: internal or ghost */
+
+/* code, what it means */
+#define KITH_STATUS_LIST(X)                                   \
+  X(OK, "success")                                            \
+  X(NO_MEMORY, "out of memory")                               \
+  X(BAD_INPUT, "the scene or the command line is wrong")      \
+  X(BAD_FILE, "a file cannot be read or written")             \
+  X(STALE, "a structure is older than what it was made from") \
+  X(REACH, "a support outgrew the connectivity")              \
+  X(DIVERGED, "the run left the physical range")              \
+  X(UNSUPPORTED, "not available")                             \
+  X(INTERNAL, "a defect in kith")
+
+typedef enum kith_status {
+#define X(name, text) KITH_##name,
+  KITH_STATUS_LIST(X)
+#undef X
+} kith_status;
+
+const char *kith_status_text(kith_status status);
+
+/* Records the message and returns `status`. The message is one line without a newline. */
+kith_status kith_fail(kith_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The line of the last failure on this thread; empty if there was none. View, valid until the next failure. */
+const char *kith_failure(void);
+
+#define KITH_FAIL(code, ...) return kith_fail(KITH_##code, __VA_ARGS__)
+#define KITH_TRY(call)                                        \
+  do {                                                        \
+    const kith_status kith_try_status_ = (call);              \
+    if (kith_try_status_ != KITH_OK) return kith_try_status_; \
+  } while (0)
+
+/* 64-byte aligned memory. *p is replaced; on failure it is left as it was. New bytes are zero.
+ * `count` elements of `size` bytes, of which the first `keep` elements survive. count 0 frees. */
+kith_status kith_resize(void *p, size_t keep, size_t count, size_t size);
+/* Frees *p and sets it to NULL. Accepts a pointer to NULL. */
+void kith_free(void *p);
+
+#define KITH_MIN(a, b) ((a) < (b) ? (a) : (b))
+#define KITH_MAX(a, b) ((a) > (b) ? (a) : (b))
+
+/* Hot leaf functions carry KITH_HOT: compiled for several instruction sets, picked when the program starts. */
+#if defined(__x86_64__) && !defined(KITH_SANITIZE)
+#define KITH_HOT __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define KITH_HOT
+#endif
+
+#endif

@@ -1,0 +1,63 @@
+/* vec.h - small vectors: NDIM doubles each, as plain arrays. Loops over NDIM unroll. */
+#ifndef KITH_CORE_VEC_H
+#define KITH_CORE_VEC_H
+
+#include <math.h>
+#include "lib/core/base.h"
+
+/* An axis-aligned box; empty if lower > upper on any axis. */
+struct kith_box {
+  double lower[NDIM], upper[NDIM];
+};
+
+static inline double kith_dot(const double *a, const double *b) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) s += a[k] * b[k];
+  return s;
+}
+
+static inline double kith_norm(const double *a) { return sqrt(kith_dot(a, a)); }
+
+/* |a - b|^2 */
+static inline double kith_distance2(const double *a, const double *b) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) s += (a[k] - b[k]) * (a[k] - b[k]);
+  return s;
+}
+
+/* r^NDIM */
+static inline double kith_pow_dim(double r) {
+  double s = r;
+  for (int k = 1; k < NDIM; ++k) s *= r;
+  return s;
+}
+
+/* Volume of the NDIM-ball of radius 1: 2, pi, 4 pi / 3. */
+static inline double kith_ball(void) {
+  return NDIM == 1 ? 2.0 : NDIM == 2 ? 3.14159265358979323846 : 4.18879020478639098462;
+}
+
+static inline struct kith_box kith_box_empty(void) {
+  struct kith_box b;
+  for (int k = 0; k < NDIM; ++k) b.lower[k] = INFINITY, b.upper[k] = -INFINITY;
+  return b;
+}
+
+static inline void kith_box_include(struct kith_box *b, const double *x) {
+  for (int k = 0; k < NDIM; ++k) {
+    b->lower[k] = KITH_MIN(b->lower[k], x[k]);
+    b->upper[k] = KITH_MAX(b->upper[k], x[k]);
+  }
+}
+
+/* Squared distance from x to the box, 0 inside. */
+static inline double kith_box_distance2(const struct kith_box *b, const double *x) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) {
+    const double d = KITH_MAX(KITH_MAX(b->lower[k] - x[k], x[k] - b->upper[k]), 0.0);
+    s += d * d;
+  }
+  return s;
+}
+
+#endif

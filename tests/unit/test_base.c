@@ -1,0 +1,17 @@
+/* Status, messages and aligned memory. */
+#include "tests/check.h"
+#include <string.h>
+
+int main(void) {
+  double *a = NULL;
+  CHECK_OK(kith_resize(&a, 0, 3, sizeof *a));
+  CHECK((uintptr_t)a % 64 == 0 && a[0] == 0 && a[2] == 0);
+  a[0] = 1, a[1] = 2, a[2] = 3;
+  CHECK_OK(kith_resize(&a, 2, 5, sizeof *a));
+  CHECK(a[0] == 1 && a[1] == 2 && a[2] == 0 && a[4] == 0);
+  CHECK_STATUS(KITH_NO_MEMORY, kith_resize(&a, 2, SIZE_MAX / 4, sizeof *a));
+  CHECK(a != NULL && a[1] == 2 && strstr(kith_failure(), "do not fit") != NULL);
+  kith_free(&a);
+  CHECK(a == NULL);
+  return check_failed();
+}

@@ -1,0 +1,51 @@
+/* exact.h - exact solutions a run is compared with: one family, chosen by name from the scene.
+ *
+ * A solution gives the state at a place and a time. Space is always given as x[NDIM]; radial solutions use
+ * r = |x - center|. Members: riemann, sedov, noh, acoustic-wave, uniform. */
+#ifndef KITH_VALIDATION_EXACT_H
+#define KITH_VALIDATION_EXACT_H
+
+#include "lib/core/base.h"
+
+/* What every solution yields; energy is per unit mass, without kinetic energy. */
+struct kith_exact_state {
+  double density, velocity[NDIM], pressure, energy;
+};
+
+/* All parameters of all members; a member reads those it documents and ignores the rest. */
+struct kith_exact_parameters {
+  double gamma[2];           /* ratio of specific heats: left and right of a Riemann problem, else [0] */
+  double density[2];         /* left and right, else [0]: undisturbed */
+  double velocity[2];        /* riemann: along axis 0, left and right; noh: inflow speed in [0] (> 0, inward) */
+  double uniform_velocity[NDIM]; /* uniform, acoustic-wave: bulk velocity */
+  double pressure[2];        /* left and right, else [0]: undisturbed */
+  double interface_position; /* riemann: x[0] of the jump at t = 0 */
+  double blast_energy;       /* sedov: total energy on all sides of the center */
+  double center[NDIM];       /* sedov, noh */
+  double amplitude;          /* acoustic-wave: relative density amplitude */
+  double wavelength;         /* acoustic-wave: along axis 0 */
+  double origin;             /* acoustic-wave: x[0] where the phase is 0 at t = 0 */
+};
+
+struct kith_exact_ops {
+  const char *name, *doc;
+  /* *self owned by the caller, freed by destroy. BAD_INPUT with the parameter's name if out of range. */
+  kith_status (*create)(void **self, const struct kith_exact_parameters *parameters);
+  void (*destroy)(void **self);
+  /* State at x[NDIM] and time >= 0. Cheap (a table look-up or a closed form): called once per node. */
+  void (*state)(const void *self, const double *x, double time, struct kith_exact_state *out);
+  /* Radius (or position along axis 0) of the leading shock at `time`; NULL if there is none. */
+  double (*shock)(const void *self, double time);
+};
+
+#define KITH_EXACT_LIST(X) X(riemann) X(sedov) X(noh) X(acoustic_wave) X(uniform)
+#define X(name) extern const struct kith_exact_ops kith_exact_##name;
+KITH_EXACT_LIST(X)
+#undef X
+
+/* The member called `name` ('-' and '_' are the same), or NULL. */
+const struct kith_exact_ops *kith_exact_find(const char *name);
+/* All members, ended by NULL. */
+const struct kith_exact_ops *const *kith_exact_all(void);
+
+#endif
