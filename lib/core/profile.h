@@ -1,0 +1,58 @@
+/* profile.h - named, nested timers with counters: every stage of the lifecycle and every pass of a package.
+ *
+ *   kith_profile_begin(p, "connectivity");
+ *     kith_profile_begin(p, "rows");  ...  kith_profile_end(p);
+ *   kith_profile_end(p);
+ *
+ * A stage is known by its path ("step/connectivity/rows"). begin and end are called by the first thread, outside
+ * of parallel regions; inside one, each thread reports its busy time with kith_profile_thread, from which the
+ * imbalance follows. A NULL profile is allowed everywhere and costs nothing. Names are string constants (borrowed). */
+#ifndef KITH_CORE_PROFILE_H
+#define KITH_CORE_PROFILE_H
+
+#include <stdio.h>
+#include "lib/core/base.h"
+
+struct kith_profile; /* opaque */
+
+struct kith_stage {
+  const char *path; /* "step/connectivity/rows" */
+  const char *name; /* last part of the path */
+  int depth;        /* 0 for a root */
+  int parent;       /* index of the parent stage, -1 for a root */
+  uint64_t calls;
+  double seconds;      /* wall, children included */
+  double self_seconds; /* wall, children left out */
+  double imbalance;    /* max over mean of the threads' busy time, 1 is perfect; 0 if not reported */
+};
+
+struct kith_counter {
+  const char *name; /* "candidates", "pairs", ... */
+  int stage;        /* where it was counted, -1: outside of any */
+  double total;
+};
+
+/* `trace`: keep every begin and end as an event, for kith_profile_write_trace. */
+kith_status kith_profile_create(struct kith_profile **out, int threads, bool trace);
+void kith_profile_destroy(struct kith_profile **profile);
+
+void kith_profile_begin(struct kith_profile *profile, const char *name);
+void kith_profile_end(struct kith_profile *profile);
+/* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that thread. */
+void kith_profile_thread(struct kith_profile *profile, int thread, double start, double stop);
+/* Adds to a counter of the present stage. */
+void kith_profile_count(struct kith_profile *profile, const char *counter, double amount);
+
+/* Views in tree order (children behind their parent), valid until the next begin. */
+int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out);
+int kith_profile_counters(const struct kith_profile *profile, const struct kith_counter **out);
+
+/* Table: calls, seconds, share of the root, ns per `node_steps`, imbalance; counters behind their stage. */
+void kith_profile_print(const struct kith_profile *profile, FILE *out, double node_steps);
+/* Trace events (JSON array format; Perfetto and a browser's tracing page open it), one row per thread. */
+kith_status kith_profile_write_trace(const struct kith_profile *profile, const char *path);
+
+/* Seconds of a monotonic clock. */
+double kith_seconds(void);
+
+#endif

@@ -1,0 +1,101 @@
+/* search.h - neighbor search: from nodes to candidates. One family: tree, grid, brute.
+ *
+ * A search is made from all nodes (internal and ghosts) with a radius each (their `reach`). It answers in three stages:
+ *   masters   groups of nodes that are close together; every internal node is master in exactly one group
+ *             (a group holds internal nodes only, or ghosts only)
+ *   coarse    for a box of masters and their largest radius: runs of nodes that may interact with any of them
+ *   refined   for one master: the candidates that pass the box test of the mode exactly (search_refine)
+ * The last word on significance, |x_ij| <= R_i or <= R_j, is the connectivity's.
+ *
+ * Slot order: every search keeps its nodes in an order of its own, in which the members of a cell are contiguous, with
+ * coordinates and squared radii packed by slot, so that candidates are streamed and not gathered. A run is a range of slots.
+ * Within equal cells slots ascend in node index. Candidates are a superset; nothing within reach is ever missing,
+ * wherever the nodes are: outside the box too, at equal places, at non-uniform radii.
+ *
+ *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either */
+#ifndef KITH_NEIGHBOR_SEARCH_H
+#define KITH_NEIGHBOR_SEARCH_H
+
+#include "lib/core/vec.h"
+#include "lib/nodes/nodes.h"
+
+enum kith_search_mode { KITH_GATHER, KITH_SCATTER, KITH_GATHER_SCATTER };
+
+/* Slots first .. first + count - 1. */
+struct kith_run {
+  kith_index first, count;
+};
+
+/* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own. */
+struct kith_runs {
+  int n, capacity;
+  struct kith_run *run; /* owned */
+};
+kith_status kith_runs_add(struct kith_runs *runs, kith_index first, kith_index count);
+/* Sorts by slot and merges; for searches that find their cells in another order. */
+void kith_runs_sort(struct kith_runs *runs);
+void kith_runs_clear(struct kith_runs *runs); /* frees */
+
+struct kith_search;
+
+struct kith_search_ops {
+  const char *name, *doc;
+  /* Required. Private state in search->self. */
+  kith_status (*create)(struct kith_search *search);
+  void (*destroy)(struct kith_search *search);
+  /* Builds from nodes 0 .. search->n - 1; fills slot arrays and groups. */
+  kith_status (*update)(struct kith_search *search);
+  /* Appends the runs that may interact with a box of masters of largest radius `radius`. Thread-safe. */
+  kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
+                        enum kith_search_mode mode, struct kith_runs *runs);
+  /* Optional. Nodes were added behind the others (ghosts); NULL: update. */
+  kith_status (*append)(struct kith_search *search, kith_index old_n);
+  /* Optional. Only these nodes moved or changed their radius; NULL: update. */
+  kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
+  size_t (*bytes)(const struct kith_search *search); /* private state */
+};
+
+struct kith_search {
+  const struct kith_search_ops *ops;
+  void *self;
+  /* What it was made from. */
+  const struct kith_nodes *nodes; /* borrowed */
+  kith_index n;                   /* nodes seen: internal and ghosts */
+  uint64_t positions, ghosts;     /* generations */
+  /* Slot order. */
+  kith_index capacity;
+  kith_index *node;        /* [n] node of a slot */
+  double *coordinate[NDIM]; /* [n] by slot */
+  double *radius2;         /* [n] squared reach by slot */
+  /* Masters: runs of slots; every internal node in exactly one group. */
+  int n_groups, groups_capacity;
+  struct kith_run *group;
+};
+
+#define KITH_SEARCH_LIST(X) X(tree) X(grid) X(brute)
+#define X(name) extern const struct kith_search_ops kith_search_##name;
+KITH_SEARCH_LIST(X)
+#undef X
+const struct kith_search_ops *kith_search_find(const char *name);      /* NULL if there is none */
+const struct kith_search_ops *const *kith_search_all(void);            /* ended by NULL */
+
+kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops, const struct kith_nodes *nodes);
+void kith_search_destroy(struct kith_search **search);
+
+/* Sees all nodes as they are now: position, reach. */
+kith_status kith_search_update(struct kith_search *search);
+/* Sees the nodes that were added behind those of the last update (ghosts); the others must not have moved. */
+kith_status kith_search_append(struct kith_search *search);
+/* Sees that these nodes moved or changed their reach, and no other. */
+kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes, kith_index count);
+/* STALE unless the search saw the nodes' present generations. */
+kith_status kith_search_fresh(const struct kith_search *search);
+
+/* Candidates at any position (no node needed) with radius `radius`: coarse, then refined by the exact distance test of
+ * the mode. Node indices, ascending, into *found (kith_resize memory, grown as needed, *capacity with it). */
+kith_status kith_search_at(const struct kith_search *search, const double *x, double radius, enum kith_search_mode mode,
+                           kith_index **found, kith_index *capacity, kith_index *count);
+
+size_t kith_search_bytes(const struct kith_search *search);
+
+#endif

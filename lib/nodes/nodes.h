@@ -1,0 +1,142 @@
+/* nodes.h - node lists and their fields: one index space for all of them.
+ *
+ *   [ list 0 internal | list 1 internal | ... | ghosts, block by block in creation order ]
+ *     0 ............................. n_internal .......................... n_internal + n_ghost
+ *
+ * A pair is two indices and a field is one array. A node list is one material; `first` and `count` recover the
+ * place of a list, `list[i]` the list of a node. Nodes keep a 64-bit global id for life.
+ *
+ * A field is registered once, with its name, kind, type and role; deleting, reordering, resizing, ghosts, checkpoint and
+ * snapshot act on all registered fields, and nobody keeps a second list of them. Arrays are [n][components],
+ * 64-byte aligned; they move when the nodes are resized, so hold the `struct kith_field *`, not its data.
+ *
+ * Generations: a counter for positions, one for ghosts; what is made from them stores the value it was made from,
+ * and using it with another value is KITH_STALE. */
+#ifndef KITH_NODES_NODES_H
+#define KITH_NODES_NODES_H
+
+#include "lib/core/base.h"
+
+enum { KITH_MAX_LISTS = 64, KITH_MAX_FIELDS = 96 };
+
+/* How a value changes when its node is mirrored or shifted, and how many components it has. */
+enum kith_kind {
+  KITH_SCALAR,   /* 1; unchanged */
+  KITH_VECTOR,   /* NDIM; the component along a mirrored axis flips */
+  KITH_TENSOR,   /* NDIM*NDIM, [row][column]; flips once for each index along a mirrored axis */
+  KITH_POSITION, /* NDIM; mirrored and shifted */
+};
+enum kith_type { KITH_F64, KITH_I64, KITH_U8 };
+enum kith_role {
+  KITH_STATE,   /* evolves: in checkpoint */
+  KITH_DERIVED, /* follows from the state: recomputed after a restart */
+  KITH_WORK,    /* lives inside a step */
+};
+
+struct kith_field_spec {
+  const char *name;   /* unique; [a-z_]+ ; borrowed: a string constant */
+  enum kith_kind kind;
+  enum kith_type type; /* other than F64 only for scalars */
+  enum kith_role role;
+  const char *output; /* snapshot data set, NULL: not in snapshots */
+  const char *doc;
+};
+
+struct kith_field {
+  struct kith_field_spec spec;
+  int components;
+  union { /* [capacity][components] */
+    double *f64;
+    int64_t *i64;
+    uint8_t *u8;
+    void *data;
+  };
+};
+
+struct kith_node_list {
+  char name[32]; /* the material */
+  kith_index first, count;
+};
+
+/* The image of a control node: x_ghost[a] = sign[a] * x_control[a] + shift[a], sign = 1 or -1. */
+struct kith_image {
+  double sign[NDIM], shift[NDIM];
+};
+
+enum kith_ghost_kind {
+  KITH_GHOST_IMAGE,  /* values follow the control node through `image` */
+  KITH_GHOST_FROZEN, /* values stay; every ghost is its own control */
+};
+
+/* Ghosts of one boundary, one list and one image, contiguous from `first`; control[k] < first + k. */
+struct kith_ghost_block {
+  enum kith_ghost_kind kind;
+  int boundary; /* its place in the list of boundaries */
+  int list;
+  kith_index first, count;
+  kith_index *control; /* [count], owned; NULL for frozen ghosts */
+  struct kith_image image;
+};
+
+struct kith_nodes {
+  int n_lists;
+  struct kith_node_list lists[KITH_MAX_LISTS];
+  kith_index n_internal, n_ghost, capacity;
+
+  int n_fields;
+  struct kith_field *fields[KITH_MAX_FIELDS]; /* owned; registration order */
+  /* Always there: */
+  struct kith_field *position; /* KITH_POSITION, state */
+  struct kith_field *support;  /* H: radius of the kernel's support, state */
+  struct kith_field *reach;    /* R >= 0: radius that the connectivity is built with, work; see connectivity.h */
+  struct kith_field *id;       /* I64, state: global, unique, never changes */
+  struct kith_field *list;     /* U8, derived: the node's list, ghosts too */
+
+  int n_blocks, blocks_capacity;
+  struct kith_ghost_block *blocks; /* creation order */
+
+  /* Generations. */
+  uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
+  uint64_t ghosts;    /* created, dropped, culled; internal nodes deleted, added, reordered */
+};
+
+/* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are registered. */
+kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names);
+void kith_nodes_destroy(struct kith_nodes **nodes);
+
+static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) { return nodes->n_internal + nodes->n_ghost; }
+
+/* Registers a field, zero for all nodes. INTERNAL if the name is taken with another specification;
+ * the same specification again gives the same field. *out is a view: the nodes own it. */
+kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec, struct kith_field **out);
+/* The field called `name`, or NULL. View. */
+struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
+
+/* Room for `capacity` nodes in all fields. Values of present nodes are kept. */
+kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity);
+/* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
+ * Later lists move up. *first is the index of the first new node. */
+kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index count, kith_index *first);
+/* Deletes the internal nodes whose dead[i] != 0 (length n_internal); ghosts are dropped first. Order is kept. */
+kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead);
+/* New internal node k is old node order[k]: a permutation that keeps every node in its list. Ghosts are dropped. */
+kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order);
+/* The permutation that sorts each list by space-filling curve (key, then id) of `position` in `lower..upper`.
+ * order[n_internal], written. *sorted: the nodes are in this order already. */
+kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
+                                   kith_index *order, bool *sorted);
+
+/* Ghosts. Drop all; append one block (control is taken over: owned by the nodes from here on, also on failure). */
+void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
+/* block->first is set here. Image ghosts get all fields through their image; frozen ones are left for the caller to fill. */
+kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
+/* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these fields.
+ * Bitwise the same for any number of threads. */
+void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
+/* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is kept.
+ * renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept. */
+kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber);
+
+size_t kith_nodes_bytes(const struct kith_nodes *nodes);
+
+#endif
