@@ -9,9 +9,9 @@
  *                 Ghost-ghost pairs exist if and only if ghost_rows is required.
  *   of_row        for each entry of the rows, the pair it belongs to; made if pairs are required.
  *   f_couple      one factor per pair, NULL until someone needs it (then 1); a package may cut a pair with 0.
- *   overlap       row i: all neighbors of i, and every j that is a scatter neighbor of a gather neighbor of i or the
- *                 other way round: there is k with |x_ik| <= R_k' ... exactly: exists k (k may be i or j) such that
- *                 |x_ik| <= R_i ... see overlap.h for the definition that the oracle tests.
+ *   overlap       row i: all neighbors of i, and every j whose support shares a node with i's: there is a node k (internal or
+ *                 ghost, also i or j) with |x_i - x_k| <= R_i and |x_j - x_k| <= R_j. Symmetric, self excluded, ascending.
+ *                 Stored for the nodes that have rows. Complete if ghosts reach twice as far (boundary.h, f = 2).
  *   intersection  of a pair: the nodes that are neighbors of both ends, and both ends; optionally only those whose closest
  *                 point on the segment from i to j lies strictly between the ends. Ascending.
  *
