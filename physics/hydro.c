@@ -1,0 +1,89 @@
+#include "physics/hydro.h"
+
+#include <math.h>
+#include "lib/core/vec.h"
+
+kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) {
+  const struct {
+    struct kith_field_spec spec;
+    struct kith_field **field;
+  } table[] = {
+      {{"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "mass of the node"}, &hydro->mass},
+      {{"velocity", KITH_VECTOR, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
+      {{"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"}, &hydro->energy},
+      {{"density", KITH_SCALAR, KITH_F64, KITH_STATE, "Density", "mass per unit volume"}, &hydro->density},
+      {{"pressure", KITH_SCALAR, KITH_F64, KITH_STATE, "Pressure", "pressure"}, &hydro->pressure},
+      {{"sound_speed", KITH_SCALAR, KITH_F64, KITH_STATE, "SoundSpeed", "adiabatic sound speed"}, &hydro->sound_speed},
+      {{"acceleration", KITH_VECTOR, KITH_F64, KITH_STATE, "Accelerations", "dv/dt"}, &hydro->acceleration},
+      {{"energy_rate", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "du/dt"}, &hydro->energy_rate},
+  };
+  hydro->nodes = nodes;
+  for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
+    KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
+  return KITH_OK;
+}
+
+void kith_hydro_close(const struct kith_hydro *hydro) {
+  for (int l = 0; l < hydro->nodes->n_lists; ++l) {
+    const struct kith_node_list *list = &hydro->nodes->lists[l];
+    const struct kith_material *material = &hydro->material[l];
+    const kith_index f = list->first;
+    material->eos->state(&material->parameters, list->count, hydro->density->f64 + f, hydro->energy->f64 + f,
+                         hydro->pressure->f64 + f, hydro->sound_speed->f64 + f);
+  }
+}
+
+/* The first thing that is wrong with node i, or NULL. */
+static const char *unphysical(const struct kith_hydro *hydro, kith_index i, bool energy_positive) {
+  double moving = 0;
+  for (int a = 0; a < NDIM; ++a)
+    moving += fabs(hydro->nodes->position->f64[i * NDIM + a]) + fabs(hydro->velocity->f64[i * NDIM + a]) +
+              fabs(hydro->acceleration->f64[i * NDIM + a]);
+  if (!isfinite(moving)) return "its position, velocity or acceleration is not finite";
+  if (!isfinite(hydro->energy->f64[i])) return "its energy is not finite";
+  if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i])) return "its density is not a positive number";
+  if (energy_positive && hydro->energy->f64[i] < 0) return "its energy is negative";
+  return NULL;
+}
+
+kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
+  const struct kith_nodes *nodes = hydro->nodes;
+  kith_index first = nodes->n_internal;
+#pragma omp parallel for schedule(static) reduction(min : first)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (unphysical(hydro, i, hydro->material[nodes->list->u8[i]].eos->energy_positive) != NULL) first = KITH_MIN(first, i);
+  if (first == nodes->n_internal) return KITH_OK;
+  const bool positive = hydro->material[nodes->list->u8[first]].eos->energy_positive;
+  const double *x = nodes->position->f64 + first * NDIM;
+  KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)", (long long)nodes->id->i64[first], x[0],
+            NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0, unphysical(hydro, first, positive),
+            hydro->density->f64[first], hydro->energy->f64[first]);
+}
+
+enum { BLOCK = 4096, SUMS = 4 + NDIM };
+
+static void sum_block(const struct kith_hydro *hydro, kith_index begin, kith_index end, double *sums) {
+  for (kith_index i = begin; i < end; ++i) {
+    const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
+    sums[0] += m;
+    sums[1] += 0.5 * m * v2;
+    sums[2] += m * hydro->energy->f64[i];
+    sums[3] += m * sqrt(v2);
+    for (int a = 0; a < NDIM; ++a) sums[4 + a] += m * v[a];
+  }
+}
+
+struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
+  const kith_index n = hydro->nodes->n_internal, blocks = (n + BLOCK - 1) / BLOCK;
+  double total[SUMS] = {0};
+#pragma omp parallel for ordered schedule(static, 1)
+  for (kith_index b = 0; b < blocks; ++b) {
+    double sums[SUMS] = {0};
+    sum_block(hydro, b * BLOCK, KITH_MIN(n, (b + 1) * BLOCK), sums);
+#pragma omp ordered
+    for (int k = 0; k < SUMS; ++k) total[k] += sums[k];
+  }
+  struct kith_totals t = {.mass = total[0], .kinetic = total[1], .internal = total[2], .momentum_scale = total[3]};
+  for (int a = 0; a < NDIM; ++a) t.momentum[a] = total[4 + a];
+  return t;
+}

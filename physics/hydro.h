@@ -1,0 +1,42 @@
+/* hydro.h - the state that every hydro package shares: fields over the nodes, an equation of state per node list.
+ *
+ * State: position, velocity, energy (specific internal), mass, support H.
+ * Derived by a package: density, pressure, sound speed. Rates: acceleration, energy_rate.
+ * The pressure and the sound speed of internal nodes come from kith_hydro_close; ghosts get theirs by refresh. */
+#ifndef KITH_PHYSICS_HYDRO_H
+#define KITH_PHYSICS_HYDRO_H
+
+#include "lib/nodes/nodes.h"
+#include "physics/eos.h"
+
+struct kith_material {
+  const struct kith_eos_ops *eos;
+  struct kith_eos_parameters parameters;
+};
+
+struct kith_hydro {
+  struct kith_nodes *nodes;                       /* borrowed */
+  struct kith_material material[KITH_MAX_LISTS];  /* of each node list; its name is the list's */
+  struct kith_field *mass, *velocity, *energy;    /* state */
+  struct kith_field *density, *pressure, *sound_speed;
+  struct kith_field *acceleration, *energy_rate;  /* state: the next step starts from them */
+};
+
+/* Registers the fields. The materials are the caller's to fill. */
+kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
+
+/* Pressure and sound speed of all internal nodes from density and energy. */
+void kith_hydro_close(const struct kith_hydro *hydro);
+
+/* Stops a run that left the physical range: DIVERGED names the first internal node with a value that is not finite, or a negative
+ * energy where the equation of state forbids it. */
+kith_status kith_hydro_physical(const struct kith_hydro *hydro);
+
+/* Sums over internal nodes, in fixed blocks: the same for any number of threads. */
+struct kith_totals {
+  double mass, kinetic, internal, momentum[NDIM];
+  double momentum_scale; /* sum m |v|: what a drift of the momentum is measured by */
+};
+struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro);
+
+#endif
