@@ -1,0 +1,173 @@
+#include "integrator/integrator.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_GROWTHS = 40 };
+
+kith_status kith_integrator_init(struct kith_integrator *it) {
+  const struct kith_field_spec energy = {"energy_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "energy where the kick started"};
+  const struct kith_field_spec position = {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position where the step started"};
+  KITH_TRY(kith_nodes_field(it->nodes, &energy, &it->energy_base));
+  if (it->scheme->evaluations != 1 || it->scheme == &kith_scheme_cheap_rk2)
+    KITH_TRY(kith_nodes_field(it->nodes, &position, &it->position_base));
+  if (kith_rebuilds_lasting(it->rebuilds)) {
+    const struct kith_field_spec built = {"built_position", KITH_POSITION, KITH_F64, KITH_STATE, NULL, "position the lists were made from"};
+    const struct kith_field_spec reach = {"built_reach", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "reach the lists were made with"};
+    KITH_TRY(kith_nodes_field(it->nodes, &built, &it->built_position));
+    KITH_TRY(kith_nodes_field(it->nodes, &reach, &it->built_reach));
+  }
+  return KITH_OK;
+}
+
+void kith_integrator_clear(struct kith_integrator *it) {
+  kith_free(&it->keep);
+  kith_free(&it->renumber);
+}
+
+void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from) {
+  const kith_index n = nodes->n_internal * to->components;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index k = 0; k < n; ++k) to->f64[k] = from->f64[k];
+}
+
+void kith_kick_velocity(struct kith_integrator *it, double dt) {
+  const kith_index n = it->nodes->n_internal * NDIM;
+  double *restrict v = it->hydro->velocity->f64;
+  const double *restrict a = it->hydro->acceleration->f64;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index k = 0; k < n; ++k) v[k] += dt * a[k];
+}
+
+void kith_kick_energy(struct kith_integrator *it, double dt) {
+  double *restrict u = it->hydro->energy->f64;
+  const double *restrict rate = it->hydro->energy_rate->f64;
+  const double *restrict slope = it->package->energy_slope != NULL ? it->package->energy_slope->f64 : NULL;
+  const double late = it->kicked + 0.5 * dt;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * (rate[i] + (slope != NULL ? late * slope[i] : 0));
+  it->kicked += dt;
+}
+
+void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, double dt) {
+  double *restrict x = it->nodes->position->f64, *restrict h = it->nodes->support->f64;
+  const double *restrict v = velocity->f64, *restrict expansion = it->package->expansion->f64;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    for (int a = 0; a < NDIM; ++a) x[(size_t)i * NDIM + a] += dt * v[(size_t)i * NDIM + a];
+    h[i] *= exp(fmax(-0.2, fmin(0.2, dt * expansion[i] / NDIM)));
+  }
+  it->nodes->positions += 1;
+}
+
+/* Stages only refresh ghost values. */
+static void refresh(struct kith_integrator *it) {
+  struct kith_field *const fields[] = {it->nodes->position, it->nodes->support, it->hydro->velocity, it->hydro->energy};
+  kith_profile_begin(it->profile, "refresh");
+  kith_nodes_refresh_ghosts(it->nodes, fields, 4);
+  kith_profile_end(it->profile);
+  it->ledger.refreshes += 1;
+}
+
+static kith_status run_lifecycle(struct kith_integrator *it, const char *reason) {
+  kith_profile_begin(it->profile, "lifecycle");
+  const kith_status status = kith_lifecycle(it, reason);
+  kith_profile_end(it->profile);
+  return status;
+}
+
+static kith_status run_package(struct kith_integrator *it) {
+  kith_profile_begin(it->profile, it->package->ops->name);
+  const kith_status status = it->package->ops->evaluate(it->package, it->connectivity);
+  kith_profile_end(it->profile);
+  return status;
+}
+
+kith_status kith_integrator_rates(struct kith_integrator *it) {
+  const char *reason;
+  kith_profile_begin(it->profile, "due");
+  kith_status status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
+  kith_profile_end(it->profile);
+  KITH_TRY(status);
+  if (reason != NULL) KITH_TRY(run_lifecycle(it, reason));
+  else refresh(it);
+  /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
+  for (int growth = 0; (status = run_package(it)) == KITH_REACH; ++growth) {
+    if (growth == MAX_GROWTHS) KITH_FAIL(DIVERGED, "a support does not converge: %s after %d rebuilds", kith_failure(), growth);
+    it->ledger.support_rebuilds += 1;
+    KITH_TRY(run_lifecycle(it, "support"));
+  }
+  return status;
+}
+
+static kith_status after_rates(struct kith_integrator *it) {
+  kith_profile_begin(it->profile, "control");
+  const kith_status status = kith_hydro_physical(it->hydro);
+  it->vote = it->package->ops->vote(it->package, it->cfl);
+  kith_profile_end(it->profile);
+  return status;
+}
+
+kith_status kith_integrator_start(struct kith_integrator *it) {
+  kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
+  it->kicked = 0;
+  KITH_TRY(kith_integrator_rates(it));
+  KITH_TRY(after_rates(it));
+  it->vote.dt *= 0.1; /* a first step from cold gas is too long: nothing has told the neighbors yet */
+  return KITH_OK;
+}
+
+/* What the lists were made from, then the present. */
+kith_status kith_integrator_resume(struct kith_integrator *it) {
+  if (it->built_position == NULL) return KITH_OK;
+  struct kith_field *position = it->position_base != NULL ? it->position_base : it->package->velocity_base;
+  kith_field_copy(it->nodes, position, it->nodes->position);
+  kith_field_copy(it->nodes, it->energy_base, it->nodes->support);
+  kith_field_copy(it->nodes, it->nodes->position, it->built_position);
+  const int reorder_every = it->reorder_every;
+  const double skin = it->skin;
+  const uint64_t since = it->since_reorder;
+  kith_field_copy(it->nodes, it->nodes->support, it->built_reach);
+  it->reorder_every = 0, it->skin = 0;
+  const kith_status status = run_lifecycle(it, "first build");
+  it->reorder_every = reorder_every, it->skin = skin, it->since_reorder = since;
+  kith_field_copy(it->nodes, it->nodes->position, position);
+  kith_field_copy(it->nodes, it->nodes->support, it->energy_base);
+  it->nodes->positions += 1;
+  return status;
+}
+
+/* The next step: the vote, no more than a quarter longer than the last, and landing on `until`. */
+static double next_dt(struct kith_integrator *it, double until) {
+  double dt = it->fixed_dt > 0 ? it->fixed_dt : it->vote.dt;
+  if (it->fixed_dt <= 0 && it->dt > 0 && dt > 1.25 * it->dt) {
+    dt = 1.25 * it->dt;
+    it->vote = (struct kith_vote){dt, -1, "growth"};
+  }
+  const double left = until - it->time;
+  if (dt >= left) dt = left;
+  else if (dt > 0.5 * left) dt = 0.5 * left; /* two equal steps instead of one and a crumb */
+  if (dt < it->vote.dt && it->fixed_dt <= 0) it->vote = (struct kith_vote){dt, -1, "end"};
+  return dt;
+}
+
+kith_status kith_integrator_step(struct kith_integrator *it, double until) {
+  const double dt = next_dt(it, until);
+  if (!(dt > 0) || !isfinite(dt) || it->time + 1e-3 * dt == it->time)
+    KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time, (long long)it->vote.node,
+              it->vote.reason);
+  kith_profile_begin(it->profile, "step");
+  kith_status status = it->scheme->step(it, dt);
+  if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true);
+  if (status == KITH_OK) status = after_rates(it);
+  kith_profile_end(it->profile);
+  KITH_TRY(status);
+  it->time = dt >= until - it->time ? until : it->time + dt;
+  it->dt = dt;
+  it->step += 1;
+  return KITH_OK;
+}
+
+size_t kith_integrator_bytes(const struct kith_integrator *it) {
+  return it->keep_capacity + it->renumber_capacity * sizeof *it->renumber;
+}

@@ -1,0 +1,146 @@
+/* The lifecycle of connectivity, in the order in which it happens. */
+#include <math.h>
+#include <string.h>
+#include "integrator/integrator.h"
+
+/* Nothing is built that no one asked for. */
+static struct kith_requirements requirements(const struct kith_integrator *it) {
+  return kith_requirements_or((struct kith_requirements){.rows = true}, it->package->ops->requirements(it->package));
+}
+
+/* The radius that lists are made with: the support and a skin. */
+static void set_reach(const struct kith_integrator *it) {
+  const struct kith_nodes *nodes = it->nodes;
+  const double factor = 1 + it->skin;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) nodes->reach->f64[i] = factor * nodes->support->f64[i];
+}
+
+/* Keeps nodes that are close in space close in memory. Due only every so many lifecycles, and done only if the order is lost. */
+static kith_status reorder(struct kith_integrator *it) {
+  if (it->reorder_every == 0 || it->since_reorder++ % (uint64_t)it->reorder_every != 0) return KITH_OK;
+  kith_index *order = NULL;
+  bool sorted;
+  kith_profile_begin(it->profile, "reorder");
+  kith_status status = kith_resize(&order, 0, (size_t)it->nodes->n_internal, sizeof *order);
+  if (status == KITH_OK) status = kith_nodes_curve_order(it->nodes, it->domain.lower, it->domain.upper, order, &sorted);
+  if (status == KITH_OK && !sorted) {
+    status = kith_nodes_reorder(it->nodes, order);
+    it->ledger.reorders += 1;
+  }
+  kith_free(&order);
+  kith_profile_end(it->profile);
+  return status;
+}
+
+static kith_status ghosts(struct kith_integrator *it) {
+  kith_profile_begin(it->profile, "ghosts");
+  const kith_status status = kith_boundaries_ghosts(it->boundaries, it->nodes, it->need.overlap ? 2 : 1, it->profile);
+  kith_profile_end(it->profile);
+  KITH_TRY(status);
+  for (int b = 0; b < it->nodes->n_blocks; ++b)
+    it->ledger.boundary[it->nodes->blocks[b].boundary].created += (uint64_t)it->nodes->blocks[b].count;
+  it->ledger.created += (uint64_t)it->nodes->n_ghost;
+  return KITH_OK;
+}
+
+static kith_status neighbors(struct kith_integrator *it) {
+  kith_profile_begin(it->profile, "neighbors");
+  const kith_status status = kith_search_update(it->search);
+  kith_profile_end(it->profile);
+  return status;
+}
+
+static kith_status connectivity(struct kith_integrator *it) {
+  kith_profile_begin(it->profile, "connectivity");
+  const kith_status status =
+      kith_connectivity_build(it->connectivity, it->nodes, it->search, it->need, it->excluders, it->profile);
+  kith_profile_count(it->profile, "candidates", (double)it->connectivity->candidates);
+  kith_profile_end(it->profile);
+  it->ledger.candidates += it->connectivity->candidates;
+  return status;
+}
+
+/* Ghosts that no internal node needs go, unless rows of ghosts or overlap are wanted. */
+static bool may_cull(const struct kith_integrator *it) {
+  return it->cull && !it->need.ghost_rows && !it->need.overlap && it->nodes->n_ghost > 0;
+}
+
+/* *culled: the lists must be patched with it->renumber. */
+static kith_status cull(struct kith_integrator *it, bool *culled) {
+  struct kith_nodes *nodes = it->nodes;
+  const size_t ghosts_before = (size_t)nodes->n_ghost, all = (size_t)kith_nodes_count(nodes);
+  *culled = false;
+  if (!may_cull(it)) return KITH_OK;
+  if (it->keep_capacity < ghosts_before) {
+    it->keep_capacity = ghosts_before + ghosts_before / 4;
+    KITH_TRY(kith_resize(&it->keep, 0, it->keep_capacity, 1));
+  }
+  if (it->renumber_capacity < all) {
+    it->renumber_capacity = all + all / 16;
+    KITH_TRY(kith_resize(&it->renumber, 0, it->renumber_capacity, sizeof *it->renumber));
+  }
+  kith_profile_begin(it->profile, "cull");
+  memset(it->keep, 0, ghosts_before);
+  kith_connectivity_mark_ghosts(it->connectivity, nodes, it->keep);
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
+      memset(it->keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
+  }
+  const kith_status status = kith_nodes_cull_ghosts(nodes, it->keep, it->renumber);
+  kith_profile_count(it->profile, "culled", (double)ghosts_before - (double)nodes->n_ghost);
+  kith_profile_end(it->profile);
+  KITH_TRY(status);
+  it->ledger.culled += ghosts_before - (uint64_t)nodes->n_ghost;
+  *culled = (size_t)nodes->n_ghost < ghosts_before;
+  return KITH_OK;
+}
+
+static kith_status patch(struct kith_integrator *it, kith_index before) {
+  kith_profile_begin(it->profile, "patch");
+  const kith_status status = kith_connectivity_patch(it->connectivity, it->nodes, it->renumber, before);
+  kith_profile_end(it->profile);
+  return status;
+}
+
+/* Stamps, snapshots of the policies, the ledger. */
+static kith_status ready(struct kith_integrator *it, const char *reason) {
+  struct kith_ledger *ledger = &it->ledger;
+  const struct kith_connectivity *c = it->connectivity;
+  ledger->kept += (uint64_t)it->nodes->n_ghost;
+  for (int b = 0; b < it->nodes->n_blocks; ++b)
+    ledger->boundary[it->nodes->blocks[b].boundary].kept += (uint64_t)it->nodes->blocks[b].count;
+  for (int b = 0; b < it->boundaries->n; ++b)
+    ledger->boundary[b].culled = ledger->boundary[b].created - ledger->boundary[b].kept;
+  ledger->lifecycles += 1;
+  ledger->last_entries = c->rows.n > 0 ? c->rows.first[c->rows.n] : 0;
+  ledger->last_pairs = c->pairs.n;
+  ledger->row_entries += ledger->last_entries;
+  ledger->pairs += ledger->last_pairs;
+  ledger->ghosts = it->nodes->n_ghost;
+  if (strcmp(reason, "first build") == 0) ledger->because[0] += 1;
+  for (int k = 0; kith_rebuild_all()[k] != NULL; ++k)
+    if (strcmp(reason, kith_rebuild_all()[k]->name) == 0) ledger->because[1 + k] += 1;
+  if (it->built_position != NULL) {
+    kith_field_copy(it->nodes, it->built_position, it->nodes->position);
+    kith_field_copy(it->nodes, it->built_reach, it->nodes->reach);
+  }
+  if (it->check) KITH_TRY(kith_connectivity_valid(c, it->nodes));
+  return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
+}
+
+kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
+  bool culled;
+  it->need = requirements(it);
+  KITH_TRY(kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false));
+  KITH_TRY(reorder(it));
+  set_reach(it);
+  KITH_TRY(ghosts(it));
+  KITH_TRY(neighbors(it));
+  KITH_TRY(connectivity(it));
+  const kith_index before = kith_nodes_count(it->nodes);
+  KITH_TRY(cull(it, &culled));
+  if (culled) KITH_TRY(patch(it, before));
+  return ready(it, reason);
+}

@@ -1,0 +1,37 @@
+#include "lib/connectivity/traversal.h"
+
+#include <omp.h>
+#include <string.h>
+#include "lib/core/lanes.h"
+
+enum { CHUNK = 128 };
+
+size_t kith_rows_longest(const struct kith_rows *rows) {
+  size_t longest = 0;
+#pragma omp parallel for schedule(static) reduction(max : longest)
+  for (kith_index i = 0; i < rows->n; ++i) longest = KITH_MAX(longest, rows->first[i + 1] - rows->first[i]);
+  return longest;
+}
+
+kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width, uint64_t *count,
+                          struct kith_profile *profile) {
+  const kith_index chunks = (n + CHUNK - 1) / CHUNK;
+  bool failed = false;
+  uint64_t total[4] = {0};
+  width = (width + 7) / 8 * 8 + 8;
+#pragma omp parallel reduction(|| : failed) reduction(+ : total[:4])
+  {
+    const double start = kith_seconds();
+    struct kith_scratch scratch = {.width = width};
+    failed = kith_resize(&scratch.lane, 0, width * (size_t)lanes, sizeof(double)) != KITH_OK;
+#pragma omp for schedule(dynamic) nowait
+    for (kith_index c = 0; c < chunks; ++c)
+      if (!failed) pass(context, c * CHUNK, KITH_MIN(n, (c + 1) * CHUNK), &scratch);
+    for (int k = 0; k < 4; ++k) total[k] += scratch.count[k];
+    kith_free(&scratch.lane);
+    kith_profile_thread(profile, omp_get_thread_num(), start, kith_seconds());
+  }
+  if (count != NULL) memcpy(count, total, sizeof total);
+  if (failed) KITH_FAIL(NO_MEMORY, "no memory for a pass over rows of %zu", width);
+  return KITH_OK;
+}

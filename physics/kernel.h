@@ -1,0 +1,88 @@
+/* kernel.h - smoothing kernels of compact support, one family.
+ *
+ *   W(r, H) = C / H^d w(q),  q = r / H,  w(q >= 1) = 0
+ *   grad_i W = C / H^(d + 2) g(q) x_ij,  g = w'(q) / q  (finite at 0, <= 0),  x_ij = x_i - x_j
+ *
+ * H is the radius of the support. `support` is H / (2 sigma), sigma the standard deviation of the kernel (Dehnen and Aly 2012): the
+ * length 2 sigma is comparable between kernels, and is what the Courant condition uses.
+ * Splines: M4, M5, M6 (Schoenberg). Wendland functions have one form in 1-D and another in 2-D and 3-D. */
+#ifndef KITH_PHYSICS_KERNEL_H
+#define KITH_PHYSICS_KERNEL_H
+
+#include <math.h>
+#include "lib/core/vec.h"
+
+/* name, words, C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
+#define KITH_KERNEL_LIST(X)                                                                                         \
+  X(cubic, "cubic", 8. / 3, 80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                               \
+  X(quartic, "quartic", 3125. / 768, 46875 / (2398 * M_PI), 15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)     \
+  X(quintic, "quintic", 243. / 40, 15309 / (478 * M_PI), 2187 / (40 * M_PI), 2.121321, 2.158131, 2.195775)          \
+  X(wendland_c2, "wendland-c2", 5. / 4, 7 / M_PI, 21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                    \
+  X(wendland_c4, "wendland-c4", 3. / 2, 9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171239, 2.207940)                  \
+  X(wendland_c6, "wendland-c6", 55. / 32, 78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415230, 2.449490)
+
+enum kith_kernel {
+#define X(name, ...) KITH_KERNEL_##name,
+  KITH_KERNEL_LIST(X)
+#undef X
+      KITH_N_KERNELS
+};
+
+struct kith_kernel_facts {
+  const char *name;
+  double constant[3], support[3]; /* by dimension - 1 */
+};
+extern const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS];
+
+/* KITH_N_KERNELS if there is none of this name. */
+enum kith_kernel kith_kernel_find(const char *name);
+static inline double kith_kernel_constant(enum kith_kernel k) { return kith_kernel_facts[k].constant[NDIM - 1]; }
+static inline double kith_kernel_support(enum kith_kernel k) { return kith_kernel_facts[k].support[NDIM - 1]; }
+
+/* Neighbors (ball H^d n) that a kernel is given by default: the measured best of accuracy for its cost. */
+double kith_kernel_neighbors(enum kith_kernel k);
+
+static inline double kith_cube_(double a) { return a * a * a; }
+static inline double kith_fourth_(double a) { return (a * a) * (a * a); }
+
+/* w(q) and g(q). With a constant `k` the switch is gone; the rest vectorizes. */
+__attribute__((always_inline)) static inline void kith_kernel_value(enum kith_kernel k, double q, double *w, double *g) {
+  const double a = fmax(1 - q, 0.0);
+  switch (k) {
+    case KITH_KERNEL_cubic: {
+      const double b = fmax(0.5 - q, 0.0);
+      *w = kith_cube_(a) - 4 * kith_cube_(b);
+      *g = (12 * b * b - 3 * a * a) / fmax(q, 1e-12);
+      return;
+    }
+    case KITH_KERNEL_quartic: {
+      const double b = fmax(0.6 - q, 0.0), c = fmax(0.2 - q, 0.0);
+      *w = kith_fourth_(a) - 5 * kith_fourth_(b) + 10 * kith_fourth_(c);
+      *g = (20 * kith_cube_(b) - 4 * kith_cube_(a) - 40 * kith_cube_(c)) / fmax(q, 1e-12);
+      return;
+    }
+    case KITH_KERNEL_quintic: {
+      const double b = fmax(2. / 3 - q, 0.0), c = fmax(1. / 3 - q, 0.0);
+      *w = a * kith_fourth_(a) - 6 * b * kith_fourth_(b) + 15 * c * kith_fourth_(c);
+      *g = (30 * kith_fourth_(b) - 5 * kith_fourth_(a) - 75 * kith_fourth_(c)) / fmax(q, 1e-12);
+      return;
+    }
+    case KITH_KERNEL_wendland_c2:
+      *w = NDIM == 1 ? kith_cube_(a) * (1 + 3 * q) : kith_fourth_(a) * (1 + 4 * q);
+      *g = NDIM == 1 ? -12 * a * a : -20 * kith_cube_(a);
+      return;
+    case KITH_KERNEL_wendland_c4:
+      *w = NDIM == 1 ? a * kith_fourth_(a) * (1 + q * (5 + 8 * q)) : a * a * kith_fourth_(a) * (1 + q * (6 + 35. / 3 * q));
+      *g = NDIM == 1 ? -14 * kith_fourth_(a) * (1 + 4 * q) : -56. / 3 * a * kith_fourth_(a) * (1 + 5 * q);
+      return;
+    case KITH_KERNEL_wendland_c6:
+    default: {
+      const double a4 = kith_fourth_(a);
+      *w = NDIM == 1 ? kith_cube_(a) * a4 * (1 + q * (7 + q * (19 + 21 * q))) : a4 * a4 * (1 + q * (8 + q * (25 + 32 * q)));
+      *g = NDIM == 1 ? -6 * a * a * a4 * (3 + q * (18 + 35 * q)) : -22 * kith_cube_(a) * a4 * (1 + q * (7 + 16 * q));
+      return;
+    }
+  }
+}
+
+#endif

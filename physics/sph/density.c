@@ -1,0 +1,203 @@
+#include <string.h>
+#include "lib/core/lanes.h"
+#include "physics/sph/sph.h"
+
+/* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
+enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
+enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
+
+static const double tolerance = 1e-4; /* of ln H: changes the density of a lattice by less than 1e-6 */
+static const int max_iterations = 60;
+
+/* Separations and distances of the row of i; padding stands far outside of any support. */
+static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i, double reach,
+                       struct kith_scratch *s) {
+  const kith_index *row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
+  const double *x = nodes->position->f64, *xi = x + i * NDIM;
+  double *r = kith_scratch_lane(s, DISTANCE);
+  for (int a = 0; a < NDIM; ++a) {
+    double *d = kith_scratch_lane(s, SEPARATION + a);
+    for (size_t k = 0; k < n; ++k) d[k] = x[(size_t)row[k] * NDIM + a] - xi[a];
+    for (size_t k = n; k < padded; ++k) d[k] = 0;
+  }
+  for (size_t k = 0; k < n; ++k) {
+    double d2 = 0;
+    for (int a = 0; a < NDIM; ++a) d2 += kith_scratch_lane(s, SEPARATION + a)[k] * kith_scratch_lane(s, SEPARATION + a)[k];
+    r[k] = sqrt(d2);
+  }
+  for (size_t k = n; k < padded; ++k) r[k] = 16 * reach;
+  return padded;
+}
+
+/* sum w and sum q^2 g over the row and the node itself. */
+__attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel kernel, size_t n, const double *restrict r,
+                                                              double inverse_support, double *sum_w, double *sum_q2g) {
+  double w0, g0, sw = 0, sg = 0;
+  kith_kernel_value(kernel, 0, &w0, &g0);
+#pragma omp simd reduction(+ : sw, sg)
+  for (size_t k = 0; k < n; ++k) {
+    double w, g;
+    const double q = r[k] * inverse_support;
+    kith_kernel_value(kernel, q, &w, &g);
+    sw += w;
+    sg += q * q * g;
+  }
+  *sum_w = w0 + sw;
+  *sum_q2g = sg;
+}
+
+/* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
+ * false: it lies beyond the reach; *support is then what to try with new connectivity. */
+__attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, size_t n, const double *r,
+                                                                double reach, double wanted, double *support,
+                                                                double *sum_w, double *sum_q2g, uint64_t *count) {
+  double lower = 0, upper = reach, h = fmin(*support, reach);
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    kernel_sums(kernel, n, r, 1 / h, sum_w, sum_q2g);
+    const double step = (wanted - *sum_w) / fmax(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
+    if (fabs(step) < tolerance) break;
+    count[COUNT_ITERATIONS] += 1;
+    if (step > 0) lower = h; else upper = h;
+    const double newton = h * (1 + fmax(-0.3, fmin(step, 0.4)));
+    if (step > 0 && h >= reach) {
+      *support = newton;
+      return false;
+    }
+    h = newton > lower && newton < upper ? newton : newton >= reach && upper >= reach ? reach : 0.5 * (lower + upper);
+  }
+  *support = h;
+  return true;
+}
+
+/* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
+static bool invert(const double *m, double *inverse) {
+#if NDIM == 1
+  if (!(m[0] > 0)) return false;
+  inverse[0] = 1 / m[0];
+  return true;
+#elif NDIM == 2
+  const double det = m[0] * m[2] - m[1] * m[1], trace = m[0] + m[2];
+  if (!(det > 1e-6 * trace * trace)) return false;
+  inverse[0] = m[2] / det, inverse[1] = -m[1] / det, inverse[2] = m[0] / det;
+  return true;
+#else
+  const double c0 = m[3] * m[5] - m[4] * m[4], c1 = m[2] * m[4] - m[1] * m[5], c2 = m[1] * m[4] - m[2] * m[3];
+  const double det = m[0] * c0 + m[1] * c1 + m[2] * c2, trace = m[0] + m[3] + m[5];
+  if (!(det > 1e-6 * trace * trace * trace)) return false;
+  inverse[0] = c0 / det, inverse[1] = c1 / det, inverse[2] = c2 / det;
+  inverse[3] = (m[0] * m[5] - m[2] * m[2]) / det, inverse[4] = (m[1] * m[2] - m[0] * m[4]) / det;
+  inverse[5] = (m[0] * m[3] - m[1] * m[1]) / det;
+  return true;
+#endif
+}
+
+/* Velocity differences of the row, and weights -g(q) >= 0. */
+__attribute__((always_inline)) static inline void load_jumps(enum kith_kernel kernel, const struct sph_pass *pass,
+                                                             kith_index i, size_t padded, double inverse_support,
+                                                             struct kith_scratch *s) {
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const kith_index *row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i];
+  const double *v = pass->package->hydro->velocity->f64, *vi = v + i * NDIM;
+  for (int a = 0; a < NDIM; ++a) {
+    double *d = kith_scratch_lane(s, JUMP + a);
+    for (size_t k = 0; k < n; ++k) d[k] = v[(size_t)row[k] * NDIM + a] - vi[a];
+    for (size_t k = n; k < padded; ++k) d[k] = 0;
+  }
+  const double *restrict r = kith_scratch_lane(s, DISTANCE);
+  double *restrict weight = kith_scratch_lane(s, WEIGHT);
+#pragma omp simd
+  for (size_t k = 0; k < padded; ++k) {
+    double w, g;
+    kith_kernel_value(kernel, r[k] * inverse_support, &w, &g);
+    weight[k] = -g;
+  }
+}
+
+/* G_ab = dv_a/dx_b = [sum w dv_a dx_c] [sum w dx dx]^-1_cb: exact for linear fields on any nodes. */
+__attribute__((always_inline)) static inline bool velocity_gradient(size_t padded, const struct kith_scratch *s, double *gradient) {
+  kith_lanes moment[SPH_SHEAR] = {{0}}, flux[NDIM][NDIM] = {{{0}}};
+  for (size_t k = 0; k < padded; k += KITH_LANES) {
+    const kith_lanes w = *(const kith_lanes *)(kith_scratch_lane(s, WEIGHT) + k);
+    kith_lanes x[NDIM], wx[NDIM];
+    for (int a = 0; a < NDIM; ++a) {
+      x[a] = *(const kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
+      wx[a] = w * x[a];
+    }
+    for (int a = 0, m = 0; a < NDIM; ++a)
+      for (int b = a; b < NDIM; ++b) moment[m++] += wx[a] * x[b];
+    for (int a = 0; a < NDIM; ++a) {
+      const kith_lanes v = *(const kith_lanes *)(kith_scratch_lane(s, JUMP + a) + k);
+      for (int b = 0; b < NDIM; ++b) flux[a][b] += v * wx[b];
+    }
+  }
+  double m[SPH_SHEAR], inverse[SPH_SHEAR], full[NDIM][NDIM];
+  for (int k = 0; k < SPH_SHEAR; ++k) m[k] = kith_lanes_total(&moment[k]);
+  const bool regular = invert(m, inverse);
+  for (int a = 0, k = 0; a < NDIM; ++a)
+    for (int b = a; b < NDIM; ++b) full[a][b] = full[b][a] = regular ? inverse[k++] : 0;
+  for (int a = 0; a < NDIM; ++a)
+    for (int b = 0; b < NDIM; ++b) {
+      double sum = 0;
+      for (int c = 0; c < NDIM; ++c) sum += kith_lanes_total(&flux[a][c]) * full[c][b];
+      gradient[a * NDIM + b] = sum;
+    }
+  return regular;
+}
+
+__attribute__((always_inline)) static inline void density_chunk(enum kith_kernel kernel, const struct sph_pass *pass,
+                                                                kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct kith_package *package = pass->package;
+  const struct kith_hydro *hydro = package->hydro;
+  const struct kith_nodes *nodes = hydro->nodes;
+  const double constant = kith_kernel_constant(kernel), wanted = package->neighbors / (kith_ball() * constant);
+  for (kith_index i = begin; i < end; ++i) {
+    const double reach = nodes->reach->f64[i];
+    double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0, gradient[NDIM * NDIM];
+    const size_t padded = load_row(nodes, &pass->connectivity->rows, i, reach, s);
+    s->count[COUNT_EVALUATIONS] += padded;
+    if (!solve_support(kernel, padded, kith_scratch_lane(s, DISTANCE), reach, wanted, support, &sum_w, &sum_q2g, s->count)) {
+      s->count[COUNT_OUTGROWN] += 1;
+      continue;
+    }
+    hydro->density->f64[i] = hydro->mass->f64[i] * constant * sum_w / kith_pow_dim(*support);
+    pass->sph->omega->f64[i] = -sum_q2g / (NDIM * sum_w);
+    load_jumps(kernel, pass, i, padded, 1 / *support, s);
+    if (!velocity_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
+    double divergence = 0;
+    for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
+    package->expansion->f64[i] = divergence;
+    if (pass->sph->gradient != NULL) memcpy(pass->sph->gradient->f64 + (size_t)i * NDIM * NDIM, gradient, sizeof gradient);
+  }
+}
+
+#define X(name, ...)                                                                                            \
+  KITH_HOT static void density_##name(void *context, kith_index begin, kith_index end, struct kith_scratch *s) { \
+    density_chunk(KITH_KERNEL_##name, context, begin, end, s);                                                  \
+  }
+KITH_KERNEL_LIST(X)
+#undef X
+
+kith_status sph_density(struct sph_pass *pass) {
+  static const kith_chunk_pass chunk[] = {
+#define X(name, ...) density_##name,
+      KITH_KERNEL_LIST(X)
+#undef X
+  };
+  struct kith_package *package = pass->package;
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  uint64_t count[4];
+  kith_profile_begin(package->profile, "density");
+  const kith_status status = kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], pass, LANES,
+                                           kith_rows_longest(rows), count, package->profile);
+  kith_profile_count(package->profile, "iterations", (double)count[COUNT_ITERATIONS]);
+  kith_profile_end(package->profile);
+  KITH_TRY(status);
+  package->pair_evaluations += count[COUNT_EVALUATIONS];
+  package->support_iterations += count[COUNT_ITERATIONS];
+  package->fallbacks += count[COUNT_FALLBACKS];
+  if (count[COUNT_OUTGROWN] > 0)
+    KITH_FAIL(REACH, "%llu supports outgrew the connectivity", (unsigned long long)count[COUNT_OUTGROWN]);
+  return KITH_OK;
+}
