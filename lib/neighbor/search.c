@@ -206,6 +206,27 @@ size_t kith_search_bytes(const struct kith_search *search) {
          (size_t)search->groups_capacity * sizeof *search->group + search->ops->bytes(search);
 }
 
+void kith_search_cube(const double *x, kith_index n, double *lower, double *upper) {
+  double least[NDIM], most[NDIM], extent = 0;
+  for (int a = 0; a < NDIM; ++a) least[a] = INFINITY, most[a] = -INFINITY;
+#pragma omp parallel for schedule(static) reduction(min                           \
+                                                    : least[:NDIM]) reduction(max \
+                                                                              : most[:NDIM]) if (n > 10000)
+  for (kith_index i = 0; i < n; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      const double v = x[(size_t)i * NDIM + a];
+      least[a] = KITH_MIN(least[a], v), most[a] = KITH_MAX(most[a], v);
+    }
+  for (int a = 0; a < NDIM; ++a) extent = KITH_MAX(extent, most[a] - least[a]);
+  int exponent = 0;
+  if (extent > 0 && extent < INFINITY) frexp(extent, &exponent);
+  const double unit = ldexp(1, exponent); /* > extent */
+  for (int a = 0; a < NDIM; ++a) {
+    lower[a] = n > 0 ? floor(least[a] / unit) * unit : 0;
+    upper[a] = lower[a] + 2 * unit;
+  }
+}
+
 /* For members. */
 
 kith_status kith_search_reserve(struct kith_search *search, kith_index n) {

@@ -89,7 +89,7 @@ struct kith_search {
   struct kith_run *group;
 };
 
-#define KITH_SEARCH_LIST(X) X(brute)
+#define KITH_SEARCH_LIST(X) X(tree) X(brute)
 #define X(name) extern const struct kith_search_ops kith_search_##name;
 KITH_SEARCH_LIST(X)
 #undef X
@@ -118,6 +118,11 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
                            kith_index **found, kith_index *capacity, kith_index *count);
 
 size_t kith_search_bytes(const struct kith_search *search);
+
+/* The cube whose Morton curve the tree follows: at least twice as wide as x[n][NDIM], cells at powers of two counted from
+ * the origin of space, so that the order of nodes hardly depends on where the outermost ones are. Reorder the nodes with
+ * kith_nodes_curve_order in this cube, and the tree need not sort and candidates ascend in node index. */
+void kith_search_cube(const double *x, kith_index n, double *lower, double *upper);
 
 /* For members.
  * Room for n slots (present ones are kept). */
