@@ -60,6 +60,7 @@ struct kith_connectivity {
   uint64_t generation;           /* counts builds and patches: pairwise fields are stamped with it */
   uint64_t positions, ghosts;    /* generations of the nodes it was made from */
   size_t candidates;             /* distance tests of the last build */
+  struct kith_connectivity_scratch *scratch; /* private: memory kept from build to build */
 };
 
 /* Rejects candidates: the pair is significant only if no excluder of the chain rejects it. Broad: before the distance

@@ -1,0 +1,120 @@
+/* The distance test, 64 nodes at a time. The inner loops are what the compiler vectorizes: first one word per node, then
+ * the bits are gathered; a single loop that shifts under a condition stays scalar with gcc 12. */
+#include "lib/connectivity/internal.h"
+
+kith_status kith_packed_reserve(struct kith_packed *packed, size_t n) {
+  if (n <= (size_t)packed->capacity) return KITH_OK;
+  if (n > INT32_MAX / 2) KITH_FAIL(UNSUPPORTED, "%zu candidates are too many", n);
+  const size_t capacity = (n + n / 4 + 63) / 64 * 64;
+  packed->capacity = 0;
+  KITH_TRY(kith_resize(&packed->node, 0, capacity, sizeof *packed->node));
+  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_resize(&packed->coordinate[a], 0, capacity, sizeof(double)));
+  KITH_TRY(kith_resize(&packed->radius2, 0, capacity, sizeof(double)));
+  packed->capacity = (int)capacity;
+  return KITH_OK;
+}
+
+void kith_packed_close(struct kith_packed *packed, int n) {
+  packed->n = n;
+  packed->words = (n + 63) / 64;
+  for (int p = n; p < 64 * packed->words; ++p) {
+    for (int a = 0; a < NDIM; ++a) packed->coordinate[a][p] = NAN;
+    packed->radius2[p] = 0;
+  }
+}
+
+void kith_packed_clear(struct kith_packed *packed) {
+  kith_free(&packed->node);
+  for (int a = 0; a < NDIM; ++a) kith_free(&packed->coordinate[a]);
+  kith_free(&packed->radius2);
+  packed->capacity = 0;
+}
+
+static KITH_HOT int hits(const double *const *coordinate, const double *radius2, int words, const double *x, double reach2,
+                         uint64_t *restrict hit) {
+  const double *c[NDIM];
+  double at[NDIM];
+  for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a], at[a] = x[a];
+  int count = 0;
+  for (int w = 0; w < words; ++w) {
+    uint64_t within[64], bits = 0;
+    for (int k = 0; k < 64; ++k) {
+      double d2 = 0;
+      for (int a = 0; a < NDIM; ++a) {
+        const double d = c[a][64 * w + k] - at[a];
+        d2 += d * d;
+      }
+      const double r2 = radius2[64 * w + k];
+      within[k] = d2 <= (r2 > reach2 ? r2 : reach2);
+    }
+    for (uint64_t k = 0; k < 64; ++k) bits |= within[k] << k;
+    hit[w] = bits;
+    count += __builtin_popcountll(bits);
+  }
+  return count;
+}
+
+int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit) {
+  return hits((const double *const *)packed->coordinate, packed->radius2, packed->words, x, radius2, hit);
+}
+
+static KITH_HOT int between(const double *const *coordinate, int words, const double *x, const double *y, uint64_t *restrict hit) {
+  const double *c[NDIM];
+  double from[NDIM], to[NDIM];
+  for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a], from[a] = x[a], to[a] = y[a];
+  int count = 0;
+  for (int w = 0; w < words; ++w) {
+    uint64_t inside[64], bits = 0;
+    for (int k = 0; k < 64; ++k) {
+      double ahead = 0, behind = 0;
+      for (int a = 0; a < NDIM; ++a) {
+        const double z = c[a][64 * w + k];
+        ahead += (z - from[a]) * (to[a] - from[a]);
+        behind += (z - to[a]) * (from[a] - to[a]);
+      }
+      inside[k] = (uint64_t)(ahead > 0) & (uint64_t)(behind > 0);
+    }
+    for (uint64_t k = 0; k < 64; ++k) bits |= inside[k] << k;
+    hit[w] &= bits;
+    count += __builtin_popcountll(hit[w]);
+  }
+  return count;
+}
+
+int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit) {
+  return between((const double *const *)packed->coordinate, packed->words, x, y, hit);
+}
+
+void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {
+  for (int w = 0; w < words; ++w)
+    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = node[64 * w + __builtin_ctzll(bits)];
+}
+
+static inline uint64_t box_bits(const double *const *c, const double *radius2, int count, const struct kith_box *box, double reach2) {
+  uint64_t within[64] = {0}, bits = 0;
+  for (int k = 0; k < count; ++k) {
+    double d2 = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double below = box->lower[a] - c[a][k], above = c[a][k] - box->upper[a];
+      const double out = below > above ? below : above;
+      const double d = out > 0 ? out : 0;
+      d2 += d * d;
+    }
+    within[k] = d2 <= (radius2[k] > reach2 ? radius2[k] : reach2);
+  }
+  for (uint64_t k = 0; k < 64; ++k) bits |= within[k] << k;
+  return bits;
+}
+
+static KITH_HOT uint64_t box_hits(const double *const *coordinate, const double *radius2, kith_index first, int count,
+                                  const struct kith_box *box, double reach2) {
+  const struct kith_box b = *box;
+  const double *c[NDIM];
+  for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a] + first;
+  if (count == 64) return box_bits(c, radius2 + first, 64, &b, reach2); /* a constant trip count has no tail */
+  return box_bits(c, radius2 + first, count, &b, reach2);
+}
+
+uint64_t kith_box_hits(const struct kith_search *search, kith_index first, int count, const struct kith_box *box, double radius2) {
+  return box_hits((const double *const *)search->coordinate, search->radius2, first, count, box, radius2);
+}
