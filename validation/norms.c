@@ -237,9 +237,12 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
   const struct measure m = {ops, solution, time, shock, center, window, nodes};
   struct sums sums;
   KITH_TRY(sum_blocks(&m, &sums));
-  struct kith_norms norms = {norm_of(&sums, 0), norm_of(&sums, 1), norm_of(&sums, 2), norm_of(&sums, 3)};
-  norms.nodes = sums.nodes;
-  norms.shock_exact = shock;
+  struct kith_norms norms = {.density = norm_of(&sums, 0),
+                             .velocity = norm_of(&sums, 1),
+                             .pressure = norm_of(&sums, 2),
+                             .energy = norm_of(&sums, 3),
+                             .nodes = sums.nodes,
+                             .shock_exact = shock};
   if (sums.nodes > 0) {
     const double spacing = spacing_at_shock(&m);
     if (shock != 0) KITH_TRY(measure_shock(&m, spacing, &norms.shock_radius));
