@@ -4,7 +4,8 @@
 
 #include "validation/exact.h"
 
-/* OK if `holds` and the value is finite, else BAD_INPUT with one line: member, parameter, value, allowed range. */
+/* OK if `holds` and the value is finite, else BAD_INPUT with one line: member, parameter, value, allowed
+ * range. */
 kith_status kith_exact_require(bool holds, const char *member, const char *parameter, double value,
                                const char *range);
 

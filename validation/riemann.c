@@ -1,12 +1,13 @@
-/* riemann: two uniform half spaces meet at x[0] = interface_position at t = 0. E. F. Toro, Riemann Solvers and
- * Numerical Methods for Fluid Dynamics, chapter 4, with a gamma for each side (each gas keeps its own up to the
- * contact).
+/* riemann: two uniform half spaces meet at x[0] = interface_position at t = 0. E. F. Toro, Riemann Solvers
+ * and Numerical Methods for Fluid Dynamics, chapter 4, with a gamma for each side (each gas keeps its own up
+ * to the contact).
  *
  * Pressure p and velocity are equal on both sides of the contact. Wave K changes the velocity by
- *   f_K(p) = (p - p_K) sqrt(A / (p + B)),  A = 2 / ((g + 1) rho_K), B = (g - 1) / (g + 1) p_K   p > p_K: shock
- *   f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)                               else: rarefaction
- * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed in ln p, then Brent's method. If the left side
- * is not negative at p = 0 there is no such p: the gases part and leave a vacuum, whose velocity is set to x / t.
+ *   f_K(p) = (p - p_K) sqrt(A / (p + B)),  A = 2 / ((g + 1) rho_K), B = (g - 1) / (g + 1) p_K   p > p_K:
+ * shock f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)                               else:
+ * rarefaction and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed in ln p, then Brent's
+ * method. If the left side is not negative at p = 0 there is no such p: the gases part and leave a vacuum,
+ * whose velocity is set to x / t.
  *
  * The right-running wave is sampled as it is and the left-running one in the mirror, so one code does both.
  * Reads gamma > 1, density >= 0 (0: vacuum, then its pressure must be 0; not both), pressure >= 0, velocity,
@@ -44,7 +45,9 @@ static double jump(const struct side *s, double p) {
 }
 
 /* Speed of the gas expanding into nothing, in the side's own frame. */
-static double escape(const struct side *s) { return s->velocity - 2 * s->sound / (s->gamma - 1); }
+static double escape(const struct side *s) {
+  return s->velocity - 2 * s->sound / (s->gamma - 1);
+}
 
 struct search {
   const struct riemann *problem;
@@ -102,7 +105,8 @@ static void finish_side(struct side *s, double p) {
   const double g = s->gamma;
   s->shock = p > s->pressure * (1 + weakest_shock);
   if (p > s->pressure) {
-    s->star_density = s->density * (p * (g + 1) + s->pressure * (g - 1)) / (p * (g - 1) + s->pressure * (g + 1));
+    s->star_density =
+        s->density * (p * (g + 1) + s->pressure * (g - 1)) / (p * (g - 1) + s->pressure * (g + 1));
     s->head = s->velocity + sqrt((p * (g + 1) + s->pressure * (g - 1)) / (2 * s->density));
     s->tail = s->head;
   } else {
@@ -144,7 +148,8 @@ static kith_status solve(struct riemann *problem) {
 }
 
 static kith_status check(const struct kith_exact_parameters *p) {
-  static const char *const gamma[] = {"gamma[0]", "gamma[1]"}, *const density[] = {"density[0]", "density[1]"};
+  static const char *const gamma[] = {"gamma[0]", "gamma[1]"}, *const density[] = {"density[0]",
+                                                                                   "density[1]"};
   static const char *const pressure[] = {"pressure[0]", "pressure[1]"};
   static const char *const velocity[] = {"velocity[0]", "velocity[1]"};
   const char *const member = "riemann";
@@ -198,7 +203,8 @@ static void sample(const struct riemann *problem, int k, double speed, struct ki
     density = s->star_density, pressure = problem->pressure;
     velocity = density > 0 ? mirror[k] * problem->velocity : xi;
   }
-  *out = (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
+  *out =
+      (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
   out->energy = kith_exact_energy(s->gamma, density, pressure);
 }
 

@@ -49,9 +49,24 @@ static const struct constants table[] = {
     {5. / 3, {1, -2, .4}, {1, 2, .4}, 8.32e-5, 0, {.0061792, .0061792}, -2.8165, -.14983, 0},
     {1.4, {1, 0, 1000}, {1, 0, .01}, 460.894, 19.5975, {.575062, 5.99924}, 0, 0, 23.5175},
     {1.4, {1, 0, .01}, {1, 0, 100}, 46.095, -6.19633, {5.99242, .575113}, 0, 0, 0},
-    {1.4, {5.99924, 19.5975, 460.894}, {5.99242, -6.19633, 46.0950}, 1691.65, 8.68977, {14.2823, 31.0426},
-     .789594, .789594, 12.2508},
-    {5. / 3, {1, 0, .1 * 2 / 3}, {1e-3, 0, 1e-10 * 2 / 3}, 5.15578e-4, .621839, {.0540793, .004}, 0, 0, .829118},
+    {1.4,
+     {5.99924, 19.5975, 460.894},
+     {5.99242, -6.19633, 46.0950},
+     1691.65,
+     8.68977,
+     {14.2823, 31.0426},
+     .789594,
+     .789594,
+     12.2508},
+    {5. / 3,
+     {1, 0, .1 * 2 / 3},
+     {1e-3, 0, 1e-10 * 2 / 3},
+     5.15578e-4,
+     .621839,
+     {.0540793, .004},
+     0,
+     0,
+     .829118},
     {1.4, {.445, .698, 3.528}, {.5, 0, .571}, 2.4661, 1.52872, {.344568, 1.30408}, 0, 0, 2.47932},
 };
 
@@ -95,9 +110,13 @@ static double content_at(double x, void *context) {
 /* Integral over [lower, upper], smooth between the edges of the waves. */
 static double total(struct content c, double lower, double upper, gsl_integration_workspace *work) {
   const struct kith_riemann_star star = kith_riemann_star(c.self);
-  const double cut[] = {lower, star.interface + star.head[0] * c.time, star.interface + star.tail[0] * c.time,
-                        star.interface + star.velocity * c.time, star.interface + star.tail[1] * c.time,
-                        star.interface + star.head[1] * c.time, upper};
+  const double cut[] = {lower,
+                        star.interface + star.head[0] * c.time,
+                        star.interface + star.tail[0] * c.time,
+                        star.interface + star.velocity * c.time,
+                        star.interface + star.tail[1] * c.time,
+                        star.interface + star.head[1] * c.time,
+                        upper};
   gsl_function f = {content_at, &c};
   double sum = 0;
   for (int i = 0; i < 6; ++i) {
@@ -120,7 +139,8 @@ static void check_conservation(const parameters *p, gsl_integration_workspace *w
   for (int k = 0; k < 2; ++k) {
     const double d = p->density[k], v = p->velocity[k], pressure = p->pressure[k];
     const double energy = pressure / (p->gamma[k] - 1) + d * v * v / 2;
-    const double stored[] = {d, d * v, energy}, passed[] = {d * v, d * v * v + pressure, v * (energy + pressure)};
+    const double stored[] = {d, d * v, energy},
+                 passed[] = {d * v, d * v * v + pressure, v * (energy + pressure)};
     memcpy(held[k], stored, sizeof stored);
     memcpy(flux[k], passed, sizeof passed);
     reach = KITH_MAX(reach, 1.5 * time * fabs(star.head[k]));
@@ -128,7 +148,8 @@ static void check_conservation(const parameters *p, gsl_integration_workspace *w
   const double x0 = p->interface_position;
   for (int q = 0; q < 3; ++q) {
     const double wanted = reach * (held[0][q] + held[1][q]) + time * (flux[0][q] - flux[1][q]);
-    const double scale = reach * (fabs(held[0][q]) + fabs(held[1][q])) + time * (fabs(flux[0][q]) + fabs(flux[1][q]));
+    const double scale =
+        reach * (fabs(held[0][q]) + fabs(held[1][q])) + time * (fabs(flux[0][q]) + fabs(flux[1][q]));
     /* Quadrature to 1e-11 of each piece. */
     CHECK_CLOSE(total((struct content){self, time, q}, x0 - reach, x0 + reach, work), wanted, 1e-9 * scale);
   }
@@ -155,7 +176,8 @@ static void test_riemann_conservation(void) {
   }
   const double gas[] = {1, 0.3, 1}, none[] = {0, 0, 0}, away[] = {1, 40, 1}, thin[] = {1e-2, 0, 1e-10};
   const double cold_left[] = {1, 1, 0}, cold_right[] = {2, -1, 0}, hot[] = {1, 0, 1};
-  const double *const pairs[][2] = {{gas, none}, {none, gas}, {gas, away}, {hot, thin}, {cold_left, cold_right}, {hot, cold_right}};
+  const double *const pairs[][2] = {
+      {gas, none}, {none, gas}, {gas, away}, {hot, thin}, {cold_left, cold_right}, {hot, cold_right}};
   for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; ++i) {
     const parameters p = two_states(1.4, pairs[i][0], pairs[i][1]);
     check_conservation(&p, work);
@@ -173,11 +195,13 @@ static void check_shock(const state *a, const state *b, double speed) {
     flow[k][1] = s->density * w * w + s->pressure;
     flow[k][2] = s->density * w * (s->energy + w * w / 2) + s->pressure * w;
   }
-  for (int q = 0; q < 3; ++q) CHECK_CLOSE(flow[0][q], flow[1][q], 1e-11 * fabs(flow[1][q])); /* round-off, cancelling */
+  for (int q = 0; q < 3; ++q)
+    CHECK_CLOSE(flow[0][q], flow[1][q], 1e-11 * fabs(flow[1][q])); /* round-off, cancelling */
 }
 
-/* Euler's equations by central differences: the oracle of every smooth part, planar (j = 1) or radial. `width` is the
- * length over which things change at place r and time t; everything changes at the rate 1 / t. */
+/* Euler's equations by central differences: the oracle of every smooth part, planar (j = 1) or radial.
+ * `width` is the length over which things change at place r and time t; everything changes at the rate 1 / t.
+ */
 static void check_euler(const struct kith_exact_ops *ops, const void *self, double r, double t, double width,
                         double gamma, int j) {
   const double dr = 1e-5 * width, dt = 1e-5 * t * width / (width + fabs(r));
@@ -187,8 +211,8 @@ static void check_euler(const struct kith_exact_ops *ops, const void *self, doub
   const double ur = (e.velocity[0] - w.velocity[0]) / (2 * dr), spread = ur + (j - 1) * u / r;
   const double lt = log(n.density / p.density) / (2 * dt), lr = log(e.density / w.density) / (2 * dr);
   const double ht = log(n.pressure / p.pressure) / (2 * dt), hr = log(e.pressure / w.pressure) / (2 * dr);
-  /* Truncation (1e-5 slope)^2, logarithmic slopes up to some 200, and round-off over a step, 1e-11 slope; both grow
-   * with the widths that pass by in t, as time and space derivatives cancel. */
+  /* Truncation (1e-5 slope)^2, logarithmic slopes up to some 200, and round-off over a step, 1e-11 slope;
+   * both grow with the widths that pass by in t, as time and space derivatives cancel. */
   const double tolerance = 1e-5 * (1 + fabs(r) / width);
   CHECK_CLOSE(lt + u * lr + spread, 0, tolerance / t);
   CHECK_CLOSE(ht + u * hr + gamma * spread, 0, tolerance / t);
@@ -221,7 +245,8 @@ static void check_wave(const void *self, const parameters *p, int k) {
   for (int i = 1; i < 8; ++i) {
     const double d = (tail + i / 8. * (head - tail)) * time;
     const state s = at(ops, self, x0 + d, time);
-    CHECK_CLOSE(s.pressure / pow(s.density, p->gamma[k]), entropy, 1e-11 * entropy); /* pow amplifies round-off */
+    CHECK_CLOSE(s.pressure / pow(s.density, p->gamma[k]), entropy,
+                1e-11 * entropy); /* pow amplifies round-off */
     if (x0 == 0) check_euler(ops, self, d, time, fabs(head - tail) * time, p->gamma[k], 1);
   }
 }
@@ -320,21 +345,28 @@ static double shell(double r, void *context) {
   const state s = at(c->ops, c->self, r, c->time);
   const double v = s.velocity[0], area = NDIM * kith_ball() * kith_pow_dim(r) / r;
   switch (c->quantity) {
-    case MASS: return area * s.density;
-    case ENERGY: return area * s.density * (s.energy + v * v / 2);
-    case SPEED: return area * fabs(v);
-    case PRESSURE: return area * s.pressure;
-    default: return area;
+    case MASS:
+      return area * s.density;
+    case ENERGY:
+      return area * s.density * (s.energy + v * v / 2);
+    case SPEED:
+      return area * fabs(v);
+    case PRESSURE:
+      return area * s.pressure;
+    default:
+      return area;
   }
 }
 
 /* Integral over the ball behind the shock. */
-static double behind(const struct kith_exact_ops *ops, const void *self, double time, enum quantity quantity) {
+static double behind(const struct kith_exact_ops *ops, const void *self, double time,
+                     enum quantity quantity) {
   gsl_integration_workspace *work = gsl_integration_workspace_alloc(500);
   struct radial context = {ops, self, time, quantity};
   gsl_function f = {shell, &context};
   double sum = 0, error;
-  CHECK(gsl_integration_qag(&f, 0, ops->shock(self, time), 0, 1e-9, 500, GSL_INTEG_GAUSS31, work, &sum, &error) == 0);
+  CHECK(gsl_integration_qag(&f, 0, ops->shock(self, time), 0, 1e-9, 500, GSL_INTEG_GAUSS31, work, &sum,
+                            &error) == 0);
   gsl_integration_workspace_free(work);
   return sum;
 }
@@ -363,7 +395,8 @@ static void test_sedov_table(void) {
     CHECK_CLOSE(at(&kith_exact_sedov, self, r * (1 - 1e-12), 1).density, g == 0 ? 6 : 4, 1e-9);
     if (g == 1) {
       CHECK_CLOSE(kith_exact_sedov.shock(self, at8[NDIM - 1]), .8, 1e-6);
-      CHECK_CLOSE(kith_exact_sedov.shock(self, at4[NDIM - 1]), .4, 1e-6 * 3); /* time has six decimals, R' is 2.3 */
+      CHECK_CLOSE(kith_exact_sedov.shock(self, at4[NDIM - 1]), .4,
+                  1e-6 * 3); /* time has six decimals, R' is 2.3 */
     }
     kith_exact_sedov.destroy(&self);
   }
@@ -463,8 +496,13 @@ static void test_noh(void) {
 static void test_acoustic_wave(void) {
   const struct kith_exact_ops *const ops = kith_exact_find("acoustic_wave");
   CHECK(ops == &kith_exact_acoustic_wave && ops->shock == NULL);
-  parameters p = {.gamma = {5. / 3}, .density = {2}, .pressure = {3}, .amplitude = 1e-6, .wavelength = 0.5,
-                  .origin = 0.1, .uniform_velocity = {0.7}};
+  parameters p = {.gamma = {5. / 3},
+                  .density = {2},
+                  .pressure = {3},
+                  .amplitude = 1e-6,
+                  .wavelength = 0.5,
+                  .origin = 0.1,
+                  .uniform_velocity = {0.7}};
   void *self = NULL;
   CHECK_OK(ops->create(&self, &p));
   const double c = sqrt(5. / 3 * 3 / 2), d = 1e-4;
@@ -472,16 +510,21 @@ static void test_acoustic_wave(void) {
   CHECK_CLOSE(crest.density, 2 * (1 + 1e-6), 1e-15);
   CHECK_CLOSE(crest.velocity[0], 0.7 + 1e-6 * c, 1e-15);
   CHECK_CLOSE(at(ops, self, 0.1 + 0.125 + (c + 0.7) * 3.3, 3.3).density, crest.density, 1e-14); /* travels */
-  CHECK_CLOSE(at(ops, self, 0.6 + 0.125, 0).density, crest.density, 1e-15);                      /* repeats */
+  CHECK_CLOSE(at(ops, self, 0.6 + 0.125, 0).density, crest.density, 1e-15);                     /* repeats */
   for (int i = 0; i < 8; ++i) {
     const double x = 0.3 + 0.06 * i;
     const state s = at(ops, self, x, 1), e = at(ops, self, x + d, 1), w = at(ops, self, x - d, 1);
     const state n = at(ops, self, x, 1 + d), q = at(ops, self, x, 1 - d);
     const double u = s.velocity[0], ux = (e.velocity[0] - w.velocity[0]) / (2 * d);
-    /* Terms are 1e-6 (2 pi / 0.5) of their unit: A^2, differences (d k)^2 / 6 and round-off / d come to 1e-11. */
+    /* Terms are 1e-6 (2 pi / 0.5) of their unit: A^2, differences (d k)^2 / 6 and round-off / d come to
+     * 1e-11. */
     CHECK_CLOSE((n.density - q.density + u * (e.density - w.density)) / (2 * d) + s.density * ux, 0, 2e-10);
-    CHECK_CLOSE((n.velocity[0] - q.velocity[0]) / (2 * d) + u * ux + (e.pressure - w.pressure) / (2 * d * s.density), 0, 2e-10);
-    CHECK_CLOSE((n.pressure - q.pressure + u * (e.pressure - w.pressure)) / (2 * d) + 5. / 3 * s.pressure * ux, 0, 1e-9);
+    CHECK_CLOSE(
+        (n.velocity[0] - q.velocity[0]) / (2 * d) + u * ux + (e.pressure - w.pressure) / (2 * d * s.density),
+        0, 2e-10);
+    CHECK_CLOSE(
+        (n.pressure - q.pressure + u * (e.pressure - w.pressure)) / (2 * d) + 5. / 3 * s.pressure * ux, 0,
+        1e-9);
   }
   ops->destroy(&self);
 }
@@ -500,12 +543,18 @@ static void test_uniform(void) {
 /* ---- the family ---- */
 
 static parameters fine(void) {
-  return (parameters){.gamma = {1.4, 1.4}, .density = {1, 1}, .velocity = {1, 0}, .pressure = {1, 1},
-                      .blast_energy = 1, .amplitude = 0.01, .wavelength = 1};
+  return (parameters){.gamma = {1.4, 1.4},
+                      .density = {1, 1},
+                      .velocity = {1, 0},
+                      .pressure = {1, 1},
+                      .blast_energy = 1,
+                      .amplitude = 0.01,
+                      .wavelength = 1};
 }
 
 /* Refused, and the message has the member's, the parameter's name and the value. */
-static void check_refused(const struct kith_exact_ops *ops, parameters p, const char *name, const char *value) {
+static void check_refused(const struct kith_exact_ops *ops, parameters p, const char *name,
+                          const char *value) {
   void *self = NULL;
   CHECK_STATUS(KITH_BAD_INPUT, ops->create(&self, &p));
   CHECK(self == NULL);
