@@ -4,7 +4,7 @@
  *   masters   groups of nodes that are close together; every internal node is master in exactly one group
  *             (a group holds internal nodes only, or ghosts only)
  *   coarse    for a box of masters and their largest radius: runs of nodes that may interact with any of them
- *   refined   for one master: the candidates that pass the box test of the mode exactly (search_refine)
+ *   refined   for one place: the candidates that pass the distance test of the mode (kith_search_at)
  * The last word on significance, |x_ij| <= R_i or <= R_j, is the connectivity's.
  *
  * Slot order: every search keeps its nodes in an order of its own, in which the members of a cell are contiguous, with
@@ -21,17 +21,33 @@
 
 enum kith_search_mode { KITH_GATHER, KITH_SCATTER, KITH_GATHER_SCATTER };
 
+/* Relative slack of squared distances in box tests: the last word may be spoken with or without fused operations. */
+#define KITH_SEARCH_SLACK 1e-14
+
 /* Slots first .. first + count - 1. */
 struct kith_run {
   kith_index first, count;
 };
 
-/* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own. */
+/* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own; {0} is empty,
+ * n = 0 empties it and keeps the memory. */
 struct kith_runs {
   int n, capacity;
   struct kith_run *run; /* owned */
 };
-kith_status kith_runs_add(struct kith_runs *runs, kith_index first, kith_index count);
+kith_status kith_runs_grow(struct kith_runs *runs); /* room for one more */
+static inline kith_status kith_runs_add(struct kith_runs *runs, kith_index first, kith_index count) {
+  if (runs->n > 0) {
+    struct kith_run *last = &runs->run[runs->n - 1];
+    if (last->first + last->count == first) {
+      last->count += count;
+      return KITH_OK;
+    }
+  }
+  if (runs->n == runs->capacity) KITH_TRY(kith_runs_grow(runs));
+  runs->run[runs->n++] = (struct kith_run){first, count};
+  return KITH_OK;
+}
 /* Sorts by slot and merges; for searches that find their cells in another order. */
 void kith_runs_sort(struct kith_runs *runs);
 void kith_runs_clear(struct kith_runs *runs); /* frees */
@@ -45,7 +61,8 @@ struct kith_search_ops {
   void (*destroy)(struct kith_search *search);
   /* Builds from nodes 0 .. search->n - 1; fills slot arrays and groups. */
   kith_status (*update)(struct kith_search *search);
-  /* Appends the runs that may interact with a box of masters of largest radius `radius`. Thread-safe. */
+  /* Adds to `runs`, which is empty, the runs that may interact with a box of masters of largest radius `radius`.
+   * Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that no rounding of the last word can be missed. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
   /* Optional. Nodes were added behind the others (ghosts); NULL: update. */
@@ -60,19 +77,19 @@ struct kith_search {
   void *self;
   /* What it was made from. */
   const struct kith_nodes *nodes; /* borrowed */
-  kith_index n;                   /* nodes seen: internal and ghosts */
+  kith_index n, n_internal;       /* nodes seen: internal and ghosts; internal */
   uint64_t positions, ghosts;     /* generations */
   /* Slot order. */
   kith_index capacity;
   kith_index *node;        /* [n] node of a slot */
   double *coordinate[NDIM]; /* [n] by slot */
   double *radius2;         /* [n] squared reach by slot */
-  /* Masters: runs of slots; every internal node in exactly one group. */
+  /* Masters: runs of slots; every node in exactly one group, internal nodes and ghosts in different ones. */
   int n_groups, groups_capacity;
   struct kith_run *group;
 };
 
-#define KITH_SEARCH_LIST(X) X(tree) X(grid) X(brute)
+#define KITH_SEARCH_LIST(X) X(tree) X(brute)
 #define X(name) extern const struct kith_search_ops kith_search_##name;
 KITH_SEARCH_LIST(X)
 #undef X
@@ -84,12 +101,16 @@ void kith_search_destroy(struct kith_search **search);
 
 /* Sees all nodes as they are now: position, reach. */
 kith_status kith_search_update(struct kith_search *search);
-/* Sees the nodes that were added behind those of the last update (ghosts); the others must not have moved. */
+/* Sees the nodes that were added behind those of the last update (ghosts); the others must not have moved (else STALE). */
 kith_status kith_search_append(struct kith_search *search);
-/* Sees that these nodes moved or changed their reach, and no other. */
+/* Sees that these nodes moved or changed their reach, and no other; STALE if nodes came or went. A node may be named
+ * more than once. */
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes, kith_index count);
 /* STALE unless the search saw the nodes' present generations. */
 kith_status kith_search_fresh(const struct kith_search *search);
+
+/* The box of the masters of a group, and their largest radius: what coarse is asked with. */
+void kith_search_group_box(const struct kith_search *search, int group, struct kith_box *box, double *radius);
 
 /* Candidates at any position (no node needed) with radius `radius`: coarse, then refined by the exact distance test of
  * the mode. Node indices, ascending, into *found (kith_resize memory, grown as needed, *capacity with it). */
@@ -97,5 +118,18 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
                            kith_index **found, kith_index *capacity, kith_index *count);
 
 size_t kith_search_bytes(const struct kith_search *search);
+
+/* The cube whose Morton curve the tree follows: at least twice as wide as x[n][NDIM], cells at powers of two counted from
+ * the origin of space, so that the order of nodes hardly depends on where the outermost ones are. Reorder the nodes with
+ * kith_nodes_curve_order in this cube, and the tree need not sort and candidates ascend in node index. */
+void kith_search_cube(const double *x, kith_index n, double *lower, double *upper);
+
+/* For members.
+ * Room for n slots (present ones are kept). */
+kith_status kith_search_reserve(struct kith_search *search, kith_index n);
+/* Packs coordinates and squared radii of the nodes in slots first .. first + count - 1. */
+void kith_search_pack(struct kith_search *search, kith_index first, kith_index count);
+/* Adds a group of masters. */
+kith_status kith_search_group(struct kith_search *search, kith_index first, kith_index count);
 
 #endif

@@ -1,0 +1,59 @@
+/* brute.c - the search that searches nothing: every node is a candidate, always. The oracle of the family. */
+#include "lib/neighbor/search.h"
+
+enum { GROUP = 32 };
+
+static kith_status brute_create(struct kith_search *search) {
+  (void)search;
+  return KITH_OK;
+}
+
+static void brute_destroy(struct kith_search *search) {
+  (void)search;
+}
+
+/* Slots are nodes; groups are blocks of nodes, internal ones first. */
+static kith_status brute_append(struct kith_search *search, kith_index old_n) {
+  for (kith_index i = old_n; i < search->n; ++i) search->node[i] = i;
+  kith_search_pack(search, old_n, search->n - old_n);
+  for (kith_index i = old_n; i < search->n;) {
+    const kith_index end = i < search->n_internal ? search->n_internal : search->n;
+    const kith_index count = KITH_MIN(GROUP, end - i);
+    KITH_TRY(kith_search_group(search, i, count));
+    i += count;
+  }
+  return KITH_OK;
+}
+
+static kith_status brute_update(struct kith_search *search) {
+  return brute_append(search, 0);
+}
+
+static kith_status brute_update_selected(struct kith_search *search, const kith_index *nodes,
+                                         kith_index count) {
+  for (kith_index k = 0; k < count; ++k) kith_search_pack(search, nodes[k], 1);
+  return KITH_OK;
+}
+
+static kith_status brute_coarse(const struct kith_search *search, const struct kith_box *box, double radius,
+                                enum kith_search_mode mode, struct kith_runs *runs) {
+  (void)box, (void)radius, (void)mode;
+  return search->n > 0 ? kith_runs_add(runs, 0, search->n) : KITH_OK;
+}
+
+static size_t brute_bytes(const struct kith_search *search) {
+  (void)search;
+  return 0;
+}
+
+const struct kith_search_ops kith_search_brute = {
+    .name = "brute",
+    .doc = "every node is a candidate: O(n^2), the oracle of the others",
+    .create = brute_create,
+    .destroy = brute_destroy,
+    .update = brute_update,
+    .append = brute_append,
+    .update_selected = brute_update_selected,
+    .coarse = brute_coarse,
+    .bytes = brute_bytes,
+};

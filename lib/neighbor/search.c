@@ -1,0 +1,261 @@
+/* search.c - what all neighbor searches share: runs, slots, generations, queries at a place. */
+#include "lib/neighbor/search.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Runs. */
+
+kith_status kith_runs_grow(struct kith_runs *runs) {
+  const int capacity = runs->capacity > 0 ? 2 * runs->capacity : 64;
+  KITH_TRY(kith_resize(&runs->run, (size_t)runs->n, (size_t)capacity, sizeof *runs->run));
+  runs->capacity = capacity;
+  return KITH_OK;
+}
+
+static int compare_runs(const void *a, const void *b) {
+  const kith_index p = ((const struct kith_run *)a)->first, q = ((const struct kith_run *)b)->first;
+  return (p > q) - (p < q);
+}
+
+void kith_runs_sort(struct kith_runs *runs) {
+  if (runs->n < 2) return;
+  qsort(runs->run, (size_t)runs->n, sizeof *runs->run, compare_runs);
+  int last = 0;
+  for (int k = 1; k < runs->n; ++k) {
+    struct kith_run *a = &runs->run[last];
+    const struct kith_run b = runs->run[k];
+    if (b.first > a->first + a->count)
+      runs->run[++last] = b;
+    else
+      a->count = KITH_MAX(a->count, b.first + b.count - a->first);
+  }
+  runs->n = last + 1;
+}
+
+void kith_runs_clear(struct kith_runs *runs) {
+  kith_free(&runs->run);
+  runs->n = runs->capacity = 0;
+}
+
+/* The family. */
+
+static const struct kith_search_ops *const family[] = {
+#define X(name) &kith_search_##name,
+    KITH_SEARCH_LIST(X)
+#undef X
+        NULL};
+
+const struct kith_search_ops *const *kith_search_all(void) {
+  return family;
+}
+
+const struct kith_search_ops *kith_search_find(const char *name) {
+  for (const struct kith_search_ops *const *ops = family; *ops; ++ops)
+    if (strcmp((*ops)->name, name) == 0) return *ops;
+  return NULL;
+}
+
+/* Life. */
+
+static void forget(struct kith_search *search) {
+  search->positions = search->ghosts = UINT64_MAX;
+}
+
+kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
+                               const struct kith_nodes *nodes) {
+  struct kith_search *search = NULL;
+  KITH_TRY(kith_resize(&search, 0, 1, sizeof *search));
+  search->ops = ops;
+  search->nodes = nodes;
+  forget(search);
+  const kith_status status = ops->create(search);
+  if (status != KITH_OK)
+    kith_free(&search);
+  else
+    *out = search;
+  return status;
+}
+
+void kith_search_destroy(struct kith_search **search) {
+  struct kith_search *s = *search;
+  if (!s) return;
+  s->ops->destroy(s);
+  kith_free(&s->node);
+  for (int a = 0; a < NDIM; ++a) kith_free(&s->coordinate[a]);
+  kith_free(&s->radius2);
+  kith_free(&s->group);
+  kith_free(search);
+}
+
+/* Seeing the nodes: stale until the member has succeeded. */
+
+static void remember(struct kith_search *search) {
+  search->positions = search->nodes->positions;
+  search->ghosts = search->nodes->ghosts;
+}
+
+kith_status kith_search_update(struct kith_search *search) {
+  forget(search);
+  search->n = kith_nodes_count(search->nodes);
+  search->n_internal = search->nodes->n_internal;
+  search->n_groups = 0;
+  KITH_TRY(kith_search_reserve(search, search->n));
+  KITH_TRY(search->ops->update(search));
+  remember(search);
+  return KITH_OK;
+}
+
+kith_status kith_search_append(struct kith_search *search) {
+  const kith_index old_n = search->n, n = kith_nodes_count(search->nodes);
+  if (search->positions != search->nodes->positions)
+    KITH_FAIL(STALE, "nodes moved before nodes were appended to a search");
+  if (!search->ops->append || n < old_n || search->nodes->n_internal != search->n_internal)
+    return kith_search_update(search);
+  forget(search);
+  search->n = n;
+  KITH_TRY(kith_search_reserve(search, n));
+  if (n > old_n) KITH_TRY(search->ops->append(search, old_n));
+  remember(search);
+  return KITH_OK;
+}
+
+kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
+                                        kith_index count) {
+  if (search->ghosts != search->nodes->ghosts || search->n != kith_nodes_count(search->nodes))
+    KITH_FAIL(STALE, "nodes came or went since the last update of a search");
+  if (!search->ops->update_selected) return kith_search_update(search);
+  forget(search);
+  KITH_TRY(search->ops->update_selected(search, nodes, count));
+  remember(search);
+  return KITH_OK;
+}
+
+kith_status kith_search_fresh(const struct kith_search *search) {
+  if (search->positions != search->nodes->positions || search->ghosts != search->nodes->ghosts)
+    KITH_FAIL(STALE, "the %s search has not seen the nodes as they are now", search->ops->name);
+  return KITH_OK;
+}
+
+/* Queries. */
+
+void kith_search_group_box(const struct kith_search *search, int group, struct kith_box *box,
+                           double *radius) {
+  const struct kith_run run = search->group[group];
+  for (int a = 0; a < NDIM; ++a) {
+    const double *x = search->coordinate[a] + run.first;
+    double lower = x[0], upper = x[0];
+    for (kith_index k = 1; k < run.count; ++k) lower = KITH_MIN(lower, x[k]), upper = KITH_MAX(upper, x[k]);
+    box->lower[a] = lower, box->upper[a] = upper;
+  }
+  double radius2 = 0;
+  for (kith_index k = 0; k < run.count; ++k) radius2 = KITH_MAX(radius2, search->radius2[run.first + k]);
+  *radius = sqrt(radius2);
+}
+
+static bool within(const struct kith_search *search, kith_index slot, const double *x, double radius2,
+                   enum kith_search_mode mode) {
+  double y[NDIM];
+  for (int a = 0; a < NDIM; ++a) y[a] = search->coordinate[a][slot];
+  const double d2 = kith_distance2(x, y);
+  return (mode != KITH_SCATTER && d2 <= radius2) || (mode != KITH_GATHER && d2 <= search->radius2[slot]);
+}
+
+static int compare_indices(const void *a, const void *b) {
+  const kith_index p = *(const kith_index *)a, q = *(const kith_index *)b;
+  return (p > q) - (p < q);
+}
+
+static kith_status at_runs(const struct kith_search *search, const struct kith_runs *runs, const double *x,
+                           double radius2, enum kith_search_mode mode, kith_index **found,
+                           kith_index *capacity, kith_index *count) {
+  kith_index n = 0;
+  for (int r = 0; r < runs->n; ++r) {
+    const struct kith_run run = runs->run[r];
+    for (kith_index slot = run.first; slot < run.first + run.count; ++slot) {
+      if (!within(search, slot, x, radius2, mode)) continue;
+      if (n == *capacity) {
+        const kith_index more = KITH_MAX(64, 2 * n);
+        KITH_TRY(kith_resize(found, (size_t)n, (size_t)more, sizeof **found));
+        *capacity = more;
+      }
+      (*found)[n++] = search->node[slot];
+    }
+  }
+  if (n > 1) qsort(*found, (size_t)n, sizeof **found, compare_indices);
+  *count = n;
+  return KITH_OK;
+}
+
+kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
+                           enum kith_search_mode mode, kith_index **found, kith_index *capacity,
+                           kith_index *count) {
+  KITH_TRY(kith_search_fresh(search));
+  struct kith_box box;
+  for (int a = 0; a < NDIM; ++a) box.lower[a] = box.upper[a] = x[a];
+  struct kith_runs runs = {0};
+  kith_status status = search->ops->coarse(search, &box, radius, mode, &runs);
+  if (status == KITH_OK) status = at_runs(search, &runs, x, radius * radius, mode, found, capacity, count);
+  kith_runs_clear(&runs);
+  return status;
+}
+
+size_t kith_search_bytes(const struct kith_search *search) {
+  const size_t slot = sizeof *search->node + (NDIM + 1) * sizeof(double);
+  return sizeof *search + (size_t)search->capacity * slot +
+         (size_t)search->groups_capacity * sizeof *search->group + search->ops->bytes(search);
+}
+
+void kith_search_cube(const double *x, kith_index n, double *lower, double *upper) {
+  double least[NDIM], most[NDIM], extent = 0;
+  for (int a = 0; a < NDIM; ++a) least[a] = INFINITY, most[a] = -INFINITY;
+#pragma omp parallel for schedule(static) reduction(min                           \
+                                                    : least[:NDIM]) reduction(max \
+                                                                              : most[:NDIM]) if (n > 10000)
+  for (kith_index i = 0; i < n; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      const double v = x[(size_t)i * NDIM + a];
+      least[a] = KITH_MIN(least[a], v), most[a] = KITH_MAX(most[a], v);
+    }
+  for (int a = 0; a < NDIM; ++a) extent = KITH_MAX(extent, most[a] - least[a]);
+  int exponent = 0;
+  if (extent > 0 && extent < INFINITY) frexp(extent, &exponent);
+  const double unit = ldexp(1, exponent); /* > extent */
+  for (int a = 0; a < NDIM; ++a) {
+    lower[a] = n > 0 ? floor(least[a] / unit) * unit : 0;
+    upper[a] = lower[a] + 2 * unit;
+  }
+}
+
+/* For members. */
+
+kith_status kith_search_reserve(struct kith_search *search, kith_index n) {
+  if (n <= search->capacity) return KITH_OK;
+  /* Ghosts come block by block: a little room saves moving everything each time. */
+  const size_t keep = (size_t)search->capacity, room = (size_t)n + (size_t)n / 8;
+  KITH_TRY(kith_resize(&search->node, keep, room, sizeof *search->node));
+  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_resize(&search->coordinate[a], keep, room, sizeof(double)));
+  KITH_TRY(kith_resize(&search->radius2, keep, room, sizeof(double)));
+  search->capacity = (kith_index)room;
+  return KITH_OK;
+}
+
+void kith_search_pack(struct kith_search *search, kith_index first, kith_index count) {
+  const double *restrict position = search->nodes->position->f64, *restrict reach = search->nodes->reach->f64;
+#pragma omp parallel for schedule(static) if (count > 10000)
+  for (kith_index slot = first; slot < first + count; ++slot) {
+    const size_t i = (size_t)search->node[slot];
+    for (int a = 0; a < NDIM; ++a) search->coordinate[a][slot] = position[i * NDIM + a];
+    search->radius2[slot] = reach[i] * reach[i];
+  }
+}
+
+kith_status kith_search_group(struct kith_search *search, kith_index first, kith_index count) {
+  if (search->n_groups == search->groups_capacity) {
+    const int capacity = KITH_MAX(64, 2 * search->groups_capacity);
+    KITH_TRY(kith_resize(&search->group, (size_t)search->n_groups, (size_t)capacity, sizeof *search->group));
+    search->groups_capacity = capacity;
+  }
+  search->group[search->n_groups++] = (struct kith_run){first, count};
+  return KITH_OK;
+}
