@@ -1,0 +1,53 @@
+/* lattice.h - sites of a lattice that fits a box with a whole number of cells along every axis.
+ *
+ * Cells are rectangular. With s^NDIM the volume of a node, their ideal sides and their sites (in cells) are
+ *
+ *   1-D  all        s                             1/2
+ *   2-D  cubic      s, s                          (1/2 1/2)                                  square
+ *        bcc        a, a          a = 2^(1/2) s   (1/4 1/4) (3/4 3/4)                        centered square
+ *        hcp        a, 3^(1/2) a  a^2 = 2 s^2 / 3^(1/2)   (1/4 1/4) (3/4 3/4)                triangular, rows
+ * along x 3-D  cubic      s, s, s                       (1/2 1/2 1/2) bcc        a, a, a       a = 2^(1/3) s
+ * (1/4 1/4 1/4) (3/4 3/4 3/4) fcc        a, a, a       a = 4^(1/3) s   (1/4 1/4 1/4) (3/4 3/4 1/4) (3/4 1/4
+ * 3/4) (1/4 3/4 3/4) hcp        a, 3^(1/2) a, (8/3)^(1/2) a   (1/4 5/6 1/4) (3/4 1/3 1/4) (1/4 1/6 3/4) (3/4
+ * 2/3 3/4) a = 2^(1/6) s                 rows along x, layers along z
+ *
+ * The number of cells along an axis is extent / side, rounded (a half rounds up whatever the round-off), at
+ * least 1; the cell is stretched to fit. So every lattice continues exactly across a periodic face, and no
+ * site is on a face. The layers of sites along each axis are mirror images of each other about the middle of
+ * the box, bit by bit if the box is centered on 0. Through a reflecting face only cubic continues exactly.
+ * bcc, fcc and the triangular lattice continue by a glide: layers keep their distance, but the mirror image
+ * is half a cell off sideways; so does hcp in x and y, and in z with a third of a cell. No lattice but cubic
+ * can do better without sites on the face. */
+#ifndef KITH_APP_LATTICE_H
+#define KITH_APP_LATTICE_H
+
+#include "app/scene.h"
+
+enum { KITH_MAX_SITES = 1000000000 }; /* of one fit, and nodes of a scene */
+
+struct kith_lattice_fit {
+  enum kith_lattice kind;
+  struct kith_box box;
+  int64_t cells[NDIM];
+  int64_t sites;      /* in all */
+  double site_volume; /* volume of the box / sites */
+};
+
+/* Does this lattice exist in this dimension? (fcc in 2-D does not.) */
+bool kith_lattice_exists(enum kith_lattice kind);
+/* Cells for a finite box that is not empty, so that a site has about the volume spacing^NDIM.
+ * BAD_INPUT beyond KITH_MAX_SITES, or for a lattice that does not exist. */
+kith_status kith_lattice_fit(struct kith_lattice_fit *out, enum kith_lattice kind, const struct kith_box *box,
+                             double spacing);
+/* Brings site_volume closer to `volume` by the number of cells along an axis with more than twice the cells
+ * of any other, where the others have at least 2. Elsewhere there is no axis to choose, and nothing changes.
+ */
+kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume);
+/* Place of site 0 .. sites - 1. */
+void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x);
+/* Moves x by up to `largest` along each axis, uniformly; mirrored at the faces of the fit's box. Depends on
+ * seed and id only. */
+void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uint64_t seed, int64_t id,
+                         double *x);
+
+#endif

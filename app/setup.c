@@ -1,0 +1,219 @@
+#include "app/setup.h"
+
+#include <stdio.h>
+
+#include "app/deposit.h"
+#include "app/lattice.h"
+#include "app/region.h"
+
+/* What a region will become. */
+struct plan {
+  const struct kith_region *region; /* borrowed */
+  struct kith_box box;
+  struct kith_lattice_fit fit;
+  double mean_density; /* 0 where `spacing` is given: nobody asks */
+  kith_index first, count;
+};
+
+struct setup {
+  const struct kith_scene *scene;
+  struct kith_nodes *nodes;
+  struct kith_hydro *hydro;
+  struct plan *plan; /* one per region, owned */
+  double neighbors;
+};
+
+/* Prefixes the last failure with the region's line. */
+static kith_status at_region(const struct kith_region *region, kith_status status) {
+  char reason[512];
+  snprintf(reason, sizeof reason, "%s", kith_failure());
+  return kith_fail(status, "%s:%d: region: %s", region->place.file, region->place.line, reason);
+}
+
+static kith_status fit_plan(struct plan *plan, double spacing) {
+  const kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
+  return status == KITH_OK ? KITH_OK : at_region(plan->region, status);
+}
+
+/* The densest of the regions whose spacing is not given, or -1. */
+static int densest(const struct setup *s) {
+  int best = -1;
+  for (int k = 0; k < s->scene->n_regions; ++k)
+    if (s->plan[k].region->spacing == 0 && (best < 0 || s->plan[k].mean_density > s->plan[best].mean_density))
+      best = k;
+  return best;
+}
+
+static kith_status measure_regions(struct setup *s) {
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    struct plan *plan = &s->plan[k];
+    plan->region = &s->scene->region[k];
+    KITH_TRY(kith_region_box(plan->region, &s->scene->domain, &plan->box));
+    if (plan->region->spacing > 0)
+      KITH_TRY(fit_plan(plan, plan->region->spacing));
+    else
+      KITH_TRY(kith_region_mean_density(plan->region, &plan->box, &plan->mean_density));
+  }
+  return KITH_OK;
+}
+
+/* Equal mass: the volume of a node in the other regions follows from the mass that a node got in the densest
+ * one, so that the rounding of cells there does not count twice. */
+static kith_status fit_lattices(struct setup *s) {
+  const int d = densest(s);
+  if (d < 0) return KITH_OK;
+  KITH_TRY(fit_plan(&s->plan[d], 1 / s->scene->resolution));
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    struct plan *plan = &s->plan[k];
+    if (k == d || plan->region->spacing > 0) continue;
+    if (s->scene->arrangement == KITH_EQUAL_SPACING) {
+      KITH_TRY(fit_plan(plan, 1 / s->scene->resolution));
+      continue;
+    }
+    const double volume = s->plan[d].fit.site_volume * s->plan[d].mean_density / plan->mean_density;
+    KITH_TRY(fit_plan(plan, pow(volume, 1.0 / NDIM)));
+    const kith_status status = kith_lattice_balance(&plan->fit, volume);
+    if (status != KITH_OK) return at_region(plan->region, status);
+  }
+  return KITH_OK;
+}
+
+/* No other region holds this site. */
+static kith_status check_alone(const struct setup *s, const struct plan *plan, const double *x) {
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    const struct kith_region *other = s->plan[k].region;
+    if (other == plan->region) continue;
+    bool holds;
+    KITH_TRY(kith_region_holds(other, x, &holds));
+    if (!holds) continue;
+    char text[KITH_POINT_TEXT];
+    KITH_FAIL(BAD_INPUT, "%s:%d: region: overlaps the region of line %d, at %s", plan->region->place.file,
+              plan->region->place.line, other->place.line, kith_point_text(text, x));
+  }
+  return KITH_OK;
+}
+
+static kith_status count_region(const struct setup *s, struct plan *plan) {
+  plan->count = 0;
+  for (int64_t site = 0; site < plan->fit.sites; ++site) {
+    double x[NDIM];
+    bool holds;
+    kith_lattice_site(&plan->fit, site, x);
+    KITH_TRY(kith_region_holds(plan->region, x, &holds));
+    if (!holds) continue;
+    KITH_TRY(check_alone(s, plan, x));
+    ++plan->count;
+  }
+  if (plan->count == 0)
+    KITH_FAIL(BAD_INPUT, "%s:%d: region: it holds no node", plan->region->place.file,
+              plan->region->place.line);
+  return KITH_OK;
+}
+
+static kith_status count_nodes(struct setup *s) {
+  int64_t sites = 0, total = 0;
+  for (int k = 0; k < s->scene->n_regions; ++k) sites += s->plan[k].fit.sites;
+  if (sites > KITH_MAX_SITES)
+    KITH_FAIL(BAD_INPUT, "the regions ask for %.3g nodes: more than the %.0e allowed", (double)sites,
+              (double)KITH_MAX_SITES);
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    KITH_TRY(count_region(s, &s->plan[k]));
+    total += s->plan[k].count;
+  }
+  if (total == 0) KITH_FAIL(BAD_INPUT, "the scene has no node: it has no region");
+  return KITH_OK;
+}
+
+/* Room for all, list by list, so that no list moves; then each region's place in its list. */
+static kith_status make_room(struct setup *s) {
+  kith_index total = 0;
+  for (int k = 0; k < s->scene->n_regions; ++k) total += s->plan[k].count;
+  KITH_TRY(kith_nodes_reserve(s->nodes, total));
+  for (int list = 0; list < s->scene->n_materials; ++list) {
+    for (int k = 0; k < s->scene->n_regions; ++k) {
+      if (s->plan[k].region->material != list) continue;
+      KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
+    }
+  }
+  return KITH_OK;
+}
+
+static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, double *x) {
+  const struct kith_region *region = plan->region;
+  const double volume = plan->fit.site_volume;
+  struct kith_region_state state;
+  if (region->jitter > 0)
+    kith_lattice_jitter(&plan->fit, region->jitter * pow(volume, 1.0 / NDIM), region->seed, i, x);
+  KITH_TRY(kith_region_state_at(region, &s->scene->material[region->material], x, &state));
+  for (int a = 0; a < NDIM; ++a) {
+    s->nodes->position->f64[i * NDIM + a] = x[a];
+    s->hydro->velocity->f64[i * NDIM + a] = state.velocity[a];
+  }
+  s->nodes->id->i64[i] = i;
+  s->nodes->support->f64[i] = pow(s->neighbors / kith_ball() * volume, 1.0 / NDIM);
+  s->hydro->mass->f64[i] = state.density * volume;
+  s->hydro->density->f64[i] = state.density;
+  s->hydro->energy->f64[i] = state.energy;
+  return KITH_OK;
+}
+
+static kith_status fill_region(const struct setup *s, const struct plan *plan) {
+  kith_index i = plan->first;
+  for (int64_t site = 0; site < plan->fit.sites; ++site) {
+    double x[NDIM];
+    bool holds;
+    kith_lattice_site(&plan->fit, site, x);
+    KITH_TRY(kith_region_holds(plan->region, x, &holds));
+    if (holds) KITH_TRY(fill_node(s, plan, i++, x));
+  }
+  return KITH_OK;
+}
+
+static kith_status mark_frozen(const struct setup *s, uint8_t **frozen) {
+  bool any = false;
+  for (int k = 0; k < s->scene->n_regions; ++k) any = any || s->plan[k].region->frozen;
+  if (!any) return KITH_OK;
+  KITH_TRY(kith_resize(frozen, 0, (size_t)s->nodes->n_internal, 1));
+  for (int k = 0; k < s->scene->n_regions; ++k)
+    for (kith_index i = 0; i < s->plan[k].count; ++i)
+      (*frozen)[s->plan[k].first + i] = s->plan[k].region->frozen;
+  return KITH_OK;
+}
+
+static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
+  const char *names[KITH_MAX_LISTS];
+  for (int list = 0; list < s->scene->n_materials; ++list) names[list] = s->scene->material_name[list];
+  KITH_TRY(kith_nodes_create(nodes, s->scene->n_materials, names));
+  s->nodes = *nodes;
+  KITH_TRY(kith_hydro_init(s->hydro, s->nodes));
+  for (int list = 0; list < s->scene->n_materials; ++list)
+    s->hydro->material[list] = s->scene->material[list];
+  return KITH_OK;
+}
+
+static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
+  KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1), sizeof *s->plan));
+  KITH_TRY(measure_regions(s));
+  KITH_TRY(fit_lattices(s));
+  KITH_TRY(count_nodes(s));
+  KITH_TRY(create_nodes(s, nodes));
+  KITH_TRY(make_room(s));
+  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(fill_region(s, &s->plan[k]));
+  s->nodes->positions += 1;
+  for (int k = 0; k < s->scene->n_deposits; ++k)
+    KITH_TRY(kith_deposit_add(&s->scene->deposit[k], s->scene, s->hydro));
+  return mark_frozen(s, frozen);
+}
+
+kith_status kith_setup(struct kith_nodes **nodes, struct kith_hydro *hydro, const struct kith_scene *scene,
+                       double neighbors, uint8_t **frozen) {
+  *nodes = NULL;
+  *frozen = NULL;
+  struct setup s = {.scene = scene, .hydro = hydro, .neighbors = neighbors};
+  const kith_status status = build(&s, nodes, frozen);
+  kith_free(&s.plan);
+  if (status == KITH_OK) return KITH_OK;
+  kith_free(frozen);
+  kith_nodes_destroy(nodes);
+  return status;
+}
