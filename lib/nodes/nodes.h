@@ -68,7 +68,8 @@ enum kith_ghost_kind {
   KITH_GHOST_FROZEN, /* values stay; every ghost is its own control */
 };
 
-/* Ghosts of one boundary, one list and one image, contiguous from `first`; control[k] < first + k. */
+/* Ghosts of one boundary, one list and one image, contiguous from `first`. Controls are of the same list and lie before
+ * the block (control[k] < first), so a block can be refreshed by threads. */
 struct kith_ghost_block {
   enum kith_ghost_kind kind;
   int boundary; /* its place in the list of boundaries */
@@ -112,8 +113,13 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
 
+/* Bytes of one node's values. */
+size_t kith_field_node_size(const struct kith_field *field);
+
 /* Room for `capacity` nodes in all fields. Values of present nodes are kept. */
 kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity);
+/* Room for `more` nodes behind the present ones, and a quarter of the capacity ahead if fields must move. */
+kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */
 kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index count, kith_index *first);
@@ -128,13 +134,14 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
 
 /* Ghosts. Drop all; append one block (control is taken over: owned by the nodes from here on, also on failure). */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
-/* block->first is set here. Image ghosts get all fields through their image; frozen ones are left for the caller to fill. */
+/* block->first is set here. Image ghosts get all fields through their image; frozen ones are zero,
+ * for the caller to fill. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
 /* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these fields.
  * Bitwise the same for any number of threads. */
 void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
 /* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is kept.
- * renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept. */
+ * renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept; empty blocks go. */
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber);
 
 size_t kith_nodes_bytes(const struct kith_nodes *nodes);

@@ -1,0 +1,132 @@
+/* Ghost blocks and the values of ghosts. */
+#include "lib/nodes/nodes.h"
+
+#include <omp.h>
+#include <string.h>
+
+void kith_nodes_drop_ghosts(struct kith_nodes *nodes) {
+  if (nodes->n_blocks == 0) return;
+  for (int b = 0; b < nodes->n_blocks; ++b) kith_free(&nodes->blocks[b].control);
+  nodes->n_blocks = 0;
+  nodes->n_ghost = 0;
+  ++nodes->ghosts;
+}
+
+/* out[k] = in[control[k]] times one sign per component, plus a shift; `components` is known to the compiler.
+ */
+static inline void copy_signed(double *restrict out, const double *in, const kith_index *restrict control,
+                               kith_index begin, kith_index end, int components, const double *sign,
+                               const double *shift) {
+  for (kith_index k = begin; k < end; ++k) {
+    const double *from = in + (size_t)control[k] * (size_t)components;
+    double *to = out + (size_t)k * (size_t)components;
+    for (int c = 0; c < components; ++c)
+      to[c] = shift != NULL ? sign[c] * from[c] + shift[c] : sign[c] * from[c];
+  }
+}
+
+static inline void copy_plain(int64_t *restrict out, const int64_t *in, const kith_index *restrict control,
+                              kith_index begin, kith_index end) {
+  for (kith_index k = begin; k < end; ++k) out[k] = in[control[k]];
+}
+
+/* Ghosts begin .. end of the block get their values of one field. */
+static void refresh_part(struct kith_field *field, const struct kith_ghost_block *block, kith_index begin,
+                         kith_index end) {
+  const size_t first = (size_t)block->first * (size_t)field->components;
+  const double *sign = block->image.sign;
+  switch (field->spec.kind) {
+    case KITH_SCALAR:
+      if (field->spec.type == KITH_U8)
+        for (kith_index k = begin; k < end; ++k) field->u8[first + (size_t)k] = field->u8[block->control[k]];
+      else /* a double is copied as a word too: the same bits */
+        copy_plain(field->i64 + first, field->i64, block->control, begin, end);
+      break;
+    case KITH_VECTOR:
+      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM, sign, NULL);
+      break;
+    case KITH_POSITION:
+      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM, sign, block->image.shift);
+      break;
+    case KITH_TENSOR: {
+      double product[NDIM * NDIM];
+      for (int c = 0; c < NDIM * NDIM; ++c) product[c] = sign[c / NDIM] * sign[c % NDIM];
+      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM * NDIM, product, NULL);
+      break;
+    }
+  }
+}
+
+/* Called by all threads of a team: each refreshes its share of the ghosts in all fields. */
+static void refresh_block(const struct kith_ghost_block *block, struct kith_field *const *fields,
+                          int n_fields) {
+  const int64_t threads = omp_get_num_threads(), me = omp_get_thread_num();
+  const kith_index begin = (kith_index)(block->count * me / threads);
+  const kith_index end = (kith_index)(block->count * (me + 1) / threads);
+  for (int f = 0; f < n_fields; ++f) refresh_part(fields[f], block, begin, end);
+}
+
+enum { WORTH_A_TEAM = 4096 }; /* values: below, waking the threads costs more than the copies */
+
+void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
+#pragma omp parallel if ((int64_t)nodes->n_ghost * n_fields >= WORTH_A_TEAM)
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    if (nodes->blocks[b].kind == KITH_GHOST_IMAGE) refresh_block(&nodes->blocks[b], fields, n_fields);
+#pragma omp barrier /* a later block may have its controls in this one */
+  }
+}
+
+static kith_status check_block(const struct kith_nodes *nodes, const struct kith_ghost_block *block) {
+  if (block->list < 0 || block->list >= nodes->n_lists || block->count < 0)
+    KITH_FAIL(INTERNAL, "a block of %d ghosts for list %d of %d", block->count, block->list, nodes->n_lists);
+  if (block->kind == KITH_GHOST_FROZEN) {
+    if (block->control != NULL) KITH_FAIL(INTERNAL, "frozen ghosts have no control nodes");
+    return KITH_OK;
+  }
+  if (block->control == NULL && block->count > 0) KITH_FAIL(INTERNAL, "image ghosts need control nodes");
+  const kith_index first = kith_nodes_count(nodes);
+  for (kith_index k = 0; k < block->count; ++k) {
+    const kith_index c = block->control[k];
+    if (c < 0 || c >= first || nodes->list->u8[c] != block->list)
+      KITH_FAIL(INTERNAL, "node %d cannot control ghost %d of list %d", c, first + k, block->list);
+  }
+  return KITH_OK;
+}
+
+static kith_status room_for_block(struct kith_nodes *nodes, kith_index count) {
+  KITH_TRY(kith_nodes_grow(nodes, count));
+  if (nodes->n_blocks < nodes->blocks_capacity) return KITH_OK;
+  const int capacity = 2 * nodes->blocks_capacity + 16;
+  KITH_TRY(kith_resize(&nodes->blocks, (size_t)nodes->n_blocks, (size_t)capacity, sizeof *nodes->blocks));
+  nodes->blocks_capacity = capacity;
+  return KITH_OK;
+}
+
+static void clear_values(struct kith_nodes *nodes, kith_index first, kith_index count) {
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    const size_t size = kith_field_node_size(nodes->fields[f]);
+    memset((char *)nodes->fields[f]->data + (size_t)first * size, 0, (size_t)count * size);
+  }
+}
+
+kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block) {
+  struct kith_ghost_block fresh = *block;
+  kith_status status = check_block(nodes, block);
+  if (status == KITH_OK && fresh.count > 0) status = room_for_block(nodes, fresh.count);
+  if (status != KITH_OK || fresh.count == 0) {
+    kith_free(&fresh.control);
+    return status;
+  }
+  fresh.first = kith_nodes_count(nodes);
+  nodes->blocks[nodes->n_blocks++] = fresh;
+  nodes->n_ghost += fresh.count;
+  ++nodes->ghosts;
+  if (fresh.kind == KITH_GHOST_IMAGE) {
+#pragma omp parallel if ((int64_t)fresh.count * nodes->n_fields >= WORTH_A_TEAM)
+    refresh_block(&fresh, nodes->fields, nodes->n_fields);
+    return KITH_OK;
+  }
+  clear_values(nodes, fresh.first, fresh.count);
+  memset(nodes->list->u8 + fresh.first, fresh.list, (size_t)fresh.count);
+  return KITH_OK;
+}

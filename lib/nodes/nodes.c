@@ -1,0 +1,161 @@
+/* Lists, fields, growth. Orders and deletion are in order.c, ghosts in ghosts.c. */
+#include "lib/nodes/nodes.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static size_t type_size(enum kith_type type) {
+  return type == KITH_U8 ? 1 : 8;
+}
+
+size_t kith_field_node_size(const struct kith_field *field) {
+  return (size_t)field->components * type_size(field->spec.type);
+}
+
+static int components_of(enum kith_kind kind) {
+  return kind == KITH_SCALAR ? 1 : kind == KITH_TENSOR ? NDIM * NDIM : NDIM;
+}
+
+static kith_status register_standing(struct kith_nodes *nodes) {
+  static const struct kith_field_spec position = {"position", KITH_POSITION, KITH_F64,
+                                                  KITH_STATE, "Coordinates", "position"};
+  static const struct kith_field_spec support = {
+      "support", KITH_SCALAR, KITH_F64, KITH_STATE, "SmoothingLength", "radius of the kernel's support"};
+  static const struct kith_field_spec reach = {
+      "reach", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "radius that the connectivity is built with"};
+  static const struct kith_field_spec id = {"id",       KITH_SCALAR,   KITH_I64,
+                                            KITH_STATE, "ParticleIDs", "global id"};
+  static const struct kith_field_spec list = {"list",       KITH_SCALAR,   KITH_U8,
+                                              KITH_DERIVED, "MaterialIDs", "place of the node's list"};
+  KITH_TRY(kith_nodes_field(nodes, &position, &nodes->position));
+  KITH_TRY(kith_nodes_field(nodes, &support, &nodes->support));
+  KITH_TRY(kith_nodes_field(nodes, &reach, &nodes->reach));
+  KITH_TRY(kith_nodes_field(nodes, &id, &nodes->id));
+  return kith_nodes_field(nodes, &list, &nodes->list);
+}
+
+kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names) {
+  *out = NULL;
+  if (n_lists < 1 || n_lists > KITH_MAX_LISTS)
+    KITH_FAIL(BAD_INPUT, "%d node lists: allowed are 1 to %d", n_lists, KITH_MAX_LISTS);
+  struct kith_nodes *nodes = NULL;
+  KITH_TRY(kith_resize(&nodes, 0, 1, sizeof *nodes));
+  nodes->n_lists = n_lists;
+  for (int l = 0; l < n_lists; ++l)
+    snprintf(nodes->lists[l].name, sizeof nodes->lists[l].name, "%s", names[l]);
+  const kith_status status = register_standing(nodes);
+  if (status != KITH_OK) {
+    kith_nodes_destroy(&nodes);
+    return status;
+  }
+  *out = nodes;
+  return KITH_OK;
+}
+
+void kith_nodes_destroy(struct kith_nodes **nodes) {
+  if (*nodes == NULL) return;
+  kith_nodes_drop_ghosts(*nodes);
+  kith_free(&(*nodes)->blocks);
+  for (int f = 0; f < (*nodes)->n_fields; ++f) {
+    kith_free(&(*nodes)->fields[f]->data);
+    kith_free(&(*nodes)->fields[f]);
+  }
+  kith_free(nodes);
+}
+
+static bool same_text(const char *a, const char *b) {
+  return a == b || (a != NULL && b != NULL && strcmp(a, b) == 0);
+}
+
+static bool same_spec(const struct kith_field_spec *a, const struct kith_field_spec *b) {
+  return a->kind == b->kind && a->type == b->type && a->role == b->role && same_text(a->output, b->output);
+}
+
+struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name) {
+  for (int f = 0; f < nodes->n_fields; ++f)
+    if (strcmp(nodes->fields[f]->spec.name, name) == 0) return nodes->fields[f];
+  return NULL;
+}
+
+kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec,
+                             struct kith_field **out) {
+  struct kith_field *field = kith_nodes_field_named(nodes, spec->name);
+  if (field != NULL) {
+    if (!same_spec(&field->spec, spec))
+      KITH_FAIL(INTERNAL, "field '%s' is registered with another specification", spec->name);
+    *out = field;
+    return KITH_OK;
+  }
+  if (spec->type != KITH_F64 && spec->kind != KITH_SCALAR)
+    KITH_FAIL(INTERNAL, "field '%s': only scalars may be integers", spec->name);
+  if (nodes->n_fields == KITH_MAX_FIELDS)
+    KITH_FAIL(INTERNAL, "no room for field '%s': there are %d", spec->name, KITH_MAX_FIELDS);
+  KITH_TRY(kith_resize(&field, 0, 1, sizeof *field));
+  field->spec = *spec;
+  field->components = components_of(spec->kind);
+  const kith_status status =
+      kith_resize(&field->data, 0, (size_t)nodes->capacity, kith_field_node_size(field));
+  if (status != KITH_OK) {
+    kith_free(&field);
+    return status;
+  }
+  nodes->fields[nodes->n_fields++] = field;
+  *out = field;
+  return KITH_OK;
+}
+
+kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity) {
+  if (capacity <= nodes->capacity) return KITH_OK;
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    struct kith_field *field = nodes->fields[f];
+    KITH_TRY(kith_resize(&field->data, (size_t)kith_nodes_count(nodes), (size_t)capacity,
+                         kith_field_node_size(field)));
+  }
+  nodes->capacity = capacity;
+  return KITH_OK;
+}
+
+kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more) {
+  const int64_t wanted = (int64_t)kith_nodes_count(nodes) + more;
+  if (wanted > INT32_MAX) KITH_FAIL(UNSUPPORTED, "%lld nodes: more than an index counts", (long long)wanted);
+  if (wanted <= nodes->capacity) return KITH_OK;
+  const int64_t ahead = KITH_MAX(wanted, (int64_t)nodes->capacity + nodes->capacity / 4);
+  return kith_nodes_reserve(nodes, (kith_index)KITH_MIN(ahead, INT32_MAX));
+}
+
+/* Makes a hole of `count` zeros at `place` of one field with n nodes. */
+static void open_hole(struct kith_field *field, kith_index n, kith_index place, kith_index count) {
+  const size_t size = kith_field_node_size(field);
+  char *hole = (char *)field->data + (size_t)place * size;
+  memmove(hole + (size_t)count * size, hole, (size_t)(n - place) * size);
+  memset(hole, 0, (size_t)count * size);
+}
+
+kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index count, kith_index *first) {
+  if (list < 0 || list >= nodes->n_lists || count < 0)
+    KITH_FAIL(INTERNAL, "cannot append %d nodes to list %d of %d", count, list, nodes->n_lists);
+  kith_nodes_drop_ghosts(nodes);
+  KITH_TRY(kith_nodes_grow(nodes, count));
+  const kith_index place = nodes->lists[list].first + nodes->lists[list].count;
+#pragma omp parallel for schedule(static)
+  for (int f = 0; f < nodes->n_fields; ++f) open_hole(nodes->fields[f], nodes->n_internal, place, count);
+  for (kith_index i = place; i < place + count; ++i) {
+    nodes->id->i64[i] = -1;
+    nodes->list->u8[i] = (uint8_t)list;
+  }
+  nodes->lists[list].count += count;
+  for (int l = list + 1; l < nodes->n_lists; ++l) nodes->lists[l].first += count;
+  nodes->n_internal += count;
+  ++nodes->ghosts;
+  if (first != NULL) *first = place;
+  return KITH_OK;
+}
+
+size_t kith_nodes_bytes(const struct kith_nodes *nodes) {
+  size_t bytes = sizeof *nodes + (size_t)nodes->blocks_capacity * sizeof *nodes->blocks;
+  for (int f = 0; f < nodes->n_fields; ++f)
+    bytes += sizeof *nodes->fields[f] + (size_t)nodes->capacity * kith_field_node_size(nodes->fields[f]);
+  for (int b = 0; b < nodes->n_blocks; ++b)
+    if (nodes->blocks[b].control != NULL) bytes += (size_t)nodes->blocks[b].count * sizeof(kith_index);
+  return bytes;
+}

@@ -1,0 +1,195 @@
+/* Nodes change places: deletion, reordering, culling. Every registered field follows. */
+#include "lib/core/key.h"
+#include "lib/nodes/nodes.h"
+
+#include <string.h>
+
+/* to[k] = from[order[k]] for values of `size` bytes. to == from is allowed if order ascends (then order[k] >=
+ * k). */
+static inline void gather(void *to, const void *from, const kith_index *order, kith_index begin,
+                          kith_index end, size_t size) {
+  char *t = to;
+  const char *s = from;
+  for (kith_index k = begin; k < end; ++k) memmove(t + (size_t)k * size, s + (size_t)order[k] * size, size);
+}
+
+/* The same with the size known to the compiler, for the sizes that occur. */
+static void gather_sized(void *to, const void *from, const kith_index *order, kith_index begin,
+                         kith_index end, size_t size) {
+  if (size == 8)
+    gather(to, from, order, begin, end, 8);
+  else if (size == 8 * NDIM)
+    gather(to, from, order, begin, end, 8 * NDIM);
+  else if (size == 8 * NDIM * NDIM)
+    gather(to, from, order, begin, end, 8 * NDIM * NDIM);
+  else
+    gather(to, from, order, begin, end, size);
+}
+
+/* Moves node from[k] to place k for begin <= k < end in all fields; `from` ascends. In place: threads share
+ * out the fields. */
+static void compact(struct kith_nodes *nodes, const kith_index *from, kith_index begin, kith_index end) {
+#pragma omp parallel for schedule(dynamic)
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    struct kith_field *field = nodes->fields[f];
+    gather_sized(field->data, field->data, from, begin, end, kith_field_node_size(field));
+  }
+}
+
+kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead) {
+  kith_nodes_drop_ghosts(nodes);
+  kith_index *from = NULL;
+  KITH_TRY(kith_resize(&from, 0, (size_t)nodes->n_internal, sizeof *from));
+  kith_index alive = 0;
+  for (int l = 0; l < nodes->n_lists; ++l) {
+    struct kith_node_list *list = &nodes->lists[l];
+    const kith_index end = list->first + list->count, begin = alive;
+    for (kith_index i = list->first; i < end; ++i)
+      if (!dead[i]) from[alive++] = i;
+    list->first = begin;
+    list->count = alive - begin;
+  }
+  if (alive < nodes->n_internal) {
+    compact(nodes, from, 0, alive);
+    nodes->n_internal = alive;
+    ++nodes->ghosts;
+  }
+  kith_free(&from);
+  return KITH_OK;
+}
+
+/* Each node once, and in its own list? */
+static kith_status check_order(const struct kith_nodes *nodes, const kith_index *order) {
+  uint8_t *seen = NULL;
+  KITH_TRY(kith_resize(&seen, 0, (size_t)nodes->n_internal, 1));
+  kith_index wrong = -1;
+  for (int l = 0; l < nodes->n_lists && wrong < 0; ++l) {
+    const kith_index first = nodes->lists[l].first, end = first + nodes->lists[l].count;
+    for (kith_index k = first; k < end; ++k) {
+      if (order[k] < first || order[k] >= end || seen[order[k]]) {
+        wrong = k;
+        break;
+      }
+      seen[order[k]] = 1;
+    }
+  }
+  kith_free(&seen);
+  if (wrong >= 0) KITH_FAIL(INTERNAL, "the order at %d is no permutation within the lists", wrong);
+  return KITH_OK;
+}
+
+kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order) {
+  KITH_TRY(check_order(nodes, order));
+  size_t widest = 0;
+  for (int f = 0; f < nodes->n_fields; ++f) widest = KITH_MAX(widest, kith_field_node_size(nodes->fields[f]));
+  char *scratch = NULL;
+  KITH_TRY(kith_resize(&scratch, 0, (size_t)nodes->n_internal, widest));
+  kith_nodes_drop_ghosts(nodes);
+  enum { RUN = 1024 };
+  const kith_index n = nodes->n_internal, runs = (n + RUN - 1) / RUN;
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    char *data = nodes->fields[f]->data;
+    const size_t size = kith_field_node_size(nodes->fields[f]);
+#pragma omp parallel
+    {
+#pragma omp for schedule(static)
+      for (kith_index r = 0; r < runs; ++r)
+        gather_sized(scratch, data, order, r * RUN, KITH_MIN((r + 1) * RUN, n), size);
+#pragma omp for schedule(static)
+      for (kith_index r = 0; r < runs; ++r) {
+        const size_t begin = (size_t)r * RUN * size, end = KITH_MIN(((size_t)r + 1) * RUN, (size_t)n) * size;
+        memcpy(data + begin, scratch + begin, end - begin);
+      }
+    }
+  }
+  kith_free(&scratch);
+  ++nodes->ghosts;
+  return KITH_OK;
+}
+
+kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
+                                   kith_index *order, bool *sorted) {
+  const kith_index n = nodes->n_internal;
+  double inverse_cell[NDIM];
+  for (int a = 0; a < NDIM; ++a)
+    inverse_cell[a] =
+        upper[a] > lower[a] ? (double)(UINT64_C(1) << KITH_KEY_BITS) / (upper[a] - lower[a]) : 0;
+  uint64_t *key = NULL;
+  KITH_TRY(kith_resize(&key, 0, (size_t)n, sizeof *key));
+  const double *x = nodes->position->f64;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < n; ++i) key[i] = kith_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
+  kith_status status = KITH_OK;
+  *sorted = true;
+  for (int l = 0; l < nodes->n_lists && status == KITH_OK; ++l) {
+    const kith_index first = nodes->lists[l].first, count = nodes->lists[l].count;
+    if (count == 0) continue;
+    status = kith_key_sort((size_t)count, key + first, nodes->id->i64 + first, order + first);
+    for (kith_index k = first; status == KITH_OK && k < first + count; ++k) {
+      order[k] += first;
+      if (order[k] != k) *sorted = false;
+    }
+  }
+  kith_free(&key);
+  return status;
+}
+
+/* A kept ghost keeps its control: controls lie before their ghosts, so one sweep from the back completes the
+ * set. */
+static void keep_controls(const struct kith_nodes *nodes, uint8_t *keep) {
+  for (int b = nodes->n_blocks - 1; b >= 0; --b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    if (block->control == NULL) continue;
+    const uint8_t *kept = keep + (block->first - nodes->n_internal);
+    for (kith_index k = 0; k < block->count; ++k)
+      if (kept[k] && block->control[k] >= nodes->n_internal) keep[block->control[k] - nodes->n_internal] = 1;
+  }
+}
+
+/* Shrinks one block to its kept ghosts. */
+static void cull_block(struct kith_ghost_block *block, kith_index first, const kith_index *renumber) {
+  kith_index kept = 0;
+  for (kith_index k = 0; k < block->count; ++k)
+    if (renumber[block->first + k] >= 0) {
+      if (block->control != NULL) block->control[kept] = renumber[block->control[k]];
+      ++kept;
+    }
+  block->first = first;
+  block->count = kept;
+}
+
+static void cull_blocks(struct kith_nodes *nodes, const kith_index *renumber) {
+  int left = 0;
+  kith_index place = nodes->n_internal;
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    struct kith_ghost_block *block = &nodes->blocks[b];
+    cull_block(block, place, renumber);
+    place += block->count;
+    if (block->count > 0)
+      nodes->blocks[left++] = *block;
+    else
+      kith_free(&block->control);
+  }
+  nodes->n_blocks = left;
+  nodes->n_ghost = place - nodes->n_internal;
+}
+
+kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber) {
+  const kith_index n = kith_nodes_count(nodes), internal = nodes->n_internal;
+  kith_index *from = NULL;
+  KITH_TRY(kith_resize(&from, 0, (size_t)n, sizeof *from));
+  keep_controls(nodes, keep);
+  for (kith_index i = 0; i < internal; ++i) renumber[i] = i;
+  kith_index kept = internal;
+  for (kith_index i = internal; i < n; ++i) {
+    renumber[i] = keep[i - internal] ? kept : -1;
+    if (keep[i - internal]) from[kept++] = i;
+  }
+  if (kept < n) {
+    compact(nodes, from, internal, kept);
+    cull_blocks(nodes, renumber);
+    ++nodes->ghosts;
+  }
+  kith_free(&from);
+  return KITH_OK;
+}
