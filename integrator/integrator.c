@@ -137,25 +137,23 @@ kith_status kith_integrator_resume(struct kith_integrator *it) {
   return status;
 }
 
-/* The next step: the vote, no more than a quarter longer than the last, and landing on `until`. */
+/* The next step: the vote, no more than a quarter longer than the last, landing on `until`. Says what limited it. */
 static double next_dt(struct kith_integrator *it, double until) {
-  double dt = it->fixed_dt > 0 ? it->fixed_dt : it->vote.dt;
-  if (it->fixed_dt <= 0 && it->dt > 0 && dt > 1.25 * it->dt) {
-    dt = 1.25 * it->dt;
-    it->vote = (struct kith_vote){dt, -1, "growth"};
-  }
+  struct kith_vote vote = it->fixed_dt > 0 ? (struct kith_vote){it->fixed_dt, -1, "fixed"} : it->vote;
+  if (it->fixed_dt <= 0 && it->dt > 0 && vote.dt > 1.25 * it->dt) vote = (struct kith_vote){1.25 * it->dt, -1, "growth"};
   const double left = until - it->time;
-  if (dt >= left) dt = left;
-  else if (dt > 0.5 * left) dt = 0.5 * left; /* two equal steps instead of one and a crumb */
-  if (dt < it->vote.dt && it->fixed_dt <= 0) it->vote = (struct kith_vote){dt, -1, "end"};
-  return dt;
+  if (vote.dt >= left) vote = (struct kith_vote){left, -1, "end"};
+  else if (vote.dt > 0.5 * left) vote = (struct kith_vote){0.5 * left, -1, "end"}; /* two equal steps, not one and a crumb */
+  it->limiter = vote.reason;
+  it->limiting_node = vote.node;
+  return vote.dt;
 }
 
 kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   const double dt = next_dt(it, until);
   if (!(dt > 0) || !isfinite(dt) || it->time + 1e-3 * dt == it->time)
-    KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time, (long long)it->vote.node,
-              it->vote.reason);
+    KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time, (long long)it->limiting_node,
+              it->limiter);
   kith_profile_begin(it->profile, "step");
   kith_status status = it->scheme->step(it, dt);
   if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true);

@@ -36,6 +36,9 @@ struct kith_package_ops {
    * caller makes new connectivity and calls again. DIVERGED: the support of a node does not converge. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity);
   struct kith_vote (*vote)(const struct kith_package *package, double cfl);
+  /* Private memory, pairwise fields included; pairwise fields alone. */
+  size_t (*bytes)(const struct kith_package *package);
+  size_t (*pairwise_bytes)(const struct kith_package *package);
 };
 
 enum kith_viscosity { KITH_VISCOSITY_MONAGHAN, KITH_VISCOSITY_LIMITED };
@@ -70,7 +73,5 @@ const struct kith_package_ops *const *kith_package_all(void);       /* ended by 
 /* Fills ops, kernel... from the caller's members, registers the shared fields and calls ops->create. */
 kith_status kith_package_init(struct kith_package *package);
 void kith_package_clear(struct kith_package *package);
-
-size_t kith_package_bytes(const struct kith_package *package);
 
 #endif

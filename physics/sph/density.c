@@ -3,7 +3,7 @@
 #include "physics/sph/sph.h"
 
 /* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
-enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
+enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, MASS, LANES };
 enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 
 static const double tolerance = 1e-4; /* of ln H: changes the density of a lattice by less than 1e-6 */
@@ -68,6 +68,28 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
   }
   *support = h;
   return true;
+}
+
+/* sum m w and sum m q^2 g over the row and the node itself. */
+__attribute__((always_inline)) static inline void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+                                                            double inverse_support, struct kith_scratch *s,
+                                                            double *sum_mw, double *sum_mq2g) {
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const kith_index *restrict row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i];
+  const double *restrict mass = pass->package->hydro->mass->f64, *restrict r = kith_scratch_lane(s, DISTANCE);
+  double w0, g0, sw = 0, sg = 0;
+  kith_kernel_value(kernel, 0, &w0, &g0);
+#pragma omp simd reduction(+ : sw, sg)
+  for (size_t k = 0; k < n; ++k) {
+    double w, g;
+    const double q = r[k] * inverse_support, m = mass[row[k]];
+    kith_kernel_value(kernel, q, &w, &g);
+    sw += m * w;
+    sg += m * q * q * g;
+  }
+  *sum_mw = mass[i] * w0 + sw;
+  *sum_mq2g = sg;
 }
 
 /* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
@@ -161,8 +183,12 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
       s->count[COUNT_OUTGROWN] += 1;
       continue;
     }
-    hydro->density->f64[i] = hydro->mass->f64[i] * constant * sum_w / kith_pow_dim(*support);
-    pass->sph->omega->f64[i] = -sum_q2g / (NDIM * sum_w);
+    double sum_mw, sum_mq2g;
+    mass_sums(kernel, pass, i, 1 / *support, s, &sum_mw, &sum_mq2g);
+    hydro->density->f64[i] = constant * sum_mw / kith_pow_dim(*support);
+    /* X = H / (d n) drho/dH / Omega */
+    const double omega = -sum_q2g / (NDIM * sum_w);
+    pass->sph->omega->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
     load_jumps(kernel, pass, i, padded, 1 / *support, s);
     if (!velocity_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
     double divergence = 0;

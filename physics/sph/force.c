@@ -51,7 +51,7 @@ __attribute__((always_inline)) static inline void sph_pair(enum kith_kernel kern
   const double sound = 0.5 * (i->sound_speed + j->sound_speed);
   const double viscosity = (c->beta * mu - c->alpha * sound) * mu / (i->density + j->density); /* Pi / 2 */
 
-  const double fi = -i->psi * gi, fj = -j->psi * gj;
+  const double fi = -i->psi * (j->mass - i->excess) * gi, fj = -j->psi * (i->mass - j->excess) * gj;
   const double fq = -i->mass * j->mass * viscosity * (gi + gj);
   *force = fi + fj + fq;
   *heat = fi + 0.5 * fq;
@@ -231,8 +231,8 @@ kith_status sph_pack(struct sph_pass *pass) {
     record->mass = hydro->mass->f64[i];
     record->density = hydro->density->f64[i];
     record->sound_speed = hydro->sound_speed->f64[i];
-    const double number = record->density / record->mass;
-    record->psi = hydro->pressure->f64[i] / (sph->omega->f64[i] * number * number);
+    record->psi = record->mass * hydro->pressure->f64[i] / (record->density * record->density);
+    record->excess = sph->omega->f64[i];
     for (int a = 0, k = 0; sph->gradient != NULL && a < NDIM; ++a)
       for (int b = a; b < NDIM; ++b)
         record->shear[k++] = 0.5 * (sph->gradient->f64[at * NDIM + a * NDIM + b] + sph->gradient->f64[at * NDIM + b * NDIM + a]);

@@ -19,6 +19,7 @@ static kith_status sph_create(struct kith_package *package) {
   KITH_TRY(kith_nodes_field(nodes, &omega, &sph->omega));
   KITH_TRY(kith_nodes_field(nodes, &signal, &sph->signal));
   if (package->viscosity == KITH_VISCOSITY_LIMITED) KITH_TRY(kith_nodes_field(nodes, &gradient, &sph->gradient));
+  for (kith_index i = 0; i < nodes->n_internal; ++i) sph->omega->f64[i] = 1; /* nodes that are frozen keep it */
   return KITH_OK;
 }
 
@@ -89,6 +90,16 @@ static struct kith_vote sph_vote(const struct kith_package *package, double cfl)
   return best;
 }
 
+static size_t sph_pairwise_bytes(const struct kith_package *package) {
+  const struct sph *sph = package->self;
+  return sph->pair.capacity * sizeof *sph->pair.value;
+}
+
+static size_t sph_bytes(const struct kith_package *package) {
+  const struct sph *sph = package->self;
+  return sph->record_capacity * sizeof *sph->record + sph_pairwise_bytes(package);
+}
+
 const struct kith_package_ops kith_package_sph = {
     .name = "sph",
     .doc = "density-energy SPH with grad-h terms; viscosity monaghan or limited; energy compatible or thermal",
@@ -97,9 +108,6 @@ const struct kith_package_ops kith_package_sph = {
     .requirements = sph_requirements,
     .evaluate = sph_evaluate,
     .vote = sph_vote,
+    .bytes = sph_bytes,
+    .pairwise_bytes = sph_pairwise_bytes,
 };
-
-size_t kith_package_bytes(const struct kith_package *package) {
-  const struct sph *sph = package->self;
-  return sph == NULL ? 0 : sph->record_capacity * sizeof *sph->record + sph->pair.capacity * sizeof *sph->pair.value;
-}

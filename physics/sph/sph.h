@@ -26,7 +26,8 @@ enum { SPH_SHEAR = NDIM * (NDIM + 1) / 2 };
 struct sph_record {
   double x[NDIM], v[NDIM];
   double inverse_support; /* 1 / H */
-  double psi;             /* P / (Omega n^2) */
+  double psi;             /* m P / rho^2 */
+  double excess;          /* X */
   double mass, density, sound_speed;
   double shear[SPH_SHEAR]; /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
 };

@@ -1,0 +1,114 @@
+#include "app/model.h"
+
+#include <stdio.h>
+#include <string.h>
+#include "app/setup.h"
+
+/* The scene has been checked: every name is known. */
+static kith_status make_package(struct kith_model *m) {
+  const struct kith_scene *scene = m->scene;
+  struct kith_package *p = &m->package;
+  p->ops = kith_package_find(scene->method.package);
+  p->hydro = &m->hydro;
+  p->kernel = kith_kernel_find(scene->method.kernel);
+  p->neighbors = scene->method.neighbors > 0 ? scene->method.neighbors : kith_kernel_neighbors(p->kernel);
+  p->compatible = scene->method.compatible;
+  p->viscosity = strcmp(scene->method.viscosity, "limited") == 0 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN;
+  p->alpha = scene->method.alpha;
+  p->beta = scene->method.beta;
+  /* Forces are needed twice a step if the energy is compatible: then they are kept. */
+  p->traversal = p->compatible ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
+  if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
+  if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
+  p->profile = m->profile;
+  return kith_package_init(p);
+}
+
+static kith_status make_boundaries(struct kith_model *m, const uint8_t *frozen) {
+  for (int a = 0; a < NDIM; ++a) {
+    const struct kith_boundary_ops *lower = m->scene->boundary[a].lower, *upper = m->scene->boundary[a].upper;
+    const double x0 = m->scene->domain.lower[a], x1 = m->scene->domain.upper[a];
+    if (lower != NULL && lower == upper) {
+      KITH_TRY(kith_boundaries_add(&m->boundaries, lower, a, x0, x1, true, true));
+      continue;
+    }
+    if (lower != NULL) KITH_TRY(kith_boundaries_add(&m->boundaries, lower, a, x0, x1, true, false));
+    if (upper != NULL) KITH_TRY(kith_boundaries_add(&m->boundaries, upper, a, x0, x1, false, true));
+  }
+  if (frozen == NULL) return KITH_OK;
+  KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_constant, 0, 0, 1, false, false));
+  return kith_constant_take(m->boundaries.boundary[m->boundaries.n - 1], m->nodes, frozen);
+}
+
+static kith_status make_rebuilds(struct kith_model *m) {
+  double period[NDIM];
+  for (int a = 0; a < NDIM; ++a)
+    period[a] = m->scene->boundary[a].lower == &kith_boundary_periodic ? m->scene->domain.upper[a] - m->scene->domain.lower[a] : 0;
+  return kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, period);
+}
+
+static kith_status make_integrator(struct kith_model *m, bool check) {
+  const struct kith_scene *scene = m->scene;
+  /* Lists of one step need room for the change of supports within it only. */
+  const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.2 : 0.02;
+  m->integrator = (struct kith_integrator){
+      .nodes = m->nodes, .hydro = &m->hydro, .package = &m->package, .boundaries = &m->boundaries, .search = m->search,
+      .connectivity = m->connectivity, .rebuilds = &m->rebuilds, .scheme = kith_scheme_find(scene->scheme.name),
+      .profile = m->profile, .domain = scene->domain, .cfl = scene->scheme.cfl, .fixed_dt = scene->scheme.dt,
+      .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin, .cull = scene->connectivity.cull,
+      .check = check, .reorder_every = scene->connectivity.reorder};
+  return kith_integrator_init(&m->integrator);
+}
+
+static kith_status make(struct kith_model *m, bool check) {
+  const enum kith_kernel kernel = kith_kernel_find(m->scene->method.kernel);
+  const double neighbors = m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
+  uint8_t *frozen = NULL;
+  kith_status status = kith_setup(&m->nodes, &m->hydro, m->scene, neighbors, &frozen);
+  if (status == KITH_OK) kith_hydro_close(&m->hydro);
+  if (status == KITH_OK) status = make_package(m);
+  if (status == KITH_OK) status = make_rebuilds(m);
+  if (status == KITH_OK) status = kith_search_create(&m->search, m->scene->neighbor.search, m->nodes);
+  if (status == KITH_OK) status = kith_connectivity_create(&m->connectivity);
+  if (status == KITH_OK) status = make_integrator(m, check);
+  if (status == KITH_OK) status = make_boundaries(m, frozen); /* last: frozen nodes take all fields along */
+  kith_free(&frozen);
+  return status;
+}
+
+kith_status kith_model_create(struct kith_model **out, const struct kith_scene *scene, struct kith_profile *profile, bool check) {
+  struct kith_model *m = NULL;
+  KITH_TRY(kith_resize(&m, 0, 1, sizeof *m));
+  m->scene = scene;
+  m->profile = profile;
+  const kith_status status = make(m, check);
+  if (status != KITH_OK) {
+    kith_model_destroy(&m);
+    return status;
+  }
+  *out = m;
+  return KITH_OK;
+}
+
+void kith_model_destroy(struct kith_model **model) {
+  struct kith_model *m = *model;
+  if (m == NULL) return;
+  kith_integrator_clear(&m->integrator);
+  kith_package_clear(&m->package);
+  kith_boundaries_clear(&m->boundaries);
+  kith_rebuilds_clear(&m->rebuilds);
+  kith_connectivity_destroy(&m->connectivity);
+  kith_search_destroy(&m->search);
+  kith_nodes_destroy(&m->nodes);
+  kith_free(model);
+}
+
+void kith_model_bytes(const struct kith_model *m, struct kith_bytes out[KITH_MODEL_STRUCTURES]) {
+  const size_t pairwise = m->package.ops->pairwise_bytes(&m->package);
+  out[0] = (struct kith_bytes){"nodes", kith_nodes_bytes(m->nodes)};
+  out[1] = (struct kith_bytes){"search", kith_search_bytes(m->search)};
+  out[2] = (struct kith_bytes){"connectivity", kith_connectivity_bytes(m->connectivity)};
+  out[3] = (struct kith_bytes){"package", m->package.ops->bytes(&m->package) - pairwise};
+  out[4] = (struct kith_bytes){"pairwise", pairwise};
+  out[5] = (struct kith_bytes){"integrator", kith_integrator_bytes(&m->integrator)};
+}
