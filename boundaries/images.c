@@ -52,7 +52,9 @@ static void measure_internal(struct line *line, const struct kith_nodes *nodes) 
                                                                               nodes->reach->f64;
   const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
   double below = -INFINITY, above = -INFINITY, left = 0, right = 0;
-#pragma omp parallel for schedule(static) reduction(max : below, above, left, right)
+#pragma omp parallel for schedule(static) \
+    reduction(max                         \
+              : below, above, left, right) if (nodes->n_internal > CHUNK)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
     below = KITH_MAX(below, r - (xi - lower));
@@ -92,7 +94,7 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
   const int side = n > 0;
   const double factor = line->factor, out = line->sticks_out[side] + line->slack;
   const double wanted = line->wanted[side] + line->slack;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, hits->n);
     kith_index *hit = hits->node + begin;
@@ -109,7 +111,7 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
 /* The hits of one list, ascending: counted, placed, filled. *control is owned by the caller. */
 static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of, int list,
                                 kith_index **control, kith_index *total) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index *hit = hits->node + (size_t)c * CHUNK;
     kith_index count = 0;
@@ -125,7 +127,7 @@ static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of,
   *total = sum;
   KITH_TRY(kith_resize(control, 0, (size_t)sum, sizeof **control));
   if (sum == 0) return KITH_OK;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index *hit = hits->node + (size_t)c * CHUNK;
     kith_index place = hits->place[c];
