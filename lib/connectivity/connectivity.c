@@ -41,6 +41,7 @@ static void worker_clear(struct kith_worker *worker) {
   kith_runs_clear(&worker->runs);
   kith_packed_clear(&worker->near);
   for (int k = 0; k < 3; ++k) kith_free(&worker->key[k]);
+  kith_free(&worker->slot);
   kith_free(&worker->hit);
   kith_free(&worker->allowed);
   kith_free(&worker->bitmap);
@@ -78,7 +79,6 @@ static void scratch_clear(struct kith_connectivity_scratch *scratch) {
   for (int t = 0; t < scratch->n_workers; ++t) worker_clear(&scratch->worker[t]);
   for (int c = 0; c < KITH_CHUNKS; ++c) kith_free(&scratch->chunk[c].word);
   kith_free(&scratch->worker);
-  kith_free(&scratch->bunch);
   kith_free(&scratch->cursor);
   kith_free(&scratch->span_first);
   kith_free(&scratch->span);
@@ -109,7 +109,8 @@ static size_t worker_bytes(const struct kith_worker *worker) {
          (size_t)worker->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double)) +
          (3 * worker->keys_capacity + worker->hit_capacity + worker->allowed_capacity + worker->bitmap_capacity +
           worker->touched_capacity) *
-             sizeof(uint64_t);
+             sizeof(uint64_t) +
+         worker->keys_capacity * sizeof(kith_index);
 }
 
 size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity) {
@@ -121,7 +122,7 @@ size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity) {
   bytes += pairs->of_row_capacity * sizeof *pairs->of_row;
   for (int t = 0; t < scratch->n_workers; ++t) bytes += worker_bytes(&scratch->worker[t]);
   for (int c = 0; c < KITH_CHUNKS; ++c) bytes += scratch->chunk[c].capacity * sizeof(uint64_t);
-  bytes += scratch->bunches_capacity * sizeof *scratch->bunch + scratch->cursor_capacity * sizeof *scratch->cursor;
+  bytes += scratch->cursor_capacity * sizeof *scratch->cursor;
   bytes += scratch->span_first_capacity * sizeof(size_t) + scratch->span_capacity * sizeof *scratch->span;
   bytes += scratch->span_bits_capacity * sizeof(uint64_t) + scratch->couple_capacity * sizeof(double);
   return bytes;

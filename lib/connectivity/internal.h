@@ -25,9 +25,10 @@ int kith_packed_hits(const struct kith_packed *packed, const double *x, double r
 int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit);
 /* Writes the nodes of the hits, ascending. */
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out);
-/* Bits of `count` <= 64 slots from `first` that reach the box: d2(box, slot) <= max(radius2, radius2_slot).
+/* Writes the slots of a run that reach the box, d2(box, slot) <= max(radius2, radius2_slot), ascending; returns how many.
  * Rounding is monotone, so d2(box, slot) <= d2(x, slot), as computed, for all x in the box: nothing is lost. */
-uint64_t kith_box_hits(const struct kith_search *search, kith_index first, int count, const struct kith_box *box, double radius2);
+size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box, double radius2,
+                      kith_index *slot);
 
 /* A growing array of 64-bit words. */
 struct kith_words {
@@ -40,6 +41,7 @@ struct kith_worker {
   struct kith_runs runs;
   struct kith_packed near;
   uint64_t *key[3]; /* candidates as node << 32 | slot: internal, ghost, spare for merging */
+  kith_index *slot; /* [keys_capacity] */
   size_t keys_capacity;
   uint64_t *hit, *allowed; /* [near.words] */
   size_t hit_capacity, allowed_capacity;
@@ -55,9 +57,6 @@ enum { KITH_CHUNKS = 256 };
 struct kith_connectivity_scratch {
   int n_workers;
   struct kith_worker *worker;
-  int n_bunches;
-  size_t bunches_capacity;
-  struct kith_run *bunch; /* [n_bunches] masters that share their candidates, as slots */
   struct kith_words chunk[KITH_CHUNKS];
   uint32_t *cursor; /* [rows.n] */
   size_t cursor_capacity;

@@ -90,9 +90,12 @@ void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit,
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = node[64 * w + __builtin_ctzll(bits)];
 }
 
-static inline uint64_t box_bits(const double *const *c, const double *radius2, int count, const struct kith_box *box, double reach2) {
-  uint64_t within[64] = {0}, bits = 0;
-  for (int k = 0; k < count; ++k) {
+enum { LANES = 16 };
+
+/* Bits of the first `lanes` slots behind the pointers. */
+static inline unsigned box_bits(const double *const *c, const double *radius2, int lanes, const struct kith_box *box, double reach2) {
+  uint64_t within[LANES], bits = 0;
+  for (int k = 0; k < lanes; ++k) {
     double d2 = 0;
     for (int a = 0; a < NDIM; ++a) {
       const double below = box->lower[a] - c[a][k], above = c[a][k] - box->upper[a];
@@ -102,19 +105,26 @@ static inline uint64_t box_bits(const double *const *c, const double *radius2, i
     }
     within[k] = d2 <= (radius2[k] > reach2 ? radius2[k] : reach2);
   }
-  for (uint64_t k = 0; k < 64; ++k) bits |= within[k] << k;
-  return bits;
+  for (uint64_t k = 0; k < (uint64_t)lanes; ++k) bits |= within[k] << k;
+  return (unsigned)bits;
 }
 
-static KITH_HOT uint64_t box_hits(const double *const *coordinate, const double *radius2, kith_index first, int count,
-                                  const struct kith_box *box, double reach2) {
+static KITH_HOT size_t box_slots(const double *const *coordinate, const double *radius2, kith_index n, struct kith_run run,
+                                 const struct kith_box *box, double reach2, kith_index *restrict slot) {
   const struct kith_box b = *box;
-  const double *c[NDIM];
-  for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a] + first;
-  if (count == 64) return box_bits(c, radius2 + first, 64, &b, reach2); /* a constant trip count has no tail */
-  return box_bits(c, radius2 + first, count, &b, reach2);
+  size_t found = 0;
+  for (kith_index s = run.first; s < run.first + run.count; s += LANES) {
+    const double *c[NDIM];
+    for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a] + s;
+    const int count = KITH_MIN(LANES, run.first + run.count - s);
+    /* Whole blocks vectorize: look at slots behind the run too, if there are any, and forget them. */
+    unsigned bits = s + LANES <= n ? box_bits(c, radius2 + s, LANES, &b, reach2) : box_bits(c, radius2 + s, count, &b, reach2);
+    bits &= (2u << (count - 1)) - 1;
+    for (; bits != 0; bits &= bits - 1) slot[found++] = s + __builtin_ctz(bits);
+  }
+  return found;
 }
 
-uint64_t kith_box_hits(const struct kith_search *search, kith_index first, int count, const struct kith_box *box, double radius2) {
-  return box_hits((const double *const *)search->coordinate, search->radius2, first, count, box, radius2);
+size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box, double radius2, kith_index *slot) {
+  return box_slots((const double *const *)search->coordinate, search->radius2, search->n, run, box, radius2, slot);
 }

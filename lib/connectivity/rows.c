@@ -10,34 +10,53 @@
 
 #include "lib/connectivity/excluder.h"
 
-/* Fewer masters: a smaller box and fewer tests each; more: the candidates are packed less often. Best of 8, 16, 24, 32, 64. */
-enum { BUNCH = 16 };
+/* Fewer masters: a smaller box and fewer tests each; more: the candidates are packed less often. Flat between 16 and 48. */
+enum { BUNCH = 32 };
 
-/* --- sharing out the masters --- */
+/* --- bunches --- */
 
-static kith_status plan_bunches(struct kith_connectivity_scratch *scratch, const struct kith_search *search, kith_index n_internal,
-                                bool ghosts) {
-  size_t most = 0;
-  for (int g = 0; g < search->n_groups; ++g) most += (size_t)(search->group[g].count + BUNCH - 1) / BUNCH;
-  KITH_TRY(kith_room(&scratch->bunch, &scratch->bunches_capacity, most, sizeof *scratch->bunch));
-  int n = 0;
-  for (int g = 0; g < search->n_groups; ++g) {
-    const struct kith_run group = search->group[g];
-    if (group.count == 0 || (!ghosts && search->node[group.first] >= n_internal)) continue;
-    const kith_index parts = (group.count + BUNCH - 1) / BUNCH;
-    for (kith_index p = 0; p < parts; ++p) {
-      const kith_index from = (kith_index)((int64_t)group.count * p / parts);
-      const kith_index to = (kith_index)((int64_t)group.count * (p + 1) / parts);
-      scratch->bunch[n++] = (struct kith_run){group.first + from, to - from};
-    }
+/* Masters: slots, their box, their largest reach. */
+struct bunch {
+  struct kith_run run;
+  struct kith_box box;
+  double radius, radius2;
+};
+
+static struct bunch bunch_of(const struct kith_search *search, kith_index first, kith_index count) {
+  struct bunch bunch = {.run = {first, count}, .box = kith_box_empty()};
+  for (kith_index slot = first; slot < first + count; ++slot) {
+    double x[NDIM];
+    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
+    kith_box_include(&bunch.box, x);
+    bunch.radius = KITH_MAX(bunch.radius, search->nodes->reach->f64[search->node[slot]]);
+    bunch.radius2 = KITH_MAX(bunch.radius2, search->radius2[slot]);
   }
-  scratch->n_bunches = n;
-  return KITH_OK;
+  return bunch;
 }
 
-/* First bunch of a chunk. */
-static int chunk_start(const struct kith_connectivity_scratch *scratch, int chunk) {
-  return (int)((int64_t)scratch->n_bunches * chunk / KITH_CHUNKS);
+/* Volume in which candidates may lie. */
+static double volume(const struct bunch *bunch) {
+  double v = 1;
+  for (int a = 0; a < NDIM; ++a) v *= bunch->box.upper[a] - bunch->box.lower[a] + 2 * bunch->radius;
+  return v;
+}
+
+/* Joins b to a if it follows in the slots and lies close by: not where a curve jumps. */
+static bool join(struct bunch *a, const struct bunch *b) {
+  if (a->run.first + a->run.count != b->run.first || a->run.count + b->run.count > BUNCH) return false;
+  struct bunch both = {.run = {a->run.first, a->run.count + b->run.count}, .box = a->box};
+  kith_box_include(&both.box, b->box.lower);
+  kith_box_include(&both.box, b->box.upper);
+  both.radius = KITH_MAX(a->radius, b->radius);
+  both.radius2 = KITH_MAX(a->radius2, b->radius2);
+  if (!(volume(&both) <= 1.5 * KITH_MAX(volume(a), volume(b)))) return false;
+  *a = both;
+  return true;
+}
+
+/* First group of a chunk. */
+static int chunk_start(const struct kith_search *search, int chunk) {
+  return (int)((int64_t)search->n_groups * chunk / KITH_CHUNKS);
 }
 
 /* --- candidates of a bunch --- */
@@ -86,6 +105,7 @@ static kith_status keys_room(struct kith_worker *worker) {
   const size_t capacity = total + total / 2;
   worker->keys_capacity = 0;
   for (int k = 0; k < 3; ++k) KITH_TRY(kith_resize(&worker->key[k], 0, capacity, sizeof(uint64_t)));
+  KITH_TRY(kith_resize(&worker->slot, 0, capacity, sizeof(kith_index)));
   worker->keys_capacity = capacity;
   return KITH_OK;
 }
@@ -94,18 +114,12 @@ static kith_status keys_room(struct kith_worker *worker) {
 static void collect(struct kith_worker *worker, const struct kith_search *search, const struct kith_box *box, double radius2,
                     kith_index n_internal, size_t *n_inner, size_t *n_outer) {
   uint64_t *inner = worker->key[0], *outer = worker->key[1];
-  for (int r = 0; r < worker->runs.n; ++r) {
-    const struct kith_run run = worker->runs.run[r];
-    for (kith_index s = 0; s < run.count; s += 64) {
-      const kith_index first = run.first + s;
-      uint64_t bits = kith_box_hits(search, first, KITH_MIN(64, run.count - s), box, radius2);
-      for (; bits != 0; bits &= bits - 1) {
-        const kith_index slot = first + __builtin_ctzll(bits);
-        const kith_index node = search->node[slot];
-        *inner = *outer = (uint64_t)node << 32 | (uint64_t)slot;
-        inner += node < n_internal, outer += node >= n_internal;
-      }
-    }
+  size_t n = 0;
+  for (int r = 0; r < worker->runs.n; ++r) n += kith_box_slots(search, worker->runs.run[r], box, radius2, worker->slot + n);
+  for (size_t k = 0; k < n; ++k) {
+    const kith_index slot = worker->slot[k], node = search->node[slot];
+    *inner = *outer = (uint64_t)node << 32 | (uint64_t)slot;
+    inner += node < n_internal, outer += node >= n_internal;
   }
   *n_inner = (size_t)(inner - worker->key[0]);
   *n_outer = (size_t)(outer - worker->key[1]);
@@ -113,39 +127,29 @@ static void collect(struct kith_worker *worker, const struct kith_search *search
 
 /* self[m]: the place of master m among the candidates, -1 if it is not there (a position that is no number). */
 static void pack(struct kith_packed *near, const struct kith_search *search, const uint64_t *key, int from, int n,
-                 struct kith_run bunch, int *self) {
+                 struct kith_run masters, int *self) {
   for (int p = 0; p < n; ++p) {
     const kith_index slot = (kith_index)(key[p] & 0xffffffffu);
     near->node[from + p] = (kith_index)(key[p] >> 32);
     for (int a = 0; a < NDIM; ++a) near->coordinate[a][from + p] = search->coordinate[a][slot];
     near->radius2[from + p] = search->radius2[slot];
-    const kith_index m = slot - bunch.first;
-    if (m >= 0 && m < bunch.count) self[m] = from + p;
+    const kith_index m = slot - masters.first;
+    if (m >= 0 && m < masters.count) self[m] = from + p;
   }
 }
 
-static kith_status candidates(struct kith_worker *worker, const struct kith_build *build, struct kith_run bunch, int *self) {
+static kith_status candidates(struct kith_worker *worker, const struct kith_build *build, const struct bunch *bunch, int *self) {
   const struct kith_search *search = build->search;
-  struct kith_box box = kith_box_empty();
-  double radius = 0, radius2 = 0;
-  for (kith_index m = 0; m < bunch.count; ++m) {
-    const kith_index slot = bunch.first + m;
-    double x[NDIM];
-    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
-    kith_box_include(&box, x);
-    radius = KITH_MAX(radius, build->nodes->reach->f64[search->node[slot]]);
-    radius2 = KITH_MAX(radius2, search->radius2[slot]);
-    self[m] = -1;
-  }
+  for (kith_index m = 0; m < bunch->run.count; ++m) self[m] = -1;
   worker->runs.n = 0;
-  KITH_TRY(search->ops->coarse(search, &box, radius, KITH_GATHER_SCATTER, &worker->runs));
+  KITH_TRY(search->ops->coarse(search, &bunch->box, bunch->radius, KITH_GATHER_SCATTER, &worker->runs));
   KITH_TRY(keys_room(worker));
   size_t n_inner, n_outer;
-  collect(worker, search, &box, radius2, build->nodes->n_internal, &n_inner, &n_outer);
+  collect(worker, search, &bunch->box, bunch->radius2, build->nodes->n_internal, &n_inner, &n_outer);
   KITH_TRY(kith_packed_reserve(&worker->near, n_inner + n_outer));
   /* Sorted keys may end in the spare array, so each part is packed before the next is sorted. */
-  pack(&worker->near, search, sort_keys(worker->key[0], worker->key[2], n_inner), 0, (int)n_inner, bunch, self);
-  pack(&worker->near, search, sort_keys(worker->key[1], worker->key[2], n_outer), (int)n_inner, (int)n_outer, bunch, self);
+  pack(&worker->near, search, sort_keys(worker->key[0], worker->key[2], n_inner), 0, (int)n_inner, bunch->run, self);
+  pack(&worker->near, search, sort_keys(worker->key[1], worker->key[2], n_outer), (int)n_inner, (int)n_outer, bunch->run, self);
   kith_packed_close(&worker->near, (int)(n_inner + n_outer));
   return KITH_OK;
 }
@@ -177,28 +181,30 @@ static kith_status exclude(struct kith_worker *worker, const struct kith_build *
   return KITH_OK;
 }
 
-/* One record: number of candidates; the candidates, two in a word; the bits, master by master. */
+/* One record: number of candidates; masters; the candidates, two in a word; the bits, master by master. */
+enum { HEAD = 2 };
+
 static size_t record_words(const struct kith_packed *near, kith_index masters) {
-  return 1 + ((size_t)near->n + 1) / 2 + (size_t)near->words * (size_t)masters;
+  return HEAD + ((size_t)near->n + 1) / 2 + (size_t)near->words * (size_t)masters;
 }
 
-/* Grows to what the whole chunk will need if the rest is like the first `done` of `all` bunches. */
+/* Grows to what the whole chunk will need if the rest is like the first `done` of `all` groups. */
 static kith_status chunk_room(struct kith_words *chunk, size_t more, int done, int all) {
   const size_t need = chunk->n + more;
   if (need <= chunk->capacity) return KITH_OK;
-  const size_t whole = (size_t)((double)need / (done + 1) * all * 1.06);
+  const size_t whole = (size_t)((double)need / done * all * 1.06);
   const size_t capacity = KITH_MAX(whole, need + need / 16);
   KITH_TRY(kith_resize(&chunk->word, chunk->n, capacity, sizeof *chunk->word));
   chunk->capacity = capacity;
   return KITH_OK;
 }
 
-static kith_status test_masters(struct kith_worker *worker, const struct kith_build *build, struct kith_run bunch, const int *self,
+static kith_status test_masters(struct kith_worker *worker, const struct kith_build *build, struct kith_run masters, const int *self,
                                 uint64_t *hit) {
   const struct kith_search *search = build->search;
   size_t *length = build->connectivity->rows.first + 1;
-  for (kith_index m = 0; m < bunch.count; ++m, hit += worker->near.words) {
-    const kith_index slot = bunch.first + m, i = search->node[slot];
+  for (kith_index m = 0; m < masters.count; ++m, hit += worker->near.words) {
+    const kith_index slot = masters.first + m, i = search->node[slot];
     double x[NDIM];
     for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
     int count = kith_packed_hits(&worker->near, x, search->radius2[slot], hit);
@@ -211,37 +217,55 @@ static kith_status test_masters(struct kith_worker *worker, const struct kith_bu
     if (build->excluders != NULL) KITH_TRY(exclude(worker, build, i, hit, &count));
     length[i] = (size_t)count;
   }
-  worker->candidates += (size_t)worker->near.n * (size_t)bunch.count;
+  worker->candidates += (size_t)worker->near.n * (size_t)masters.count;
   return KITH_OK;
 }
 
-static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number) {
-  struct kith_connectivity_scratch *scratch = build->connectivity->scratch;
-  struct kith_words *chunk = &scratch->chunk[chunk_number];
-  const int start = chunk_start(scratch, chunk_number), stop = chunk_start(scratch, chunk_number + 1);
+/* `done` of `all` groups of the chunk are dealt with when this bunch is. */
+static kith_status test_bunch(struct kith_worker *worker, const struct kith_build *build, struct kith_words *chunk,
+                              const struct bunch *bunch, int done, int all) {
+  int self[BUNCH];
+  KITH_TRY(candidates(worker, build, bunch, self));
+  const size_t words = record_words(&worker->near, bunch->run.count), n = (size_t)worker->near.n;
+  KITH_TRY(chunk_room(chunk, words, done, all));
+  uint64_t *record = chunk->word + chunk->n;
+  record[0] = n;
+  record[1] = (uint64_t)bunch->run.first << 32 | (uint64_t)bunch->run.count;
+  memcpy(record + HEAD, worker->near.node, n * sizeof(kith_index));
+  chunk->n += words;
+  return test_masters(worker, build, bunch->run, self, record + HEAD + (n + 1) / 2);
+}
+
+/* Cuts large groups, joins small ones. Ghosts and internal nodes are never in one group. */
+static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number, bool ghosts) {
+  const struct kith_search *search = build->search;
+  struct kith_words *chunk = &build->connectivity->scratch->chunk[chunk_number];
+  const int start = chunk_start(search, chunk_number), stop = chunk_start(search, chunk_number + 1);
+  struct bunch open = {0};
   chunk->n = 0;
-  for (int b = start; b < stop; ++b) {
-    const struct kith_run bunch = scratch->bunch[b];
-    int self[BUNCH];
-    KITH_TRY(candidates(worker, build, bunch, self));
-    const size_t words = record_words(&worker->near, bunch.count);
-    KITH_TRY(chunk_room(chunk, words, b - start, stop - start));
-    uint64_t *record = chunk->word + chunk->n;
-    const size_t n = (size_t)worker->near.n;
-    record[0] = n;
-    memcpy(record + 1, worker->near.node, n * sizeof(kith_index));
-    KITH_TRY(test_masters(worker, build, bunch, self, record + 1 + (n + 1) / 2));
-    chunk->n += words;
+  for (int g = start; g < stop; ++g) {
+    const struct kith_run group = search->group[g];
+    if (group.count == 0 || (!ghosts && search->node[group.first] >= build->nodes->n_internal)) continue;
+    const kith_index parts = (group.count + BUNCH - 1) / BUNCH;
+    for (kith_index p = 0; p < parts; ++p) {
+      const kith_index from = (kith_index)((int64_t)group.count * p / parts);
+      const kith_index to = (kith_index)((int64_t)group.count * (p + 1) / parts);
+      const struct bunch next = bunch_of(search, group.first + from, to - from);
+      if (open.run.count > 0 && join(&open, &next)) continue;
+      if (open.run.count > 0) KITH_TRY(test_bunch(worker, build, chunk, &open, g + 1 - start, stop - start));
+      open = next;
+    }
   }
+  if (open.run.count > 0) KITH_TRY(test_bunch(worker, build, chunk, &open, 1, 1));
   return KITH_OK;
 }
 
-static kith_status test_all(const struct kith_build *build) {
+static kith_status test_all(const struct kith_build *build, bool ghosts) {
   struct kith_connectivity_scratch *scratch = build->connectivity->scratch;
   kith_status status = KITH_OK;
 #pragma omp parallel for schedule(dynamic, 1)
   for (int c = 0; c < KITH_CHUNKS; ++c) {
-    const kith_status mine = test_chunk(&scratch->worker[omp_get_thread_num()], build, c);
+    const kith_status mine = test_chunk(&scratch->worker[omp_get_thread_num()], build, c, ghosts);
     if (mine != KITH_OK) {
 #pragma omp critical(kith_rows)
       status = mine;
@@ -255,16 +279,16 @@ static kith_status test_all(const struct kith_build *build) {
 /* --- pass 2 --- */
 
 static void fill_chunk(const struct kith_build *build, int chunk_number) {
-  const struct kith_connectivity_scratch *scratch = build->connectivity->scratch;
+  const struct kith_words *chunk = &build->connectivity->scratch->chunk[chunk_number];
   const struct kith_rows *rows = &build->connectivity->rows;
-  const uint64_t *record = scratch->chunk[chunk_number].word;
-  for (int b = chunk_start(scratch, chunk_number); b < chunk_start(scratch, chunk_number + 1); ++b) {
-    const struct kith_run bunch = scratch->bunch[b];
+  const uint64_t *record = chunk->word;
+  while (record < chunk->word + chunk->n) {
     const int n = (int)record[0], words = (n + 63) / 64;
-    const kith_index *node = (const kith_index *)(record + 1);
-    record += 1 + (n + 1) / 2;
-    for (kith_index m = 0; m < bunch.count; ++m, record += words)
-      kith_packed_extract(node, words, record, rows->node + rows->first[build->search->node[bunch.first + m]]);
+    const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
+    const kith_index *node = (const kith_index *)(record + HEAD);
+    record += HEAD + (n + 1) / 2;
+    for (kith_index slot = first; slot < first + count; ++slot, record += words)
+      kith_packed_extract(node, words, record, rows->node + rows->first[build->search->node[slot]]);
   }
 }
 
@@ -273,9 +297,8 @@ kith_status kith_rows_build(const struct kith_build *build, bool ghosts) {
   struct kith_connectivity_scratch *scratch = connectivity->scratch;
   KITH_TRY(kith_rows_room(&connectivity->rows, kith_nodes_count(build->nodes)));
   memset(connectivity->rows.first, 0, ((size_t)connectivity->rows.n + 1) * sizeof(size_t));
-  KITH_TRY(plan_bunches(scratch, build->search, build->nodes->n_internal, ghosts));
   for (int t = 0; t < scratch->n_workers; ++t) scratch->worker[t].candidates = 0;
-  KITH_TRY(test_all(build));
+  KITH_TRY(test_all(build, ghosts));
   connectivity->candidates = 0;
   for (int t = 0; t < scratch->n_workers; ++t) connectivity->candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(&connectivity->rows));
