@@ -156,7 +156,7 @@ static void test_blocks(void) {
 
 /* ---- smeared profiles ---- */
 
-enum { SAMPLES = 4001 };
+enum { SAMPLES = 2001 };
 
 /* Density and speed along axis 0, each smeared by a Gaussian of width sigma, at lower + k step. */
 struct profile {
@@ -178,8 +178,8 @@ static void smear(struct profile *p, const struct kith_exact_ops *ops, const voi
   p->lower = lower, p->step = (upper - lower) / (SAMPLES - 1);
   for (int k = 0; k < SAMPLES; ++k) {
     double density = 0, speed = 0, weight = 0;
-    for (int i = -200; i <= 200; ++i) { /* 4 sigma either way */
-      const double s = i / 50., w = exp(-s * s / 2);
+    for (int i = -100; i <= 100; ++i) { /* 4 sigma either way */
+      const double s = i / 25., w = exp(-s * s / 2);
       const struct kith_exact_state exact = exact_at(ops, self, lower + k * p->step + s * sigma, time);
       density += w * exact.density, speed += w * exact.velocity[0], weight += w;
     }
