@@ -8,10 +8,10 @@ static const struct kith_exact_ops *const members[] = {
 #undef X
         NULL};
 
-static bool same_name(const char *a, const char *b) {
-  for (; *a != '\0' && *b != '\0'; ++a, ++b)
-    if ((*a == '_' ? '-' : *a) != (*b == '_' ? '-' : *b)) return false;
-  return *a == *b;
+/* Members' own names have no '_'. */
+static bool same_name(const char *own, const char *asked) {
+  while (*own != '\0' && *own == (*asked == '_' ? '-' : *asked)) ++own, ++asked;
+  return *own == *asked;
 }
 
 const struct kith_exact_ops *kith_exact_find(const char *name) {

@@ -14,7 +14,7 @@ void kith_exact_destroy(void **self);
 
 /* Energy per unit mass of an ideal gas; 0 in a vacuum. */
 static inline double kith_exact_energy(double gamma, double density, double pressure) {
-  return density > 0 ? pressure / ((gamma - 1) * density) : 0;
+  return density > 0 ? pressure / density / (gamma - 1) : 0;
 }
 
 #endif
