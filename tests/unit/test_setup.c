@@ -75,7 +75,7 @@ static void close_stage(struct stage *s) {
 static void refuses(struct stage *s, const char *first, const char *second) {
   CHECK_STATUS(KITH_BAD_INPUT, run(s));
   if (!strstr(kith_failure(), first) || !strstr(kith_failure(), second)) {
-    CHECK(!"the message says what is wrong");
+    ++check_failures;
     fprintf(stderr, "got '%s', wanted '%s' and '%s'\n", kith_failure(), first, second);
   }
   CHECK(!s->nodes && !s->frozen);
