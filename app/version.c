@@ -1,3 +1,5 @@
 #include "app/version.h"
 
-const char *kith_version(void) { return "0.1.0"; }
+const char *kith_version(void) {
+  return "0.1.0";
+}
