@@ -3,9 +3,9 @@
  *   phase = 2 pi (x[0] - origin - (c + u[0]) t) / wavelength,   c^2 = gamma P0 / rho0
  *   rho = rho0 (1 + A sin phase),  v[0] = u[0] + A c sin phase,  P = P0 (1 + gamma A sin phase)
  *
- * Linear theory (any text on gas dynamics): the Euler equations are met up to O(A^2), and the wave steepens over a
- * time of about wavelength / (A c). Reads gamma[0] > 1, density[0] > 0, pressure[0] > 0, wavelength > 0,
- * |amplitude| < 1 / gamma (else the pressure would be negative), origin, uniform_velocity. */
+ * Linear theory (any text on gas dynamics): the Euler equations are met up to O(A^2), and the wave steepens
+ * over a time of about wavelength / (A c). Reads gamma[0] > 1, density[0] > 0, pressure[0] > 0, wavelength >
+ * 0, |amplitude| < 1 / gamma (else the pressure would be negative), origin, uniform_velocity. */
 #include "validation/exact_parameters.h"
 
 #include <math.h>

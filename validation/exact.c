@@ -20,7 +20,9 @@ const struct kith_exact_ops *kith_exact_find(const char *name) {
   return *member;
 }
 
-const struct kith_exact_ops *const *kith_exact_all(void) { return members; }
+const struct kith_exact_ops *const *kith_exact_all(void) {
+  return members;
+}
 
 kith_status kith_exact_require(bool holds, const char *member, const char *parameter, double value,
                                const char *range) {
@@ -28,4 +30,6 @@ kith_status kith_exact_require(bool holds, const char *member, const char *param
   KITH_FAIL(BAD_INPUT, "exact solution %s: %s is %g, must be %s", member, parameter, value, range);
 }
 
-void kith_exact_destroy(void **self) { kith_free(self); }
+void kith_exact_destroy(void **self) {
+  kith_free(self);
+}

@@ -4,7 +4,8 @@
 
 #include "validation/exact.h"
 
-/* OK if `holds` and the value is finite, else BAD_INPUT with one line: member, parameter, value, allowed range. */
+/* OK if `holds` and the value is finite, else BAD_INPUT with one line: member, parameter, value, allowed
+ * range. */
 kith_status kith_exact_require(bool holds, const char *member, const char *parameter, double value,
                                const char *range);
 
@@ -13,7 +14,7 @@ void kith_exact_destroy(void **self);
 
 /* Energy per unit mass of an ideal gas; 0 in a vacuum. */
 static inline double kith_exact_energy(double gamma, double density, double pressure) {
-  return density > 0 ? pressure / ((gamma - 1) * density) : 0;
+  return density > 0 ? pressure / density / (gamma - 1) : 0;
 }
 
 #endif

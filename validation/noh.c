@@ -1,11 +1,12 @@
-/* noh: cold gas of uniform density runs at speed v0 onto a plane, a line or a point (NDIM = j = 1, 2, 3), both sides
- * of the plane. W. F. Noh, J. Comput. Phys. 72 (1987) 78. A shock at R = (gamma - 1) v0 t / 2 brings it to rest:
+/* noh: cold gas of uniform density runs at speed v0 onto a plane, a line or a point (NDIM = j = 1, 2, 3),
+ * both sides of the plane. W. F. Noh, J. Comput. Phys. 72 (1987) 78. A shock at R = (gamma - 1) v0 t / 2
+ * brings it to rest:
  *
  *   r < R:  rho = rho0 ((gamma + 1) / (gamma - 1))^j,  v = 0,  energy = v0^2 / 2
  *   r > R:  rho = rho0 (1 + v0 t / r)^(j - 1),         v = -v0 (x - center) / r,  P = P0 as given
  *
- * exact for P0 = 0; a tiny P0 only keeps the gas ahead from being cold to the last bit, and is not compressed.
- * Reads gamma[0] > 1, density[0] > 0, pressure[0] >= 0, velocity[0] = v0 > 0, center. */
+ * exact for P0 = 0; a tiny P0 only keeps the gas ahead from being cold to the last bit, and is not
+ * compressed. Reads gamma[0] > 1, density[0] > 0, pressure[0] >= 0, velocity[0] = v0 > 0, center. */
 #include "validation/exact_parameters.h"
 #include "lib/core/vec.h"
 
@@ -21,8 +22,7 @@ static kith_status noh_create(void **self, const struct kith_exact_parameters *p
   KITH_TRY(kith_exact_require(p->density[0] > 0, member, "density[0]", p->density[0], "above 0"));
   KITH_TRY(kith_exact_require(p->pressure[0] >= 0, member, "pressure[0]", p->pressure[0], "at least 0"));
   KITH_TRY(kith_exact_require(p->velocity[0] > 0, member, "velocity[0]", p->velocity[0], "above 0 (inward)"));
-  for (int a = 0; a < NDIM; ++a)
-    KITH_TRY(kith_exact_require(true, member, "center", p->center[a], "finite"));
+  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_exact_require(true, member, "center", p->center[a], "finite"));
   struct noh *noh = NULL;
   KITH_TRY(kith_resize(&noh, 0, 1, sizeof *noh));
   *noh = (struct noh){p->gamma[0], p->density[0], p->pressure[0], p->velocity[0], {0}};
@@ -36,7 +36,9 @@ static double noh_shock(const void *self, double time) {
   return (noh->gamma - 1) / 2 * noh->speed * time;
 }
 
-static const double *noh_center(const void *self) { return ((const struct noh *)self)->center; }
+static const double *noh_center(const void *self) {
+  return ((const struct noh *)self)->center;
+}
 
 static void noh_behind(const struct noh *noh, struct kith_exact_state *out) {
   out->density = noh->density * kith_pow_dim((noh->gamma + 1) / (noh->gamma - 1));

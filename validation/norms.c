@@ -19,9 +19,13 @@ struct measure {
   const struct kith_profile_view *nodes;
 };
 
-static const double *place(const struct measure *m, kith_index i) { return &m->nodes->position[(size_t)i * NDIM]; }
+static const double *place(const struct measure *m, kith_index i) {
+  return &m->nodes->position[(size_t)i * NDIM];
+}
 
-static double volume(const struct measure *m, kith_index i) { return m->nodes->mass[i] / m->nodes->density[i]; }
+static double volume(const struct measure *m, kith_index i) {
+  return m->nodes->mass[i] / m->nodes->density[i];
+}
 
 static bool inside(const struct measure *m, kith_index i) {
   const struct kith_window *w = m->window;
@@ -39,7 +43,8 @@ static double coordinate(const struct measure *m, kith_index i) {
 
 /* ---- refusing what cannot be measured ---- */
 
-static kith_status finite_field(const char *name, const double *value, kith_index n, int components, bool positive) {
+static kith_status finite_field(const char *name, const double *value, kith_index n, int components,
+                                bool positive) {
   for (size_t i = 0; i < (size_t)n * components; ++i)
     if (!isfinite(value[i]) || (positive && value[i] <= 0))
       KITH_FAIL(DIVERGED, "norms: node %zu has %s %g", i / components, name, value[i]);
@@ -113,11 +118,27 @@ static struct kith_norm norm_of(const struct sums *s, int q) {
 /* ---- profiles ---- */
 
 struct bin {
-  double mass, volume, moment; /* moment: sum of V times place */
+  double mass, volume, moment, flow; /* sums of m, V, V times place, V times outward speed */
 };
 
-static double bin_density(const struct bin *b) { return b->mass / b->volume; }
-static double bin_place(const struct bin *b) { return b->moment / b->volume; }
+static double bin_density(const struct bin *b) {
+  return b->mass / b->volume;
+}
+static double bin_place(const struct bin *b) {
+  return b->moment / b->volume;
+}
+static double bin_speed(const struct bin *b) {
+  return b->flow / b->volume;
+}
+
+/* Velocity of something at x, outwards (or along axis 0). */
+static double outward(const struct measure *m, const double *x, const double *velocity) {
+  if (m->center == NULL) return velocity[0];
+  const double r = sqrt(kith_distance2(x, m->center));
+  double s = 0;
+  for (int a = 0; a < NDIM; ++a) s += velocity[a] * (x[a] - m->center[a]);
+  return r > 0 ? s / r : 0;
+}
 
 /* BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies beyond. */
 static void fill_bins(struct bin *bin, const struct measure *m, double origin, double width) {
@@ -129,6 +150,7 @@ static void fill_bins(struct bin *bin, const struct measure *m, double origin, d
     b->mass += m->nodes->mass[i];
     b->volume += v;
     b->moment += v * s;
+    b->flow += v * outward(m, place(m, i), &m->nodes->velocity[(size_t)i * NDIM]);
   }
 }
 
@@ -155,25 +177,27 @@ static double spacing_at_shock(const struct measure *m) {
   return near > 0 ? near : everywhere;
 }
 
-/* Exact density beside the exact shock. */
-static double density_beside(const struct measure *m, double offset) {
+/* Exact state beside the exact shock: its density, and its outward speed. */
+static double density_beside(const struct measure *m, double offset, double *speed) {
   double x[NDIM] = {0};
   for (int a = 0; m->center != NULL && a < NDIM; ++a) x[a] = m->center[a];
-  x[0] = (m->center == NULL ? 0 : m->center[0]) + m->shock + offset;
+  x[0] += m->shock + offset;
   struct kith_exact_state s;
   m->ops->state(m->solution, x, m->time, &s);
+  *speed = s.velocity[0];
   return s.density;
 }
 
-/* Walking from the first bin on (step +1: from low places up), the place where the density rises through `level`. */
-static double crossing(const struct bin *bin, int first, int step, double level) {
+/* Walking inwards, from the highest bin if out is 1 and from the lowest if it is -1: the place where the
+ * speed towards `out` rises through `level`. */
+static double crossing(const struct bin *bin, int out, double level) {
   const struct bin *before = NULL;
-  for (int k = first; k >= 0 && k < BINS; k += step) {
-    const struct bin *b = &bin[k];
+  for (int k = 0; k < BINS; ++k) {
+    const struct bin *b = &bin[out > 0 ? BINS - 1 - k : k];
     if (b->volume <= 0) continue;
-    if (bin_density(b) >= level) {
+    if (out * bin_speed(b) >= level) {
       if (before == NULL) return 0; /* the window begins behind the shock */
-      const double s = (level - bin_density(before)) / (bin_density(b) - bin_density(before));
+      const double s = (level - out * bin_speed(before)) / (out * (bin_speed(b) - bin_speed(before)));
       return bin_place(before) + s * (bin_place(b) - bin_place(before));
     }
     before = b;
@@ -182,11 +206,14 @@ static double crossing(const struct bin *bin, int first, int step, double level)
 }
 
 static double shock_of_bins(const struct measure *m, const struct bin *bin, double width) {
-  const double low = density_beside(m, -1e-6 * width), high = density_beside(m, 1e-6 * width);
-  const double ahead = KITH_MIN(low, high), behind = KITH_MAX(low, high);
-  const double level = (ahead + KITH_MIN(peak_of_bins(bin), behind)) / 2;
-  if (level <= ahead) return 0;
-  return high < low ? crossing(bin, BINS - 1, -1, level) : crossing(bin, 0, 1, level);
+  double below, above, peak = -INFINITY;
+  const double low = density_beside(m, -1e-6 * width, &below), high = density_beside(m, 1e-6 * width, &above);
+  const int out = high < low ? 1 : -1;
+  const double ahead = out > 0 ? above : -below, behind = out > 0 ? below : -above;
+  for (int k = 0; k < BINS; ++k)
+    if (bin[k].volume > 0) peak = KITH_MAX(peak, out * bin_speed(&bin[k]));
+  const double level = (ahead + KITH_MIN(peak, behind)) / 2;
+  return level > ahead ? crossing(bin, out, level) : 0;
 }
 
 static kith_status measure_shock(const struct measure *m, double width, double *radius) {

@@ -15,7 +15,8 @@ enum kith_window_kind { KITH_WINDOW_ALL, KITH_WINDOW_SLAB, KITH_WINDOW_BALL };
 
 struct kith_window {
   enum kith_window_kind kind;
-  double center[NDIM], inner, outer; /* inner <= distance <= outer; distance: slab |x[0] - center[0]|, ball |x - center| */
+  double center[NDIM], inner,
+      outer; /* inner <= distance <= outer; distance: slab |x[0] - center[0]|, ball |x - center| */
 };
 
 struct kith_norm {
@@ -29,8 +30,8 @@ struct kith_norms {
                           (riemann with a star pressure only, else 0) */
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
-  double density_peak; /* sedov, noh: largest mean density over radial bins of 0.005, or of one node spacing at the
-                          shock if that is larger; else the largest density of a node */
+  double density_peak; /* sedov, noh: largest mean density over radial bins of 0.005, or of one node spacing
+                          at the shock if that is larger; else the largest density of a node */
 };
 
 /* Views of node arrays of length n: position[n*NDIM], velocity[n*NDIM], the rest [n]. */
@@ -39,20 +40,25 @@ struct kith_profile_view {
   const double *position, *velocity, *mass, *density, *pressure, *energy;
 };
 
-/* Only nodes inside the window count, for every member of *out. Cost: one state() per node, on all threads, and a few
- * sweeps over the nodes. This process's nodes only. DIVERGED, with the node and the value, if a value is not finite
- * or a density or mass not positive. Members of *out are set on success only.
+/* Only nodes inside the window count, for every member of *out. Cost: one state() per node, on all threads,
+ * and a few sweeps over the nodes. This process's nodes only. DIVERGED, with the node and the value, if a
+ * value is not finite or a density or mass not positive. Members of *out are set on success only.
  *
- * The measured shock. Nodes are binned by distance from the center (or along axis 0), bins one mean node spacing
- * wide: (mean V)^(1/NDIM) of the nodes within four mean spacings of the exact shock. A bin's density is sum m / sum V,
- * its place sum V r / sum V; empty bins are left out. From outside inwards (the outside being where the exact density
- * is lower), the shock is where the bins' density first rises through
+ * The measured shock. Nodes are binned by distance from the center (or along axis 0), bins one mean node
+ * spacing wide: (mean V)^(1/NDIM) of the nodes within four mean spacings of the exact shock. A bin's speed is
+ * sum V u / sum V, u along the outward direction, its place sum V r / sum V; empty bins are left out. From
+ * outside inwards (outside is where the exact density is lower), the shock is where the bins' speed first
+ * rises through
  *
- *   (ahead + min(peak, behind)) / 2,   ahead, behind: exact densities at the two sides of the exact shock,
- *                                      peak: largest density of a bin,
+ *   (ahead + min(peak, behind)) / 2,   ahead, behind: exact speeds at the two sides of the exact shock,
+ *                                      peak: largest speed of a bin,
  *
- * by linear interpolation. A step smeared symmetrically is found where it is; so is, to 1 %, the smeared peak of a
- * blast, since the level falls with the peak. Choose a window that ends before other waves begin. */
+ * by linear interpolation. Speed, not density: behind a blast density falls within a tenth of the radius, so
+ * that a smeared density crosses half its peak far outside (4 % at sigma = 0.06 R), while speed falls slowly,
+ * and across a viscous shock it is speed that goes with the specific volume, so half of it halves the layer.
+ * A step smeared symmetrically is found where it is. A Sedov blast whose speed is smeared by a Gaussian is
+ * found outside, by 0.1 % of R for sigma = 0.015 R, 0.7 % for 0.045 R, 1.5 % for 0.07 R, 2.7 % for 0.1 R: the
+ * peak is a corner and drops. Choose a window that ends before other waves begin. */
 kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_ops *ops, const void *solution,
                                double time, const struct kith_window *window,
                                const struct kith_profile_view *nodes);

@@ -1,12 +1,13 @@
-/* riemann: two uniform half spaces meet at x[0] = interface_position at t = 0. E. F. Toro, Riemann Solvers and
- * Numerical Methods for Fluid Dynamics, chapter 4, with a gamma for each side (each gas keeps its own up to the
- * contact).
+/* riemann: two uniform half spaces meet at x[0] = interface_position at t = 0. E. F. Toro, Riemann Solvers
+ * and Numerical Methods for Fluid Dynamics, chapter 4, with a gamma for each side (each gas keeps its own up
+ * to the contact).
  *
  * Pressure p and velocity are equal on both sides of the contact. Wave K changes the velocity by
- *   f_K(p) = (p - p_K) sqrt(A / (p + B)),  A = 2 / ((g + 1) rho_K), B = (g - 1) / (g + 1) p_K   p > p_K: shock
- *   f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)                               else: rarefaction
- * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed in ln p, then Brent's method. If the left side
- * is not negative at p = 0 there is no such p: the gases part and leave a vacuum, whose velocity is set to x / t.
+ *   f_K(p) = (p - p_K) sqrt(A / (p + B)),  A = 2 / ((g + 1) rho_K), B = (g - 1) / (g + 1) p_K   p > p_K:
+ * shock f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)                               else:
+ * rarefaction and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed in ln p, then Brent's
+ * method. If the left side is not negative at p = 0 there is no such p: the gases part and leave a vacuum,
+ * whose velocity is set to x / t.
  *
  * The right-running wave is sampled as it is and the left-running one in the mirror, so one code does both.
  * Reads gamma > 1, density >= 0 (0: vacuum, then its pressure must be 0; not both), pressure >= 0, velocity,
@@ -38,13 +39,16 @@ static const double weakest_shock = 1e-9;
 
 static double jump(const struct side *s, double p) {
   const double g = s->gamma;
+  if (p <= s->pressure && s->pressure == 0) return 0; /* cold gas does not expand */
   if (p <= s->pressure) return 2 * s->sound / (g - 1) * expm1((g - 1) / (2 * g) * log(p / s->pressure));
   const double a = 2 / ((g + 1) * s->density), b = (g - 1) / (g + 1) * s->pressure;
   return (p - s->pressure) * sqrt(a / (p + b));
 }
 
-/* Speed of the gas expanding into nothing, in the side's own frame. */
-static double escape(const struct side *s) { return s->velocity - 2 * s->sound / (s->gamma - 1); }
+/* Inner edge, u + c, of a rarefaction down to p, as u - 2 c / (g - 1) is kept; of a vacuum if p is 0. */
+static double rarefaction_tail(const struct side *s, double p) {
+  return s->velocity + s->sound + (s->gamma + 1) / 2 * jump(s, p);
+}
 
 struct search {
   const struct riemann *problem;
@@ -81,19 +85,20 @@ static kith_status bracketed_root(gsl_function *f, double lower, double upper, d
   return status;
 }
 
-/* The star pressure; 0 if it is below any that a double can hold relative to the given ones. */
-static kith_status star_pressure(const struct riemann *problem, double *pressure) {
+/* The star pressure, or with `found` false a lower one than which no double can serve: 1e-260 of the given
+ * ones. */
+static kith_status star_pressure(const struct riemann *problem, double *pressure, bool *found) {
   const struct side *side = problem->side;
   const double closing = side[0].velocity + side[1].velocity;
   struct search search = {problem, KITH_MAX(side[0].pressure, side[1].pressure)};
   if (search.scale == 0) search.scale = KITH_MIN(side[0].density, side[1].density) * closing * closing;
-  gsl_function f = {mismatch, &search};
-  double lower = -1, upper = 1, root = 0;
-  while (lower > -600 && mismatch(lower, &search) >= 0) lower = KITH_MAX(2 * lower, -600.0);
+  const double least = KITH_MAX(-600.0, log(1e-300 / search.scale));
+  double lower = -1, upper = 1, root = least;
+  while (lower > least && mismatch(lower, &search) >= 0) lower = KITH_MAX(2 * lower, least);
   while (upper < 600 && mismatch(upper, &search) <= 0) upper *= 2;
-  *pressure = 0;
-  if (mismatch(lower, &search) >= 0) return KITH_OK;
-  KITH_TRY(bracketed_root(&f, lower, upper, &root));
+  *found = mismatch(lower, &search) < 0;
+  gsl_function f = {mismatch, &search};
+  if (*found) KITH_TRY(bracketed_root(&f, lower, upper, &root));
   *pressure = search.scale * exp(root);
   return KITH_OK;
 }
@@ -102,23 +107,25 @@ static void finish_side(struct side *s, double p) {
   const double g = s->gamma;
   s->shock = p > s->pressure * (1 + weakest_shock);
   if (p > s->pressure) {
-    s->star_density = s->density * (p * (g + 1) + s->pressure * (g - 1)) / (p * (g - 1) + s->pressure * (g + 1));
+    s->star_density =
+        s->density * (p * (g + 1) + s->pressure * (g - 1)) / (p * (g - 1) + s->pressure * (g + 1));
     s->head = s->velocity + sqrt((p * (g + 1) + s->pressure * (g - 1)) / (2 * s->density));
     s->tail = s->head;
   } else {
     s->star_density = s->density * pow(p / s->pressure, 1 / g);
     s->head = s->velocity + s->sound;
-    s->tail = s->velocity + jump(s, p) + s->sound * pow(p / s->pressure, (g - 1) / (2 * g));
+    s->tail = rarefaction_tail(s, p);
   }
 }
 
-static void finish_vacuum(struct riemann *problem) {
+/* Nothing between the waves: both sides have expanded to `least`, which is 0 or as good as 0. */
+static void finish_vacuum(struct riemann *problem, double least) {
   struct side *side = problem->side;
   double edge[2] = {0, 0};
   for (int k = 0; k < 2; ++k) {
     if (side[k].density == 0) continue;
     side[k].head = side[k].velocity + side[k].sound;
-    side[k].tail = escape(&side[k]);
+    side[k].tail = side[k].pressure > least ? rarefaction_tail(&side[k], least) : side[k].head;
     edge[k] = mirror[k] * side[k].tail;
   }
   if (side[0].density == 0) edge[0] = edge[1];
@@ -130,21 +137,25 @@ static void finish_vacuum(struct riemann *problem) {
 
 static kith_status solve(struct riemann *problem) {
   struct side *side = problem->side;
+  double p = 0;
+  bool found = false;
   const bool empty = side[0].density == 0 || side[1].density == 0;
-  if (!empty && escape(&side[0]) + escape(&side[1]) < 0) KITH_TRY(star_pressure(problem, &problem->pressure));
-  if (problem->pressure == 0) {
-    finish_vacuum(problem);
+  if (!empty && rarefaction_tail(&side[0], 0) + rarefaction_tail(&side[1], 0) < 0)
+    KITH_TRY(star_pressure(problem, &p, &found));
+  if (!found) {
+    finish_vacuum(problem, p);
     return KITH_OK;
   }
-  const double left = side[0].velocity + jump(&side[0], problem->pressure);
-  const double right = side[1].velocity + jump(&side[1], problem->pressure);
+  const double left = side[0].velocity + jump(&side[0], p), right = side[1].velocity + jump(&side[1], p);
   problem->velocity = (right - left) / 2;
-  for (int k = 0; k < 2; ++k) finish_side(&side[k], problem->pressure);
+  problem->pressure = p;
+  for (int k = 0; k < 2; ++k) finish_side(&side[k], p);
   return KITH_OK;
 }
 
 static kith_status check(const struct kith_exact_parameters *p) {
-  static const char *const gamma[] = {"gamma[0]", "gamma[1]"}, *const density[] = {"density[0]", "density[1]"};
+  static const char *const gamma[] = {"gamma[0]", "gamma[1]"}, *const density[] = {"density[0]",
+                                                                                   "density[1]"};
   static const char *const pressure[] = {"pressure[0]", "pressure[1]"};
   static const char *const velocity[] = {"velocity[0]", "velocity[1]"};
   const char *const member = "riemann";
@@ -182,7 +193,8 @@ static kith_status riemann_create(void **self, const struct kith_exact_parameter
 /* Inside a rarefaction, at speed xi in the side's frame. */
 static void fan(const struct side *s, double xi, double *density, double *velocity, double *pressure) {
   const double g = s->gamma;
-  const double ratio = 2 / (g + 1) - (g - 1) / (g + 1) * (s->velocity - xi) / s->sound; /* c / c_K */
+  const double c = 2 / (g + 1) - (g - 1) / (g + 1) * (s->velocity - xi) / s->sound; /* in units of c_K */
+  const double ratio = KITH_MAX(c, 0.0); /* round-off at the edge of a vacuum */
   *velocity = 2 / (g + 1) * (xi - s->sound + (g - 1) / 2 * s->velocity);
   *density = s->density * pow(ratio, 2 / (g - 1));
   *pressure = s->pressure * pow(ratio, 2 * g / (g - 1));
@@ -198,7 +210,8 @@ static void sample(const struct riemann *problem, int k, double speed, struct ki
     density = s->star_density, pressure = problem->pressure;
     velocity = density > 0 ? mirror[k] * problem->velocity : xi;
   }
-  *out = (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
+  *out =
+      (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
   out->energy = kith_exact_energy(s->gamma, density, pressure);
 }
 

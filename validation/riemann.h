@@ -4,8 +4,9 @@
 
 #include "validation/exact.h"
 
-/* Between the two outer waves. [0]: the left-running wave and the gas left of the contact, [1]: the right ones.
- * A shock has tail = head. In a vacuum pressure and density are 0 and the velocity is between its two edges. */
+/* Between the two outer waves. [0]: the left-running wave and the gas left of the contact, [1]: the right
+ * ones. A shock has tail = head. In a vacuum pressure and density are 0 and the velocity is between its two
+ * edges. */
 struct kith_riemann_star {
   double pressure, velocity, density[2];
   double head[2], tail[2]; /* speeds dx/dt of the outer and inner edge of each wave */

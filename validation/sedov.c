@@ -1,24 +1,28 @@
 /* sedov: energy E is released at time 0 on a plane, a line or a point (NDIM = j = 1, 2, 3) of a uniform gas.
- * L. I. Sedov, Similarity and Dimensional Methods in Mechanics, chapter IV; J. Kamm and F. Timmes, LA-UR-07-2849.
+ * L. I. Sedov, Similarity and Dimensional Methods in Mechanics, chapter IV; J. Kamm and F. Timmes,
+ * LA-UR-07-2849.
  *
  *   R(t) = (E t^2 / (alpha rho0))^(1/(j+2)),  U = 2 R / ((j + 2) t),  x = r / R
- *   velocity = U x V(x),  rho = rho0 g(x),  P = rho0 U^2 h(x);  at the shock V = 2/(gamma+1), g = (gamma+1)/(gamma-1)
+ *   velocity = U x V(x),  rho = rho0 g(x),  P = rho0 U^2 h(x);  at the shock V = 2/(gamma+1), g =
+ * (gamma+1)/(gamma-1)
  *
- * Mass, momentum and the energy integral (no energy crosses a surface of constant x) leave, with w = gamma V - 1,
+ * Mass, momentum and the energy integral (no energy crosses a surface of constant x) leave, with w = gamma V
+ * - 1,
  *
  *   d ln w / d ln x = gamma V ((j+2) - V (2 + j (gamma-1))) / (gamma (gamma-1) V^2 - 2 (1-V) w)
  *   d ln g / d ln x = (dV / d ln x + j V) / (1 - V)
  *   h = g x^2 V^2 (1-V) (gamma-1) / (2 w)
  *
- * smooth down to the center, where w and g become powers of x. They are integrated inwards once (gsl_odeiv2), with
- * alpha = (2/(j+2))^2 S_j int (g x^2 V^2 / 2 + h / (gamma-1)) x^(j-1) dx beside them (S_j = 2, 2 pi, 4 pi: E counts
- * both sides of a plane), and tabulated in ln x, densely at the shock; state() interpolates with cubics.
+ * smooth down to the center, where w and g become powers of x. They are integrated inwards once (gsl_odeiv2),
+ * with alpha = (2/(j+2))^2 S_j int (g x^2 V^2 / 2 + h / (gamma-1)) x^(j-1) dx beside them (S_j = 2, 2 pi, 4
+ * pi: E counts both sides of a plane), and tabulated in ln x, densely at the shock; state() interpolates with
+ * cubics.
  *
- * Limits: the shock is taken as strong: the ambient pressure is returned ahead of it but neglected in the solution.
- * Only the standard case, where gas fills the sphere: gamma < 7 in 3-D, any gamma in 1-D and 2-D. Density falls to 0
- * at the center and energy diverges there, in 3-D so fast that its L1 norm does: g is floored at 1e-100 and x at e^-30
- * to keep them finite.
- * Reads gamma[0] > 1, density[0] > 0, pressure[0] >= 0, blast_energy > 0, center. */
+ * Limits: the shock is taken as strong: the ambient pressure is returned ahead of it but neglected in the
+ * solution. Only the standard case, where gas fills the sphere: gamma < 7 in 3-D, any gamma in 1-D and 2-D.
+ * Density falls to 0 at the center and energy diverges there, in 3-D so fast that its L1 norm does: g is
+ * floored at 1e-100 and x at e^-30 to keep them finite. Reads gamma[0] > 1, density[0] > 0, pressure[0] >= 0,
+ * blast_energy > 0, center. */
 #include "validation/exact_parameters.h"
 #include "lib/core/vec.h"
 
@@ -41,7 +45,9 @@ struct sedov {
   struct row row[ROWS + 1];
 };
 
-static double row_place(int k) { return -depth * ((double)k / ROWS) * ((double)k / ROWS); }
+static double row_place(int k) {
+  return -depth * ((double)k / ROWS) * ((double)k / ROWS);
+}
 
 /* h at ln x = y. From logarithms: near the center g x^2 / w is a number when its parts are not. */
 static double similarity_pressure(double gamma, double y, double ln_w, double ln_g) {
@@ -66,7 +72,8 @@ static kith_status fill_table(struct sedov *sedov, gsl_odeiv2_driver *driver, do
   for (int k = 0; k <= ROWS; ++k) {
     const int error = k == 0 ? GSL_SUCCESS : gsl_odeiv2_driver_apply(driver, &y, row_place(k), q);
     if (error != GSL_SUCCESS)
-      KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, at ln x = %g: %s", gamma, y, gsl_strerror(error));
+      KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, at ln x = %g: %s", gamma, y,
+                gsl_strerror(error));
     double dq[3];
     slopes(y, q, dq, &gamma);
     for (int c = 0; c < 2; ++c) sedov->row[k].value[c] = q[c], sedov->row[k].slope[c] = dq[c];
@@ -77,7 +84,8 @@ static kith_status fill_table(struct sedov *sedov, gsl_odeiv2_driver *driver, do
 
 static kith_status integrate(struct sedov *sedov, double *energy) {
   gsl_odeiv2_system system = {slopes, NULL, 3, &sedov->gamma};
-  gsl_odeiv2_driver *driver = gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, -1e-6, 1e-13, 1e-13);
+  gsl_odeiv2_driver *driver =
+      gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, -1e-6, 1e-13, 1e-13);
   if (driver == NULL) KITH_FAIL(NO_MEMORY, "exact solution sedov: no memory for the integrator");
   const kith_status status = fill_table(sedov, driver, energy);
   gsl_odeiv2_driver_free(driver);
@@ -87,12 +95,12 @@ static kith_status integrate(struct sedov *sedov, double *energy) {
 static kith_status check(const struct kith_exact_parameters *p) {
   const char *const member = "sedov";
   KITH_TRY(kith_exact_require(p->gamma[0] > 1, member, "gamma[0]", p->gamma[0], "above 1"));
-  KITH_TRY(kith_exact_require(NDIM < 3 || p->gamma[0] < 7, member, "gamma[0]", p->gamma[0], "below 7 in 3-D"));
+  KITH_TRY(
+      kith_exact_require(NDIM < 3 || p->gamma[0] < 7, member, "gamma[0]", p->gamma[0], "below 7 in 3-D"));
   KITH_TRY(kith_exact_require(p->density[0] > 0, member, "density[0]", p->density[0], "above 0"));
   KITH_TRY(kith_exact_require(p->pressure[0] >= 0, member, "pressure[0]", p->pressure[0], "at least 0"));
   KITH_TRY(kith_exact_require(p->blast_energy > 0, member, "blast_energy", p->blast_energy, "above 0"));
-  for (int a = 0; a < NDIM; ++a)
-    KITH_TRY(kith_exact_require(true, member, "center", p->center[a], "finite"));
+  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_exact_require(true, member, "center", p->center[a], "finite"));
   return KITH_OK;
 }
 
@@ -136,7 +144,9 @@ static double sedov_shock(const void *self, double time) {
   return ((const struct sedov *)self)->radius1 * pow(time, 2.0 / (NDIM + 2));
 }
 
-static const double *sedov_center(const void *self) { return ((const struct sedov *)self)->center; }
+static const double *sedov_center(const void *self) {
+  return ((const struct sedov *)self)->center;
+}
 
 static void sedov_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct sedov *sedov = self;
