@@ -36,16 +36,16 @@ static double nearest(const struct kith_deposit *deposit, const struct kith_scen
   return least;
 }
 
-/* Radius that nodes must be within. */
+/* Radius of what is heated. */
 static double reach(const struct kith_deposit *deposit, double least, double spacing) {
   if (deposit->shape == KITH_DEPOSIT_POINT) return least + close_by * spacing;
-  if (deposit->radius > 0) return deposit->radius * (1 + close_by);
-  return deposit->spacings * spacing * (1 + close_by) * (deposit->shape == KITH_DEPOSIT_KERNEL ? 2 : 1);
+  if (deposit->radius > 0) return deposit->radius;
+  return deposit->spacings * spacing * (deposit->shape == KITH_DEPOSIT_KERNEL ? 2 : 1);
 }
 
 static double weight(const struct kith_deposit *deposit, double r, double radius) {
-  if (r > radius) return 0;
-  return deposit->shape == KITH_DEPOSIT_KERNEL ? cubic_spline(2 * r / radius) : 1;
+  if (deposit->shape == KITH_DEPOSIT_KERNEL) return cubic_spline(2 * r / radius);
+  return r <= radius * (1 + close_by) ? 1 : 0;
 }
 
 kith_status kith_deposit_add(const struct kith_deposit *deposit, const struct kith_scene *scene,

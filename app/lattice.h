@@ -1,23 +1,26 @@
 /* lattice.h - sites of a lattice that fits a box with a whole number of cells along every axis.
  *
- * Cells are rectangular. With s^NDIM the volume of a node, their ideal sides and their sites (in cells) are
+ * Cells are rectangular. With s^NDIM the volume of a node, their ideal sides and the sites (in cells) are
  *
- *   1-D  all        s                             1/2
- *   2-D  cubic      s, s                          (1/2 1/2)                                  square
- *        bcc        a, a          a = 2^(1/2) s   (1/4 1/4) (3/4 3/4)                        centered square
- *        hcp        a, 3^(1/2) a  a^2 = 2 s^2 / 3^(1/2)   (1/4 1/4) (3/4 3/4)                triangular, rows
- * along x 3-D  cubic      s, s, s                       (1/2 1/2 1/2) bcc        a, a, a       a = 2^(1/3) s
- * (1/4 1/4 1/4) (3/4 3/4 3/4) fcc        a, a, a       a = 4^(1/3) s   (1/4 1/4 1/4) (3/4 3/4 1/4) (3/4 1/4
- * 3/4) (1/4 3/4 3/4) hcp        a, 3^(1/2) a, (8/3)^(1/2) a   (1/4 5/6 1/4) (3/4 1/3 1/4) (1/4 1/6 3/4) (3/4
- * 2/3 3/4) a = 2^(1/6) s                 rows along x, layers along z
+ *   1-D all    s                                    1/2
+ *   2-D cubic  s, s                                 (1/2 1/2)
+ *       bcc    a, a             a = 2^(1/2) s       (1/4 1/4) (3/4 3/4)
+ *       hcp    a, 3^(1/2) a     a^2 = 2 s^2/3^(1/2) (1/4 1/4) (3/4 3/4), rows along x
+ *   3-D cubic  s, s, s                              (1/2 1/2 1/2)
+ *       bcc    a, a, a          a = 2^(1/3) s       (1/4 1/4 1/4) (3/4 3/4 3/4)
+ *       fcc    a, a, a          a = 4^(1/3) s       (1/4 1/4 1/4) (3/4 3/4 1/4) (3/4 1/4 3/4) (1/4 3/4 3/4)
+ *       hcp    a, 3^(1/2) a,    a = 2^(1/6) s       (1/4 5/6 1/4) (3/4 1/3 1/4) (1/4 1/6 3/4) (3/4 2/3 3/4),
+ *              (8/3)^(1/2) a                        rows along x, layers along z
  *
- * The number of cells along an axis is extent / side, rounded (a half rounds up whatever the round-off), at
- * least 1; the cell is stretched to fit. So every lattice continues exactly across a periodic face, and no
- * site is on a face. The layers of sites along each axis are mirror images of each other about the middle of
- * the box, bit by bit if the box is centered on 0. Through a reflecting face only cubic continues exactly.
- * bcc, fcc and the triangular lattice continue by a glide: layers keep their distance, but the mirror image
- * is half a cell off sideways; so does hcp in x and y, and in z with a third of a cell. No lattice but cubic
- * can do better without sites on the face. */
+ * An axis has extent / side cells, rounded (a half rounds up whatever the round-off), at least 1; cells are
+ * stretched to fit. So every lattice continues exactly across periodic faces, and no site is on a face.
+ *
+ * Mirrors. Along each axis the layers of sites lie symmetric about the middle of the box. Only cubic
+ * continues exactly through a reflecting face. The others continue by a glide: layers keep their distance,
+ * but the image is off sideways, by half a cell along y and z (bcc), along one of them (fcc), along the other
+ * axis (2-D), and for hcp by half a cell along y (x faces), along z (y faces) and a third along y, up or down
+ * (z faces). In bcc, fcc and hcp no plane between layers is a mirror: to do better, sites would have to be on
+ * the face. */
 #ifndef KITH_APP_LATTICE_H
 #define KITH_APP_LATTICE_H
 

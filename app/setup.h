@@ -1,24 +1,36 @@
 /* setup.h - from a scene to nodes: lattices cut to regions, masses, state, deposited energy.
  *
- * Lattices (those that exist in a dimension: 1-D all are the line; 2-D cubic = square, hcp = triangular, bcc = centered square,
- * fcc refused; 3-D all). Along an axis the number of cells is a whole number that fits the region's extent, so that
- * spacing is stretched a little and the lattice continues across a periodic face, and nodes of two regions that touch stand half a
- * spacing from their common face. The density is exact: mass = density * volume / count for each region.
- *   equal-mass     the mass of a node is the same in all regions (to the rounding of counts), spacing follows the density
- *   equal-spacing  the spacing is the same in all regions, mass follows the density
- * resolution = nodes per unit length (V/N)^(-1/NDIM) in the densest region.
- * Regions that overlap, or hold no node, and a scene without a node are BAD_INPUT with file and line.
- * Support: H = (neighbors / ball * m / rho)^(1/NDIM) as a first guess. ids: 0 .. n - 1 in order of creation.
- * Nodes are created region by region within their list; use kith_nodes_curve_order after. */
+ * A lattice (lattice.h: cubic, bcc, fcc, hcp) fills a region's box, cut with the domain, with whole cells;
+ * sites outside of the region's ball, half-space or expression are left out. A site stands for the volume v =
+ * box / all sites, its mass is rho(x) v: the density is exact, and so is the mass of a box of constant
+ * density. Nodes of two boxes that touch stand half a layer each from the common face.
+ *
+ *   equal-mass     v = rho_max / (rho resolution^NDIM), rho the mean density of the region: a node has about
+ *                  the same mass in every region. The number of cells is rounded; outside of the densest
+ *                  region the longest axis makes up for the rounding of the others (kith_lattice_balance).
+ *   equal-spacing  v = resolution^-NDIM in all regions; the mass follows the density
+ *
+ * A region's own `spacing` stands instead, and its density does not count for the others. Jitter moves a node
+ * after the cut, by a function of seed and id alone; state and mass are taken where it then is. Energy comes
+ * from the pressure through the equation of state. Support: H = (neighbors / ball * v)^(1/NDIM), a first
+ * guess.
+ *
+ * BAD_INPUT, with file and line: a region outside of the domain, without a node, or with a site inside
+ * another region; density <= 0, pressure < 0, energy < 0 or values that are not finite, with the place; a
+ * scene without a node, or beyond 1e9.
+ *
+ * Nodes are created region by region within their list, id = index: 0 .. n - 1. Use kith_nodes_curve_order
+ * after. Serial, some 1e6 nodes per second (formulas of a region share one parser). */
 #ifndef KITH_APP_SETUP_H
 #define KITH_APP_SETUP_H
 
 #include "app/scene.h"
 #include "physics/hydro.h"
 
-/* Creates the nodes with their lists, registers the hydro fields and fills position, velocity, mass, energy, density,
- * support, id. frozen[i] (one byte per internal node, kith_resize memory, owned by the caller, NULL if no region is frozen). */
-kith_status kith_setup(struct kith_nodes **nodes, struct kith_hydro *hydro, const struct kith_scene *scene, double neighbors,
-                       uint8_t **frozen);
+/* Creates the nodes with their lists, registers the hydro fields and fills position, velocity, mass, energy,
+ * density, support, id. frozen[i] (one byte per internal node, kith_resize memory, owned by the caller, NULL
+ * if no region is frozen). */
+kith_status kith_setup(struct kith_nodes **nodes, struct kith_hydro *hydro, const struct kith_scene *scene,
+                       double neighbors, uint8_t **frozen);
 
 #endif

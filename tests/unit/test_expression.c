@@ -36,7 +36,7 @@ static void refuses(const char *formula, const char *reason) {
   CHECK_STATUS(KITH_BAD_INPUT, kith_expression_create(&f, formula));
   CHECK(!f);
   if (!strstr(kith_failure(), reason)) {
-    CHECK(!"the reason is named");
+    ++check_failures;
     fprintf(stderr, "%s: %s\n", formula, kith_failure());
   }
   CHECK(!strchr(kith_failure(), '\n'));

@@ -1,0 +1,124 @@
+/* Domain, boundaries and materials of a scene. */
+#include <string.h>
+#include "app/scene_parts.h"
+#include "app/words.h"
+
+struct domain {
+  double lower[NDIM], upper[NDIM];
+  int across;
+};
+
+#define IN(member) KITH_INTO(struct domain, member)
+const struct kith_key kith_domain_keys[] = {
+    {"lower", KITH_KEY_VECTOR, NULL, "", "corner", IN(lower)},
+    {"upper", KITH_KEY_VECTOR, NULL, "", "opposite corner", IN(upper)},
+    {"across", KITH_KEY_INTEGER, "", "[1, inf)",
+     "upper on all axes but x: this many spacings of the densest region above lower", IN(across)},
+    {0}};
+#undef IN
+
+kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config_node *node) {
+  struct domain d = {.across = 0};
+  KITH_TRY(kith_keys_read(kith_domain_keys, node, &d));
+  for (int a = 0; a < NDIM; ++a) {
+    if (a > 0 && d.across > 0) d.upper[a] = d.lower[a] + d.across / scene->resolution;
+    if (!(d.lower[a] < d.upper[a]))
+      return kith_config_fail(kith_config_child(node, "upper"), NULL, "%g along %c is not above lower, %g",
+                              d.upper[a], "xyz"[a], d.lower[a]);
+    scene->domain.lower[a] = d.lower[a];
+    scene->domain.upper[a] = d.upper[a];
+  }
+  return KITH_OK;
+}
+
+#define SIDES "reflecting, periodic, open, or a pair [lower, upper] of these; periodic is on both sides"
+const struct kith_key kith_boundaries_keys[] = {{"x", KITH_KEY_OTHER, "open", "", SIDES, .keys = NULL},
+                                                {"y", KITH_KEY_OTHER, "open", "", SIDES, .keys = NULL},
+                                                {"z", KITH_KEY_OTHER, "open", "", SIDES, .keys = NULL},
+                                                {0}};
+
+/* Members that act on a side of the domain; constant acts on regions that are frozen. */
+static const char *side_words(char *words, size_t size) {
+  size_t used = (size_t)snprintf(words, size, "open");
+  for (const struct kith_boundary_ops *const *p = kith_boundary_all(); *p != NULL && used < size; ++p)
+    if (strcmp((*p)->name, "constant") != 0)
+      used += (size_t)snprintf(words + used, size - used, "|%s", (*p)->name);
+  return words;
+}
+
+static kith_status read_side(const struct kith_config_node *node, const struct kith_boundary_ops **ops) {
+  char words[128], name[32];
+  const struct kith_key side = {
+      .key = "side", .kind = KITH_KEY_NAME, .allowed = side_words(words, sizeof words), .size = sizeof name};
+  KITH_TRY(kith_key_value(&side, node, name));
+  *ops = strcmp(name, "open") == 0 ? NULL : kith_boundary_find(name);
+  return KITH_OK;
+}
+
+static kith_status read_axis(const struct kith_config_node *node, const struct kith_boundary_ops **lower,
+                             const struct kith_boundary_ops **upper) {
+  *lower = *upper = NULL;
+  if (node == NULL) return KITH_OK;
+  if (node->kind != KITH_CONFIG_LIST) {
+    KITH_TRY(read_side(node, lower));
+    *upper = *lower;
+    return KITH_OK;
+  }
+  if (node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
+  KITH_TRY(read_side(node->first, lower));
+  KITH_TRY(read_side(node->last, upper));
+  const struct kith_boundary_ops *periodic = kith_boundary_find("periodic");
+  if ((*lower == periodic) != (*upper == periodic))
+    return kith_config_fail(node, NULL, "periodic on one side only; it must be on both");
+  return KITH_OK;
+}
+
+kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
+  static const char *const axes[] = {"x", "y", "z"};
+  KITH_TRY(kith_keys_read(kith_boundaries_keys, node, scene));
+  for (int a = 0; a < 3; ++a) {
+    const struct kith_boundary_ops *lower, *upper;
+    KITH_TRY(read_axis(kith_config_child(node, axes[a]), &lower, &upper));
+    if (a < NDIM) scene->boundary[a].lower = lower, scene->boundary[a].upper = upper;
+  }
+  return KITH_OK;
+}
+
+struct material {
+  char eos[32];
+  struct kith_eos_parameters parameters;
+};
+
+#define IN(member) KITH_INTO(struct material, member)
+const struct kith_key kith_materials_keys[] = {
+    {"eos", KITH_KEY_NAME, "ideal", KITH_EOS_LIST(KITH_AS_WORD), "equation of state", IN(eos)},
+    {"gamma", KITH_KEY_NUMBER, "1.4", "(1, inf)", "ratio of specific heats (ideal, stiffened)",
+     IN(parameters.gamma)},
+    {"sound_speed", KITH_KEY_NUMBER, "1", "(0, inf)", "of an isothermal gas", IN(parameters.sound_speed)},
+    {"stiffness", KITH_KEY_NUMBER, "0", "[0, inf)", "pressure P0 of a stiffened gas",
+     IN(parameters.stiffness)},
+    {0}};
+#undef IN
+
+static kith_status read_material(struct kith_scene *scene, const struct kith_config_node *node) {
+  const int m = scene->n_materials;
+  const size_t room = sizeof scene->material_name[m];
+  struct material read = {.eos = ""};
+  if (m == KITH_MAX_LISTS) return kith_config_fail(node, NULL, "more than %d materials", KITH_MAX_LISTS);
+  if (strlen(node->key) >= room)
+    return kith_config_fail(node, NULL, "a name longer than %zu letters", room - 1);
+  KITH_TRY(kith_keys_read(kith_materials_keys, node->null ? NULL : node, &read));
+  snprintf(scene->material_name[m], room, "%s", node->key);
+  scene->material[m].eos = kith_eos_find(read.eos);
+  scene->material[m].parameters = read.parameters;
+  ++scene->n_materials;
+  return KITH_OK;
+}
+
+kith_status kith_scene_materials(struct kith_scene *scene, const struct kith_config_node *node) {
+  KITH_TRY(kith_config_want_map(node));
+  if (node->n == 0) return kith_config_fail(node, NULL, "no material; one is required");
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    KITH_TRY(read_material(scene, child));
+  return KITH_OK;
+}
