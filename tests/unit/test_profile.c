@@ -1,0 +1,236 @@
+/* The tree of stages, counters, busy times; the trace is read back by a small JSON reader. */
+#include "tests/check.h"
+#include "lib/core/profile.h"
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static void spin(double seconds) {
+  const double end = kith_seconds() + seconds;
+  while (kith_seconds() < end) {
+  }
+}
+
+/* JSON by the book: a value at *s is skipped; false if it is none. */
+static bool skip_value(const char **s);
+
+static void skip_space(const char **s) {
+  while (isspace((unsigned char)**s)) ++*s;
+}
+
+static bool take(const char **s, char c) {
+  skip_space(s);
+  if (**s != c) return false;
+  ++*s;
+  return true;
+}
+
+static bool skip_string(const char **s) {
+  if (!take(s, '"')) return false;
+  for (; **s != '"'; ++*s) {
+    if ((unsigned char)**s < ' ') return false; /* the end of the text too */
+    if (**s == '\\' && strchr("\"\\/bfnrtu", *++*s) == NULL) return false;
+  }
+  ++*s;
+  return true;
+}
+
+static bool skip_members(const char **s, char end, bool named) {
+  if (take(s, end)) return true;
+  do {
+    if (named && !(skip_string(s) && take(s, ':'))) return false;
+    if (!skip_value(s)) return false;
+  } while (take(s, ','));
+  return take(s, end);
+}
+
+static bool skip_value(const char **s) {
+  skip_space(s);
+  if (take(s, '{')) return skip_members(s, '}', true);
+  if (take(s, '[')) return skip_members(s, ']', false);
+  if (**s == '"') return skip_string(s);
+  char *end;
+  strtod(*s, &end);
+  if (end == *s || !(isdigit((unsigned char)**s) || **s == '-')) return false; /* no nan, no inf */
+  *s = end;
+  return true;
+}
+
+static bool is_json(const char *text) {
+  const bool ok = skip_value(&text);
+  skip_space(&text);
+  return ok && *text == '\0';
+}
+
+static int occurrences(const char *text, const char *word) {
+  int n = 0;
+  for (const char *at = text; (at = strstr(at, word)) != NULL; ++at) ++n;
+  return n;
+}
+
+static char *contents(const char *path) {
+  FILE *file = fopen(path, "r");
+  if (file == NULL) return NULL;
+  static char text[1 << 16];
+  text[fread(text, 1, sizeof text - 1, file)] = '\0';
+  fclose(file);
+  return text;
+}
+
+static struct kith_profile *some_steps(bool trace) {
+  struct kith_profile *p = NULL;
+  CHECK_OK(kith_profile_create(&p, 2, trace));
+  char other[] = "rows"; /* the same name at another address is the same stage */
+  kith_profile_count(p, "nodes", 12);
+  for (int k = 0; k < 3; ++k) {
+    kith_profile_begin(p, "step");
+    kith_profile_begin(p, "connectivity");
+    kith_profile_begin(p, k == 1 ? other : "rows");
+    spin(0.002);
+    kith_profile_count(p, "pairs", 10);
+    kith_profile_count(p, "candidates", 100);
+    kith_profile_thread(p, 0, 1.0, 2.0);
+    kith_profile_thread(p, 1, 1.0, 4.0);
+    kith_profile_end(p);
+    kith_profile_end(p);
+    spin(0.001);
+    if (k == 2) kith_profile_begin(p, "rows"), kith_profile_end(p); /* another parent: another stage */
+    kith_profile_end(p);
+  }
+  kith_profile_begin(p, "output \"\\\n");
+  kith_profile_end(p);
+  kith_profile_begin(p, "step"); /* comes back, stays open */
+  kith_profile_begin(p, "connectivity");
+  kith_profile_begin(p, "pairs");
+  return p;
+}
+
+static void check_tree(void) {
+  struct kith_profile *p = some_steps(false);
+  spin(0.001);
+  const struct kith_stage *s;
+  const int n = kith_profile_stages(p, &s);
+  const char *const paths[] = {
+      "step",      "step/connectivity", "step/connectivity/rows", "step/connectivity/pairs",
+      "step/rows", "output \"\\\n"};
+  const int depth[] = {0, 1, 2, 2, 1, 0}, parent[] = {-1, 0, 1, 1, 0, -1}, calls[] = {4, 4, 3, 1, 1, 1};
+  CHECK(n == 6);
+  for (int k = 0; k < n && k < 6; ++k) {
+    CHECK(strcmp(s[k].path, paths[k]) == 0 && strstr(s[k].path, s[k].name) != NULL);
+    CHECK(s[k].depth == depth[k] && s[k].parent == parent[k] && s[k].calls == (uint64_t)calls[k]);
+    CHECK(s[k].self_seconds >= -1e-9 &&
+          s[k].self_seconds <= s[k].seconds); /* -1e-9: rounding of sums below 1 s */
+  }
+  CHECK(s[2].seconds >= 0.006 && s[1].seconds >= s[2].seconds + s[3].seconds && s[3].seconds >= 0.001);
+  CHECK(s[0].self_seconds >= 0.003);
+  CHECK_CLOSE(s[2].imbalance, 1.5, 1e-15); /* busy 3 and 9: 9 over a mean of 6 */
+  CHECK(s[1].imbalance == 0);
+  const struct kith_counter *c;
+  CHECK(kith_profile_counters(p, &c) == 3);
+  CHECK(strcmp(c[0].name, "nodes") == 0 && c[0].stage == -1 && c[0].total == 12);
+  CHECK(strcmp(c[1].name, "pairs") == 0 && c[1].stage == 2 && c[1].total == 30);
+  CHECK(strcmp(c[2].name, "candidates") == 0 && c[2].stage == 2 && c[2].total == 300);
+  kith_profile_destroy(&p);
+  CHECK(p == NULL);
+}
+
+static void check_unbalanced(void) {
+  struct kith_profile *p = NULL;
+  CHECK_OK(kith_profile_create(&p, 1, true));
+  kith_profile_end(p);
+  CHECK(strstr(kith_failure(), "never began") != NULL);
+  kith_profile_thread(p, 1, 0, 1); /* no such thread */
+  kith_profile_thread(p, -1, 0, 1);
+  kith_profile_begin(p, "a");
+  kith_profile_end(p);
+  kith_profile_end(p);
+  kith_profile_begin(p, "b");
+  const struct kith_stage *s;
+  CHECK(kith_profile_stages(p, &s) == 2 && s[1].depth == 0 && s[1].calls == 1);
+  kith_profile_destroy(&p);
+  kith_profile_begin(NULL, "a"); /* a NULL profile is allowed everywhere */
+  kith_profile_count(NULL, "a", 1);
+  kith_profile_thread(NULL, 0, 0, 1);
+  kith_profile_end(NULL);
+  const struct kith_counter *c;
+  CHECK(kith_profile_stages(NULL, &s) == 0 && kith_profile_counters(NULL, &c) == 0);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_profile_write_trace(NULL, "nowhere"));
+  kith_profile_destroy(&p);
+}
+
+/* Many stages and counters: growth keeps views and busy times. */
+static void check_growth(void) {
+  static char name[500][8];
+  struct kith_profile *p = NULL;
+  CHECK_OK(kith_profile_create(&p, 1, false));
+  for (int k = 0; k < 500; ++k) {
+    snprintf(name[k], sizeof name[k], "s%d", k);
+    kith_profile_begin(p, name[k]);
+    kith_profile_count(p, name[k], k);
+    kith_profile_thread(p, 0, 0, 1);
+    if (k % 2 == 0) kith_profile_end(p);
+  }
+  const struct kith_stage *s;
+  const struct kith_counter *c;
+  CHECK(kith_profile_stages(p, &s) == 500 && kith_profile_counters(p, &c) == 500);
+  for (int k = 0; k < 500; ++k) {
+    CHECK(s[k].imbalance == 1);
+    CHECK(s[c[k].stage].name == c[k].name);
+  }
+  CHECK(s[499].depth == 249);
+  kith_profile_destroy(&p);
+}
+
+static void check_trace(void) {
+  char path[] = "trace_XXXXXX";
+  const int descriptor = mkstemp(path);
+  CHECK(descriptor >= 0);
+  close(descriptor);
+  struct kith_profile *p = some_steps(true);
+  CHECK_OK(kith_profile_write_trace(p, path));
+  const char *text = contents(path);
+  CHECK(text != NULL && is_json(text));
+  CHECK(!is_json("[1,]") && !is_json("{\"a\" 1}") && !is_json("[\"a]") && is_json("[{\"a\":[1,-2e3]},{}]"));
+  /* 11 ended stages, 3 open ones, 3 busy times on each of two threads */
+  CHECK(occurrences(text, "\"ph\":\"X\"") == 20 && occurrences(text, "\"ph\":\"M\"") == 3);
+  CHECK(occurrences(text, "\"tid\":1,\"ts\"") == 3 && occurrences(text, "\"dur\"") == 20);
+  CHECK(occurrences(text, "\"path\":\"step/connectivity/rows\"") == 9);
+  CHECK(occurrences(text, "\"dur\":3000000.000,\"name\":\"rows\"") == 3);
+  char part[sizeof path + 8];
+  snprintf(part, sizeof part, "%s.part", path);
+  CHECK(access(part, F_OK) != 0);
+  remove(path);
+  CHECK_STATUS(KITH_BAD_FILE, kith_profile_write_trace(p, "no/such/folder/trace.json"));
+  kith_profile_destroy(&p);
+}
+
+static void check_print(void) {
+  struct kith_profile *p = some_steps(false);
+  FILE *file = tmpfile();
+  CHECK(file != NULL);
+  kith_profile_print(p, file, 1000);
+  kith_profile_print(p, file, 0); /* no steps yet: no division by zero */
+  kith_profile_print(NULL, file, 0);
+  rewind(file);
+  char line[256];
+  int rows = 0;
+  while (fgets(line, sizeof line, file) != NULL) {
+    rows += strstr(line, "  rows ") != NULL;
+    CHECK(strstr(line, "nan") == NULL && strstr(line, "inf") == NULL);
+    if (strstr(line, "    rows ") != NULL)
+      CHECK(strstr(line, " 3 ") != NULL && strstr(line, " 1.50") != NULL);
+  }
+  CHECK(rows == 4);
+  fclose(file);
+  kith_profile_destroy(&p);
+}
+
+int main(void) {
+  check_tree();
+  check_unbalanced();
+  check_growth();
+  check_trace();
+  check_print();
+  return check_failed();
+}
