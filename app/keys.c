@@ -293,14 +293,14 @@ const struct kith_key *kith_keys_find(const struct kith_key *keys, const char *n
 
 static void print_keys(const struct kith_key *keys, int indent, bool item, FILE *file);
 
+/* "required; what it means; in (0, 1]" */
 static void print_comment(const struct kith_key *key, int written, FILE *file) {
   char words[ROOM];
+  const bool range = key->allowed[0] == '(' || key->allowed[0] == '[', any = key->allowed[0] == '\0';
   kith_words_tell(key->allowed, words, sizeof words);
-  const bool range = key->allowed[0] == '(' || key->allowed[0] == '[';
-  fprintf(file, "%*s# %s%s", KITH_MAX(1, 44 - written), "", key->fallback == NULL ? "required; " : "",
+  fprintf(file, "%*s# %s%s", KITH_MAX(1, 36 - written), "", key->fallback == NULL ? "required; " : "",
           key->doc);
-  if (key->allowed[0] != '\0') fprintf(file, "; %s%s", range ? "in " : "one of ", words);
-  fputc('\n', file);
+  fprintf(file, "%s%s\n", any ? "" : range ? "; in " : "; one of ", words);
 }
 
 static void print_key(const struct kith_key *key, int indent, bool item, FILE *file) {
