@@ -1,0 +1,110 @@
+#include "lib/io/atomic_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* path + tail, owned by the caller. */
+static kith_status join(char **out, const char *path, const char *tail) {
+  const size_t bytes = strlen(path) + strlen(tail) + 1;
+  *out = NULL;
+  KITH_TRY(kith_resize(out, 0, bytes, 1));
+  snprintf(*out, bytes, "%s%s", path, tail);
+  return KITH_OK;
+}
+
+static void release(struct kith_atomic_file **file) {
+  if ((*file)->stream != NULL) fclose((*file)->stream);
+  kith_free(&(*file)->path);
+  kith_free(&(*file)->temporary);
+  kith_free(file);
+}
+
+static kith_status open_temporary(struct kith_atomic_file *file, const char *path) {
+  struct stat present;
+  KITH_TRY(join(&file->path, path, ""));
+  KITH_TRY(join(&file->temporary, path, ".partial"));
+  if (stat(path, &present) == 0 && !S_ISREG(present.st_mode)) /* a rename would replace a device or a pipe */
+    KITH_FAIL(BAD_FILE, "%s: cannot write: not a regular file", path);
+  file->stream = fopen(file->temporary, "wb");
+  if (file->stream == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
+  return KITH_OK;
+}
+
+kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *path) {
+  *out = NULL;
+  struct kith_atomic_file *file = NULL;
+  KITH_TRY(kith_resize(&file, 0, 1, sizeof *file));
+  const kith_status status = open_temporary(file, path);
+  if (status == KITH_OK)
+    *out = file;
+  else
+    release(&file);
+  return status;
+}
+
+/* What was written reaches the disk. 0 or -1 with errno. */
+static int settle(struct kith_atomic_file *file) {
+  const bool written = fflush(file->stream) == 0 && !ferror(file->stream) && fsync(fileno(file->stream)) == 0;
+  const int why = errno;
+  const bool closed = fclose(file->stream) == 0;
+  file->stream = NULL;
+  if (!written) errno = why != 0 ? why : EIO;
+  return written && closed ? 0 : -1;
+}
+
+/* A second name first, then the rename below replaces the first: PATH is never missing. Where hard links are
+ * not to be had, PATH is missing for a moment. */
+static kith_status set_aside(const char *path) {
+  char *previous;
+  KITH_TRY(join(&previous, path, ".previous"));
+  int result = unlink(previous);
+  if (result == 0 || errno == ENOENT) result = link(path, previous);
+  if (result != 0 && errno != ENOENT) result = rename(path, previous);
+  const int why = errno;
+  kith_free(&previous);
+  if (result != 0 && why != ENOENT)
+    KITH_FAIL(BAD_FILE, "%s: cannot keep it as .previous: %s", path, strerror(why));
+  return KITH_OK;
+}
+
+/* The rename itself reaches the disk. File systems that cannot sync a directory say EINVAL. */
+static int sync_directory(const char *path) {
+  char *directory;
+  if (join(&directory, path, "") != KITH_OK) return errno = ENOMEM, -1;
+  char *slash = strrchr(directory, '/');
+  if (slash != NULL) slash[slash == directory] = '\0';
+  const int fd = open(slash != NULL ? directory : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  kith_free(&directory);
+  if (fd < 0) return -1;
+  const int result = fsync(fd) == 0 || errno == EINVAL ? 0 : -1;
+  close(fd);
+  return result;
+}
+
+static kith_status publish(struct kith_atomic_file *file, bool keep_previous) {
+  if (settle(file) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(errno));
+  if (keep_previous) KITH_TRY(set_aside(file->path));
+  if (rename(file->temporary, file->path) != 0)
+    KITH_FAIL(BAD_FILE, "%s: cannot rename %s: %s", file->path, file->temporary, strerror(errno));
+  if (sync_directory(file->path) != 0)
+    KITH_FAIL(BAD_FILE, "%s: cannot sync its directory: %s", file->path, strerror(errno));
+  return KITH_OK;
+}
+
+kith_status kith_atomic_file_commit(struct kith_atomic_file **file, bool keep_previous) {
+  const kith_status status = publish(*file, keep_previous);
+  if (status == KITH_OK)
+    release(file);
+  else
+    kith_atomic_file_abandon(file);
+  return status;
+}
+
+void kith_atomic_file_abandon(struct kith_atomic_file **file) {
+  if (*file == NULL) return;
+  unlink((*file)->temporary);
+  release(file);
+}

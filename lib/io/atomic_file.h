@@ -1,0 +1,30 @@
+/* atomic_file.h - a file that appears whole or not at all.
+ *
+ *   kith_atomic_file_open(&f, path); write to f->stream; kith_atomic_file_commit(&f, false);
+ *
+ * Everything is written under f->temporary (PATH.partial, in the same directory); commit flushes and syncs
+ * it, renames it to PATH and syncs the directory. Until then PATH is untouched, and PATH is good at every
+ * moment in between. The temporary name is always the same, so what a killed process left is overwritten by
+ * the next one; two processes must not write the same path at once. A library that wants a name instead of a
+ * stream may write f->temporary itself, and close it before the commit. */
+#ifndef KITH_IO_ATOMIC_FILE_H
+#define KITH_IO_ATOMIC_FILE_H
+
+#include <stdio.h>
+#include "lib/core/base.h"
+
+struct kith_atomic_file {
+  char *path, *temporary; /* owned */
+  FILE *stream;
+};
+
+/* BAD_FILE if the directory is not there or not writable, or if PATH is something else than a regular file.
+ */
+kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *path);
+/* keep_previous: the file that PATH was stays as PATH.previous. Frees *file in any case; on failure (a full
+ * disk shows at the latest here) the temporary file is removed and PATH is as it was. */
+kith_status kith_atomic_file_commit(struct kith_atomic_file **file, bool keep_previous);
+/* Gives up: removes the temporary file. Accepts a pointer to NULL. */
+void kith_atomic_file_abandon(struct kith_atomic_file **file);
+
+#endif

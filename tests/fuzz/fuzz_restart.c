@@ -1,0 +1,171 @@
+/* Reading a checkpoint that someone damaged or made up: refused with a line, or restored; never anything
+ * else.
+ *
+ * Run as it is, it changes a good file by a generator with a fixed seed; half of the inputs get right
+ * checksums again, so that what lies behind them is tried too. With clang -fsanitize=fuzzer -DKITH_FUZZER the
+ * main is libFuzzer's. */
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE /* memfd_create */
+#endif
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+#include "lib/io/checkpoint.h"
+#include "tests/check.h"
+
+enum { MOST = 1 << 16, INPUTS = 20000, HEADER = 64, ENTRY = 96 };
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+static int opened, restored; /* how deep the inputs went */
+
+static struct kith_nodes *make(kith_index gas, kith_index wall) {
+  static const char *const names[2] = {"gas", "wall"};
+  static const struct kith_field_spec flag = {"flag", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, ""};
+  struct kith_nodes *nodes = NULL;
+  struct kith_field *field = NULL;
+  if (kith_nodes_create(&nodes, 2, names) != KITH_OK || kith_nodes_field(nodes, &flag, &field) != KITH_OK ||
+      kith_nodes_append(nodes, 0, gas, NULL) != KITH_OK || kith_nodes_append(nodes, 1, wall, NULL) != KITH_OK)
+    abort();
+  return nodes;
+}
+
+/* What a restart does with the file. An accepted one must leave nodes whose lists close. */
+static void restart(const char *path) {
+  struct kith_nodes *nodes = make(2, 1);
+  struct kith_checkpoint *c = NULL;
+  if (kith_checkpoint_open(&c, path) == KITH_OK) {
+    ++opened;
+    if (strlen(kith_checkpoint_scene(c)) > MOST) abort();
+    if (kith_checkpoint_nodes(c, nodes) == KITH_OK) {
+      ++restored;
+      if (nodes->lists[0].count + nodes->lists[1].count != nodes->n_internal) abort();
+      for (kith_index i = 0; i < nodes->n_internal; ++i)
+        if (nodes->list->u8[i] != (i >= nodes->lists[1].first)) abort();
+    }
+    const size_t n = kith_checkpoint_length(c, "extra");
+    double *extra = n <= MOST ? calloc(n + 1, sizeof *extra) : NULL;
+    if (extra != NULL) (void)kith_checkpoint_f64(c, "extra", extra, n);
+    free(extra);
+  } else if (c != NULL || kith_failure()[0] == '\0' || strchr(kith_failure(), '\n') != NULL) {
+    abort();
+  }
+  kith_checkpoint_close(&c);
+  kith_nodes_destroy(&nodes);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+  char path[64];
+  const int fd = memfd_create("restart", 0);
+  if (fd < 0 || write(fd, data, size) != (ssize_t)size) abort();
+  snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
+  restart(path);
+  close(fd);
+  return 0;
+}
+
+#ifndef KITH_FUZZER
+static uint64_t word(const uint8_t *p) {
+  uint64_t w;
+  memcpy(&w, p, sizeof w);
+  return w;
+}
+
+static void seal(uint8_t *place, const uint8_t *from, size_t bytes) {
+  uint64_t h = UINT64_C(0xcbf29ce484222325);
+  for (size_t k = 0; k + 8 <= bytes; k += 8) {
+    h = (h ^ word(from + k)) * 1099511628211u;
+    h ^= h >> 29;
+  }
+  memcpy(place, &h, sizeof h);
+}
+
+/* Right checksums, as far as the offsets found in the file lie inside of it. Sometimes also the right size.
+ */
+static void reseal(uint8_t *data, size_t size, bool resize) {
+  const uint64_t claimed = size;
+  if (size < HEADER) return;
+  if (resize) memcpy(data + 32, &claimed, sizeof claimed);
+  const uint64_t table = word(data + 24);
+  if (table < size && table % 8 == 0) {
+    size_t offset = HEADER;
+    for (size_t entry = table; entry + ENTRY <= size; entry += ENTRY) {
+      const uint64_t bytes = word(data + entry + 80);
+      if (bytes > table || offset + bytes > table) break;
+      seal(data + entry + 88, data + offset, bytes);
+      offset += bytes;
+    }
+    seal(data + 40, data + table, (size - table) / ENTRY * ENTRY);
+  }
+  seal(data + 56, data, 56);
+}
+
+static size_t good_file(uint8_t *data) {
+  char path[] = "fuzz-restart-XXXXXX";
+  const int fd = mkstemp(path);
+  const double extra[2] = {1, 2};
+  struct kith_nodes *nodes = make(3, 2);
+  struct kith_checkpoint *c = NULL;
+  if (fd < 0 || kith_checkpoint_open_new(&c, path, "scene: fuzz\n") != KITH_OK ||
+      kith_checkpoint_put_nodes(c, nodes) != KITH_OK ||
+      kith_checkpoint_put_f64(c, "extra", extra, 2) != KITH_OK || kith_checkpoint_commit(&c) != KITH_OK)
+    abort();
+  close(fd);
+  FILE *f = fopen(path, "rb");
+  const size_t n = f != NULL ? fread(data, 1, MOST, f) : 0;
+  if (f != NULL) fclose(f);
+  char previous[64];
+  snprintf(previous, sizeof previous, "%s.previous", path);
+  unlink(path), unlink(previous);
+  kith_nodes_destroy(&nodes);
+  return n;
+}
+
+static size_t below(uint64_t *seed, size_t n) {
+  return (size_t)(check_random(seed) * (double)n);
+}
+
+/* One change: a bit, a byte, an interesting word, or a piece copied elsewhere. */
+static void change(uint8_t *data, size_t n, uint64_t *seed) {
+  static const uint64_t words[] = {0,         1,          2,         7,          63,         65,        255,
+                                   INT32_MAX, UINT32_MAX, INT64_MAX, UINT64_MAX, 1ull << 61, 1ull << 32};
+  const size_t table = below(seed, 2) * (n - n / 3); /* half of them in the last third: the table */
+  const size_t place = table + below(seed, n - table);
+  switch (below(seed, 4)) {
+    case 0:
+      data[place] ^= (uint8_t)(1 << below(seed, 8));
+      break;
+    case 1:
+      data[place] = (uint8_t)below(seed, 256);
+      break;
+    case 2:
+      memcpy(data + KITH_MIN(place / 8 * 8, n - 8), &words[below(seed, sizeof words / sizeof *words)], 8);
+      break;
+    default: {
+      const size_t wanted = below(seed, 100), length = KITH_MIN(wanted, n - place),
+                   from = below(seed, n - length);
+      memmove(data + place, data + from, length);
+    }
+  }
+}
+
+int main(void) {
+  static uint8_t good[MOST], data[MOST];
+  const size_t n = good_file(good);
+  uint64_t seed = 1;
+  LLVMFuzzerTestOneInput(good, n);
+  for (int k = 0; k < INPUTS; ++k) {
+    size_t size = n;
+    memcpy(data, good, n);
+    if (k % 5 == 4) size = below(&seed, n);
+    for (size_t changes = 1 + below(&seed, 4); changes > 0 && size >= 16; --changes)
+      change(data, size, &seed);
+    if (k % 2 == 1) reseal(data, size, check_random(&seed) < 0.5);
+    LLVMFuzzerTestOneInput(data, size);
+  }
+  /* The inputs must not all stop at the same door. */
+  CHECK(opened > INPUTS / 20 && opened < INPUTS / 2 && restored > INPUTS / 50 && restored < opened);
+  if (check_failures > 0) fprintf(stderr, "%d opened, %d restored of %d\n", opened, restored, INPUTS);
+  return check_failed();
+}
+#endif
