@@ -1,6 +1,7 @@
 #include "app/deposit.h"
 
 #include <string.h>
+#include "app/region.h"
 
 /* Relative: distances this close are equal, so that a lattice's shells of nodes are never split by round-off.
  */
@@ -57,8 +58,8 @@ kith_status kith_deposit_add(const struct kith_deposit *deposit, const struct ki
   for (kith_index i = 0; i < n; ++i)
     sum += hydro->mass->f64[i] * weight(deposit, distance(deposit, scene, x + i * NDIM), radius);
   if (!(sum > 0))
-    KITH_FAIL(BAD_INPUT, "%s:%d: deposit: no node is within %g of its center; the nearest is at %g",
-              deposit->place.file, deposit->place.line, radius, least);
+    return kith_place_fail(&deposit->place,
+                           "energy: no node is within %g of its center; the nearest is at %g", radius, least);
   for (kith_index i = 0; i < n; ++i)
     hydro->energy->f64[i] +=
         deposit->energy * weight(deposit, distance(deposit, scene, x + i * NDIM), radius) / sum;

@@ -1,5 +1,6 @@
 #include "app/region.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 
 const char *kith_point_text(char text[KITH_POINT_TEXT], const double *x) {
@@ -10,17 +11,25 @@ const char *kith_point_text(char text[KITH_POINT_TEXT], const double *x) {
   return text;
 }
 
+kith_status kith_place_fail(const struct kith_place *place, const char *format, ...) {
+  char message[768], line[16] = "";
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(message, sizeof message, format, arguments);
+  va_end(arguments);
+  if (place->line > 0) snprintf(line, sizeof line, ":%d", place->line);
+  KITH_FAIL(BAD_INPUT, "%s%s: %s", place->file, line, message);
+}
+
 kith_status kith_region_box(const struct kith_region *region, const struct kith_box *domain,
                             struct kith_box *box) {
   for (int a = 0; a < NDIM; ++a) {
     box->lower[a] = KITH_MAX(region->where.box.lower[a], domain->lower[a]);
     box->upper[a] = KITH_MIN(region->where.box.upper[a], domain->upper[a]);
     if (!(box->lower[a] < box->upper[a]))
-      KITH_FAIL(BAD_INPUT, "%s:%d: region: no part of it is in the domain", region->place.file,
-                region->place.line);
+      return kith_place_fail(&region->place, "region: no part of it is in the domain");
     if (!isfinite(box->upper[a] - box->lower[a]))
-      KITH_FAIL(BAD_INPUT, "%s:%d: region: it is not bounded along axis %d", region->place.file,
-                region->place.line, a);
+      return kith_place_fail(&region->place, "region: it is not bounded along axis %d", a);
   }
   return KITH_OK;
 }
@@ -29,16 +38,13 @@ kith_status kith_region_box(const struct kith_region *region, const struct kith_
 static kith_status value_at(const struct kith_region *region, struct kith_expression *formula,
                             const char *what, const double *x, double *value) {
   if (kith_expression_at(formula, x, value) == KITH_OK) return KITH_OK;
-  char reason[512];
-  snprintf(reason, sizeof reason, "%s", kith_failure());
-  KITH_FAIL(BAD_INPUT, "%s:%d: region: %s: %s", region->place.file, region->place.line, what, reason);
+  return kith_place_fail(&region->place, "region: %s: %s", what, kith_failure());
 }
 
 static kith_status refused(const struct kith_region *region, const char *what, double value,
                            const double *x) {
   char text[KITH_POINT_TEXT];
-  KITH_FAIL(BAD_INPUT, "%s:%d: region: %s is %g at %s", region->place.file, region->place.line, what, value,
-            kith_point_text(text, x));
+  return kith_place_fail(&region->place, "region: %s is %g at %s", what, value, kith_point_text(text, x));
 }
 
 static bool in_box(const struct kith_box *box, const double *x) {
@@ -92,9 +98,9 @@ kith_status kith_region_mean_density(const struct kith_region *region, const str
     ++inside;
   }
   if (inside == 0)
-    KITH_FAIL(BAD_INPUT,
-              "%s:%d: region: too thin in its box to average the density; narrow the box or give `spacing`",
-              region->place.file, region->place.line);
+    return kith_place_fail(
+        &region->place,
+        "region: too thin in its box to average the density; narrow the box or give `spacing`");
   *mean = sum / inside;
   return KITH_OK;
 }

@@ -9,6 +9,10 @@ enum { KITH_POINT_TEXT = 96 };
 /* "(0.5, 0.25)"; returns `text`. */
 const char *kith_point_text(char text[KITH_POINT_TEXT], const double *x);
 
+/* BAD_INPUT with "file:line: " before the message, or "--set key=value: " for an override. */
+kith_status kith_place_fail(const struct kith_place *place, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
 /* The region's box cut with the domain. BAD_INPUT if nothing is left, or it is not finite. */
 kith_status kith_region_box(const struct kith_region *region, const struct kith_box *domain,
                             struct kith_box *box);

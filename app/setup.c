@@ -1,7 +1,5 @@
 #include "app/setup.h"
 
-#include <stdio.h>
-
 #include "app/deposit.h"
 #include "app/lattice.h"
 #include "app/region.h"
@@ -23,16 +21,9 @@ struct setup {
   double neighbors;
 };
 
-/* Prefixes the last failure with the region's line. */
-static kith_status at_region(const struct kith_region *region, kith_status status) {
-  char reason[512];
-  snprintf(reason, sizeof reason, "%s", kith_failure());
-  return kith_fail(status, "%s:%d: region: %s", region->place.file, region->place.line, reason);
-}
-
 static kith_status fit_plan(struct plan *plan, double spacing) {
-  const kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
-  return status == KITH_OK ? KITH_OK : at_region(plan->region, status);
+  if (kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing) == KITH_OK) return KITH_OK;
+  return kith_place_fail(&plan->region->place, "region: %s", kith_failure());
 }
 
 /* The densest of the regions whose spacing is not given, or -1. */
@@ -72,8 +63,8 @@ static kith_status fit_lattices(struct setup *s) {
     }
     const double volume = s->plan[d].fit.site_volume * s->plan[d].mean_density / plan->mean_density;
     KITH_TRY(fit_plan(plan, pow(volume, 1.0 / NDIM)));
-    const kith_status status = kith_lattice_balance(&plan->fit, volume);
-    if (status != KITH_OK) return at_region(plan->region, status);
+    if (kith_lattice_balance(&plan->fit, volume) != KITH_OK)
+      return kith_place_fail(&plan->region->place, "region: %s", kith_failure());
   }
   return KITH_OK;
 }
@@ -87,8 +78,8 @@ static kith_status check_alone(const struct setup *s, const struct plan *plan, c
     KITH_TRY(kith_region_holds(other, x, &holds));
     if (!holds) continue;
     char text[KITH_POINT_TEXT];
-    KITH_FAIL(BAD_INPUT, "%s:%d: region: overlaps the region of line %d, at %s", plan->region->place.file,
-              plan->region->place.line, other->place.line, kith_point_text(text, x));
+    return kith_place_fail(&plan->region->place, "region: overlaps the region of line %d, at %s",
+                           other->place.line, kith_point_text(text, x));
   }
   return KITH_OK;
 }
@@ -104,9 +95,7 @@ static kith_status count_region(const struct setup *s, struct plan *plan) {
     KITH_TRY(check_alone(s, plan, x));
     ++plan->count;
   }
-  if (plan->count == 0)
-    KITH_FAIL(BAD_INPUT, "%s:%d: region: it holds no node", plan->region->place.file,
-              plan->region->place.line);
+  if (plan->count == 0) return kith_place_fail(&plan->region->place, "region: it holds no node");
   return KITH_OK;
 }
 

@@ -20,7 +20,7 @@
  * scene without a node, or beyond 1e9.
  *
  * Nodes are created region by region within their list, id = index: 0 .. n - 1. Use kith_nodes_curve_order
- * after. Serial, some 1e6 nodes per second (formulas of a region share one parser). */
+ * after. Serial, a few 1e6 nodes per second (formulas of a region share one parser). */
 #ifndef KITH_APP_SETUP_H
 #define KITH_APP_SETUP_H
 

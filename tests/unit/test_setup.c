@@ -381,6 +381,9 @@ static void state_errors(void) {
 static void overlaps(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "x - 2")->place = (struct kith_place){"--set regions.0.density", 0};
+  refuses(&s, "--set regions.0.density: region", "density is -"); /* no line in an override */
+  open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.box.upper[0] = 0.52; /* less than a node's spacing too far */
   add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 0.42;
   refuses(&s, "hand.yaml:10", "line 20");
