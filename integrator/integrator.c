@@ -43,10 +43,10 @@ void kith_kick_energy(struct kith_integrator *it, double dt) {
   double *restrict u = it->hydro->energy->f64;
   const double *restrict rate = it->hydro->energy_rate->f64;
   const double *restrict slope = it->package->energy_slope != NULL ? it->package->energy_slope->f64 : NULL;
-  const double late = it->kicked + 0.5 * dt;
+  const double late = it->package->kicked + 0.5 * dt;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * (rate[i] + (slope != NULL ? late * slope[i] : 0));
-  it->kicked += dt;
+  it->package->kicked += dt;
 }
 
 void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, double dt) {
@@ -110,7 +110,7 @@ static kith_status after_rates(struct kith_integrator *it) {
 
 kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
-  it->kicked = 0;
+  it->package->kicked = 0;
   KITH_TRY(kith_integrator_rates(it));
   KITH_TRY(after_rates(it));
   it->vote.dt *= 0.1; /* a first step from cold gas is too long: nothing has told the neighbors yet */

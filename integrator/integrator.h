@@ -66,7 +66,6 @@ struct kith_integrator {
   double dt;                /* of the last step */
   const char *limiter;      /* what limited it, and the node that did (-1: none) */
   int64_t limiting_node;
-  double kicked;            /* since velocity_base: see package.h */
   struct kith_vote vote;    /* for the next step */
   uint64_t since_reorder;
   struct kith_field *energy_base, *position_base;

@@ -19,7 +19,7 @@ static kith_status leapfrog_step(struct kith_integrator *it, double dt) {
   kith_profile_begin(it->profile, "kick");
   kith_field_copy(it->nodes, hydro->velocity, base);
   kith_field_copy(it->nodes, hydro->energy, it->energy_base);
-  it->kicked = 0;
+  it->package->kicked = 0;
   kith_kick_energy(it, 0.5 * dt);
   kith_kick_velocity(it, 0.5 * dt);
   kith_profile_end(it->profile);
@@ -45,7 +45,7 @@ static void to_end(struct kith_integrator *it, double dt) {
   for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) x[k] = x0[k] + dt * v[k];
   kith_field_copy(it->nodes, it->hydro->velocity, it->package->velocity_base);
   kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
-  it->kicked = 0;
+  it->package->kicked = 0;
   kith_kick_energy(it, dt);
   kith_kick_velocity(it, dt);
 }
@@ -53,7 +53,7 @@ static void to_end(struct kith_integrator *it, double dt) {
 /* Midpoint: rates at the start, a half step, rates in the middle, the whole step with them. */
 static kith_status rk2_step(struct kith_integrator *it, double dt) {
   kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
-  it->kicked = 0;
+  it->package->kicked = 0;
   KITH_TRY(kith_integrator_rates(it));
   to_middle(it, dt);
   KITH_TRY(kith_integrator_rates(it));

@@ -18,3 +18,39 @@ double kith_kernel_neighbors(enum kith_kernel k) {
   const double spacings = 1.2544; /* 2 sigma in node spacings: 60 neighbors for Wendland C2 in 3-D */
   return kith_ball() * kith_pow_dim(spacings * kith_kernel_support(k));
 }
+
+/* Node k of the ideal lattice with one node per unit volume; cell coordinates c, node b of the cell. */
+static void lattice_node(const int *c, int b, double *x) {
+#if NDIM == 1
+  (void)b;
+  x[0] = c[0];
+#elif NDIM == 2 /* rows of spacing s, sqrt(3) s / 2 apart: s^2 sqrt(3) / 2 = 1 */
+  const double s = sqrt(2 / sqrt(3));
+  x[0] = s * (c[0] + 0.5 * b);
+  x[1] = s * sqrt(3) * (c[1] + 0.5 * b);
+#else /* four nodes in a cube of side 4^(1/3) */
+  const double a = cbrt(4);
+  for (int k = 0; k < NDIM; ++k) x[k] = a * (c[k] + (b > 0 && b != k + 1 ? 0.5 : 0.0));
+#endif
+}
+
+double kith_kernel_self_weight(enum kith_kernel k, double neighbors) {
+  const int nodes_per_cell = NDIM == 1 ? 1 : NDIM == 2 ? 2 : 4;
+  const double support = pow(neighbors / kith_ball(), 1.0 / NDIM);
+  const int cells = (int)ceil(support) + 1;
+  double w, g, others = 0;
+  for (int c0 = -cells; c0 <= cells; ++c0)
+    for (int c1 = NDIM > 1 ? -cells : 0; c1 <= (NDIM > 1 ? cells : 0); ++c1)
+      for (int c2 = NDIM > 2 ? -cells : 0; c2 <= (NDIM > 2 ? cells : 0); ++c2)
+        for (int b = 0; b < nodes_per_cell; ++b) {
+          const int c[] = {c0, c1, c2};
+          double x[NDIM];
+          lattice_node(c, b, x);
+          const double r = kith_norm(x);
+          if (r == 0) continue;
+          kith_kernel_value(k, r / support, &w, &g);
+          others += w;
+        }
+  kith_kernel_value(k, 0, &w, &g);
+  return (neighbors / (kith_ball() * kith_kernel_constant(k)) - others) / w;
+}

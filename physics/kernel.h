@@ -42,6 +42,10 @@ static inline double kith_kernel_support(enum kith_kernel k) { return kith_kerne
 /* Neighbors (ball H^d n) that a kernel is given by default: the measured best of accuracy for its cost. */
 double kith_kernel_neighbors(enum kith_kernel k);
 
+/* Weight of a node in its own sum, close to 1, that makes the density of an ideal lattice (line, triangular, face-centered) exact:
+ * Wendland functions overestimate it with few neighbors (Dehnen and Aly 2012, section 2.6; here solved, not fitted). */
+double kith_kernel_self_weight(enum kith_kernel k, double neighbors);
+
 static inline double kith_cube_(double a) { return a * a * a; }
 static inline double kith_fourth_(double a) { return (a * a) * (a * a); }
 

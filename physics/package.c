@@ -26,6 +26,7 @@ kith_status kith_package_init(struct kith_package *package) {
   KITH_TRY(kith_nodes_field(nodes, &expansion, &package->expansion));
   package->energy_slope = NULL;
   if (package->compatible) KITH_TRY(kith_nodes_field(nodes, &slope, &package->energy_slope));
+  package->self_weight = kith_kernel_self_weight(package->kernel, package->neighbors);
   return package->ops->create(package);
 }
 

@@ -49,6 +49,7 @@ struct kith_package {
   struct kith_hydro *hydro; /* borrowed */
   enum kith_kernel kernel;
   double neighbors; /* ball H^d n */
+  double self_weight; /* of a node in its own sums: kith_kernel_self_weight */
   bool compatible;
   enum kith_viscosity viscosity;
   double alpha, beta;
@@ -56,6 +57,7 @@ struct kith_package {
   struct kith_profile *profile; /* borrowed, may be NULL */
 
   struct kith_field *velocity_base;    /* where kicks start; the scheme fills it before evaluate */
+  double kicked;                       /* time kicked since then */
   struct kith_field *energy_slope;     /* NULL unless compatible */
   struct kith_field *expansion;        /* div v: predicts the support */
   uint64_t pair_evaluations;           /* counted over the run */

@@ -31,10 +31,11 @@ static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *r
 }
 
 /* sum w and sum q^2 g over the row and the node itself. */
-__attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel kernel, size_t n, const double *restrict r,
-                                                              double inverse_support, double *sum_w, double *sum_q2g) {
+__attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel kernel, double self, size_t n,
+                                                              const double *restrict r, double inverse_support, double *sum_w, double *sum_q2g) {
   double w0, g0, sw = 0, sg = 0;
   kith_kernel_value(kernel, 0, &w0, &g0);
+  w0 *= self;
 #pragma omp simd reduction(+ : sw, sg)
   for (size_t k = 0; k < n; ++k) {
     double w, g;
@@ -49,12 +50,12 @@ __attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel k
 
 /* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
  * false: it lies beyond the reach; *support is then what to try with new connectivity. */
-__attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, size_t n, const double *r,
-                                                                double reach, double wanted, double *support,
+__attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, double self, size_t n,
+                                                                const double *r, double reach, double wanted, double *support,
                                                                 double *sum_w, double *sum_q2g, uint64_t *count) {
   double lower = 0, upper = reach, h = fmin(*support, reach);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    kernel_sums(kernel, n, r, 1 / h, sum_w, sum_q2g);
+    kernel_sums(kernel, self, n, r, 1 / h, sum_w, sum_q2g);
     const double step = (wanted - *sum_w) / fmax(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
     if (fabs(step) < tolerance) break;
     count[COUNT_ITERATIONS] += 1;
@@ -88,7 +89,7 @@ __attribute__((always_inline)) static inline void mass_sums(enum kith_kernel ker
     sw += m * w;
     sg += m * q * q * g;
   }
-  *sum_mw = mass[i] * w0 + sw;
+  *sum_mw = mass[i] * pass->package->self_weight * w0 + sw;
   *sum_mq2g = sg;
 }
 
@@ -179,7 +180,8 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
     double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0, gradient[NDIM * NDIM];
     const size_t padded = load_row(nodes, &pass->connectivity->rows, i, reach, s);
     s->count[COUNT_EVALUATIONS] += padded;
-    if (!solve_support(kernel, padded, kith_scratch_lane(s, DISTANCE), reach, wanted, support, &sum_w, &sum_q2g, s->count)) {
+    if (!solve_support(kernel, package->self_weight, padded, kith_scratch_lane(s, DISTANCE), reach, wanted, support, &sum_w,
+                       &sum_q2g, s->count)) {
       s->count[COUNT_OUTGROWN] += 1;
       continue;
     }

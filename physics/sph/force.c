@@ -18,7 +18,8 @@ static inline double limiter(double slope_i, double slope_j) {
 }
 
 struct pair_constants {
-  double alpha, beta, constant, near; /* near: separation / H below which the limiter is switched off */
+  double alpha, beta, constant;
+  double spacings; /* H in mean node spacings */
 };
 
 /* One pair: (3) - (5). The force on i is force x_ij, what i gets of its work is heat x_ij . v_ji; j gets the opposite and the rest. */
@@ -43,7 +44,7 @@ __attribute__((always_inline)) static inline void sph_pair(enum kith_kernel kern
   double jump = vx; /* v_ij . x_ij between the velocities that the viscosity sees */
   if (limited) {
     const double slope_i = project(i->shear, x), slope_j = project(j->shear, x);
-    const double q = fmax(qi, qj), closer = fmin(q - c->near, 0.0) * 5;
+    const double closer = 5 * fmin(c->spacings * fmax(qi, qj) - 1, 0.0); /* than the mean spacing, in fifths of it */
     const double phi = limiter(slope_i, slope_j) * fmax(1 - closer * closer, 0.0);
     jump = fmax(vx - 0.5 * phi * (slope_i + slope_j), vx); /* never more than the whole jump */
   }
@@ -64,7 +65,8 @@ __attribute__((always_inline)) static inline void evaluate_row(enum kith_kernel 
                                                                const kith_index *partner, size_t stride, size_t n,
                                                                struct kith_scratch *s) {
   const struct kith_package *package = pass->package;
-  const struct pair_constants c = {package->alpha, package->beta, kith_kernel_constant(kernel), 0.0};
+  const struct pair_constants c = {package->alpha, package->beta, kith_kernel_constant(kernel),
+                                   pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
   const struct sph_record *restrict record = pass->sph->record;
   double *restrict force = kith_scratch_lane(s, SPH_FORCE), *restrict heat = kith_scratch_lane(s, SPH_HEAT),
                    *restrict signal = kith_scratch_lane(s, SPH_SIGNAL);

@@ -65,7 +65,8 @@ static struct kith_vote vote_of(const struct kith_package *package, kith_index i
   const struct sph *sph = package->self;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
   const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM), divergence = fabs(package->expansion->f64[i]);
-  const double u = hydro->energy->f64[i], cooling = -hydro->energy_rate->f64[i];
+  const double slope = package->energy_slope != NULL ? package->energy_slope->f64[i] : 0;
+  const double u = hydro->energy->f64[i], cooling = -(hydro->energy_rate->f64[i] + package->kicked * slope);
   struct kith_vote vote = {cfl * h / sph->signal->f64[i], hydro->nodes->id->i64[i], "courant"};
   if (0.8 * cfl * sqrt(h / a) < vote.dt) vote.dt = 0.8 * cfl * sqrt(h / a), vote.reason = "acceleration";
   if (cfl / divergence < vote.dt) vote.dt = cfl / divergence, vote.reason = "compression";
