@@ -157,11 +157,11 @@ static kith_status read_by_dimension(const struct kith_key *key, const struct ki
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     if (kith_words_find("1d|2d|3d", child->key) < 0)
       return kith_config_fail(child, NULL, "unknown key; 1d, 2d and 3d tell dimensions apart");
-    if (child != mine && !owned && !child->null) KITH_TRY(read_scalar(key, child, unused));
+    if (child == mine || !(owned || child->null))
+      KITH_TRY(read_scalar(key, child, child == mine ? into : unused));
   }
-  if (mine == NULL)
-    return kith_config_fail(node, dimension_keys[NDIM - 1], "missing, and the scene is %d-D", NDIM);
-  return read_scalar(key, mine, into);
+  if (mine != NULL) return KITH_OK;
+  return kith_config_fail(node, dimension_keys[NDIM - 1], "missing, and the scene is %d-D", NDIM);
 }
 
 /* --- several numbers --- */

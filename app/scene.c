@@ -101,16 +101,18 @@ static kith_status read_neighbor(struct kith_scene *scene, const struct kith_con
 /* "displacement | entity-change": each of the joined words. */
 static kith_status check_rebuild(const struct kith_scene *scene) {
   char word[sizeof scene->connectivity.rebuild];
-  for (const char *p = scene->connectivity.rebuild;; ++p) {
+  const char *p = scene->connectivity.rebuild;
+  for (bool more = true; more; ++p) {
     p += strspn(p, " ");
-    const size_t length = strcspn(p, " |");
+    size_t length = strcspn(p, "|");
+    more = p[length] == '|';
+    const char *end = p + length;
+    while (length > 0 && p[length - 1] == ' ') --length;
     snprintf(word, sizeof word, "%.*s", (int)length, p);
     KITH_TRY(kith_scene_check_word(scene, "connectivity.rebuild", word, KITH_REBUILD_LIST(KITH_AS_WORD)));
-    p += length;
-    p += strspn(p, " ");
-    if (*p == '\0') return KITH_OK;
-    if (*p != '|') --p; /* two words without a bar: the next round refuses or takes the second */
+    p = end;
   }
+  return KITH_OK;
 }
 
 static kith_status check_dimension(const struct kith_scene *scene) {
