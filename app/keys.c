@@ -157,11 +157,11 @@ static kith_status read_by_dimension(const struct kith_key *key, const struct ki
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     if (kith_words_find("1d|2d|3d", child->key) < 0)
       return kith_config_fail(child, NULL, "unknown key; 1d, 2d and 3d tell dimensions apart");
-    if (child != mine && !owned && !child->null) KITH_TRY(read_scalar(key, child, unused));
+    if (child == mine || !(owned || child->null))
+      KITH_TRY(read_scalar(key, child, child == mine ? into : unused));
   }
-  if (mine == NULL)
-    return kith_config_fail(node, dimension_keys[NDIM - 1], "missing, and the scene is %d-D", NDIM);
-  return read_scalar(key, mine, into);
+  if (mine != NULL) return KITH_OK;
+  return kith_config_fail(node, dimension_keys[NDIM - 1], "missing, and the scene is %d-D", NDIM);
 }
 
 /* --- several numbers --- */
@@ -293,14 +293,14 @@ const struct kith_key *kith_keys_find(const struct kith_key *keys, const char *n
 
 static void print_keys(const struct kith_key *keys, int indent, bool item, FILE *file);
 
+/* "required; what it means; in (0, 1]" */
 static void print_comment(const struct kith_key *key, int written, FILE *file) {
   char words[ROOM];
+  const bool range = key->allowed[0] == '(' || key->allowed[0] == '[', any = key->allowed[0] == '\0';
   kith_words_tell(key->allowed, words, sizeof words);
-  const bool range = key->allowed[0] == '(' || key->allowed[0] == '[';
-  fprintf(file, "%*s# %s%s", KITH_MAX(1, 44 - written), "", key->fallback == NULL ? "required; " : "",
+  fprintf(file, "%*s# %s%s", KITH_MAX(1, 36 - written), "", key->fallback == NULL ? "required; " : "",
           key->doc);
-  if (key->allowed[0] != '\0') fprintf(file, "; %s%s", range ? "in " : "one of ", words);
-  fputc('\n', file);
+  fprintf(file, "%s%s\n", any ? "" : range ? "; in " : "; one of ", words);
 }
 
 static void print_key(const struct kith_key *key, int indent, bool item, FILE *file) {

@@ -8,7 +8,7 @@
 #define IN(member) KITH_INTO(struct kith_scene, member)
 
 static const struct kith_key viscosity_keys[] = {
-    {"name", KITH_KEY_NAME, "limited", "monaghan|limited", "artificial viscosity", IN(method.viscosity)},
+    {"name", KITH_KEY_NAME, "limited", "monaghan|limited", "its form", IN(method.viscosity)},
     {"alpha", KITH_KEY_NUMBER, "1", "[0, inf)", "linear coefficient", IN(method.alpha)},
     {"beta", KITH_KEY_NUMBER, "2", "[0, inf)", "quadratic coefficient", IN(method.beta)},
     {0}};
@@ -21,7 +21,7 @@ static const struct kith_key method_keys[] = {
      IN(method.neighbors)},
     {"energy", KITH_KEY_WORD, "compatible", "thermal|compatible",
      "energy from the work of pairs, or from its own equation", IN(method.compatible)},
-    {"viscosity", KITH_KEY_MAP, "", "", "", KITH_BELOW(viscosity_keys, MAP)},
+    {"viscosity", KITH_KEY_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_keys, MAP)},
     {0}};
 
 static const struct kith_key scheme_keys[] = {
@@ -42,7 +42,8 @@ static const struct kith_key neighbor_keys[] = {
 
 static const struct kith_key connectivity_keys[] = {
     {"rebuild", KITH_KEY_NAME, "always", "",
-     "when lists are made anew: words of kith list rebuild joined by |", IN(connectivity.rebuild)},
+     "when lists are made anew; any of these, joined by |: " KITH_REBUILD_LIST(KITH_AS_WORD),
+     IN(connectivity.rebuild)},
     {"skin", KITH_KEY_NUMBER, "", "[0, inf)",
      "reach of lasting lists beyond the support, as a part of it; none: the default of the policy",
      IN(connectivity.skin)},
@@ -68,24 +69,24 @@ static const struct kith_key scene_keys[] = {
      IN(resolution)},
     {"arrangement", KITH_KEY_WORD, "equal-mass", "equal-mass|equal-spacing",
      "what all regions have in common", IN(arrangement)},
-    {"domain", KITH_KEY_OTHER, NULL, "", "", KITH_BELOW(kith_domain_keys, MAP)},
-    {"boundaries", KITH_KEY_OTHER, "", "", "", KITH_BELOW(kith_boundaries_keys, MAP)},
+    {"domain", KITH_KEY_OTHER, NULL, "", "the box that regions fill", KITH_BELOW(kith_domain_keys, MAP)},
+    {"boundaries", KITH_KEY_OTHER, "", "", "what is beyond each face", KITH_BELOW(kith_boundaries_keys, MAP)},
     {"materials", KITH_KEY_OTHER, NULL, "", "by name; the nodes of each are a list",
      KITH_BELOW(kith_materials_keys, NAMED)},
     {"regions", KITH_KEY_OTHER, NULL, "", "what fills the domain", KITH_BELOW(kith_region_keys, LIST)},
     {"energy", KITH_KEY_OTHER, "", "", "blast energies: one map, or a list",
      KITH_BELOW(kith_deposit_keys, LIST)},
-    {"method", KITH_KEY_MAP, "", "", "", KITH_BELOW(method_keys, MAP)},
-    {"scheme", KITH_KEY_MAP, "", "", "", KITH_BELOW(scheme_keys, MAP)},
-    {"neighbor", KITH_KEY_OTHER, "", "", "", KITH_BELOW(neighbor_keys, MAP)},
-    {"connectivity", KITH_KEY_MAP, "", "", "", KITH_BELOW(connectivity_keys, MAP)},
+    {"method", KITH_KEY_MAP, "", "", "the hydrodynamics", KITH_BELOW(method_keys, MAP)},
+    {"scheme", KITH_KEY_MAP, "", "", "the step", KITH_BELOW(scheme_keys, MAP)},
+    {"neighbor", KITH_KEY_OTHER, "", "", "who may be near", KITH_BELOW(neighbor_keys, MAP)},
+    {"connectivity", KITH_KEY_MAP, "", "", "who is near", KITH_BELOW(connectivity_keys, MAP)},
     {"reproducible", KITH_KEY_BOOL, "false", "",
      "bitwise the same for any number of ranks, partitioner and search", IN(reproducible)},
     {"traversal", KITH_KEY_NAME, "", "pairs|gather",
      "how passes walk the pairs; none: the default of each pass", IN(traversal)},
     {"until", KITH_KEY_NUMBER, NULL, "[0, inf)", "time at the end", IN(until)},
     {"exact", KITH_KEY_OTHER, "", "", "the exact solution to compare with", KITH_BELOW(kith_exact_keys, MAP)},
-    {"output", KITH_KEY_MAP, "", "", "", KITH_BELOW(output_keys, MAP)},
+    {"output", KITH_KEY_MAP, "", "", "what is written", KITH_BELOW(output_keys, MAP)},
     {0}};
 
 static kith_status read_neighbor(struct kith_scene *scene, const struct kith_config_node *node) {
@@ -100,16 +101,18 @@ static kith_status read_neighbor(struct kith_scene *scene, const struct kith_con
 /* "displacement | entity-change": each of the joined words. */
 static kith_status check_rebuild(const struct kith_scene *scene) {
   char word[sizeof scene->connectivity.rebuild];
-  for (const char *p = scene->connectivity.rebuild;; ++p) {
+  const char *p = scene->connectivity.rebuild;
+  for (bool more = true; more; ++p) {
     p += strspn(p, " ");
-    const size_t length = strcspn(p, " |");
+    size_t length = strcspn(p, "|");
+    more = p[length] == '|';
+    const char *end = p + length;
+    while (length > 0 && p[length - 1] == ' ') --length;
     snprintf(word, sizeof word, "%.*s", (int)length, p);
     KITH_TRY(kith_scene_check_word(scene, "connectivity.rebuild", word, KITH_REBUILD_LIST(KITH_AS_WORD)));
-    p += length;
-    p += strspn(p, " ");
-    if (*p == '\0') return KITH_OK;
-    if (*p != '|') --p; /* two words without a bar: the next round refuses or takes the second */
+    p = end;
   }
+  return KITH_OK;
 }
 
 static kith_status check_dimension(const struct kith_scene *scene) {

@@ -20,7 +20,8 @@ static const struct kith_key window_keys[] = {
     {0}};
 /* All "" keep what was derived. */
 const struct kith_key kith_exact_keys[] = {
-    {"name", KITH_KEY_NAME, NULL, KITH_EXACT_LIST(KITH_AS_WORD), "", KITH_INTO(struct exact, name)},
+    {"name", KITH_KEY_NAME, NULL, KITH_EXACT_LIST(KITH_AS_WORD), "the solution",
+     KITH_INTO(struct exact, name)},
     {"window", KITH_KEY_OTHER, "", "", "where the norms are taken; none: everywhere",
      KITH_BELOW(window_keys, MAP)},
     {"gamma", KITH_KEY_SIDES, "", "(1, inf)", "ratio of specific heats, or [left, right]", IN(gamma)},

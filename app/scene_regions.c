@@ -28,8 +28,8 @@ struct where {
 
 #define IN(member) KITH_INTO(struct where, member)
 static const struct kith_key ball_keys[] = {
-    {"center", KITH_KEY_VECTOR, NULL, "", "", IN(where.center)},
-    {"radius", KITH_KEY_NUMBER, NULL, "(0, inf)", "", IN(where.radius)},
+    {"center", KITH_KEY_VECTOR, NULL, "", "its center", IN(where.center)},
+    {"radius", KITH_KEY_NUMBER, NULL, "(0, inf)", "its radius", IN(where.radius)},
     {0}};
 static const struct kith_key half_space_keys[] = {
     {"point", KITH_KEY_VECTOR, NULL, "", "on its face", IN(where.point)},
@@ -196,7 +196,7 @@ void kith_scene_regions_clear(struct kith_scene *scene) {
 #define IN(member) KITH_INTO(struct kith_deposit, member)
 const struct kith_key kith_deposit_keys[] = {
     {"energy", KITH_KEY_NUMBER, NULL, "[0, inf)", "in the whole domain", IN(energy)},
-    {"center", KITH_KEY_VECTOR, "[0, 0, 0]", "", "", IN(center)},
+    {"center", KITH_KEY_VECTOR, "[0, 0, 0]", "", "of the blast", IN(center)},
     {"over", KITH_KEY_WORD, "point", "point|ball|kernel",
      "the nearest nodes, those in a ball, or weighted by a cubic spline", IN(shape)},
     {"radius", KITH_KEY_NUMBER, "0", "[0, inf)", "of the ball, or of the spline's support", IN(radius)},

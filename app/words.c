@@ -58,7 +58,7 @@ bool kith_words_nearest(const char *words, const char *word, char *out, size_t s
   const int n = (int)strnlen(word, LONGEST + 1);
   if (n > LONGEST) return false;
   const char *w, *best = NULL;
-  int length, best_length = 0, fewest = (n + 2) / 3 + 1;
+  int length, best_length = 0, fewest = KITH_MIN((n + 2) / 3 + 1, n); /* something must be right */
   while (next(&words, &w, &length)) {
     if (length > LONGEST) continue;
     const int d = distance(word, n, w, length);
