@@ -236,7 +236,8 @@ static void failures(void) {
   CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_write(in("no/such/a.hdf"), nodes, &info));
   signal(SIGXFSZ, SIG_IGN);
   getrlimit(RLIMIT_FSIZE, &old);
-  for (rlim_t bytes = 0; bytes < 290000; bytes += 9777) { /* up to the 131072 + 2000 * 80 and more that it reserves */
+  for (rlim_t bytes = 0; bytes < 290000;
+       bytes += 9777) { /* up to the 131072 + 2000 * 80 and more that it reserves */
     limit = old, limit.rlim_cur = bytes;
     setrlimit(RLIMIT_FSIZE, &limit);
     const kith_status status = kith_snapshot_write(in("a.hdf"), nodes, &info);
