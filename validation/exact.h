@@ -1,7 +1,17 @@
 /* exact.h - exact solutions a run is compared with: one family, chosen by name from the scene.
  *
  * A solution gives the state at a place and a time. Space is always given as x[NDIM]; radial solutions use
- * r = |x - center|. Members: riemann, sedov, noh, acoustic-wave, uniform. */
+ * r = |x - center|. Gases are ideal: pressure = (gamma - 1) density energy. Each member's mathematics, source
+ * and limits stand at the top of its file.
+ *
+ *   riemann        two half spaces, planar along axis 0; either side may have its own gamma or be a vacuum
+ *   sedov          point explosion in NDIM dimensions (a plane, a line, a point)
+ *   noh            cold gas imploding onto a plane, a line or a point
+ *   acoustic-wave  travelling wave along axis 0; linear theory: differs from the Euler equations by
+ * O(amplitude^2) uniform        the same state everywhere and always
+ *
+ * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
+ * status. After create a solution is read-only: any number of threads may ask it. */
 #ifndef KITH_VALIDATION_EXACT_H
 #define KITH_VALIDATION_EXACT_H
 
@@ -14,17 +24,17 @@ struct kith_exact_state {
 
 /* All parameters of all members; a member reads those it documents and ignores the rest. */
 struct kith_exact_parameters {
-  double gamma[2];           /* ratio of specific heats: left and right of a Riemann problem, else [0] */
-  double density[2];         /* left and right, else [0]: undisturbed */
-  double velocity[2];        /* riemann: along axis 0, left and right; noh: inflow speed in [0] (> 0, inward) */
+  double gamma[2];    /* ratio of specific heats: left and right of a Riemann problem, else [0] */
+  double density[2];  /* left and right (0: vacuum), else [0]: undisturbed */
+  double velocity[2]; /* riemann: along axis 0, left and right; noh: inflow speed in [0] (> 0, inward) */
   double uniform_velocity[NDIM]; /* uniform, acoustic-wave: bulk velocity */
-  double pressure[2];        /* left and right, else [0]: undisturbed */
-  double interface_position; /* riemann: x[0] of the jump at t = 0 */
-  double blast_energy;       /* sedov: total energy on all sides of the center */
-  double center[NDIM];       /* sedov, noh */
-  double amplitude;          /* acoustic-wave: relative density amplitude */
-  double wavelength;         /* acoustic-wave: along axis 0 */
-  double origin;             /* acoustic-wave: x[0] where the phase is 0 at t = 0 */
+  double pressure[2];            /* left and right, else [0]: undisturbed */
+  double interface_position;     /* riemann: x[0] of the jump at t = 0 */
+  double blast_energy;           /* sedov: total energy on all sides of the center */
+  double center[NDIM];           /* sedov, noh */
+  double amplitude;              /* acoustic-wave: relative density amplitude */
+  double wavelength;             /* acoustic-wave: along axis 0 */
+  double origin;                 /* acoustic-wave: x[0] where the phase is 0 at t = 0 */
 };
 
 struct kith_exact_ops {
@@ -32,10 +42,14 @@ struct kith_exact_ops {
   /* *self owned by the caller, freed by destroy. BAD_INPUT with the parameter's name if out of range. */
   kith_status (*create)(void **self, const struct kith_exact_parameters *parameters);
   void (*destroy)(void **self);
-  /* State at x[NDIM] and time >= 0. Cheap (a table look-up or a closed form): called once per node. */
+  /* State at x[NDIM] and time >= 0; time 0 gives the initial state. Cheap (a table look-up or a closed form):
+   * called once per node. All values are finite; a vacuum has density, pressure and energy 0. */
   void (*state)(const void *self, const double *x, double time, struct kith_exact_state *out);
-  /* Radius (or position along axis 0) of the leading shock at `time`; NULL if there is none. */
+  /* Radius (or position along axis 0) of the leading shock at `time`: the right-going one of a Riemann
+   * problem, else the left-going one; 0 if these states make none. NULL if the member never has one. */
   double (*shock)(const void *self, double time);
+  /* View of center[NDIM] of a radial solution; NULL for members that vary along axis 0 only. */
+  const double *(*center)(const void *self);
 };
 
 #define KITH_EXACT_LIST(X) X(riemann) X(sedov) X(noh) X(acoustic_wave) X(uniform)

@@ -1,0 +1,281 @@
+#include "validation/norms.h"
+#include "validation/riemann.h"
+#include "lib/core/vec.h"
+
+#include <math.h>
+
+enum { BLOCK = 1024 };                   /* nodes per partial sum */
+enum { BINS = 1 << 16 };                 /* half of them on each side of the exact shock */
+static const double contact_reach = 0.1; /* of the blip */
+static const double peak_bin = 0.005;
+
+/* What every measure looks at. */
+struct measure {
+  const struct kith_exact_ops *ops;
+  const void *solution;
+  double time, shock;
+  const double *center; /* NULL: along axis 0 */
+  const struct kith_window *window;
+  const struct kith_profile_view *nodes;
+};
+
+static const double *place(const struct measure *m, kith_index i) {
+  return &m->nodes->position[(size_t)i * NDIM];
+}
+
+static double volume(const struct measure *m, kith_index i) {
+  return m->nodes->mass[i] / m->nodes->density[i];
+}
+
+static bool inside(const struct measure *m, kith_index i) {
+  const struct kith_window *w = m->window;
+  if (w->kind == KITH_WINDOW_ALL) return true;
+  const double *x = place(m, i);
+  const double d =
+      w->kind == KITH_WINDOW_SLAB ? fabs(x[0] - w->center[0]) : sqrt(kith_distance2(x, w->center));
+  return w->inner <= d && d <= w->outer;
+}
+
+/* Where node i stands on the line along which the solution varies. */
+static double coordinate(const struct measure *m, kith_index i) {
+  return m->center == NULL ? place(m, i)[0] : sqrt(kith_distance2(place(m, i), m->center));
+}
+
+/* ---- refusing what cannot be measured ---- */
+
+static kith_status finite_field(const char *name, const double *value, kith_index n, int components,
+                                bool positive) {
+  for (size_t i = 0; i < (size_t)n * components; ++i)
+    if (!isfinite(value[i]) || (positive && value[i] <= 0))
+      KITH_FAIL(DIVERGED, "norms: node %zu has %s %g", i / components, name, value[i]);
+  return KITH_OK;
+}
+
+static kith_status finite_nodes(const struct kith_profile_view *nodes) {
+  KITH_TRY(finite_field("position", nodes->position, nodes->n, NDIM, false));
+  KITH_TRY(finite_field("velocity", nodes->velocity, nodes->n, NDIM, false));
+  KITH_TRY(finite_field("mass", nodes->mass, nodes->n, 1, true));
+  KITH_TRY(finite_field("density", nodes->density, nodes->n, 1, true));
+  KITH_TRY(finite_field("pressure", nodes->pressure, nodes->n, 1, false));
+  return finite_field("energy", nodes->energy, nodes->n, 1, false);
+}
+
+/* ---- norms ---- */
+
+enum { FIELDS = 4 }; /* density, velocity, pressure, energy */
+
+struct sums {
+  double volume, l1[FIELDS], l2[FIELDS], linf[FIELDS];
+  kith_index nodes;
+};
+
+static void add_node(struct sums *s, const struct measure *m, kith_index i) {
+  const struct kith_profile_view *n = m->nodes;
+  struct kith_exact_state exact;
+  m->ops->state(m->solution, place(m, i), m->time, &exact);
+  const double d[FIELDS] = {fabs(n->density[i] - exact.density),
+                            sqrt(kith_distance2(&n->velocity[(size_t)i * NDIM], exact.velocity)),
+                            fabs(n->pressure[i] - exact.pressure), fabs(n->energy[i] - exact.energy)};
+  const double v = volume(m, i);
+  s->volume += v;
+  s->nodes += 1;
+  for (int q = 0; q < FIELDS; ++q) {
+    s->l1[q] += v * d[q];
+    s->l2[q] += v * d[q] * d[q];
+    s->linf[q] = KITH_MAX(s->linf[q], d[q]);
+  }
+}
+
+static void add_sums(struct sums *s, const struct sums *more) {
+  s->volume += more->volume;
+  s->nodes += more->nodes;
+  for (int q = 0; q < FIELDS; ++q) {
+    s->l1[q] += more->l1[q];
+    s->l2[q] += more->l2[q];
+    s->linf[q] = KITH_MAX(s->linf[q], more->linf[q]);
+  }
+}
+
+static kith_status sum_blocks(const struct measure *m, struct sums *total) {
+  const kith_index n = m->nodes->n, blocks = n / BLOCK + (n % BLOCK > 0);
+  struct sums *part = NULL;
+  KITH_TRY(kith_resize(&part, 0, (size_t)blocks, sizeof *part));
+#pragma omp parallel for schedule(static)
+  for (kith_index b = 0; b < blocks; ++b)
+    for (kith_index i = b * BLOCK; i < n && i - b * BLOCK < BLOCK; ++i)
+      if (inside(m, i)) add_node(&part[b], m, i);
+  *total = (struct sums){0};
+  for (kith_index b = 0; b < blocks; ++b) add_sums(total, &part[b]);
+  kith_free(&part);
+  return KITH_OK;
+}
+
+static struct kith_norm norm_of(const struct sums *s, int q) {
+  if (s->nodes == 0) return (struct kith_norm){0};
+  return (struct kith_norm){s->l1[q] / s->volume, sqrt(s->l2[q] / s->volume), s->linf[q]};
+}
+
+/* ---- profiles ---- */
+
+struct bin {
+  double mass, volume, moment, flow; /* sums of m, V, V times place, V times outward speed */
+};
+
+static double bin_density(const struct bin *b) {
+  return b->mass / b->volume;
+}
+static double bin_place(const struct bin *b) {
+  return b->moment / b->volume;
+}
+static double bin_speed(const struct bin *b) {
+  return b->flow / b->volume;
+}
+
+/* Velocity of something at x, outwards (or along axis 0). */
+static double outward(const struct measure *m, const double *x, const double *velocity) {
+  if (m->center == NULL) return velocity[0];
+  const double r = sqrt(kith_distance2(x, m->center));
+  double s = 0;
+  for (int a = 0; a < NDIM; ++a) s += velocity[a] * (x[a] - m->center[a]);
+  return r > 0 ? s / r : 0;
+}
+
+/* BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies beyond. */
+static void fill_bins(struct bin *bin, const struct measure *m, double origin, double width) {
+  for (kith_index i = 0; i < m->nodes->n; ++i) {
+    if (!inside(m, i)) continue;
+    const double s = coordinate(m, i), v = volume(m, i);
+    const double k = floor((s - origin) / width) + BINS / 2;
+    struct bin *b = &bin[k < 0 ? 0 : k > BINS - 1 ? BINS - 1 : (int)k];
+    b->mass += m->nodes->mass[i];
+    b->volume += v;
+    b->moment += v * s;
+    b->flow += v * outward(m, place(m, i), &m->nodes->velocity[(size_t)i * NDIM]);
+  }
+}
+
+static double peak_of_bins(const struct bin *bin) {
+  double peak = 0;
+  for (int k = 0; k < BINS; ++k)
+    if (bin[k].volume > 0) peak = KITH_MAX(peak, bin_density(&bin[k]));
+  return peak;
+}
+
+/* Mean volume of the nodes within `reach` of the exact shock; 0 if there are none. */
+static double volume_near_shock(const struct measure *m, double reach) {
+  double sum = 0;
+  kith_index count = 0;
+  for (kith_index i = 0; i < m->nodes->n; ++i)
+    if (inside(m, i) && fabs(coordinate(m, i) - m->shock) <= reach) sum += volume(m, i), ++count;
+  return count > 0 ? sum / count : 0;
+}
+
+/* Mean node spacing at the exact shock, or in the window if no node is near the shock. */
+static double spacing_at_shock(const struct measure *m) {
+  const double everywhere = pow(volume_near_shock(m, INFINITY), 1.0 / NDIM);
+  const double near = pow(volume_near_shock(m, 4 * everywhere), 1.0 / NDIM);
+  return near > 0 ? near : everywhere;
+}
+
+/* Exact state beside the exact shock: its density, and its outward speed. */
+static double density_beside(const struct measure *m, double offset, double *speed) {
+  double x[NDIM] = {0};
+  for (int a = 0; m->center != NULL && a < NDIM; ++a) x[a] = m->center[a];
+  x[0] += m->shock + offset;
+  struct kith_exact_state s;
+  m->ops->state(m->solution, x, m->time, &s);
+  *speed = s.velocity[0];
+  return s.density;
+}
+
+/* Walking inwards, from the highest bin if out is 1 and from the lowest if it is -1: the place where the
+ * speed towards `out` rises through `level`. */
+static double crossing(const struct bin *bin, int out, double level) {
+  const struct bin *before = NULL;
+  for (int k = 0; k < BINS; ++k) {
+    const struct bin *b = &bin[out > 0 ? BINS - 1 - k : k];
+    if (b->volume <= 0) continue;
+    if (out * bin_speed(b) >= level) {
+      if (before == NULL) return 0; /* the window begins behind the shock */
+      const double s = (level - out * bin_speed(before)) / (out * (bin_speed(b) - bin_speed(before)));
+      return bin_place(before) + s * (bin_place(b) - bin_place(before));
+    }
+    before = b;
+  }
+  return 0;
+}
+
+static double shock_of_bins(const struct measure *m, const struct bin *bin, double width) {
+  double below, above, peak = -INFINITY;
+  const double low = density_beside(m, -1e-6 * width, &below), high = density_beside(m, 1e-6 * width, &above);
+  const int out = high < low ? 1 : -1;
+  const double ahead = out > 0 ? above : -below, behind = out > 0 ? below : -above;
+  for (int k = 0; k < BINS; ++k)
+    if (bin[k].volume > 0) peak = KITH_MAX(peak, out * bin_speed(&bin[k]));
+  const double level = (ahead + KITH_MIN(peak, behind)) / 2;
+  return level > ahead ? crossing(bin, out, level) : 0;
+}
+
+static kith_status measure_shock(const struct measure *m, double width, double *radius) {
+  struct bin *bin = NULL;
+  KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
+  fill_bins(bin, m, m->shock, width);
+  *radius = shock_of_bins(m, bin, width);
+  kith_free(&bin);
+  return KITH_OK;
+}
+
+static kith_status measure_peak(const struct measure *m, double width, double *peak) {
+  *peak = 0;
+  if (m->center == NULL) {
+    for (kith_index i = 0; i < m->nodes->n; ++i)
+      if (inside(m, i)) *peak = KITH_MAX(*peak, m->nodes->density[i]);
+    return KITH_OK;
+  }
+  struct bin *bin = NULL;
+  KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
+  fill_bins(bin, m, 0, KITH_MAX(width, peak_bin));
+  *peak = peak_of_bins(bin);
+  kith_free(&bin);
+  return KITH_OK;
+}
+
+/* ---- the contact ---- */
+
+static double blip(const struct measure *m) {
+  const struct kith_riemann_star star = kith_riemann_star(m->solution);
+  if (star.pressure <= 0) return 0;
+  double worst = 0;
+  for (kith_index i = 0; i < m->nodes->n; ++i) {
+    const double d = place(m, i)[0] - star.interface;
+    const bool in_star = star.tail[0] * m->time < d && d < star.tail[1] * m->time;
+    if (!in_star || fabs(d - star.velocity * m->time) > contact_reach || !inside(m, i)) continue;
+    worst = KITH_MAX(worst, fabs(m->nodes->pressure[i] - star.pressure) / star.pressure);
+  }
+  return worst;
+}
+
+kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_ops *ops, const void *solution,
+                               double time, const struct kith_window *window,
+                               const struct kith_profile_view *nodes) {
+  KITH_TRY(finite_nodes(nodes));
+  const double shock = ops->shock == NULL ? 0 : ops->shock(solution, time);
+  const double *center = ops->center == NULL ? NULL : ops->center(solution);
+  const struct measure m = {ops, solution, time, shock, center, window, nodes};
+  struct sums sums;
+  KITH_TRY(sum_blocks(&m, &sums));
+  struct kith_norms norms = {.density = norm_of(&sums, 0),
+                             .velocity = norm_of(&sums, 1),
+                             .pressure = norm_of(&sums, 2),
+                             .energy = norm_of(&sums, 3),
+                             .nodes = sums.nodes,
+                             .shock_exact = shock};
+  if (sums.nodes > 0) {
+    const double spacing = spacing_at_shock(&m);
+    if (shock != 0) KITH_TRY(measure_shock(&m, spacing, &norms.shock_radius));
+    KITH_TRY(measure_peak(&m, spacing, &norms.density_peak));
+    if (ops == &kith_exact_riemann) norms.blip = blip(&m);
+  }
+  *out = norms;
+  return KITH_OK;
+}
