@@ -1,0 +1,182 @@
+#include "app/report.h"
+
+#include <inttypes.h>
+#include <string.h>
+#include "lib/io/atomic_file.h"
+#include "lib/io/json.h"
+
+/* The file. Members end with ",\n", the last one of an object with "\n". */
+
+static void put_text(FILE *f, const char *key, const char *text, const char *end) {
+  fprintf(f, "  \"%s\": ", key);
+  kith_json_string(f, text);
+  fputs(end, f);
+}
+
+static void put_number(FILE *f, const char *key, double value) {
+  fprintf(f, "  \"%s\": ", key);
+  kith_json_number(f, value);
+  fputs(",\n", f);
+}
+
+static void put_count(FILE *f, const char *key, uint64_t count) {
+  fprintf(f, "  \"%s\": %" PRIu64 ",\n", key, count);
+}
+
+static void put_norm(FILE *f, const char *name, const struct kith_norm *norm) {
+  fprintf(f, "    \"%s\": {\"l1\": ", name);
+  kith_json_number(f, norm->l1);
+  fputs(", \"l2\": ", f);
+  kith_json_number(f, norm->l2);
+  fputs(", \"linf\": ", f);
+  kith_json_number(f, norm->linf);
+  fputs("},\n", f);
+}
+
+static void put_norms(FILE *f, const struct kith_report *r) {
+  const struct kith_norms *n = &r->norms;
+  if (!r->compared) {
+    fputs("  \"norms\": null,\n", f);
+    return;
+  }
+  fputs("  \"norms\": {\n", f);
+  put_norm(f, "density", &n->density);
+  put_norm(f, "velocity", &n->velocity);
+  put_norm(f, "pressure", &n->pressure);
+  put_norm(f, "energy", &n->energy);
+  fprintf(f, "    \"nodes\": %" PRId64 ",\n  ", (int64_t)n->nodes);
+  put_number(f, "blip", n->blip), fputs("  ", f);
+  put_number(f, "shock_radius", n->shock_radius), fputs("  ", f);
+  put_number(f, "shock_exact", n->shock_exact), fputs("    \"density_peak\": ", f);
+  kith_json_number(f, n->density_peak);
+  fputs("\n  },\n", f);
+}
+
+static void put_stages(FILE *f, const struct kith_report *r) {
+  fputs("  \"stages\": {", f);
+  for (int s = 0; s < r->n_stages; ++s) {
+    fputs(s > 0 ? ",\n    " : "\n    ", f);
+    kith_json_string(f, r->stages[s].path);
+    fputs(": {\"seconds\": ", f);
+    kith_json_number(f, r->stages[s].seconds);
+    fprintf(f, ", \"calls\": %" PRIu64 "}", r->stages[s].calls);
+  }
+  fputs(r->n_stages > 0 ? "\n  },\n" : "},\n", f);
+}
+
+static void put_ledger(FILE *f, const struct kith_report *r) {
+  fputs("  \"ledger\": {", f);
+  for (int k = 0; k < r->n_ledger; ++k) {
+    fputs(k > 0 ? ",\n    " : "\n    ", f);
+    kith_json_string(f, r->ledger[k].name);
+    fputs(": ", f);
+    kith_json_number(f, r->ledger[k].value);
+  }
+  fputs(r->n_ledger > 0 ? "\n  },\n" : "},\n", f);
+}
+
+static void put_run(FILE *f, const struct kith_report *r) {
+  put_text(f, "scene", r->scene, ",\n");
+  fprintf(f, "  \"dimension\": %d,\n", r->dimension);
+  put_text(f, "package", r->package, ",\n");
+  put_text(f, "kernel", r->kernel, ",\n");
+  put_text(f, "scheme", r->scheme, ",\n");
+  fprintf(f, "  \"ranks\": %d,\n  \"threads\": %d,\n", r->ranks, r->threads);
+  put_count(f, "nodes", r->nodes);
+  put_count(f, "steps", r->steps);
+  put_number(f, "time", r->time);
+  put_number(f, "wall_seconds", r->wall_seconds);
+  put_number(f, "cpu_seconds", r->cpu_seconds);
+  put_number(f, "node_updates_per_second", r->node_updates_per_second);
+  put_number(f, "pairs_per_node", r->pairs_per_node);
+  put_number(f, "pair_evaluations", r->pair_evaluations);
+  put_number(f, "energy_drift", r->energy_drift);
+  put_number(f, "momentum_drift", r->momentum_drift);
+}
+
+kith_status kith_report_write(const struct kith_report *report, const char *path) {
+  struct kith_atomic_file *file;
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  FILE *f = file->stream;
+  fputs("{\n", f);
+  put_run(f, report);
+  put_norms(f, report);
+  put_stages(f, report);
+  put_ledger(f, report);
+  put_count(f, "floors", report->floors);
+  put_text(f, "version", report->version, ",\n");
+  put_text(f, "compiler", report->compiler, ",\n");
+  put_text(f, "flags", report->flags, "\n}\n");
+  return kith_atomic_file_commit(&file, false);
+}
+
+/* The table. */
+
+static const char *shown(const char *text) {
+  return text != NULL ? text : "-";
+}
+
+static void print_run(const struct kith_report *r, FILE *f) {
+  fprintf(f, "%.60s  %d-D, %" PRIu64 " nodes, %" PRIu64 " steps to t = %.6g\n", shown(r->scene), r->dimension,
+          r->nodes, r->steps, r->time);
+  fprintf(f, "  %.20s, %.20s, %.20s; %d rank%s x %d thread%s\n", shown(r->package), shown(r->kernel),
+          shown(r->scheme), r->ranks, r->ranks == 1 ? "" : "s", r->threads, r->threads == 1 ? "" : "s");
+}
+
+static void print_norms(const struct kith_norms *n, FILE *f) {
+  const struct {
+    const char *name;
+    const struct kith_norm *norm;
+  } rows[] = {{"density", &n->density},
+              {"velocity", &n->velocity},
+              {"pressure", &n->pressure},
+              {"energy", &n->energy}};
+  fprintf(f, "\n  against exact %18s %12s %12s   (%" PRId64 " nodes)\n", "L1", "L2", "Linf",
+          (int64_t)n->nodes);
+  for (int k = 0; k < 4; ++k)
+    fprintf(f, "    %-16s %13.4e %12.4e %12.4e\n", rows[k].name, rows[k].norm->l1, rows[k].norm->l2,
+            rows[k].norm->linf);
+  if (n->shock_exact > 0 && n->shock_radius <= 0)
+    fprintf(f, "    no shock found, exact %.5g\n", n->shock_exact);
+  if (n->shock_exact > 0 && n->shock_radius > 0)
+    fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%)\n", n->shock_radius, n->shock_exact,
+            100 * (n->shock_radius / n->shock_exact - 1));
+  if (n->blip > 0) fprintf(f, "    pressure blip at the contact %.2f %%\n", 100 * n->blip);
+  if (n->density_peak > 0) fprintf(f, "    density peak %.5g\n", n->density_peak);
+}
+
+static void print_conservation(const struct kith_report *r, FILE *f) {
+  fprintf(f, "\n  drift of energy %.2e, of momentum %.2e", r->energy_drift, r->momentum_drift);
+  if (r->floors > 0) fprintf(f, "; %" PRIu64 " values lifted to a floor", r->floors);
+  fputc('\n', f);
+}
+
+/* Share: of the wall time. Names are indented by depth; one that is too long is cut. */
+static void print_stages(const struct kith_report *r, FILE *f) {
+  enum { WIDTH = 36 };
+  if (r->n_stages == 0) return;
+  fprintf(f, "\n  %-*s %12s %12s %8s %12s\n", WIDTH, "stage", "calls", "seconds", "share", "ns/update");
+  const double updates = (double)r->nodes * (double)r->steps;
+  for (int s = 0; s < r->n_stages; ++s) {
+    const struct kith_stage *stage = &r->stages[s];
+    const int indent = KITH_MIN(2 * stage->depth, WIDTH - 8), room = WIDTH - indent;
+    fprintf(f, "  %*s%-*.*s %12" PRIu64 " %12.4f ", indent, "", room, room, stage->name, stage->calls,
+            stage->seconds);
+    fprintf(f, "%6.1f %% ", r->wall_seconds > 0 ? 100 * stage->seconds / r->wall_seconds : 0.0);
+    fprintf(f, "%12.1f\n", updates > 0 ? 1e9 * stage->seconds / updates : 0.0);
+  }
+}
+
+static void print_cost(const struct kith_report *r, FILE *f) {
+  fprintf(f, "\n  %.3f s wall, %.3f s cpu; %.3g node updates/s, %.1f pairs per node, %.3g pair evaluations\n",
+          r->wall_seconds, r->cpu_seconds, r->node_updates_per_second, r->pairs_per_node,
+          r->pair_evaluations);
+}
+
+void kith_report_print(const struct kith_report *report, FILE *out) {
+  print_run(report, out);
+  if (report->compared) print_norms(&report->norms, out);
+  print_conservation(report, out);
+  print_stages(report, out);
+  print_cost(report, out);
+}

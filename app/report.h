@@ -1,0 +1,48 @@
+/* report.h - what a run was, what it cost and how right it is: DIR/report.json for programs, a table for
+ * people.
+ *
+ * Keys of the file, in this order:
+ *   scene dimension package kernel scheme ranks threads nodes steps time wall_seconds cpu_seconds
+ *   node_updates_per_second pairs_per_node pair_evaluations energy_drift momentum_drift
+ *   norms.{density,velocity,pressure,energy}.{l1,l2,linf},
+ * norms.{nodes,blip,shock_radius,shock_exact,density_peak} stages.<path>.{seconds,calls}   ledger.<name>
+ * floors version compiler flags norms is null without an exact solution; a number that is not finite is null.
+ */
+#ifndef KITH_APP_REPORT_H
+#define KITH_APP_REPORT_H
+
+#include <stdio.h>
+#include "lib/core/profile.h"
+#include "validation/norms.h"
+
+struct kith_report_entry {
+  const char *name;
+  double value;
+};
+
+/* Plain data; strings and arrays are borrowed. A text that is NULL is null in the file. */
+struct kith_report {
+  const char *scene, *package, *kernel, *scheme;
+  int dimension, ranks, threads;
+  uint64_t nodes, steps;
+  double time; /* the scene's, at the end */
+  double wall_seconds, cpu_seconds;
+  double node_updates_per_second; /* nodes * steps / wall_seconds */
+  double pairs_per_node, pair_evaluations;
+  double energy_drift, momentum_drift; /* relative */
+  bool compared;                       /* norms are there */
+  struct kith_norms norms;
+  int n_stages;
+  const struct kith_stage *stages; /* of the profile, in tree order */
+  int n_ledger;
+  const struct kith_report_entry *ledger;
+  uint64_t floors; /* values that were lifted to a floor */
+  const char *version, *compiler, *flags;
+};
+
+/* DIR/report.json, whole or not at all. */
+kith_status kith_report_write(const struct kith_report *report, const char *path);
+/* The closing table of at most 100 columns; names that are too long are cut. */
+void kith_report_print(const struct kith_report *report, FILE *out);
+
+#endif

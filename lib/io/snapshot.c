@@ -1,0 +1,323 @@
+#include "lib/io/snapshot.h"
+
+#include <fcntl.h>
+#include <hdf5.h>
+#include <string.h>
+#include <unistd.h>
+#include "lib/io/atomic_file.h"
+#include "lib/io/json.h"
+
+/* HDF5 handles are numbers, negative after a failure. `failed` is the first thing that went wrong; what comes
+ * after it is skipped, so that the layout below reads as a list. Calls of HDF5 with a negative handle fail by
+ * themselves. */
+struct writer {
+  hid_t file, particles, vtk, point_data;
+  kith_status status;
+  char failed[96];
+};
+
+static void note_failure(struct writer *w, const char *what, const char *name) {
+  if (w->failed[0] == '\0') snprintf(w->failed, sizeof w->failed, "%s %s", what, name);
+}
+
+/* Attributes and data sets. */
+
+static void attribute(struct writer *w, hid_t owner, const char *name, hid_t type, hsize_t n,
+                      const void *values) {
+  const hid_t space = n == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &n, NULL);
+  const hid_t id = H5Acreate2(owner, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
+  if (H5Awrite(id, type, values) < 0) note_failure(w, "attribute", name);
+  if (id >= 0 && H5Aclose(id) < 0) note_failure(w, "attribute", name);
+  H5Sclose(space);
+}
+
+static void put_f64(struct writer *w, hid_t owner, const char *name, hsize_t n, const double *values) {
+  attribute(w, owner, name, H5T_NATIVE_DOUBLE, n, values);
+}
+static void put_i64(struct writer *w, hid_t owner, const char *name, hsize_t n, const int64_t *values) {
+  attribute(w, owner, name, H5T_NATIVE_INT64, n, values);
+}
+static void put_u32(struct writer *w, hid_t owner, const char *name, hsize_t n, const uint32_t *values) {
+  attribute(w, owner, name, H5T_NATIVE_UINT32, n, values);
+}
+
+/* Fixed length without the zero: what VTK's reader compares, and what every reader gets as bytes. */
+static hid_t text_type(const char *text) {
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, KITH_MAX(strlen(text), (size_t)1));
+  H5Tset_strpad(type, H5T_STR_NULLPAD);
+  return type;
+}
+
+static void put_text(struct writer *w, hid_t owner, const char *name, const char *text) {
+  const hid_t type = text_type(text);
+  attribute(w, owner, name, type, 0, text);
+  H5Tclose(type);
+}
+
+/* rows x columns; columns 0: one-dimensional. The new data set is left open: close it with close_data.
+ * Without times of creation, so that the same nodes make the same bytes. */
+static hid_t write_data(struct writer *w, hid_t owner, const char *name, hid_t type, size_t rows,
+                        size_t columns, const void *values) {
+  const hsize_t shape[2] = {rows, columns};
+  const hid_t space = H5Screate_simple(columns == 0 ? 1 : 2, shape, NULL);
+  const hid_t how = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_obj_track_times(how, false);
+  const hid_t id = H5Dcreate2(owner, name, type, space, H5P_DEFAULT, how, H5P_DEFAULT);
+  if (id < 0 || (rows > 0 && H5Dwrite(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0))
+    note_failure(w, "data set", name);
+  H5Pclose(how);
+  H5Sclose(space);
+  return id;
+}
+
+static void close_data(struct writer *w, hid_t id, const char *name) {
+  if (id >= 0 && H5Dclose(id) < 0) note_failure(w, "data set", name);
+}
+
+static hid_t group(struct writer *w, hid_t owner, const char *name) {
+  const hid_t id = H5Gcreate2(owner, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  if (id < 0) note_failure(w, "group", name);
+  return id;
+}
+
+static void close_group(hid_t id) {
+  if (id >= 0) H5Gclose(id);
+}
+
+/* Fields. */
+
+/* Columns in the file: 0 for a scalar, 3 or 9 for what has an index per axis. */
+static size_t columns_of(const struct kith_field *field) {
+  return field->spec.kind == KITH_SCALAR ? 0 : field->spec.kind == KITH_TENSOR ? 9 : 3;
+}
+
+/* Vectors of NDIM into 3, tensors of NDIM x NDIM into 3 x 3; the rest is zero already. */
+static void pad(double *wide, const struct kith_field *field, size_t n, size_t columns) {
+  const size_t components = (size_t)field->components;
+#pragma omp parallel for schedule(static)
+  for (size_t i = 0; i < n; ++i)
+    for (size_t k = 0; k < components; ++k)
+      wide[i * columns + (columns == 9 ? k / NDIM * 3 + k % NDIM : k)] = field->f64[i * components + k];
+}
+
+static hid_t native_type(enum kith_type type) {
+  return type == KITH_F64 ? H5T_NATIVE_DOUBLE : type == KITH_I64 ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT8;
+}
+
+static kith_status write_field(struct writer *w, const struct kith_field *field, size_t n) {
+  const size_t columns = columns_of(field);
+  const char *name = field->spec.output;
+  double *wide = NULL;
+  if (columns > (size_t)field->components) {
+    KITH_TRY(kith_resize(&wide, 0, n * columns, sizeof *wide));
+    pad(wide, field, n, columns);
+  }
+  const void *values = wide != NULL ? (const void *)wide : field->data;
+  const hid_t data = write_data(w, w->particles, name, native_type(field->spec.type), n, columns, values);
+  kith_free(&wide);
+  put_text(w, data, "Description", field->spec.doc != NULL ? field->spec.doc : "");
+  close_data(w, data, name);
+  const bool points = field->spec.kind == KITH_POSITION;
+  if (H5Lcreate_hard(w->particles, name, points ? w->vtk : w->point_data, points ? "Points" : name,
+                     H5P_DEFAULT, H5P_DEFAULT) < 0)
+    note_failure(w, "link to", name);
+  return KITH_OK;
+}
+
+static kith_status write_fields(struct writer *w, const struct kith_nodes *nodes) {
+  for (int f = 0; f < nodes->n_fields; ++f)
+    if (nodes->fields[f]->spec.output != NULL)
+      KITH_TRY(write_field(w, nodes->fields[f], (size_t)nodes->n_internal));
+  return KITH_OK;
+}
+
+/* One VERTEX cell (type 1 of VTK) a node. */
+static kith_status write_cells(struct writer *w, size_t n) {
+  int64_t *number = NULL;
+  const int64_t count = (int64_t)n;
+  KITH_TRY(kith_resize(&number, 0, n + 1, sizeof *number));
+  for (size_t i = 0; i <= n; ++i) number[i] = (int64_t)i;
+  close_data(w, write_data(w, w->vtk, "NumberOfPoints", H5T_NATIVE_INT64, 1, 0, &count), "NumberOfPoints");
+  close_data(w, write_data(w, w->vtk, "NumberOfCells", H5T_NATIVE_INT64, 1, 0, &count), "NumberOfCells");
+  close_data(w, write_data(w, w->vtk, "NumberOfConnectivityIds", H5T_NATIVE_INT64, 1, 0, &count), "cells");
+  close_data(w, write_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0, number), "Connectivity");
+  close_data(w, write_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0, number), "Offsets");
+  memset(number, 1, n);
+  close_data(w, write_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0, number), "Types");
+  kith_free(&number);
+  return KITH_OK;
+}
+
+/* Groups of attributes. */
+
+static void write_vtk(struct writer *w) {
+  const int64_t version[2] = {1, 0};
+  put_i64(w, w->vtk, "Version", 2, version);
+  put_text(w, w->vtk, "Type", "UnstructuredGrid");
+}
+
+/* Six particle types, of which type 0 is used. No attribute Code, no root group Parameters: yt stumbles over
+ * them. */
+static void write_header(struct writer *w, size_t n, const struct kith_snapshot_info *info) {
+  const hid_t header = group(w, w->file, "Header");
+  const uint32_t low[6] = {(uint32_t)n}, zero[6] = {0};
+  const int64_t flag = 0, files = 1;
+  const double mass[6] = {0}, nothing = 0, one = 1;
+  put_u32(w, header, "NumPart_ThisFile", 6, low);
+  put_u32(w, header, "NumPart_Total", 6, low);
+  put_u32(w, header, "NumPart_Total_HighWord", 6, zero);
+  put_f64(w, header, "MassTable", 6, mass); /* 0: each particle has its own */
+  put_i64(w, header, "NumFilesPerSnapshot", 0, &files);
+  put_f64(w, header, "Time", 0, &info->time);
+  put_f64(w, header, "Redshift", 0, &nothing);
+  put_f64(w, header, "BoxSize", 0, &nothing);
+  put_f64(w, header, "Omega0", 0, &nothing);
+  put_f64(w, header, "OmegaLambda", 0, &nothing);
+  put_f64(w, header, "HubbleParam", 0, &one);
+  static const char *const flags[] = {"Flag_Sfr",    "Flag_Cooling",  "Flag_StellarAge",
+                                      "Flag_Metals", "Flag_Feedback", "Flag_Entropy_ICs"};
+  for (size_t k = 0; k < sizeof flags / sizeof *flags; ++k) put_i64(w, header, flags[k], 0, &flag);
+  close_group(header);
+}
+
+static void write_units(struct writer *w) {
+  static const char *const names[] = {"UnitLength_in_cm",
+                                      "UnitMass_in_g",
+                                      "UnitVelocity_in_cm_per_s",
+                                      "UnitTime_in_s",
+                                      "Unit length in cgs (U_L)",
+                                      "Unit mass in cgs (U_M)",
+                                      "Unit time in cgs (U_t)",
+                                      "Unit current in cgs (U_I)",
+                                      "Unit temperature in cgs (U_T)"};
+  const hid_t units = group(w, w->file, "Units");
+  const double one = 1;
+  for (size_t k = 0; k < sizeof names / sizeof *names; ++k) put_f64(w, units, names[k], 0, &one);
+  close_group(units);
+}
+
+static void write_note(struct writer *w, hid_t run, const struct kith_note *note) {
+  enum { MOST = 60000 };
+  if (strlen(note->text) <= MOST) {
+    put_text(w, run, note->name, note->text);
+    return;
+  }
+  const hid_t type = text_type(note->text);
+  close_data(w, write_data(w, run, note->name, type, 1, 0, note->text), note->name);
+  H5Tclose(type);
+}
+
+static void write_run(struct writer *w, const struct kith_nodes *nodes,
+                      const struct kith_snapshot_info *info) {
+  const hid_t run = group(w, w->file, "Run");
+  const int64_t dimension = NDIM, step = (int64_t)info->step;
+  char materials[KITH_MAX_LISTS * (sizeof nodes->lists[0].name + 1)] = "";
+  for (int l = 0; l < nodes->n_lists; ++l) {
+    if (l > 0) strcat(materials, "\n");
+    strcat(materials, nodes->lists[l].name);
+  }
+  put_i64(w, run, "Dimension", 0, &dimension);
+  put_i64(w, run, "Step", 0, &step);
+  put_f64(w, run, "Time", 0, &info->time);
+  put_f64(w, run, "BoxLower", NDIM, info->box.lower);
+  put_f64(w, run, "BoxUpper", NDIM, info->box.upper);
+  put_text(w, run, "MaterialNames", materials);
+  for (const struct kith_note *note = info->notes; note != NULL && note->name != NULL; ++note)
+    write_note(w, run, note);
+  close_group(run);
+}
+
+static kith_status write_all(struct writer *w, const struct kith_nodes *nodes,
+                             const struct kith_snapshot_info *info) {
+  const size_t n = (size_t)nodes->n_internal;
+  w->particles = group(w, w->file, "PartType0");
+  w->vtk = group(w, w->file, "VTKHDF");
+  w->point_data = group(w, w->vtk, "PointData");
+  write_header(w, n, info);
+  write_units(w);
+  write_run(w, nodes, info);
+  write_vtk(w);
+  kith_status status = write_fields(w, nodes);
+  if (status == KITH_OK) status = write_cells(w, n);
+  close_group(w->point_data);
+  close_group(w->vtk);
+  close_group(w->particles);
+  return status;
+}
+
+/* An upper bound of the file's size: data, cells, notes, and what HDF5 spends on names and attributes. */
+static off_t room_for(const struct kith_nodes *nodes, const struct kith_snapshot_info *info) {
+  enum { BASE = 1 << 17, PER_FIELD = 1 << 13, CELLS = 17 };
+  size_t bytes = BASE;
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    const size_t columns = KITH_MAX(columns_of(nodes->fields[f]), (size_t)1);
+    if (nodes->fields[f]->spec.output != NULL) bytes += PER_FIELD + (size_t)nodes->n_internal * columns * 8;
+  }
+  for (const struct kith_note *note = info->notes; note != NULL && note->name != NULL; ++note)
+    bytes += 2 * strlen(note->text) + PER_FIELD;
+  return (off_t)(bytes + (size_t)nodes->n_internal * CELLS);
+}
+
+static kith_status reserve(const struct kith_atomic_file *file, off_t bytes) {
+  const int error = posix_fallocate(fileno(file->stream), 0, bytes);
+  if (error != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(error));
+  return KITH_OK;
+}
+
+/* Gives back what was reserved and not used: the file ends where HDF5 says it does. */
+static kith_status trim(const struct kith_atomic_file *file) {
+  haddr_t end = 0;
+  const hid_t id = H5Fopen(file->temporary, H5F_ACC_RDONLY, H5P_DEFAULT);
+  const bool known = H5Fget_eoa(id, &end) >= 0;
+  if (id >= 0) H5Fclose(id);
+  if (!known || ftruncate(fileno(file->stream), (off_t)end) != 0)
+    KITH_FAIL(BAD_FILE, "%s: cannot write: its end is not known", file->path);
+  return KITH_OK;
+}
+
+/* When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at exit. So the room is
+ * reserved before HDF5 begins, and again when it has emptied the file. */
+static kith_status write_file(const struct kith_atomic_file *file, const struct kith_nodes *nodes,
+                              const struct kith_snapshot_info *info) {
+  const off_t room = room_for(nodes, info);
+  KITH_TRY(reserve(file, room));
+  struct writer w = {.file = H5Fcreate(file->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)};
+  if (w.file < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 cannot create the file", file->path);
+  kith_status status = reserve(file, room);
+  if (status == KITH_OK) status = write_all(&w, nodes, info);
+  if (H5Fclose(w.file) < 0) note_failure(&w, "the end of", "the file");
+  KITH_TRY(status);
+  if (w.failed[0] != '\0') KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", file->path, w.failed);
+  return trim(file);
+}
+
+kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes,
+                                const struct kith_snapshot_info *info) {
+  struct kith_atomic_file *file;
+  H5E_auto2_t print;
+  void *with;
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  H5Eget_auto2(H5E_DEFAULT, &print, &with);
+  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+  const kith_status status = write_file(file, nodes, info);
+  H5Eset_auto2(H5E_DEFAULT, print, with);
+  if (status == KITH_OK) return kith_atomic_file_commit(&file, false);
+  kith_atomic_file_abandon(&file);
+  return status;
+}
+
+kith_status kith_snapshot_series(const char *path, int n, const char *const *files, const double *times) {
+  struct kith_atomic_file *file;
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  fputs("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [", file->stream);
+  for (int k = 0; k < n; ++k) {
+    fprintf(file->stream, "%s\n    {\"name\": ", k > 0 ? "," : "");
+    kith_json_string(file->stream, files[k]);
+    fputs(", \"time\": ", file->stream);
+    kith_json_number(file->stream, times[k]);
+    fputs("}", file->stream);
+  }
+  fputs("\n  ]\n}\n", file->stream);
+  return kith_atomic_file_commit(&file, false);
+}
