@@ -263,7 +263,7 @@ static void add_image(struct fixture *f, int list, kith_index count, const kith_
                       const double *sign, const double *shift) {
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = 1, .list = list, .count = count};
   CHECK_OK(kith_resize(&block.control, 0, (size_t)count, sizeof *block.control));
-  memcpy(block.control, control, (size_t)count * sizeof *control);
+  if (count > 0) memcpy(block.control, control, (size_t)count * sizeof *control);
   memcpy(block.image.sign, sign, sizeof block.image.sign);
   memcpy(block.image.shift, shift, sizeof block.image.shift);
   CHECK_OK(kith_nodes_add_ghosts(f->nodes, &block));
