@@ -24,20 +24,19 @@ static kith_status make_package(struct kith_model *m) {
   return kith_package_init(p);
 }
 
+/* Frozen nodes first: the images of the others' axes include them. */
 static kith_status make_boundaries(struct kith_model *m, const uint8_t *frozen) {
+  if (frozen != NULL) {
+    KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_constant, 0, 0, 1, false, false));
+    KITH_TRY(kith_constant_take(m->boundaries.boundary[0], m->nodes, frozen));
+  }
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *lower = m->scene->boundary[a].lower, *upper = m->scene->boundary[a].upper;
-    const double x0 = m->scene->domain.lower[a], x1 = m->scene->domain.upper[a];
-    if (lower != NULL && lower == upper) {
-      KITH_TRY(kith_boundaries_add(&m->boundaries, lower, a, x0, x1, true, true));
-      continue;
-    }
-    if (lower != NULL) KITH_TRY(kith_boundaries_add(&m->boundaries, lower, a, x0, x1, true, false));
-    if (upper != NULL) KITH_TRY(kith_boundaries_add(&m->boundaries, upper, a, x0, x1, false, true));
+    if (lower != NULL || upper != NULL)
+      KITH_TRY(kith_boundaries_add(&m->boundaries, lower != NULL ? lower : upper, a, m->scene->domain.lower[a],
+                                   m->scene->domain.upper[a], lower != NULL, upper != NULL));
   }
-  if (frozen == NULL) return KITH_OK;
-  KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_constant, 0, 0, 1, false, false));
-  return kith_constant_take(m->boundaries.boundary[m->boundaries.n - 1], m->nodes, frozen);
+  return KITH_OK;
 }
 
 static kith_status make_rebuilds(struct kith_model *m) {

@@ -1,65 +1,261 @@
 #include "app/run.h"
 
+#include <math.h>
+#include <omp.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
-#include "app/model.h"
+#include <time.h>
+#include "app/output.h"
+#include "app/plot.h"
+#include "app/report.h"
 #include "app/screen.h"
+#include "app/version.h"
 
 struct run {
   const struct kith_options *options;
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_model *model;
+  struct kith_output output;
+  struct kith_origin origin;
   struct kith_screen screen;
+  void *exact; /* solution, NULL without one */
+  double until, started, cpu_started;
+  uint64_t first_step;
 };
 
-static kith_status open_run(struct run *run) {
+/* The one thing a signal can reach: checked between steps. */
+static volatile sig_atomic_t stop_signal;
+
+static void on_signal(int number) { stop_signal = number; }
+
+static void catch_signals(void) {
+  struct sigaction action = {.sa_handler = on_signal};
+  sigaction(SIGINT, &action, NULL);
+  sigaction(SIGTERM, &action, NULL);
+  sigaction(SIGUSR1, &action, NULL);
+}
+
+static double cpu_seconds(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* ---- start ---- */
+
+static kith_status open_output(struct run *run) {
+  char directory[256];
+  snprintf(directory, sizeof directory, "out/%s", run->scene->name);
+  return kith_output_open(&run->output, run->options->directory != NULL ? run->options->directory : directory, run->model,
+                          run->options->restart != NULL);
+}
+
+/* Everything that can be found wrong before the first step. */
+static kith_status prepare(struct run *run) {
   const struct kith_options *o = run->options;
+  if (o->subject == NULL) KITH_FAIL(BAD_INPUT, "run: no scene; for example: kith run inputs/sod.yaml");
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
-  KITH_TRY(kith_profile_create(&run->profile, 64, o->trace != NULL));
-  return kith_model_create(&run->model, run->scene, run->profile, o->check);
+  run->until = o->until >= 0 ? o->until : run->scene->until;
+  KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
+  if (run->scene->exact.ops != NULL) KITH_TRY(run->scene->exact.ops->create(&run->exact, &run->scene->exact.parameters));
+  KITH_TRY(kith_model_create(&run->model, run->scene, run->profile, o->check));
+  if (o->restart != NULL) KITH_TRY(kith_output_restore(&run->output, o->restart, run->model, &run->origin));
+  return open_output(run);
+}
+
+/* First rates of a new run, and what its drifts are measured by. */
+static kith_status begin(struct run *run) {
+  struct kith_integrator *it = &run->model->integrator;
+  run->started = kith_seconds();
+  run->cpu_started = cpu_seconds();
+  run->first_step = it->step;
+  if (run->options->restart != NULL) return KITH_OK;
+  run->origin.totals = kith_hydro_totals(&run->model->hydro);
+  KITH_TRY(kith_integrator_start(it));
+  KITH_TRY(kith_output_snapshot(&run->output, run->model));
+  run->output.next = run->scene->output.every;
+  return KITH_OK;
+}
+
+/* ---- steps ---- */
+
+/* The next moment that a step must land on. */
+static double landing(const struct run *run) {
+  return run->scene->output.every > 0 ? fmin(run->until, run->output.next) : run->until;
+}
+
+static kith_status after_step(struct run *run) {
+  const struct kith_integrator *it = &run->model->integrator;
+  const struct kith_totals totals = kith_hydro_totals(&run->model->hydro);
+  kith_origin_follow(&run->origin, run->model, &totals);
+  KITH_TRY(kith_output_step(&run->output, run->model, &totals));
+  if (run->scene->output.every > 0 && it->time >= run->output.next) {
+    KITH_TRY(kith_output_snapshot(&run->output, run->model));
+    run->output.next += run->scene->output.every;
+  }
+  const int every = run->scene->output.checkpoint;
+  if (every > 0 && it->step % (uint64_t)every == 0) KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
+  return KITH_OK;
+}
+
+static bool finished(const struct run *run) {
+  const struct kith_integrator *it = &run->model->integrator;
+  return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) || stop_signal != 0;
 }
 
 static kith_status steps(struct run *run) {
   struct kith_integrator *it = &run->model->integrator;
-  const double until = run->options->until >= 0 ? run->options->until : run->scene->until;
-  KITH_TRY(kith_integrator_start(it));
-  kith_screen_init(&run->screen, stderr, run->options->quiet, it->time, until);
-  while (it->time < until && (run->options->steps < 0 || it->step < (uint64_t)run->options->steps)) {
-    KITH_TRY(kith_integrator_step(it, until));
-    kith_screen_step(&run->screen, it, it->time >= until);
+  kith_screen_init(&run->screen, stderr, run->options->quiet, it->time, run->until);
+  while (!finished(run)) {
+    KITH_TRY(kith_integrator_step(it, landing(run)));
+    KITH_TRY(after_step(run));
+    kith_screen_step(&run->screen, it, finished(run));
   }
-  kith_screen_end(&run->screen);
   return KITH_OK;
 }
 
-static void compare(struct run *run) {
-  const struct kith_scene *scene = run->scene;
-  struct kith_nodes *nodes = run->model->nodes;
-  const struct kith_hydro *h = &run->model->hydro;
-  void *exact;
-  struct kith_norms norms;
-  if (scene->exact.ops == NULL || scene->exact.ops->create(&exact, &scene->exact.parameters) != KITH_OK) return;
-  const struct kith_profile_view view = {nodes->n_internal, nodes->position->f64, h->velocity->f64, h->mass->f64, h->density->f64, h->pressure->f64, h->energy->f64};
-  if (kith_norms_measure(&norms, scene->exact.ops, exact, run->model->integrator.time, &scene->exact.window, &view) == KITH_OK)
-    printf("L1 rho %.5f v %.5f P %.5f u %.5f blip %.3f shock %.4f exact %.4f peak %.3f\n", norms.density.l1, norms.velocity.l1, norms.pressure.l1, norms.energy.l1, norms.blip, norms.shock_radius, norms.shock_exact, norms.density_peak);
-  else printf("%s\n", kith_failure());
-  scene->exact.ops->destroy(&exact);
+/* ---- end ---- */
+
+static struct kith_profile_view view_of(const struct kith_model *m) {
+  const struct kith_hydro *h = &m->hydro;
+  return (struct kith_profile_view){m->nodes->n_internal, m->nodes->position->f64, h->velocity->f64, h->mass->f64,
+                                    h->density->f64,      h->pressure->f64,        h->energy->f64};
+}
+
+enum { LEDGER_ENTRIES = 22 };
+
+static int ledger_entries(const struct run *run, struct kith_report_entry entry[LEDGER_ENTRIES]) {
+  const struct kith_ledger *l = &run->model->integrator.ledger;
+  const struct kith_package *p = &run->model->package;
+  struct kith_bytes bytes[KITH_MODEL_STRUCTURES];
+  kith_model_bytes(run->model, bytes);
+  const struct kith_report_entry counts[] = {{"lifecycles", (double)l->lifecycles},
+                                             {"rebuilds_for_support", (double)l->support_rebuilds},
+                                             {"reorders", (double)l->reorders},
+                                             {"refreshes", (double)l->refreshes},
+                                             {"ghosts_created", (double)l->created},
+                                             {"ghosts_culled", (double)l->culled},
+                                             {"ghosts_kept", (double)l->kept},
+                                             {"candidates", (double)l->candidates},
+                                             {"row_entries", (double)l->row_entries},
+                                             {"pairs", (double)l->pairs},
+                                             {"support_iterations", (double)p->support_iterations},
+                                             {"gradient_fallbacks", (double)p->fallbacks}};
+  int n = (int)(sizeof counts / sizeof counts[0]);
+  memcpy(entry, counts, sizeof counts);
+  static const char *const names[KITH_MODEL_STRUCTURES] = {"bytes_nodes",   "bytes_search",   "bytes_connectivity",
+                                                           "bytes_package", "bytes_pairwise", "bytes_integrator"};
+  for (int k = 0; k < KITH_MODEL_STRUCTURES; ++k) entry[n++] = (struct kith_report_entry){names[k], (double)bytes[k].bytes};
+  return n;
+}
+
+static void fill_report(struct run *run, struct kith_report *r, struct kith_report_entry *ledger) {
+  const struct kith_model *m = run->model;
+  const struct kith_integrator *it = &m->integrator;
+  const double n = (double)m->nodes->n_internal, n_steps = (double)(it->step - run->first_step);
+  *r = (struct kith_report){.scene = run->scene->name,
+                            .package = m->package.ops->name,
+                            .kernel = kith_kernel_facts[m->package.kernel].name,
+                            .scheme = it->scheme->name,
+                            .dimension = NDIM,
+                            .ranks = 1,
+                            .threads = omp_get_max_threads(),
+                            .nodes = (uint64_t)m->nodes->n_internal,
+                            .steps = it->step,
+                            .time = it->time,
+                            .wall_seconds = kith_seconds() - run->started,
+                            .cpu_seconds = cpu_seconds() - run->cpu_started,
+                            .pairs_per_node = 0.5 * (double)it->ledger.last_entries / fmax(n, 1),
+                            .pair_evaluations = (double)m->package.pair_evaluations,
+                            .energy_drift = run->origin.energy_drift,
+                            .momentum_drift = run->origin.momentum_drift,
+                            .version = kith_version(),
+                            .compiler = kith_compiler(),
+                            .flags = kith_flags()};
+  r->node_updates_per_second = n * n_steps / fmax(r->wall_seconds, 1e-9);
+  r->n_stages = kith_profile_stages(run->profile, &r->stages);
+  r->n_ledger = ledger_entries(run, ledger);
+  r->ledger = ledger;
+}
+
+static kith_status write_results(struct run *run, struct kith_report *report) {
+  char path[640];
+  const struct kith_profile_view view = view_of(run->model);
+  const double time = run->model->integrator.time;
+  if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
+    KITH_TRY(kith_output_snapshot(&run->output, run->model));
+  if (run->scene->output.checkpoint_at_end || stop_signal != 0)
+    KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
+  if (run->exact != NULL) {
+    KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, time, &run->scene->exact.window, &view));
+    report->compared = true;
+  }
+  snprintf(path, sizeof path, "%s/report.json", run->output.directory);
+  KITH_TRY(kith_report_write(report, path));
+  if (run->options->trace != NULL) KITH_TRY(kith_profile_write_trace(run->profile, run->options->trace));
+  return KITH_OK;
+}
+
+/* A picture is no reason to lose a run. */
+static void picture(const struct run *run, const struct kith_report *report) {
+  if (!run->scene->output.plot) return;
+  const struct kith_plot plot = {.scene = run->scene->name,
+                                 .time = report->time,
+                                 .resolution = run->scene->resolution,
+                                 .nodes = view_of(run->model),
+                                 .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
+                                 .solution = run->exact,
+                                 .norms = report->compared ? &report->norms : NULL};
+  if (kith_plot_write(&plot, run->output.directory) != KITH_OK || kith_plot_draw(run->output.directory) != KITH_OK)
+    fprintf(stderr, "kith: warning: no picture: %s\n", kith_failure());
+}
+
+static enum kith_exit end(struct run *run) {
+  struct kith_report report;
+  struct kith_report_entry ledger[LEDGER_ENTRIES];
+  kith_screen_end(&run->screen);
+  fill_report(run, &report, ledger);
+  if (write_results(run, &report) != KITH_OK) {
+    fprintf(stderr, "kith: %s\n", kith_failure());
+    return KITH_EXIT_FAILED;
+  }
+  picture(run, &report);
+  kith_report_print(&report, stdout);
+  if (run->options->profile)
+    kith_profile_print(run->profile, stdout, (double)report.nodes * (double)(report.steps - run->first_step));
+  printf("results in %s\n", run->output.directory);
+  if (stop_signal != 0) fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal, run->output.directory);
+  return stop_signal != 0 ? KITH_EXIT_FAILED : KITH_EXIT_OK;
+}
+
+/* The reason, and a snapshot of where it happened. */
+static enum kith_exit fail(struct run *run) {
+  char reason[1024];
+  snprintf(reason, sizeof reason, "%s", kith_failure());
+  kith_screen_end(&run->screen);
+  const struct kith_integrator *it = &run->model->integrator;
+  fprintf(stderr, "kith: step %llu, time %.9g: %s\n", (unsigned long long)it->step + 1, it->time, reason);
+  if (kith_output_snapshot(&run->output, run->model) == KITH_OK)
+    fprintf(stderr, "kith: the state where it failed is in %s/snapshot_%04d.hdf\n", run->output.directory, run->output.n_snapshots - 1);
+  return KITH_EXIT_FAILED;
 }
 
 enum kith_exit kith_run(const struct kith_options *options) {
   struct run run = {.options = options};
-  kith_status status = open_run(&run);
-  if (status != KITH_OK) {
+  enum kith_exit code = KITH_EXIT_USAGE;
+  catch_signals();
+  if (prepare(&run) != KITH_OK) {
     fprintf(stderr, "kith: %s\n", kith_failure());
-    return KITH_EXIT_USAGE;
+  } else {
+    const kith_status status = begin(&run);
+    code = status == KITH_OK && steps(&run) == KITH_OK ? end(&run) : fail(&run);
   }
-  status = steps(&run);
-  if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
-  else compare(&run);
-  if (options->profile) kith_profile_print(run.profile, stdout, (double)run.model->nodes->n_internal * (double)run.model->integrator.step);
+  if (kith_output_close(&run.output) != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  if (run.exact != NULL) run.scene->exact.ops->destroy(&run.exact);
   kith_model_destroy(&run.model);
   kith_profile_destroy(&run.profile);
   kith_scene_destroy(&run.scene);
-  return status == KITH_OK ? KITH_EXIT_OK : KITH_EXIT_FAILED;
+  return code;
 }

@@ -29,8 +29,8 @@ struct kith_boundary_ops {
   kith_status (*ghosts)(struct kith_boundary *boundary, struct kith_nodes *nodes, double reach_factor);
   /* Is any internal node where it must not be? NULL: never. */
   bool (*violated)(const struct kith_boundary *boundary, const struct kith_nodes *nodes);
-  /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with the vectors and tensors
-   * of the state. DIVERGED for a node that is not finite or a thousand lengths away; the others are put back.
+  /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with all positions,
+   * vectors and tensors of the node. DIVERGED for a node that is not finite or a thousand lengths away; the others are put back.
    * `moved_by` (NDIM per node, may be NULL) gets the shift added that a wrap applied, so that a displacement can
    * leave it out. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);

@@ -36,47 +36,51 @@ static bool violated(const struct kith_boundary *boundary, const struct kith_nod
   return any;
 }
 
-/* Mirrors *x until it is between low and high; true if that took an odd number of reflections. */
-static bool fold(double *x, double low, double high) {
-  bool odd = false;
-  while (*x < low || *x > high) {
-    *x = *x < low ? 2 * low - *x : 2 * high - *x;
-    odd = !odd;
+/* The reflections that bring x between low and high, as one map x -> sign * x + shift. */
+static void fold(double x, double low, double high, double *sign, double *shift) {
+  *sign = 1, *shift = 0;
+  while (x < low || x > high) {
+    const double face = x < low ? low : high;
+    x = 2 * face - x;
+    *sign = -*sign;
+    *shift = 2 * face - *shift;
   }
-  return odd;
 }
 
-/* Mirrors the node's vectors and tensors of the state. */
-static void flip(struct kith_nodes *nodes, kith_index i, int axis) {
+/* Maps all of the node: where schemes keep a position or a velocity from the start of the step, that moves along. */
+static void mirror(struct kith_nodes *nodes, kith_index i, int axis, double sign, double shift) {
   for (int f = 0; f < nodes->n_fields; ++f) {
-    struct kith_field *field = nodes->fields[f];
-    if (field->spec.role != KITH_STATE) continue;
-    if (field->spec.kind == KITH_VECTOR) field->f64[(size_t)i * NDIM + axis] *= -1;
-    if (field->spec.kind == KITH_TENSOR)
+    double *value = nodes->fields[f]->f64;
+    const enum kith_kind kind = nodes->fields[f]->spec.kind;
+    if (kind == KITH_POSITION) value[(size_t)i * NDIM + axis] = sign * value[(size_t)i * NDIM + axis] + shift;
+    if (kind == KITH_VECTOR) value[(size_t)i * NDIM + axis] *= sign;
+    if (kind == KITH_TENSOR)
       for (int b = 0; b < NDIM; ++b) {
         if (b == axis) continue;
-        field->f64[((size_t)i * NDIM + axis) * NDIM + b] *= -1;
-        field->f64[((size_t)i * NDIM + b) * NDIM + axis] *= -1;
+        value[((size_t)i * NDIM + axis) * NDIM + b] *= sign;
+        value[((size_t)i * NDIM + b) * NDIM + axis] *= sign;
       }
   }
 }
 
 static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
   (void)moved_by; /* a mirrored node was moved by the flow */
-  double *x = nodes->position->f64 + boundary->axis;
+  const double *x = nodes->position->f64 + boundary->axis;
   const double low = lowest(boundary), high = highest(boundary);
   const double far = KITH_MOST_IMAGES * (boundary->upper - boundary->lower);
   kith_index lost = INT32_MAX;
   bool any = false;
 #pragma omp parallel for schedule(static) reduction(min : lost) reduction(|| : any)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    double *xi = &x[(size_t)i * NDIM];
-    if (*xi >= low && *xi <= high) continue;
-    if (!(*xi >= low - far && *xi <= high + far)) {
+    const double xi = x[(size_t)i * NDIM];
+    if (xi >= low && xi <= high) continue;
+    if (!(xi >= low - far && xi <= high + far)) {
       lost = KITH_MIN(lost, i);
       continue;
     }
-    if (fold(xi, low, high)) flip(nodes, i, boundary->axis);
+    double sign, shift;
+    fold(xi, low, high, &sign, &shift);
+    mirror(nodes, i, boundary->axis, sign, shift);
     any = true;
   }
   if (any) ++nodes->positions;

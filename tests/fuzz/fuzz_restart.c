@@ -2,7 +2,7 @@
  * else.
  *
  * Run as it is, it changes a good file by a generator with a fixed seed; half of the inputs get right
- * checksums again, so that what lies behind them is tried too. With clang -fsanitize=fuzzer -DKITH_FUZZER the
+ * checksums again, so that what lies behind them is tried too. With clang -fsanitize=fuzzer -DKITH_LIBFUZZER the
  * main is libFuzzer's. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* memfd_create */
@@ -64,7 +64,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   return 0;
 }
 
-#ifndef KITH_FUZZER
+#ifndef KITH_LIBFUZZER
 static uint64_t word(const uint8_t *p) {
   uint64_t w;
   memcpy(&w, p, sizeof w);

@@ -1,0 +1,189 @@
+#include "app/output.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include "app/version.h"
+#include "lib/io/checkpoint.h"
+#include "lib/io/snapshot.h"
+
+static kith_status make_directory(const char *path) {
+  char part[512];
+  if (snprintf(part, sizeof part, "%s", path) >= (int)sizeof part - 64) KITH_FAIL(BAD_FILE, "%s: the path is too long", path);
+  for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
+    *slash = '\0';
+    mkdir(part, 0777);
+    *slash = '/';
+  }
+  if (mkdir(part, 0777) != 0 && errno != EEXIST) KITH_FAIL(BAD_FILE, "%s: cannot create the directory: %s", path, strerror(errno));
+  struct stat about;
+  if (stat(path, &about) != 0 || !S_ISDIR(about.st_mode)) KITH_FAIL(BAD_FILE, "%s: not a directory", path);
+  if (access(path, W_OK | X_OK) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write there: %s", path, strerror(errno));
+  return KITH_OK;
+}
+
+static void path_in(const struct kith_output *output, const char *name, char path[640]) {
+  snprintf(path, 640, "%s/%s", output->directory, name);
+}
+
+kith_status kith_output_open(struct kith_output *output, const char *directory, const struct kith_model *model, bool restarted) {
+  char path[640];
+  KITH_TRY(make_directory(directory));
+  snprintf(output->directory, sizeof output->directory, "%s", directory);
+  output->started = kith_seconds();
+  path_in(output, "history.csv", path);
+  return restarted ? kith_history_continue(&output->history, path, model->integrator.step)
+                   : kith_history_open(&output->history, path);
+}
+
+static void snapshot_name(int number, char name[32]) { snprintf(name, 32, "snapshot_%04d.hdf", number); }
+
+static kith_status write_series(const struct kith_output *output) {
+  char(*names)[32] = NULL;
+  const char **views = NULL;
+  char path[640];
+  const size_t n = (size_t)output->n_snapshots;
+  kith_status status = kith_resize(&names, 0, n, sizeof *names);
+  if (status == KITH_OK) status = kith_resize(&views, 0, n, sizeof *views);
+  for (size_t k = 0; status == KITH_OK && k < n; ++k) {
+    snapshot_name((int)k, names[k]);
+    views[k] = names[k];
+  }
+  path_in(output, "snapshots.hdf.series", path);
+  if (status == KITH_OK) status = kith_snapshot_series(path, output->n_snapshots, views, output->times);
+  kith_free(&names);
+  kith_free(&views);
+  return status;
+}
+
+kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model) {
+  const struct kith_integrator *it = &model->integrator;
+  const struct kith_note notes[] = {{"Program", "kith"},          {"Version", kith_version()}, {"Build", kith_build()},
+                                    {"SceneName", model->scene->name}, {"Scene", model->scene->text}, {NULL, NULL}};
+  const struct kith_snapshot_info info = {it->time, it->step, model->scene->domain, notes};
+  char name[32], path[640];
+  if (output->n_snapshots == output->capacity) {
+    KITH_TRY(kith_resize(&output->times, (size_t)output->capacity, (size_t)output->capacity + 64, sizeof *output->times));
+    output->capacity += 64;
+  }
+  snapshot_name(output->n_snapshots, name);
+  path_in(output, name, path);
+  KITH_TRY(kith_snapshot_write(path, model->nodes, &info));
+  output->times[output->n_snapshots++] = it->time;
+  return write_series(output);
+}
+
+kith_status kith_output_step(struct kith_output *output, const struct kith_model *model, const struct kith_totals *totals) {
+  const struct kith_integrator *it = &model->integrator;
+  struct kith_history_row row = {.step = it->step,
+                                 .time = it->time,
+                                 .dt = it->dt,
+                                 .limiter = it->limiter,
+                                 .kinetic = totals->kinetic,
+                                 .internal = totals->internal,
+                                 .nodes = model->nodes->n_internal,
+                                 .ghosts = model->nodes->n_ghost,
+                                 .entries = (int64_t)it->ledger.last_entries,
+                                 .rebuilds = (int64_t)it->ledger.lifecycles,
+                                 .seconds = kith_seconds() - output->started};
+  memcpy(row.momentum, totals->momentum, sizeof row.momentum);
+  return kith_history_add(output->history, &row);
+}
+
+kith_status kith_output_close(struct kith_output *output) {
+  kith_free(&output->times);
+  return kith_history_close(&output->history);
+}
+
+void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model, const struct kith_totals *now) {
+  const double e0 = origin->totals.kinetic + origin->totals.internal;
+  const double energy = fabs(now->kinetic + now->internal - e0) / (fabs(e0) > 0 ? fabs(e0) : 1);
+  double momentum = 0;
+  for (int a = 0; a < NDIM; ++a)
+    if (model->scene->boundary[a].lower != &kith_boundary_reflecting && model->scene->boundary[a].upper != &kith_boundary_reflecting)
+      momentum = fmax(momentum, fabs(now->momentum[a] - origin->totals.momentum[a]));
+  momentum /= fmax(fmax(now->momentum_scale, origin->totals.momentum_scale), 1e-300);
+  origin->energy_drift = fmax(origin->energy_drift, energy);
+  origin->momentum_drift = fmax(origin->momentum_drift, momentum);
+}
+
+/* ---- checkpoint: everything that is not a field of the nodes, as two arrays of numbers ---- */
+
+enum { CLOCK_NUMBERS = 12 + NDIM, CLOCK_COUNTS = 12 };
+
+static void pack(const struct kith_output *output, const struct kith_model *model, const struct kith_origin *origin,
+                 double number[CLOCK_NUMBERS], int64_t count[CLOCK_COUNTS]) {
+  const struct kith_integrator *it = &model->integrator;
+  const struct kith_totals *t = &origin->totals;
+  const double numbers[] = {it->time,  it->dt,          model->package.kicked, it->vote.dt,       output->next,
+                            t->mass,   t->kinetic,      t->internal,           t->momentum_scale, origin->energy_drift,
+                            origin->momentum_drift, 0};
+  memcpy(number, numbers, sizeof numbers);
+  memcpy(number + 12, t->momentum, sizeof t->momentum);
+  const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step, it->vote.node, (int64_t)it->since_reorder, output->n_snapshots};
+  memcpy(count, counts, sizeof counts);
+}
+
+static void unpack(struct kith_output *output, struct kith_model *model, struct kith_origin *origin,
+                   const double number[CLOCK_NUMBERS], const int64_t count[CLOCK_COUNTS]) {
+  struct kith_integrator *it = &model->integrator;
+  struct kith_totals *t = &origin->totals;
+  it->time = number[0], it->dt = number[1], model->package.kicked = number[2], it->vote.dt = number[3], output->next = number[4];
+  t->mass = number[5], t->kinetic = number[6], t->internal = number[7], t->momentum_scale = number[8];
+  origin->energy_drift = number[9], origin->momentum_drift = number[10];
+  memcpy(t->momentum, number + 12, sizeof t->momentum);
+  it->step = (uint64_t)count[0], it->vote.node = count[1], it->since_reorder = (uint64_t)count[2];
+  it->vote.reason = "restart";
+  output->n_snapshots = (int)count[3];
+}
+
+static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output, const struct kith_model *model,
+                           const struct kith_origin *origin) {
+  double number[CLOCK_NUMBERS];
+  int64_t count[CLOCK_COUNTS];
+  pack(output, model, origin, number, count);
+  KITH_TRY(kith_checkpoint_put_nodes(c, model->nodes));
+  KITH_TRY(kith_checkpoint_put_f64(c, "clock", number, CLOCK_NUMBERS));
+  KITH_TRY(kith_checkpoint_put_i64(c, "counts", count, CLOCK_COUNTS));
+  return kith_checkpoint_put_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots);
+}
+
+kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model, const struct kith_origin *origin) {
+  struct kith_checkpoint *c;
+  char path[640];
+  path_in(output, "checkpoint.kith", path);
+  KITH_TRY(kith_checkpoint_open_new(&c, path, model->scene->text));
+  const kith_status status = put_all(c, output, model, origin);
+  if (status == KITH_OK) return kith_checkpoint_commit(&c);
+  kith_checkpoint_abandon(&c);
+  return status;
+}
+
+static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_model *model,
+                            struct kith_origin *origin, const char *path) {
+  double number[CLOCK_NUMBERS];
+  int64_t count[CLOCK_COUNTS];
+  if (strcmp(kith_checkpoint_scene(c), model->scene->text) != 0)
+    KITH_FAIL(BAD_INPUT, "%s: written by a run of another scene or with other settings", path);
+  KITH_TRY(kith_checkpoint_f64(c, "clock", number, CLOCK_NUMBERS));
+  KITH_TRY(kith_checkpoint_i64(c, "counts", count, CLOCK_COUNTS));
+  if (count[3] < 0 || kith_checkpoint_length(c, "snapshot_times") != (size_t)count[3])
+    KITH_FAIL(BAD_FILE, "%s: the list of snapshots is damaged", path);
+  KITH_TRY(kith_checkpoint_nodes(c, model->nodes));
+  unpack(output, model, origin, number, count);
+  output->capacity = output->n_snapshots + 64;
+  KITH_TRY(kith_resize(&output->times, 0, (size_t)output->capacity, sizeof *output->times));
+  KITH_TRY(kith_checkpoint_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots));
+  return kith_integrator_resume(&model->integrator);
+}
+
+kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model, struct kith_origin *origin) {
+  struct kith_checkpoint *c;
+  KITH_TRY(kith_checkpoint_open(&c, path));
+  const kith_status status = read_all(c, output, model, origin, path);
+  kith_checkpoint_close(&c);
+  return status;
+}

@@ -1,0 +1,42 @@
+/* output.h - what a run leaves in its directory: snapshots, their series, history, checkpoints; and how a run is restored.
+ *
+ *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)  DIR/report.json  DIR/plot.* */
+#ifndef KITH_APP_OUTPUT_H
+#define KITH_APP_OUTPUT_H
+
+#include "app/history.h"
+#include "app/model.h"
+
+struct kith_output {
+  char directory[512];
+  int n_snapshots, capacity;
+  double *times; /* of the snapshots written */
+  double next;   /* when the next snapshot is due */
+  struct kith_history *history;
+  double started; /* kith_seconds when the process began the run */
+};
+
+/* What a run started from: drifts are measured against it, also after a restart. */
+struct kith_origin {
+  struct kith_totals totals;
+  double energy_drift, momentum_drift; /* largest so far, relative */
+};
+
+/* Creates the directory (parents too). BAD_FILE if it cannot be written: found before anything runs. `restarted`: keep what is there
+ * up to the model's step. */
+kith_status kith_output_open(struct kith_output *output, const char *directory, const struct kith_model *model, bool restarted);
+/* Snapshot under the next number, and the series. */
+kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model);
+/* A row of history after a step. */
+kith_status kith_output_step(struct kith_output *output, const struct kith_model *model, const struct kith_totals *totals);
+kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model, const struct kith_origin *origin);
+kith_status kith_output_close(struct kith_output *output);
+
+/* Fills a fresh model from a checkpoint: fields, clock, lists. BAD_FILE if it is damaged, BAD_INPUT if it is of
+ * another dimension or scene. `output` gets its snapshot times. */
+kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model, struct kith_origin *origin);
+
+/* Largest drifts so far. Momentum counts along axes without walls. */
+void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model, const struct kith_totals *now);
+
+#endif
