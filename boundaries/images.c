@@ -24,45 +24,52 @@ struct hits {
   kith_index *place;    /* [chunks] */
 };
 
-static bool measure_present(struct line *line, const struct kith_nodes *nodes) {
-  const kith_index n = kith_nodes_count(nodes);
-  const double *restrict x = nodes->position->f64 + line->boundary->axis, *restrict radius =
-                                                                              nodes->reach->f64;
-  double low = INFINITY, high = -INFINITY, reach = 0;
-  bool lost = false;
-#pragma omp parallel for schedule(static) reduction(min                                          \
-                                                    : low) reduction(max                         \
-                                                                     : high, reach) reduction(|| \
-                                                                                              : lost)
-  for (kith_index i = 0; i < n; ++i) {
-    const double xi = x[(size_t)i * NDIM];
-    low = KITH_MIN(low, xi);
+static kith_status hits_create(struct hits *hits, kith_index n) {
+  hits->n = n;
+  hits->chunks = (n + CHUNK - 1) / CHUNK;
+  KITH_TRY(kith_resize(&hits->node, 0, (size_t)n, sizeof *hits->node));
+  KITH_TRY(kith_resize(&hits->count, 0, (size_t)hits->chunks, sizeof *hits->count));
+  return kith_resize(&hits->place, 0, (size_t)hits->chunks, sizeof *hits->place);
+}
+
+static void hits_clear(struct hits *hits) {
+  kith_free(&hits->node);
+  kith_free(&hits->count);
+  kith_free(&hits->place);
+}
+
+/* What nodes begin .. end - 1 add to the line. */
+static bool measure(struct line *line, const struct kith_nodes *nodes, kith_index begin, kith_index end,
+                    bool internal) {
+  const double *restrict x = nodes->position->f64 + line->boundary->axis;
+  const double *restrict radius = nodes->reach->f64;
+  const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
+  double left = -line->x_min, high = line->x_max, reach = line->reach, below = -INFINITY, above = -INFINITY;
+  int lost = 0;
+#pragma omp parallel for schedule(static) reduction(max : left, high, reach, below, above, lost)
+  for (kith_index i = begin; i < end; ++i) {
+    const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
+    left = KITH_MAX(left, -xi);
     high = KITH_MAX(high, xi);
-    reach = KITH_MAX(reach, radius[i]);
-    lost = lost || !(fabs(xi) < INFINITY && radius[i] < INFINITY);
+    reach = KITH_MAX(reach, r);
+    below = KITH_MAX(below, r - (xi - lower));
+    above = KITH_MAX(above, r - (upper - xi));
+    lost = KITH_MAX(lost, !(fabs(xi) < INFINITY) | !(r < INFINITY));
   }
-  line->x_min = low;
-  line->x_max = high;
-  line->reach = line->factor * reach;
+  line->x_min = -left, line->x_max = high, line->reach = reach;
+  if (internal) {
+    line->wanted[0] = below, line->wanted[1] = above;
+    line->sticks_out[0] = KITH_MAX(lower + left, 0.0), line->sticks_out[1] = KITH_MAX(high - upper, 0.0);
+  }
   return !lost;
 }
 
-static void measure_internal(struct line *line, const struct kith_nodes *nodes) {
-  const double *restrict x = nodes->position->f64 + line->boundary->axis, *restrict radius =
-                                                                              nodes->reach->f64;
-  const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
-  double below = -INFINITY, above = -INFINITY, left = 0, right = 0;
-#pragma omp parallel for schedule(static) reduction(max : below, above, left, right)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
-    below = KITH_MAX(below, r - (xi - lower));
-    above = KITH_MAX(above, r - (upper - xi));
-    left = KITH_MAX(left, lower - xi);
-    right = KITH_MAX(right, xi - upper);
-  }
-  line->wanted[0] = below, line->wanted[1] = above;
-  line->sticks_out[0] = left, line->sticks_out[1] = right;
-  line->slack = 1e-12 * (fabs(lower) + fabs(upper) + line->reach);
+static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
+  line->x_min = INFINITY, line->x_max = -INFINITY;
+  if (!measure(line, nodes, 0, nodes->n_internal, true)) return false;
+  if (!measure(line, nodes, nodes->n_internal, kith_nodes_count(nodes), false)) return false;
+  line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + line->reach);
+  return true;
 }
 
 /* Depth outside of the face of image n: sign * (x_ghost - face), the face and sign of n's side. */
@@ -85,31 +92,56 @@ static bool is_side_done(const struct line *line, int n) {
   return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
 }
 
-static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n, double sign,
-                      double shift, struct hits *hits) {
-  const double *restrict x = nodes->position->f64 + line->boundary->axis, *restrict radius =
-                                                                              nodes->reach->f64;
+/* What a sweep for one image needs, kept in registers. */
+struct test {
+  double sign, shift; /* depth = sign * x + shift */
+  double wanted, out;
+};
+
+static struct test test_of(const struct line *line, int n) {
   const int side = n > 0;
-  const double factor = line->factor, out = line->sticks_out[side] + line->slack;
-  const double wanted = line->wanted[side] + line->slack;
-#pragma omp parallel for schedule(static)
-  for (kith_index c = 0; c < hits->chunks; ++c) {
-    const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, hits->n);
-    kith_index *hit = hits->node + begin;
-    kith_index count = 0;
-    for (kith_index i = begin; i < end; ++i) {
-      const double depth = depth_of(line, n, sign * x[(size_t)i * NDIM] + shift);
-      hit[count] = i; /* kept if it counts: count never exceeds i - begin */
-      count += depth <= wanted || depth <= factor * radius[i] + out;
+  double sign, shift;
+  if (!is_needed(line, n)) return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
+  (void)line->image_of(line->boundary, n, &sign, &shift);
+  const double face = side ? line->boundary->upper : line->boundary->lower;
+  return (struct test){.sign = side ? sign : -sign,
+                       .shift = side ? shift - face : face - shift,
+                       .wanted = line->wanted[side] + line->slack,
+                       .out = line->sticks_out[side] + line->slack};
+}
+
+static inline bool passes(const struct test *test, double x, double r) {
+  const double depth = test->sign * x + test->shift;
+  return depth <= test->wanted || depth <= r + test->out;
+}
+
+/* Images -n and n in one sweep: it is memory that takes the time. */
+static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n, struct hits *minus,
+                      struct hits *plus) {
+  const double *restrict x = nodes->position->f64 + line->boundary->axis;
+  const double *restrict radius = nodes->reach->f64;
+  const struct test below = test_of(line, -n), above = test_of(line, n);
+  const double factor = line->factor;
+#pragma omp parallel for schedule(static) if (plus->chunks > 1)
+  for (kith_index c = 0; c < plus->chunks; ++c) {
+    const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, plus->n);
+    kith_index *restrict low = minus->node + begin, *restrict high = plus->node + begin;
+    kith_index lows = 0, highs = 0;
+    for (kith_index i = begin; i < end; ++i) { /* written in any case, kept if it counts */
+      const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
+      low[lows] = high[highs] = i;
+      lows += passes(&below, xi, r);
+      highs += passes(&above, xi, r);
     }
-    hits->count[c] = count;
+    minus->count[c] = lows;
+    plus->count[c] = highs;
   }
 }
 
 /* The hits of one list, ascending: counted, placed, filled. *control is owned by the caller. */
 static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of, int list,
                                 kith_index **control, kith_index *total) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index *hit = hits->node + (size_t)c * CHUNK;
     kith_index count = 0;
@@ -125,7 +157,7 @@ static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of,
   *total = sum;
   KITH_TRY(kith_resize(control, 0, (size_t)sum, sizeof **control));
   if (sum == 0) return KITH_OK;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index *hit = hits->node + (size_t)c * CHUNK;
     kith_index place = hits->place[c];
@@ -135,13 +167,13 @@ static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of,
   return KITH_OK;
 }
 
-static kith_status add_image(const struct line *line, struct kith_nodes *nodes, int n, struct hits *hits) {
+static kith_status add_image(const struct line *line, struct kith_nodes *nodes, int n,
+                             const struct hits *hits) {
   if (!is_needed(line, n)) return KITH_OK;
   const int axis = line->boundary->axis;
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = line->boundary->index};
   for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = 0;
   (void)line->image_of(line->boundary, n, &block.image.sign[axis], &block.image.shift[axis]);
-  find_hits(line, nodes, n, block.image.sign[axis], block.image.shift[axis], hits);
   for (int list = 0; list < nodes->n_lists; ++list) {
     block.list = list;
     block.control = NULL;
@@ -151,15 +183,14 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   return KITH_OK;
 }
 
-static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *hits) {
-  hits->n = kith_nodes_count(nodes);
-  hits->chunks = (hits->n + CHUNK - 1) / CHUNK;
-  KITH_TRY(kith_resize(&hits->node, 0, (size_t)hits->n, sizeof *hits->node));
-  KITH_TRY(kith_resize(&hits->count, 0, (size_t)hits->chunks, sizeof *hits->count));
-  KITH_TRY(kith_resize(&hits->place, 0, (size_t)hits->chunks, sizeof *hits->place));
+static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *minus,
+                              struct hits *plus) {
+  KITH_TRY(hits_create(minus, kith_nodes_count(nodes)));
+  KITH_TRY(hits_create(plus, kith_nodes_count(nodes)));
   for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
-    KITH_TRY(add_image(line, nodes, -n, hits));
-    KITH_TRY(add_image(line, nodes, n, hits));
+    find_hits(line, nodes, n, minus, plus);
+    KITH_TRY(add_image(line, nodes, -n, minus));
+    KITH_TRY(add_image(line, nodes, n, plus));
   }
   return KITH_OK;
 }
@@ -170,18 +201,16 @@ kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith
                                                 double *shift)) {
   if (nodes->n_internal == 0) return KITH_OK;
   struct line line = {.boundary = boundary, .image_of = image_of, .factor = reach_factor};
-  if (!measure_present(&line, nodes))
+  if (!measure_line(&line, nodes))
     KITH_FAIL(DIVERGED, "the position or reach of a node is not finite (axis %d)", boundary->axis);
-  measure_internal(&line, nodes);
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
     KITH_FAIL(DIVERGED, "reach %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
               line.reach, line.x_min, line.x_max, KITH_MOST_IMAGES, boundary->axis,
               boundary->upper - boundary->lower);
-  struct hits hits = {0};
-  const kith_status status = add_images(&line, nodes, &hits);
-  kith_free(&hits.node);
-  kith_free(&hits.count);
-  kith_free(&hits.place);
+  struct hits minus = {0}, plus = {0};
+  const kith_status status = add_images(&line, nodes, &minus, &plus);
+  hits_clear(&minus);
+  hits_clear(&plus);
   return status;
 }
 
