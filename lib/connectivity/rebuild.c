@@ -1,17 +1,19 @@
 /* Rebuild policies.
  *
- * The bound of `displacement`. The lists hold every pair with |x0_ij| <= max(R_i, R_j), at the positions x0 of the snapshot,
- * for all images of the nodes. Let now |x_ij| <= max(H_i, H_j), and say it is H_i. For any common vector c, and with
- * d = x - x0 - c up to whole periods (an image is as good as its node),
- *     |x0_ij| <= |x_ij| + |d_i - d_j| <= H_i + |d_i| + max_k |d_k|,
- * so the pair is listed if H_i + |d_i| + max_k |d_k| <= R_i for all i. The maximum goes over all nodes of the process: a
- * maximum over neighbors would miss a fast node that comes from outside the rows.
+ * The bound of `displacement`. The lists hold every pair with |x0_ij| <= max(R_i, R_j), at the positions x0
+ * of the snapshot, for all images of the nodes. Let now |x_ij| <= max(H_i, H_j), and say it is H_i. For any
+ * common vector c, and with d = x - x0 - c up to whole periods (an image is as good as its node), |x0_ij| <=
+ * |x_ij| + |d_i - d_j| <= H_i + |d_i| + max_k |d_k|, so the pair is listed if H_i + |d_i| + max_k |d_k| <=
+ * R_i for all i. The maximum goes over all nodes of the process: a maximum over neighbors would miss a fast
+ * node that comes from outside the rows.
  *
- * Ghosts move as their control nodes do. A mirror image moves by S d, as far as d itself, but a drift c common to all nodes
- * becomes S c: so c is 0 along axes that some image mirrors, and everywhere if there are ghosts that do not follow a node.
+ * Ghosts move as their control nodes do. A mirror image moves by S d, as far as d itself, but a drift c
+ * common to all nodes becomes S c: so c is 0 along axes that some image mirrors, and everywhere if there are
+ * ghosts that do not follow a node.
  *
- * Rounding: positions, and the distance tests, are good to a few units in the last place of |x| and of H. A node that has
- * moved at all counts as moved by that much more; where nothing moved, the tests are repeated on the same numbers. */
+ * Rounding: positions, and the distance tests, are good to a few units in the last place of |x| and of H. A
+ * node that has moved at all counts as moved by that much more; where nothing moved, the tests are repeated
+ * on the same numbers. */
 #include "lib/connectivity/rebuild.h"
 
 #include <ctype.h>
@@ -27,7 +29,9 @@ static kith_status nothing_create(struct kith_rebuild *policy) {
   return KITH_OK;
 }
 
-static void nothing_destroy(struct kith_rebuild *policy) { (void)policy; }
+static void nothing_destroy(struct kith_rebuild *policy) {
+  (void)policy;
+}
 
 static kith_status nothing_snapshot(struct kith_rebuild *policy, const struct kith_nodes *nodes) {
   (void)policy, (void)nodes;
@@ -46,13 +50,19 @@ static kith_status never_due(const struct kith_rebuild *policy, const struct kit
   return KITH_OK;
 }
 
-const struct kith_rebuild_ops kith_rebuild_always = {
-    .name = "always", .doc = "every step",
-    .create = nothing_create, .destroy = nothing_destroy, .due = always_due, .snapshot = nothing_snapshot};
+const struct kith_rebuild_ops kith_rebuild_always = {.name = "always",
+                                                     .doc = "every step",
+                                                     .create = nothing_create,
+                                                     .destroy = nothing_destroy,
+                                                     .due = always_due,
+                                                     .snapshot = nothing_snapshot};
 
-const struct kith_rebuild_ops kith_rebuild_never = {
-    .name = "never", .doc = "only when there is nothing yet",
-    .create = nothing_create, .destroy = nothing_destroy, .due = never_due, .snapshot = nothing_snapshot};
+const struct kith_rebuild_ops kith_rebuild_never = {.name = "never",
+                                                    .doc = "only when there is nothing yet",
+                                                    .create = nothing_create,
+                                                    .destroy = nothing_destroy,
+                                                    .due = never_due,
+                                                    .snapshot = nothing_snapshot};
 
 /* --- entity-change --- */
 
@@ -63,7 +73,9 @@ struct entities {
   int64_t *id; /* [n] */
 };
 
-static kith_status entity_create(struct kith_rebuild *policy) { return kith_resize(&policy->self, 0, 1, sizeof(struct entities)); }
+static kith_status entity_create(struct kith_rebuild *policy) {
+  return kith_resize(&policy->self, 0, 1, sizeof(struct entities));
+}
 
 static void entity_destroy(struct kith_rebuild *policy) {
   struct entities *seen = policy->self;
@@ -93,9 +105,12 @@ static kith_status entity_snapshot(struct kith_rebuild *policy, const struct kit
   return KITH_OK;
 }
 
-const struct kith_rebuild_ops kith_rebuild_entity_change = {
-    .name = "entity-change", .doc = "nodes were added, deleted or reordered",
-    .create = entity_create, .destroy = entity_destroy, .due = entity_due, .snapshot = entity_snapshot};
+const struct kith_rebuild_ops kith_rebuild_entity_change = {.name = "entity-change",
+                                                            .doc = "nodes were added, deleted or reordered",
+                                                            .create = entity_create,
+                                                            .destroy = entity_destroy,
+                                                            .due = entity_due,
+                                                            .snapshot = entity_snapshot};
 
 /* --- displacement --- */
 
@@ -126,21 +141,22 @@ static void displacement_destroy(struct kith_rebuild *policy) {
 }
 
 /* x - x0 - drift, up to whole periods. */
-static void step_of(const struct kith_rebuild *policy, const double *x, const double *x0, const double *drift, double *d) {
+static void step_of(const struct kith_rebuild *policy, const double *x, const double *x0, const double *drift,
+                    double *d) {
   for (int a = 0; a < NDIM; ++a) {
     d[a] = x[a] - x0[a] - drift[a];
     if (policy->period[a] > 0) d[a] -= policy->period[a] * nearbyint(d[a] / policy->period[a]);
   }
 }
 
-/* The mean displacement, where it may be subtracted. The first node's comes first, so that the mean of a drift beyond half
- * a period is one drift and not two of opposite sign. */
+/* The mean displacement, where it may be subtracted. The first node's comes first, so that the mean of a
+ * drift beyond half a period is one drift and not two of opposite sign. */
 static void common_drift(const struct kith_rebuild *policy, const double *x, double *drift) {
   const struct displacement *seen = policy->self;
   const kith_index blocks = (seen->n + BLOCK - 1) / BLOCK;
   double total[NDIM] = {0}, first[NDIM];
   for (int a = 0; a < NDIM; ++a) first[a] = seen->drifts[a] ? x[a] - seen->position[a] : 0;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (seen->n > BLOCK)
   for (kith_index b = 0; b < blocks; ++b) {
     double sum[NDIM] = {0}, d[NDIM];
     for (kith_index i = b * BLOCK; i < KITH_MIN((b + 1) * BLOCK, seen->n); ++i) {
@@ -155,7 +171,8 @@ static void common_drift(const struct kith_rebuild *policy, const double *x, dou
 }
 
 /* How far node i moved, rounding included; 0 only if it is where it was. */
-static double moved(const struct kith_rebuild *policy, const double *x, const double *x0, const double *drift, double support) {
+static double moved(const struct kith_rebuild *policy, const double *x, const double *x0, const double *drift,
+                    double support) {
   double d[NDIM], largest = support;
   bool same = true;
   step_of(policy, x, x0, drift, d);
@@ -166,20 +183,22 @@ static double moved(const struct kith_rebuild *policy, const double *x, const do
   return same ? 0 : kith_norm(d) + 8 * DBL_EPSILON * largest;
 }
 
-static kith_status displacement_due(const struct kith_rebuild *policy, const struct kith_nodes *nodes, bool *due) {
+static kith_status displacement_due(const struct kith_rebuild *policy, const struct kith_nodes *nodes,
+                                    bool *due) {
   const struct displacement *seen = policy->self;
   const double *x = nodes->position->f64, *support = nodes->support->f64;
   *due = seen->n != nodes->n_internal;
   if (*due || seen->n == 0) return KITH_OK;
   double drift[NDIM], most = 0;
   common_drift(policy, x, drift);
-#pragma omp parallel for schedule(static) reduction(max : most)
+#pragma omp parallel for schedule(static) reduction(max : most) if (seen->n > BLOCK)
   for (kith_index i = 0; i < seen->n; ++i) {
-    seen->moved[i] = moved(policy, x + (size_t)i * NDIM, seen->position + (size_t)i * NDIM, drift, support[i]);
+    seen->moved[i] =
+        moved(policy, x + (size_t)i * NDIM, seen->position + (size_t)i * NDIM, drift, support[i]);
     most = KITH_MAX(most, seen->moved[i]);
   }
   int late = 0;
-#pragma omp parallel for schedule(static) reduction(| : late)
+#pragma omp parallel for schedule(static) reduction(| : late) if (seen->n > BLOCK)
   for (kith_index i = 0; i < seen->n; ++i) late |= !(support[i] + seen->moved[i] + most <= seen->reach[i]);
   *due = late != 0;
   return KITH_OK;
@@ -206,14 +225,19 @@ static kith_status displacement_snapshot(struct kith_rebuild *policy, const stru
   for (int a = 0; a < NDIM; ++a) {
     seen->drifts[a] = true;
     for (int b = 0; b < nodes->n_blocks; ++b)
-      if (nodes->blocks[b].kind != KITH_GHOST_IMAGE || nodes->blocks[b].image.sign[a] < 0) seen->drifts[a] = false;
+      if (nodes->blocks[b].kind != KITH_GHOST_IMAGE || nodes->blocks[b].image.sign[a] < 0)
+        seen->drifts[a] = false;
   }
   return KITH_OK;
 }
 
 const struct kith_rebuild_ops kith_rebuild_displacement = {
-    .name = "displacement", .doc = "nodes moved, or supports grew, so far that the lists could miss a pair",
-    .create = displacement_create, .destroy = displacement_destroy, .due = displacement_due, .snapshot = displacement_snapshot};
+    .name = "displacement",
+    .doc = "nodes moved, or supports grew, so far that the lists could miss a pair",
+    .create = displacement_create,
+    .destroy = displacement_destroy,
+    .due = displacement_due,
+    .snapshot = displacement_snapshot};
 
 /* --- the family --- */
 
@@ -223,7 +247,9 @@ static const struct kith_rebuild_ops *const family[] = {
 #undef X
         NULL};
 
-const struct kith_rebuild_ops *const *kith_rebuild_all(void) { return family; }
+const struct kith_rebuild_ops *const *kith_rebuild_all(void) {
+  return family;
+}
 
 static bool same_name(const char *a, const char *b, size_t length) {
   for (size_t k = 0; k < length; ++k)
@@ -237,7 +263,9 @@ static const struct kith_rebuild_ops *find(const char *word, size_t length) {
   return NULL;
 }
 
-const struct kith_rebuild_ops *kith_rebuild_find(const char *name) { return find(name, strlen(name)); }
+const struct kith_rebuild_ops *kith_rebuild_find(const char *name) {
+  return find(name, strlen(name));
+}
 
 /* --- OR --- */
 
@@ -251,7 +279,8 @@ static const char *next_word(const char **text, size_t *length) {
   return word;
 }
 
-static kith_status add_policy(struct kith_rebuilds *out, const struct kith_rebuild_ops *ops, const double *period) {
+static kith_status add_policy(struct kith_rebuilds *out, const struct kith_rebuild_ops *ops,
+                              const double *period) {
   for (int k = 0; k < out->n; ++k)
     if (out->policy[k].ops == ops) return KITH_OK; /* said twice */
   struct kith_rebuild *policy = &out->policy[out->n];
@@ -270,7 +299,9 @@ kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, c
     const struct kith_rebuild_ops *ops = find(word, length);
     const kith_status status =
         ops != NULL ? add_policy(out, ops, period)
-                    : kith_fail(KITH_BAD_INPUT, "'%.*s' is no rebuild policy: always, never, entity-change, displacement", (int)length, word);
+                    : kith_fail(KITH_BAD_INPUT,
+                                "'%.*s' is no rebuild policy: always, never, entity-change, displacement",
+                                (int)length, word);
     if (status != KITH_OK) {
       kith_rebuilds_clear(out);
       return status;
@@ -284,7 +315,8 @@ void kith_rebuilds_clear(struct kith_rebuilds *rebuilds) {
   *rebuilds = (struct kith_rebuilds){0};
 }
 
-kith_status kith_rebuilds_due(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes, const char **reason) {
+kith_status kith_rebuilds_due(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                              const char **reason) {
   *reason = rebuilds->snapshot_taken ? NULL : "first build";
   for (int k = 0; k < rebuilds->n && *reason == NULL; ++k) {
     bool due;
@@ -296,12 +328,15 @@ kith_status kith_rebuilds_due(const struct kith_rebuilds *rebuilds, const struct
 
 kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes) {
   rebuilds->snapshot_taken = false;
-  for (int k = 0; k < rebuilds->n; ++k) KITH_TRY(rebuilds->policy[k].ops->snapshot(&rebuilds->policy[k], nodes));
+  for (int k = 0; k < rebuilds->n; ++k)
+    KITH_TRY(rebuilds->policy[k].ops->snapshot(&rebuilds->policy[k], nodes));
   rebuilds->snapshot_taken = true;
   return KITH_OK;
 }
 
-void kith_rebuilds_invalidate(struct kith_rebuilds *rebuilds) { rebuilds->snapshot_taken = false; }
+void kith_rebuilds_invalidate(struct kith_rebuilds *rebuilds) {
+  rebuilds->snapshot_taken = false;
+}
 
 bool kith_rebuilds_lasting(const struct kith_rebuilds *rebuilds) {
   for (int k = 0; k < rebuilds->n; ++k)

@@ -1,14 +1,16 @@
-/* Rows, pairs, overlap and intersection against the definitions, for every search; ties, thin boxes, ghosts, excluders. */
+/* Rows, pairs, overlap and intersection against the definitions, for every search; ties, thin boxes, ghosts,
+ * excluders. */
 #include "tests/unit/oracle.h"
 
 #include <omp.h>
 
 #include "lib/connectivity/excluder.h"
 
-static const struct kith_requirements everything = {.rows = true, .pairs = true, .overlap = true, .intersection = true};
+static const struct kith_requirements everything = {
+    .rows = true, .pairs = true, .overlap = true, .intersection = true};
 
-static struct kith_connectivity *build(const struct kith_nodes *nodes, const struct kith_search_ops *ops, struct kith_requirements need,
-                                       const struct kith_excluder *chain) {
+static struct kith_connectivity *build(const struct kith_nodes *nodes, const struct kith_search_ops *ops,
+                                       struct kith_requirements need, const struct kith_excluder *chain) {
   struct kith_search *search;
   struct kith_connectivity *connectivity;
   CHECK_OK(kith_search_create(&search, ops, nodes));
@@ -20,7 +22,8 @@ static struct kith_connectivity *build(const struct kith_nodes *nodes, const str
   return connectivity;
 }
 
-/* All searches, ghost rows on and off, both kinds of intersection, 1 to 3 threads; the same bytes each time. */
+/* All searches, ghost rows on and off, both kinds of intersection, 1 to 3 threads; the same bytes each time.
+ */
 static void check_all(const struct kith_nodes *nodes, const struct kith_excluder *chain) {
   for (int variant = 0; variant < 4; ++variant) {
     struct kith_requirements need = everything;
@@ -69,8 +72,8 @@ static void ghosts(void) {
   }
 }
 
-/* Reach exactly on a lattice distance: h, sqrt(2) h (irrational: decided by rounding, but alike everywhere), 2 h. Boxes of
- * 1, 2 and 4 cells; a periodic box of one cell has its own images as neighbors. */
+/* Reach exactly on a lattice distance: h, sqrt(2) h (irrational: decided by rounding, but alike everywhere),
+ * 2 h. Boxes of 1, 2 and 4 cells; a periodic box of one cell has its own images as neighbors. */
 static void lattices(void) {
   for (int n = 1; n <= 4; n *= 2)
     for (int kind = 0; kind < 3; ++kind)
@@ -121,8 +124,10 @@ static void excluders(void) {
   const int count[3] = {30, 10, 0};
   struct kith_nodes *nodes = oracle_random(2, count, 0.15, 2, &state);
   struct kith_field *body, *chain;
-  CHECK_OK(kith_nodes_field(nodes, &(struct kith_field_spec){"body", KITH_SCALAR, KITH_I64, KITH_STATE, NULL, ""}, &body));
-  CHECK_OK(kith_nodes_field(nodes, &(struct kith_field_spec){"chain", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, ""}, &chain));
+  CHECK_OK(kith_nodes_field(
+      nodes, &(struct kith_field_spec){"body", KITH_SCALAR, KITH_I64, KITH_STATE, NULL, ""}, &body));
+  CHECK_OK(kith_nodes_field(
+      nodes, &(struct kith_field_spec){"chain", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, ""}, &chain));
   for (int i = 0; i < 40; ++i) body->i64[i] = i % 5 - 1, chain->u8[i] = (uint8_t)(i % 4);
   add_ghosts(nodes, 1, 0.3);
   struct kith_excluder same_body, same_chain;
@@ -136,7 +141,8 @@ static void excluders(void) {
   check_all(nodes, &broad);
   CHECK_STATUS(KITH_BAD_INPUT, kith_excluder_connected(&same_body, nodes->support, NULL));
   /* By hand: tags 1 1 2 0 0 -> pairs (0,1) gone; tag 0 connects nothing. */
-  const bool rejected[] = {kith_excluder_rejects(&same_chain, KITH_NARROW, nodes, 1, 5), kith_excluder_rejects(&same_chain, KITH_NARROW, nodes, 0, 4)};
+  const bool rejected[] = {kith_excluder_rejects(&same_chain, KITH_NARROW, nodes, 1, 5),
+                           kith_excluder_rejects(&same_chain, KITH_NARROW, nodes, 0, 4)};
   CHECK(rejected[0] && !rejected[1]);
   kith_nodes_destroy(&nodes);
 }
@@ -180,14 +186,17 @@ static void reuse(void) {
   CHECK_OK(kith_connectivity_build(c, nodes, search, everything, NULL, NULL));
   CHECK_OK(kith_connectivity_couple(c));
   const size_t bytes = kith_connectivity_bytes(c);
-  const void *const where[] = {c->rows.first, c->rows.node, c->pairs.node, c->pairs.of_row, c->overlap.node, c->intersection.node};
+  const void *const where[] = {c->rows.first,   c->rows.node,    c->pairs.node,
+                               c->pairs.of_row, c->overlap.node, c->intersection.node};
   CHECK_OK(kith_connectivity_build(c, nodes, search, everything, NULL, NULL));
-  const void *const now[] = {c->rows.first, c->rows.node, c->pairs.node, c->pairs.of_row, c->overlap.node, c->intersection.node};
+  const void *const now[] = {c->rows.first,   c->rows.node,    c->pairs.node,
+                             c->pairs.of_row, c->overlap.node, c->intersection.node};
   CHECK(kith_connectivity_bytes(c) == bytes && memcmp(where, now, sizeof now) == 0);
   CHECK(c->pairs.f_couple == NULL && bytes > c->pairs.n * sizeof(kith_index[2]));
   /* Less is less: what is not asked for is not there. */
   CHECK_OK(kith_connectivity_build(c, nodes, search, (struct kith_requirements){.rows = true}, NULL, NULL));
-  CHECK(c->pairs.n == 0 && c->overlap.n == 0 && c->intersection.n == 0 && !c->built.pairs && c->rows.n == kith_nodes_count(nodes));
+  CHECK(c->pairs.n == 0 && c->overlap.n == 0 && c->intersection.n == 0 && !c->built.pairs &&
+        c->rows.n == kith_nodes_count(nodes));
   CHECK(kith_connectivity_pair(c, 0, 1) == 0);
   CHECK_OK(kith_connectivity_build(c, nodes, search, (struct kith_requirements){0}, NULL, NULL));
   CHECK(c->rows.n == 0 && !c->built.rows);
@@ -198,7 +207,8 @@ static void reuse(void) {
   kith_nodes_destroy(&nodes);
 }
 
-static void breach(const struct kith_connectivity *c, const struct kith_nodes *nodes, kith_index *place, kith_index wrong) {
+static void breach(const struct kith_connectivity *c, const struct kith_nodes *nodes, kith_index *place,
+                   kith_index wrong) {
   const kith_index right = *place;
   CHECK(right != wrong);
   *place = wrong;
