@@ -10,7 +10,9 @@
  *
  * A ghost is made where it may matter: at depth d outside of the face (along the axis), if
  *   d <= f R_ghost   or   d <= max over internal nodes i of (f R_i - depth of i inside the face),
- * f = 1, or 2 when overlap is required. As many images as that takes: a box may be thinner than the reach.
+ * f = 1, or 2 when overlap is required. As many images as that takes: a box may be thinner than the reach
+ * (but not a thousand times: DIVERGED). Nodes may lie outside of the box: see images.h.
+ * Ghosts come image by image (n = -1, 1, -2, 2, ...), list by list, in the order of their controls.
  * Nodes exactly on a reflecting face have a ghost at the same place: coincident nodes are neighbors at distance 0. */
 #ifndef KITH_BOUNDARIES_BOUNDARY_H
 #define KITH_BOUNDARIES_BOUNDARY_H
@@ -27,7 +29,8 @@ struct kith_boundary_ops {
   kith_status (*ghosts)(struct kith_boundary *boundary, struct kith_nodes *nodes, double reach_factor);
   /* Is any internal node where it must not be? NULL: never. */
   bool (*violated)(const struct kith_boundary *boundary, const struct kith_nodes *nodes);
-  /* Puts internal nodes back: wraps, or mirrors with their vectors. `moved_by` (NDIM per node, may be NULL) gets the
+  /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with the vectors and tensors
+   * of the state. DIVERGED for a node that is not finite or a thousand lengths away; the others are put back. `moved_by` (NDIM per node, may be NULL) gets the
    * shift added that a wrap applied, so that a displacement can leave it out. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
   void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
@@ -52,15 +55,21 @@ const struct kith_boundary_ops *kith_boundary_find(const char *name);
 const struct kith_boundary_ops *const *kith_boundary_all(void);
 
 /* constant: takes the internal nodes with chosen[i] != 0 (length n_internal) out of the nodes and keeps all their fields; they come
- * back as frozen ghosts at every creation. Requires ids, so a checkpoint stores them through kith_constant_nodes. */
+ * back as frozen ghosts at every creation. Once per boundary (INTERNAL), and with ids. Ghosts are dropped. The reach of
+ * a frozen ghost is its support, widened by the largest R / H of the internal nodes; fields registered later are zero. */
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes, const uint8_t *chosen);
+/* The nodes that it holds, as nodes of their own with the same lists and fields; NULL: none. View. A checkpoint
+ * stores them like any nodes; a restart reads them into kith_nodes_create_like and hands them back. */
+struct kith_nodes *kith_constant_nodes(const struct kith_boundary *boundary);
+/* Replaces the nodes that it holds. *held is owned by the boundary from here on, and set to NULL. */
+void kith_constant_hold(struct kith_boundary *boundary, struct kith_nodes **held);
 
 /* All boundaries of a run, in order. */
 struct kith_boundaries {
   int n;
   struct kith_boundary *boundary[2 * NDIM + 8]; /* owned */
 };
-/* axis, lower < upper and sides are checked: BAD_INPUT. constant ignores them. */
+/* axis, lower < upper and sides are checked, and that the axis has no boundary yet: BAD_INPUT. constant ignores them. */
 kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct kith_boundary_ops *ops, int axis,
                                 double lower, double upper, bool at_lower, bool at_upper);
 void kith_boundaries_clear(struct kith_boundaries *boundaries);

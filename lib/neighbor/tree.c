@@ -2,9 +2,10 @@
  *
  * Slots follow the Morton curve of a cube around the nodes. Where two slots that follow one another differ in
  * a high bit of their keys, a large cell of the curve ends: cutting at the highest bits first until at most
- * BUCKET nodes are left makes the leaves, as a tree with one bit per level would. Every 8 leaves in a row are
- * a cell of the next level, and so on. Each cell knows the tight box of its nodes and their largest radius; 8
- * cells are tested at once.
+ * BUCKET nodes are left makes the leaves, as a tree with one bit per level would. Cutting the sequence of
+ * leaves in the same way until at most 8 are left makes the next level, an octet of cells each, and so on to
+ * the root. Each cell knows the tight box of its nodes and their largest radius; the 8 cells of an octet are
+ * tested at once.
  *
  * If the nodes lie along the curve already but for a few, slots keep the order of the nodes: nothing is
  * sorted, boxes stay tight, and candidates come in ascending node index. kith_search_cube tells the curve.
@@ -16,11 +17,11 @@
 #include "lib/neighbor/search.h"
 
 enum {
-  BUCKET = 12,     /* most nodes of a leaf, that is, of a group */
-  WIDTH = 8,       /* cells tested at once */
-  MAX_LEVELS = 11, /* 8^11 > 2^31 */
-  MESSY = 16,      /* slots are sorted if more than n / MESSY nodes are out of order */
-  SLICE = 8192,    /* slots that one thread cuts into leaves */
+  BUCKET = 12,  /* most nodes of a leaf, that is, of a group */
+  WIDTH = 8,    /* cells of an octet */
+  BATCH = 32,   /* octets tested before their children are visited */
+  MESSY = 16,   /* slots are sorted if more than n / MESSY steps go back along the curve */
+  SLICE = 8192, /* elements that one thread counts or moves at a time */
 };
 
 struct octet {
@@ -28,23 +29,25 @@ struct octet {
 };
 
 struct part {
-  kith_index leaf, n_leaves; /* leaves: first[leaf] .. first[leaf + n_leaves], the last one being the end */
-  int levels;                /* level 0: leaves */
-  kith_index octet[MAX_LEVELS], cells[MAX_LEVELS]; /* by level: first octet, number of cells */
+  kith_index root;
+  int levels; /* level 0 knows leaves */
 };
 
 struct tree {
   int n_parts, parts_capacity;
   struct part *part;
-  kith_index n_octets, octets_capacity, n_leaves,
-      leaves_capacity; /* n_leaves counts the end of each part too */
-  struct octet *octet;
-  kith_index *first; /* slot */
+  kith_index n_octets, octets_capacity;
+  struct octet *octet; /* level by level, and an empty one behind each */
+  kith_index
+      *child; /* of octet o: octets of the level below, at level 0 leaves, child[o] .. child[o + 1] - 1 */
+  kith_index n_leaves, leaves_capacity;
+  kith_index *leaf; /* its slots: leaf[l] .. leaf[l + 1] - 1; an empty one behind those of a part */
   /* Scratch of an update. */
   kith_index capacity, sort_capacity;
   uint64_t *key;
-  uint16_t *rank; /* of the cut behind a slot: the higher the earlier */
-  uint8_t *cut;   /* a leaf ends behind this slot */
+  uint16_t *rank; /* of the cut behind a slot or cell: the higher the earlier */
+  uint8_t *cut;   /* it ends a cell of the next level */
+  kith_index *slice;
   struct kith_keyed *item[2];
 };
 
@@ -56,10 +59,12 @@ static void tree_destroy(struct kith_search *search) {
   struct tree *tree = search->self;
   kith_free(&tree->part);
   kith_free(&tree->octet);
-  kith_free(&tree->first);
+  kith_free(&tree->child);
+  kith_free(&tree->leaf);
   kith_free(&tree->key);
   kith_free(&tree->rank);
   kith_free(&tree->cut);
+  kith_free(&tree->slice);
   for (int k = 0; k < 2; ++k) kith_free(&tree->item[k]);
   kith_free(&search->self);
 }
@@ -76,11 +81,15 @@ static void find_keys(const struct kith_search *search, kith_index begin, kith_i
   for (kith_index i = 0; i < n; ++i) key[i] = kith_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
 }
 
-static kith_index count_descents(const uint64_t *key, kith_index n) {
-  kith_index descents = 0;
-#pragma omp parallel for schedule(static) reduction(+ : descents)
-  for (kith_index i = 1; i < n; ++i) descents += key[i] < key[i - 1];
-  return descents;
+/* Steps back along the curve: between neighbors, and over ever longer strides, so that rows of a lattice,
+ * each of which goes along the curve, are not taken for the curve. */
+static kith_index count_steps_back(const uint64_t *key, kith_index n) {
+  kith_index back = 0;
+  for (kith_index stride = 1; stride <= n / 8; stride *= 16) {
+#pragma omp parallel for schedule(static) reduction(+ : back)
+    for (kith_index i = stride; i < n; ++i) back += key[i] < key[i - stride];
+  }
+  return back;
 }
 
 static kith_status reserve_sort(struct tree *tree, kith_index n) {
@@ -106,12 +115,13 @@ static kith_status sort_slots(struct kith_search *search, kith_index begin, kith
 static kith_status order_slots(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
   find_keys(search, begin, n, tree->key);
-  if (count_descents(tree->key, n) > n / MESSY) return sort_slots(search, begin, n);
+  if (count_steps_back(tree->key, n) > n / MESSY) return sort_slots(search, begin, n);
+#pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < n; ++i) search->node[begin + i] = begin + i;
   return KITH_OK;
 }
 
-/* Leaves. */
+/* Cells: ranges of slots, and ranges of cells of the level below. */
 
 /* The cut between slots i and i + 1: the highest bit in which their keys differ; equal keys are cut by slot
  * number. */
@@ -121,13 +131,58 @@ static inline uint16_t rank_of(const uint64_t *key, kith_index i) {
   return (uint16_t)(bits << 5 | __builtin_ctz((unsigned)i + 1));
 }
 
-/* Is the largest range without a higher cut around this one too long for a leaf? Then it is cut here. */
-static inline bool is_cut(const uint16_t *rank, kith_index n, kith_index i) {
+/* Is the longest range around this cut that no higher cut divides too long for a cell? Then it is cut here.
+ */
+static inline bool is_cut(const uint16_t *rank, kith_index n, kith_index i, kith_index most) {
   const uint16_t mine = rank[i];
   kith_index lower = i, upper = i + 1;
-  while (lower > 0 && upper - lower < BUCKET && rank[lower - 1] < mine) --lower;
-  while (upper < n - 1 && upper - lower < BUCKET && rank[upper] <= mine) ++upper;
-  return upper - lower + 1 > BUCKET;
+  while (lower > 0 && upper - lower < most && rank[lower - 1] < mine) --lower;
+  while (upper < n - 1 && upper - lower < most && rank[upper] <= mine) ++upper;
+  return upper - lower + 1 > most;
+}
+
+/* slice[s]: cuts before slice s; the number of all cuts is returned. */
+static kith_index count_cuts(struct tree *tree, kith_index n) {
+  const kith_index slices = (n + SLICE - 1) / SLICE;
+#pragma omp parallel for schedule(static) if (slices > 1)
+  for (kith_index s = 0; s < slices; ++s) {
+    kith_index count = 0;
+    for (kith_index i = s * SLICE; i < KITH_MIN(n, (s + 1) * SLICE); ++i) count += tree->cut[i];
+    tree->slice[s] = count;
+  }
+  kith_index sum = 0;
+  for (kith_index s = 0; s < slices; ++s) {
+    const kith_index count = tree->slice[s];
+    tree->slice[s] = sum;
+    sum += count;
+  }
+  return sum;
+}
+
+/* Cuts n elements, at least one, into ranges of at most `most`; returns their number. */
+static kith_index cut_ranges(struct tree *tree, kith_index n, kith_index most) {
+#pragma omp parallel for schedule(static) if (n > SLICE)
+  for (kith_index i = 0; i < n - 1; ++i) tree->cut[i] = is_cut(tree->rank, n, i, most);
+  tree->cut[n - 1] = 1;
+  const kith_index ranges = count_cuts(tree, n);
+  if (most == BUCKET || n == 1 || ranges <= (n + 1) / 2) return ranges;
+  /* A lopsided tree would have too many levels: cut at equal numbers instead. */
+  for (kith_index i = 0; i < n - 1; ++i) tree->cut[i] = i % most == most - 1;
+  return count_cuts(tree, n);
+}
+
+/* first[k], k = 0 .. ranges: where range k begins, counted from `base`. Only the cuts between ranges stay in
+ * `rank`. */
+static void list_ranges(struct tree *tree, kith_index n, kith_index base, kith_index *first) {
+  const kith_index slices = (n + SLICE - 1) / SLICE;
+#pragma omp parallel for schedule(static) if (slices > 1)
+  for (kith_index s = 0; s < slices; ++s) {
+    kith_index *end = first + 1 + tree->slice[s];
+    for (kith_index i = s * SLICE; i < KITH_MIN(n, (s + 1) * SLICE); ++i)
+      if (tree->cut[i]) *end++ = base + i + 1;
+  }
+  first[0] = base;
+  for (kith_index k = 1; first[k] < base + n; ++k) tree->rank[k - 1] = tree->rank[first[k] - base - 1];
 }
 
 static kith_status reserve_scratch(struct tree *tree, kith_index n) {
@@ -135,59 +190,43 @@ static kith_status reserve_scratch(struct tree *tree, kith_index n) {
   KITH_TRY(kith_resize(&tree->key, 0, (size_t)n, sizeof *tree->key));
   KITH_TRY(kith_resize(&tree->rank, 0, (size_t)n, sizeof *tree->rank));
   KITH_TRY(kith_resize(&tree->cut, 0, (size_t)n, sizeof *tree->cut));
+  KITH_TRY(kith_resize(&tree->slice, 0, (size_t)n / SLICE + 1, sizeof *tree->slice));
   tree->capacity = n;
   return KITH_OK;
 }
 
-static kith_status reserve_leaves(struct tree *tree, kith_index more) {
-  const kith_index wanted = tree->n_leaves + more;
+static kith_status reserve_leaves(struct tree *tree, kith_index wanted) {
   if (wanted <= tree->leaves_capacity) return KITH_OK;
   const kith_index room = wanted + wanted / 4;
-  KITH_TRY(kith_resize(&tree->first, (size_t)tree->n_leaves, (size_t)room, sizeof *tree->first));
+  KITH_TRY(kith_resize(&tree->leaf, (size_t)tree->leaves_capacity, (size_t)room, sizeof *tree->leaf));
   tree->leaves_capacity = room;
   return KITH_OK;
 }
 
-static void mark_cuts(struct tree *tree, kith_index n) {
-#pragma omp parallel
-  {
-#pragma omp for schedule(static)
-    for (kith_index i = 0; i < n - 1; ++i) tree->rank[i] = rank_of(tree->key, i);
-#pragma omp for schedule(static)
-    for (kith_index i = 0; i < n - 1; ++i) tree->cut[i] = is_cut(tree->rank, n, i);
-  }
-  tree->cut[n - 1] = 1;
+static kith_status reserve_octets(struct tree *tree, kith_index wanted) {
+  if (wanted <= tree->octets_capacity) return KITH_OK;
+  const kith_index room = wanted + wanted / 4;
+  KITH_TRY(kith_resize(&tree->octet, (size_t)tree->octets_capacity, (size_t)room, sizeof *tree->octet));
+  KITH_TRY(kith_resize(&tree->child, (size_t)tree->octets_capacity, (size_t)room, sizeof *tree->child));
+  tree->octets_capacity = room;
+  return KITH_OK;
 }
 
-/* Leaves of slots begin .. begin + n - 1, n > 0. */
-static kith_status cut_leaves(struct tree *tree, struct part *part, kith_index begin, kith_index n) {
-  mark_cuts(tree, n);
-  kith_index leaves = 0;
-  for (kith_index i = 0; i < n; ++i) leaves += tree->cut[i];
-  KITH_TRY(reserve_leaves(tree, leaves + 1));
-  part->leaf = tree->n_leaves;
-  part->n_leaves = leaves;
-  kith_index *first = tree->first + part->leaf;
-  *first++ = begin;
-  for (kith_index i = 0; i < n; ++i) {
-    *first = begin + i + 1;
-    first += tree->cut[i];
-  }
-  tree->n_leaves += leaves + 1;
+/* Leaves of slots begin .. begin + n - 1. */
+static kith_status cut_leaves(struct tree *tree, kith_index begin, kith_index n, kith_index *leaves) {
+#pragma omp parallel for schedule(static) if (n > SLICE)
+  for (kith_index i = 0; i < n - 1; ++i) tree->rank[i] = rank_of(tree->key, i);
+  *leaves = cut_ranges(tree, n, BUCKET);
+  KITH_TRY(reserve_leaves(tree, tree->n_leaves + *leaves + 1));
+  list_ranges(tree, n, begin, tree->leaf + tree->n_leaves);
+  tree->n_leaves += *leaves + 1;
   return KITH_OK;
 }
 
 /* Boxes. */
 
-static void empty_cells(struct octet *octet) {
-  for (int k = 0; k < WIDTH; ++k) {
-    for (int a = 0; a < NDIM; ++a) octet->lower[a][k] = INFINITY, octet->upper[a][k] = -INFINITY;
-    octet->radius2[k] = -1;
-  }
-}
-
-static void enclose_slots(const struct kith_search *search, kith_index begin, kith_index end,
-                          struct octet *octet, int k) {
+static void enclose_leaf(const struct kith_search *search, kith_index begin, kith_index end,
+                         struct octet *octet, int k) {
   for (int a = 0; a < NDIM; ++a) {
     const double *x = search->coordinate[a];
     double lower = x[begin], upper = x[begin];
@@ -199,54 +238,51 @@ static void enclose_slots(const struct kith_search *search, kith_index begin, ki
   octet->radius2[k] = radius2;
 }
 
-static void enclose_cells(const struct octet *children, int n, struct octet *octet, int k) {
+static void enclose_octet(const struct octet *child, int n, struct octet *octet, int k) {
   for (int c = 0; c < n; ++c) {
     for (int a = 0; a < NDIM; ++a) {
-      octet->lower[a][k] = KITH_MIN(octet->lower[a][k], children->lower[a][c]);
-      octet->upper[a][k] = KITH_MAX(octet->upper[a][k], children->upper[a][c]);
+      octet->lower[a][k] = c == 0 ? child->lower[a][c] : KITH_MIN(octet->lower[a][k], child->lower[a][c]);
+      octet->upper[a][k] = c == 0 ? child->upper[a][c] : KITH_MAX(octet->upper[a][k], child->upper[a][c]);
     }
-    octet->radius2[k] = KITH_MAX(octet->radius2[k], children->radius2[c]);
+    octet->radius2[k] = c == 0 ? child->radius2[c] : KITH_MAX(octet->radius2[k], child->radius2[c]);
   }
 }
 
-static kith_status plan_levels(struct tree *tree, struct part *part) {
-  part->levels = 0;
-  for (kith_index cells = part->n_leaves;; cells = (cells + WIDTH - 1) / WIDTH) {
-    const int l = part->levels++;
-    part->octet[l] = tree->n_octets;
-    part->cells[l] = cells;
-    tree->n_octets += (cells + WIDTH - 1) / WIDTH;
-    if (cells <= WIDTH) break;
-  }
-  if (tree->n_octets <= tree->octets_capacity) return KITH_OK;
-  const kith_index room = tree->n_octets + tree->n_octets / 4;
-  KITH_TRY(kith_resize(&tree->octet, (size_t)part->octet[0], (size_t)room, sizeof *tree->octet));
-  tree->octets_capacity = room;
-  return KITH_OK;
-}
-
-static kith_status enclose(const struct kith_search *search, struct part *part) {
+/* Makes a level from the n cells from `below` on: leaves at level 0, octets above. Its number of octets:
+ * *octets. */
+static kith_status add_level(const struct kith_search *search, int level, kith_index below, kith_index n,
+                             kith_index *octets) {
   struct tree *tree = search->self;
-  KITH_TRY(plan_levels(tree, part));
-  const kith_index *first = tree->first + part->leaf;
-  for (int l = 0; l < part->levels; ++l) {
-    const kith_index cells = part->cells[l], octets = (cells + WIDTH - 1) / WIDTH;
-#pragma omp parallel for schedule(static) if (octets > 64)
-    for (kith_index o = 0; o < octets; ++o) {
-      struct octet *octet = &tree->octet[part->octet[l] + o];
-      empty_cells(octet);
-      for (kith_index c = o * WIDTH, k = 0; k < WIDTH && c < cells; ++c, ++k)
-        if (l == 0)
-          enclose_slots(search, first[c], first[c + 1], octet, k);
-        else
-          enclose_cells(&tree->octet[part->octet[l - 1] + c], WIDTH, octet, k);
-    }
-  }
+  const kith_index first = tree->n_octets;
+  *octets = cut_ranges(tree, n, WIDTH);
+  tree->n_octets += *octets + 1;
+  KITH_TRY(reserve_octets(tree, tree->n_octets));
+  list_ranges(tree, n, below, tree->child + first);
+#pragma omp parallel for schedule(static) if (*octets > 64)
+  for (kith_index o = first; o < first + *octets; ++o)
+    for (kith_index c = tree->child[o], k = 0; c < tree->child[o + 1]; ++c, ++k)
+      if (level == 0)
+        enclose_leaf(search, tree->leaf[c], tree->leaf[c + 1], &tree->octet[o], k);
+      else
+        enclose_octet(&tree->octet[c], tree->child[c + 1] - tree->child[c], &tree->octet[o], k);
   return KITH_OK;
 }
 
 /* Building. */
 
+static kith_status build_levels(struct kith_search *search, kith_index leaf, kith_index n,
+                                struct part *part) {
+  struct tree *tree = search->self;
+  part->levels = 0;
+  for (kith_index below = leaf, octets; part->levels == 0 || n > 1; n = octets) {
+    part->root = tree->n_octets;
+    KITH_TRY(add_level(search, part->levels++, below, n, &octets));
+    below = part->root;
+  }
+  return KITH_OK;
+}
+
+/* A tree of nodes begin .. begin + n - 1 in the slots of these numbers. */
 static kith_status add_part(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
   if (n == 0) return KITH_OK;
@@ -255,16 +291,15 @@ static kith_status add_part(struct kith_search *search, kith_index begin, kith_i
     KITH_TRY(kith_resize(&tree->part, (size_t)tree->n_parts, (size_t)capacity, sizeof *tree->part));
     tree->parts_capacity = capacity;
   }
-  struct part *part = &tree->part[tree->n_parts];
   KITH_TRY(reserve_scratch(tree, n));
   KITH_TRY(order_slots(search, begin, n));
   kith_search_pack(search, begin, n);
-  KITH_TRY(cut_leaves(tree, part, begin, n));
-  KITH_TRY(enclose(search, part));
-  ++tree->n_parts;
-  const kith_index *first = tree->first + part->leaf;
-  for (kith_index l = 0; l < part->n_leaves; ++l)
-    KITH_TRY(kith_search_group(search, first[l], first[l + 1] - first[l]));
+  const kith_index first = tree->n_leaves;
+  kith_index leaves;
+  KITH_TRY(cut_leaves(tree, begin, n, &leaves));
+  KITH_TRY(build_levels(search, first, leaves, &tree->part[tree->n_parts++]));
+  const kith_index *leaf = tree->leaf + first;
+  for (kith_index l = 0; l < leaves; ++l) KITH_TRY(kith_search_group(search, leaf[l], leaf[l + 1] - leaf[l]));
   return KITH_OK;
 }
 
@@ -288,60 +323,64 @@ struct question {
   double cell;    /* factor of the cells' own radii squared: counts, or not */
 };
 
-/* One bit for each of the 8 cells that may interact with the box. */
-static inline unsigned ask(const struct octet *octet, const struct question *q) {
-  unsigned mask = 0;
-  for (int k = 0; k < WIDTH; ++k) {
-    double d2 = 0;
-    for (int a = 0; a < NDIM; ++a) {
-      const double below = octet->lower[a][k] - q->box.upper[a], above = q->box.lower[a] - octet->upper[a][k];
-      const double d = KITH_MAX(KITH_MAX(below, above), 0.0);
-      d2 += d * d;
-    }
-    const double limit = KITH_MAX(q->cell * octet->radius2[k], q->radius2);
-    mask |= (unsigned)(d2 <= limit) << k;
-  }
-  return mask;
+static inline double larger(double a, double b) {
+  return a > b ? a : b;
 }
 
-static inline unsigned valid(kith_index cells, kith_index octet) {
-  const kith_index left = cells - octet * WIDTH;
-  return left >= WIDTH ? (1u << WIDTH) - 1 : (1u << left) - 1;
+/* One bit for each of the 8 cells that may interact with the box. Written for the vectorizer. */
+static inline unsigned ask(const struct octet *restrict octet, const struct question *restrict q) {
+  double d2[WIDTH] = {0};
+  for (int a = 0; a < NDIM; ++a) {
+    const double lower = q->box.lower[a], upper = q->box.upper[a];
+#pragma omp simd
+    for (int k = 0; k < WIDTH; ++k) {
+      const double d = larger(larger(octet->lower[a][k] - upper, lower - octet->upper[a][k]), 0);
+      d2[k] += d * d;
+    }
+  }
+  const double radius2 = q->radius2, cell = q->cell;
+  int bit[WIDTH];
+#pragma omp simd
+  for (int k = 0; k < WIDTH; ++k) bit[k] = d2[k] <= larger(cell * octet->radius2[k], radius2) ? 1 << k : 0;
+  int mask = 0;
+#pragma omp simd reduction(| : mask)
+  for (int k = 0; k < WIDTH; ++k) mask |= bit[k];
+  return (unsigned)mask;
+}
+
+static inline unsigned ask_octet(const struct tree *tree, kith_index o, const struct question *q) {
+  return ask(&tree->octet[o], q) & ((1u << (tree->child[o + 1] - tree->child[o])) - 1);
 }
 
 /* Leaves next to one another are one run. */
-static inline kith_status take_leaves(const kith_index *first, unsigned mask, struct kith_runs *runs) {
+static inline kith_status take_leaves(const kith_index *leaf, unsigned mask, struct kith_runs *runs) {
   while (mask) {
     const int k = __builtin_ctz(mask), count = __builtin_ctz(~(mask >> k));
-    KITH_TRY(kith_runs_add(runs, first[k], first[k + count] - first[k]));
+    KITH_TRY(kith_runs_add(runs, leaf[k], leaf[k + count] - leaf[k]));
     mask &= mask + (1u << k);
   }
   return KITH_OK;
 }
 
-/* Depth first, so that slots ascend: mask[l] holds the cells of octet at[l] that are still to be visited. */
-KITH_HOT static kith_status ask_part(const struct tree *tree, const struct part *part,
-                                     const struct question *q, struct kith_runs *runs) {
-  unsigned mask[MAX_LEVELS];
-  kith_index at[MAX_LEVELS];
-  const kith_index *first = tree->first + part->leaf;
-  const int top = part->levels - 1;
-  at[top] = 0;
-  mask[top] = ask(&tree->octet[part->octet[top]], q) & valid(part->cells[top], 0);
-  for (int l = top; l <= top;) {
-    if (l == 0) {
-      KITH_TRY(take_leaves(first + at[0] * WIDTH, mask[0], runs));
-      mask[0] = 0;
+/* Visits n ascending octets of a level. A batch is tested before its children are visited: tests that do not
+ * wait for one another take less time. */
+KITH_HOT static kith_status visit(const struct tree *tree, int level, const kith_index *octets, int n,
+                                  const struct question *q, struct kith_runs *runs) {
+  if (level == 0) {
+    for (int k = 0; k < n; ++k)
+      KITH_TRY(take_leaves(tree->leaf + tree->child[octets[k]], ask_octet(tree, octets[k], q), runs));
+    return KITH_OK;
+  }
+  kith_index children[BATCH * WIDTH];
+  for (int k = 0, m = 0; k < n; ++k) {
+    const unsigned mask = ask_octet(tree, octets[k], q);
+    for (int c = 0; c < WIDTH; ++c) {
+      children[m] = tree->child[octets[k]] + c;
+      m += mask >> c & 1;
     }
-    if (mask[l] == 0) {
-      ++l;
-      continue;
-    }
-    const kith_index child = at[l] * WIDTH + __builtin_ctz(mask[l]);
-    mask[l] &= mask[l] - 1;
-    --l;
-    at[l] = child;
-    mask[l] = ask(&tree->octet[part->octet[l] + child], q) & valid(part->cells[l], child);
+    if (k % BATCH < BATCH - 1 && k < n - 1) continue;
+    KITH_TRY(visit(tree, level - 1, children, m, q, runs));
+    m = 0;
   }
   return KITH_OK;
 }
@@ -353,7 +392,8 @@ static kith_status tree_coarse(const struct kith_search *search, const struct ki
   const struct question q = {.box = *box,
                              .radius2 = mode == KITH_SCATTER ? -1 : radius * radius * loose,
                              .cell = mode == KITH_GATHER ? 0 : loose};
-  for (int p = 0; p < tree->n_parts; ++p) KITH_TRY(ask_part(tree, &tree->part[p], &q, runs));
+  for (int p = 0; p < tree->n_parts; ++p)
+    KITH_TRY(visit(tree, tree->part[p].levels - 1, &tree->part[p].root, 1, &q, runs));
   return KITH_OK;
 }
 
@@ -362,7 +402,7 @@ static size_t tree_bytes(const struct kith_search *search) {
   const size_t scratch = sizeof *tree->key + sizeof *tree->rank + sizeof *tree->cut;
   return sizeof *tree + (size_t)tree->parts_capacity * sizeof *tree->part +
          (size_t)tree->octets_capacity * sizeof *tree->octet +
-         (size_t)tree->leaves_capacity * sizeof *tree->first + (size_t)tree->capacity * scratch +
+         (size_t)tree->leaves_capacity * sizeof *tree->leaf + (size_t)tree->capacity * scratch +
          2 * (size_t)tree->sort_capacity * sizeof **tree->item;
 }
 

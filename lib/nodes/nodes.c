@@ -52,6 +52,18 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
   return KITH_OK;
 }
 
+kith_status kith_nodes_create_like(struct kith_nodes **out, const struct kith_nodes *model) {
+  const char *names[KITH_MAX_LISTS];
+  for (int l = 0; l < model->n_lists; ++l) names[l] = model->lists[l].name;
+  KITH_TRY(kith_nodes_create(out, model->n_lists, names));
+  kith_status status = KITH_OK;
+  struct kith_field *field;
+  for (int f = 0; f < model->n_fields && status == KITH_OK; ++f)
+    status = kith_nodes_field(*out, &model->fields[f]->spec, &field);
+  if (status != KITH_OK) kith_nodes_destroy(out);
+  return status;
+}
+
 void kith_nodes_destroy(struct kith_nodes **nodes) {
   if (*nodes == NULL) return;
   kith_nodes_drop_ghosts(*nodes);
@@ -137,7 +149,7 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
   kith_nodes_drop_ghosts(nodes);
   KITH_TRY(kith_nodes_grow(nodes, count));
   const kith_index place = nodes->lists[list].first + nodes->lists[list].count;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (nodes->n_internal - place + count > 4096)
   for (int f = 0; f < nodes->n_fields; ++f) open_hole(nodes->fields[f], nodes->n_internal, place, count);
   for (kith_index i = place; i < place + count; ++i) {
     nodes->id->i64[i] = -1;

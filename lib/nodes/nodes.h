@@ -103,6 +103,8 @@ struct kith_nodes {
 
 /* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are registered. */
 kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names);
+/* An empty set with the same lists and fields, in the same order. */
+kith_status kith_nodes_create_like(struct kith_nodes **out, const struct kith_nodes *model);
 void kith_nodes_destroy(struct kith_nodes **nodes);
 
 static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) { return nodes->n_internal + nodes->n_ghost; }

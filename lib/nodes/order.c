@@ -29,7 +29,7 @@ static void gather_sized(void *to, const void *from, const kith_index *order, ki
 /* Moves node from[k] to place k for begin <= k < end in all fields; `from` ascends. In place: threads share
  * out the fields. */
 static void compact(struct kith_nodes *nodes, const kith_index *from, kith_index begin, kith_index end) {
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (end - begin > 4096)
   for (int f = 0; f < nodes->n_fields; ++f) {
     struct kith_field *field = nodes->fields[f];
     gather_sized(field->data, field->data, from, begin, end, kith_field_node_size(field));
@@ -90,7 +90,7 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
   for (int f = 0; f < nodes->n_fields; ++f) {
     char *data = nodes->fields[f]->data;
     const size_t size = kith_field_node_size(nodes->fields[f]);
-#pragma omp parallel
+#pragma omp parallel if (runs > 4)
     {
 #pragma omp for schedule(static)
       for (kith_index r = 0; r < runs; ++r)

@@ -1,0 +1,226 @@
+#include "boundaries/images.h"
+
+#include <math.h>
+
+enum { CHUNK = 4096 };
+
+/* One axis as the ghosts of one boundary see it. Sides: 0 lower, 1 upper. */
+struct line {
+  const struct kith_boundary *boundary;
+  bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
+  double factor;        /* f */
+  double x_min, x_max;  /* of all present nodes */
+  double reach;         /* max f R of all present nodes */
+  double wanted[2];     /* max over internal nodes of f R - depth */
+  double sticks_out[2]; /* max over internal nodes of -depth, at least 0 */
+  double slack;
+};
+
+/* Ghosts-to-be of one image: hits of chunk c are node[c * CHUNK] .. + count[c] - 1, ascending. */
+struct hits {
+  kith_index n, chunks; /* present nodes; chunks of them */
+  kith_index *node;     /* [n] */
+  kith_index *count;    /* [chunks] */
+  kith_index *place;    /* [chunks] */
+};
+
+static kith_status hits_create(struct hits *hits, kith_index n) {
+  hits->n = n;
+  hits->chunks = (n + CHUNK - 1) / CHUNK;
+  KITH_TRY(kith_resize(&hits->node, 0, (size_t)n, sizeof *hits->node));
+  KITH_TRY(kith_resize(&hits->count, 0, (size_t)hits->chunks, sizeof *hits->count));
+  return kith_resize(&hits->place, 0, (size_t)hits->chunks, sizeof *hits->place);
+}
+
+static void hits_clear(struct hits *hits) {
+  kith_free(&hits->node);
+  kith_free(&hits->count);
+  kith_free(&hits->place);
+}
+
+/* What nodes begin .. end - 1 add to the line. */
+static bool measure(struct line *line, const struct kith_nodes *nodes, kith_index begin, kith_index end,
+                    bool internal) {
+  const double *restrict x = nodes->position->f64 + line->boundary->axis, *restrict radius =
+                                                                              nodes->reach->f64;
+  const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
+  double low = line->x_min, high = line->x_max, reach = line->reach, below = -INFINITY, above = -INFINITY;
+  int lost = 0; /* without branches */
+#pragma omp parallel for schedule(static) reduction(min                                           \
+                                                    : low) reduction(max                          \
+                                                                     : high, reach, below, above) \
+    reduction(||                                                                                  \
+              : lost) if (end - begin > CHUNK)
+  for (kith_index i = begin; i < end; ++i) {
+    const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
+    low = KITH_MIN(low, xi);
+    high = KITH_MAX(high, xi);
+    reach = KITH_MAX(reach, r);
+    below = KITH_MAX(below, r - (xi - lower));
+    above = KITH_MAX(above, r - (upper - xi));
+    lost |= !(fabs(xi) < INFINITY) | !(r < INFINITY);
+  }
+  line->x_min = low, line->x_max = high, line->reach = reach;
+  if (internal) {
+    line->wanted[0] = below, line->wanted[1] = above;
+    line->sticks_out[0] = KITH_MAX(lower - low, 0.0), line->sticks_out[1] = KITH_MAX(high - upper, 0.0);
+  }
+  return !lost;
+}
+
+static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
+  line->x_min = INFINITY, line->x_max = -INFINITY;
+  if (!measure(line, nodes, 0, nodes->n_internal, true)) return false;
+  if (!measure(line, nodes, nodes->n_internal, kith_nodes_count(nodes), false)) return false;
+  line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + line->reach);
+  return true;
+}
+
+/* Depth outside of the face of image n: sign * (x_ghost - face), the face and sign of n's side. */
+static double depth_of(const struct line *line, int n, double ghost) {
+  return n > 0 ? ghost - line->boundary->upper : line->boundary->lower - ghost;
+}
+
+/* May anyone need image n? The smallest depth of its ghosts against the largest limit. */
+static bool is_needed(const struct line *line, int n) {
+  double sign, shift;
+  if (!line->image_of(line->boundary, n, &sign, &shift)) return false;
+  const double depth =
+      KITH_MIN(depth_of(line, n, sign * line->x_min + shift), depth_of(line, n, sign * line->x_max + shift));
+  const int side = n > 0;
+  return depth <= KITH_MAX(line->wanted[side], line->reach + line->sticks_out[side]) + line->slack;
+}
+
+/* Every other image of a side is 2 L farther, so when two in a row are not needed, none beyond is. */
+static bool is_side_done(const struct line *line, int n) {
+  return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
+}
+
+/* What a sweep for one image needs, out of memory's reach. */
+struct test {
+  double sign, shift; /* depth = sign * x + shift */
+  double wanted, out;
+};
+
+static struct test test_of(const struct line *line, int n) {
+  const int side = n > 0;
+  double sign, shift;
+  if (!is_needed(line, n)) return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
+  (void)line->image_of(line->boundary, n, &sign, &shift);
+  const double face = side ? line->boundary->upper : line->boundary->lower;
+  return (struct test){.sign = side ? sign : -sign,
+                       .shift = side ? shift - face : face - shift,
+                       .wanted = line->wanted[side] + line->slack,
+                       .out = line->sticks_out[side] + line->slack};
+}
+
+static inline bool passes(const struct test *test, double x, double r) {
+  const double depth = test->sign * x + test->shift;
+  return depth <= test->wanted || depth <= r + test->out;
+}
+
+/* Images -n and n in one sweep: it is memory that takes the time. */
+static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n, struct hits *minus,
+                      struct hits *plus) {
+  const double *restrict x = nodes->position->f64 + line->boundary->axis, *restrict radius =
+                                                                              nodes->reach->f64;
+  const struct test below = test_of(line, -n), above = test_of(line, n);
+  const double factor = line->factor;
+#pragma omp parallel for schedule(static) if (plus->chunks > 1)
+  for (kith_index c = 0; c < plus->chunks; ++c) {
+    const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, plus->n);
+    kith_index *restrict low = minus->node + begin, *restrict high = plus->node + begin;
+    kith_index lows = 0, highs = 0;
+    for (kith_index i = begin; i < end; ++i) { /* written in any case, kept if it counts */
+      const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
+      low[lows] = high[highs] = i;
+      lows += passes(&below, xi, r);
+      highs += passes(&above, xi, r);
+    }
+    minus->count[c] = lows;
+    plus->count[c] = highs;
+  }
+}
+
+/* The hits of one list, ascending: counted, placed, filled. *control is owned by the caller. */
+static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of, int list,
+                                kith_index **control, kith_index *total) {
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
+  for (kith_index c = 0; c < hits->chunks; ++c) {
+    const kith_index *hit = hits->node + (size_t)c * CHUNK;
+    kith_index count = 0;
+    for (kith_index k = 0; k < hits->count[c]; ++k) count += list_of[hit[k]] == list;
+    hits->place[c] = count;
+  }
+  kith_index sum = 0;
+  for (kith_index c = 0; c < hits->chunks; ++c) {
+    const kith_index count = hits->place[c];
+    hits->place[c] = sum;
+    sum += count;
+  }
+  *total = sum;
+  KITH_TRY(kith_resize(control, 0, (size_t)sum, sizeof **control));
+  if (sum == 0) return KITH_OK;
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
+  for (kith_index c = 0; c < hits->chunks; ++c) {
+    const kith_index *hit = hits->node + (size_t)c * CHUNK;
+    kith_index place = hits->place[c];
+    for (kith_index k = 0; k < hits->count[c]; ++k)
+      if (list_of[hit[k]] == list) (*control)[place++] = hit[k];
+  }
+  return KITH_OK;
+}
+
+static kith_status add_image(const struct line *line, struct kith_nodes *nodes, int n,
+                             const struct hits *hits) {
+  if (!is_needed(line, n)) return KITH_OK;
+  const int axis = line->boundary->axis;
+  struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = line->boundary->index};
+  for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = 0;
+  (void)line->image_of(line->boundary, n, &block.image.sign[axis], &block.image.shift[axis]);
+  for (int list = 0; list < nodes->n_lists; ++list) {
+    block.list = list;
+    block.control = NULL;
+    KITH_TRY(hits_of_list(hits, nodes->list->u8, list, &block.control, &block.count));
+    if (block.count > 0) KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
+  }
+  return KITH_OK;
+}
+
+static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *minus,
+                              struct hits *plus) {
+  KITH_TRY(hits_create(minus, kith_nodes_count(nodes)));
+  KITH_TRY(hits_create(plus, kith_nodes_count(nodes)));
+  for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
+    find_hits(line, nodes, n, minus, plus);
+    KITH_TRY(add_image(line, nodes, -n, minus));
+    KITH_TRY(add_image(line, nodes, n, plus));
+  }
+  return KITH_OK;
+}
+
+kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith_nodes *nodes,
+                               double reach_factor,
+                               bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign,
+                                                double *shift)) {
+  if (nodes->n_internal == 0) return KITH_OK;
+  struct line line = {.boundary = boundary, .image_of = image_of, .factor = reach_factor};
+  if (!measure_line(&line, nodes))
+    KITH_FAIL(DIVERGED, "the position or reach of a node is not finite (axis %d)", boundary->axis);
+  if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
+    KITH_FAIL(DIVERGED, "reach %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
+              line.reach, line.x_min, line.x_max, KITH_MOST_IMAGES, boundary->axis,
+              boundary->upper - boundary->lower);
+  struct hits minus = {0}, plus = {0};
+  const kith_status status = add_images(&line, nodes, &minus, &plus);
+  hits_clear(&minus);
+  hits_clear(&plus);
+  return status;
+}
+
+kith_status kith_images_lost(const struct kith_boundary *boundary, const struct kith_nodes *nodes,
+                             kith_index i) {
+  KITH_FAIL(DIVERGED, "node %lld is at %g on axis %d, far outside of [%g, %g]", (long long)nodes->id->i64[i],
+            nodes->position->f64[(size_t)i * NDIM + boundary->axis], boundary->axis, boundary->lower,
+            boundary->upper);
+}
