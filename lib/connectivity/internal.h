@@ -97,16 +97,12 @@ kith_status kith_pairs_of_row(struct kith_connectivity *connectivity);
 kith_status kith_overlap_build(const struct kith_build *build, kith_index n);
 kith_status kith_intersection_build(const struct kith_build *build);
 
-/* First entry of a row that is >= j. */
+/* First entry of a row that is >= j. Without branches: where it ends cannot be foretold. */
 static inline size_t kith_lower_bound(const kith_index *node, size_t from, size_t to, kith_index j) {
-  while (from < to) {
-    const size_t middle = from + (to - from) / 2;
-    if (node[middle] < j)
-      from = middle + 1;
-    else
-      to = middle;
-  }
-  return from;
+  if (from == to) return from;
+  const kith_index *at = node + from;
+  for (size_t n = to - from; n > 1; n -= n / 2) at += at[n / 2 - 1] < j ? n / 2 : 0;
+  return (size_t)(at - node) + (*at < j);
 }
 
 #endif
