@@ -30,8 +30,9 @@ struct kith_boundary_ops {
   /* Is any internal node where it must not be? NULL: never. */
   bool (*violated)(const struct kith_boundary *boundary, const struct kith_nodes *nodes);
   /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with the vectors and tensors
-   * of the state. DIVERGED for a node that is not finite or a thousand lengths away; the others are put back. `moved_by` (NDIM per node, may be NULL) gets the
-   * shift added that a wrap applied, so that a displacement can leave it out. NULL: nothing to do. */
+   * of the state. DIVERGED for a node that is not finite or a thousand lengths away; the others are put back.
+   * `moved_by` (NDIM per node, may be NULL) gets the shift added that a wrap applied, so that a displacement can
+   * leave it out. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
   void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
   bool keeps_lists; /* enforcing leaves lasting lists valid (reflecting); false: only when the lists are rebuilt (periodic) */

@@ -41,29 +41,25 @@ static void hits_clear(struct hits *hits) {
 /* What nodes begin .. end - 1 add to the line. */
 static bool measure(struct line *line, const struct kith_nodes *nodes, kith_index begin, kith_index end,
                     bool internal) {
-  const double *restrict x = nodes->position->f64 + line->boundary->axis, *restrict radius =
-                                                                              nodes->reach->f64;
+  const double *restrict x = nodes->position->f64 + line->boundary->axis;
+  const double *restrict radius = nodes->reach->f64;
   const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
-  double low = line->x_min, high = line->x_max, reach = line->reach, below = -INFINITY, above = -INFINITY;
-  int lost = 0; /* without branches */
-#pragma omp parallel for schedule(static) reduction(min                                           \
-                                                    : low) reduction(max                          \
-                                                                     : high, reach, below, above) \
-    reduction(||                                                                                  \
-              : lost) if (end - begin > CHUNK)
+  double left = -line->x_min, high = line->x_max, reach = line->reach, below = -INFINITY, above = -INFINITY;
+  int lost = 0;
+#pragma omp parallel for schedule(static) reduction(max : left, high, reach, below, above, lost)
   for (kith_index i = begin; i < end; ++i) {
     const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
-    low = KITH_MIN(low, xi);
+    left = KITH_MAX(left, -xi);
     high = KITH_MAX(high, xi);
     reach = KITH_MAX(reach, r);
     below = KITH_MAX(below, r - (xi - lower));
     above = KITH_MAX(above, r - (upper - xi));
-    lost |= !(fabs(xi) < INFINITY) | !(r < INFINITY);
+    lost = KITH_MAX(lost, !(fabs(xi) < INFINITY) | !(r < INFINITY));
   }
-  line->x_min = low, line->x_max = high, line->reach = reach;
+  line->x_min = -left, line->x_max = high, line->reach = reach;
   if (internal) {
     line->wanted[0] = below, line->wanted[1] = above;
-    line->sticks_out[0] = KITH_MAX(lower - low, 0.0), line->sticks_out[1] = KITH_MAX(high - upper, 0.0);
+    line->sticks_out[0] = KITH_MAX(lower + left, 0.0), line->sticks_out[1] = KITH_MAX(high - upper, 0.0);
   }
   return !lost;
 }
@@ -96,7 +92,7 @@ static bool is_side_done(const struct line *line, int n) {
   return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
 }
 
-/* What a sweep for one image needs, out of memory's reach. */
+/* What a sweep for one image needs, kept in registers. */
 struct test {
   double sign, shift; /* depth = sign * x + shift */
   double wanted, out;
@@ -122,8 +118,8 @@ static inline bool passes(const struct test *test, double x, double r) {
 /* Images -n and n in one sweep: it is memory that takes the time. */
 static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n, struct hits *minus,
                       struct hits *plus) {
-  const double *restrict x = nodes->position->f64 + line->boundary->axis, *restrict radius =
-                                                                              nodes->reach->f64;
+  const double *restrict x = nodes->position->f64 + line->boundary->axis;
+  const double *restrict radius = nodes->reach->f64;
   const struct test below = test_of(line, -n), above = test_of(line, n);
   const double factor = line->factor;
 #pragma omp parallel for schedule(static) if (plus->chunks > 1)

@@ -86,3 +86,32 @@ kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch,
   kith_free(&place);
   return KITH_OK;
 }
+
+static inline bool before(struct kith_keyed a, struct kith_keyed b) {
+  return a.key < b.key || (a.key == b.key && a.node < b.node);
+}
+
+kith_index kith_keyed_place(const struct kith_keyed *item, kith_index n, uint64_t key) {
+  kith_index first = 0;
+  while (n > 0) {
+    const kith_index half = n / 2;
+    if (item[first + half].key < key)
+      first += half + 1, n -= half + 1;
+    else
+      n = half;
+  }
+  return first;
+}
+
+void kith_keyed_merge(struct kith_keyed *item, kith_index n, const struct kith_keyed *in, kith_index k,
+                      struct kith_keyed *scratch) {
+  const struct kith_keyed *const end = in + k;
+  struct kith_keyed *to = scratch;
+  for (kith_index i = 0; i < n; ++i) {
+    if (item[i].node < 0) continue;
+    while (in < end && before(*in, item[i])) *to++ = *in++;
+    *to++ = item[i];
+  }
+  while (in < end) *to++ = *in++;
+  memcpy(item, scratch, (size_t)(to - scratch) * sizeof *item);
+}

@@ -89,7 +89,7 @@ struct kith_search {
   struct kith_run *group;
 };
 
-#define KITH_SEARCH_LIST(X) X(tree) X(brute)
+#define KITH_SEARCH_LIST(X) X(tree) X(grid) X(brute)
 #define X(name) extern const struct kith_search_ops kith_search_##name;
 KITH_SEARCH_LIST(X)
 #undef X

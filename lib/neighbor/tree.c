@@ -17,7 +17,7 @@
 #include "lib/neighbor/search.h"
 
 enum {
-  BUCKET = 12,  /* most nodes of a leaf, that is, of a group */
+  BUCKET = 10,  /* most nodes of a leaf, that is, of a group */
   WIDTH = 8,    /* cells of an octet */
   BATCH = 32,   /* octets tested before their children are visited */
   MESSY = 16,   /* slots are sorted if more than n / MESSY steps go back along the curve */

@@ -149,6 +149,8 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
   kith_nodes_drop_ghosts(nodes);
   KITH_TRY(kith_nodes_grow(nodes, count));
   const kith_index place = nodes->lists[list].first + nodes->lists[list].count;
+  if (first != NULL) *first = place;
+  if (count == 0) return KITH_OK;
 #pragma omp parallel for schedule(static) if (nodes->n_internal - place + count > 4096)
   for (int f = 0; f < nodes->n_fields; ++f) open_hole(nodes->fields[f], nodes->n_internal, place, count);
   for (kith_index i = place; i < place + count; ++i) {
@@ -159,7 +161,6 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
   for (int l = list + 1; l < nodes->n_lists; ++l) nodes->lists[l].first += count;
   nodes->n_internal += count;
   ++nodes->ghosts;
-  if (first != NULL) *first = place;
   return KITH_OK;
 }
 

@@ -328,6 +328,20 @@ static void check_mixed_lengths(void) {
     }
 }
 
+/* All nodes far below the box, or far above it: the image that matters is not the first one. */
+static void check_far_out(void) {
+  uint64_t seed = 3;
+  for (int side = PERIODIC; side < SIDES; ++side)
+    for (int above = 0; above < 2; ++above) {
+      struct scene s = {.factor = 1};
+      for (int a = 0; a < NDIM; ++a) s.side[a] = (enum side)side, s.lower[a] = -1, s.upper[a] = 1;
+      fill_random(&s, 8, 0.3, 0, &seed);
+      for (int i = 0; i < s.n; ++i) s.x[i][0] = above ? 2.7 + 0.1 * s.x[i][0] : -2.7 + 0.1 * s.x[i][0];
+      finish(&s, &seed);
+      check_scene(&s);
+    }
+}
+
 /* sum of (1 - (r/R)^2)^3 over all nodes and ghosts within R of x. */
 static double density(const struct kith_nodes *nodes, const double *x, double radius, int *within) {
   double sum = 0;
@@ -438,6 +452,7 @@ int main(void) {
   omp_set_num_threads(1); /* small scenes */
   check_combinations();
   check_mixed_lengths();
+  check_far_out();
   check_lattice_density(1, 2.5);
   check_lattice_density(1, 0.5);
   check_lattice_density(2, 3.3);

@@ -263,7 +263,7 @@ static void add_image(struct fixture *f, int list, kith_index count, const kith_
                       const double *sign, const double *shift) {
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = 1, .list = list, .count = count};
   CHECK_OK(kith_resize(&block.control, 0, (size_t)count, sizeof *block.control));
-  memcpy(block.control, control, (size_t)count * sizeof *control);
+  if (count > 0) memcpy(block.control, control, (size_t)count * sizeof *control);
   memcpy(block.image.sign, sign, sizeof block.image.sign);
   memcpy(block.image.shift, shift, sizeof block.image.shift);
   CHECK_OK(kith_nodes_add_ghosts(f->nodes, &block));
@@ -333,6 +333,33 @@ static void check_ghosts(void) {
   CHECK(f.nodes->n_ghost == 0 && f.nodes->n_blocks == 0 && f.nodes->ghosts == generation + 1);
   kith_nodes_drop_ghosts(f.nodes);
   CHECK(f.nodes->ghosts == generation + 1);
+  const struct kith_ghost_block frozen = {.kind = KITH_GHOST_FROZEN, .list = 2, .count = 14};
+  CHECK_OK(kith_nodes_add_ghosts(f.nodes, &frozen)); /* zero, where old ghosts have left their values */
+  for (kith_index i = 12; i < 26; ++i)
+    CHECK(f.mass->f64[i] == 0 && f.counter->i64[i] == 0 && f.nodes->list->u8[i] == 2);
+  kith_nodes_destroy(&f.nodes);
+}
+
+/* A chain of blocks, each the reverse of the one before: a thread reads what another has written. */
+static void check_long_chain(void) {
+  enum { N = 2048, LINKS = 9 };
+  static kith_index control[N];
+  struct fixture f = make(1);
+  double one[NDIM], zero[NDIM] = {0};
+  for (int a = 0; a < NDIM; ++a) one[a] = 1;
+  append(&f, 0, N, 0);
+  for (int link = 0; link < LINKS; ++link) {
+    for (kith_index k = 0; k < N; ++k) control[k] = (link + 1) * N - 1 - k;
+    add_image(&f, 0, N, control, one, zero);
+  }
+  int wrong = 0;
+  for (int round = 1; round <= 100; ++round) {
+    for (kith_index i = 0; i < N; ++i) f.mass->f64[i] = i + round * N;
+    kith_nodes_refresh_ghosts(f.nodes, &f.mass, 1);
+    for (kith_index k = 0; k < N; ++k)
+      wrong += f.mass->f64[LINKS * N + k] != N - 1 - k + round * N; /* an odd chain */
+  }
+  CHECK(wrong == 0);
   kith_nodes_destroy(&f.nodes);
 }
 
@@ -399,6 +426,7 @@ int main(void) {
   check_reorder();
   check_curve_order();
   check_ghosts();
+  check_long_chain();
   check_bad_ghosts();
   check_cull();
   return check_failed();

@@ -28,7 +28,15 @@ static const double *place(const struct kith_nodes *nodes, kith_index i) {
   return nodes->position->f64 + (size_t)i * NDIM;
 }
 
-/* Slots are a permutation, packed as the nodes are; groups hold every node once and never mix. */
+static bool same_node(const struct kith_search *s, kith_index p, kith_index q) {
+  const kith_index i = s->node[p], j = s->node[q], internal = s->nodes->n_internal;
+  for (int a = 0; a < NDIM; ++a)
+    if (s->coordinate[a][p] != s->coordinate[a][q]) return false;
+  return s->radius2[p] == s->radius2[q] && (i < internal) == (j < internal);
+}
+
+/* Slots are a permutation, ascending where nothing else tells nodes apart, packed as the nodes are; groups
+ * hold every node once and never mix. */
 static void check_slots(const struct kith_search *s, kith_index *slot_of) {
   const struct kith_nodes *nodes = s->nodes;
   const kith_index n = kith_nodes_count(nodes);
@@ -43,6 +51,7 @@ static void check_slots(const struct kith_search *s, kith_index *slot_of) {
     }
     slot_of[i] = slot;
     for (int a = 0; a < NDIM; ++a) wrong += s->coordinate[a][slot] != place(nodes, i)[a];
+    wrong += slot > 0 && same_node(s, slot - 1, slot) && s->node[slot - 1] > i;
     wrong += s->radius2[slot] != nodes->reach->f64[i] * nodes->reach->f64[i];
   }
   CHECK(wrong == 0);
@@ -173,8 +182,10 @@ static void put(double *x, double *radius, enum arrangement how, kith_index i, k
     for (int a = 0; a < NDIM; ++a) x[a] = floor(4 * x[a]) / 4;
   if (how == EIGHT_TO_ONE && i % 2 == 0) *radius *= 8;
   if (how == THOUSAND_TO_ONE) *radius = spacing(n) * pow(1000, uniform(-1, 0)) * (i % 50 ? 1 : 5);
-  if (how == ALL_AT_ONE_PLACE)
+  if (how == ALL_AT_ONE_PLACE) {
     for (int a = 0; a < NDIM; ++a) x[a] = 0.3;
+    *radius = 0.1;
+  }
 }
 
 static struct kith_nodes *make_nodes(enum arrangement how, kith_index n, int lists) {
@@ -243,7 +254,13 @@ static void jolt(struct kith_nodes *nodes, kith_index i, int round) {
   /* Mostly small steps; sometimes across the box, or far out of it. */
   const double far = round % 7 == 6 ? 30 : round % 3 == 2 ? 1 : 0.02;
   for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] += uniform(-far, far);
-  if (below(2)) nodes->reach->f64[i] *= round % 5 == 4 ? uniform(0.1, 6) : uniform(0.95, 1.05);
+  /* Back to where many are. */
+  if (round % 4 == 1)
+    for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] = 0.3;
+  if (round % 4 == 1)
+    nodes->reach->f64[i] = 0.1;
+  else if (below(2))
+    nodes->reach->f64[i] *= round % 5 == 4 ? uniform(0.1, 6) : uniform(0.95, 1.05);
 }
 
 static void test_motion(const struct kith_search_ops *ops, enum arrangement how) {
