@@ -11,7 +11,8 @@ struct kith_requirements kith_requirements_or(struct kith_requirements a, struct
                                     .overlap = a.overlap || b.overlap,
                                     .intersection = a.intersection || b.intersection,
                                     /* who asks for all common neighbors must get them all */
-                                    .on_segment = (a.on_segment || !a.intersection) && (b.on_segment || !b.intersection) &&
+                                    .on_segment = (a.on_segment || !a.intersection) &&
+                                                  (b.on_segment || !b.intersection) &&
                                                   (a.on_segment || b.on_segment)};
 }
 
@@ -51,7 +52,8 @@ static void worker_clear(struct kith_worker *worker) {
 kith_status kith_workers_room(struct kith_connectivity_scratch *scratch) {
   const int threads = omp_get_max_threads();
   if (threads <= scratch->n_workers) return KITH_OK;
-  KITH_TRY(kith_resize(&scratch->worker, (size_t)scratch->n_workers, (size_t)threads, sizeof *scratch->worker));
+  KITH_TRY(
+      kith_resize(&scratch->worker, (size_t)scratch->n_workers, (size_t)threads, sizeof *scratch->worker));
   scratch->n_workers = threads;
   return KITH_OK;
 }
@@ -107,8 +109,8 @@ static size_t rows_bytes(const struct kith_rows *rows) {
 static size_t worker_bytes(const struct kith_worker *worker) {
   return sizeof *worker + (size_t)worker->runs.capacity * sizeof(struct kith_run) +
          (size_t)worker->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double)) +
-         (3 * worker->keys_capacity + worker->hit_capacity + worker->allowed_capacity + worker->bitmap_capacity +
-          worker->touched_capacity) *
+         (3 * worker->keys_capacity + worker->hit_capacity + worker->allowed_capacity +
+          worker->bitmap_capacity + worker->touched_capacity) *
              sizeof(uint64_t) +
          worker->keys_capacity * sizeof(kith_index);
 }
@@ -117,7 +119,8 @@ size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity) {
   const struct kith_pairs *pairs = &connectivity->pairs;
   const struct kith_connectivity_scratch *scratch = connectivity->scratch;
   size_t bytes = sizeof *connectivity + sizeof *scratch;
-  bytes += rows_bytes(&connectivity->rows) + rows_bytes(&connectivity->overlap) + rows_bytes(&connectivity->intersection);
+  bytes += rows_bytes(&connectivity->rows) + rows_bytes(&connectivity->overlap) +
+           rows_bytes(&connectivity->intersection);
   bytes += pairs->capacity * sizeof *pairs->node + pairs->first_capacity * sizeof *pairs->first;
   bytes += pairs->of_row_capacity * sizeof *pairs->of_row;
   for (int t = 0; t < scratch->n_workers; ++t) bytes += worker_bytes(&scratch->worker[t]);
@@ -143,11 +146,11 @@ static kith_status build_stages(const struct kith_build *build, struct kith_prof
   const struct kith_requirements need = connectivity->built;
   const kith_index n_internal = build->nodes->n_internal, n = kith_nodes_count(build->nodes);
   kith_status status = KITH_OK;
-#define STAGE(name, wanted, call)          \
-  if (status == KITH_OK && (wanted)) {     \
-    kith_profile_begin(profile, name);     \
-    status = call;                         \
-    kith_profile_end(profile);             \
+#define STAGE(name, wanted, call)      \
+  if (status == KITH_OK && (wanted)) { \
+    kith_profile_begin(profile, name); \
+    status = call;                     \
+    kith_profile_end(profile);         \
   }
   STAGE("rows", need.rows, kith_rows_build(build, need.ghost_rows || need.overlap))
   STAGE("overlap", need.overlap, kith_overlap_build(build, need.ghost_rows ? n : n_internal))
@@ -160,7 +163,8 @@ static kith_status build_stages(const struct kith_build *build, struct kith_prof
 
 static void report(const struct kith_connectivity *connectivity, struct kith_profile *profile) {
   kith_profile_count(profile, "candidates", (double)connectivity->candidates);
-  kith_profile_count(profile, "row entries", connectivity->rows.n > 0 ? (double)connectivity->rows.first[connectivity->rows.n] : 0);
+  kith_profile_count(profile, "row entries",
+                     connectivity->rows.n > 0 ? (double)connectivity->rows.first[connectivity->rows.n] : 0);
   kith_profile_count(profile, "pairs", (double)connectivity->pairs.n);
 }
 
@@ -192,14 +196,16 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
 
 /* --- questions --- */
 
-kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity, const struct kith_nodes *nodes) {
+kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity,
+                                    const struct kith_nodes *nodes) {
   if (connectivity->ghosts != nodes->ghosts)
-    KITH_FAIL(STALE, "the connectivity was made from ghosts of generation %lld, there is %lld", (long long)connectivity->ghosts,
-              (long long)nodes->ghosts);
+    KITH_FAIL(STALE, "the connectivity was made from ghosts of generation %lld, there is %lld",
+              (long long)connectivity->ghosts, (long long)nodes->ghosts);
   return KITH_OK;
 }
 
-void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity, const struct kith_nodes *nodes, uint8_t *keep) {
+void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
+                                   const struct kith_nodes *nodes, uint8_t *keep) {
   const struct kith_rows *rows = &connectivity->rows;
   if (rows->n == 0) return;
   for (kith_index i = 0; i < nodes->n_internal; ++i)

@@ -12,8 +12,10 @@ static bool same_u8(const void *context, const struct kith_nodes *nodes, kith_in
   return tag[i] > 0 && tag[i] == tag[j];
 }
 
-kith_status kith_excluder_connected(struct kith_excluder *out, const struct kith_field *tag, const struct kith_excluder *next) {
-  if (tag->spec.type == KITH_F64) KITH_FAIL(BAD_INPUT, "field '%s' is no tag: tags are whole numbers", tag->spec.name);
+kith_status kith_excluder_connected(struct kith_excluder *out, const struct kith_field *tag,
+                                    const struct kith_excluder *next) {
+  if (tag->spec.type == KITH_F64)
+    KITH_FAIL(BAD_INPUT, "field '%s' is no tag: tags are whole numbers", tag->spec.name);
   /* Narrow: a distance costs less than a call. */
   *out = (struct kith_excluder){.name = "connected",
                                 .phase = KITH_NARROW,

@@ -1,14 +1,16 @@
 /* internal.h - private to this room: packed nodes and their distance test, scratch memory, the builders.
  *
- * Exact ties. Every distance of this room is the plain sum of squared differences, axis 0 first, and is compared by <=.
- * The sources here are compiled without contraction to fused multiply-add (CMakeLists.txt), so d2(i, j) = d2(j, i) to the
- * last bit, on every instruction set, and a lattice whose spacing equals the reach is decided the same way everywhere. */
+ * Exact ties. Every distance of this room is the plain sum of squared differences, axis 0 first, and is
+ * compared by <=. The sources here are compiled without contraction to fused multiply-add (CMakeLists.txt),
+ * so d2(i, j) = d2(j, i) to the last bit, on every instruction set, and a lattice whose spacing equals the
+ * reach is decided the same way everywhere. */
 #ifndef KITH_CONNECTIVITY_INTERNAL_H
 #define KITH_CONNECTIVITY_INTERNAL_H
 
 #include "lib/connectivity/connectivity.h"
 
-/* A few hundred nodes side by side, ascending in node index. Places beyond n, up to 64 * words, hold NaN: never hit. */
+/* A few hundred nodes side by side, ascending in node index. Places beyond n, up to 64 * words, hold NaN:
+ * never hit. */
 struct kith_packed {
   int n, words, capacity; /* words = ceil(n / 64) */
   kith_index *node;
@@ -25,10 +27,11 @@ int kith_packed_hits(const struct kith_packed *packed, const double *x, double r
 int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit);
 /* Writes the nodes of the hits, ascending. */
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out);
-/* Writes the slots of a run that reach the box, d2(box, slot) <= max(radius2, radius2_slot), ascending; returns how many.
- * Rounding is monotone, so d2(box, slot) <= d2(x, slot), as computed, for all x in the box: nothing is lost. */
-size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box, double radius2,
-                      kith_index *slot);
+/* Writes the slots of a run that reach the box, d2(box, slot) <= max(radius2, radius2_slot), ascending;
+ * returns how many. Rounding is monotone, so d2(box, slot) <= d2(x, slot), as computed, for all x in the box:
+ * nothing is lost. */
+size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
+                      double radius2, kith_index *slot);
 
 /* A growing array of 64-bit words. */
 struct kith_words {
@@ -52,8 +55,8 @@ struct kith_worker {
 
 enum { KITH_CHUNKS = 256 };
 
-/* Memory that is kept from build to build. Chunks are fixed shares of the masters: their buffers do not depend
- * on which thread filled them. */
+/* Memory that is kept from build to build. Chunks are fixed shares of the masters: their buffers do not
+ * depend on which thread filled them. */
 struct kith_connectivity_scratch {
   int n_workers;
   struct kith_worker *worker;
@@ -94,14 +97,12 @@ kith_status kith_pairs_of_row(struct kith_connectivity *connectivity);
 kith_status kith_overlap_build(const struct kith_build *build, kith_index n);
 kith_status kith_intersection_build(const struct kith_build *build);
 
-/* First entry of a row that is >= j. */
+/* First entry of a row that is >= j. Without branches: where it ends cannot be foretold. */
 static inline size_t kith_lower_bound(const kith_index *node, size_t from, size_t to, kith_index j) {
-  while (from < to) {
-    const size_t middle = from + (to - from) / 2;
-    if (node[middle] < j) from = middle + 1;
-    else to = middle;
-  }
-  return from;
+  if (from == to) return from;
+  const kith_index *at = node + from;
+  for (size_t n = to - from; n > 1; n -= n / 2) at += at[n / 2 - 1] < j ? n / 2 : 0;
+  return (size_t)(at - node) + (*at < j);
 }
 
 #endif

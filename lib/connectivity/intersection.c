@@ -1,5 +1,5 @@
-/* Intersection. The neighbors of j are told by distance, not by the row of j: so a ghost needs no row, and the test
- * streams: row i and i itself are packed once, and every pair of i tests them all at once. */
+/* Intersection. The neighbors of j are told by distance, not by the row of j: so a ghost needs no row, and
+ * the test streams: row i and i itself are packed once, and every pair of i tests them all at once. */
 #include "lib/connectivity/internal.h"
 
 #include <omp.h>
@@ -7,7 +7,8 @@
 #include "lib/connectivity/excluder.h"
 
 /* Packs row i, and i in its place; *self is that place. */
-static kith_status pack_row(const struct kith_build *build, kith_index i, struct kith_packed *near, int *self) {
+static kith_status pack_row(const struct kith_build *build, kith_index i, struct kith_packed *near,
+                            int *self) {
   const struct kith_rows *rows = &build->connectivity->rows;
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
   const size_t before = kith_lower_bound(rows->node, first, first + n, i) - first;
@@ -24,7 +25,8 @@ static kith_status pack_row(const struct kith_build *build, kith_index i, struct
   return KITH_OK;
 }
 
-static void exclude(const struct kith_build *build, kith_index j, const struct kith_packed *near, uint64_t *hit) {
+static void exclude(const struct kith_build *build, kith_index j, const struct kith_packed *near,
+                    uint64_t *hit) {
   for (int w = 0; w < near->words; ++w)
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
       const int k = __builtin_ctzll(bits);
@@ -35,10 +37,13 @@ static void exclude(const struct kith_build *build, kith_index j, const struct k
     }
 }
 
-static void set_bit(uint64_t *hit, int place) { hit[place / 64] |= UINT64_C(1) << (place % 64); }
+static void set_bit(uint64_t *hit, int place) {
+  hit[place / 64] |= UINT64_C(1) << (place % 64);
+}
 
 /* The bits of pair (i, j), i and j at places `self` and `other`. */
-static void common(const struct kith_build *build, const struct kith_packed *near, int self, int other, bool on_segment, uint64_t *hit) {
+static void common(const struct kith_build *build, const struct kith_packed *near, int self, int other,
+                   bool on_segment, uint64_t *hit) {
   double x[NDIM], y[NDIM];
   for (int a = 0; a < NDIM; ++a) x[a] = near->coordinate[a][self], y[a] = near->coordinate[a][other];
   kith_packed_hits(near, y, near->radius2[other], hit);
@@ -49,7 +54,8 @@ static void common(const struct kith_build *build, const struct kith_packed *nea
 }
 
 /* Pairs of i: counts (lengths into first[p + 1]) or fills. */
-static kith_status pairs_of(const struct kith_build *build, struct kith_worker *worker, kith_index i, bool fill) {
+static kith_status pairs_of(const struct kith_build *build, struct kith_worker *worker, kith_index i,
+                            bool fill) {
   const struct kith_connectivity *connectivity = build->connectivity;
   const struct kith_pairs *pairs = &connectivity->pairs;
   const struct kith_rows *out = &connectivity->intersection;
@@ -60,8 +66,10 @@ static kith_status pairs_of(const struct kith_build *build, struct kith_worker *
   KITH_TRY(kith_room(&worker->hit, &worker->hit_capacity, (size_t)near->words, sizeof(uint64_t)));
   int other = self;
   for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p) {
-    common(build, near, self, ++other, connectivity->built.on_segment, worker->hit); /* pairs of i follow i in the row */
-    if (fill) kith_packed_extract(near->node, near->words, worker->hit, out->node + out->first[p]);
+    common(build, near, self, ++other, connectivity->built.on_segment,
+           worker->hit); /* pairs of i follow i in the row */
+    if (fill)
+      kith_packed_extract(near->node, near->words, worker->hit, out->node + out->first[p]);
     else {
       size_t n = 0;
       for (int w = 0; w < near->words; ++w) n += (size_t)__builtin_popcountll(worker->hit[w]);
@@ -82,7 +90,8 @@ static kith_status pass(const struct kith_build *build, bool fill) {
       status = mine;
     }
   }
-  if (status != KITH_OK) return kith_fail(status, "the intersections could not be built: %s", kith_status_text(status));
+  if (status != KITH_OK)
+    return kith_fail(status, "the intersections could not be built: %s", kith_status_text(status));
   return KITH_OK;
 }
 

@@ -1,8 +1,9 @@
-/* Overlap. Let S(k) be the neighbors j of k with |x_j - x_k| <= R_j (their support holds k), and G(i) those with
- * |x_i - x_k| <= R_i. Then row i is row(i) and the union of S(k) over k in G(i), without i.
+/* Overlap. Let S(k) be the neighbors j of k with |x_j - x_k| <= R_j (their support holds k), and G(i) those
+ * with |x_i - x_k| <= R_i. Then row i is row(i) and the union of S(k) over k in G(i), without i.
  *
- * A union of 60 rows of 60 entries would be 3600 steps a node. Nodes are in curve order, so S(k) fills few 64-bit words
- * of a bitmap over the nodes: S is kept as (word, bits), `spans`, a union is one OR a span, and it comes out sorted. */
+ * A union of 60 rows of 60 entries would be 3600 steps a node. Nodes are in curve order, so S(k) fills few
+ * 64-bit words of a bitmap over the nodes: S is kept as (word, bits), `spans`, a union is one OR a span, and
+ * it comes out sorted. */
 #include "lib/connectivity/internal.h"
 
 #include <omp.h>
@@ -10,7 +11,9 @@
 
 #include "lib/connectivity/excluder.h"
 
-static double reach2(const struct kith_nodes *nodes, kith_index i) { return nodes->reach->f64[i] * nodes->reach->f64[i]; }
+static double reach2(const struct kith_nodes *nodes, kith_index i) {
+  return nodes->reach->f64[i] * nodes->reach->f64[i];
+}
 
 static double distance2(const struct kith_nodes *nodes, kith_index i, kith_index j) {
   const double *x = nodes->position->f64;
@@ -46,7 +49,8 @@ static kith_status make_spans(const struct kith_build *build) {
   for (kith_index k = 0; k < n; ++k) scratch->span_first[k + 1] = spans_of(build, k, NULL, NULL);
   for (kith_index k = 0; k < n; ++k) scratch->span_first[k + 1] += scratch->span_first[k];
   KITH_TRY(kith_room(&scratch->span, &scratch->span_capacity, scratch->span_first[n], sizeof *scratch->span));
-  KITH_TRY(kith_room(&scratch->span_bits, &scratch->span_bits_capacity, scratch->span_first[n], sizeof *scratch->span_bits));
+  KITH_TRY(kith_room(&scratch->span_bits, &scratch->span_bits_capacity, scratch->span_first[n],
+                     sizeof *scratch->span_bits));
 #pragma omp parallel for schedule(dynamic, 1024)
   for (kith_index k = 0; k < n; ++k)
     spans_of(build, k, scratch->span + scratch->span_first[k], scratch->span_bits + scratch->span_first[k]);
@@ -78,7 +82,8 @@ static void unite(const struct kith_build *build, kith_index i, struct set *set)
     const kith_index k = rows->node[e];
     set_or(set, k / 64, UINT64_C(1) << (k % 64));
     if (!(distance2(build->nodes, i, k) <= mine)) continue;
-    for (size_t s = scratch->span_first[k]; s < scratch->span_first[k + 1]; ++s) set_or(set, scratch->span[s], scratch->span_bits[s]);
+    for (size_t s = scratch->span_first[k]; s < scratch->span_first[k + 1]; ++s)
+      set_or(set, scratch->span[s], scratch->span_bits[s]);
   }
   set->bitmap[i / 64] &= ~(UINT64_C(1) << (i % 64));
 }
@@ -103,7 +108,8 @@ static size_t drain(const struct kith_build *build, kith_index i, struct set *se
       const kith_index word = 64 * t + __builtin_ctzll(rest);
       uint64_t bits = allowed(build, i, word, set->bitmap[word]);
       set->bitmap[word] = 0;
-      if (out == NULL) n += (size_t)__builtin_popcountll(bits);
+      if (out == NULL)
+        n += (size_t)__builtin_popcountll(bits);
       else
         for (; bits != 0; bits &= bits - 1) out[n++] = 64 * word + __builtin_ctzll(bits);
     }

@@ -1,5 +1,5 @@
-/* The distance test, 64 nodes at a time. The inner loops are what the compiler vectorizes: first one word per node, then
- * the bits are gathered; a single loop that shifts under a condition stays scalar with gcc 12. */
+/* The distance test, 64 nodes at a time. The inner loops are what the compiler vectorizes: first one word per
+ * node, then the bits are gathered; a single loop that shifts under a condition stays scalar with gcc 12. */
 #include "lib/connectivity/internal.h"
 
 kith_status kith_packed_reserve(struct kith_packed *packed, size_t n) {
@@ -30,8 +30,8 @@ void kith_packed_clear(struct kith_packed *packed) {
   packed->capacity = 0;
 }
 
-static KITH_HOT int hits(const double *const *coordinate, const double *radius2, int words, const double *x, double reach2,
-                         uint64_t *restrict hit) {
+static KITH_HOT int hits(const double *const *coordinate, const double *radius2, int words, const double *x,
+                         double reach2, uint64_t *restrict hit) {
   const double *c[NDIM];
   double at[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a], at[a] = x[a];
@@ -58,7 +58,8 @@ int kith_packed_hits(const struct kith_packed *packed, const double *x, double r
   return hits((const double *const *)packed->coordinate, packed->radius2, packed->words, x, radius2, hit);
 }
 
-static KITH_HOT int between(const double *const *coordinate, int words, const double *x, const double *y, uint64_t *restrict hit) {
+static KITH_HOT int between(const double *const *coordinate, int words, const double *x, const double *y,
+                            uint64_t *restrict hit) {
   const double *c[NDIM];
   double from[NDIM], to[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a], from[a] = x[a], to[a] = y[a];
@@ -93,7 +94,8 @@ void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit,
 enum { LANES = 16 };
 
 /* Bits of the first `lanes` slots behind the pointers. */
-static inline unsigned box_bits(const double *const *c, const double *radius2, int lanes, const struct kith_box *box, double reach2) {
+static inline unsigned box_bits(const double *const *c, const double *radius2, int lanes,
+                                const struct kith_box *box, double reach2) {
   uint64_t within[LANES], bits = 0;
   for (int k = 0; k < lanes; ++k) {
     double d2 = 0;
@@ -109,8 +111,9 @@ static inline unsigned box_bits(const double *const *c, const double *radius2, i
   return (unsigned)bits;
 }
 
-static KITH_HOT size_t box_slots(const double *const *coordinate, const double *radius2, kith_index n, struct kith_run run,
-                                 const struct kith_box *box, double reach2, kith_index *restrict slot) {
+static KITH_HOT size_t box_slots(const double *const *coordinate, const double *radius2, kith_index n,
+                                 struct kith_run run, const struct kith_box *box, double reach2,
+                                 kith_index *restrict slot) {
   const struct kith_box b = *box;
   size_t found = 0;
   for (kith_index s = run.first; s < run.first + run.count; s += LANES) {
@@ -118,13 +121,16 @@ static KITH_HOT size_t box_slots(const double *const *coordinate, const double *
     for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a] + s;
     const int count = KITH_MIN(LANES, run.first + run.count - s);
     /* Whole blocks vectorize: look at slots behind the run too, if there are any, and forget them. */
-    unsigned bits = s + LANES <= n ? box_bits(c, radius2 + s, LANES, &b, reach2) : box_bits(c, radius2 + s, count, &b, reach2);
+    unsigned bits = s + LANES <= n ? box_bits(c, radius2 + s, LANES, &b, reach2)
+                                   : box_bits(c, radius2 + s, count, &b, reach2);
     bits &= (2u << (count - 1)) - 1;
     for (; bits != 0; bits &= bits - 1) slot[found++] = s + __builtin_ctz(bits);
   }
   return found;
 }
 
-size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box, double radius2, kith_index *slot) {
-  return box_slots((const double *const *)search->coordinate, search->radius2, search->n, run, box, radius2, slot);
+size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
+                      double radius2, kith_index *slot) {
+  return box_slots((const double *const *)search->coordinate, search->radius2, search->n, run, box, radius2,
+                   slot);
 }

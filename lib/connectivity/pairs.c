@@ -17,9 +17,11 @@ static kith_status number_pairs(const struct kith_rows *rows, struct kith_pairs 
   return KITH_OK;
 }
 
-/* Rows from..to. An upper entry of row i is the next pair of i. A lower entry j is a pair of row j: as i ascends, it meets
- * the pairs of j in order, so a cursor for each j gives them; only where j lies before `from` it must be looked up. */
-static void number_entries(const struct kith_rows *rows, struct kith_pairs *pairs, uint32_t *cursor, kith_index from, kith_index to) {
+/* Rows from..to. An upper entry of row i is the next pair of i. A lower entry j is a pair of row j: as i
+ * ascends, it meets the pairs of j in order, so a cursor for each j gives them; only where j lies before
+ * `from` it must be looked up. */
+static void number_entries(const struct kith_rows *rows, struct kith_pairs *pairs, uint32_t *cursor,
+                           kith_index from, kith_index to) {
   for (kith_index i = from; i < to; ++i) {
     const size_t split = rows->first[i + 1] - (pairs->first[i + 1] - pairs->first[i]);
     size_t e = rows->first[i];
@@ -34,7 +36,8 @@ static void number_entries(const struct kith_rows *rows, struct kith_pairs *pair
   }
 }
 
-/* Shares of the nodes: few, so that few entries point out of their share; the result does not depend on them. */
+/* Shares of the nodes: few, so that few entries point out of their share; the result does not depend on them.
+ */
 enum { SHARES = 16 };
 
 kith_status kith_pairs_of_row(struct kith_connectivity *connectivity) {

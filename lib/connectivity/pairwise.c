@@ -1,7 +1,8 @@
 /* Pairwise fields. */
 #include "lib/connectivity/connectivity.h"
 
-kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity, int components) {
+kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity,
+                                  int components) {
   if (components < 1) KITH_FAIL(INTERNAL, "a pairwise field of %d components", components);
   const size_t need = connectivity->pairs.n * (size_t)components;
   if (need > field->capacity) {
@@ -16,11 +17,12 @@ kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith
   return KITH_OK;
 }
 
-kith_status kith_pairwise_fresh(const struct kith_pairwise *field, const struct kith_connectivity *connectivity) {
+kith_status kith_pairwise_fresh(const struct kith_pairwise *field,
+                                const struct kith_connectivity *connectivity) {
   if (field->components < 1) KITH_FAIL(STALE, "a pairwise field was never prepared");
   if (field->generation != connectivity->generation)
-    KITH_FAIL(STALE, "a pairwise field belongs to connectivity %llu, there is %llu", (unsigned long long)field->generation,
-              (unsigned long long)connectivity->generation);
+    KITH_FAIL(STALE, "a pairwise field belongs to connectivity %llu, there is %llu",
+              (unsigned long long)field->generation, (unsigned long long)connectivity->generation);
   return KITH_OK;
 }
 

@@ -1,18 +1,20 @@
-/* Patching after a cull. Ghosts are the last nodes and culling keeps the order, so new numbers never reverse an order:
- * sorted stays sorted, i < j stays i < j, and internal nodes keep their numbers.
+/* Patching after a cull. Ghosts are the last nodes and culling keeps the order, so new numbers never reverse
+ * an order: sorted stays sorted, i < j stays i < j, and internal nodes keep their numbers.
  *
- * If no entry is lost (the usual case: only ghosts that nobody needs are culled, and they have no rows), only ghost numbers
- * change, at the tail of each row. Otherwise everything is moved up in place, in one sweep. */
+ * If no entry is lost (the usual case: only ghosts that nobody needs are culled, and they have no rows), only
+ * ghost numbers change, at the tail of each row. Otherwise everything is moved up in place, in one sweep. */
 #include "lib/connectivity/internal.h"
 
-static kith_status check_renumber(const struct kith_nodes *nodes, const kith_index *renumber, kith_index old_count) {
+static kith_status check_renumber(const struct kith_nodes *nodes, const kith_index *renumber,
+                                  kith_index old_count) {
   kith_index next = 0;
   for (kith_index i = 0; i < old_count; ++i) {
     if (renumber[i] < 0 && i >= nodes->n_internal) continue;
     if (renumber[i] != next) KITH_FAIL(INTERNAL, "node %d cannot become node %d", i, renumber[i]);
     ++next;
   }
-  if (next != kith_nodes_count(nodes)) KITH_FAIL(INTERNAL, "%d nodes are renumbered, there are %d", next, kith_nodes_count(nodes));
+  if (next != kith_nodes_count(nodes))
+    KITH_FAIL(INTERNAL, "%d nodes are renumbered, there are %d", next, kith_nodes_count(nodes));
   return KITH_OK;
 }
 
@@ -66,8 +68,10 @@ static void move_rows(struct kith_rows *rows, const kith_index *renumber) {
   }
 }
 
-/* Pairs whose ends are kept, with their factor and their intersection. Call while pairs.first has the old numbers. */
-static void move_pairs(struct kith_connectivity *connectivity, const kith_index *renumber, kith_index old_count) {
+/* Pairs whose ends are kept, with their factor and their intersection. Call while pairs.first has the old
+ * numbers. */
+static void move_pairs(struct kith_connectivity *connectivity, const kith_index *renumber,
+                       kith_index old_count) {
   struct kith_pairs *pairs = &connectivity->pairs;
   struct kith_rows *common = connectivity->built.intersection ? &connectivity->intersection : NULL;
   size_t kept = 0, p = 0, common_from = 0, common_to = 0;
@@ -79,7 +83,9 @@ static void move_pairs(struct kith_connectivity *connectivity, const kith_index 
       if (renumber[i] >= 0 && j >= 0) {
         pairs->node[kept][0] = renumber[i], pairs->node[kept][1] = j;
         if (pairs->f_couple != NULL) pairs->f_couple[kept] = pairs->f_couple[p];
-        if (common != NULL) common->first[kept + 1] = common_to = move_row(common->node, common_from, common_stop, common_to, renumber);
+        if (common != NULL)
+          common->first[kept + 1] = common_to =
+              move_row(common->node, common_from, common_stop, common_to, renumber);
         ++kept;
       }
       common_from = common_stop;
@@ -90,15 +96,18 @@ static void move_pairs(struct kith_connectivity *connectivity, const kith_index 
   if (common != NULL) common->n = (kith_index)kept;
 }
 
-static void renumber_pairs(const struct kith_pairs *pairs, const kith_index *renumber, kith_index n_internal) {
+static void renumber_pairs(const struct kith_pairs *pairs, const kith_index *renumber,
+                           kith_index n_internal) {
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < pairs->n; ++p)
     for (int end = 0; end < 2; ++end)
       if (pairs->node[p][end] >= n_internal) pairs->node[p][end] = renumber[pairs->node[p][end]];
 }
 
-static void patch_rows(struct kith_rows *rows, const kith_index *renumber, kith_index n_internal, kith_index new_count) {
-  if (loses_row(rows, renumber, n_internal) || loses_entry(rows, renumber, n_internal)) move_rows(rows, renumber);
+static void patch_rows(struct kith_rows *rows, const kith_index *renumber, kith_index n_internal,
+                       kith_index new_count) {
+  if (loses_row(rows, renumber, n_internal) || loses_entry(rows, renumber, n_internal))
+    move_rows(rows, renumber);
   else {
     renumber_tails(rows, renumber, n_internal);
     drop_empty_rows(rows->first, renumber, rows->n);
@@ -107,8 +116,8 @@ static void patch_rows(struct kith_rows *rows, const kith_index *renumber, kith_
 }
 
 /* Rows and all that hangs on them. */
-static kith_status patch_pairs(struct kith_connectivity *connectivity, const kith_index *renumber, kith_index n_internal,
-                               kith_index new_count) {
+static kith_status patch_pairs(struct kith_connectivity *connectivity, const kith_index *renumber,
+                               kith_index n_internal, kith_index new_count) {
   struct kith_rows *rows = &connectivity->rows;
   const kith_index old_count = rows->n;
   const bool loses = loses_row(rows, renumber, n_internal) || loses_entry(rows, renumber, n_internal);
@@ -135,8 +144,10 @@ kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, cons
       KITH_FAIL(STALE, "the connectivity has %d nodes, the renumbering %d", connectivity->rows.n, old_count);
     KITH_TRY(check_renumber(nodes, renumber, old_count));
     if (connectivity->built.overlap) patch_rows(&connectivity->overlap, renumber, n_internal, new_count);
-    if (connectivity->built.pairs) KITH_TRY(patch_pairs(connectivity, renumber, n_internal, new_count));
-    else patch_rows(&connectivity->rows, renumber, n_internal, new_count);
+    if (connectivity->built.pairs)
+      KITH_TRY(patch_pairs(connectivity, renumber, n_internal, new_count));
+    else
+      patch_rows(&connectivity->rows, renumber, n_internal, new_count);
   }
   connectivity->ghosts = nodes->ghosts;
   ++connectivity->generation;

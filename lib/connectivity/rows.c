@@ -1,8 +1,10 @@
-/* Rows. Masters that are close together (a bunch) share their candidates: those are cut down to the bunch's box, sorted by
- * node once, and packed; then each row falls out of one streamed distance test in ascending order.
+/* Rows. Masters that are close together (a bunch) share their candidates: those are cut down to the bunch's
+ * box, sorted by node once, and packed; then each row falls out of one streamed distance test in ascending
+ * order.
  *
- * Pass 1 leaves the candidates and one bit per candidate and master; pass 2 turns bits into entries at their final place.
- * So no distance is tested twice, and what is kept in between is smaller than the rows themselves. */
+ * Pass 1 leaves the candidates and one bit per candidate and master; pass 2 turns bits into entries at their
+ * final place. So no distance is tested twice, and what is kept in between is smaller than the rows
+ * themselves. */
 #include "lib/connectivity/internal.h"
 
 #include <omp.h>
@@ -10,7 +12,8 @@
 
 #include "lib/connectivity/excluder.h"
 
-/* Fewer masters: a smaller box and fewer tests each; more: the candidates are packed less often. Flat between 16 and 48. */
+/* Fewer masters: a smaller box and fewer tests each; more: the candidates are packed less often. Flat between
+ * 16 and 48. */
 enum { BUNCH = 32 };
 
 /* --- bunches --- */
@@ -73,7 +76,8 @@ static size_t ascent(const uint64_t *key, size_t from, size_t n) {
   return KITH_MIN(k, n);
 }
 
-static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, const uint64_t *b_end, uint64_t *out) {
+static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, const uint64_t *b_end,
+                  uint64_t *out) {
   while (a < a_end && b < b_end) {
     const bool first = *a < *b;
     *out++ = first ? *a : *b;
@@ -83,7 +87,8 @@ static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, c
   if (b < b_end) memcpy(out, b, (size_t)(b_end - b) * sizeof *out);
 }
 
-/* Natural merge sort: slots nearly follow the nodes, so there are few ascents. Returns where the sorted keys are. */
+/* Natural merge sort: slots nearly follow the nodes, so there are few ascents. Returns where the sorted keys
+ * are. */
 static uint64_t *sort_keys(uint64_t *key, uint64_t *spare, size_t n) {
   while (!ascending(key, n)) {
     for (size_t from = 0; from < n;) {
@@ -110,12 +115,14 @@ static kith_status keys_room(struct kith_worker *worker) {
   return KITH_OK;
 }
 
-/* Keys of the slots that reach the box, internal nodes and ghosts apart: each of the two is nearly ascending. */
-static void collect(struct kith_worker *worker, const struct kith_search *search, const struct kith_box *box, double radius2,
-                    kith_index n_internal, size_t *n_inner, size_t *n_outer) {
+/* Keys of the slots that reach the box, internal nodes and ghosts apart: each of the two is nearly ascending.
+ */
+static void collect(struct kith_worker *worker, const struct kith_search *search, const struct kith_box *box,
+                    double radius2, kith_index n_internal, size_t *n_inner, size_t *n_outer) {
   uint64_t *inner = worker->key[0], *outer = worker->key[1];
   size_t n = 0;
-  for (int r = 0; r < worker->runs.n; ++r) n += kith_box_slots(search, worker->runs.run[r], box, radius2, worker->slot + n);
+  for (int r = 0; r < worker->runs.n; ++r)
+    n += kith_box_slots(search, worker->runs.run[r], box, radius2, worker->slot + n);
   for (size_t k = 0; k < n; ++k) {
     const kith_index slot = worker->slot[k], node = search->node[slot];
     *inner = *outer = (uint64_t)node << 32 | (uint64_t)slot;
@@ -125,9 +132,10 @@ static void collect(struct kith_worker *worker, const struct kith_search *search
   *n_outer = (size_t)(outer - worker->key[1]);
 }
 
-/* self[m]: the place of master m among the candidates, -1 if it is not there (a position that is no number). */
-static void pack(struct kith_packed *near, const struct kith_search *search, const uint64_t *key, int from, int n,
-                 struct kith_run masters, int *self) {
+/* self[m]: the place of master m among the candidates, -1 if it is not there (a position that is no number).
+ */
+static void pack(struct kith_packed *near, const struct kith_search *search, const uint64_t *key, int from,
+                 int n, struct kith_run masters, int *self) {
   for (int p = 0; p < n; ++p) {
     const kith_index slot = (kith_index)(key[p] & 0xffffffffu);
     near->node[from + p] = (kith_index)(key[p] >> 32);
@@ -138,7 +146,8 @@ static void pack(struct kith_packed *near, const struct kith_search *search, con
   }
 }
 
-static kith_status candidates(struct kith_worker *worker, const struct kith_build *build, const struct bunch *bunch, int *self) {
+static kith_status candidates(struct kith_worker *worker, const struct kith_build *build,
+                              const struct bunch *bunch, int *self) {
   const struct kith_search *search = build->search;
   for (kith_index m = 0; m < bunch->run.count; ++m) self[m] = -1;
   worker->runs.n = 0;
@@ -148,21 +157,24 @@ static kith_status candidates(struct kith_worker *worker, const struct kith_buil
   collect(worker, search, &bunch->box, bunch->radius2, build->nodes->n_internal, &n_inner, &n_outer);
   KITH_TRY(kith_packed_reserve(&worker->near, n_inner + n_outer));
   /* Sorted keys may end in the spare array, so each part is packed before the next is sorted. */
-  pack(&worker->near, search, sort_keys(worker->key[0], worker->key[2], n_inner), 0, (int)n_inner, bunch->run, self);
-  pack(&worker->near, search, sort_keys(worker->key[1], worker->key[2], n_outer), (int)n_inner, (int)n_outer, bunch->run, self);
+  pack(&worker->near, search, sort_keys(worker->key[0], worker->key[2], n_inner), 0, (int)n_inner, bunch->run,
+       self);
+  pack(&worker->near, search, sort_keys(worker->key[1], worker->key[2], n_outer), (int)n_inner, (int)n_outer,
+       bunch->run, self);
   kith_packed_close(&worker->near, (int)(n_inner + n_outer));
   return KITH_OK;
 }
 
 /* --- pass 1 --- */
 
-static int exclude_phase(const struct kith_build *build, enum kith_phase phase, kith_index i, const struct kith_packed *near,
-                         uint64_t *hit) {
+static int exclude_phase(const struct kith_build *build, enum kith_phase phase, kith_index i,
+                         const struct kith_packed *near, uint64_t *hit) {
   int count = 0;
   for (int w = 0; w < near->words; ++w) {
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
       const int k = __builtin_ctzll(bits);
-      if (kith_excluder_rejects(build->excluders, phase, build->nodes, i, near->node[64 * w + k])) hit[w] &= ~(UINT64_C(1) << k);
+      if (kith_excluder_rejects(build->excluders, phase, build->nodes, i, near->node[64 * w + k]))
+        hit[w] &= ~(UINT64_C(1) << k);
     }
     count += __builtin_popcountll(hit[w]);
   }
@@ -170,7 +182,8 @@ static int exclude_phase(const struct kith_build *build, enum kith_phase phase, 
 }
 
 /* Broad excluders see the candidates, narrow ones what is left after the distance test. */
-static kith_status exclude(struct kith_worker *worker, const struct kith_build *build, kith_index i, uint64_t *hit, int *count) {
+static kith_status exclude(struct kith_worker *worker, const struct kith_build *build, kith_index i,
+                           uint64_t *hit, int *count) {
   const struct kith_packed *near = &worker->near;
   KITH_TRY(kith_room(&worker->allowed, &worker->allowed_capacity, (size_t)near->words, sizeof(uint64_t)));
   for (int w = 0; w < near->words; ++w) worker->allowed[w] = ~UINT64_C(0);
@@ -199,8 +212,8 @@ static kith_status chunk_room(struct kith_words *chunk, size_t more, int done, i
   return KITH_OK;
 }
 
-static kith_status test_masters(struct kith_worker *worker, const struct kith_build *build, struct kith_run masters, const int *self,
-                                uint64_t *hit) {
+static kith_status test_masters(struct kith_worker *worker, const struct kith_build *build,
+                                struct kith_run masters, const int *self, uint64_t *hit) {
   const struct kith_search *search = build->search;
   size_t *length = build->connectivity->rows.first + 1;
   for (kith_index m = 0; m < masters.count; ++m, hit += worker->near.words) {
@@ -222,8 +235,8 @@ static kith_status test_masters(struct kith_worker *worker, const struct kith_bu
 }
 
 /* `done` of `all` groups of the chunk are dealt with when this bunch is. */
-static kith_status test_bunch(struct kith_worker *worker, const struct kith_build *build, struct kith_words *chunk,
-                              const struct bunch *bunch, int done, int all) {
+static kith_status test_bunch(struct kith_worker *worker, const struct kith_build *build,
+                              struct kith_words *chunk, const struct bunch *bunch, int done, int all) {
   int self[BUNCH];
   KITH_TRY(candidates(worker, build, bunch, self));
   const size_t words = record_words(&worker->near, bunch->run.count), n = (size_t)worker->near.n;
@@ -237,7 +250,8 @@ static kith_status test_bunch(struct kith_worker *worker, const struct kith_buil
 }
 
 /* Cuts large groups, joins small ones. Ghosts and internal nodes are never in one group. */
-static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number, bool ghosts) {
+static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number,
+                              bool ghosts) {
   const struct kith_search *search = build->search;
   struct kith_words *chunk = &build->connectivity->scratch->chunk[chunk_number];
   const int start = chunk_start(search, chunk_number), stop = chunk_start(search, chunk_number + 1);
@@ -272,7 +286,8 @@ static kith_status test_all(const struct kith_build *build, bool ghosts) {
     }
   }
   /* The message stayed on the thread that failed. */
-  if (status != KITH_OK) return kith_fail(status, "the rows could not be built: %s", kith_status_text(status));
+  if (status != KITH_OK)
+    return kith_fail(status, "the rows could not be built: %s", kith_status_text(status));
   return KITH_OK;
 }
 

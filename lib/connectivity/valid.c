@@ -1,4 +1,5 @@
-/* All invariants that do not depend on where the nodes are now. Plain and serial: this is a check, not a stage. */
+/* All invariants that do not depend on where the nodes are now. Plain and serial: this is a check, not a
+ * stage. */
 #include <math.h>
 
 #include "lib/connectivity/internal.h"
@@ -25,7 +26,8 @@ static kith_status valid_csr(const struct kith_rows *rows, const char *what, kit
 }
 
 /* Rows by node: no self, symmetric where stored, none for the nodes from `stored` on. */
-static kith_status valid_rows(const struct kith_rows *rows, const char *what, kith_index count, kith_index stored) {
+static kith_status valid_rows(const struct kith_rows *rows, const char *what, kith_index count,
+                              kith_index stored) {
   if (rows->n != count) KITH_FAIL(INTERNAL, "%s: %d rows for %d nodes", what, rows->n, count);
   KITH_TRY(valid_csr(rows, what, count));
   if (rows->first[count] != rows->first[stored]) KITH_FAIL(INTERNAL, "%s: ghosts have rows", what);
@@ -33,7 +35,8 @@ static kith_status valid_rows(const struct kith_rows *rows, const char *what, ki
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
       if (j == i) KITH_FAIL(INTERNAL, "%s: row %d holds itself", what, i);
-      if (j < stored && !holds(rows, j, i)) KITH_FAIL(INTERNAL, "%s: row %d holds %d, but not the other way round", what, i, j);
+      if (j < stored && !holds(rows, j, i))
+        KITH_FAIL(INTERNAL, "%s: row %d holds %d, but not the other way round", what, i, j);
     }
   return KITH_OK;
 }
@@ -42,7 +45,8 @@ static kith_status valid_rows(const struct kith_rows *rows, const char *what, ki
 static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_pairs *pairs) {
   size_t p = 0;
   for (kith_index i = 0; i < rows->n; ++i) {
-    if (pairs->first[i] != p) KITH_FAIL(INTERNAL, "pairs: those of node %d start at %zu, not %zu", i, pairs->first[i], p);
+    if (pairs->first[i] != p)
+      KITH_FAIL(INTERNAL, "pairs: those of node %d start at %zu, not %zu", i, pairs->first[i], p);
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e], low = KITH_MIN(i, j), high = KITH_MAX(i, j);
       const size_t q = pairs->of_row[e];
@@ -51,28 +55,33 @@ static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_p
       if (j > i && q != p++) KITH_FAIL(INTERNAL, "pairs: (%d, %d) is number %zu, out of order", i, j, q);
     }
   }
-  if (pairs->first[rows->n] != p || pairs->n != p) KITH_FAIL(INTERNAL, "pairs: there are %zu, the rows hold %zu", pairs->n, p);
+  if (pairs->first[rows->n] != p || pairs->n != p)
+    KITH_FAIL(INTERNAL, "pairs: there are %zu, the rows hold %zu", pairs->n, p);
   for (size_t q = 0; pairs->f_couple != NULL && q < pairs->n; ++q)
-    if (!isfinite(pairs->f_couple[q])) KITH_FAIL(INTERNAL, "pairs: factor %g of pair %zu", pairs->f_couple[q], q);
+    if (!isfinite(pairs->f_couple[q]))
+      KITH_FAIL(INTERNAL, "pairs: factor %g of pair %zu", pairs->f_couple[q], q);
   return KITH_OK;
 }
 
 static kith_status valid_overlap(const struct kith_rows *overlap, const struct kith_rows *rows) {
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (!holds(overlap, i, rows->node[e])) KITH_FAIL(INTERNAL, "overlap: row %d lacks its neighbor %d", i, rows->node[e]);
+      if (!holds(overlap, i, rows->node[e]))
+        KITH_FAIL(INTERNAL, "overlap: row %d lacks its neighbor %d", i, rows->node[e]);
   return KITH_OK;
 }
 
 /* Both ends, and otherwise only common neighbors (as far as rows tell). */
-static kith_status valid_intersection(const struct kith_connectivity *connectivity, kith_index count, kith_index stored) {
+static kith_status valid_intersection(const struct kith_connectivity *connectivity, kith_index count,
+                                      kith_index stored) {
   const struct kith_rows *common = &connectivity->intersection, *rows = &connectivity->rows;
   if ((size_t)common->n != connectivity->pairs.n)
     KITH_FAIL(INTERNAL, "intersection: %d rows for %zu pairs", common->n, connectivity->pairs.n);
   KITH_TRY(valid_csr(common, "intersection", count));
   for (kith_index p = 0; p < common->n; ++p) {
     const kith_index i = connectivity->pairs.node[p][0], j = connectivity->pairs.node[p][1];
-    if (!holds(common, p, i) || !holds(common, p, j)) KITH_FAIL(INTERNAL, "intersection: pair (%d, %d) lacks an end", i, j);
+    if (!holds(common, p, i) || !holds(common, p, j))
+      KITH_FAIL(INTERNAL, "intersection: pair (%d, %d) lacks an end", i, j);
     for (size_t e = common->first[p]; e < common->first[p + 1]; ++e) {
       const kith_index k = common->node[e];
       if (k == i || k == j) continue;
@@ -83,7 +92,8 @@ static kith_status valid_intersection(const struct kith_connectivity *connectivi
   return KITH_OK;
 }
 
-kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity, const struct kith_nodes *nodes) {
+kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
+                                    const struct kith_nodes *nodes) {
   const kith_index count = kith_nodes_count(nodes);
   const kith_index stored = connectivity->built.ghost_rows ? count : nodes->n_internal;
   KITH_TRY(kith_connectivity_fresh(connectivity, nodes));

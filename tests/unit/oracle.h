@@ -1,0 +1,192 @@
+/* oracle.h - nodes to test connectivity with, and slow answers straight from the definitions: no search, no
+ * rows. */
+#ifndef KITH_TESTS_ORACLE_H
+#define KITH_TESTS_ORACLE_H
+
+#include <stdlib.h>
+#include <string.h>
+#include "lib/connectivity/connectivity.h"
+#include "lib/nodes/nodes.h"
+#include "tests/check.h"
+
+/* d^2, axis by axis in their order; volatile: no fused multiply-add whatever the compiler's mood. */
+static inline double oracle_distance2(const struct kith_nodes *nodes, int i, int j) {
+  double sum = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = nodes->position->f64[i * NDIM + a] - nodes->position->f64[j * NDIM + a];
+    volatile const double square = d * d;
+    sum = sum + square;
+  }
+  return sum;
+}
+/* Node k lies in the support of i. */
+static inline bool oracle_holds(const struct kith_nodes *nodes, int i, int k) {
+  const double reach = nodes->reach->f64[i];
+  return oracle_distance2(nodes, i, k) <= reach * reach;
+}
+static inline bool oracle_rejected(const struct kith_excluder *chain, const struct kith_nodes *nodes, int i,
+                                   int j) {
+  for (; chain; chain = chain->next)
+    if (chain->reject(chain->context, nodes, i, j)) return true;
+  return false;
+}
+static inline bool oracle_neighbors(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
+                                    int j) {
+  return i != j && (oracle_holds(nodes, i, j) || oracle_holds(nodes, j, i)) &&
+         !oracle_rejected(chain, nodes, i, j);
+}
+static inline bool oracle_overlap(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
+                                  int j) {
+  if (i == j || oracle_rejected(chain, nodes, i, j)) return false;
+  if (oracle_neighbors(nodes, chain, i, j)) return true;
+  for (int k = 0; k < kith_nodes_count(nodes); ++k)
+    if (k != i && k != j && oracle_holds(nodes, i, k) && oracle_holds(nodes, j, k) &&
+        !oracle_rejected(chain, nodes, i, k) && !oracle_rejected(chain, nodes, j, k))
+      return true;
+  return false;
+}
+static inline bool oracle_between(const struct kith_nodes *nodes, int i, int j, int k) {
+  const double *x = nodes->position->f64;
+  double from_i = 0, from_j = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double e = x[j * NDIM + a] - x[i * NDIM + a];
+    volatile const double p = (x[k * NDIM + a] - x[i * NDIM + a]) * e,
+                          q = (x[k * NDIM + a] - x[j * NDIM + a]) * -e;
+    from_i += p, from_j += q;
+  }
+  return from_i > 0 && from_j > 0;
+}
+static inline bool oracle_common(const struct kith_nodes *nodes, const struct kith_excluder *chain,
+                                 bool on_segment, int i, int j, int k) {
+  if (k == i || k == j) return true;
+  return oracle_neighbors(nodes, chain, i, k) && oracle_neighbors(nodes, chain, j, k) &&
+         (!on_segment || oracle_between(nodes, i, j, k));
+}
+
+/* Compares a row with a predicate over all nodes, in order. Returns the number of entries, or -1. */
+#define ORACLE_ROW(rows, row, count, k, predicate)                                                           \
+  do {                                                                                                       \
+    size_t oracle_e_ = (rows)->first[row];                                                                   \
+    bool oracle_same_ = true;                                                                                \
+    for (int k = 0; k < (count); ++k)                                                                        \
+      if (predicate) {                                                                                       \
+        oracle_same_ = oracle_same_ && oracle_e_ < (rows)->first[(row) + 1] && (rows)->node[oracle_e_] == k; \
+        ++oracle_e_;                                                                                         \
+      }                                                                                                      \
+    CHECK(oracle_same_ &&oracle_e_ == (rows)->first[(row) + 1]);                                             \
+  } while (0)
+
+/* Everything that is built, against the definitions. O(N^3). */
+static inline void oracle_check(const struct kith_connectivity *c, const struct kith_nodes *nodes,
+                                const struct kith_excluder *chain) {
+  const int n = kith_nodes_count(nodes), stored = c->built.ghost_rows ? n : nodes->n_internal;
+  CHECK(c->rows.n == n);
+  for (int i = 0; i < n; ++i)
+    ORACLE_ROW(&c->rows, i, n, j, i < stored && oracle_neighbors(nodes, chain, i, j));
+  if (c->built.overlap)
+    for (int i = 0; i < n; ++i)
+      ORACLE_ROW(&c->overlap, i, n, j, i < stored && oracle_overlap(nodes, chain, i, j));
+  if (!c->built.pairs) return;
+  size_t p = 0;
+  for (int i = 0; i < stored; ++i) {
+    CHECK(c->pairs.first[i] == p);
+    for (int j = i + 1; j < n; ++j) {
+      if (!oracle_neighbors(nodes, chain, i, j)) {
+        CHECK(kith_connectivity_pair(c, i, j) == c->pairs.n && kith_connectivity_pair(c, j, i) == c->pairs.n);
+        continue;
+      }
+      CHECK(p < c->pairs.n && c->pairs.node[p][0] == i && c->pairs.node[p][1] == j);
+      CHECK(kith_connectivity_pair(c, i, j) == p && kith_connectivity_pair(c, j, i) == p);
+      if (c->built.intersection)
+        ORACLE_ROW(&c->intersection, p, n, k, oracle_common(nodes, chain, c->built.on_segment, i, j, k));
+      ++p;
+    }
+  }
+  CHECK(p == c->pairs.n && c->pairs.first[n] == p);
+  for (int i = 0; i < n; ++i)
+    for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e) {
+      const kith_index *ends = c->pairs.node[c->pairs.of_row[e]], j = c->rows.node[e];
+      CHECK(ends[0] == KITH_MIN(i, j) && ends[1] == KITH_MAX(i, j));
+    }
+}
+
+/* Are two connectivities the same, byte for byte? */
+static inline bool oracle_same_rows(const struct kith_rows *a, const struct kith_rows *b) {
+  if (a->n != b->n) return false;
+  if (a->n == 0) return true;
+  return memcmp(a->first, b->first, ((size_t)a->n + 1) * sizeof *a->first) == 0 &&
+         (a->first[a->n] == 0 || memcmp(a->node, b->node, a->first[a->n] * sizeof *a->node) == 0);
+}
+static inline bool oracle_same(const struct kith_connectivity *a, const struct kith_connectivity *b) {
+  if (!oracle_same_rows(&a->rows, &b->rows) || !oracle_same_rows(&a->overlap, &b->overlap)) return false;
+  if (!oracle_same_rows(&a->intersection, &b->intersection) || a->pairs.n != b->pairs.n) return false;
+  if (!a->built.pairs) return true;
+  return memcmp(a->pairs.first, b->pairs.first, ((size_t)a->rows.n + 1) * sizeof *a->pairs.first) == 0 &&
+         (a->pairs.n == 0 || (memcmp(a->pairs.node, b->pairs.node, a->pairs.n * sizeof *a->pairs.node) == 0 &&
+                              memcmp(a->pairs.of_row, b->pairs.of_row,
+                                     a->rows.first[a->rows.n] * sizeof *a->pairs.of_row) == 0));
+}
+
+/* `count[l]` nodes at random places in the unit box for each list; reach between `reach` and `reach` * ratio.
+ */
+static inline struct kith_nodes *oracle_random(int n_lists, const int *count, double reach, double ratio,
+                                               uint64_t *state) {
+  static const char *const names[] = {"gas", "dust", "rock"};
+  struct kith_nodes *nodes;
+  CHECK_OK(kith_nodes_create(&nodes, n_lists, names));
+  for (int l = 0; l < n_lists; ++l) {
+    kith_index first;
+    CHECK_OK(kith_nodes_append(nodes, l, count[l], &first));
+    for (int i = first; i < first + count[l]; ++i) {
+      for (int a = 0; a < NDIM; ++a) nodes->position->f64[i * NDIM + a] = check_random(state);
+      nodes->reach->f64[i] = reach * pow(ratio, check_random(state));
+      nodes->id->i64[i] = 1000 * l + i - first;
+    }
+  }
+  ++nodes->positions;
+  return nodes;
+}
+
+/* Every list's nodes on a lattice of n^NDIM cells of 1 / n, all with this reach; lists are dealt out in turn.
+ */
+static inline struct kith_nodes *oracle_lattice(int n_lists, int n, double reach) {
+  int total = 1, count[3] = {0};
+  for (int a = 0; a < NDIM; ++a) total *= n;
+  for (int k = 0; k < total; ++k) ++count[k % n_lists];
+  uint64_t state = 1;
+  struct kith_nodes *nodes = oracle_random(n_lists, count, reach, 1, &state);
+  int next[3] = {0};
+  for (int k = 0; k < total; ++k) {
+    const int i = nodes->lists[k % n_lists].first + next[k % n_lists]++;
+    for (int a = 0, rest = k; a < NDIM; ++a, rest /= n)
+      nodes->position->f64[i * NDIM + a] = (rest % n + 0.5) / n;
+  }
+  ++nodes->positions;
+  return nodes;
+}
+
+/* Images along axis a of all nodes so far (ghosts too) that come within `depth` of the unit box: shifted by 1
+ * (periodic) or mirrored at 0 and 1. */
+static inline void oracle_ghosts(struct kith_nodes *nodes, int axis, bool mirror, double depth) {
+  const int n = kith_nodes_count(nodes);
+  for (int side = 0; side < 2; ++side)
+    for (int l = 0; l < nodes->n_lists; ++l) {
+      struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = axis, .list = l};
+      for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1;
+      block.image.sign[axis] = mirror ? -1 : 1;
+      block.image.shift[axis] = mirror ? 2 * side : 2 * side - 1;
+      CHECK_OK(kith_resize(&block.control, 0, (size_t)n + 1, sizeof *block.control));
+      for (int i = 0; i < n; ++i) {
+        const double x =
+            block.image.sign[axis] * nodes->position->f64[i * NDIM + axis] + block.image.shift[axis];
+        if (nodes->list->u8[i] == l && x >= -depth && x <= 1 + depth && (side ? x >= 1 : x <= 0))
+          block.control[block.count++] = i;
+      }
+      if (block.count > 0)
+        CHECK_OK(kith_nodes_add_ghosts(nodes, &block));
+      else
+        kith_free(&block.control);
+    }
+}
+
+#endif
