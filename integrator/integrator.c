@@ -109,10 +109,13 @@ static kith_status after_rates(struct kith_integrator *it) {
 }
 
 kith_status kith_integrator_start(struct kith_integrator *it) {
+  kith_profile_begin(it->profile, "start");
   kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
   it->package->kicked = 0;
-  KITH_TRY(kith_integrator_rates(it));
-  KITH_TRY(after_rates(it));
+  kith_status status = kith_integrator_rates(it);
+  if (status == KITH_OK) status = after_rates(it);
+  kith_profile_end(it->profile);
+  KITH_TRY(status);
   it->vote.dt *= 0.1; /* a first step from cold gas is too long: nothing has told the neighbors yet */
   return KITH_OK;
 }
