@@ -1,6 +1,7 @@
 /* history.h - DIR/history.csv: one row a step, a header line first, readable by gnuplot and pandas as it is.
  *
- *   step,time,dt,limiter,kinetic,internal,total,momentum_x[,momentum_y[,momentum_z]],nodes,ghosts,entries,rebuilds,seconds
+ *   step,time,dt,limiter,kinetic,internal,total,momentum_x[,momentum_y[,momentum_z]],
+ *   nodes,ghosts,entries,rebuilds,seconds          (in one line)
  *
  * Doubles have 17 digits. Each row is flushed when it is added. A restart continues the file: rows beyond the
  * step it starts from, and a row that was cut by a kill, are removed, so that it reads like that of the

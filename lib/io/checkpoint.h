@@ -14,11 +14,12 @@
  * such a file helps the library that has to read it first. Here every byte is covered by a checksum that any
  * change within one 8-byte word changes, and every length is bounded by the size of the file:
  *
- *   header   64 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 1, u32 dimension, u32
- * sections, u64 table offset, u64 file size, u64 checksum of the table, u64 zero, u64 checksum of the 56
- * bytes before data     section after section, each padded with zeros to whole words table    96 bytes a
- * section: name[56] ended and filled by zeros, u32 group, u32 type, u64 components, u64 rows, u64 bytes
- * (padded), u64 checksum
+ *   header  64 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 1,
+ *           u32 dimension, u32 sections, u64 table offset, u64 file size, u64 checksum of the table,
+ *           u64 zero, u64 checksum of the 56 bytes before
+ *   data    section after section, each padded with zeros to whole words
+ *   table   96 bytes a section: name[56] ended and filled by zeros, u32 group, u32 type,
+ *           u64 components, u64 rows, u64 bytes (padded), u64 checksum
  *
  * Groups: 0 scene, 1 lists, 2 fields, 3 named arrays; types: those of kith_type. A list is a row of 6 words:
  * name[32], first, count. Numbers are in the byte order of the machine. Offsets follow from the lengths, so

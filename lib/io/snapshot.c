@@ -276,8 +276,8 @@ static kith_status trim(const struct kith_atomic_file *file) {
   return KITH_OK;
 }
 
-/* When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at exit. So the room is
- * reserved before HDF5 begins, and again when it has emptied the file. */
+/* When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at exit. So
+ * the room is reserved before HDF5 begins, and again when it has emptied the file. */
 static kith_status write_file(const struct kith_atomic_file *file, const struct kith_nodes *nodes,
                               const struct kith_snapshot_info *info) {
   const off_t room = room_for(nodes, info);

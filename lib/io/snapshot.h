@@ -6,10 +6,10 @@
  * tensors [n][9], padded with zeros in 1-D and 2-D; each data set says in its attribute Description what it
  * is. VTKHDF hard-links the same data sets: nothing is stored twice but for 17 bytes a node of cells. Header
  * is as Gadget has it. BoxSize is the scalar 0: readers then take the bounds of the data, which also holds
- * for negative coordinates and boxes that are no cubes. Units says that all units are 1 (the scene's own).
- * Run: attributes Dimension, Time, Step, BoxLower, BoxUpper, MaterialNames (one a line), and the notes.
- * Written to a temporary name, synced, renamed. ParaView knows the layout by the extension, so PATH ends in
- * .hdf. */
+ * for negative coordinates and boxes that are no cubes; where an axis has no width, in 1-D and 2-D, yt needs
+ * yt.load(..., bounding_box=...). Units says that all units are 1 (the scene's own). Run: attributes
+ * Dimension, Time, Step, BoxLower, BoxUpper, MaterialNames (one a line), and the notes. Written to a
+ * temporary name, synced, renamed. ParaView knows the layout by the extension, so PATH ends in .hdf. */
 #ifndef KITH_IO_SNAPSHOT_H
 #define KITH_IO_SNAPSHOT_H
 
