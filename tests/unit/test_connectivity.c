@@ -32,14 +32,12 @@ static void check_all(const struct kith_nodes *nodes, const struct kith_excluder
     struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, chain);
     oracle_check(first, nodes, chain);
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
-      omp_set_num_threads(1 + variant % 3);
       struct kith_connectivity *other = build(nodes, *ops, need, chain);
       CHECK(oracle_same(first, other));
       kith_connectivity_destroy(&other);
     }
     kith_connectivity_destroy(&first);
   }
-  omp_set_num_threads(2);
 }
 
 static void add_ghosts(struct kith_nodes *nodes, int kinds, double depth) {
@@ -145,6 +143,31 @@ static void coincident(void) {
   for (int a = 0; a < NDIM; ++a) nodes->position->f64[10 * NDIM + a] = 1e6;
   ++nodes->positions;
   check_all(nodes, NULL);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Enough nodes for many groups, chunks and shares: any number of threads and any search gives the same bytes.
+ */
+static void threads(void) {
+  uint64_t state = 23;
+  const int count[3] = {900, 300, 0};
+  struct kith_requirements need = everything;
+  need.ghost_rows = true;
+  struct kith_nodes *nodes = oracle_random(2, count, NDIM == 1 ? 0.005 : NDIM == 2 ? 0.03 : 0.07, 2, &state);
+  add_ghosts(nodes, 1, 0.2);
+  struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, NULL);
+  for (int t = 1; t <= 3; ++t) {
+    omp_set_num_threads(t);
+    for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
+      struct kith_connectivity *other = build(nodes, *ops, need, NULL);
+      CHECK(oracle_same(first, other));
+      kith_connectivity_destroy(&other);
+    }
+  }
+  omp_set_num_threads(2);
+  for (int i = 0; i < kith_nodes_count(nodes); ++i)
+    ORACLE_ROW(&first->rows, i, kith_nodes_count(nodes), j, oracle_neighbors(nodes, NULL, i, j));
+  kith_connectivity_destroy(&first);
   kith_nodes_destroy(&nodes);
 }
 
@@ -327,6 +350,7 @@ int main(void) {
   thin_box();
   lattices();
   coincident();
+  threads();
   excluders();
   stale();
   reuse();
