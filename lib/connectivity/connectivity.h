@@ -8,18 +8,25 @@
  *   pairs         each interaction once, (i, j) with i < j, in lexicographic order. So i is internal; j may be a ghost.
  *                 Ghost-ghost pairs exist if and only if ghost_rows is required.
  *   of_row        for each entry of the rows, the pair it belongs to; made if pairs are required.
- *   f_couple      one factor per pair, NULL until someone needs it (then 1); a package may cut a pair with 0.
+ *   f_couple      one factor per pair, NULL after a build until someone needs it (then 1); a package may cut a pair with 0.
+ *                 A patch carries it over.
  *   overlap       row i: all neighbors of i, and every j whose support shares a node with i's: there is a node k (internal or
  *                 ghost, also i or j) with |x_i - x_k| <= R_i and |x_j - x_k| <= R_j. Symmetric, self excluded, ascending.
  *                 Stored for the nodes that have rows. Complete if ghosts reach twice as far (boundary.h, f = 2).
  *   intersection  of a pair: the nodes that are neighbors of both ends, and both ends; optionally only those whose closest
  *                 point on the segment from i to j lies strictly between the ends. Ascending.
  *
- * Rows are built in two passes over the groups of the search (count, fill), parallel over groups; the result does
- * not depend on the number of threads, nor on which search was used.
+ * Rows are built in two passes over the groups of the search (test, fill), parallel over groups; the result does not depend
+ * on the number of threads, nor on which search was used. Exact ties count: distances are plain sums of squares compared
+ * by <=, the same to the last bit in both directions and on every instruction set (internal.h).
  *
- * Patching: when ghosts are culled, everything is renumbered and nothing is rebuilt; the result is
- * identical to a build on the culled nodes. */
+ * Patching: when ghosts are culled, everything is renumbered and nothing is rebuilt. The result is identical, byte for
+ * byte, to a build on the culled nodes
+ *   rows, pairs, of_row, f_couple, intersection    for any set of kept ghosts (they are facts about two or three kept nodes)
+ *   overlap, rows of internal nodes only           if every ghost in the row of an internal node is kept (mark_ghosts)
+ *   overlap with ghost_rows                        if every ghost in the row of any kept node is kept: a removed ghost may have
+ *                                                  been the only node that two supports share
+ * Excluders must then tell nodes by their fields and not by their index. */
 #ifndef KITH_CONNECTIVITY_CONNECTIVITY_H
 #define KITH_CONNECTIVITY_CONNECTIVITY_H
 
@@ -30,7 +37,7 @@
 /* What packages and schemes ask for; OR them. Nothing that is not asked for is built. */
 struct kith_requirements {
   bool rows, pairs, ghost_rows, overlap, intersection;
-  bool on_segment; /* filter of the intersection */
+  bool on_segment; /* filter of the intersection; OR drops it if someone wants all common nodes */
 };
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b);
 
@@ -56,7 +63,7 @@ struct kith_connectivity {
   struct kith_rows rows;
   struct kith_pairs pairs;
   struct kith_rows overlap;
-  struct kith_rows intersection; /* one row per pair */
+  struct kith_rows intersection; /* one row per pair (2^31 at most) */
   uint64_t generation;           /* counts builds and patches: pairwise fields are stamped with it */
   uint64_t positions, ghosts;    /* generations of the nodes it was made from */
   size_t candidates;             /* distance tests of the last build */

@@ -7,7 +7,9 @@
  *                  <= max(H_i, H_j) now was within R then if, for every i,
  *                        H_i + |d_i| + max_j |d_j| <= R_i,      d = x - x0 - (common drift) - (wraps),
  *                  so growth of the support counts as displacement and a periodic wrap or a uniform motion does not.
- *                  [ the maximum may be taken over a neighborhood instead of all nodes: see rebuild.c for the bound used ]
+ *                  The maximum goes over all nodes of this process (proof in rebuild.c). The common drift is the mean displacement;
+ *                  it counts as displacement along axes that ghosts of the snapshot mirror, and if some do not follow a node.
+ *                  R and x0 are those of the snapshot; another number of internal nodes is always due.
  *
  * After every build all policies take a new snapshot, also those that were not asked. */
 #ifndef KITH_CONNECTIVITY_REBUILD_H

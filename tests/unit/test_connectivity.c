@@ -4,6 +4,7 @@
 
 #include <omp.h>
 
+#include "boundaries/boundary.h"
 #include "lib/connectivity/excluder.h"
 
 static const struct kith_requirements everything = {
@@ -31,14 +32,12 @@ static void check_all(const struct kith_nodes *nodes, const struct kith_excluder
     struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, chain);
     oracle_check(first, nodes, chain);
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
-      omp_set_num_threads(1 + variant % 3);
       struct kith_connectivity *other = build(nodes, *ops, need, chain);
       CHECK(oracle_same(first, other));
       kith_connectivity_destroy(&other);
     }
     kith_connectivity_destroy(&first);
   }
-  omp_set_num_threads(2);
 }
 
 static void add_ghosts(struct kith_nodes *nodes, int kinds, double depth) {
@@ -47,7 +46,7 @@ static void add_ghosts(struct kith_nodes *nodes, int kinds, double depth) {
 }
 
 static void random_nodes(void) {
-  const int counts[][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {40, 0, 0}, {25, 0, 15}, {0, 20, 7}, {90, 1, 1}};
+  const int counts[][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {40, 0, 0}, {25, 0, 15}, {0, 20, 7}, {70, 1, 1}};
   uint64_t state = 7;
   for (int c = 0; c < (int)(sizeof counts / sizeof *counts); ++c)
     for (int lists = 1; lists <= 3; lists += 2) {
@@ -70,6 +69,45 @@ static void ghosts(void) {
     check_all(nodes, NULL);
     kith_nodes_destroy(&nodes);
   }
+}
+
+/* The same with the ghosts of boundaries, twice as deep for overlap: open, periodic, reflecting on each axis.
+ */
+static void boundary_ghosts(void) {
+  uint64_t state = 19;
+  const int count[3] = {7, 0, 4};
+  int kinds = 1;
+  for (int a = 0; a < NDIM; ++a) kinds *= 3;
+  for (int k = 0; k < kinds; ++k) {
+    struct kith_nodes *nodes = oracle_random(3, count, 0.07, 3, &state);
+    struct kith_boundaries boundaries = {0};
+    for (int a = 0, rest = k; a < NDIM; ++a, rest /= 3)
+      if (rest % 3 > 0)
+        CHECK_OK(kith_boundaries_add(&boundaries,
+                                     rest % 3 == 1 ? &kith_boundary_periodic : &kith_boundary_reflecting, a,
+                                     0, 1, true, true));
+    CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 2, NULL));
+    check_all(nodes, NULL);
+    kith_boundaries_clear(&boundaries);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+/* A periodic lattice of 2 cells with R = h: every node has 2 NDIM neighbors, two images of each partner among
+ * them. */
+static void thin_box(void) {
+  struct kith_nodes *nodes = oracle_lattice(2, 2, 0.5);
+  struct kith_boundaries boundaries = {0};
+  for (int a = 0; a < NDIM; ++a)
+    CHECK_OK(kith_boundaries_add(&boundaries, &kith_boundary_periodic, a, 0, 1, true, true));
+  CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 2, NULL));
+  check_all(nodes, NULL);
+  struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    CHECK(c->rows.first[i + 1] - c->rows.first[i] == 2 * NDIM);
+  kith_connectivity_destroy(&c);
+  kith_boundaries_clear(&boundaries);
+  kith_nodes_destroy(&nodes);
 }
 
 /* Reach exactly on a lattice distance: h, sqrt(2) h (irrational: decided by rounding, but alike everywhere),
@@ -105,6 +143,31 @@ static void coincident(void) {
   for (int a = 0; a < NDIM; ++a) nodes->position->f64[10 * NDIM + a] = 1e6;
   ++nodes->positions;
   check_all(nodes, NULL);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Enough nodes for many groups, chunks and shares: any number of threads and any search gives the same bytes.
+ */
+static void threads(void) {
+  uint64_t state = 23;
+  const int count[3] = {900, 300, 0};
+  struct kith_requirements need = everything;
+  need.ghost_rows = true;
+  struct kith_nodes *nodes = oracle_random(2, count, NDIM == 1 ? 0.005 : NDIM == 2 ? 0.03 : 0.07, 2, &state);
+  add_ghosts(nodes, 1, 0.2);
+  struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, NULL);
+  for (int t = 1; t <= 3; ++t) {
+    omp_set_num_threads(t);
+    for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
+      struct kith_connectivity *other = build(nodes, *ops, need, NULL);
+      CHECK(oracle_same(first, other));
+      kith_connectivity_destroy(&other);
+    }
+  }
+  omp_set_num_threads(2);
+  for (int i = 0; i < kith_nodes_count(nodes); ++i)
+    ORACLE_ROW(&first->rows, i, kith_nodes_count(nodes), j, oracle_neighbors(nodes, NULL, i, j));
+  kith_connectivity_destroy(&first);
   kith_nodes_destroy(&nodes);
 }
 
@@ -283,8 +346,11 @@ static void requirements(void) {
 int main(void) {
   random_nodes();
   ghosts();
+  boundary_ghosts();
+  thin_box();
   lattices();
   coincident();
+  threads();
   excluders();
   stale();
   reuse();

@@ -124,6 +124,8 @@ static void reads_overrides(void) {
   CHECK_OK(kith_scene_check_word(s, "method.kernel", s->method.kernel, "cubic|wendland-c2"));
   check_message("word", kith_scene_check_word(s, "method.package", s->method.package, "|sphe|crk"),
                 "a/b.c.yaml:11: method.package: 'sph' is not one of sphe, crk; did you mean 'sphe'?");
+  check_message("default", kith_scene_check_word(s, "traversal", s->traversal, "pairs"),
+                "a/b.c.yaml:1: traversal: the default '' is not available");
   kith_scene_destroy(&s);
 }
 

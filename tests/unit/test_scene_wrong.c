@@ -277,10 +277,19 @@ static void refused_elsewhere(void) {
       8,
       "  - {material: gas, density: 1, pressure: 1, where: {half-space: {point: [0, 0, 0], normal: [0, 0, 0]}}}",
       "f:8: regions.0.where.half-space.normal: has no direction in ", "-D");
+  refused_at(11, "exact: {name: noh}",
+             "f:11: exact: ", "velocity"); /* at rest: the solution itself refuses */
   refused_at(11, "neighbor: {search: tre}", "f:11: neighbor.search: 'tre' is not one of ",
              "did you mean 'tree'?");
   refused_at(11, "exact: {name: riemann, density: 1, pressure: [-1, 0]}",
              "f:11: exact.pressure.0: -1 is out of range", "");
+}
+
+static void refuses_long_formulas(void) {
+  char line[2048] = "  - {material: gas, pressure: 1, density: '1";
+  for (int i = 0; i < 500; ++i) strcat(line, "+1");
+  strcat(line, "'}");
+  refused_at(8, line, "f:8: regions.0.density: a formula of more than 1000 characters", "");
 }
 
 static void refuses_overrides(void) {
@@ -331,6 +340,7 @@ int main(void) {
   REFUSE(ranges);
   REFUSE(meanings);
   refused_elsewhere();
+  refuses_long_formulas();
   refuses_overrides();
   refuses_by_dimension();
   return check_failed();
