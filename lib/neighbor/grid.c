@@ -39,6 +39,7 @@ struct row {
 struct cell {
   int32_t coordinate; /* along the row */
   kith_index slot;    /* its first one */
+  double radius2;     /* largest */
 };
 
 /* The nodes of one level, internal or ghosts. */
@@ -129,18 +130,24 @@ static kith_status reserve_cells(struct grid *grid, kith_index cells) {
   return KITH_OK;
 }
 
-static kith_status list_cells(const struct kith_search *search) {
+/* Lists the cells from the n_cells-th one on, which begins at slot `begin`. */
+static kith_status list_cells(const struct kith_search *search, kith_index begin) {
   struct grid *grid = search->self;
   const struct kith_keyed *item = grid->item[0];
-  kith_index cells = 0;
+  kith_index cells = grid->n_cells;
 #pragma omp parallel for schedule(static) reduction(+ : cells)
-  for (kith_index s = 0; s < search->n; ++s) cells += s == 0 || item[s].key != item[s - 1].key;
+  for (kith_index s = begin; s < search->n; ++s) cells += s == begin || item[s].key != item[s - 1].key;
   KITH_TRY(reserve_cells(grid, cells + 1));
-  grid->n_cells = 0;
-  for (kith_index s = 0; s < search->n; ++s)
-    if (s == 0 || item[s].key != item[s - 1].key)
-      grid->cell[grid->n_cells++] = (struct cell){(int32_t)(item[s].key & TOP), s};
-  grid->cell[grid->n_cells] = (struct cell){0, search->n};
+  kith_index c = grid->n_cells;
+  for (kith_index s = begin; s < search->n; ++s) {
+    const double radius2 = search->radius2[s];
+    if (s == begin || item[s].key != item[s - 1].key)
+      grid->cell[c++] = (struct cell){(int32_t)(item[s].key & TOP), s, radius2};
+    else
+      grid->cell[c - 1].radius2 = KITH_MAX(grid->cell[c - 1].radius2, radius2);
+  }
+  grid->n_cells = cells;
+  grid->cell[cells] = (struct cell){0, search->n, 0};
   return KITH_OK;
 }
 
@@ -148,18 +155,20 @@ static inline uint64_t row_key(const struct grid *grid, kith_index cell) {
   return grid->item[0][grid->cell[cell].slot].key >> COORDINATE_BITS;
 }
 
-static kith_status list_rows(struct grid *grid) {
-  kith_index rows = 0;
-  for (kith_index c = 0; c < grid->n_cells; ++c) rows += c == 0 || row_key(grid, c) != row_key(grid, c - 1);
+/* Lists the rows from the n_rows-th one on, which begins at cell `begin`. */
+static kith_status list_rows(struct grid *grid, kith_index begin) {
+  kith_index rows = grid->n_rows;
+  for (kith_index c = begin; c < grid->n_cells; ++c)
+    rows += c == begin || row_key(grid, c) != row_key(grid, c - 1);
   if (rows >= grid->rows_capacity) {
     const kith_index room = rows + rows / 4 + 1;
-    KITH_TRY(kith_resize(&grid->row, 0, (size_t)room, sizeof *grid->row));
+    KITH_TRY(kith_resize(&grid->row, (size_t)grid->rows_capacity, (size_t)room, sizeof *grid->row));
     grid->rows_capacity = room;
   }
-  grid->n_rows = 0;
-  for (kith_index c = 0; c < grid->n_cells; ++c) {
+  for (kith_index c = begin; c < grid->n_cells; ++c) {
     const uint64_t key = row_key(grid, c);
-    if (c == 0 || key != grid->row[grid->n_rows - 1].key) grid->row[grid->n_rows++] = (struct row){key, c};
+    if (c == begin || key != grid->row[grid->n_rows - 1].key)
+      grid->row[grid->n_rows++] = (struct row){key, c};
   }
   grid->row[grid->n_rows] = (struct row){0, grid->n_cells};
   return KITH_OK;
@@ -203,28 +212,19 @@ static inline struct layer *layer_of(struct grid *grid, uint64_t key) {
   return &grid->layer[(top >> LEVEL_BITS) * LEVELS + (top & ((1 << LEVEL_BITS) - 1))];
 }
 
-static void list_layers(const struct kith_search *search) {
-  struct grid *grid = search->self;
+static void list_layers(struct grid *grid) {
   memset(grid->layer, 0, sizeof grid->layer);
   for (kith_index r = 0; r < grid->n_rows; ++r) {
     const struct row *row = &grid->row[r];
     struct layer *layer = layer_of(grid, row->key << COORDINATE_BITS);
     if (layer->rows++ == 0) layer->row = r;
+    for (kith_index c = row->cell; c < row[1].cell; ++c)
+      layer->radius2 = KITH_MAX(layer->radius2, grid->cell[c].radius2);
     for (int a = 0; a < NDIM - 1; ++a) {
       const int32_t c = row_coordinate(row, a);
       layer->lower[a] = layer->rows == 1 ? c : KITH_MIN(layer->lower[a], c);
       layer->upper[a] = layer->rows == 1 ? c : KITH_MAX(layer->upper[a], c);
     }
-  }
-  for (int l = 0; l < 2 * LEVELS; ++l) {
-    struct layer *layer = &grid->layer[l];
-    if (layer->rows == 0) continue;
-    const kith_index end = grid->cell[grid->row[layer->row + layer->rows].cell].slot;
-    double radius2 = 0;
-#pragma omp parallel for schedule(static) reduction(max : radius2)
-    for (kith_index s = grid->cell[grid->row[layer->row].cell].slot; s < end; ++s)
-      radius2 = KITH_MAX(radius2, search->radius2[s]);
-    layer->radius2 = radius2;
   }
 }
 
@@ -243,14 +243,40 @@ static kith_status group_row(struct kith_search *search, const struct row *row) 
   return KITH_OK;
 }
 
-static kith_status make_tables(struct kith_search *search) {
+/* The cell that holds a slot. O(log n). */
+static kith_index cell_of_slot(const struct grid *grid, kith_index slot) {
+  kith_index first = 0, last = grid->n_cells;
+  while (last - first > 1) {
+    const kith_index middle = first + (last - first) / 2;
+    if (grid->cell[middle].slot <= slot)
+      first = middle;
+    else
+      last = middle;
+  }
+  return first;
+}
+
+/* Tables of all slots. The slots before `begin` are as they were when the tables were made, so what belongs
+ * to them stays, but for the row that may go on. */
+static kith_status make_tables(struct kith_search *search, kith_index begin) {
   struct grid *grid = search->self;
-  KITH_TRY(list_cells(search));
-  KITH_TRY(list_rows(grid));
+  kith_index cell = 0, slot = 0;
+  if (begin > 0) {
+    cell = cell_of_slot(grid, begin - 1);
+    while (grid->row[grid->n_rows - 1].cell > cell) --grid->n_rows;
+    cell = grid->row[--grid->n_rows].cell;
+    slot = grid->cell[cell].slot;
+    while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= slot) --search->n_groups;
+  } else {
+    grid->n_rows = search->n_groups = 0;
+  }
+  grid->n_cells = cell;
+  const kith_index row = grid->n_rows;
+  KITH_TRY(list_cells(search, slot));
+  KITH_TRY(list_rows(grid, cell));
   KITH_TRY(hash_rows(grid));
-  list_layers(search);
-  search->n_groups = 0;
-  for (kith_index r = 0; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
+  list_layers(grid);
+  for (kith_index r = row; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
   return KITH_OK;
 }
 
@@ -296,7 +322,7 @@ static kith_status grid_update(struct kith_search *search) {
   find_items(search, 0, search->n, grid->item[0]);
   KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], (size_t)search->n));
   fill_slots(search, 0, search->n);
-  return make_tables(search);
+  return make_tables(search, 0);
 }
 
 static kith_status grid_append(struct kith_search *search, kith_index old_n) {
@@ -309,7 +335,7 @@ static kith_status grid_append(struct kith_search *search, kith_index old_n) {
   const kith_index begin = kith_keyed_place(grid->item[0], old_n, grid->entering[0][0].key);
   kith_keyed_merge(grid->item[0] + begin, old_n - begin, grid->entering[0], more, grid->item[1] + begin);
   fill_slots(search, begin, search->n);
-  return make_tables(search);
+  return make_tables(search, begin);
 }
 
 /* Refreshes the slots of nodes that stay in their cells; collects the others. Returns their number; widens
@@ -326,7 +352,9 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
     if (key == item->key) {
       kith_search_pack(search, s, 1);
       struct layer *layer = layer_of(grid, key);
+      struct cell *cell = &grid->cell[cell_of_slot(grid, s)];
       layer->radius2 = KITH_MAX(layer->radius2, search->radius2[s]);
+      cell->radius2 = KITH_MAX(cell->radius2, search->radius2[s]);
       continue;
     }
     grid->entering[0][leaving++] = (struct kith_keyed){(uint64_t)nodes[k], nodes[k]};
@@ -359,7 +387,7 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
   end = KITH_MAX(end, kith_keyed_place(grid->item[0], search->n, grid->entering[0][leaving - 1].key + 1));
   kith_keyed_merge(grid->item[0] + begin, end - begin, grid->entering[0], leaving, grid->item[1] + begin);
   fill_slots(search, begin, end);
-  return make_tables(search);
+  return make_tables(search, begin);
 }
 
 /* Asking. */
@@ -367,6 +395,8 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
 /* The masters' box in units of the cells of a level, and how far to look around it. */
 struct question {
   double lower[NDIM], upper[NDIM], reach;
+  double masters2,
+      cells2; /* squared reach of the masters, and factor of the cells' radii squared; 0: does not count */
   int64_t first[NDIM], last[NDIM]; /* coordinates of cells within reach */
 };
 
@@ -392,14 +422,21 @@ static inline kith_index cell_from(const struct grid *grid, const struct row *ro
   return first;
 }
 
+/* A cell within reach of the largest radius of its level may be out of reach of its own. */
+static inline bool out_of_reach(const struct cell *cell, const struct question *q, double gap2) {
+  return gap2 + square_gap(q, NDIM - 1, cell->coordinate) > KITH_MAX(q->cells2 * cell->radius2, q->masters2);
+}
+
 /* What of a row lies within reach: a shorter piece for a row at some distance. */
 static inline kith_status take_row(const struct grid *grid, const struct row *row, const struct question *q,
                                    double gap2, struct kith_runs *runs) {
   const double left = q->reach * q->reach - gap2;
   if (left < 0) return KITH_OK;
   const double along = sqrt(left) * (1 + KITH_SEARCH_SLACK);
-  const kith_index first = cell_from(grid, row, clamp(q->lower[NDIM - 1] - along));
-  const kith_index last = cell_from(grid, row, clamp(q->upper[NDIM - 1] + along) + 1);
+  kith_index first = cell_from(grid, row, clamp(q->lower[NDIM - 1] - along));
+  kith_index last = cell_from(grid, row, clamp(q->upper[NDIM - 1] + along) + 1);
+  while (first < last && out_of_reach(&grid->cell[first], q, gap2)) ++first;
+  while (first < last && out_of_reach(&grid->cell[last - 1], q, gap2)) --last;
   const kith_index slot = grid->cell[first].slot, count = grid->cell[last].slot - slot;
   return count > 0 ? kith_runs_add(runs, slot, count) : KITH_OK;
 }
@@ -442,11 +479,17 @@ static inline kith_status ask_rows(const struct grid *grid, const struct layer *
 }
 
 KITH_HOT static kith_status ask_layer(const struct grid *grid, int number, const struct kith_box *box,
-                                      double radius, struct kith_runs *runs) {
+                                      double radius, enum kith_search_mode mode, struct kith_runs *runs) {
   const struct layer *layer = &grid->layer[number];
   const int level = number % LEVELS;
   const double per_length = grid->per_length[level];
-  struct question q = {.reach = radius * per_length * (1 + KITH_SEARCH_SLACK)};
+  const double scale = per_length * (1 + KITH_SEARCH_SLACK), own = radius * scale,
+               largest = sqrt(layer->radius2) * scale;
+  struct question q = {.reach = mode == KITH_GATHER    ? own
+                                : mode == KITH_SCATTER ? largest
+                                                       : KITH_MAX(own, largest),
+                       .masters2 = mode == KITH_SCATTER ? 0 : own * own,
+                       .cells2 = mode == KITH_GATHER ? 0 : scale * scale};
   double rows = 1;
   for (int a = 0; a < NDIM; ++a) {
     /* Wherever rounding put a node of the box or of a cell, it is not farther off than this. */
@@ -468,11 +511,7 @@ static kith_status grid_coarse(const struct kith_search *search, const struct ki
   const struct grid *grid = search->self;
   for (int l = 0; l < 2 * LEVELS; ++l) {
     if (grid->layer[l].rows == 0) continue;
-    const double other = sqrt(grid->layer[l].radius2);
-    const double reach = mode == KITH_GATHER    ? radius
-                         : mode == KITH_SCATTER ? other
-                                                : KITH_MAX(radius, other);
-    KITH_TRY(ask_layer(grid, l, box, reach, runs));
+    KITH_TRY(ask_layer(grid, l, box, radius, mode, runs));
   }
   return KITH_OK;
 }
