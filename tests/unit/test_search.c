@@ -194,7 +194,8 @@ static struct kith_nodes *make_nodes(enum arrangement how, kith_index n, int lis
   CHECK_OK(kith_nodes_create(&nodes, lists, names));
   for (int l = 0; l < lists; ++l) {
     kith_index first;
-    CHECK_OK(kith_nodes_append(nodes, l, n * (l + 1) / lists - n * l / lists, &first));
+    const kith_index count = n * (l + 1) / lists - n * l / lists;
+    if (count > 0) CHECK_OK(kith_nodes_append(nodes, l, count, &first));
   }
   for (kith_index i = 0; i < n; ++i) {
     put(nodes->position->f64 + (size_t)i * NDIM, &nodes->reach->f64[i], how, i, n);
