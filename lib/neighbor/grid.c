@@ -291,8 +291,11 @@ KITH_HOT static kith_status ask_layer(const struct kith_grid *grid, int number, 
     /* Wherever rounding put a node of the box or of a cell, it is not farther off than this. */
     const double far =
         (fabs(box->lower[a]) + fabs(box->upper[a]) + fabs(grid->origin[a])) * per_length + GRID_TOP;
-    q.lower[a] = in_cells(grid, a, box->lower[a], per_length) - KITH_SEARCH_SLACK * far;
-    q.upper[a] = in_cells(grid, a, box->upper[a], per_length) + KITH_SEARCH_SLACK * far;
+    const double lower = in_cells(grid, a, box->lower[a], per_length) - KITH_SEARCH_SLACK * far;
+    const double upper = in_cells(grid, a, box->upper[a], per_length) + KITH_SEARCH_SLACK * far;
+    /* The outermost cells hold all that lies beyond them. */
+    q.lower[a] = KITH_MIN(lower, GRID_TOP + 1.0);
+    q.upper[a] = KITH_MAX(upper, 0.0);
     if (a == NDIM - 1) break;
     q.first[a] = KITH_MAX(clamp(q.lower[a] - q.reach), layer->lower[a]);
     q.last[a] = KITH_MIN(clamp(q.upper[a] + q.reach), layer->upper[a]);
