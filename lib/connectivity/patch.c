@@ -21,7 +21,7 @@ static kith_status check_renumber(const struct kith_nodes *nodes, const kith_ind
 /* Is any entry of the first n rows culled? Ghosts are the tail of a row. */
 static bool loses_entry(const struct kith_rows *rows, const kith_index *renumber, kith_index n_internal) {
   int lost = 0;
-#pragma omp parallel for schedule(static) reduction(| : lost)
+#pragma omp parallel for schedule(static) reduction(| : lost) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i + 1]; e > rows->first[i] && rows->node[e - 1] >= n_internal; --e)
       lost |= renumber[rows->node[e - 1]] < 0;
@@ -36,7 +36,7 @@ static bool loses_row(const struct kith_rows *rows, const kith_index *renumber, 
 
 /* New numbers for the ghosts at the tail of each row. */
 static void renumber_tails(const struct kith_rows *rows, const kith_index *renumber, kith_index n_internal) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i + 1]; e > rows->first[i] && rows->node[e - 1] >= n_internal; --e)
       rows->node[e - 1] = renumber[rows->node[e - 1]];
@@ -101,7 +101,7 @@ static void move_pairs(struct kith_connectivity *connectivity, const kith_index 
 static void renumber_pairs(const struct kith_connectivity *connectivity, const kith_index *renumber,
                            kith_index n_internal) {
   const struct kith_pairs *pairs = &connectivity->pairs;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (connectivity->rows.n > KITH_FEW)
   for (kith_index i = 0; i < connectivity->rows.n; ++i)
     for (size_t p = pairs->first[i + 1]; p > pairs->first[i] && pairs->node[p - 1][1] >= n_internal; --p) {
       pairs->node[p - 1][0] = renumber[i];
