@@ -128,7 +128,8 @@ __attribute__((always_inline)) static inline void pairs_chunk(enum kith_kernel k
   }
 }
 
-/* The same lanes for the whole row of i, from the pairwise field: the upper end of a pair gets the rest of the work. */
+/* The same lanes for the whole row of i, from the pairwise field: the upper end of a pair gets the rest of the work.
+ * Of the geometry the sums need x_ij and v_ij . x_ij (of the work pass: only x_ij). */
 __attribute__((always_inline)) static inline void load_row(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
@@ -137,7 +138,7 @@ __attribute__((always_inline)) static inline void load_row(const struct sph_pass
   const double *restrict value = pass->sph->pair.value;
   double *restrict force = kith_scratch_lane(s, SPH_FORCE), *restrict heat = kith_scratch_lane(s, SPH_HEAT),
                    *restrict signal = kith_scratch_lane(s, SPH_SIGNAL);
-#pragma omp simd
+  load_geometry(false, pass->sph->record, i, row, 1, n, s);
   for (size_t k = 0; k < n; ++k) {
     const double *v = value + (size_t)pair[k] * SPH_PAIR_VALUES;
     force[k] = v[SPH_FORCE];
@@ -151,23 +152,20 @@ __attribute__((always_inline)) static inline void sum_force(const struct sph_pas
   const struct kith_package *package = pass->package;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t n = rows->first[i + 1] - rows->first[i];
-  const kith_index *restrict row = rows->node + rows->first[i];
-  const double *restrict record = pass->sph->record, *self = record + (size_t)i * SPH_RECORD;
+  const double *self = pass->sph->record + (size_t)i * SPH_RECORD, *restrict vx = kith_scratch_lane(s, VX);
   const double *restrict force = kith_scratch_lane(s, SPH_FORCE), *restrict heat = kith_scratch_lane(s, SPH_HEAT),
                          *restrict signal = kith_scratch_lane(s, SPH_SIGNAL);
   double fastest = self[SPH_SOUND], rate = 0;
-#pragma omp simd reduction(max : fastest)
-  for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
+#pragma omp simd reduction(max : fastest) reduction(+ : rate)
+  for (size_t k = 0; k < n; ++k) {
+    fastest = KITH_MAX(fastest, signal[k]);
+    rate -= heat[k] * vx[k];
+  }
   for (int a = 0; a < NDIM; ++a) {
+    const double *restrict x = kith_scratch_lane(s, SEPARATION + a);
     double sum = 0;
-    const double xi = self[SPH_X + a], vi = self[SPH_V + a];
-#pragma omp simd reduction(+ : sum, rate)
-    for (size_t k = 0; k < n; ++k) {
-      const kith_index j = row[k] * SPH_RECORD;
-      const double x = xi - record[j + SPH_X + a];
-      sum += force[k] * x;
-      rate += heat[k] * x * (record[j + SPH_V + a] - vi);
-    }
+#pragma omp simd reduction(+ : sum)
+    for (size_t k = 0; k < n; ++k) sum += force[k] * x[k];
     package->hydro->acceleration->f64[(size_t)i * NDIM + a] = sum / self[SPH_MASS];
   }
   pass->sph->signal->f64[i] = fastest;
@@ -180,22 +178,22 @@ __attribute__((always_inline)) static inline void sum_work(const struct sph_pass
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t n = rows->first[i + 1] - rows->first[i];
   const kith_index *restrict row = rows->node + rows->first[i];
-  const double *restrict record = pass->sph->record, *self = record + (size_t)i * SPH_RECORD;
   const double *restrict v = package->velocity_base->f64, *restrict acceleration = package->hydro->acceleration->f64;
   const double *restrict heat = kith_scratch_lane(s, SPH_HEAT);
   double rate = 0, slope = 0;
   for (int a = 0; a < NDIM; ++a) {
-    const double xi = self[SPH_X + a], vi = v[(size_t)i * NDIM + a], ai = acceleration[(size_t)i * NDIM + a];
+    const double *restrict x = kith_scratch_lane(s, SEPARATION + a);
+    const double vi = v[(size_t)i * NDIM + a], ai = acceleration[(size_t)i * NDIM + a];
 #pragma omp simd reduction(+ : rate, slope)
     for (size_t k = 0; k < n; ++k) {
-      const kith_index j = row[k];
-      const double hx = heat[k] * (xi - record[j * SPH_RECORD + SPH_X + a]);
-      rate += hx * (v[j * NDIM + a] - vi);
-      slope += hx * (acceleration[j * NDIM + a] - ai);
+      const double hx = heat[k] * x[k];
+      rate += hx * (v[row[k] * NDIM + a] - vi);
+      slope += hx * (acceleration[row[k] * NDIM + a] - ai);
     }
   }
-  package->hydro->energy_rate->f64[i] = rate / self[SPH_MASS];
-  package->energy_slope->f64[i] = slope / self[SPH_MASS];
+  const double mass = package->hydro->mass->f64[i];
+  package->hydro->energy_rate->f64[i] = rate / mass;
+  package->energy_slope->f64[i] = slope / mass;
 }
 
 __attribute__((always_inline)) static inline void nodes_chunk(enum kith_kernel kernel, bool limited,

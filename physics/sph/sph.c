@@ -39,12 +39,23 @@ static void refresh(struct kith_package *package, int n, struct kith_field *cons
   kith_profile_end(package->profile);
 }
 
+/* Masses never change, but nodes may come and go. */
+static bool equal_masses(const struct kith_hydro *hydro) {
+  const kith_index n = kith_nodes_count(hydro->nodes);
+  const double *m = hydro->mass->f64;
+  bool equal = true;
+#pragma omp parallel for simd schedule(static) reduction(&& : equal)
+  for (kith_index i = 0; i < n; ++i) equal = equal && m[i] == m[0];
+  return equal;
+}
+
 static kith_status sph_evaluate(struct kith_package *package, struct kith_connectivity *connectivity) {
   const struct kith_hydro *hydro = package->hydro;
   struct kith_nodes *nodes = hydro->nodes;
   struct sph *sph = package->self;
   struct sph_pass pass = {.package = package, .sph = sph, .connectivity = connectivity,
                           .constant = kith_kernel_constant(package->kernel),
+                          .equal_masses = equal_masses(hydro),
                           .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
   KITH_TRY(kith_connectivity_fresh(connectivity, nodes));
   KITH_TRY(sph_density(&pass));
