@@ -2,13 +2,14 @@
 #include "app/scene_parts.h"
 #include "app/words.h"
 #include "lib/connectivity/rebuild.h"
+#include "physics/package.h"
 
 #include <string.h>
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
 
 static const struct kith_key viscosity_keys[] = {
-    {"name", KITH_KEY_NAME, "limited", "monaghan|limited", "its form", IN(method.viscosity)},
+    {"name", KITH_KEY_NAME, "limited", KITH_VISCOSITY_LIST(KITH_AS_LISTED_WORD), "its form", IN(method.viscosity)},
     {"alpha", KITH_KEY_NUMBER, "1", "[0, inf)", "linear coefficient", IN(method.alpha)},
     {"beta", KITH_KEY_NUMBER, "2", "[0, inf)", "quadratic coefficient", IN(method.beta)},
     {0}};

@@ -42,6 +42,13 @@ struct kith_ledger {
   size_t last_entries, last_pairs;
 };
 
+/* Who asks for what, and why: what the connectivity is built from. */
+struct kith_demand {
+  const char *who, *why;
+  struct kith_requirements need;
+};
+enum { KITH_DEMANDS = 2 };
+
 struct kith_integrator {
   /* Set by the caller. All borrowed. */
   struct kith_nodes *nodes;
@@ -99,6 +106,7 @@ void kith_drift(struct kith_integrator *integrator, const struct kith_field *vel
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 
 /* lifecycle.c */
+void kith_lifecycle_demands(const struct kith_integrator *integrator, struct kith_demand demand[KITH_DEMANDS]);
 kith_status kith_lifecycle(struct kith_integrator *integrator, const char *reason);
 
 size_t kith_integrator_bytes(const struct kith_integrator *integrator);

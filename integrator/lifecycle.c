@@ -3,9 +3,19 @@
 #include <string.h>
 #include "integrator/integrator.h"
 
+void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
+  demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
+  demand[1] = (struct kith_demand){it->package->ops->name, it->package->traversal == KITH_TRAVERSE_PAIRS ? "traversal: pairs" : "traversal: gather",
+                                   it->package->ops->requirements(it->package)};
+}
+
 /* Nothing is built that no one asked for. */
 static struct kith_requirements requirements(const struct kith_integrator *it) {
-  return kith_requirements_or((struct kith_requirements){.rows = true}, it->package->ops->requirements(it->package));
+  struct kith_requirements need = {0};
+  struct kith_demand demand[KITH_DEMANDS];
+  kith_lifecycle_demands(it, demand);
+  for (int k = 0; k < KITH_DEMANDS; ++k) need = kith_requirements_or(need, demand[k].need);
+  return need;
 }
 
 /* The radius that lists are made with: the support and a skin. */
