@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 #include "app/setup.h"
+#include "app/words.h"
 
-/* The scene has been checked: every name is known. */
 static kith_status make_package(struct kith_model *m) {
   const struct kith_scene *scene = m->scene;
   struct kith_package *p = &m->package;
@@ -59,7 +59,16 @@ static kith_status make_integrator(struct kith_model *m, bool check) {
   return kith_integrator_init(&m->integrator);
 }
 
+static kith_status check_words(const struct kith_scene *scene) {
+  char kernels[256] = "";
+  for (int k = 0; k < KITH_N_KERNELS; ++k) strcat(strcat(kernels, "|"), kith_kernel_facts[k].name);
+  KITH_TRY(kith_scene_check_word(scene, "method.package", scene->method.package, KITH_PACKAGE_LIST(KITH_AS_WORD)));
+  KITH_TRY(kith_scene_check_word(scene, "method.kernel", scene->method.kernel, kernels));
+  return kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD));
+}
+
 static kith_status make(struct kith_model *m, bool check) {
+  KITH_TRY(check_words(m->scene));
   const enum kith_kernel kernel = kith_kernel_find(m->scene->method.kernel);
   const double neighbors = m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
   uint8_t *frozen = NULL;
