@@ -154,7 +154,7 @@ static double next_dt(struct kith_integrator *it, double until) {
 
 kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   const double dt = next_dt(it, until);
-  if (!(dt > 0) || !isfinite(dt) || it->time + 1e-3 * dt == it->time)
+  if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
     KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time, (long long)it->limiting_node,
               it->limiter);
   kith_profile_begin(it->profile, "step");
