@@ -31,15 +31,14 @@ KITH_SCHEME_LIST(X)
 const struct kith_scheme_ops *kith_scheme_find(const char *name); /* '-' and '_' are the same; NULL if there is none */
 const struct kith_scheme_ops *const *kith_scheme_all(void);
 
-/* What happened, summed over the run (and the last lifecycle, where said). created = culled + kept, for each boundary. */
+/* What happened, summed over the run (and the last lifecycle, where said); nothing but uint64_t, for checkpoints. created = culled + kept, for each boundary. */
 struct kith_ledger {
   uint64_t lifecycles, stage_rebuilds, support_rebuilds, reorders, refreshes;
   uint64_t because[5]; /* first build, then policies in the order of KITH_REBUILD_LIST */
   uint64_t created, culled, kept; /* ghosts */
   uint64_t candidates, row_entries, pairs;
   struct { uint64_t created, culled, kept; } boundary[2 * NDIM + 8];
-  kith_index ghosts;    /* of the last lifecycle */
-  size_t last_entries, last_pairs;
+  uint64_t ghosts, last_entries, last_pairs; /* of the last lifecycle */
 };
 
 /* Who asks for what, and why: what the connectivity is built from. */

@@ -128,7 +128,7 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
   ledger->last_pairs = c->pairs.n;
   ledger->row_entries += ledger->last_entries;
   ledger->pairs += ledger->last_pairs;
-  ledger->ghosts = it->nodes->n_ghost;
+  ledger->ghosts = (uint64_t)it->nodes->n_ghost;
   if (strcmp(reason, "first build") == 0) ledger->because[0] += 1;
   for (int k = 0; kith_rebuild_all()[k] != NULL; ++k)
     if (strcmp(reason, kith_rebuild_all()[k]->name) == 0) ledger->because[1 + k] += 1;
