@@ -12,6 +12,7 @@
 
 static kith_status make_directory(const char *path) {
   char part[512];
+  if (path[0] == '\0') KITH_FAIL(BAD_INPUT, "-o: a directory without a name");
   if (snprintf(part, sizeof part, "%s", path) >= (int)sizeof part - 64) KITH_FAIL(BAD_FILE, "%s: the path is too long", path);
   for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
     *slash = '\0';
