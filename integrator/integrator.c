@@ -122,7 +122,7 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
 
 /* What the lists were made from, then the present. */
 kith_status kith_integrator_resume(struct kith_integrator *it) {
-  if (it->built_position == NULL) return KITH_OK;
+  if (it->built_position == NULL) return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
   struct kith_field *position = it->position_base != NULL ? it->position_base : it->package->velocity_base;
   kith_field_copy(it->nodes, position, it->nodes->position);
   kith_field_copy(it->nodes, it->energy_base, it->nodes->support);
