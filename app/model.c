@@ -53,7 +53,7 @@ static kith_status make_integrator(struct kith_model *m, bool check) {
   m->integrator = (struct kith_integrator){
       .nodes = m->nodes, .hydro = &m->hydro, .package = &m->package, .boundaries = &m->boundaries, .search = m->search,
       .connectivity = m->connectivity, .rebuilds = &m->rebuilds, .scheme = kith_scheme_find(scene->scheme.name),
-      .profile = m->profile, .domain = scene->domain, .cfl = scene->scheme.cfl, .fixed_dt = scene->scheme.dt,
+      .profile = m->profile, .cfl = scene->scheme.cfl, .fixed_dt = scene->scheme.dt,
       .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin, .cull = scene->connectivity.cull,
       .check = check, .reorder_every = scene->connectivity.reorder};
   return kith_integrator_init(&m->integrator);

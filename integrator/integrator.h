@@ -60,7 +60,6 @@ struct kith_integrator {
   const struct kith_scheme_ops *scheme;
   const struct kith_excluder *excluders; /* may be NULL */
   struct kith_profile *profile;          /* may be NULL */
-  struct kith_box domain;                /* for the curve order */
   double cfl, fixed_dt;                  /* fixed_dt > 0: every step is this long */
   double skin;                           /* reach = (1 + skin) support */
   bool cull, check;

@@ -31,9 +31,11 @@ static kith_status reorder(struct kith_integrator *it) {
   if (it->reorder_every == 0 || it->since_reorder++ % (uint64_t)it->reorder_every != 0) return KITH_OK;
   kith_index *order = NULL;
   bool sorted;
+  double lower[NDIM], upper[NDIM];
   kith_profile_begin(it->profile, "reorder");
   kith_status status = kith_resize(&order, 0, (size_t)it->nodes->n_internal, sizeof *order);
-  if (status == KITH_OK) status = kith_nodes_curve_order(it->nodes, it->domain.lower, it->domain.upper, order, &sorted);
+  kith_search_cube(it->nodes->position->f64, it->nodes->n_internal, lower, upper); /* so that the tree need not sort */
+  if (status == KITH_OK) status = kith_nodes_curve_order(it->nodes, lower, upper, order, &sorted);
   if (status == KITH_OK && !sorted) {
     status = kith_nodes_reorder(it->nodes, order);
     it->ledger.reorders += 1;

@@ -3,64 +3,70 @@
 #include "physics/sph/sph.h"
 
 /* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
-enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, MASS, LANES };
+enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
 enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 
 static const double tolerance = 1e-4; /* of ln H: changes the density of a lattice by less than 1e-6 */
 static const int max_iterations = 60;
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
-static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i, double reach,
-                       struct kith_scratch *s) {
-  const kith_index *row = rows->node + rows->first[i];
+__attribute__((always_inline)) static inline size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows,
+                                                             kith_index i, struct kith_scratch *s) {
+  const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
-  const double *x = nodes->position->f64, *xi = x + i * NDIM;
-  double *r = kith_scratch_lane(s, DISTANCE);
+  const double *restrict x = nodes->position->f64;
+  double *restrict r = kith_scratch_lane(s, DISTANCE);
+  for (size_t k = 0; k < n; ++k) r[k] = 0;
   for (int a = 0; a < NDIM; ++a) {
-    double *d = kith_scratch_lane(s, SEPARATION + a);
-    for (size_t k = 0; k < n; ++k) d[k] = x[(size_t)row[k] * NDIM + a] - xi[a];
+    const double xi = x[(size_t)i * NDIM + a];
+    double *restrict d = kith_scratch_lane(s, SEPARATION + a);
+#pragma omp simd
+    for (size_t k = 0; k < n; ++k) {
+      d[k] = x[row[k] * NDIM + a] - xi;
+      r[k] += d[k] * d[k];
+    }
     for (size_t k = n; k < padded; ++k) d[k] = 0;
   }
-  for (size_t k = 0; k < n; ++k) {
-    double d2 = 0;
-    for (int a = 0; a < NDIM; ++a) d2 += kith_scratch_lane(s, SEPARATION + a)[k] * kith_scratch_lane(s, SEPARATION + a)[k];
-    r[k] = sqrt(d2);
-  }
-  for (size_t k = n; k < padded; ++k) r[k] = 16 * reach;
+#pragma omp simd
+  for (size_t k = 0; k < n; ++k) r[k] = sqrt(r[k]);
+  for (size_t k = n; k < padded; ++k) r[k] = 16 * nodes->reach->f64[i];
   return padded;
 }
 
-/* sum w and sum q^2 g over the row and the node itself. */
+/* sum w and sum q^2 g over the row and the node itself; weight[k] = -g >= 0, for the gradients. */
 __attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel kernel, double self, size_t n,
-                                                              const double *restrict r, double inverse_support, double *sum_w, double *sum_q2g) {
+                                                              const double *restrict r, double *restrict weight,
+                                                              double inverse_support, double *sum_w, double *sum_q2g) {
   double w0, g0, sw = 0, sg = 0;
   kith_kernel_value(kernel, 0, &w0, &g0);
-  w0 *= self;
 #pragma omp simd reduction(+ : sw, sg)
   for (size_t k = 0; k < n; ++k) {
     double w, g;
     const double q = r[k] * inverse_support;
     kith_kernel_value(kernel, q, &w, &g);
+    weight[k] = -g;
     sw += w;
     sg += q * q * g;
   }
-  *sum_w = w0 + sw;
+  *sum_w = self * w0 + sw;
   *sum_q2g = sg;
 }
 
 /* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
  * false: it lies beyond the reach; *support is then what to try with new connectivity. */
-__attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, double self, size_t n,
-                                                                const double *r, double reach, double wanted, double *support,
-                                                                double *sum_w, double *sum_q2g, uint64_t *count) {
-  double lower = 0, upper = reach, h = fmin(*support, reach);
+__attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, const struct sph_pass *pass,
+                                                                size_t n, double reach, double *support, double *sum_w,
+                                                                double *sum_q2g, struct kith_scratch *s) {
+  const double wanted = pass->package->neighbors / (kith_ball() * pass->constant);
+  double lower = 0, upper = reach, h = KITH_MIN(*support, reach);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    kernel_sums(kernel, self, n, r, 1 / h, sum_w, sum_q2g);
-    const double step = (wanted - *sum_w) / fmax(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
+    kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE), kith_scratch_lane(s, WEIGHT), 1 / h,
+                sum_w, sum_q2g);
+    const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
     if (fabs(step) < tolerance) break;
-    count[COUNT_ITERATIONS] += 1;
+    s->count[COUNT_ITERATIONS] += 1;
     if (step > 0) lower = h; else upper = h;
-    const double newton = h * (1 + fmax(-0.3, fmin(step, 0.4)));
+    const double newton = h * (1 + KITH_MAX(-0.3, KITH_MIN(step, 0.4)));
     if (step > 0 && h >= reach) {
       *support = newton;
       return false;
@@ -94,7 +100,7 @@ __attribute__((always_inline)) static inline void mass_sums(enum kith_kernel ker
 }
 
 /* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
-static bool invert(const double *m, double *inverse) {
+__attribute__((always_inline)) static inline bool invert(const double *m, double *inverse) {
 #if NDIM == 1
   if (!(m[0] > 0)) return false;
   inverse[0] = 1 / m[0];
@@ -115,26 +121,19 @@ static bool invert(const double *m, double *inverse) {
 #endif
 }
 
-/* Velocity differences of the row, and weights -g(q) >= 0. */
-__attribute__((always_inline)) static inline void load_jumps(enum kith_kernel kernel, const struct sph_pass *pass,
-                                                             kith_index i, size_t padded, double inverse_support,
+/* Velocity differences of the row. */
+__attribute__((always_inline)) static inline void load_jumps(const struct sph_pass *pass, kith_index i, size_t padded,
                                                              struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
-  const kith_index *row = rows->node + rows->first[i];
+  const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
-  const double *v = pass->package->hydro->velocity->f64, *vi = v + i * NDIM;
+  const double *restrict v = pass->package->hydro->velocity->f64;
   for (int a = 0; a < NDIM; ++a) {
-    double *d = kith_scratch_lane(s, JUMP + a);
-    for (size_t k = 0; k < n; ++k) d[k] = v[(size_t)row[k] * NDIM + a] - vi[a];
-    for (size_t k = n; k < padded; ++k) d[k] = 0;
-  }
-  const double *restrict r = kith_scratch_lane(s, DISTANCE);
-  double *restrict weight = kith_scratch_lane(s, WEIGHT);
+    const double vi = v[(size_t)i * NDIM + a];
+    double *restrict d = kith_scratch_lane(s, JUMP + a);
 #pragma omp simd
-  for (size_t k = 0; k < padded; ++k) {
-    double w, g;
-    kith_kernel_value(kernel, r[k] * inverse_support, &w, &g);
-    weight[k] = -g;
+    for (size_t k = 0; k < n; ++k) d[k] = v[row[k] * NDIM + a] - vi;
+    for (size_t k = n; k < padded; ++k) d[k] = 0;
   }
 }
 
@@ -169,33 +168,34 @@ __attribute__((always_inline)) static inline bool velocity_gradient(size_t padde
   return regular;
 }
 
+/* Density and X of node i from its sums; without a second look at the row if all masses are equal. */
+__attribute__((always_inline)) static inline void set_density(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+                                                              double support, double sum_w, double sum_q2g,
+                                                              struct kith_scratch *s) {
+  const double mass = pass->package->hydro->mass->f64[i], omega = -sum_q2g / (NDIM * sum_w);
+  double sum_mw = mass * sum_w, sum_mq2g = mass * sum_q2g;
+  if (!pass->equal_masses) mass_sums(kernel, pass, i, 1 / support, s, &sum_mw, &sum_mq2g);
+  pass->package->hydro->density->f64[i] = pass->constant * sum_mw / kith_pow_dim(support);
+  pass->sph->excess->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
+}
+
 __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel kernel, const struct sph_pass *pass,
                                                                 kith_index begin, kith_index end, struct kith_scratch *s) {
-  const struct kith_package *package = pass->package;
-  const struct kith_hydro *hydro = package->hydro;
-  const struct kith_nodes *nodes = hydro->nodes;
-  const double constant = kith_kernel_constant(kernel), wanted = package->neighbors / (kith_ball() * constant);
+  const struct kith_nodes *nodes = pass->package->hydro->nodes;
   for (kith_index i = begin; i < end; ++i) {
-    const double reach = nodes->reach->f64[i];
     double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0, gradient[NDIM * NDIM];
-    const size_t padded = load_row(nodes, &pass->connectivity->rows, i, reach, s);
+    const size_t padded = load_row(nodes, &pass->connectivity->rows, i, s);
     s->count[COUNT_EVALUATIONS] += padded;
-    if (!solve_support(kernel, package->self_weight, padded, kith_scratch_lane(s, DISTANCE), reach, wanted, support, &sum_w,
-                       &sum_q2g, s->count)) {
+    if (!solve_support(kernel, pass, padded, nodes->reach->f64[i], support, &sum_w, &sum_q2g, s)) {
       s->count[COUNT_OUTGROWN] += 1;
       continue;
     }
-    double sum_mw, sum_mq2g;
-    mass_sums(kernel, pass, i, 1 / *support, s, &sum_mw, &sum_mq2g);
-    hydro->density->f64[i] = constant * sum_mw / kith_pow_dim(*support);
-    /* X = H / (d n) drho/dH / Omega */
-    const double omega = -sum_q2g / (NDIM * sum_w);
-    pass->sph->omega->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
-    load_jumps(kernel, pass, i, padded, 1 / *support, s);
+    set_density(kernel, pass, i, *support, sum_w, sum_q2g, s);
+    load_jumps(pass, i, padded, s);
     if (!velocity_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
     double divergence = 0;
     for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
-    package->expansion->f64[i] = divergence;
+    pass->package->expansion->f64[i] = divergence;
     if (pass->sph->gradient != NULL) memcpy(pass->sph->gradient->f64 + (size_t)i * NDIM * NDIM, gradient, sizeof gradient);
   }
 }
