@@ -1,9 +1,19 @@
 #include <omp.h>
+#include <stddef.h>
+#include "app/list.h"
 #include "app/options.h"
+#include "app/plan.h"
 #include "app/run.h"
+
+static const struct kith_verb verbs[] = {
+    {"run", "SCENE", "runs a scene and compares it with its exact solution", kith_run},
+    {"plan", "SCENE", "what a scene will build and why, memory, time step, cost; nothing runs", kith_plan},
+    {"list", "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene", kith_list},
+    {NULL, NULL, NULL, NULL}};
+
 int main(int argc, char **argv) {
   struct kith_options options;
-  kith_options_parse(&options, argc, argv);
+  const struct kith_verb *verb = kith_options_parse(&options, argc, argv, verbs);
   if (options.threads > 0) omp_set_num_threads(options.threads);
-  return kith_run(&options);
+  return verb->act(&options);
 }

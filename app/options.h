@@ -4,13 +4,13 @@
 
 #include "lib/core/base.h"
 
-enum { KITH_MAX_OVERRIDES = 64 };
+enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024 };
 
 /* Exit codes of the program. */
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
 
 struct kith_options {
-  const char *verb;    /* run, plan, list, bench, validate */
+  const char *verb;    /* run, plan, list, ... */
   const char *subject; /* scene file, family, suite; NULL if not given */
   int n_overrides;
   const char *overrides[KITH_MAX_OVERRIDES]; /* key=value */
@@ -23,7 +23,14 @@ struct kith_options {
   bool check, profile, quiet;
 };
 
-/* Ends the process with code 2 and one line on stderr if the command line is wrong; with 0 for --help and --version. */
-void kith_options_parse(struct kith_options *options, int argc, char **argv);
+/* What the program can do. A table of them ends with a NULL name; usage and help are made from it. */
+struct kith_verb {
+  const char *name, *subject, *doc; /* subject as in "run SCENE"; "": none */
+  enum kith_exit (*act)(const struct kith_options *options);
+};
+
+/* Returns the verb that was asked for. Ends the process with code 2 and one line on stderr if the command line is wrong;
+ * with 0 for --help and --version. */
+const struct kith_verb *kith_options_parse(struct kith_options *options, int argc, char **argv, const struct kith_verb *verbs);
 
 #endif

@@ -12,6 +12,7 @@
 
 static kith_status make_directory(const char *path) {
   char part[512];
+  if (path[0] == '\0') KITH_FAIL(BAD_INPUT, "-o: a directory without a name");
   if (snprintf(part, sizeof part, "%s", path) >= (int)sizeof part - 64) KITH_FAIL(BAD_FILE, "%s: the path is too long", path);
   for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
     *slash = '\0';
@@ -29,10 +30,13 @@ static void path_in(const struct kith_output *output, const char *name, char pat
   snprintf(path, 640, "%s/%s", output->directory, name);
 }
 
-kith_status kith_output_open(struct kith_output *output, const char *directory, const struct kith_model *model, bool restarted) {
-  char path[640];
-  KITH_TRY(make_directory(directory));
+kith_status kith_output_directory(struct kith_output *output, const char *directory) {
   snprintf(output->directory, sizeof output->directory, "%s", directory);
+  return make_directory(directory);
+}
+
+kith_status kith_output_open(struct kith_output *output, const struct kith_model *model, bool restarted) {
+  char path[640];
   output->started = kith_seconds();
   path_in(output, "history.csv", path);
   return restarted ? kith_history_continue(&output->history, path, model->integrator.step)
@@ -45,17 +49,24 @@ static kith_status write_series(const struct kith_output *output) {
   char(*names)[32] = NULL;
   const char **views = NULL;
   char path[640];
+  double *times = NULL;
   const size_t n = (size_t)output->n_snapshots;
+  int there = 0;
   kith_status status = kith_resize(&names, 0, n, sizeof *names);
   if (status == KITH_OK) status = kith_resize(&views, 0, n, sizeof *views);
+  if (status == KITH_OK) status = kith_resize(&times, 0, n, sizeof *times);
   for (size_t k = 0; status == KITH_OK && k < n; ++k) {
     snapshot_name((int)k, names[k]);
-    views[k] = names[k];
+    path_in(output, names[k], path);
+    if (access(path, F_OK) != 0) continue;
+    views[there] = names[k];
+    times[there++] = output->times[k];
   }
   path_in(output, "snapshots.hdf.series", path);
-  if (status == KITH_OK) status = kith_snapshot_series(path, output->n_snapshots, views, output->times);
+  if (status == KITH_OK) status = kith_snapshot_series(path, there, views, times);
   kith_free(&names);
   kith_free(&views);
+  kith_free(&times);
   return status;
 }
 
@@ -112,7 +123,7 @@ void kith_origin_follow(struct kith_origin *origin, const struct kith_model *mod
 
 /* ---- checkpoint: everything that is not a field of the nodes, as two arrays of numbers ---- */
 
-enum { CLOCK_NUMBERS = 12 + NDIM, CLOCK_COUNTS = 12 };
+enum { CLOCK_NUMBERS = 12 + NDIM, CLOCK_COUNTS = 12, LEDGER_WORDS = sizeof(struct kith_ledger) / sizeof(int64_t) };
 
 static void pack(const struct kith_output *output, const struct kith_model *model, const struct kith_origin *origin,
                  double number[CLOCK_NUMBERS], int64_t count[CLOCK_COUNTS]) {
@@ -123,7 +134,9 @@ static void pack(const struct kith_output *output, const struct kith_model *mode
                             origin->momentum_drift, 0};
   memcpy(number, numbers, sizeof numbers);
   memcpy(number + 12, t->momentum, sizeof t->momentum);
-  const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step, it->vote.node, (int64_t)it->since_reorder, output->n_snapshots};
+  const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step, it->vote.node, (int64_t)it->since_reorder, output->n_snapshots,
+                                        (int64_t)model->package.pair_evaluations, (int64_t)model->package.support_iterations,
+                                        (int64_t)model->package.fallbacks};
   memcpy(count, counts, sizeof counts);
 }
 
@@ -136,8 +149,10 @@ static void unpack(struct kith_output *output, struct kith_model *model, struct 
   origin->energy_drift = number[9], origin->momentum_drift = number[10];
   memcpy(t->momentum, number + 12, sizeof t->momentum);
   it->step = (uint64_t)count[0], it->vote.node = count[1], it->since_reorder = (uint64_t)count[2];
-  it->vote.reason = "restart";
   output->n_snapshots = (int)count[3];
+  model->package.pair_evaluations = (uint64_t)count[4];
+  model->package.support_iterations = (uint64_t)count[5];
+  model->package.fallbacks = (uint64_t)count[6];
 }
 
 static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output, const struct kith_model *model,
@@ -148,6 +163,9 @@ static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *
   KITH_TRY(kith_checkpoint_put_nodes(c, model->nodes));
   KITH_TRY(kith_checkpoint_put_f64(c, "clock", number, CLOCK_NUMBERS));
   KITH_TRY(kith_checkpoint_put_i64(c, "counts", count, CLOCK_COUNTS));
+  int64_t ledger[LEDGER_WORDS];
+  memcpy(ledger, &model->integrator.ledger, sizeof ledger);
+  KITH_TRY(kith_checkpoint_put_i64(c, "ledger", ledger, LEDGER_WORDS));
   return kith_checkpoint_put_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots);
 }
 
@@ -160,6 +178,17 @@ kith_status kith_output_checkpoint(struct kith_output *output, const struct kith
   if (status == KITH_OK) return kith_checkpoint_commit(&c);
   kith_checkpoint_abandon(&c);
   return status;
+}
+
+/* Lists again as they were; the vote's reason and the ledger go on from where they stood. */
+static kith_status resume(struct kith_checkpoint *c, struct kith_model *model) {
+  struct kith_integrator *it = &model->integrator;
+  int64_t ledger[LEDGER_WORDS];
+  KITH_TRY(kith_checkpoint_i64(c, "ledger", ledger, LEDGER_WORDS));
+  KITH_TRY(kith_integrator_resume(it));
+  memcpy(&it->ledger, ledger, sizeof ledger);
+  it->vote.reason = it->package->ops->vote(it->package, it->cfl).reason;
+  return KITH_OK;
 }
 
 static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_model *model,
@@ -177,7 +206,7 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   output->capacity = output->n_snapshots + 64;
   KITH_TRY(kith_resize(&output->times, 0, (size_t)output->capacity, sizeof *output->times));
   KITH_TRY(kith_checkpoint_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots));
-  return kith_integrator_resume(&model->integrator);
+  return resume(c, model);
 }
 
 kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model, struct kith_origin *origin) {

@@ -22,10 +22,11 @@ struct kith_origin {
   double energy_drift, momentum_drift; /* largest so far, relative */
 };
 
-/* Creates the directory (parents too). BAD_FILE if it cannot be written: found before anything runs. `restarted`: keep what is there
- * up to the model's step. */
-kith_status kith_output_open(struct kith_output *output, const char *directory, const struct kith_model *model, bool restarted);
-/* Snapshot under the next number, and the series. */
+/* Creates the directory (parents too). BAD_FILE if it cannot be written: found before anything runs. */
+kith_status kith_output_directory(struct kith_output *output, const char *directory);
+/* Begins the history in it. `restarted`: keep what is there up to the model's step. */
+kith_status kith_output_open(struct kith_output *output, const struct kith_model *model, bool restarted);
+/* Snapshot under the next number, and the series of those that are there (a restart may have begun in another directory). */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model);
 /* A row of history after a step. */
 kith_status kith_output_step(struct kith_output *output, const struct kith_model *model, const struct kith_totals *totals);

@@ -11,6 +11,7 @@
 #include "app/report.h"
 #include "app/screen.h"
 #include "app/version.h"
+#include "lib/io/atomic_file.h"
 
 struct run {
   const struct kith_options *options;
@@ -31,10 +32,13 @@ static volatile sig_atomic_t stop_signal;
 static void on_signal(int number) { stop_signal = number; }
 
 static void catch_signals(void) {
-  struct sigaction action = {.sa_handler = on_signal};
+  struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
   sigaction(SIGUSR1, &action, NULL);
+  /* A file that may not grow further is an error of its write. */
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGXFSZ, &action, NULL);
 }
 
 static double cpu_seconds(void) {
@@ -45,11 +49,21 @@ static double cpu_seconds(void) {
 
 /* ---- start ---- */
 
+/* Can it be written? Better to know now than at the end. */
+static kith_status try_file(const char *path) {
+  struct kith_atomic_file *file;
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  kith_atomic_file_abandon(&file);
+  return KITH_OK;
+}
+
 static kith_status open_output(struct run *run) {
+  const struct kith_options *o = run->options;
   char directory[256];
   snprintf(directory, sizeof directory, "out/%s", run->scene->name);
-  return kith_output_open(&run->output, run->options->directory != NULL ? run->options->directory : directory, run->model,
-                          run->options->restart != NULL);
+  KITH_TRY(kith_output_directory(&run->output, o->directory != NULL ? o->directory : directory));
+  if (o->trace != NULL) KITH_TRY(try_file(o->trace));
+  return kith_output_open(&run->output, run->model, o->restart != NULL);
 }
 
 /* Everything that can be found wrong before the first step. */
@@ -83,7 +97,9 @@ static kith_status begin(struct run *run) {
 
 /* The next moment that a step must land on. */
 static double landing(const struct run *run) {
-  return run->scene->output.every > 0 ? fmin(run->until, run->output.next) : run->until;
+  const double every = run->scene->output.every;
+  if (every <= 0 || run->output.next > run->until - 1e-9 * every) return run->until; /* no crumb between the two */
+  return run->output.next;
 }
 
 static kith_status after_step(struct run *run) {
@@ -91,12 +107,13 @@ static kith_status after_step(struct run *run) {
   const struct kith_totals totals = kith_hydro_totals(&run->model->hydro);
   kith_origin_follow(&run->origin, run->model, &totals);
   KITH_TRY(kith_output_step(&run->output, run->model, &totals));
-  if (run->scene->output.every > 0 && it->time >= run->output.next) {
+  const double every = run->scene->output.every;
+  if (every > 0 && it->time > run->output.next - 1e-9 * every) {
     KITH_TRY(kith_output_snapshot(&run->output, run->model));
-    run->output.next += run->scene->output.every;
+    run->output.next += every;
   }
-  const int every = run->scene->output.checkpoint;
-  if (every > 0 && it->step % (uint64_t)every == 0) KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
+  const int steps_between = run->scene->output.checkpoint;
+  if (steps_between > 0 && it->step % (uint64_t)steps_between == 0) KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
   return KITH_OK;
 }
 
@@ -184,10 +201,11 @@ static kith_status write_results(struct run *run, struct kith_report *report) {
   char path[640];
   const struct kith_profile_view view = view_of(run->model);
   const double time = run->model->integrator.time;
-  if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
-    KITH_TRY(kith_output_snapshot(&run->output, run->model));
+  /* The checkpoint comes first: the last snapshot is not one that a longer run would write. */
   if (run->scene->output.checkpoint_at_end || stop_signal != 0)
     KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
+  if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
+    KITH_TRY(kith_output_snapshot(&run->output, run->model));
   if (run->exact != NULL) {
     KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, time, &run->scene->exact.window, &view));
     report->compared = true;
@@ -230,29 +248,36 @@ static enum kith_exit end(struct run *run) {
   return stop_signal != 0 ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
-/* The reason, and a snapshot of where it happened. */
-static enum kith_exit fail(struct run *run) {
-  char reason[1024];
+/* The reason, and a snapshot of where it happened, unless it is writing that failed. */
+static enum kith_exit fail(struct run *run, kith_status status) {
+  char reason[1024], where[640] = "";
   snprintf(reason, sizeof reason, "%s", kith_failure());
   kith_screen_end(&run->screen);
   const struct kith_integrator *it = &run->model->integrator;
-  fprintf(stderr, "kith: step %llu, time %.9g: %s\n", (unsigned long long)it->step + 1, it->time, reason);
-  if (kith_output_snapshot(&run->output, run->model) == KITH_OK)
-    fprintf(stderr, "kith: the state where it failed is in %s/snapshot_%04d.hdf\n", run->output.directory, run->output.n_snapshots - 1);
+  const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
+  if (!writing && kith_output_snapshot(&run->output, run->model) == KITH_OK)
+    snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory, run->output.n_snapshots - 1);
+  fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
+          (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
   return KITH_EXIT_FAILED;
+}
+
+static enum kith_exit go(struct run *run) {
+  kith_status status = begin(run);
+  if (status == KITH_OK) status = steps(run);
+  return status == KITH_OK ? end(run) : fail(run, status);
 }
 
 enum kith_exit kith_run(const struct kith_options *options) {
   struct run run = {.options = options};
   enum kith_exit code = KITH_EXIT_USAGE;
   catch_signals();
-  if (prepare(&run) != KITH_OK) {
+  if (prepare(&run) == KITH_OK) code = go(&run);
+  else fprintf(stderr, "kith: %s\n", kith_failure());
+  if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {
     fprintf(stderr, "kith: %s\n", kith_failure());
-  } else {
-    const kith_status status = begin(&run);
-    code = status == KITH_OK && steps(&run) == KITH_OK ? end(&run) : fail(&run);
+    code = KITH_EXIT_FAILED;
   }
-  if (kith_output_close(&run.output) != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
   if (run.exact != NULL) run.scene->exact.ops->destroy(&run.exact);
   kith_model_destroy(&run.model);
   kith_profile_destroy(&run.profile);

@@ -2,13 +2,14 @@
 #include "app/scene_parts.h"
 #include "app/words.h"
 #include "lib/connectivity/rebuild.h"
+#include "physics/package.h"
 
 #include <string.h>
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
 
 static const struct kith_key viscosity_keys[] = {
-    {"name", KITH_KEY_NAME, "limited", "monaghan|limited", "its form", IN(method.viscosity)},
+    {"name", KITH_KEY_NAME, "limited", KITH_VISCOSITY_LIST(KITH_AS_LISTED_WORD), "its form", IN(method.viscosity)},
     {"alpha", KITH_KEY_NUMBER, "1", "[0, inf)", "linear coefficient", IN(method.alpha)},
     {"beta", KITH_KEY_NUMBER, "2", "[0, inf)", "quadratic coefficient", IN(method.beta)},
     {0}};
@@ -129,6 +130,17 @@ static kith_status default_name(struct kith_scene *scene) {
   return kith_text_copy(&scene->name, stem, dot != NULL && dot != stem ? (size_t)(dot - stem) : strlen(stem));
 }
 
+/* Results go to out/NAME unless told otherwise. */
+static kith_status check_name(const struct kith_scene *scene) {
+  enum { LONGEST = 100 };
+  const char *name = scene->name;
+  if (name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL && strlen(name) <= LONGEST) return KITH_OK;
+  const struct kith_config_node *given = kith_config_at(scene->config, "scene"), *root = scene->config->root;
+  return kith_config_fail(given != NULL ? given : root, given != NULL ? NULL : "scene",
+                          "'%.60s' cannot name a directory: 1 to %d letters, no '/', no '.' in front",
+                          name, LONGEST);
+}
+
 static kith_status read_parts(struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root;
   KITH_TRY(kith_key_read(kith_keys_find(scene_keys, "dimension"), root, scene));
@@ -136,6 +148,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   scene->connectivity.skin = -1;
   KITH_TRY(kith_keys_read(scene_keys, root, scene));
   if (scene->name == NULL) KITH_TRY(default_name(scene));
+  KITH_TRY(check_name(scene));
   KITH_TRY(check_rebuild(scene));
   KITH_TRY(kith_scene_domain(scene, kith_config_child(root, "domain")));
   KITH_TRY(kith_scene_boundaries(scene, kith_config_child(root, "boundaries")));

@@ -30,7 +30,17 @@
 #include "validation/exact.h"
 #include "validation/norms.h"
 
-enum kith_lattice { KITH_LATTICE_CUBIC, KITH_LATTICE_BCC, KITH_LATTICE_FCC, KITH_LATTICE_HCP };
+/* name, word of the scene, doc */
+#define KITH_LATTICE_LIST(X)                                                                    \
+  X(CUBIC, cubic, "squares, cubes: the only one that continues through reflecting faces")       \
+  X(BCC, bcc, "body-centered cubic; squares on their tips in 2-D")                              \
+  X(FCC, fcc, "face-centered cubic; not in 2-D")                                                \
+  X(HCP, hcp, "hexagonal close packing; triangles in 2-D")
+enum kith_lattice {
+#define X(name, word, doc) KITH_LATTICE_##name,
+  KITH_LATTICE_LIST(X)
+#undef X
+};
 enum kith_arrangement { KITH_EQUAL_MASS, KITH_EQUAL_SPACING };
 
 /* Where a region is: all given conditions together; none: the whole domain. Faces of boxes are half-open

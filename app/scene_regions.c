@@ -86,7 +86,7 @@ const struct kith_key kith_region_keys[] = {
     {"material", KITH_KEY_OTHER, NULL, "", "one of materials", .keys = NULL},
     {"where", KITH_KEY_OTHER, "", "", "all that is given, together; none: the whole domain",
      KITH_BELOW(where_keys, MAP)},
-    {"lattice", KITH_KEY_WORD, DEFAULT_LATTICE, "cubic|bcc|fcc|hcp",
+    {"lattice", KITH_KEY_WORD, DEFAULT_LATTICE, KITH_LATTICE_LIST(KITH_AS_LISTED_WORD),
      "arrangement of the nodes; not fcc in 2-D", IN(lattice)},
     {"jitter", KITH_KEY_NUMBER, "0", "[0, 0.5]", "largest random displacement along an axis, in spacings",
      IN(jitter)},

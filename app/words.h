@@ -8,6 +8,8 @@
 
 /* Joins the names of a family list: KITH_SEARCH_LIST(KITH_AS_WORD) is "|tree|grid|brute". */
 #define KITH_AS_WORD(name) "|" #name
+/* The same for lists of (name, word, doc). */
+#define KITH_AS_LISTED_WORD(name, word, doc) "|" #word
 
 /* Position of a word, or -1. */
 int kith_words_find(const char *words, const char *word);

@@ -122,7 +122,7 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
 
 /* What the lists were made from, then the present. */
 kith_status kith_integrator_resume(struct kith_integrator *it) {
-  if (it->built_position == NULL) return KITH_OK;
+  if (it->built_position == NULL) return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
   struct kith_field *position = it->position_base != NULL ? it->position_base : it->package->velocity_base;
   kith_field_copy(it->nodes, position, it->nodes->position);
   kith_field_copy(it->nodes, it->energy_base, it->nodes->support);
@@ -154,7 +154,7 @@ static double next_dt(struct kith_integrator *it, double until) {
 
 kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   const double dt = next_dt(it, until);
-  if (!(dt > 0) || !isfinite(dt) || it->time + 1e-3 * dt == it->time)
+  if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
     KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time, (long long)it->limiting_node,
               it->limiter);
   kith_profile_begin(it->profile, "step");

@@ -31,16 +31,22 @@ KITH_SCHEME_LIST(X)
 const struct kith_scheme_ops *kith_scheme_find(const char *name); /* '-' and '_' are the same; NULL if there is none */
 const struct kith_scheme_ops *const *kith_scheme_all(void);
 
-/* What happened, summed over the run (and the last lifecycle, where said). created = culled + kept, for each boundary. */
+/* What happened, summed over the run (and the last lifecycle, where said); nothing but uint64_t, for checkpoints. created = culled + kept, for each boundary. */
 struct kith_ledger {
   uint64_t lifecycles, stage_rebuilds, support_rebuilds, reorders, refreshes;
   uint64_t because[5]; /* first build, then policies in the order of KITH_REBUILD_LIST */
   uint64_t created, culled, kept; /* ghosts */
   uint64_t candidates, row_entries, pairs;
   struct { uint64_t created, culled, kept; } boundary[2 * NDIM + 8];
-  kith_index ghosts;    /* of the last lifecycle */
-  size_t last_entries, last_pairs;
+  uint64_t ghosts, last_entries, last_pairs; /* of the last lifecycle */
 };
+
+/* Who asks for what, and why: what the connectivity is built from. */
+struct kith_demand {
+  const char *who, *why;
+  struct kith_requirements need;
+};
+enum { KITH_DEMANDS = 2 };
 
 struct kith_integrator {
   /* Set by the caller. All borrowed. */
@@ -98,6 +104,7 @@ void kith_drift(struct kith_integrator *integrator, const struct kith_field *vel
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 
 /* lifecycle.c */
+void kith_lifecycle_demands(const struct kith_integrator *integrator, struct kith_demand demand[KITH_DEMANDS]);
 kith_status kith_lifecycle(struct kith_integrator *integrator, const char *reason);
 
 size_t kith_integrator_bytes(const struct kith_integrator *integrator);

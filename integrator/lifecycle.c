@@ -3,9 +3,19 @@
 #include <string.h>
 #include "integrator/integrator.h"
 
+void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
+  demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
+  demand[1] = (struct kith_demand){it->package->ops->name, it->package->traversal == KITH_TRAVERSE_PAIRS ? "traversal: pairs" : "traversal: gather",
+                                   it->package->ops->requirements(it->package)};
+}
+
 /* Nothing is built that no one asked for. */
 static struct kith_requirements requirements(const struct kith_integrator *it) {
-  return kith_requirements_or((struct kith_requirements){.rows = true}, it->package->ops->requirements(it->package));
+  struct kith_requirements need = {0};
+  struct kith_demand demand[KITH_DEMANDS];
+  kith_lifecycle_demands(it, demand);
+  for (int k = 0; k < KITH_DEMANDS; ++k) need = kith_requirements_or(need, demand[k].need);
+  return need;
 }
 
 /* The radius that lists are made with: the support and a skin. */
@@ -120,7 +130,7 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
   ledger->last_pairs = c->pairs.n;
   ledger->row_entries += ledger->last_entries;
   ledger->pairs += ledger->last_pairs;
-  ledger->ghosts = it->nodes->n_ghost;
+  ledger->ghosts = (uint64_t)it->nodes->n_ghost;
   if (strcmp(reason, "first build") == 0) ledger->because[0] += 1;
   for (int k = 0; kith_rebuild_all()[k] != NULL; ++k)
     if (strcmp(reason, kith_rebuild_all()[k]->name) == 0) ledger->because[1 + k] += 1;

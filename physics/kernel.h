@@ -12,14 +12,20 @@
 #include <math.h>
 #include "lib/core/vec.h"
 
-/* name, words, C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
-#define KITH_KERNEL_LIST(X)                                                                                         \
-  X(cubic, "cubic", 8. / 3, 80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                               \
-  X(quartic, "quartic", 3125. / 768, 46875 / (2398 * M_PI), 15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)     \
-  X(quintic, "quintic", 243. / 40, 15309 / (478 * M_PI), 2187 / (40 * M_PI), 2.121321, 2.158131, 2.195775)          \
-  X(wendland_c2, "wendland-c2", 5. / 4, 7 / M_PI, 21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                    \
-  X(wendland_c4, "wendland-c4", 3. / 2, 9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171239, 2.207940)                  \
-  X(wendland_c6, "wendland-c6", 55. / 32, 78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415230, 2.449490)
+/* name, words, doc, C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
+#define KITH_KERNEL_LIST(X)                                                                            \
+  X(cubic, "cubic", "spline M4: the shortest support; pairs up if given many neighbors",                              \
+    8. / 3, 80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                                  \
+  X(quartic, "quartic", "spline M5: smoother, for more neighbors",                                     \
+    3125. / 768, 46875 / (2398 * M_PI), 15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)            \
+  X(quintic, "quintic", "spline M6: the smoothest of the splines",                                     \
+    243. / 40, 15309 / (478 * M_PI), 2187 / (40 * M_PI), 2.121321, 2.158131, 2.195775)                 \
+  X(wendland_c2, "wendland-c2", "never clumps, however many neighbors: the default",                   \
+    5. / 4, 7 / M_PI, 21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                                   \
+  X(wendland_c4, "wendland-c4", "never clumps; smoother, for about 100 neighbors in 3-D",              \
+    3. / 2, 9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171239, 2.207940)                                 \
+  X(wendland_c6, "wendland-c6", "never clumps; the smoothest, for about 200 neighbors in 3-D",         \
+    55. / 32, 78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415230, 2.449490)
 
 enum kith_kernel {
 #define X(name, ...) KITH_KERNEL_##name,
@@ -29,12 +35,12 @@ enum kith_kernel {
 };
 
 struct kith_kernel_facts {
-  const char *name;
+  const char *name, *doc;
   double constant[3], support[3]; /* by dimension - 1 */
 };
 extern const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS];
 
-/* KITH_N_KERNELS if there is none of this name. */
+/* KITH_N_KERNELS if there is none of this name; '-' and '_' are the same. */
 enum kith_kernel kith_kernel_find(const char *name);
 static inline double kith_kernel_constant(enum kith_kernel k) { return kith_kernel_facts[k].constant[NDIM - 1]; }
 static inline double kith_kernel_support(enum kith_kernel k) { return kith_kernel_facts[k].support[NDIM - 1]; }

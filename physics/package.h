@@ -41,7 +41,15 @@ struct kith_package_ops {
   size_t (*pairwise_bytes)(const struct kith_package *package);
 };
 
-enum kith_viscosity { KITH_VISCOSITY_MONAGHAN, KITH_VISCOSITY_LIMITED };
+/* name, word of the scene, doc */
+#define KITH_VISCOSITY_LIST(X)                                                                                    \
+  X(MONAGHAN, monaghan, "on every approaching pair, alike")                                                       \
+  X(LIMITED, limited, "on the jump that slope-limited gradients leave: little where flow is smooth; the default")
+enum kith_viscosity {
+#define X(name, word, doc) KITH_VISCOSITY_##name,
+  KITH_VISCOSITY_LIST(X)
+#undef X
+};
 enum kith_traversal { KITH_TRAVERSE_PAIRS, KITH_TRAVERSE_GATHER };
 
 struct kith_package {

@@ -2,6 +2,13 @@
 #include "tests/check.h"
 #include <string.h>
 
+/* A failure that tells of the last one. */
+static void check_fail_of_fail(void) {
+  CHECK_STATUS(KITH_BAD_FILE, kith_fail(KITH_BAD_FILE, "the %s", "reason"));
+  CHECK_STATUS(KITH_DIVERGED, kith_fail(KITH_DIVERGED, "a longer beginning than that: %s, and an end", kith_failure()));
+  CHECK(strcmp(kith_failure(), "a longer beginning than that: the reason, and an end") == 0);
+}
+
 int main(void) {
   double *a = NULL;
   CHECK_OK(kith_resize(&a, 0, 3, sizeof *a));
@@ -13,5 +20,6 @@ int main(void) {
   CHECK(a != NULL && a[1] == 2 && strstr(kith_failure(), "do not fit") != NULL);
   kith_free(&a);
   CHECK(a == NULL);
+  check_fail_of_fail();
   return check_failed();
 }

@@ -1,0 +1,168 @@
+#!/usr/bin/env bash
+# test_bad_input.sh PROGRAMS: whatever is wrong with the command line, the scene, the output directory or the checkpoint
+# gives one line on stderr and code 2, and nothing is created or changed.
+source "$(dirname "$0")/common.sh"
+
+# ---- the command line
+refused "no verb; one of run, plan, list" "$kith"
+refused "rum: unknown verb; did you mean 'run'?" "$kith" rum tiny.yaml
+refused "unknown verb; one of" "$kith" xyzzy
+refused "run: no scene" "$kith" run
+refused "plan: no scene" "$kith" plan
+refused "b: one argument too many" "$kith" run tiny.yaml b
+refused "--stesp: unknown option; did you mean '--steps'?" "$kith" run tiny.yaml --stesp 3
+refused "--xyzzy: unknown option" "$kith" run tiny.yaml --xyzzy=1
+refused "-z: unknown option" "$kith" run tiny.yaml -z
+refused "--until: its value is missing" "$kith" run tiny.yaml --until
+refused "-o: its value is missing" "$kith" run tiny.yaml -o
+refused "this option takes no value" "$kith" run tiny.yaml --quiet=yes
+refused "--set: 'until' is not KEY=VALUE" "$kith" run tiny.yaml --set until
+refused "--set =3: write it as key=value" "$kith" run tiny.yaml --set =3
+for bad in nan inf -1 x 1x ''; do
+  refused "--until: '$bad' is not a number of at least 0" "$kith" run tiny.yaml "--until=$bad"
+  refused "--steps: '$bad' is not a number of at least 0" "$kith" run tiny.yaml "--steps=$bad"
+done
+refused "--steps: '1.5' is not a whole number" "$kith" run tiny.yaml --steps 1.5
+refused "--threads: '0' is not a number of at least 1" "$kith" run tiny.yaml --threads 0
+refused "--threads: '1e9' is more than 1024" "$kith" run tiny.yaml --threads 1e9
+refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run tiny.yaml
+refused "'kernl' is no family; did you mean 'kernel'?" "$kith" list kernl
+refused "there are package, kernel," "$kith" list xyzzy
+
+# ---- the scene: key=value | what the line must hold
+while IFS='|' read -r set text; do
+  refused "$text" "$kith" run tiny.yaml --quiet -o out --set "$set"
+  refused "$text" "$kith" plan tiny.yaml --set "$set"
+done <<'END'
+methd.kernel=cubic|--set methd: unknown key; did you mean 'method'?
+method.kernl=cubic|--set method.kernl: unknown key; did you mean 'kernel'?
+regions.0.densty=1|--set regions.0.densty: unknown key; did you mean 'density'?
+xyzzy=1|--set xyzzy: unknown key; known are scene, dimension,
+a..b=3|--set a..b=3: write it as key=value
+method.package=spf|--set method.package: 'spf' is not one of sph
+method.kernel=cubik|did you mean 'cubic'?
+method.viscosity.name=limitd|did you mean 'limited'?
+method.energy=thermic|--set method.energy
+scheme.name=leapfrogg|did you mean 'leapfrog'?
+neighbor.search=three|did you mean 'tree'?
+connectivity.rebuild=displacement, always|--set connectivity.rebuild
+boundaries.x=periodical|did you mean 'periodic'?
+boundaries.x=[periodic, open]|periodic on one side only
+materials.gas.eos=ideel|did you mean 'ideal'?
+regions.0.material=lead|--set regions.0.material
+regions.0.lattice=diamond|is not one of cubic, bcc, fcc, hcp
+exact.name=sood|--set exact.name
+traversal=pars|did you mean 'pairs'?
+resolution=abc|'abc' is not a number
+resolution=[1]|--set resolution: a list where a single value belongs
+resolution=0|0 is out of range (0, inf)
+resolution=-1|out of range
+resolution=1e12|nodes are more than
+resolution=1e400|1e400 is not a finite number
+resolution=.nan|.nan is not a finite number
+resolution={2d: 3}|missing, and the scene is 1-D
+dimension=4|4 is out of range [1, 3]
+dimension=2.5|'2.5' is not a whole number
+dimension=|missing
+scheme.cfl=2|2 is out of range (0, 1]
+scheme.cfl=0|0 is out of range (0, 1]
+scheme.dt=-1|-1 is out of range [0, inf)
+method.neighbors=1|1 is too few for kernel wendland-c2
+connectivity.skin=-0.1|out of range [0, inf)
+connectivity.cull=maybe|'maybe' is not one of true, false
+output.checkpoint=1.5|not a whole number
+output.every=-1|out of range
+until=-1|out of range
+until=soon|'soon' is not a number
+scene=../elsewhere|cannot name a directory
+scene=a/b|cannot name a directory
+materials.gas.gamma=1|out of range (1, inf)
+materials={}|no material
+regions=[]|no region; one is required
+regions.0.where.x=[-1, 0.1]|region: overlaps the region of line 10, at
+regions.0.where.x=[-3, -2]|region: no part of it is in the domain
+regions.0.where.x=[0, -1]|[0, -1] is empty
+regions.0.where.x=[-1, .inf]|not a finite number
+regions.0.where={inside: "x > 5"}|region: it holds no node
+regions.0.density=1 + |--set regions.0.density: formula '1 +': Unexpected end
+regions.0.density=2*zeta|--set regions.0.density: formula
+regions.0.density=1/(x - x)|density
+regions.0.density=0|0 is out of range (0, inf)
+regions.0.pressure=-1|-1 needs a negative energy
+regions.0.pressure=log(x)|pressure
+regions.0.pressure=.inf|not a finite number
+regions.0.velocity=[1/0]|velocity
+regions.0.energy=1|not together with
+domain.upper=[-1, 1, 1]|--set domain.upper: -1 along x is not above lower, -1
+domain.upper=[.inf, 1, 1]|not a finite number
+domain={lower: [-1]}|missing; it is required
+END
+refused "--set boundaries.x.a: unknown key" "$kith" run tiny.yaml --quiet --set 'boundaries.x={a: 1}'
+
+# In the file itself: line and key.
+sed 's/gamma: 1.4/gama: 1.4/' tiny.yaml >wrong.yaml
+refused "wrong.yaml:7: materials.gas.gama: unknown key; did you mean 'gamma'?" "$kith" run wrong.yaml
+sed 's/x: \[0, 1\]/x: [-0.5, 1]/' tiny.yaml >wrong.yaml
+refused "wrong.yaml:9: region: overlaps the region of line 10" "$kith" run wrong.yaml
+sed '/^resolution/d' tiny.yaml >wrong.yaml
+refused "resolution: missing; it is required" "$kith" run wrong.yaml
+sed 's/x: reflecting/x: periodic/; s/upper: \[1,/upper: [-1,/' tiny.yaml >wrong.yaml # a periodic axis without length
+refused "wrong.yaml:4: domain.upper: -1 along x is not above lower" "$kith" run wrong.yaml
+printf 'until: [\n' >wrong.yaml
+refused "wrong.yaml:2: not YAML" "$kith" run wrong.yaml
+printf 'until: 1\nuntil: 2\n' >wrong.yaml
+refused "wrong.yaml:2: until: " "$kith" run wrong.yaml
+: >wrong.yaml
+refused "wrong.yaml:1: the scene is empty" "$kith" run wrong.yaml
+printf '\177ELF\002\001\001\000\000' >wrong.yaml
+refused "wrong.yaml:1: not YAML" "$kith" run wrong.yaml
+head -c 2000000 /dev/zero >wrong.yaml
+refused "wrong.yaml" "$kith" run wrong.yaml
+mkdir folder
+refused "folder: is a directory, not a scene" "$kith" run folder
+refused "missing.yaml: No such file or directory" "$kith" run missing.yaml
+refused "tiny.yaml:2: dimension: 1, but this program is the 2-D one" "$programs/kith-2d" run tiny.yaml
+refused "tiny.yaml:2: dimension: 1, but this program is the 3-D one" "$programs/kith-3d" plan tiny.yaml
+
+# ---- where results go. Root may write nearly anywhere, but not below a file, nor in /proc
+for bad in tiny.yaml tiny.yaml/out /proc/kith /dev/null/out ''; do
+  refused "" "$kith" run tiny.yaml --quiet -o "$bad"
+done
+refused "cannot write" "$kith" run tiny.yaml --quiet -o /proc
+mkdir read-only && chmod a-w read-only
+if ((EUID != 0)); then refused "read-only" "$kith" run tiny.yaml --quiet -o read-only; fi
+mkdir out
+for bad in missing/trace tiny.yaml/trace folder; do
+  refused "cannot write" "$kith" run tiny.yaml --quiet -o out --trace $bad
+done
+
+# ---- checkpoints. What is in the directory stays as it is
+ok "$kith" run tiny.yaml --quiet -o out --set output.checkpoint=5
+[[ -e out/checkpoint.kith && -e out/checkpoint.kith.previous ]] || wrong "there are no two checkpoints"
+set -- --quiet -o out --set output.checkpoint=5 --restart
+good=out/checkpoint.kith
+size=$(stat -c %s $good)
+for ((cut = 0; cut < size; cut += 397)); do
+  head -c $cut $good >cut.kith
+  refused "cut.kith: " "$kith" run tiny.yaml "$@" cut.kith
+done
+for ((at = 70; at < size; at += 997)); do # one byte changed
+  cp $good changed.kith
+  printf '\x5a\xa5' | dd of=changed.kith bs=1 seek=$at conv=notrunc status=none
+  refused "changed.kith: " "$kith" run tiny.yaml "$@" changed.kith
+done
+refused "missing.kith: cannot read: No such file" "$kith" run tiny.yaml "$@" missing.kith
+refused "tiny.yaml: not a checkpoint" "$kith" run tiny.yaml "$@" tiny.yaml
+refused "snapshot_0000.hdf: not a checkpoint" "$kith" run tiny.yaml "$@" out/snapshot_0000.hdf
+refused "folder: not a regular file" "$kith" run tiny.yaml "$@" folder
+refused "/dev/null: not a regular file" "$kith" run tiny.yaml "$@" /dev/null
+refused "a 1-D checkpoint, this program is 2-D" "$kith" run tiny.yaml "$@" $good --set dimension=2
+refused "of another scene or with other settings" "$kith" run tiny.yaml "$@" $good --set until=1
+refused "of another scene or with other settings" "$kith" run tiny.yaml "$@" $good --set regions.0.density=2
+cp out/history.csv kept.csv
+printf 'not a history\n' >out/history.csv
+refused "history.csv: not the history of a 1-D run" "$kith" run tiny.yaml "$@" $good
+mv kept.csv out/history.csv
+ok "$kith" run tiny.yaml "$@" $good
+
+exit $((failures > 0))

@@ -1,0 +1,147 @@
+#!/usr/bin/env bash
+# test_life.sh PROGRAMS: runs that go wrong, are stopped, are killed, or fill the disk; and that a restart goes on as if
+# nothing had happened: the same fields, snapshots, numbers and history, byte for byte.
+source "$(dirname "$0")/common.sh"
+
+# ---- the run leaves the physical range: code 1, one line with node and reason, and a snapshot of the state
+# diverged TEXT SETTING...
+diverged() {
+  local text=$1 settings=() snapshot
+  shift
+  for setting; do settings+=(--set "$setting"); done
+  rm -rf out
+  stopped 1 "$text" "$kith" run tiny.yaml --quiet -o out --until 0.5 "${settings[@]}"
+  snapshot=$(sed -n 's/.*its state is in \(.*\)$/\1/p' stderr)
+  [[ -s $snapshot && $snapshot == "$(printf '%s\n' out/snapshot_*.hdf | tail -1)" ]] || wrong "$*: no snapshot '$snapshot'"
+  grep -q "${snapshot##*/}" out/snapshots.hdf.series || wrong "$*: the series lacks $snapshot"
+}
+diverged "its energy is negative" scheme.dt=0.2
+diverged "its energy is negative" scheme.dt=0.05 method.energy=thermal
+diverged "its position, velocity or acceleration is not finite" "regions.1.velocity=[1e200]"
+diverged "a support does not converge" boundaries= method.neighbors=300
+diverged "the time step collapsed to 1e-30" scheme.dt=1e-30
+diverged "the time step collapsed to 0 at time 0: node" regions.0.pressure=1e300
+diverged "time 0." scheme.dt=0.02 # not in the first step
+
+# ---- the uninterrupted run
+# same_run A B: whatever two directories hold, but for seconds and room in memory.
+same_run() {
+  local file
+  for file in $(cd "$1" && ls snapshot_*.hdf) snapshots.hdf.series checkpoint.kith; do same "$1/$file" "$2/$file"; done
+  [[ $(ls "$1") == "$(ls "$2")" ]] || wrong "$2 holds other files than $1: $(ls "$2")"
+  if ! diff <(sed 's/,[^,]*$//' "$1/history.csv") <(sed 's/,[^,]*$//' "$2/history.csv") >difference; then
+    wrong "the histories of $1 and $2 differ: $(head -4 difference)"
+  fi
+  if ! diff <(grep -v 'second\|bytes' "$1/report.json") <(grep -v 'second\|bytes' "$2/report.json") >difference; then
+    wrong "the reports of $1 and $2 differ: $(head -4 difference)"
+  fi
+}
+
+# Waits until the history of a run has so many rows; fails if the run ends first.
+rows() {
+  local n=0
+  while ((n < $2)) && kill -0 "$3" 2>/dev/null; do
+    if [[ -e $1/history.csv ]]; then n=$(wc -l <"$1/history.csv"); fi
+  done
+}
+
+for rebuild in always displacement; do
+  set -- --quiet --set output.every=0.03 --set output.checkpoint=5 --set output.checkpoint_at_end=true --set until=0.2 \
+    --set resolution=600 --set connectivity.rebuild=$rebuild --set connectivity.reorder=7
+  rm -rf whole
+  ok "$kith" run tiny.yaml "$@" -o whole
+
+  # After a number of steps.
+  rm -rf parts
+  for steps in 0 1 7 8 40; do
+    restart=()
+    if [[ -e parts ]]; then restart=(--restart parts/checkpoint.kith); fi
+    ok "$kith" run tiny.yaml "$@" -o parts --steps $steps "${restart[@]}"
+  done
+  ok "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith
+  ls whole/checkpoint.kith.previous >/dev/null && same_run whole parts
+
+  # By a signal, twice.
+  rm -rf parts
+  "$kith" run tiny.yaml "$@" -o parts >stdout 2>stderr &
+  rows parts 20 $! && kill -TERM $!
+  wait $!
+  code=$?
+  [[ $code == 1 && $(<stderr) == "kith: stopped by signal 15; go on with --restart parts/checkpoint.kith" ]] ||
+    wrong "SIGTERM gave $code, $(<stderr)"
+  before=$(wc -l <parts/history.csv)
+  "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith >stdout 2>stderr &
+  rows parts $((before + 20)) $! && kill -INT $!
+  kill -TERM $! 2>/dev/null # background jobs of a script ignore INT
+  wait $! && wrong "the second run was not stopped"
+  ok "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith
+  same_run whole parts
+
+  # Killed, again and again, wherever it was.
+  rm -rf parts
+  restart=()
+  for kill in 1 2 3 4; do
+    "$kith" run tiny.yaml "$@" -o parts "${restart[@]}" >stdout 2>stderr &
+    rows parts $((kill * 25)) $!
+    kill -KILL $!
+    wait $! 2>/dev/null
+    [[ -e parts/checkpoint.kith ]] || wrong "killed after $((kill * 25)) rows: no checkpoint"
+    restart=(--restart parts/checkpoint.kith)
+  done
+  ok "$kith" run tiny.yaml "$@" -o parts "${restart[@]}"
+  rm -f parts/*.partial
+  same_run whole parts
+done
+
+# A restart into another directory leaves the first one alone, and lists only the snapshots that are there.
+before=$(seen parts)
+rm -rf other
+ok "$kith" run tiny.yaml "$@" -o other --restart parts/checkpoint.kith.previous
+[[ $(seen parts) == "$before" ]] || wrong "a restart changed the directory it came from"
+same whole/checkpoint.kith other/checkpoint.kith
+for file in $(grep -o 'snapshot_[0-9]*.hdf' other/snapshots.hdf.series); do
+  [[ -e other/$file ]] || wrong "the series in another directory lists $file, which is not there"
+done
+
+# ---- a disk that fills
+rm -rf whole
+set -- --quiet --set output.every=0.05 --set output.checkpoint=5 --set output.checkpoint_at_end=true --set until=0.2 \
+  --set scheme.dt=0.00004 --steps 4000
+ok "$kith" run tiny.yaml "$@" -o whole
+
+# stopped_full WHAT CODE TEXT: one line, nothing half-written, and the last good checkpoint, if it got that far, goes on.
+stopped_full() {
+  local what=$1 code=$2 text=$3
+  if ((code != 1)) || [[ $(wc -l <stderr) != 1 || $(<stderr) != "kith: after step "*": parts/"*"$text" ]]; then
+    wrong "$what: ended with $code: $(<stderr)"
+  fi
+  if compgen -G 'parts/*.partial' >/dev/null; then wrong "$what: half-written: $(ls parts/*.partial)"; fi
+  [[ -e parts/checkpoint.kith ]] || return
+  resumed=$((resumed + 1))
+  ok "$kith" run tiny.yaml "${settings[@]}" -o parts --restart parts/checkpoint.kith
+  same_run whole parts
+}
+settings=("$@") resumed=0
+
+# Files may not grow beyond so many KiB: first a snapshot is too large (room for it is claimed ahead), then the history.
+for ((limit = 1; resumed < 2 && limit < 500; limit += 1 + limit / 8)); do
+  rm -rf parts
+  (ulimit -f $limit && exec "$kith" run tiny.yaml "$@" -o parts) >/dev/null 2>stderr
+  stopped_full "files of at most $limit KiB" $? "cannot write: File too large"
+done
+((resumed == 2)) || wrong "the history never was too large"
+
+# A file system of so many KiB, where one may be made.
+if unshare -rm true 2>/dev/null; then
+  used=$(du -sk whole | cut -f1)
+  for room in 100 $((used / 2)) $((used * 3 / 4)); do
+    rm -rf parts small && mkdir small
+    unshare -rm bash -c 'mount -t tmpfs -o size=$1k tmpfs small && cd small && shift || exit 9
+      "$@"; code=$?; cp -r parts ..; exit $code' - "$room" "$kith" run ../tiny.yaml "$@" -o parts >/dev/null 2>stderr
+    code=$?
+    ((code == 9)) && break # no tmpfs here
+    stopped_full "a disk of $room KiB" $code "No space left on device"
+  done
+fi
+
+exit $((failures > 0))

@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# test_plan.sh PROGRAMS: `kith plan` and `kith list` on every scene and family; what they print is true and fits 100 columns.
+inputs=$(readlink -f "$2")
+source "$(dirname "$0")/common.sh"
+
+# shown TEXT COMMAND...: ends with 0, a line holds TEXT (blanks squeezed), none is longer than 100 columns; nothing is left.
+shown() {
+  local text=$1
+  shift
+  ok "$@"
+  [[ $(tr -s ' ' <stdout) == *"$text"* ]] || wrong "$* lacks '$text'"
+  awk 'length > 100 {exit 1}' stdout || wrong "$* has a line beyond 100 columns"
+  [[ ! -e out ]] || wrong "$* wrote something"
+}
+
+for scene in "$inputs"/*.yaml; do
+  shown "nothing runs" "$kith" plan "$scene" --set dimension=1
+done
+set -- "$kith" plan tiny.yaml
+shown "tiny, 1-D" "$@"
+shown "gas 56 nodes; ideal, gamma 1.4" "$@"
+shown "x in [-1, 1], reflecting" "$@"
+shown "pairs built" "$@"
+shown "sph (traversal: pairs)" "$@"
+shown "overlap left out nobody asked" "$@"
+shown "pairwise built 3 values a pair" "$@"
+shown "pairs left out nobody asked" "$@" --set method.energy=thermal
+shown "pairwise left out" "$@" --set method.energy=thermal
+shown "pairs built" "$@" --set method.energy=thermal --set traversal=pairs
+shown "as the scene says" "$@" --set traversal=pairs
+shown "search brute:" "$@" --set neighbor.search=brute
+shown "open below, reflecting" "$@" --set 'boundaries.x=[open, reflecting]'
+shown "culling is off" "$@" --set connectivity.cull=false
+shown "steps of 2 evaluations" "$@" --set scheme.name=rk2
+shown "skin 0.2 of the support" "$@" --set connectivity.rebuild=displacement
+shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
+shown "ghosts none" "$@" --set boundaries=
+stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neighbors=300
+
+# The first dt of the plan is that of the run.
+planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
+ok "$kith" run tiny.yaml --quiet -o run --steps 1
+[[ $planned == "$(awk -F, 'NR == 2 {printf "%.4g", $3}' run/history.csv)" ]] || wrong "the first dt is not $planned"
+
+# ---- list
+shown "wendland-c2" "$kith" list
+for family in package kernel viscosity eos scheme search rebuild excluder boundary lattice exact; do
+  shown " $family " "$kith" list $family
+  (($(wc -l <stdout) >= 2)) || wrong "list $family has no member"
+  awk '/^ {4}[^ ]/ && NF < 2 {exit 1}' stdout || wrong "list $family: a member without a doc"
+done
+ok "$kith" list scene # long lines there are comments of a file
+for key in resolution method kernel regions until; do grep -q "^ *$key:" stdout || wrong "list scene lacks $key"; done
+
+# ---- help
+for verb in run plan list; do
+  shown "$verb" "$kith" $verb --help
+done
+shown "kith [OPTION...] run SCENE" "$kith" --help
+shown "kith 0." "$kith" --version
+
+exit $((failures > 0))
