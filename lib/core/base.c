@@ -17,10 +17,12 @@ const char *kith_status_text(kith_status status) {
 }
 
 kith_status kith_fail(kith_status status, const char *format, ...) {
+  char line[sizeof failure]; /* the arguments may hold the last failure */
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(failure, sizeof failure, format, arguments);
+  vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
+  memcpy(failure, line, sizeof failure);
   return status;
 }
 
