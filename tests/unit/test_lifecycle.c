@@ -44,7 +44,7 @@ static void threads_agree(void) {
     }
     scenario_close(&one);
   }
-  omp_set_num_threads(2);
+  omp_set_num_threads(1);
 }
 
 static void closes(const struct scenario *s, const char *what) {
@@ -97,35 +97,53 @@ static void searches_agree(void) {
   }
 }
 
-/* Order of nodes is order of sums: round-off only, which twelve steps of a violent flow amplify little. */
+/* Sums in another order are off by some 1e-16 of their largest term, and each step hands that on. A pair whose limiter
+ * or whose Newton step stands at a switch may see more of it; none did here. Measured: 6e-16. */
 static void reordering_is_round_off(void) {
   struct scenario plain, ordered;
-  if (scenario_open(&plain, box, "") && scenario_open(&ordered, box, "connectivity.reorder=1")) {
+  if (scenario_open(&plain, box, "%s", "") && scenario_open(&ordered, box, "connectivity.reorder=1")) {
     if (scenario_run(&plain, 12) && scenario_run(&ordered, 12)) {
-      CHECK(NDIM == 1 || ordered.model->integrator.ledger.reorders > 0);
-      printf("%d reorder v %g h %g u %g\n", NDIM, scenario_distance(&plain, &ordered, "velocity"),scenario_distance(&plain, &ordered, "support"),scenario_distance(&plain, &ordered, "energy"));
+      CHECK(ordered.model->integrator.ledger.reorders >= 1);
+      CHECK(scenario_distance(&plain, &ordered, "velocity") <= 1e-12);
+      CHECK(scenario_distance(&plain, &ordered, "energy") <= 1e-12);
+      CHECK(scenario_distance(&plain, &ordered, "support") <= 1e-12);
     }
     scenario_close(&ordered);
   }
   scenario_close(&plain);
 }
 
+/* Lists that last hold more nodes, all of them outside of the supports: they add zeros. What they do change is where
+ * Newton's steps of a support are cut off at the reach, hence the H that it stops at, which is known to 1e-4 (density.c):
+ * two runs may differ by twice that in H. Forces follow H continuously, and a step turns a change dH / H of H into the
+ * same relative change of the velocity that it adds: 2e-4 of the largest velocity is the bound there too.
+ * With one skin for both, nothing is left but the order of sums. Measured: 4e-5, and 3e-15 with one skin. */
 static void policies_agree(void) {
   static const double skin[] = {0.05, 0.1, 0.2, 0.4};
-  struct scenario always, lasting;
-  if (scenario_open(&always, box, "")) scenario_run(&always, 30);
+  struct scenario always, same, lasting;
+  if (scenario_open(&always, box, "%s", "")) scenario_run(&always, 30);
   for (int k = 0; k < 4; ++k) {
-    if (scenario_open(&lasting, box, "connectivity.rebuild=displacement connectivity.skin=%g", skin[k]) && scenario_run(&lasting, 30)) {
+    if (scenario_open(&same, box, "connectivity.skin=%g", skin[k])) scenario_run(&same, 30);
+    if (scenario_open(&lasting, box, "connectivity.rebuild=displacement|entity-change connectivity.skin=%g", skin[k]) &&
+        scenario_run(&lasting, 30)) {
       const struct kith_ledger *l = &lasting.model->integrator.ledger;
-      printf("%d skin %g: lifecycles %d support %d v %g u %g h %g t %g\n", NDIM, skin[k], (int)l->lifecycles, (int)l->support_rebuilds, scenario_distance(&always, &lasting, "velocity"),scenario_distance(&always, &lasting, "energy"),scenario_distance(&always, &lasting, "support"), lasting.model->integrator.time/always.model->integrator.time-1);
+      CHECK(scenario_distance(&always, &lasting, "support") <= 2e-4);
+      CHECK(scenario_distance(&always, &lasting, "velocity") <= 2e-4);
+      CHECK(scenario_distance(&always, &lasting, "energy") <= 2e-4);
+      CHECK(scenario_distance(&same, &lasting, "support") <= 1e-12);
+      CHECK(scenario_distance(&same, &lasting, "velocity") <= 1e-12);
+      CHECK(scenario_distance(&same, &lasting, "energy") <= 1e-12);
+      CHECK(k == 0 || l->lifecycles < always.model->integrator.ledger.lifecycles);
       closes(&lasting, "displacement");
     }
     scenario_close(&lasting);
+    scenario_close(&same);
   }
   scenario_close(&always);
 }
 
 int main(void) {
+  omp_set_num_threads(1);
   threads_agree();
   culling_changes_nothing();
   searches_agree();
