@@ -6,7 +6,7 @@
 enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, MASS, LANES };
 enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 
-static const double tolerance = 1e-4; /* of ln H: changes the density of a lattice by less than 1e-6 */
+static const double tolerance = 1e-4; /* of the last but one ln H: the last one is known to its square */
 static const int max_iterations = 60;
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
@@ -49,15 +49,19 @@ __attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel k
 }
 
 /* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
- * false: it lies beyond the reach; *support is then what to try with new connectivity. */
+ * false: it lies beyond the reach, and *support is what to try with new connectivity; or there is none, and it is NaN. */
 __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, double self, size_t n,
                                                                 const double *r, double reach, double wanted, double *support,
-                                                                double *sum_w, double *sum_q2g, uint64_t *count) {
+                                                                uint64_t *count) {
   double lower = 0, upper = reach, h = fmin(*support, reach);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    kernel_sums(kernel, self, n, r, 1 / h, sum_w, sum_q2g);
-    const double step = (wanted - *sum_w) / fmax(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
-    if (fabs(step) < tolerance) break;
+    double sum_w, sum_q2g;
+    kernel_sums(kernel, self, n, r, 1 / h, &sum_w, &sum_q2g);
+    const double step = (wanted - sum_w) / fmax(-sum_q2g, 1e-3 * sum_w); /* Newton, of ln H */
+    if (fabs(step) < tolerance) {
+      *support = fmin(h * (1 + step), reach);
+      return true;
+    }
     count[COUNT_ITERATIONS] += 1;
     if (step > 0) lower = h; else upper = h;
     const double newton = h * (1 + fmax(-0.3, fmin(step, 0.4)));
@@ -67,30 +71,35 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
     }
     h = newton > lower && newton < upper ? newton : newton >= reach && upper >= reach ? reach : 0.5 * (lower + upper);
   }
-  *support = h;
-  return true;
+  *support = NAN;
+  return false;
 }
 
-/* sum m w and sum m q^2 g over the row and the node itself. */
-__attribute__((always_inline)) static inline void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
-                                                            double inverse_support, struct kith_scratch *s,
-                                                            double *sum_mw, double *sum_mq2g) {
+/* At the final H: sum w, sum q^2 g, sum m w and sum m q^2 g over the row and the node itself. */
+struct sums {
+  double w, q2g, mw, mq2g;
+};
+__attribute__((always_inline)) static inline struct sums final_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+                                                                    double inverse_support, struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
   const double *restrict mass = pass->package->hydro->mass->f64, *restrict r = kith_scratch_lane(s, DISTANCE);
-  double w0, g0, sw = 0, sg = 0;
+  double w0, g0, sw = 0, sg = 0, smw = 0, smg = 0;
   kith_kernel_value(kernel, 0, &w0, &g0);
-#pragma omp simd reduction(+ : sw, sg)
+  w0 *= pass->package->self_weight;
+#pragma omp simd reduction(+ : sw, sg, smw, smg)
   for (size_t k = 0; k < n; ++k) {
     double w, g;
     const double q = r[k] * inverse_support, m = mass[row[k]];
     kith_kernel_value(kernel, q, &w, &g);
-    sw += m * w;
-    sg += m * q * q * g;
+    g *= q * q;
+    sw += w;
+    sg += g;
+    smw += m * w;
+    smg += m * g;
   }
-  *sum_mw = mass[i] * pass->package->self_weight * w0 + sw;
-  *sum_mq2g = sg;
+  return (struct sums){w0 + sw, sg, mass[i] * w0 + smw, smg};
 }
 
 /* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
@@ -177,20 +186,18 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
   const double constant = kith_kernel_constant(kernel), wanted = package->neighbors / (kith_ball() * constant);
   for (kith_index i = begin; i < end; ++i) {
     const double reach = nodes->reach->f64[i];
-    double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0, gradient[NDIM * NDIM];
+    double *support = &nodes->support->f64[i], gradient[NDIM * NDIM];
     const size_t padded = load_row(nodes, &pass->connectivity->rows, i, reach, s);
     s->count[COUNT_EVALUATIONS] += padded;
-    if (!solve_support(kernel, package->self_weight, padded, kith_scratch_lane(s, DISTANCE), reach, wanted, support, &sum_w,
-                       &sum_q2g, s->count)) {
+    if (!solve_support(kernel, package->self_weight, padded, kith_scratch_lane(s, DISTANCE), reach, wanted, support, s->count)) {
       s->count[COUNT_OUTGROWN] += 1;
       continue;
     }
-    double sum_mw, sum_mq2g;
-    mass_sums(kernel, pass, i, 1 / *support, s, &sum_mw, &sum_mq2g);
-    hydro->density->f64[i] = constant * sum_mw / kith_pow_dim(*support);
+    const struct sums sum = final_sums(kernel, pass, i, 1 / *support, s);
+    hydro->density->f64[i] = constant * sum.mw / kith_pow_dim(*support);
     /* X = H / (d n) drho/dH / Omega */
-    const double omega = -sum_q2g / (NDIM * sum_w);
-    pass->sph->omega->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
+    const double omega = -sum.q2g / (NDIM * sum.w);
+    pass->sph->omega->f64[i] = -(NDIM * sum.mw + sum.mq2g) / (NDIM * sum.w) / omega;
     load_jumps(kernel, pass, i, padded, 1 / *support, s);
     if (!velocity_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
     double divergence = 0;
@@ -206,6 +213,20 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
   }
 KITH_KERNEL_LIST(X)
 #undef X
+
+/* Names the first node without a support: one that wants more than its reach, before that one that has none at all. */
+static kith_status unsolved(const struct kith_nodes *nodes) {
+  const double *support = nodes->support->f64, *reach = nodes->reach->f64;
+  kith_index first = -1;
+  for (kith_index i = 0; i < nodes->n_internal && (first < 0 || !isnan(support[first])); ++i)
+    if (isnan(support[i]) || (first < 0 && support[i] > reach[i])) first = i;
+  if (first < 0) KITH_FAIL(INTERNAL, "a support was counted as unsolved, and all are solved");
+  const double *x = nodes->position->f64 + (size_t)first * NDIM;
+  const kith_status status = isnan(support[first]) ? KITH_DIVERGED : KITH_REACH;
+  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g", (long long)nodes->id->i64[first], x[0],
+                   NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0,
+                   isnan(support[first]) ? "does not converge within" : "outgrew", reach[first]);
+}
 
 kith_status sph_density(struct sph_pass *pass) {
   static const kith_chunk_pass chunk[] = {
@@ -225,7 +246,5 @@ kith_status sph_density(struct sph_pass *pass) {
   package->pair_evaluations += count[COUNT_EVALUATIONS];
   package->support_iterations += count[COUNT_ITERATIONS];
   package->fallbacks += count[COUNT_FALLBACKS];
-  if (count[COUNT_OUTGROWN] > 0)
-    KITH_FAIL(REACH, "%llu supports outgrew the connectivity", (unsigned long long)count[COUNT_OUTGROWN]);
-  return KITH_OK;
+  return count[COUNT_OUTGROWN] > 0 ? unsolved(package->hydro->nodes) : KITH_OK;
 }
