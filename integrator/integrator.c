@@ -89,7 +89,8 @@ static kith_status run_package(struct kith_integrator *it) {
 kith_status kith_integrator_rates(struct kith_integrator *it) {
   const char *reason;
   kith_profile_begin(it->profile, "due");
-  kith_status status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
+  kith_status status = kith_hydro_finite(it->hydro);
+  if (status == KITH_OK) status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
   kith_profile_end(it->profile);
   KITH_TRY(status);
   if (reason != NULL) KITH_TRY(run_lifecycle(it, reason));
