@@ -114,10 +114,9 @@ static void reordering_is_round_off(void) {
 }
 
 /* Lists that last hold more nodes, all of them outside of the supports: they add zeros. What they do change is where
- * Newton's steps of a support are cut off at the reach, hence the H that it stops at, which is known to 1e-4 (density.c):
- * two runs may differ by twice that in H. Forces follow H continuously, and a step turns a change dH / H of H into the
- * same relative change of the velocity that it adds: 2e-4 of the largest velocity is the bound there too.
- * With one skin for both, nothing is left but the order of sums. Measured: 4e-5, and 3e-15 with one skin. */
+ * Newton's steps of a support are cut off at the reach, hence the H that it stops at, which is known to the square of 1e-4
+ * (density.c): two runs may differ by a few 1e-8 in H, and, as forces follow H continuously, in the velocities. Bound: 1e-7
+ * of the largest. With one skin for both, nothing is left but the order of sums. Measured: 2e-8, and 3e-15 with one skin. */
 static void policies_agree(void) {
   static const double skin[] = {0.05, 0.1, 0.2, 0.4};
   struct scenario always, same, lasting;
@@ -127,9 +126,9 @@ static void policies_agree(void) {
     if (scenario_open(&lasting, box, "connectivity.rebuild=displacement|entity-change connectivity.skin=%g", skin[k]) &&
         scenario_run(&lasting, 30)) {
       const struct kith_ledger *l = &lasting.model->integrator.ledger;
-      CHECK(scenario_distance(&always, &lasting, "support") <= 2e-4);
-      CHECK(scenario_distance(&always, &lasting, "velocity") <= 2e-4);
-      CHECK(scenario_distance(&always, &lasting, "energy") <= 2e-4);
+      CHECK(scenario_distance(&always, &lasting, "support") <= 1e-7);
+      CHECK(scenario_distance(&always, &lasting, "velocity") <= 1e-7);
+      CHECK(scenario_distance(&always, &lasting, "energy") <= 1e-7);
       CHECK(scenario_distance(&same, &lasting, "support") <= 1e-12);
       CHECK(scenario_distance(&same, &lasting, "velocity") <= 1e-12);
       CHECK(scenario_distance(&same, &lasting, "energy") <= 1e-12);
