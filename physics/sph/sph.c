@@ -13,13 +13,12 @@ static kith_status sph_create(struct kith_package *package) {
   struct sph *sph = NULL;
   KITH_TRY(kith_resize(&sph, 0, 1, sizeof *sph));
   package->self = sph;
-  const struct kith_field_spec omega = {"omega", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h factor"};
+  const struct kith_field_spec omega = {"omega", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "X of the grad-h terms"};
   const struct kith_field_spec signal = {"signal", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "signal speed of the Courant condition"};
   const struct kith_field_spec gradient = {"velocity_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dv_a/dx_b"};
-  KITH_TRY(kith_nodes_field(nodes, &omega, &sph->omega));
+  KITH_TRY(kith_nodes_field(nodes, &omega, &sph->omega)); /* zero: nodes that are frozen keep it */
   KITH_TRY(kith_nodes_field(nodes, &signal, &sph->signal));
   if (package->viscosity == KITH_VISCOSITY_LIMITED) KITH_TRY(kith_nodes_field(nodes, &gradient, &sph->gradient));
-  for (kith_index i = 0; i < nodes->n_internal; ++i) sph->omega->f64[i] = 1; /* nodes that are frozen keep it */
   return KITH_OK;
 }
 
