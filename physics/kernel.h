@@ -51,24 +51,24 @@ static inline double kith_fourth_(double a) { return (a * a) * (a * a); }
 
 /* w(q) and g(q). With a constant `k` the switch is gone; the rest vectorizes. */
 __attribute__((always_inline)) static inline void kith_kernel_value(enum kith_kernel k, double q, double *w, double *g) {
-  const double a = fmax(1 - q, 0.0);
+  const double a = KITH_MAX(1 - q, 0.0);
   switch (k) {
     case KITH_KERNEL_cubic: {
-      const double b = fmax(0.5 - q, 0.0);
+      const double b = KITH_MAX(0.5 - q, 0.0);
       *w = kith_cube_(a) - 4 * kith_cube_(b);
-      *g = (12 * b * b - 3 * a * a) / fmax(q, 1e-12);
+      *g = (12 * b * b - 3 * a * a) / KITH_MAX(q, 1e-12);
       return;
     }
     case KITH_KERNEL_quartic: {
-      const double b = fmax(0.6 - q, 0.0), c = fmax(0.2 - q, 0.0);
+      const double b = KITH_MAX(0.6 - q, 0.0), c = KITH_MAX(0.2 - q, 0.0);
       *w = kith_fourth_(a) - 5 * kith_fourth_(b) + 10 * kith_fourth_(c);
-      *g = (20 * kith_cube_(b) - 4 * kith_cube_(a) - 40 * kith_cube_(c)) / fmax(q, 1e-12);
+      *g = (20 * kith_cube_(b) - 4 * kith_cube_(a) - 40 * kith_cube_(c)) / KITH_MAX(q, 1e-12);
       return;
     }
     case KITH_KERNEL_quintic: {
-      const double b = fmax(2. / 3 - q, 0.0), c = fmax(1. / 3 - q, 0.0);
+      const double b = KITH_MAX(2. / 3 - q, 0.0), c = KITH_MAX(1. / 3 - q, 0.0);
       *w = a * kith_fourth_(a) - 6 * b * kith_fourth_(b) + 15 * c * kith_fourth_(c);
-      *g = (30 * kith_fourth_(b) - 5 * kith_fourth_(a) - 75 * kith_fourth_(c)) / fmax(q, 1e-12);
+      *g = (30 * kith_fourth_(b) - 5 * kith_fourth_(a) - 75 * kith_fourth_(c)) / KITH_MAX(q, 1e-12);
       return;
     }
     case KITH_KERNEL_wendland_c2:

@@ -53,7 +53,10 @@ struct kith_worker {
   size_t candidates;
 };
 
-enum { KITH_CHUNKS = 256 };
+enum {
+  KITH_CHUNKS = 256,
+  KITH_FEW = 1000, /* nodes: for fewer, waking threads costs more than they save */
+};
 
 /* Memory that is kept from build to build. Chunks are fixed shares of the masters: their buffers do not
  * depend on which thread filled them. */

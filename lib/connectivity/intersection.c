@@ -82,7 +82,7 @@ static kith_status pairs_of(const struct kith_build *build, struct kith_worker *
 static kith_status pass(const struct kith_build *build, bool fill) {
   struct kith_worker *worker = build->connectivity->scratch->worker;
   kith_status status = KITH_OK;
-#pragma omp parallel for schedule(dynamic, 256)
+#pragma omp parallel for schedule(dynamic, 64) if (build->connectivity->rows.n > KITH_FEW)
   for (kith_index i = 0; i < build->connectivity->rows.n; ++i) {
     const kith_status mine = pairs_of(build, &worker[omp_get_thread_num()], i, fill);
     if (mine != KITH_OK) {

@@ -45,13 +45,13 @@ static kith_status make_spans(const struct kith_build *build) {
   const kith_index n = build->connectivity->rows.n;
   KITH_TRY(kith_room(&scratch->span_first, &scratch->span_first_capacity, (size_t)n + 1, sizeof(size_t)));
   scratch->span_first[0] = 0;
-#pragma omp parallel for schedule(dynamic, 1024)
+#pragma omp parallel for schedule(dynamic, 1024) if (n > KITH_FEW)
   for (kith_index k = 0; k < n; ++k) scratch->span_first[k + 1] = spans_of(build, k, NULL, NULL);
   for (kith_index k = 0; k < n; ++k) scratch->span_first[k + 1] += scratch->span_first[k];
   KITH_TRY(kith_room(&scratch->span, &scratch->span_capacity, scratch->span_first[n], sizeof *scratch->span));
   KITH_TRY(kith_room(&scratch->span_bits, &scratch->span_bits_capacity, scratch->span_first[n],
                      sizeof *scratch->span_bits));
-#pragma omp parallel for schedule(dynamic, 1024)
+#pragma omp parallel for schedule(dynamic, 1024) if (n > KITH_FEW)
   for (kith_index k = 0; k < n; ++k)
     spans_of(build, k, scratch->span + scratch->span_first[k], scratch->span_bits + scratch->span_first[k]);
   return KITH_OK;
@@ -122,7 +122,7 @@ static size_t drain(const struct kith_build *build, kith_index i, struct set *se
 static void pass(const struct kith_build *build, kith_index n, bool fill) {
   struct kith_rows *overlap = &build->connectivity->overlap;
   const struct kith_worker *workers = build->connectivity->scratch->worker;
-#pragma omp parallel for schedule(dynamic, 256)
+#pragma omp parallel for schedule(dynamic, 64) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i) {
     const struct kith_worker *worker = &workers[omp_get_thread_num()];
     struct set set = {worker->bitmap, worker->touched, INT32_MAX, -1};

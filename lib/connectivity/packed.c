@@ -93,10 +93,9 @@ void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit,
 
 enum { LANES = 16 };
 
-/* Bits of the first `lanes` slots behind the pointers. */
-static inline unsigned box_bits(const double *const *c, const double *radius2, int lanes,
-                                const struct kith_box *box, double reach2) {
-  uint64_t within[LANES], bits = 0;
+/* within[k] = 1 for those of the first `lanes` slots behind the pointers that reach the box. */
+static inline void box_lanes(const double *const *c, const double *radius2, int lanes,
+                             const struct kith_box *box, double reach2, uint64_t *restrict within) {
   for (int k = 0; k < lanes; ++k) {
     double d2 = 0;
     for (int a = 0; a < NDIM; ++a) {
@@ -107,24 +106,24 @@ static inline unsigned box_bits(const double *const *c, const double *radius2, i
     }
     within[k] = d2 <= (radius2[k] > reach2 ? radius2[k] : reach2);
   }
-  for (uint64_t k = 0; k < (uint64_t)lanes; ++k) bits |= within[k] << k;
-  return (unsigned)bits;
 }
 
 static KITH_HOT size_t box_slots(const double *const *coordinate, const double *radius2, kith_index n,
                                  struct kith_run run, const struct kith_box *box, double reach2,
                                  kith_index *restrict slot) {
   const struct kith_box b = *box;
+  uint64_t within[LANES];
   size_t found = 0;
   for (kith_index s = run.first; s < run.first + run.count; s += LANES) {
     const double *c[NDIM];
     for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a] + s;
     const int count = KITH_MIN(LANES, run.first + run.count - s);
     /* Whole blocks vectorize: look at slots behind the run too, if there are any, and forget them. */
-    unsigned bits = s + LANES <= n ? box_bits(c, radius2 + s, LANES, &b, reach2)
-                                   : box_bits(c, radius2 + s, count, &b, reach2);
-    bits &= (2u << (count - 1)) - 1;
-    for (; bits != 0; bits &= bits - 1) slot[found++] = s + __builtin_ctz(bits);
+    if (s + LANES <= n)
+      box_lanes(c, radius2 + s, LANES, &b, reach2, within);
+    else
+      box_lanes(c, radius2 + s, count, &b, reach2, within);
+    for (int k = 0; k < count; ++k) slot[found] = s + k, found += within[k]; /* no branch to guess */
   }
   return found;
 }

@@ -9,7 +9,7 @@ static size_t upper_part(const struct kith_rows *rows, kith_index i) {
 static kith_status number_pairs(const struct kith_rows *rows, struct kith_pairs *pairs) {
   KITH_TRY(kith_room(&pairs->first, &pairs->first_capacity, (size_t)rows->n + 1, sizeof *pairs->first));
   pairs->first[0] = 0;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] = rows->first[i + 1] - upper_part(rows, i);
   for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] += pairs->first[i];
   pairs->n = pairs->first[rows->n];
@@ -46,7 +46,7 @@ kith_status kith_pairs_of_row(struct kith_connectivity *connectivity) {
   struct kith_connectivity_scratch *scratch = connectivity->scratch;
   KITH_TRY(kith_room(&pairs->of_row, &pairs->of_row_capacity, rows->first[rows->n], sizeof *pairs->of_row));
   KITH_TRY(kith_room(&scratch->cursor, &scratch->cursor_capacity, (size_t)rows->n, sizeof *scratch->cursor));
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int s = 0; s < SHARES; ++s)
     number_entries(rows, pairs, scratch->cursor, (kith_index)((int64_t)rows->n * s / SHARES),
                    (kith_index)((int64_t)rows->n * (s + 1) / SHARES));
@@ -58,7 +58,7 @@ kith_status kith_pairs_build(const struct kith_build *build) {
   struct kith_pairs *pairs = &build->connectivity->pairs;
   KITH_TRY(number_pairs(rows, pairs));
   KITH_TRY(kith_room(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {
     const size_t count = pairs->first[i + 1] - pairs->first[i], start = rows->first[i + 1] - count;
     for (size_t k = 0; k < count; ++k) {

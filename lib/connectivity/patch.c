@@ -21,7 +21,7 @@ static kith_status check_renumber(const struct kith_nodes *nodes, const kith_ind
 /* Is any entry of the first n rows culled? Ghosts are the tail of a row. */
 static bool loses_entry(const struct kith_rows *rows, const kith_index *renumber, kith_index n_internal) {
   int lost = 0;
-#pragma omp parallel for schedule(static) reduction(| : lost)
+#pragma omp parallel for schedule(static) reduction(| : lost) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i + 1]; e > rows->first[i] && rows->node[e - 1] >= n_internal; --e)
       lost |= renumber[rows->node[e - 1]] < 0;
@@ -36,15 +36,16 @@ static bool loses_row(const struct kith_rows *rows, const kith_index *renumber, 
 
 /* New numbers for the ghosts at the tail of each row. */
 static void renumber_tails(const struct kith_rows *rows, const kith_index *renumber, kith_index n_internal) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i + 1]; e > rows->first[i] && rows->node[e - 1] >= n_internal; --e)
       rows->node[e - 1] = renumber[rows->node[e - 1]];
 }
 
 /* Rows that hold no entry lose their first[] only. */
-static void drop_empty_rows(size_t *first, const kith_index *renumber, kith_index old_count) {
-  for (kith_index i = 0; i < old_count; ++i)
+static void drop_empty_rows(size_t *first, const kith_index *renumber, kith_index n_internal,
+                            kith_index old_count) {
+  for (kith_index i = n_internal; i < old_count; ++i)
     if (renumber[i] >= 0) first[renumber[i] + 1] = first[i + 1];
 }
 
@@ -96,12 +97,16 @@ static void move_pairs(struct kith_connectivity *connectivity, const kith_index 
   if (common != NULL) common->n = (kith_index)kept;
 }
 
-static void renumber_pairs(const struct kith_pairs *pairs, const kith_index *renumber,
+/* The pairs of i are the tail of row i, so their ghosts are the tail of the pairs. */
+static void renumber_pairs(const struct kith_connectivity *connectivity, const kith_index *renumber,
                            kith_index n_internal) {
-#pragma omp parallel for schedule(static)
-  for (size_t p = 0; p < pairs->n; ++p)
-    for (int end = 0; end < 2; ++end)
-      if (pairs->node[p][end] >= n_internal) pairs->node[p][end] = renumber[pairs->node[p][end]];
+  const struct kith_pairs *pairs = &connectivity->pairs;
+#pragma omp parallel for schedule(static) if (connectivity->rows.n > KITH_FEW)
+  for (kith_index i = 0; i < connectivity->rows.n; ++i)
+    for (size_t p = pairs->first[i + 1]; p > pairs->first[i] && pairs->node[p - 1][1] >= n_internal; --p) {
+      pairs->node[p - 1][0] = renumber[i];
+      pairs->node[p - 1][1] = renumber[pairs->node[p - 1][1]];
+    }
 }
 
 static void patch_rows(struct kith_rows *rows, const kith_index *renumber, kith_index n_internal,
@@ -110,7 +115,7 @@ static void patch_rows(struct kith_rows *rows, const kith_index *renumber, kith_
     move_rows(rows, renumber);
   else {
     renumber_tails(rows, renumber, n_internal);
-    drop_empty_rows(rows->first, renumber, rows->n);
+    drop_empty_rows(rows->first, renumber, n_internal, rows->n);
   }
   rows->n = new_count;
 }
@@ -127,11 +132,11 @@ static kith_status patch_pairs(struct kith_connectivity *connectivity, const kit
     rows->n = new_count;
     return kith_pairs_of_row(connectivity); /* the numbers of the pairs changed */
   }
-  renumber_pairs(&connectivity->pairs, renumber, n_internal);
-  drop_empty_rows(connectivity->pairs.first, renumber, old_count);
+  renumber_pairs(connectivity, renumber, n_internal);
+  drop_empty_rows(connectivity->pairs.first, renumber, n_internal, old_count);
   if (connectivity->built.intersection) renumber_tails(&connectivity->intersection, renumber, n_internal);
   renumber_tails(rows, renumber, n_internal);
-  drop_empty_rows(rows->first, renumber, old_count);
+  drop_empty_rows(rows->first, renumber, n_internal, old_count);
   rows->n = new_count;
   return KITH_OK;
 }

@@ -277,7 +277,7 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
 static kith_status test_all(const struct kith_build *build, bool ghosts) {
   struct kith_connectivity_scratch *scratch = build->connectivity->scratch;
   kith_status status = KITH_OK;
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) if (build->connectivity->rows.n > KITH_FEW)
   for (int c = 0; c < KITH_CHUNKS; ++c) {
     const kith_status mine = test_chunk(&scratch->worker[omp_get_thread_num()], build, c, ghosts);
     if (mine != KITH_OK) {
@@ -317,7 +317,7 @@ kith_status kith_rows_build(const struct kith_build *build, bool ghosts) {
   connectivity->candidates = 0;
   for (int t = 0; t < scratch->n_workers; ++t) connectivity->candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(&connectivity->rows));
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) if (build->connectivity->rows.n > KITH_FEW)
   for (int c = 0; c < KITH_CHUNKS; ++c) fill_chunk(build, c);
   return KITH_OK;
 }

@@ -7,67 +7,23 @@
  *
  * Slots ascend by (ghost, level, row, cell): a row is a line of cells along the last axis, and the part of it
  * within reach is one run. Rows are found through a hash table, so space has no edge; cells beyond
- * 2^COORDINATE_BITS are clamped to the last one: still correct, but slow.
+ * 2^GRID_COORDINATE_BITS are clamped to the last one: still correct, but slow.
  *
  * update            O(n): keys, sort, tables
  * append            merges the sorted new nodes in: O(n), about a third of an update
  * update_selected   O(selected) if no node left its cell; else the slots between the first and the last place
  * that changed are merged, and the tables made again: about a third of an update, less if motion is local
  * coarse            O(rows within reach), at most O(rows of a level) for each level */
-#include "lib/neighbor/keyed.h"
-#include "lib/neighbor/search.h"
+#include "lib/neighbor/grid.h"
 
-#include <string.h>
-
-enum {
-  LEVELS = 24,
-  LEVEL_BITS = 5,
-  COORDINATE_BITS = NDIM == 3 ? 19 : 29,
-  GHOST_BIT = LEVEL_BITS + NDIM * COORDINATE_BITS,
-  TOP = (1 << COORDINATE_BITS) - 1, /* largest coordinate of a cell */
-  GROUP = 12,                       /* most masters of a group */
-  SPAN = 4,                         /* most cells of a row that a group reaches over */
-};
 #define EDGE 0.5 /* of a cell, in largest radii of its level */
 
-/* A line of cells: cell[r.cell] .. cell[(r + 1).cell]. */
-struct row {
-  uint64_t key; /* of its cells, without their last coordinate */
-  kith_index cell;
-};
-
-struct cell {
-  int32_t coordinate; /* along the row */
-  kith_index slot;    /* its first one */
-};
-
-/* The nodes of one level, internal or ghosts. */
-struct layer {
-  kith_index row, rows;
-  double radius2;                   /* largest */
-  int32_t lower[NDIM], upper[NDIM]; /* coordinates of cells; those along rows are not kept */
-};
-
-struct grid {
-  double origin[NDIM], bound; /* of level 0 */
-  double per_length[LEVELS];  /* cells */
-  kith_index capacity, entering_capacity, cells_capacity, rows_capacity, n_cells, n_rows;
-  struct kith_keyed *item[2];     /* [n] by slot; scratch */
-  struct kith_keyed *entering[2]; /* items on their way into the slots; scratch */
-  kith_index *slot_of;            /* [n] by node */
-  struct cell *cell;              /* [n_cells + 1] */
-  struct row *row;                /* [n_rows + 1] */
-  kith_index *table;              /* [table_size] rows by hash, -1: none */
-  uint32_t table_size;            /* a power of two, at least twice the rows */
-  struct layer layer[2 * LEVELS];
-};
-
 static kith_status grid_create(struct kith_search *search) {
-  return kith_resize(&search->self, 0, 1, sizeof(struct grid));
+  return kith_resize(&search->self, 0, 1, sizeof(struct kith_grid));
 }
 
 static void grid_destroy(struct kith_search *search) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
   for (int k = 0; k < 2; ++k) kith_free(&grid->item[k]), kith_free(&grid->entering[k]);
   kith_free(&grid->slot_of);
   kith_free(&grid->cell);
@@ -78,35 +34,35 @@ static void grid_destroy(struct kith_search *search) {
 
 /* Keys. */
 
-static inline int level_of(const struct grid *grid, double radius) {
+static inline int level_of(const struct kith_grid *grid, double radius) {
   int level = 0;
-  for (double bound = 0.5 * grid->bound; radius <= bound && level < LEVELS - 1; bound *= 0.5) ++level;
+  for (double bound = 0.5 * grid->bound; radius <= bound && level < GRID_LEVELS - 1; bound *= 0.5) ++level;
   return level;
 }
 
 static inline int64_t clamp(double u) {
-  return u > 0 ? (int64_t)(u < TOP ? u : TOP) : 0;
+  return u > 0 ? (int64_t)(u < GRID_TOP ? u : GRID_TOP) : 0;
 }
 
 /* Place in units of cells; the origin of the grid is in the middle of all coordinates. */
-static inline double in_cells(const struct grid *grid, int a, double x, double per_length) {
-  return (x - grid->origin[a]) * per_length + 0.5 * TOP;
+static inline double in_cells(const struct kith_grid *grid, int a, double x, double per_length) {
+  return (x - grid->origin[a]) * per_length + 0.5 * GRID_TOP;
 }
 
 static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
-  const struct grid *grid = search->self;
+  const struct kith_grid *grid = search->self;
   const int level = level_of(grid, search->nodes->reach->f64[i]);
-  uint64_t key = (uint64_t)(i >= search->n_internal) << LEVEL_BITS | (uint64_t)level;
+  uint64_t key = (uint64_t)(i >= search->n_internal) << GRID_LEVEL_BITS | (uint64_t)level;
   for (int a = 0; a < NDIM; ++a) {
     const double u =
         in_cells(grid, a, search->nodes->position->f64[(size_t)i * NDIM + a], grid->per_length[level]);
-    key = key << COORDINATE_BITS | (uint64_t)clamp(u);
+    key = key << GRID_COORDINATE_BITS | (uint64_t)clamp(u);
   }
   return key;
 }
 
 static void choose_frame(struct kith_search *search) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
   const double *reach = search->nodes->reach->f64;
   double lower[NDIM], upper[NDIM], bound = 0;
   kith_search_cube(search->nodes->position->f64, search->n, lower, upper);
@@ -115,148 +71,13 @@ static void choose_frame(struct kith_search *search) {
   /* Points without a radius: about one to a cell. */
   if (!(bound > 0 && bound < INFINITY)) bound = (upper[0] - lower[0]) / pow(1 + search->n, 1.0 / NDIM);
   grid->bound = bound;
-  for (int l = 0; l < LEVELS; ++l) grid->per_length[l] = ldexp(1 / (EDGE * bound), l);
+  for (int l = 0; l < GRID_LEVELS; ++l) grid->per_length[l] = ldexp(1 / (EDGE * bound), l);
   for (int a = 0; a < NDIM; ++a) grid->origin[a] = 0.5 * (lower[a] + upper[a]);
-}
-
-/* Tables. */
-
-static kith_status reserve_cells(struct grid *grid, kith_index cells) {
-  if (cells <= grid->cells_capacity) return KITH_OK;
-  const kith_index room = cells + cells / 4;
-  KITH_TRY(kith_resize(&grid->cell, (size_t)grid->cells_capacity, (size_t)room, sizeof *grid->cell));
-  grid->cells_capacity = room;
-  return KITH_OK;
-}
-
-static kith_status list_cells(const struct kith_search *search) {
-  struct grid *grid = search->self;
-  const struct kith_keyed *item = grid->item[0];
-  kith_index cells = 0;
-#pragma omp parallel for schedule(static) reduction(+ : cells)
-  for (kith_index s = 0; s < search->n; ++s) cells += s == 0 || item[s].key != item[s - 1].key;
-  KITH_TRY(reserve_cells(grid, cells + 1));
-  grid->n_cells = 0;
-  for (kith_index s = 0; s < search->n; ++s)
-    if (s == 0 || item[s].key != item[s - 1].key)
-      grid->cell[grid->n_cells++] = (struct cell){(int32_t)(item[s].key & TOP), s};
-  grid->cell[grid->n_cells] = (struct cell){0, search->n};
-  return KITH_OK;
-}
-
-static inline uint64_t row_key(const struct grid *grid, kith_index cell) {
-  return grid->item[0][grid->cell[cell].slot].key >> COORDINATE_BITS;
-}
-
-static kith_status list_rows(struct grid *grid) {
-  kith_index rows = 0;
-  for (kith_index c = 0; c < grid->n_cells; ++c) rows += c == 0 || row_key(grid, c) != row_key(grid, c - 1);
-  if (rows >= grid->rows_capacity) {
-    const kith_index room = rows + rows / 4 + 1;
-    KITH_TRY(kith_resize(&grid->row, 0, (size_t)room, sizeof *grid->row));
-    grid->rows_capacity = room;
-  }
-  grid->n_rows = 0;
-  for (kith_index c = 0; c < grid->n_cells; ++c) {
-    const uint64_t key = row_key(grid, c);
-    if (c == 0 || key != grid->row[grid->n_rows - 1].key) grid->row[grid->n_rows++] = (struct row){key, c};
-  }
-  grid->row[grid->n_rows] = (struct row){0, grid->n_cells};
-  return KITH_OK;
-}
-
-static inline uint32_t hash(uint64_t key) {
-  return (uint32_t)(key * UINT64_C(0x9e3779b97f4a7c15) >> 32);
-}
-
-static kith_status hash_rows(struct grid *grid) {
-  uint32_t size = 64;
-  while (size < 2 * (uint32_t)grid->n_rows) size *= 2;
-  if (size > grid->table_size) {
-    KITH_TRY(kith_resize(&grid->table, 0, size, sizeof *grid->table));
-    grid->table_size = size;
-  }
-  memset(grid->table, -1, grid->table_size * sizeof *grid->table);
-  for (kith_index r = 0; r < grid->n_rows; ++r) {
-    uint32_t k = hash(grid->row[r].key) & (grid->table_size - 1);
-    while (grid->table[k] >= 0) k = (k + 1) & (grid->table_size - 1);
-    grid->table[k] = r;
-  }
-  return KITH_OK;
-}
-
-static inline const struct row *find_row(const struct grid *grid, uint64_t key) {
-  for (uint32_t k = hash(key);; ++k) {
-    const kith_index r = grid->table[k & (grid->table_size - 1)];
-    if (r < 0) return NULL;
-    if (grid->row[r].key == key) return &grid->row[r];
-  }
-}
-
-/* Coordinate of a row along axis a < NDIM - 1. */
-static inline int32_t row_coordinate(const struct row *row, int a) {
-  return (int32_t)(row->key >> (NDIM - 2 - a) * COORDINATE_BITS & TOP);
-}
-
-static inline struct layer *layer_of(struct grid *grid, uint64_t key) {
-  const uint64_t top = key >> (GHOST_BIT - LEVEL_BITS);
-  return &grid->layer[(top >> LEVEL_BITS) * LEVELS + (top & ((1 << LEVEL_BITS) - 1))];
-}
-
-static void list_layers(const struct kith_search *search) {
-  struct grid *grid = search->self;
-  memset(grid->layer, 0, sizeof grid->layer);
-  for (kith_index r = 0; r < grid->n_rows; ++r) {
-    const struct row *row = &grid->row[r];
-    struct layer *layer = layer_of(grid, row->key << COORDINATE_BITS);
-    if (layer->rows++ == 0) layer->row = r;
-    for (int a = 0; a < NDIM - 1; ++a) {
-      const int32_t c = row_coordinate(row, a);
-      layer->lower[a] = layer->rows == 1 ? c : KITH_MIN(layer->lower[a], c);
-      layer->upper[a] = layer->rows == 1 ? c : KITH_MAX(layer->upper[a], c);
-    }
-  }
-  for (int l = 0; l < 2 * LEVELS; ++l) {
-    struct layer *layer = &grid->layer[l];
-    if (layer->rows == 0) continue;
-    const kith_index end = grid->cell[grid->row[layer->row + layer->rows].cell].slot;
-    double radius2 = 0;
-#pragma omp parallel for schedule(static) reduction(max : radius2)
-    for (kith_index s = grid->cell[grid->row[layer->row].cell].slot; s < end; ++s)
-      radius2 = KITH_MAX(radius2, search->radius2[s]);
-    layer->radius2 = radius2;
-  }
-}
-
-/* Cells of a row that lie close together are one group; crowded cells are several. */
-static kith_status group_row(struct kith_search *search, const struct row *row) {
-  const struct grid *grid = search->self;
-  for (kith_index c = row->cell, end; c < row[1].cell; c = end) {
-    const struct cell *cell = &grid->cell[c];
-    const kith_index first = cell->slot;
-    for (end = c + 1; end < row[1].cell; ++end)
-      if (grid->cell[end + 1].slot - first > GROUP || grid->cell[end].coordinate - cell->coordinate >= SPAN)
-        break;
-    for (kith_index s = first; s < grid->cell[end].slot; s += GROUP)
-      KITH_TRY(kith_search_group(search, s, KITH_MIN(GROUP, grid->cell[end].slot - s)));
-  }
-  return KITH_OK;
-}
-
-static kith_status make_tables(struct kith_search *search) {
-  struct grid *grid = search->self;
-  KITH_TRY(list_cells(search));
-  KITH_TRY(list_rows(grid));
-  KITH_TRY(hash_rows(grid));
-  list_layers(search);
-  search->n_groups = 0;
-  for (kith_index r = 0; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
-  return KITH_OK;
 }
 
 /* Slots. */
 
-static kith_status reserve_items(struct grid *grid, kith_index n) {
+static kith_status reserve_items(struct kith_grid *grid, kith_index n) {
   if (n <= grid->capacity) return KITH_OK;
   const size_t keep = (size_t)grid->capacity, room = (size_t)n + (size_t)n / 8;
   for (int k = 0; k < 2; ++k) KITH_TRY(kith_resize(&grid->item[k], keep, room, sizeof **grid->item));
@@ -265,7 +86,7 @@ static kith_status reserve_items(struct grid *grid, kith_index n) {
   return KITH_OK;
 }
 
-static kith_status reserve_entering(struct grid *grid, kith_index n) {
+static kith_status reserve_entering(struct kith_grid *grid, kith_index n) {
   if (n <= grid->entering_capacity) return KITH_OK;
   for (int k = 0; k < 2; ++k)
     KITH_TRY(kith_resize(&grid->entering[k], 0, (size_t)n, sizeof **grid->entering));
@@ -274,7 +95,7 @@ static kith_status reserve_entering(struct grid *grid, kith_index n) {
 }
 
 static void fill_slots(struct kith_search *search, kith_index begin, kith_index end) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
 #pragma omp parallel for schedule(static) if (end - begin > 10000)
   for (kith_index s = begin; s < end; ++s) {
     search->node[s] = grid->item[0][s].node;
@@ -290,17 +111,17 @@ static void find_items(const struct kith_search *search, kith_index first, kith_
 }
 
 static kith_status grid_update(struct kith_search *search) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
   KITH_TRY(reserve_items(grid, search->n));
   choose_frame(search);
   find_items(search, 0, search->n, grid->item[0]);
   KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], (size_t)search->n));
   fill_slots(search, 0, search->n);
-  return make_tables(search);
+  return kith_grid_tables(search, 0);
 }
 
 static kith_status grid_append(struct kith_search *search, kith_index old_n) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
   const kith_index more = search->n - old_n;
   KITH_TRY(reserve_items(grid, search->n));
   KITH_TRY(reserve_entering(grid, more));
@@ -309,14 +130,14 @@ static kith_status grid_append(struct kith_search *search, kith_index old_n) {
   const kith_index begin = kith_keyed_place(grid->item[0], old_n, grid->entering[0][0].key);
   kith_keyed_merge(grid->item[0] + begin, old_n - begin, grid->entering[0], more, grid->item[1] + begin);
   fill_slots(search, begin, search->n);
-  return make_tables(search);
+  return kith_grid_tables(search, begin);
 }
 
 /* Refreshes the slots of nodes that stay in their cells; collects the others. Returns their number; widens
  * begin .. end to the slots they leave. */
 static kith_index collect_leaving(struct kith_search *search, const kith_index *nodes, kith_index count,
                                   kith_index *begin, kith_index *end) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
   kith_index leaving = 0;
   for (kith_index k = 0; k < count; ++k) {
     const kith_index s = grid->slot_of[nodes[k]];
@@ -325,8 +146,10 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
     const uint64_t key = key_of(search, nodes[k]);
     if (key == item->key) {
       kith_search_pack(search, s, 1);
-      struct layer *layer = layer_of(grid, key);
+      struct kith_grid_layer *layer = kith_grid_layer_of(grid, key);
+      struct kith_grid_cell *cell = &grid->cell[kith_grid_cell_of_slot(grid, s)];
       layer->radius2 = KITH_MAX(layer->radius2, search->radius2[s]);
+      cell->radius2 = KITH_MAX(cell->radius2, search->radius2[s]);
       continue;
     }
     grid->entering[0][leaving++] = (struct kith_keyed){(uint64_t)nodes[k], nodes[k]};
@@ -338,7 +161,7 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
 
 /* Sorts those that leave by key, equal keys by number. */
 static kith_status sort_entering(struct kith_search *search, kith_index n) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
   struct kith_keyed *item = grid->entering[0];
   KITH_TRY(kith_keyed_sort(item, grid->entering[1], (size_t)n));
 #pragma omp parallel for schedule(static) if (n > 10000)
@@ -348,7 +171,7 @@ static kith_status sort_entering(struct kith_search *search, kith_index n) {
 
 static kith_status grid_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
-  struct grid *grid = search->self;
+  struct kith_grid *grid = search->self;
   KITH_TRY(reserve_entering(grid, count));
   kith_index begin = search->n, end = 0;
   const kith_index leaving = collect_leaving(search, nodes, count, &begin, &end);
@@ -359,7 +182,7 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
   end = KITH_MAX(end, kith_keyed_place(grid->item[0], search->n, grid->entering[0][leaving - 1].key + 1));
   kith_keyed_merge(grid->item[0] + begin, end - begin, grid->entering[0], leaving, grid->item[1] + begin);
   fill_slots(search, begin, end);
-  return make_tables(search);
+  return kith_grid_tables(search, begin);
 }
 
 /* Asking. */
@@ -367,6 +190,8 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
 /* The masters' box in units of the cells of a level, and how far to look around it. */
 struct question {
   double lower[NDIM], upper[NDIM], reach;
+  double masters2,
+      cells2; /* squared reach of the masters, and factor of the cells' radii squared; 0: does not count */
   int64_t first[NDIM], last[NDIM]; /* coordinates of cells within reach */
 };
 
@@ -377,7 +202,7 @@ static inline double square_gap(const struct question *q, int a, int64_t c) {
 }
 
 /* Cells of a row whose coordinates are at least c. */
-static inline kith_index cell_from(const struct grid *grid, const struct row *row, int64_t c) {
+static inline kith_index cell_from(const struct kith_grid *grid, const struct kith_grid_row *row, int64_t c) {
   kith_index first = row->cell, n = row[1].cell - first;
   const int64_t lowest = grid->cell[first].coordinate;
   if (grid->cell[first + n - 1].coordinate - lowest == n - 1) /* no gaps */
@@ -392,14 +217,21 @@ static inline kith_index cell_from(const struct grid *grid, const struct row *ro
   return first;
 }
 
+/* A cell within reach of the largest radius of its level may be out of reach of its own. */
+static inline bool out_of_reach(const struct kith_grid_cell *cell, const struct question *q, double gap2) {
+  return gap2 + square_gap(q, NDIM - 1, cell->coordinate) > KITH_MAX(q->cells2 * cell->radius2, q->masters2);
+}
+
 /* What of a row lies within reach: a shorter piece for a row at some distance. */
-static inline kith_status take_row(const struct grid *grid, const struct row *row, const struct question *q,
-                                   double gap2, struct kith_runs *runs) {
+static inline kith_status take_row(const struct kith_grid *grid, const struct kith_grid_row *row,
+                                   const struct question *q, double gap2, struct kith_runs *runs) {
   const double left = q->reach * q->reach - gap2;
   if (left < 0) return KITH_OK;
   const double along = sqrt(left) * (1 + KITH_SEARCH_SLACK);
-  const kith_index first = cell_from(grid, row, clamp(q->lower[NDIM - 1] - along));
-  const kith_index last = cell_from(grid, row, clamp(q->upper[NDIM - 1] + along) + 1);
+  kith_index first = cell_from(grid, row, clamp(q->lower[NDIM - 1] - along));
+  kith_index last = cell_from(grid, row, clamp(q->upper[NDIM - 1] + along) + 1);
+  while (first < last && out_of_reach(&grid->cell[first], q, gap2)) ++first;
+  while (first < last && out_of_reach(&grid->cell[last - 1], q, gap2)) --last;
   const kith_index slot = grid->cell[first].slot, count = grid->cell[last].slot - slot;
   return count > 0 ? kith_runs_add(runs, slot, count) : KITH_OK;
 }
@@ -413,7 +245,7 @@ static inline bool next_row(const struct question *q, int64_t *c) {
 }
 
 /* Asks for each row that may be there. */
-static inline kith_status ask_places(const struct grid *grid, uint64_t layer, const struct question *q,
+static inline kith_status ask_places(const struct kith_grid *grid, uint64_t layer, const struct question *q,
                                      struct kith_runs *runs) {
   int64_t c[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = q->first[a];
@@ -421,38 +253,49 @@ static inline kith_status ask_places(const struct grid *grid, uint64_t layer, co
     uint64_t key = layer;
     double gap2 = 0;
     for (int a = 0; a < NDIM - 1; ++a) {
-      key = key << COORDINATE_BITS | (uint64_t)c[a];
+      key = key << GRID_COORDINATE_BITS | (uint64_t)c[a];
       gap2 += square_gap(q, a, c[a]);
     }
-    const struct row *row = gap2 <= q->reach * q->reach ? find_row(grid, key) : NULL;
+    const struct kith_grid_row *row = gap2 <= q->reach * q->reach ? kith_grid_find_row(grid, key) : NULL;
     if (row) KITH_TRY(take_row(grid, row, q, gap2, runs));
   } while (next_row(q, c));
   return KITH_OK;
 }
 
 /* Asks each row that is there. */
-static inline kith_status ask_rows(const struct grid *grid, const struct layer *layer,
+static inline kith_status ask_rows(const struct kith_grid *grid, const struct kith_grid_layer *layer,
                                    const struct question *q, struct kith_runs *runs) {
-  for (const struct row *row = grid->row + layer->row; row < grid->row + layer->row + layer->rows; ++row) {
+  for (const struct kith_grid_row *row = grid->row + layer->row; row < grid->row + layer->row + layer->rows;
+       ++row) {
     double gap2 = 0;
-    for (int a = 0; a < NDIM - 1; ++a) gap2 += square_gap(q, a, row_coordinate(row, a));
+    for (int a = 0; a < NDIM - 1; ++a) gap2 += square_gap(q, a, kith_grid_row_coordinate(row, a));
     KITH_TRY(take_row(grid, row, q, gap2, runs));
   }
   return KITH_OK;
 }
 
-KITH_HOT static kith_status ask_layer(const struct grid *grid, int number, const struct kith_box *box,
-                                      double radius, struct kith_runs *runs) {
-  const struct layer *layer = &grid->layer[number];
-  const int level = number % LEVELS;
+KITH_HOT static kith_status ask_layer(const struct kith_grid *grid, int number, const struct kith_box *box,
+                                      double radius, enum kith_search_mode mode, struct kith_runs *runs) {
+  const struct kith_grid_layer *layer = &grid->layer[number];
+  const int level = number % GRID_LEVELS;
   const double per_length = grid->per_length[level];
-  struct question q = {.reach = radius * per_length * (1 + KITH_SEARCH_SLACK)};
+  const double scale = per_length * (1 + KITH_SEARCH_SLACK), own = radius * scale,
+               largest = sqrt(layer->radius2) * scale;
+  struct question q = {.reach = mode == KITH_GATHER    ? own
+                                : mode == KITH_SCATTER ? largest
+                                                       : KITH_MAX(own, largest),
+                       .masters2 = mode == KITH_SCATTER ? 0 : own * own,
+                       .cells2 = mode == KITH_GATHER ? 0 : scale * scale};
   double rows = 1;
   for (int a = 0; a < NDIM; ++a) {
     /* Wherever rounding put a node of the box or of a cell, it is not farther off than this. */
-    const double far = (fabs(box->lower[a]) + fabs(box->upper[a]) + fabs(grid->origin[a])) * per_length + TOP;
-    q.lower[a] = in_cells(grid, a, box->lower[a], per_length) - KITH_SEARCH_SLACK * far;
-    q.upper[a] = in_cells(grid, a, box->upper[a], per_length) + KITH_SEARCH_SLACK * far;
+    const double far =
+        (fabs(box->lower[a]) + fabs(box->upper[a]) + fabs(grid->origin[a])) * per_length + GRID_TOP;
+    const double lower = in_cells(grid, a, box->lower[a], per_length) - KITH_SEARCH_SLACK * far;
+    const double upper = in_cells(grid, a, box->upper[a], per_length) + KITH_SEARCH_SLACK * far;
+    /* The outermost cells hold all that lies beyond them. */
+    q.lower[a] = KITH_MIN(lower, GRID_TOP + 1.0);
+    q.upper[a] = KITH_MAX(upper, 0.0);
     if (a == NDIM - 1) break;
     q.first[a] = KITH_MAX(clamp(q.lower[a] - q.reach), layer->lower[a]);
     q.last[a] = KITH_MIN(clamp(q.upper[a] + q.reach), layer->upper[a]);
@@ -460,25 +303,21 @@ KITH_HOT static kith_status ask_layer(const struct grid *grid, int number, const
     rows *= (double)(q.last[a] - q.first[a] + 1);
   }
   if (rows > layer->rows) return ask_rows(grid, layer, &q, runs);
-  return ask_places(grid, (uint64_t)(number / LEVELS) << LEVEL_BITS | (uint64_t)level, &q, runs);
+  return ask_places(grid, (uint64_t)(number / GRID_LEVELS) << GRID_LEVEL_BITS | (uint64_t)level, &q, runs);
 }
 
 static kith_status grid_coarse(const struct kith_search *search, const struct kith_box *box, double radius,
                                enum kith_search_mode mode, struct kith_runs *runs) {
-  const struct grid *grid = search->self;
-  for (int l = 0; l < 2 * LEVELS; ++l) {
+  const struct kith_grid *grid = search->self;
+  for (int l = 0; l < 2 * GRID_LEVELS; ++l) {
     if (grid->layer[l].rows == 0) continue;
-    const double other = sqrt(grid->layer[l].radius2);
-    const double reach = mode == KITH_GATHER    ? radius
-                         : mode == KITH_SCATTER ? other
-                                                : KITH_MAX(radius, other);
-    KITH_TRY(ask_layer(grid, l, box, reach, runs));
+    KITH_TRY(ask_layer(grid, l, box, radius, mode, runs));
   }
   return KITH_OK;
 }
 
 static size_t grid_bytes(const struct kith_search *search) {
-  const struct grid *grid = search->self;
+  const struct kith_grid *grid = search->self;
   const size_t item = 2 * sizeof **grid->item;
   return sizeof *grid + (size_t)grid->capacity * (item + sizeof *grid->slot_of) +
          (size_t)grid->entering_capacity * item + (size_t)grid->cells_capacity * sizeof *grid->cell +

@@ -1,16 +1,17 @@
 /* search.h - neighbor search: from nodes to candidates. One family: tree, grid, brute.
  *
- * A search is made from all nodes (internal and ghosts) with a radius each (their `reach`). It answers in three stages:
- *   masters   groups of nodes that are close together; every internal node is master in exactly one group
- *             (a group holds internal nodes only, or ghosts only)
- *   coarse    for a box of masters and their largest radius: runs of nodes that may interact with any of them
- *   refined   for one place: the candidates that pass the distance test of the mode (kith_search_at)
- * The last word on significance, |x_ij| <= R_i or <= R_j, is the connectivity's.
+ * A search is made from all nodes (internal and ghosts) with a radius each (their `reach`). It answers in
+ * three stages: masters   groups of nodes that are close together; every internal node is master in exactly
+ * one group (a group holds internal nodes only, or ghosts only) coarse    for a box of masters and their
+ * largest radius: runs of nodes that may interact with any of them refined   for one place: the candidates
+ * that pass the distance test of the mode (kith_search_at) The last word on significance, |x_ij| <= R_i or <=
+ * R_j, is the connectivity's.
  *
- * Slot order: every search keeps its nodes in an order of its own, in which the members of a cell are contiguous, with
- * coordinates and squared radii packed by slot, so that candidates are streamed and not gathered. A run is a range of slots.
- * Within equal cells slots ascend in node index. Candidates are a superset; nothing within reach is ever missing,
- * wherever the nodes are: outside the box too, at equal places, at non-uniform radii.
+ * Slot order: every search keeps its nodes in an order of its own, in which the members of a cell are
+ * contiguous, with coordinates and squared radii packed by slot, so that candidates are streamed and not
+ * gathered. A run is a range of slots. Within equal cells slots ascend in node index. Candidates are a
+ * superset; nothing within reach is ever missing, wherever the nodes are: outside the box too, at equal
+ * places, at non-uniform radii.
  *
  *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either */
 #ifndef KITH_NEIGHBOR_SEARCH_H
@@ -21,7 +22,8 @@
 
 enum kith_search_mode { KITH_GATHER, KITH_SCATTER, KITH_GATHER_SCATTER };
 
-/* Relative slack of squared distances in box tests: the last word may be spoken with or without fused operations. */
+/* Relative slack of squared distances in box tests: the last word may be spoken with or without fused
+ * operations. */
 #define KITH_SEARCH_SLACK 1e-14
 
 /* Slots first .. first + count - 1. */
@@ -29,8 +31,8 @@ struct kith_run {
   kith_index first, count;
 };
 
-/* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own; {0} is empty,
- * n = 0 empties it and keeps the memory. */
+/* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own; {0} is
+ * empty, n = 0 empties it and keeps the memory. */
 struct kith_runs {
   int n, capacity;
   struct kith_run *run; /* owned */
@@ -61,8 +63,9 @@ struct kith_search_ops {
   void (*destroy)(struct kith_search *search);
   /* Builds from nodes 0 .. search->n - 1; fills slot arrays and groups. */
   kith_status (*update)(struct kith_search *search);
-  /* Adds to `runs`, which is empty, the runs that may interact with a box of masters of largest radius `radius`.
-   * Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that no rounding of the last word can be missed. */
+  /* Adds to `runs`, which is empty, the runs that may interact with a box of masters of largest radius
+   * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that no rounding of the last word can
+   * be missed. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
   /* Optional. Nodes were added behind the others (ghosts); NULL: update. */
@@ -81,9 +84,9 @@ struct kith_search {
   uint64_t positions, ghosts;     /* generations */
   /* Slot order. */
   kith_index capacity;
-  kith_index *node;        /* [n] node of a slot */
+  kith_index *node;         /* [n] node of a slot */
   double *coordinate[NDIM]; /* [n] by slot */
-  double *radius2;         /* [n] squared reach by slot */
+  double *radius2;          /* [n] squared reach by slot */
   /* Masters: runs of slots; every node in exactly one group, internal nodes and ghosts in different ones. */
   int n_groups, groups_capacity;
   struct kith_run *group;
@@ -93,35 +96,41 @@ struct kith_search {
 #define X(name) extern const struct kith_search_ops kith_search_##name;
 KITH_SEARCH_LIST(X)
 #undef X
-const struct kith_search_ops *kith_search_find(const char *name);      /* NULL if there is none */
-const struct kith_search_ops *const *kith_search_all(void);            /* ended by NULL */
+const struct kith_search_ops *kith_search_find(const char *name); /* NULL if there is none */
+const struct kith_search_ops *const *kith_search_all(void);       /* ended by NULL */
 
-kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops, const struct kith_nodes *nodes);
+kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
+                               const struct kith_nodes *nodes);
 void kith_search_destroy(struct kith_search **search);
 
 /* Sees all nodes as they are now: position, reach. */
 kith_status kith_search_update(struct kith_search *search);
-/* Sees the nodes that were added behind those of the last update (ghosts); the others must not have moved (else STALE). */
+/* Sees the nodes that were added behind those of the last update (ghosts); the others must not have moved
+ * (else STALE). */
 kith_status kith_search_append(struct kith_search *search);
-/* Sees that these nodes moved or changed their reach, and no other; STALE if nodes came or went. A node may be named
- * more than once. */
-kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes, kith_index count);
+/* Sees that these nodes moved or changed their reach, and no other; STALE if nodes came or went. A node may
+ * be named more than once. */
+kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
+                                        kith_index count);
 /* STALE unless the search saw the nodes' present generations. */
 kith_status kith_search_fresh(const struct kith_search *search);
 
 /* The box of the masters of a group, and their largest radius: what coarse is asked with. */
 void kith_search_group_box(const struct kith_search *search, int group, struct kith_box *box, double *radius);
 
-/* Candidates at any position (no node needed) with radius `radius`: coarse, then refined by the exact distance test of
- * the mode. Node indices, ascending, into *found (kith_resize memory, grown as needed, *capacity with it). */
-kith_status kith_search_at(const struct kith_search *search, const double *x, double radius, enum kith_search_mode mode,
-                           kith_index **found, kith_index *capacity, kith_index *count);
+/* Candidates at any position (no node needed) with radius `radius`: coarse, then refined by the exact
+ * distance test of the mode. Node indices, ascending, into *found (kith_resize memory, grown as needed,
+ * *capacity with it). */
+kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
+                           enum kith_search_mode mode, kith_index **found, kith_index *capacity,
+                           kith_index *count);
 
 size_t kith_search_bytes(const struct kith_search *search);
 
-/* The cube whose Morton curve the tree follows: at least twice as wide as x[n][NDIM], cells at powers of two counted from
- * the origin of space, so that the order of nodes hardly depends on where the outermost ones are. Reorder the nodes with
- * kith_nodes_curve_order in this cube, and the tree need not sort and candidates ascend in node index. */
+/* The cube whose Morton curve the tree follows: at least twice as wide as x[n][NDIM], cells at powers of two
+ * counted from the origin of space, so that the order of nodes hardly depends on where the outermost ones
+ * are. Reorder the nodes with kith_nodes_curve_order in this cube, and the tree need not sort and candidates
+ * ascend in node index. */
 void kith_search_cube(const double *x, kith_index n, double *lower, double *upper);
 
 /* For members.

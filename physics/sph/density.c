@@ -10,7 +10,7 @@ static const double tolerance = 1e-4; /* of ln H: changes the density of a latti
 static const int max_iterations = 60;
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
-static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i, double reach,
+__attribute__((always_inline)) static inline size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i, double reach,
                        struct kith_scratch *s) {
   const kith_index *row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
@@ -18,7 +18,7 @@ static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *r
   double *r = kith_scratch_lane(s, DISTANCE);
   for (int a = 0; a < NDIM; ++a) {
     double *d = kith_scratch_lane(s, SEPARATION + a);
-    for (size_t k = 0; k < n; ++k) d[k] = x[(size_t)row[k] * NDIM + a] - xi[a];
+    for (size_t k = 0; k < n; ++k) d[k] = x[row[k] * NDIM + a] - xi[a];
     for (size_t k = n; k < padded; ++k) d[k] = 0;
   }
   for (size_t k = 0; k < n; ++k) {
@@ -53,14 +53,14 @@ __attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel k
 __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, double self, size_t n,
                                                                 const double *r, double reach, double wanted, double *support,
                                                                 double *sum_w, double *sum_q2g, uint64_t *count) {
-  double lower = 0, upper = reach, h = fmin(*support, reach);
+  double lower = 0, upper = reach, h = KITH_MIN(*support, reach);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     kernel_sums(kernel, self, n, r, 1 / h, sum_w, sum_q2g);
-    const double step = (wanted - *sum_w) / fmax(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
+    const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
     if (fabs(step) < tolerance) break;
     count[COUNT_ITERATIONS] += 1;
     if (step > 0) lower = h; else upper = h;
-    const double newton = h * (1 + fmax(-0.3, fmin(step, 0.4)));
+    const double newton = h * (1 + KITH_MAX(-0.3, KITH_MIN(step, 0.4)));
     if (step > 0 && h >= reach) {
       *support = newton;
       return false;
@@ -94,7 +94,7 @@ __attribute__((always_inline)) static inline void mass_sums(enum kith_kernel ker
 }
 
 /* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
-static bool invert(const double *m, double *inverse) {
+__attribute__((always_inline)) static inline bool invert(const double *m, double *inverse) {
 #if NDIM == 1
   if (!(m[0] > 0)) return false;
   inverse[0] = 1 / m[0];
@@ -125,7 +125,7 @@ __attribute__((always_inline)) static inline void load_jumps(enum kith_kernel ke
   const double *v = pass->package->hydro->velocity->f64, *vi = v + i * NDIM;
   for (int a = 0; a < NDIM; ++a) {
     double *d = kith_scratch_lane(s, JUMP + a);
-    for (size_t k = 0; k < n; ++k) d[k] = v[(size_t)row[k] * NDIM + a] - vi[a];
+    for (size_t k = 0; k < n; ++k) d[k] = v[row[k] * NDIM + a] - vi[a];
     for (size_t k = n; k < padded; ++k) d[k] = 0;
   }
   const double *restrict r = kith_scratch_lane(s, DISTANCE);
@@ -188,9 +188,8 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
     double sum_mw, sum_mq2g;
     mass_sums(kernel, pass, i, 1 / *support, s, &sum_mw, &sum_mq2g);
     hydro->density->f64[i] = constant * sum_mw / kith_pow_dim(*support);
-    /* X = H / (d n) drho/dH / Omega */
     const double omega = -sum_q2g / (NDIM * sum_w);
-    pass->sph->omega->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
+    pass->sph->excess->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
     load_jumps(kernel, pass, i, padded, 1 / *support, s);
     if (!velocity_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
     double divergence = 0;

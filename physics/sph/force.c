@@ -1,15 +1,7 @@
-#include "lib/core/lanes.h"
 #include "physics/sph/sph.h"
 
-enum { LANES = SPH_PAIR_VALUES };
-
-/* x.S.x of a symmetric matrix by its upper triangle. */
-static inline double project(const double *s, const double *x) {
-  double sum = 0;
-  for (int a = 0, k = 0; a < NDIM; ++a)
-    for (int b = a; b < NDIM; ++b) sum += (a == b ? 1 : 2) * s[k++] * x[a] * x[b];
-  return sum;
-}
+/* Lanes of scratch behind the values of the pairs: x_ij . x_ij, v_ij . x_ij, x.G.x at both ends, x_ij. */
+enum { R2 = SPH_PAIR_VALUES, VX, SLOPE_I, SLOPE_J, SEPARATION, LANES = SEPARATION + NDIM };
 
 /* Van Leer's limiter of two slopes, 4 r / (1 + r)^2 with r their ratio: 0 if they differ in sign, 1 if they are equal. */
 static inline double limiter(double slope_i, double slope_j) {
@@ -22,58 +14,103 @@ struct pair_constants {
   double spacings; /* H in mean node spacings */
 };
 
-/* One pair: (3) - (5). The force on i is force x_ij, what i gets of its work is heat x_ij . v_ji; j gets the opposite and the rest. */
-__attribute__((always_inline)) static inline void sph_pair(enum kith_kernel kernel, bool limited,
-                                                           const struct pair_constants *c, const struct sph_record *i,
-                                                           const struct sph_record *j, double *force, double *heat,
+/* C / H^(d + 2) g(q): the factor of x_ij in grad_i W. */
+__attribute__((always_inline)) static inline double gradient_factor(enum kith_kernel kernel, double constant, double q,
+                                                                    double inverse_support) {
+  double w, g;
+  kith_kernel_value(kernel, q, &w, &g);
+  return constant * g * kith_pow_dim(inverse_support) * inverse_support * inverse_support;
+}
+
+/* What the arithmetic of a pair needs of one end. */
+struct end {
+  double inverse_support, psi, excess, mass, density, sound;
+};
+
+/* `at`: 32 bits, so that the loads of several nodes become one gather; the records of 10^8 nodes fit. */
+__attribute__((always_inline)) static inline struct end end_of(const double *restrict record, kith_index at) {
+  return (struct end){record[at + SPH_INVERSE], record[at + SPH_PSI],     record[at + SPH_EXCESS],
+                      record[at + SPH_MASS],    record[at + SPH_DENSITY], record[at + SPH_SOUND]};
+}
+
+/* One pair: (3) - (5), with r2 = x_ij . x_ij, vx = v_ij . x_ij and the slopes x.G.x of the velocity at both ends.
+ * The force on i is force x_ij, what i gets of its work is heat x_ij . v_ji; j gets the opposite and the rest. */
+__attribute__((always_inline)) static inline void sph_pair(enum kith_kernel kernel, bool limited, struct pair_constants c,
+                                                           struct end i, struct end j, double r2, double vx,
+                                                           double slope_i, double slope_j, double *force, double *heat,
                                                            double *signal) {
-  double x[NDIM], r2 = 0, vx = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    x[a] = i->x[a] - j->x[a];
-    r2 += x[a] * x[a];
-    vx += (i->v[a] - j->v[a]) * x[a];
-  }
-  const double r = sqrt(r2), inverse_r = 1 / fmax(r, 1e-30);
-  const double qi = r * i->inverse_support, qj = r * j->inverse_support;
-  double w, gi, gj;
-  kith_kernel_value(kernel, qi, &w, &gi);
-  kith_kernel_value(kernel, qj, &w, &gj);
-  gi *= c->constant * kith_pow_dim(i->inverse_support) * i->inverse_support * i->inverse_support;
-  gj *= c->constant * kith_pow_dim(j->inverse_support) * j->inverse_support * j->inverse_support;
+  const double r = sqrt(r2), inverse_r = 1 / KITH_MAX(r, 1e-30);
+  const double qi = r * i.inverse_support, qj = r * j.inverse_support;
+  const double gi = gradient_factor(kernel, c.constant, qi, i.inverse_support);
+  const double gj = gradient_factor(kernel, c.constant, qj, j.inverse_support);
 
   double jump = vx; /* v_ij . x_ij between the velocities that the viscosity sees */
   if (limited) {
-    const double slope_i = project(i->shear, x), slope_j = project(j->shear, x);
-    const double closer = 5 * fmin(c->spacings * fmax(qi, qj) - 1, 0.0); /* than the mean spacing, in fifths of it */
-    const double phi = limiter(slope_i, slope_j) * fmax(1 - closer * closer, 0.0);
-    jump = fmax(vx - 0.5 * phi * (slope_i + slope_j), vx); /* never more than the whole jump */
+    const double closer = 5 * KITH_MIN(c.spacings * KITH_MAX(qi, qj) - 1, 0.0); /* than the mean spacing, in fifths of it */
+    const double phi = limiter(slope_i, slope_j) * KITH_MAX(1 - closer * closer, 0.0);
+    jump = KITH_MAX(vx - 0.5 * phi * (slope_i + slope_j), vx); /* never more than the whole jump */
   }
-  const double mu = vx < 0 ? fmin(jump, 0.0) * inverse_r : 0;
-  const double sound = 0.5 * (i->sound_speed + j->sound_speed);
-  const double viscosity = (c->beta * mu - c->alpha * sound) * mu / (i->density + j->density); /* Pi / 2 */
+  const double mu = vx < 0 ? KITH_MIN(jump, 0.0) * inverse_r : 0;
+  const double sound = 0.5 * (i.sound + j.sound);
+  const double viscosity = (c.beta * mu - c.alpha * sound) * mu / (i.density + j.density); /* Pi / 2 */
 
-  const double fi = -i->psi * (j->mass - i->excess) * gi, fj = -j->psi * (i->mass - j->excess) * gj;
-  const double fq = -i->mass * j->mass * viscosity * (gi + gj);
+  const double fi = -i.psi * (j.mass - i.excess) * gi, fj = -j.psi * (i.mass - j.excess) * gj;
+  const double fq = -i.mass * j.mass * viscosity * (gi + gj);
   *force = fi + fj + fq;
   *heat = fi + 0.5 * fq;
-  *signal = r2 > 0 && (gi < 0 || gj < 0) ? fmax(c->alpha, 1.0) * sound - c->beta * mu : 0;
+  *signal = r2 > 0 && gi + gj < 0 ? KITH_MAX(c.alpha, 1.0) * sound - c.beta * mu : 0;
 }
 
-/* force, heat, signal of i with n nodes partner[0], partner[stride], ... into lanes, padded with zeros. */
+/* Geometry of the pairs of i with n nodes partner[0], partner[stride], ...: axis by axis, so that every loop is a plain one. */
+__attribute__((always_inline)) static inline void load_geometry(bool limited, const double *restrict record, kith_index i,
+                                                                const kith_index *restrict partner, size_t stride, size_t n,
+                                                                struct kith_scratch *s) {
+  double *restrict r2 = kith_scratch_lane(s, R2), *restrict vx = kith_scratch_lane(s, VX);
+  double *restrict slope_i = kith_scratch_lane(s, SLOPE_I), *restrict slope_j = kith_scratch_lane(s, SLOPE_J);
+  const double *self = record + (size_t)i * SPH_RECORD;
+  for (int a = 0; a < NDIM; ++a) {
+    double *restrict x = kith_scratch_lane(s, SEPARATION + a);
+    const double xi = self[SPH_X + a], vi = self[SPH_V + a];
+    for (size_t k = 0; a == 0 && k < n; ++k) r2[k] = vx[k] = 0;
+#pragma omp simd
+    for (size_t k = 0; k < n; ++k) {
+      const kith_index j = partner[k * stride] * SPH_RECORD;
+      x[k] = xi - record[j + SPH_X + a];
+      r2[k] += x[k] * x[k];
+      vx[k] += (vi - record[j + SPH_V + a]) * x[k];
+    }
+  }
+  for (int a = 0, m = 0; limited && a < NDIM; ++a)
+    for (int b = a; b < NDIM; ++b, ++m) {
+      const double *restrict xa = kith_scratch_lane(s, SEPARATION + a), *restrict xb = kith_scratch_lane(s, SEPARATION + b);
+      const double twice = a == b ? 1 : 2, shear = self[SPH_GRADIENT + m];
+      for (size_t k = 0; m == 0 && k < n; ++k) slope_i[k] = slope_j[k] = 0;
+#pragma omp simd
+      for (size_t k = 0; k < n; ++k) {
+        const double xx = twice * xa[k] * xb[k];
+        slope_i[k] += shear * xx;
+        slope_j[k] += record[partner[k * stride] * SPH_RECORD + SPH_GRADIENT + m] * xx;
+      }
+    }
+}
+
+/* force, heat, signal of the same pairs. */
 __attribute__((always_inline)) static inline void evaluate_row(enum kith_kernel kernel, bool limited,
                                                                const struct sph_pass *pass, kith_index i,
-                                                               const kith_index *partner, size_t stride, size_t n,
+                                                               const kith_index *restrict partner, size_t stride, size_t n,
                                                                struct kith_scratch *s) {
-  const struct kith_package *package = pass->package;
-  const struct pair_constants c = {package->alpha, package->beta, kith_kernel_constant(kernel),
-                                   pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
-  const struct sph_record *restrict record = pass->sph->record;
+  const struct pair_constants c = {pass->package->alpha, pass->package->beta, pass->constant, pass->spacings};
+  const double *restrict record = pass->sph->record;
+  load_geometry(limited, record, i, partner, stride, n, s);
+  const double *restrict r2 = kith_scratch_lane(s, R2), *restrict vx = kith_scratch_lane(s, VX);
+  const double *restrict slope_i = kith_scratch_lane(s, SLOPE_I), *restrict slope_j = kith_scratch_lane(s, SLOPE_J);
   double *restrict force = kith_scratch_lane(s, SPH_FORCE), *restrict heat = kith_scratch_lane(s, SPH_HEAT),
                    *restrict signal = kith_scratch_lane(s, SPH_SIGNAL);
-  const struct sph_record self = record[i];
+  const struct end self = end_of(record, i * SPH_RECORD);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k)
-    sph_pair(kernel, limited, &c, &self, &record[partner[k * stride]], &force[k], &heat[k], &signal[k]);
+    sph_pair(kernel, limited, c, self, end_of(record, partner[k * stride] * SPH_RECORD), r2[k], vx[k], slope_i[k],
+             slope_j[k], &force[k], &heat[k], &signal[k]);
 }
 
 /* The pairs whose lower end is a node of the chunk, into the pairwise field. */
@@ -92,7 +129,7 @@ __attribute__((always_inline)) static inline void pairs_chunk(enum kith_kernel k
 }
 
 /* The same lanes for the whole row of i, from the pairwise field: the upper end of a pair gets the rest of the work. */
-static inline void load_row(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
+__attribute__((always_inline)) static inline void load_row(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
   const uint32_t *restrict pair = pass->connectivity->pairs.of_row + first;
@@ -110,54 +147,55 @@ static inline void load_row(const struct sph_pass *pass, kith_index i, struct ki
 }
 
 /* Sums of one row: acceleration and signal, and the energy rate if it is thermal. */
-static inline void sum_force(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
+__attribute__((always_inline)) static inline void sum_force(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_package *package = pass->package;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t n = rows->first[i + 1] - rows->first[i];
   const kith_index *restrict row = rows->node + rows->first[i];
-  const struct sph_record *restrict record = pass->sph->record;
+  const double *restrict record = pass->sph->record, *self = record + (size_t)i * SPH_RECORD;
   const double *restrict force = kith_scratch_lane(s, SPH_FORCE), *restrict heat = kith_scratch_lane(s, SPH_HEAT),
                          *restrict signal = kith_scratch_lane(s, SPH_SIGNAL);
-  const struct sph_record *self = &record[i];
-  double fastest = 0, rate = 0;
+  double fastest = self[SPH_SOUND], rate = 0;
 #pragma omp simd reduction(max : fastest)
-  for (size_t k = 0; k < n; ++k) fastest = fmax(fastest, signal[k]);
+  for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
   for (int a = 0; a < NDIM; ++a) {
-    double sum = 0, xi = self->x[a], vi = self->v[a];
+    double sum = 0;
+    const double xi = self[SPH_X + a], vi = self[SPH_V + a];
 #pragma omp simd reduction(+ : sum, rate)
     for (size_t k = 0; k < n; ++k) {
-      const struct sph_record *j = &record[row[k]];
-      const double x = xi - j->x[a];
+      const kith_index j = row[k] * SPH_RECORD;
+      const double x = xi - record[j + SPH_X + a];
       sum += force[k] * x;
-      rate += heat[k] * x * (j->v[a] - vi);
+      rate += heat[k] * x * (record[j + SPH_V + a] - vi);
     }
-    package->hydro->acceleration->f64[(size_t)i * NDIM + a] = sum / self->mass;
+    package->hydro->acceleration->f64[(size_t)i * NDIM + a] = sum / self[SPH_MASS];
   }
-  pass->sph->signal->f64[i] = fmax(fastest, self->sound_speed);
-  if (!package->compatible) package->hydro->energy_rate->f64[i] = rate / self->mass;
+  pass->sph->signal->f64[i] = fastest;
+  if (!package->compatible) package->hydro->energy_rate->f64[i] = rate / self[SPH_MASS];
 }
 
 /* Sums of one row: rate and slope of the compatible energy. */
-static inline void sum_work(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
+__attribute__((always_inline)) static inline void sum_work(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_package *package = pass->package;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t n = rows->first[i + 1] - rows->first[i];
   const kith_index *restrict row = rows->node + rows->first[i];
-  const struct sph_record *restrict record = pass->sph->record;
-  const double *restrict v = package->velocity_base->f64, *restrict acc = package->hydro->acceleration->f64;
+  const double *restrict record = pass->sph->record, *self = record + (size_t)i * SPH_RECORD;
+  const double *restrict v = package->velocity_base->f64, *restrict acceleration = package->hydro->acceleration->f64;
   const double *restrict heat = kith_scratch_lane(s, SPH_HEAT);
   double rate = 0, slope = 0;
   for (int a = 0; a < NDIM; ++a) {
-    const double xi = record[i].x[a], vi = v[(size_t)i * NDIM + a], ai = acc[(size_t)i * NDIM + a];
+    const double xi = self[SPH_X + a], vi = v[(size_t)i * NDIM + a], ai = acceleration[(size_t)i * NDIM + a];
 #pragma omp simd reduction(+ : rate, slope)
     for (size_t k = 0; k < n; ++k) {
-      const double hx = heat[k] * (xi - record[row[k]].x[a]);
-      rate += hx * (v[(size_t)row[k] * NDIM + a] - vi);
-      slope += hx * (acc[(size_t)row[k] * NDIM + a] - ai);
+      const kith_index j = row[k];
+      const double hx = heat[k] * (xi - record[j * SPH_RECORD + SPH_X + a]);
+      rate += hx * (v[j * NDIM + a] - vi);
+      slope += hx * (acceleration[j * NDIM + a] - ai);
     }
   }
-  package->hydro->energy_rate->f64[i] = rate / record[i].mass;
-  package->energy_slope->f64[i] = slope / record[i].mass;
+  package->hydro->energy_rate->f64[i] = rate / self[SPH_MASS];
+  package->energy_slope->f64[i] = slope / self[SPH_MASS];
 }
 
 __attribute__((always_inline)) static inline void nodes_chunk(enum kith_kernel kernel, bool limited,
@@ -220,24 +258,29 @@ kith_status sph_pack(struct sph_pass *pass) {
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index n = kith_nodes_count(nodes);
   if (pass->sph->record_capacity < (size_t)n) {
-    KITH_TRY(kith_resize(&pass->sph->record, 0, (size_t)nodes->capacity, sizeof *sph->record));
+    KITH_TRY(kith_resize(&pass->sph->record, 0, (size_t)nodes->capacity, SPH_RECORD * sizeof(double)));
     pass->sph->record_capacity = (size_t)nodes->capacity;
   }
   kith_profile_begin(pass->package->profile, "records");
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < n; ++i) {
-    struct sph_record *record = &sph->record[i];
+    double *record = sph->record + (size_t)i * SPH_RECORD;
     const size_t at = (size_t)i * NDIM;
-    for (int a = 0; a < NDIM; ++a) record->x[a] = nodes->position->f64[at + a], record->v[a] = hydro->velocity->f64[at + a];
-    record->inverse_support = 1 / nodes->support->f64[i];
-    record->mass = hydro->mass->f64[i];
-    record->density = hydro->density->f64[i];
-    record->sound_speed = hydro->sound_speed->f64[i];
-    record->psi = record->mass * hydro->pressure->f64[i] / (record->density * record->density);
-    record->excess = sph->omega->f64[i];
-    for (int a = 0, k = 0; sph->gradient != NULL && a < NDIM; ++a)
-      for (int b = a; b < NDIM; ++b)
-        record->shear[k++] = 0.5 * (sph->gradient->f64[at * NDIM + a * NDIM + b] + sph->gradient->f64[at * NDIM + b * NDIM + a]);
+    for (int a = 0; a < NDIM; ++a) {
+      record[SPH_X + a] = nodes->position->f64[at + a];
+      record[SPH_V + a] = hydro->velocity->f64[at + a];
+    }
+    const double density = hydro->density->f64[i], mass = hydro->mass->f64[i];
+    record[SPH_INVERSE] = 1 / nodes->support->f64[i];
+    record[SPH_PSI] = mass * hydro->pressure->f64[i] / (density * density);
+    record[SPH_EXCESS] = sph->excess->f64[i];
+    record[SPH_MASS] = mass;
+    record[SPH_DENSITY] = density;
+    record[SPH_SOUND] = hydro->sound_speed->f64[i];
+    if (sph->gradient == NULL) continue;
+    const double *g = sph->gradient->f64 + at * NDIM;
+    for (int a = 0, k = SPH_GRADIENT; a < NDIM; ++a)
+      for (int b = a; b < NDIM; ++b) record[k++] = 0.5 * (g[a * NDIM + b] + g[b * NDIM + a]);
   }
   kith_profile_end(pass->package->profile);
   return KITH_OK;

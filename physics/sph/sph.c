@@ -13,10 +13,10 @@ static kith_status sph_create(struct kith_package *package) {
   struct sph *sph = NULL;
   KITH_TRY(kith_resize(&sph, 0, 1, sizeof *sph));
   package->self = sph;
-  const struct kith_field_spec omega = {"omega", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "X of the grad-h terms"};
+  const struct kith_field_spec excess = {"excess", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"};
   const struct kith_field_spec signal = {"signal", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "signal speed of the Courant condition"};
   const struct kith_field_spec gradient = {"velocity_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dv_a/dx_b"};
-  KITH_TRY(kith_nodes_field(nodes, &omega, &sph->omega)); /* zero: nodes that are frozen keep it */
+  KITH_TRY(kith_nodes_field(nodes, &excess, &sph->excess));
   KITH_TRY(kith_nodes_field(nodes, &signal, &sph->signal));
   if (package->viscosity == KITH_VISCOSITY_LIMITED) KITH_TRY(kith_nodes_field(nodes, &gradient, &sph->gradient));
   return KITH_OK;
@@ -43,12 +43,14 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   const struct kith_hydro *hydro = package->hydro;
   struct kith_nodes *nodes = hydro->nodes;
   struct sph *sph = package->self;
-  struct sph_pass pass = {.package = package, .sph = sph, .connectivity = connectivity};
+  struct sph_pass pass = {.package = package, .sph = sph, .connectivity = connectivity,
+                          .constant = kith_kernel_constant(package->kernel),
+                          .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
   KITH_TRY(kith_connectivity_fresh(connectivity, nodes));
   KITH_TRY(sph_density(&pass));
   kith_hydro_close(hydro);
   struct kith_field *const between[] = {nodes->support,     hydro->density, hydro->pressure,
-                                        hydro->sound_speed, sph->omega,     sph->gradient};
+                                        hydro->sound_speed, sph->excess,    sph->gradient};
   refresh(package, sph->gradient != NULL ? 6 : 5, between);
   KITH_TRY(sph_pack(&pass));
   KITH_TRY(sph_force(&pass));
@@ -97,7 +99,7 @@ static size_t sph_pairwise_bytes(const struct kith_package *package) {
 
 static size_t sph_bytes(const struct kith_package *package) {
   const struct sph *sph = package->self;
-  return sph->record_capacity * sizeof *sph->record + sph_pairwise_bytes(package);
+  return sph->record_capacity * SPH_RECORD * sizeof *sph->record + sph_pairwise_bytes(package);
 }
 
 const struct kith_package_ops kith_package_sph = {

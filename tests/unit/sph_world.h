@@ -21,6 +21,7 @@ struct method {
   enum kith_traversal traversal;
   bool compatible;
   double alpha, beta;
+  bool equal_masses; /* else 1 to 8 */
 };
 
 struct world {
@@ -61,7 +62,6 @@ static inline void world_objects(struct world *w, const struct method *m) {
   w->it = (struct kith_integrator){.nodes = w->nodes, .hydro = &w->hydro, .package = &w->package, .boundaries = &w->boundaries,
                                    .search = w->search, .connectivity = w->connectivity, .rebuilds = &w->rebuilds,
                                    .scheme = kith_scheme_find("leapfrog"), .cfl = 0.3, .skin = 0.05, .cull = true, .check = true};
-  for (int a = 0; a < NDIM; ++a) w->it.domain.upper[a] = w->length[a];
   CHECK_OK(kith_integrator_init(&w->it));
   for (int a = 0; a < NDIM && w->side != OPEN; ++a)
     CHECK_OK(kith_boundaries_add(&w->boundaries, kith_boundary_find(w->side == PERIODIC ? "periodic" : "reflecting"), a, 0, w->length[a],
@@ -69,7 +69,7 @@ static inline void world_objects(struct world *w, const struct method *m) {
 }
 
 /* cells[a] nodes along axis a, one in each cube of side 1, off its middle by `jitter` at most; three lists of different materials;
- * masses 1 to 8, energies 1 to 2, velocities within 1. Nodes are dealt to the cells so that lists and masses mix. */
+ * masses, energies 1 to 2, velocities within 1. Nodes are dealt to the cells so that lists and masses mix. */
 static inline void world_create(struct world *w, const int *cells, enum side side, double jitter, const struct method *m, uint64_t seed) {
   static const char *const names[] = {"gas", "cold", "water"};
   memset(w, 0, sizeof *w);
@@ -89,7 +89,7 @@ static inline void world_create(struct world *w, const int *cells, enum side sid
       w->nodes->position->f64[i * NDIM + a] = cell % cells[a] + 0.5 + jitter * (2 * check_random(&seed) - 1);
       w->hydro.velocity->f64[i * NDIM + a] = 2 * check_random(&seed) - 1;
     }
-    w->hydro.mass->f64[i] = pow(8, check_random(&seed));
+    w->hydro.mass->f64[i] = m->equal_masses ? 3.5 : pow(8, check_random(&seed));
     w->hydro.energy->f64[i] = 1 + check_random(&seed);
     w->nodes->support->f64[i] = 2;
     w->nodes->id->i64[i] = 100 + i;

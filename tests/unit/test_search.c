@@ -163,12 +163,13 @@ static double spacing(kith_index n) {
   return pow(n, -1.0 / NDIM);
 }
 
-/* Lattice: powers of two, so that distances and squares are exact, and radii that are lattice distances. */
+/* Lattice: powers of two, so that distances and squares are exact, and radii that are lattice distances
+ * (cells of half the largest radius then end where nodes are). */
 static void put_on_lattice(double *x, double *radius, kith_index i, kith_index n) {
   const kith_index side = lattice_side(n);
   kith_index rest = i;
   for (int a = 0; a < NDIM; ++a) x[a] = 0.0625 * (rest % side), rest /= side;
-  static const double multiple[3] = {1, 2, 3};
+  static const double multiple[3] = {1, 2, 4};
   *radius = 0.0625 * multiple[i % 3];
 }
 
@@ -194,7 +195,8 @@ static struct kith_nodes *make_nodes(enum arrangement how, kith_index n, int lis
   CHECK_OK(kith_nodes_create(&nodes, lists, names));
   for (int l = 0; l < lists; ++l) {
     kith_index first;
-    CHECK_OK(kith_nodes_append(nodes, l, n * (l + 1) / lists - n * l / lists, &first));
+    const kith_index count = n * (l + 1) / lists - n * l / lists;
+    if (count > 0) CHECK_OK(kith_nodes_append(nodes, l, count, &first));
   }
   for (kith_index i = 0; i < n; ++i) {
     put(nodes->position->f64 + (size_t)i * NDIM, &nodes->reach->f64[i], how, i, n);
@@ -291,6 +293,44 @@ static void test_motion(const struct kith_search_ops *ops, enum arrangement how)
   kith_nodes_destroy(&nodes);
 }
 
+/* Radii grow, nodes stay: whoever keeps a largest radius must hear of it. */
+static void test_growth(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(RANDOM, 150, 1);
+  struct kith_search *s = NULL;
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  for (int round = 0; round < 60; ++round) {
+    const kith_index grown = round < 50 ? below(s->n) : 7;
+    nodes->reach->f64[grown] *= 1.3;
+    ++nodes->positions;
+    CHECK_OK(kith_search_update_selected(s, &grown, 1));
+    check_search(s, 30);
+  }
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+/* A second swarm beyond anything that cells can count: clamped, but complete. */
+static void test_far_off(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(RANDOM, 200, 1);
+  struct kith_search *s = NULL;
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  kith_index moved[100];
+  for (kith_index k = 0; k < 100; ++k) {
+    moved[k] = 2 * k;
+    for (int a = 0; a < NDIM; ++a)
+      nodes->position->f64[(size_t)moved[k] * NDIM + a] += k % 4 < 2 ? 1e10 : -1e10;
+  }
+  ++nodes->positions;
+  CHECK_OK(kith_search_update_selected(s, moved, 100));
+  check_search(s, 40);
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 40);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
 /* Large enough for all threads to have work. `along`: nodes along the curve of the tree, and a few that
  * strayed. */
 static void test_threads(const struct kith_search_ops *ops, bool along) {
@@ -360,6 +400,8 @@ int main(void) {
   for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
     test_sets_of_nodes(*ops);
     for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) test_motion(*ops, how);
+    test_growth(*ops);
+    test_far_off(*ops);
     test_threads(*ops, false);
     test_threads(*ops, true);
   }

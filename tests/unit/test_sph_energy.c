@@ -181,9 +181,9 @@ static void check_frozen(void) {
   struct kith_boundaries with = {0}; /* frozen nodes first: the images include them */
   CHECK_OK(kith_boundaries_add(&with, &kith_boundary_constant, 0, 0, 1, false, false));
   kith_nodes_drop_ghosts(w.nodes);
-  struct kith_field *omega = kith_nodes_field_named(w.nodes, "omega");
+  struct kith_field *excess = kith_nodes_field_named(w.nodes, "excess");
   kith_package_clear(&w.package);
-  memset(omega->f64, 0, (size_t)n * sizeof(double));
+  memset(excess->f64, 0, (size_t)n * sizeof(double));
   CHECK_OK(kith_package_init(&w.package)); /* as in a run: made, then some of its nodes are frozen */
   CHECK_OK(kith_constant_take(with.boundary[0], w.nodes, frozen));
   for (int a = 0; a < NDIM; ++a) CHECK_OK(kith_boundaries_add(&with, &kith_boundary_periodic, a, 0, w.length[a], true, true));
