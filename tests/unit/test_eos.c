@@ -1,18 +1,22 @@
-/* Equations of state against thermodynamics: P = rho^2 du/drho and c^2 = dP/drho along an isentrope, both by differences. */
+/* Equations of state against thermodynamics: P = rho^2 du/drho and c^2 = dP/drho along an isentrope, both by
+ * differences. */
 #include <string.h>
 #include "physics/eos.h"
 #include "tests/check.h"
 
-static const struct kith_eos_parameters cases[] = {
-    {.gamma = 1.4, .sound_speed = 0.7, .stiffness = 0}, {.gamma = 5. / 3, .sound_speed = 3, .stiffness = 0.5}, {.gamma = 4.4, .sound_speed = 100, .stiffness = 6}};
+static const struct kith_eos_parameters cases[] = {{.gamma = 1.4, .sound_speed = 0.7, .stiffness = 0},
+                                                   {.gamma = 5. / 3, .sound_speed = 3, .stiffness = 0.5},
+                                                   {.gamma = 4.4, .sound_speed = 100, .stiffness = 6}};
 
-static void state(const struct kith_eos_ops *eos, const struct kith_eos_parameters *p, double density, double energy, double *pressure,
-                  double *sound_speed) {
+static void state(const struct kith_eos_ops *eos, const struct kith_eos_parameters *p, double density,
+                  double energy, double *pressure, double *sound_speed) {
   eos->state(p, 1, &density, &energy, pressure, sound_speed);
 }
 
-/* u along the isentrope du = P / rho^2 drho from (density, energy) to `to`, by one step of Runge and Kutta's fourth order. */
-static double isentrope(const struct kith_eos_ops *eos, const struct kith_eos_parameters *p, double density, double energy, double to) {
+/* u along the isentrope du = P / rho^2 drho from (density, energy) to `to`, by one step of Runge and Kutta's
+ * fourth order. */
+static double isentrope(const struct kith_eos_ops *eos, const struct kith_eos_parameters *p, double density,
+                        double energy, double to) {
   const double d = to - density, rho[] = {density, density + d / 2, density + d / 2, to};
   double k[4], pressure, c;
   for (int s = 0; s < 4; ++s) {
@@ -31,7 +35,8 @@ static void check_sound_speed(const struct kith_eos_ops *eos, const struct kith_
     state(eos, p, density, energy, &pressure, &c);
     state(eos, p, density + d, isentrope(eos, p, density, energy, density + d), &above, &unused);
     state(eos, p, density - d, isentrope(eos, p, density, energy, density - d), &below, &unused);
-    /* Truncation (d / rho)^2 times a cubic in gamma; cancellation 1e-16 / 1e-4 of the terms of P, gamma P0 among them. */
+    /* Truncation (d / rho)^2 times a cubic in gamma; cancellation 1e-16 / 1e-4 of the terms of P, gamma P0
+     * among them. */
     CHECK_CLOSE((above - below) / (2 * d), c * c, 1e-6 * c * c + 1e-10 * p->gamma * p->stiffness / density);
   }
 }
@@ -42,7 +47,8 @@ static void check_round_trip(const struct kith_eos_ops *eos, const struct kith_e
       double pressure, c;
       state(eos, p, density, eos->energy(p, density, wanted), &pressure, &c);
       /* Stiffened: P is a difference of terms as large as gamma P0. */
-      if (eos != &kith_eos_isothermal) CHECK_CLOSE(pressure, wanted, 1e-15 * 4 * (wanted + p->gamma * p->stiffness));
+      if (eos != &kith_eos_isothermal)
+        CHECK_CLOSE(pressure, wanted, 1e-15 * 4 * (wanted + p->gamma * p->stiffness));
       CHECK(c >= 0 && isfinite(c));
     }
 }
@@ -65,7 +71,8 @@ static void check_values(void) {
   CHECK_CLOSE(c[0], sqrt(1.5 * 4.5 / 2), 1e-14);
   CHECK_CLOSE(pressure[1], -4.5, 1e-14); /* tension: P + P0 < 0, and c^2 < 0 */
   CHECK(c[1] == 0);
-  CHECK(kith_eos_ideal.energy_positive && kith_eos_stiffened.energy_positive && !kith_eos_isothermal.energy_positive);
+  CHECK(kith_eos_ideal.energy_positive && kith_eos_stiffened.energy_positive &&
+        !kith_eos_isothermal.energy_positive);
   kith_eos_ideal.state(&p, 0, density, energy, NULL, NULL); /* nothing to do */
 }
 
@@ -76,7 +83,8 @@ static void check_names(void) {
     CHECK((*all)->doc != NULL && (*all)->doc[0] != '\0');
   }
   CHECK(n == 3);
-  CHECK(kith_eos_find("ideal") == &kith_eos_ideal && kith_eos_find("none") == NULL && kith_eos_find("") == NULL);
+  CHECK(kith_eos_find("ideal") == &kith_eos_ideal && kith_eos_find("none") == NULL &&
+        kith_eos_find("") == NULL);
 }
 
 int main(void) {

@@ -34,7 +34,9 @@ static struct state make(kith_index n0, kith_index n1) {
   return s;
 }
 
-static bool same(const struct kith_totals *a, const struct kith_totals *b) { return memcmp(a, b, sizeof *a) == 0; }
+static bool same(const struct kith_totals *a, const struct kith_totals *b) {
+  return memcmp(a, b, sizeof *a) == 0;
+}
 
 static void check_totals(kith_index n0, kith_index n1) {
   struct state s = make(n0, n1);
@@ -57,7 +59,8 @@ static void check_totals(kith_index n0, kith_index n1) {
   }
   omp_set_num_threads(threads);
   CHECK(same(&t[0], &t[1]) && same(&t[0], &t[2]));
-  /* A running sum of at most 4096 positive terms errs by less than 4096 / 2 roundings, in practice by their square root. */
+  /* A running sum of at most 4096 positive terms errs by less than 4096 / 2 roundings, in practice by their
+   * square root. */
   CHECK_CLOSE(t[0].mass, (double)mass, 1e-13 * (double)mass);
   CHECK_CLOSE(t[0].kinetic, (double)kinetic, 1e-13 * (double)kinetic);
   CHECK_CLOSE(t[0].internal, (double)internal, 1e-13 * (double)internal);
@@ -77,7 +80,8 @@ static void check_close(void) {
   kith_nodes_destroy(&s.nodes);
 }
 
-/* Breaks `value` of node i: the message says `word`, and names the first node even if a later one is bad too. */
+/* Breaks `value` of node i: the message says `word`, and names the first node even if a later one is bad too.
+ */
 static void broken(struct state *s, double *value, double wrong, kith_index i, const char *word) {
   char id[32];
   const kith_index later = KITH_MIN(i + 700, s->nodes->n_internal - 1);

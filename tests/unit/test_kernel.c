@@ -15,7 +15,9 @@ static double slope(enum kith_kernel k, double q) {
   return g;
 }
 
-static double value_of(const void *kernel, double q) { return value(*(const enum kith_kernel *)kernel, q); }
+static double value_of(const void *kernel, double q) {
+  return value(*(const enum kith_kernel *)kernel, q);
+}
 
 /* Both sides are sums of at most 12 products of order 1. */
 static void check_shape(enum kith_kernel k, const struct oracle_kernel *oracle) {
@@ -50,7 +52,8 @@ static void check_edges(enum kith_kernel k) {
 }
 
 static void check_constants(enum kith_kernel k, const struct oracle_kernel *oracle) {
-  CHECK_CLOSE(oracle_sphere() * kith_kernel_constant(k) * oracle_quadrature(value_of, &k, NDIM - 1), 1, 1e-13);
+  CHECK_CLOSE(oracle_sphere() * kith_kernel_constant(k) * oracle_quadrature(value_of, &k, NDIM - 1), 1,
+              1e-13);
   CHECK_CLOSE(kith_kernel_constant(k), oracle->constant, 1e-13 * oracle->constant);
   CHECK_CLOSE(kith_kernel_support(k), oracle->spread, 0.51e-6); /* six digits are given */
   const double spacings = 1.2544 * oracle->spread;
@@ -65,16 +68,20 @@ static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *or
     const double weight = kith_kernel_self_weight(k, neighbors);
     const double sum = weight * oracle_w(oracle, 0) + oracle_lattice_others(oracle, support);
     CHECK_CLOSE(sum * oracle->constant / pow(support, NDIM), 1, 1e-12);
-    /* What is solved for is the density of the node alone, W(0) = C / H^d of it: a few per cent of it, most with few neighbors. */
+    /* What is solved for is the density of the node alone, W(0) = C / H^d of it: a few per cent of it, most
+     * with few neighbors. */
     CHECK(weight > 0.5 && weight < 1.2);
     if (k <= KITH_KERNEL_quintic) CHECK_CLOSE(weight, 1, 0.1);
   }
 }
 
 static void check_names(void) {
-  static const char *const names[] = {"cubic", "quartic", "quintic", "wendland-c2", "wendland-c4", "wendland-c6"};
+  static const char *const names[] = {"cubic",       "quartic",     "quintic",
+                                      "wendland-c2", "wendland-c4", "wendland-c6"};
   CHECK(KITH_N_KERNELS == 6);
-  for (int k = 0; k < 6; ++k) CHECK(kith_kernel_find(names[k]) == (enum kith_kernel)k && strcmp(kith_kernel_facts[k].name, names[k]) == 0);
+  for (int k = 0; k < 6; ++k)
+    CHECK(kith_kernel_find(names[k]) == (enum kith_kernel)k &&
+          strcmp(kith_kernel_facts[k].name, names[k]) == 0);
   CHECK(kith_kernel_find("gauss") == KITH_N_KERNELS && kith_kernel_find("") == KITH_N_KERNELS);
   if (NDIM == 3) CHECK_CLOSE(kith_kernel_neighbors(KITH_KERNEL_wendland_c2), 60, 0.1);
 }

@@ -1,12 +1,13 @@
-/* Where the forces of package sph come from: they are the gradient of the internal energy at constant entropy, their work is what the nodes
- * gain, and a kick trades one for the other without loss. */
+/* Where the forces of package sph come from: they are the gradient of the internal energy at constant
+ * entropy, their work is what the nodes gain, and a kick trades one for the other without loss. */
 #include "sph_world.h"
 
 static const int box[3] = {NDIM == 1 ? 14 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 6 : 4, 3};
 
 /* ---- the energy itself ---- */
 
-/* u of node i at density rho on the isentrope through (t->density, energy): P = A rho^gamma - P0, or c0^2 ln rho for an isothermal gas. */
+/* u of node i at density rho on the isentrope through (t->density, energy): P = A rho^gamma - P0, or c0^2 ln
+ * rho for an isothermal gas. */
 static double isentropic_energy(const struct world *w, const struct truth *t, int i, double rho) {
   const struct kith_eos_parameters *p = &w->hydro.material[w->nodes->list->u8[i]].parameters;
   const double compression = rho / t->density[i], u = w->hydro.energy->f64[i];
@@ -20,16 +21,20 @@ static double total_energy(const struct world *w, const struct truth *from, doub
   struct truth t = {0};
   double sum = 0;
   truth_density(w, &t);
-  for (int i = 0; i < w->nodes->n_internal; ++i) sum += w->hydro.mass->f64[i] * isentropic_energy(w, from, i, t.density[i]);
+  for (int i = 0; i < w->nodes->n_internal; ++i)
+    sum += w->hydro.mass->f64[i] * isentropic_energy(w, from, i, t.density[i]);
   if (density != NULL) memcpy(density, t.density, sizeof t.density);
   truth_clear(&t);
   return sum;
 }
 
-/* Differences of fourth order: (8 (f(d) - f(-d)) - (f(2d) - f(-2d))) / (12 d). Kernels with four or more continuous derivatives are exact to
- * d^4 ~ 1e-13 and to cancellation, 1e-16 / 1e-3 of the energy; where the third derivative jumps (cubic, C2) within the stencil d^2 is left: 1e-6 of w'''. */
+/* Differences of fourth order: (8 (f(d) - f(-d)) - (f(2d) - f(-2d))) / (12 d). Kernels with four or more
+ * continuous derivatives are exact to d^4 ~ 1e-13 and to cancellation, 1e-16 / 1e-3 of the energy; where the
+ * third derivative jumps (cubic, C2) within the stencil d^2 is left: 1e-6 of w'''. */
 static const double step = 1e-3;
-static double difference(const double f[4]) { return (8 * (f[1] - f[0]) - (f[3] - f[2])) / (12 * step); }
+static double difference(const double f[4]) {
+  return (8 * (f[1] - f[0]) - (f[3] - f[2])) / (12 * step);
+}
 static const double stencil[] = {-1, 1, -2, 2};
 
 /* m dv/dt = - dU/dx, node by node: tests X, with masses 1 to 8 and three materials. */
@@ -70,7 +75,8 @@ static void check_work(struct world *w, const struct truth *t, double tolerance)
     CHECK_CLOSE(w->hydro.energy_rate->f64[i], rate, tolerance * scale);
     total += w->hydro.mass->f64[i] * w->hydro.energy_rate->f64[i];
     for (int a = 0; a < NDIM; ++a) {
-      const double p = w->hydro.mass->f64[i] * w->hydro.velocity->f64[i * NDIM + a] * w->hydro.acceleration->f64[i * NDIM + a];
+      const double p = w->hydro.mass->f64[i] * w->hydro.velocity->f64[i * NDIM + a] *
+                       w->hydro.acceleration->f64[i * NDIM + a];
       power += p, size += fabs(p);
     }
   }
@@ -78,7 +84,9 @@ static void check_work(struct world *w, const struct truth *t, double tolerance)
 }
 
 static void check_variation(enum kith_kernel kernel, enum side side, bool compatible) {
-  const struct method m = {kernel, KITH_VISCOSITY_MONAGHAN, compatible ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER, compatible, 0, 0};
+  const struct method m = {
+      kernel, KITH_VISCOSITY_MONAGHAN, compatible ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER, compatible, 0,
+      0};
   const double tolerance = kernel == KITH_KERNEL_cubic || kernel == KITH_KERNEL_wendland_c2 ? 1e-5 : 1e-7;
   struct world w;
   struct truth t = {0};
@@ -100,13 +108,15 @@ static long double mechanical_energy(const struct world *w) {
   long double sum = 0;
   for (int i = 0; i < w->nodes->n_internal; ++i) {
     long double v2 = 0;
-    for (int a = 0; a < NDIM; ++a) v2 += (long double)w->hydro.velocity->f64[i * NDIM + a] * w->hydro.velocity->f64[i * NDIM + a];
+    for (int a = 0; a < NDIM; ++a)
+      v2 += (long double)w->hydro.velocity->f64[i * NDIM + a] * w->hydro.velocity->f64[i * NDIM + a];
     sum += w->hydro.mass->f64[i] * (v2 / 2 + w->hydro.energy->f64[i]);
   }
   return sum;
 }
 
-/* sum (m v^2 / 2 + m u) is kept through kicks of any length, from a base that the force does not know, in one kick or in several. */
+/* sum (m v^2 / 2 + m u) is kept through kicks of any length, from a base that the force does not know, in one
+ * kick or in several. */
 static void check_kick(enum kith_viscosity viscosity, enum side side, double dt) {
   const struct method m = {KITH_KERNEL_wendland_c2, viscosity, KITH_TRAVERSE_PAIRS, true, 1, 2};
   struct world w;
@@ -115,7 +125,8 @@ static void check_kick(enum kith_viscosity viscosity, enum side side, double dt)
   world_base(&w);
   CHECK_OK(kith_integrator_rates(&w.it));
   const int n = w.nodes->n_internal;
-  for (int k = 0; k < n * NDIM; ++k) w.hydro.velocity->f64[k] = w.package.velocity_base->f64[k] + 0.5 * (check_random(&seed) - 0.5);
+  for (int k = 0; k < n * NDIM; ++k)
+    w.hydro.velocity->f64[k] = w.package.velocity_base->f64[k] + 0.5 * (check_random(&seed) - 0.5);
   CHECK_OK(world_evaluate(&w)); /* forces at one velocity, work at another */
   kith_field_copy(w.nodes, w.hydro.velocity, w.package.velocity_base);
   w.package.kicked = 0;
@@ -125,10 +136,12 @@ static void check_kick(enum kith_viscosity viscosity, enum side side, double dt)
     const double mass = w.hydro.mass->f64[i];
     rate += mass * w.hydro.energy_rate->f64[i];
     for (int a = 0; a < NDIM; ++a) {
-      const double acceleration = w.hydro.acceleration->f64[i * NDIM + a], v = w.hydro.velocity->f64[i * NDIM + a];
+      const double acceleration = w.hydro.acceleration->f64[i * NDIM + a],
+                   v = w.hydro.velocity->f64[i * NDIM + a];
       rate += mass * v * acceleration;
       size += mass * fabs(v * acceleration);
-      scale += mass * ((fabs(v) + dt * fabs(acceleration)) * (fabs(v) + dt * fabs(acceleration)) + w.hydro.energy->f64[i]);
+      scale += mass * ((fabs(v) + dt * fabs(acceleration)) * (fabs(v) + dt * fabs(acceleration)) +
+                       w.hydro.energy->f64[i]);
     }
   }
   CHECK_CLOSE(rate, 0, 1e-13 * size);
@@ -161,8 +174,8 @@ static void check_steps(const char *scheme, enum side side) {
 
 /* ---- frozen nodes ---- */
 
-/* A lattice in balance stays in balance, nearly, when some of its nodes are frozen: they push as the others do, but for X, which is a
- * hundredth of m. */
+/* A lattice in balance stays in balance, nearly, when some of its nodes are frozen: they push as the others
+ * do, but for X, which is a hundredth of m. */
 static void check_frozen(void) {
   const struct method m = {KITH_KERNEL_quintic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_GATHER, false, 1, 2};
   struct world w;
@@ -172,7 +185,8 @@ static void check_frozen(void) {
   for (int i = 0; i < n; ++i) {
     w.hydro.mass->f64[i] = 4;
     w.hydro.density->f64[i] = 4;
-    w.hydro.energy->f64[i] = w.hydro.material[w.nodes->list->u8[i]].eos->energy(&w.hydro.material[w.nodes->list->u8[i]].parameters, 4, 4 * 1.44);
+    w.hydro.energy->f64[i] = w.hydro.material[w.nodes->list->u8[i]].eos->energy(
+        &w.hydro.material[w.nodes->list->u8[i]].parameters, 4, 4 * 1.44);
     for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0;
     frozen[i] = w.nodes->position->f64[i * NDIM] < 2;
   }
@@ -186,7 +200,8 @@ static void check_frozen(void) {
   memset(excess->f64, 0, (size_t)n * sizeof(double));
   CHECK_OK(kith_package_init(&w.package)); /* as in a run: made, then some of its nodes are frozen */
   CHECK_OK(kith_constant_take(with.boundary[0], w.nodes, frozen));
-  for (int a = 0; a < NDIM; ++a) CHECK_OK(kith_boundaries_add(&with, &kith_boundary_periodic, a, 0, w.length[a], true, true));
+  for (int a = 0; a < NDIM; ++a)
+    CHECK_OK(kith_boundaries_add(&with, &kith_boundary_periodic, a, 0, w.length[a], true, true));
   kith_boundaries_clear(&w.boundaries);
   w.boundaries = with;
   world_base(&w);
@@ -200,7 +215,8 @@ static void check_frozen(void) {
 int main(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k)
     for (int side = OPEN; side <= REFLECTING; ++side)
-      if (NDIM < 3 || (side + k) % 3 == 0 || (k == KITH_KERNEL_wendland_c2 && side == REFLECTING)) check_variation((enum kith_kernel)k, (enum side)side, (k + side) % 2 == 0);
+      if (NDIM < 3 || (side + k) % 3 == 0 || (k == KITH_KERNEL_wendland_c2 && side == REFLECTING))
+        check_variation((enum kith_kernel)k, (enum side)side, (k + side) % 2 == 0);
   check_variation(KITH_KERNEL_quintic, PERIODIC, false);
   for (int side = OPEN; side <= REFLECTING; ++side)
     for (int viscosity = 0; viscosity < 2; ++viscosity) {

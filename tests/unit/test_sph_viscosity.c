@@ -15,8 +15,8 @@ static void viscous_rates(struct world *w, double alpha, double beta, double *ra
   for (int i = 0; i < n; ++i) rate[i] += w->hydro.energy_rate->f64[i];
 }
 
-/* Only node k moves: what another node gains is what its one pair gives it. Heated if the pair approaches, exactly as before if not; the
- * limited viscosity gives no more than the other. */
+/* Only node k moves: what another node gains is what its one pair gives it. Heated if the pair approaches,
+ * exactly as before if not; the limited viscosity gives no more than the other. */
 static void check_pairs(const struct method *m, int k, uint64_t seed) {
   struct world w[2];
   struct truth t = {0};
@@ -31,11 +31,13 @@ static void check_pairs(const struct method *m, int k, uint64_t seed) {
     if (limited == 0) truth_density(&w[0], &t);
     world_root(&w[limited], &t);
     for (int i = 0; i < w[0].nodes->n_internal; ++i)
-      for (int a = 0; a < NDIM; ++a) w[limited].hydro.velocity->f64[i * NDIM + a] = i == k ? 2 * check_random(&state) - 1 : 0;
+      for (int a = 0; a < NDIM; ++a)
+        w[limited].hydro.velocity->f64[i * NDIM + a] = i == k ? 2 * check_random(&state) - 1 : 0;
     world_base(&w[limited]);
     viscous_rates(&w[limited], m->alpha, m->beta, rate[limited]);
   }
-  const double scale = largest(rate[0], w[0].nodes->n_internal), zero = 1e-13 * largest(w[0].hydro.energy_rate->f64, w[0].nodes->n_internal);
+  const double scale = largest(rate[0], w[0].nodes->n_internal),
+               zero = 1e-13 * largest(w[0].hydro.energy_rate->f64, w[0].nodes->n_internal);
   for (int i = 0; i < w[0].nodes->n_internal; ++i) {
     double vx = 0, r2 = 0;
     for (int a = 0; a < NDIM; ++a) {
@@ -73,7 +75,8 @@ static void check_heats(const struct method *m, enum side side) {
   world_destroy(&w);
 }
 
-/* Every other cell of 7 x 6 x 6: the face-centered lattice, whose neighbors are farther away than the mean spacing. */
+/* Every other cell of 7 x 6 x 6: the face-centered lattice, whose neighbors are farther away than the mean
+ * spacing. */
 static void spread_out(struct world *w) {
   for (int i = 0, cell = 0; i < w->nodes->n_internal; ++cell) {
     const int place[3] = {cell % 7, cell / 7 % 6, cell / 42};
@@ -98,7 +101,8 @@ static void check_linear(enum kith_traversal traversal) {
   for (int i = 0; i < w.nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a) {
       w.hydro.velocity->f64[i * NDIM + a] = 3;
-      for (int b = 0; b < NDIM; ++b) w.hydro.velocity->f64[i * NDIM + a] += matrix[3 * a + b] * w.nodes->position->f64[i * NDIM + b];
+      for (int b = 0; b < NDIM; ++b)
+        w.hydro.velocity->f64[i * NDIM + a] += matrix[3 * a + b] * w.nodes->position->f64[i * NDIM + b];
     }
   truth_density(&w, &t);
   world_root(&w, &t);
@@ -130,7 +134,8 @@ static void expect_vote(const struct world *w, const char *reason, int node) {
   int who = -1;
   for (int i = 0; i < w->nodes->n_internal; ++i) {
     double a2 = 0;
-    for (int a = 0; a < NDIM; ++a) a2 += w->hydro.acceleration->f64[i * NDIM + a] * w->hydro.acceleration->f64[i * NDIM + a];
+    for (int a = 0; a < NDIM; ++a)
+      a2 += w->hydro.acceleration->f64[i * NDIM + a] * w->hydro.acceleration->f64[i * NDIM + a];
     const double h = w->nodes->support->f64[i] / w->kernel.spread, u = w->hydro.energy->f64[i];
     double loss = -w->hydro.energy_rate->f64[i];
     if (w->package.energy_slope != NULL) loss -= w->package.kicked * w->package.energy_slope->f64[i];
@@ -151,7 +156,8 @@ static void expect_vote(const struct world *w, const char *reason, int node) {
 }
 
 static void check_votes(bool compatible) {
-  const struct method m = {KITH_KERNEL_quartic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, compatible, 1, 2};
+  const struct method m = {
+      KITH_KERNEL_quartic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, compatible, 1, 2};
   struct world w;
   world_create(&w, box, PERIODIC, 0.3, &m, 6);
   CHECK(kith_integrator_start(&w.it) == KITH_OK);
@@ -198,10 +204,17 @@ static void check_votes(bool compatible) {
 
 int main(void) {
   for (int k = 0; k < KITH_N_KERNELS; k += NDIM) {
-    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_MONAGHAN, k % 2 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS, k % 2 == 0, 1.2, 2};
-    const struct method limited = {(enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 0.8, 1.5};
+    const struct method m = {(enum kith_kernel)k,
+                             KITH_VISCOSITY_MONAGHAN,
+                             k % 2 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS,
+                             k % 2 == 0,
+                             1.2,
+                             2};
+    const struct method limited = {
+        (enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 0.8, 1.5};
     for (int node = 0; node < 5; ++node) check_pairs(&m, 2 * node + 1, 60 + (uint64_t)node);
-    for (int side = OPEN; side <= REFLECTING; ++side) check_heats(&m, (enum side)side), check_heats(&limited, (enum side)side);
+    for (int side = OPEN; side <= REFLECTING; ++side)
+      check_heats(&m, (enum side)side), check_heats(&limited, (enum side)side);
   }
   check_linear(KITH_TRAVERSE_PAIRS);
   check_linear(KITH_TRAVERSE_GATHER);
