@@ -57,7 +57,10 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     kernel_sums(kernel, self, n, r, 1 / h, sum_w, sum_q2g);
     const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
-    if (fabs(step) < tolerance) break;
+    if (fabs(step) < tolerance) {
+      *support = h;
+      return true;
+    }
     count[COUNT_ITERATIONS] += 1;
     if (step > 0) lower = h; else upper = h;
     const double newton = h * (1 + KITH_MAX(-0.3, KITH_MIN(step, 0.4)));
@@ -67,7 +70,7 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
     }
     h = newton > lower && newton < upper ? newton : newton >= reach && upper >= reach ? reach : 0.5 * (lower + upper);
   }
-  *support = h;
+  *support = NAN; /* no root, as for nodes at one place on a line: the density tells kith_hydro_physical, which stops the run */
   return true;
 }
 
