@@ -49,7 +49,7 @@ static kith_status make_rebuilds(struct kith_model *m) {
 static kith_status make_integrator(struct kith_model *m, bool check) {
   const struct kith_scene *scene = m->scene;
   /* Lists of one step need room for the change of supports within it only. */
-  const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.2 : 0.02;
+  const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.1 : 0.005;
   m->integrator = (struct kith_integrator){
       .nodes = m->nodes, .hydro = &m->hydro, .package = &m->package, .boundaries = &m->boundaries, .search = m->search,
       .connectivity = m->connectivity, .rebuilds = &m->rebuilds, .scheme = kith_scheme_find(scene->scheme.name),

@@ -18,12 +18,14 @@ static struct kith_requirements requirements(const struct kith_integrator *it) {
   return need;
 }
 
-/* The radius that lists are made with: the support and a skin. */
+/* The radius that lists are made with: the support, a skin, and for rates that change within a step twice what the support
+ * grew in it. Too little costs a rebuild when the density is known, too much costs pairs. */
 static void set_reach(const struct kith_integrator *it) {
   const struct kith_nodes *nodes = it->nodes;
-  const double factor = 1 + it->skin;
+  const double *expansion = it->package->expansion->f64, rate = 2 * it->dt / NDIM;
 #pragma omp parallel for simd schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) nodes->reach->f64[i] = factor * nodes->support->f64[i];
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    nodes->reach->f64[i] = (1 + it->skin + KITH_MIN(rate * fabs(expansion[i]), 0.1)) * nodes->support->f64[i];
 }
 
 /* Keeps nodes that are close in space close in memory. Due only every so many lifecycles, and done only if the order is lost. */

@@ -19,13 +19,13 @@
   X(quartic, "quartic", "spline M5: smoother, for more neighbors",                                     \
     3125. / 768, 46875 / (2398 * M_PI), 15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)            \
   X(quintic, "quintic", "spline M6: the smoothest of the splines",                                     \
-    243. / 40, 15309 / (478 * M_PI), 2187 / (40 * M_PI), 2.121321, 2.158131, 2.195775)                 \
+    243. / 40, 15309 / (478 * M_PI), 2187 / (40 * M_PI), 2.121320, 2.158130, 2.195775)                 \
   X(wendland_c2, "wendland-c2", "never clumps, however many neighbors: the default",                   \
     5. / 4, 7 / M_PI, 21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                                   \
   X(wendland_c4, "wendland-c4", "never clumps; smoother, for about 100 neighbors in 3-D",              \
-    3. / 2, 9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171239, 2.207940)                                 \
+    3. / 2, 9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171241, 2.207940)                                 \
   X(wendland_c6, "wendland-c6", "never clumps; the smoothest, for about 200 neighbors in 3-D",         \
-    55. / 32, 78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415230, 2.449490)
+    55. / 32, 78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415229, 2.449490)
 
 enum kith_kernel {
 #define X(name, ...) KITH_KERNEL_##name,

@@ -33,7 +33,7 @@ struct kith_package_ops {
   void (*destroy)(struct kith_package *package);
   struct kith_requirements (*requirements)(const struct kith_package *package);
   /* Rates from the state. REACH: a support wants to grow beyond the node's reach; supports are set to what they want at least, and the
-   * caller makes new connectivity and calls again. DIVERGED: the support of a node does not converge. */
+   * caller makes new connectivity and calls again. A support that does not converge is NaN, and the density with it. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity);
   struct kith_vote (*vote)(const struct kith_package *package, double cfl);
   /* Private memory, pairwise fields included; pairwise fields alone. */

@@ -1,0 +1,246 @@
+/* Package sph against sums over all images of all nodes: supports, densities, gradients, rates. */
+#include <omp.h>
+#include "sph_world.h"
+
+/* The second is thinner than most supports. */
+static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};
+
+/* Sums of a few hundred terms; C, self weight and roots of the oracle carry 1e-15 to 1e-13 of their own. */
+static const double round_off = 1e-11;
+
+static void check_against(struct world *w, struct truth *t) {
+  const int n = w->nodes->n_internal;
+  const double *gradient = w->package.viscosity == KITH_VISCOSITY_LIMITED
+                               ? kith_nodes_field_named(w->nodes, "velocity_gradient")->f64
+                               : NULL;
+  double divergence[MOST] = {0};
+  for (int i = 0; i < n; ++i) {
+    CHECK(w->nodes->support->f64[i] == t->support[i]);
+    for (int a = 0; a < NDIM; ++a) divergence[i] += t->gradient[i][a][a];
+  }
+  CHECK_FIELD(w->hydro.density->f64, t->density, n, round_off);
+  CHECK_FIELD(kith_nodes_field_named(w->nodes, "excess")->f64, t->excess, n, round_off);
+  CHECK_FIELD(w->hydro.pressure->f64, t->pressure, n, round_off);
+  CHECK_FIELD(w->hydro.sound_speed->f64, t->sound, n, round_off);
+  CHECK_FIELD(w->package.expansion->f64, divergence, n, round_off);
+  if (gradient != NULL) CHECK_FIELD(gradient, &t->gradient[0][0][0], n * NDIM * NDIM, round_off);
+  CHECK_FIELD(w->hydro.acceleration->f64, &t->acceleration[0][0], n * NDIM, round_off);
+  CHECK_FIELD(w->hydro.energy_rate->f64, t->rate, n, round_off);
+  CHECK_FIELD(kith_nodes_field_named(w->nodes, "signal")->f64, t->signal, n, round_off);
+  if (w->package.compatible) CHECK_FIELD(w->package.energy_slope->f64, t->slope, n, round_off);
+}
+
+/* No force from outside of a periodic box. */
+static void check_momentum(const struct world *w) {
+  for (int a = 0; a < NDIM; ++a) {
+    double sum = 0, scale = 0;
+    for (int i = 0; i < w->nodes->n_internal; ++i) {
+      const double f = w->hydro.mass->f64[i] * w->hydro.acceleration->f64[i * NDIM + a];
+      sum += f, scale += fabs(f);
+    }
+    CHECK_CLOSE(sum, 0, 1e-13 * scale); /* a row of 300 forces cancels to a tenth of them */
+  }
+}
+
+static void check_world(const struct method *m, enum side side, const int *cells, bool equal_masses,
+                        uint64_t seed) {
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, cells, side, 0.3, m, seed);
+  for (int i = 0; equal_masses && i < w.nodes->n_internal; ++i) w.hydro.mass->f64[i] = 3.5;
+  /* On the face its own image is at the same place: on a line these two are all the neighbors that are
+   * wanted, and close to an edge all of them may stand on it. */
+  for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b)
+    w.nodes->position->f64[b] = b == 0 ? 0 : 0.5 * w.length[b];
+  truth_density(&w, &t);
+  world_root(&w, &t);
+  for (int k = 0; k < w.nodes->n_internal * NDIM;
+       ++k) /* kicks started from another velocity than the force sees */
+    w.package.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
+  truth_all(&w, &t);
+  CHECK_OK(world_evaluate(&w));
+  check_against(&w, &t);
+  CHECK(w.package.fallbacks == 0);
+  if (side == PERIODIC) check_momentum(&w);
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+static void check_worlds(void) {
+  uint64_t seed = 1;
+  for (int k = 0; k < KITH_N_KERNELS; ++k)
+    for (int side = OPEN; side <= REFLECTING; ++side)
+      for (int form = 0; form < 8; ++form) {
+        const struct method m = {(enum kith_kernel)k,
+                                 form & 1 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN,
+                                 form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
+                                 (form & 4) != 0,
+                                 form & 1 ? 1.7 : 0.6,
+                                 form & 4 ? 2.2 : 0};
+        const int *cells = boxes[(form + k) % 2];
+        if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them is time enough */
+        if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
+        check_world(&m, (enum side)side, cells, (form + side) % 4 == 3, ++seed);
+      }
+}
+
+/* The two forms, and any number of threads. */
+static void check_forms(enum kith_viscosity viscosity, bool compatible) {
+  struct world w[3];
+  const int threads = omp_get_max_threads();
+  for (int k = 0; k < 3; ++k) {
+    const struct method m = {KITH_KERNEL_wendland_c4,
+                             viscosity,
+                             k == 0 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS,
+                             compatible,
+                             1,
+                             2};
+    omp_set_num_threads(k + 1);
+    world_create(&w[k], boxes[0], PERIODIC, 0.3, &m, 77);
+    CHECK_OK(kith_integrator_start(&w[k].it));
+  }
+  omp_set_num_threads(threads);
+  const int n = w[0].nodes->n_internal;
+  CHECK(memcmp(w[1].hydro.acceleration->f64, w[2].hydro.acceleration->f64,
+               (size_t)(n * NDIM) * sizeof(double)) == 0);
+  CHECK(memcmp(w[1].hydro.energy_rate->f64, w[2].hydro.energy_rate->f64, (size_t)n * sizeof(double)) == 0);
+  /* The same terms from either end: rounded differently, summed in the same order. */
+  CHECK_FIELD(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM, 1e-13);
+  CHECK_FIELD(w[0].hydro.energy_rate->f64, w[1].hydro.energy_rate->f64, n, 1e-13);
+  CHECK_FIELD(kith_nodes_field_named(w[0].nodes, "signal")->f64,
+              kith_nodes_field_named(w[1].nodes, "signal")->f64, n, 1e-14);
+  CHECK(w[0].package.pair_evaluations > w[1].package.pair_evaluations); /* pairs are evaluated once */
+  for (int k = 0; k < 3; ++k) world_destroy(&w[k]);
+}
+
+/* v = A x + b: G = A at every node of an open box, on its edge too. */
+static void check_linear(enum kith_kernel kernel) {
+  const struct method m = {kernel, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 1, 2};
+  const double matrix[9] = {-0.7, 1.3, 0.4, -2.1, 0.9, 0.6, 1.1, -0.5, -1.6};
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, boxes[0], OPEN, 0.3, &m, 5);
+  truth_density(&w, &t);
+  world_root(&w, &t);
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      double *v = &w.hydro.velocity->f64[i * NDIM + a];
+      *v = 0.5;
+      for (int b = 0; b < NDIM; ++b) *v += matrix[3 * a + b] * w.nodes->position->f64[i * NDIM + b];
+    }
+  world_base(&w);
+  CHECK_OK(world_evaluate(&w));
+  const double *gradient = kith_nodes_field_named(w.nodes, "velocity_gradient")->f64;
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    double trace = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      trace += matrix[4 * a];
+      for (int b = 0; b < NDIM; ++b)
+        CHECK_CLOSE(gradient[(i * NDIM + a) * NDIM + b], matrix[3 * a + b],
+                    1e-10); /* 1e-15 |v| times a condition of 1e3 */
+    }
+    CHECK_CLOSE(w.package.expansion->f64[i], trace, 1e-10);
+  }
+  CHECK(w.package.fallbacks == 0);
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+/* Roots are found from any guess: within 1e-4 of ln H, and a little for its second order. */
+static void check_root(double guess, enum side side) {
+  const struct method m = {KITH_KERNEL_quintic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, boxes[0], side, 0.3, &m, 9);
+  truth_density(&w, &t);
+  for (int i = 0; i < w.nodes->n_internal; ++i) w.nodes->support->f64[i] = guess * t.support[i];
+  world_base(&w);
+  if (guess < 0.9) CHECK_STATUS(KITH_REACH, world_evaluate(&w));
+  if (guess < 0.9)
+    CHECK(w.nodes->support->f64[3] > guess * t.support[3] && strstr(kith_failure(), "outgrew") != NULL);
+  CHECK_OK(kith_integrator_rates(&w.it));
+  CHECK(guess < 0.5 ? w.it.ledger.support_rebuilds > 0 : w.it.ledger.support_rebuilds == 0);
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const double h = w.nodes->support->f64[i];
+    double slope, sum = truth_sum(&w, &t, i, h, &slope);
+    CHECK_CLOSE(log(h / t.support[i]), 0, 1.1e-4);
+    CHECK_CLOSE(w.package.neighbors / (oracle_ball() * w.kernel.constant * sum), 1,
+                1.1e-4 * NDIM); /* d ln sum / d ln H = d Omega */
+    CHECK(h <= w.nodes->reach->f64[i]);
+  }
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+/* A node far from all others reaches them; a node alone has no support, and that is said. */
+static void check_isolated(void) {
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, boxes[0], OPEN, 0.3, &m, 13);
+  w.nodes->position->f64[2 * NDIM] = -50;
+  truth_density(&w, &t);
+  CHECK(t.support[2] > 45);
+  CHECK_OK(kith_integrator_start(&w.it));
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    CHECK_CLOSE(log(w.nodes->support->f64[i] / t.support[i]), 0, 1.1e-4);
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK(isfinite(w.hydro.acceleration->f64[k]));
+  truth_clear(&t);
+  world_destroy(&w);
+
+  const int one[3] = {1, 1, 1};
+  world_create(&w, one, OPEN, 0, &m, 1);
+  CHECK_STATUS(KITH_DIVERGED, kith_integrator_start(&w.it));
+  CHECK(strstr(kith_failure(), "support") != NULL);
+  world_destroy(&w);
+
+  world_create(&w, one, PERIODIC, 0, &m, 1); /* among its own images: the cubic lattice, and no force */
+  truth_density(&w, &t);
+  CHECK_OK(kith_integrator_start(&w.it));
+  CHECK_CLOSE(log(w.nodes->support->f64[0] / t.support[0]), 0, 1.1e-4);
+  for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(w.hydro.acceleration->f64[a], 0, 1e-13);
+  CHECK_CLOSE(w.hydro.energy_rate->f64[0], 0, 1e-13);
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+/* Two nodes at one place on a line are more than all the neighbors that are wanted: there is no support, and
+ * the run stops. */
+static void check_coincident(void) {
+  for (int k = 0; k < KITH_N_KERNELS; ++k) {
+    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+    struct world w;
+    world_create(&w, boxes[0], REFLECTING, 0.3, &m, 13);
+    for (int a = 0; a < NDIM; ++a) w.nodes->position->f64[a] = a == 0 ? 0 : 0.5 * w.length[a]; /* on a face */
+    CHECK_STATUS(NDIM == 1 ? KITH_DIVERGED : KITH_OK, kith_integrator_start(&w.it));
+    world_destroy(&w);
+  }
+}
+
+/* Refused: so few neighbors that the node alone is enough. */
+static void check_few(void) {
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  const int one[3] = {1, 1, 1};
+  struct world w;
+  world_create(&w, one, OPEN, 0, &m, 1);
+  struct kith_package few = {.ops = w.package.ops, .hydro = &w.hydro, .kernel = m.kernel};
+  few.neighbors = 1.19 * oracle_ball() * w.kernel.constant * oracle_w(&w.kernel, 0);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_package_init(&few));
+  few.neighbors = NAN;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_package_init(&few));
+  kith_package_clear(&few);
+  world_destroy(&w);
+}
+
+int main(void) {
+  check_worlds();
+  for (int form = 0; form < 4; ++form)
+    check_forms(form & 1 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN, (form & 2) != 0);
+  for (int k = 0; k < KITH_N_KERNELS; ++k) check_linear((enum kith_kernel)k);
+  const double guesses[] = {0.3, 0.8, 1.0, 1.5, 4.0};
+  for (int g = 0; g < 5; ++g) check_root(guesses[g], OPEN), check_root(guesses[g], PERIODIC);
+  check_isolated();
+  check_coincident();
+  check_few();
+  return check_failed();
+}
