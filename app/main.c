@@ -1,14 +1,18 @@
 #include <omp.h>
 #include <stddef.h>
+#include "app/bench.h"
 #include "app/list.h"
 #include "app/options.h"
 #include "app/plan.h"
 #include "app/run.h"
+#include "app/validate.h"
 
 static const struct kith_verb verbs[] = {
     {"run", "SCENE", "runs a scene and compares it with its exact solution", kith_run},
     {"plan", "SCENE", "what a scene will build and why, memory, time step, cost; nothing runs", kith_plan},
     {"list", "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene", kith_list},
+    {"bench", "", "node updates per second, stage by stage, beside reference loops", kith_bench},
+    {"validate", "[SUITE]", "runs the scenes with their tolerances; 'validate list': the suites", kith_validate},
     {NULL, NULL, NULL, NULL}};
 
 int main(int argc, char **argv) {

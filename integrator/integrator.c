@@ -12,9 +12,12 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
   if (it->scheme->evaluations != 1 || it->scheme == &kith_scheme_cheap_rk2)
     KITH_TRY(kith_nodes_field(it->nodes, &position, &it->position_base));
   if (kith_rebuilds_lasting(it->rebuilds)) {
-    const struct kith_field_spec built = {"built_position", KITH_POSITION, KITH_F64, KITH_STATE, NULL, "position the lists were made from"};
+    static const char *const names[] = {"built_x", "built_y", "built_z"};
+    for (int a = 0; a < NDIM; ++a) {
+      const struct kith_field_spec built = {names[a], KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "where the lists were made from"};
+      KITH_TRY(kith_nodes_field(it->nodes, &built, &it->built[a]));
+    }
     const struct kith_field_spec reach = {"built_reach", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "reach the lists were made with"};
-    KITH_TRY(kith_nodes_field(it->nodes, &built, &it->built_position));
     KITH_TRY(kith_nodes_field(it->nodes, &reach, &it->built_reach));
   }
   return KITH_OK;
@@ -86,7 +89,8 @@ static kith_status run_package(struct kith_integrator *it) {
 kith_status kith_integrator_rates(struct kith_integrator *it) {
   const char *reason;
   kith_profile_begin(it->profile, "due");
-  kith_status status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
+  kith_status status = kith_hydro_finite(it->hydro);
+  if (status == KITH_OK) status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
   kith_profile_end(it->profile);
   KITH_TRY(status);
   if (reason != NULL) KITH_TRY(run_lifecycle(it, reason));
@@ -122,11 +126,12 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
 
 /* What the lists were made from, then the present. */
 kith_status kith_integrator_resume(struct kith_integrator *it) {
-  if (it->built_position == NULL) return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
+  if (it->built_reach == NULL) return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
   struct kith_field *position = it->position_base != NULL ? it->position_base : it->package->velocity_base;
   kith_field_copy(it->nodes, position, it->nodes->position);
   kith_field_copy(it->nodes, it->energy_base, it->nodes->support);
-  kith_field_copy(it->nodes, it->nodes->position, it->built_position);
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) it->nodes->position->f64[(size_t)i * NDIM + a] = it->built[a]->f64[i];
   const int reorder_every = it->reorder_every;
   const double skin = it->skin;
   const uint64_t since = it->since_reorder;

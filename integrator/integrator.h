@@ -74,7 +74,9 @@ struct kith_integrator {
   struct kith_vote vote;    /* for the next step */
   uint64_t since_reorder;
   struct kith_field *energy_base, *position_base;
-  struct kith_field *built_position, *built_reach; /* what lasting lists were made from; NULL if lists do not last */
+  /* What lasting lists were made from; NULL if lists do not last. Coordinates are scalars: a node that is mirrored since then
+   * has moved, the place has not. */
+  struct kith_field *built[NDIM], *built_reach;
   struct kith_requirements need;
   struct kith_ledger ledger;
   uint8_t *keep;            /* scratch of the lifecycle */

@@ -116,6 +116,15 @@ static kith_status patch(struct kith_integrator *it, kith_index before) {
   return status;
 }
 
+/* What the lists were made from: a restart makes them again. */
+static void remember(struct kith_integrator *it) {
+  const double *restrict x = it->nodes->position->f64;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) it->built[a]->f64[i] = x[(size_t)i * NDIM + a];
+  kith_field_copy(it->nodes, it->built_reach, it->nodes->reach);
+}
+
 /* Stamps, snapshots of the policies, the ledger. */
 static kith_status ready(struct kith_integrator *it, const char *reason) {
   struct kith_ledger *ledger = &it->ledger;
@@ -134,10 +143,7 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
   if (strcmp(reason, "first build") == 0) ledger->because[0] += 1;
   for (int k = 0; kith_rebuild_all()[k] != NULL; ++k)
     if (strcmp(reason, kith_rebuild_all()[k]->name) == 0) ledger->because[1 + k] += 1;
-  if (it->built_position != NULL) {
-    kith_field_copy(it->nodes, it->built_position, it->nodes->position);
-    kith_field_copy(it->nodes, it->built_reach, it->nodes->reach);
-  }
+  if (it->built_reach != NULL) remember(it);
   if (it->check) KITH_TRY(kith_connectivity_valid(c, it->nodes));
   return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
 }

@@ -33,31 +33,49 @@ void kith_hydro_close(const struct kith_hydro *hydro) {
   }
 }
 
-/* The first thing that is wrong with node i, or NULL. */
-static const char *unphysical(const struct kith_hydro *hydro, kith_index i, bool energy_positive) {
+/* What is wrong with node i, or NULL: with the state that rates are made from, */
+static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
   double moving = 0;
   for (int a = 0; a < NDIM; ++a)
-    moving += fabs(hydro->nodes->position->f64[i * NDIM + a]) + fabs(hydro->velocity->f64[i * NDIM + a]) +
-              fabs(hydro->acceleration->f64[i * NDIM + a]);
-  if (!isfinite(moving)) return "its position, velocity or acceleration is not finite";
+    moving += fabs(hydro->nodes->position->f64[i * NDIM + a]) + fabs(hydro->velocity->f64[i * NDIM + a]);
+  if (!isfinite(moving)) return "its position or velocity is not finite";
   if (!isfinite(hydro->energy->f64[i])) return "its energy is not finite";
-  if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i])) return "its density is not a positive number";
-  if (energy_positive && hydro->energy->f64[i] < 0) return "its energy is negative";
+  if (!isfinite(hydro->nodes->support->f64[i])) return "its support is not finite";
   return NULL;
 }
 
-kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
-  const struct kith_nodes *nodes = hydro->nodes;
-  kith_index first = nodes->n_internal;
+/* ... and with the rates too. */
+static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
+  const char *wrong = not_finite(hydro, i);
+  if (wrong != NULL) return wrong;
+  for (int a = 0; a < NDIM; ++a)
+    if (!isfinite(hydro->acceleration->f64[i * NDIM + a])) return "its acceleration is not finite";
+  if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i])) return "its density is not a positive number";
+  const bool positive = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
+  return positive && hydro->energy->f64[i] < 0 ? "its energy is negative" : NULL;
+}
+
+static kith_status diverged(const struct kith_hydro *hydro, kith_index i, const char *wrong) {
+  const double *x = hydro->nodes->position->f64 + i * NDIM;
+  KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)", (long long)hydro->nodes->id->i64[i], x[0],
+            NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0, wrong, hydro->density->f64[i],
+            hydro->energy->f64[i]);
+}
+
+kith_status kith_hydro_finite(const struct kith_hydro *hydro) {
+  kith_index first = hydro->nodes->n_internal;
 #pragma omp parallel for schedule(static) reduction(min : first)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    if (unphysical(hydro, i, hydro->material[nodes->list->u8[i]].eos->energy_positive) != NULL) first = KITH_MIN(first, i);
-  if (first == nodes->n_internal) return KITH_OK;
-  const bool positive = hydro->material[nodes->list->u8[first]].eos->energy_positive;
-  const double *x = nodes->position->f64 + first * NDIM;
-  KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)", (long long)nodes->id->i64[first], x[0],
-            NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0, unphysical(hydro, first, positive),
-            hydro->density->f64[first], hydro->energy->f64[first]);
+  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i)
+    if (not_finite(hydro, i) != NULL) first = KITH_MIN(first, i);
+  return first < hydro->nodes->n_internal ? diverged(hydro, first, not_finite(hydro, first)) : KITH_OK;
+}
+
+kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
+  kith_index first = hydro->nodes->n_internal;
+#pragma omp parallel for schedule(static) reduction(min : first)
+  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i)
+    if (unphysical(hydro, i) != NULL) first = KITH_MIN(first, i);
+  return first < hydro->nodes->n_internal ? diverged(hydro, first, unphysical(hydro, first)) : KITH_OK;
 }
 
 enum { BLOCK = 4096, SUMS = 4 + NDIM };

@@ -28,6 +28,10 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
 /* Pressure and sound speed of all internal nodes from density and energy. */
 void kith_hydro_close(const struct kith_hydro *hydro);
 
+/* Before rates are made, while what is not finite has not spread to the neighbors: DIVERGED names the first internal node whose
+ * position, velocity, energy or support is not finite. */
+kith_status kith_hydro_finite(const struct kith_hydro *hydro);
+
 /* Stops a run that left the physical range: DIVERGED names the first internal node with a value that is not finite, or a negative
  * energy where the equation of state forbids it. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);

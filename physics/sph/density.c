@@ -6,7 +6,7 @@
 enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
 enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 
-static const double tolerance = 1e-4; /* of ln H: changes the density of a lattice by less than 1e-6 */
+static const double tolerance = 1e-5; /* of the last but one ln H; less leaves no noise in sound waves of 1e-6 */
 static const int max_iterations = 60;
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
@@ -53,7 +53,7 @@ __attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel k
 }
 
 /* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
- * false: it lies beyond the reach; *support is then what to try with new connectivity. */
+ * false: it lies beyond the reach, and *support is what to try with new connectivity; or there is none, and it is NaN. */
 __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, const struct sph_pass *pass,
                                                                 size_t n, double reach, double *support, double *sum_w,
                                                                 double *sum_q2g, struct kith_scratch *s) {
@@ -63,7 +63,11 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
     kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE), kith_scratch_lane(s, WEIGHT), 1 / h,
                 sum_w, sum_q2g);
     const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
-    if (fabs(step) < tolerance) break;
+    if (fabs(step) < tolerance) { /* the step is made: its error is its square, and so is that of the sum */
+      *support = KITH_MIN(h * (1 + step), reach);
+      *sum_w = wanted;
+      return true;
+    }
     s->count[COUNT_ITERATIONS] += 1;
     if (step > 0) lower = h; else upper = h;
     const double newton = h * (1 + KITH_MAX(-0.3, KITH_MIN(step, 0.4)));
@@ -73,30 +77,35 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
     }
     h = newton > lower && newton < upper ? newton : newton >= reach && upper >= reach ? reach : 0.5 * (lower + upper);
   }
-  *support = h;
-  return true;
+  *support = NAN;
+  return false;
 }
 
-/* sum m w and sum m q^2 g over the row and the node itself. */
-__attribute__((always_inline)) static inline void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
-                                                            double inverse_support, struct kith_scratch *s,
-                                                            double *sum_mw, double *sum_mq2g) {
+/* At the final H: sum w, sum q^2 g, sum m w and sum m q^2 g over the row and the node itself. */
+struct sums {
+  double w, q2g, mw, mq2g;
+};
+__attribute__((always_inline)) static inline struct sums final_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+                                                                    double inverse_support, struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
   const double *restrict mass = pass->package->hydro->mass->f64, *restrict r = kith_scratch_lane(s, DISTANCE);
-  double w0, g0, sw = 0, sg = 0;
+  double w0, g0, sw = 0, sg = 0, smw = 0, smg = 0;
   kith_kernel_value(kernel, 0, &w0, &g0);
-#pragma omp simd reduction(+ : sw, sg)
+  w0 *= pass->package->self_weight;
+#pragma omp simd reduction(+ : sw, sg, smw, smg)
   for (size_t k = 0; k < n; ++k) {
     double w, g;
     const double q = r[k] * inverse_support, m = mass[row[k]];
     kith_kernel_value(kernel, q, &w, &g);
-    sw += m * w;
-    sg += m * q * q * g;
+    g *= q * q;
+    sw += w;
+    sg += g;
+    smw += m * w;
+    smg += m * g;
   }
-  *sum_mw = mass[i] * pass->package->self_weight * w0 + sw;
-  *sum_mq2g = sg;
+  return (struct sums){w0 + sw, sg, mass[i] * w0 + smw, smg};
 }
 
 /* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
@@ -207,6 +216,20 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
 KITH_KERNEL_LIST(X)
 #undef X
 
+/* Names the first node without a support: one that wants more than its reach, before that one that has none at all. */
+static kith_status unsolved(const struct kith_nodes *nodes) {
+  const double *support = nodes->support->f64, *reach = nodes->reach->f64;
+  kith_index first = -1;
+  for (kith_index i = 0; i < nodes->n_internal && (first < 0 || !isnan(support[first])); ++i)
+    if (isnan(support[i]) || (first < 0 && support[i] > reach[i])) first = i;
+  if (first < 0) KITH_FAIL(INTERNAL, "a support was counted as unsolved, and all are solved");
+  const double *x = nodes->position->f64 + (size_t)first * NDIM;
+  const kith_status status = isnan(support[first]) ? KITH_DIVERGED : KITH_REACH;
+  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g", (long long)nodes->id->i64[first], x[0],
+                   NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0,
+                   isnan(support[first]) ? "does not converge within" : "outgrew", reach[first]);
+}
+
 kith_status sph_density(struct sph_pass *pass) {
   static const kith_chunk_pass chunk[] = {
 #define X(name, ...) density_##name,
@@ -225,7 +248,5 @@ kith_status sph_density(struct sph_pass *pass) {
   package->pair_evaluations += count[COUNT_EVALUATIONS];
   package->support_iterations += count[COUNT_ITERATIONS];
   package->fallbacks += count[COUNT_FALLBACKS];
-  if (count[COUNT_OUTGROWN] > 0)
-    KITH_FAIL(REACH, "%llu supports outgrew the connectivity", (unsigned long long)count[COUNT_OUTGROWN]);
-  return KITH_OK;
+  return count[COUNT_OUTGROWN] > 0 ? unsolved(package->hydro->nodes) : KITH_OK;
 }

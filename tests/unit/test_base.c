@@ -19,6 +19,9 @@ int main(void) {
   CHECK(a[0] == 1 && a[1] == 2 && a[2] == 0 && a[4] == 0);
   CHECK_STATUS(KITH_NO_MEMORY, kith_resize(&a, 2, SIZE_MAX / 4, sizeof *a));
   CHECK(a != NULL && a[1] == 2 && strstr(kith_failure(), "do not fit") != NULL);
+  kith_fail(KITH_BAD_FILE, "line");
+  CHECK(kith_fail(KITH_DIVERGED, "again: %s, after %d", kith_failure(), 3) == KITH_DIVERGED);
+  CHECK(strcmp(kith_failure(), "again: line, after 3") == 0); /* a failure may quote the last one */
   kith_free(&a);
   CHECK(a == NULL);
   check_fail_of_fail();

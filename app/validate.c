@@ -1,0 +1,341 @@
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE /* setenv, strtok_r */
+#endif
+#include "app/validate.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include "app/config.h"
+#include "app/words.h"
+#include "lib/core/profile.h"
+#include "lib/io/atomic_file.h"
+
+enum suite { Q, F };
+enum measure { VALUE, SHOCK, ORDER, SAME, THREADS, RESTART };
+
+struct row {
+  const char *name;
+  enum suite suite;
+  int dimension;
+  const char *scene, *settings;
+  enum measure measure;
+  const char *key;
+  bool at_least;
+  double bound;
+  const char *source;
+};
+#include "app/validate_rows.h"
+enum { N_ROWS = sizeof rows / sizeof rows[0], MOST_WORDS = 48, PATH = 768 };
+
+/* One pass through a suite. */
+struct validation {
+  const char *directory;
+  char programs[PATH], inputs[PATH]; /* ".../kith-", ".../inputs" */
+  char last[64], before[64];         /* the last two runs: their directories below `directory` */
+  int n_errors;                      /* of the rows so far that have a resolution, for orders */
+  double error[N_ROWS], resolution[N_ROWS];
+  FILE *table;
+};
+
+/* --- where things are --- */
+
+static kith_status find_programs(struct validation *v) {
+  char self[PATH - 32];
+  const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+  if (length <= 0) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
+  self[length] = '\0';
+  char *end = strrchr(self, '-'), *slash = strrchr(self, '/');
+  if (end == NULL || end < slash) KITH_FAIL(BAD_INPUT, "%s: not one of kith-1d, kith-2d, kith-3d", self);
+  end[1] = '\0';
+  snprintf(v->programs, sizeof v->programs, "%s", self);
+  *slash = '\0';
+  static const char *const places[] = {"../inputs", "../../inputs", "../../../inputs", "../share/kith/inputs"};
+  for (size_t k = 0; k < sizeof places / sizeof *places; ++k) {
+    snprintf(v->inputs, sizeof v->inputs, "%s/%s", self, places[k]);
+    if (access(v->inputs, R_OK) == 0) return KITH_OK;
+  }
+  snprintf(v->inputs, sizeof v->inputs, "inputs");
+  if (access(v->inputs, R_OK) == 0) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "no directory 'inputs' above %s nor here", self);
+}
+
+static kith_status make_directory(const char *path) {
+  char part[PATH];
+  snprintf(part, sizeof part, "%s", path);
+  for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
+    *slash = '\0';
+    mkdir(part, 0777);
+    *slash = '/';
+  }
+  if (mkdir(part, 0777) != 0 && errno != EEXIST) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));
+  return KITH_OK;
+}
+
+/* --- one run --- */
+
+/* The child: what it prints goes to a file, then it is another program. */
+static void become(char *const *words, const char *log) {
+  const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0666);
+  if (file >= 0) dup2(file, STDOUT_FILENO), dup2(file, STDERR_FILENO);
+  execv(words[0], words);
+  _exit(127);
+}
+
+static kith_status start(char *const *words, const char *log) {
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child < 0) KITH_FAIL(BAD_FILE, "cannot start %s: %s", words[0], strerror(errno));
+  if (child == 0) become(words, log);
+  int code;
+  while (waitpid(child, &code, 0) < 0)
+    if (errno != EINTR) KITH_FAIL(BAD_FILE, "lost %s: %s", words[0], strerror(errno));
+  if (!WIFEXITED(code) || WEXITSTATUS(code) != 0)
+    KITH_FAIL(DIVERGED, "the run failed with code %d, see %s", WIFEXITED(code) ? WEXITSTATUS(code) : -WTERMSIG(code), log);
+  return KITH_OK;
+}
+
+/* Runs the scene of a row into DIR/`name`. `more`: options parted by blanks. */
+static kith_status run(const struct validation *v, const struct row *row, const char *name, const char *more) {
+  char program[PATH + 8], scene[PATH + 64], out[PATH], log[PATH + 8], settings[512], options[PATH + 64];
+  char *words[MOST_WORDS], *rest;
+  int n = 0;
+  snprintf(program, sizeof program, "%s%dd", v->programs, row->dimension);
+  snprintf(scene, sizeof scene, "%s/%s.yaml", v->inputs, row->scene);
+  snprintf(out, sizeof out, "%s/%s", v->directory, name);
+  snprintf(log, sizeof log, "%s.log", out);
+  snprintf(settings, sizeof settings, "dimension=%d output.plot=false %s", row->dimension, row->settings);
+  snprintf(options, sizeof options, "%s", more);
+  words[n++] = program, words[n++] = "run", words[n++] = scene, words[n++] = "--quiet", words[n++] = "-o", words[n++] = out;
+  for (char *word = strtok_r(settings, " ", &rest); word != NULL && n < MOST_WORDS - 8; word = strtok_r(NULL, " ", &rest))
+    words[n++] = "--set", words[n++] = word;
+  for (char *word = strtok_r(options, " ", &rest); word != NULL && n < MOST_WORDS - 1; word = strtok_r(NULL, " ", &rest))
+    words[n++] = word;
+  words[n] = NULL;
+  return start(words, log);
+}
+
+/* --- what is measured --- */
+
+/* The number at a dotted path of the report of a run; JSON is YAML. */
+static kith_status report_value(const struct validation *v, const char *run_name, const char *key, double *value) {
+  char path[PATH + 80];
+  struct kith_config *report = NULL;
+  snprintf(path, sizeof path, "%s/%s/report.json", v->directory, run_name);
+  KITH_TRY(kith_config_read(&report, path));
+  const struct kith_config_node *node = kith_config_at(report, key);
+  const bool found = node != NULL && node->kind == KITH_CONFIG_SCALAR && !node->null;
+  *value = found ? strtod(node->text, NULL) : NAN;
+  kith_config_destroy(&report);
+  if (!found) KITH_FAIL(BAD_FILE, "%s: no %s", path, key);
+  return KITH_OK;
+}
+
+static kith_status shock(const struct validation *v, double *value) {
+  double radius, exact;
+  KITH_TRY(report_value(v, v->last, "norms.shock_radius", &radius));
+  KITH_TRY(report_value(v, v->last, "norms.shock_exact", &exact));
+  *value = fabs(radius / exact - 1);
+  return KITH_OK;
+}
+
+static kith_status same(const struct validation *v, double *value) {
+  static const char *const keys[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1", "norms.density_peak"};
+  *value = 0;
+  for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k) {
+    double a, b;
+    KITH_TRY(report_value(v, v->before, keys[k], &a));
+    KITH_TRY(report_value(v, v->last, keys[k], &b));
+    *value = fmax(*value, fabs(a / b - 1));
+  }
+  return KITH_OK;
+}
+
+/* - slope of the straight line through log error over log resolution. `n` as text; fewer rows if the suite has fewer. */
+static double order(const struct validation *v, int wanted) {
+  const int n = KITH_MIN(wanted, v->n_errors), first = v->n_errors - n;
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (int k = first; k < v->n_errors; ++k) {
+    const double x = log(v->resolution[k]), y = log(v->error[k]);
+    sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  return -(n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+static kith_status open_both(const char *a, const char *b, FILE *file[2]) {
+  file[0] = fopen(a, "r"), file[1] = fopen(b, "r");
+  if (file[0] != NULL && file[1] != NULL) return KITH_OK;
+  for (int k = 0; k < 2; ++k)
+    if (file[k] != NULL) fclose(file[k]);
+  KITH_FAIL(BAD_FILE, "%s or %s: cannot read", a, b);
+}
+
+static kith_status different_bytes(const char *a, const char *b, double *value) {
+  FILE *file[2];
+  KITH_TRY(open_both(a, b, file));
+  *value = 0;
+  for (int x = 0, y = 0; x != EOF || y != EOF; *value += x != y) x = getc(file[0]), y = getc(file[1]);
+  fclose(file[0]);
+  fclose(file[1]);
+  return KITH_OK;
+}
+
+/* Cuts a line of history after the momentum (what follows is counted by process), and takes out what limited the step
+ * (after a restart it says so). */
+static void keep_physics(char *line) {
+  char *comma[32] = {NULL};
+  int n = 0;
+  for (char *c = line; (c = strchr(c, ',')) != NULL && n < 32; ++c) comma[n++] = c;
+  if (n < 12) return;
+  *comma[n - 5] = '\0';
+  memmove(comma[2], comma[3], strlen(comma[3]) + 1);
+}
+
+static kith_status different_lines(const char *a, const char *b, double *value) {
+  FILE *file[2];
+  char line[2][1024];
+  KITH_TRY(open_both(a, b, file));
+  *value = 0;
+  for (bool more = true; more;) {
+    const bool x = fgets(line[0], sizeof line[0], file[0]) != NULL, y = fgets(line[1], sizeof line[1], file[1]) != NULL;
+    if (x && y) {
+      keep_physics(line[0]);
+      keep_physics(line[1]);
+    }
+    *value += x != y || (x && strcmp(line[0], line[1]) != 0);
+    more = x || y;
+  }
+  fclose(file[0]);
+  fclose(file[1]);
+  return KITH_OK;
+}
+
+static kith_status threads(const struct validation *v, const struct row *row, double *value) {
+  char name[2][80], path[2][PATH + 160];
+  for (int k = 0; k < 2; ++k) {
+    snprintf(name[k], sizeof name[k], "%s-%d", row->name, k + 1);
+    snprintf(path[k], sizeof path[k], "%s/%s/checkpoint.kith", v->directory, name[k]);
+    KITH_TRY(run(v, row, name[k], k == 0 ? "--set output.checkpoint_at_end=true --threads 1" : "--set output.checkpoint_at_end=true --threads 2"));
+  }
+  return different_bytes(path[0], path[1], value);
+}
+
+/* row->key: the step to stop at. */
+static kith_status restart(const struct validation *v, const struct row *row, double *value) {
+  char whole[80], parts[80], more[PATH + 200], path[2][PATH + 160];
+  snprintf(whole, sizeof whole, "%s-whole", row->name);
+  snprintf(parts, sizeof parts, "%s-parts", row->name);
+  snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --steps %s", row->key);
+  KITH_TRY(run(v, row, whole, "--set output.checkpoint_at_end=true"));
+  KITH_TRY(run(v, row, parts, more));
+  snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --restart %s/%s/checkpoint.kith", v->directory, parts);
+  KITH_TRY(run(v, row, parts, more));
+  snprintf(path[0], sizeof path[0], "%s/%s/history.csv", v->directory, whole);
+  snprintf(path[1], sizeof path[1], "%s/%s/history.csv", v->directory, parts);
+  return different_lines(path[0], path[1], value);
+}
+
+/* --- rows --- */
+
+/* Runs the scene of the row, if it has one, and keeps what orders need. */
+static kith_status run_row(struct validation *v, const struct row *row) {
+  if (row->dimension == 0) return KITH_OK;
+  KITH_TRY(run(v, row, row->name, row->suite == Q ? "--threads 1" : ""));
+  snprintf(v->before, sizeof v->before, "%s", v->last);
+  snprintf(v->last, sizeof v->last, "%s", row->name);
+  return KITH_OK;
+}
+
+static kith_status measure_value(struct validation *v, const struct row *row, double *value) {
+  KITH_TRY(report_value(v, v->last, row->key, value));
+  const char *resolution = strstr(row->settings, "resolution=");
+  if (resolution == NULL) return KITH_OK;
+  v->error[v->n_errors] = *value;
+  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
+  return KITH_OK;
+}
+
+static kith_status measure(struct validation *v, const struct row *row, double *value) {
+  if (row->measure == THREADS) return threads(v, row, value);
+  if (row->measure == RESTART) return restart(v, row, value);
+  KITH_TRY(run_row(v, row));
+  switch (row->measure) {
+    case SHOCK: return shock(v, value);
+    case SAME: return same(v, value);
+    case ORDER: *value = order(v, atoi(row->key)); return KITH_OK;
+    default: return measure_value(v, row, value);
+  }
+}
+
+/* false: out of tolerance, or it failed (*failed). */
+static bool do_row(struct validation *v, const struct row *row, bool *failed) {
+  double value = NAN;
+  const double begun = kith_seconds();
+  *failed = measure(v, row, &value) != KITH_OK;
+  const bool good = !*failed && (row->at_least ? value >= row->bound : value <= row->bound);
+  const double seconds = kith_seconds() - begun;
+  const char *verdict = good ? "ok" : "FAILED", *sign = row->at_least ? ">=" : "<=";
+  printf("%-28s %12.5g  %s %-10.4g %-6s %7.1f s\n", row->name, value, sign, row->bound, verdict, seconds);
+  if (*failed) printf("    %s\n", kith_failure());
+  fflush(stdout);
+  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"\n", row->name, value, sign, row->bound, verdict, seconds, row->source);
+  return good;
+}
+
+static enum kith_exit do_rows(struct validation *v, enum suite suite) {
+  int wrong = 0, failures = 0, n = 0;
+  for (int k = 0; k < N_ROWS; ++k) {
+    bool failed;
+    if (rows[k].suite > suite) continue;
+    ++n;
+    if (!do_row(v, &rows[k], &failed)) ++wrong;
+    failures += failed;
+  }
+  printf("%d rows, %d out of tolerance%s\n", n, wrong, failures > 0 ? ", and some runs failed" : "");
+  return failures > 0 ? KITH_EXIT_FAILED : wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
+}
+
+static enum kith_exit list(void) {
+  puts("quick  1-D and small 2-D runs, a minute\nfull   every line of the table of targets\n");
+  for (int k = 0; k < N_ROWS; ++k)
+    printf("%-5s  %-28s %s %-8.4g %s\n", rows[k].suite == Q ? "quick" : "full", rows[k].name, rows[k].at_least ? ">=" : "<=",
+           rows[k].bound, rows[k].source);
+  return KITH_EXIT_OK;
+}
+
+static kith_status validate(struct validation *v, enum suite suite, enum kith_exit *code) {
+  char path[PATH];
+  struct kith_atomic_file *file;
+  KITH_TRY(find_programs(v));
+  KITH_TRY(make_directory(v->directory));
+  snprintf(path, sizeof path, "%s/validation.csv", v->directory);
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  v->table = file->stream;
+  fputs("row,measured,relation,bound,verdict,seconds,source\n", v->table);
+  *code = do_rows(v, suite);
+  return kith_atomic_file_commit(&file, false);
+}
+
+enum kith_exit kith_validate(const struct kith_options *options) {
+  static const char suites[] = "quick|full|list";
+  const int suite = options->subject != NULL ? kith_words_find(suites, options->subject) : Q;
+  struct validation v = {.directory = options->directory != NULL ? options->directory : "out/validate"};
+  enum kith_exit code = KITH_EXIT_USAGE;
+  if (suite == 2) return list();
+  if (suite < 0) {
+    fprintf(stderr, "kith: validate: no suite '%.60s'; quick, full or list\n", options->subject);
+    return KITH_EXIT_USAGE;
+  }
+  setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: who waits, sleeps */
+  if (validate(&v, suite == 0 ? Q : F, &code) != KITH_OK) {
+    fprintf(stderr, "kith: %s\n", kith_failure());
+    return KITH_EXIT_FAILED;
+  }
+  return code;
+}

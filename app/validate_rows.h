@@ -1,0 +1,69 @@
+/* validate_rows.h - what is validated. Private to validate.c.
+ *
+ *   name, suite, dimension, scene, settings, measure, key, at least?, bound, source
+ *
+ * suite     Q: quick and full, F: full only
+ * dimension 0, scene "": the run of the row before
+ * measure   VALUE   the number at `key` of the report
+ *           SHOCK   |shock_radius / shock_exact - 1|
+ *           ORDER   of convergence through the last `key` rows ("4")
+ *           SAME    largest relative difference of the l1 norms between the last two runs
+ *           THREADS how many bytes of a checkpoint differ between 1 and 2 threads
+ *           RESTART how many lines of history differ if the run is restarted half-way
+ *
+ * Sources: T, the table of targets of this project, with its letter; in brackets what it is measured against. */
+#define SPACING "arrangement=equal-spacing"
+#define MASS "arrangement=equal-mass"
+#define SMALL2 "resolution=60"
+
+/* Sod with its errors: velocity, and what pressure does at the contact. */
+static const struct row rows[] = {
+    {"sod-1d-spacing-100", Q, 1, "sod", "resolution=100 " SPACING, VALUE, "norms.velocity.l1", false, 0.020, "T a [plain SPH 0.028]"},
+    {"sod-1d-spacing-200", Q, 1, "sod", "resolution=200 " SPACING, VALUE, "norms.velocity.l1", false, 0.010, "T a: order 1 from 0.020 [0.014]"},
+    {"sod-1d-spacing-400", Q, 1, "sod", "resolution=400 " SPACING, VALUE, "norms.velocity.l1", false, 0.005, "T a: order 1 from 0.020"},
+    {"sod-1d-spacing-800", F, 1, "sod", "resolution=800 " SPACING, VALUE, "norms.velocity.l1", false, 0.0025, "T a: order 1 from 0.020"},
+    {"sod-1d-spacing-order", Q, 0, "", "", ORDER, "4", true, 0.9, "T a"},
+    {"sod-1d-mass-100", Q, 1, "sod", "resolution=100 " MASS, VALUE, "norms.velocity.l1", false, 0.083, "T a [plain SPH 0.083 at 80]"},
+    {"sod-1d-mass-200", Q, 1, "sod", "resolution=200 " MASS, VALUE, "norms.velocity.l1", false, 0.070, "T a [plain SPH 0.070 at 160]"},
+    {"sod-1d-mass-320", Q, 1, "sod", "resolution=320 " MASS, VALUE, "norms.velocity.l1", false, 0.030, "T a [plain SPH 0.038]"},
+    {"sod-1d-mass-320-blip", Q, 0, "", "", VALUE, "norms.blip", false, 0.12, "T a"},
+    {"sod-1d-mass-320-energy", Q, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
+    {"sod-1d-mass-400", F, 1, "sod", "resolution=400 " MASS, VALUE, "norms.velocity.l1", false, 0.030, "T a: not above 320"},
+    {"sod-1d-mass-800", F, 1, "sod", "resolution=800 " MASS, VALUE, "norms.velocity.l1", false, 0.030, "T a: not above 320"},
+    {"sod-3d-60", F, 3, "sod", "resolution=60 materials.gas.gamma=1.6666666666666667", VALUE, "norms.density.l1", false, 0.0148, "T b [SWIFT]"},
+    {"sod-3d-60-energy", F, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
+    {"sod-3d-121", F, 3, "sod", "resolution=121 materials.gas.gamma=1.6666666666666667", VALUE, "norms.density.l1", false, 0.0081, "T b [SWIFT]"},
+    {"sedov-1d-radius", Q, 1, "sedov", "resolution=100", SHOCK, "", false, 0.03, "T d"},
+    {"sedov-1d-energy", Q, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
+    {"sedov-1d-momentum", Q, 0, "", "", VALUE, "momentum_drift", false, 1e-12, "T f"},
+    {"sedov-1d-octant", Q, 1, "sedov-octant", "resolution=100", SAME, "", false, 1e-6, "T d"},
+    {"sedov-1d-200-radius", F, 1, "sedov", "resolution=200", SHOCK, "", false, 0.03, "T d"},
+    {"sedov-2d-radius", Q, 2, "sedov", SMALL2, SHOCK, "", false, 0.03, "T d"},
+    {"sedov-2d-energy", Q, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
+    {"sedov-2d-momentum", Q, 0, "", "", VALUE, "momentum_drift", false, 1e-12, "T f"},
+    {"sedov-2d-octant", Q, 2, "sedov-octant", SMALL2, SAME, "", false, 1e-6, "T d"},
+    {"sedov-2d-100-radius", F, 2, "sedov", "resolution=100", SHOCK, "", false, 0.03, "T d"},
+    {"sedov-3d-50-density", F, 3, "sedov", "resolution=50", VALUE, "norms.density.l1", false, 0.188, "T c [SWIFT 0.188, Gadget-4 0.157]"},
+    {"sedov-3d-50-radius", F, 0, "", "", SHOCK, "", false, 0.03, "T c"},
+    {"sedov-3d-50-peak", F, 0, "", "", VALUE, "norms.density_peak", true, 2.2, "T c"},
+    {"sedov-3d-50-energy", F, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
+    {"sedov-3d-50-momentum", F, 0, "", "", VALUE, "momentum_drift", false, 1e-12, "T f"},
+    {"sedov-3d-50-octant", F, 3, "sedov-octant", "resolution=50", SAME, "", false, 1e-6, "T d"},
+    {"sedov-3d-50-thermal", F, 3, "sedov", "resolution=50 method.energy=thermal", VALUE, "norms.density.l1", false, 0.188, "T c, beside compatible"},
+    {"sedov-3d-50-thermal-radius", F, 0, "", "", SHOCK, "", false, 0.03, "T c, beside compatible"},
+    {"sedov-3d-50-thermal-peak", F, 0, "", "", VALUE, "norms.density_peak", true, 2.2, "T c, beside compatible"},
+    {"noh-1d-100", Q, 1, "noh", "resolution=100", VALUE, "norms.density.l1", false, 0.054, "T e [Spheral]"},
+    {"noh-1d-energy", Q, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
+    {"wave-1d-50", Q, 1, "acoustic-wave", "resolution=50", VALUE, "norms.velocity.l1", false, 1e-6, "the wave's own amplitude"},
+    {"wave-1d-100", Q, 1, "acoustic-wave", "resolution=100", VALUE, "norms.velocity.l1", false, 1e-6, "the wave's own amplitude"},
+    {"wave-1d-order", Q, 0, "", "", ORDER, "2", true, 0.9, "first order at least"},
+    {"drift-2d", Q, 2, "periodic-drift", "resolution=16", VALUE, "norms.velocity.linf", false, 1e-10, "nothing happens: round-off"},
+    {"noise-2d-energy", Q, 2, "noisy-box", "resolution=16 until=1", VALUE, "energy_drift", false, 1e-12, "T f"},
+    {"noise-2d-momentum", Q, 0, "", "", VALUE, "momentum_drift", false, 1e-12, "T f"},
+    {"threads-1d", Q, 1, "sod", "resolution=200", THREADS, "", false, 0, "T g"},
+    {"threads-2d", Q, 2, "sedov", "resolution=30", THREADS, "", false, 0, "T g"},
+    {"threads-3d", F, 3, "sedov", "resolution=30", THREADS, "", false, 0, "T g"},
+    {"restart-1d", Q, 1, "sod", "resolution=100 connectivity.rebuild=displacement", RESTART, "60", false, 0, "T g"},
+    {"restart-2d", Q, 2, "sedov", "resolution=30 connectivity.rebuild=displacement connectivity.reorder=5", RESTART, "20", false, 0, "T g"},
+    {"restart-3d", F, 3, "sedov", "resolution=20 connectivity.rebuild=displacement", RESTART, "10", false, 0, "T g"},
+};

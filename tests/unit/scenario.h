@@ -1,0 +1,155 @@
+/* scenario.h - a model from a few lines of YAML: run for some steps, and compared with another one, by id. */
+#ifndef KITH_TESTS_SCENARIO_H
+#define KITH_TESTS_SCENARIO_H
+
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include "app/model.h"
+#include "tests/check.h"
+
+/* Owns scene and model. `model` is NULL if it could not be made (a failed check says why). */
+struct scenario {
+  struct kith_scene *scene;
+  struct kith_model *model;
+  struct kith_totals start;
+};
+
+enum { SCENARIO_SETTINGS = 16 };
+
+/* Settings are words "key=value" parted by blanks (values have none), put together by printf. */
+static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+static inline bool scenario_make(struct scenario *s, const char *yaml, char *settings) {
+  const char *overrides[SCENARIO_SETTINGS];
+  char dimension[] = "dimension=0", *rest = NULL;
+  int n = 0;
+  *s = (struct scenario){0};
+  dimension[10] = (char)('0' + NDIM);
+  overrides[n++] = dimension;
+  for (char *word = strtok_r(settings, " ", &rest); word != NULL && n < SCENARIO_SETTINGS; word = strtok_r(NULL, " ", &rest))
+    overrides[n++] = word;
+  CHECK_OK(kith_scene_parse(&s->scene, "scenario.yaml", yaml, strlen(yaml), n, overrides));
+  if (s->scene == NULL) return false;
+  CHECK_OK(kith_model_create(&s->model, s->scene, NULL, true));
+  return s->model != NULL;
+}
+
+static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...) {
+  char settings[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(settings, sizeof settings, format, arguments);
+  va_end(arguments);
+  return scenario_make(s, yaml, settings);
+}
+
+static inline void scenario_close(struct scenario *s) {
+  kith_model_destroy(&s->model);
+  kith_scene_destroy(&s->scene);
+}
+
+/* First rates; what drifts are measured by. */
+static inline kith_status scenario_start(struct scenario *s) {
+  s->start = kith_hydro_totals(&s->model->hydro);
+  return kith_integrator_start(&s->model->integrator);
+}
+
+/* Up to `steps` more steps, or to the scene's end. */
+static inline kith_status scenario_steps(struct scenario *s, int steps) {
+  struct kith_integrator *it = &s->model->integrator;
+  for (int k = 0; k < steps && it->time < s->scene->until; ++k) KITH_TRY(kith_integrator_step(it, s->scene->until));
+  return KITH_OK;
+}
+
+/* All of it; false (and a failed check) if something went wrong. */
+static inline bool scenario_run(struct scenario *s, int steps) {
+  if (s->model == NULL) return false;
+  const int before = check_failures;
+  CHECK_OK(scenario_start(s));
+  if (check_failures == before) CHECK_OK(scenario_steps(s, steps));
+  return check_failures == before;
+}
+
+/* The last setting wins: keys of a field in a scenario, by name. NULL fails a check. */
+static inline struct kith_field *scenario_field(const struct scenario *s, const char *name) {
+  struct kith_field *field = kith_nodes_field_named(s->model->nodes, name);
+  CHECK(field != NULL);
+  return field;
+}
+
+/* place[id] = index, for ids 0 .. most. Owned by the caller. */
+static inline kith_index *scenario_places(const struct scenario *s, int64_t *most) {
+  const struct kith_nodes *nodes = s->model->nodes;
+  *most = -1;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) *most = KITH_MAX(*most, nodes->id->i64[i]);
+  kith_index *place = malloc((size_t)(*most + 2) * sizeof *place);
+  for (int64_t id = 0; id <= *most; ++id) place[id] = -1;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) place[nodes->id->i64[i]] = i;
+  return place;
+}
+
+/* The first STATE field whose bits differ between nodes of the same id, or NULL. Fields that only one of them
+ * has do not count. "id" if they do not have the same nodes. */
+static inline const char *scenario_difference(const struct scenario *a, const struct scenario *b) {
+  const struct kith_nodes *m = a->model->nodes, *n = b->model->nodes;
+  const char *different = NULL;
+  int64_t most, other;
+  kith_index *of_a = scenario_places(a, &most), *of_b = scenario_places(b, &other);
+  if (most != other || m->n_internal != n->n_internal) different = "id";
+  for (int f = 0; f < m->n_fields && different == NULL; ++f) {
+    const struct kith_field *x = m->fields[f], *y = kith_nodes_field_named(n, x->spec.name);
+    const size_t size = kith_field_node_size(x);
+    if (x->spec.role != KITH_STATE || y == NULL) continue;
+    for (int64_t id = 0; id <= most && different == NULL; ++id) {
+      if ((of_a[id] < 0) != (of_b[id] < 0)) different = "id";
+      else if (of_a[id] >= 0 && memcmp((const char *)x->data + (size_t)of_a[id] * size, (const char *)y->data + (size_t)of_b[id] * size, size) != 0)
+        different = x->spec.name;
+    }
+  }
+  free(of_a);
+  free(of_b);
+  return different;
+}
+
+/* Largest |a - b| of a field over nodes of the same id, divided by the largest |a| (or by 1 if that is 0). */
+static inline double scenario_distance(const struct scenario *a, const struct scenario *b, const char *name) {
+  const struct kith_field *x = scenario_field(a, name), *y = scenario_field(b, name);
+  int64_t most, other;
+  kith_index *of_a = scenario_places(a, &most), *of_b = scenario_places(b, &other);
+  double largest = 0, distance = most == other ? 0 : INFINITY;
+  for (int64_t id = 0; id <= most && most == other; ++id)
+    for (int c = 0; c < x->components && of_a[id] >= 0; ++c) {
+      const double p = x->f64[of_a[id] * x->components + c], q = y->f64[of_b[id] * x->components + c];
+      largest = fmax(largest, fabs(p));
+      if (!(fabs(p - q) <= distance)) distance = fabs(p - q); /* NaN too */
+    }
+  free(of_a);
+  free(of_b);
+  return distance / (largest > 0 ? largest : 1);
+}
+
+/* Says which comparison failed: a line of CHECK alone would not. */
+static inline void scenario_same(const struct scenario *a, const struct scenario *b, const char *what) {
+  const char *different = scenario_difference(a, b);
+  const bool same_clock = a->model->integrator.time == b->model->integrator.time && a->model->integrator.dt == b->model->integrator.dt &&
+                          a->model->integrator.step == b->model->integrator.step;
+  if (different == NULL && same_clock) return;
+  ++check_failures;
+  fprintf(stderr, "%d-D, %s: %s differs\n", NDIM, what, different != NULL ? different : "the clock");
+}
+
+/* |E - E0| / E0 and |p - p0| / sum m |v|. */
+static inline double scenario_energy_drift(const struct scenario *s) {
+  const struct kith_totals now = kith_hydro_totals(&s->model->hydro);
+  const double e0 = s->start.kinetic + s->start.internal;
+  return fabs(now.kinetic + now.internal - e0) / e0;
+}
+static inline double scenario_momentum_drift(const struct scenario *s) {
+  const struct kith_totals now = kith_hydro_totals(&s->model->hydro);
+  double largest = 0;
+  for (int a = 0; a < NDIM; ++a) largest = fmax(largest, fabs(now.momentum[a] - s->start.momentum[a]));
+  return largest / fmax(now.momentum_scale, s->start.momentum_scale);
+}
+
+#endif
