@@ -14,10 +14,10 @@ static void member(const char *name, const char *doc) {
   kith_text_wrapped(stdout, 26, label, doc);
 }
 
-#define PRINT_OPS(family)                                                                              \
-  static void print_##family(void) {                                                                   \
-    for (int k = 0; kith_##family##_all()[k] != NULL; ++k)                                             \
-      member(kith_##family##_all()[k]->name, kith_##family##_all()[k]->doc);                           \
+#define PRINT_OPS(family)                                                    \
+  static void print_##family(void) {                                         \
+    for (int k = 0; kith_##family##_all()[k] != NULL; ++k)                   \
+      member(kith_##family##_all()[k]->name, kith_##family##_all()[k]->doc); \
   }
 PRINT_OPS(search)
 PRINT_OPS(rebuild)
@@ -33,9 +33,15 @@ static void print_kernel(void) {
 
 #define MEMBER(name, doc) member(#name, doc);
 #define LISTED(name, word, doc) member(#word, doc);
-static void print_excluder(void) { KITH_EXCLUDER_LIST(MEMBER) }
-static void print_viscosity(void) { KITH_VISCOSITY_LIST(LISTED) }
-static void print_lattice(void) { KITH_LATTICE_LIST(LISTED) }
+static void print_excluder(void) {
+  KITH_EXCLUDER_LIST(MEMBER)
+}
+static void print_viscosity(void) {
+  KITH_VISCOSITY_LIST(LISTED)
+}
+static void print_lattice(void) {
+  KITH_LATTICE_LIST(LISTED)
+}
 
 static const struct family {
   const char *name, *doc, *key; /* key of a scene that chooses */

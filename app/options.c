@@ -10,11 +10,22 @@
 #include "app/version.h"
 #include "app/words.h"
 
-enum { KEY_UNTIL = 256, KEY_STEPS, KEY_RESTART, KEY_CHECK, KEY_PROFILE, KEY_TRACE, KEY_THREADS, KEY_SET, N_KEYS = 32 };
+enum {
+  KEY_UNTIL = 256,
+  KEY_STEPS,
+  KEY_RESTART,
+  KEY_CHECK,
+  KEY_PROFILE,
+  KEY_TRACE,
+  KEY_THREADS,
+  KEY_SET,
+  N_KEYS = 32
+};
 
 static const struct argp_option table[] = {
     {0, 0, 0, 0, "A scene:", 1},
-    {"set", KEY_SET, "KEY=VALUE", 0, "use VALUE for KEY of the scene (dotted: method.kernel=cubic); repeatable", 1},
+    {"set", KEY_SET, "KEY=VALUE", 0,
+     "use VALUE for KEY of the scene (dotted: method.kernel=cubic); repeatable", 1},
     {"threads", KEY_THREADS, "N", 0, "threads (default: all cores)", 1},
     {0, 0, 0, 0, "A run:", 2},
     {"output", 'o', "DIR", 0, "write results to DIR (default: out/SCENE)", 2},
@@ -81,27 +92,33 @@ static const struct kith_verb *find_verb(const struct kith_verb *verbs, const ch
   if (name == NULL) refuse("no verb; one of %s (see --help)", told);
   for (const struct kith_verb *v = verbs; v->name != NULL; ++v)
     if (strcmp(v->name, name) == 0) return v;
-  if (kith_words_nearest(words, name, near, sizeof near)) refuse("%.60s: unknown verb; did you mean '%s'?", name, near);
+  if (kith_words_nearest(words, name, near, sizeof near))
+    refuse("%.60s: unknown verb; did you mean '%s'?", name, near);
   refuse("%.60s: unknown verb; one of %s", name, told);
 }
 
 static void usage_texts(const struct kith_verb *verbs, char usage[512], char about[2048]) {
-  int u = 0, a = snprintf(about, 2048, "The life of particle connectivity in a time-stepping SPH mini-app.\v");
+  int u = 0,
+      a = snprintf(about, 2048, "The life of particle connectivity in a time-stepping SPH mini-app.\v");
   for (const struct kith_verb *v = verbs; v->name != NULL; ++v) {
-    u += snprintf(usage + u, (size_t)(512 - u), "%s%s%s%s", v == verbs ? "" : "\n", v->name, v->subject[0] != '\0' ? " " : "", v->subject);
+    u += snprintf(usage + u, (size_t)(512 - u), "%s%s%s%s", v == verbs ? "" : "\n", v->name,
+                  v->subject[0] != '\0' ? " " : "", v->subject);
     a += snprintf(about + a, (size_t)(2048 - a), "  %-9s %s\n", v->name, v->doc);
   }
-  snprintf(about + a, (size_t)(2048 - a), "\nExit codes: 0 ok, 1 the run failed, 2 usage or scene, 3 out of tolerance.");
+  snprintf(about + a, (size_t)(2048 - a),
+           "\nExit codes: 0 ok, 1 the run failed, 2 usage or scene, 3 out of tolerance.");
 }
 
 /* ---- options ---- */
 
 /* The options as getopt has them, with those of argp itself. */
 static void known_options(struct option known[N_KEYS], char words[512]) {
-  static const struct option own[] = {{"help", no_argument, 0, 'h'}, {"usage", no_argument, 0, 'u'}, {"version", no_argument, 0, 'V'}, {0}};
+  static const struct option own[] = {
+      {"help", no_argument, 0, 'h'}, {"usage", no_argument, 0, 'u'}, {"version", no_argument, 0, 'V'}, {0}};
   int n = 0;
   for (const struct argp_option *o = table; o->name != NULL || o->doc != NULL; ++o)
-    if (o->name != NULL) known[n++] = (struct option){o->name, o->arg != NULL ? required_argument : no_argument, NULL, o->key};
+    if (o->name != NULL)
+      known[n++] = (struct option){o->name, o->arg != NULL ? required_argument : no_argument, NULL, o->key};
   memcpy(known + n, own, sizeof own);
   words[0] = '\0';
   for (const struct option *o = known; o->name != NULL; ++o) {
@@ -123,7 +140,8 @@ static void check_options(int argc, char **argv) {
     if (optopt != 0 && strchr(given, '=') != NULL) refuse("%.60s: this option takes no value", given);
     if (optopt != 0) refuse("-%c: unknown option (see --help)", optopt);
     snprintf(name, sizeof name, "%.*s", (int)KITH_MIN(strcspn(given + 2, "="), sizeof name - 1), given + 2);
-    if (kith_words_nearest(words, name, near, sizeof near)) refuse("--%s: unknown option; did you mean '--%s'?", name, near);
+    if (kith_words_nearest(words, name, near, sizeof near))
+      refuse("--%s: unknown option; did you mean '--%s'?", name, near);
     refuse("--%s: unknown option (see --help)", name);
   }
 }
@@ -132,23 +150,49 @@ static error_t parse(int key, char *text, struct argp_state *state) {
   struct parse *p = state->input;
   struct kith_options *o = p->options;
   switch (key) {
-    case 'o': o->directory = text; break;
-    case 'q': o->quiet = true; break;
-    case KEY_UNTIL: o->until = number("until", text, 0); break;
-    case KEY_STEPS: o->steps = whole("steps", text, 0, 1000000000000000); break;
-    case KEY_THREADS: o->threads = (int)whole("threads", text, 1, KITH_MAX_THREADS); break;
-    case KEY_RESTART: o->restart = text; break;
-    case KEY_CHECK: o->check = true; break;
-    case KEY_PROFILE: o->profile = true; break;
-    case KEY_TRACE: o->trace = text; break;
-    case KEY_SET: add_override(o, text); break;
-    case ARGP_KEY_ARG:
-      if (o->verb == NULL) o->verb = text, p->verb = find_verb(p->verbs, text);
-      else if (o->subject == NULL && p->verb->subject[0] != '\0') o->subject = text;
-      else refuse("%.60s: one argument too many", text);
+    case 'o':
+      o->directory = text;
       break;
-    case ARGP_KEY_END: p->verb = find_verb(p->verbs, o->verb); break;
-    default: return ARGP_ERR_UNKNOWN;
+    case 'q':
+      o->quiet = true;
+      break;
+    case KEY_UNTIL:
+      o->until = number("until", text, 0);
+      break;
+    case KEY_STEPS:
+      o->steps = whole("steps", text, 0, 1000000000000000);
+      break;
+    case KEY_THREADS:
+      o->threads = (int)whole("threads", text, 1, KITH_MAX_THREADS);
+      break;
+    case KEY_RESTART:
+      o->restart = text;
+      break;
+    case KEY_CHECK:
+      o->check = true;
+      break;
+    case KEY_PROFILE:
+      o->profile = true;
+      break;
+    case KEY_TRACE:
+      o->trace = text;
+      break;
+    case KEY_SET:
+      add_override(o, text);
+      break;
+    case ARGP_KEY_ARG:
+      if (o->verb == NULL)
+        o->verb = text, p->verb = find_verb(p->verbs, text);
+      else if (o->subject == NULL && p->verb->subject[0] != '\0')
+        o->subject = text;
+      else
+        refuse("%.60s: one argument too many", text);
+      break;
+    case ARGP_KEY_END:
+      p->verb = find_verb(p->verbs, o->verb);
+      break;
+    default:
+      return ARGP_ERR_UNKNOWN;
   }
   return 0;
 }
@@ -158,7 +202,8 @@ static void print_version(FILE *out, struct argp_state *state) {
   fprintf(out, "kith %s (%s)\n", kith_version(), kith_build());
 }
 
-const struct kith_verb *kith_options_parse(struct kith_options *options, int argc, char **argv, const struct kith_verb *verbs) {
+const struct kith_verb *kith_options_parse(struct kith_options *options, int argc, char **argv,
+                                           const struct kith_verb *verbs) {
   char usage[512], about[2048], name[] = "kith", *started_as = argv[0];
   struct parse p = {options, verbs, NULL};
   const struct argp argp = {table, parse, usage, about, 0, 0, 0};
@@ -170,6 +215,7 @@ const struct kith_verb *kith_options_parse(struct kith_options *options, int arg
   argv[0] = name; /* whichever of the three this is */
   argp_parse(&argp, argc, argv, 0, NULL, &p);
   argv[0] = started_as;
-  if (omp_get_max_threads() > KITH_MAX_THREADS && options->threads == 0) refuse("OMP_NUM_THREADS: more than %d", KITH_MAX_THREADS);
+  if (omp_get_max_threads() > KITH_MAX_THREADS && options->threads == 0)
+    refuse("OMP_NUM_THREADS: more than %d", KITH_MAX_THREADS);
   return p.verb;
 }

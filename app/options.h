@@ -14,12 +14,12 @@ struct kith_options {
   const char *subject; /* scene file, family, suite; NULL if not given */
   int n_overrides;
   const char *overrides[KITH_MAX_OVERRIDES]; /* key=value */
-  const char *directory; /* -o; NULL: out/<scene's name> */
-  const char *restart;   /* checkpoint file or NULL */
-  const char *trace;     /* file or NULL */
-  double until;          /* < 0: the scene's */
-  long steps;            /* < 0: no limit */
-  int threads;           /* 0: all */
+  const char *directory;                     /* -o; NULL: out/<scene's name> */
+  const char *restart;                       /* checkpoint file or NULL */
+  const char *trace;                         /* file or NULL */
+  double until;                              /* < 0: the scene's */
+  long steps;                                /* < 0: no limit */
+  int threads;                               /* 0: all */
   bool check, profile, quiet;
 };
 
@@ -29,8 +29,9 @@ struct kith_verb {
   enum kith_exit (*act)(const struct kith_options *options);
 };
 
-/* Returns the verb that was asked for. Ends the process with code 2 and one line on stderr if the command line is wrong;
- * with 0 for --help and --version. */
-const struct kith_verb *kith_options_parse(struct kith_options *options, int argc, char **argv, const struct kith_verb *verbs);
+/* Returns the verb that was asked for. Ends the process with code 2 and one line on stderr if the command
+ * line is wrong; with 0 for --help and --version. */
+const struct kith_verb *kith_options_parse(struct kith_options *options, int argc, char **argv,
+                                           const struct kith_verb *verbs);
 
 #endif

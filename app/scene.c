@@ -9,7 +9,8 @@
 #define IN(member) KITH_INTO(struct kith_scene, member)
 
 static const struct kith_key viscosity_keys[] = {
-    {"name", KITH_KEY_NAME, "limited", KITH_VISCOSITY_LIST(KITH_AS_LISTED_WORD), "its form", IN(method.viscosity)},
+    {"name", KITH_KEY_NAME, "limited", KITH_VISCOSITY_LIST(KITH_AS_LISTED_WORD), "its form",
+     IN(method.viscosity)},
     {"alpha", KITH_KEY_NUMBER, "1", "[0, inf)", "linear coefficient", IN(method.alpha)},
     {"beta", KITH_KEY_NUMBER, "2", "[0, inf)", "quadratic coefficient", IN(method.beta)},
     {0}};
@@ -134,11 +135,12 @@ static kith_status default_name(struct kith_scene *scene) {
 static kith_status check_name(const struct kith_scene *scene) {
   enum { LONGEST = 100 };
   const char *name = scene->name;
-  if (name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL && strlen(name) <= LONGEST) return KITH_OK;
+  if (name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL && strlen(name) <= LONGEST)
+    return KITH_OK;
   const struct kith_config_node *given = kith_config_at(scene->config, "scene"), *root = scene->config->root;
   return kith_config_fail(given != NULL ? given : root, given != NULL ? NULL : "scene",
-                          "'%.60s' cannot name a directory: 1 to %d letters, no '/', no '.' in front",
-                          name, LONGEST);
+                          "'%.60s' cannot name a directory: 1 to %d letters, no '/', no '.' in front", name,
+                          LONGEST);
 }
 
 static kith_status read_parts(struct kith_scene *scene) {

@@ -31,10 +31,10 @@
 #include "validation/norms.h"
 
 /* name, word of the scene, doc */
-#define KITH_LATTICE_LIST(X)                                                                    \
-  X(CUBIC, cubic, "squares, cubes: the only one that continues through reflecting faces")       \
-  X(BCC, bcc, "body-centered cubic; squares on their tips in 2-D")                              \
-  X(FCC, fcc, "face-centered cubic; not in 2-D")                                                \
+#define KITH_LATTICE_LIST(X)                                                              \
+  X(CUBIC, cubic, "squares, cubes: the only one that continues through reflecting faces") \
+  X(BCC, bcc, "body-centered cubic; squares on their tips in 2-D")                        \
+  X(FCC, fcc, "face-centered cubic; not in 2-D")                                          \
   X(HCP, hcp, "hexagonal close packing; triangles in 2-D")
 enum kith_lattice {
 #define X(name, word, doc) KITH_LATTICE_##name,

@@ -26,10 +26,15 @@ const char *kith_text_bytes(char text[32], double bytes) {
 }
 
 const char *kith_text_seconds(char text[32], double seconds) {
-  if (seconds < 1e-3) snprintf(text, 32, "%.3g us", 1e6 * seconds);
-  else if (seconds < 1) snprintf(text, 32, "%.3g ms", 1e3 * seconds);
-  else if (seconds < 120) snprintf(text, 32, "%.3g s", seconds);
-  else if (seconds < 7200) snprintf(text, 32, "%.1f min", seconds / 60);
-  else snprintf(text, 32, "%.1f h", seconds / 3600);
+  if (seconds < 1e-3)
+    snprintf(text, 32, "%.3g us", 1e6 * seconds);
+  else if (seconds < 1)
+    snprintf(text, 32, "%.3g ms", 1e3 * seconds);
+  else if (seconds < 120)
+    snprintf(text, 32, "%.3g s", seconds);
+  else if (seconds < 7200)
+    snprintf(text, 32, "%.1f min", seconds / 60);
+  else
+    snprintf(text, 32, "%.1f h", seconds / 3600);
   return text;
 }

@@ -56,7 +56,8 @@ static kith_status find_programs(struct validation *v) {
   end[1] = '\0';
   snprintf(v->programs, sizeof v->programs, "%s", self);
   *slash = '\0';
-  static const char *const places[] = {"../inputs", "../../inputs", "../../../inputs", "../share/kith/inputs"};
+  static const char *const places[] = {"../inputs", "../../inputs", "../../../inputs",
+                                       "../share/kith/inputs"};
   for (size_t k = 0; k < sizeof places / sizeof *places; ++k) {
     snprintf(v->inputs, sizeof v->inputs, "%s/%s", self, places[k]);
     if (access(v->inputs, R_OK) == 0) return KITH_OK;
@@ -97,12 +98,14 @@ static kith_status start(char *const *words, const char *log) {
   while (waitpid(child, &code, 0) < 0)
     if (errno != EINTR) KITH_FAIL(BAD_FILE, "lost %s: %s", words[0], strerror(errno));
   if (!WIFEXITED(code) || WEXITSTATUS(code) != 0)
-    KITH_FAIL(DIVERGED, "the run failed with code %d, see %s", WIFEXITED(code) ? WEXITSTATUS(code) : -WTERMSIG(code), log);
+    KITH_FAIL(DIVERGED, "the run failed with code %d, see %s",
+              WIFEXITED(code) ? WEXITSTATUS(code) : -WTERMSIG(code), log);
   return KITH_OK;
 }
 
 /* Runs the scene of a row into DIR/`name`. `more`: options parted by blanks. */
-static kith_status run(const struct validation *v, const struct row *row, const char *name, const char *more) {
+static kith_status run(const struct validation *v, const struct row *row, const char *name,
+                       const char *more) {
   char program[PATH + 8], scene[PATH + 64], out[PATH], log[PATH + 8], settings[512], options[PATH + 64];
   char *words[MOST_WORDS], *rest;
   int n = 0;
@@ -112,10 +115,13 @@ static kith_status run(const struct validation *v, const struct row *row, const 
   snprintf(log, sizeof log, "%s.log", out);
   snprintf(settings, sizeof settings, "dimension=%d output.plot=false %s", row->dimension, row->settings);
   snprintf(options, sizeof options, "%s", more);
-  words[n++] = program, words[n++] = "run", words[n++] = scene, words[n++] = "--quiet", words[n++] = "-o", words[n++] = out;
-  for (char *word = strtok_r(settings, " ", &rest); word != NULL && n < MOST_WORDS - 8; word = strtok_r(NULL, " ", &rest))
+  words[n++] = program, words[n++] = "run", words[n++] = scene, words[n++] = "--quiet", words[n++] = "-o",
+  words[n++] = out;
+  for (char *word = strtok_r(settings, " ", &rest); word != NULL && n < MOST_WORDS - 8;
+       word = strtok_r(NULL, " ", &rest))
     words[n++] = "--set", words[n++] = word;
-  for (char *word = strtok_r(options, " ", &rest); word != NULL && n < MOST_WORDS - 1; word = strtok_r(NULL, " ", &rest))
+  for (char *word = strtok_r(options, " ", &rest); word != NULL && n < MOST_WORDS - 1;
+       word = strtok_r(NULL, " ", &rest))
     words[n++] = word;
   words[n] = NULL;
   return start(words, log);
@@ -124,7 +130,8 @@ static kith_status run(const struct validation *v, const struct row *row, const 
 /* --- what is measured --- */
 
 /* The number at a dotted path of the report of a run; JSON is YAML. */
-static kith_status report_value(const struct validation *v, const char *run_name, const char *key, double *value) {
+static kith_status report_value(const struct validation *v, const char *run_name, const char *key,
+                                double *value) {
   char path[PATH + 80];
   struct kith_config *report = NULL;
   snprintf(path, sizeof path, "%s/%s/report.json", v->directory, run_name);
@@ -146,7 +153,8 @@ static kith_status shock(const struct validation *v, double *value) {
 }
 
 static kith_status same(const struct validation *v, double *value) {
-  static const char *const keys[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1", "norms.density_peak"};
+  static const char *const keys[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
+                                     "norms.density_peak"};
   *value = 0;
   for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k) {
     double a, b;
@@ -157,7 +165,8 @@ static kith_status same(const struct validation *v, double *value) {
   return KITH_OK;
 }
 
-/* - slope of the straight line through log error over log resolution. `n` as text; fewer rows if the suite has fewer. */
+/* - slope of the straight line through log error over log resolution. `n` as text; fewer rows if the suite
+ * has fewer. */
 static double order(const struct validation *v, int wanted) {
   const int n = KITH_MIN(wanted, v->n_errors), first = v->n_errors - n;
   double sx = 0, sy = 0, sxx = 0, sxy = 0;
@@ -186,8 +195,8 @@ static kith_status different_bytes(const char *a, const char *b, double *value) 
   return KITH_OK;
 }
 
-/* Cuts a line of history after the momentum (what follows is counted by process), and takes out what limited the step
- * (after a restart it says so). */
+/* Cuts a line of history after the momentum (what follows is counted by process), and takes out what limited
+ * the step (after a restart it says so). */
 static void keep_physics(char *line) {
   char *comma[32] = {NULL};
   int n = 0;
@@ -203,7 +212,8 @@ static kith_status different_lines(const char *a, const char *b, double *value) 
   KITH_TRY(open_both(a, b, file));
   *value = 0;
   for (bool more = true; more;) {
-    const bool x = fgets(line[0], sizeof line[0], file[0]) != NULL, y = fgets(line[1], sizeof line[1], file[1]) != NULL;
+    const bool x = fgets(line[0], sizeof line[0], file[0]) != NULL,
+               y = fgets(line[1], sizeof line[1], file[1]) != NULL;
     if (x && y) {
       keep_physics(line[0]);
       keep_physics(line[1]);
@@ -221,7 +231,9 @@ static kith_status threads(const struct validation *v, const struct row *row, do
   for (int k = 0; k < 2; ++k) {
     snprintf(name[k], sizeof name[k], "%s-%d", row->name, k + 1);
     snprintf(path[k], sizeof path[k], "%s/%s/checkpoint.kith", v->directory, name[k]);
-    KITH_TRY(run(v, row, name[k], k == 0 ? "--set output.checkpoint_at_end=true --threads 1" : "--set output.checkpoint_at_end=true --threads 2"));
+    KITH_TRY(run(v, row, name[k],
+                 k == 0 ? "--set output.checkpoint_at_end=true --threads 1"
+                        : "--set output.checkpoint_at_end=true --threads 2"));
   }
   return different_bytes(path[0], path[1], value);
 }
@@ -234,7 +246,8 @@ static kith_status restart(const struct validation *v, const struct row *row, do
   snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --steps %s", row->key);
   KITH_TRY(run(v, row, whole, "--set output.checkpoint_at_end=true"));
   KITH_TRY(run(v, row, parts, more));
-  snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --restart %s/%s/checkpoint.kith", v->directory, parts);
+  snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --restart %s/%s/checkpoint.kith",
+           v->directory, parts);
   KITH_TRY(run(v, row, parts, more));
   snprintf(path[0], sizeof path[0], "%s/%s/history.csv", v->directory, whole);
   snprintf(path[1], sizeof path[1], "%s/%s/history.csv", v->directory, parts);
@@ -266,10 +279,15 @@ static kith_status measure(struct validation *v, const struct row *row, double *
   if (row->measure == RESTART) return restart(v, row, value);
   KITH_TRY(run_row(v, row));
   switch (row->measure) {
-    case SHOCK: return shock(v, value);
-    case SAME: return same(v, value);
-    case ORDER: *value = order(v, atoi(row->key)); return KITH_OK;
-    default: return measure_value(v, row, value);
+    case SHOCK:
+      return shock(v, value);
+    case SAME:
+      return same(v, value);
+    case ORDER:
+      *value = order(v, atoi(row->key));
+      return KITH_OK;
+    default:
+      return measure_value(v, row, value);
   }
 }
 
@@ -284,7 +302,8 @@ static bool do_row(struct validation *v, const struct row *row, bool *failed) {
   printf("%-28s %12.5g  %s %-10.4g %-6s %7.1f s\n", row->name, value, sign, row->bound, verdict, seconds);
   if (*failed) printf("    %s\n", kith_failure());
   fflush(stdout);
-  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"\n", row->name, value, sign, row->bound, verdict, seconds, row->source);
+  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"\n", row->name, value, sign, row->bound, verdict,
+          seconds, row->source);
   return good;
 }
 
@@ -304,8 +323,8 @@ static enum kith_exit do_rows(struct validation *v, enum suite suite) {
 static enum kith_exit list(void) {
   puts("quick  1-D and small 2-D runs, a minute\nfull   every line of the table of targets\n");
   for (int k = 0; k < N_ROWS; ++k)
-    printf("%-5s  %-28s %s %-8.4g %s\n", rows[k].suite == Q ? "quick" : "full", rows[k].name, rows[k].at_least ? ">=" : "<=",
-           rows[k].bound, rows[k].source);
+    printf("%-5s  %-28s %s %-8.4g %s\n", rows[k].suite == Q ? "quick" : "full", rows[k].name,
+           rows[k].at_least ? ">=" : "<=", rows[k].bound, rows[k].source);
   return KITH_EXIT_OK;
 }
 

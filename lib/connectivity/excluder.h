@@ -10,11 +10,11 @@
 #include "lib/connectivity/connectivity.h"
 
 /* name, doc */
-#define KITH_EXCLUDER_LIST(X)                                                                          \
-  X(none, "an empty chain; costs nothing")                                                             \
-  X(self, "always: no row holds its own node, but its images, which are other nodes")                  \
-  X(symmetric_duplicates, "always: the pair list holds each pair once")                                \
-  X(connected, "nodes with the same tag do not interact: members of one body, links of one chain")     \
+#define KITH_EXCLUDER_LIST(X)                                                                      \
+  X(none, "an empty chain; costs nothing")                                                         \
+  X(self, "always: no row holds its own node, but its images, which are other nodes")              \
+  X(symmetric_duplicates, "always: the pair list holds each pair once")                            \
+  X(connected, "nodes with the same tag do not interact: members of one body, links of one chain") \
   X(custom, "a predicate of your own, before the distance test (broad) or after it (narrow)")
 
 /* Rejects pairs with equal tags above 0 in an I64 or U8 field (borrowed; 0 and below: no tag). BAD_INPUT for

@@ -1,3 +1,4 @@
+#!/usr/bin/env bash
 # What the scene tests share: a place of their own, a tiny scene, and checks that count failures.
 # Sourced by them, with the folder of the programs as the first argument.
 export OMP_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1

@@ -18,7 +18,8 @@ struct scenario {
 enum { SCENARIO_SETTINGS = 16 };
 
 /* Settings are words "key=value" parted by blanks (values have none), put together by printf. */
-static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...) __attribute__((format(printf, 3, 4)));
+static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 static inline bool scenario_make(struct scenario *s, const char *yaml, char *settings) {
   const char *overrides[SCENARIO_SETTINGS];
@@ -27,7 +28,8 @@ static inline bool scenario_make(struct scenario *s, const char *yaml, char *set
   *s = (struct scenario){0};
   dimension[10] = (char)('0' + NDIM);
   overrides[n++] = dimension;
-  for (char *word = strtok_r(settings, " ", &rest); word != NULL && n < SCENARIO_SETTINGS; word = strtok_r(NULL, " ", &rest))
+  for (char *word = strtok_r(settings, " ", &rest); word != NULL && n < SCENARIO_SETTINGS;
+       word = strtok_r(NULL, " ", &rest))
     overrides[n++] = word;
   CHECK_OK(kith_scene_parse(&s->scene, "scenario.yaml", yaml, strlen(yaml), n, overrides));
   if (s->scene == NULL) return false;
@@ -58,7 +60,8 @@ static inline kith_status scenario_start(struct scenario *s) {
 /* Up to `steps` more steps, or to the scene's end. */
 static inline kith_status scenario_steps(struct scenario *s, int steps) {
   struct kith_integrator *it = &s->model->integrator;
-  for (int k = 0; k < steps && it->time < s->scene->until; ++k) KITH_TRY(kith_integrator_step(it, s->scene->until));
+  for (int k = 0; k < steps && it->time < s->scene->until; ++k)
+    KITH_TRY(kith_integrator_step(it, s->scene->until));
   return KITH_OK;
 }
 
@@ -102,8 +105,10 @@ static inline const char *scenario_difference(const struct scenario *a, const st
     const size_t size = kith_field_node_size(x);
     if (x->spec.role != KITH_STATE || y == NULL) continue;
     for (int64_t id = 0; id <= most && different == NULL; ++id) {
-      if ((of_a[id] < 0) != (of_b[id] < 0)) different = "id";
-      else if (of_a[id] >= 0 && memcmp((const char *)x->data + (size_t)of_a[id] * size, (const char *)y->data + (size_t)of_b[id] * size, size) != 0)
+      if ((of_a[id] < 0) != (of_b[id] < 0))
+        different = "id";
+      else if (of_a[id] >= 0 && memcmp((const char *)x->data + (size_t)of_a[id] * size,
+                                       (const char *)y->data + (size_t)of_b[id] * size, size) != 0)
         different = x->spec.name;
     }
   }
@@ -132,7 +137,8 @@ static inline double scenario_distance(const struct scenario *a, const struct sc
 /* Says which comparison failed: a line of CHECK alone would not. */
 static inline void scenario_same(const struct scenario *a, const struct scenario *b, const char *what) {
   const char *different = scenario_difference(a, b);
-  const bool same_clock = a->model->integrator.time == b->model->integrator.time && a->model->integrator.dt == b->model->integrator.dt &&
+  const bool same_clock = a->model->integrator.time == b->model->integrator.time &&
+                          a->model->integrator.dt == b->model->integrator.dt &&
                           a->model->integrator.step == b->model->integrator.step;
   if (different == NULL && same_clock) return;
   ++check_failures;

@@ -5,7 +5,8 @@
 /* A failure that tells of the last one. */
 static void check_fail_of_fail(void) {
   CHECK_STATUS(KITH_BAD_FILE, kith_fail(KITH_BAD_FILE, "the %s", "reason"));
-  CHECK_STATUS(KITH_DIVERGED, kith_fail(KITH_DIVERGED, "a longer beginning than that: %s, and an end", kith_failure()));
+  CHECK_STATUS(KITH_DIVERGED,
+               kith_fail(KITH_DIVERGED, "a longer beginning than that: %s, and an end", kith_failure()));
   CHECK(strcmp(kith_failure(), "a longer beginning than that: the reason, and an end") == 0);
 }
 

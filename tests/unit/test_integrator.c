@@ -16,18 +16,21 @@ static const char blast[] =
 
 static const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2"};
 
-/* Pairwise forces and compatible energy: every scheme keeps both sums, whatever it does to the state, since each kick moves
- * all velocities and energies by the same dt and the same forces. What is left is round-off of sums: 1e-16 of the
- * largest term for each of some 1e3 additions, at random, 60 times. Measured: 7e-15. (Thermal energy drifts by 1e-5 to 1e-3 here.) */
+/* Pairwise forces and compatible energy: every scheme keeps both sums, whatever it does to the state, since
+ * each kick moves all velocities and energies by the same dt and the same forces. What is left is round-off
+ * of sums: 1e-16 of the largest term for each of some 1e3 additions, at random, 60 times. Measured: 7e-15.
+ * (Thermal energy drifts by 1e-5 to 1e-3 here.) */
 static void conserves(void) {
   static const char *const traversal[] = {"pairs", "gather"};
-  static const char *const rest[] = {"connectivity.rebuild=always", "connectivity.rebuild=displacement connectivity.reorder=2",
+  static const char *const rest[] = {"connectivity.rebuild=always",
+                                     "connectivity.rebuild=displacement connectivity.reorder=2",
                                      "method.viscosity.name=monaghan"};
   for (int s = 0; s < 3; ++s)
     for (int t = 0; t < 2; ++t)
       for (int k = 0; k < 3; ++k) {
         struct scenario run;
-        if (scenario_open(&run, blast, "scheme.name=%s traversal=%s %s", schemes[s], traversal[t], rest[k]) && scenario_run(&run, 60)) {
+        if (scenario_open(&run, blast, "scheme.name=%s traversal=%s %s", schemes[s], traversal[t], rest[k]) &&
+            scenario_run(&run, 60)) {
           CHECK(scenario_energy_drift(&run) <= 1e-12);
           CHECK(scenario_momentum_drift(&run) <= 1e-12);
         }
@@ -39,11 +42,13 @@ static void conserves(void) {
 static void walls_conserve(void) {
   for (int s = 0; s < 3; ++s) {
     struct scenario run;
-    if (scenario_open(&run, blast, "scheme.name=%s boundaries.x=reflecting", schemes[s]) && scenario_run(&run, 60)) {
+    if (scenario_open(&run, blast, "scheme.name=%s boundaries.x=reflecting", schemes[s]) &&
+        scenario_run(&run, 60)) {
       const struct kith_totals now = kith_hydro_totals(&run.model->hydro);
       CHECK(scenario_energy_drift(&run) <= 1e-12);
       CHECK(fabs(now.momentum[0] - run.start.momentum[0]) > 1e-3 * now.momentum_scale);
-      for (int a = 1; a < NDIM; ++a) CHECK(fabs(now.momentum[a] - run.start.momentum[a]) <= 1e-12 * now.momentum_scale);
+      for (int a = 1; a < NDIM; ++a)
+        CHECK(fabs(now.momentum[a] - run.start.momentum[a]) <= 1e-12 * now.momentum_scale);
     }
     scenario_close(&run);
   }
@@ -56,7 +61,8 @@ static void traversals_agree(void) {
     struct scenario pairs, gather;
     const char *energy = thermal ? "thermal" : "compatible";
     if (scenario_open(&pairs, blast, "traversal=pairs method.energy=%s", energy)) scenario_run(&pairs, 20);
-    if (scenario_open(&gather, blast, "traversal=gather method.energy=%s", energy) && scenario_run(&gather, 20)) {
+    if (scenario_open(&gather, blast, "traversal=gather method.energy=%s", energy) &&
+        scenario_run(&gather, 20)) {
       CHECK(scenario_distance(&pairs, &gather, "velocity") <= 1e-12);
       CHECK(scenario_distance(&pairs, &gather, "energy") <= 1e-12);
       CHECK(scenario_distance(&pairs, &gather, "support") <= 1e-12);
@@ -107,7 +113,8 @@ static double folded_distance(const struct scenario *part, const struct scenario
   return distance / largest;
 }
 
-/* Mirrors and the other octants do the same sums in another order: round-off, which a shock amplifies. Asked: 1e-6. Measured: 3e-14. */
+/* Mirrors and the other octants do the same sums in another order: round-off, which a shock amplifies. Asked:
+ * 1e-6. Measured: 3e-14. */
 static void octant_is_whole(void) {
   static const char *const fields[] = {"position", "velocity", "energy", "density", "support"};
   struct scenario whole, part;
@@ -128,8 +135,8 @@ static void boost(const struct scenario *s, double sign) {
   for (kith_index i = 0; i < s->model->nodes->n_internal * NDIM; ++i) v->f64[i] += sign * by[i % NDIM];
 }
 
-/* Nothing knows the frame. Velocities of 7 instead of 1 are rounded to 1e-15, positions wrap: that is all. A common
- * drift is no displacement: lists last as long as at rest. Measured: 2e-14. */
+/* Nothing knows the frame. Velocities of 7 instead of 1 are rounded to 1e-15, positions wrap: that is all. A
+ * common drift is no displacement: lists last as long as at rest. Measured: 2e-14. */
 static void boosted(void) {
   static const char *const policy[] = {"always", "displacement"};
   for (int k = 0; k < 2; ++k) {
@@ -163,19 +170,27 @@ static const char wave[] =
     "method: {viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
     "until: 0.32\n";
 
-/* All schemes solve the same equations of motion: one reference, by leapfrog with an eighth of the finest step, whose own
- * error is below 2 % of what is measured. Bound of the order: 2 within 0.1, the next order in dt being 1/16 of the first. */
+/* All schemes solve the same equations of motion: one reference, by leapfrog with an eighth of the finest
+ * step, whose own error is below 2 % of what is measured. Bound of the order: 2 within 0.1, the next order in
+ * dt being 1/16 of the first. */
 static void order_in_dt(void) {
-  static const char *const energy[] = {"compatible", "thermal"}, *const fields[] = {"position", "velocity", "energy"};
+  static const char *const energy[] = {"compatible", "thermal"}, *const fields[] = {"position", "velocity",
+                                                                                    "energy"};
   for (int e = 0; e < 2; ++e) {
     struct scenario reference, coarse, fine;
-    if (scenario_open(&reference, wave, "scheme.dt=0.001 method.energy=%s", energy[e])) scenario_run(&reference, 1000);
+    if (scenario_open(&reference, wave, "scheme.dt=0.001 method.energy=%s", energy[e]))
+      scenario_run(&reference, 1000);
     for (int s = 0; s < 3; ++s) {
-      if (scenario_open(&coarse, wave, "scheme.name=%s scheme.dt=0.016 method.energy=%s", schemes[s], energy[e])) scenario_run(&coarse, 1000);
-      if (scenario_open(&fine, wave, "scheme.name=%s scheme.dt=0.008 method.energy=%s", schemes[s], energy[e]) && scenario_run(&fine, 1000)) {
+      if (scenario_open(&coarse, wave, "scheme.name=%s scheme.dt=0.016 method.energy=%s", schemes[s],
+                        energy[e]))
+        scenario_run(&coarse, 1000);
+      if (scenario_open(&fine, wave, "scheme.name=%s scheme.dt=0.008 method.energy=%s", schemes[s],
+                        energy[e]) &&
+          scenario_run(&fine, 1000)) {
         CHECK(coarse.model->integrator.step == 20 && fine.model->integrator.step == 40);
         for (int f = 0; f < 3; ++f) {
-          const double order = log2(scenario_distance(&reference, &coarse, fields[f]) / scenario_distance(&reference, &fine, fields[f]));
+          const double order = log2(scenario_distance(&reference, &coarse, fields[f]) /
+                                    scenario_distance(&reference, &fine, fields[f]));
           CHECK_CLOSE(order, 2, 0.1);
         }
       }

@@ -2,7 +2,8 @@
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
-/* A shaken gas with a blast in a corner of the middle: nothing is symmetric, nodes cross faces, supports differ. */
+/* A shaken gas with a blast in a corner of the middle: nothing is symmetric, nodes cross faces, supports
+ * differ. */
 static const char box[] =
     "scene: box\n"
     "dimension: 3\n"
@@ -15,7 +16,8 @@ static const char box[] =
     "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: ball, radius: 0.2}\n"
     "until: 1\n";
 
-static const char *const sides[] = {"open", "periodic", "reflecting", "[reflecting,open]", "[open,reflecting]"};
+static const char *const sides[] = {"open", "periodic", "reflecting", "[reflecting,open]",
+                                    "[open,reflecting]"};
 enum { SIDES = 5, COMBINATIONS = NDIM == 1 ? SIDES : NDIM == 2 ? SIDES * SIDES : SIDES * SIDES * SIDES };
 
 /* "boundaries.x=... boundaries.y=..." of combination k. */
@@ -26,18 +28,26 @@ static void combine(int k, char settings[256]) {
 }
 
 static void threads_agree(void) {
-  static const char *const settings[] = {"", "connectivity.rebuild=displacement connectivity.reorder=1",
-                                         "traversal=gather method.energy=thermal scheme.name=rk2",
-                                         "boundaries.x=reflecting scheme.name=cheap-rk2 method.viscosity.name=monaghan"};
+  static const char *const settings[] = {
+      "", "connectivity.rebuild=displacement connectivity.reorder=1",
+      "traversal=gather method.energy=thermal scheme.name=rk2",
+      "boundaries.x=reflecting scheme.name=cheap-rk2 method.viscosity.name=monaghan"};
   for (int k = 0; k < 4; ++k) {
     struct scenario one, many;
     omp_set_num_threads(1);
-    if (scenario_open(&one, box, "resolution=%d %s", NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12, settings[k])) scenario_run(&one, 5);
+    if (scenario_open(&one, box, "resolution=%d %s", NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12, settings[k]))
+      scenario_run(&one, 5);
     for (int n = 2; n <= 3; ++n) {
       omp_set_num_threads(n);
-      if (scenario_open(&many, box, "resolution=%d %s", NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12, settings[k]) && scenario_run(&many, 5)) {
+      if (scenario_open(&many, box, "resolution=%d %s",
+                        NDIM == 1   ? 5000
+                        : NDIM == 2 ? 40
+                                    : 12,
+                        settings[k]) &&
+          scenario_run(&many, 5)) {
         scenario_same(&one, &many, settings[k]);
-        const struct kith_totals p = kith_hydro_totals(&one.model->hydro), q = kith_hydro_totals(&many.model->hydro);
+        const struct kith_totals p = kith_hydro_totals(&one.model->hydro),
+                                 q = kith_hydro_totals(&many.model->hydro);
         CHECK(memcmp(&p, &q, sizeof p) == 0);
       }
       scenario_close(&many);
@@ -54,8 +64,9 @@ static void closes(const struct scenario *s, const char *what) {
     CHECK(l->boundary[b].created == l->boundary[b].culled + l->boundary[b].kept);
     created += l->boundary[b].created, culled += l->boundary[b].culled, kept += l->boundary[b].kept;
   }
-  const bool closed = created == l->created && culled == l->culled && kept == l->kept && l->created == l->culled + l->kept &&
-                      l->lifecycles >= 1 && l->ghosts == s->model->nodes->n_ghost;
+  const bool closed = created == l->created && culled == l->culled && kept == l->kept &&
+                      l->created == l->culled + l->kept && l->lifecycles >= 1 &&
+                      l->ghosts == s->model->nodes->n_ghost;
   if (!closed) fprintf(stderr, "%d-D, %s: the ledger is open\n", NDIM, what);
   CHECK(closed);
 }
@@ -87,9 +98,13 @@ static void culling_changes_nothing(void) {
 static void searches_agree(void) {
   for (int k = 0; k < SIDES; ++k) {
     struct scenario first, other;
-    if (scenario_open(&first, box, "boundaries.x=%s neighbor.search=%s", sides[k], kith_search_all()[0]->name)) scenario_run(&first, 5);
+    if (scenario_open(&first, box, "boundaries.x=%s neighbor.search=%s", sides[k],
+                      kith_search_all()[0]->name))
+      scenario_run(&first, 5);
     for (int s = 1; kith_search_all()[s] != NULL; ++s) {
-      if (scenario_open(&other, box, "boundaries.x=%s neighbor.search=%s", sides[k], kith_search_all()[s]->name) && scenario_run(&other, 5))
+      if (scenario_open(&other, box, "boundaries.x=%s neighbor.search=%s", sides[k],
+                        kith_search_all()[s]->name) &&
+          scenario_run(&other, 5))
         scenario_same(&first, &other, kith_search_all()[s]->name);
       scenario_close(&other);
     }
@@ -97,8 +112,9 @@ static void searches_agree(void) {
   }
 }
 
-/* Sums in another order are off by some 1e-16 of their largest term, and each step hands that on. A pair whose limiter
- * or whose Newton step stands at a switch may see more of it; none did here. Measured: 6e-16. */
+/* Sums in another order are off by some 1e-16 of their largest term, and each step hands that on. A pair
+ * whose limiter or whose Newton step stands at a switch may see more of it; none did here. Measured: 6e-16.
+ */
 static void reordering_is_round_off(void) {
   struct scenario plain, ordered;
   if (scenario_open(&plain, box, "%s", "") && scenario_open(&ordered, box, "connectivity.reorder=1")) {
@@ -113,17 +129,19 @@ static void reordering_is_round_off(void) {
   scenario_close(&plain);
 }
 
-/* Lists that last hold more nodes, all of them outside of the supports: they add zeros. What they do change is where
- * Newton's steps of a support are cut off at the reach, hence the H that it stops at, which is known to the square of 1e-4
- * (density.c): two runs may differ by a few 1e-8 in H, and, as forces follow H continuously, in the velocities. Bound: 1e-7
- * of the largest. With one skin for both, nothing is left but the order of sums. Measured: 2e-8, and 3e-15 with one skin. */
+/* Lists that last hold more nodes, all of them outside of the supports: they add zeros. What they do change
+ * is where Newton's steps of a support are cut off at the reach, hence the H that it stops at, which is known
+ * to the square of 1e-4 (density.c): two runs may differ by a few 1e-8 in H, and, as forces follow H
+ * continuously, in the velocities. Bound: 1e-7 of the largest. With one skin for both, nothing is left but
+ * the order of sums. Measured: 2e-8, and 3e-15 with one skin. */
 static void policies_agree(void) {
   static const double skin[] = {0.05, 0.1, 0.2, 0.4};
   struct scenario always, same, lasting;
   if (scenario_open(&always, box, "%s", "")) scenario_run(&always, 30);
   for (int k = 0; k < 4; ++k) {
     if (scenario_open(&same, box, "connectivity.skin=%g", skin[k])) scenario_run(&same, 30);
-    if (scenario_open(&lasting, box, "connectivity.rebuild=displacement|entity-change connectivity.skin=%g", skin[k]) &&
+    if (scenario_open(&lasting, box, "connectivity.rebuild=displacement|entity-change connectivity.skin=%g",
+                      skin[k]) &&
         scenario_run(&lasting, 30)) {
       const struct kith_ledger *l = &lasting.model->integrator.ledger;
       CHECK(scenario_distance(&always, &lasting, "support") <= 1e-7);

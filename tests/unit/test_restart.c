@@ -33,9 +33,12 @@ static const char streams[] =
     "method: {viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
     "until: 10\n";
 
-static void in(char path[64], const char *name) { snprintf(path, 64, "%s/%s", directory, name); }
+static void in(char path[64], const char *name) {
+  snprintf(path, 64, "%s/%s", directory, name);
+}
 
-/* `steps` steps at a stretch, against a run that is written after `stop` of them and carried on by another model. */
+/* `steps` steps at a stretch, against a run that is written after `stop` of them and carried on by another
+ * model. */
 static void carries_on(const char *yaml, const char *settings, int steps, int stop) {
   struct scenario whole, first, second;
   struct kith_output output = {0}, later = {0};
@@ -72,7 +75,8 @@ static void all_policies(void) {
     for (int s = 0; s < 3; ++s)
       for (int r = 0; r < 3; ++r)
         for (int frozen = 0; frozen < 2; ++frozen) {
-          snprintf(settings, sizeof settings, "connectivity.rebuild=%s scheme.name=%s connectivity.reorder=%d regions.1.frozen=%s",
+          snprintf(settings, sizeof settings,
+                   "connectivity.rebuild=%s scheme.name=%s connectivity.reorder=%d regions.1.frozen=%s",
                    rebuild[p], scheme[s], reorder[r], frozen ? "true" : "false");
           carries_on(box, settings, 10, 5);
         }
@@ -84,7 +88,9 @@ static void mirrored(void) {
   char settings[256];
   for (int s = 0; s < 3; ++s)
     for (int stop = 1; stop < 12; ++stop) {
-      snprintf(settings, sizeof settings, "connectivity.rebuild=displacement connectivity.skin=0.5 scheme.dt=0.01 scheme.name=%s", scheme[s]);
+      snprintf(settings, sizeof settings,
+               "connectivity.rebuild=displacement connectivity.skin=0.5 scheme.dt=0.01 scheme.name=%s",
+               scheme[s]);
       carries_on(streams, settings, 12, stop);
     }
 }
@@ -92,10 +98,17 @@ static void mirrored(void) {
 /* The other switches of a run. */
 static void other_settings(void) {
   static const char *const settings[] = {
-      "method.energy=thermal", "method.energy=thermal traversal=pairs connectivity.rebuild=displacement", "traversal=gather",
-      "connectivity.cull=false connectivity.rebuild=displacement", "neighbor.search=grid", "neighbor.search=brute",
-      "method.viscosity.name=monaghan connectivity.rebuild=displacement", "scheme.dt=0.002", "connectivity.rebuild=displacement connectivity.skin=0.05",
-      "boundaries.x=[open,reflecting] connectivity.rebuild=displacement", "connectivity.rebuild=never connectivity.skin=0.5"};
+      "method.energy=thermal",
+      "method.energy=thermal traversal=pairs connectivity.rebuild=displacement",
+      "traversal=gather",
+      "connectivity.cull=false connectivity.rebuild=displacement",
+      "neighbor.search=grid",
+      "neighbor.search=brute",
+      "method.viscosity.name=monaghan connectivity.rebuild=displacement",
+      "scheme.dt=0.002",
+      "connectivity.rebuild=displacement connectivity.skin=0.05",
+      "boundaries.x=[open,reflecting] connectivity.rebuild=displacement",
+      "connectivity.rebuild=never connectivity.skin=0.5"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k) carries_on(box, settings[k], 10, 5);
   carries_on(box, "connectivity.rebuild=displacement", 10, 0); /* before the first step */
   carries_on(box, "connectivity.rebuild=displacement", 10, 9);

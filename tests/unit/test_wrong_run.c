@@ -1,4 +1,5 @@
-/* Runs at the edges: odd scenes that must work, and wrong states that must stop the run with the node and the reason. */
+/* Runs at the edges: odd scenes that must work, and wrong states that must stop the run with the node and the
+ * reason. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
@@ -23,7 +24,7 @@ static void one_node_in_a_thin_box(void) {
       const struct kith_hydro *h = &s.model->hydro;
       CHECK(s.model->nodes->n_internal == 1 && s.model->nodes->n_ghost > 2);
       CHECK(s.model->nodes->support->f64[0] > 1); /* the box is thinner than that */
-      CHECK_CLOSE(h->density->f64[0], 1, 0.02); /* a lattice of images; exact for the ideal lattice only */
+      CHECK_CLOSE(h->density->f64[0], 1, 0.02);   /* a lattice of images; exact for the ideal lattice only */
       for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(h->velocity->f64[a], 0.3 - 0.1 * a, 1e-14);
     }
     scenario_close(&s);
@@ -32,11 +33,13 @@ static void one_node_in_a_thin_box(void) {
 
 /* Node lists are labels: two materials of the same gas are one. */
 static void lists_are_labels(void) {
-  static const char one[] = HEAD PERIODIC "materials: {a: {gamma: 1.4}}\n"
+  static const char one[] = HEAD PERIODIC
+      "materials: {a: {gamma: 1.4}}\n"
       "resolution: {1d: 30, 2d: 10, 3d: 6}\nregions:\n"
       "  - {material: a, where: {x: [0, 0.5]}, lattice: cubic, jitter: 0.2, density: 1, pressure: 1}\n"
       "  - {material: a, where: {x: [0.5, 1]}, lattice: cubic, jitter: 0.2, density: 1, pressure: 2}\nuntil: 1\n";
-  static const char three[] = HEAD PERIODIC "materials: {empty: {gamma: 1.1}, a: {gamma: 1.4}, b: {gamma: 1.4}}\n"
+  static const char three[] = HEAD PERIODIC
+      "materials: {empty: {gamma: 1.1}, a: {gamma: 1.4}, b: {gamma: 1.4}}\n"
       "resolution: {1d: 30, 2d: 10, 3d: 6}\nregions:\n"
       "  - {material: a, where: {x: [0, 0.5]}, lattice: cubic, jitter: 0.2, density: 1, pressure: 1}\n"
       "  - {material: b, where: {x: [0.5, 1]}, lattice: cubic, jitter: 0.2, density: 1, pressure: 2}\nuntil: 1\n";
@@ -94,7 +97,8 @@ static void stops(struct scenario *s, int64_t id, const char *reason) {
   char node[32];
   snprintf(node, sizeof node, "node %lld", (long long)id);
   kith_status status = KITH_OK;
-  for (int k = 0; k < 50 && status == KITH_OK; ++k) status = kith_integrator_step(&s->model->integrator, s->scene->until);
+  for (int k = 0; k < 50 && status == KITH_OK; ++k)
+    status = kith_integrator_step(&s->model->integrator, s->scene->until);
   CHECK_STATUS(KITH_DIVERGED, status);
   if (strstr(kith_failure(), id >= 0 ? node : "node ") == NULL || strstr(kith_failure(), reason) == NULL) {
     ++check_failures;
@@ -115,10 +119,13 @@ static void breaks(const char *settings, const char *field, double value, const 
 }
 
 static void broken_states(void) {
-  static const char *const settings[] = {"scheme.name=leapfrog", "scheme.name=rk2", "scheme.name=cheap-rk2",
-                                         "scheme.name=leapfrog connectivity.rebuild=displacement",
-                                         "scheme.name=rk2 connectivity.rebuild=displacement boundaries.x=reflecting",
-                                         "boundaries.x=open boundaries.y=open boundaries.z=open"};
+  static const char *const settings[] = {
+      "scheme.name=leapfrog",
+      "scheme.name=rk2",
+      "scheme.name=cheap-rk2",
+      "scheme.name=leapfrog connectivity.rebuild=displacement",
+      "scheme.name=rk2 connectivity.rebuild=displacement boundaries.x=reflecting",
+      "boundaries.x=open boundaries.y=open boundaries.z=open"};
   for (int k = 0; k < 6; ++k) {
     breaks(settings[k], "velocity", NAN, "not finite");
     breaks(settings[k], "velocity", INFINITY, "not finite");
@@ -131,7 +138,8 @@ static void broken_states(void) {
 
 /* One node and nothing else anywhere: no support is large enough. */
 static void alone(void) {
-  static const char yaml[] = HEAD GAS "resolution: 1\nregions: [{material: gas, lattice: cubic, density: 1, pressure: 1}]\nuntil: 1\n";
+  static const char yaml[] = HEAD GAS
+      "resolution: 1\nregions: [{material: gas, lattice: cubic, density: 1, pressure: 1}]\nuntil: 1\n";
   static const char *const rebuild[] = {"always", "displacement"};
   for (int k = 0; k < 2; ++k) {
     struct scenario s;
