@@ -81,31 +81,26 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
   return false;
 }
 
-/* At the final H: sum w, sum q^2 g, sum m w and sum m q^2 g over the row and the node itself. */
-struct sums {
-  double w, q2g, mw, mq2g;
-};
-__attribute__((always_inline)) static inline struct sums final_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
-                                                                    double inverse_support, struct kith_scratch *s) {
+/* sum m w and sum m q^2 g over the row and the node itself. */
+__attribute__((always_inline)) static inline void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+                                                            double inverse_support, struct kith_scratch *s,
+                                                            double *sum_mw, double *sum_mq2g) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
   const double *restrict mass = pass->package->hydro->mass->f64, *restrict r = kith_scratch_lane(s, DISTANCE);
-  double w0, g0, sw = 0, sg = 0, smw = 0, smg = 0;
+  double w0, g0, sw = 0, sg = 0;
   kith_kernel_value(kernel, 0, &w0, &g0);
-  w0 *= pass->package->self_weight;
-#pragma omp simd reduction(+ : sw, sg, smw, smg)
+#pragma omp simd reduction(+ : sw, sg)
   for (size_t k = 0; k < n; ++k) {
     double w, g;
     const double q = r[k] * inverse_support, m = mass[row[k]];
     kith_kernel_value(kernel, q, &w, &g);
-    g *= q * q;
-    sw += w;
-    sg += g;
-    smw += m * w;
-    smg += m * g;
+    sw += m * w;
+    sg += m * q * q * g;
   }
-  return (struct sums){w0 + sw, sg, mass[i] * w0 + smw, smg};
+  *sum_mw = mass[i] * pass->package->self_weight * w0 + sw;
+  *sum_mq2g = sg;
 }
 
 /* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
