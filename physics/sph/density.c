@@ -6,7 +6,7 @@
 enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
 enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 
-static const double tolerance = 1e-6; /* of the last but one ln H, where Omega is taken; a sound wave of 1e-6 sees no noise of it */
+static const double tolerance = 1e-7; /* of the last but one ln H, where Omega is taken; a sound wave of 1e-6 sees no noise of it */
 static const int max_iterations = 60;
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
