@@ -133,12 +133,12 @@ kith_status kith_integrator_resume(struct kith_integrator *it) {
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a) it->nodes->position->f64[(size_t)i * NDIM + a] = it->built[a]->f64[i];
   const int reorder_every = it->reorder_every;
-  const double skin = it->skin;
+  const double skin = it->skin, dt = it->dt;
   const uint64_t since = it->since_reorder;
   kith_field_copy(it->nodes, it->nodes->support, it->built_reach);
-  it->reorder_every = 0, it->skin = 0;
+  it->reorder_every = 0, it->skin = 0, it->dt = 0; /* the reach is what it was: nothing is added */
   const kith_status status = run_lifecycle(it, "first build");
-  it->reorder_every = reorder_every, it->skin = skin, it->since_reorder = since;
+  it->reorder_every = reorder_every, it->skin = skin, it->dt = dt, it->since_reorder = since;
   kith_field_copy(it->nodes, it->nodes->position, position);
   kith_field_copy(it->nodes, it->nodes->support, it->energy_base);
   it->nodes->positions += 1;
