@@ -66,7 +66,7 @@ static void closes(const struct scenario *s, const char *what) {
   }
   const bool closed = created == l->created && culled == l->culled && kept == l->kept &&
                       l->created == l->culled + l->kept && l->lifecycles >= 1 &&
-                      l->ghosts == s->model->nodes->n_ghost;
+                      l->ghosts == (uint64_t)s->model->nodes->n_ghost;
   if (!closed) fprintf(stderr, "%d-D, %s: the ledger is open\n", NDIM, what);
   CHECK(closed);
 }

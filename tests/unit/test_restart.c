@@ -49,7 +49,8 @@ static void carries_on(const char *yaml, const char *settings, int steps, int st
   if (scenario_open(&first, yaml, "%s", settings) && scenario_run(&first, stop)) {
     origin.totals = first.start;
     kith_origin_follow(&origin, first.model, &first.start);
-    CHECK_OK(kith_output_open(&output, directory, first.model, false));
+    CHECK_OK(kith_output_directory(&output, directory));
+    CHECK_OK(kith_output_open(&output, first.model, false));
     CHECK_OK(kith_output_checkpoint(&output, first.model, &origin));
     CHECK_OK(kith_output_close(&output));
   }
