@@ -18,7 +18,9 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
       KITH_TRY(kith_nodes_field(it->nodes, &built, &it->built[a]));
     }
     const struct kith_field_spec reach = {"built_reach", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "reach the lists were made with"};
+    const struct kith_field_spec support = {"built_support", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "support the lists were made with"};
     KITH_TRY(kith_nodes_field(it->nodes, &reach, &it->built_reach));
+    KITH_TRY(kith_nodes_field(it->nodes, &support, &it->built_support));
   }
   return KITH_OK;
 }
@@ -132,13 +134,12 @@ kith_status kith_integrator_resume(struct kith_integrator *it) {
   kith_field_copy(it->nodes, it->energy_base, it->nodes->support);
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a) it->nodes->position->f64[(size_t)i * NDIM + a] = it->built[a]->f64[i];
+  kith_field_copy(it->nodes, it->nodes->support, it->built_support);
   const int reorder_every = it->reorder_every;
-  const double skin = it->skin, dt = it->dt;
   const uint64_t since = it->since_reorder;
-  kith_field_copy(it->nodes, it->nodes->support, it->built_reach);
-  it->reorder_every = 0, it->skin = 0, it->dt = 0; /* the reach is what it was, nothing is added */
+  it->reorder_every = 0, it->resuming = true;
   const kith_status status = run_lifecycle(it, "first build");
-  it->reorder_every = reorder_every, it->skin = skin, it->dt = dt, it->since_reorder = since;
+  it->reorder_every = reorder_every, it->resuming = false, it->since_reorder = since;
   kith_field_copy(it->nodes, it->nodes->position, position);
   kith_field_copy(it->nodes, it->nodes->support, it->energy_base);
   it->nodes->positions += 1;

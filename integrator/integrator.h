@@ -76,7 +76,8 @@ struct kith_integrator {
   struct kith_field *energy_base, *position_base;
   /* What lasting lists were made from; NULL if lists do not last. Coordinates are scalars: a node that is mirrored since then
    * has moved, the place has not. */
-  struct kith_field *built[NDIM], *built_reach;
+  struct kith_field *built[NDIM], *built_reach, *built_support;
+  bool resuming;            /* the lists of a restarted run are being made again: with built_reach */
   struct kith_requirements need;
   struct kith_ledger ledger;
   uint8_t *keep;            /* scratch of the lifecycle */

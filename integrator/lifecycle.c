@@ -22,6 +22,10 @@ static struct kith_requirements requirements(const struct kith_integrator *it) {
  * grew in it. Too little costs a rebuild when the density is known, too much costs pairs. */
 static void set_reach(const struct kith_integrator *it) {
   const struct kith_nodes *nodes = it->nodes;
+  if (it->resuming) { /* bit for bit what it was */
+    kith_field_copy(nodes, nodes->reach, it->built_reach);
+    return;
+  }
   const double *expansion = it->package->expansion->f64, rate = 2 * it->dt / NDIM;
 #pragma omp parallel for simd schedule(static)
   for (kith_index i = 0; i < nodes->n_internal; ++i)
@@ -125,6 +129,7 @@ static void remember(struct kith_integrator *it) {
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a) it->built[a]->f64[i] = x[(size_t)i * NDIM + a];
   kith_field_copy(it->nodes, it->built_reach, it->nodes->reach);
+  kith_field_copy(it->nodes, it->built_support, it->nodes->support);
 }
 
 /* Stamps, snapshots of the policies, the ledger. */

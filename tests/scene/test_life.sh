@@ -57,9 +57,13 @@ for rebuild in always displacement; do
     restart=()
     if [[ -e parts ]]; then restart=(--restart parts/checkpoint.kith); fi
     ok "$kith" run tiny.yaml "$@" -o parts --steps $steps "${restart[@]}"
+    # What is read and written at once is the same file.
+    rm -rf other
+    ok "$kith" run tiny.yaml "$@" -o other --steps $steps --restart parts/checkpoint.kith
+    same parts/checkpoint.kith other/checkpoint.kith
   done
   ok "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith
-  ls whole/checkpoint.kith.previous >/dev/null && same_run whole parts
+  same_run whole parts
 
   # By a signal, twice.
   rm -rf parts
@@ -93,10 +97,25 @@ for rebuild in always displacement; do
   same_run whole parts
 done
 
+# The other schemes.
+for scheme in rk2 cheap-rk2; do
+  rm -rf whole parts
+  set -- --quiet --set output.every=0.03 --set output.checkpoint_at_end=true --set until=0.2 --set resolution=200 \
+    --set connectivity.rebuild=displacement --set scheme.name=$scheme
+  ok "$kith" run tiny.yaml "$@" -o whole
+  for steps in 7 20; do
+    ok "$kith" run tiny.yaml "$@" -o parts --steps $steps
+    ok "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith
+    rm -f parts/*.previous
+    same_run whole parts
+  done
+done
+
 # A restart into another directory leaves the first one alone, and lists only the snapshots that are there.
+rm -rf other parts
+ok "$kith" run tiny.yaml "$@" --steps 30 -o parts
 before=$(seen parts)
-rm -rf other
-ok "$kith" run tiny.yaml "$@" -o other --restart parts/checkpoint.kith.previous
+ok "$kith" run tiny.yaml "$@" -o other --restart parts/checkpoint.kith
 [[ $(seen parts) == "$before" ]] || wrong "a restart changed the directory it came from"
 same whole/checkpoint.kith other/checkpoint.kith
 for file in $(grep -o 'snapshot_[0-9]*.hdf' other/snapshots.hdf.series); do

@@ -32,7 +32,8 @@ shown "search brute:" "$@" --set neighbor.search=brute
 shown "open below, reflecting" "$@" --set 'boundaries.x=[open, reflecting]'
 shown "culling is off" "$@" --set connectivity.cull=false
 shown "steps of 2 evaluations" "$@" --set scheme.name=rk2
-shown "skin 0.1 of the support" "$@" --set connectivity.rebuild=displacement
+shown "skin 0.15 of the support" "$@" --set connectivity.rebuild=displacement --set connectivity.skin=0.15
+shown "lists last" "$@" --set connectivity.rebuild=displacement
 shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
 shown "ghosts none" "$@" --set boundaries=
 stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neighbors=300
