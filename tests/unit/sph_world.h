@@ -383,7 +383,8 @@ static inline void truth_clear(struct truth *t) {
   memset(t, 0, sizeof *t);
 }
 
-/* Supports at their roots: the package leaves them as they are, and the sums can be compared to round-off. */
+/* Supports at their roots: the package moves them by round-off only, and the sums can be compared to
+ * round-off. */
 static inline void world_root(struct world *w, const struct truth *t) {
   memcpy(w->nodes->support->f64, t->support, (size_t)w->nodes->n_internal * sizeof(double));
 }
