@@ -24,42 +24,64 @@ struct row {
   const char *settings[3];
 };
 
-struct figures {
-  double updates, seconds, neighbors, rebuilds, energy_drift;
+enum { MOST_STAGES = 48 };
+
+/* Own time of the stages of the step, in ns per node and step; the sum of all, and of the step itself. */
+struct stages {
+  int n;
+  char path[MOST_STAGES][64];
+  double ns[MOST_STAGES], sum, step;
+  double plain_density, plain_force; /* reference loops on the same rows */
 };
 
-
-static void print_bytes(const struct kith_model *m) {
+struct figures {
+  double updates, neighbors, rebuilds, energy_drift;
+  struct stages stages;
   struct kith_bytes bytes[KITH_MODEL_STRUCTURES];
-  kith_model_bytes(m, bytes);
-  double total = 0, pairwise = 0;
-  printf("\n  bytes per node");
-  for (int k = 0; k < KITH_MODEL_STRUCTURES; ++k) {
-    const double each = (double)bytes[k].bytes / m->nodes->n_internal;
-    printf("  %s %.0f", bytes[k].name, each);
-    total += each;
-    if (strcmp(bytes[k].name, "pairwise") == 0) pairwise = each;
-  }
-  printf("  all %.0f, without pairwise %.0f\n", total, total - pairwise);
-}
+  double nodes;
+};
 
-/* Self time of every stage of the step, in ns per node and step; that of the reference loops beside it. */
-static void print_stages(const struct kith_profile *profile, const struct kith_model *m, uint64_t steps) {
+static void take_stages(const struct kith_profile *profile, double updates, struct stages *out) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(profile, &stage);
-  const double updates = (double)m->nodes->n_internal * (double)steps;
-  double density, force, whole = 0, stages = 0;
-  printf("\n  %-44s %12s %8s\n", "stage (its own time)", "ns per node", "share");
-  for (int k = 0; k < n; ++k)
-    if (strcmp(stage[k].path, "step") == 0) whole = stage[k].seconds;
+  *out = (struct stages){0};
   for (int k = 0; k < n; ++k) {
-    if (strncmp(stage[k].path, "step/", 5) != 0) continue;
-    printf("  %-44s %12.1f %7.1f%%\n", stage[k].path + 5, 1e9 * stage[k].self_seconds / updates, 100 * stage[k].self_seconds / whole);
-    stages += stage[k].self_seconds;
+    if (strcmp(stage[k].path, "step") == 0) out->step = 1e9 * stage[k].seconds / updates;
+    if (strncmp(stage[k].path, "step/", 5) != 0 || out->n == MOST_STAGES) continue;
+    snprintf(out->path[out->n], sizeof out->path[0], "%s", stage[k].path + 5);
+    out->sum += out->ns[out->n++] = 1e9 * stage[k].self_seconds / updates;
   }
-  printf("  %-44s %12.1f %7.1f%%\n", "outside of any stage", 1e9 * (whole - stages) / updates, 100 * (whole - stages) / whole);
-  kith_reference_loops(m, &density, &force);
-  printf("  reference: plain density loop %.0f ns per node, plain force loop %.0f ns per node\n", 1e9 * density, 1e9 * force);
+}
+
+static void print_line(const char *what, double one, double all, bool both) {
+  printf("  %-40s %12.1f", what, one);
+  if (both) printf(" %12.1f %8.2f", all, one / all);
+  printf("\n");
+}
+
+/* One thread and all threads beside each other. */
+static void print_stages(const struct stages *one, const struct stages *all, int threads) {
+  const bool both = threads > 1;
+  printf("\n  %-40s %12s", "ns per node and step, own time of a stage", "1 thread");
+  if (both) printf(" %4d threads %8s", threads, "ratio");
+  printf("\n");
+  for (int k = 0; k < one->n; ++k) print_line(one->path[k], one->ns[k], k < all->n ? all->ns[k] : 0, both);
+  print_line("outside of any stage", one->step - one->sum, all->step - all->sum, false);
+  print_line("step", one->step, all->step, both);
+  print_line("reference: plain density loop", one->plain_density, all->plain_density, both);
+  print_line("reference: plain force loop", one->plain_force, all->plain_force, both);
+}
+
+static void print_bytes(const struct figures *f) {
+  double total = 0, pairwise = 0;
+  printf("\n  bytes per node:");
+  for (int k = 0; k < KITH_MODEL_STRUCTURES; ++k) {
+    const double each = (double)f->bytes[k].bytes / f->nodes;
+    printf(" %s %.0f,", f->bytes[k].name, each);
+    total += each;
+    if (strcmp(f->bytes[k].name, "pairwise") == 0) pairwise = each;
+  }
+  printf(" all but pairwise %.0f\n", total - pairwise);
 }
 
 static kith_status time_steps(struct kith_model *m, const struct kith_options *options, uint64_t *steps, double *seconds) {
@@ -73,7 +95,17 @@ static kith_status time_steps(struct kith_model *m, const struct kith_options *o
   return KITH_OK;
 }
 
-static kith_status run_row(const struct kith_options *options, const struct row *row, bool show, struct figures *out) {
+static void take_figures(const struct kith_model *m, const struct kith_profile *profile, uint64_t steps, double seconds,
+                         struct figures *out) {
+  out->nodes = m->nodes->n_internal;
+  out->updates = out->nodes * (double)steps / seconds;
+  out->neighbors = (double)m->integrator.ledger.last_entries / out->nodes;
+  out->rebuilds = (double)m->integrator.ledger.lifecycles - 1;
+  take_stages(profile, out->nodes * (double)steps, &out->stages);
+  kith_model_bytes(m, out->bytes);
+}
+
+static kith_status run_row(const struct kith_options *options, const struct row *row, bool reference, struct figures *out) {
   const char *overrides[KITH_MAX_OVERRIDES + 4];
   int n = 0;
   for (int k = 0; k < row->n_settings; ++k) overrides[n++] = row->settings[k];
@@ -82,24 +114,21 @@ static kith_status run_row(const struct kith_options *options, const struct row 
   struct kith_profile *profile = NULL;
   struct kith_model *m = NULL;
   uint64_t steps = 0;
+  double seconds = 0;
   omp_set_num_threads(row->threads);
   kith_status status = kith_scene_parse(&scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
   if (status == KITH_OK) status = kith_profile_create(&profile, row->threads, false);
   if (status == KITH_OK) status = kith_model_create(&m, scene, profile, false);
   if (status == KITH_OK) {
     const struct kith_totals before = kith_hydro_totals(&m->hydro);
-    status = time_steps(m, options, &steps, &out->seconds);
+    status = time_steps(m, options, &steps, &seconds);
     const struct kith_totals after = kith_hydro_totals(&m->hydro);
     out->energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1;
   }
-  if (status == KITH_OK) {
-    out->updates = (double)m->nodes->n_internal * (double)steps / out->seconds;
-    out->neighbors = (double)m->integrator.ledger.last_entries / m->nodes->n_internal;
-    out->rebuilds = (double)m->integrator.ledger.lifecycles - 1;
-    if (show) {
-      print_stages(profile, m, steps);
-      print_bytes(m);
-    }
+  if (status == KITH_OK) take_figures(m, profile, steps, seconds, out);
+  if (status == KITH_OK && reference) {
+    kith_reference_loops(m, &out->stages.plain_density, &out->stages.plain_force);
+    out->stages.plain_density *= 1e9, out->stages.plain_force *= 1e9;
   }
   kith_model_destroy(&m);
   kith_profile_destroy(&profile);
@@ -107,37 +136,46 @@ static kith_status run_row(const struct kith_options *options, const struct row 
   return status;
 }
 
+static void print_row(const struct row *row, const struct figures *f) {
+  printf("  %-36s %7d %11.3g %10.0f %9.0f %12.1f %13.1e\n", row->what, row->threads, f->updates, 1e9 / f->updates, f->rebuilds,
+         f->neighbors, f->energy_drift);
+  fflush(stdout);
+}
+
+static void print_triad(int all) {
+  double triad;
+  omp_set_num_threads(1);
+  if (kith_reference_triad(&triad) == KITH_OK) printf("\n  reference: triad on one thread %.1f GB/s", 1e-9 * triad);
+  omp_set_num_threads(all);
+  if (kith_reference_triad(&triad) == KITH_OK) printf(", on %d %.1f GB/s\n", all, 1e-9 * triad);
+}
+
 enum kith_exit kith_bench(const struct kith_options *options) {
   const int all = omp_get_max_threads();
   const struct row rows[] = {
-      {"thermal, rebuilt each step", 1, 0, {NULL}},
-      {"thermal, rebuilt each step", all, 0, {NULL}},
-      {"compatible, rebuilt each step", 1, 1, {"method.energy=compatible"}},
-      {"compatible, gather", 1, 2, {"method.energy=compatible", "traversal=gather"}},
-      {"thermal, pairs", 1, 1, {"traversal=pairs"}},
+      {"thermal, rows rebuilt each step", 1, 0, {NULL}},
+      {"thermal, rows rebuilt each step", all, 0, {NULL}},
+      {"thermal, traversal pairs", 1, 1, {"traversal=pairs"}},
+      {"compatible", 1, 1, {"method.energy=compatible"}},
+      {"compatible, traversal gather", 1, 2, {"method.energy=compatible", "traversal=gather"}},
       {"thermal, displacement, skin 0.05", 1, 2, {"connectivity.rebuild=displacement", "connectivity.skin=0.05"}},
       {"thermal, displacement, skin 0.1", 1, 2, {"connectivity.rebuild=displacement", "connectivity.skin=0.1"}},
       {"thermal, displacement, skin 0.2", 1, 2, {"connectivity.rebuild=displacement", "connectivity.skin=0.2"}},
   };
-  double triad;
-  printf("kith bench: 3-D Sedov, %s, %s\n", kith_version(), kith_build());
-  for (size_t k = 0; k < sizeof rows / sizeof rows[0]; ++k) {
-    struct figures f;
+  enum { ROWS = sizeof rows / sizeof rows[0] };
+  struct figures f[ROWS] = {{0}};
+  printf("kith bench: 3-D Sedov, kith %s, %s\n\n", kith_version(), kith_build());
+  printf("  %-36s %7s %11s %10s %9s %12s %13s\n", "case", "threads", "updates/s", "ns/update", "rebuilds", "row entries", "energy drift");
+  for (int k = 0; k < ROWS; ++k) {
     if (k == 1 && all == 1) continue;
-    if (run_row(options, &rows[k], k == 0, &f) != KITH_OK) {
+    if (run_row(options, &rows[k], k < 2, &f[k]) != KITH_OK) {
       fprintf(stderr, "kith: %s\n", kith_failure());
       return KITH_EXIT_FAILED;
     }
-    if (k == 0)
-      printf("\n  %-34s %7s %12s %10s %9s %11s %12s\n", "case", "threads", "updates/s", "ns/update", "rebuilds", "row entries",
-             "energy drift");
-    printf("  %-34s %7d %12.3g %10.0f %9.0f %11.1f %12.1e\n", rows[k].what, rows[k].threads, f.updates, 1e9 / f.updates, f.rebuilds,
-           f.neighbors, f.energy_drift);
-    fflush(stdout);
+    print_row(&rows[k], &f[k]);
   }
-  omp_set_num_threads(1);
-  if (kith_reference_triad(&triad) == KITH_OK) printf("\n  reference: triad on one thread %.1f GB/s", 1e-9 * triad);
-  omp_set_num_threads(all);
-  if (kith_reference_triad(&triad) == KITH_OK) printf(", on %d threads %.1f GB/s\n", all, 1e-9 * triad);
+  print_stages(&f[0].stages, &f[1].stages, all);
+  print_bytes(&f[0]);
+  print_triad(all);
   return KITH_EXIT_OK;
 }

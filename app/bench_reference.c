@@ -28,9 +28,14 @@ static double plain_density(const struct kith_model *m, kith_index i) {
   for (size_t k = rows->first[i]; k < rows->first[i + 1]; ++k) {
     const kith_index j = rows->node[k];
     const double q = sqrt(kith_distance2(x + (size_t)i * NDIM, x + (size_t)j * NDIM)) * inverse;
-    if (q < 1) sum += mass[j] * pow(1 - q, 4) * (1 + 4 * q);
+    if (q < 1) sum += mass[j] * (1 - q) * (1 - q) * (1 - q) * (1 - q) * (1 + 4 * q);
   }
   return sum;
+}
+
+/* (1 - q)^3 / H^(d + 2), 0 outside */
+static inline double slope(double left, double inverse) {
+  return left > 0 ? left * left * left * kith_pow_dim(inverse) * inverse * inverse : 0;
 }
 
 static double plain_force(const struct kith_model *m, kith_index i) {
@@ -47,7 +52,7 @@ static double plain_force(const struct kith_model *m, kith_index i) {
       vx += (v[(size_t)i * NDIM + a] - v[(size_t)j * NDIM + a]) * d[a];
     }
     const double r = sqrt(r2), hi = 1 / m->nodes->support->f64[i], hj = 1 / m->nodes->support->f64[j];
-    const double gi = r * hi < 1 ? pow(1 - r * hi, 3) * pow(hi, NDIM + 2) : 0, gj = r * hj < 1 ? pow(1 - r * hj, 3) * pow(hj, NDIM + 2) : 0;
+    const double gi = slope(1 - r * hi, hi), gj = slope(1 - r * hj, hj);
     const double mu = vx < 0 ? vx / r : 0, sound = 0.5 * (h->sound_speed->f64[i] + h->sound_speed->f64[j]);
     const double viscosity = (2 * mu * mu - sound * mu) / (rho[i] + rho[j]);
     const double f = h->mass->f64[j] * (p[i] / (rho[i] * rho[i]) * gi + p[j] / (rho[j] * rho[j]) * gj + viscosity * (gi + gj));

@@ -50,8 +50,8 @@ static const struct kith_key connectivity_keys[] = {
      "reach of lasting lists beyond the support, as a part of it; none: the default of the policy",
      IN(connectivity.skin)},
     {"cull", KITH_KEY_BOOL, "true", "", "drop ghosts that no node needs", IN(connectivity.cull)},
-    {"reorder", KITH_KEY_INTEGER, "0", "[0, inf)",
-     "steps between reorderings along the curve; 0: only at the start", IN(connectivity.reorder)},
+    {"reorder", KITH_KEY_INTEGER, "20", "[0, inf)",
+     "lifecycles between reorderings of the nodes along the curve, the first one included; 0: never", IN(connectivity.reorder)},
     {0}};
 
 static const struct kith_key output_keys[] = {

@@ -54,6 +54,10 @@ static void mirror(struct kith_nodes *nodes, kith_index i, int axis, double sign
     const enum kith_kind kind = nodes->fields[f]->spec.kind;
     if (kind == KITH_POSITION) value[(size_t)i * NDIM + axis] = sign * value[(size_t)i * NDIM + axis] + shift;
     if (kind == KITH_VECTOR) value[(size_t)i * NDIM + axis] *= sign;
+    if (kind == KITH_SYMMETRIC)
+      for (int a = 0, c = 0; a < NDIM; ++a)
+        for (int b = a; b < NDIM; ++b, ++c)
+          if ((a == axis) != (b == axis)) value[(size_t)i * (NDIM * (NDIM + 1) / 2) + c] *= sign;
     if (kind == KITH_TENSOR)
       for (int b = 0; b < NDIM; ++b) {
         if (b == axis) continue;

@@ -54,6 +54,13 @@ static void refresh_part(struct kith_field *field, const struct kith_ghost_block
       copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM * NDIM, product, NULL);
       break;
     }
+    case KITH_SYMMETRIC: {
+      double product[NDIM * (NDIM + 1) / 2];
+      for (int a = 0, c = 0; a < NDIM; ++a)
+        for (int b = a; b < NDIM; ++b) product[c++] = sign[a] * sign[b];
+      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM * (NDIM + 1) / 2, product, NULL);
+      break;
+    }
   }
 }
 
@@ -74,6 +81,14 @@ void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *cons
     if (nodes->blocks[b].kind == KITH_GHOST_IMAGE) refresh_block(&nodes->blocks[b], fields, n_fields);
 #pragma omp barrier /* a later block may have its controls in this one */
   }
+}
+
+/* What a new ghost gets: all but the fields that live inside a step, which whoever uses them refreshes; and the reach. */
+static int lasting_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
+  int n = 0;
+  for (int f = 0; f < nodes->n_fields; ++f)
+    if (nodes->fields[f]->spec.role != KITH_WORK || nodes->fields[f] == nodes->reach) fields[n++] = nodes->fields[f];
+  return n;
 }
 
 static kith_status check_block(const struct kith_nodes *nodes, const struct kith_ghost_block *block) {
@@ -122,8 +137,10 @@ kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_gh
   nodes->n_ghost += fresh.count;
   ++nodes->ghosts;
   if (fresh.kind == KITH_GHOST_IMAGE) {
-#pragma omp parallel if ((int64_t)fresh.count * nodes->n_fields >= WORTH_A_TEAM)
-    refresh_block(&fresh, nodes->fields, nodes->n_fields);
+    struct kith_field *fields[KITH_MAX_FIELDS];
+    const int n_fields = lasting_fields(nodes, fields);
+#pragma omp parallel if ((int64_t)fresh.count * n_fields >= WORTH_A_TEAM)
+    refresh_block(&fresh, fields, n_fields);
     return KITH_OK;
   }
   clear_values(nodes, fresh.first, fresh.count);

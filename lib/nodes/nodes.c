@@ -13,7 +13,12 @@ size_t kith_field_node_size(const struct kith_field *field) {
 }
 
 static int components_of(enum kith_kind kind) {
-  return kind == KITH_SCALAR ? 1 : kind == KITH_TENSOR ? NDIM * NDIM : NDIM;
+  switch (kind) {
+    case KITH_SCALAR: return 1;
+    case KITH_TENSOR: return NDIM * NDIM;
+    case KITH_SYMMETRIC: return NDIM * (NDIM + 1) / 2;
+    default: return NDIM;
+  }
 }
 
 static kith_status register_standing(struct kith_nodes *nodes) {

@@ -24,13 +24,14 @@ enum kith_kind {
   KITH_SCALAR,   /* 1; unchanged */
   KITH_VECTOR,   /* NDIM; the component along a mirrored axis flips */
   KITH_TENSOR,   /* NDIM*NDIM, [row][column]; flips once for each index along a mirrored axis */
+  KITH_SYMMETRIC, /* NDIM*(NDIM+1)/2, the upper triangle of a symmetric tensor; never in snapshots */
   KITH_POSITION, /* NDIM; mirrored and shifted */
 };
 enum kith_type { KITH_F64, KITH_I64, KITH_U8 };
 enum kith_role {
   KITH_STATE,   /* evolves: in checkpoint */
   KITH_DERIVED, /* follows from the state: recomputed after a restart */
-  KITH_WORK,    /* lives inside a step */
+  KITH_WORK,    /* lives inside a step; new ghosts do not have it until it is refreshed */
 };
 
 struct kith_field_spec {
@@ -136,7 +137,7 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
 
 /* Ghosts. Drop all; append one block (control is taken over: owned by the nodes from here on, also on failure). */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
-/* block->first is set here. Image ghosts get all fields through their image; frozen ones are zero,
+/* block->first is set here. Image ghosts get their reach and all fields but KITH_WORK through their image; frozen ones are zero,
  * for the caller to fill. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
 /* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these fields.

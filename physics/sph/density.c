@@ -1,4 +1,3 @@
-#include <string.h>
 #include "lib/core/lanes.h"
 #include "physics/sph/sph.h"
 
@@ -200,7 +199,10 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
     double divergence = 0;
     for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
     pass->package->expansion->f64[i] = divergence;
-    if (pass->sph->gradient != NULL) memcpy(pass->sph->gradient->f64 + (size_t)i * NDIM * NDIM, gradient, sizeof gradient);
+    if (pass->sph->shear == NULL) continue;
+    double *shear = pass->sph->shear->f64 + (size_t)i * SPH_SHEAR;
+    for (int a = 0; a < NDIM; ++a)
+      for (int b = a; b < NDIM; ++b) *shear++ = 0.5 * (gradient[a * NDIM + b] + gradient[b * NDIM + a]);
   }
 }
 

@@ -216,12 +216,12 @@ __attribute__((always_inline)) static inline void nodes_chunk(enum kith_kernel k
 #define X(name, ...)                                                                                          \
   KITH_HOT static void pairs_##name(void *context, kith_index begin, kith_index end, struct kith_scratch *s) { \
     const struct sph_pass *pass = context;                                                                    \
-    if (pass->sph->gradient != NULL) pairs_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);              \
+    if (pass->sph->shear != NULL) pairs_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);              \
     else pairs_chunk(KITH_KERNEL_##name, false, pass, begin, end, s);                                         \
   }                                                                                                           \
   KITH_HOT static void nodes_##name(void *context, kith_index begin, kith_index end, struct kith_scratch *s) { \
     const struct sph_pass *pass = context;                                                                    \
-    if (pass->sph->gradient != NULL) nodes_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);              \
+    if (pass->sph->shear != NULL) nodes_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);              \
     else nodes_chunk(KITH_KERNEL_##name, false, pass, begin, end, s);                                         \
   }
 KITH_KERNEL_LIST(X)
@@ -275,10 +275,7 @@ kith_status sph_pack(struct sph_pass *pass) {
     record[SPH_MASS] = mass;
     record[SPH_DENSITY] = density;
     record[SPH_SOUND] = hydro->sound_speed->f64[i];
-    if (sph->gradient == NULL) continue;
-    const double *g = sph->gradient->f64 + at * NDIM;
-    for (int a = 0, k = SPH_GRADIENT; a < NDIM; ++a)
-      for (int b = a; b < NDIM; ++b) record[k++] = 0.5 * (g[a * NDIM + b] + g[b * NDIM + a]);
+    for (int k = 0; sph->shear != NULL && k < SPH_SHEAR; ++k) record[SPH_GRADIENT + k] = sph->shear->f64[(size_t)i * SPH_SHEAR + k];
   }
   kith_profile_end(pass->package->profile);
   return KITH_OK;

@@ -15,10 +15,10 @@ static kith_status sph_create(struct kith_package *package) {
   package->self = sph;
   const struct kith_field_spec excess = {"excess", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"};
   const struct kith_field_spec signal = {"signal", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "signal speed of the Courant condition"};
-  const struct kith_field_spec gradient = {"velocity_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dv_a/dx_b"};
+  const struct kith_field_spec shear = {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"};
   KITH_TRY(kith_nodes_field(nodes, &excess, &sph->excess));
   KITH_TRY(kith_nodes_field(nodes, &signal, &sph->signal));
-  if (package->viscosity == KITH_VISCOSITY_LIMITED) KITH_TRY(kith_nodes_field(nodes, &gradient, &sph->gradient));
+  if (package->viscosity == KITH_VISCOSITY_LIMITED) KITH_TRY(kith_nodes_field(nodes, &shear, &sph->shear));
   return KITH_OK;
 }
 
@@ -61,8 +61,8 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   KITH_TRY(sph_density(&pass));
   kith_hydro_close(hydro);
   struct kith_field *const between[] = {nodes->support,     hydro->density, hydro->pressure,
-                                        hydro->sound_speed, sph->excess,    sph->gradient};
-  refresh(package, sph->gradient != NULL ? 6 : 5, between);
+                                        hydro->sound_speed, sph->excess,    sph->shear};
+  refresh(package, sph->shear != NULL ? 6 : 5, between);
   KITH_TRY(sph_pack(&pass));
   KITH_TRY(sph_force(&pass));
   if (!package->compatible) return KITH_OK;

@@ -32,7 +32,7 @@ enum {
   SPH_MASS,
   SPH_DENSITY,
   SPH_SOUND,
-  SPH_GRADIENT,                            /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
+  SPH_GRADIENT, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
   SPH_RECORD = (SPH_GRADIENT + SPH_SHEAR + 1) / 2 * 2 /* doubles in a record: an even number */
 };
 
@@ -40,7 +40,7 @@ enum {
 enum { SPH_FORCE, SPH_HEAT, SPH_SIGNAL, SPH_PAIR_VALUES };
 
 struct sph {
-  struct kith_field *excess, *gradient, *signal; /* gradient: NULL unless the viscosity is limited */
+  struct kith_field *excess, *shear, *signal; /* shear: NULL unless the viscosity is limited */
   double *record;                             /* [capacity][SPH_RECORD], internal nodes and ghosts */
   size_t record_capacity;
   struct kith_pairwise pair;

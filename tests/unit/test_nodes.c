@@ -10,20 +10,22 @@ static const char *const names[] = {"air", "water", "rock", "none"};
 
 struct fixture {
   struct kith_nodes *nodes;
-  struct kith_field *mass, *velocity, *gradient, *counter, *flag;
+  struct kith_field *mass, *velocity, *gradient, *stress, *counter, *flag;
 };
 
 static struct fixture make(int n_lists) {
   struct fixture f = {0};
   const struct kith_field_spec mass = {"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "m"};
   const struct kith_field_spec velocity = {"velocity", KITH_VECTOR, KITH_F64, KITH_STATE, NULL, "v"};
-  const struct kith_field_spec gradient = {"gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dv/dx"};
+  const struct kith_field_spec gradient = {"gradient", KITH_TENSOR, KITH_F64, KITH_DERIVED, NULL, "dv/dx"};
+  const struct kith_field_spec stress = {"stress", KITH_SYMMETRIC, KITH_F64, KITH_DERIVED, NULL, "s"};
   const struct kith_field_spec counter = {"counter", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "n"};
   const struct kith_field_spec flag = {"flag", KITH_SCALAR, KITH_U8, KITH_DERIVED, NULL, "f"};
   CHECK_OK(kith_nodes_create(&f.nodes, n_lists, names));
   CHECK_OK(kith_nodes_field(f.nodes, &mass, &f.mass));
   CHECK_OK(kith_nodes_field(f.nodes, &velocity, &f.velocity));
   CHECK_OK(kith_nodes_field(f.nodes, &gradient, &f.gradient));
+  CHECK_OK(kith_nodes_field(f.nodes, &stress, &f.stress));
   CHECK_OK(kith_nodes_field(f.nodes, &counter, &f.counter));
   CHECK_OK(kith_nodes_field(f.nodes, &flag, &f.flag));
   return f;
@@ -41,6 +43,7 @@ static void give(struct fixture *f, kith_index i, int64_t id) {
     f->velocity->f64[i * NDIM + a] = value(id, 1, a);
   }
   for (int c = 0; c < NDIM * NDIM; ++c) f->gradient->f64[i * NDIM * NDIM + c] = value(id, 2, c);
+  for (int c = 0; c < NDIM * (NDIM + 1) / 2; ++c) f->stress->f64[i * (NDIM * (NDIM + 1) / 2) + c] = value(id, 6, c);
   f->nodes->support->f64[i] = value(id, 3, 0);
   f->nodes->reach->f64[i] = value(id, 4, 0);
   f->mass->f64[i] = value(id, 5, 0);
@@ -62,6 +65,9 @@ static bool right_through(const struct fixture *f, kith_index i, const double *s
     for (int b = 0; b < NDIM; ++b)
       ok = ok && f->gradient->f64[(i * NDIM + a) * NDIM + b] == s[a] * s[b] * value(id, 2, a * NDIM + b);
   }
+  for (int a = 0, c = 0; a < NDIM; ++a)
+    for (int b = a; b < NDIM; ++b, ++c)
+      ok = ok && f->stress->f64[i * (NDIM * (NDIM + 1) / 2) + c] == s[a] * s[b] * value(id, 6, c);
   return ok;
 }
 

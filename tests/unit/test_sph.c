@@ -10,20 +10,24 @@ static const double round_off = 1e-11;
 
 static void check_against(struct world *w, struct truth *t) {
   const int n = w->nodes->n_internal;
-  const double *gradient = w->package.viscosity == KITH_VISCOSITY_LIMITED
-                               ? kith_nodes_field_named(w->nodes, "velocity_gradient")->f64
-                               : NULL;
+  const double *shear =
+      w->package.viscosity == KITH_VISCOSITY_LIMITED ? kith_nodes_field_named(w->nodes, "shear")->f64 : NULL;
+  double symmetric[MOST * NDIM * NDIM];
   double divergence[MOST] = {0};
   for (int i = 0; i < n; ++i) {
     CHECK_CLOSE(w->nodes->support->f64[i], t->support[i], 1e-13 * t->support[i]);
-    for (int a = 0; a < NDIM; ++a) divergence[i] += t->gradient[i][a][a];
+    for (int a = 0, k = 0; a < NDIM; ++a) {
+      divergence[i] += t->gradient[i][a][a];
+      for (int b = a; b < NDIM; ++b)
+        symmetric[i * (NDIM * (NDIM + 1) / 2) + k++] = (t->gradient[i][a][b] + t->gradient[i][b][a]) / 2;
+    }
   }
   CHECK_FIELD(w->hydro.density->f64, t->density, n, round_off);
   CHECK_FIELD(kith_nodes_field_named(w->nodes, "excess")->f64, t->excess, n, round_off);
   CHECK_FIELD(w->hydro.pressure->f64, t->pressure, n, round_off);
   CHECK_FIELD(w->hydro.sound_speed->f64, t->sound, n, round_off);
   CHECK_FIELD(w->package.expansion->f64, divergence, n, round_off);
-  if (gradient != NULL) CHECK_FIELD(gradient, &t->gradient[0][0][0], n * NDIM * NDIM, round_off);
+  if (shear != NULL) CHECK_FIELD(shear, symmetric, n * (NDIM * (NDIM + 1) / 2), round_off);
   CHECK_FIELD(w->hydro.acceleration->f64, &t->acceleration[0][0], n * NDIM, round_off);
   CHECK_FIELD(w->hydro.energy_rate->f64, t->rate, n, round_off);
   CHECK_FIELD(kith_nodes_field_named(w->nodes, "signal")->f64, t->signal, n, round_off);
@@ -130,13 +134,13 @@ static void check_linear(enum kith_kernel kernel) {
     }
   world_base(&w);
   CHECK_OK(world_evaluate(&w));
-  const double *gradient = kith_nodes_field_named(w.nodes, "velocity_gradient")->f64;
+  const double *shear = kith_nodes_field_named(w.nodes, "shear")->f64;
   for (int i = 0; i < w.nodes->n_internal; ++i) {
     double trace = 0;
-    for (int a = 0; a < NDIM; ++a) {
+    for (int a = 0, k = i * (NDIM * (NDIM + 1) / 2); a < NDIM; ++a) {
       trace += matrix[4 * a];
-      for (int b = 0; b < NDIM; ++b)
-        CHECK_CLOSE(gradient[(i * NDIM + a) * NDIM + b], matrix[3 * a + b],
+      for (int b = a; b < NDIM; ++b, ++k)
+        CHECK_CLOSE(shear[k], (matrix[3 * a + b] + matrix[3 * b + a]) / 2,
                     1e-10); /* 1e-15 |v| times a condition of 1e3 */
     }
     CHECK_CLOSE(w.package.expansion->f64[i], trace, 1e-10);
