@@ -256,8 +256,9 @@ kith_status sph_pack(struct sph_pass *pass) {
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index n = kith_nodes_count(nodes);
   if (pass->sph->record_capacity < (size_t)n) {
-    KITH_TRY(kith_resize(&pass->sph->record, 0, (size_t)nodes->capacity, SPH_RECORD * sizeof(double)));
-    pass->sph->record_capacity = (size_t)nodes->capacity;
+    const size_t capacity = (size_t)n + (size_t)n / 32; /* ghosts come and go */
+    KITH_TRY(kith_resize(&pass->sph->record, 0, capacity, SPH_RECORD * sizeof(double)));
+    pass->sph->record_capacity = capacity;
   }
   kith_profile_begin(pass->package->profile, "records");
 #pragma omp parallel for schedule(static)

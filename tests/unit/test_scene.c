@@ -75,7 +75,7 @@ static void sod_rest(const struct kith_scene *s) {
   CHECK(s->method.alpha == 1 && s->method.beta == 2);
   CHECK(strcmp(s->scheme.name, "leapfrog") == 0 && s->scheme.cfl == 0.3 && s->scheme.dt == 0);
   CHECK(s->neighbor.search == kith_search_find("tree") && strcmp(s->connectivity.rebuild, "always") == 0);
-  CHECK(s->connectivity.skin < 0 && s->connectivity.cull && s->connectivity.reorder == 0);
+  CHECK(s->connectivity.skin < 0 && s->connectivity.cull && s->connectivity.reorder == 20);
   CHECK(s->output.every == 0.05 && s->output.plot && s->output.checkpoint == 0 &&
         !s->output.checkpoint_at_end);
   const struct kith_exact_parameters *p = &s->exact.parameters;
