@@ -1,22 +1,10 @@
 #include "boundaries/boundary.h"
 
-#include <string.h>
+#include "lib/core/family.h"
 
-static const struct kith_boundary_ops *const all[] = {
 #define X(name) &kith_boundary_##name,
-    KITH_BOUNDARY_LIST(X)
+KITH_FAMILY(kith_boundary, KITH_BOUNDARY_LIST(X))
 #undef X
-        NULL};
-
-const struct kith_boundary_ops *const *kith_boundary_all(void) {
-  return all;
-}
-
-const struct kith_boundary_ops *kith_boundary_find(const char *name) {
-  for (int k = 0; all[k] != NULL; ++k)
-    if (strcmp(all[k]->name, name) == 0) return all[k];
-  return NULL;
-}
 
 /* Only boundaries with faces: two of them on one axis would miss the images of images. */
 static kith_status check_faces(const struct kith_boundaries *boundaries, const struct kith_boundary *wanted) {

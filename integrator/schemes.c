@@ -1,6 +1,6 @@
 /* Schemes: how the state is advanced. Each ends with the rates of its last evaluation. */
-#include <string.h>
 #include "integrator/integrator.h"
+#include "lib/core/family.h"
 
 /* Kick, drift, kick. The force sees velocities and energies that are predicted to the end of the step; one evaluation. */
 static kith_status leapfrog_step(struct kith_integrator *it, double dt) {
@@ -75,20 +75,6 @@ const struct kith_scheme_ops kith_scheme_rk2 = {"rk2", "midpoint; two evaluation
 const struct kith_scheme_ops kith_scheme_cheap_rk2 = {
     "cheap-rk2", "midpoint that starts from the rates of the last middle; one evaluation a step", 1, cheap_rk2_step};
 
-const struct kith_scheme_ops *const *kith_scheme_all(void) {
-  static const struct kith_scheme_ops *const all[] = {
 #define X(name) &kith_scheme_##name,
-      KITH_SCHEME_LIST(X)
+KITH_FAMILY(kith_scheme, KITH_SCHEME_LIST(X))
 #undef X
-          NULL};
-  return all;
-}
-
-const struct kith_scheme_ops *kith_scheme_find(const char *name) {
-  for (const struct kith_scheme_ops *const *p = kith_scheme_all(); *p != NULL; ++p) {
-    const char *a = (*p)->name, *b = name;
-    while (*a != '\0' && (*a == *b || (*a == '-' && *b == '_'))) ++a, ++b;
-    if (*a == '\0' && *b == '\0') return *p;
-  }
-  return NULL;
-}

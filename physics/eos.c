@@ -1,7 +1,8 @@
 #include "physics/eos.h"
 
+#include "lib/core/family.h"
+
 #include <math.h>
-#include <string.h>
 
 static void ideal_state(const struct kith_eos_parameters *p, kith_index n, const double *density, const double *energy,
                         double *pressure, double *sound_speed) {
@@ -55,17 +56,6 @@ const struct kith_eos_ops kith_eos_isothermal = {
 const struct kith_eos_ops kith_eos_stiffened = {
     "stiffened", "stiffened gas: gamma, stiffness", stiffened_state, stiffened_energy, true};
 
-const struct kith_eos_ops *const *kith_eos_all(void) {
-  static const struct kith_eos_ops *const all[] = {
 #define X(name) &kith_eos_##name,
-      KITH_EOS_LIST(X)
+KITH_FAMILY(kith_eos, KITH_EOS_LIST(X))
 #undef X
-          NULL};
-  return all;
-}
-
-const struct kith_eos_ops *kith_eos_find(const char *name) {
-  for (const struct kith_eos_ops *const *p = kith_eos_all(); *p != NULL; ++p)
-    if (strcmp((*p)->name, name) == 0) return *p;
-  return NULL;
-}

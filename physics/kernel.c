@@ -1,6 +1,6 @@
 #include "physics/kernel.h"
 
-#include <string.h>
+#include "lib/core/family.h"
 
 const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS] = {
 #define X(name, words, doc, c1, c2, c3, s1, s2, s3) {words, doc, {c1, c2, c3}, {s1, s2, s3}},
@@ -9,11 +9,8 @@ const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS] = {
 };
 
 enum kith_kernel kith_kernel_find(const char *name) {
-  for (int k = 0; k < KITH_N_KERNELS; ++k) {
-    const char *a = kith_kernel_facts[k].name, *b = name;
-    while (*a != '\0' && (*a == *b || (*a == '-' && *b == '_'))) ++a, ++b;
-    if (*a == '\0' && *b == '\0') return (enum kith_kernel)k;
-  }
+  for (int k = 0; k < KITH_N_KERNELS; ++k)
+    if (kith_name_is(kith_kernel_facts[k].name, name, kith_name_length(name))) return (enum kith_kernel)k;
   return KITH_N_KERNELS;
 }
 

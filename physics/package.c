@@ -1,21 +1,10 @@
 #include "physics/package.h"
 
-#include <string.h>
+#include "lib/core/family.h"
 
-const struct kith_package_ops *const *kith_package_all(void) {
-  static const struct kith_package_ops *const all[] = {
 #define X(name) &kith_package_##name,
-      KITH_PACKAGE_LIST(X)
+KITH_FAMILY(kith_package, KITH_PACKAGE_LIST(X))
 #undef X
-          NULL};
-  return all;
-}
-
-const struct kith_package_ops *kith_package_find(const char *name) {
-  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p)
-    if (strcmp((*p)->name, name) == 0) return *p;
-  return NULL;
-}
 
 kith_status kith_package_init(struct kith_package *package) {
   struct kith_nodes *nodes = package->hydro->nodes;

@@ -16,6 +16,8 @@
  * on the same numbers. */
 #include "lib/connectivity/rebuild.h"
 
+#include "lib/core/family.h"
+
 #include <ctype.h>
 #include <float.h>
 #include <string.h>
@@ -241,30 +243,14 @@ const struct kith_rebuild_ops kith_rebuild_displacement = {
 
 /* --- the family --- */
 
-static const struct kith_rebuild_ops *const family[] = {
 #define X(name) &kith_rebuild_##name,
-    KITH_REBUILD_LIST(X)
+KITH_FAMILY(kith_rebuild, KITH_REBUILD_LIST(X))
 #undef X
-        NULL};
-
-const struct kith_rebuild_ops *const *kith_rebuild_all(void) {
-  return family;
-}
-
-static bool same_name(const char *a, const char *b, size_t length) {
-  for (size_t k = 0; k < length; ++k)
-    if ((a[k] == '_' ? '-' : a[k]) != (b[k] == '_' ? '-' : b[k])) return false;
-  return a[length] == '\0';
-}
 
 static const struct kith_rebuild_ops *find(const char *word, size_t length) {
-  for (const struct kith_rebuild_ops *const *ops = family; *ops != NULL; ++ops)
-    if (strlen((*ops)->name) == length && same_name((*ops)->name, word, length)) return *ops;
+  for (const struct kith_rebuild_ops *const *ops = kith_rebuild_all(); *ops != NULL; ++ops)
+    if (kith_name_is((*ops)->name, word, length)) return *ops;
   return NULL;
-}
-
-const struct kith_rebuild_ops *kith_rebuild_find(const char *name) {
-  return find(name, strlen(name));
 }
 
 /* --- OR --- */

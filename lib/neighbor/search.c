@@ -1,8 +1,9 @@
 /* search.c - what all neighbor searches share: runs, slots, generations, queries at a place. */
 #include "lib/neighbor/search.h"
 
+#include "lib/core/family.h"
+
 #include <stdlib.h>
-#include <string.h>
 
 /* Runs. */
 
@@ -40,21 +41,9 @@ void kith_runs_clear(struct kith_runs *runs) {
 
 /* The family. */
 
-static const struct kith_search_ops *const family[] = {
 #define X(name) &kith_search_##name,
-    KITH_SEARCH_LIST(X)
+KITH_FAMILY(kith_search, KITH_SEARCH_LIST(X))
 #undef X
-        NULL};
-
-const struct kith_search_ops *const *kith_search_all(void) {
-  return family;
-}
-
-const struct kith_search_ops *kith_search_find(const char *name) {
-  for (const struct kith_search_ops *const *ops = family; *ops; ++ops)
-    if (strcmp((*ops)->name, name) == 0) return *ops;
-  return NULL;
-}
 
 /* Life. */
 

@@ -1,0 +1,37 @@
+/* family.h - what every family shares: all members, and the one of a name.
+ *
+ *   #define X(name) &kith_eos_##name,
+ *   KITH_FAMILY(kith_eos, KITH_EOS_LIST(X))        defines kith_eos_all() and kith_eos_find(name)
+ *   #undef X
+ *
+ * The members are constants of type struct PREFIX_ops, which begins with `name`. In names '-' and '_' are the same letter. */
+#ifndef KITH_CORE_FAMILY_H
+#define KITH_CORE_FAMILY_H
+
+#include "lib/core/base.h"
+
+/* The first `length` letters of `asked` are the whole of `own`. */
+static inline bool kith_name_is(const char *own, const char *asked, size_t length) {
+  for (size_t k = 0; k < length; ++k)
+    if ((own[k] == '_' ? '-' : own[k]) != (asked[k] == '_' ? '-' : asked[k]) || own[k] == '\0') return false;
+  return own[length] == '\0';
+}
+
+static inline size_t kith_name_length(const char *name) {
+  size_t n = 0;
+  while (name[n] != '\0') ++n;
+  return n;
+}
+
+#define KITH_FAMILY(prefix, members)                                                        \
+  const struct prefix##_ops *const *prefix##_all(void) {                                    \
+    static const struct prefix##_ops *const all[] = {members NULL};                         \
+    return all;                                                                             \
+  }                                                                                         \
+  const struct prefix##_ops *prefix##_find(const char *name) {                              \
+    for (const struct prefix##_ops *const *p = prefix##_all(); *p != NULL; ++p)             \
+      if (kith_name_is((*p)->name, name, kith_name_length(name))) return *p;                \
+    return NULL;                                                                            \
+  }
+
+#endif
