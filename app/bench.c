@@ -84,7 +84,8 @@ static void print_bytes(const struct figures *f) {
   printf(" all but pairwise %.0f\n", total - pairwise);
 }
 
-static kith_status time_steps(struct kith_model *m, const struct kith_options *options, uint64_t *steps, double *seconds) {
+static kith_status time_steps(struct kith_model *m, const struct kith_options *options, uint64_t *steps,
+                              double *seconds) {
   struct kith_integrator *it = &m->integrator;
   const uint64_t wanted = options->steps >= 0 ? (uint64_t)options->steps : 10;
   KITH_TRY(kith_integrator_start(it));
@@ -95,8 +96,8 @@ static kith_status time_steps(struct kith_model *m, const struct kith_options *o
   return KITH_OK;
 }
 
-static void take_figures(const struct kith_model *m, const struct kith_profile *profile, uint64_t steps, double seconds,
-                         struct figures *out) {
+static void take_figures(const struct kith_model *m, const struct kith_profile *profile, uint64_t steps,
+                         double seconds, struct figures *out) {
   out->nodes = m->nodes->n_internal;
   out->updates = out->nodes * (double)steps / seconds;
   out->neighbors = (double)m->integrator.ledger.last_entries / out->nodes;
@@ -105,7 +106,8 @@ static void take_figures(const struct kith_model *m, const struct kith_profile *
   kith_model_bytes(m, out->bytes);
 }
 
-static kith_status run_row(const struct kith_options *options, const struct row *row, bool reference, struct figures *out) {
+static kith_status run_row(const struct kith_options *options, const struct row *row, bool reference,
+                           struct figures *out) {
   const char *overrides[KITH_MAX_OVERRIDES + 4];
   int n = 0;
   for (int k = 0; k < row->n_settings; ++k) overrides[n++] = row->settings[k];
@@ -137,15 +139,16 @@ static kith_status run_row(const struct kith_options *options, const struct row 
 }
 
 static void print_row(const struct row *row, const struct figures *f) {
-  printf("  %-36s %7d %11.3g %10.0f %9.0f %12.1f %13.1e\n", row->what, row->threads, f->updates, 1e9 / f->updates, f->rebuilds,
-         f->neighbors, f->energy_drift);
+  printf("  %-36s %7d %11.3g %10.0f %9.0f %12.1f %13.1e\n", row->what, row->threads, f->updates,
+         1e9 / f->updates, f->rebuilds, f->neighbors, f->energy_drift);
   fflush(stdout);
 }
 
 static void print_triad(int all) {
   double triad;
   omp_set_num_threads(1);
-  if (kith_reference_triad(&triad) == KITH_OK) printf("\n  reference: triad on one thread %.1f GB/s", 1e-9 * triad);
+  if (kith_reference_triad(&triad) == KITH_OK)
+    printf("\n  reference: triad on one thread %.1f GB/s", 1e-9 * triad);
   omp_set_num_threads(all);
   if (kith_reference_triad(&triad) == KITH_OK) printf(", on %d %.1f GB/s\n", all, 1e-9 * triad);
 }
@@ -158,14 +161,24 @@ enum kith_exit kith_bench(const struct kith_options *options) {
       {"thermal, traversal pairs", 1, 1, {"traversal=pairs"}},
       {"compatible", 1, 1, {"method.energy=compatible"}},
       {"compatible, traversal gather", 1, 2, {"method.energy=compatible", "traversal=gather"}},
-      {"thermal, displacement, skin 0.05", 1, 2, {"connectivity.rebuild=displacement", "connectivity.skin=0.05"}},
-      {"thermal, displacement, skin 0.1", 1, 2, {"connectivity.rebuild=displacement", "connectivity.skin=0.1"}},
-      {"thermal, displacement, skin 0.2", 1, 2, {"connectivity.rebuild=displacement", "connectivity.skin=0.2"}},
+      {"thermal, displacement, skin 0.05",
+       1,
+       2,
+       {"connectivity.rebuild=displacement", "connectivity.skin=0.05"}},
+      {"thermal, displacement, skin 0.1",
+       1,
+       2,
+       {"connectivity.rebuild=displacement", "connectivity.skin=0.1"}},
+      {"thermal, displacement, skin 0.2",
+       1,
+       2,
+       {"connectivity.rebuild=displacement", "connectivity.skin=0.2"}},
   };
   enum { ROWS = sizeof rows / sizeof rows[0] };
   struct figures f[ROWS] = {{0}};
   printf("kith bench: 3-D Sedov, kith %s, %s\n\n", kith_version(), kith_build());
-  printf("  %-36s %7s %11s %10s %9s %12s %13s\n", "case", "threads", "updates/s", "ns/update", "rebuilds", "row entries", "energy drift");
+  printf("  %-36s %7s %11s %10s %9s %12s %13s\n", "case", "threads", "updates/s", "ns/update", "rebuilds",
+         "row entries", "energy drift");
   for (int k = 0; k < ROWS; ++k) {
     if (k == 1 && all == 1) continue;
     if (run_row(options, &rows[k], k < 2, &f[k]) != KITH_OK) {

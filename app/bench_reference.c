@@ -23,7 +23,8 @@ kith_status kith_reference_triad(double *bytes_per_second) {
 
 static double plain_density(const struct kith_model *m, kith_index i) {
   const struct kith_rows *rows = &m->connectivity->rows;
-  const double *x = m->nodes->position->f64, *mass = m->hydro.mass->f64, inverse = 1 / m->nodes->support->f64[i];
+  const double *x = m->nodes->position->f64, *mass = m->hydro.mass->f64,
+               inverse = 1 / m->nodes->support->f64[i];
   double sum = mass[i];
   for (size_t k = rows->first[i]; k < rows->first[i + 1]; ++k) {
     const kith_index j = rows->node[k];
@@ -41,7 +42,8 @@ static inline double slope(double left, double inverse) {
 static double plain_force(const struct kith_model *m, kith_index i) {
   const struct kith_rows *rows = &m->connectivity->rows;
   const struct kith_hydro *h = &m->hydro;
-  const double *x = m->nodes->position->f64, *v = h->velocity->f64, *p = h->pressure->f64, *rho = h->density->f64;
+  const double *x = m->nodes->position->f64, *v = h->velocity->f64, *p = h->pressure->f64,
+               *rho = h->density->f64;
   double sum[NDIM] = {0}, rate = 0;
   for (size_t k = rows->first[i]; k < rows->first[i + 1]; ++k) {
     const kith_index j = rows->node[k];
@@ -55,7 +57,8 @@ static double plain_force(const struct kith_model *m, kith_index i) {
     const double gi = slope(1 - r * hi, hi), gj = slope(1 - r * hj, hj);
     const double mu = vx < 0 ? vx / r : 0, sound = 0.5 * (h->sound_speed->f64[i] + h->sound_speed->f64[j]);
     const double viscosity = (2 * mu * mu - sound * mu) / (rho[i] + rho[j]);
-    const double f = h->mass->f64[j] * (p[i] / (rho[i] * rho[i]) * gi + p[j] / (rho[j] * rho[j]) * gj + viscosity * (gi + gj));
+    const double f = h->mass->f64[j] *
+                     (p[i] / (rho[i] * rho[i]) * gi + p[j] / (rho[j] * rho[j]) * gj + viscosity * (gi + gj));
     for (int a = 0; a < NDIM; ++a) sum[a] += f * d[a];
     rate -= f * vx;
   }

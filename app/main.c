@@ -12,7 +12,8 @@ static const struct kith_verb verbs[] = {
     {"plan", "SCENE", "what a scene will build and why, memory, time step, cost; nothing runs", kith_plan},
     {"list", "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene", kith_list},
     {"bench", "", "node updates per second, stage by stage, beside reference loops", kith_bench},
-    {"validate", "[SUITE]", "runs the scenes with their tolerances; 'validate list': the suites", kith_validate},
+    {"validate", "[SUITE]", "runs the scenes with their tolerances; 'validate list': the suites",
+     kith_validate},
     {NULL, NULL, NULL, NULL}};
 
 int main(int argc, char **argv) {

@@ -13,7 +13,8 @@ static kith_status make_package(struct kith_model *m) {
   p->kernel = kith_kernel_find(scene->method.kernel);
   p->neighbors = scene->method.neighbors > 0 ? scene->method.neighbors : kith_kernel_neighbors(p->kernel);
   p->compatible = scene->method.compatible;
-  p->viscosity = strcmp(scene->method.viscosity, "limited") == 0 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN;
+  p->viscosity =
+      strcmp(scene->method.viscosity, "limited") == 0 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN;
   p->alpha = scene->method.alpha;
   p->beta = scene->method.beta;
   /* Forces are needed twice a step if the energy is compatible: then they are kept. */
@@ -33,8 +34,9 @@ static kith_status make_boundaries(struct kith_model *m, const uint8_t *frozen) 
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *lower = m->scene->boundary[a].lower, *upper = m->scene->boundary[a].upper;
     if (lower != NULL || upper != NULL)
-      KITH_TRY(kith_boundaries_add(&m->boundaries, lower != NULL ? lower : upper, a, m->scene->domain.lower[a],
-                                   m->scene->domain.upper[a], lower != NULL, upper != NULL));
+      KITH_TRY(kith_boundaries_add(&m->boundaries, lower != NULL ? lower : upper, a,
+                                   m->scene->domain.lower[a], m->scene->domain.upper[a], lower != NULL,
+                                   upper != NULL));
   }
   return KITH_OK;
 }
@@ -42,7 +44,9 @@ static kith_status make_boundaries(struct kith_model *m, const uint8_t *frozen) 
 static kith_status make_rebuilds(struct kith_model *m) {
   double period[NDIM];
   for (int a = 0; a < NDIM; ++a)
-    period[a] = m->scene->boundary[a].lower == &kith_boundary_periodic ? m->scene->domain.upper[a] - m->scene->domain.lower[a] : 0;
+    period[a] = m->scene->boundary[a].lower == &kith_boundary_periodic
+                    ? m->scene->domain.upper[a] - m->scene->domain.lower[a]
+                    : 0;
   return kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, period);
 }
 
@@ -50,19 +54,30 @@ static kith_status make_integrator(struct kith_model *m, bool check) {
   const struct kith_scene *scene = m->scene;
   /* Lists of one step need room for the change of supports within it only. */
   const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.1 : 0.005;
-  m->integrator = (struct kith_integrator){
-      .nodes = m->nodes, .hydro = &m->hydro, .package = &m->package, .boundaries = &m->boundaries, .search = m->search,
-      .connectivity = m->connectivity, .rebuilds = &m->rebuilds, .scheme = kith_scheme_find(scene->scheme.name),
-      .profile = m->profile, .cfl = scene->scheme.cfl, .fixed_dt = scene->scheme.dt,
-      .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin, .cull = scene->connectivity.cull,
-      .check = check, .reorder_every = scene->connectivity.reorder};
+  m->integrator =
+      (struct kith_integrator){.nodes = m->nodes,
+                               .hydro = &m->hydro,
+                               .package = &m->package,
+                               .boundaries = &m->boundaries,
+                               .search = m->search,
+                               .connectivity = m->connectivity,
+                               .rebuilds = &m->rebuilds,
+                               .scheme = kith_scheme_find(scene->scheme.name),
+                               .profile = m->profile,
+                               .cfl = scene->scheme.cfl,
+                               .fixed_dt = scene->scheme.dt,
+                               .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
+                               .cull = scene->connectivity.cull,
+                               .check = check,
+                               .reorder_every = scene->connectivity.reorder};
   return kith_integrator_init(&m->integrator);
 }
 
 static kith_status check_words(const struct kith_scene *scene) {
   char kernels[256] = "";
   for (int k = 0; k < KITH_N_KERNELS; ++k) strcat(strcat(kernels, "|"), kith_kernel_facts[k].name);
-  KITH_TRY(kith_scene_check_word(scene, "method.package", scene->method.package, KITH_PACKAGE_LIST(KITH_AS_WORD)));
+  KITH_TRY(
+      kith_scene_check_word(scene, "method.package", scene->method.package, KITH_PACKAGE_LIST(KITH_AS_WORD)));
   KITH_TRY(kith_scene_check_word(scene, "method.kernel", scene->method.kernel, kernels));
   return kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD));
 }
@@ -70,7 +85,8 @@ static kith_status check_words(const struct kith_scene *scene) {
 static kith_status make(struct kith_model *m, bool check) {
   KITH_TRY(check_words(m->scene));
   const enum kith_kernel kernel = kith_kernel_find(m->scene->method.kernel);
-  const double neighbors = m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
+  const double neighbors =
+      m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
   uint8_t *frozen = NULL;
   kith_status status = kith_setup(&m->nodes, &m->hydro, m->scene, neighbors, &frozen);
   if (status == KITH_OK) kith_hydro_close(&m->hydro);
@@ -84,7 +100,8 @@ static kith_status make(struct kith_model *m, bool check) {
   return status;
 }
 
-kith_status kith_model_create(struct kith_model **out, const struct kith_scene *scene, struct kith_profile *profile, bool check) {
+kith_status kith_model_create(struct kith_model **out, const struct kith_scene *scene,
+                              struct kith_profile *profile, bool check) {
   struct kith_model *m = NULL;
   KITH_TRY(kith_resize(&m, 0, 1, sizeof *m));
   m->scene = scene;

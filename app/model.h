@@ -20,7 +20,8 @@ struct kith_model {
 
 /* Makes everything, in memory that *out owns; the nodes stand at their start. Call kith_integrator_start, or restore and resume.
  * `profile` is borrowed and may be NULL. BAD_INPUT with file and line for what only shows when nodes are laid. */
-kith_status kith_model_create(struct kith_model **out, const struct kith_scene *scene, struct kith_profile *profile, bool check);
+kith_status kith_model_create(struct kith_model **out, const struct kith_scene *scene,
+                              struct kith_profile *profile, bool check);
 void kith_model_destroy(struct kith_model **model);
 
 /* Bytes by structure, for plan, report and bench. */

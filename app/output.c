@@ -13,16 +13,19 @@
 static kith_status make_directory(const char *path) {
   char part[512];
   if (path[0] == '\0') KITH_FAIL(BAD_INPUT, "-o: a directory without a name");
-  if (snprintf(part, sizeof part, "%s", path) >= (int)sizeof part - 64) KITH_FAIL(BAD_FILE, "%s: the path is too long", path);
+  if (snprintf(part, sizeof part, "%s", path) >= (int)sizeof part - 64)
+    KITH_FAIL(BAD_FILE, "%s: the path is too long", path);
   for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
     *slash = '\0';
     mkdir(part, 0777);
     *slash = '/';
   }
-  if (mkdir(part, 0777) != 0 && errno != EEXIST) KITH_FAIL(BAD_FILE, "%s: cannot create the directory: %s", path, strerror(errno));
+  if (mkdir(part, 0777) != 0 && errno != EEXIST)
+    KITH_FAIL(BAD_FILE, "%s: cannot create the directory: %s", path, strerror(errno));
   struct stat about;
   if (stat(path, &about) != 0 || !S_ISDIR(about.st_mode)) KITH_FAIL(BAD_FILE, "%s: not a directory", path);
-  if (access(path, W_OK | X_OK) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write there: %s", path, strerror(errno));
+  if (access(path, W_OK | X_OK) != 0)
+    KITH_FAIL(BAD_FILE, "%s: cannot write there: %s", path, strerror(errno));
   return KITH_OK;
 }
 
@@ -43,7 +46,9 @@ kith_status kith_output_open(struct kith_output *output, const struct kith_model
                    : kith_history_open(&output->history, path);
 }
 
-static void snapshot_name(int number, char name[32]) { snprintf(name, 32, "snapshot_%04d.hdf", number); }
+static void snapshot_name(int number, char name[32]) {
+  snprintf(name, 32, "snapshot_%04d.hdf", number);
+}
 
 static kith_status write_series(const struct kith_output *output) {
   char(*names)[32] = NULL;
@@ -72,12 +77,14 @@ static kith_status write_series(const struct kith_output *output) {
 
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model) {
   const struct kith_integrator *it = &model->integrator;
-  const struct kith_note notes[] = {{"Program", "kith"},          {"Version", kith_version()}, {"Build", kith_build()},
-                                    {"SceneName", model->scene->name}, {"Scene", model->scene->text}, {NULL, NULL}};
+  const struct kith_note notes[] = {{"Program", "kith"},           {"Version", kith_version()},
+                                    {"Build", kith_build()},       {"SceneName", model->scene->name},
+                                    {"Scene", model->scene->text}, {NULL, NULL}};
   const struct kith_snapshot_info info = {it->time, it->step, model->scene->domain, notes};
   char name[32], path[640];
   if (output->n_snapshots == output->capacity) {
-    KITH_TRY(kith_resize(&output->times, (size_t)output->capacity, (size_t)output->capacity + 64, sizeof *output->times));
+    KITH_TRY(kith_resize(&output->times, (size_t)output->capacity, (size_t)output->capacity + 64,
+                         sizeof *output->times));
     output->capacity += 64;
   }
   snapshot_name(output->n_snapshots, name);
@@ -87,7 +94,8 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_m
   return write_series(output);
 }
 
-kith_status kith_output_step(struct kith_output *output, const struct kith_model *model, const struct kith_totals *totals) {
+kith_status kith_output_step(struct kith_output *output, const struct kith_model *model,
+                             const struct kith_totals *totals) {
   const struct kith_integrator *it = &model->integrator;
   struct kith_history_row row = {.step = it->step,
                                  .time = it->time,
@@ -109,12 +117,14 @@ kith_status kith_output_close(struct kith_output *output) {
   return kith_history_close(&output->history);
 }
 
-void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model, const struct kith_totals *now) {
+void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model,
+                        const struct kith_totals *now) {
   const double e0 = origin->totals.kinetic + origin->totals.internal;
   const double energy = fabs(now->kinetic + now->internal - e0) / (fabs(e0) > 0 ? fabs(e0) : 1);
   double momentum = 0;
   for (int a = 0; a < NDIM; ++a)
-    if (model->scene->boundary[a].lower != &kith_boundary_reflecting && model->scene->boundary[a].upper != &kith_boundary_reflecting)
+    if (model->scene->boundary[a].lower != &kith_boundary_reflecting &&
+        model->scene->boundary[a].upper != &kith_boundary_reflecting)
       momentum = fmax(momentum, fabs(now->momentum[a] - origin->totals.momentum[a]));
   momentum /= fmax(fmax(now->momentum_scale, origin->totals.momentum_scale), 1e-300);
   origin->energy_drift = fmax(origin->energy_drift, energy);
@@ -123,19 +133,28 @@ void kith_origin_follow(struct kith_origin *origin, const struct kith_model *mod
 
 /* ---- checkpoint: everything that is not a field of the nodes, as two arrays of numbers ---- */
 
-enum { CLOCK_NUMBERS = 12 + NDIM, CLOCK_COUNTS = 12, LEDGER_WORDS = sizeof(struct kith_ledger) / sizeof(int64_t) };
+enum {
+  CLOCK_NUMBERS = 12 + NDIM,
+  CLOCK_COUNTS = 12,
+  LEDGER_WORDS = sizeof(struct kith_ledger) / sizeof(int64_t)
+};
 
-static void pack(const struct kith_output *output, const struct kith_model *model, const struct kith_origin *origin,
-                 double number[CLOCK_NUMBERS], int64_t count[CLOCK_COUNTS]) {
+static void pack(const struct kith_output *output, const struct kith_model *model,
+                 const struct kith_origin *origin, double number[CLOCK_NUMBERS],
+                 int64_t count[CLOCK_COUNTS]) {
   const struct kith_integrator *it = &model->integrator;
   const struct kith_totals *t = &origin->totals;
-  const double numbers[] = {it->time,  it->dt,          model->package.kicked, it->vote.dt,       output->next,
-                            t->mass,   t->kinetic,      t->internal,           t->momentum_scale, origin->energy_drift,
-                            origin->momentum_drift, 0};
+  const double numbers[] = {
+      it->time,   it->dt,      model->package.kicked, it->vote.dt,          output->next,           t->mass,
+      t->kinetic, t->internal, t->momentum_scale,     origin->energy_drift, origin->momentum_drift, 0};
   memcpy(number, numbers, sizeof numbers);
   memcpy(number + 12, t->momentum, sizeof t->momentum);
-  const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step, it->vote.node, (int64_t)it->since_reorder, output->n_snapshots,
-                                        (int64_t)model->package.pair_evaluations, (int64_t)model->package.support_iterations,
+  const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step,
+                                        it->vote.node,
+                                        (int64_t)it->since_reorder,
+                                        output->n_snapshots,
+                                        (int64_t)model->package.pair_evaluations,
+                                        (int64_t)model->package.support_iterations,
                                         (int64_t)model->package.fallbacks};
   memcpy(count, counts, sizeof counts);
 }
@@ -144,7 +163,8 @@ static void unpack(struct kith_output *output, struct kith_model *model, struct 
                    const double number[CLOCK_NUMBERS], const int64_t count[CLOCK_COUNTS]) {
   struct kith_integrator *it = &model->integrator;
   struct kith_totals *t = &origin->totals;
-  it->time = number[0], it->dt = number[1], model->package.kicked = number[2], it->vote.dt = number[3], output->next = number[4];
+  it->time = number[0], it->dt = number[1], model->package.kicked = number[2], it->vote.dt = number[3],
+  output->next = number[4];
   t->mass = number[5], t->kinetic = number[6], t->internal = number[7], t->momentum_scale = number[8];
   origin->energy_drift = number[9], origin->momentum_drift = number[10];
   memcpy(t->momentum, number + 12, sizeof t->momentum);
@@ -155,8 +175,8 @@ static void unpack(struct kith_output *output, struct kith_model *model, struct 
   model->package.fallbacks = (uint64_t)count[6];
 }
 
-static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output, const struct kith_model *model,
-                           const struct kith_origin *origin) {
+static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output,
+                           const struct kith_model *model, const struct kith_origin *origin) {
   double number[CLOCK_NUMBERS];
   int64_t count[CLOCK_COUNTS];
   pack(output, model, origin, number, count);
@@ -169,7 +189,8 @@ static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *
   return kith_checkpoint_put_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots);
 }
 
-kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model, const struct kith_origin *origin) {
+kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model,
+                                   const struct kith_origin *origin) {
   struct kith_checkpoint *c;
   char path[640];
   path_in(output, "checkpoint.kith", path);
@@ -209,7 +230,8 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   return resume(c, model);
 }
 
-kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model, struct kith_origin *origin) {
+kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model,
+                                struct kith_origin *origin) {
   struct kith_checkpoint *c;
   KITH_TRY(kith_checkpoint_open(&c, path));
   const kith_status status = read_all(c, output, model, origin, path);

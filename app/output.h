@@ -29,15 +29,19 @@ kith_status kith_output_open(struct kith_output *output, const struct kith_model
 /* Snapshot under the next number, and the series of those that are there (a restart may have begun in another directory). */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model);
 /* A row of history after a step. */
-kith_status kith_output_step(struct kith_output *output, const struct kith_model *model, const struct kith_totals *totals);
-kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model, const struct kith_origin *origin);
+kith_status kith_output_step(struct kith_output *output, const struct kith_model *model,
+                             const struct kith_totals *totals);
+kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model,
+                                   const struct kith_origin *origin);
 kith_status kith_output_close(struct kith_output *output);
 
 /* Fills a fresh model from a checkpoint: fields, clock, lists. BAD_FILE if it is damaged, BAD_INPUT if it is of
  * another dimension or scene. `output` gets its snapshot times. */
-kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model, struct kith_origin *origin);
+kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model,
+                                struct kith_origin *origin);
 
 /* Largest drifts so far. Momentum counts along axes without walls. */
-void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model, const struct kith_totals *now);
+void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model,
+                        const struct kith_totals *now);
 
 #endif

@@ -159,7 +159,8 @@ static void print_stages(const struct kith_report *r, FILE *f) {
   const double updates = (double)r->nodes * (double)r->steps;
   for (int s = 0; s < r->n_stages; ++s) {
     const struct kith_stage *stage = &r->stages[s];
-    if (stage->depth > 2 || (stage->depth > 0 && strncmp(stage->path, "step/", 5) != 0)) continue; /* --profile shows all */
+    if (stage->depth > 2 || (stage->depth > 0 && strncmp(stage->path, "step/", 5) != 0))
+      continue; /* --profile shows all */
     const int indent = KITH_MIN(2 * stage->depth, WIDTH - 8), room = WIDTH - indent;
     fprintf(f, "  %*s%-*.*s %12" PRIu64 " %12.4f ", indent, "", room, room, stage->name, stage->calls,
             stage->seconds);

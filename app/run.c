@@ -29,7 +29,9 @@ struct run {
 /* The one thing a signal can reach: checked between steps. */
 static volatile sig_atomic_t stop_signal;
 
-static void on_signal(int number) { stop_signal = number; }
+static void on_signal(int number) {
+  stop_signal = number;
+}
 
 static void catch_signals(void) {
   struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
@@ -73,7 +75,8 @@ static kith_status prepare(struct run *run) {
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
   run->until = o->until >= 0 ? o->until : run->scene->until;
   KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
-  if (run->scene->exact.ops != NULL) KITH_TRY(run->scene->exact.ops->create(&run->exact, &run->scene->exact.parameters));
+  if (run->scene->exact.ops != NULL)
+    KITH_TRY(run->scene->exact.ops->create(&run->exact, &run->scene->exact.parameters));
   KITH_TRY(kith_model_create(&run->model, run->scene, run->profile, o->check));
   if (o->restart != NULL) KITH_TRY(kith_output_restore(&run->output, o->restart, run->model, &run->origin));
   return open_output(run);
@@ -98,7 +101,8 @@ static kith_status begin(struct run *run) {
 /* The next moment that a step must land on. */
 static double landing(const struct run *run) {
   const double every = run->scene->output.every;
-  if (every <= 0 || run->output.next > run->until - 1e-9 * every) return run->until; /* no crumb between the two */
+  if (every <= 0 || run->output.next > run->until - 1e-9 * every)
+    return run->until; /* no crumb between the two */
   return run->output.next;
 }
 
@@ -113,13 +117,15 @@ static kith_status after_step(struct run *run) {
     run->output.next += every;
   }
   const int steps_between = run->scene->output.checkpoint;
-  if (steps_between > 0 && it->step % (uint64_t)steps_between == 0) KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
+  if (steps_between > 0 && it->step % (uint64_t)steps_between == 0)
+    KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
   return KITH_OK;
 }
 
 static bool finished(const struct run *run) {
   const struct kith_integrator *it = &run->model->integrator;
-  return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) || stop_signal != 0;
+  return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) ||
+         stop_signal != 0;
 }
 
 static kith_status steps(struct run *run) {
@@ -137,8 +143,9 @@ static kith_status steps(struct run *run) {
 
 static struct kith_profile_view view_of(const struct kith_model *m) {
   const struct kith_hydro *h = &m->hydro;
-  return (struct kith_profile_view){m->nodes->n_internal, m->nodes->position->f64, h->velocity->f64, h->mass->f64,
-                                    h->density->f64,      h->pressure->f64,        h->energy->f64};
+  return (struct kith_profile_view){m->nodes->n_internal, m->nodes->position->f64, h->velocity->f64,
+                                    h->mass->f64,         h->density->f64,         h->pressure->f64,
+                                    h->energy->f64};
 }
 
 enum { LEDGER_ENTRIES = 22 };
@@ -162,9 +169,11 @@ static int ledger_entries(const struct run *run, struct kith_report_entry entry[
                                              {"gradient_fallbacks", (double)p->fallbacks}};
   int n = (int)(sizeof counts / sizeof counts[0]);
   memcpy(entry, counts, sizeof counts);
-  static const char *const names[KITH_MODEL_STRUCTURES] = {"bytes_nodes",   "bytes_search",   "bytes_connectivity",
-                                                           "bytes_package", "bytes_pairwise", "bytes_integrator"};
-  for (int k = 0; k < KITH_MODEL_STRUCTURES; ++k) entry[n++] = (struct kith_report_entry){names[k], (double)bytes[k].bytes};
+  static const char *const names[KITH_MODEL_STRUCTURES] = {"bytes_nodes",        "bytes_search",
+                                                           "bytes_connectivity", "bytes_package",
+                                                           "bytes_pairwise",     "bytes_integrator"};
+  for (int k = 0; k < KITH_MODEL_STRUCTURES; ++k)
+    entry[n++] = (struct kith_report_entry){names[k], (double)bytes[k].bytes};
   return n;
 }
 
@@ -207,7 +216,8 @@ static kith_status write_results(struct run *run, struct kith_report *report) {
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(kith_output_snapshot(&run->output, run->model));
   if (run->exact != NULL) {
-    KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, time, &run->scene->exact.window, &view));
+    KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, time,
+                                &run->scene->exact.window, &view));
     report->compared = true;
   }
   snprintf(path, sizeof path, "%s/report.json", run->output.directory);
@@ -226,7 +236,8 @@ static void picture(const struct run *run, const struct kith_report *report) {
                                  .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
                                  .solution = run->exact,
                                  .norms = report->compared ? &report->norms : NULL};
-  if (kith_plot_write(&plot, run->output.directory) != KITH_OK || kith_plot_draw(run->output.directory) != KITH_OK)
+  if (kith_plot_write(&plot, run->output.directory) != KITH_OK ||
+      kith_plot_draw(run->output.directory) != KITH_OK)
     fprintf(stderr, "kith: warning: no picture: %s\n", kith_failure());
 }
 
@@ -244,7 +255,9 @@ static enum kith_exit end(struct run *run) {
   if (run->options->profile)
     kith_profile_print(run->profile, stdout, (double)report.nodes * (double)(report.steps - run->first_step));
   printf("results in %s\n", run->output.directory);
-  if (stop_signal != 0) fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal, run->output.directory);
+  if (stop_signal != 0)
+    fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,
+            run->output.directory);
   return stop_signal != 0 ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
@@ -256,7 +269,8 @@ static enum kith_exit fail(struct run *run, kith_status status) {
   const struct kith_integrator *it = &run->model->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
   if (!writing && kith_output_snapshot(&run->output, run->model) == KITH_OK)
-    snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory, run->output.n_snapshots - 1);
+    snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
+             run->output.n_snapshots - 1);
   fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
           (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
   return KITH_EXIT_FAILED;
@@ -272,8 +286,10 @@ enum kith_exit kith_run(const struct kith_options *options) {
   struct run run = {.options = options};
   enum kith_exit code = KITH_EXIT_USAGE;
   catch_signals();
-  if (prepare(&run) == KITH_OK) code = go(&run);
-  else fprintf(stderr, "kith: %s\n", kith_failure());
+  if (prepare(&run) == KITH_OK)
+    code = go(&run);
+  else
+    fprintf(stderr, "kith: %s\n", kith_failure());
   if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;

@@ -51,7 +51,8 @@ static const struct kith_key connectivity_keys[] = {
      IN(connectivity.skin)},
     {"cull", KITH_KEY_BOOL, "true", "", "drop ghosts that no node needs", IN(connectivity.cull)},
     {"reorder", KITH_KEY_INTEGER, "20", "[0, inf)",
-     "lifecycles between reorderings of the nodes along the curve, the first one included; 0: never", IN(connectivity.reorder)},
+     "lifecycles between reorderings of the nodes along the curve, the first one included; 0: never",
+     IN(connectivity.reorder)},
     {0}};
 
 static const struct kith_key output_keys[] = {

@@ -13,7 +13,15 @@
 #define KITH_FLAGS "unknown"
 #endif
 
-const char *kith_version(void) { return KITH_VERSION; }
-const char *kith_build(void) { return TEXT(KITH_NDIM) "-D, " COMPILER ", " KITH_FLAGS; }
-const char *kith_compiler(void) { return COMPILER; }
-const char *kith_flags(void) { return KITH_FLAGS; }
+const char *kith_version(void) {
+  return KITH_VERSION;
+}
+const char *kith_build(void) {
+  return TEXT(KITH_NDIM) "-D, " COMPILER ", " KITH_FLAGS;
+}
+const char *kith_compiler(void) {
+  return COMPILER;
+}
+const char *kith_flags(void) {
+  return KITH_FLAGS;
+}

@@ -35,15 +35,16 @@ struct kith_boundary_ops {
    * leave it out. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
   void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
-  bool keeps_lists; /* enforcing leaves lasting lists valid (reflecting); false: only when the lists are rebuilt (periodic) */
+  bool
+      keeps_lists; /* enforcing leaves lasting lists valid (reflecting); false: only when the lists are rebuilt (periodic) */
   bool keeps_ghosts; /* its ghosts are never culled */
 };
 
 struct kith_boundary {
   const struct kith_boundary_ops *ops;
-  int index;           /* place in the list of boundaries */
-  int axis;            /* 0 .. NDIM - 1 */
-  double lower, upper; /* faces */
+  int index;               /* place in the list of boundaries */
+  int axis;                /* 0 .. NDIM - 1 */
+  double lower, upper;     /* faces */
   bool at_lower, at_upper; /* which sides act (periodic: both) */
   void *self;
 };
@@ -58,7 +59,8 @@ const struct kith_boundary_ops *const *kith_boundary_all(void);
 /* constant: takes the internal nodes with chosen[i] != 0 (length n_internal) out of the nodes and keeps all their fields; they come
  * back as frozen ghosts at every creation. Once per boundary (INTERNAL), and with ids. Ghosts are dropped. The reach of
  * a frozen ghost is its support, widened by the largest R / H of the internal nodes; fields registered later are zero. */
-kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes, const uint8_t *chosen);
+kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
+                               const uint8_t *chosen);
 /* The nodes that it holds, as nodes of their own with the same lists and fields; NULL: none. View. A checkpoint
  * stores them like any nodes; a restart reads them into kith_nodes_create_like and hands them back. */
 struct kith_nodes *kith_constant_nodes(const struct kith_boundary *boundary);
@@ -71,13 +73,14 @@ struct kith_boundaries {
   struct kith_boundary *boundary[2 * NDIM + 8]; /* owned */
 };
 /* axis, lower < upper and sides are checked, and that the axis has no boundary yet: BAD_INPUT. constant ignores them. */
-kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct kith_boundary_ops *ops, int axis,
-                                double lower, double upper, bool at_lower, bool at_upper);
+kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct kith_boundary_ops *ops,
+                                int axis, double lower, double upper, bool at_lower, bool at_upper);
 void kith_boundaries_clear(struct kith_boundaries *boundaries);
 /* Drops all ghosts, then creates those of every boundary in order. profile: a stage per boundary, counter ghosts. */
-kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes, double reach_factor,
-                                   struct kith_profile *profile);
+kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
+                                   double reach_factor, struct kith_profile *profile);
 /* Enforces all (or only those that keep lasting lists). */
-kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes, double *moved_by, bool only_keeping_lists);
+kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
+                                    double *moved_by, bool only_keeping_lists);
 
 #endif

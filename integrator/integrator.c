@@ -6,19 +6,24 @@
 enum { MAX_GROWTHS = 40 };
 
 kith_status kith_integrator_init(struct kith_integrator *it) {
-  const struct kith_field_spec energy = {"energy_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "energy where the kick started"};
-  const struct kith_field_spec position = {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position where the step started"};
+  const struct kith_field_spec energy = {"energy_base", KITH_SCALAR, KITH_F64,
+                                         KITH_WORK,     NULL,        "energy where the kick started"};
+  const struct kith_field_spec position = {"position_base", KITH_POSITION, KITH_F64,
+                                           KITH_WORK,       NULL,          "position where the step started"};
   KITH_TRY(kith_nodes_field(it->nodes, &energy, &it->energy_base));
   if (it->scheme->evaluations != 1 || it->scheme == &kith_scheme_cheap_rk2)
     KITH_TRY(kith_nodes_field(it->nodes, &position, &it->position_base));
   if (kith_rebuilds_lasting(it->rebuilds)) {
     static const char *const names[] = {"built_x", "built_y", "built_z"};
     for (int a = 0; a < NDIM; ++a) {
-      const struct kith_field_spec built = {names[a], KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "where the lists were made from"};
+      const struct kith_field_spec built = {names[a],   KITH_SCALAR, KITH_F64,
+                                            KITH_STATE, NULL,        "where the lists were made from"};
       KITH_TRY(kith_nodes_field(it->nodes, &built, &it->built[a]));
     }
-    const struct kith_field_spec reach = {"built_reach", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "reach the lists were made with"};
-    const struct kith_field_spec support = {"built_support", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "support the lists were made with"};
+    const struct kith_field_spec reach = {"built_reach", KITH_SCALAR, KITH_F64,
+                                          KITH_STATE,    NULL,        "reach the lists were made with"};
+    const struct kith_field_spec support = {"built_support", KITH_SCALAR, KITH_F64,
+                                            KITH_STATE,      NULL,        "support the lists were made with"};
     KITH_TRY(kith_nodes_field(it->nodes, &reach, &it->built_reach));
     KITH_TRY(kith_nodes_field(it->nodes, &support, &it->built_support));
   }
@@ -50,7 +55,8 @@ void kith_kick_energy(struct kith_integrator *it, double dt) {
   const double *restrict slope = it->package->energy_slope != NULL ? it->package->energy_slope->f64 : NULL;
   const double late = it->package->kicked + 0.5 * dt;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * (rate[i] + (slope != NULL ? late * slope[i] : 0));
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    u[i] += dt * (rate[i] + (slope != NULL ? late * slope[i] : 0));
   it->package->kicked += dt;
 }
 
@@ -67,7 +73,8 @@ void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, d
 
 /* Stages only refresh ghost values. */
 static void refresh(struct kith_integrator *it) {
-  struct kith_field *const fields[] = {it->nodes->position, it->nodes->support, it->hydro->velocity, it->hydro->energy};
+  struct kith_field *const fields[] = {it->nodes->position, it->nodes->support, it->hydro->velocity,
+                                       it->hydro->energy};
   kith_profile_begin(it->profile, "refresh");
   kith_nodes_refresh_ghosts(it->nodes, fields, 4);
   kith_profile_end(it->profile);
@@ -95,11 +102,14 @@ kith_status kith_integrator_rates(struct kith_integrator *it) {
   if (status == KITH_OK) status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
   kith_profile_end(it->profile);
   KITH_TRY(status);
-  if (reason != NULL) KITH_TRY(run_lifecycle(it, reason));
-  else refresh(it);
+  if (reason != NULL)
+    KITH_TRY(run_lifecycle(it, reason));
+  else
+    refresh(it);
   /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
   for (int growth = 0; (status = run_package(it)) == KITH_REACH; ++growth) {
-    if (growth == MAX_GROWTHS) KITH_FAIL(DIVERGED, "a support does not converge: %s after %d rebuilds", kith_failure(), growth);
+    if (growth == MAX_GROWTHS)
+      KITH_FAIL(DIVERGED, "a support does not converge: %s after %d rebuilds", kith_failure(), growth);
     it->ledger.support_rebuilds += 1;
     KITH_TRY(run_lifecycle(it, "support"));
   }
@@ -128,7 +138,8 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
 
 /* What the lists were made from, then the present. */
 kith_status kith_integrator_resume(struct kith_integrator *it) {
-  if (it->built_reach == NULL) return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
+  if (it->built_reach == NULL)
+    return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
   struct kith_field *position = it->position_base != NULL ? it->position_base : it->package->velocity_base;
   kith_field_copy(it->nodes, position, it->nodes->position);
   kith_field_copy(it->nodes, it->energy_base, it->nodes->support);
@@ -149,10 +160,13 @@ kith_status kith_integrator_resume(struct kith_integrator *it) {
 /* The next step: the vote, no more than a quarter longer than the last, landing on `until`. Says what limited it. */
 static double next_dt(struct kith_integrator *it, double until) {
   struct kith_vote vote = it->fixed_dt > 0 ? (struct kith_vote){it->fixed_dt, -1, "fixed"} : it->vote;
-  if (it->fixed_dt <= 0 && it->dt > 0 && vote.dt > 1.25 * it->dt) vote = (struct kith_vote){1.25 * it->dt, -1, "growth"};
+  if (it->fixed_dt <= 0 && it->dt > 0 && vote.dt > 1.25 * it->dt)
+    vote = (struct kith_vote){1.25 * it->dt, -1, "growth"};
   const double left = until - it->time;
-  if (vote.dt >= left) vote = (struct kith_vote){left, -1, "end"};
-  else if (vote.dt > 0.5 * left) vote = (struct kith_vote){0.5 * left, -1, "end"}; /* two equal steps, not one and a crumb */
+  if (vote.dt >= left)
+    vote = (struct kith_vote){left, -1, "end"};
+  else if (vote.dt > 0.5 * left)
+    vote = (struct kith_vote){0.5 * left, -1, "end"}; /* two equal steps, not one and a crumb */
   it->limiter = vote.reason;
   it->limiting_node = vote.node;
   return vote.dt;
@@ -161,8 +175,8 @@ static double next_dt(struct kith_integrator *it, double until) {
 kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   const double dt = next_dt(it, until);
   if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
-    KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time, (long long)it->limiting_node,
-              it->limiter);
+    KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time,
+              (long long)it->limiting_node, it->limiter);
   kith_profile_begin(it->profile, "step");
   kith_status status = it->scheme->step(it, dt);
   if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true);

@@ -28,16 +28,19 @@ struct kith_scheme_ops {
 #define X(name) extern const struct kith_scheme_ops kith_scheme_##name;
 KITH_SCHEME_LIST(X)
 #undef X
-const struct kith_scheme_ops *kith_scheme_find(const char *name); /* '-' and '_' are the same; NULL if there is none */
+const struct kith_scheme_ops *kith_scheme_find(
+    const char *name); /* '-' and '_' are the same; NULL if there is none */
 const struct kith_scheme_ops *const *kith_scheme_all(void);
 
 /* What happened, summed over the run (and the last lifecycle, where said); nothing but uint64_t, for checkpoints. created = culled + kept, for each boundary. */
 struct kith_ledger {
   uint64_t lifecycles, stage_rebuilds, support_rebuilds, reorders, refreshes;
-  uint64_t because[5]; /* first build, then policies in the order of KITH_REBUILD_LIST */
+  uint64_t because[5];            /* first build, then policies in the order of KITH_REBUILD_LIST */
   uint64_t created, culled, kept; /* ghosts */
   uint64_t candidates, row_entries, pairs;
-  struct { uint64_t created, culled, kept; } boundary[2 * NDIM + 8];
+  struct {
+    uint64_t created, culled, kept;
+  } boundary[2 * NDIM + 8];
   uint64_t ghosts, last_entries, last_pairs; /* of the last lifecycle */
 };
 
@@ -63,24 +66,24 @@ struct kith_integrator {
   double cfl, fixed_dt;                  /* fixed_dt > 0: every step is this long */
   double skin;                           /* reach = (1 + skin) support */
   bool cull, check;
-  int reorder_every;                     /* lifecycles between checks of the curve order, 0: never */
+  int reorder_every; /* lifecycles between checks of the curve order, 0: never */
 
   /* Its own. */
   double time;
   uint64_t step;
-  double dt;                /* of the last step */
-  const char *limiter;      /* what limited it, and the node that did (-1: none) */
+  double dt;           /* of the last step */
+  const char *limiter; /* what limited it, and the node that did (-1: none) */
   int64_t limiting_node;
-  struct kith_vote vote;    /* for the next step */
+  struct kith_vote vote; /* for the next step */
   uint64_t since_reorder;
   struct kith_field *energy_base, *position_base;
   /* What lasting lists were made from; NULL if lists do not last. Coordinates are scalars: a node that is mirrored since then
    * has moved, the place has not. */
   struct kith_field *built[NDIM], *built_reach, *built_support;
-  bool resuming;            /* the lists of a restarted run are being made again: with built_reach */
+  bool resuming; /* the lists of a restarted run are being made again: with built_reach */
   struct kith_requirements need;
   struct kith_ledger ledger;
-  uint8_t *keep;            /* scratch of the lifecycle */
+  uint8_t *keep; /* scratch of the lifecycle */
   kith_index *renumber;
   size_t keep_capacity, renumber_capacity;
 };
@@ -107,7 +110,8 @@ void kith_drift(struct kith_integrator *integrator, const struct kith_field *vel
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 
 /* lifecycle.c */
-void kith_lifecycle_demands(const struct kith_integrator *integrator, struct kith_demand demand[KITH_DEMANDS]);
+void kith_lifecycle_demands(const struct kith_integrator *integrator,
+                            struct kith_demand demand[KITH_DEMANDS]);
 kith_status kith_lifecycle(struct kith_integrator *integrator, const char *reason);
 
 size_t kith_integrator_bytes(const struct kith_integrator *integrator);

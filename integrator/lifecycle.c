@@ -5,8 +5,10 @@
 
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
-  demand[1] = (struct kith_demand){it->package->ops->name, it->package->traversal == KITH_TRAVERSE_PAIRS ? "traversal: pairs" : "traversal: gather",
-                                   it->package->ops->requirements(it->package)};
+  demand[1] = (struct kith_demand){
+      it->package->ops->name,
+      it->package->traversal == KITH_TRAVERSE_PAIRS ? "traversal: pairs" : "traversal: gather",
+      it->package->ops->requirements(it->package)};
 }
 
 /* Nothing is built that no one asked for. */
@@ -40,7 +42,8 @@ static kith_status reorder(struct kith_integrator *it) {
   double lower[NDIM], upper[NDIM];
   kith_profile_begin(it->profile, "reorder");
   kith_status status = kith_resize(&order, 0, (size_t)it->nodes->n_internal, sizeof *order);
-  kith_search_cube(it->nodes->position->f64, it->nodes->n_internal, lower, upper); /* so that the tree need not sort */
+  kith_search_cube(it->nodes->position->f64, it->nodes->n_internal, lower,
+                   upper); /* so that the tree need not sort */
   if (status == KITH_OK) status = kith_nodes_curve_order(it->nodes, lower, upper, order, &sorted);
   if (status == KITH_OK && !sorted) {
     status = kith_nodes_reorder(it->nodes, order);
@@ -53,7 +56,8 @@ static kith_status reorder(struct kith_integrator *it) {
 
 static kith_status ghosts(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "ghosts");
-  const kith_status status = kith_boundaries_ghosts(it->boundaries, it->nodes, it->need.overlap ? 2 : 1, it->profile);
+  const kith_status status =
+      kith_boundaries_ghosts(it->boundaries, it->nodes, it->need.overlap ? 2 : 1, it->profile);
   kith_profile_end(it->profile);
   KITH_TRY(status);
   for (int b = 0; b < it->nodes->n_blocks; ++b)

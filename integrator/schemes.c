@@ -69,11 +69,12 @@ static kith_status cheap_rk2_step(struct kith_integrator *it, double dt) {
   return KITH_OK;
 }
 
-const struct kith_scheme_ops kith_scheme_leapfrog = {
-    "leapfrog", "kick, drift, kick; one evaluation a step", 1, leapfrog_step};
+const struct kith_scheme_ops kith_scheme_leapfrog = {"leapfrog", "kick, drift, kick; one evaluation a step",
+                                                     1, leapfrog_step};
 const struct kith_scheme_ops kith_scheme_rk2 = {"rk2", "midpoint; two evaluations a step", 2, rk2_step};
 const struct kith_scheme_ops kith_scheme_cheap_rk2 = {
-    "cheap-rk2", "midpoint that starts from the rates of the last middle; one evaluation a step", 1, cheap_rk2_step};
+    "cheap-rk2", "midpoint that starts from the rates of the last middle; one evaluation a step", 1,
+    cheap_rk2_step};
 
 #define X(name) &kith_scheme_##name,
 KITH_FAMILY(kith_scheme, KITH_SCHEME_LIST(X))

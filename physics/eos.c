@@ -4,8 +4,8 @@
 
 #include <math.h>
 
-static void ideal_state(const struct kith_eos_parameters *p, kith_index n, const double *density, const double *energy,
-                        double *pressure, double *sound_speed) {
+static void ideal_state(const struct kith_eos_parameters *p, kith_index n, const double *density,
+                        const double *energy, double *pressure, double *sound_speed) {
   const double g1 = p->gamma - 1, gg1 = p->gamma * g1;
 #pragma omp parallel for simd schedule(static)
   for (kith_index i = 0; i < n; ++i) {
@@ -49,12 +49,11 @@ static double stiffened_energy(const struct kith_eos_parameters *p, double densi
   return (pressure + p->gamma * p->stiffness) / ((p->gamma - 1) * density);
 }
 
-const struct kith_eos_ops kith_eos_ideal = {
-    "ideal", "ideal gas: gamma", ideal_state, ideal_energy, true};
-const struct kith_eos_ops kith_eos_isothermal = {
-    "isothermal", "isothermal gas: sound_speed", isothermal_state, isothermal_energy, false};
-const struct kith_eos_ops kith_eos_stiffened = {
-    "stiffened", "stiffened gas: gamma, stiffness", stiffened_state, stiffened_energy, true};
+const struct kith_eos_ops kith_eos_ideal = {"ideal", "ideal gas: gamma", ideal_state, ideal_energy, true};
+const struct kith_eos_ops kith_eos_isothermal = {"isothermal", "isothermal gas: sound_speed",
+                                                 isothermal_state, isothermal_energy, false};
+const struct kith_eos_ops kith_eos_stiffened = {"stiffened", "stiffened gas: gamma, stiffness",
+                                                stiffened_state, stiffened_energy, true};
 
 #define X(name) &kith_eos_##name,
 KITH_FAMILY(kith_eos, KITH_EOS_LIST(X))

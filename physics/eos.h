@@ -17,8 +17,8 @@ struct kith_eos_parameters {
 struct kith_eos_ops {
   const char *name, *doc;
   /* pressure[i], sound_speed[i] from density[i], energy[i] for n nodes. c = 0 where c^2 would be negative. */
-  void (*state)(const struct kith_eos_parameters *p, kith_index n, const double *density, const double *energy,
-                double *pressure, double *sound_speed);
+  void (*state)(const struct kith_eos_parameters *p, kith_index n, const double *density,
+                const double *energy, double *pressure, double *sound_speed);
   /* Specific energy that gives this pressure at this density. */
   double (*energy)(const struct kith_eos_parameters *p, double density, double pressure);
   bool energy_positive; /* u < 0 is outside of the physical range */

@@ -10,10 +10,12 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
   } table[] = {
       {{"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "mass of the node"}, &hydro->mass},
       {{"velocity", KITH_VECTOR, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
-      {{"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"}, &hydro->energy},
+      {{"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"},
+       &hydro->energy},
       {{"density", KITH_SCALAR, KITH_F64, KITH_STATE, "Density", "mass per unit volume"}, &hydro->density},
       {{"pressure", KITH_SCALAR, KITH_F64, KITH_STATE, "Pressure", "pressure"}, &hydro->pressure},
-      {{"sound_speed", KITH_SCALAR, KITH_F64, KITH_STATE, "SoundSpeed", "adiabatic sound speed"}, &hydro->sound_speed},
+      {{"sound_speed", KITH_SCALAR, KITH_F64, KITH_STATE, "SoundSpeed", "adiabatic sound speed"},
+       &hydro->sound_speed},
       {{"acceleration", KITH_VECTOR, KITH_F64, KITH_STATE, "Accelerations", "dv/dt"}, &hydro->acceleration},
       {{"energy_rate", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "du/dt"}, &hydro->energy_rate},
   };
@@ -50,16 +52,17 @@ static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
   if (wrong != NULL) return wrong;
   for (int a = 0; a < NDIM; ++a)
     if (!isfinite(hydro->acceleration->f64[i * NDIM + a])) return "its acceleration is not finite";
-  if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i])) return "its density is not a positive number";
+  if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i]))
+    return "its density is not a positive number";
   const bool positive = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
   return positive && hydro->energy->f64[i] < 0 ? "its energy is negative" : NULL;
 }
 
 static kith_status diverged(const struct kith_hydro *hydro, kith_index i, const char *wrong) {
   const double *x = hydro->nodes->position->f64 + i * NDIM;
-  KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)", (long long)hydro->nodes->id->i64[i], x[0],
-            NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0, wrong, hydro->density->f64[i],
-            hydro->energy->f64[i]);
+  KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)",
+            (long long)hydro->nodes->id->i64[i], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
+            NDIM > 2 ? x[NDIM - 1] : 0.0, wrong, hydro->density->f64[i], hydro->energy->f64[i]);
 }
 
 kith_status kith_hydro_finite(const struct kith_hydro *hydro) {
@@ -101,7 +104,8 @@ struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
 #pragma omp ordered
     for (int k = 0; k < SUMS; ++k) total[k] += sums[k];
   }
-  struct kith_totals t = {.mass = total[0], .kinetic = total[1], .internal = total[2], .momentum_scale = total[3]};
+  struct kith_totals t = {
+      .mass = total[0], .kinetic = total[1], .internal = total[2], .momentum_scale = total[3]};
   for (int a = 0; a < NDIM; ++a) t.momentum[a] = total[4 + a];
   return t;
 }

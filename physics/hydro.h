@@ -15,11 +15,11 @@ struct kith_material {
 };
 
 struct kith_hydro {
-  struct kith_nodes *nodes;                       /* borrowed */
-  struct kith_material material[KITH_MAX_LISTS];  /* of each node list; its name is the list's */
-  struct kith_field *mass, *velocity, *energy;    /* state */
+  struct kith_nodes *nodes;                      /* borrowed */
+  struct kith_material material[KITH_MAX_LISTS]; /* of each node list; its name is the list's */
+  struct kith_field *mass, *velocity, *energy;   /* state */
   struct kith_field *density, *pressure, *sound_speed;
-  struct kith_field *acceleration, *energy_rate;  /* state: the next step starts from them */
+  struct kith_field *acceleration, *energy_rate; /* state: the next step starts from them */
 };
 
 /* Registers the fields. The materials are the caller's to fill. */

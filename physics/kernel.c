@@ -28,7 +28,7 @@ static void lattice_node(const int *c, int b, double *x) {
   const double s = sqrt(2 / sqrt(3));
   x[0] = s * (c[0] + 0.5 * b);
   x[1] = s * sqrt(3) * (c[1] + 0.5 * b);
-#else /* four nodes in a cube of side 4^(1/3) */
+#else           /* four nodes in a cube of side 4^(1/3) */
   const double a = cbrt(4);
   for (int k = 0; k < NDIM; ++k) x[k] = a * (c[k] + (b > 0 && b != k + 1 ? 0.5 : 0.0));
 #endif

@@ -13,19 +13,19 @@
 #include "lib/core/vec.h"
 
 /* name, words, doc, C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
-#define KITH_KERNEL_LIST(X)                                                                            \
-  X(cubic, "cubic", "spline M4: the shortest support; pairs up if given many neighbors",                              \
-    8. / 3, 80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                                  \
-  X(quartic, "quartic", "spline M5: smoother, for more neighbors",                                     \
-    3125. / 768, 46875 / (2398 * M_PI), 15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)            \
-  X(quintic, "quintic", "spline M6: the smoothest of the splines",                                     \
-    243. / 40, 15309 / (478 * M_PI), 2187 / (40 * M_PI), 2.121320, 2.158130, 2.195775)                 \
-  X(wendland_c2, "wendland-c2", "never clumps, however many neighbors: the default",                   \
-    5. / 4, 7 / M_PI, 21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                                   \
-  X(wendland_c4, "wendland-c4", "never clumps; smoother, for about 100 neighbors in 3-D",              \
-    3. / 2, 9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171241, 2.207940)                                 \
-  X(wendland_c6, "wendland-c6", "never clumps; the smoothest, for about 200 neighbors in 3-D",         \
-    55. / 32, 78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415229, 2.449490)
+#define KITH_KERNEL_LIST(X)                                                                                 \
+  X(cubic, "cubic", "spline M4: the shortest support; pairs up if given many neighbors", 8. / 3,            \
+    80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                                               \
+  X(quartic, "quartic", "spline M5: smoother, for more neighbors", 3125. / 768, 46875 / (2398 * M_PI),      \
+    15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)                                                     \
+  X(quintic, "quintic", "spline M6: the smoothest of the splines", 243. / 40, 15309 / (478 * M_PI),         \
+    2187 / (40 * M_PI), 2.121320, 2.158130, 2.195775)                                                       \
+  X(wendland_c2, "wendland-c2", "never clumps, however many neighbors: the default", 5. / 4, 7 / M_PI,      \
+    21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                                                          \
+  X(wendland_c4, "wendland-c4", "never clumps; smoother, for about 100 neighbors in 3-D", 3. / 2, 9 / M_PI, \
+    495 / (32 * M_PI), 1.936492, 2.171241, 2.207940)                                                        \
+  X(wendland_c6, "wendland-c6", "never clumps; the smoothest, for about 200 neighbors in 3-D", 55. / 32,    \
+    78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415229, 2.449490)
 
 enum kith_kernel {
 #define X(name, ...) KITH_KERNEL_##name,
@@ -42,8 +42,12 @@ extern const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS];
 
 /* KITH_N_KERNELS if there is none of this name; '-' and '_' are the same. */
 enum kith_kernel kith_kernel_find(const char *name);
-static inline double kith_kernel_constant(enum kith_kernel k) { return kith_kernel_facts[k].constant[NDIM - 1]; }
-static inline double kith_kernel_support(enum kith_kernel k) { return kith_kernel_facts[k].support[NDIM - 1]; }
+static inline double kith_kernel_constant(enum kith_kernel k) {
+  return kith_kernel_facts[k].constant[NDIM - 1];
+}
+static inline double kith_kernel_support(enum kith_kernel k) {
+  return kith_kernel_facts[k].support[NDIM - 1];
+}
 
 /* Neighbors (ball H^d n) that a kernel is given by default: the measured best of accuracy for its cost. */
 double kith_kernel_neighbors(enum kith_kernel k);
@@ -52,11 +56,15 @@ double kith_kernel_neighbors(enum kith_kernel k);
  * Wendland functions overestimate it with few neighbors (Dehnen and Aly 2012, section 2.6; here solved, not fitted). */
 double kith_kernel_self_weight(enum kith_kernel k, double neighbors);
 
-static inline double kith_cube_(double a) { return a * a * a; }
-static inline double kith_fourth_(double a) { return (a * a) * (a * a); }
+static inline double kith_cube_(double a) {
+  return a * a * a;
+}
+static inline double kith_fourth_(double a) {
+  return (a * a) * (a * a);
+}
 
 /* w(q) and g(q). With a constant `k` the switch is gone; the rest vectorizes. */
-__attribute__((always_inline)) static inline void kith_kernel_value(enum kith_kernel k, double q, double *w, double *g) {
+KITH_INLINE void kith_kernel_value(enum kith_kernel k, double q, double *w, double *g) {
   const double a = KITH_MAX(1 - q, 0.0);
   switch (k) {
     case KITH_KERNEL_cubic: {
@@ -82,14 +90,17 @@ __attribute__((always_inline)) static inline void kith_kernel_value(enum kith_ke
       *g = NDIM == 1 ? -12 * a * a : -20 * kith_cube_(a);
       return;
     case KITH_KERNEL_wendland_c4:
-      *w = NDIM == 1 ? a * kith_fourth_(a) * (1 + q * (5 + 8 * q)) : a * a * kith_fourth_(a) * (1 + q * (6 + 35. / 3 * q));
+      *w = NDIM == 1 ? a * kith_fourth_(a) * (1 + q * (5 + 8 * q))
+                     : a * a * kith_fourth_(a) * (1 + q * (6 + 35. / 3 * q));
       *g = NDIM == 1 ? -14 * kith_fourth_(a) * (1 + 4 * q) : -56. / 3 * a * kith_fourth_(a) * (1 + 5 * q);
       return;
     case KITH_KERNEL_wendland_c6:
     default: {
       const double a4 = kith_fourth_(a);
-      *w = NDIM == 1 ? kith_cube_(a) * a4 * (1 + q * (7 + q * (19 + 21 * q))) : a4 * a4 * (1 + q * (8 + q * (25 + 32 * q)));
-      *g = NDIM == 1 ? -6 * a * a * a4 * (3 + q * (18 + 35 * q)) : -22 * kith_cube_(a) * a4 * (1 + q * (7 + 16 * q));
+      *w = NDIM == 1 ? kith_cube_(a) * a4 * (1 + q * (7 + q * (19 + 21 * q)))
+                     : a4 * a4 * (1 + q * (8 + q * (25 + 32 * q)));
+      *g = NDIM == 1 ? -6 * a * a * a4 * (3 + q * (18 + 35 * q))
+                     : -22 * kith_cube_(a) * a4 * (1 + q * (7 + 16 * q));
       return;
     }
   }

@@ -8,9 +8,12 @@ KITH_FAMILY(kith_package, KITH_PACKAGE_LIST(X))
 
 kith_status kith_package_init(struct kith_package *package) {
   struct kith_nodes *nodes = package->hydro->nodes;
-  const struct kith_field_spec base = {"velocity_base", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "where the kick started"};
-  const struct kith_field_spec expansion = {"expansion", KITH_SCALAR, KITH_F64, KITH_STATE, "VelocityDivergence", "div v"};
-  const struct kith_field_spec slope = {"energy_slope", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "d(du/dt)/dt of a kick"};
+  const struct kith_field_spec base = {"velocity_base", KITH_VECTOR, KITH_F64,
+                                       KITH_WORK,       NULL,        "where the kick started"};
+  const struct kith_field_spec expansion = {"expansion", KITH_SCALAR,          KITH_F64,
+                                            KITH_STATE,  "VelocityDivergence", "div v"};
+  const struct kith_field_spec slope = {"energy_slope", KITH_SCALAR, KITH_F64,
+                                        KITH_STATE,     NULL,        "d(du/dt)/dt of a kick"};
   KITH_TRY(kith_nodes_field(nodes, &base, &package->velocity_base));
   KITH_TRY(kith_nodes_field(nodes, &expansion, &package->expansion));
   package->energy_slope = NULL;

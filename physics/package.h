@@ -42,9 +42,10 @@ struct kith_package_ops {
 };
 
 /* name, word of the scene, doc */
-#define KITH_VISCOSITY_LIST(X)                                                                                    \
-  X(MONAGHAN, monaghan, "on every approaching pair, alike")                                                       \
-  X(LIMITED, limited, "on the jump that slope-limited gradients leave: little where flow is smooth; the default")
+#define KITH_VISCOSITY_LIST(X)                              \
+  X(MONAGHAN, monaghan, "on every approaching pair, alike") \
+  X(LIMITED, limited,                                       \
+    "on the jump that slope-limited gradients leave: little where flow is smooth; the default")
 enum kith_viscosity {
 #define X(name, word, doc) KITH_VISCOSITY_##name,
   KITH_VISCOSITY_LIST(X)
@@ -56,7 +57,7 @@ struct kith_package {
   const struct kith_package_ops *ops;
   struct kith_hydro *hydro; /* borrowed */
   enum kith_kernel kernel;
-  double neighbors; /* ball H^d n */
+  double neighbors;   /* ball H^d n */
   double self_weight; /* of a node in its own sums: kith_kernel_self_weight */
   bool compatible;
   enum kith_viscosity viscosity;
@@ -64,11 +65,11 @@ struct kith_package {
   enum kith_traversal traversal;
   struct kith_profile *profile; /* borrowed, may be NULL */
 
-  struct kith_field *velocity_base;    /* where kicks start; the scheme fills it before evaluate */
-  double kicked;                       /* time kicked since then */
-  struct kith_field *energy_slope;     /* NULL unless compatible */
-  struct kith_field *expansion;        /* div v: predicts the support */
-  uint64_t pair_evaluations;           /* counted over the run */
+  struct kith_field *velocity_base;       /* where kicks start; the scheme fills it before evaluate */
+  double kicked;                          /* time kicked since then */
+  struct kith_field *energy_slope;        /* NULL unless compatible */
+  struct kith_field *expansion;           /* div v: predicts the support */
+  uint64_t pair_evaluations;              /* counted over the run */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
   void *self;
 };

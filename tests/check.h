@@ -11,32 +11,32 @@
 
 static int check_failures;
 
-#define CHECK(condition)                                                     \
-  do {                                                                       \
-    if (!(condition)) {                                                      \
-      ++check_failures;                                                      \
+#define CHECK(condition)                                                      \
+  do {                                                                        \
+    if (!(condition)) {                                                       \
+      ++check_failures;                                                       \
       fprintf(stderr, "%s:%d: failed: %s\n", __FILE__, __LINE__, #condition); \
-    }                                                                        \
+    }                                                                         \
   } while (0)
 
-#define CHECK_CLOSE(got, wanted, tolerance)                                                                \
-  do {                                                                                                     \
-    const double check_got_ = (got), check_wanted_ = (wanted);                                             \
-    if (!(fabs(check_got_ - check_wanted_) <= (tolerance))) {                                              \
-      ++check_failures;                                                                                    \
-      fprintf(stderr, "%s:%d: %s is %.17g, wanted %.17g, off by %.3g\n", __FILE__, __LINE__, #got, check_got_, \
-              check_wanted_, check_got_ - check_wanted_);                                                  \
-    }                                                                                                      \
+#define CHECK_CLOSE(got, wanted, tolerance)                                                        \
+  do {                                                                                             \
+    const double check_got_ = (got), check_wanted_ = (wanted);                                     \
+    if (!(fabs(check_got_ - check_wanted_) <= (tolerance))) {                                      \
+      ++check_failures;                                                                            \
+      fprintf(stderr, "%s:%d: %s is %.17g, wanted %.17g, off by %.3g\n", __FILE__, __LINE__, #got, \
+              check_got_, check_wanted_, check_got_ - check_wanted_);                              \
+    }                                                                                              \
   } while (0)
 
-#define CHECK_STATUS(wanted, call)                                                                          \
-  do {                                                                                                      \
-    const kith_status check_status_ = (call);                                                               \
-    if (check_status_ != (wanted)) {                                                                        \
-      ++check_failures;                                                                                     \
-      fprintf(stderr, "%s:%d: %s gave '%s' (%s)\n", __FILE__, __LINE__, #call, kith_status_text(check_status_), \
-              kith_failure());                                                                              \
-    }                                                                                                       \
+#define CHECK_STATUS(wanted, call)                                             \
+  do {                                                                         \
+    const kith_status check_status_ = (call);                                  \
+    if (check_status_ != (wanted)) {                                           \
+      ++check_failures;                                                        \
+      fprintf(stderr, "%s:%d: %s gave '%s' (%s)\n", __FILE__, __LINE__, #call, \
+              kith_status_text(check_status_), kith_failure());                \
+    }                                                                          \
   } while (0)
 
 #define CHECK_OK(call) CHECK_STATUS(KITH_OK, call)

@@ -77,8 +77,8 @@ struct kith_excluder {
   const char *name;
   enum kith_phase phase;
   bool (*reject)(const void *context, const struct kith_nodes *nodes, kith_index i, kith_index j);
-  const void *context;               /* borrowed */
-  const struct kith_excluder *next;  /* chain, borrowed */
+  const void *context;              /* borrowed */
+  const struct kith_excluder *next; /* chain, borrowed */
 };
 
 kith_status kith_connectivity_create(struct kith_connectivity **out);
@@ -91,15 +91,18 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
                                     const struct kith_excluder *excluders, struct kith_profile *profile);
 
 /* keep[g] = 1 for every ghost n_internal + g in the row of an internal node; the others are left as they are. */
-void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity, const struct kith_nodes *nodes, uint8_t *keep);
+void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
+                                   const struct kith_nodes *nodes, uint8_t *keep);
 /* Renumbers after kith_nodes_cull_ghosts: renumber[old index] is the new one, or -1. */
 kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const kith_index *renumber, kith_index old_count);
 
 /* STALE if it was made from other ghosts. (Positions may move while a list lasts: the rebuild policy decides.) */
-kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity, const struct kith_nodes *nodes);
+kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity,
+                                    const struct kith_nodes *nodes);
 /* All invariants: sorted, in range, symmetric where stored, pairs = rows, of_row, f_couple, intersection. INTERNAL names the first breach. */
-kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity, const struct kith_nodes *nodes);
+kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
+                                    const struct kith_nodes *nodes);
 
 /* The pair of i and j in either order, or pairs.n if there is none. O(log row). */
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j);
@@ -114,8 +117,10 @@ struct kith_pairwise {
   double *value; /* [n][components] */
 };
 /* Sized to the present pairs; values are not cleared. Memory is reused. */
-kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity, int components);
-kith_status kith_pairwise_fresh(const struct kith_pairwise *field, const struct kith_connectivity *connectivity);
+kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity,
+                                  int components);
+kith_status kith_pairwise_fresh(const struct kith_pairwise *field,
+                                const struct kith_connectivity *connectivity);
 void kith_pairwise_clear(struct kith_pairwise *field);
 
 size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity);

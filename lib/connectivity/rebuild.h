@@ -52,7 +52,8 @@ struct kith_rebuilds {
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period);
 void kith_rebuilds_clear(struct kith_rebuilds *rebuilds);
 /* *reason: the name of the policy that fired ("first build" if there is no snapshot), NULL if none did. */
-kith_status kith_rebuilds_due(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes, const char **reason);
+kith_status kith_rebuilds_due(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                              const char **reason);
 kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
 /* The next due says yes. */
 void kith_rebuilds_invalidate(struct kith_rebuilds *rebuilds);

@@ -13,8 +13,8 @@ size_t kith_rows_longest(const struct kith_rows *rows) {
   return longest;
 }
 
-kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width, uint64_t *count,
-                          struct kith_profile *profile) {
+kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
+                          uint64_t *count, struct kith_profile *profile) {
   const kith_index chunks = (n + CHUNK - 1) / CHUNK;
   bool failed = false;
   uint64_t total[4] = {0};

@@ -17,14 +17,17 @@ struct kith_scratch {
   uint64_t count[4];
 };
 
-static inline double *kith_scratch_lane(const struct kith_scratch *s, int k) { return s->lane + (size_t)k * s->width; }
+static inline double *kith_scratch_lane(const struct kith_scratch *s, int k) {
+  return s->lane + (size_t)k * s->width;
+}
 
-typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end, struct kith_scratch *scratch);
+typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
+                                struct kith_scratch *scratch);
 
 /* Runs `pass` over nodes 0 .. n - 1. Each thread has `lanes` arrays of at least `width` doubles (rounded up). count[4], written, may be NULL.
  * Busy times of the threads go to the present stage of `profile`. */
-kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width, uint64_t *count,
-                          struct kith_profile *profile);
+kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
+                          uint64_t *count, struct kith_profile *profile);
 
 /* The longest row: a width for scratch. */
 size_t kith_rows_longest(const struct kith_rows *rows);

@@ -26,14 +26,17 @@ kith_status kith_fail(kith_status status, const char *format, ...) {
   return status;
 }
 
-const char *kith_failure(void) { return failure; }
+const char *kith_failure(void) {
+  return failure;
+}
 
 kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
   void *old;
   memcpy(&old, p, sizeof old);
   void *fresh = NULL;
   if (count > 0) {
-    if (count > (SIZE_MAX - 64) / size) KITH_FAIL(NO_MEMORY, "%zu elements of %zu bytes do not fit in memory", count, size);
+    if (count > (SIZE_MAX - 64) / size)
+      KITH_FAIL(NO_MEMORY, "%zu elements of %zu bytes do not fit in memory", count, size);
     const size_t bytes = (count * size + 63) / 64 * 64;
     fresh = aligned_alloc(64, bytes);
     if (fresh == NULL) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);

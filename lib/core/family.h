@@ -23,15 +23,15 @@ static inline size_t kith_name_length(const char *name) {
   return n;
 }
 
-#define KITH_FAMILY(prefix, members)                                                        \
-  const struct prefix##_ops *const *prefix##_all(void) {                                    \
-    static const struct prefix##_ops *const all[] = {members NULL};                         \
-    return all;                                                                             \
-  }                                                                                         \
-  const struct prefix##_ops *prefix##_find(const char *name) {                              \
-    for (const struct prefix##_ops *const *p = prefix##_all(); *p != NULL; ++p)             \
-      if (kith_name_is((*p)->name, name, kith_name_length(name))) return *p;                \
-    return NULL;                                                                            \
+#define KITH_FAMILY(prefix, members)                                            \
+  const struct prefix##_ops *const *prefix##_all(void) {                        \
+    static const struct prefix##_ops *const all[] = {members NULL};             \
+    return all;                                                                 \
+  }                                                                             \
+  const struct prefix##_ops *prefix##_find(const char *name) {                  \
+    for (const struct prefix##_ops *const *p = prefix##_all(); *p != NULL; ++p) \
+      if (kith_name_is((*p)->name, name, kith_name_length(name))) return *p;    \
+    return NULL;                                                                \
   }
 
 #endif

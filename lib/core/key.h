@@ -37,7 +37,8 @@ static inline uint64_t kith_key_of_cell(const uint64_t *c) {
 }
 
 /* Key of x in a box from `lower` with cells of 1 / inverse_cell[a]; positions outside are clamped to the edge cells. */
-static inline uint64_t kith_key_of_position(const double *x, const double *lower, const double *inverse_cell) {
+static inline uint64_t kith_key_of_position(const double *x, const double *lower,
+                                            const double *inverse_cell) {
   uint64_t c[NDIM];
   const double top = (double)((UINT64_C(1) << KITH_KEY_BITS) - 1);
   for (int a = 0; a < NDIM; ++a) {

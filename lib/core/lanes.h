@@ -10,9 +10,11 @@
 enum { KITH_LANES = 4 };
 typedef double kith_lanes __attribute__((vector_size(8 * KITH_LANES)));
 
-static inline size_t kith_lanes_padded(size_t n) { return (n + KITH_LANES - 1) / KITH_LANES * KITH_LANES; }
+static inline size_t kith_lanes_padded(size_t n) {
+  return (n + KITH_LANES - 1) / KITH_LANES * KITH_LANES;
+}
 
-__attribute__((always_inline)) static inline double kith_lanes_total(const kith_lanes *s) {
+KITH_INLINE double kith_lanes_total(const kith_lanes *s) {
   return ((*s)[0] + (*s)[1]) + ((*s)[2] + (*s)[3]);
 }
 

@@ -16,7 +16,9 @@ static inline double kith_dot(const double *a, const double *b) {
   return s;
 }
 
-static inline double kith_norm(const double *a) { return sqrt(kith_dot(a, a)); }
+static inline double kith_norm(const double *a) {
+  return sqrt(kith_dot(a, a));
+}
 
 /* |a - b|^2 */
 static inline double kith_distance2(const double *a, const double *b) {

@@ -58,7 +58,8 @@ static void refresh_part(struct kith_field *field, const struct kith_ghost_block
       double product[NDIM * (NDIM + 1) / 2];
       for (int a = 0, c = 0; a < NDIM; ++a)
         for (int b = a; b < NDIM; ++b) product[c++] = sign[a] * sign[b];
-      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM * (NDIM + 1) / 2, product, NULL);
+      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM * (NDIM + 1) / 2, product,
+                  NULL);
       break;
     }
   }
@@ -87,7 +88,8 @@ void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *cons
 static int lasting_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
   int n = 0;
   for (int f = 0; f < nodes->n_fields; ++f)
-    if (nodes->fields[f]->spec.role != KITH_WORK || nodes->fields[f] == nodes->reach) fields[n++] = nodes->fields[f];
+    if (nodes->fields[f]->spec.role != KITH_WORK || nodes->fields[f] == nodes->reach)
+      fields[n++] = nodes->fields[f];
   return n;
 }
 

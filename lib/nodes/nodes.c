@@ -14,10 +14,14 @@ size_t kith_field_node_size(const struct kith_field *field) {
 
 static int components_of(enum kith_kind kind) {
   switch (kind) {
-    case KITH_SCALAR: return 1;
-    case KITH_TENSOR: return NDIM * NDIM;
-    case KITH_SYMMETRIC: return NDIM * (NDIM + 1) / 2;
-    default: return NDIM;
+    case KITH_SCALAR:
+      return 1;
+    case KITH_TENSOR:
+      return NDIM * NDIM;
+    case KITH_SYMMETRIC:
+      return NDIM * (NDIM + 1) / 2;
+    default:
+      return NDIM;
   }
 }
 

@@ -21,11 +21,11 @@ enum { KITH_MAX_LISTS = 64, KITH_MAX_FIELDS = 96 };
 
 /* How a value changes when its node is mirrored or shifted, and how many components it has. */
 enum kith_kind {
-  KITH_SCALAR,   /* 1; unchanged */
-  KITH_VECTOR,   /* NDIM; the component along a mirrored axis flips */
-  KITH_TENSOR,   /* NDIM*NDIM, [row][column]; flips once for each index along a mirrored axis */
+  KITH_SCALAR,    /* 1; unchanged */
+  KITH_VECTOR,    /* NDIM; the component along a mirrored axis flips */
+  KITH_TENSOR,    /* NDIM*NDIM, [row][column]; flips once for each index along a mirrored axis */
   KITH_SYMMETRIC, /* NDIM*(NDIM+1)/2, the upper triangle of a symmetric tensor; never in snapshots */
-  KITH_POSITION, /* NDIM; mirrored and shifted */
+  KITH_POSITION,  /* NDIM; mirrored and shifted */
 };
 enum kith_type { KITH_F64, KITH_I64, KITH_U8 };
 enum kith_role {
@@ -35,7 +35,7 @@ enum kith_role {
 };
 
 struct kith_field_spec {
-  const char *name;   /* unique; [a-z_]+ ; borrowed: a string constant */
+  const char *name; /* unique; [a-z_]+ ; borrowed: a string constant */
   enum kith_kind kind;
   enum kith_type type; /* other than F64 only for scalars */
   enum kith_role role;
@@ -90,9 +90,9 @@ struct kith_nodes {
   /* Always there: */
   struct kith_field *position; /* KITH_POSITION, state */
   struct kith_field *support;  /* H: radius of the kernel's support, state */
-  struct kith_field *reach;    /* R >= 0: radius that the connectivity is built with, work; see connectivity.h */
-  struct kith_field *id;       /* I64, state: global, unique, never changes */
-  struct kith_field *list;     /* U8, derived: the node's list, ghosts too */
+  struct kith_field *reach; /* R >= 0: radius that the connectivity is built with, work; see connectivity.h */
+  struct kith_field *id;    /* I64, state: global, unique, never changes */
+  struct kith_field *list;  /* U8, derived: the node's list, ghosts too */
 
   int n_blocks, blocks_capacity;
   struct kith_ghost_block *blocks; /* creation order */
@@ -108,11 +108,14 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
 kith_status kith_nodes_create_like(struct kith_nodes **out, const struct kith_nodes *model);
 void kith_nodes_destroy(struct kith_nodes **nodes);
 
-static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) { return nodes->n_internal + nodes->n_ghost; }
+static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) {
+  return nodes->n_internal + nodes->n_ghost;
+}
 
 /* Registers a field, zero for all nodes. INTERNAL if the name is taken with another specification;
  * the same specification again gives the same field. *out is a view: the nodes own it. */
-kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec, struct kith_field **out);
+kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec,
+                             struct kith_field **out);
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
 

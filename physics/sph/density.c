@@ -5,12 +5,13 @@
 enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
 enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 
-static const double tolerance = 1e-7; /* of the last but one ln H, where Omega is taken; a sound wave of 1e-6 sees no noise of it */
+static const double tolerance =
+    1e-7; /* of the last but one ln H, where Omega is taken; a sound wave of 1e-6 sees no noise of it */
 static const int max_iterations = 60;
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
-__attribute__((always_inline)) static inline size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows,
-                                                             kith_index i, struct kith_scratch *s) {
+KITH_INLINE size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i,
+                            struct kith_scratch *s) {
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
   const double *restrict x = nodes->position->f64;
@@ -33,9 +34,9 @@ __attribute__((always_inline)) static inline size_t load_row(const struct kith_n
 }
 
 /* sum w and sum q^2 g over the row and the node itself; weight[k] = -g >= 0, for the gradients. */
-__attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel kernel, double self, size_t n,
-                                                              const double *restrict r, double *restrict weight,
-                                                              double inverse_support, double *sum_w, double *sum_q2g) {
+KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, const double *restrict r,
+                             double *restrict weight, double inverse_support, double *sum_w,
+                             double *sum_q2g) {
   double w0, g0, sw = 0, sg = 0;
   kith_kernel_value(kernel, 0, &w0, &g0);
 #pragma omp simd reduction(+ : sw, sg)
@@ -53,14 +54,13 @@ __attribute__((always_inline)) static inline void kernel_sums(enum kith_kernel k
 
 /* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
  * false: it lies beyond the reach, and *support is what to try with new connectivity; or there is none, and it is NaN. */
-__attribute__((always_inline)) static inline bool solve_support(enum kith_kernel kernel, const struct sph_pass *pass,
-                                                                size_t n, double reach, double *support, double *sum_w,
-                                                                double *sum_q2g, struct kith_scratch *s) {
+KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct sph_pass *pass, size_t n, double reach,
+                               double *support, double *sum_w, double *sum_q2g, struct kith_scratch *s) {
   const double wanted = pass->package->neighbors / (kith_ball() * pass->constant);
   double lower = 0, upper = reach, h = KITH_MIN(*support, reach);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE), kith_scratch_lane(s, WEIGHT), 1 / h,
-                sum_w, sum_q2g);
+    kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE),
+                kith_scratch_lane(s, WEIGHT), 1 / h, sum_w, sum_q2g);
     const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
     if (fabs(step) < tolerance) { /* the step is made: its error is its square, and so is that of the sum */
       *support = KITH_MIN(h * (1 + step), reach);
@@ -68,22 +68,26 @@ __attribute__((always_inline)) static inline bool solve_support(enum kith_kernel
       return true;
     }
     s->count[COUNT_ITERATIONS] += 1;
-    if (step > 0) lower = h; else upper = h;
+    if (step > 0)
+      lower = h;
+    else
+      upper = h;
     const double newton = h * (1 + KITH_MAX(-0.3, KITH_MIN(step, 0.4)));
     if (step > 0 && h >= reach) {
       *support = newton;
       return false;
     }
-    h = newton > lower && newton < upper ? newton : newton >= reach && upper >= reach ? reach : 0.5 * (lower + upper);
+    h = newton > lower && newton < upper    ? newton
+        : newton >= reach && upper >= reach ? reach
+                                            : 0.5 * (lower + upper);
   }
   *support = NAN;
   return false;
 }
 
 /* sum m w and sum m q^2 g over the row and the node itself. */
-__attribute__((always_inline)) static inline void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
-                                                            double inverse_support, struct kith_scratch *s,
-                                                            double *sum_mw, double *sum_mq2g) {
+KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+                           double inverse_support, struct kith_scratch *s, double *sum_mw, double *sum_mq2g) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
@@ -103,7 +107,7 @@ __attribute__((always_inline)) static inline void mass_sums(enum kith_kernel ker
 }
 
 /* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
-__attribute__((always_inline)) static inline bool invert(const double *m, double *inverse) {
+KITH_INLINE bool invert(const double *m, double *inverse) {
 #if NDIM == 1
   if (!(m[0] > 0)) return false;
   inverse[0] = 1 / m[0];
@@ -125,8 +129,8 @@ __attribute__((always_inline)) static inline bool invert(const double *m, double
 }
 
 /* Velocity differences of the row. */
-__attribute__((always_inline)) static inline void load_jumps(const struct sph_pass *pass, kith_index i, size_t padded,
-                                                             struct kith_scratch *s) {
+KITH_INLINE void load_jumps(const struct sph_pass *pass, kith_index i, size_t padded,
+                            struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
@@ -141,7 +145,7 @@ __attribute__((always_inline)) static inline void load_jumps(const struct sph_pa
 }
 
 /* G_ab = dv_a/dx_b = [sum w dv_a dx_c] [sum w dx dx]^-1_cb: exact for linear fields on any nodes. */
-__attribute__((always_inline)) static inline bool velocity_gradient(size_t padded, const struct kith_scratch *s, double *gradient) {
+KITH_INLINE bool velocity_gradient(size_t padded, const struct kith_scratch *s, double *gradient) {
   kith_lanes moment[SPH_SHEAR] = {{0}}, flux[NDIM][NDIM] = {{{0}}};
   for (size_t k = 0; k < padded; k += KITH_LANES) {
     const kith_lanes w = *(const kith_lanes *)(kith_scratch_lane(s, WEIGHT) + k);
@@ -172,9 +176,8 @@ __attribute__((always_inline)) static inline bool velocity_gradient(size_t padde
 }
 
 /* Density and X of node i from its sums; without a second look at the row if all masses are equal. */
-__attribute__((always_inline)) static inline void set_density(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
-                                                              double support, double sum_w, double sum_q2g,
-                                                              struct kith_scratch *s) {
+KITH_INLINE void set_density(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+                             double support, double sum_w, double sum_q2g, struct kith_scratch *s) {
   const double mass = pass->package->hydro->mass->f64[i], omega = -sum_q2g / (NDIM * sum_w);
   double sum_mw = mass * sum_w, sum_mq2g = mass * sum_q2g;
   if (!pass->equal_masses) mass_sums(kernel, pass, i, 1 / support, s, &sum_mw, &sum_mq2g);
@@ -182,8 +185,8 @@ __attribute__((always_inline)) static inline void set_density(enum kith_kernel k
   pass->sph->excess->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
 }
 
-__attribute__((always_inline)) static inline void density_chunk(enum kith_kernel kernel, const struct sph_pass *pass,
-                                                                kith_index begin, kith_index end, struct kith_scratch *s) {
+KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct sph_pass *pass, kith_index begin,
+                               kith_index end, struct kith_scratch *s) {
   const struct kith_nodes *nodes = pass->package->hydro->nodes;
   for (kith_index i = begin; i < end; ++i) {
     double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0, gradient[NDIM * NDIM];
@@ -206,9 +209,10 @@ __attribute__((always_inline)) static inline void density_chunk(enum kith_kernel
   }
 }
 
-#define X(name, ...)                                                                                            \
-  KITH_HOT static void density_##name(void *context, kith_index begin, kith_index end, struct kith_scratch *s) { \
-    density_chunk(KITH_KERNEL_##name, context, begin, end, s);                                                  \
+#define X(name, ...)                                                                   \
+  KITH_HOT static void density_##name(void *context, kith_index begin, kith_index end, \
+                                      struct kith_scratch *s) {                        \
+    density_chunk(KITH_KERNEL_##name, context, begin, end, s);                         \
   }
 KITH_KERNEL_LIST(X)
 #undef X
@@ -222,8 +226,8 @@ static kith_status unsolved(const struct kith_nodes *nodes) {
   if (first < 0) KITH_FAIL(INTERNAL, "a support was counted as unsolved, and all are solved");
   const double *x = nodes->position->f64 + (size_t)first * NDIM;
   const kith_status status = isnan(support[first]) ? KITH_DIVERGED : KITH_REACH;
-  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g", (long long)nodes->id->i64[first], x[0],
-                   NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0,
+  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g", (long long)nodes->id->i64[first],
+                   x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0,
                    isnan(support[first]) ? "does not converge within" : "outgrew", reach[first]);
 }
 
@@ -237,8 +241,8 @@ kith_status sph_density(struct sph_pass *pass) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   uint64_t count[4];
   kith_profile_begin(package->profile, "density");
-  const kith_status status = kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], pass, LANES,
-                                           kith_rows_longest(rows), count, package->profile);
+  const kith_status status = kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], pass,
+                                           LANES, kith_rows_longest(rows), count, package->profile);
   kith_profile_count(package->profile, "iterations", (double)count[COUNT_ITERATIONS]);
   kith_profile_end(package->profile);
   KITH_TRY(status);

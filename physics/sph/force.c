@@ -15,8 +15,8 @@ struct pair_constants {
 };
 
 /* C / H^(d + 2) g(q): the factor of x_ij in grad_i W. */
-__attribute__((always_inline)) static inline double gradient_factor(enum kith_kernel kernel, double constant, double q,
-                                                                    double inverse_support) {
+KITH_INLINE double gradient_factor(enum kith_kernel kernel, double constant, double q,
+                                   double inverse_support) {
   double w, g;
   kith_kernel_value(kernel, q, &w, &g);
   return constant * g * kith_pow_dim(inverse_support) * inverse_support * inverse_support;
@@ -28,17 +28,16 @@ struct end {
 };
 
 /* `at`: 32 bits, so that the loads of several nodes become one gather; the records of 10^8 nodes fit. */
-__attribute__((always_inline)) static inline struct end end_of(const double *restrict record, kith_index at) {
+KITH_INLINE struct end end_of(const double *restrict record, kith_index at) {
   return (struct end){record[at + SPH_INVERSE], record[at + SPH_PSI],     record[at + SPH_EXCESS],
                       record[at + SPH_MASS],    record[at + SPH_DENSITY], record[at + SPH_SOUND]};
 }
 
 /* One pair: (3) - (5), with r2 = x_ij . x_ij, vx = v_ij . x_ij and the slopes x.G.x of the velocity at both ends.
  * The force on i is force x_ij, what i gets of its work is heat x_ij . v_ji; j gets the opposite and the rest. */
-__attribute__((always_inline)) static inline void sph_pair(enum kith_kernel kernel, bool limited, struct pair_constants c,
-                                                           struct end i, struct end j, double r2, double vx,
-                                                           double slope_i, double slope_j, double *force, double *heat,
-                                                           double *signal) {
+KITH_INLINE void sph_pair(enum kith_kernel kernel, bool limited, struct pair_constants c, struct end i,
+                          struct end j, double r2, double vx, double slope_i, double slope_j, double *force,
+                          double *heat, double *signal) {
   const double r = sqrt(r2), inverse_r = 1 / KITH_MAX(r, 1e-30);
   const double qi = r * i.inverse_support, qj = r * j.inverse_support;
   const double gi = gradient_factor(kernel, c.constant, qi, i.inverse_support);
@@ -46,7 +45,8 @@ __attribute__((always_inline)) static inline void sph_pair(enum kith_kernel kern
 
   double jump = vx; /* v_ij . x_ij between the velocities that the viscosity sees */
   if (limited) {
-    const double closer = 5 * KITH_MIN(c.spacings * KITH_MAX(qi, qj) - 1, 0.0); /* than the mean spacing, in fifths of it */
+    const double closer =
+        5 * KITH_MIN(c.spacings * KITH_MAX(qi, qj) - 1, 0.0); /* than the mean spacing, in fifths of it */
     const double phi = limiter(slope_i, slope_j) * KITH_MAX(1 - closer * closer, 0.0);
     jump = KITH_MAX(vx - 0.5 * phi * (slope_i + slope_j), vx); /* never more than the whole jump */
   }
@@ -62,9 +62,9 @@ __attribute__((always_inline)) static inline void sph_pair(enum kith_kernel kern
 }
 
 /* Geometry of the pairs of i with n nodes partner[0], partner[stride], ...: axis by axis, so that every loop is a plain one. */
-__attribute__((always_inline)) static inline void load_geometry(bool limited, const double *restrict record, kith_index i,
-                                                                const kith_index *restrict partner, size_t stride, size_t n,
-                                                                struct kith_scratch *s) {
+KITH_INLINE void load_geometry(bool limited, const double *restrict record, kith_index i,
+                               const kith_index *restrict partner, size_t stride, size_t n,
+                               struct kith_scratch *s) {
   double *restrict r2 = kith_scratch_lane(s, R2), *restrict vx = kith_scratch_lane(s, VX);
   double *restrict slope_i = kith_scratch_lane(s, SLOPE_I), *restrict slope_j = kith_scratch_lane(s, SLOPE_J);
   const double *self = record + (size_t)i * SPH_RECORD;
@@ -82,7 +82,8 @@ __attribute__((always_inline)) static inline void load_geometry(bool limited, co
   }
   for (int a = 0, m = 0; limited && a < NDIM; ++a)
     for (int b = a; b < NDIM; ++b, ++m) {
-      const double *restrict xa = kith_scratch_lane(s, SEPARATION + a), *restrict xb = kith_scratch_lane(s, SEPARATION + b);
+      const double *restrict xa = kith_scratch_lane(s, SEPARATION + a);
+      const double *restrict xb = kith_scratch_lane(s, SEPARATION + b);
       const double twice = a == b ? 1 : 2, shear = self[SPH_GRADIENT + m];
       for (size_t k = 0; m == 0 && k < n; ++k) slope_i[k] = slope_j[k] = 0;
 #pragma omp simd
@@ -95,28 +96,27 @@ __attribute__((always_inline)) static inline void load_geometry(bool limited, co
 }
 
 /* force, heat, signal of the same pairs. */
-__attribute__((always_inline)) static inline void evaluate_row(enum kith_kernel kernel, bool limited,
-                                                               const struct sph_pass *pass, kith_index i,
-                                                               const kith_index *restrict partner, size_t stride, size_t n,
-                                                               struct kith_scratch *s) {
+KITH_INLINE void evaluate_row(enum kith_kernel kernel, bool limited, const struct sph_pass *pass,
+                              kith_index i, const kith_index *restrict partner, size_t stride, size_t n,
+                              struct kith_scratch *s) {
   const struct pair_constants c = {pass->package->alpha, pass->package->beta, pass->constant, pass->spacings};
   const double *restrict record = pass->sph->record;
   load_geometry(limited, record, i, partner, stride, n, s);
   const double *restrict r2 = kith_scratch_lane(s, R2), *restrict vx = kith_scratch_lane(s, VX);
-  const double *restrict slope_i = kith_scratch_lane(s, SLOPE_I), *restrict slope_j = kith_scratch_lane(s, SLOPE_J);
+  const double *restrict slope_i = kith_scratch_lane(s, SLOPE_I), *restrict slope_j =
+                                                                      kith_scratch_lane(s, SLOPE_J);
   double *restrict force = kith_scratch_lane(s, SPH_FORCE), *restrict heat = kith_scratch_lane(s, SPH_HEAT),
                    *restrict signal = kith_scratch_lane(s, SPH_SIGNAL);
   const struct end self = end_of(record, i * SPH_RECORD);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k)
-    sph_pair(kernel, limited, c, self, end_of(record, partner[k * stride] * SPH_RECORD), r2[k], vx[k], slope_i[k],
-             slope_j[k], &force[k], &heat[k], &signal[k]);
+    sph_pair(kernel, limited, c, self, end_of(record, partner[k * stride] * SPH_RECORD), r2[k], vx[k],
+             slope_i[k], slope_j[k], &force[k], &heat[k], &signal[k]);
 }
 
 /* The pairs whose lower end is a node of the chunk, into the pairwise field. */
-__attribute__((always_inline)) static inline void pairs_chunk(enum kith_kernel kernel, bool limited,
-                                                              const struct sph_pass *pass, kith_index begin,
-                                                              kith_index end, struct kith_scratch *s) {
+KITH_INLINE void pairs_chunk(enum kith_kernel kernel, bool limited, const struct sph_pass *pass,
+                             kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
   for (kith_index i = begin; i < end; ++i) {
     const size_t first = pairs->first[i], n = pairs->first[i + 1] - first;
@@ -130,7 +130,7 @@ __attribute__((always_inline)) static inline void pairs_chunk(enum kith_kernel k
 
 /* The same lanes for the whole row of i, from the pairwise field: the upper end of a pair gets the rest of the work.
  * Of the geometry the sums need x_ij and v_ij . x_ij (of the work pass: only x_ij). */
-__attribute__((always_inline)) static inline void load_row(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
+KITH_INLINE void load_row(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
   const uint32_t *restrict pair = pass->connectivity->pairs.of_row + first;
@@ -148,12 +148,13 @@ __attribute__((always_inline)) static inline void load_row(const struct sph_pass
 }
 
 /* Sums of one row: acceleration and signal, and the energy rate if it is thermal. */
-__attribute__((always_inline)) static inline void sum_force(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
+KITH_INLINE void sum_force(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_package *package = pass->package;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t n = rows->first[i + 1] - rows->first[i];
   const double *self = pass->sph->record + (size_t)i * SPH_RECORD, *restrict vx = kith_scratch_lane(s, VX);
-  const double *restrict force = kith_scratch_lane(s, SPH_FORCE), *restrict heat = kith_scratch_lane(s, SPH_HEAT),
+  const double *restrict force = kith_scratch_lane(s, SPH_FORCE),
+                         *restrict heat = kith_scratch_lane(s, SPH_HEAT),
                          *restrict signal = kith_scratch_lane(s, SPH_SIGNAL);
   double fastest = self[SPH_SOUND], rate = 0;
 #pragma omp simd reduction(max : fastest) reduction(+ : rate)
@@ -173,12 +174,13 @@ __attribute__((always_inline)) static inline void sum_force(const struct sph_pas
 }
 
 /* Sums of one row: rate and slope of the compatible energy. */
-__attribute__((always_inline)) static inline void sum_work(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
+KITH_INLINE void sum_work(const struct sph_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_package *package = pass->package;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const size_t n = rows->first[i + 1] - rows->first[i];
   const kith_index *restrict row = rows->node + rows->first[i];
-  const double *restrict v = package->velocity_base->f64, *restrict acceleration = package->hydro->acceleration->f64;
+  const double *restrict v = package->velocity_base->f64, *restrict acceleration =
+                                                              package->hydro->acceleration->f64;
   const double *restrict heat = kith_scratch_lane(s, SPH_HEAT);
   double rate = 0, slope = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -196,9 +198,8 @@ __attribute__((always_inline)) static inline void sum_work(const struct sph_pass
   package->energy_slope->f64[i] = slope / mass;
 }
 
-__attribute__((always_inline)) static inline void nodes_chunk(enum kith_kernel kernel, bool limited,
-                                                              const struct sph_pass *pass, kith_index begin,
-                                                              kith_index end, struct kith_scratch *s) {
+KITH_INLINE void nodes_chunk(enum kith_kernel kernel, bool limited, const struct sph_pass *pass,
+                             kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   for (kith_index i = begin; i < end; ++i) {
     if (pass->package->traversal == KITH_TRAVERSE_PAIRS) {
@@ -208,21 +209,29 @@ __attribute__((always_inline)) static inline void nodes_chunk(enum kith_kernel k
       evaluate_row(kernel, limited, pass, i, rows->node + rows->first[i], 1, n, s);
       s->count[0] += n;
     }
-    if (pass->work) sum_work(pass, i, s);
-    else sum_force(pass, i, s);
+    if (pass->work)
+      sum_work(pass, i, s);
+    else
+      sum_force(pass, i, s);
   }
 }
 
-#define X(name, ...)                                                                                          \
-  KITH_HOT static void pairs_##name(void *context, kith_index begin, kith_index end, struct kith_scratch *s) { \
-    const struct sph_pass *pass = context;                                                                    \
-    if (pass->sph->shear != NULL) pairs_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);              \
-    else pairs_chunk(KITH_KERNEL_##name, false, pass, begin, end, s);                                         \
-  }                                                                                                           \
-  KITH_HOT static void nodes_##name(void *context, kith_index begin, kith_index end, struct kith_scratch *s) { \
-    const struct sph_pass *pass = context;                                                                    \
-    if (pass->sph->shear != NULL) nodes_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);              \
-    else nodes_chunk(KITH_KERNEL_##name, false, pass, begin, end, s);                                         \
+#define X(name, ...)                                                                 \
+  KITH_HOT static void pairs_##name(void *context, kith_index begin, kith_index end, \
+                                    struct kith_scratch *s) {                        \
+    const struct sph_pass *pass = context;                                           \
+    if (pass->sph->shear != NULL)                                                    \
+      pairs_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);                    \
+    else                                                                             \
+      pairs_chunk(KITH_KERNEL_##name, false, pass, begin, end, s);                   \
+  }                                                                                  \
+  KITH_HOT static void nodes_##name(void *context, kith_index begin, kith_index end, \
+                                    struct kith_scratch *s) {                        \
+    const struct sph_pass *pass = context;                                           \
+    if (pass->sph->shear != NULL)                                                    \
+      nodes_chunk(KITH_KERNEL_##name, true, pass, begin, end, s);                    \
+    else                                                                             \
+      nodes_chunk(KITH_KERNEL_##name, false, pass, begin, end, s);                   \
   }
 KITH_KERNEL_LIST(X)
 #undef X
@@ -232,8 +241,9 @@ static kith_status run(struct sph_pass *pass, const kith_chunk_pass *chunk, cons
   struct kith_package *package = pass->package;
   uint64_t count[4];
   kith_profile_begin(package->profile, stage);
-  const kith_status status = kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], pass, LANES,
-                                           kith_rows_longest(&pass->connectivity->rows), count, package->profile);
+  const kith_status status =
+      kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], pass, LANES,
+                    kith_rows_longest(&pass->connectivity->rows), count, package->profile);
   kith_profile_end(package->profile);
   package->pair_evaluations += count[0];
   return status;
@@ -276,7 +286,8 @@ kith_status sph_pack(struct sph_pass *pass) {
     record[SPH_MASS] = mass;
     record[SPH_DENSITY] = density;
     record[SPH_SOUND] = hydro->sound_speed->f64[i];
-    for (int k = 0; sph->shear != NULL && k < SPH_SHEAR; ++k) record[SPH_GRADIENT + k] = sph->shear->f64[(size_t)i * SPH_SHEAR + k];
+    for (int k = 0; sph->shear != NULL && k < SPH_SHEAR; ++k)
+      record[SPH_GRADIENT + k] = sph->shear->f64[(size_t)i * SPH_SHEAR + k];
   }
   kith_profile_end(pass->package->profile);
   return KITH_OK;

@@ -6,16 +6,19 @@ static kith_status sph_create(struct kith_package *package) {
   struct kith_nodes *nodes = package->hydro->nodes;
   double w0, g0;
   kith_kernel_value(package->kernel, 0, &w0, &g0);
-  const double least = 1.2 * kith_ball() * kith_kernel_constant(package->kernel) * w0; /* the node alone gives 1 / 1.2 of it */
+  const double least =
+      1.2 * kith_ball() * kith_kernel_constant(package->kernel) * w0; /* the node alone gives 1 / 1.2 of it */
   if (!(package->neighbors >= least))
-    KITH_FAIL(BAD_INPUT, "method.neighbors: %g is too few for kernel %s in %d-D, at least %.3g", package->neighbors,
-              kith_kernel_facts[package->kernel].name, NDIM, least);
+    KITH_FAIL(BAD_INPUT, "method.neighbors: %g is too few for kernel %s in %d-D, at least %.3g",
+              package->neighbors, kith_kernel_facts[package->kernel].name, NDIM, least);
   struct sph *sph = NULL;
   KITH_TRY(kith_resize(&sph, 0, 1, sizeof *sph));
   package->self = sph;
   const struct kith_field_spec excess = {"excess", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"};
-  const struct kith_field_spec signal = {"signal", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "signal speed of the Courant condition"};
-  const struct kith_field_spec shear = {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"};
+  const struct kith_field_spec signal = {"signal",   KITH_SCALAR, KITH_F64,
+                                         KITH_STATE, NULL,        "signal speed of the Courant condition"};
+  const struct kith_field_spec shear = {"shear",   KITH_SYMMETRIC, KITH_F64,
+                                        KITH_WORK, NULL,           "symmetric part of dv_a/dx_b"};
   KITH_TRY(kith_nodes_field(nodes, &excess, &sph->excess));
   KITH_TRY(kith_nodes_field(nodes, &signal, &sph->signal));
   if (package->viscosity == KITH_VISCOSITY_LIMITED) KITH_TRY(kith_nodes_field(nodes, &shear, &sph->shear));
@@ -53,7 +56,9 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   const struct kith_hydro *hydro = package->hydro;
   struct kith_nodes *nodes = hydro->nodes;
   struct sph *sph = package->self;
-  struct sph_pass pass = {.package = package, .sph = sph, .connectivity = connectivity,
+  struct sph_pass pass = {.package = package,
+                          .sph = sph,
+                          .connectivity = connectivity,
                           .constant = kith_kernel_constant(package->kernel),
                           .equal_masses = equal_masses(hydro),
                           .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
@@ -76,13 +81,15 @@ static struct kith_vote vote_of(const struct kith_package *package, kith_index i
   const struct kith_hydro *hydro = package->hydro;
   const struct sph *sph = package->self;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
-  const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM), divergence = fabs(package->expansion->f64[i]);
+  const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM),
+               divergence = fabs(package->expansion->f64[i]);
   const double slope = package->energy_slope != NULL ? package->energy_slope->f64[i] : 0;
   const double u = hydro->energy->f64[i], cooling = -(hydro->energy_rate->f64[i] + package->kicked * slope);
   struct kith_vote vote = {cfl * h / sph->signal->f64[i], hydro->nodes->id->i64[i], "courant"};
   if (0.8 * cfl * sqrt(h / a) < vote.dt) vote.dt = 0.8 * cfl * sqrt(h / a), vote.reason = "acceleration";
   if (cfl / divergence < vote.dt) vote.dt = cfl / divergence, vote.reason = "compression";
-  if (u > 0 && cooling > 0 && cfl * u / cooling < vote.dt) vote.dt = cfl * u / cooling, vote.reason = "cooling";
+  if (u > 0 && cooling > 0 && cfl * u / cooling < vote.dt)
+    vote.dt = cfl * u / cooling, vote.reason = "cooling";
   return vote;
 }
 
@@ -115,7 +122,8 @@ static size_t sph_bytes(const struct kith_package *package) {
 
 const struct kith_package_ops kith_package_sph = {
     .name = "sph",
-    .doc = "density-energy SPH with grad-h terms; viscosity monaghan or limited; energy compatible or thermal",
+    .doc =
+        "density-energy SPH with grad-h terms; viscosity monaghan or limited; energy compatible or thermal",
     .create = sph_create,
     .destroy = sph_destroy,
     .requirements = sph_requirements,

@@ -52,8 +52,8 @@ struct sph_pass {
   struct sph *sph;
   const struct kith_connectivity *connectivity;
   double constant, spacings; /* of the kernel; H in mean node spacings */
-  bool equal_masses; /* of all nodes */
-  bool work; /* the force pass sums rate and slope of the energy instead of accelerations */
+  bool equal_masses;         /* of all nodes */
+  bool work;                 /* the force pass sums rate and slope of the energy instead of accelerations */
 };
 
 /* (1), (2), density, expansion, velocity gradient. REACH if a support outgrew its reach. */

@@ -100,8 +100,10 @@ static struct mirrored mirror_one(double x, double lower, double upper, bool at_
   memcpy(out.v, v->f64, sizeof out.v);
   const double sign = v->f64[axis] / NDIM;
   CHECK(sign == 1 || sign == -1);
-  for (int c = 0; c < NDIM; ++c) CHECK(a->f64[c] == v->f64[c] && v->f64[c] == (c == axis ? sign : 1) * (c + 1));
-  if (wanted == KITH_OK) /* a mirrored node keeps its way from where it started; round-off of a few shifts by up to 1000 */
+  for (int c = 0; c < NDIM; ++c)
+    CHECK(a->f64[c] == v->f64[c] && v->f64[c] == (c == axis ? sign : 1) * (c + 1));
+  if (wanted ==
+      KITH_OK) /* a mirrored node keeps its way from where it started; round-off of a few shifts by up to 1000 */
     CHECK_CLOSE(out.x - start->f64[axis], sign * (x - (lower + upper) / 2), 1e-12 * (1 + fabs(x)));
   for (int r = 0; r < NDIM; ++r)
     for (int c = 0; c < NDIM; ++c)

@@ -43,7 +43,8 @@ static void give(struct fixture *f, kith_index i, int64_t id) {
     f->velocity->f64[i * NDIM + a] = value(id, 1, a);
   }
   for (int c = 0; c < NDIM * NDIM; ++c) f->gradient->f64[i * NDIM * NDIM + c] = value(id, 2, c);
-  for (int c = 0; c < NDIM * (NDIM + 1) / 2; ++c) f->stress->f64[i * (NDIM * (NDIM + 1) / 2) + c] = value(id, 6, c);
+  for (int c = 0; c < NDIM * (NDIM + 1) / 2; ++c)
+    f->stress->f64[i * (NDIM * (NDIM + 1) / 2) + c] = value(id, 6, c);
   f->nodes->support->f64[i] = value(id, 3, 0);
   f->nodes->reach->f64[i] = value(id, 4, 0);
   f->mass->f64[i] = value(id, 5, 0);
