@@ -265,6 +265,10 @@ kith_status sph_pack(struct sph_pass *pass) {
   const struct sph *sph = pass->sph;
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index n = kith_nodes_count(nodes);
+  if (n > INT32_MAX / SPH_RECORD)
+    KITH_FAIL(UNSUPPORTED,
+              "%d nodes and ghosts in one process: records are addressed with 32 bits, at most %d", n,
+              INT32_MAX / SPH_RECORD);
   if (pass->sph->record_capacity < (size_t)n) {
     const size_t capacity = (size_t)n + (size_t)n / 32; /* ghosts come and go */
     KITH_TRY(kith_resize(&pass->sph->record, 0, capacity, SPH_RECORD * sizeof(double)));
