@@ -160,7 +160,7 @@ enum kith_exit kith_bench(const struct kith_options *options) {
       {"thermal, rows rebuilt each step", all, 0, {NULL}},
       {"thermal, traversal pairs", 1, 1, {"traversal=pairs"}},
       {"compatible", 1, 1, {"method.energy=compatible"}},
-      {"compatible, traversal gather", 1, 2, {"method.energy=compatible", "traversal=gather"}},
+      {"compatible, traversal pairs", 1, 2, {"method.energy=compatible", "traversal=pairs"}},
       {"thermal, displacement, skin 0.05",
        1,
        2,

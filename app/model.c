@@ -17,8 +17,9 @@ static kith_status make_package(struct kith_model *m) {
       strcmp(scene->method.viscosity, "limited") == 0 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN;
   p->alpha = scene->method.alpha;
   p->beta = scene->method.beta;
-  /* Forces are needed twice a step if the energy is compatible: then they are kept. */
-  p->traversal = p->compatible ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
+  /* Measured (kith bench, Sod): keeping forces that are needed twice gains 19 % with the few neighbors of 1-D, costs 5 % in 2-D and 17 %
+   * in 3-D, where a second evaluation is cheaper than memory. */
+  p->traversal = p->compatible && NDIM == 1 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
   p->profile = m->profile;

@@ -190,9 +190,10 @@ static void show_passes(const struct plan *plan) {
 
 static const char *traversal_reason(const struct plan *plan) {
   if (plan->scene->traversal[0] != '\0') return "as the scene says";
-  return plan->model->package.compatible
-             ? "the default: a compatible energy needs each force twice, so forces are kept"
-             : "the default: without a compatible energy each force is needed once";
+  if (!plan->model->package.compatible) return "the default: each force is needed once";
+  return NDIM == 1
+             ? "the default: a compatible energy needs each force twice, and with few neighbors keeping is faster"
+             : "the default: with many neighbors evaluating twice is faster than keeping";
 }
 
 static void show_method(const struct plan *plan) {
