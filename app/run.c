@@ -148,7 +148,7 @@ static struct kith_profile_view view_of(const struct kith_model *m) {
                                     h->energy->f64};
 }
 
-enum { LEDGER_ENTRIES = 22 };
+enum { LEDGER_ENTRIES = 32 };
 
 static int ledger_entries(const struct run *run, struct kith_report_entry entry[LEDGER_ENTRIES]) {
   const struct kith_ledger *l = &run->model->integrator.ledger;
@@ -169,6 +169,11 @@ static int ledger_entries(const struct run *run, struct kith_report_entry entry[
                                              {"gradient_fallbacks", (double)p->fallbacks}};
   int n = (int)(sizeof counts / sizeof counts[0]);
   memcpy(entry, counts, sizeof counts);
+#define X(name) "rebuilds_because_" #name,
+  static const char *const because[] = {"rebuilds_because_first_build", KITH_REBUILD_LIST(X)};
+#undef X
+  for (size_t k = 0; k < sizeof because / sizeof because[0]; ++k)
+    entry[n++] = (struct kith_report_entry){because[k], (double)l->because[k]};
   static const char *const names[KITH_MODEL_STRUCTURES] = {"bytes_nodes",        "bytes_search",
                                                            "bytes_connectivity", "bytes_package",
                                                            "bytes_pairwise",     "bytes_integrator"};
