@@ -177,8 +177,14 @@ static void put_title(FILE *f, const struct kith_plot *p) {
 static void put_ranges(FILE *f, const struct frame *frame, const struct kith_plot *p) {
   const double margin = frame->center != NULL ? 0 : 0.015 * (frame->place.upper - frame->place.lower);
   const bool vortex = p->exact != NULL && p->exact->vortex;
-  fprintf(f, "place = '%s'\n", vortex ? "distance from the axis" : frame->center != NULL ? "distance from the center" : "x");
-  fprintf(f, "speed = '%s'\n", vortex ? "azimuthal velocity" : frame->center != NULL ? "radial velocity" : "velocity");
+  fprintf(f, "place = '%s'\n",
+          vortex                  ? "distance from the axis"
+          : frame->center != NULL ? "distance from the center"
+                                  : "x");
+  fprintf(f, "speed = '%s'\n",
+          vortex                  ? "azimuthal velocity"
+          : frame->center != NULL ? "radial velocity"
+                                  : "velocity");
   fprintf(f, "set xrange [%.9g:%.9g]\n", frame->place.lower - margin, frame->place.upper + margin);
   fputs("array lower[4]\narray upper[4]\narray logarithmic[4]\n", f);
   for (int j = 0; j < PANELS; ++j)

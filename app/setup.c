@@ -177,6 +177,8 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   KITH_TRY(kith_hydro_init(s->hydro, s->nodes));
   for (int list = 0; list < s->scene->n_materials; ++list)
     s->hydro->material[list] = s->scene->material[list];
+  for (int a = 0; a < NDIM; ++a)
+    s->hydro->center[a] = 0.5 * (s->scene->domain.lower[a] + s->scene->domain.upper[a]);
   return KITH_OK;
 }
 

@@ -27,7 +27,7 @@
 #include "app/scene.h"
 #include "physics/hydro.h"
 
-/* Creates the nodes with their lists, registers the hydro fields and fills position, velocity, mass, energy,
+/* Creates the nodes with their lists, registers the hydro fields and fills center, position, velocity, mass, energy,
  * density, support, id. frozen[i] (one byte per internal node, kith_resize memory, owned by the caller, NULL
  * if no region is frozen). */
 kith_status kith_setup(struct kith_nodes **nodes, struct kith_hydro *hydro, const struct kith_scene *scene,

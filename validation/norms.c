@@ -31,8 +31,8 @@ static bool inside(const struct measure *m, kith_index i) {
   const struct kith_window *w = m->window;
   if (w->kind == KITH_WINDOW_ALL) return true;
   const double *x = place(m, i);
-  const double d = w->kind == KITH_WINDOW_SLAB ? fabs(x[0] - w->center[0])
-                                               : kith_exact_place(m->ops, w->center, x);
+  const double d =
+      w->kind == KITH_WINDOW_SLAB ? fabs(x[0] - w->center[0]) : kith_exact_place(m->ops, w->center, x);
   return w->inner <= d && d <= w->outer;
 }
 

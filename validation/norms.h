@@ -32,10 +32,11 @@ struct kith_norms {
                           (riemann with a star pressure only, else 0) */
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
-  double density_peak; /* radial solutions: largest mean density over radial bins of 0.005, or of one node spacing
+  double
+      density_peak; /* radial solutions: largest mean density over radial bins of 0.005, or of one node spacing
                           at the shock if that is larger; else the largest density of a node */
-  bool vortex;         /* the solution turns: speed is azimuthal */
-  double speed_peak;   /* radial solutions: largest |mean speed| over the same bins, else 0 */
+  bool vortex;      /* the solution turns: speed is azimuthal */
+  double speed_peak; /* radial solutions: largest |mean speed| over the same bins, else 0 */
 };
 
 /* Views of node arrays of length n: position[n*NDIM], velocity[n*NDIM], the rest [n]. */
