@@ -286,9 +286,10 @@ static kith_status make(struct plan *plan, const struct kith_options *o) {
 static kith_status measure(struct plan *plan) {
   enum { MOST = 3 };
   struct kith_integrator *it = &plan->model->integrator;
-  KITH_TRY(kith_integrator_start(it));
+  KITH_TRY(kith_model_start(plan->model));
   plan->full_dt = it->package->ops->vote(it->package, it->cfl).dt;
   plan->evaluation_seconds = INFINITY;
+  kith_model_warn(plan->model);
   const double start = kith_seconds();
   for (double before = start; plan->evaluations < MOST && before - start < 0.5; ++plan->evaluations) {
     KITH_TRY(kith_integrator_rates(it));

@@ -88,8 +88,9 @@ static kith_status begin(struct run *run) {
   run->started = kith_seconds();
   run->cpu_started = cpu_seconds();
   run->first_step = it->step;
+  kith_model_warn(run->model);
   if (run->options->restart != NULL) return KITH_OK;
-  KITH_TRY(kith_integrator_start(it));
+  KITH_TRY(kith_model_start(run->model));
   const struct kith_totals first = kith_hydro_totals(&run->model->hydro);
   run->origin = kith_origin_of(&first);
   KITH_TRY(kith_output_snapshot(&run->output, run->model));

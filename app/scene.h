@@ -68,6 +68,7 @@ struct kith_region {
   struct kith_expression *velocity[NDIM];
   double spacing;          /* 0: from resolution and arrangement */
   bool frozen;             /* boundary `constant`: its nodes never move */
+  bool equilibrium;        /* the pressure holds with the density that the package sums */
   struct kith_place place; /* line in the file, for messages of setup */
 };
 
