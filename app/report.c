@@ -176,7 +176,7 @@ static void print_conservation(const struct kith_report *r, FILE *f) {
   if (at_rest(r))
     fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->velocity_over_sound.largest,
             r->velocity_over_sound.end);
-  if (r->floors > 0) fprintf(f, "; %" PRIu64 " values lifted to a floor", r->floors);
+  if (r->floors > 0) fprintf(f, "\n  %" PRIu64 " values lifted to a floor", r->floors);
   fputc('\n', f);
 }
 
