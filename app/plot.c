@@ -84,11 +84,14 @@ static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, c
 
 /* The exact curve. */
 
+/* On a ray from the center it goes towards a corner: in a periodic box the images of the center are farthest there. */
 static void curve_row(const struct kith_plot *p, const double *center, double place, double row[COLUMNS]) {
   double x[NDIM] = {0};
   struct kith_exact_state state;
   for (int a = 0; a < NDIM && center != NULL; ++a) x[a] = center[a];
-  x[0] += place;
+  const bool diagonal = NDIM > 1 && center != NULL;
+  x[0] += diagonal ? M_SQRT1_2 * place : place;
+  if (diagonal) x[NDIM > 1] += M_SQRT1_2 * place;
   p->exact->state(p->solution, x, p->time, &state);
   const double speed = kith_exact_speed(p->exact, center, x, state.velocity);
   const double values[COLUMNS] = {place, state.density, speed, state.pressure, state.energy};
