@@ -94,7 +94,7 @@ static void contents(void) {
   CHECK_CLOSE(last[0], 0.995, 1e-7);
   if (NDIM > 1) CHECK_CLOSE(last[2], 3, 1e-7);
   rows("exact.dat", last, &least, &most);
-  CHECK_CLOSE(most, 0.995, 1e-7);    /* no shock to end it */
+  CHECK_CLOSE(most, 0.995, 1e-7);               /* no shock to end it */
   if (NDIM > 1) CHECK_CLOSE(last[2], 0, 1e-15); /* this solution moves outwards */
   p.exact = &planar;
   CHECK_OK(kith_plot_write(&p, directory));
