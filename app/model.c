@@ -120,6 +120,24 @@ kith_status kith_model_create(struct kith_model **out, const struct kith_scene *
   return KITH_OK;
 }
 
+kith_status kith_model_start(struct kith_model *m) {
+  KITH_TRY(kith_integrator_start(&m->integrator));
+  if (!kith_setup_waits(m->scene)) return KITH_OK;
+  KITH_TRY(kith_setup_equilibrium(m->scene, &m->hydro));
+  return kith_integrator_start(&m->integrator);
+}
+
+void kith_model_warn(const struct kith_model *m) {
+  const struct kith_package *p = &m->package;
+  const double most = kith_kernel_most_neighbors(p->kernel);
+  if (p->neighbors <= most) return;
+  fprintf(stderr,
+          "kith: warning: method.neighbors: nodes pair up with %.4g neighbors under kernel %s, which carries "
+          "%.3g in %d-D; take %s\n",
+          p->neighbors, kith_kernel_facts[p->kernel].name, most, NDIM,
+          kith_kernel_facts[kith_kernel_unpaired(p->neighbors)].name);
+}
+
 void kith_model_destroy(struct kith_model **model) {
   struct kith_model *m = *model;
   if (m == NULL) return;

@@ -139,7 +139,7 @@ static void show_requirements(const struct plan *plan) {
   const struct kith_package *p = &plan->model->package;
   const double values = (double)(kith_package_pairwise_bytes(p) / sizeof(double)) / pairs;
   structure("f_couple", c->pairs.f_couple != NULL, "1 factor a pair",
-            c->pairs.f_couple != NULL ? p->ops->name : "nobody cuts a pair");
+            c->pairs.f_couple != NULL ? "shield (barriers)" : "nobody cuts a pair");
   snprintf(amount, sizeof amount, "%.0f values a pair", floor(values));
   structure("pairwise", values >= 1, amount, values >= 1 ? p->ops->name : "nobody keeps values of pairs");
   putchar('\n');
@@ -286,9 +286,10 @@ static kith_status make(struct plan *plan, const struct kith_options *o) {
 static kith_status measure(struct plan *plan) {
   enum { MOST = 3 };
   struct kith_integrator *it = &plan->model->integrator;
-  KITH_TRY(kith_integrator_start(it));
+  KITH_TRY(kith_model_start(plan->model));
   plan->full_dt = kith_package_vote(it->package, it->cfl).dt;
   plan->evaluation_seconds = INFINITY;
+  kith_model_warn(plan->model);
   const double start = kith_seconds();
   for (double before = start; plan->evaluations < MOST && before - start < 0.5; ++plan->evaluations) {
     KITH_TRY(kith_integrator_rates(it));

@@ -10,7 +10,7 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
       it->package->ops->name,
       it->package->traversal == KITH_TRAVERSE_PAIRS ? "traversal: pairs" : "traversal: gather",
       it->package->ops->requirements(it->package)};
-  demand[2] = (struct kith_demand){"shield", "barrier regions", {0}};
+  demand[2] = (struct kith_demand){"shield", "barriers", {0}};
   if (it->package->barrier != NULL)
     demand[2].need =
         (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};

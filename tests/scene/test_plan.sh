@@ -14,7 +14,12 @@ shown() {
 }
 
 for scene in "$inputs"/*.yaml; do
-  shown "nothing runs" "$kith" plan "$scene" --set dimension=1
+  if [[ $scene == */gresho.yaml ]]; then
+    shown "nothing runs" "$kith" plan "$scene" --set resolution=20
+    stopped 2 "a vortex needs 2 or 3 dimensions" "$kith" plan "$scene" --set dimension=1
+  else
+    shown "nothing runs" "$kith" plan "$scene" --set dimension=1
+  fi
 done
 set -- "$kith" plan tiny.yaml
 shown "tiny, 1-D" "$@"
@@ -37,6 +42,17 @@ shown "lists last" "$@" --set connectivity.rebuild=displacement
 shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
 shown "ghosts none" "$@" --set boundaries=
 stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neighbors=300
+
+# A kernel that cannot carry what it is given: a warning, and on it goes; what a kernel is given by default it carries.
+for verb in plan run; do
+  "$kith" $verb tiny.yaml --quiet --set method.kernel=cubic --set method.neighbors=6 >stdout 2>stderr || wrong "$verb stopped at a warning"
+  rm -rf out
+  [[ $(<stderr) == "kith: warning: method.neighbors: nodes pair up with 6 neighbors under kernel cubic, which carries 4.48 in 1-D; take wendland-c6" ]] ||
+    wrong "$verb warned: $(<stderr)"
+done
+for kernel in cubic quartic quintic wendland-c2 wendland-c4 wendland-c6; do
+  shown "nothing runs" "$@" --set method.kernel=$kernel
+done
 
 # The first dt of the plan is that of the run.
 planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
