@@ -144,9 +144,18 @@ static void pack(const struct kith_output *output, const struct kith_model *mode
                  int64_t count[CLOCK_COUNTS]) {
   const struct kith_integrator *it = &model->integrator;
   const struct kith_totals *t = &origin->totals;
-  const double numbers[] = {
-      it->time,   it->dt,      model->package.kicked, it->vote.dt,          output->next,           t->mass,
-      t->kinetic, t->internal, t->momentum_scale,     origin->energy_drift, origin->momentum_drift, 0};
+  const double numbers[] = {it->time,
+                            it->dt,
+                            model->package.kicked,
+                            it->vote.dt,
+                            output->next,
+                            t->mass,
+                            t->kinetic,
+                            t->internal,
+                            t->momentum_scale,
+                            origin->energy_drift,
+                            origin->momentum_drift,
+                            it->accurate_dt};
   memcpy(number, numbers, sizeof numbers);
   memcpy(number + 12, t->momentum, sizeof t->momentum);
   const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step,
@@ -167,6 +176,7 @@ static void unpack(struct kith_output *output, struct kith_model *model, struct 
   output->next = number[4];
   t->mass = number[5], t->kinetic = number[6], t->internal = number[7], t->momentum_scale = number[8];
   origin->energy_drift = number[9], origin->momentum_drift = number[10];
+  it->accurate_dt = number[11];
   memcpy(t->momentum, number + 12, sizeof t->momentum);
   it->step = (uint64_t)count[0], it->vote.node = count[1], it->since_reorder = (uint64_t)count[2];
   output->n_snapshots = (int)count[3];

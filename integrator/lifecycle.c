@@ -159,11 +159,15 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
   return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
 }
 
+kith_status kith_lifecycle_settle(struct kith_integrator *it) {
+  KITH_TRY(kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false));
+  return reorder(it);
+}
+
 kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
   bool culled;
   it->need = requirements(it);
-  KITH_TRY(kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false));
-  KITH_TRY(reorder(it));
+  if (!it->holding) KITH_TRY(kith_lifecycle_settle(it));
   set_reach(it);
   KITH_TRY(ghosts(it));
   KITH_TRY(neighbors(it));
