@@ -45,11 +45,12 @@ static void print_lattice(void) {
 
 static void print_one_table(const char *name) {
   struct kith_table table;
-  char doc[64], error[32] = "no error estimate";
+  char doc[64], error[32] = "no error estimate", label[40] = "    ";
   if (kith_table_read(&table, name) != KITH_OK) return;
   if (table.embedded > 0) snprintf(error, sizeof error, "errors by order %d", table.embedded);
   snprintf(doc, sizeof doc, "order %d, %s; %d evaluations a step", table.order, error, table.evaluations);
-  member(name, doc);
+  kith_words_tell(name, label + 4, sizeof label - 4);
+  kith_text_wrapped(stdout, 28, label, doc);
 }
 #define TABLE(constant, word) print_one_table(#word);
 static void print_table(void) {

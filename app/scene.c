@@ -37,7 +37,7 @@ static const struct kith_key scheme_keys[] = {
     {"method", KITH_KEY_WORD, "crank-nicolson", "crank-nicolson|backward-euler", "of implicit",
      IN(scheme.backward_euler)},
     {"rtol", KITH_KEY_NUMBER, "1e-4", "[1e-12, 1]",
-     "error that arkode, residual that implicit allows: of a node's support, sound speed, energy",
+     "error of a step of arkode, and a thousand residuals of implicit: of a node's support, sound speed, energy",
      IN(scheme.rtol)},
     {"atol", KITH_KEY_NUMBER, "1e-5", "[0, 1]",
      "the same, of the energy per mass of the whole run, and its speed", IN(scheme.atol)},

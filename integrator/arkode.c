@@ -11,6 +11,8 @@
 #include "integrator/stages.h"
 #include "lib/core/family.h"
 
+enum { ERKSTEP_VECTORS = 8 }; /* beside the rates of the stages */
+
 struct arkode {
   struct kith_stages stages;
   struct kith_table table;
@@ -176,7 +178,7 @@ static void look_ahead(struct kith_integrator *it) {
   it->accurate_dt = 0;
   if (!is_adaptive(it)) return;
   ERKStepGetCurrentStep(a->memory, &next);
-  if (next < a->stable) it->accurate_dt = next;
+  if (next < (1 - 1e-9) * a->stable) it->accurate_dt = next; /* it rounds too */
 }
 
 /* A stage that leaves the physical range is a step that was too long. */
@@ -221,7 +223,8 @@ static void arkode_destroy(struct kith_integrator *it) {
 
 static size_t arkode_bytes(const struct kith_integrator *it) {
   const struct arkode *a = it->self;
-  return sizeof *a + (a->vectors != NULL ? a->vectors->bytes : 0);
+  const size_t expected = kith_vector_bytes(it->hydro) * (size_t)(a->table.stages + ERKSTEP_VECTORS);
+  return sizeof *a + (a->vectors != NULL ? a->vectors->bytes : expected);
 }
 
 const struct kith_scheme_ops kith_scheme_arkode = {
@@ -230,7 +233,8 @@ const struct kith_scheme_ops kith_scheme_arkode = {
         "explicit Runge-Kutta by ERKStep of SUNDIALS: any of its tables (kith list table); dt by the error and the Courant number, "
         "or fixed; thermal energy only",
     .evaluations = 3,
-    .incompatible = "its step is a mean of stages, and the work of pairs is that of one",
+    .incompatible =
+        "energies that follow from kicks are no rate of the state, and rates are what it combines",
     .create = arkode_create,
     .destroy = arkode_destroy,
     .step = arkode_step,

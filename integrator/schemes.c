@@ -198,7 +198,8 @@ const struct kith_scheme_ops kith_scheme_rk4 = {
     .name = "rk4",
     .doc = "the classical Runge-Kutta scheme of fourth order; four evaluations a step; thermal energy only",
     .evaluations = 4,
-    .incompatible = "its step is a mean of four stages, and the work of pairs is that of one",
+    .incompatible =
+        "energies that follow from kicks are no rate of the state, and rates are what it combines",
     .create = rk4_create,
     .destroy = rk4_destroy,
     .step = rk4_step};

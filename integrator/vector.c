@@ -256,3 +256,7 @@ void kith_vectors_destroy(struct kith_vectors **vectors) {
 N_Vector kith_vector_clone(const struct kith_vectors *vectors) {
   return clone(vectors->view);
 }
+
+size_t kith_vector_bytes(const struct kith_hydro *hydro) {
+  return (size_t)hydro->nodes->n_internal * (2 * NDIM + 1) * sizeof(double);
+}

@@ -29,5 +29,7 @@ void kith_vectors_destroy(struct kith_vectors **vectors);
 double *kith_vector_numbers(N_Vector vector, enum kith_vector_part part);
 /* A new vector, NULL without memory. N_VDestroy when done. */
 N_Vector kith_vector_clone(const struct kith_vectors *vectors);
+/* Of the numbers of one vector. */
+size_t kith_vector_bytes(const struct kith_hydro *hydro);
 
 #endif
