@@ -94,17 +94,17 @@ static int end_of_step(double time, N_Vector state, void *integrator) {
   return 0;
 }
 
-/* The vote by the rates of the last stage. ERKStep takes half of what it is told. */
+/* The vote by the rates of the last stage, but no less than at the start: an attempt that fails may end anywhere. ERKStep takes half
+ * of what it is told. */
 static int stable_step(N_Vector state, double time, double *dt, void *integrator) {
   (void)time, (void)state;
   struct kith_integrator *it = integrator;
   struct arkode *a = it->self;
-  a->stable = it->package->ops->vote(it->package, it->cfl).dt;
+  a->stable = KITH_MAX(it->vote.dt, it->package->ops->vote(it->package, it->cfl).dt);
   *dt = 2 * a->stable;
   return 0;
 }
 
-/* ERKStep hands on user data only to some. */
 static int weights_of(N_Vector state, N_Vector weights, void *integrator) {
   kith_stages_weights(integrator, state, weights);
   return 0;

@@ -5,12 +5,6 @@
 
 enum { MAX_GROWTHS = 40 };
 
-kith_status kith_integrator_keep_position(struct kith_integrator *it) {
-  const struct kith_field_spec position = {"position_base", KITH_POSITION, KITH_F64,
-                                           KITH_WORK,       NULL,          "position where the step started"};
-  return kith_nodes_field(it->nodes, &position, &it->position_base);
-}
-
 kith_status kith_integrator_init(struct kith_integrator *it) {
   const struct kith_field_spec energy = {"energy_base", KITH_SCALAR, KITH_F64,
                                          KITH_WORK,     NULL,        "energy where the kick started"};
@@ -174,8 +168,7 @@ kith_status kith_integrator_remake(struct kith_integrator *it, struct kith_field
 kith_status kith_integrator_resume(struct kith_integrator *it) {
   if (it->built_reach == NULL)
     return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
-  return kith_integrator_remake(
-      it, it->position_base != NULL ? it->position_base : it->package->velocity_base, it->energy_base);
+  return kith_integrator_remake(it, it->package->velocity_base, it->energy_base);
 }
 
 /* The next step: the vote, no more than a quarter longer than the last, landing on `until`. Says what limited it. */

@@ -125,7 +125,7 @@ struct kith_integrator {
   int64_t limiting_node;
   struct kith_vote vote; /* for the next step */
   uint64_t since_reorder;
-  struct kith_field *energy_base, *position_base;
+  struct kith_field *energy_base;
   /* What lasting lists were made from; NULL if lists do not last. Coordinates are scalars: a node that is mirrored since then
    * has moved, the place has not. */
   struct kith_field *built[NDIM], *built_reach, *built_support;
@@ -164,8 +164,6 @@ void kith_drift_supports(struct kith_integrator *integrator, double dt);
 void kith_drift(struct kith_integrator *integrator, const struct kith_field *velocity, double dt);
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 
-/* Registers position_base: for schemes that come back to where the step started. */
-kith_status kith_integrator_keep_position(struct kith_integrator *integrator);
 /* Makes the lists again that `built` tells of. The two fields are used up. */
 kith_status kith_integrator_remake(struct kith_integrator *integrator, struct kith_field *vector_scratch,
                                    struct kith_field *scalar_scratch);

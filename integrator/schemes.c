@@ -33,19 +33,19 @@ static kith_status leapfrog_step(struct kith_integrator *it, double *step) {
 static void to_middle(struct kith_integrator *it, double dt) {
   kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
-  kith_field_copy(it->nodes, it->position_base, it->nodes->position);
   kith_drift(it, it->hydro->velocity, 0.5 * dt);
   kith_kick_energy(it, 0.5 * dt);
   kith_kick_velocity(it, 0.5 * dt);
 }
 
-/* From the state at the start, by the rates of the middle: the whole step, positions with the velocity of the middle. */
+/* From the state at the start, by the rates of the middle: the whole step, positions with the velocity of the middle. Positions go on
+ * from where the lifecycle may have wrapped or mirrored them, half a step with the velocity of the start from theirs. */
 static void to_end(struct kith_integrator *it, double dt) {
-  kith_drift(it, it->hydro->velocity, 0.5 * dt); /* supports follow; positions are set next */
+  kith_drift_supports(it, 0.5 * dt);
   double *restrict x = it->nodes->position->f64;
-  const double *restrict x0 = it->position_base->f64, *restrict v = it->hydro->velocity->f64;
+  const double *restrict v0 = it->package->velocity_base->f64, *restrict v = it->hydro->velocity->f64;
 #pragma omp parallel for simd schedule(static)
-  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) x[k] = x0[k] + dt * v[k];
+  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) x[k] += dt * (v[k] - 0.5 * v0[k]);
   kith_field_copy(it->nodes, it->hydro->velocity, it->package->velocity_base);
   kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
   it->package->kicked = 0;
@@ -97,55 +97,75 @@ static kith_status verlet_step(struct kith_integrator *it, double *step) {
 
 enum { RK4_STAGES = 4 };
 
-/* Sums of rates times dt: fields, so that they follow their nodes through mirrors and reorderings. */
+/* Sums of rates times dt, and how far nodes are from where they started: fields, so that they follow their nodes through mirrors,
+ * wraps and reorderings. */
 struct rk4 {
-  struct kith_field *position, *velocity, *energy;
+  struct kith_field *position, *velocity, *energy, *moved;
 };
 
 static kith_status rk4_create(struct kith_integrator *it) {
-  const struct kith_field_spec position = {"position_sum", KITH_VECTOR, KITH_F64,
-                                           KITH_WORK,      NULL,        "change of position in the step"};
-  const struct kith_field_spec velocity = {"velocity_sum", KITH_VECTOR, KITH_F64,
-                                           KITH_WORK,      NULL,        "change of velocity in the step"};
-  const struct kith_field_spec energy = {"energy_sum", KITH_SCALAR, KITH_F64,
-                                         KITH_WORK,    NULL,        "change of energy in the step"};
   KITH_TRY(kith_resize(&it->self, 0, 1, sizeof(struct rk4)));
   struct rk4 *sum = it->self;
-  KITH_TRY(kith_nodes_field(it->nodes, &position, &sum->position));
-  KITH_TRY(kith_nodes_field(it->nodes, &velocity, &sum->velocity));
-  KITH_TRY(kith_nodes_field(it->nodes, &energy, &sum->energy));
-  return kith_integrator_keep_position(it);
+  const struct {
+    struct kith_field_spec spec;
+    struct kith_field **field;
+  } table[] = {
+      {{"position_sum", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "change of position in the step"},
+       &sum->position},
+      {{"velocity_sum", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "change of velocity in the step"},
+       &sum->velocity},
+      {{"energy_sum", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "change of energy in the step"}, &sum->energy},
+      {{"moved", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "way from the start of the step"}, &sum->moved},
+  };
+  for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
+    KITH_TRY(kith_nodes_field(it->nodes, &table[k].spec, table[k].field));
+  return KITH_OK;
 }
 
 static void rk4_destroy(struct kith_integrator *it) {
   kith_free(&it->self);
 }
 
-/* to = from + dt rate; from NULL: to += dt rate. */
+/* to = from + dt rate. */
 static void advance(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from,
                     const struct kith_field *rate, double dt) {
-  const double *start = from != NULL ? from->f64 : to->f64;
 #pragma omp parallel for simd schedule(static)
   for (kith_index k = 0; k < nodes->n_internal * to->components; ++k)
-    to->f64[k] = start[k] + dt * rate->f64[k];
+    to->f64[k] = from->f64[k] + dt * rate->f64[k];
 }
 
 static void clear(const struct kith_nodes *nodes, struct kith_field *field) {
   memset(field->data, 0, (size_t)nodes->n_internal * kith_field_node_size(field));
 }
 
+static void rk4_begin(struct kith_integrator *it) {
+  const struct rk4 *sum = it->self;
+  kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
+  kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
+  clear(it->nodes, sum->position);
+  clear(it->nodes, sum->velocity);
+  clear(it->nodes, sum->energy);
+  clear(it->nodes, sum->moved);
+}
+
 /* Adds the rates at hand, in the time dt, to the sums. */
 static void rk4_add(struct kith_integrator *it, double dt) {
   const struct rk4 *sum = it->self;
-  advance(it->nodes, sum->position, NULL, it->hydro->velocity, dt);
-  advance(it->nodes, sum->velocity, NULL, it->hydro->acceleration, dt);
-  advance(it->nodes, sum->energy, NULL, it->hydro->energy_rate, dt);
+  advance(it->nodes, sum->position, sum->position, it->hydro->velocity, dt);
+  advance(it->nodes, sum->velocity, sum->velocity, it->hydro->acceleration, dt);
+  advance(it->nodes, sum->energy, sum->energy, it->hydro->energy_rate, dt);
 }
 
 /* The state is that of the start, moved for a time dt by these rates. Positions first: their rate may be the velocity. */
 static void rk4_move(struct kith_integrator *it, const struct kith_field *v, const struct kith_field *a,
                      const struct kith_field *u, double dt) {
-  advance(it->nodes, it->nodes->position, it->position_base, v, dt);
+  double *restrict x = it->nodes->position->f64, *restrict moved = ((struct rk4 *)it->self)->moved->f64;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) {
+    const double way = dt * v->f64[k];
+    x[k] += way - moved[k];
+    moved[k] = way;
+  }
   advance(it->nodes, it->hydro->velocity, it->package->velocity_base, a, dt);
   advance(it->nodes, it->hydro->energy, it->energy_base, u, dt);
 }
@@ -154,14 +174,9 @@ static void rk4_move(struct kith_integrator *it, const struct kith_field *v, con
 static kith_status rk4_step(struct kith_integrator *it, double *step) {
   static const double weight[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}, at[] = {0, 0.5, 0.5, 1, 1};
   const double dt = *step;
-  struct kith_hydro *hydro = it->hydro;
+  const struct kith_hydro *hydro = it->hydro;
   const struct rk4 *sum = it->self;
-  kith_field_copy(it->nodes, it->position_base, it->nodes->position);
-  kith_field_copy(it->nodes, it->package->velocity_base, hydro->velocity);
-  kith_field_copy(it->nodes, it->energy_base, hydro->energy);
-  clear(it->nodes, sum->position);
-  clear(it->nodes, sum->velocity);
-  clear(it->nodes, sum->energy);
+  rk4_begin(it);
   for (int stage = 0; stage < RK4_STAGES; ++stage) {
     rk4_add(it, weight[stage] * dt);
     if (stage + 1 < RK4_STAGES)
@@ -181,13 +196,13 @@ const struct kith_scheme_ops kith_scheme_leapfrog = {.name = "leapfrog",
 const struct kith_scheme_ops kith_scheme_rk2 = {.name = "rk2",
                                                 .doc = "midpoint; two evaluations a step",
                                                 .evaluations = 2,
-                                                .create = kith_integrator_keep_position,
+
                                                 .step = rk2_step};
 const struct kith_scheme_ops kith_scheme_cheap_rk2 = {
     .name = "cheap-rk2",
     .doc = "midpoint that starts from the rates of the last middle; one evaluation a step",
     .evaluations = 1,
-    .create = kith_integrator_keep_position,
+
     .step = cheap_rk2_step};
 const struct kith_scheme_ops kith_scheme_verlet = {
     .name = "verlet",

@@ -23,19 +23,19 @@ kith_status kith_stages_init(struct kith_stages *s, struct kith_integrator *it) 
     struct kith_field_spec spec;
     struct kith_field **field;
   } table[] = {
+      {{"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the start"}, &s->position},
       {{"support_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "support at the start"}, &s->support},
       {{"expansion_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "div v at the start"}, &s->expansion},
       {{"acceleration_base", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dv/dt at the start"}, &s->acceleration},
       {{"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "du/dt at the start"}, &s->energy_rate},
   };
-  KITH_TRY(kith_integrator_keep_position(it));
   for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
     KITH_TRY(kith_nodes_field(it->nodes, &table[k].spec, table[k].field));
   return kith_rebuilds_lasting(it->rebuilds) ? keep_lists(s, it) : KITH_OK;
 }
 
 static void keep_state(struct kith_stages *s, struct kith_integrator *it) {
-  kith_field_copy(it->nodes, it->position_base, it->nodes->position);
+  kith_field_copy(it->nodes, s->position, it->nodes->position);
   kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
   kith_field_copy(it->nodes, s->support, it->nodes->support);
@@ -45,7 +45,7 @@ static void keep_state(struct kith_stages *s, struct kith_integrator *it) {
 }
 
 static void restore_state(struct kith_stages *s, struct kith_integrator *it) {
-  kith_field_copy(it->nodes, it->nodes->position, it->position_base);
+  kith_field_copy(it->nodes, it->nodes->position, s->position);
   kith_field_copy(it->nodes, it->hydro->velocity, it->package->velocity_base);
   kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
   kith_field_copy(it->nodes, it->nodes->support, s->support);

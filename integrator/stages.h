@@ -18,10 +18,10 @@
 enum { KITH_MOST_HALVINGS = 10 };
 
 struct kith_stages {
-  struct kith_field *support, *expansion, *acceleration, *energy_rate; /* at the start */
-  struct kith_field *built[NDIM], *built_reach, *built_support;        /* NULL unless lists last */
-  const char *due;                                                     /* integrator->due at the start */
-  uint64_t lifecycles;                                                 /* then */
+  struct kith_field *position, *support, *expansion, *acceleration, *energy_rate; /* at the start */
+  struct kith_field *built[NDIM], *built_reach, *built_support;                   /* NULL unless lists last */
+  const char *due;     /* integrator->due at the start */
+  uint64_t lifecycles; /* then */
 };
 
 kith_status kith_stages_init(struct kith_stages *stages, struct kith_integrator *integrator);
