@@ -134,7 +134,7 @@ static int set_up(struct kith_integrator *it) {
   bad |= ERKStepSetInterpolantType(m, ARK_INTERP_LAGRANGE) | ERKStepSetInterpolantDegree(m, 0); /* unused */
   bad |= ERKStepWFtolerances(m, weights_of) | ERKStepSetStabilityFn(m, stable_step, it);
   bad |= ERKStepSetAdaptivityMethod(m, ARK_ADAPT_I, 1, 0, no_parameters);
-  return bad | ERKStepSetFixedStepBounds(m, 1, 1);
+  return bad | ERKStepSetFixedStepBounds(m, 1, 1) | ERKStepSetSafetyFactor(m, 0.9);
 }
 
 /* Vectors and ERKStep for the nodes there are. */
@@ -200,7 +200,7 @@ static kith_status arkode_step(struct kith_integrator *it, double *dt) {
   KITH_TRY(prepare(it));
   KITH_TRY(kith_stages_begin(&a->stages, it));
   const kith_status status = try_shorter(it, dt);
-  kith_stages_end(&a->stages, it);
+  kith_stages_end(it);
   KITH_TRY(status);
   look_ahead(it);
   return a->table.ends ? KITH_OK : kith_stages_rates(&a->stages, it, *dt);

@@ -120,7 +120,7 @@ static kith_status implicit_step(struct kith_integrator *it, double *dt) {
   KITH_TRY(prepare(it));
   KITH_TRY(kith_stages_begin(&m->stages, it));
   const kith_status status = try_shorter(it, dt);
-  kith_stages_end(&m->stages, it);
+  kith_stages_end(it);
   KITH_TRY(status);
   return kith_stages_rates(&m->stages, it, *dt);
 }

@@ -108,8 +108,7 @@ kith_status kith_stages_restore(struct kith_stages *s, struct kith_integrator *i
   return KITH_OK;
 }
 
-void kith_stages_end(struct kith_stages *s, struct kith_integrator *it) {
-  (void)s;
+void kith_stages_end(struct kith_integrator *it) {
   it->holding = false;
   it->due = NULL;
 }

@@ -30,7 +30,7 @@ kith_status kith_stages_begin(struct kith_stages *stages, struct kith_integrator
 kith_status kith_stages_rates(struct kith_stages *stages, struct kith_integrator *integrator, double time);
 kith_status kith_stages_again(struct kith_stages *stages, struct kith_integrator *integrator);
 kith_status kith_stages_restore(struct kith_stages *stages, struct kith_integrator *integrator);
-void kith_stages_end(struct kith_stages *stages, struct kith_integrator *integrator);
+void kith_stages_end(struct kith_integrator *integrator);
 
 /* The rates at hand, as a vector: velocity, acceleration, energy rate. */
 void kith_stages_copy_rates(const struct kith_integrator *integrator, N_Vector rates);

@@ -231,6 +231,37 @@ static void rejections(void) {
     }
 }
 
+/* --- tolerances --- */
+
+/* A tolerance that is 100 times smaller: the error estimate of Heun and Euler goes with dt^2, so steps are 10 times as many, and the
+ * error at the end, of second order, is 100 times smaller. Asked: within a quarter and within a factor of 2. */
+static void tolerances(void) {
+  struct scenario reference, run;
+  double error[2] = {0};
+  uint64_t steps[2] = {0};
+  run_to_end(&reference, "scheme.name=arkode scheme.table=dormand-prince-7-4-5", 80);
+  for (int k = 0; k < 2; ++k) {
+    if (scenario_open(&run, wave,
+                      "scheme.name=arkode scheme.table=heun-euler-2-1-2 scheme.cfl=1 scheme.rtol=%s",
+                      k == 0 ? "1e-4 scheme.atol=0" : "1e-6 scheme.atol=0")) {
+      struct kith_integrator *it = &run.model->integrator;
+      CHECK_OK(scenario_start(&run));
+      int accurate = 0;
+      while (it->time < 0.32 && scenario_steps(&run, 1) == KITH_OK)
+        accurate += strcmp(it->limiter, "accuracy") == 0;
+      CHECK(it->time == 0.32);
+      CHECK(accurate >= (int)it->step / 2);
+      CHECK(it->ledger.rejected <= it->step / 5);
+      error[k] = distance(&reference, &run, "velocity");
+      steps[k] = it->step;
+    }
+    scenario_close(&run);
+  }
+  CHECK_CLOSE((double)steps[1] / (double)steps[0], 10, 2.5);
+  CHECK(error[0] < 1e-2 && error[0] / error[1] > 50 && error[0] / error[1] < 200);
+  scenario_close(&reference);
+}
+
 /* --- who is refused --- */
 
 static void refused(const char *settings, const char *message) {
@@ -299,6 +330,7 @@ int main(void) {
   lists_do_not_matter();
   momentum_is_kept();
   rejections();
+  tolerances();
   refusals();
   tables();
   return check_failed();
