@@ -29,7 +29,8 @@ static void combine(int k, char settings[256]) {
 
 static void threads_agree(void) {
   static const char *const settings[] = {
-      "", "connectivity.rebuild=displacement connectivity.reorder=1",
+      "",
+      "connectivity.rebuild=displacement connectivity.reorder=1",
       "traversal=gather method.energy=thermal scheme.name=rk2",
       "boundaries.x=reflecting scheme.name=cheap-rk2 method.viscosity.name=monaghan",
       "scheme.name=verlet connectivity.rebuild=displacement",
