@@ -310,7 +310,8 @@ static void tables(void) {
     snprintf(spelled, sizeof spelled, "ARKODE_%s", names[k][0]);
     CHECK_OK(kith_table_read(&table, names[k][1]));
     CHECK_OK(kith_table_read(&same, spelled));
-    CHECK(memcmp(&table, &same, sizeof table) == 0);
+    CHECK(table.stages == same.stages && table.order == same.order && table.embedded == same.embedded);
+    CHECK(table.evaluations == same.evaluations && table.ends == same.ends);
     for (const char *c = spelled; *c != '\0'; ++c)
       digits = *c == '_' && c[1] >= '0' && c[1] <= '9' ? digits + 1 : digits;
     if (digits != 3) continue; /* KNOTH_WOLKE_3_3 */
