@@ -165,7 +165,7 @@ void kith_origin_follow(struct kith_origin *origin, const struct kith_model *mod
 /* ---- checkpoint: everything that is not a field of the nodes, as arrays of numbers ---- */
 
 enum {
-  CLOCK_NUMBERS = 5,
+  CLOCK_NUMBERS = 6,
   CLOCK_COUNTS = 12,
   ORIGIN_NUMBERS = sizeof(struct kith_origin) / sizeof(double),
   LEDGER_WORDS = sizeof(struct kith_ledger) / sizeof(int64_t)
@@ -174,7 +174,8 @@ enum {
 static void pack(const struct kith_output *output, const struct kith_model *model,
                  double number[CLOCK_NUMBERS], int64_t count[CLOCK_COUNTS]) {
   const struct kith_integrator *it = &model->integrator;
-  const double numbers[CLOCK_NUMBERS] = {it->time, it->dt, model->package.kicked, it->vote.dt, output->next};
+  const double numbers[CLOCK_NUMBERS] = {it->time,    it->dt,       model->package.kicked,
+                                         it->vote.dt, output->next, it->accurate_dt};
   memcpy(number, numbers, sizeof numbers);
   const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step,
                                         it->vote.node,
@@ -191,6 +192,7 @@ static void unpack(struct kith_output *output, struct kith_model *model, const d
   struct kith_integrator *it = &model->integrator;
   it->time = number[0], it->dt = number[1], model->package.kicked = number[2], it->vote.dt = number[3],
   output->next = number[4];
+  it->accurate_dt = number[5];
   it->step = (uint64_t)count[0], it->vote.node = count[1], it->since_reorder = (uint64_t)count[2];
   output->n_snapshots = (int)count[3];
   model->package.pair_evaluations = (uint64_t)count[4];

@@ -131,8 +131,10 @@ static const char *shown(const char *text) {
 }
 
 static void print_run(const struct kith_report *r, FILE *f) {
-  fprintf(f, "%.60s  %d-D, %" PRIu64 " nodes, %" PRIu64 " steps to t = %.6g\n", shown(r->scene), r->dimension,
+  fprintf(f, "%.60s  %d-D, %" PRIu64 " nodes, %" PRIu64 " steps to t = %.6g", shown(r->scene), r->dimension,
           r->nodes, r->steps, r->time);
+  if (r->rejected > 0) fprintf(f, ", %" PRIu64 " more rejected", r->rejected);
+  fputc('\n', f);
   fprintf(f, "  %.20s, %.20s, %.20s; %d rank%s x %d thread%s\n", shown(r->package), shown(r->kernel),
           shown(r->scheme), r->ranks, r->ranks == 1 ? "" : "s", r->threads, r->threads == 1 ? "" : "s");
 }

@@ -31,7 +31,7 @@ struct kith_report_entry {
 struct kith_report {
   const char *scene, *package, *kernel, *scheme;
   int dimension, ranks, threads;
-  uint64_t nodes, steps;
+  uint64_t nodes, steps, rejected;
   double time; /* the scene's, at the end */
   double wall_seconds, cpu_seconds;
   double node_updates_per_second; /* nodes * steps / wall_seconds */

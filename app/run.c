@@ -160,6 +160,8 @@ static int ledger_entries(const struct run *run, struct kith_report_entry entry[
   const struct kith_report_entry counts[] = {{"lifecycles", (double)l->lifecycles},
                                              {"rebuilds_for_support", (double)l->support_rebuilds},
                                              {"reorders", (double)l->reorders},
+                                             {"evaluations", (double)l->evaluations},
+                                             {"rejected_steps", (double)l->rejected},
                                              {"refreshes", (double)l->refreshes},
                                              {"ghosts_created", (double)l->created},
                                              {"ghosts_culled", (double)l->culled},
@@ -216,6 +218,7 @@ static void fill_report(struct run *run, struct kith_report *r, struct kith_repo
                             .cpu_seconds = cpu_seconds() - run->cpu_started,
                             .pairs_per_node = 0.5 * (double)it->ledger.last_entries / fmax(n, 1),
                             .pair_evaluations = (double)m->package.pair_evaluations,
+                            .rejected = it->ledger.rejected,
                             .version = kith_version(),
                             .compiler = kith_compiler(),
                             .flags = kith_flags()};

@@ -114,8 +114,10 @@ struct kith_scene {
     bool closed;
   } method;
   struct {
-    char name[32];
+    char name[32], table[32];
     double cfl, dt; /* dt > 0: fixed step */
+    bool adaptive, backward_euler;
+    double rtol, atol;
   } scheme;
   struct {
     const struct kith_search_ops *search;

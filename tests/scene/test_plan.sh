@@ -26,7 +26,7 @@ shown "tiny, 1-D" "$@"
 shown "gas 56 nodes; ideal, gamma 1.4" "$@"
 shown "x in [-1, 1], reflecting" "$@"
 shown "pairs built" "$@"
-shown "sph (traversal: pairs)" "$@"
+shown "sph (pairs)" "$@"
 shown "overlap left out nobody asked" "$@"
 shown "pairwise built 4 values a pair" "$@"
 shown "pairs left out nobody asked" "$@" --set method.energy=thermal
@@ -37,6 +37,7 @@ shown "search brute:" "$@" --set neighbor.search=brute
 shown "open below, reflecting" "$@" --set 'boundaries.x=[open, reflecting]'
 shown "culling is off" "$@" --set connectivity.cull=false
 shown "steps of 2 evaluations" "$@" --set scheme.name=rk2
+shown "steps of 6 evaluations" "$@" --set scheme.name=arkode --set scheme.table=dormand-prince-7-4-5 --set method.energy=thermal
 shown "skin 0.15 of the support" "$@" --set connectivity.rebuild=displacement --set connectivity.skin=0.15
 shown "lists last" "$@" --set connectivity.rebuild=displacement
 shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
@@ -61,7 +62,7 @@ ok "$kith" run tiny.yaml --quiet -o run --steps 1
 
 # ---- list
 shown "wendland-c2" "$kith" list
-for family in package kernel viscosity eos scheme search rebuild excluder boundary lattice exact; do
+for family in package kernel viscosity eos scheme table search rebuild excluder boundary lattice exact; do
   shown " $family " "$kith" list $family
   (($(wc -l <stdout) >= 2)) || wrong "list $family has no member"
   awk '/^ {4}[^ ]/ && NF < 2 {exit 1}' stdout || wrong "list $family: a member without a doc"
