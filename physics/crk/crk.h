@@ -27,6 +27,7 @@ enum {
   CRK_PRESSURE,
   CRK_DENSITY,
   CRK_SOUND,
+  CRK_VOLUME,
   CRK_A,
   CRK_C,
   CRK_DA = CRK_C + NDIM,            /* dA + C */

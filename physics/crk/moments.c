@@ -1,3 +1,4 @@
+#include <stdlib.h>
 #include "lib/connectivity/traversal.h"
 #include "lib/core/lanes.h"
 #include "physics/crk/crk.h"
@@ -42,13 +43,15 @@ KITH_INLINE size_t load_row(enum kith_kernel kernel, const struct moments_pass *
     }
     for (size_t k = n; k < padded; ++k) d[k] = 0;
   }
+  const double own = 1 / support[i];
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) {
-    double w, g;
-    const double inverse = 1 / support[row[k]];
-    kith_kernel_value(kernel, sqrt(weight[k]) * inverse, &w, &g);
-    weight[k] = pass->volume * w;
-    slope[k] = pass->volume * g * inverse * inverse;
+    double wi, gi, wj, gj;
+    const double inverse = 1 / support[row[k]], r = sqrt(weight[k]), ratio = kith_pow_dim(own / inverse);
+    kith_kernel_value(kernel, r * own, &wi, &gi);
+    kith_kernel_value(kernel, r * inverse, &wj, &gj);
+    weight[k] = 0.5 * pass->volume * (wj + ratio * wi);
+    slope[k] = 0.5 * pass->volume * (gj * inverse * inverse + ratio * gi * own * own);
   }
   return padded;
 }
@@ -130,10 +133,28 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
   for (kith_index i = begin; i < end; ++i) {
     const size_t padded = load_row(kernel, pass, i, s), at = (size_t)i * NDIM;
     sum_row(padded, s, sum);
-    sum[M0] += pass->volume * pass->package->self_weight * w0;
+    sum[M0] += pass->volume * (getenv("KSELF")?atof(getenv("KSELF")):1) * pass->package->self_weight * w0;
     s->count[0] += padded;
     s->count[1] += !correct(sum, &crk->scale->f64[i], &crk->slope->f64[at], &crk->scale_gradient->f64[at],
                             &crk->slope_gradient->f64[at * NDIM]);
+    const char *e=getenv("KDENS"); const int dm=e?atoi(e):0;
+    if (dm) {
+      const kith_index *row = pass->rows->node + pass->rows->first[i];
+      const size_t n = pass->rows->first[i + 1] - pass->rows->first[i];
+      const double *mass=pass->package->hydro->mass->f64,*H=pass->package->hydro->nodes->support->f64;
+      double num=0,den=0;
+      for (size_t k=0;k<n;++k){
+        double f=crk->scale->f64[i];
+        for(int a=0;a<NDIM;++a) f+=crk->slope->f64[at+a]*kith_scratch_lane(s,SEPARATION+a)[k];
+        if(dm==2) f=1;
+        f*=kith_scratch_lane(s,WEIGHT)[k];
+        const double m=dm==3?mass[i]:mass[row[k]];
+        num+=f*m; den+=f*kith_ball() * kith_pow_dim(H[row[k]]) / pass->package->neighbors;
+      }
+      double f=(dm==2?1:crk->scale->f64[i])*pass->volume * (getenv("KSELF")?atof(getenv("KSELF")):1) * pass->package->self_weight * w0;
+      num+=f*mass[i]; den+=f*kith_ball() * kith_pow_dim(H[i]) / pass->package->neighbors;
+      pass->package->hydro->density->f64[i]=num/den;
+    }
   }
 }
 

@@ -1,8 +1,9 @@
+#include <stdlib.h>
 #include "physics/crk/crk.h"
 
 /* What all pairs share. */
 struct crk_constants {
-  double alpha, beta;
+  double alpha, beta; int share;
   double volume;   /* crk_volume */
   double spacings; /* H in mean node spacings */
 };
@@ -57,7 +58,9 @@ KITH_INLINE void crk_pair(enum kith_kernel kernel, bool limited, const struct cr
   double wi, gi, wj, gj;
   kith_kernel_value(kernel, qi, &wi, &gi);
   kith_kernel_value(kernel, qj, &wj, &gj);
-  gi *= i[CRK_INVERSE] * i[CRK_INVERSE], gj *= J(CRK_INVERSE) * J(CRK_INVERSE);
+  const double w = i[CRK_VOLUME] * wj + J(CRK_VOLUME) * wi;
+  const double g = i[CRK_VOLUME] * gj * J(CRK_INVERSE) * J(CRK_INVERSE) +
+                   J(CRK_VOLUME) * gi * i[CRK_INVERSE] * i[CRK_INVERSE];
 
   const double jump = limited ? limited_jump(c, i, j, vx, KITH_MAX(qi, qj)) : vx;
   const double mu = vx < 0 ? KITH_MIN(jump, 0.0) * inverse_r : 0;
@@ -65,21 +68,21 @@ KITH_INLINE void crk_pair(enum kith_kernel kernel, bool limited, const struct cr
   const double density = 2 * i[CRK_DENSITY] * J(CRK_DENSITY) / (i[CRK_DENSITY] + J(CRK_DENSITY));
   const double viscosity = density * (c->beta * mu - c->alpha * sound) * mu; /* Q */
 
-  const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity, strength = -0.5 * c->volume * pressure;
-  const double central = (i[CRK_A] + along(i + CRK_C, 1, x, y, z)) * gj +
-                         (J(CRK_A) - along(&J(CRK_C), KITH_STRIDE, x, y, z)) * gi;
+  const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity, strength = -0.25 * c->volume * pressure;
+  const double central =
+      (i[CRK_A] + along(i + CRK_C, 1, x, y, z) + J(CRK_A) - along(&J(CRK_C), KITH_STRIDE, x, y, z)) * g;
   for (int a = 0; a < NDIM; ++a) {
     const double ci = i[CRK_DA + a] + (i[CRK_DC + a] * x + (NDIM > 1) * i[CRK_DC + Y * NDIM + a] * y +
                                        (NDIM > 2) * i[CRK_DC + Z * NDIM + a] * z),
                  cj = J(CRK_DA + a) - (J(CRK_DC + a) * x + (NDIM > 1) * J(CRK_DC + Y * NDIM + a) * y +
                                        (NDIM > 2) * J(CRK_DC + Z * NDIM + a) * z);
     OUT(KITH_FORCE + a) =
-        strength * (central * (i[KITH_RECORD_X + a] - J(KITH_RECORD_X + a)) + ci * wj - cj * wi);
+        strength * (central * (i[KITH_RECORD_X + a] - J(KITH_RECORD_X + a)) + (ci - cj) * w);
   }
-  const double heat = i[CRK_PRESSURE] + 0.5 * viscosity;
+  const double heat = c->share==0 ? i[CRK_PRESSURE] + 0.5 * viscosity : c->share==1 ? J(CRK_PRESSURE)+0.5*viscosity : 0.5*pressure;
   OUT(KITH_SHARE) = fabs(pressure) > 1e-10 * (fabs(i[CRK_PRESSURE]) + fabs(J(CRK_PRESSURE))) ? heat / pressure : 0.5;
   OUT(KITH_EXCHANGE) = 0;
-  OUT(KITH_SIGNAL) = r2 > 0 && gi + gj < 0 ? KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu : 0;
+  OUT(KITH_SIGNAL) = r2 > 0 && g < 0 ? KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu : 0;
 }
 
 KITH_INLINE void pair_plain(enum kith_kernel kernel, const void *constants, const double *restrict i,
@@ -131,17 +134,18 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   for (int a = 0; a < NDIM; ++a) {
     record[KITH_RECORD_X + a] = hydro->nodes->position->f64[at + a];
     record[KITH_RECORD_V + a] = hydro->velocity->f64[at + a];
-    record[CRK_C + a] = volume * crk->slope->f64[at + a];
-    record[CRK_DA + a] = volume * crk->scale_gradient->f64[at + a];
+    record[CRK_C + a] = crk->slope->f64[at + a];
+    record[CRK_DA + a] = crk->scale_gradient->f64[at + a];
     for (int b = 0; b < NDIM; ++b)
-      record[CRK_DC + a * NDIM + b] = volume * crk->slope_gradient->f64[(at + a) * NDIM + b];
+      record[CRK_DC + a * NDIM + b] = crk->slope_gradient->f64[(at + a) * NDIM + b];
   }
   record[CRK_INVERSE] = 1 / support;
   record[CRK_PRESSURE] = hydro->pressure->f64[i];
   record[CRK_DENSITY] = hydro->density->f64[i];
   record[CRK_SOUND] = hydro->sound_speed->f64[i];
   /* A frozen node has no moments: its kernel is the plain one. */
-  record[CRK_A] = crk->scale->f64[i] > 0 ? volume * crk->scale->f64[i] : volume;
+  record[CRK_A] = crk->scale->f64[i] > 0 ? crk->scale->f64[i] : 1;
+  record[CRK_VOLUME] = volume;
   if (crk->shear == NULL) return;
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
     record[CRK_SHEAR + k] = crk->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k];
@@ -152,7 +156,7 @@ kith_status crk_pairs(struct kith_package *package, const struct kith_connectivi
   const int form = crk->shear != NULL, size = form ? CRK_SLOPED : CRK_PLAIN;
   const bool viscous = package->viscosity != KITH_VISCOSITY_NONE;
   const struct crk_constants constants = {.alpha = viscous ? package->alpha : 0,
-                                          .beta = viscous ? package->beta : 0,
+                                          .beta = viscous ? package->beta : 0, .share=getenv("KSHARE")?atoi(getenv("KSHARE")):0,
                                           .volume = crk_volume(package),
                                           .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
   KITH_TRY(kith_force_records(package, size));
