@@ -137,24 +137,6 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
     s->count[0] += padded;
     s->count[1] += !correct(sum, &crk->scale->f64[i], &crk->slope->f64[at], &crk->scale_gradient->f64[at],
                             &crk->slope_gradient->f64[at * NDIM]);
-    const char *e=getenv("KDENS"); const int dm=e?atoi(e):0;
-    if (dm) {
-      const kith_index *row = pass->rows->node + pass->rows->first[i];
-      const size_t n = pass->rows->first[i + 1] - pass->rows->first[i];
-      const double *mass=pass->package->hydro->mass->f64,*H=pass->package->hydro->nodes->support->f64;
-      double num=0,den=0;
-      for (size_t k=0;k<n;++k){
-        double f=crk->scale->f64[i];
-        for(int a=0;a<NDIM;++a) f+=crk->slope->f64[at+a]*kith_scratch_lane(s,SEPARATION+a)[k];
-        if(dm==2) f=1;
-        f*=kith_scratch_lane(s,WEIGHT)[k];
-        const double m=dm==3?mass[i]:mass[row[k]];
-        num+=f*m; den+=f*kith_ball() * kith_pow_dim(H[row[k]]) / pass->package->neighbors;
-      }
-      double f=(dm==2?1:crk->scale->f64[i])*pass->volume * (getenv("KSELF")?atof(getenv("KSELF")):1) * pass->package->self_weight * w0;
-      num+=f*mass[i]; den+=f*kith_ball() * kith_pow_dim(H[i]) / pass->package->neighbors;
-      pass->package->hydro->density->f64[i]=num/den;
-    }
   }
 }
 

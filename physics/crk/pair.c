@@ -1,9 +1,8 @@
-#include <stdlib.h>
 #include "physics/crk/crk.h"
 
 /* What all pairs share. */
 struct crk_constants {
-  double alpha, beta; int share;
+  double alpha, beta;
   double volume;   /* crk_volume */
   double spacings; /* H in mean node spacings */
 };
@@ -79,8 +78,15 @@ KITH_INLINE void crk_pair(enum kith_kernel kernel, bool limited, const struct cr
     OUT(KITH_FORCE + a) =
         strength * (central * (i[KITH_RECORD_X + a] - J(KITH_RECORD_X + a)) + (ci - cj) * w);
   }
-  const double heat = c->share==0 ? i[CRK_PRESSURE] + 0.5 * viscosity : c->share==1 ? J(CRK_PRESSURE)+0.5*viscosity : 0.5*pressure;
-  OUT(KITH_SHARE) = fabs(pressure) > 1e-10 * (fabs(i[CRK_PRESSURE]) + fabs(J(CRK_PRESSURE))) ? heat / pressure : 0.5;
+  double work = 0, force2 = 0, speed2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double f = OUT(KITH_FORCE + a), v = J(KITH_RECORD_V + a) - i[KITH_RECORD_V + a];
+    work += f * v, force2 += f * f, speed2 += v * v;
+  }
+  const double scale = sqrt(force2 * speed2), gain = scale > 0 ? work / scale : 0;
+  const double heat = 0.5 * (pressure + gain * (J(CRK_PRESSURE) - i[CRK_PRESSURE]));
+  OUT(KITH_SHARE) =
+      fabs(pressure) > 1e-10 * (fabs(i[CRK_PRESSURE]) + fabs(J(CRK_PRESSURE))) ? heat / pressure : 0.5;
   OUT(KITH_EXCHANGE) = 0;
   OUT(KITH_SIGNAL) = r2 > 0 && g < 0 ? KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu : 0;
 }
@@ -156,7 +162,7 @@ kith_status crk_pairs(struct kith_package *package, const struct kith_connectivi
   const int form = crk->shear != NULL, size = form ? CRK_SLOPED : CRK_PLAIN;
   const bool viscous = package->viscosity != KITH_VISCOSITY_NONE;
   const struct crk_constants constants = {.alpha = viscous ? package->alpha : 0,
-                                          .beta = viscous ? package->beta : 0, .share=getenv("KSHARE")?atoi(getenv("KSHARE")):0,
+                                          .beta = viscous ? package->beta : 0,
                                           .volume = crk_volume(package),
                                           .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
   KITH_TRY(kith_force_records(package, size));
