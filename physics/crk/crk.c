@@ -3,7 +3,9 @@
 /* What it does not have is refused, not ignored. */
 static kith_status check(const struct kith_package *package) {
   if (package->viscosity == KITH_VISCOSITY_CULLEN_DEHNEN)
-    KITH_FAIL(BAD_INPUT, "method.viscosity.name: package crk has none, monaghan and limited; cullen_dehnen is of package sph");
+    KITH_FAIL(
+        BAD_INPUT,
+        "method.viscosity.name: package crk has none, monaghan and limited; cullen_dehnen is of package sph");
   if (package->balsara != KITH_BALSARA_NONE)
     KITH_FAIL(BAD_INPUT, "method.viscosity.balsara: package crk has no such factor; package sph has");
   if (package->conduction > 0)

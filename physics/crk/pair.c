@@ -1,4 +1,5 @@
 #include "physics/crk/crk.h"
+#include "physics/slope.h"
 
 /* What all pairs share. */
 struct crk_constants {
@@ -7,38 +8,20 @@ struct crk_constants {
   double spacings; /* H in mean node spacings */
 };
 
-/* Van Leer's limiter of two slopes, 4 r / (1 + r)^2 with r their ratio: 0 if they differ in sign, 1 if they are equal. */
-static inline double limiter(double slope_i, double slope_j) {
-  const double product = slope_i * slope_j, sum = slope_i + slope_j;
-  return product > 0 ? 4 * product / (sum * sum) : 0;
-}
-
-/* Places of y and z in vectors; nothing is read twice where there are none, for they are multiplied away. */
+/* Places of y and z; where there are none they stand in for another one, and nothing reads them. */
 enum { Y = NDIM > 1 ? 1 : 0, Z = NDIM > 2 ? 2 : 0 };
 
-/* x.G.x of a symmetric G given by its upper triangle, `stride` apart. No loop: what calls it vectorizes. */
-KITH_INLINE double slope(const double *restrict g, int stride, double x, double y, double z) {
-  return NDIM == 1   ? g[0] * x * x
-         : NDIM == 2 ? g[0] * x * x + g[2 * stride] * y * y + 2 * (g[stride] * x * y)
-                     : g[0] * x * x + g[3 * stride] * y * y + g[5 * stride] * z * z +
-                           2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
-}
-
-/* The jump v_ij . x_ij between velocities extrapolated to the middle of the pair; never more than the whole jump vx. */
-KITH_INLINE double limited_jump(const struct crk_constants *c, const double *restrict i,
-                                const double *restrict j, double vx, double q) {
-  const double x = i[KITH_RECORD_X] - J(KITH_RECORD_X), y = i[KITH_RECORD_X + Y] - J(KITH_RECORD_X + Y),
-               z = i[KITH_RECORD_X + Z] - J(KITH_RECORD_X + Z);
-  const double slope_i = slope(i + CRK_SHEAR, 1, x, y, z),
-               slope_j = slope(&J(CRK_SHEAR), KITH_STRIDE, x, y, z);
-  const double closer = 5 * KITH_MIN(c->spacings * q - 1, 0.0); /* than the mean spacing, in fifths of it */
-  const double phi = limiter(slope_i, slope_j) * KITH_MAX(1 - closer * closer, 0.0);
-  return KITH_MAX(vx - 0.5 * phi * (slope_i + slope_j), vx);
-}
-
-/* g . x of a vector g, `stride` apart. */
-KITH_INLINE double along(const double *restrict g, int stride, double x, double y, double z) {
-  return NDIM == 1 ? g[0] * x : NDIM == 2 ? g[0] * x + g[stride] * y : g[0] * x + g[stride] * y + g[2 * stride] * z;
+/* (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q. */
+KITH_INLINE double share(const double *restrict i, const double *restrict j, const double *restrict out,
+                         double q) {
+  double work = 0, force2 = 0, speed2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double f = OUT(KITH_FORCE + a), v = J(KITH_RECORD_V + a) - i[KITH_RECORD_V + a];
+    work += f * v, force2 += f * f, speed2 += v * v;
+  }
+  const double size = sqrt(force2 * speed2), gain = size > 0 ? work / size : 0;
+  const double difference = J(CRK_PRESSURE) - i[CRK_PRESSURE];
+  return fabs(q) > 1e-10 * fabs(difference) ? 0.5 + 0.5 * gain * difference / q : 0.5;
 }
 
 /* One pair: (4) - (7). */
@@ -57,36 +40,32 @@ KITH_INLINE void crk_pair(enum kith_kernel kernel, bool limited, const struct cr
   double wi, gi, wj, gj;
   kith_kernel_value(kernel, qi, &wi, &gi);
   kith_kernel_value(kernel, qj, &wj, &gj);
+  /* V_i V_j W = volume w / 2, and so for its gradient, volume g x / 2. */
   const double w = i[CRK_VOLUME] * wj + J(CRK_VOLUME) * wi;
   const double g = i[CRK_VOLUME] * gj * J(CRK_INVERSE) * J(CRK_INVERSE) +
                    J(CRK_VOLUME) * gi * i[CRK_INVERSE] * i[CRK_INVERSE];
 
-  const double jump = limited ? limited_jump(c, i, j, vx, KITH_MAX(qi, qj)) : vx;
+  double jump = vx;
+  if (limited)
+    jump = kith_slope_jump(vx, kith_slope_symmetric(i + CRK_SHEAR, 1, x, y, z),
+                           kith_slope_symmetric(&J(CRK_SHEAR), KITH_STRIDE, x, y, z),
+                           c->spacings * KITH_MAX(qi, qj));
   const double mu = vx < 0 ? KITH_MIN(jump, 0.0) * inverse_r : 0;
   const double sound = 0.5 * (i[CRK_SOUND] + J(CRK_SOUND));
   const double density = 2 * i[CRK_DENSITY] * J(CRK_DENSITY) / (i[CRK_DENSITY] + J(CRK_DENSITY));
   const double viscosity = density * (c->beta * mu - c->alpha * sound) * mu; /* Q */
 
-  const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity, strength = -0.25 * c->volume * pressure;
-  const double central =
-      (i[CRK_A] + along(i + CRK_C, 1, x, y, z) + J(CRK_A) - along(&J(CRK_C), KITH_STRIDE, x, y, z)) * g;
+  const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity,
+               strength = -0.25 * c->volume * pressure;
+  const double ai = i[CRK_A] + kith_slope_vector(i + CRK_C, 1, x, y, z),
+               aj = J(CRK_A) - kith_slope_vector(&J(CRK_C), KITH_STRIDE, x, y, z);
   for (int a = 0; a < NDIM; ++a) {
-    const double ci = i[CRK_DA + a] + (i[CRK_DC + a] * x + (NDIM > 1) * i[CRK_DC + Y * NDIM + a] * y +
-                                       (NDIM > 2) * i[CRK_DC + Z * NDIM + a] * z),
-                 cj = J(CRK_DA + a) - (J(CRK_DC + a) * x + (NDIM > 1) * J(CRK_DC + Y * NDIM + a) * y +
-                                       (NDIM > 2) * J(CRK_DC + Z * NDIM + a) * z);
-    OUT(KITH_FORCE + a) =
-        strength * (central * (i[KITH_RECORD_X + a] - J(KITH_RECORD_X + a)) + (ci - cj) * w);
+    const double ci = i[CRK_DA + a] + kith_slope_vector(i + CRK_DC + a, NDIM, x, y, z),
+                 cj = J(CRK_DA + a) - kith_slope_vector(&J(CRK_DC + a), NDIM * KITH_STRIDE, x, y, z);
+    const double d = (ai + aj) * g * (i[KITH_RECORD_X + a] - J(KITH_RECORD_X + a)) + (ci - cj) * w;
+    OUT(KITH_FORCE + a) = strength * d;
   }
-  double work = 0, force2 = 0, speed2 = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double f = OUT(KITH_FORCE + a), v = J(KITH_RECORD_V + a) - i[KITH_RECORD_V + a];
-    work += f * v, force2 += f * f, speed2 += v * v;
-  }
-  const double scale = sqrt(force2 * speed2), gain = scale > 0 ? work / scale : 0;
-  const double heat = 0.5 * (pressure + gain * (J(CRK_PRESSURE) - i[CRK_PRESSURE]));
-  OUT(KITH_SHARE) =
-      fabs(pressure) > 1e-10 * (fabs(i[CRK_PRESSURE]) + fabs(J(CRK_PRESSURE))) ? heat / pressure : 0.5;
+  OUT(KITH_SHARE) = share(i, j, out, pressure);
   OUT(KITH_EXCHANGE) = 0;
   OUT(KITH_SIGNAL) = r2 > 0 && g < 0 ? KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu : 0;
 }
@@ -101,14 +80,14 @@ KITH_INLINE void pair_sloped(enum kith_kernel kernel, const void *constants, con
 }
 
 /* Each kernel, each form. */
-#define CHUNKS(name, form, members)                                                                         \
-  KITH_HOT static void pairs_##form##_##name(void *pass, kith_index begin, kith_index end,                  \
-                                             struct kith_scratch *s) {                                      \
-    kith_force_pairs_chunk(pair_##form, KITH_KERNEL_##name, members, pass, begin, end, s);                  \
-  }                                                                                                         \
-  KITH_HOT static void nodes_##form##_##name(void *pass, kith_index begin, kith_index end,                  \
-                                             struct kith_scratch *s) {                                      \
-    kith_force_nodes_chunk(pair_##form, KITH_KERNEL_##name, members, 0, pass, begin, end, s);               \
+#define CHUNKS(name, form, members)                                                           \
+  KITH_HOT static void pairs_##form##_##name(void *pass, kith_index begin, kith_index end,    \
+                                             struct kith_scratch *s) {                        \
+    kith_force_pairs_chunk(pair_##form, KITH_KERNEL_##name, members, pass, begin, end, s);    \
+  }                                                                                           \
+  KITH_HOT static void nodes_##form##_##name(void *pass, kith_index begin, kith_index end,    \
+                                             struct kith_scratch *s) {                        \
+    kith_force_nodes_chunk(pair_##form, KITH_KERNEL_##name, members, 0, pass, begin, end, s); \
   }
 #define X(name, ...) CHUNKS(name, plain, CRK_PLAIN) CHUNKS(name, sloped, CRK_SLOPED)
 KITH_KERNEL_LIST(X)
