@@ -1,10 +1,5 @@
 #include "physics/sph/sph.h"
-
-/* Van Leer's limiter of two slopes, 4 r / (1 + r)^2 with r their ratio: 0 if they differ in sign, 1 if they are equal. */
-static inline double limiter(double slope_i, double slope_j) {
-  const double product = slope_i * slope_j, sum = slope_i + slope_j;
-  return product > 0 ? 4 * product / (sum * sum) : 0;
-}
+#include "physics/slope.h"
 
 /* C / H^(d + 2) g(q): the factor of x_ij in grad_i W. */
 KITH_INLINE double gradient_factor(enum kith_kernel kernel, double constant, double q,
@@ -14,25 +9,16 @@ KITH_INLINE double gradient_factor(enum kith_kernel kernel, double constant, dou
   return constant * g * kith_pow_dim(inverse_support) * inverse_support * inverse_support;
 }
 
-/* x.G.x of a symmetric G given by its upper triangle, `stride` apart; y, z: 0 if there are none. No loop: what calls it vectorizes. */
-KITH_INLINE double slope(const double *restrict g, int stride, double x, double y, double z) {
-  return NDIM == 1   ? g[0] * x * x
-         : NDIM == 2 ? g[0] * x * x + g[2 * stride] * y * y + 2 * (g[stride] * x * y)
-                     : g[0] * x * x + g[3 * stride] * y * y + g[5 * stride] * z * z +
-                           2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
-}
-
 /* The jump v_ij . x_ij between velocities extrapolated to the middle of the pair; never more than the whole jump vx. */
 KITH_INLINE double limited_jump(const struct sph_constants *c, const double *restrict i,
                                 const double *restrict j, double vx, double q) {
   enum { Y = NDIM > 1 ? 1 : 0, Z = NDIM > 2 ? 2 : 0 };
   const double x = i[KITH_RECORD_X] - J(KITH_RECORD_X), y = i[KITH_RECORD_X + Y] - J(KITH_RECORD_X + Y),
                z = i[KITH_RECORD_X + Z] - J(KITH_RECORD_X + Z);
-  const double slope_i = slope(i + SPH_GRADIENT, 1, x, y, z),
-               slope_j = slope(&J(SPH_GRADIENT), KITH_STRIDE, x, y, z);
-  const double closer = 5 * KITH_MIN(c->spacings * q - 1, 0.0); /* than the mean spacing, in fifths of it */
-  const double phi = c->limited * limiter(slope_i, slope_j) * KITH_MAX(1 - closer * closer, 0.0);
-  return KITH_MAX(vx - 0.5 * phi * (slope_i + slope_j), vx);
+  const double limited =
+      kith_slope_jump(vx, kith_slope_symmetric(i + SPH_GRADIENT, 1, x, y, z),
+                      kith_slope_symmetric(&J(SPH_GRADIENT), KITH_STRIDE, x, y, z), c->spacings * q);
+  return c->limited > 0 ? limited : vx;
 }
 
 /* One pair: (3) - (5), (7). */
