@@ -1,0 +1,148 @@
+/* Closed faces: equation (1) of faces.h, one vector per node, all axes in one solve. */
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <string.h>
+#include <sunlinsol/sunlinsol_pcg.h>
+#include "lib/core/vec.h"
+#include "physics/mfm/faces.h"
+
+static const double surface_share = 0.15; /* |sum A| / sum |A|: a node on a surface has 0.3 and more */
+enum { MOST_ITERATIONS = 500 };
+static const double tolerance = 1e-14; /* of |sum A| / sum |A|, root mean square over the nodes */
+
+/* Is the missing face of node i the surface? It is if no face of the node looks that way, within 45 degrees. */
+static bool is_surface(const struct mfm_faces *f, kith_index i, const double *missing) {
+  const struct kith_rows *rows = &f->graph.rows;
+  const double *x = f->nodes->position->f64, half_missing2 = 0.5 * kith_dot(missing, missing);
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+    double d[NDIM];
+    for (int a = 0; a < NDIM; ++a) d[a] = x[(size_t)rows->node[e] * NDIM + a] - x[(size_t)i * NDIM + a];
+    const double along = kith_dot(d, missing);
+    if (along > 0 && along * along >= half_missing2 * kith_dot(d, d) &&
+        f->weight[f->graph.pairs.of_row[e]] > 0)
+      return false;
+  }
+  return true;
+}
+
+/* a_ij, - sum A, sum a (negative where the node stays open), 1 / sum |A|. */
+static void equations(struct mfm_faces *f, uint64_t *left_open) {
+  const struct kith_rows *rows = &f->graph.rows;
+  uint64_t opened = 0;
+#pragma omp parallel for schedule(static)
+  for (size_t p = 0; p < f->graph.pairs.n; ++p) f->weight[p] = kith_norm(f->area + p * NDIM);
+#pragma omp parallel for schedule(dynamic, 128) reduction(+ : opened)
+  for (kith_index i = 0; i < rows->n; ++i) {
+    double sum[NDIM] = {0}, whole = 0;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const size_t p = f->graph.pairs.of_row[e];
+      const double sign = rows->node[e] > i ? 1 : -1;
+      for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area[p * NDIM + a];
+      whole += f->weight[p];
+    }
+    const bool surface = !(kith_norm(sum) <= surface_share * whole) && is_surface(f, i, sum);
+    opened += surface;
+    f->diagonal[i] = surface ? -KITH_MAX(whole, 1e-300) : whole;
+    for (int a = 0; a < NDIM; ++a) {
+      f->open[(size_t)i * NDIM + a] = surface ? 0 : sum[a];
+      f->scale[(size_t)i * NDIM + a] = 1 / KITH_MAX(whole, 1e-300);
+    }
+  }
+  *left_open += opened;
+}
+
+/* z_i = sum_j a_ij (v_i - v_j). */
+static int laplacian(void *context, N_Vector v, N_Vector z) {
+  struct mfm_faces *f = context;
+  const struct kith_rows *rows = &f->graph.rows;
+  double *restrict shift = f->shift->f64, *restrict out = N_VGetArrayPointer(z);
+  memcpy(shift, N_VGetArrayPointer(v), (size_t)rows->n * NDIM * sizeof *shift);
+  kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
+#pragma omp parallel for schedule(dynamic, 128)
+  for (kith_index i = 0; i < rows->n; ++i) {
+    double sum[NDIM];
+    for (int a = 0; a < NDIM; ++a) sum[a] = fabs(f->diagonal[i]) * shift[(size_t)i * NDIM + a];
+    for (size_t e = rows->first[i]; f->diagonal[i] > 0 && e < rows->first[i + 1]; ++e) {
+      const double weight = f->weight[f->graph.pairs.of_row[e]];
+      for (int a = 0; a < NDIM; ++a) sum[a] -= weight * shift[(size_t)rows->node[e] * NDIM + a];
+    }
+    for (int a = 0; a < NDIM; ++a) out[(size_t)i * NDIM + a] = sum[a];
+  }
+  return 0;
+}
+
+/* z = r / sum a. */
+static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_tolerance, int side) {
+  const struct mfm_faces *f = context;
+  const double *restrict in = N_VGetArrayPointer(r);
+  double *restrict out = N_VGetArrayPointer(z);
+  (void)unused_tolerance, (void)side;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < f->graph.rows.n; ++i)
+    for (int a = 0; a < NDIM; ++a)
+      out[(size_t)i * NDIM + a] = in[(size_t)i * NDIM + a] / fabs(f->diagonal[i]);
+  return 0;
+}
+
+/* Solves for `solution`, which starts at zero. */
+static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, N_Vector scale,
+                         SUNContext context) {
+  SUNLinearSolver solver = SUNLinSol_PCG(solution, SUN_PREC_LEFT, MOST_ITERATIONS, context);
+  if (solver == NULL) KITH_FAIL(NO_MEMORY, "no memory to close faces");
+  SUNLinSolSetATimes(solver, f, laplacian);
+  SUNLinSolSetPreconditioner(solver, f, NULL, jacobi);
+  SUNLinSolSetScalingVectors(solver, scale, NULL);
+  SUNLinSolSetZeroGuess(solver, SUNTRUE);
+  int error = SUNLinSolInitialize(solver);
+  if (error == 0) error = SUNLinSolSetup(solver, NULL);
+  if (error == 0)
+    error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)f->graph.rows.n * NDIM));
+  f->iterations += (uint64_t)SUNLinSolNumIters(solver);
+  SUNLinSolFree(solver);
+  if (error < 0) KITH_FAIL(INTERNAL, "the solver that closes faces gave %d", error);
+  if (error != 0 && error != SUNLS_RES_REDUCED)
+    KITH_FAIL(DIVERGED, "faces cannot be closed: the solver gave %d", error);
+  return KITH_OK;
+}
+
+/* A_ij += a_ij (l_i - l_j). */
+static void apply(struct mfm_faces *f) {
+  const double *restrict shift = f->shift->f64;
+#pragma omp parallel for schedule(static)
+  for (size_t p = 0; p < f->graph.pairs.n; ++p) {
+    const kith_index *pair = f->graph.pairs.node[p];
+    if (pair[0] >= f->graph.rows.n) continue; /* both are ghosts: no one's face */
+    for (int a = 0; a < NDIM; ++a)
+      f->area[p * NDIM + a] +=
+          f->weight[p] * (shift[(size_t)pair[0] * NDIM + a] - shift[(size_t)pair[1] * NDIM + a]);
+  }
+}
+
+kith_status mfm_faces_close(struct mfm_faces *f) {
+  const size_t n = (size_t)f->graph.rows.n, all = n * NDIM;
+  if (n == 0) return KITH_OK;
+  KITH_TRY(mfm_room(&f->weight, &f->weight_capacity, f->graph.pairs.n, sizeof *f->weight));
+  KITH_TRY(mfm_room(&f->open, &f->open_capacity, all, sizeof *f->open));
+  KITH_TRY(mfm_room(&f->scale, &f->scale_capacity, all, sizeof *f->scale));
+  KITH_TRY(mfm_room(&f->diagonal, &f->diagonal_capacity, n, sizeof *f->diagonal));
+  equations(f, &f->left_open);
+  SUNContext context = NULL;
+  if (SUNContext_Create(NULL, &context) != 0) KITH_FAIL(NO_MEMORY, "no memory to close faces");
+  N_Vector open = N_VMake_Serial((sunindextype)all, f->open, context);
+  N_Vector scale = N_VMake_Serial((sunindextype)all, f->scale, context);
+  N_Vector solution = N_VNew_Serial((sunindextype)all, context);
+  kith_status status = KITH_NO_MEMORY;
+  if (open != NULL && scale != NULL && solution != NULL) {
+    N_VConst(0, solution);
+    status = solve(f, solution, open, scale, context);
+    memcpy(f->shift->f64, N_VGetArrayPointer(solution), all * sizeof(double));
+    kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
+  }
+  if (open != NULL) N_VDestroy(open);
+  if (scale != NULL) N_VDestroy(scale);
+  if (solution != NULL) N_VDestroy(solution);
+  SUNContext_Free(&context);
+  KITH_TRY(status);
+  apply(f);
+  return KITH_OK;
+}
