@@ -1,4 +1,4 @@
-/* Closed faces: equation (1) of faces.h, one vector per node, all axes in one solve. */
+/* Closed faces: equation (2) of faces.h, one vector per node, all axes in one solve. */
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <string.h>
@@ -6,20 +6,20 @@
 #include "lib/core/vec.h"
 #include "physics/mfm/faces.h"
 
-static const double surface_share = 0.15; /* |sum A| / sum |A|: a node on a surface has 0.3 and more */
+static const double surface_share =
+    0.12; /* |sum A| / sum |A|: a smooth surface has more, with the usual neighbors 0.24 */
 enum { MOST_ITERATIONS = 500 };
 static const double tolerance = 1e-14; /* of |sum A| / sum |A|, root mean square over the nodes */
 
-/* Is the missing face of node i the surface? It is if no face of the node looks that way, within 45 degrees. */
+/* Is the missing face of node i the surface? It is if no face of the node looks that way, within 53 degrees (measured: inside, within 42). */
 static bool is_surface(const struct mfm_faces *f, kith_index i, const double *missing) {
   const struct kith_rows *rows = &f->graph.rows;
-  const double *x = f->nodes->position->f64, half_missing2 = 0.5 * kith_dot(missing, missing);
+  const double *x = f->nodes->position->f64, least2 = 0.36 * kith_dot(missing, missing);
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     double d[NDIM];
     for (int a = 0; a < NDIM; ++a) d[a] = x[(size_t)rows->node[e] * NDIM + a] - x[(size_t)i * NDIM + a];
     const double along = kith_dot(d, missing);
-    if (along > 0 && along * along >= half_missing2 * kith_dot(d, d) &&
-        f->weight[f->graph.pairs.of_row[e]] > 0)
+    if (along > 0 && along * along >= least2 * kith_dot(d, d) && f->weight[f->graph.pairs.of_row[e]] > 0)
       return false;
   }
   return true;

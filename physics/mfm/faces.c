@@ -17,11 +17,14 @@ kith_status mfm_faces_init(struct mfm_faces *faces) {
                                          KITH_WORK,     NULL,           "V M^-1 of one-point faces"};
   const struct kith_field_spec quadrature = {
       "face_quadrature", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "sqrt(V) / s of integrated faces"};
+  const struct kith_field_spec stretch = {"face_stretch", KITH_SCALAR, KITH_F64,
+                                          KITH_WORK,      NULL,        "stretch of integrated faces, less 1"};
   const struct kith_field_spec shift = {"face_shift", KITH_VECTOR, KITH_F64,
                                         KITH_WORK,    NULL,        "what closes faces"};
   if (faces->form == MFM_ONE_POINT) KITH_TRY(kith_nodes_field(faces->nodes, &matrix, &faces->matrix));
   if (faces->form == MFM_INTEGRATED)
     KITH_TRY(kith_nodes_field(faces->nodes, &quadrature, &faces->quadrature));
+  if (faces->form == MFM_INTEGRATED) KITH_TRY(kith_nodes_field(faces->nodes, &stretch, &faces->stretch));
   if (faces->closed) KITH_TRY(kith_nodes_field(faces->nodes, &shift, &faces->shift));
   return KITH_OK;
 }

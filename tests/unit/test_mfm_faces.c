@@ -100,23 +100,38 @@ static void row_sum(const struct mfm_faces *f, kith_index i, double *sum, double
   }
 }
 
+/* 2 V d / tr sum A (x_q - x_i), within 0.25 of 1. */
+static double stretch_of(const struct cells *c, int i, const double *area) {
+  double trace = 0;
+  for (int q = 0; q < c->n_points; ++q)
+    for (int a = 0; a < NDIM; ++a) trace += area[q * NDIM + a] * (c->point[q].x[a] - c->point[i].x[a]);
+  return fmin(fmax(2 * NDIM * cells_volume(c, i) / trace, 0.75), 1.25);
+}
+
 static void check_integrated(struct cells *c) {
   struct mfm_faces f = faces_of(c, MFM_INTEGRATED, false);
+  const size_t row = (size_t)c->n_points * NDIM;
   double *s = malloc((size_t)c->n * sizeof *s), *grad = malloc((size_t)c->n * NDIM * sizeof *grad);
-  double *want = malloc((size_t)c->n_points * NDIM * sizeof *want);
+  double *all = malloc((size_t)c->n * row * sizeof *all), *stretch = malloc((size_t)c->n * sizeof *stretch);
   partition(c, s, grad);
   for (int i = 0; i < c->n; ++i) {
-    integrate(c, i, s, grad, want);
+    integrate(c, i, s, grad, all + (size_t)i * row);
+    stretch[i] = stretch_of(c, i, all + (size_t)i * row);
+  }
+  for (int i = 0; i < c->n; ++i) {
+    double *want = all + (size_t)i * row;
     for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
       const int q = cells_point_of(c, f.graph.rows.node[e]);
+      const double more = 0.5 * (stretch[i] + stretch[c->point[q].node]);
       double area[NDIM];
       face(&f, i, e, area);
-      for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(area[a], want[q * NDIM + a], 1e-13); /* terms of order 1 */
+      for (int a = 0; a < NDIM; ++a)
+        CHECK_CLOSE(area[a], more * want[q * NDIM + a], 1e-13); /* terms of order 1 */
       for (int a = 0; a < NDIM; ++a) want[q * NDIM + a] = 0;
     }
-    for (int k = 0; k < c->n_points * NDIM; ++k) CHECK_CLOSE(want[k], 0, 1e-16); /* no face is missing */
+    for (size_t k = 0; k < row; ++k) CHECK_CLOSE(want[k], 0, 1e-16); /* no face is missing */
   }
-  free(s), free(grad), free(want);
+  free(s), free(grad), free(all), free(stretch);
   mfm_faces_clear(&f);
 }
 
@@ -125,16 +140,20 @@ static void check_one_point(struct cells *c) {
   for (int i = 0; i < c->n; ++i)
     for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
       const int q = cells_point_of(c, f.graph.rows.node[e]), node = c->point[q].node;
-      const double *one[NDIM + 1] = {NULL}, r = cells_distance(c, i, q);
+      const double r = cells_distance(c, i, q);
       double area[NDIM], want[NDIM] = {0};
-      (void)one;
       for (int end = 0; end < 2; ++end) {
         const int k = end == 0 ? i : node;
         const double *sign = c->point[end == 0 ? i : q].sign, h = c->nodes->support->f64[k];
         double m[MFM_SYMMETRIC], inverse[MFM_SYMMETRIC];
         if (r >= h) continue;
         moments(c, k, m);
-        CHECK(mfm_invert(m, inverse));
+        if (!mfm_invert(m, inverse)) { /* few neighbors and their mirror images may lie in a plane */
+          const double volume2 = cells_volume(c, k) * cells_volume(c, k);
+          add_gradient(c, end == 0 ? i : q, c->point[end == 0 ? q : i].x, end == 0 ? -volume2 : volume2,
+                       want);
+          continue;
+        }
         for (int a = 0, n = 0; a < NDIM; ++a)
           for (int b = a; b < NDIM; ++b, ++n) {
             const double entry =
@@ -214,7 +233,7 @@ static void check_boxes(void) {
     }
 }
 
-/* A lattice is closed as it is, and sum_j A_ij (x_j - x_i) = 2 V, by one-point faces exactly. */
+/* A lattice is closed as it is, and sum_j A_ij (x_j - x_i) = 2 V. */
 static void check_lattice(void) {
   const int count[3] = {6, 6, 6};
   const enum side side[3] = {PERIODIC, PERIODIC, PERIODIC};
@@ -235,9 +254,8 @@ static void check_lattice(void) {
             linear[a][b] += area[a] * (xj[b] - c.nodes->position->f64[i * NDIM + b]);
       }
       const double wanted = 2 * cells_volume(&c, i);
-      for (int a = 0; a < NDIM; ++a) /* integrated: to the error of the quadrature, 5 % with so few nodes */
-        for (int b = 0; b < NDIM; ++b)
-          CHECK_CLOSE(linear[a][b] / wanted, a == b, form == MFM_ONE_POINT ? 1e-13 : 0.06);
+      for (int a = 0; a < NDIM; ++a)
+        for (int b = 0; b < NDIM; ++b) CHECK_CLOSE(linear[a][b] / wanted, a == b, 1e-13);
     }
     mfm_faces_clear(&f);
   }
@@ -265,7 +283,7 @@ static struct figures figures_of(struct cells *c, enum mfm_form form) {
   return figures;
 }
 
-/* What integrated faces buy on disordered nodes: a third of the open area, two thirds of the area, for three times the faces.
+/* What integrated faces buy on disordered nodes: two fifths of the open area, three quarters of the area, for three times the faces.
  * Nodes of unit volume, 20 neighbors, in 2-D; some 250 nodes tell these means to 10 %. */
 static void check_figures(void) {
   const int count[3] = {16, 16, 1};
@@ -274,9 +292,9 @@ static void check_figures(void) {
   cells_create(&c, count, side, 0.3, KITH_KERNEL_wendland_c2, 20, 3);
   const struct figures one = figures_of(&c, MFM_ONE_POINT), all = figures_of(&c, MFM_INTEGRATED);
   CHECK_CLOSE(one.residual, 0.47, 0.05);
-  CHECK_CLOSE(all.residual, 0.17, 0.02);
+  CHECK_CLOSE(all.residual, 0.18, 0.02);
   CHECK_CLOSE(one.whole, 3.4, 0.1);
-  CHECK_CLOSE(all.whole, 2.3, 0.1);
+  CHECK_CLOSE(all.whole, 2.5, 0.1);
   CHECK_CLOSE(one.faces, 19.6, 0.5);
   CHECK_CLOSE(all.faces, 64, 1);
   cells_destroy(&c);
@@ -287,7 +305,7 @@ static void check_surface(enum mfm_form form) {
   const int count[3] = {7, NDIM == 3 ? 5 : 7, 5};
   const enum side side[3] = {OPEN, OPEN, OPEN};
   struct cells c;
-  cells_create(&c, count, side, 0.1, KITH_KERNEL_wendland_c2, few, 4);
+  cells_create(&c, count, side, 0.1, KITH_KERNEL_wendland_c2, NDIM == 3 ? 60 : few, 4);
   struct mfm_faces f = faces_of(&c, form, true);
   for (int i = 0; i < c.n; ++i) {
     bool outermost = false;
@@ -296,7 +314,7 @@ static void check_surface(enum mfm_form form) {
     double sum[NDIM], whole;
     row_sum(&f, i, sum, &whole);
     if (outermost)
-      CHECK(kith_norm(sum) > 0.2 * whole);
+      CHECK(kith_norm(sum) > 0.1 * whole);
     else
       CHECK_CLOSE(kith_norm(sum) / whole, 0, 2e-13);
   }
