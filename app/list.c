@@ -39,6 +39,12 @@ static void print_excluder(void) {
 static void print_viscosity(void) {
   KITH_VISCOSITY_LIST(LISTED)
 }
+static void print_balsara(void) {
+  KITH_BALSARA_LIST(LISTED)
+}
+static void print_faces(void) {
+  KITH_FACES_LIST(LISTED)
+}
 static void print_lattice(void) {
   KITH_LATTICE_LIST(LISTED)
 }
@@ -50,6 +56,8 @@ static const struct family {
     {"package", "what is computed on pairs", "method.package", print_package},
     {"kernel", "interpolation", "method.kernel", print_kernel},
     {"viscosity", "what makes shocks", "method.viscosity.name", print_viscosity},
+    {"balsara", "what keeps viscosity out of shear", "method.viscosity.balsara", print_balsara},
+    {"faces", "between nodes", "method.faces", print_faces},
     {"eos", "equation of state", "materials.NAME.eos", print_eos},
     {"scheme", "how the state is advanced", "scheme.name", print_scheme},
     {"search", "who may be near", "neighbor.search", print_search},

@@ -208,7 +208,7 @@ static kith_status resume(struct kith_checkpoint *c, struct kith_model *model) {
   KITH_TRY(kith_checkpoint_i64(c, "ledger", ledger, LEDGER_WORDS));
   KITH_TRY(kith_integrator_resume(it));
   memcpy(&it->ledger, ledger, sizeof ledger);
-  it->vote.reason = it->package->ops->vote(it->package, it->cfl).reason;
+  it->vote.reason = kith_package_vote(it->package, it->cfl).reason;
   return KITH_OK;
 }
 

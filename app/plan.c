@@ -137,7 +137,7 @@ static void show_requirements(const struct plan *plan) {
     structure(name[what], asks(&c->built, what), amount, who[0] != '\0' ? who : "nobody asked");
   }
   const struct kith_package *p = &plan->model->package;
-  const double values = (double)(p->ops->pairwise_bytes(p) / sizeof(double)) / pairs;
+  const double values = (double)(kith_package_pairwise_bytes(p) / sizeof(double)) / pairs;
   structure("f_couple", c->pairs.f_couple != NULL, "1 factor a pair",
             c->pairs.f_couple != NULL ? p->ops->name : "nobody cuts a pair");
   snprintf(amount, sizeof amount, "%.0f values a pair", floor(values));
@@ -287,7 +287,7 @@ static kith_status measure(struct plan *plan) {
   enum { MOST = 3 };
   struct kith_integrator *it = &plan->model->integrator;
   KITH_TRY(kith_integrator_start(it));
-  plan->full_dt = it->package->ops->vote(it->package, it->cfl).dt;
+  plan->full_dt = kith_package_vote(it->package, it->cfl).dt;
   plan->evaluation_seconds = INFINITY;
   const double start = kith_seconds();
   for (double before = start; plan->evaluations < MOST && before - start < 0.5; ++plan->evaluations) {

@@ -9,10 +9,12 @@
 #define IN(member) KITH_INTO(struct kith_scene, member)
 
 static const struct kith_key viscosity_keys[] = {
-    {"name", KITH_KEY_NAME, "limited", KITH_VISCOSITY_LIST(KITH_AS_LISTED_WORD), "its form",
+    {"name", KITH_KEY_WORD, "limited", KITH_VISCOSITY_LIST(KITH_AS_LISTED_WORD), "its form",
      IN(method.viscosity)},
     {"alpha", KITH_KEY_NUMBER, "1", "[0, inf)", "linear coefficient", IN(method.alpha)},
     {"beta", KITH_KEY_NUMBER, "2", "[0, inf)", "quadratic coefficient", IN(method.beta)},
+    {"balsara", KITH_KEY_WORD, "none", KITH_BALSARA_LIST(KITH_AS_LISTED_WORD), "less of it in shear (sph)",
+     IN(method.balsara)},
     {0}};
 
 static const struct kith_key method_keys[] = {
@@ -23,6 +25,11 @@ static const struct kith_key method_keys[] = {
      IN(method.neighbors)},
     {"energy", KITH_KEY_WORD, "compatible", "thermal|compatible",
      "energy from the work of pairs, or from its own equation", IN(method.compatible)},
+    {"conduction", KITH_KEY_NUMBER, "0", "[0, inf)", "of heat, where pressure jumps; 0: none, 1: usual (sph)",
+     IN(method.conduction)},
+    {"faces", KITH_KEY_WORD, "one-point", KITH_FACES_LIST(KITH_AS_LISTED_WORD), "between nodes (mfm)",
+     IN(method.faces)},
+    {"closed", KITH_KEY_BOOL, "false", "", "the faces of each node sum to zero (mfm)", IN(method.closed)},
     {"viscosity", KITH_KEY_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_keys, MAP)},
     {0}};
 

@@ -26,7 +26,7 @@
 #include "lib/core/vec.h"
 #include "lib/neighbor/search.h"
 #include "physics/eos.h"
-#include "physics/hydro.h"
+#include "physics/package.h"
 #include "validation/exact.h"
 #include "validation/norms.h"
 
@@ -100,10 +100,14 @@ struct kith_scene {
   int n_deposits;
   struct kith_deposit *deposit;
   struct {
-    char package[32], kernel[32], viscosity[32];
+    char package[32], kernel[32];
     double neighbors; /* 0: the default of kernel and dimension */
     bool compatible;  /* energy: compatible | thermal */
-    double alpha, beta;
+    enum kith_viscosity viscosity;
+    enum kith_balsara balsara;
+    double alpha, beta, conduction;
+    enum kith_faces faces;
+    bool closed;
   } method;
   struct {
     char name[32];

@@ -119,7 +119,7 @@ kith_status kith_integrator_rates(struct kith_integrator *it) {
 static kith_status after_rates(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "control");
   const kith_status status = kith_hydro_physical(it->hydro);
-  it->vote = it->package->ops->vote(it->package, it->cfl);
+  it->vote = kith_package_vote(it->package, it->cfl);
   kith_profile_end(it->profile);
   return status;
 }
@@ -127,7 +127,7 @@ static kith_status after_rates(struct kith_integrator *it) {
 kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "start");
   kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
-  it->package->kicked = 0;
+  it->package->kicked = it->package->interval = 0;
   kith_status status = kith_integrator_rates(it);
   if (status == KITH_OK) status = after_rates(it);
   kith_profile_end(it->profile);
@@ -178,6 +178,7 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
     KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time,
               (long long)it->limiting_node, it->limiter);
   kith_profile_begin(it->profile, "step");
+  it->package->interval = dt / it->scheme->evaluations;
   kith_status status = it->scheme->step(it, dt);
   if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true);
   if (status == KITH_OK) status = after_rates(it);

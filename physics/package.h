@@ -1,7 +1,8 @@
 /* package.h - a hydro package: what connectivity it needs, and how rates follow from the state. One family.
  *
  * A package is a short sequence of passes (volume and density -> gradients -> pair force -> work); between passes it
- * refreshes ghosts. It reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed, acceleration and the rates.
+ * refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both traversals, compatible energy) are the
+ * same for all: a package adds what lies between, and one function of a pair. It reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed, acceleration and the rates.
  *
  * Energy, for every package: after a kick of velocities from `velocity_base` by dt a, with t already kicked since the base,
  *     u += dt (energy_rate + (t + dt / 2) energy_slope).
@@ -35,40 +36,74 @@ struct kith_package_ops {
   /* Rates from the state. REACH: a support wants to grow beyond the node's reach; supports are set to what they want at least, and the
    * caller makes new connectivity and calls again. A support that does not converge is NaN, and the density with it. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity);
-  struct kith_vote (*vote)(const struct kith_package *package, double cfl);
-  /* Private memory, pairwise fields included; pairwise fields alone. */
-  size_t (*bytes)(const struct kith_package *package);
-  size_t (*pairwise_bytes)(const struct kith_package *package);
+  size_t (*bytes)(const struct kith_package *package); /* private memory; NULL: none */
 };
 
 /* name, word of the scene, doc */
-#define KITH_VISCOSITY_LIST(X)                              \
-  X(MONAGHAN, monaghan, "on every approaching pair, alike") \
-  X(LIMITED, limited,                                       \
-    "on the jump that slope-limited gradients leave: little where flow is smooth; the default")
+#define KITH_VISCOSITY_LIST(X)                                                                  \
+  X(NONE, none, "none: for flows without shocks")                                               \
+  X(MONAGHAN, monaghan, "on every approaching pair, alike")                                     \
+  X(LIMITED, limited,                                                                           \
+    "on the jump that slope-limited gradients leave: little where flow is smooth; the default") \
+  X(CULLEN_DEHNEN, cullen_dehnen,                                                               \
+    "on every approaching pair, by a coefficient that rises ahead of a shock and decays behind it")
 enum kith_viscosity {
 #define X(name, word, doc) KITH_VISCOSITY_##name,
   KITH_VISCOSITY_LIST(X)
 #undef X
 };
+/* Balsara's factor: |div v| / (|div v| + |curl v| + 1e-4 c / h), the mean of both ends; and its square. */
+#define KITH_BALSARA_LIST(X)                                                   \
+  X(NONE, none, "the same in shear and in shocks; the default")                \
+  X(FACTOR, balsara, "less viscosity where flow turns more than it converges") \
+  X(SQUARED, squared, "the square of the factor: sharper")
+enum kith_balsara {
+#define X(name, word, doc) KITH_BALSARA_##name,
+  KITH_BALSARA_LIST(X)
+#undef X
+};
+/* Faces between nodes, package mfm. */
+#define KITH_FACES_LIST(X)                                                                \
+  X(ONE_POINT, one_point, "from the gradients at both nodes (Hopkins 2015); the default") \
+  X(INTEGRATED, integrated,                                                               \
+    "summed over the nodes that two supports share, for all that overlap: dearer, closer to closed")
+enum kith_faces {
+#define X(name, word, doc) KITH_FACES_##name,
+  KITH_FACES_LIST(X)
+#undef X
+};
 enum kith_traversal { KITH_TRAVERSE_PAIRS, KITH_TRAVERSE_GATHER };
 
 struct kith_package {
+  /* Set by the caller. */
   const struct kith_package_ops *ops;
   struct kith_hydro *hydro; /* borrowed */
   enum kith_kernel kernel;
-  double neighbors;   /* ball H^d n */
-  double self_weight; /* of a node in its own sums: kith_kernel_self_weight */
+  double neighbors; /* ball H^d n */
   bool compatible;
   enum kith_viscosity viscosity;
-  double alpha, beta;
+  enum kith_balsara balsara;
+  double alpha, beta, conduction;
+  enum kith_faces faces;
+  bool closed; /* faces corrected so that those of each node sum to zero */
   enum kith_traversal traversal;
   struct kith_profile *profile; /* borrowed, may be NULL */
+  const struct kith_field
+      *barrier; /* U8, 1: a node that is a wall to whoever looks at it; NULL: there is none */
 
-  struct kith_field *velocity_base;       /* where kicks start; the scheme fills it before evaluate */
-  double kicked;                          /* time kicked since then */
+  /* Kept by the scheme. */
+  struct kith_field *velocity_base; /* where kicks start; filled before evaluate */
+  double kicked;                    /* time kicked since then */
+  double interval;                  /* time from one evaluation to the next; 0 at the start */
+
+  /* Its own. */
+  double self_weight;                     /* of a node in its own sums: kith_kernel_self_weight */
   struct kith_field *energy_slope;        /* NULL unless compatible */
   struct kith_field *expansion;           /* div v: predicts the support */
+  struct kith_field *signal;              /* signal speed of the Courant condition */
+  double *record;                         /* what pairs read of nodes: force.h */
+  size_t record_capacity;                 /* doubles */
+  struct kith_pairwise pair;              /* what pairs gave, traversal `pairs` */
   uint64_t pair_evaluations;              /* counted over the run */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
   void *self;
@@ -84,5 +119,16 @@ const struct kith_package_ops *const *kith_package_all(void);       /* ended by 
 /* Fills ops, kernel... from the caller's members, registers the shared fields and calls ops->create. */
 kith_status kith_package_init(struct kith_package *package);
 void kith_package_clear(struct kith_package *package);
+
+/* Ghost values of these fields, as stage `refresh`. */
+void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
+
+/* The time step that the present state and rates allow: Courant condition with h = 2 sigma and the signal speed, acceleration,
+ * compression, loss of energy. */
+struct kith_vote kith_package_vote(const struct kith_package *package, double cfl);
+
+/* Memory besides the fields, pairwise fields included; and those alone. */
+size_t kith_package_bytes(const struct kith_package *package);
+size_t kith_package_pairwise_bytes(const struct kith_package *package);
 
 #endif

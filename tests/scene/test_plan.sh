@@ -23,7 +23,7 @@ shown "x in [-1, 1], reflecting" "$@"
 shown "pairs built" "$@"
 shown "sph (traversal: pairs)" "$@"
 shown "overlap left out nobody asked" "$@"
-shown "pairwise built 3 values a pair" "$@"
+shown "pairwise built 4 values a pair" "$@"
 shown "pairs left out nobody asked" "$@" --set method.energy=thermal
 shown "pairwise left out" "$@" --set method.energy=thermal
 shown "pairs built" "$@" --set method.energy=thermal --set traversal=pairs

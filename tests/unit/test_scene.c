@@ -71,7 +71,7 @@ static void sod_rest(const struct kith_scene *s) {
         s->boundary[0].upper == s->boundary[0].lower);
   CHECK(NDIM == 1 || s->boundary[NDIM - 1].upper == kith_boundary_find("periodic"));
   CHECK(strcmp(s->method.package, "sph") == 0 && strcmp(s->method.kernel, "wendland-c2") == 0);
-  CHECK(s->method.neighbors == 60 && s->method.compatible && strcmp(s->method.viscosity, "limited") == 0);
+  CHECK(s->method.neighbors == 60 && s->method.compatible && s->method.viscosity == KITH_VISCOSITY_LIMITED);
   CHECK(s->method.alpha == 1 && s->method.beta == 2);
   CHECK(strcmp(s->scheme.name, "leapfrog") == 0 && s->scheme.cfl == 0.3 && s->scheme.dt == 0);
   CHECK(s->neighbor.search == kith_search_find("tree") && strcmp(s->connectivity.rebuild, "always") == 0);
@@ -115,7 +115,7 @@ static void reads_overrides(void) {
   CHECK_OK(kith_scene_parse(&s, "a/b.c.yaml", sod, strlen(sod), sizeof overrides / sizeof overrides[0],
                             overrides));
   if (s == NULL) return;
-  CHECK(s->scheme.cfl == 0.2 && strcmp(s->method.viscosity, "monaghan") == 0 &&
+  CHECK(s->scheme.cfl == 0.2 && s->method.viscosity == KITH_VISCOSITY_MONAGHAN &&
         s->method.neighbors == 11 * NDIM);
   CHECK(s->exact.parameters.pressure[1] == 0.2 && s->neighbor.search == kith_search_find("brute"));
   CHECK(strcmp(s->connectivity.rebuild, "displacement | entity-change") == 0 && !s->output.plot);

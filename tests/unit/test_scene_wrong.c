@@ -222,7 +222,7 @@ static const struct wrong meanings[] = {
     {11, "method: {energy: thermals}",
      "f:11: method.energy: 'thermals' is not one of thermal, compatible; did you mean 'thermal'?"},
     {11, "method: {viscosity: {name: limted}}",
-     "f:11: method.viscosity.name: 'limted' is not one of monaghan, limited; did you mean 'limited'?"},
+     "f:11: method.viscosity.name: 'limted' is not one of none, monaghan, limited, cullen-dehnen; did you mean 'limited'?"},
     {11, "method: {kernel: a-name-that-is-longer-than-any-other}",
      "f:11: method.kernel: 'a-name-that-is-longer-than-any-other' is longer than 31 letters"},
     {11, "connectivity: {rebuild: always | nevr}",

@@ -144,7 +144,7 @@ static void expect_vote(const struct world *w, const char *reason, int node) {
     if (u > 0 && loss > 0) dt = fmin(dt, cfl * u / loss);
     if (dt < best) best = dt, who = i;
   }
-  const struct kith_vote vote = w->package.ops->vote(&w->package, cfl);
+  const struct kith_vote vote = kith_package_vote(&w->package, cfl);
   CHECK_CLOSE(vote.dt, best, 1e-6 * best); /* 2 sigma is given to six digits */
   CHECK(vote.node == w->nodes->id->i64[who] && strcmp(vote.reason, reason) == 0);
   CHECK(who == node || node < 0);
@@ -191,7 +191,7 @@ static void check_votes(bool compatible) {
   }
   for (int k = 1; k <= 3; ++k) {
     omp_set_num_threads(k);
-    CHECK(w.package.ops->vote(&w.package, cfl).node == 1000 - (n - 1));
+    CHECK(kith_package_vote(&w.package, cfl).node == 1000 - (n - 1));
   }
   omp_set_num_threads(2);
   world_destroy(&w);

@@ -1,5 +1,7 @@
+#include "physics/density.h"
+
+#include "lib/connectivity/traversal.h"
 #include "lib/core/lanes.h"
-#include "physics/sph/sph.h"
 
 /* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
 enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
@@ -8,6 +10,16 @@ enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 static const double tolerance =
     1e-7; /* of the last but one ln H, where Omega is taken; a sound wave of 1e-6 sees no noise of it */
 static const int max_iterations = 60;
+
+/* What the chunks read. */
+struct density_pass {
+  struct kith_package *package;
+  const struct kith_connectivity *connectivity;
+  struct kith_density_wanted wanted;
+  double constant;        /* of the kernel */
+  bool equal_masses;      /* of all nodes */
+  const uint8_t *barrier; /* NULL: there is none */
+};
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
 KITH_INLINE size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i,
@@ -54,8 +66,9 @@ KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, con
 
 /* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
  * false: it lies beyond the reach, and *support is what to try with new connectivity; or there is none, and it is NaN. */
-KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct sph_pass *pass, size_t n, double reach,
-                               double *support, double *sum_w, double *sum_q2g, struct kith_scratch *s) {
+KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pass *pass, size_t n,
+                               double reach, double *support, double *sum_w, double *sum_q2g,
+                               struct kith_scratch *s) {
   const double wanted = pass->package->neighbors / (kith_ball() * pass->constant);
   double lower = 0, upper = reach, h = KITH_MIN(*support, reach);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
@@ -86,7 +99,7 @@ KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct sph_pass *p
 }
 
 /* sum m w and sum m q^2 g over the row and the node itself. */
-KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
                            double inverse_support, struct kith_scratch *s, double *sum_mw, double *sum_mq2g) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
@@ -102,39 +115,25 @@ KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct sph_pass *pass,
     sw += m * w;
     sg += m * q * q * g;
   }
+  for (size_t k = 0; pass->barrier != NULL && k < n; ++k) { /* the mass of i, mirrored */
+    if (!pass->barrier[row[k]]) continue;
+    double w, g;
+    const double q = r[k] * inverse_support, more = mass[i] - mass[row[k]];
+    kith_kernel_value(kernel, q, &w, &g);
+    sw += more * w;
+    sg += more * q * q * g;
+  }
   *sum_mw = mass[i] * pass->package->self_weight * w0 + sw;
   *sum_mq2g = sg;
 }
 
-/* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
-KITH_INLINE bool invert(const double *m, double *inverse) {
-#if NDIM == 1
-  if (!(m[0] > 0)) return false;
-  inverse[0] = 1 / m[0];
-  return true;
-#elif NDIM == 2
-  const double det = m[0] * m[2] - m[1] * m[1], trace = m[0] + m[2];
-  if (!(det > 1e-6 * trace * trace)) return false;
-  inverse[0] = m[2] / det, inverse[1] = -m[1] / det, inverse[2] = m[0] / det;
-  return true;
-#else
-  const double c0 = m[3] * m[5] - m[4] * m[4], c1 = m[2] * m[4] - m[1] * m[5], c2 = m[1] * m[4] - m[2] * m[3];
-  const double det = m[0] * c0 + m[1] * c1 + m[2] * c2, trace = m[0] + m[3] + m[5];
-  if (!(det > 1e-6 * trace * trace * trace)) return false;
-  inverse[0] = c0 / det, inverse[1] = c1 / det, inverse[2] = c2 / det;
-  inverse[3] = (m[0] * m[5] - m[2] * m[2]) / det, inverse[4] = (m[1] * m[2] - m[0] * m[4]) / det;
-  inverse[5] = (m[0] * m[3] - m[1] * m[1]) / det;
-  return true;
-#endif
-}
-
-/* Velocity differences of the row. */
-KITH_INLINE void load_jumps(const struct sph_pass *pass, kith_index i, size_t padded,
-                            struct kith_scratch *s) {
+/* Differences of a vector field over the row. A barrier answers with the mirror image of what i has: v_j - v_i along x_ij, twice. */
+KITH_INLINE void load_jumps(const struct density_pass *pass, const struct kith_field *field, kith_index i,
+                            size_t padded, struct kith_scratch *s) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
-  const double *restrict v = pass->package->hydro->velocity->f64;
+  const double *restrict v = field->f64;
   for (int a = 0; a < NDIM; ++a) {
     const double vi = v[(size_t)i * NDIM + a];
     double *restrict d = kith_scratch_lane(s, JUMP + a);
@@ -142,11 +141,19 @@ KITH_INLINE void load_jumps(const struct sph_pass *pass, kith_index i, size_t pa
     for (size_t k = 0; k < n; ++k) d[k] = v[row[k] * NDIM + a] - vi;
     for (size_t k = n; k < padded; ++k) d[k] = 0;
   }
+  for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
+    if (!pass->barrier[row[k]]) continue;
+    const double r = kith_scratch_lane(s, DISTANCE)[k];
+    double along = 0;
+    for (int a = 0; a < NDIM; ++a) along += v[(size_t)i * NDIM + a] * kith_scratch_lane(s, SEPARATION + a)[k];
+    for (int a = 0; a < NDIM; ++a)
+      kith_scratch_lane(s, JUMP + a)[k] = -2 * along * kith_scratch_lane(s, SEPARATION + a)[k] / (r * r);
+  }
 }
 
-/* G_ab = dv_a/dx_b = [sum w dv_a dx_c] [sum w dx dx]^-1_cb: exact for linear fields on any nodes. */
-KITH_INLINE bool velocity_gradient(size_t padded, const struct kith_scratch *s, double *gradient) {
-  kith_lanes moment[SPH_SHEAR] = {{0}}, flux[NDIM][NDIM] = {{{0}}};
+/* The gradient of the field whose differences are loaded. */
+KITH_INLINE bool linear_gradient(size_t padded, const struct kith_scratch *s, double *gradient) {
+  kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, flux[NDIM][NDIM] = {{{0}}};
   for (size_t k = 0; k < padded; k += KITH_LANES) {
     const kith_lanes w = *(const kith_lanes *)(kith_scratch_lane(s, WEIGHT) + k);
     kith_lanes x[NDIM], wx[NDIM];
@@ -161,9 +168,9 @@ KITH_INLINE bool velocity_gradient(size_t padded, const struct kith_scratch *s, 
       for (int b = 0; b < NDIM; ++b) flux[a][b] += v * wx[b];
     }
   }
-  double m[SPH_SHEAR], inverse[SPH_SHEAR], full[NDIM][NDIM];
-  for (int k = 0; k < SPH_SHEAR; ++k) m[k] = kith_lanes_total(&moment[k]);
-  const bool regular = invert(m, inverse);
+  double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], full[NDIM][NDIM];
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) m[k] = kith_lanes_total(&moment[k]);
+  const bool regular = kith_invert_symmetric(m, inverse);
   for (int a = 0, k = 0; a < NDIM; ++a)
     for (int b = a; b < NDIM; ++b) full[a][b] = full[b][a] = regular ? inverse[k++] : 0;
   for (int a = 0; a < NDIM; ++a)
@@ -176,20 +183,61 @@ KITH_INLINE bool velocity_gradient(size_t padded, const struct kith_scratch *s, 
 }
 
 /* Density and X of node i from its sums; without a second look at the row if all masses are equal. */
-KITH_INLINE void set_density(enum kith_kernel kernel, const struct sph_pass *pass, kith_index i,
+KITH_INLINE void set_density(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
                              double support, double sum_w, double sum_q2g, struct kith_scratch *s) {
   const double mass = pass->package->hydro->mass->f64[i], omega = -sum_q2g / (NDIM * sum_w);
   double sum_mw = mass * sum_w, sum_mq2g = mass * sum_q2g;
-  if (!pass->equal_masses) mass_sums(kernel, pass, i, 1 / support, s, &sum_mw, &sum_mq2g);
+  if (pass->wanted.excess != NULL) {
+    if (!pass->equal_masses) mass_sums(kernel, pass, i, 1 / support, s, &sum_mw, &sum_mq2g);
+    pass->wanted.excess->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
+  }
   pass->package->hydro->density->f64[i] = pass->constant * sum_mw / kith_pow_dim(support);
-  pass->sph->excess->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
 }
 
-KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct sph_pass *pass, kith_index begin,
+static double curl_of(const double *g) {
+#if NDIM == 1
+  (void)g;
+  return 0;
+#elif NDIM == 2
+  return fabs(g[2] - g[1]);
+#else
+  const double x = g[7] - g[5], y = g[2] - g[6], z = g[3] - g[1];
+  return sqrt(x * x + y * y + z * z);
+#endif
+}
+
+/* Whatever of the gradient is wanted. */
+KITH_INLINE void set_gradients(const struct density_pass *pass, kith_index i, size_t padded,
+                               struct kith_scratch *s) {
+  const struct kith_density_wanted *wanted = &pass->wanted;
+  double gradient[NDIM * NDIM], divergence = 0;
+  load_jumps(pass, pass->package->hydro->velocity, i, padded, s);
+  if (!linear_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
+  for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
+  pass->package->expansion->f64[i] = divergence;
+  if (wanted->curl != NULL) wanted->curl->f64[i] = curl_of(gradient);
+  if (wanted->shear != NULL) {
+    double *shear = wanted->shear->f64 + (size_t)i * KITH_SYMMETRIC_SIZE;
+    for (int a = 0; a < NDIM; ++a)
+      for (int b = a; b < NDIM; ++b) *shear++ = 0.5 * (gradient[a * NDIM + b] + gradient[b * NDIM + a]);
+  }
+  for (int k = 0; wanted->gradient != NULL && k < NDIM * NDIM; ++k)
+    wanted->gradient->f64[(size_t)i * (NDIM * NDIM) + k] = gradient[k];
+  if (wanted->compression == NULL) return;
+  double rate = 0, change[NDIM * NDIM];
+  for (int a = 0; a < NDIM; ++a)
+    for (int b = 0; b < NDIM; ++b) rate -= gradient[a * NDIM + b] * gradient[b * NDIM + a];
+  load_jumps(pass, pass->package->hydro->acceleration, i, padded, s);
+  linear_gradient(padded, s, change);
+  for (int a = 0; a < NDIM; ++a) rate += change[a * NDIM + a];
+  wanted->compression->f64[i] = rate;
+}
+
+KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pass *pass, kith_index begin,
                                kith_index end, struct kith_scratch *s) {
   const struct kith_nodes *nodes = pass->package->hydro->nodes;
   for (kith_index i = begin; i < end; ++i) {
-    double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0, gradient[NDIM * NDIM];
+    double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0;
     const size_t padded = load_row(nodes, &pass->connectivity->rows, i, s);
     s->count[COUNT_EVALUATIONS] += padded;
     if (!solve_support(kernel, pass, padded, nodes->reach->f64[i], support, &sum_w, &sum_q2g, s)) {
@@ -197,15 +245,7 @@ KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct sph_pass *p
       continue;
     }
     set_density(kernel, pass, i, *support, sum_w, sum_q2g, s);
-    load_jumps(pass, i, padded, s);
-    if (!velocity_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
-    double divergence = 0;
-    for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
-    pass->package->expansion->f64[i] = divergence;
-    if (pass->sph->shear == NULL) continue;
-    double *shear = pass->sph->shear->f64 + (size_t)i * SPH_SHEAR;
-    for (int a = 0; a < NDIM; ++a)
-      for (int b = a; b < NDIM; ++b) *shear++ = 0.5 * (gradient[a * NDIM + b] + gradient[b * NDIM + a]);
+    set_gradients(pass, i, padded, s);
   }
 }
 
@@ -231,18 +271,34 @@ static kith_status unsolved(const struct kith_nodes *nodes) {
                    isnan(support[first]) ? "does not converge within" : "outgrew", reach[first]);
 }
 
-kith_status sph_density(struct sph_pass *pass) {
+/* Masses never change, but nodes may come and go. */
+static bool equal_masses(const struct kith_hydro *hydro) {
+  const kith_index n = kith_nodes_count(hydro->nodes);
+  const double *m = hydro->mass->f64;
+  bool equal = true;
+#pragma omp parallel for simd schedule(static) reduction(&& : equal)
+  for (kith_index i = 0; i < n; ++i) equal = equal && m[i] == m[0];
+  return equal;
+}
+
+kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
+                         const struct kith_density_wanted *wanted) {
   static const kith_chunk_pass chunk[] = {
 #define X(name, ...) density_##name,
       KITH_KERNEL_LIST(X)
 #undef X
   };
-  struct kith_package *package = pass->package;
-  const struct kith_rows *rows = &pass->connectivity->rows;
+  struct density_pass pass = {.package = package,
+                              .connectivity = connectivity,
+                              .wanted = *wanted,
+                              .constant = kith_kernel_constant(package->kernel),
+                              .equal_masses = equal_masses(package->hydro),
+                              .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
   uint64_t count[4];
   kith_profile_begin(package->profile, "density");
-  const kith_status status = kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], pass,
-                                           LANES, kith_rows_longest(rows), count, package->profile);
+  const kith_status status =
+      kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], &pass, LANES,
+                    kith_rows_longest(&connectivity->rows), count, package->profile);
   kith_profile_count(package->profile, "iterations", (double)count[COUNT_ITERATIONS]);
   kith_profile_end(package->profile);
   KITH_TRY(status);

@@ -1,0 +1,167 @@
+#include "physics/sph/sph.h"
+
+/* Van Leer's limiter of two slopes, 4 r / (1 + r)^2 with r their ratio: 0 if they differ in sign, 1 if they are equal. */
+static inline double limiter(double slope_i, double slope_j) {
+  const double product = slope_i * slope_j, sum = slope_i + slope_j;
+  return product > 0 ? 4 * product / (sum * sum) : 0;
+}
+
+/* C / H^(d + 2) g(q): the factor of x_ij in grad_i W. */
+KITH_INLINE double gradient_factor(enum kith_kernel kernel, double constant, double q,
+                                   double inverse_support) {
+  double w, g;
+  kith_kernel_value(kernel, q, &w, &g);
+  return constant * g * kith_pow_dim(inverse_support) * inverse_support * inverse_support;
+}
+
+/* x.G.x of a symmetric G given by its upper triangle, `stride` apart; y, z: 0 if there are none. No loop: what calls it vectorizes. */
+KITH_INLINE double slope(const double *restrict g, int stride, double x, double y, double z) {
+  return NDIM == 1   ? g[0] * x * x
+         : NDIM == 2 ? g[0] * x * x + g[2 * stride] * y * y + 2 * (g[stride] * x * y)
+                     : g[0] * x * x + g[3 * stride] * y * y + g[5 * stride] * z * z +
+                           2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
+}
+
+/* The jump v_ij . x_ij between velocities extrapolated to the middle of the pair; never more than the whole jump vx. */
+KITH_INLINE double limited_jump(const struct sph_constants *c, const double *restrict i,
+                                const double *restrict j, double vx, double q) {
+  enum { Y = NDIM > 1 ? 1 : 0, Z = NDIM > 2 ? 2 : 0 };
+  const double x = i[KITH_RECORD_X] - J(KITH_RECORD_X), y = i[KITH_RECORD_X + Y] - J(KITH_RECORD_X + Y),
+               z = i[KITH_RECORD_X + Z] - J(KITH_RECORD_X + Z);
+  const double slope_i = slope(i + SPH_GRADIENT, 1, x, y, z),
+               slope_j = slope(&J(SPH_GRADIENT), KITH_STRIDE, x, y, z);
+  const double closer = 5 * KITH_MIN(c->spacings * q - 1, 0.0); /* than the mean spacing, in fifths of it */
+  const double phi = c->limited * limiter(slope_i, slope_j) * KITH_MAX(1 - closer * closer, 0.0);
+  return KITH_MAX(vx - 0.5 * phi * (slope_i + slope_j), vx);
+}
+
+/* One pair: (3) - (5), (7). */
+KITH_INLINE void sph_pair(enum kith_kernel kernel, enum sph_form form, const struct sph_constants *c,
+                          const double *restrict i, const double *restrict j, double *restrict out) {
+  double r2 = 0, vx = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double x = i[KITH_RECORD_X + a] - J(KITH_RECORD_X + a);
+    r2 += x * x;
+    vx += x * (i[KITH_RECORD_V + a] - J(KITH_RECORD_V + a));
+  }
+  const double r = sqrt(r2), inverse_r = 1 / KITH_MAX(r, 1e-30);
+  const double qi = r * i[SPH_INVERSE], qj = r * J(SPH_INVERSE);
+  const double gi = gradient_factor(kernel, c->kernel, qi, i[SPH_INVERSE]);
+  const double gj = gradient_factor(kernel, c->kernel, qj, J(SPH_INVERSE));
+
+  const double jump = form == SPH_FORM_PLAIN ? vx : limited_jump(c, i, j, vx, KITH_MAX(qi, qj));
+  const double mu = vx < 0 ? KITH_MIN(jump, 0.0) * inverse_r : 0;
+  const double sound = 0.5 * (i[SPH_SOUND] + J(SPH_SOUND)), densities = i[SPH_DENSITY] + J(SPH_DENSITY);
+  double viscosity = (c->beta * mu - c->alpha * sound) * mu / densities; /* Pi / 2 */
+  if (form == SPH_FORM_FULL) viscosity *= 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH));
+
+  const double masses = i[SPH_MASS] * J(SPH_MASS);
+  const double fi = -i[SPH_PSI] * (J(SPH_MASS) - i[SPH_EXCESS]) * gi,
+               fj = -J(SPH_PSI) * (i[SPH_MASS] - J(SPH_EXCESS)) * gj, fq = -masses * viscosity * (gi + gj);
+  const double force = fi + fj + fq;
+  for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * (i[KITH_RECORD_X + a] - J(KITH_RECORD_X + a));
+
+  /* (4) is the share fi + fq / 2 of the work; what cannot be said so, forces that cancel, is exchanged. */
+  const double heat = fi + 0.5 * fq, total = fabs(fi) + fabs(fj) + fq;
+  const double share = fabs(force) > 1e-10 * total ? heat / force : 0.5;
+  double exchange = (share * force - heat) * vx;
+  if (form == SPH_FORM_FULL) {
+    const double pi = i[SPH_PSI] * i[SPH_DENSITY] * i[SPH_DENSITY] / i[SPH_MASS],
+                 pj = J(SPH_PSI) * J(SPH_DENSITY) * J(SPH_DENSITY) / J(SPH_MASS);
+    const double speed = sqrt(2 * fabs(pi - pj) / densities);
+    exchange += c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * r * (gi + gj) / densities;
+  }
+  OUT(KITH_SHARE) = share;
+  OUT(KITH_EXCHANGE) = exchange;
+  OUT(KITH_SIGNAL) = r2 > 0 && gi + gj < 0 ? KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu : 0;
+}
+
+#define FORMS(X) X(PLAIN) X(SLOPED) X(FULL)
+#define X(form)                                                                                          \
+  KITH_INLINE void pair_##form(enum kith_kernel kernel, const void *constants, const double *restrict i, \
+                               const double *restrict j, double *restrict out) {                         \
+    sph_pair(kernel, SPH_FORM_##form, constants, i, j, out);                                             \
+  }
+FORMS(X)
+#undef X
+
+/* Each kernel, each form. */
+#define CHUNKS(name, form)                                                                       \
+  KITH_HOT static void pairs_##form##_##name(void *pass, kith_index begin, kith_index end,       \
+                                             struct kith_scratch *s) {                           \
+    kith_force_pairs_chunk(pair_##form, KITH_KERNEL_##name, SPH_##form, pass, begin, end, s);    \
+  }                                                                                              \
+  KITH_HOT static void nodes_##form##_##name(void *pass, kith_index begin, kith_index end,       \
+                                             struct kith_scratch *s) {                           \
+    kith_force_nodes_chunk(pair_##form, KITH_KERNEL_##name, SPH_##form, 0, pass, begin, end, s); \
+  }
+#define X(name, ...) CHUNKS(name, PLAIN) CHUNKS(name, SLOPED) CHUNKS(name, FULL)
+KITH_KERNEL_LIST(X)
+#undef X
+
+static const int members[] = {SPH_PLAIN, SPH_SLOPED, SPH_FULL};
+static const kith_chunk_pass pairs[][KITH_N_KERNELS] = {
+#define X(name, ...) pairs_PLAIN_##name,
+    {KITH_KERNEL_LIST(X)},
+#undef X
+#define X(name, ...) pairs_SLOPED_##name,
+    {KITH_KERNEL_LIST(X)},
+#undef X
+#define X(name, ...) pairs_FULL_##name,
+    {KITH_KERNEL_LIST(X)},
+#undef X
+};
+static const kith_chunk_pass nodes[][KITH_N_KERNELS] = {
+#define X(name, ...) nodes_PLAIN_##name,
+    {KITH_KERNEL_LIST(X)},
+#undef X
+#define X(name, ...) nodes_SLOPED_##name,
+    {KITH_KERNEL_LIST(X)},
+#undef X
+#define X(name, ...) nodes_FULL_##name,
+    {KITH_KERNEL_LIST(X)},
+#undef X
+};
+
+static void pack(const struct kith_package *package, kith_index i, double *restrict record) {
+  const struct kith_hydro *hydro = package->hydro;
+  const struct sph *sph = package->self;
+  const double density = hydro->density->f64[i], mass = hydro->mass->f64[i];
+  for (int a = 0; a < NDIM; ++a) {
+    record[KITH_RECORD_X + a] = hydro->nodes->position->f64[(size_t)i * NDIM + a];
+    record[KITH_RECORD_V + a] = hydro->velocity->f64[(size_t)i * NDIM + a];
+  }
+  record[SPH_INVERSE] = 1 / hydro->nodes->support->f64[i];
+  record[SPH_PSI] = mass * hydro->pressure->f64[i] / (density * density);
+  record[SPH_EXCESS] = sph->excess->f64[i];
+  record[SPH_MASS] = mass;
+  record[SPH_DENSITY] = density;
+  record[SPH_SOUND] = hydro->sound_speed->f64[i];
+  if (sph->form == SPH_FORM_PLAIN) return;
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
+    record[SPH_GRADIENT + k] = sph->shear != NULL ? sph->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
+  if (sph->form == SPH_FORM_SLOPED) return;
+  record[SPH_SWITCH] = sph->factor != NULL ? sph->factor->f64[i] : 1;
+  record[SPH_ENERGY] = hydro->energy->f64[i];
+}
+
+kith_status sph_pairs(struct kith_package *package, const struct kith_connectivity *connectivity) {
+  const struct sph *sph = package->self;
+  const int size = members[sph->form];
+  const bool viscous = package->viscosity != KITH_VISCOSITY_NONE;
+  const struct sph_constants constants = {.alpha = viscous ? package->alpha : 0,
+                                          .beta = viscous ? package->beta : 0,
+                                          .conduction = package->conduction,
+                                          .kernel = kith_kernel_constant(package->kernel),
+                                          .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM),
+                                          .limited = package->viscosity == KITH_VISCOSITY_LIMITED};
+  KITH_TRY(kith_force_records(package, size));
+  kith_profile_begin(package->profile, "records");
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < kith_nodes_count(package->hydro->nodes); ++i)
+    pack(package, i, package->record + (size_t)i * (size_t)size);
+  kith_profile_end(package->profile);
+  struct kith_force_pass pass = {
+      .package = package, .connectivity = connectivity, .rows = &connectivity->rows, .constants = &constants};
+  return kith_force(&pass, pairs[sph->form], nodes[sph->form], size, 0);
+}
