@@ -21,36 +21,40 @@ kith_status mfm_faces_init(struct mfm_faces *faces) {
                                           KITH_WORK,      NULL,        "stretch of integrated faces, less 1"};
   const struct kith_field_spec shift = {"face_shift", KITH_VECTOR, KITH_F64,
                                         KITH_WORK,    NULL,        "what closes faces"};
-  if (faces->form == MFM_ONE_POINT) KITH_TRY(kith_nodes_field(faces->nodes, &matrix, &faces->matrix));
-  if (faces->form == MFM_INTEGRATED)
+  if (faces->form == KITH_FACES_ONE_POINT) KITH_TRY(kith_nodes_field(faces->nodes, &matrix, &faces->matrix));
+  if (faces->form == KITH_FACES_INTEGRATED)
     KITH_TRY(kith_nodes_field(faces->nodes, &quadrature, &faces->quadrature));
-  if (faces->form == MFM_INTEGRATED) KITH_TRY(kith_nodes_field(faces->nodes, &stretch, &faces->stretch));
+  if (faces->form == KITH_FACES_INTEGRATED)
+    KITH_TRY(kith_nodes_field(faces->nodes, &stretch, &faces->stretch));
   if (faces->closed) KITH_TRY(kith_nodes_field(faces->nodes, &shift, &faces->shift));
   return KITH_OK;
 }
 
 static size_t rows_bytes(const struct mfm_faces *f) {
   return f->numbered.capacity * sizeof *f->numbered.node + f->numbered.first_capacity * sizeof(size_t) +
-         f->numbered.of_row_capacity * sizeof(uint32_t) + f->cursor_capacity * sizeof(uint32_t);
+         f->numbered.of_row_capacity * sizeof(uint32_t) + f->cursor_capacity * sizeof(uint32_t) +
+         f->links.first_capacity * sizeof(size_t) +
+         f->links.node_capacity * (sizeof(kith_index) + sizeof(double));
 }
 
 size_t mfm_faces_bytes(const struct mfm_faces *f) {
   return rows_bytes(f) + f->holders_capacity * sizeof(size_t) + f->holder_capacity * sizeof(kith_index) +
-         (f->area_capacity + f->value_capacity + f->weight_capacity + f->open_capacity +
+         (f->area_capacity + f->edge_capacity + f->value_capacity + f->weight_capacity + f->open_capacity +
           f->diagonal_capacity + f->scale_capacity) *
              sizeof(double);
 }
 
 void mfm_faces_clear(struct mfm_faces *f) {
-  void *const owned[] = {&f->numbered.node, &f->numbered.first, &f->numbered.of_row, &f->cursor,
-                         &f->area,          &f->holders,        &f->holder,          &f->value,
-                         &f->weight,        &f->open,           &f->diagonal,        &f->scale};
+  void *const owned[] = {
+      &f->numbered.node, &f->numbered.first, &f->numbered.of_row, &f->edge,   &f->cursor, &f->area,
+      &f->holders,       &f->holder,         &f->value,           &f->weight, &f->open,   &f->links.first,
+      &f->links.node,    &f->links.weight,   &f->diagonal,        &f->scale};
   for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
   *f = (struct mfm_faces){0};
 }
 
 struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces) {
-  const bool integrated = faces->form == MFM_INTEGRATED;
+  const bool integrated = faces->form == KITH_FACES_INTEGRATED;
   return (struct kith_requirements){
       .rows = true, .pairs = !integrated, .overlap = integrated, .ghost_rows = integrated};
 }
@@ -70,7 +74,7 @@ bool mfm_invert(const double *m, double *inverse) {
   const double det = m[0] * adjugate[0] + m[1] * adjugate[1] + m[2] * adjugate[2];
 #endif
   const bool regular = det > good * ball;
-  for (int k = 0; k < MFM_SYMMETRIC; ++k) inverse[k] = regular ? adjugate[k] / det : 0;
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) inverse[k] = regular ? adjugate[k] / det : 0;
   return regular;
 }
 
@@ -106,9 +110,9 @@ static kith_status number(struct mfm_faces *f, const struct kith_rows *rows, kit
 static kith_status prepare(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   const bool fresh = f->area != NULL && f->graph.generation == connectivity->generation;
   const kith_index n = f->nodes->n_internal;
-  f->graph.rows = f->form == MFM_INTEGRATED ? connectivity->overlap : connectivity->rows;
+  f->graph.rows = f->form == KITH_FACES_INTEGRATED ? connectivity->overlap : connectivity->rows;
   f->graph.rows.n = n;
-  if (f->form == MFM_ONE_POINT)
+  if (f->form == KITH_FACES_ONE_POINT)
     f->graph.pairs = connectivity->pairs;
   else {
     if (!fresh) KITH_TRY(number(f, &f->graph.rows, n));
@@ -139,7 +143,7 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
     const kith_index(*restrict pair)[2] = f->graph.pairs.node + first;
     double *restrict area = f->area + first * NDIM;
     const double inverse_i = 1 / h[i], central_i = central(f, inverse_i);
-    const double *mi = matrix + (size_t)i * MFM_SYMMETRIC, *xi = x + (size_t)i * NDIM;
+    const double *mi = matrix + (size_t)i * KITH_SYMMETRIC_SIZE, *xi = x + (size_t)i * NDIM;
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
       const kith_index j = pair[k][1];
@@ -151,7 +155,7 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
       const double r = sqrt(r2), inverse_j = 1 / h[j];
       kith_kernel_value(kernel, r * inverse_i, &wi, &gi);
       kith_kernel_value(kernel, r * inverse_j, &wj, &gj);
-      const double *mj = matrix + j * MFM_SYMMETRIC;
+      const double *mj = matrix + j * KITH_SYMMETRIC_SIZE;
       const double along = (mi[0] > 0 ? 0 : central_i * gi) + (mj[0] > 0 ? 0 : central(f, inverse_j) * gj);
       double sum[NDIM];
       for (int a = 0; a < NDIM; ++a) sum[a] = along * d[a];
@@ -184,11 +188,23 @@ static kith_status one_point(struct mfm_faces *f) {
   return kith_traverse(f->nodes->n_internal, chunk[f->kernel], f, 1, 0, NULL, f->profile);
 }
 
+kith_status mfm_faces_edges(struct mfm_faces *f) {
+  const struct kith_rows *rows = &f->graph.rows;
+  KITH_TRY(mfm_room(&f->edge, &f->edge_capacity, rows->first[rows->n] * NDIM, sizeof *f->edge));
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < rows->n; ++i)
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const double *area = f->area + (size_t)f->graph.pairs.of_row[e] * NDIM;
+      for (int a = 0; a < NDIM; ++a) f->edge[e * NDIM + a] = rows->node[e] > i ? area[a] : -area[a];
+    }
+  return KITH_OK;
+}
+
 kith_status mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   kith_profile_begin(f->profile, "faces");
   kith_status status = prepare(f, connectivity);
   if (status == KITH_OK)
-    status = f->form == MFM_ONE_POINT ? one_point(f) : mfm_faces_integrate(f, connectivity);
+    status = f->form == KITH_FACES_ONE_POINT ? one_point(f) : mfm_faces_integrate(f, connectivity);
   kith_profile_end(f->profile);
   KITH_TRY(status);
   if (!f->closed) return KITH_OK;

@@ -18,24 +18,30 @@
  *
  * On disordered nodes neither closes: sum_j A_ij = 0 holds to 0.36 (one-point) or 0.13 (integrated) of 2 V / d (2-D, 20 neighbors,
  * nodes 0.3 spacings off their lattice), and a uniform pressure pushes. mfm_faces_close adds the smallest correction that does,
- *     A_ij += a_ij (l_i - l_j),  sum_j a_ij (l_i - l_j) = - sum_j A_ij,  a_ij = |A_ij|                       (2)
- * least in sum |dA|^2 / a. (2) is a graph Laplacian, solved by conjugate gradients (SUNDIALS); l of an image is the image of l, so walls
- * and periodic faces take part. A node at a free surface
+ *     A_ij += a_ij (l_i - l_j),  sum_j a_ij (l_i - l_j) = - sum_j A_ij,  (2)
+ * least in sum |dA|^2 / a, with a_ij the face that SPH gives the pair, V_i^2 |grad W_i| + V_j^2 |grad W_j|: so no face of neighbors is turned around, not even
+ * where the volume of nodes jumps by 8 (a = |A| turns some there, and runs do not survive it). (2) is a graph Laplacian, solved by
+ * conjugate gradients (SUNDIALS); l of an image is the image of l, so walls and periodic faces take part. A node at a free surface
  * is not closed by its neighbors and must not be: where the face that is missing, -sum A, is a good part of the whole area and no face
  * looks that way, l is 0 and the node stays open. */
 #ifndef KITH_PHYSICS_MFM_FACES_H
 #define KITH_PHYSICS_MFM_FACES_H
 
 #include "lib/connectivity/traversal.h"
+#include "physics/density.h"
 #include "physics/kernel.h"
 
-enum { MFM_SYMMETRIC = NDIM * (NDIM + 1) / 2 };
-
-enum mfm_form { MFM_ONE_POINT, MFM_INTEGRATED };
+/* Rows of the nodes that a correction links. */
+struct mfm_links {
+  size_t *first;    /* [n + 1] */
+  kith_index *node; /* [first[n]] */
+  double *weight;   /* [first[n]] a_ij */
+  size_t first_capacity, node_capacity, weight_capacity;
+};
 
 struct mfm_faces {
   /* Set by the caller. Borrowed. */
-  enum mfm_form form;
+  enum kith_faces form;
   bool closed;
   struct kith_nodes *nodes;
   enum kith_kernel kernel;
@@ -55,7 +61,8 @@ struct mfm_faces {
   struct kith_pairs numbered;
   uint32_t *cursor;
   double *area; /* [graph.pairs.n][NDIM], of (i, j), i < j, from i to j */
-  size_t area_capacity, cursor_capacity;
+  double *edge; /* [entries of graph.rows][NDIM], of every entry, from i to j; made by mfm_faces_edges */
+  size_t area_capacity, cursor_capacity, edge_capacity;
 
   /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk and its gradient */
   size_t *holders;    /* [nodes + 1] */
@@ -64,8 +71,10 @@ struct mfm_faces {
   size_t holders_capacity, holder_capacity, value_capacity;
 
   /* closed */
-  double *weight;                  /* [pairs] a_ij */
-  double *open, *diagonal, *scale; /* [n][NDIM] - sum A; sum a, < 0: stays open; 1 / sum |A| */
+  double *weight; /* [pairs] a_ij */
+  struct mfm_links links;
+  double *open, *diagonal,
+      *scale; /* [n][NDIM] - sum A; [n] sum a, negative: stays open; [n][NDIM] 1 / sum |A| */
   size_t weight_capacity, open_capacity, diagonal_capacity, scale_capacity;
   uint64_t iterations, left_open; /* counted over the run */
 };
@@ -79,6 +88,9 @@ size_t mfm_faces_bytes(const struct mfm_faces *faces);
 /* All faces, closed if they are to be. Supports of ghosts are refreshed (and the matrix); the fields that belong to the faces are
  * refreshed here. */
 kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
+
+/* Spreads the areas over the rows, for passes that gather. */
+kith_status mfm_faces_edges(struct mfm_faces *faces);
 
 /* Its parts. */
 kith_status mfm_faces_integrate(struct mfm_faces *faces, const struct kith_connectivity *connectivity);

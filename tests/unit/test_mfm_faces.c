@@ -56,7 +56,7 @@ static void integrate(const struct cells *c, int i, const double *s, const doubl
 /* sum w dx dx of node i. */
 static void moments(const struct cells *c, int i, double *m) {
   const double h = c->nodes->support->f64[i];
-  for (int k = 0; k < MFM_SYMMETRIC; ++k) m[k] = 0;
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) m[k] = 0;
   for (int p = 0; p < c->n_points; ++p) {
     const double r = cells_distance(c, i, p);
     if (p == i || r >= h) continue;
@@ -67,18 +67,18 @@ static void moments(const struct cells *c, int i, double *m) {
   }
 }
 
-static struct mfm_faces faces_of(struct cells *c, enum mfm_form form, bool closed) {
+static struct mfm_faces faces_of(struct cells *c, enum kith_faces form, bool closed) {
   struct mfm_faces f = {
       .form = form, .closed = closed, .nodes = c->nodes, .kernel = c->kernel, .neighbors = c->neighbors};
   CHECK_OK(mfm_faces_init(&f));
   cells_connect(c, mfm_faces_requirements(&f), 1.1); /* some pairs of the list have no face */
-  for (int i = 0; form == MFM_ONE_POINT && i < c->n; ++i) {
-    double m[MFM_SYMMETRIC], *matrix = f.matrix->f64 + i * MFM_SYMMETRIC;
+  for (int i = 0; form == KITH_FACES_ONE_POINT && i < c->n; ++i) {
+    double m[KITH_SYMMETRIC_SIZE], *matrix = f.matrix->f64 + i * KITH_SYMMETRIC_SIZE;
     moments(c, i, m);
     mfm_invert(m, matrix);
-    for (int k = 0; k < MFM_SYMMETRIC; ++k) matrix[k] *= cells_volume(c, i);
+    for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) matrix[k] *= cells_volume(c, i);
   }
-  if (form == MFM_ONE_POINT) kith_nodes_refresh_ghosts(c->nodes, &f.matrix, 1);
+  if (form == KITH_FACES_ONE_POINT) kith_nodes_refresh_ghosts(c->nodes, &f.matrix, 1);
   CHECK_OK(mfm_faces_build(&f, c->connectivity));
   return f;
 }
@@ -109,7 +109,7 @@ static double stretch_of(const struct cells *c, int i, const double *area) {
 }
 
 static void check_integrated(struct cells *c) {
-  struct mfm_faces f = faces_of(c, MFM_INTEGRATED, false);
+  struct mfm_faces f = faces_of(c, KITH_FACES_INTEGRATED, false);
   const size_t row = (size_t)c->n_points * NDIM;
   double *s = malloc((size_t)c->n * sizeof *s), *grad = malloc((size_t)c->n * NDIM * sizeof *grad);
   double *all = malloc((size_t)c->n * row * sizeof *all), *stretch = malloc((size_t)c->n * sizeof *stretch);
@@ -136,7 +136,7 @@ static void check_integrated(struct cells *c) {
 }
 
 static void check_one_point(struct cells *c) {
-  struct mfm_faces f = faces_of(c, MFM_ONE_POINT, false);
+  struct mfm_faces f = faces_of(c, KITH_FACES_ONE_POINT, false);
   for (int i = 0; i < c->n; ++i)
     for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
       const int q = cells_point_of(c, f.graph.rows.node[e]), node = c->point[q].node;
@@ -145,7 +145,7 @@ static void check_one_point(struct cells *c) {
       for (int end = 0; end < 2; ++end) {
         const int k = end == 0 ? i : node;
         const double *sign = c->point[end == 0 ? i : q].sign, h = c->nodes->support->f64[k];
-        double m[MFM_SYMMETRIC], inverse[MFM_SYMMETRIC];
+        double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE];
         if (r >= h) continue;
         moments(c, k, m);
         if (!mfm_invert(m, inverse)) { /* few neighbors and their mirror images may lie in a plane */
@@ -194,7 +194,7 @@ static void check_images(const struct cells *c, const struct mfm_faces *f, doubl
 }
 
 /* Closed where matter fills the box, walls and periodic faces alike. */
-static void check_closed(struct cells *c, enum mfm_form form) {
+static void check_closed(struct cells *c, enum kith_faces form) {
   struct mfm_faces f = faces_of(c, form, true);
   CHECK(f.left_open == 0);
   for (int i = 0; i < c->n; ++i) {
@@ -211,11 +211,11 @@ static void check_box(const int *count, const enum side *side, enum kith_kernel 
   cells_create(&c, count, side, 0.3, kernel, few, seed);
   check_one_point(&c);
   check_integrated(&c);
-  for (int form = MFM_ONE_POINT; form <= MFM_INTEGRATED; ++form) {
-    struct mfm_faces f = faces_of(&c, (enum mfm_form)form, false);
+  for (int form = KITH_FACES_ONE_POINT; form <= KITH_FACES_INTEGRATED; ++form) {
+    struct mfm_faces f = faces_of(&c, (enum kith_faces)form, false);
     check_images(&c, &f, 1e-13);
     mfm_faces_clear(&f);
-    check_closed(&c, (enum mfm_form)form);
+    check_closed(&c, (enum kith_faces)form);
   }
   cells_destroy(&c);
 }
@@ -239,8 +239,8 @@ static void check_lattice(void) {
   const enum side side[3] = {PERIODIC, PERIODIC, PERIODIC};
   struct cells c;
   cells_create(&c, count, side, 0, KITH_KERNEL_wendland_c2, few, 1);
-  for (int form = MFM_ONE_POINT; form <= MFM_INTEGRATED; ++form) {
-    struct mfm_faces f = faces_of(&c, (enum mfm_form)form, false);
+  for (int form = KITH_FACES_ONE_POINT; form <= KITH_FACES_INTEGRATED; ++form) {
+    struct mfm_faces f = faces_of(&c, (enum kith_faces)form, false);
     for (int i = 0; i < c.n; ++i) {
       double sum[NDIM], whole, linear[NDIM][NDIM] = {{0}};
       row_sum(&f, i, sum, &whole);
@@ -266,7 +266,7 @@ struct figures {
   double residual, whole, faces;
 };
 
-static struct figures figures_of(struct cells *c, enum mfm_form form) {
+static struct figures figures_of(struct cells *c, enum kith_faces form) {
   struct mfm_faces f = faces_of(c, form, false);
   struct figures figures = {0};
   for (int i = 0; i < c->n; ++i) {
@@ -290,7 +290,7 @@ static void check_figures(void) {
   const enum side side[3] = {PERIODIC, PERIODIC, PERIODIC};
   struct cells c;
   cells_create(&c, count, side, 0.3, KITH_KERNEL_wendland_c2, 20, 3);
-  const struct figures one = figures_of(&c, MFM_ONE_POINT), all = figures_of(&c, MFM_INTEGRATED);
+  const struct figures one = figures_of(&c, KITH_FACES_ONE_POINT), all = figures_of(&c, KITH_FACES_INTEGRATED);
   CHECK_CLOSE(one.residual, 0.47, 0.05);
   CHECK_CLOSE(all.residual, 0.18, 0.02);
   CHECK_CLOSE(one.whole, 3.4, 0.1);
@@ -301,7 +301,7 @@ static void check_figures(void) {
 }
 
 /* A box of gas in empty space: its outermost nodes stay open, the others close. */
-static void check_surface(enum mfm_form form) {
+static void check_surface(enum kith_faces form) {
   const int count[3] = {7, NDIM == 3 ? 5 : 7, 5};
   const enum side side[3] = {OPEN, OPEN, OPEN};
   struct cells c;
@@ -328,7 +328,7 @@ static void check_line(void) {
   const enum side side[3] = {OPEN, OPEN, OPEN};
   struct cells c;
   cells_create(&c, count, side, 0, KITH_KERNEL_wendland_c2, NDIM == 1 ? few : 4, 1);
-  struct mfm_faces f = faces_of(&c, MFM_ONE_POINT, false);
+  struct mfm_faces f = faces_of(&c, KITH_FACES_ONE_POINT, false);
   for (int i = 0; NDIM > 1 && i < c.n; ++i)
     for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
       const kith_index j = f.graph.rows.node[e];
@@ -351,10 +351,10 @@ static void check_inverse(void) {
 #else
   const double good[] = {1e-30}, bad[] = {0};
 #endif
-  double inverse[MFM_SYMMETRIC];
-  CHECK(mfm_invert(good, inverse) && inverse[MFM_SYMMETRIC - 1] * good[MFM_SYMMETRIC - 1] == 1);
+  double inverse[KITH_SYMMETRIC_SIZE];
+  CHECK(mfm_invert(good, inverse) && inverse[KITH_SYMMETRIC_SIZE - 1] * good[KITH_SYMMETRIC_SIZE - 1] == 1);
   CHECK(!mfm_invert(bad, inverse));
-  for (int k = 0; k < MFM_SYMMETRIC; ++k) CHECK(inverse[k] == 0);
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) CHECK(inverse[k] == 0);
 }
 
 int main(void) {
@@ -362,8 +362,8 @@ int main(void) {
   check_lattice();
   if (NDIM == 2) check_figures();
   check_boxes();
-  check_surface(MFM_ONE_POINT);
-  check_surface(MFM_INTEGRATED);
+  check_surface(KITH_FACES_ONE_POINT);
+  check_surface(KITH_FACES_INTEGRATED);
   check_line();
   return check_failed();
 }
