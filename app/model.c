@@ -25,6 +25,7 @@ static kith_status make_package(struct kith_model *m) {
   p->traversal = p->compatible && NDIM == 1 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
+  p->barrier = kith_nodes_field_named(m->nodes, "barrier");
   p->profile = m->profile;
   return kith_package_init(p);
 }

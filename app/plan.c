@@ -95,7 +95,7 @@ static void show_regions(const struct plan *plan) {
     char more[64] = "";
     if (r->jitter > 0) snprintf(more, sizeof more, ", jitter %.3g", r->jitter);
     line(k == 0 ? "regions" : "", "%-12s %s, %s%s%s", scene->material_name[r->material], lattice[r->lattice],
-         spacing, more, r->frozen ? ", frozen" : "");
+         spacing, more, r->barrier ? ", barrier" : r->frozen ? ", frozen" : "");
   }
   line("", "%.6g nodes per unit length where it is densest", scene->resolution);
 }

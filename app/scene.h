@@ -66,6 +66,7 @@ struct kith_region {
   struct kith_expression *velocity[NDIM];
   double spacing;          /* 0: from resolution and arrangement */
   bool frozen;             /* boundary `constant`: its nodes never move */
+  bool barrier;            /* frozen, and a wall between nodes on both sides of it */
   struct kith_place place; /* line in the file, for messages of setup */
 };
 

@@ -98,6 +98,8 @@ const struct kith_key kith_region_keys[] = {
     {"spacing", KITH_KEY_NUMBER, "0", "[0, inf)", "of the nodes; 0: from resolution and arrangement",
      IN(spacing)},
     {"frozen", KITH_KEY_BOOL, "false", "", "its nodes never move", IN(frozen)},
+    {"barrier", KITH_KEY_BOOL, "false", "",
+     "its nodes never move and are a wall: they reflect, and cut the pairs that cross them", IN(barrier)},
     {0}};
 #undef IN
 

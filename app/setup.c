@@ -158,14 +158,29 @@ static kith_status fill_region(const struct setup *s, const struct plan *plan) {
   return KITH_OK;
 }
 
+/* Nodes that are walls, in a field of their own: ghosts of them are walls too. */
+static kith_status mark_barriers(const struct setup *s) {
+  const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"};
+  bool any = false;
+  for (int k = 0; k < s->scene->n_regions; ++k) any = any || s->plan[k].region->barrier;
+  if (!any) return KITH_OK;
+  struct kith_field *barrier;
+  KITH_TRY(kith_nodes_field(s->nodes, &spec, &barrier));
+  for (int k = 0; k < s->scene->n_regions; ++k)
+    for (kith_index i = 0; i < s->plan[k].count; ++i)
+      barrier->u8[s->plan[k].first + i] = s->plan[k].region->barrier;
+  return KITH_OK;
+}
+
 static kith_status mark_frozen(const struct setup *s, uint8_t **frozen) {
   bool any = false;
-  for (int k = 0; k < s->scene->n_regions; ++k) any = any || s->plan[k].region->frozen;
+  for (int k = 0; k < s->scene->n_regions; ++k)
+    any = any || s->plan[k].region->frozen || s->plan[k].region->barrier;
   if (!any) return KITH_OK;
   KITH_TRY(kith_resize(frozen, 0, (size_t)s->nodes->n_internal, 1));
   for (int k = 0; k < s->scene->n_regions; ++k)
     for (kith_index i = 0; i < s->plan[k].count; ++i)
-      (*frozen)[s->plan[k].first + i] = s->plan[k].region->frozen;
+      (*frozen)[s->plan[k].first + i] = s->plan[k].region->frozen || s->plan[k].region->barrier;
   return KITH_OK;
 }
 
@@ -191,6 +206,7 @@ static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **f
   s->nodes->positions += 1;
   for (int k = 0; k < s->scene->n_deposits; ++k)
     KITH_TRY(kith_deposit_add(&s->scene->deposit[k], s->scene, s->hydro));
+  KITH_TRY(mark_barriers(s));
   return mark_frozen(s, frozen);
 }
 

@@ -35,6 +35,7 @@ const struct kith_scheme_ops *const *kith_scheme_all(void);
 /* What happened, summed over the run (and the last lifecycle, where said); nothing but uint64_t, for checkpoints. created = culled + kept, for each boundary. */
 struct kith_ledger {
   uint64_t lifecycles, support_rebuilds, reorders, refreshes;
+  uint64_t cut; /* pairs that barriers cut */
   uint64_t because[5];            /* first build, then policies in the order of KITH_REBUILD_LIST */
   uint64_t created, culled, kept; /* ghosts */
   uint64_t candidates, row_entries, pairs;
@@ -49,7 +50,7 @@ struct kith_demand {
   const char *who, *why;
   struct kith_requirements need;
 };
-enum { KITH_DEMANDS = 2 };
+enum { KITH_DEMANDS = 3 };
 
 struct kith_integrator {
   /* Set by the caller. All borrowed. */

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 #include "integrator/integrator.h"
+#include "lib/connectivity/shield.h"
 
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
@@ -9,6 +10,10 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
       it->package->ops->name,
       it->package->traversal == KITH_TRAVERSE_PAIRS ? "traversal: pairs" : "traversal: gather",
       it->package->ops->requirements(it->package)};
+  demand[2] = (struct kith_demand){"shield", "barrier regions", {0}};
+  if (it->package->barrier != NULL)
+    demand[2].need =
+        (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
 }
 
 /* Nothing is built that no one asked for. */
@@ -80,6 +85,20 @@ static kith_status connectivity(struct kith_integrator *it) {
   kith_profile_count(it->profile, "candidates", (double)it->connectivity->candidates);
   kith_profile_end(it->profile);
   it->ledger.candidates += it->connectivity->candidates;
+  return status;
+}
+
+/* Barriers cut pairs. A barrier's nodes stand apart by its spacing, which its support is a multiple of. */
+static kith_status shield(struct kith_integrator *it) {
+  const double spacings = pow(it->package->neighbors / kith_ball(), 1.0 / NDIM);
+  size_t cut = 0;
+  if (it->package->barrier == NULL) return KITH_OK;
+  kith_profile_begin(it->profile, "shield");
+  const kith_status status = kith_connectivity_shield(it->connectivity, it->nodes, it->package->barrier,
+                                                      (NDIM == 3 ? 0.72 : 0.51) / spacings, &cut);
+  kith_profile_count(it->profile, "cut", (double)cut);
+  kith_profile_end(it->profile);
+  it->ledger.cut += cut;
   return status;
 }
 
@@ -168,6 +187,7 @@ kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
   KITH_TRY(ghosts(it));
   KITH_TRY(neighbors(it));
   KITH_TRY(connectivity(it));
+  KITH_TRY(shield(it));
   const kith_index before = kith_nodes_count(it->nodes);
   KITH_TRY(cull(it, &culled));
   if (culled) KITH_TRY(patch(it, before));

@@ -45,6 +45,27 @@ KITH_INLINE size_t load_row(const struct kith_nodes *nodes, const struct kith_ro
   return padded;
 }
 
+/* What walls add to the sums of a node with support h, besides what they gave as nodes: a wall of volume V counts as V / V_i nodes
+ * like i, and V_i grows with h. masses: what each node counts; NULL: 1. */
+KITH_INLINE void wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
+                           const double *restrict masses, const struct kith_scratch *s, double *sum_w,
+                           double *sum_q2g) {
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const double *restrict support = pass->package->hydro->nodes->support->f64, *restrict r = kith_scratch_lane(
+                                                                                  s, DISTANCE);
+  if (pass->barrier == NULL) return;
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+    const kith_index k = rows->node[e];
+    if (!pass->barrier[k]) continue;
+    double w, g;
+    const double q = r[e - rows->first[i]] / h, wall = kith_pow_dim(support[k] / h);
+    const double like_i = masses != NULL ? wall * masses[i] : wall, own = masses != NULL ? masses[k] : 1;
+    kith_kernel_value(kernel, q, &w, &g);
+    *sum_w += (like_i - own) * w;
+    *sum_q2g += (like_i - own) * q * q * g; /* as so many nodes: a uniform gas beside a wall is at rest */
+  }
+}
+
 /* sum w and sum q^2 g over the row and the node itself; weight[k] = -g >= 0, for the gradients. */
 KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, const double *restrict r,
                              double *restrict weight, double inverse_support, double *sum_w,
@@ -66,14 +87,15 @@ KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, con
 
 /* Solves (1) for H in (0, reach], from the guess *support. C sum w(r / H) grows with H, so the root is unique.
  * false: it lies beyond the reach, and *support is what to try with new connectivity; or there is none, and it is NaN. */
-KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pass *pass, size_t n,
-                               double reach, double *support, double *sum_w, double *sum_q2g,
+KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
+                               size_t n, double reach, double *support, double *sum_w, double *sum_q2g,
                                struct kith_scratch *s) {
   const double wanted = pass->package->neighbors / (kith_ball() * pass->constant);
   double lower = 0, upper = reach, h = KITH_MIN(*support, reach);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE),
                 kith_scratch_lane(s, WEIGHT), 1 / h, sum_w, sum_q2g);
+    wall_sums(kernel, pass, i, h, NULL, s, sum_w, sum_q2g);
     const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
     if (fabs(step) < tolerance) { /* the step is made: its error is its square, and so is that of the sum */
       *support = KITH_MIN(h * (1 + step), reach);
@@ -115,16 +137,9 @@ KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct density_pass *p
     sw += m * w;
     sg += m * q * q * g;
   }
-  for (size_t k = 0; pass->barrier != NULL && k < n; ++k) { /* the mass of i, mirrored */
-    if (!pass->barrier[row[k]]) continue;
-    double w, g;
-    const double q = r[k] * inverse_support, more = mass[i] - mass[row[k]];
-    kith_kernel_value(kernel, q, &w, &g);
-    sw += more * w;
-    sg += more * q * q * g;
-  }
   *sum_mw = mass[i] * pass->package->self_weight * w0 + sw;
   *sum_mq2g = sg;
+  wall_sums(kernel, pass, i, 1 / inverse_support, mass, s, sum_mw, sum_mq2g);
 }
 
 /* Differences of a vector field over the row. A barrier answers with the mirror image of what i has: v_j - v_i along x_ij, twice. */
@@ -240,7 +255,7 @@ KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pas
     double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0;
     const size_t padded = load_row(nodes, &pass->connectivity->rows, i, s);
     s->count[COUNT_EVALUATIONS] += padded;
-    if (!solve_support(kernel, pass, padded, nodes->reach->f64[i], support, &sum_w, &sum_q2g, s)) {
+    if (!solve_support(kernel, pass, i, padded, nodes->reach->f64[i], support, &sum_w, &sum_q2g, s)) {
       s->count[COUNT_OUTGROWN] += 1;
       continue;
     }

@@ -114,14 +114,17 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   s->count[0] += n;
 }
 
-/* A wall: half of the work, no heat. */
-KITH_INLINE void kith_force_walls(const struct kith_force_pass *pass, const kith_index *restrict row,
-                                  size_t n, double *restrict out) {
-  for (size_t k = 0; pass->barrier != NULL && k < n; ++k)
-    if (pass->barrier[row[k]]) {
-      out[KITH_SHARE * KITH_STRIDE + k] = 0.5;
-      out[KITH_EXCHANGE * KITH_STRIDE + k] = 0;
-    }
+/* A wall: half of the work, no heat; and of volume V it counts as V / V_i nodes like i, unless edges know its area. */
+KITH_INLINE void kith_force_walls(const struct kith_force_pass *pass, kith_index i,
+                                  const kith_index *restrict row, size_t n, double *restrict out) {
+  const double *restrict support = pass->package->hydro->nodes->support->f64;
+  for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
+    if (!pass->barrier[row[k]]) continue;
+    const double count = pass->edge != NULL ? 1 : kith_pow_dim(support[row[k]] / support[i]);
+    for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] *= count;
+    out[KITH_SHARE * KITH_STRIDE + k] = 0.5;
+    out[KITH_EXCHANGE * KITH_STRIDE + k] = 0;
+  }
 }
 
 /* n entries of row i from the pairwise field: the upper end of a pair gets the rest of everything. */
@@ -170,7 +173,7 @@ KITH_INLINE void kith_force_sum_block(const struct kith_force_pass *pass, kith_i
   const struct kith_package *package = pass->package;
   const kith_index *restrict row = pass->rows->node + first;
   double *jump = out + (size_t)KITH_JUMP * KITH_STRIDE, *jerk = out + (size_t)KITH_JERK * KITH_STRIDE;
-  kith_force_walls(pass, row, n, out);
+  kith_force_walls(pass, i, row, n, out);
   if (pass->work) {
     kith_force_jumps(pass, package->velocity_base->f64, i, row, n, jump);
     kith_force_jumps(pass, package->hydro->acceleration->f64, i, row, n, jerk);
