@@ -88,7 +88,7 @@ static kith_status time_steps(struct kith_model *m, const struct kith_options *o
                               double *seconds) {
   struct kith_integrator *it = &m->integrator;
   const uint64_t wanted = options->steps >= 0 ? (uint64_t)options->steps : 10;
-  KITH_TRY(kith_integrator_start(it));
+  KITH_TRY(kith_model_start(m));
   const double start = kith_seconds();
   while (it->step < wanted && it->time < m->scene->until) KITH_TRY(kith_integrator_step(it, m->scene->until));
   *seconds = kith_seconds() - start;

@@ -21,9 +21,12 @@ static const char title[] =
     ",momentum_y"
 #endif
 #if NDIM > 2
-    ",momentum_z"
+    ",momentum_z,angular_x,angular_y"
 #endif
-    ",nodes,ghosts,entries,rebuilds,seconds\n";
+#if NDIM > 1
+    ",angular_z"
+#endif
+    ",velocity_over_sound,nodes,ghosts,entries,rebuilds,seconds\n";
 
 static void release(struct kith_history **history) {
   if (*history == NULL) return;
@@ -109,8 +112,9 @@ kith_status kith_history_add(struct kith_history *history, const struct kith_his
           row->limiter != NULL ? row->limiter : "", row->kinetic, row->internal,
           row->kinetic + row->internal);
   for (int a = 0; a < NDIM; ++a) fprintf(f, ",%.17g", row->momentum[a]);
-  fprintf(f, ",%" PRId64 ",%" PRId64 ",%" PRId64 ",%" PRId64 ",%.6g\n", row->nodes, row->ghosts, row->entries,
-          row->rebuilds, row->seconds);
+  for (int a = NDIM == 3 ? 0 : 2; a < 3 && NDIM > 1; ++a) fprintf(f, ",%.17g", row->angular[a]);
+  fprintf(f, ",%.17g,%" PRId64 ",%" PRId64 ",%" PRId64 ",%" PRId64 ",%.6g\n", row->velocity_over_sound,
+          row->nodes, row->ghosts, row->entries, row->rebuilds, row->seconds);
   return fflush(f) == EOF || ferror(f) ? failed(history) : KITH_OK;
 }
 

@@ -49,6 +49,20 @@ static void print_lattice(void) {
   KITH_LATTICE_LIST(LISTED)
 }
 
+static void print_one_table(const char *name) {
+  struct kith_table table;
+  char doc[64], error[32] = "no error estimate", label[40] = "    ";
+  if (kith_table_read(&table, name) != KITH_OK) return;
+  if (table.embedded > 0) snprintf(error, sizeof error, "errors by order %d", table.embedded);
+  snprintf(doc, sizeof doc, "order %d, %s; %d evaluations a step", table.order, error, table.evaluations);
+  kith_words_tell(name, label + 4, sizeof label - 4);
+  kith_text_wrapped(stdout, 28, label, doc);
+}
+#define TABLE(constant, word) print_one_table(#word);
+static void print_table(void) {
+  KITH_TABLE_LIST(TABLE)
+}
+
 static const struct family {
   const char *name, *doc, *key; /* key of a scene that chooses */
   void (*print)(void);
@@ -60,6 +74,7 @@ static const struct family {
     {"faces", "between nodes", "method.faces", print_faces},
     {"eos", "equation of state", "materials.NAME.eos", print_eos},
     {"scheme", "how the state is advanced", "scheme.name", print_scheme},
+    {"table", "Runge-Kutta tables of arkode", "scheme.table", print_table},
     {"search", "who may be near", "neighbor.search", print_search},
     {"rebuild", "when lists are made anew, joined by |", "connectivity.rebuild", print_rebuild},
     {"excluder", "who is no neighbor, however near", "for packages", print_excluder},

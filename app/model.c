@@ -5,6 +5,8 @@
 #include "app/setup.h"
 #include "app/words.h"
 
+#define KITH_AS_TABLE(constant, word) "|" #word
+
 static kith_status make_package(struct kith_model *m) {
   const struct kith_scene *scene = m->scene;
   struct kith_package *p = &m->package;
@@ -74,8 +76,48 @@ static kith_status make_integrator(struct kith_model *m, bool check) {
                                .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
                                .cull = scene->connectivity.cull,
                                .check = check,
-                               .reorder_every = scene->connectivity.reorder};
+                               .reorder_every = scene->connectivity.reorder,
+                               .stepping = {.table = scene->scheme.table,
+                                            .adaptive = scene->scheme.adaptive,
+                                            .rtol = scene->scheme.rtol,
+                                            .atol = scene->scheme.atol,
+                                            .theta = scene->scheme.backward_euler ? 1 : 0.5}};
   return kith_integrator_init(&m->integrator);
+}
+
+/* arkode's table, and whether it can do what it is asked for. */
+static kith_status check_table(const struct kith_scene *scene) {
+  const struct kith_config_node *key = kith_config_at(scene->config, "scheme.table");
+  char word[sizeof scene->scheme.table], near[64];
+  struct kith_table table;
+  kith_table_word(scene->scheme.table, word, sizeof word);
+  if (kith_words_find(KITH_TABLE_LIST(KITH_AS_TABLE), word) < 0) {
+    const bool like = kith_words_nearest(KITH_TABLE_LIST(KITH_AS_TABLE), word, near, sizeof near);
+    return kith_config_fail(key, NULL, "'%s' is no table of ARKODE (kith list table)%s%s%s",
+                            scene->scheme.table, like ? "; did you mean '" : "", like ? near : "",
+                            like ? "'?" : "");
+  }
+  KITH_TRY(kith_table_read(&table, word));
+  if (table.embedded > 0 || !scene->scheme.adaptive || scene->scheme.dt > 0) return KITH_OK;
+  return kith_config_fail(key, NULL, "%s has no error estimate; give it scheme.adaptive=false",
+                          scene->scheme.table);
+}
+
+/* A scheme and what is asked of it. */
+static kith_status check_scheme(const struct kith_scene *scene) {
+  const struct kith_config_node *root = scene->config->root,
+                                *name = kith_config_at(scene->config, "scheme.name");
+  const struct kith_scheme_ops *scheme = kith_scheme_find(scene->scheme.name);
+  if (scene->method.compatible && scheme->incompatible != NULL)
+    return kith_config_fail(name != NULL ? name : root, NULL,
+                            "%s cannot keep energy compatible: %s; give it method.energy=thermal",
+                            scheme->name, scheme->incompatible);
+  if (scene->scheme.cfl > 1 && !scheme->implicit)
+    return kith_config_fail(kith_config_at(scene->config, "scheme.cfl"), NULL,
+                            "%g is out of range (0, 1] of %s; more is for implicit", scene->scheme.cfl,
+                            scheme->name);
+  if (scheme != &kith_scheme_arkode) return KITH_OK;
+  return check_table(scene);
 }
 
 static kith_status check_words(const struct kith_scene *scene) {
@@ -84,7 +126,8 @@ static kith_status check_words(const struct kith_scene *scene) {
   KITH_TRY(
       kith_scene_check_word(scene, "method.package", scene->method.package, KITH_PACKAGE_LIST(KITH_AS_WORD)));
   KITH_TRY(kith_scene_check_word(scene, "method.kernel", scene->method.kernel, kernels));
-  return kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD));
+  KITH_TRY(kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD)));
+  return check_scheme(scene);
 }
 
 static kith_status make(struct kith_model *m, bool check) {
@@ -118,6 +161,24 @@ kith_status kith_model_create(struct kith_model **out, const struct kith_scene *
   }
   *out = m;
   return KITH_OK;
+}
+
+kith_status kith_model_start(struct kith_model *m) {
+  KITH_TRY(kith_integrator_start(&m->integrator));
+  if (!kith_setup_waits(m->scene)) return KITH_OK;
+  KITH_TRY(kith_setup_equilibrium(m->scene, &m->hydro));
+  return kith_integrator_start(&m->integrator);
+}
+
+void kith_model_warn(const struct kith_model *m) {
+  const struct kith_package *p = &m->package;
+  const double most = kith_kernel_most_neighbors(p->kernel);
+  if (p->neighbors <= most) return;
+  fprintf(stderr,
+          "kith: warning: method.neighbors: nodes pair up with %.4g neighbors under kernel %s, which carries "
+          "%.3g in %d-D; take %s\n",
+          p->neighbors, kith_kernel_facts[p->kernel].name, most, NDIM,
+          kith_kernel_facts[kith_kernel_unpaired(p->neighbors)].name);
 }
 
 void kith_model_destroy(struct kith_model **model) {

@@ -18,10 +18,14 @@ struct kith_model {
   struct kith_profile *profile; /* NULL: not profiled */
 };
 
-/* Makes everything, in memory that *out owns; the nodes stand at their start. Call kith_integrator_start, or restore and resume.
+/* Makes everything, in memory that *out owns; the nodes stand at their start. Call kith_model_start, or restore and resume.
  * `profile` is borrowed and may be NULL. BAD_INPUT with file and line for what only shows when nodes are laid. */
 kith_status kith_model_create(struct kith_model **out, const struct kith_scene *scene,
                               struct kith_profile *profile, bool check);
+/* First rates, and what waited for them (setup.h: regions in equilibrium). DIVERGED as a step. */
+kith_status kith_model_start(struct kith_model *model);
+/* To stderr, one line: what may go wrong with this model and still may be wanted. */
+void kith_model_warn(const struct kith_model *model);
 void kith_model_destroy(struct kith_model **model);
 
 /* Bytes by structure, for plan, report and bench. */

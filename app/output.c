@@ -103,12 +103,14 @@ kith_status kith_output_step(struct kith_output *output, const struct kith_model
                                  .limiter = it->limiter,
                                  .kinetic = totals->kinetic,
                                  .internal = totals->internal,
+                                 .velocity_over_sound = totals->velocity_over_sound,
                                  .nodes = model->nodes->n_internal,
                                  .ghosts = model->nodes->n_ghost,
                                  .entries = (int64_t)it->ledger.last_entries,
                                  .rebuilds = (int64_t)it->ledger.lifecycles,
                                  .seconds = kith_seconds() - output->started};
   memcpy(row.momentum, totals->momentum, sizeof row.momentum);
+  memcpy(row.angular, totals->angular, sizeof row.angular);
   return kith_history_add(output->history, &row);
 }
 
@@ -117,38 +119,64 @@ kith_status kith_output_close(struct kith_output *output) {
   return kith_history_close(&output->history);
 }
 
-void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model,
-                        const struct kith_totals *now) {
-  const double e0 = origin->totals.kinetic + origin->totals.internal;
-  const double energy = fabs(now->kinetic + now->internal - e0) / (fabs(e0) > 0 ? fabs(e0) : 1);
-  double momentum = 0;
-  for (int a = 0; a < NDIM; ++a)
-    if (model->scene->boundary[a].lower != &kith_boundary_reflecting &&
-        model->scene->boundary[a].upper != &kith_boundary_reflecting)
-      momentum = fmax(momentum, fabs(now->momentum[a] - origin->totals.momentum[a]));
-  momentum /= fmax(fmax(now->momentum_scale, origin->totals.momentum_scale), 1e-300);
-  origin->energy_drift = fmax(origin->energy_drift, energy);
-  origin->momentum_drift = fmax(origin->momentum_drift, momentum);
+struct kith_origin kith_origin_of(const struct kith_totals *first) {
+  return (struct kith_origin){
+      .totals = *first, .kinetic_least = first->kinetic, .velocity_over_sound = first->velocity_over_sound};
 }
 
-/* ---- checkpoint: everything that is not a field of the nodes, as two arrays of numbers ---- */
+static bool is_wall(const struct kith_model *model, int axis) {
+  return model->scene->boundary[axis].lower == &kith_boundary_reflecting ||
+         model->scene->boundary[axis].upper == &kith_boundary_reflecting;
+}
+
+static bool can_turn(const struct kith_model *model) {
+  bool can = NDIM > 1;
+  for (int a = 0; a < NDIM; ++a) can = can && !is_wall(model, a);
+  for (int k = 0; k < model->scene->n_regions; ++k) can = can && !model->scene->region[k].frozen;
+  return can;
+}
+
+/* sum m |.| of now or then, whichever is larger. */
+static double scale(double now, double then) {
+  return fmax(fmax(now, then), 1e-300);
+}
+
+void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model,
+                        const struct kith_totals *now) {
+  const struct kith_totals *then = &origin->totals;
+  const double e0 = then->kinetic + then->internal;
+  const double energy = fabs(now->kinetic + now->internal - e0) / (fabs(e0) > 0 ? fabs(e0) : 1);
+  double momentum = 0, angular2 = 0;
+  for (int a = 0; a < NDIM; ++a)
+    if (!is_wall(model, a)) momentum = fmax(momentum, fabs(now->momentum[a] - then->momentum[a]));
+  for (int a = 0; a < 3; ++a)
+    angular2 += (now->angular[a] - then->angular[a]) * (now->angular[a] - then->angular[a]);
+  momentum /= scale(now->momentum_scale, then->momentum_scale);
+  const double angular =
+      can_turn(model) ? sqrt(angular2) / scale(now->angular_scale, then->angular_scale) : NAN;
+  origin->energy_drift = fmax(origin->energy_drift, energy);
+  origin->momentum_drift = fmax(origin->momentum_drift, momentum);
+  origin->angular_drift = isnan(angular) ? NAN : fmax(origin->angular_drift, angular);
+  origin->kinetic_least = fmin(origin->kinetic_least, now->kinetic);
+  origin->kinetic_rebound = fmax(origin->kinetic_rebound, now->kinetic - origin->kinetic_least);
+  origin->velocity_over_sound = fmax(origin->velocity_over_sound, now->velocity_over_sound);
+}
+
+/* ---- checkpoint: everything that is not a field of the nodes, as arrays of numbers ---- */
 
 enum {
-  CLOCK_NUMBERS = 12 + NDIM,
+  CLOCK_NUMBERS = 6,
   CLOCK_COUNTS = 12,
+  ORIGIN_NUMBERS = sizeof(struct kith_origin) / sizeof(double),
   LEDGER_WORDS = sizeof(struct kith_ledger) / sizeof(int64_t)
 };
 
 static void pack(const struct kith_output *output, const struct kith_model *model,
-                 const struct kith_origin *origin, double number[CLOCK_NUMBERS],
-                 int64_t count[CLOCK_COUNTS]) {
+                 double number[CLOCK_NUMBERS], int64_t count[CLOCK_COUNTS]) {
   const struct kith_integrator *it = &model->integrator;
-  const struct kith_totals *t = &origin->totals;
-  const double numbers[] = {
-      it->time,   it->dt,      model->package.kicked, it->vote.dt,          output->next,           t->mass,
-      t->kinetic, t->internal, t->momentum_scale,     origin->energy_drift, origin->momentum_drift, 0};
+  const double numbers[CLOCK_NUMBERS] = {it->time,    it->dt,       model->package.kicked,
+                                         it->vote.dt, output->next, it->accurate_dt};
   memcpy(number, numbers, sizeof numbers);
-  memcpy(number + 12, t->momentum, sizeof t->momentum);
   const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step,
                                         it->vote.node,
                                         (int64_t)it->since_reorder,
@@ -159,15 +187,12 @@ static void pack(const struct kith_output *output, const struct kith_model *mode
   memcpy(count, counts, sizeof counts);
 }
 
-static void unpack(struct kith_output *output, struct kith_model *model, struct kith_origin *origin,
-                   const double number[CLOCK_NUMBERS], const int64_t count[CLOCK_COUNTS]) {
+static void unpack(struct kith_output *output, struct kith_model *model, const double number[CLOCK_NUMBERS],
+                   const int64_t count[CLOCK_COUNTS]) {
   struct kith_integrator *it = &model->integrator;
-  struct kith_totals *t = &origin->totals;
   it->time = number[0], it->dt = number[1], model->package.kicked = number[2], it->vote.dt = number[3],
   output->next = number[4];
-  t->mass = number[5], t->kinetic = number[6], t->internal = number[7], t->momentum_scale = number[8];
-  origin->energy_drift = number[9], origin->momentum_drift = number[10];
-  memcpy(t->momentum, number + 12, sizeof t->momentum);
+  it->accurate_dt = number[5];
   it->step = (uint64_t)count[0], it->vote.node = count[1], it->since_reorder = (uint64_t)count[2];
   output->n_snapshots = (int)count[3];
   model->package.pair_evaluations = (uint64_t)count[4];
@@ -177,12 +202,14 @@ static void unpack(struct kith_output *output, struct kith_model *model, struct 
 
 static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output,
                            const struct kith_model *model, const struct kith_origin *origin) {
-  double number[CLOCK_NUMBERS];
+  double number[CLOCK_NUMBERS], origins[ORIGIN_NUMBERS];
   int64_t count[CLOCK_COUNTS];
-  pack(output, model, origin, number, count);
+  pack(output, model, number, count);
+  memcpy(origins, origin, sizeof origins);
   KITH_TRY(kith_checkpoint_put_nodes(c, model->nodes));
   KITH_TRY(kith_checkpoint_put_f64(c, "clock", number, CLOCK_NUMBERS));
   KITH_TRY(kith_checkpoint_put_i64(c, "counts", count, CLOCK_COUNTS));
+  KITH_TRY(kith_checkpoint_put_f64(c, "origin", origins, ORIGIN_NUMBERS));
   int64_t ledger[LEDGER_WORDS];
   memcpy(ledger, &model->integrator.ledger, sizeof ledger);
   KITH_TRY(kith_checkpoint_put_i64(c, "ledger", ledger, LEDGER_WORDS));
@@ -214,7 +241,7 @@ static kith_status resume(struct kith_checkpoint *c, struct kith_model *model) {
 
 static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_model *model,
                             struct kith_origin *origin, const char *path) {
-  double number[CLOCK_NUMBERS];
+  double number[CLOCK_NUMBERS], origins[ORIGIN_NUMBERS];
   int64_t count[CLOCK_COUNTS];
   if (strcmp(kith_checkpoint_scene(c), model->scene->text) != 0)
     KITH_FAIL(BAD_INPUT, "%s: written by a run of another scene or with other settings", path);
@@ -222,8 +249,10 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   KITH_TRY(kith_checkpoint_i64(c, "counts", count, CLOCK_COUNTS));
   if (count[3] < 0 || kith_checkpoint_length(c, "snapshot_times") != (size_t)count[3])
     KITH_FAIL(BAD_FILE, "%s: the list of snapshots is damaged", path);
+  KITH_TRY(kith_checkpoint_f64(c, "origin", origins, ORIGIN_NUMBERS));
   KITH_TRY(kith_checkpoint_nodes(c, model->nodes));
-  unpack(output, model, origin, number, count);
+  unpack(output, model, number, count);
+  memcpy(origin, origins, sizeof origins);
   output->capacity = output->n_snapshots + 64;
   KITH_TRY(kith_resize(&output->times, 0, (size_t)output->capacity, sizeof *output->times));
   KITH_TRY(kith_checkpoint_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots));

@@ -16,10 +16,12 @@ struct kith_output {
   double started; /* kith_seconds when the process began the run */
 };
 
-/* What a run started from: drifts are measured against it, also after a restart. */
+/* What a run started from: drifts are measured against it, also after a restart. Nothing but double, for checkpoints. */
 struct kith_origin {
   struct kith_totals totals;
-  double energy_drift, momentum_drift; /* largest so far, relative */
+  double energy_drift, momentum_drift, angular_drift; /* largest so far, relative */
+  double kinetic_least, kinetic_rebound; /* so far: least, and largest rise above the least until then */
+  double velocity_over_sound;            /* largest so far */
 };
 
 /* Creates the directory (parents too). BAD_FILE if it cannot be written: found before anything runs. */
@@ -40,7 +42,10 @@ kith_status kith_output_close(struct kith_output *output);
 kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model,
                                 struct kith_origin *origin);
 
-/* Largest drifts so far. Momentum counts along axes without walls. */
+/* The origin of a run that begins: its first totals. */
+struct kith_origin kith_origin_of(const struct kith_totals *first);
+/* Largest drifts so far. Momentum counts along axes without walls. Angular momentum has none (NaN) in 1-D, with a wall or with frozen
+ * nodes, which turn what meets them. */
 void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model,
                         const struct kith_totals *now);
 

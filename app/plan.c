@@ -139,7 +139,7 @@ static void show_requirements(const struct plan *plan) {
   const struct kith_package *p = &plan->model->package;
   const double values = (double)(kith_package_pairwise_bytes(p) / sizeof(double)) / pairs;
   structure("f_couple", c->pairs.f_couple != NULL, "1 factor a pair",
-            c->pairs.f_couple != NULL ? p->ops->name : "nobody cuts a pair");
+            c->pairs.f_couple != NULL ? "shield (barriers)" : "nobody cuts a pair");
   snprintf(amount, sizeof amount, "%.0f values a pair", floor(values));
   structure("pairwise", values >= 1, amount, values >= 1 ? p->ops->name : "nobody keeps values of pairs");
   putchar('\n');
@@ -213,6 +213,7 @@ static void show_method(const struct plan *plan) {
        traversal_reason(plan));
   show_passes(plan);
   line("scheme", "%s: %s", scheme->name, scheme->doc);
+  if (scheme == &kith_scheme_arkode) line("", "table %s", plan->scene->scheme.table);
 }
 
 /* ---- cost ---- */
@@ -244,7 +245,7 @@ static void show_cost(const struct plan *plan, double until) {
   const bool fixed = it->fixed_dt > 0;
   const double full = fixed ? it->fixed_dt : plan->full_dt, first = fixed ? full : it->vote.dt;
   const double steps = expected_steps(first, full, until);
-  const double seconds = steps * it->scheme->evaluations * plan->evaluation_seconds;
+  const double seconds = steps * it->evaluations * plan->evaluation_seconds;
   char time[32], all[32];
   if (fixed)
     line("first dt", "%.4g, as the scene says; the Courant number %.3g would allow %.4g (%s, node %lld)",
@@ -255,7 +256,7 @@ static void show_cost(const struct plan *plan, double until) {
   line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
        fixed ? "all of the same length" : "dt grows by a quarter a step and then stays as it is now");
   line("cost", "about %s: %.0f steps of %d evaluation%s of %s, %d thread%s", kith_text_seconds(all, seconds),
-       steps, it->scheme->evaluations, it->scheme->evaluations == 1 ? "" : "s",
+       steps, it->evaluations, it->evaluations == 1 ? "" : "s",
        kith_text_seconds(time, plan->evaluation_seconds), omp_get_max_threads(),
        omp_get_max_threads() == 1 ? "" : "s");
   if (kith_rebuilds_lasting(it->rebuilds)) line("", "lists last for several steps; the rebuilds come on top");
@@ -286,9 +287,10 @@ static kith_status make(struct plan *plan, const struct kith_options *o) {
 static kith_status measure(struct plan *plan) {
   enum { MOST = 3 };
   struct kith_integrator *it = &plan->model->integrator;
-  KITH_TRY(kith_integrator_start(it));
+  KITH_TRY(kith_model_start(plan->model));
   plan->full_dt = kith_package_vote(it->package, it->cfl).dt;
   plan->evaluation_seconds = INFINITY;
+  kith_model_warn(plan->model);
   const double start = kith_seconds();
   for (double before = start; plan->evaluations < MOST && before - start < 0.5; ++plan->evaluations) {
     KITH_TRY(kith_integrator_rates(it));

@@ -5,12 +5,12 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <spawn.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include "lib/core/vec.h"
 #include "lib/io/atomic_file.h"
 
 enum { MOST_NODES = 20000, CLOUD = 4000, CURVE = 2000, PANELS = 4, COLUMNS = 1 + PANELS };
@@ -47,20 +47,14 @@ static void put_row(FILE *f, const double row[COLUMNS]) {
 /* Nodes. */
 
 static double place_of(const struct kith_plot *p, const double *center, kith_index i) {
-  const double *x = p->nodes.position + (size_t)i * NDIM;
-  return center == NULL ? x[0] : sqrt(kith_distance2(x, center));
+  return kith_exact_place(p->exact, center, p->nodes.position + (size_t)i * NDIM);
 }
 
 static void node_row(const struct kith_plot *p, const double *center, kith_index i, double row[COLUMNS]) {
   const double *x = p->nodes.position + (size_t)i * NDIM, *v = p->nodes.velocity + (size_t)i * NDIM;
-  double along = v[0];
   row[0] = place_of(p, center, i);
-  if (center != NULL) {
-    along = 0;
-    for (int a = 0; a < NDIM && row[0] > 0; ++a) along += v[a] * (x[a] - center[a]) / row[0];
-  }
   row[1] = p->nodes.density[i];
-  row[2] = along;
+  row[2] = kith_exact_speed(p->exact, center, x, v);
   row[3] = p->nodes.pressure[i];
   row[4] = p->nodes.energy[i];
 }
@@ -90,13 +84,17 @@ static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, c
 
 /* The exact curve. */
 
+/* On a ray from the center it goes towards a corner: in a periodic box the images of the center are farthest there. */
 static void curve_row(const struct kith_plot *p, const double *center, double place, double row[COLUMNS]) {
   double x[NDIM] = {0};
   struct kith_exact_state state;
   for (int a = 0; a < NDIM && center != NULL; ++a) x[a] = center[a];
-  x[0] += place;
+  const bool diagonal = NDIM > 1 && center != NULL;
+  x[0] += diagonal ? M_SQRT1_2 * place : place;
+  if (diagonal) x[NDIM > 1] += M_SQRT1_2 * place;
   p->exact->state(p->solution, x, p->time, &state);
-  const double values[COLUMNS] = {place, state.density, state.velocity[0], state.pressure, state.energy};
+  const double speed = kith_exact_speed(p->exact, center, x, state.velocity);
+  const double values[COLUMNS] = {place, state.density, speed, state.pressure, state.energy};
   memcpy(row, values, sizeof values);
 }
 
@@ -181,7 +179,15 @@ static void put_title(FILE *f, const struct kith_plot *p) {
 
 static void put_ranges(FILE *f, const struct frame *frame, const struct kith_plot *p) {
   const double margin = frame->center != NULL ? 0 : 0.015 * (frame->place.upper - frame->place.lower);
-  fprintf(f, "place = '%s'\n", frame->center != NULL ? "distance from the center" : "x");
+  const bool vortex = p->exact != NULL && p->exact->vortex;
+  fprintf(f, "place = '%s'\n",
+          vortex                  ? "distance from the axis"
+          : frame->center != NULL ? "distance from the center"
+                                  : "x");
+  fprintf(f, "speed = '%s'\n",
+          vortex                  ? "azimuthal velocity"
+          : frame->center != NULL ? "radial velocity"
+                                  : "velocity");
   fprintf(f, "set xrange [%.9g:%.9g]\n", frame->place.lower - margin, frame->place.upper + margin);
   fputs("array lower[4]\narray upper[4]\narray logarithmic[4]\n", f);
   for (int j = 0; j < PANELS; ++j)
@@ -197,7 +203,7 @@ static void put_ranges(FILE *f, const struct frame *frame, const struct kith_plo
 
 static const char style[] =
     "names = 'density velocity pressure energy'\n"
-    "label(k) = k == 2 && place ne 'x' ? 'radial velocity' : k == 4 ? 'specific energy' : word(names, k)\n"
+    "label(k) = k == 2 ? speed : k == 4 ? 'specific energy' : word(names, k)\n"
     "node_color = '#2a6fb0'\n"
     "curve_color = '#e4572e'\n"
     "set style line 1 lc rgb '#e3e6ea' lw 0.6\n"

@@ -106,17 +106,17 @@ kith_status kith_region_mean_density(const struct kith_region *region, const str
 }
 
 static kith_status energy_at(const struct kith_region *region, const struct kith_material *material,
-                             double density, const double *x, double *energy) {
+                             const double *x, struct kith_region_state *state) {
   if (region->energy) {
-    KITH_TRY(value_at(region, region->energy, "energy", x, energy));
+    state->pressure = NAN;
+    KITH_TRY(value_at(region, region->energy, "energy", x, &state->energy));
   } else {
-    double pressure;
-    KITH_TRY(value_at(region, region->pressure, "pressure", x, &pressure));
-    if (pressure < 0) return refused(region, "pressure", pressure, x);
-    *energy = material->eos->energy(&material->parameters, density, pressure);
+    KITH_TRY(value_at(region, region->pressure, "pressure", x, &state->pressure));
+    if (state->pressure < 0) return refused(region, "pressure", state->pressure, x);
+    state->energy = material->eos->energy(&material->parameters, state->density, state->pressure);
   }
-  const bool possible = isfinite(*energy) && (*energy >= 0 || !material->eos->energy_positive);
-  return possible ? KITH_OK : refused(region, "energy", *energy, x);
+  const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
+  return possible ? KITH_OK : refused(region, "energy", state->energy, x);
 }
 
 kith_status kith_region_state_at(const struct kith_region *region, const struct kith_material *material,
@@ -127,5 +127,5 @@ kith_status kith_region_state_at(const struct kith_region *region, const struct 
     state->velocity[a] = 0;
     if (region->velocity[a]) KITH_TRY(value_at(region, region->velocity[a], name[a], x, &state->velocity[a]));
   }
-  return energy_at(region, material, state->density, x, &state->energy);
+  return energy_at(region, material, x, state);
 }

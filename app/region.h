@@ -26,7 +26,7 @@ kith_status kith_region_mean_density(const struct kith_region *region, const str
                                      double *mean);
 
 struct kith_region_state {
-  double density, energy, velocity[NDIM];
+  double density, pressure, energy, velocity[NDIM]; /* pressure: NaN where the energy is given */
 };
 /* Initial state at x; the energy follows from the pressure where that is given. BAD_INPUT: not finite,
  * density <= 0, pressure < 0, energy < 0 where the equation of state forbids it. */

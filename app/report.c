@@ -44,11 +44,13 @@ static void put_norms(FILE *f, const struct kith_report *r) {
   put_norm(f, "velocity", &n->velocity);
   put_norm(f, "pressure", &n->pressure);
   put_norm(f, "energy", &n->energy);
+  put_norm(f, "speed", &n->speed);
   fprintf(f, "    \"nodes\": %" PRId64 ",\n  ", (int64_t)n->nodes);
   put_number(f, "blip", n->blip), fputs("  ", f);
   put_number(f, "shock_radius", n->shock_radius), fputs("  ", f);
-  put_number(f, "shock_exact", n->shock_exact), fputs("    \"density_peak\": ", f);
-  kith_json_number(f, n->density_peak);
+  put_number(f, "shock_exact", n->shock_exact), fputs("  ", f);
+  put_number(f, "density_peak", n->density_peak), fputs("    \"speed_peak\": ", f);
+  kith_json_number(f, n->speed_peak);
   fputs("\n  },\n", f);
 }
 
@@ -92,6 +94,18 @@ static void put_run(FILE *f, const struct kith_report *r) {
   put_number(f, "pair_evaluations", r->pair_evaluations);
   put_number(f, "energy_drift", r->energy_drift);
   put_number(f, "momentum_drift", r->momentum_drift);
+  put_number(f, "angular_momentum_drift", r->angular_momentum_drift);
+  fputs("  \"kinetic\": {\"start\": ", f);
+  kith_json_number(f, r->kinetic.start);
+  fputs(", \"end\": ", f);
+  kith_json_number(f, r->kinetic.end);
+  fputs(", \"rebound\": ", f);
+  kith_json_number(f, r->kinetic.rebound);
+  fputs("},\n  \"velocity_over_sound\": {\"largest\": ", f);
+  kith_json_number(f, r->velocity_over_sound.largest);
+  fputs(", \"end\": ", f);
+  kith_json_number(f, r->velocity_over_sound.end);
+  fputs("},\n", f);
 }
 
 kith_status kith_report_write(const struct kith_report *report, const char *path) {
@@ -117,8 +131,10 @@ static const char *shown(const char *text) {
 }
 
 static void print_run(const struct kith_report *r, FILE *f) {
-  fprintf(f, "%.60s  %d-D, %" PRIu64 " nodes, %" PRIu64 " steps to t = %.6g\n", shown(r->scene), r->dimension,
+  fprintf(f, "%.60s  %d-D, %" PRIu64 " nodes, %" PRIu64 " steps to t = %.6g", shown(r->scene), r->dimension,
           r->nodes, r->steps, r->time);
+  if (r->rejected > 0) fprintf(f, ", %" PRIu64 " more rejected", r->rejected);
+  fputc('\n', f);
   fprintf(f, "  %.20s, %.20s, %.20s; %d rank%s x %d thread%s\n", shown(r->package), shown(r->kernel),
           shown(r->scheme), r->ranks, r->ranks == 1 ? "" : "s", r->threads, r->threads == 1 ? "" : "s");
 }
@@ -130,10 +146,11 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   } rows[] = {{"density", &n->density},
               {"velocity", &n->velocity},
               {"pressure", &n->pressure},
-              {"energy", &n->energy}};
+              {"energy", &n->energy},
+              {"azimuthal", &n->speed}};
   fprintf(f, "\n  against exact %18s %12s %12s   (%" PRId64 " nodes)\n", "L1", "L2", "Linf",
           (int64_t)n->nodes);
-  for (int k = 0; k < 4; ++k)
+  for (int k = 0; k < (n->vortex ? 5 : 4); ++k)
     fprintf(f, "    %-16s %13.4e %12.4e %12.4e\n", rows[k].name, rows[k].norm->l1, rows[k].norm->l2,
             rows[k].norm->linf);
   if (n->shock_exact > 0 && n->shock_radius <= 0)
@@ -142,12 +159,26 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
     fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%)\n", n->shock_radius, n->shock_exact,
             100 * (n->shock_radius / n->shock_exact - 1));
   if (n->blip > 0) fprintf(f, "    pressure blip at the contact %.2f %%\n", 100 * n->blip);
-  if (n->density_peak > 0) fprintf(f, "    density peak %.5g\n", n->density_peak);
+  if (n->vortex) fprintf(f, "    peak of the azimuthal velocity %.5g\n", n->speed_peak);
+  if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
 }
 
+/* Gas at rest that no shock will move. */
+static bool at_rest(const struct kith_report *r) {
+  return r->compared && r->kinetic.start == 0 && r->norms.shock_exact == 0;
+}
+
+/* Beyond energy and momentum, only what the scene is about. */
 static void print_conservation(const struct kith_report *r, FILE *f) {
+  const bool vortex = r->compared && r->norms.vortex;
   fprintf(f, "\n  drift of energy %.2e, of momentum %.2e", r->energy_drift, r->momentum_drift);
-  if (r->floors > 0) fprintf(f, "; %" PRIu64 " values lifted to a floor", r->floors);
+  if (vortex)
+    fprintf(f, ", of angular momentum %.2e\n  kinetic energy %.4g of %.4g, rebound %.2e",
+            r->angular_momentum_drift, r->kinetic.end, r->kinetic.start, r->kinetic.rebound);
+  if (at_rest(r))
+    fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->velocity_over_sound.largest,
+            r->velocity_over_sound.end);
+  if (r->floors > 0) fprintf(f, "\n  %" PRIu64 " values lifted to a floor", r->floors);
   fputc('\n', f);
 }
 

@@ -3,11 +3,18 @@
  *
  * Keys of the file, in this order:
  *   scene dimension package kernel scheme ranks threads nodes steps time wall_seconds cpu_seconds
- *   node_updates_per_second pairs_per_node pair_evaluations energy_drift momentum_drift
- *   norms.{density,velocity,pressure,energy}.{l1,l2,linf},
- * norms.{nodes,blip,shock_radius,shock_exact,density_peak} stages.<path>.{seconds,calls}   ledger.<name>
- * floors version compiler flags norms is null without an exact solution; a number that is not finite is null.
- */
+ *   node_updates_per_second pairs_per_node pair_evaluations energy_drift momentum_drift angular_momentum_drift
+ *   kinetic.{start,end,rebound}   velocity_over_sound.{largest,end}
+ *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}
+ *   norms.{nodes,blip,shock_radius,shock_exact,density_peak,speed_peak}
+ *   stages.<path>.{seconds,calls}   ledger.<name>   floors version compiler flags
+ * norms is null without an exact solution; a number that is not finite is null.
+ *
+ * Drifts are the largest over the run. Energy: relative to the total at the start. Momentum: along axes without walls, to the larger
+ * sum m |v| of then and now. Angular momentum: |L - L(start)| about the middle of the domain, to the larger sum m |r x v| of then and
+ * now; null in 1-D and where walls or frozen nodes turn the gas; in a periodic box see kith_totals.
+ * rebound: the largest rise of the kinetic energy above its least value until then, in units of that at the start (null if that is 0):
+ * a flow that nothing drives must not speed up. velocity_over_sound: largest |v| / c of a node, over the run and at the end. */
 #ifndef KITH_APP_REPORT_H
 #define KITH_APP_REPORT_H
 
@@ -24,13 +31,19 @@ struct kith_report_entry {
 struct kith_report {
   const char *scene, *package, *kernel, *scheme;
   int dimension, ranks, threads;
-  uint64_t nodes, steps;
+  uint64_t nodes, steps, rejected;
   double time; /* the scene's, at the end */
   double wall_seconds, cpu_seconds;
   double node_updates_per_second; /* nodes * steps / wall_seconds */
   double pairs_per_node, pair_evaluations;
-  double energy_drift, momentum_drift; /* relative */
-  bool compared;                       /* norms are there */
+  double energy_drift, momentum_drift, angular_momentum_drift;
+  struct {
+    double start, end, rebound;
+  } kinetic;
+  struct {
+    double largest, end;
+  } velocity_over_sound;
+  bool compared; /* norms are there */
   struct kith_norms norms;
   int n_stages;
   const struct kith_stage *stages; /* of the profile, in tree order */

@@ -88,9 +88,11 @@ static kith_status begin(struct run *run) {
   run->started = kith_seconds();
   run->cpu_started = cpu_seconds();
   run->first_step = it->step;
+  kith_model_warn(run->model);
   if (run->options->restart != NULL) return KITH_OK;
-  run->origin.totals = kith_hydro_totals(&run->model->hydro);
-  KITH_TRY(kith_integrator_start(it));
+  KITH_TRY(kith_model_start(run->model));
+  const struct kith_totals first = kith_hydro_totals(&run->model->hydro);
+  run->origin = kith_origin_of(&first);
   KITH_TRY(kith_output_snapshot(&run->output, run->model));
   run->output.next = run->scene->output.every;
   return KITH_OK;
@@ -158,6 +160,8 @@ static int ledger_entries(const struct run *run, struct kith_report_entry entry[
   const struct kith_report_entry counts[] = {{"lifecycles", (double)l->lifecycles},
                                              {"rebuilds_for_support", (double)l->support_rebuilds},
                                              {"reorders", (double)l->reorders},
+                                             {"evaluations", (double)l->evaluations},
+                                             {"rejected_steps", (double)l->rejected},
                                              {"refreshes", (double)l->refreshes},
                                              {"ghosts_created", (double)l->created},
                                              {"ghosts_culled", (double)l->culled},
@@ -182,6 +186,20 @@ static int ledger_entries(const struct run *run, struct kith_report_entry entry[
   return n;
 }
 
+/* What the flow did, from the start of the run to now. */
+static void fill_flow(const struct run *run, struct kith_report *r) {
+  const struct kith_origin *origin = &run->origin;
+  const struct kith_totals now = kith_hydro_totals(&run->model->hydro);
+  r->energy_drift = origin->energy_drift;
+  r->momentum_drift = origin->momentum_drift;
+  r->angular_momentum_drift = origin->angular_drift;
+  r->kinetic.start = origin->totals.kinetic;
+  r->kinetic.end = now.kinetic;
+  r->kinetic.rebound = origin->totals.kinetic > 0 ? origin->kinetic_rebound / origin->totals.kinetic : NAN;
+  r->velocity_over_sound.largest = origin->velocity_over_sound;
+  r->velocity_over_sound.end = now.velocity_over_sound;
+}
+
 static void fill_report(struct run *run, struct kith_report *r, struct kith_report_entry *ledger) {
   const struct kith_model *m = run->model;
   const struct kith_integrator *it = &m->integrator;
@@ -200,11 +218,11 @@ static void fill_report(struct run *run, struct kith_report *r, struct kith_repo
                             .cpu_seconds = cpu_seconds() - run->cpu_started,
                             .pairs_per_node = 0.5 * (double)it->ledger.last_entries / fmax(n, 1),
                             .pair_evaluations = (double)m->package.pair_evaluations,
-                            .energy_drift = run->origin.energy_drift,
-                            .momentum_drift = run->origin.momentum_drift,
+                            .rejected = it->ledger.rejected,
                             .version = kith_version(),
                             .compiler = kith_compiler(),
                             .flags = kith_flags()};
+  fill_flow(run, r);
   r->node_updates_per_second = n * n_steps / fmax(r->wall_seconds, 1e-9);
   r->n_stages = kith_profile_stages(run->profile, &r->stages);
   r->n_ledger = ledger_entries(run, ledger);

@@ -35,8 +35,19 @@ static const struct kith_key method_keys[] = {
 
 static const struct kith_key scheme_keys[] = {
     {"name", KITH_KEY_NAME, "leapfrog", "", "time integration (kith list scheme)", IN(scheme.name)},
-    {"cfl", KITH_KEY_NUMBER, "0.3", "(0, 1]", "Courant number", IN(scheme.cfl)},
+    {"cfl", KITH_KEY_NUMBER, "0.3", "(0, 1000]", "Courant number; above 1 for implicit only", IN(scheme.cfl)},
     {"dt", KITH_KEY_NUMBER, "0", "[0, inf)", "fixed step; 0: by the Courant number", IN(scheme.dt)},
+    {"table", KITH_KEY_NAME, "bogacki-shampine-4-2-3", "", "Runge-Kutta table of arkode (kith list table)",
+     IN(scheme.table)},
+    {"adaptive", KITH_KEY_BOOL, "true", "", "arkode: dt by the error estimate too, unless dt is given",
+     IN(scheme.adaptive)},
+    {"method", KITH_KEY_WORD, "crank-nicolson", "crank-nicolson|backward-euler", "of implicit",
+     IN(scheme.backward_euler)},
+    {"rtol", KITH_KEY_NUMBER, "1e-4", "[1e-12, 1]",
+     "error of a step of arkode, and a thousand residuals of implicit: of a node's support, sound speed, energy",
+     IN(scheme.rtol)},
+    {"atol", KITH_KEY_NUMBER, "1e-5", "[0, 1]",
+     "the same, of the energy per mass of the whole run, and its speed", IN(scheme.atol)},
     {0}};
 
 struct neighbor_names {

@@ -11,11 +11,13 @@
  * it were not given.
  *
  * What the exact solution needs is derived from the scene and replaced by what stands under `exact`:
- *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface
- * between them sedov          first region; the only deposit: its center, and E 2^(reflecting faces through
- * the center) as the blast energy noh            first region; the speed at a point away from the center,
- * which is the origin uniform        first region acoustic-wave  gamma of the first region; wavelength: the
- * length of the domain along x. The rest must be given. Only what is constant can be derived. */
+ *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface between them
+ *   sedov          first region; the only deposit: its center, and E 2^(reflecting faces through the center) as the blast energy
+ *   noh            first region; the speed at a point away from the center, which is the origin
+ *   gresho         gamma and density of the first region; sides of the domain along periodic axes; the center is the origin
+ *   uniform        first region
+ *   acoustic-wave  gamma of the first region; wavelength: the length of the domain along x
+ * The rest must be given. Only what is constant can be derived. */
 #ifndef KITH_APP_SCENE_H
 #define KITH_APP_SCENE_H
 
@@ -67,6 +69,7 @@ struct kith_region {
   double spacing;          /* 0: from resolution and arrangement */
   bool frozen;             /* boundary `constant`: its nodes never move */
   bool barrier;            /* frozen, and a wall between nodes on both sides of it */
+  bool equilibrium;        /* the pressure holds with the density that the package sums */
   struct kith_place place; /* line in the file, for messages of setup */
 };
 
@@ -111,8 +114,10 @@ struct kith_scene {
     bool closed;
   } method;
   struct {
-    char name[32];
+    char name[32], table[32];
     double cfl, dt; /* dt > 0: fixed step */
+    bool adaptive, backward_euler;
+    double rtol, atol;
   } scheme;
   struct {
     const struct kith_search_ops *search;

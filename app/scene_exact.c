@@ -27,12 +27,15 @@ const struct kith_key kith_exact_keys[] = {
     {"gamma", KITH_KEY_SIDES, "", "(1, inf)", "ratio of specific heats, or [left, right]", IN(gamma)},
     {"density", KITH_KEY_SIDES, "", "(0, inf)", "undisturbed, or [left, right]", IN(density)},
     {"velocity", KITH_KEY_SIDES, "", "", "riemann: [left, right]; noh: speed of the inflow", IN(velocity)},
-    {"pressure", KITH_KEY_SIDES, "", "[0, inf)", "undisturbed, or [left, right]", IN(pressure)},
-    {"uniform_velocity", KITH_KEY_VECTOR, "", "", "uniform, acoustic-wave: of the whole",
+    {"pressure", KITH_KEY_SIDES, "", "[0, inf)", "undisturbed, or [left, right]; gresho: on the axis",
+     IN(pressure)},
+    {"uniform_velocity", KITH_KEY_VECTOR, "", "", "uniform, acoustic-wave, gresho: of the whole",
      IN(uniform_velocity)},
     {"interface_position", KITH_KEY_NUMBER, "", "", "riemann: x of the jump", IN(interface_position)},
     {"blast_energy", KITH_KEY_NUMBER, "", "(0, inf)", "sedov: on all sides of the center", IN(blast_energy)},
-    {"center", KITH_KEY_VECTOR, "", "", "sedov, noh", IN(center)},
+    {"center", KITH_KEY_VECTOR, "", "", "sedov, noh, gresho", IN(center)},
+    {"period", KITH_KEY_VECTOR, "", "", "gresho: sides of the periodic box that carries it along; 0: none",
+     IN(period)},
     {"amplitude", KITH_KEY_NUMBER, "", "", "acoustic-wave: of the density, relative", IN(amplitude)},
     {"wavelength", KITH_KEY_NUMBER, "", "(0, inf)", "acoustic-wave: along x", IN(wavelength)},
     {"origin", KITH_KEY_NUMBER, "", "", "acoustic-wave: x of phase 0 at the start; none: 0", IN(origin)},
@@ -127,6 +130,14 @@ static void derive_acoustic_wave(const struct kith_scene *scene, struct kith_exa
   p->origin = 0;
 }
 
+static void derive_gresho(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  p->gamma[0] = p->gamma[1] = gamma_of(scene, &scene->region[0]);
+  p->density[0] = p->density[1] = kith_constant_value(scene->region[0].density);
+  for (int a = 0; a < NDIM; ++a)
+    if (scene->boundary[a].lower == &kith_boundary_periodic)
+      p->period[a] = scene->domain.upper[a] - scene->domain.lower[a];
+}
+
 /* What a member needs, and how it is found. A member without a row needs everything given. */
 static const struct {
   const char *name, *needs;
@@ -135,6 +146,7 @@ static const struct {
     {"riemann", "gamma|density|velocity|pressure|interface_position", derive_riemann},
     {"sedov", "gamma|density|pressure|blast_energy", derive_sedov},
     {"noh", "gamma|density|pressure|velocity", derive_noh},
+    {"gresho", "gamma|density|pressure", derive_gresho},
     {"uniform", "gamma|density|pressure|uniform_velocity", derive_uniform},
     {"acoustic_wave", "gamma|density|pressure|amplitude|wavelength|origin", derive_acoustic_wave},
 };

@@ -100,6 +100,10 @@ const struct kith_key kith_region_keys[] = {
     {"frozen", KITH_KEY_BOOL, "false", "", "its nodes never move", IN(frozen)},
     {"barrier", KITH_KEY_BOOL, "false", "",
      "its nodes never move and are a wall: they reflect, and cut the pairs that cross them", IN(barrier)},
+    {"equilibrium", KITH_KEY_BOOL, "false", "",
+     "the pressure is what the method will see: the energy follows from it with the density that the method "
+     "finds, not with this one",
+     IN(equilibrium)},
     {0}};
 #undef IN
 
@@ -139,6 +143,20 @@ static kith_status check_lattice(const struct kith_region *region, const struct 
                           "fcc does not exist in 2-D; cubic, bcc and hcp do");
 }
 
+/* It needs a pressure to hold, gas whose density is found, and one that takes pressure from energy. */
+static kith_status check_equilibrium(const struct kith_scene *scene, const struct kith_region *region,
+                                     const struct kith_config_node *node) {
+  const struct kith_config_node *equilibrium = kith_config_child(node, "equilibrium");
+  if (!region->equilibrium) return KITH_OK;
+  if (region->pressure == NULL) return kith_config_fail(equilibrium, NULL, "needs pressure, not energy");
+  if (region->frozen || region->barrier)
+    return kith_config_fail(equilibrium, NULL, "not together with frozen: their density stays as given");
+  const struct kith_eos_ops *eos = scene->material[region->material].eos;
+  if (eos->energy_positive) return KITH_OK;
+  return kith_config_fail(equilibrium, NULL, "not for eos %s: its pressure takes nothing from energy",
+                          eos->name);
+}
+
 /* What can be said of constants without nodes. */
 static kith_status check_state(const struct kith_scene *scene, const struct kith_region *region,
                                const struct kith_config_node *node) {
@@ -167,7 +185,8 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
   KITH_TRY(read_where(&region->where, kith_config_child(node, "where")));
   KITH_TRY(read_velocity(region, kith_config_child(node, "velocity")));
   KITH_TRY(check_lattice(region, node));
-  return check_state(scene, region, node);
+  KITH_TRY(check_state(scene, region, node));
+  return check_equilibrium(scene, region, node);
 }
 
 kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_config_node *node) {

@@ -17,7 +17,8 @@ struct setup {
   const struct kith_scene *scene;
   struct kith_nodes *nodes;
   struct kith_hydro *hydro;
-  struct plan *plan; /* one per region, owned */
+  struct plan *plan;         /* one per region, owned */
+  struct kith_field *wanted; /* pressure of the nodes that wait, NaN for the others; NULL if none waits */
   double neighbors;
 };
 
@@ -143,6 +144,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   s->hydro->mass->f64[i] = state.density * volume;
   s->hydro->density->f64[i] = state.density;
   s->hydro->energy->f64[i] = state.energy;
+  if (s->wanted != NULL) s->wanted->f64[i] = region->equilibrium ? state.pressure : NAN;
   return KITH_OK;
 }
 
@@ -184,14 +186,43 @@ static kith_status mark_frozen(const struct setup *s, uint8_t **frozen) {
   return KITH_OK;
 }
 
+bool kith_setup_waits(const struct kith_scene *scene) {
+  bool waits = false;
+  for (int k = 0; k < scene->n_regions; ++k) waits = waits || scene->region[k].equilibrium;
+  return waits;
+}
+
+static const struct kith_field_spec wanted_pressure = {
+    "wanted_pressure", KITH_SCALAR, KITH_F64,
+    KITH_WORK,         NULL,        "pressure of the start, where it waits for the density"};
+
+static kith_status deposit_all(const struct kith_scene *scene, const struct kith_hydro *hydro) {
+  for (int k = 0; k < scene->n_deposits; ++k) KITH_TRY(kith_deposit_add(&scene->deposit[k], scene, hydro));
+  return KITH_OK;
+}
+
+kith_status kith_setup_equilibrium(const struct kith_scene *scene, const struct kith_hydro *hydro) {
+  const struct kith_field *wanted = kith_nodes_field_named(hydro->nodes, wanted_pressure.name);
+  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
+    const struct kith_material *material = &hydro->material[hydro->nodes->list->u8[i]];
+    const double pressure = wanted->f64[i];
+    if (isnan(pressure)) continue;
+    hydro->energy->f64[i] = material->eos->energy(&material->parameters, hydro->density->f64[i], pressure);
+  }
+  return deposit_all(scene, hydro);
+}
+
 static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   const char *names[KITH_MAX_LISTS];
   for (int list = 0; list < s->scene->n_materials; ++list) names[list] = s->scene->material_name[list];
   KITH_TRY(kith_nodes_create(nodes, s->scene->n_materials, names));
   s->nodes = *nodes;
   KITH_TRY(kith_hydro_init(s->hydro, s->nodes));
+  if (kith_setup_waits(s->scene)) KITH_TRY(kith_nodes_field(s->nodes, &wanted_pressure, &s->wanted));
   for (int list = 0; list < s->scene->n_materials; ++list)
     s->hydro->material[list] = s->scene->material[list];
+  for (int a = 0; a < NDIM; ++a)
+    s->hydro->center[a] = 0.5 * (s->scene->domain.lower[a] + s->scene->domain.upper[a]);
   return KITH_OK;
 }
 
@@ -204,9 +235,8 @@ static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **f
   KITH_TRY(make_room(s));
   for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(fill_region(s, &s->plan[k]));
   s->nodes->positions += 1;
-  for (int k = 0; k < s->scene->n_deposits; ++k)
-    KITH_TRY(kith_deposit_add(&s->scene->deposit[k], s->scene, s->hydro));
   KITH_TRY(mark_barriers(s));
+  if (!kith_setup_waits(s->scene)) KITH_TRY(deposit_all(s->scene, s->hydro));
   return mark_frozen(s, frozen);
 }
 

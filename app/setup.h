@@ -19,6 +19,9 @@
  * another region; density <= 0, pressure < 0, energy < 0 or values that are not finite, with the place; a
  * scene without a node, or beyond 1e9.
  *
+ * Regions in equilibrium (a package sums a density of its own, and the pressure from it is not the one that was asked for): the
+ * energy waits for that density, so kith_setup_equilibrium is called when the first rates are there. Deposits come after it.
+ *
  * Nodes are created region by region within their list, id = index: 0 .. n - 1. Use kith_nodes_curve_order
  * after. Serial, a few 1e6 nodes per second (formulas of a region share one parser). */
 #ifndef KITH_APP_SETUP_H
@@ -27,10 +30,15 @@
 #include "app/scene.h"
 #include "physics/hydro.h"
 
-/* Creates the nodes with their lists, registers the hydro fields and fills position, velocity, mass, energy,
+/* Creates the nodes with their lists, registers the hydro fields and fills center, position, velocity, mass, energy,
  * density, support, id. frozen[i] (one byte per internal node, kith_resize memory, owned by the caller, NULL
  * if no region is frozen). */
 kith_status kith_setup(struct kith_nodes **nodes, struct kith_hydro *hydro, const struct kith_scene *scene,
                        double neighbors, uint8_t **frozen);
+
+/* Does a region of the scene wait for the density of the package? */
+bool kith_setup_waits(const struct kith_scene *scene);
+/* Energies of such regions from their pressure and hydro->density, and the deposits of the scene. The rates are to be made again. */
+kith_status kith_setup_equilibrium(const struct kith_scene *scene, const struct kith_hydro *hydro);
 
 #endif

@@ -8,11 +8,12 @@ enum { MAX_GROWTHS = 40 };
 kith_status kith_integrator_init(struct kith_integrator *it) {
   const struct kith_field_spec energy = {"energy_base", KITH_SCALAR, KITH_F64,
                                          KITH_WORK,     NULL,        "energy where the kick started"};
-  const struct kith_field_spec position = {"position_base", KITH_POSITION, KITH_F64,
-                                           KITH_WORK,       NULL,          "position where the step started"};
+  if (it->package->compatible && it->scheme->incompatible != NULL)
+    KITH_FAIL(BAD_INPUT, "scheme %s cannot keep a compatible energy: %s", it->scheme->name,
+              it->scheme->incompatible);
   KITH_TRY(kith_nodes_field(it->nodes, &energy, &it->energy_base));
-  if (it->scheme->evaluations != 1 || it->scheme == &kith_scheme_cheap_rk2)
-    KITH_TRY(kith_nodes_field(it->nodes, &position, &it->position_base));
+  it->evaluations = it->scheme->evaluations;
+  if (it->scheme->create != NULL) KITH_TRY(it->scheme->create(it));
   if (kith_rebuilds_lasting(it->rebuilds)) {
     static const char *const names[] = {"built_x", "built_y", "built_z"};
     for (int a = 0; a < NDIM; ++a) {
@@ -31,6 +32,7 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
 }
 
 void kith_integrator_clear(struct kith_integrator *it) {
+  if (it->self != NULL) it->scheme->destroy(it);
   kith_free(&it->keep);
   kith_free(&it->renumber);
 }
@@ -60,15 +62,21 @@ void kith_kick_energy(struct kith_integrator *it, double dt) {
   it->package->kicked += dt;
 }
 
-void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, double dt) {
-  double *restrict x = it->nodes->position->f64, *restrict h = it->nodes->support->f64;
-  const double *restrict v = velocity->f64, *restrict expansion = it->package->expansion->f64;
+void kith_drift_supports(struct kith_integrator *it, double dt) {
+  double *restrict h = it->nodes->support->f64;
+  const double *restrict expansion = it->package->expansion->f64;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-    for (int a = 0; a < NDIM; ++a) x[(size_t)i * NDIM + a] += dt * v[(size_t)i * NDIM + a];
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
     h[i] *= exp(fmax(-0.2, fmin(0.2, dt * expansion[i] / NDIM)));
-  }
   it->nodes->positions += 1;
+}
+
+void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, double dt) {
+  double *restrict x = it->nodes->position->f64;
+  const double *restrict v = velocity->f64;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) x[k] += dt * v[k];
+  kith_drift_supports(it, dt);
 }
 
 /* Stages only refresh ghost values. */
@@ -96,12 +104,14 @@ static kith_status run_package(struct kith_integrator *it) {
 }
 
 kith_status kith_integrator_rates(struct kith_integrator *it) {
-  const char *reason;
+  const char *reason = it->due;
   kith_profile_begin(it->profile, "due");
   kith_status status = kith_hydro_finite(it->hydro);
-  if (status == KITH_OK) status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
+  if (status == KITH_OK && reason == NULL) status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
   kith_profile_end(it->profile);
   KITH_TRY(status);
+  it->due = NULL;
+  it->ledger.evaluations += 1;
   if (reason != NULL)
     KITH_TRY(run_lifecycle(it, reason));
   else
@@ -136,32 +146,38 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* What the lists were made from, then the present. */
+/* What the lists were made from, then the present. Nodes were in their places then: they are not to be put back again. */
+kith_status kith_integrator_remake(struct kith_integrator *it, struct kith_field *position,
+                                   struct kith_field *support) {
+  struct kith_nodes *nodes = it->nodes;
+  const bool holding = it->holding;
+  kith_field_copy(nodes, position, nodes->position);
+  kith_field_copy(nodes, support, nodes->support);
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] = it->built[a]->f64[i];
+  kith_field_copy(nodes, nodes->support, it->built_support);
+  it->holding = true, it->resuming = true;
+  const kith_status status = run_lifecycle(it, "first build");
+  it->holding = holding, it->resuming = false;
+  kith_field_copy(nodes, nodes->position, position);
+  kith_field_copy(nodes, nodes->support, support);
+  nodes->positions += 1;
+  return status;
+}
+
 kith_status kith_integrator_resume(struct kith_integrator *it) {
   if (it->built_reach == NULL)
     return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
-  struct kith_field *position = it->position_base != NULL ? it->position_base : it->package->velocity_base;
-  kith_field_copy(it->nodes, position, it->nodes->position);
-  kith_field_copy(it->nodes, it->energy_base, it->nodes->support);
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    for (int a = 0; a < NDIM; ++a) it->nodes->position->f64[(size_t)i * NDIM + a] = it->built[a]->f64[i];
-  kith_field_copy(it->nodes, it->nodes->support, it->built_support);
-  const int reorder_every = it->reorder_every;
-  const uint64_t since = it->since_reorder;
-  it->reorder_every = 0, it->resuming = true;
-  const kith_status status = run_lifecycle(it, "first build");
-  it->reorder_every = reorder_every, it->resuming = false, it->since_reorder = since;
-  kith_field_copy(it->nodes, it->nodes->position, position);
-  kith_field_copy(it->nodes, it->nodes->support, it->energy_base);
-  it->nodes->positions += 1;
-  return status;
+  return kith_integrator_remake(it, it->package->velocity_base, it->energy_base);
 }
 
 /* The next step: the vote, no more than a quarter longer than the last, landing on `until`. Says what limited it. */
 static double next_dt(struct kith_integrator *it, double until) {
   struct kith_vote vote = it->fixed_dt > 0 ? (struct kith_vote){it->fixed_dt, -1, "fixed"} : it->vote;
-  if (it->fixed_dt <= 0 && it->dt > 0 && vote.dt > 1.25 * it->dt)
-    vote = (struct kith_vote){1.25 * it->dt, -1, "growth"};
+  if (it->fixed_dt <= 0 && it->accurate_dt > 0 && it->accurate_dt < vote.dt)
+    vote = (struct kith_vote){it->accurate_dt, -1, "accuracy"};
+  if (it->fixed_dt <= 0 && it->dt > 0 && vote.dt > KITH_GROWTH * it->dt)
+    vote = (struct kith_vote){KITH_GROWTH * it->dt, -1, "growth"};
   const double left = until - it->time;
   if (vote.dt >= left)
     vote = (struct kith_vote){left, -1, "end"};
@@ -173,23 +189,25 @@ static double next_dt(struct kith_integrator *it, double until) {
 }
 
 kith_status kith_integrator_step(struct kith_integrator *it, double until) {
-  const double dt = next_dt(it, until);
+  const double wanted = next_dt(it, until);
+  double dt = wanted;
   if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
     KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time,
               (long long)it->limiting_node, it->limiter);
   kith_profile_begin(it->profile, "step");
-  it->package->interval = dt / it->scheme->evaluations;
-  kith_status status = it->scheme->step(it, dt);
+  it->package->interval = dt / KITH_MAX(it->evaluations, 1);
+  kith_status status = it->scheme->step(it, &dt);
   if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true);
   if (status == KITH_OK) status = after_rates(it);
   kith_profile_end(it->profile);
   KITH_TRY(status);
-  it->time = dt >= until - it->time ? until : it->time + dt;
+  it->time = dt >= wanted && dt >= until - it->time ? until : it->time + dt;
   it->dt = dt;
   it->step += 1;
   return KITH_OK;
 }
 
 size_t kith_integrator_bytes(const struct kith_integrator *it) {
-  return it->keep_capacity + it->renumber_capacity * sizeof *it->renumber;
+  const size_t own = it->scheme->bytes != NULL ? it->scheme->bytes(it) : 0;
+  return own + it->keep_capacity + it->renumber_capacity * sizeof *it->renumber;
 }

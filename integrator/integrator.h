@@ -4,7 +4,10 @@
  *
  * kith_lifecycle (lifecycle.c) is the design in one function. A scheme moves the state and asks for rates through
  * kith_integrator_rates, which runs the lifecycle if one is due at the present positions, else only refreshes
- * ghost values. */
+ * ghost values.
+ *
+ * Schemes: our own (schemes.c), ERKStep of SUNDIALS' ARKODE (arkode.c), theta methods by its KINSOL (implicit.c). The last two
+ * hold vectors (vector.h) that know nothing of nodes: while they do, nodes are neither reordered nor put back (stages.h). */
 #ifndef KITH_INTEGRATOR_INTEGRATOR_H
 #define KITH_INTEGRATOR_INTEGRATOR_H
 
@@ -19,12 +22,20 @@ struct kith_integrator;
 
 struct kith_scheme_ops {
   const char *name, *doc;
-  int evaluations; /* of the rates, per step */
-  /* Advances all state from time to time + dt. The rates of the present state are there on entry (and after). */
-  kith_status (*step)(struct kith_integrator *integrator, double dt);
+  int evaluations;          /* of the rates, per step; a first guess where a solver decides */
+  const char *incompatible; /* why a compatible energy would not be kept; NULL: it is */
+  bool implicit;            /* may be asked for Courant numbers above 1 */
+  /* Fields, settings that are checked (BAD_INPUT), private state in integrator->self. NULL: nothing of this. */
+  kith_status (*create)(struct kith_integrator *integrator);
+  void (*destroy)(struct kith_integrator *integrator);
+  /* Advances all state from time to time + *dt. It may take a shorter step: then it sets *dt to what it took, and
+   * integrator->limiter to why. The rates of the last evaluation are there on entry (and after): those of the present state,
+   * unless the scheme evaluates in the middle. */
+  kith_status (*step)(struct kith_integrator *integrator, double *dt);
+  size_t (*bytes)(const struct kith_integrator *integrator); /* of the private state; NULL: none */
 };
 
-#define KITH_SCHEME_LIST(X) X(leapfrog) X(rk2) X(cheap_rk2)
+#define KITH_SCHEME_LIST(X) X(leapfrog) X(rk2) X(cheap_rk2) X(verlet) X(rk4) X(arkode) X(implicit)
 #define X(name) extern const struct kith_scheme_ops kith_scheme_##name;
 KITH_SCHEME_LIST(X)
 #undef X
@@ -32,10 +43,41 @@ const struct kith_scheme_ops *kith_scheme_find(
     const char *name); /* '-' and '_' are the same; NULL if there is none */
 const struct kith_scheme_ops *const *kith_scheme_all(void);
 
+/* Runge-Kutta tables of ARKODE: its constant without ARKODE_, word of the scene. */
+#define KITH_TABLE_LIST(X)                          \
+  X(HEUN_EULER_2_1_2, heun_euler_2_1_2)             \
+  X(BOGACKI_SHAMPINE_4_2_3, bogacki_shampine_4_2_3) \
+  X(ARK324L2SA_ERK_4_2_3, ark324l2sa_erk_4_2_3)     \
+  X(KNOTH_WOLKE_3_3, knoth_wolke_3_3)               \
+  X(ZONNEVELD_5_3_4, zonneveld_5_3_4)               \
+  X(ARK436L2SA_ERK_6_3_4, ark436l2sa_erk_6_3_4)     \
+  X(ARK437L2SA_ERK_7_3_4, ark437l2sa_erk_7_3_4)     \
+  X(SAYFY_ABURUB_6_3_4, sayfy_aburub_6_3_4)         \
+  X(CASH_KARP_6_4_5, cash_karp_6_4_5)               \
+  X(FEHLBERG_6_4_5, fehlberg_6_4_5)                 \
+  X(DORMAND_PRINCE_7_4_5, dormand_prince_7_4_5)     \
+  X(ARK548L2SA_ERK_8_4_5, ark548l2sa_erk_8_4_5)     \
+  X(ARK548L2SAb_ERK_8_4_5, ark548l2sab_erk_8_4_5)   \
+  X(VERNER_8_5_6, verner_8_5_6)                     \
+  X(FEHLBERG_13_7_8, fehlberg_13_7_8)
+struct kith_table {
+  int stages, order, embedded; /* orders; embedded 0: no error estimate */
+  int evaluations;             /* of the rates, per step: the first stage has those of the last step's end */
+  bool ends;                   /* its last stage is at the end of the step, with the state of the end */
+};
+/* As the list has it: lower case, '_', without ARKODE_ in front. */
+void kith_table_word(const char *name, char *word, size_t size);
+/* BAD_INPUT if there is no table of that name, in any of its spellings. */
+kith_status kith_table_read(struct kith_table *table, const char *name);
+
+/* A step that the state limits is at most this much longer than the last. */
+#define KITH_GROWTH 1.25
+
 /* What happened, summed over the run (and the last lifecycle, where said); nothing but uint64_t, for checkpoints. created = culled + kept, for each boundary. */
 struct kith_ledger {
   uint64_t lifecycles, support_rebuilds, reorders, refreshes;
-  uint64_t cut; /* pairs that barriers cut */
+  uint64_t cut;                   /* pairs that barriers cut */
+  uint64_t evaluations, rejected; /* of the rates; steps that were tried again with a shorter dt */
   uint64_t because[5];            /* first build, then policies in the order of KITH_REBUILD_LIST */
   uint64_t created, culled, kept; /* ghosts */
   uint64_t candidates, row_entries, pairs;
@@ -68,20 +110,31 @@ struct kith_integrator {
   double skin;                           /* reach = (1 + skin) support */
   bool cull, check;
   int reorder_every; /* lifecycles between checks of the curve order, 0: never */
+  struct kith_stepping {
+    const char *table; /* of arkode */
+    bool adaptive;     /* arkode: dt by the error estimate too; not with fixed_dt */
+    double rtol, atol; /* of errors (arkode) or residuals (implicit): see kith_stages_weights */
+    double theta;      /* implicit: 1/2 Crank-Nicolson, 1 backward Euler */
+  } stepping;
 
   /* Its own. */
   double time;
   uint64_t step;
   double dt;           /* of the last step */
+  double accurate_dt;  /* what the last error estimate allows for the next step, 0: no opinion */
   const char *limiter; /* what limited it, and the node that did (-1: none) */
   int64_t limiting_node;
   struct kith_vote vote; /* for the next step */
   uint64_t since_reorder;
-  struct kith_field *energy_base, *position_base;
+  struct kith_field *energy_base;
   /* What lasting lists were made from; NULL if lists do not last. Coordinates are scalars: a node that is mirrored since then
    * has moved, the place has not. */
   struct kith_field *built[NDIM], *built_reach, *built_support;
-  bool resuming; /* the lists of a restarted run are being made again: with built_reach */
+  bool resuming; /* lists are being made again as they were: with built_reach */
+  bool holding;  /* there are vectors of the state beside the fields: nodes stay in their places and frames */
+  const char *due; /* why the lists must be made anew, whatever the policies say; NULL: ask them */
+  void *self;      /* of the scheme */
+  int evaluations; /* of the rates, per step; with implicit a guess */
   struct kith_requirements need;
   struct kith_ledger ledger;
   uint8_t *keep; /* scratch of the lifecycle */
@@ -106,11 +159,19 @@ kith_status kith_integrator_rates(struct kith_integrator *integrator);
 void kith_kick_velocity(struct kith_integrator *integrator, double dt);
 /* u += dt (rate + (kicked + dt / 2) slope); kicked += dt. */
 void kith_kick_energy(struct kith_integrator *integrator, double dt);
-/* x += dt v; supports follow the expansion: H *= exp(dt div v / d). */
+/* Supports follow the expansion for a time dt: H *= exp(dt div v / d). */
+void kith_drift_supports(struct kith_integrator *integrator, double dt);
+/* x += dt v, and the supports. */
 void kith_drift(struct kith_integrator *integrator, const struct kith_field *velocity, double dt);
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 
+/* Makes the lists again that `built` tells of. The two fields are used up. */
+kith_status kith_integrator_remake(struct kith_integrator *integrator, struct kith_field *vector_scratch,
+                                   struct kith_field *scalar_scratch);
+
 /* lifecycle.c */
+/* Puts nodes back where boundaries want them, and in order if that is due. Not while vectors are held. */
+kith_status kith_lifecycle_settle(struct kith_integrator *integrator);
 void kith_lifecycle_demands(const struct kith_integrator *integrator,
                             struct kith_demand demand[KITH_DEMANDS]);
 kith_status kith_lifecycle(struct kith_integrator *integrator, const char *reason);

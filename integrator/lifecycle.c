@@ -8,9 +8,9 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
   demand[1] = (struct kith_demand){
       it->package->ops->name,
-      it->package->traversal == KITH_TRAVERSE_PAIRS ? "traversal: pairs" : "traversal: gather",
+      it->package->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
       it->package->ops->requirements(it->package)};
-  demand[2] = (struct kith_demand){"shield", "barrier regions", {0}};
+  demand[2] = (struct kith_demand){"shield", "barriers", {0}};
   if (it->package->barrier != NULL)
     demand[2].need =
         (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
@@ -178,11 +178,15 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
   return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
 }
 
+kith_status kith_lifecycle_settle(struct kith_integrator *it) {
+  KITH_TRY(kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false));
+  return reorder(it);
+}
+
 kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
   bool culled;
   it->need = requirements(it);
-  KITH_TRY(kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false));
-  KITH_TRY(reorder(it));
+  if (!it->holding) KITH_TRY(kith_lifecycle_settle(it));
   set_reach(it);
   KITH_TRY(ghosts(it));
   KITH_TRY(neighbors(it));

@@ -81,31 +81,65 @@ kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
   return first < hydro->nodes->n_internal ? diverged(hydro, first, unphysical(hydro, first)) : KITH_OK;
 }
 
-enum { BLOCK = 4096, SUMS = 4 + NDIM };
+enum {
+  BLOCK = 4096,
+  MASS = 0,
+  KINETIC,
+  INTERNAL,
+  SCALE,
+  ANGULAR_SCALE,
+  MOMENTUM,
+  ANGULAR = MOMENTUM + NDIM,
+  SUMS = ANGULAR + 3
+};
 
-static void sum_block(const struct kith_hydro *hydro, kith_index begin, kith_index end, double *sums) {
+/* (x - center) x v, with components along x, y, z. */
+static void moment(const struct kith_hydro *hydro, kith_index i, const double *v, double out[3]) {
+  double d[3] = {0}, w[3] = {0};
+  for (int a = 0; a < NDIM; ++a)
+    d[a] = hydro->nodes->position->f64[i * NDIM + a] - hydro->center[a], w[a] = v[a];
+  for (int a = 0; a < 3; ++a) out[a] = d[(a + 1) % 3] * w[(a + 2) % 3] - d[(a + 2) % 3] * w[(a + 1) % 3];
+}
+
+/* Adds to sums; the largest |v| / c. */
+static double sum_block(const struct kith_hydro *hydro, kith_index begin, kith_index end, double *sums) {
+  double fastest = 0;
   for (kith_index i = begin; i < end; ++i) {
     const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
-    sums[0] += m;
-    sums[1] += 0.5 * m * v2;
-    sums[2] += m * hydro->energy->f64[i];
-    sums[3] += m * sqrt(v2);
-    for (int a = 0; a < NDIM; ++a) sums[4 + a] += m * v[a];
+    double turn[3];
+    moment(hydro, i, v, turn);
+    sums[MASS] += m;
+    sums[KINETIC] += 0.5 * m * v2;
+    sums[INTERNAL] += m * hydro->energy->f64[i];
+    sums[SCALE] += m * sqrt(v2);
+    sums[ANGULAR_SCALE] += m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+    for (int a = 0; a < NDIM; ++a) sums[MOMENTUM + a] += m * v[a];
+    for (int a = 0; a < 3; ++a) sums[ANGULAR + a] += m * turn[a];
+    if (v2 > 0) fastest = KITH_MAX(fastest, sqrt(v2) / hydro->sound_speed->f64[i]);
   }
+  return fastest;
 }
 
 struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
   const kith_index n = hydro->nodes->n_internal, blocks = (n + BLOCK - 1) / BLOCK;
-  double total[SUMS] = {0};
+  double total[SUMS] = {0}, fastest = 0;
 #pragma omp parallel for ordered schedule(static, 1)
   for (kith_index b = 0; b < blocks; ++b) {
     double sums[SUMS] = {0};
-    sum_block(hydro, b * BLOCK, KITH_MIN(n, (b + 1) * BLOCK), sums);
+    const double speed = sum_block(hydro, b * BLOCK, KITH_MIN(n, (b + 1) * BLOCK), sums);
 #pragma omp ordered
-    for (int k = 0; k < SUMS; ++k) total[k] += sums[k];
+    {
+      for (int k = 0; k < SUMS; ++k) total[k] += sums[k];
+      fastest = KITH_MAX(fastest, speed);
+    }
   }
-  struct kith_totals t = {
-      .mass = total[0], .kinetic = total[1], .internal = total[2], .momentum_scale = total[3]};
-  for (int a = 0; a < NDIM; ++a) t.momentum[a] = total[4 + a];
+  struct kith_totals t = {.mass = total[MASS],
+                          .kinetic = total[KINETIC],
+                          .internal = total[INTERNAL],
+                          .momentum_scale = total[SCALE],
+                          .angular_scale = total[ANGULAR_SCALE],
+                          .velocity_over_sound = fastest};
+  for (int a = 0; a < NDIM; ++a) t.momentum[a] = total[MOMENTUM + a];
+  for (int a = 0; a < 3; ++a) t.angular[a] = total[ANGULAR + a];
   return t;
 }

@@ -20,6 +20,7 @@ struct kith_hydro {
   struct kith_field *mass, *velocity, *energy;   /* state */
   struct kith_field *density, *pressure, *sound_speed;
   struct kith_field *acceleration, *energy_rate; /* state: the next step starts from them */
+  double center[NDIM]; /* what the angular momentum is about; the caller's to fill */
 };
 
 /* Registers the fields. The materials are the caller's to fill. */
@@ -36,10 +37,15 @@ kith_status kith_hydro_finite(const struct kith_hydro *hydro);
  * energy where the equation of state forbids it. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 
-/* Sums over internal nodes, in fixed blocks: the same for any number of threads. */
+/* Sums over internal nodes, in fixed blocks: the same for any number of threads. Nothing but double, for checkpoints.
+ * The angular momentum takes nodes where they are: who crosses a periodic face takes his own to the other side, so that in a periodic
+ * box the sum is kept only while what crosses has no momentum along the face, as outside of a vortex. */
 struct kith_totals {
   double mass, kinetic, internal, momentum[NDIM];
-  double momentum_scale; /* sum m |v|: what a drift of the momentum is measured by */
+  double angular[3];     /* sum m (x - center) x v; components that a dimension lacks are 0 */
+  double momentum_scale; /* sum m |v|, and sum m |(x - center) x v|: what drifts are measured by */
+  double angular_scale;
+  double velocity_over_sound; /* largest |v| / c of a node; infinite if a node without sound moves */
 };
 struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro);
 

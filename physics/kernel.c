@@ -3,7 +3,7 @@
 #include "lib/core/family.h"
 
 const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS] = {
-#define X(name, words, doc, c1, c2, c3, s1, s2, s3) {words, doc, {c1, c2, c3}, {s1, s2, s3}},
+#define X(name, words, doc, most, c1, c2, c3, s1, s2, s3) {words, doc, most, {c1, c2, c3}, {s1, s2, s3}},
     KITH_KERNEL_LIST(X)
 #undef X
 };
@@ -14,9 +14,29 @@ enum kith_kernel kith_kernel_find(const char *name) {
   return KITH_N_KERNELS;
 }
 
+/* Of a kernel with this many node spacings in 2 sigma. */
+static double neighbors_of(enum kith_kernel k, double spacings) {
+  return kith_ball() * kith_pow_dim(spacings * kith_kernel_support(k));
+}
+
+double kith_kernel_most_neighbors(enum kith_kernel k) {
+  const struct kith_kernel_facts *facts = &kith_kernel_facts[k];
+  if (facts->most_neighbors <= 0) return INFINITY;
+  return neighbors_of(k, cbrt(3 * facts->most_neighbors / (4 * M_PI)) / facts->support[2]);
+}
+
 double kith_kernel_neighbors(enum kith_kernel k) {
   const double spacings = 1.2544; /* 2 sigma in node spacings: 60 neighbors for Wendland C2 in 3-D */
-  return kith_ball() * kith_pow_dim(spacings * kith_kernel_support(k));
+  return fmin(neighbors_of(k, spacings), kith_kernel_most_neighbors(k));
+}
+
+enum kith_kernel kith_kernel_unpaired(double neighbors) {
+  int best = -1;
+  for (int k = 0; k < KITH_N_KERNELS; ++k)
+    if (kith_kernel_facts[k].most_neighbors <= 0 &&
+        (best < 0 || kith_kernel_neighbors((enum kith_kernel)k) <= neighbors))
+      best = k;
+  return (enum kith_kernel)best;
 }
 
 /* Node k of the ideal lattice with one node per unit volume; cell coordinates c, node b of the cell. */

@@ -1,14 +1,15 @@
 /* exact.h - exact solutions a run is compared with: one family, chosen by name from the scene.
  *
  * A solution gives the state at a place and a time. Space is always given as x[NDIM]; radial solutions use
- * r = |x - center|. Gases are ideal: pressure = (gamma - 1) density energy. Each member's mathematics, source
+ * r = |x - center|, vortices the distance from the axis that runs through the center along axis 2. Gases are ideal: pressure = (gamma - 1) density energy. Each member's mathematics, source
  * and limits stand at the top of its file.
  *
  *   riemann        two half spaces, planar along axis 0; either side may have its own gamma or be a vacuum
  *   sedov          point explosion in NDIM dimensions (a plane, a line, a point)
  *   noh            cold gas imploding onto a plane, a line or a point
- *   acoustic-wave  travelling wave along axis 0; linear theory: differs from the Euler equations by
- * O(amplitude^2) uniform        the same state everywhere and always
+ *   gresho         steady vortex, 2-D and 3-D
+ *   acoustic-wave  travelling wave along axis 0; linear theory: differs from the Euler equations by O(amplitude^2)
+ *   uniform        the same state everywhere and always
  *
  * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
  * status. After create a solution is read-only: any number of threads may ask it. */
@@ -27,11 +28,12 @@ struct kith_exact_parameters {
   double gamma[2];    /* ratio of specific heats: left and right of a Riemann problem, else [0] */
   double density[2];  /* left and right (0: vacuum), else [0]: undisturbed */
   double velocity[2]; /* riemann: along axis 0, left and right; noh: inflow speed in [0] (> 0, inward) */
-  double uniform_velocity[NDIM]; /* uniform, acoustic-wave: bulk velocity */
+  double uniform_velocity[NDIM]; /* uniform, acoustic-wave, gresho: bulk velocity */
   double pressure[2];            /* left and right, else [0]: undisturbed */
   double interface_position;     /* riemann: x[0] of the jump at t = 0 */
   double blast_energy;           /* sedov: total energy on all sides of the center */
-  double center[NDIM];           /* sedov, noh */
+  double center[NDIM];           /* sedov, noh, gresho */
+  double period[NDIM];           /* gresho: of a periodic box, 0: none */
   double amplitude;              /* acoustic-wave: relative density amplitude */
   double wavelength;             /* acoustic-wave: along axis 0 */
   double origin;                 /* acoustic-wave: x[0] where the phase is 0 at t = 0 */
@@ -50,9 +52,10 @@ struct kith_exact_ops {
   double (*shock)(const void *self, double time);
   /* View of center[NDIM] of a radial solution; NULL for members that vary along axis 0 only. */
   const double *(*center)(const void *self);
+  bool vortex; /* it turns about an axis through the center, along axis 2 */
 };
 
-#define KITH_EXACT_LIST(X) X(riemann) X(sedov) X(noh) X(acoustic_wave) X(uniform)
+#define KITH_EXACT_LIST(X) X(riemann) X(sedov) X(noh) X(gresho) X(acoustic_wave) X(uniform)
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X
@@ -61,5 +64,12 @@ KITH_EXACT_LIST(X)
 const struct kith_exact_ops *kith_exact_find(const char *name);
 /* All members, ended by NULL. */
 const struct kith_exact_ops *const *kith_exact_all(void);
+
+/* Where x stands on the line that a member varies along: distance from the center, or from the axis of a vortex; center NULL: x[0]. */
+double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x);
+/* The component of a velocity at x that the member has: outwards, around the axis of a vortex (counterclockwise), or along axis 0.
+ * At the center itself 0. */
+double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
+                        const double *velocity);
 
 #endif

@@ -32,13 +32,17 @@ static bool inside(const struct measure *m, kith_index i) {
   if (w->kind == KITH_WINDOW_ALL) return true;
   const double *x = place(m, i);
   const double d =
-      w->kind == KITH_WINDOW_SLAB ? fabs(x[0] - w->center[0]) : sqrt(kith_distance2(x, w->center));
+      w->kind == KITH_WINDOW_SLAB ? fabs(x[0] - w->center[0]) : kith_exact_place(m->ops, w->center, x);
   return w->inner <= d && d <= w->outer;
 }
 
-/* Where node i stands on the line along which the solution varies. */
+/* Where node i stands on the line along which the solution varies, and its speed along that, or around. */
 static double coordinate(const struct measure *m, kith_index i) {
-  return m->center == NULL ? place(m, i)[0] : sqrt(kith_distance2(place(m, i), m->center));
+  return kith_exact_place(m->ops, m->center, place(m, i));
+}
+
+static double speed(const struct measure *m, kith_index i, const double *velocity) {
+  return kith_exact_speed(m->ops, m->center, place(m, i), velocity);
 }
 
 /* ---- refusing what cannot be measured ---- */
@@ -62,7 +66,7 @@ static kith_status finite_nodes(const struct kith_profile_view *nodes) {
 
 /* ---- norms ---- */
 
-enum { FIELDS = 4 }; /* density, velocity, pressure, energy */
+enum { FIELDS = 5 }; /* density, velocity, pressure, energy, speed */
 
 struct sums {
   double volume, l1[FIELDS], l2[FIELDS], linf[FIELDS];
@@ -73,9 +77,11 @@ static void add_node(struct sums *s, const struct measure *m, kith_index i) {
   const struct kith_profile_view *n = m->nodes;
   struct kith_exact_state exact;
   m->ops->state(m->solution, place(m, i), m->time, &exact);
+  const double *velocity = &n->velocity[(size_t)i * NDIM];
   const double d[FIELDS] = {fabs(n->density[i] - exact.density),
-                            sqrt(kith_distance2(&n->velocity[(size_t)i * NDIM], exact.velocity)),
-                            fabs(n->pressure[i] - exact.pressure), fabs(n->energy[i] - exact.energy)};
+                            sqrt(kith_distance2(velocity, exact.velocity)),
+                            fabs(n->pressure[i] - exact.pressure), fabs(n->energy[i] - exact.energy),
+                            fabs(speed(m, i, velocity) - speed(m, i, exact.velocity))};
   const double v = volume(m, i);
   s->volume += v;
   s->nodes += 1;
@@ -118,7 +124,7 @@ static struct kith_norm norm_of(const struct sums *s, int q) {
 /* ---- profiles ---- */
 
 struct bin {
-  double mass, volume, moment, flow; /* sums of m, V, V times place, V times outward speed */
+  double mass, volume, moment, flow; /* sums of m, V, V times place, V times speed */
 };
 
 static double bin_density(const struct bin *b) {
@@ -131,15 +137,6 @@ static double bin_speed(const struct bin *b) {
   return b->flow / b->volume;
 }
 
-/* Velocity of something at x, outwards (or along axis 0). */
-static double outward(const struct measure *m, const double *x, const double *velocity) {
-  if (m->center == NULL) return velocity[0];
-  const double r = sqrt(kith_distance2(x, m->center));
-  double s = 0;
-  for (int a = 0; a < NDIM; ++a) s += velocity[a] * (x[a] - m->center[a]);
-  return r > 0 ? s / r : 0;
-}
-
 /* BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies beyond. */
 static void fill_bins(struct bin *bin, const struct measure *m, double origin, double width) {
   for (kith_index i = 0; i < m->nodes->n; ++i) {
@@ -150,15 +147,16 @@ static void fill_bins(struct bin *bin, const struct measure *m, double origin, d
     b->mass += m->nodes->mass[i];
     b->volume += v;
     b->moment += v * s;
-    b->flow += v * outward(m, place(m, i), &m->nodes->velocity[(size_t)i * NDIM]);
+    b->flow += v * speed(m, i, &m->nodes->velocity[(size_t)i * NDIM]);
   }
 }
 
-static double peak_of_bins(const struct bin *bin) {
-  double peak = 0;
-  for (int k = 0; k < BINS; ++k)
-    if (bin[k].volume > 0) peak = KITH_MAX(peak, bin_density(&bin[k]));
-  return peak;
+static void peaks_of_bins(const struct bin *bin, double *density, double *most_speed) {
+  for (int k = 0; k < BINS; ++k) {
+    if (bin[k].volume <= 0) continue;
+    *density = KITH_MAX(*density, bin_density(&bin[k]));
+    *most_speed = KITH_MAX(*most_speed, fabs(bin_speed(&bin[k])));
+  }
 }
 
 /* Mean volume of the nodes within `reach` of the exact shock; 0 if there are none. */
@@ -225,17 +223,16 @@ static kith_status measure_shock(const struct measure *m, double width, double *
   return KITH_OK;
 }
 
-static kith_status measure_peak(const struct measure *m, double width, double *peak) {
-  *peak = 0;
+static kith_status measure_peaks(const struct measure *m, double width, struct kith_norms *out) {
   if (m->center == NULL) {
     for (kith_index i = 0; i < m->nodes->n; ++i)
-      if (inside(m, i)) *peak = KITH_MAX(*peak, m->nodes->density[i]);
+      if (inside(m, i)) out->density_peak = KITH_MAX(out->density_peak, m->nodes->density[i]);
     return KITH_OK;
   }
   struct bin *bin = NULL;
   KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
   fill_bins(bin, m, 0, KITH_MAX(width, peak_bin));
-  *peak = peak_of_bins(bin);
+  peaks_of_bins(bin, &out->density_peak, &out->speed_peak);
   kith_free(&bin);
   return KITH_OK;
 }
@@ -268,12 +265,14 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                              .velocity = norm_of(&sums, 1),
                              .pressure = norm_of(&sums, 2),
                              .energy = norm_of(&sums, 3),
+                             .speed = norm_of(&sums, 4),
+                             .vortex = ops->vortex,
                              .nodes = sums.nodes,
                              .shock_exact = shock};
   if (sums.nodes > 0) {
     const double spacing = spacing_at_shock(&m);
     if (shock != 0) KITH_TRY(measure_shock(&m, spacing, &norms.shock_radius));
-    KITH_TRY(measure_peak(&m, spacing, &norms.density_peak));
+    KITH_TRY(measure_peaks(&m, spacing, &norms));
     if (ops == &kith_exact_riemann) norms.blip = blip(&m);
   }
   *out = norms;

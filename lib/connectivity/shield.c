@@ -44,15 +44,16 @@ kith_status kith_connectivity_shield(struct kith_connectivity *c, const struct k
   return n > 0 ? kith_connectivity_decouple(c) : KITH_OK;
 }
 
-/* Rows without the entries of cut pairs, moved up in place. */
-static void drop_entries(struct kith_connectivity *c) {
+/* Rows without the entries of cut pairs, moved up in place. lost[i]: row i is shorter than it was. */
+static void drop_entries(struct kith_connectivity *c, uint8_t *lost) {
   struct kith_rows *rows = &c->rows;
   size_t to = 0, e = 0;
   for (kith_index i = 0; i < rows->n; ++i) {
-    const size_t stop = rows->first[i + 1];
+    const size_t stop = rows->first[i + 1], count = stop - e, from = to;
     for (; e < stop; ++e)
       if (c->pairs.f_couple[c->pairs.of_row[e]] != 0) rows->node[to++] = rows->node[e];
     rows->first[i + 1] = to;
+    lost[i] = to - from < count;
   }
 }
 
@@ -62,19 +63,19 @@ static bool holds(const struct kith_rows *rows, kith_index i, kith_index j) {
 }
 
 /* Nodes of the intersection that both ends still see, as far as rows tell; the ends are of it. */
-static size_t move_common(const struct kith_connectivity *c, size_t p, size_t e, size_t stop, size_t to) {
+static size_t move_common(const struct kith_connectivity *c, const uint8_t *lost, size_t p, size_t e,
+                          size_t stop, size_t to) {
   const kith_index i = c->pairs.node[p][0], j = c->pairs.node[p][1];
-  const bool told = c->rows.first[j + 1] > c->rows.first[j];
   for (; e < stop; ++e) {
     const kith_index k = c->intersection.node[e];
-    if (k == i || k == j || (holds(&c->rows, i, k) && (!told || holds(&c->rows, j, k))))
-      c->intersection.node[to++] = k;
+    const bool seen = (!lost[i] || holds(&c->rows, i, k)) && (!lost[j] || holds(&c->rows, j, k));
+    if (k == i || k == j || seen) c->intersection.node[to++] = k;
   }
   return to;
 }
 
 /* Pairs and intersections moved up in place; rows are done. */
-static void drop_pairs(struct kith_connectivity *c) {
+static void drop_pairs(struct kith_connectivity *c, const uint8_t *lost) {
   struct kith_pairs *pairs = &c->pairs;
   size_t kept = 0, p = 0, e = 0, to = 0;
   for (kith_index i = 0; i < c->rows.n; ++i) {
@@ -83,7 +84,7 @@ static void drop_pairs(struct kith_connectivity *c) {
       const size_t common = c->built.intersection ? c->intersection.first[p + 1] : 0;
       if (pairs->f_couple[p] != 0) {
         if (c->built.intersection) {
-          to = move_common(c, p, e, common, to);
+          to = move_common(c, lost, p, e, common, to);
           c->intersection.first[kept + 1] = to;
         }
         pairs->node[kept][0] = pairs->node[p][0], pairs->node[kept][1] = pairs->node[p][1];
@@ -98,9 +99,12 @@ static void drop_pairs(struct kith_connectivity *c) {
 }
 
 kith_status kith_connectivity_decouple(struct kith_connectivity *c) {
+  uint8_t *lost = NULL;
   if (c->pairs.f_couple == NULL) return KITH_OK;
-  drop_entries(c);
-  drop_pairs(c);
+  KITH_TRY(kith_resize(&lost, 0, (size_t)c->rows.n, 1));
+  drop_entries(c, lost);
+  drop_pairs(c, lost);
+  kith_free(&lost);
   ++c->generation;
   return kith_pairs_of_row(c);
 }

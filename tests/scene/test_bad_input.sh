@@ -65,7 +65,13 @@ dimension=4|4 is out of range [1, 3]
 dimension=2.5|'2.5' is not a whole number
 dimension=|missing
 scheme.cfl=2|2 is out of range (0, 1]
-scheme.cfl=0|0 is out of range (0, 1]
+scheme.name=rk4|--set scheme.name: rk4 cannot keep energy compatible: energies that follow from kicks are no rate of the state
+scheme.name=arkode|give it method.energy=thermal
+scheme.name=implicit|give it method.energy=thermal
+scheme.table=[1]|--set scheme.table: a list where a single value belongs
+scheme.method=crank-nicholson|did you mean 'crank-nicolson'?
+scheme.rtol=0|0 is out of range [1e-12, 1]
+scheme.cfl=0|0 is out of range (0, 1000]
 scheme.dt=-1|-1 is out of range [0, inf)
 method.neighbors=1|1 is too few for kernel wendland-c2
 connectivity.skin=-0.1|out of range [0, inf)

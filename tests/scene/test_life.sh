@@ -98,10 +98,12 @@ for rebuild in always displacement; do
 done
 
 # The other schemes.
-for scheme in rk2 cheap-rk2; do
+for scheme in rk2 cheap-rk2 verlet arkode; do
+  energy=compatible
+  [[ $scheme == arkode ]] && energy=thermal
   rm -rf whole parts
   set -- --quiet --set output.every=0.03 --set output.checkpoint_at_end=true --set until=0.2 --set resolution=200 \
-    --set connectivity.rebuild=displacement --set scheme.name=$scheme
+    --set connectivity.rebuild=displacement --set scheme.name=$scheme --set method.energy=$energy
   ok "$kith" run tiny.yaml "$@" -o whole
   for steps in 7 20; do
     ok "$kith" run tiny.yaml "$@" -o parts --steps $steps

@@ -14,14 +14,19 @@ shown() {
 }
 
 for scene in "$inputs"/*.yaml; do
-  shown "nothing runs" "$kith" plan "$scene" --set dimension=1
+  if [[ $scene == */gresho.yaml ]]; then
+    shown "nothing runs" "$kith" plan "$scene" --set resolution=20
+    stopped 2 "a vortex needs 2 or 3 dimensions" "$kith" plan "$scene" --set dimension=1
+  else
+    shown "nothing runs" "$kith" plan "$scene" --set dimension=1
+  fi
 done
 set -- "$kith" plan tiny.yaml
 shown "tiny, 1-D" "$@"
 shown "gas 56 nodes; ideal, gamma 1.4" "$@"
 shown "x in [-1, 1], reflecting" "$@"
 shown "pairs built" "$@"
-shown "sph (traversal: pairs)" "$@"
+shown "sph (pairs)" "$@"
 shown "overlap left out nobody asked" "$@"
 shown "pairwise built 4 values a pair" "$@"
 shown "pairs left out nobody asked" "$@" --set method.energy=thermal
@@ -32,11 +37,23 @@ shown "search brute:" "$@" --set neighbor.search=brute
 shown "open below, reflecting" "$@" --set 'boundaries.x=[open, reflecting]'
 shown "culling is off" "$@" --set connectivity.cull=false
 shown "steps of 2 evaluations" "$@" --set scheme.name=rk2
+shown "steps of 6 evaluations" "$@" --set scheme.name=arkode --set scheme.table=dormand-prince-7-4-5 --set method.energy=thermal
 shown "skin 0.15 of the support" "$@" --set connectivity.rebuild=displacement --set connectivity.skin=0.15
 shown "lists last" "$@" --set connectivity.rebuild=displacement
 shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
 shown "ghosts none" "$@" --set boundaries=
 stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neighbors=300
+
+# A kernel that cannot carry what it is given: a warning, and on it goes; what a kernel is given by default it carries.
+for verb in plan run; do
+  "$kith" $verb tiny.yaml --quiet --set method.kernel=cubic --set method.neighbors=6 >stdout 2>stderr || wrong "$verb stopped at a warning"
+  rm -rf out
+  [[ $(<stderr) == "kith: warning: method.neighbors: nodes pair up with 6 neighbors under kernel cubic, which carries 4.48 in 1-D; take wendland-c6" ]] ||
+    wrong "$verb warned: $(<stderr)"
+done
+for kernel in cubic quartic quintic wendland-c2 wendland-c4 wendland-c6; do
+  shown "nothing runs" "$@" --set method.kernel=$kernel
+done
 
 # The first dt of the plan is that of the run.
 planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
@@ -45,7 +62,7 @@ ok "$kith" run tiny.yaml --quiet -o run --steps 1
 
 # ---- list
 shown "wendland-c2" "$kith" list
-for family in package kernel viscosity eos scheme search rebuild excluder boundary lattice exact; do
+for family in package kernel viscosity eos scheme table search rebuild excluder boundary lattice exact; do
   shown " $family " "$kith" list $family
   (($(wc -l <stdout) >= 2)) || wrong "list $family has no member"
   awk '/^ {4}[^ ]/ && NF < 2 {exit 1}' stdout || wrong "list $family: a member without a doc"

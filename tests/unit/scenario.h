@@ -53,8 +53,9 @@ static inline void scenario_close(struct scenario *s) {
 
 /* First rates; what drifts are measured by. */
 static inline kith_status scenario_start(struct scenario *s) {
+  const kith_status status = kith_model_start(s->model);
   s->start = kith_hydro_totals(&s->model->hydro);
-  return kith_integrator_start(&s->model->integrator);
+  return status;
 }
 
 /* Up to `steps` more steps, or to the scene's end. */

@@ -171,6 +171,103 @@ static void test_noh(void) {
   ops->destroy(&self);
 }
 
+/* ---- vortices ---- */
+
+static struct kith_exact_state at_angle(const void *self, const double *center, double r, double angle,
+                                        double time) {
+  double x[NDIM] = {0};
+  struct kith_exact_state s;
+  for (int a = 0; a < NDIM; ++a) x[a] = center[a] + (a == 0 ? r * cos(angle) : a == 1 ? r * sin(angle) : 7);
+  kith_exact_gresho.state(self, x, time, &s);
+  return s;
+}
+
+/* The published profile by hand, in any direction and at any height of a column; and what holds it. */
+static void test_gresho_profile(void) {
+  static const double radius[] = {0, 0.1, 0.2, 0.3, 0.4, 0.6}, speed[] = {0, 0.5, 1, 0.5, 0, 0};
+  const double pressure[] = {5, 5.125, 5.5, 4.125 + 4 * log(1.5), 5.7725887222397812, 5.7725887222397812};
+  parameters p = {.gamma = {5. / 3}, .density = {1}, .pressure = {5}};
+  for (int a = 0; a < NDIM; ++a) p.center[a] = 0.25 * (a + 1);
+  void *self = NULL;
+  CHECK_OK(kith_exact_gresho.create(&self, &p));
+  CHECK(kith_exact_gresho.vortex && kith_exact_gresho.shock == NULL);
+  CHECK(kith_exact_gresho.center(self)[NDIM - 1] == p.center[NDIM - 1]);
+  for (int k = 0; k < 6; ++k)
+    for (int turn = 0; turn < 7; ++turn) {
+      const state s = at_angle(self, p.center, radius[k], 0.9 * turn, 2.5 * turn);
+      const double c = cos(0.9 * turn), d = sin(0.9 * turn), v[3] = {s.velocity[0], s.velocity[NDIM > 1], 0};
+      CHECK_CLOSE(-v[0] * d + v[1] * c, speed[k],
+                  1e-14); /* a few roundings of numbers of order 1, here and below */
+      CHECK_CLOSE(v[0] * c + v[1] * d, 0, 1e-14);
+      CHECK(NDIM < 3 || s.velocity[NDIM - 1] == 0);
+      CHECK_CLOSE(s.pressure, pressure[k], 1e-14 * 6);
+      CHECK(s.density == 1);
+      CHECK_CLOSE(s.energy, 1.5 * pressure[k], 1e-14 * 9);
+    }
+  /* dP/dr = rho v^2 / r by differences, away from the kinks; the truncation is d^2 P''' / 6 with P''' = 8 / r^3, round-off some
+   * 1e-15 P / d. */
+  for (int k = 1; k < 50; ++k) {
+    const double r = 0.01 * k + 0.005, d = 1e-5;
+    const state s = at_angle(self, p.center, r, 0.3, 0), e = at_angle(self, p.center, r + d, 0.3, 0),
+                w = at_angle(self, p.center, r - d, 0.3, 0);
+    double v2 = 0;
+    for (int a = 0; a < NDIM; ++a) v2 += s.velocity[a] * s.velocity[a];
+    CHECK_CLOSE((e.pressure - w.pressure) / (2 * d), v2 / r, 1.01 * d * d * 8 / (6 * r * r * r) + 2e-9);
+  }
+  kith_exact_gresho.destroy(&self);
+}
+
+/* Twice as dense: twice the pressure differences. Carried along, out of one face and in at the other. */
+static void test_gresho_carried(void) {
+  parameters still = {.gamma = {1.4}, .density = {2}, .pressure = {3}}, moving = still;
+  void *a = NULL, *b = NULL;
+  for (int k = 0; k < NDIM; ++k) moving.uniform_velocity[k] = k == 0 ? 3 : -0.5, moving.period[k] = 1;
+  CHECK_OK(kith_exact_gresho.create(&a, &still));
+  CHECK_OK(kith_exact_gresho.create(&b, &moving));
+  CHECK_CLOSE(at(&kith_exact_gresho, a, 0.2, 0).pressure, 3 + 2 * 0.5, 1e-14);
+  uint64_t seed = 4;
+  for (int k = 0; k < 200; ++k) {
+    double x[NDIM], y[NDIM];
+    const double time = 0.1 * k;
+    state s, t;
+    for (int c = 0; c < NDIM; ++c) {
+      x[c] = check_random(&seed) - 0.5;
+      y[c] = x[c] + moving.uniform_velocity[c] * time;
+      y[c] -= floor(y[c] + 0.5);
+    }
+    kith_exact_gresho.state(a, x, 0, &s);
+    kith_exact_gresho.state(b, y, time, &t);
+    /* The place is off by the rounding of some 60 lengths; slopes are up to 5. */
+    for (int c = 0; c < NDIM; ++c)
+      CHECK_CLOSE(t.velocity[c], s.velocity[c] + moving.uniform_velocity[c], 1e-12);
+    CHECK_CLOSE(t.pressure, s.pressure, 1e-12);
+  }
+  kith_exact_gresho.destroy(&a);
+  kith_exact_gresho.destroy(&b);
+}
+
+static void test_gresho_refuses(void) {
+  const parameters p = {.gamma = {1.4}, .density = {1}, .pressure = {5}};
+  void *self = NULL;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_exact_gresho.create(&self, &p));
+  CHECK(self == NULL && strstr(kith_failure(), "gresho: a vortex needs 2 or 3 dimensions") != NULL);
+}
+
+/* Place and speed: along axis 0, outwards, around. */
+static void test_lines(void) {
+  const double center[3] = {1, 2, 3}, x[3] = {4, 6, 15}, v[3] = {2, -1, 0.5};
+  const double radial[] = {3, 5, 13}, outwards[] = {2, 0.4, 8. / 13};
+  CHECK(kith_exact_place(&kith_exact_riemann, NULL, x) == 4 &&
+        kith_exact_speed(&kith_exact_riemann, NULL, x, v) == 2);
+  CHECK_CLOSE(kith_exact_place(&kith_exact_noh, center, x), radial[NDIM - 1], 1e-14);
+  CHECK_CLOSE(kith_exact_speed(&kith_exact_noh, center, x, v), outwards[NDIM - 1], 1e-14);
+  CHECK(kith_exact_speed(&kith_exact_noh, center, center, v) == 0);
+  if (NDIM == 1) return;
+  CHECK_CLOSE(kith_exact_place(&kith_exact_gresho, center, x), 5, 1e-14); /* whatever the height */
+  CHECK_CLOSE(kith_exact_speed(&kith_exact_gresho, center, x, v), (3 * -1 - 4 * 2) / 5., 1e-14);
+  CHECK(kith_exact_speed(&kith_exact_gresho, center, center, v) == 0);
+}
+
 /* ---- smooth solutions ---- */
 
 /* The residual of Euler's equations falls as the square of the amplitude. */
@@ -261,6 +358,9 @@ static void test_refusals(void) {
   p = fine(), p.gamma[0] = 7.5;
   if (NDIM == 3) check_refused(&kith_exact_sedov, p, "gamma[0]", "7.5");
   p = fine(), p.velocity[0] = -1, check_refused(&kith_exact_noh, p, "velocity[0]", "-1");
+  p = fine(), p.period[0] = -1, check_refused(&kith_exact_gresho, p, "period", "-1");
+  p = fine(), p.uniform_velocity[NDIM - 1] = nan,
+  check_refused(&kith_exact_gresho, p, "uniform_velocity", "nan");
   p = fine(), p.wavelength = 0, check_refused(&kith_exact_acoustic_wave, p, "wavelength", "is 0,");
   p = fine(), p.amplitude = 0.8, check_refused(&kith_exact_acoustic_wave, p, "amplitude", "0.8");
   p = fine(), p.gamma[1] = 0.9, check_refused(&kith_exact_riemann, p, "gamma[1]", "0.9");
@@ -276,6 +376,13 @@ int main(void) {
   test_sedov_means();
   test_sedov_places();
   test_noh();
+  if (NDIM > 1) {
+    test_gresho_profile();
+    test_gresho_carried();
+  } else {
+    test_gresho_refuses();
+  }
+  test_lines();
   test_acoustic_wave();
   test_uniform();
   test_refusals();

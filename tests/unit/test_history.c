@@ -21,6 +21,7 @@ static void add(struct kith_history *h, uint64_t first, uint64_t last) {
                                    .rebuilds = 1,
                                    .seconds = 0.5};
     row.momentum[0] = -3;
+    row.angular[0] = 5, row.angular[1] = 6, row.angular[2] = 7, row.velocity_over_sound = 0.25;
     CHECK_OK(kith_history_add(h, &row));
   }
 }
@@ -49,9 +50,10 @@ static void whole_run(uint64_t last) {
 
 static void format(void) {
   static const char *const row =
-      NDIM == 1   ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,8,4,100,1,0.5\n"
-      : NDIM == 2 ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0,8,4,100,1,0.5\n"
-                  : "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0,0,8,4,100,1,0.5\n";
+      NDIM == 1 ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0.25,8,4,100,1,0.5\n"
+      : NDIM == 2
+          ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0,7,0.25,8,4,100,1,0.5\n"
+          : "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0,0,5,6,7,0.25,8,4,100,1,0.5\n";
   int title = 0, commas = 0;
   whole_run(2);
   CHECK(strncmp(text(), "step,time,dt,limiter,", 21) == 0 && strstr(text(), row) != NULL);

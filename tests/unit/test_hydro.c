@@ -30,7 +30,9 @@ static struct state make(kith_index n0, kith_index n1) {
     s.hydro.mass->f64[i] = 0.1 + pow(10, 3 * check_random(&seed));
     s.hydro.energy->f64[i] = check_random(&seed);
     s.hydro.density->f64[i] = 1 + check_random(&seed);
+    s.hydro.sound_speed->f64[i] = 1 + check_random(&seed);
   }
+  for (int a = 0; a < NDIM; ++a) s.hydro.center[a] = 0.4 + 0.1 * a;
   return s;
 }
 
@@ -41,6 +43,7 @@ static bool same(const struct kith_totals *a, const struct kith_totals *b) {
 static void check_totals(kith_index n0, kith_index n1) {
   struct state s = make(n0, n1);
   long double mass = 0, kinetic = 0, internal = 0, scale = 0, momentum[NDIM] = {0};
+  long double angular[3] = {0}, angular_scale = 0, fastest = 0;
   for (kith_index i = 0; i < n0 + n1; ++i) {
     const long double m = s.hydro.mass->f64[i];
     long double v2 = 0;
@@ -49,6 +52,15 @@ static void check_totals(kith_index n0, kith_index n1) {
       v2 += v * v;
       momentum[a] += m * v;
     }
+    const double *const x = s.nodes->position->f64 + i * NDIM, *const v = s.hydro.velocity->f64 + i * NDIM;
+    const long double r[3] = {(long double)x[0] - 0.4, NDIM > 1 ? (long double)x[NDIM > 1] - 0.5 : 0,
+                              NDIM > 2 ? (long double)x[NDIM - 1] - (0.4 + 0.1 * 2) : 0};
+    const long double w[3] = {v[0], NDIM > 1 ? v[NDIM > 1] : 0, NDIM > 2 ? v[NDIM - 1] : 0};
+    const long double turn[3] = {r[1] * w[2] - r[2] * w[1], r[2] * w[0] - r[0] * w[2],
+                                 r[0] * w[1] - r[1] * w[0]};
+    for (int a = 0; a < 3; ++a) angular[a] += m * turn[a];
+    angular_scale += m * sqrtl(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+    fastest = fmaxl(fastest, sqrtl(v2) / s.hydro.sound_speed->f64[i]);
     mass += m, kinetic += m * v2 / 2, internal += m * s.hydro.energy->f64[i], scale += m * sqrtl(v2);
   }
   const int threads = omp_get_max_threads();
@@ -66,6 +78,20 @@ static void check_totals(kith_index n0, kith_index n1) {
   CHECK_CLOSE(t[0].internal, (double)internal, 1e-13 * (double)internal);
   CHECK_CLOSE(t[0].momentum_scale, (double)scale, 1e-13 * (double)scale);
   for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(t[0].momentum[a], (double)momentum[a], 1e-13 * (double)scale);
+  for (int a = 0; a < 3; ++a) CHECK_CLOSE(t[0].angular[a], (double)angular[a], 1e-13 * (double)angular_scale);
+  CHECK_CLOSE(t[0].angular_scale, (double)angular_scale, 1e-13 * (double)angular_scale);
+  CHECK_CLOSE(t[0].velocity_over_sound, (double)fastest, 1e-15 * (double)fastest);
+  kith_nodes_destroy(&s.nodes);
+}
+
+/* Gas without sound: at rest it is not fast, and any motion is infinitely so. */
+static void check_silent(void) {
+  struct state s = make(3, 0);
+  for (int i = 0; i < 3; ++i) s.hydro.sound_speed->f64[i] = 0;
+  for (int k = 0; k < 3 * NDIM; ++k) s.hydro.velocity->f64[k] = 0;
+  CHECK(kith_hydro_totals(&s.hydro).velocity_over_sound == 0);
+  s.hydro.velocity->f64[NDIM] = 1e-9;
+  CHECK(isinf(kith_hydro_totals(&s.hydro).velocity_over_sound));
   kith_nodes_destroy(&s.nodes);
 }
 
@@ -125,6 +151,7 @@ int main(void) {
   check_totals(4000, 96);
   check_totals(4096, 1);
   check_totals(9000, 12000);
+  check_silent();
   check_close();
   check_physical();
   return check_failed();

@@ -55,9 +55,10 @@ static void check_constants(enum kith_kernel k, const struct oracle_kernel *orac
   CHECK_CLOSE(oracle_sphere() * kith_kernel_constant(k) * oracle_quadrature(value_of, &k, NDIM - 1), 1,
               1e-13);
   CHECK_CLOSE(kith_kernel_constant(k), oracle->constant, 1e-13 * oracle->constant);
-  CHECK_CLOSE(kith_kernel_support(k), oracle->spread, 0.51e-6); /* six digits are given */
-  const double spacings = 1.2544 * oracle->spread;
-  CHECK_CLOSE(kith_kernel_neighbors(k), oracle_ball() * pow(spacings, NDIM), 2e-6 * kith_kernel_neighbors(k));
+  CHECK_CLOSE(kith_kernel_support(k), oracle->spread, 0.51e-6);     /* six digits are given */
+  const double most = k == KITH_KERNEL_quartic ? 1.247978 : 1.2544; /* 67 in 3-D and not 68 */
+  CHECK_CLOSE(kith_kernel_neighbors(k), oracle_ball() * pow(most * oracle->spread, NDIM),
+              4e-6 * kith_kernel_neighbors(k));
 }
 
 /* The lattice with one node per unit volume has density 1. */
@@ -75,6 +76,25 @@ static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *or
   }
 }
 
+/* 2 sigma of the kernel holds as many nodes in any dimension. */
+static void check_pairing(void) {
+  static const double most[] = {55, 67, 190};
+  for (int k = 0; k < KITH_N_KERNELS; ++k) {
+    const struct oracle_kernel oracle = oracle_kernel((enum kith_kernel)k);
+    const double got = kith_kernel_most_neighbors((enum kith_kernel)k);
+    CHECK(kith_kernel_neighbors((enum kith_kernel)k) <= got);
+    if (k > KITH_KERNEL_quintic) CHECK(isinf(got));
+    if (k > KITH_KERNEL_quintic) continue;
+    if (NDIM == 3) CHECK_CLOSE(got, most[k], 1e-9);
+    /* H / spacing over 2 sigma: back to the 3-D number, with the six digits of both spreads. */
+    const double spacings = pow(got / oracle_ball(), 1. / NDIM) / oracle.spread;
+    CHECK_CLOSE(4 * M_PI / 3 * pow(spacings * kith_kernel_facts[k].support[2], 3), most[k], 1e-5 * most[k]);
+  }
+  CHECK(kith_kernel_unpaired(1) == KITH_KERNEL_wendland_c2);
+  CHECK(kith_kernel_unpaired(kith_kernel_neighbors(KITH_KERNEL_wendland_c4)) == KITH_KERNEL_wendland_c4);
+  CHECK(kith_kernel_unpaired(1000) == KITH_KERNEL_wendland_c6);
+}
+
 static void check_names(void) {
   static const char *const names[] = {"cubic",       "quartic",     "quintic",
                                       "wendland-c2", "wendland-c4", "wendland-c6"};
@@ -88,6 +108,7 @@ static void check_names(void) {
 
 int main(void) {
   check_names();
+  check_pairing();
   for (int k = 0; k < KITH_N_KERNELS; ++k) {
     const struct oracle_kernel oracle = oracle_kernel((enum kith_kernel)k);
     check_shape((enum kith_kernel)k, &oracle);

@@ -29,10 +29,15 @@ static void combine(int k, char settings[256]) {
 
 static void threads_agree(void) {
   static const char *const settings[] = {
-      "", "connectivity.rebuild=displacement connectivity.reorder=1",
+      "",
+      "connectivity.rebuild=displacement connectivity.reorder=1",
       "traversal=gather method.energy=thermal scheme.name=rk2",
-      "boundaries.x=reflecting scheme.name=cheap-rk2 method.viscosity.name=monaghan"};
-  for (int k = 0; k < 4; ++k) {
+      "boundaries.x=reflecting scheme.name=cheap-rk2 method.viscosity.name=monaghan",
+      "scheme.name=verlet connectivity.rebuild=displacement",
+      "scheme.name=rk4 method.energy=thermal",
+      "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
+      "scheme.name=implicit method.energy=thermal"};
+  for (int k = 0; k < (int)(sizeof settings / sizeof *settings); ++k) {
     struct scenario one, many;
     omp_set_num_threads(1);
     if (scenario_open(&one, box, "resolution=%d %s", NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12, settings[k]))

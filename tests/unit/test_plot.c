@@ -54,6 +54,8 @@ static double shock(const void *self, double time) {
 }
 static const struct kith_exact_ops radial = {
     .name = "radial", .state = state, .shock = shock, .center = center};
+static const struct kith_exact_ops turning = {
+    .name = "turning", .state = state, .center = center, .vortex = true};
 static const struct kith_exact_ops planar = {.name = "planar", .state = state};
 
 enum { MANY = 50001 };
@@ -83,6 +85,17 @@ static void contents(void) {
   CHECK_CLOSE(most, 0.8, 1e-7); /* 1.6 shocks */
   CHECK_CLOSE(last[1], 1.8, 1e-7);
   CHECK_CLOSE(last[2], 0.8, 1e-7);
+  for (int a = 1; a < NDIM; ++a) /* 3 along y beside the axis is around it, along z is not */
+    for (int i = 0; i < 100; ++i) velocity[(size_t)i * NDIM + a] = a == 1 ? 3 : 50;
+  p.exact = &turning;
+  CHECK_OK(kith_plot_write(&p, directory));
+  CHECK(strstr(load("plot.gp"), "azimuthal velocity") != NULL);
+  rows("profile.dat", last, &least, &most);
+  CHECK_CLOSE(last[0], 0.995, 1e-7);
+  if (NDIM > 1) CHECK_CLOSE(last[2], 3, 1e-7);
+  rows("exact.dat", last, &least, &most);
+  CHECK_CLOSE(most, 0.995, 1e-7);               /* no shock to end it */
+  if (NDIM > 1) CHECK_CLOSE(last[2], 0, 1e-15); /* this solution moves outwards */
   p.exact = &planar;
   CHECK_OK(kith_plot_write(&p, directory));
   rows("exact.dat", last, &least, &most);

@@ -169,11 +169,16 @@ static struct kith_report sample(void) {
                               .pair_evaluations = 3.1e9,
                               .energy_drift = -1.5e-13,
                               .momentum_drift = INFINITY,
+                              .angular_momentum_drift = 0.0625,
+                              .kinetic = {0.5, 0.25, NAN},
+                              .velocity_over_sound = {0.75, 0.125},
                               .compared = true,
                               .norms = {.density = {0.1, 0.2, 0.3},
                                         .velocity = {1e-300, 5e-324, 1.7e308},
                                         .pressure = {NAN, 0, -0.0},
                                         .energy = {1.0 / 3, 2, 3},
+                                        .speed = {7, 8, 9},
+                                        .speed_peak = 0.875,
                                         .nodes = 23000,
                                         .blip = 0.01,
                                         .shock_radius = 0.349,
@@ -212,6 +217,14 @@ static void keys(void) {
         strtod(text_of(&r, "norms|velocity|l2"), NULL) == 5e-324);
   CHECK(strcmp(text_of(&r, "norms|pressure|l1"), "null") == 0 &&
         strtod(text_of(&r, "norms|energy|l1"), NULL) == 1.0 / 3);
+  CHECK(strtod(text_of(&r, "angular_momentum_drift"), NULL) == 0.0625);
+  CHECK(strtod(text_of(&r, "kinetic|start"), NULL) == 0.5 &&
+        strtod(text_of(&r, "kinetic|end"), NULL) == 0.25 &&
+        strcmp(text_of(&r, "kinetic|rebound"), "null") == 0);
+  CHECK(strtod(text_of(&r, "velocity_over_sound|largest"), NULL) == 0.75 &&
+        strtod(text_of(&r, "velocity_over_sound|end"), NULL) == 0.125);
+  CHECK(strtod(text_of(&r, "norms|speed|l1"), NULL) == 7 &&
+        strtod(text_of(&r, "norms|speed_peak"), NULL) == 0.875);
   CHECK(strtod(text_of(&r, "norms|blip"), NULL) == 0.01 &&
         strtod(text_of(&r, "norms|density_peak"), NULL) == 3.9);
   CHECK(strtod(text_of(&r, "norms|shock_radius"), NULL) == 0.349 &&
@@ -231,7 +244,7 @@ static void bare(void) {
   const struct kith_report report = {.scene = "uniform"};
   write_and_parse(&r, &report);
   CHECK(strcmp(text_of(&r, "norms"), "null") == 0 && strcmp(text_of(&r, "package"), "null") == 0);
-  CHECK(r.n == 22); /* the plain keys and norms: stages and ledger are empty objects */
+  CHECK(r.n == 28); /* the plain keys and norms: stages and ledger are empty objects */
   CHECK_STATUS(KITH_BAD_FILE, kith_report_write(&report, "no/such/report.json"));
 }
 
@@ -257,6 +270,12 @@ static void table(void) {
   plain.scene = "a scene whose name is so long that nobody would ever type it twice in a row, or even once";
   FILE *f = open_memstream(&text, &size);
   kith_report_print(&plain, f);
+  const long tube = ftell(f);
+  plain.norms.vortex = true;
+  kith_report_print(&plain, f);
+  plain.norms = (struct kith_norms){.nodes = 1};
+  plain.kinetic.start = 0;
+  kith_report_print(&plain, f);
   plain.compared = false, plain.n_stages = 0, plain.scene = NULL;
   kith_report_print(&plain, f);
   fclose(f);
@@ -267,6 +286,12 @@ static void table(void) {
     line += length + (line[length] == '\n');
   }
   CHECK(strstr(text, "density") != NULL && strstr(text, "1.0000e-01") != NULL && strstr(text, "210") != NULL);
+  /* Only what the scene is about: a vortex turns, gas at rest may begin to move. */
+  const char *vortex = strstr(text, "of angular momentum 6.25e-02"),
+             *rest = strstr(text, "velocity 7.50e-01 of sound");
+  CHECK(vortex != NULL && vortex > text + tube && strstr(vortex + 1, "of angular momentum") == NULL);
+  CHECK(rest != NULL && rest > vortex && strstr(rest + 30, "of sound") == NULL);
+  CHECK(strstr(text, "azimuthal") > text + tube && strstr(text, "0.25 of 0.5") != NULL);
   CHECK(strstr(text, "    connectivity") != NULL || strstr(text, "  connectivity") != NULL);
   if (getenv("SHOW") != NULL) fputs(text, stdout);
   free(text);

@@ -201,6 +201,29 @@ static void derives_others(void) {
   kith_scene_destroy(&s);
 }
 
+/* A vortex: gamma, density, and what carries it round; the pressure varies, so it must be given. */
+static void derives_gresho(void) {
+  static const char rest[] =
+      "regions: [{material: gas, density: 3, pressure: 5 + x, equilibrium: true}]\n"
+      "exact: {name: gresho, pressure: 5, uniform_velocity: [1, 2, 3], window: {r: [0, 0.5]}}\n";
+  char text[2048];
+  struct kith_scene *s;
+  snprintf(text, sizeof text, "%s%s", BASE, rest);
+  if (NDIM == 1) {
+    check_message("1-D", read_text(&s, text, "boundaries.x=periodic"),
+                  "f:9: exact: exact solution gresho: a vortex needs 2 or 3 dimensions");
+    return;
+  }
+  CHECK_OK(read_text(&s, text, "boundaries.x=periodic"));
+  if (s == NULL) return;
+  const struct kith_exact_parameters *p = &s->exact.parameters;
+  CHECK(s->exact.ops == &kith_exact_gresho && p->gamma[0] == 1.5 && p->density[0] == 3 &&
+        p->pressure[0] == 5);
+  CHECK(p->period[0] == 1 && p->period[NDIM - 1] == 0 && p->uniform_velocity[NDIM - 1] == NDIM);
+  CHECK(s->exact.window.kind == KITH_WINDOW_BALL && s->region[0].equilibrium);
+  kith_scene_destroy(&s);
+}
+
 /* --- shapes and values --- */
 
 static void reads_shapes(void) {
@@ -215,7 +238,7 @@ static void reads_shapes(void) {
   CHECK(r[0].where.has_ball && !r[0].where.outside_ball && r[0].where.radius == 4 &&
         r[0].where.center[NDIM - 1] == NDIM);
   CHECK(r[0].lattice == (NDIM == 2 ? KITH_LATTICE_CUBIC : KITH_LATTICE_FCC) && r[0].jitter == 0.5);
-  CHECK(r[0].seed == UINT64_MAX && r[0].spacing == 0.1 && r[0].frozen);
+  CHECK(r[0].seed == UINT64_MAX && r[0].spacing == 0.1 && r[0].frozen && !r[0].equilibrium);
   CHECK(r[1].where.has_ball && r[1].where.outside_ball && r[1].where.has_half_space &&
         r[1].where.inside != NULL);
   CHECK(r[1].where.normal[0] == 2 && isinf(r[1].where.box.upper[0]) && r[1].where.box.upper[NDIM - 1] >= 1);
@@ -288,6 +311,7 @@ int main(void) {
   reads_overrides();
   derives_sedov();
   derives_others();
+  derives_gresho();
   reads_shapes();
   reads_across();
   reads_files();

@@ -1,0 +1,262 @@
+#include "integrator/vector.h"
+
+#include <math.h>
+#include <string.h>
+
+struct content {
+  struct kith_vectors *set;
+  double *own[KITH_VECTOR_PARTS]; /* NULL: the field's */
+};
+
+static struct content *content_of(N_Vector v) {
+  return v->content;
+}
+
+double *kith_vector_numbers(N_Vector v, enum kith_vector_part part) {
+  const struct content *c = content_of(v);
+  return c->own[part] != NULL ? c->own[part] : c->set->field[part]->f64;
+}
+
+static int64_t length(N_Vector v, int part) {
+  const struct kith_vectors *set = content_of(v)->set;
+  return (int64_t)set->nodes * set->field[part]->components;
+}
+
+static int64_t whole_length(N_Vector v) {
+  int64_t n = 0;
+  for (int part = 0; part < KITH_VECTOR_PARTS; ++part) n += length(v, part);
+  return n;
+}
+
+/* ---- life ---- */
+
+static void destroy(N_Vector v) {
+  struct content *c = content_of(v);
+  if (c != NULL && c->own[0] != NULL) c->set->bytes -= (size_t)whole_length(v) * sizeof(double);
+  for (int part = 0; c != NULL && part < KITH_VECTOR_PARTS; ++part) kith_free(&c->own[part]);
+  kith_free(&v->content);
+  N_VFreeEmpty(v);
+}
+
+/* A vector without numbers of its own. */
+static N_Vector make(struct kith_vectors *set) {
+  N_Vector v = N_VNewEmpty(set->context);
+  if (v == NULL) return NULL;
+  if (kith_resize(&v->content, 0, 1, sizeof(struct content)) != KITH_OK) {
+    N_VFreeEmpty(v);
+    return NULL;
+  }
+  content_of(v)->set = set;
+  return v;
+}
+
+static N_Vector clone(N_Vector of) {
+  N_Vector v = make(content_of(of)->set);
+  if (v == NULL) return NULL;
+  kith_status status = N_VCopyOps(of, v) == 0 ? KITH_OK : KITH_NO_MEMORY;
+  /* One number more: an empty set has vectors too. */
+  for (int part = 0; status == KITH_OK && part < KITH_VECTOR_PARTS; ++part)
+    status = kith_resize(&content_of(v)->own[part], 0, (size_t)length(v, part) + 1, sizeof(double));
+  if (status == KITH_OK) {
+    content_of(v)->set->bytes += (size_t)whole_length(v) * sizeof(double);
+    return v;
+  }
+  for (int part = 0; part < KITH_VECTOR_PARTS; ++part) kith_free(&content_of(v)->own[part]);
+  destroy(v);
+  return NULL;
+}
+
+static N_Vector_ID identity(N_Vector v) {
+  (void)v;
+  return SUNDIALS_NVEC_CUSTOM;
+}
+
+static sunindextype count(N_Vector v) {
+  return whole_length(v);
+}
+
+/* ---- element by element ---- */
+
+/* z[k] = expression in k and, as declared, x[k] and y[k]; all may be the same vector. */
+#define ELEMENTS(z_vector, declare, expression)                                                          \
+  for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {                                                 \
+    double *z = kith_vector_numbers(z_vector, part);                                                     \
+    const int64_t n = length(z_vector, part);                                                            \
+    declare;                                                                                             \
+    _Pragma("omp parallel for simd schedule(static)") for (int64_t k = 0; k < n; ++k) z[k] = expression; \
+  }
+#define X_ONLY const double *x = kith_vector_numbers(xv, part)
+#define X_AND_Y const double *x = kith_vector_numbers(xv, part), *y = kith_vector_numbers(yv, part)
+
+static void linear_sum(double a, N_Vector xv, double b, N_Vector yv, N_Vector zv) {
+  ELEMENTS(zv, X_AND_Y, a * x[k] + b * y[k])
+}
+static void constant(double c, N_Vector zv) {
+  ELEMENTS(zv, (void)0, c)
+}
+static void product(N_Vector xv, N_Vector yv, N_Vector zv) {
+  ELEMENTS(zv, X_AND_Y, x[k] * y[k])
+}
+static void quotient(N_Vector xv, N_Vector yv, N_Vector zv) {
+  ELEMENTS(zv, X_AND_Y, x[k] / y[k])
+}
+static void scaled(double c, N_Vector xv, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, c * x[k])
+}
+static void magnitude(N_Vector xv, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, fabs(x[k]))
+}
+static void inverse(N_Vector xv, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, 1 / x[k])
+}
+static void shifted(N_Vector xv, double b, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, x[k] + b)
+}
+
+/* z = sum of c_j x_j, in the order of j; z may be x_0. */
+static int combination(int n_vectors, double *c, N_Vector *xv, N_Vector zv) {
+  enum { RUN = 512 };
+  for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {
+    double *z = kith_vector_numbers(zv, part);
+    const int64_t n = length(zv, part), runs = (n + RUN - 1) / RUN;
+#pragma omp parallel for schedule(static)
+    for (int64_t r = 0; r < runs; ++r) {
+      const int64_t begin = r * RUN;
+      const int here = (int)KITH_MIN(n - begin, RUN);
+      double sum[RUN] = {0};
+      for (int j = 0; j < n_vectors; ++j) {
+        const double *x = kith_vector_numbers(xv[j], part) + begin;
+        for (int k = 0; k < here; ++k) sum[k] += c[j] * x[k];
+      }
+      memcpy(z + begin, sum, (size_t)here * sizeof *sum);
+    }
+  }
+  return 0;
+}
+
+/* ---- over all elements ---- */
+
+enum { BLOCK = 4096 }; /* nodes */
+
+/* sum of x y, (x y)^2 or |x| over the numbers begin .. end of a part. */
+enum sum { PRODUCTS, SQUARES, MAGNITUDES };
+static double sum_run(enum sum what, const double *x, const double *y, int64_t begin, int64_t end) {
+  double sum = 0;
+  for (int64_t k = begin; k < end; ++k) {
+    const double term = what == MAGNITUDES ? fabs(x[k]) : x[k] * y[k];
+    sum += what == SQUARES ? term * term : term;
+  }
+  return sum;
+}
+
+static double sum(enum sum what, N_Vector xv, N_Vector yv) {
+  const struct kith_vectors *set = content_of(xv)->set;
+  const kith_index blocks = (set->nodes + BLOCK - 1) / BLOCK;
+  double total = 0;
+#pragma omp parallel for ordered schedule(static, 1)
+  for (kith_index b = 0; b < blocks; ++b) {
+    const int64_t begin = (int64_t)b * BLOCK, end = KITH_MIN(set->nodes, begin + BLOCK);
+    double of_block = 0;
+    for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {
+      const int64_t width = set->field[part]->components;
+      of_block += sum_run(what, kith_vector_numbers(xv, part), kith_vector_numbers(yv, part), begin * width,
+                          end * width);
+    }
+#pragma omp ordered
+    total += of_block;
+  }
+  return total;
+}
+
+static double dot(N_Vector x, N_Vector y) {
+  return sum(PRODUCTS, x, y);
+}
+static double l1_norm(N_Vector x) {
+  return sum(MAGNITUDES, x, x);
+}
+static double weighted_norm(N_Vector x, N_Vector w) {
+  return sqrt(sum(SQUARES, x, w));
+}
+static double mean_norm(N_Vector x, N_Vector w) {
+  return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(whole_length(x), 1));
+}
+
+static double largest(N_Vector xv) {
+  double most = 0;
+  for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {
+    const double *x = kith_vector_numbers(xv, part);
+    const int64_t n = length(xv, part);
+#pragma omp parallel for simd schedule(static) reduction(max : most)
+    for (int64_t k = 0; k < n; ++k) most = KITH_MAX(most, fabs(x[k]));
+  }
+  return most;
+}
+
+static double least(N_Vector xv) {
+  double fewest = INFINITY;
+  for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {
+    const double *x = kith_vector_numbers(xv, part);
+    const int64_t n = length(xv, part);
+#pragma omp parallel for simd schedule(static) reduction(min : fewest)
+    for (int64_t k = 0; k < n; ++k) fewest = KITH_MIN(fewest, x[k]);
+  }
+  return fewest;
+}
+
+/* ---- the set ---- */
+
+static void fill_ops(N_Vector v) {
+  const struct _generic_N_Vector_Ops ops = {.nvgetvectorid = identity,
+                                            .nvclone = clone,
+                                            .nvdestroy = destroy,
+                                            .nvgetlength = count,
+                                            .nvlinearsum = linear_sum,
+                                            .nvconst = constant,
+                                            .nvprod = product,
+                                            .nvdiv = quotient,
+                                            .nvscale = scaled,
+                                            .nvabs = magnitude,
+                                            .nvinv = inverse,
+                                            .nvaddconst = shifted,
+                                            .nvdotprod = dot,
+                                            .nvmaxnorm = largest,
+                                            .nvwrmsnorm = mean_norm,
+                                            .nvmin = least,
+                                            .nvwl2norm = weighted_norm,
+                                            .nvl1norm = l1_norm,
+                                            .nvlinearcombination = combination};
+  *v->ops = ops;
+}
+
+kith_status kith_vectors_create(struct kith_vectors **out, const struct kith_hydro *hydro) {
+  *out = NULL;
+  struct kith_vectors *set = NULL;
+  KITH_TRY(kith_resize(&set, 0, 1, sizeof *set));
+  set->field[KITH_VECTOR_POSITION] = hydro->nodes->position;
+  set->field[KITH_VECTOR_VELOCITY] = hydro->velocity;
+  set->field[KITH_VECTOR_ENERGY] = hydro->energy;
+  set->nodes = hydro->nodes->n_internal;
+  if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
+  if (set->view == NULL) {
+    kith_vectors_destroy(&set);
+    KITH_FAIL(NO_MEMORY, "no vectors of SUNDIALS");
+  }
+  fill_ops(set->view);
+  *out = set;
+  return KITH_OK;
+}
+
+void kith_vectors_destroy(struct kith_vectors **vectors) {
+  if (*vectors == NULL) return;
+  if ((*vectors)->view != NULL) destroy((*vectors)->view);
+  if ((*vectors)->context != NULL) SUNContext_Free(&(*vectors)->context);
+  kith_free(vectors);
+}
+
+N_Vector kith_vector_clone(const struct kith_vectors *vectors) {
+  return clone(vectors->view);
+}
+
+size_t kith_vector_bytes(const struct kith_hydro *hydro) {
+  return (size_t)hydro->nodes->n_internal * (2 * NDIM + 1) * sizeof(double);
+}
