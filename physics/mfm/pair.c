@@ -1,64 +1,58 @@
 /* The Riemann problem of a pair, and the records it reads. */
 #include <math.h>
-#include <stdlib.h>
 #include "lib/core/vec.h"
 #include "physics/mfm/mfm.h"
 #include "physics/mfm/riemann.h"
 
-extern int mfm_limiter_experiment;
-int mfm_limiter_experiment;
-
 /* L of (3). */
-KITH_INLINE double limited(double a, double d, int kind) {
-  const double b = 2 * a - d; /* behind */
-  const double vl = b * d > 0 ? 2 * b * d / (b + d) : 0;
-  const double sign = d > 0 ? 1 : -1, mc0 = KITH_MIN(KITH_MIN(sign * a, 2 * sign * b), 2 * sign * d),
-               mc = sign * KITH_MAX(mc0, 0.0);
-  const double mm = b * d > 0 ? sign * KITH_MIN(sign * b, sign * d) : 0;
-  const double va = b * d > 0 ? b * d * (b + d) / (b * b + d * d) : 0;
-  const double cl = sign * KITH_MAX(KITH_MIN(sign * a, sign * d), 0.0); /* clamp to the pair */
-  const double cl2 = sign * KITH_MAX(KITH_MIN(sign * a, 1.5 * sign * d), -0.5 * sign * d);
-  return kind == 0   ? vl
-         : kind == 1 ? mc
-         : kind == 2 ? mm
-         : kind == 3 ? va
-         : kind == 4 ? cl
-         : kind == 5 ? a
-         : kind == 6 ? cl2
-                     : 0;
+KITH_INLINE double limited(double slope, double difference) {
+  const double most = fabs(difference), sign = difference > 0 ? 1 : -1;
+  return sign * KITH_MAX(KITH_MIN(sign * slope, 1.5 * most), -most);
+}
+
+/* The same of what must stay positive: no more than half of it, q / 2, is taken away. */
+KITH_INLINE double limited_down(double q, double slope, double difference) {
+  return KITH_MAX(limited(slope, difference), -q);
+}
+
+/* The state of one end at the middle of the pair, from the slopes and differences towards the other end; u: velocity along the face. */
+KITH_INLINE struct mfm_side reconstruct(double density, double pressure, double bulk, double gamma, double u,
+                                        const double *slope, const double *difference) {
+  struct mfm_side s = {.gamma = gamma};
+  const double more = 0.5 * limited_down(bulk / gamma, slope[1], difference[1]);
+  s.density = density + 0.5 * limited_down(density, slope[0], difference[0]);
+  s.pressure = pressure + more;
+  s.velocity = u + 0.5 * limited(slope[2], difference[2]);
+  s.sound = sqrt((bulk + gamma * more) /
+                 s.density); /* of ideal, stiffened and isothermal gases rho c^2 = gamma P + a constant */
+  return s;
 }
 
 KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const double *restrict i,
                           const double *restrict j, double *restrict out) {
-  const int kind = *(const int *)constants;
-  (void)kernel;
-  double d[NDIM], n[NDIM], area2 = 0;
+  double d[NDIM], n[NDIM], area2 = 0, slope_i[3] = {0}, slope_j[3] = {0}, du = 0;
+  (void)kernel, (void)constants;
   for (int a = 0; a < NDIM; ++a) {
     d[a] = J(KITH_RECORD_X + a) - i[KITH_RECORD_X + a];
     area2 += J(MFM_AREA + a) * J(MFM_AREA + a);
   }
   const double area = sqrt(area2), per_area = 1 / KITH_MAX(area, 1e-300);
   for (int a = 0; a < NDIM; ++a) n[a] = J(MFM_AREA + a) * per_area;
-
-  double drho_i = 0, drho_j = 0, dp_i = 0, dp_j = 0, du_i = 0, du_j = 0, du = 0;
   for (int a = 0; a < NDIM; ++a) {
-    drho_i += i[MFM_DENSITY_SLOPE + a] * d[a], drho_j += J(MFM_DENSITY_SLOPE + a) * d[a];
-    dp_i += i[MFM_PRESSURE_SLOPE + a] * d[a], dp_j += J(MFM_PRESSURE_SLOPE + a) * d[a];
+    slope_i[0] += i[MFM_DENSITY_SLOPE + a] * d[a], slope_j[0] -= J(MFM_DENSITY_SLOPE + a) * d[a];
+    slope_i[1] += i[MFM_PRESSURE_SLOPE + a] * d[a], slope_j[1] -= J(MFM_PRESSURE_SLOPE + a) * d[a];
     du += n[a] * (J(KITH_RECORD_V + a) - i[KITH_RECORD_V + a]);
     for (int b = 0; b < NDIM; ++b) {
-      const double nd = n[a] * d[b];
-      du_i += i[MFM_VELOCITY_SLOPE + a * NDIM + b] * nd, du_j += J(MFM_VELOCITY_SLOPE + a * NDIM + b) * nd;
+      slope_i[2] += i[MFM_VELOCITY_SLOPE + a * NDIM + b] * n[a] * d[b];
+      slope_j[2] -= J(MFM_VELOCITY_SLOPE + a * NDIM + b) * n[a] * d[b];
     }
   }
   const double drho = J(MFM_DENSITY) - i[MFM_DENSITY], dp = J(MFM_PRESSURE) - i[MFM_PRESSURE];
-  const double rho_l = i[MFM_DENSITY] + 0.5 * limited(drho_i, drho, kind),
-               rho_r = J(MFM_DENSITY) - 0.5 * limited(drho_j, drho, kind);
-  const double more_l = 0.5 * limited(dp_i, dp, kind), more_r = -0.5 * limited(dp_j, dp, kind);
-  const double bulk_l = i[MFM_BULK] + i[MFM_GAMMA] * more_l, bulk_r = J(MFM_BULK) + J(MFM_GAMMA) * more_r;
-  const struct mfm_side l = {rho_l, 0.5 * (limited(du_i, du, kind) - du), i[MFM_PRESSURE] + more_l,
-                             sqrt(KITH_MAX(bulk_l, 0.0) / rho_l), i[MFM_GAMMA]};
-  const struct mfm_side r = {rho_r, 0.5 * (du - limited(du_j, du, kind)), J(MFM_PRESSURE) + more_r,
-                             sqrt(KITH_MAX(bulk_r, 0.0) / rho_r), J(MFM_GAMMA)};
+  const double there[] = {drho, dp, du}, back[] = {-drho, -dp, -du};
+  const struct mfm_side l =
+      reconstruct(i[MFM_DENSITY], i[MFM_PRESSURE], i[MFM_BULK], i[MFM_GAMMA], -0.5 * du, slope_i, there);
+  const struct mfm_side r =
+      reconstruct(J(MFM_DENSITY), J(MFM_PRESSURE), J(MFM_BULK), J(MFM_GAMMA), 0.5 * du, slope_j, back);
   const struct mfm_star star = mfm_riemann(l, r);
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * J(MFM_AREA + a);
   OUT(KITH_SHARE) = 0.5;
@@ -129,12 +123,10 @@ kith_status mfm_pairs(struct kith_package *package) {
   for (kith_index i = 0; i < kith_nodes_count(package->hydro->nodes); ++i)
     pack(package, i, package->record + (size_t)i * MFM_MEMBERS);
   kith_profile_end(package->profile);
-  if (getenv("LIM")) mfm_limiter_experiment = atoi(getenv("LIM"));
   if (package->traversal == KITH_TRAVERSE_GATHER) KITH_TRY(mfm_faces_edges(&mfm->faces));
   struct kith_force_pass pass = {.package = package,
                                  .connectivity = &mfm->faces.graph,
                                  .rows = &mfm->faces.graph.rows,
-                                 .constants = &mfm_limiter_experiment,
                                  .edge = mfm->faces.edge};
   return kith_force(&pass, pairs_of, nodes_of, MFM_MEMBERS, NDIM);
 }
