@@ -68,6 +68,7 @@ static void print_stages(const struct stages *one, const struct stages *all, int
   for (int k = 0; k < one->n; ++k) print_line(one->path[k], one->ns[k], k < all->n ? all->ns[k] : 0, both);
   print_line("outside of any stage", one->step - one->sum, all->step - all->sum, false);
   print_line("step", one->step, all->step, both);
+  if (!(one->plain_density > 0)) return;
   print_line("reference: plain density loop", one->plain_density, all->plain_density, both);
   print_line("reference: plain force loop", one->plain_force, all->plain_force, both);
 }
@@ -153,6 +154,35 @@ static void print_triad(int all) {
   if (kith_reference_triad(&triad) == KITH_OK) printf(", on %d %.1f GB/s\n", all, 1e-9 * triad);
 }
 
+/* A row that cannot run ends the bench; *f is filled and printed. */
+static bool bench_row(const struct kith_options *options, const struct row *row, bool reference,
+                      struct figures *f) {
+  const bool ran = run_row(options, row, reference, f) == KITH_OK;
+  if (ran)
+    print_row(row, f);
+  else
+    fprintf(stderr, "kith: %s\n", kith_failure());
+  return ran;
+}
+
+/* The packages beside the default one, each on one thread and on all. */
+static bool bench_packages(const struct kith_options *options, int all) {
+  for (const struct kith_package_ops *const *p = kith_package_all() + 1; *p != NULL; ++p) {
+    char setting[64], what[64];
+    struct figures f[2] = {{0}};
+    snprintf(setting, sizeof setting, "method.package=%s", (*p)->name);
+    snprintf(what, sizeof what, "package %s, thermal", (*p)->name);
+    printf("\n");
+    for (int k = 0; k < (all > 1 ? 2 : 1); ++k) {
+      const struct row row = {what, k == 0 ? 1 : all, 1, {setting}};
+      if (!bench_row(options, &row, false, &f[k])) return false;
+    }
+    print_stages(&f[0].stages, &f[1].stages, all);
+    print_bytes(&f[0]);
+  }
+  return true;
+}
+
 enum kith_exit kith_bench(const struct kith_options *options) {
   const int all = omp_get_max_threads();
   const struct row rows[] = {
@@ -181,14 +211,11 @@ enum kith_exit kith_bench(const struct kith_options *options) {
          "row entries", "energy drift");
   for (int k = 0; k < ROWS; ++k) {
     if (k == 1 && all == 1) continue;
-    if (run_row(options, &rows[k], k < 2, &f[k]) != KITH_OK) {
-      fprintf(stderr, "kith: %s\n", kith_failure());
-      return KITH_EXIT_FAILED;
-    }
-    print_row(&rows[k], &f[k]);
+    if (!bench_row(options, &rows[k], k < 2, &f[k])) return KITH_EXIT_FAILED;
   }
   print_stages(&f[0].stages, &f[1].stages, all);
   print_bytes(&f[0]);
+  if (!bench_packages(options, all)) return KITH_EXIT_FAILED;
   print_triad(all);
   return KITH_EXIT_OK;
 }

@@ -116,8 +116,24 @@ static kith_status check_scheme(const struct kith_scene *scene) {
     return kith_config_fail(kith_config_at(scene->config, "scheme.cfl"), NULL,
                             "%g is out of range (0, 1] of %s; more is for implicit", scene->scheme.cfl,
                             scheme->name);
+  const bool tries = scheme == &kith_scheme_arkode || scheme->implicit;
+  if (tries && scene->method.viscosity == KITH_VISCOSITY_CULLEN_DEHNEN)
+    return kith_config_fail(kith_config_at(scene->config, "method.viscosity.name"), NULL,
+                            "cullen-dehnen has a history, and %s tries steps that it takes back",
+                            scheme->name);
   if (scheme != &kith_scheme_arkode) return KITH_OK;
   return check_table(scene);
+}
+
+/* A package and what is asked of it. */
+static kith_status check_method(const struct kith_scene *scene) {
+  bool barrier = false;
+  for (int k = 0; k < scene->n_regions; ++k) barrier = barrier || scene->region[k].barrier;
+  if (barrier && scene->method.faces == KITH_FACES_INTEGRATED)
+    return kith_config_fail(kith_config_at(scene->config, "method.faces"), NULL,
+                            "integrated faces reach beyond the pairs that a barrier region cuts; "
+                            "with barriers use one-point");
+  return KITH_OK;
 }
 
 static kith_status check_words(const struct kith_scene *scene) {
@@ -127,6 +143,7 @@ static kith_status check_words(const struct kith_scene *scene) {
       kith_scene_check_word(scene, "method.package", scene->method.package, KITH_PACKAGE_LIST(KITH_AS_WORD)));
   KITH_TRY(kith_scene_check_word(scene, "method.kernel", scene->method.kernel, kernels));
   KITH_TRY(kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD)));
+  KITH_TRY(check_method(scene));
   return check_scheme(scene);
 }
 

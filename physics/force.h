@@ -61,10 +61,13 @@ KITH_INLINE void kith_force_load(const struct kith_force_pass *pass, int members
                                  const kith_index *restrict partner, size_t stride, size_t n,
                                  const double *restrict edge, struct kith_scratch *s) {
   const double *restrict record = pass->package->record;
+  kith_index at[KITH_BLOCK];
+#pragma omp simd
+  for (size_t k = 0; k < n; ++k) at[k] = partner[k * stride] * members;
   for (int m = 0; m < members; ++m) {
     double *restrict lane = kith_lane(s, m);
 #pragma omp simd
-    for (size_t k = 0; k < n; ++k) lane[k] = record[partner[k * stride] * members + m];
+    for (size_t k = 0; k < n; ++k) lane[k] = record[at[k] + m];
   }
   for (int m = 0; m < edges; ++m) {
     double *restrict lane = kith_lane(s, members + m);

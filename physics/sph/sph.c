@@ -54,7 +54,7 @@ static double strength(const struct kith_package *package, kith_index i, double 
   const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
   const double c = package->hydro->sound_speed->f64[i], divergence = package->expansion->f64[i];
   const double d2 = divergence * divergence, curl = sph->curl->f64[i];
-  const double rate = d2 > 0 ? fmax(0, -sph->compression->f64[i]) * d2 / (d2 + curl * curl) : 0;
+  const double rate = divergence < 0 ? fmax(0, -sph->compression->f64[i]) * d2 / (d2 + curl * curl) : 0;
   const double wanted = fmin(1, 10 * h * h * rate / fmax(c * c, 1e-300));
   if (wanted >= s) return wanted;
   const double signal = fmax(package->signal->f64[i], c);

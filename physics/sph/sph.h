@@ -9,7 +9,7 @@
  *     v_ij - phi (G_i + G_j) x_ij / 2, G the linear-exact velocity gradient, phi van Leer's limiter of the ratio of the two slopes
  *     along x_ij, switched off for pairs closer than eta_c (Frontiere, Raskin and Owen 2017, eqs. 48-50).
  * viscosity `cullen-dehnen`: s follows the compression rate (Cullen and Dehnen 2010, MNRAS 408, 669; in the form of Price et al. 2018,
- *     PASA 35, e031, eqs. 45-48): with A = max(0, -d(div v)/dt) (div v)^2 / ((div v)^2 + (curl v)^2), h = 2 sigma,
+ *     PASA 35, e031, eqs. 45-48): with A = max(0, -d(div v)/dt) where div v < 0, times (div v)^2 / ((div v)^2 + (curl v)^2), h = 2 sigma,
  *     s_local = min(1, 10 h^2 A / c^2); s rises to it at once and decays to it in the time h / (0.1 v_signal)     (6)
  * Balsara's factor multiplies s (Balsara 1995). conduction a_u: heat m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
  *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.              (7)

@@ -103,6 +103,11 @@ domain.upper=[-1, 1, 1]|--set domain.upper: -1 along x is not above lower, -1
 domain.upper=[.inf, 1, 1]|not a finite number
 domain={lower: [-1]}|missing; it is required
 END
+
+# ---- what cannot work together
+refused "integrated faces reach beyond the pairs that a barrier region cuts" "$kith" plan "$2/plate.yaml" --set method.faces=integrated
+refused "cullen-dehnen has a history, and arkode tries steps" "$kith" plan tiny.yaml --set scheme.name=arkode --set method.energy=thermal \
+  --set method.viscosity.name=cullen-dehnen
 refused "--set boundaries.x.a: unknown key" "$kith" run tiny.yaml --quiet --set 'boundaries.x={a: 1}'
 
 # In the file itself: line and key.
