@@ -5,7 +5,11 @@
 #include "sph_world.h"
 
 /* The second is thinner than most supports. */
-static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 4, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};
+static const int boxes[][3] = {{NDIM == 1   ? 14
+                                : NDIM == 2 ? 7
+                                            : 4,
+                                NDIM == 2 ? 6 : 4, 3},
+                               {3, NDIM == 3 ? 2 : 3, 3}};
 
 struct form {
   enum kith_faces faces;
@@ -210,7 +214,7 @@ static void check_worlds(void) {
                                 k & 8 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
                                 (enum kith_kernel)((k + side) % KITH_N_KERNELS)};
       const int *cells = boxes[side != OPEN && (k + side) % 3 == 0];
-      if (NDIM == 3 && (k + side) % 3 != 0) continue; /* a third of them is time enough */
+      if (NDIM == 3 && (k + k / 4 + side) % 4 != 0) continue; /* a quarter of them is time enough */
       check_world(&form, side, cells, ++seed);
     }
 }
@@ -333,7 +337,8 @@ int main(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k) check_linear((enum kith_kernel)k);
   const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2", "verlet"};
   for (int s = 0; s < 4; ++s)
-    for (int k = 0; k < 4; ++k) check_conserved(schemes[s], (enum kith_faces)(k & 1), (k & 2) != 0);
+    for (int k = NDIM == 3 ? s : 0; k < (NDIM == 3 ? s + 1 : 4); ++k)
+      check_conserved(schemes[s], (enum kith_faces)(k & 1), (k & 2) != 0);
   check_line();
   return check_failed();
 }
