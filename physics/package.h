@@ -109,7 +109,7 @@ struct kith_package {
   void *self;
 };
 
-#define KITH_PACKAGE_LIST(X) X(sph) X(crk)
+#define KITH_PACKAGE_LIST(X) X(sph) X(crk) X(mfm)
 #define X(name) extern const struct kith_package_ops kith_package_##name;
 KITH_PACKAGE_LIST(X)
 #undef X

@@ -1,0 +1,192 @@
+/* Closed faces: equation (2) of faces.h, one vector per node, all axes in one solve. */
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <string.h>
+#include <sunlinsol/sunlinsol_pcg.h>
+#include "lib/core/vec.h"
+#include "physics/mfm/faces.h"
+
+static const double surface_share =
+    0.12; /* |sum A| / sum |A|: a smooth surface has more, with the usual neighbors 0.24 */
+static const double tolerance = 1e-14; /* of |sum A| / sum |A|, root mean square over the nodes */
+
+/* a_ij of pair p: the face that SPH would give it. */
+static double weight_of(const struct mfm_faces *f, size_t p) {
+  const kith_index *pair = f->graph.pairs.node[p];
+  const double *x = f->nodes->position->f64;
+  const double r = sqrt(kith_distance2(x + (size_t)pair[0] * NDIM, x + (size_t)pair[1] * NDIM));
+  double sum = 0;
+  for (int end = 0; end < 2; ++end) {
+    const double h = f->nodes->support->f64[pair[end]], volume = kith_ball() * kith_pow_dim(h) / f->neighbors;
+    double w, g;
+    if (r >= h) continue;
+    kith_kernel_value(f->kernel, r / h, &w, &g);
+    sum -= volume * volume * kith_kernel_constant(f->kernel) / (kith_pow_dim(h) * h * h) * g * r;
+  }
+  return sum;
+}
+
+/* Is the missing face of node i the surface? It is if no neighbor lies that way, within 53 degrees (measured: inside, within 42). */
+static bool is_surface(const struct mfm_faces *f, kith_index i, const double *missing) {
+  const struct mfm_links *links = &f->links;
+  const double *x = f->nodes->position->f64, least2 = 0.36 * kith_dot(missing, missing);
+  for (size_t e = links->first[i]; e < links->first[i + 1]; ++e) {
+    double d[NDIM];
+    for (int a = 0; a < NDIM; ++a) d[a] = x[(size_t)links->node[e] * NDIM + a] - x[(size_t)i * NDIM + a];
+    const double along = kith_dot(d, missing);
+    if (along > 0 && along * along >= least2 * kith_dot(d, d)) return false;
+  }
+  return true;
+}
+
+/* Rows of what is linked: the pairs with a weight. */
+static kith_status link_nodes(struct mfm_faces *f) {
+  const struct kith_rows *rows = &f->graph.rows;
+  const uint32_t *of_row = f->graph.pairs.of_row;
+  struct mfm_links *links = &f->links;
+  KITH_TRY(mfm_room(&f->weight, &f->weight_capacity, f->graph.pairs.n, sizeof *f->weight));
+  KITH_TRY(mfm_room(&links->first, &links->first_capacity, (size_t)rows->n + 1, sizeof *links->first));
+#pragma omp parallel for schedule(static)
+  for (size_t p = 0; p < f->graph.pairs.n; ++p) f->weight[p] = weight_of(f, p);
+  links->first[0] = 0;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < rows->n; ++i) {
+    size_t n = 0;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) n += f->weight[of_row[e]] > 0;
+    links->first[i + 1] = n;
+  }
+  for (kith_index i = 0; i < rows->n; ++i) links->first[i + 1] += links->first[i];
+  KITH_TRY(mfm_room(&links->node, &links->node_capacity, links->first[rows->n], sizeof *links->node));
+  KITH_TRY(mfm_room(&links->weight, &links->weight_capacity, links->first[rows->n], sizeof *links->weight));
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < rows->n; ++i) {
+    size_t at = links->first[i];
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      if (!(f->weight[of_row[e]] > 0)) continue;
+      links->node[at] = rows->node[e];
+      links->weight[at++] = f->weight[of_row[e]];
+    }
+  }
+  return KITH_OK;
+}
+
+/* - sum A, sum a (negative where the node stays open), 1 / sum |A|. */
+static void equations(struct mfm_faces *f) {
+  const struct kith_rows *rows = &f->graph.rows;
+  uint64_t opened = 0;
+#pragma omp parallel for schedule(dynamic, 128) reduction(+ : opened)
+  for (kith_index i = 0; i < rows->n; ++i) {
+    double sum[NDIM] = {0}, whole = 0, weights = 0;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const size_t p = f->graph.pairs.of_row[e];
+      const double sign = rows->node[e] > i ? 1 : -1;
+      for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area[p * NDIM + a];
+      whole += kith_norm(f->area + p * NDIM);
+    }
+    for (size_t e = f->links.first[i]; e < f->links.first[i + 1]; ++e) weights += f->links.weight[e];
+    const bool surface = !(kith_norm(sum) <= surface_share * whole) && is_surface(f, i, sum);
+    opened += surface || weights == 0;
+    f->diagonal[i] = surface || weights == 0 ? -1 : weights;
+    for (int a = 0; a < NDIM; ++a) {
+      f->open[(size_t)i * NDIM + a] = f->diagonal[i] < 0 ? 0 : sum[a];
+      f->scale[(size_t)i * NDIM + a] = 1 / KITH_MAX(whole, 1e-300);
+    }
+  }
+  f->left_open += opened;
+}
+
+/* z_i = sum_j a_ij (v_i - v_j). */
+static int laplacian(void *context, N_Vector v, N_Vector z) {
+  struct mfm_faces *f = context;
+  const struct mfm_links *links = &f->links;
+  double *restrict shift = f->shift->f64, *restrict out = N_VGetArrayPointer(z);
+  memcpy(shift, N_VGetArrayPointer(v), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
+  kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < f->graph.rows.n; ++i) {
+    double sum[NDIM];
+    for (int a = 0; a < NDIM; ++a) sum[a] = fabs(f->diagonal[i]) * shift[(size_t)i * NDIM + a];
+    for (size_t e = links->first[i]; f->diagonal[i] > 0 && e < links->first[i + 1]; ++e)
+      for (int a = 0; a < NDIM; ++a) sum[a] -= links->weight[e] * shift[(size_t)links->node[e] * NDIM + a];
+    for (int a = 0; a < NDIM; ++a) out[(size_t)i * NDIM + a] = sum[a];
+  }
+  return 0;
+}
+
+/* z = r / sum a. */
+static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_tolerance, int side) {
+  const struct mfm_faces *f = context;
+  const double *restrict in = N_VGetArrayPointer(r);
+  double *restrict out = N_VGetArrayPointer(z);
+  (void)unused_tolerance, (void)side;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < f->graph.rows.n; ++i)
+    for (int a = 0; a < NDIM; ++a)
+      out[(size_t)i * NDIM + a] = in[(size_t)i * NDIM + a] / fabs(f->diagonal[i]);
+  return 0;
+}
+
+/* Solves for `solution`, which starts at zero. */
+static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, N_Vector scale,
+                         SUNContext context) {
+  const int most = (int)KITH_MIN(100 + 2 * (int64_t)f->graph.rows.n,
+                                 INT32_MAX); /* on a line it takes as many as there are nodes */
+  SUNLinearSolver solver = SUNLinSol_PCG(solution, SUN_PREC_LEFT, most, context);
+  if (solver == NULL) KITH_FAIL(NO_MEMORY, "no memory to close faces");
+  SUNLinSolSetATimes(solver, f, laplacian);
+  SUNLinSolSetPreconditioner(solver, f, NULL, jacobi);
+  SUNLinSolSetScalingVectors(solver, scale, NULL);
+  SUNLinSolSetZeroGuess(solver, SUNTRUE);
+  int error = SUNLinSolInitialize(solver);
+  if (error == 0) error = SUNLinSolSetup(solver, NULL);
+  if (error == 0)
+    error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)f->graph.rows.n * NDIM));
+  f->iterations += (uint64_t)SUNLinSolNumIters(solver);
+  SUNLinSolFree(solver);
+  if (error < 0) KITH_FAIL(INTERNAL, "the solver that closes faces gave %d", error);
+  if (error != 0 && error != SUNLS_RES_REDUCED)
+    KITH_FAIL(DIVERGED, "faces cannot be closed: the solver gave %d", error);
+  return KITH_OK;
+}
+
+/* A_ij += a_ij (l_i - l_j). */
+static void apply(struct mfm_faces *f) {
+  const double *restrict shift = f->shift->f64;
+#pragma omp parallel for schedule(static)
+  for (size_t p = 0; p < f->graph.pairs.n; ++p) {
+    const kith_index *pair = f->graph.pairs.node[p];
+    if (pair[0] >= f->graph.rows.n) continue; /* both are ghosts: no one's face */
+    for (int a = 0; a < NDIM; ++a)
+      f->area[p * NDIM + a] +=
+          f->weight[p] * (shift[(size_t)pair[0] * NDIM + a] - shift[(size_t)pair[1] * NDIM + a]);
+  }
+}
+
+kith_status mfm_faces_close(struct mfm_faces *f) {
+  const size_t n = (size_t)f->graph.rows.n, all = n * NDIM;
+  if (n == 0) return KITH_OK;
+  KITH_TRY(link_nodes(f));
+  KITH_TRY(mfm_room(&f->open, &f->open_capacity, all, sizeof *f->open));
+  KITH_TRY(mfm_room(&f->scale, &f->scale_capacity, all, sizeof *f->scale));
+  KITH_TRY(mfm_room(&f->diagonal, &f->diagonal_capacity, n, sizeof *f->diagonal));
+  equations(f);
+  SUNContext context = NULL;
+  if (SUNContext_Create(NULL, &context) != 0) KITH_FAIL(NO_MEMORY, "no memory to close faces");
+  N_Vector open = N_VMake_Serial((sunindextype)all, f->open, context);
+  N_Vector scale = N_VMake_Serial((sunindextype)all, f->scale, context);
+  N_Vector solution = N_VNew_Serial((sunindextype)all, context);
+  kith_status status = KITH_NO_MEMORY;
+  if (open != NULL && scale != NULL && solution != NULL) {
+    N_VConst(0, solution);
+    status = solve(f, solution, open, scale, context);
+    memcpy(f->shift->f64, N_VGetArrayPointer(solution), all * sizeof(double));
+    kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
+  }
+  if (open != NULL) N_VDestroy(open);
+  if (scale != NULL) N_VDestroy(scale);
+  if (solution != NULL) N_VDestroy(solution);
+  SUNContext_Free(&context);
+  KITH_TRY(status);
+  apply(f);
+  return KITH_OK;
+}

@@ -1,0 +1,192 @@
+/* Integrated faces. A_ij = sum_k (P_ik grad P_jk - P_jk grad P_ik) is a product of sparse matrices: row i is summed into one
+ * accumulator per node, k by k over the nodes that the support of i holds, j over those whose support holds k. */
+#include <math.h>
+#include <string.h>
+#include "lib/core/lanes.h"
+#include "lib/core/vec.h"
+#include "physics/mfm/faces.h"
+
+static const double most_stretch =
+    0.25; /* a lattice takes 0.09 at most; the surface of a gas would take more than it should */
+
+struct pass {
+  struct mfm_faces *faces;
+  const struct kith_connectivity *connectivity;
+};
+
+/* C / H^d. */
+static inline double height(const struct mfm_faces *f, double support) {
+  return kith_kernel_constant(f->kernel) / kith_pow_dim(support);
+}
+
+/* A ghost that no internal node sees is no place of quadrature: its row need not be whole. */
+static inline bool seen(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k) {
+  return k < f->nodes->n_internal ||
+         (rows->first[k] < rows->first[k + 1] && rows->node[rows->first[k]] < f->nodes->n_internal);
+}
+
+/* s(x_k), as sqrt(V) / s, and the number of holders, k among them. */
+KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pass, kith_index begin,
+                                 kith_index end) {
+  struct mfm_faces *f = pass->faces;
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
+  for (kith_index k = begin; k < end; ++k) {
+    double w, g;
+    kith_kernel_value(kernel, 0, &w, &g);
+    double sum = w * height(f, h[k]);
+    size_t count = 1;
+    for (size_t e = rows->first[k]; e < rows->first[k + 1]; ++e) {
+      const kith_index j = rows->node[e];
+      const double r2 = kith_distance2(x + (size_t)k * NDIM, x + (size_t)j * NDIM);
+      if (!(r2 < h[j] * h[j])) continue;
+      kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
+      sum += w * height(f, h[j]);
+      ++count;
+    }
+    f->quadrature->f64[k] = sqrt(kith_ball() * kith_pow_dim(h[k]) / f->neighbors) / sum;
+    f->holders[k + 1] = seen(f, rows, k) ? count : 0;
+  }
+}
+
+/* The holders of k and their values. */
+KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass, kith_index begin,
+                               kith_index end) {
+  struct mfm_faces *f = pass->faces;
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
+  for (kith_index k = begin; k < end; ++k) {
+    size_t at = f->holders[k];
+    if (f->holders[k + 1] == at) continue;
+    const double *xk = x + (size_t)k * NDIM, scale = f->quadrature->f64[k];
+    for (size_t e = rows->first[k] - 1; e + 1 <= rows->first[k + 1]; ++e) { /* k first, then its row */
+      const bool self = e + 1 == rows->first[k];
+      const kith_index j = self ? k : rows->node[e];
+      const double *xj = x + (size_t)j * NDIM, r2 = kith_distance2(xk, xj);
+      double w, g;
+      if (!(r2 < h[j] * h[j])) continue;
+      kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
+      const double c = scale * height(f, h[j]);
+      double *value = f->value + at * KITH_LANES;
+      f->holder[at++] = j;
+      memset(value, 0, KITH_LANES * sizeof *value);
+      value[0] = c * w;
+      for (int a = 0; a < NDIM; ++a) value[1 + a] = c * g * (xk[a] - xj[a]) / (h[j] * h[j]);
+    }
+  }
+}
+
+/* The place of i among the holders of k, or of the first above it; they ascend but for the first, k itself. */
+static inline size_t place(const struct mfm_faces *f, kith_index k, kith_index i) {
+  size_t from = f->holders[k] + 1, to = f->holders[k + 1];
+  while (from < to) {
+    const size_t middle = (from + to) / 2;
+    if (f->holder[middle] < i)
+      from = middle + 1;
+    else
+      to = middle;
+  }
+  return from;
+}
+
+/* What k adds to the faces of i with the nodes above it. */
+KITH_INLINE void add_place(const struct mfm_faces *f, kith_index i, kith_index k, kith_lanes *restrict sum) {
+  const size_t self = f->holders[k], end = f->holders[k + 1], found = k == i ? self : place(f, k, i);
+  if (found == end || f->holder[found] != i) return; /* the support of i does not hold k */
+  const kith_lanes *restrict value = (const kith_lanes *)f->value;
+  const kith_lanes mine = value[found];
+  if (k > i) sum[k] += mine[0] * value[self] - value[self][0] * mine;
+  for (size_t e = k == i ? place(f, k, i) : found + 1; e < end; ++e)
+    sum[f->holder[e]] += mine[0] * value[e] - value[e][0] * mine;
+}
+
+KITH_INLINE void product_chunk(const struct pass *pass, kith_index begin, kith_index end,
+                               struct kith_scratch *s) {
+  const struct mfm_faces *f = pass->faces;
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
+  for (kith_index i = begin; i < end; ++i) {
+    add_place(f, i, i, sum);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_place(f, i, rows->node[e], sum);
+    for (size_t p = f->graph.pairs.first[i]; p < f->graph.pairs.first[i + 1]; ++p) {
+      const kith_index j = f->graph.pairs.node[p][1];
+      for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] = sum[j][1 + a];
+      sum[j] = (kith_lanes){0};
+    }
+  }
+}
+
+/* What the faces of i are to be stretched by, less 1, so that the trace of sum A (x_j - x_i) is that of 2 V. */
+static void stretch_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct pass *pass = context;
+  const struct mfm_faces *f = pass->faces;
+  const struct kith_rows *rows = &f->graph.rows;
+  const double *x = f->nodes->position->f64, *h = f->nodes->support->f64;
+  (void)s;
+  for (kith_index i = begin; i < end; ++i) {
+    double trace = 0;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const kith_index j = rows->node[e];
+      const double sign = j > i ? 1 : -1, *area = f->area + (size_t)f->graph.pairs.of_row[e] * NDIM;
+      for (int a = 0; a < NDIM; ++a)
+        trace += sign * area[a] * (x[(size_t)j * NDIM + a] - x[(size_t)i * NDIM + a]);
+    }
+    const double wanted = 2 * NDIM * kith_ball() * kith_pow_dim(h[i]) / f->neighbors;
+    f->stretch->f64[i] = KITH_MIN(KITH_MAX(wanted / trace, 1 - most_stretch), 1 + most_stretch) - 1;
+  }
+}
+
+static kith_status stretch(struct pass *pass) {
+  struct mfm_faces *f = pass->faces;
+  KITH_TRY(kith_traverse(f->nodes->n_internal, stretch_chunk, pass, 1, 0, NULL, f->profile));
+  kith_nodes_refresh_ghosts(f->nodes, &f->stretch, 1);
+  const double *more = f->stretch->f64;
+#pragma omp parallel for schedule(static)
+  for (size_t p = 0; p < f->graph.pairs.n; ++p) {
+    const kith_index *pair = f->graph.pairs.node[p];
+    for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] *= 1 + 0.5 * (more[pair[0]] + more[pair[1]]);
+  }
+  return KITH_OK;
+}
+
+#define X(name, ...)                                                                     \
+  KITH_HOT static void partition_##name(void *context, kith_index begin, kith_index end, \
+                                        struct kith_scratch *s) {                        \
+    (void)s;                                                                             \
+    partition_chunk(KITH_KERNEL_##name, context, begin, end);                            \
+  }                                                                                      \
+  KITH_HOT static void holders_##name(void *context, kith_index begin, kith_index end,   \
+                                      struct kith_scratch *s) {                          \
+    (void)s;                                                                             \
+    holders_chunk(KITH_KERNEL_##name, context, begin, end);                              \
+  }
+KITH_KERNEL_LIST(X)
+#undef X
+
+KITH_HOT static void product(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  product_chunk(context, begin, end, s);
+}
+
+kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
+  static const kith_chunk_pass partition[] = {
+#define X(name, ...) partition_##name,
+      KITH_KERNEL_LIST(X)};
+#undef X
+  static const kith_chunk_pass holders[] = {
+#define X(name, ...) holders_##name,
+      KITH_KERNEL_LIST(X)
+#undef X
+  };
+  struct pass pass = {f, connectivity};
+  const kith_index n = connectivity->rows.n;
+  KITH_TRY(mfm_room(&f->holders, &f->holders_capacity, (size_t)n + 1, sizeof *f->holders));
+  KITH_TRY(kith_traverse(n, partition[f->kernel], &pass, 1, 0, NULL, f->profile));
+  kith_nodes_refresh_ghosts(f->nodes, &f->quadrature, 1);
+  f->holders[0] = 0;
+  for (kith_index k = 0; k < n; ++k) f->holders[k + 1] += f->holders[k];
+  KITH_TRY(mfm_room(&f->holder, &f->holder_capacity, f->holders[n], sizeof *f->holder));
+  KITH_TRY(mfm_room(&f->value, &f->value_capacity, f->holders[n] * KITH_LANES, sizeof *f->value));
+  KITH_TRY(kith_traverse(n, holders[f->kernel], &pass, 1, 0, NULL, f->profile));
+  KITH_TRY(kith_traverse(f->nodes->n_internal, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile));
+  return stretch(&pass);
+}
