@@ -1,6 +1,7 @@
 #include <omp.h>
 #include <stddef.h>
 #include "app/bench.h"
+#include "app/chart.h"
 #include "app/list.h"
 #include "app/options.h"
 #include "app/plan.h"
@@ -14,6 +15,8 @@ static const struct kith_verb verbs[] = {
     {"bench", "", "node updates per second, stage by stage, beside reference loops", kith_bench},
     {"validate", "[SUITE]", "runs the scenes with their tolerances; 'validate list': the suites",
      kith_validate},
+    {"chart", "SCENE|SUITE", "error against cost, for a matrix of methods; 'chart list': the suites",
+     kith_chart},
     {NULL, NULL, NULL, NULL}};
 
 int main(int argc, char **argv) {

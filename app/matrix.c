@@ -274,12 +274,13 @@ kith_status kith_matrix_run(struct kith_matrix *m, const struct kith_job *job, s
   snprintf(log, sizeof log, "%s.log", directory);
   unlink(path);
   KITH_TRY(kith_job_start(m, job, "run", directory, log, &code));
-  if (code == -SIGINT || code == -SIGTERM || code == -SIGHUP || code == 127)
+  if (code != 0) kith_log_reason(log, code, p->why);
+  if (code == -SIGINT || code == -SIGTERM || code == -SIGHUP || code == 127 ||
+      strncmp(p->why, "stopped by signal", strlen("stopped by signal")) == 0)
     KITH_FAIL(BAD_FILE, "a run was stopped from outside, see %s", log);
   p->failed = code != 0 || read_report(p, path) != KITH_OK;
   for (int k = 0; p->failed && k < KITH_N_METRICS; ++k) p->value[k] = NAN;
   if (p->failed && code == 0) snprintf(p->why, sizeof p->why, "%.255s", kith_failure());
-  if (code != 0) kith_log_reason(log, code, p->why);
   drop_snapshots(directory);
   return add(m, p, job);
 }
