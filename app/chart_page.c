@@ -100,6 +100,7 @@ static double put_panels(FILE *f, const struct drawing *d, double top) {
                                      .y_label = kith_metrics[metric].doc,
                                      .n = k == 0 ? d->n_series : shown,
                                      .series = d->series[k],
+                                     .logarithmic = true,
                                      .level = d->chart->suite->target[d->norm],
                                      .level_label = "target"};
     kith_panel_write(f, &panel, k * KITH_PANEL_WIDTH, top);
@@ -300,12 +301,12 @@ static kith_status put_csv(FILE *f, const struct kith_chart *c, struct drawing *
   return KITH_OK;
 }
 
-/* A word in single quotes, where gnuplot reads nothing into it. */
+/* A word in single quotes, where gnuplot reads nothing into it; double ones it would stop at in a label. */
 static void put_quoted(FILE *f, const char *text) {
   fputc('\'', f);
   for (const char *s = text; *s != '\0'; ++s) {
     if (*s == '\'') fputc('\'', f);
-    fputc((unsigned char)*s < ' ' ? ' ' : *s, f);
+    fputc((unsigned char)*s < ' ' ? ' ' : *s == '"' ? '`' : *s, f);
   }
   fputc('\'', f);
 }
@@ -325,13 +326,31 @@ static void put_blocks(FILE *f, const struct kith_chart *c) {
   }
 }
 
+/* The fronts: cost and error of their points, which gnuplot sorts. */
+static kith_status put_fronts(FILE *f, const struct kith_chart *c, bool *on) {
+  for (int norm = 0; norm < c->suite->n_norms; ++norm)
+    for (int cost = 0; cost < KITH_COSTS; ++cost) {
+      KITH_TRY(kith_chart_front(c, norm, cost, on));
+      fprintf(f, "$front%d_%d << END\nNaN NaN\n", norm, cost);
+      for (int k = 0; k < c->n_methods * c->suite->n_resolutions; ++k)
+        if (on[k])
+          fprintf(f, "%.9g %.9g\n", c->point[k].value[kith_cost_metrics[cost]],
+                  c->point[k].value[c->suite->norm[norm]]);
+      fputs("END\n", f);
+    }
+  return KITH_OK;
+}
+
 static void put_plot(FILE *f, const struct kith_chart *c, int norm, int column) {
   static const char *const labels[PANELS] = {"resolution", "CPU-seconds", "pair evaluations"};
   fprintf(f, "set xlabel '%s'\nset ylabel '%s'\nplot ", labels[column - 1],
           kith_metrics[c->suite->norm[norm]].doc);
+  if (column > 1)
+    fprintf(f, "$front%d_%d using 1:2 smooth unique with lines lw 9 lc rgb '#dddddd' title 'front', \\\n  ",
+            norm, column - 2);
   for (int m = 0; m < c->n_methods; ++m) {
-    fprintf(f, "%s$method%d using %d:%d with linespoints lw 1.5 pt %d title ", m > 0 ? ", \\\n  " : "", m,
-            column, 4 + norm, 4 + m % 9);
+    fprintf(f, "%s$method%d using %d:%d with linespoints lw 1.5 pt %d lc rgb '%s' title ",
+            m > 0 ? ", \\\n  " : "", m, column, 4 + norm, 4 + m % 9, kith_svg_color(m));
     put_quoted(f, c->label[m]);
   }
   const char *name = kith_metrics[c->suite->norm[norm]].name;
@@ -350,12 +369,13 @@ static void put_plot(FILE *f, const struct kith_chart *c, int norm, int column) 
 }
 
 static kith_status put_script(FILE *f, const struct kith_chart *c, struct drawing *d, bool *on) {
-  (void)d, (void)on;
+  (void)d;
   fprintf(
       f,
       "# gnuplot plot.gp\nset terminal pngcairo noenhanced size 1500,%d font 'Sans,11'\nset output 'chart.png'\n",
       480 * c->suite->n_norms);
   put_blocks(f, c);
+  KITH_TRY(put_fronts(f, c, on));
   fputs(
       "set logscale xy\nset format '%g'\nset format x '%.0e'\nset grid lc rgb '#e3e6ea'\nset border 3\nset tics nomirror\n"
       "set key outside bottom center horizontal\nset multiplot layout ",

@@ -87,7 +87,7 @@ static void add_cost(char text[KITH_CHART_TEXT], int cost, double value) {
 static void add_offers(const struct kith_chart *c, char text[KITH_CHART_TEXT], int cost,
                        const struct offer *offer, int n) {
   const struct kith_price *best = &offer[0].price;
-  add(text, "%s at resolution %s%.4g%s, ", c->label[offer[0].method], best->between ? "about " : "",
+  add(text, "%s at resolution %s%.3g%s, ", c->label[offer[0].method], best->between ? "about " : "",
       best->resolution, best->between ? "" : " (its coarsest)");
   add_cost(text, cost, best->cost);
   for (int k = 1; k < KITH_MIN(n, 4); ++k) {

@@ -6,6 +6,7 @@
 #include "app/options.h"
 #include "app/plan.h"
 #include "app/run.h"
+#include "app/stress.h"
 #include "app/validate.h"
 
 static const struct kith_verb verbs[] = {

@@ -227,10 +227,11 @@ static kith_status read_report(struct kith_point *p, const char *path) {
   KITH_TRY(kith_config_read(&report, path));
   for (int k = 0; k < KITH_N_METRICS; ++k) {
     p->value[k] = number_at(report, kith_metrics[k].path);
-    if (strcmp(kith_metrics[k].name, "shock") == 0) {
-      const double exact = number_at(report, "norms.shock_exact");
+    const double exact = number_at(report, "norms.shock_exact"), start = number_at(report, "kinetic.start");
+    if (strcmp(kith_metrics[k].name, "shock") == 0)
       p->value[k] = exact > 0 ? fabs(p->value[k] / exact - 1) : NAN;
-    }
+    if (strcmp(kith_metrics[k].name, "kinetic.kept") == 0)
+      p->value[k] = start > 0 ? p->value[k] / start : NAN;
   }
   kith_config_destroy(&report);
   return KITH_OK;

@@ -25,6 +25,7 @@
   X(angular_momentum_drift, "angular_momentum_drift", "drift of angular momentum")                 \
   X(kinetic.start, "kinetic.start", "kinetic energy at the start")                                 \
   X(kinetic.end, "kinetic.end", "kinetic energy at the end")                                       \
+  X(kinetic.kept, "kinetic.end", "kinetic energy that is left")                                    \
   X(kinetic.rebound, "kinetic.rebound", "rise of the kinetic energy")                              \
   X(velocity_over_sound.largest, "velocity_over_sound.largest", "largest velocity over sound")     \
   X(velocity_over_sound.end, "velocity_over_sound.end", "largest velocity over sound, at the end") \
@@ -52,7 +53,7 @@ enum {
   KITH_N_METRICS = 0 KITH_METRIC_LIST(X)
 #undef X
 };
-/* `shock` is |shock_radius / shock_exact - 1|, NaN where there is none. */
+/* Two follow from two numbers, NaN where one is missing: `shock` is |shock_radius / shock_exact - 1|, kinetic.kept is end over start. */
 struct kith_metric {
   const char *name, *path, *doc;
 };

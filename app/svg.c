@@ -16,6 +16,10 @@ struct axis {
   bool logarithmic;
 };
 
+const char *kith_svg_color(int style) {
+  return colors[style % COLORS];
+}
+
 void kith_xml_text(FILE *f, const char *text) {
   for (const char *c = text; *c != '\0'; ++c) {
     const char *escaped = *c == '&'   ? "&amp;"
@@ -58,12 +62,12 @@ static bool shown(const struct kith_dot *dot) {
   return !dot->failed && isfinite(dot->x) && isfinite(dot->y);
 }
 
-static void choose_range(struct axis *a, double lower, double upper) {
+static void choose_range(struct axis *a, double lower, double upper, bool logarithmic) {
   if (!(lower <= upper)) lower = 0.1, upper = 10;
-  a->logarithmic = lower > 0 && upper >= 5 * lower;
+  a->logarithmic = lower > 0 && (logarithmic || upper >= 5 * lower);
   const double span = upper - lower;
   if (a->logarithmic) {
-    const double margin = pow(upper / lower, 0.06);
+    const double margin = fmax(pow(upper / lower, 0.06), 1.02);
     a->lower = lower / margin, a->upper = upper * margin;
   } else {
     const double margin = span > 0 ? 0.07 * span : fmax(0.1 * fabs(upper), 1e-12);
@@ -80,8 +84,8 @@ static void choose_axes(const struct kith_panel *p, struct axis *x, struct axis 
       if (shown(d)) least[1] = fmin(least[1], d->y), most[1] = fmax(most[1], d->y);
     }
   if (p->level > 0) least[1] = fmin(least[1], p->level), most[1] = fmax(most[1], p->level);
-  choose_range(x, least[0], most[0]);
-  choose_range(y, least[1], most[1]);
+  choose_range(x, least[0], most[0], p->logarithmic);
+  choose_range(y, least[1], most[1], p->logarithmic);
   if (p->n_names > 0) *x = (struct axis){-0.5, p->n_names - 0.5, 0, 0, false};
 }
 
@@ -89,7 +93,7 @@ static void choose_axes(const struct kith_panel *p, struct axis *x, struct axis 
 static void tick_text(double value, char text[48]) {
   static const char *const raised[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   const double size = fabs(value);
-  if (size == 0 || (size >= 0.9e-3 && size < 0.99e5)) {
+  if (size == 0 || (size >= 0.9e-3 && size < 0.99e4)) {
     snprintf(text, 48, "%.4g", value);
     return;
   }
@@ -126,7 +130,8 @@ static int linear_ticks(const struct axis *a, double ticks[MOST_TICKS]) {
 }
 
 static int choose_ticks(const struct axis *a, double ticks[MOST_TICKS]) {
-  return a->logarithmic ? log_ticks(a, ticks) : linear_ticks(a, ticks);
+  const int n = a->logarithmic ? log_ticks(a, ticks) : 0;
+  return n >= 3 ? n : linear_ticks(a, ticks); /* little room on a logarithmic axis is nearly linear */
 }
 
 static void put_x_ticks(FILE *f, const struct kith_panel *p, const struct axis *x, const struct axis *y) {
@@ -189,7 +194,7 @@ static void put_shape(FILE *f, int shape, double x, double y, double r) {
 }
 
 static const char *color_of(const struct kith_series *s) {
-  return s->hollow ? grey : colors[s->style % COLORS];
+  return s->hollow ? grey : kith_svg_color(s->style);
 }
 
 /* Methods beyond the colors go on with other shapes; a ring shows that a point is on the front. */

@@ -27,18 +27,20 @@ struct kith_panel {
   const struct kith_series *series;
   int n_names; /* names for x = 0, 1, 2, ...; 0: numbers */
   const char *const *names;
-  double level; /* a dashed line at this y; 0: none */
+  bool logarithmic; /* both axes, however little they span; else those that span a factor of 5 or more */
+  double level;     /* a dashed line at this y; 0: none */
   const char *level_label;
 };
 
-/* The panel at (left, top) of an <svg> that is open. Axes are logarithmic where all values are above 0 and span a factor of 5 or more. A
- * front is drawn through the rings. */
+/* The panel at (left, top) of an <svg> that is open. A front is drawn through the rings. Axes with values of 0 or below are linear. */
 void kith_panel_write(FILE *out, const struct kith_panel *panel, double left, double top);
 /* The legend of the series, from left to right within `width`; returns its height. out NULL: only the height. */
 double kith_legend_write(FILE *out, int n, const struct kith_series *series, double left, double top,
                          double width);
 /* <svg ...> with a white ground; close it with </svg>. */
 void kith_svg_open(FILE *out, double width, double height, const char *title);
+/* "#0072b2": the color of a style. */
+const char *kith_svg_color(int style);
 /* Text for XML: &, <, > and quotes escaped; control characters become blanks. */
 void kith_xml_text(FILE *out, const char *text);
 
