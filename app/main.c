@@ -18,6 +18,8 @@ static const struct kith_verb verbs[] = {
      kith_validate},
     {"chart", "SCENE|SUITE", "error against cost, for a matrix of methods; 'chart list': the suites",
      kith_chart},
+    {"stress", "[SWEEP]", "where methods stop working, one knob at a time; 'stress list': the sweeps",
+     kith_stress},
     {NULL, NULL, NULL, NULL}};
 
 int main(int argc, char **argv) {
