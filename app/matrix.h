@@ -25,7 +25,7 @@
   X(angular_momentum_drift, "angular_momentum_drift", "drift of angular momentum")                 \
   X(kinetic.start, "kinetic.start", "kinetic energy at the start")                                 \
   X(kinetic.end, "kinetic.end", "kinetic energy at the end")                                       \
-  X(kinetic.kept, "kinetic.end", "kinetic energy that is left")                                    \
+  X(kinetic.change, "kinetic.end", "change of the kinetic energy")                                 \
   X(kinetic.rebound, "kinetic.rebound", "rise of the kinetic energy")                              \
   X(velocity_over_sound.largest, "velocity_over_sound.largest", "largest velocity over sound")     \
   X(velocity_over_sound.end, "velocity_over_sound.end", "largest velocity over sound, at the end") \
@@ -53,7 +53,7 @@ enum {
   KITH_N_METRICS = 0 KITH_METRIC_LIST(X)
 #undef X
 };
-/* Two follow from two numbers, NaN where one is missing: `shock` is |shock_radius / shock_exact - 1|, kinetic.kept is end over start. */
+/* Two follow from two numbers, NaN where one is missing: `shock` is |shock_radius / shock_exact - 1|, kinetic.change is |end / start - 1|. */
 struct kith_metric {
   const char *name, *path, *doc;
 };

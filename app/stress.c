@@ -43,35 +43,37 @@ static void rung_text(const struct kith_rung *rung, char text[64]) {
     snprintf(text, 64, "%.6g", rung->x);
 }
 
-static void answer_names(const struct kith_ladder *l, int method, char text[128]) {
-  int good = 0;
-  const char *bad = NULL;
-  for (int k = 0; k < l->n; ++k) {
-    good += l->pass[method][k];
-    if (!l->pass[method][k] && bad == NULL) bad = l->sweep->rung[k].name;
+/* "to 0.6", "12, 20 - 40": the stretches of rungs that pass. */
+static void answer_values(const struct kith_ladder *l, int method, char text[128]) {
+  char from[64], to[64];
+  int n = 0;
+  text[0] = '\0';
+  for (int k = 0, next; k < l->n && n < 100; k = next) {
+    next = k + 1;
+    if (!l->pass[method][k]) continue;
+    while (next < l->n && l->pass[method][next]) ++next;
+    rung_text(&l->sweep->rung[k], from);
+    rung_text(&l->sweep->rung[next - 1], to);
+    const char *comma = n > 0 ? ", " : "";
+    n += next == k + 1 ? snprintf(text + n, (size_t)(128 - n), "%s%s", comma, from)
+         : k == 0      ? snprintf(text + n, (size_t)(128 - n), "to %s", to)
+                       : snprintf(text + n, (size_t)(128 - n), "%s%s - %s", comma, from, to);
   }
-  if (good == l->n)
-    snprintf(text, 128, "all %d", l->n);
-  else
-    snprintf(text, 128, "%d of %d", good, l->n);
 }
 
 void kith_ladder_answer(const struct kith_ladder *l, int method, char text[128]) {
-  char rung[64];
-  int last = -1, again = -1;
-  if (l->sweep->rung[0].name != NULL) {
-    answer_names(l, method, text);
-    return;
-  }
-  while (last + 1 < l->n && l->pass[method][last + 1]) ++last;
-  for (int k = last + 1; k < l->n; ++k)
-    if (l->pass[method][k]) again = k;
-  if (last >= 0) rung_text(&l->sweep->rung[last], rung);
-  int n = last < 0 ? snprintf(text, 128, "none")
-                   : snprintf(text, 128, last + 1 == l->n ? "all (%s)" : "%s", rung);
-  if (again < 0) return;
-  rung_text(&l->sweep->rung[again], rung);
-  snprintf(text + n, (size_t)(128 - n), ", again %s", rung);
+  char last[64];
+  int good = 0;
+  for (int k = 0; k < l->n; ++k) good += l->pass[method][k];
+  rung_text(&l->sweep->rung[l->n - 1], last);
+  if (good == 0)
+    snprintf(text, 128, "none");
+  else if (l->sweep->rung[0].name != NULL)
+    snprintf(text, 128, good == l->n ? "all %d" : "%d of %d", good, l->n);
+  else if (good == l->n)
+    snprintf(text, 128, "all (%s)", last);
+  else
+    answer_values(l, method, text);
 }
 
 void kith_sweep_gate_text(const struct kith_sweep *s, char text[160]) {
@@ -140,11 +142,25 @@ static kith_status run_ladder(struct stress *w, struct kith_ladder *l) {
   return KITH_OK;
 }
 
+/* What the command line sets must make sense to one run at least, before any is started. */
+static kith_status check_overrides(struct stress *w) {
+  struct kith_job job;
+  char scene[KITH_PATH + 64], log[KITH_PATH + 16], why[256];
+  int code;
+  if (w->options->n_overrides == 0) return KITH_OK;
+  KITH_TRY(make_job(w, w->ladder[0].sweep, 0, &w->ladder[0].sweep->rung[0], scene, &job));
+  snprintf(log, sizeof log, "%s/check.log", w->matrix->directory);
+  KITH_TRY(kith_job_start(w->matrix, &job, "plan", NULL, log, &code));
+  kith_log_reason(log, code, why);
+  if (code == 2) KITH_FAIL(BAD_INPUT, "stress: %s", why);
+  return KITH_OK;
+}
+
 /* --- what is told --- */
 
 static void print_table(int n, const struct kith_ladder *ladders) {
   char text[128];
-  printf("%-22s", "largest that passes");
+  printf("%-22s", "passes");
   for (int m = 0; m < kith_n_stress_methods; ++m) printf(" %16s", kith_stress_methods[m].name);
   putchar('\n');
   for (int k = 0; k < n; ++k) {
@@ -217,6 +233,7 @@ enum kith_exit kith_stress(const struct kith_options *options) {
   if (status == KITH_OK)
     status = kith_matrix_open(&w.matrix, options->directory != NULL ? options->directory : "out/stress",
                               options->threads, CPU_LIMIT);
+  if (status == KITH_OK) status = check_overrides(&w);
   if (status == KITH_OK) {
     code = KITH_EXIT_FAILED;
     status = run_all(&w);

@@ -1,7 +1,7 @@
 /* stress.h - where a method stops working: `kith stress [SWEEP]`, all of them by default; `kith stress list`.
  *
  * A sweep turns one knob of one scene up a ladder, from mild to hard, for every method; a gate says what still counts as working. The
- * answer is the last value of the ladder up to which all pass. A run that fails, or takes more than two minutes of processor time, does
+ * answer is where on the ladder the method passes: up to which value, as a rule. A run that fails, or takes more than two minutes of processor time, does
  * not pass, and the reason is kept. Sweeps and methods are data: stress_rows.h, one entry each.
  *
  * Points are kept in DIR/points.csv (-o, out/stress by default), so what was interrupted goes on (matrix.h). On stdout, and on the page
@@ -50,7 +50,7 @@ struct kith_ladder {
 };
 /* Judges the points of a ladder. */
 void kith_ladder_judge(struct kith_ladder *ladder);
-/* "0.6", "none", "all (1000)", "0.3, and again 0.9"; with names "6 of 8: not ...". */
+/* "to 0.6", "20 - 40, 90", "none", "all (1000)"; with names "6 of 8". */
 void kith_ladder_answer(const struct kith_ladder *ladder, int method, char text[128]);
 /* "density.l1 at most 0.05" */
 void kith_sweep_gate_text(const struct kith_sweep *sweep, char text[160]);
