@@ -1,17 +1,16 @@
-#ifndef _GNU_SOURCE
-#define _GNU_SOURCE /* memfd_create */
-#endif
 #include "app/chart.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <unistd.h>
 #include "app/plot.h"
 #include "app/progress.h"
 #include "app/text.h"
 #include "lib/core/profile.h"
+
+enum { MANY = 1000, LONG = 3600 }; /* runs, and seconds, that are only started after a yes */
+static const double START = 0.05;  /* seconds to start a process, and to end it */
 
 /* All that a chart needs while it is made. */
 struct work {
@@ -21,7 +20,6 @@ struct work {
   struct kith_matrix *matrix; /* NULL until there is a directory */
   struct kith_chart chart;
   char directory[KITH_PATH];
-  int check;              /* a file in memory, for what plans print */
   double *estimate;       /* of each method, seconds at the coarsest resolution; NaN: not known */
   double *wall, *wall_at; /* of each method's last run, and its resolution */
 };
@@ -33,25 +31,6 @@ static struct kith_job *job_of(const struct work *w, int m, int r, struct kith_j
 }
 
 /* --- before anything runs --- */
-
-/* "  cost          about 47.1 s: ..." of a plan, in seconds. */
-static double planned_seconds(const char *log) {
-  static const struct {
-    const char *name;
-    double seconds;
-  } units[] = {{"ns", 1e-9}, {"us", 1e-6}, {"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}};
-  char line[512], unit[8];
-  double value = NAN, seconds = NAN;
-  FILE *file = fopen(log, "r");
-  if (file == NULL) return NAN;
-  while (fgets(line, sizeof line, file) != NULL) {
-    if (sscanf(line, " cost about %lf %7[a-z]", &value, unit) != 2) continue;
-    for (size_t k = 0; k < sizeof units / sizeof *units; ++k)
-      if (strcmp(unit, units[k].name) == 0) seconds = value * units[k].seconds;
-  }
-  fclose(file);
-  return seconds;
-}
 
 /* Which values of which axis worked at least once, and why they did not. */
 struct verdicts {
@@ -111,39 +90,31 @@ static bool all_there(const struct work *w, int m) {
   return w->matrix != NULL;
 }
 
-/* Many combinations: those in which at most one axis is not at its first value. */
-static bool is_checked(const struct kith_suite *s, int m) {
+/* Many combinations: those in which at most one axis is not at its first value, or, before anybody said yes, the first. */
+static bool is_checked(const struct kith_suite *s, int m, bool first_only) {
   enum { ALL = 64 };
   int moved = 0;
   for (int a = 0; a < s->n_axes; ++a) moved += kith_suite_position(s, m, a) > 0;
-  return s->n_methods <= ALL || moved <= 1;
+  return s->n_methods <= ALL || moved == 0 || (moved == 1 && !first_only);
 }
 
 static kith_status check_method(struct work *w, int m, struct verdicts *all, int *n_good, char why[256]) {
-  const struct kith_matrix bare = {.programs = w->programs, .threads = w->chart.threads};
   struct kith_job job;
-  char log[64];
   int code;
   KITH_TRY(kith_suite_job(w->suite, m, w->suite->resolution[0], &job));
-  if (ftruncate(w->check, 0) != 0) KITH_FAIL(INTERNAL, "no room for what a plan prints");
-  snprintf(log, sizeof log, "/proc/self/fd/%d", w->check);
-  KITH_TRY(kith_job_start(&bare, &job, "plan", NULL, log, &code));
-  if (code == 127 || code < 0) KITH_FAIL(BAD_FILE, "cannot start %s%dd", w->programs.prefix, job.dimension);
-  if (code == 2) kith_log_reason(log, code, why);
-  if (code == 0) w->estimate[m] = planned_seconds(log);
+  KITH_TRY(kith_job_plan(&w->programs, w->chart.threads, &job, &code, &w->estimate[m], why));
   *n_good += code != 2;
   return judge(all, w->suite, m, code != 2, why);
 }
 
 static kith_status check(struct work *w) {
   struct verdicts all = {0};
+  const bool unasked = w->suite->n_methods * w->suite->n_resolutions > MANY && !w->options->yes;
   int n_good = 0, n = 0;
   char why[256] = "";
   kith_status status = KITH_OK;
-  w->check = memfd_create("plan", 0);
-  if (w->check < 0) KITH_FAIL(INTERNAL, "no file in memory");
   for (int m = 0; m < w->chart.n_methods && status == KITH_OK; ++m) {
-    if (!is_checked(w->suite, m)) continue;
+    if (!is_checked(w->suite, m, unasked)) continue;
     if (all_there(w, m)) {
       ++n_good;
       status = judge(&all, w->suite, m, true, "");
@@ -152,7 +123,6 @@ static kith_status check(struct work *w) {
     }
     ++n;
   }
-  close(w->check);
   if (status == KITH_OK && n_good < n) status = refuse_bad(&all, w->suite, n_good, why);
   kith_free(&all.verdict);
   return status;
@@ -187,7 +157,6 @@ static double expected(const struct work *w, int m, double resolution) {
 }
 
 static kith_status ask(const struct work *w) {
-  enum { MANY = 1000, LONG = 3600 };
   char text[32];
   double seconds = 0;
   int64_t runs = 0;
@@ -195,7 +164,8 @@ static kith_status ask(const struct work *w) {
     if (all_there(w, m)) continue;
     const double first = planned(w, m);
     for (int r = 0; r < w->suite->n_resolutions; ++r, ++runs)
-      if (isfinite(first)) seconds += scaled(w, first, w->suite->resolution[0], w->suite->resolution[r]);
+      seconds +=
+          START + (isfinite(first) ? scaled(w, first, w->suite->resolution[0], w->suite->resolution[r]) : 0);
   }
   if ((runs <= MANY && seconds <= LONG) || w->options->yes) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "%s: %lld runs, about %s in all as their plans have it; --yes starts them",

@@ -12,10 +12,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include "app/config.h"
 #include "app/version.h"
+#include "app/words.h"
 
 const struct kith_metric kith_metrics[KITH_N_METRICS] = {
 #define X(name, path, doc) {#name, path, doc},
@@ -29,9 +31,7 @@ const char kith_metric_words[] = ""
     ;
 
 int kith_metric_find(const char *name) {
-  for (int k = 0; k < KITH_N_METRICS; ++k)
-    if (strcmp(kith_metrics[k].name, name) == 0) return k;
-  return -1;
+  return kith_words_find(kith_metric_words, name);
 }
 
 /* --- jobs --- */
@@ -217,6 +217,41 @@ void kith_log_reason(const char *log, int code, char why[256]) {
   fclose(file);
 }
 
+/* "  cost          about 47.1 s: ..." of a plan, in seconds. */
+static double planned_seconds(const char *log) {
+  static const struct {
+    const char *name;
+    double seconds;
+  } units[] = {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}; /* of kith_text_seconds */
+  char line[512], unit[8];
+  double value = NAN, seconds = NAN;
+  FILE *file = fopen(log, "r");
+  if (file == NULL) return NAN;
+  while (fgets(line, sizeof line, file) != NULL) {
+    if (sscanf(line, " cost about %lf %7[a-z]", &value, unit) != 2) continue;
+    for (size_t k = 0; k < sizeof units / sizeof *units; ++k)
+      if (strcmp(unit, units[k].name) == 0) seconds = value * units[k].seconds;
+  }
+  fclose(file);
+  return seconds;
+}
+
+kith_status kith_job_plan(const struct kith_programs *programs, int threads, const struct kith_job *job,
+                          int *code, double *seconds, char why[256]) {
+  const struct kith_matrix bare = {.programs = *programs, .threads = threads};
+  char log[64];
+  const int file = memfd_create("plan", 0); /* what it prints leaves no trace */
+  if (file < 0) KITH_FAIL(INTERNAL, "no file in memory: %s", strerror(errno));
+  snprintf(log, sizeof log, "/proc/self/fd/%d", file);
+  const kith_status status = kith_job_start(&bare, job, "plan", NULL, log, code);
+  *seconds = status == KITH_OK && *code == 0 ? planned_seconds(log) : NAN;
+  if (status == KITH_OK && *code != 0) kith_log_reason(log, *code, why);
+  close(file);
+  KITH_TRY(status);
+  if (*code == 127 || *code < 0) KITH_FAIL(BAD_FILE, "cannot start %s%dd", programs->prefix, job->dimension);
+  return KITH_OK;
+}
+
 static double number_at(const struct kith_config *report, const char *path) {
   const struct kith_config_node *node = kith_config_at(report, path);
   return node != NULL && node->kind == KITH_CONFIG_SCALAR && !node->null ? strtod(node->text, NULL) : NAN;
@@ -230,8 +265,8 @@ static kith_status read_report(struct kith_point *p, const char *path) {
     const double exact = number_at(report, "norms.shock_exact"), start = number_at(report, "kinetic.start");
     if (strcmp(kith_metrics[k].name, "shock") == 0)
       p->value[k] = exact > 0 ? fabs(p->value[k] / exact - 1) : NAN;
-    if (strcmp(kith_metrics[k].name, "kinetic.kept") == 0)
-      p->value[k] = start > 0 ? p->value[k] / start : NAN;
+    if (strcmp(kith_metrics[k].name, "kinetic.change") == 0)
+      p->value[k] = start > 0 ? fabs(p->value[k] / start - 1) : NAN;
   }
   kith_config_destroy(&report);
   return KITH_OK;

@@ -105,6 +105,10 @@ kith_status kith_matrix_run(struct kith_matrix *matrix, const struct kith_job *j
 /* Starts `verb` (run, plan) of a job with its words into `log`. */
 kith_status kith_job_start(const struct kith_matrix *matrix, const struct kith_job *job, const char *verb,
                            const char *directory, const char *log, int *code);
+/* What `kith plan` says of a job: its exit code, with the reason if that is not 0, and the seconds that it expects (NaN: unknown).
+ * Nothing is written. */
+kith_status kith_job_plan(const struct kith_programs *programs, int threads, const struct kith_job *job,
+                          int *code, double *seconds, char why[256]);
 /* Why a program stopped: the last line of a log that starts with "kith: ", or the code. */
 void kith_log_reason(const char *log, int code, char why[256]);
 

@@ -98,6 +98,7 @@ static kith_status set_words(struct kith_job *job, const char *settings) {
 
 struct stress {
   const struct kith_options *options;
+  struct kith_programs programs;
   struct kith_matrix *matrix;
   struct kith_ladder *ladder;
   int n, done, all; /* ladders; runs */
@@ -107,7 +108,7 @@ struct stress {
 
 static kith_status make_job(const struct stress *w, const struct kith_sweep *s, int method,
                             const struct kith_rung *rung, char scene[KITH_PATH + 64], struct kith_job *job) {
-  snprintf(scene, KITH_PATH + 64, "%s/%s.yaml", w->matrix->programs.inputs, s->scene);
+  snprintf(scene, KITH_PATH + 64, "%s/%s.yaml", w->programs.inputs, s->scene);
   *job = (struct kith_job){.scene = scene, .dimension = s->dimension, .x = rung->x};
   snprintf(job->method, sizeof job->method, "%s %s", s->name, kith_stress_methods[method].name);
   KITH_TRY(set_words(job, kith_stress_methods[method].settings));
@@ -145,13 +146,12 @@ static kith_status run_ladder(struct stress *w, struct kith_ladder *l) {
 /* What the command line sets must make sense to one run at least, before any is started. */
 static kith_status check_overrides(struct stress *w) {
   struct kith_job job;
-  char scene[KITH_PATH + 64], log[KITH_PATH + 16], why[256];
+  char scene[KITH_PATH + 64], why[256];
+  double seconds;
   int code;
   if (w->options->n_overrides == 0) return KITH_OK;
   KITH_TRY(make_job(w, w->ladder[0].sweep, 0, &w->ladder[0].sweep->rung[0], scene, &job));
-  snprintf(log, sizeof log, "%s/check.log", w->matrix->directory);
-  KITH_TRY(kith_job_start(w->matrix, &job, "plan", NULL, log, &code));
-  kith_log_reason(log, code, why);
+  KITH_TRY(kith_job_plan(&w->programs, 1, &job, &code, &seconds, why));
   if (code == 2) KITH_FAIL(BAD_INPUT, "stress: %s", why);
   return KITH_OK;
 }
@@ -230,10 +230,11 @@ enum kith_exit kith_stress(const struct kith_options *options) {
   if (options->subject != NULL && strcmp(options->subject, "list") == 0) return list();
   setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: who waits, sleeps */
   kith_status status = choose(&w);
+  if (status == KITH_OK) status = kith_programs_find(&w.programs);
+  if (status == KITH_OK) status = check_overrides(&w);
   if (status == KITH_OK)
     status = kith_matrix_open(&w.matrix, options->directory != NULL ? options->directory : "out/stress",
                               options->threads, CPU_LIMIT);
-  if (status == KITH_OK) status = check_overrides(&w);
   if (status == KITH_OK) {
     code = KITH_EXIT_FAILED;
     status = run_all(&w);
