@@ -142,8 +142,8 @@ static void put_page(FILE *f, struct pages *p) {
   fputs(head, f);
   fprintf(
       f,
-      "<p class=\"note\">kith %s. One knob of one scene is turned from mild to hard, for every method. The table has the last value "
-      "up to which all pass; &ldquo;again&rdquo;: a harder one passes too. Crosses at the upper edge: the run failed.</p>\n",
+      "<p class=\"note\">kith %s. One knob of one scene is turned from mild to hard, for every method. The table has the values that "
+      "pass: &ldquo;to 0.6&rdquo; is the ladder up to there. Crosses at the upper edge: the run failed.</p>\n",
       kith_version());
   put_table(f, p);
   fputs("<h2>Metric against knob</h2>\n", f);

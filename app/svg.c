@@ -125,7 +125,7 @@ static int linear_ticks(const struct axis *a, double ticks[MOST_TICKS]) {
   const double step = power * (part > 5 ? 10 : part > 2 ? 5 : part > 1 ? 2 : 1);
   int n = 0;
   for (double k = ceil(a->lower / step); k * step <= a->upper && n < MOST_TICKS; k += 1)
-    ticks[n++] = k * step;
+    ticks[n++] = k * step + 0.0; /* not -0 */
   return n;
 }
 
