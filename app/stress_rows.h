@@ -12,38 +12,51 @@ const struct kith_stress_method kith_stress_methods[] = {
 #undef X
 const int kith_n_stress_methods = sizeof kith_stress_methods / sizeof *kith_stress_methods;
 
-#define RUNG(x, settings) {x, NULL, settings}
-#define CFL(x) {x, NULL, "scheme.cfl=" #x}
-#define NEIGHBORS(x) {x, NULL, "method.neighbors=" #x}
-#define JITTER(x) {x, NULL, "regions.0.jitter=" #x}
-#define CFL_LADDER                                                     \
-  {                                                                    \
-    CFL(0.1), CFL(0.2), CFL(0.3), CFL(0.45), CFL(0.6), CFL(0.8), CFL(1) \
-  }
-#define NEIGHBORS_LADDER                                                                                                      \
-  {                                                                                                                           \
-    NEIGHBORS(12), NEIGHBORS(16), NEIGHBORS(20), NEIGHBORS(28), NEIGHBORS(40), NEIGHBORS(60), NEIGHBORS(90), NEIGHBORS(130) \
+#define RUNG(x, settings) \
+  { x, NULL, settings }
+#define CFL(x) \
+  { x, NULL, "scheme.cfl=" #x }
+#define NEIGHBORS(x) \
+  { x, NULL, "method.neighbors=" #x }
+#define JITTER(x) \
+  { x, NULL, "regions.0.jitter=" #x }
+#define CFL_LADDER \
+  { CFL(0.1), CFL(0.2), CFL(0.3), CFL(0.45), CFL(0.6), CFL(0.8), CFL(1) }
+#define NEIGHBORS_LADDER                                                                                     \
+  {                                                                                                          \
+    NEIGHBORS(12), NEIGHBORS(16), NEIGHBORS(20), NEIGHBORS(28), NEIGHBORS(40), NEIGHBORS(60), NEIGHBORS(90), \
+        NEIGHBORS(130)                                                                                       \
   }
 /* A tube with both sides at density 1 and the same state but for what a rung says. */
 #define TUBE "resolution=200 regions.0.density=1 regions.1.density=1 "
 #define CONTACT "resolution=100 regions.0.pressure=1 regions.1.pressure=1 "
-#define DENSITY(x) {x, NULL, "regions.1.density=1/" #x}
-#define DENSITY_LADDER                                            \
-  {                                                               \
-    {1, NULL, "regions.1.density=1"}, DENSITY(1.1), DENSITY(1.25), DENSITY(1.5), DENSITY(2), DENSITY(4), DENSITY(8), DENSITY(64), DENSITY(1000) \
+#define DENSITY(x) \
+  { x, NULL, "regions.1.density=1/" #x }
+#define DENSITY_LADDER                                                                                   \
+  {                                                                                                      \
+    {1, NULL, "regions.1.density=1"}, DENSITY(1.1), DENSITY(1.25), DENSITY(1.5), DENSITY(2), DENSITY(4), \
+        DENSITY(8), DENSITY(64), DENSITY(1000)                                                           \
   }
-#define PRESSURE(x, p) {x, NULL, "regions.1.pressure=" #p}
-#define APART(x, u) {x, NULL, "regions.0.velocity=[-" #u ",0,0] regions.1.velocity=[" #u ",0,0]"}
-#define MACH(x, p) {x, NULL, "regions.0.pressure=" #p " regions.1.pressure=" #p}
+#define PRESSURE(x, p) \
+  { x, NULL, "regions.1.pressure=" #p }
+#define APART(x, u) \
+  { x, NULL, "regions.0.velocity=[-" #u ",0,0] regions.1.velocity=[" #u ",0,0]" }
+#define MACH(x, p) \
+  { x, NULL, "regions.0.pressure=" #p " regions.1.pressure=" #p }
 #define SWIRL "*(x^2+y^2<0.04?5:x^2+y^2<0.16?2/sqrt(x^2+y^2)-5:0)"
-#define BOOST(v) {v, NULL, "exact.uniform_velocity=[" #v ",0,0] regions.0.velocity=['" #v "-y" SWIRL "','x" SWIRL "',0]"}
-#define SHEAR(v) {v, NULL, "regions.0.velocity=['" #v "*sin(2*pi*y)',0,0]"}
-#define SIDE(n) {n, NULL, "resolution=" #n}
-#define PAIR(k, energy, balsara, kernel)                                                                               \
-  {                                                                                                                    \
-    k, energy " " balsara " " kernel, "method.energy=" energy " method.viscosity.balsara=" balsara " method.kernel=" kernel \
+#define BOOST(v) \
+  { v, NULL, "exact.uniform_velocity=[" #v ",0,0] regions.0.velocity=['" #v "-y" SWIRL "','x" SWIRL "',0]" }
+#define SHEAR(v) \
+  { v, NULL, "regions.0.velocity=['" #v "*sin(2*pi*y)',0,0]" }
+#define SIDE(n) \
+  { n, NULL, "resolution=" #n }
+#define PAIR(k, energy, balsara, kernel)                                                      \
+  {                                                                                           \
+    k, energy " " balsara " " kernel,                                                         \
+        "method.energy=" energy " method.viscosity.balsara=" balsara " method.kernel=" kernel \
   }
 
+/* clang-format off */
 const struct kith_sweep kith_sweeps[] = {
     {"cfl-sod", "Courant number", "sod", 1, "resolution=100", "density.l1", KITH_OF_FIRST, 1.1,
      "steps add less than a tenth to the error of the nodes", CFL_LADDER},
@@ -100,4 +113,5 @@ const struct kith_sweep kith_sweeps[] = {
       PAIR(9, "thermal", "balsara", "quintic"), PAIR(10, "thermal", "squared", "wendland-c2"),
       PAIR(11, "thermal", "squared", "quintic")}},
 };
+/* clang-format on */
 const int kith_n_sweeps = sizeof kith_sweeps / sizeof *kith_sweeps;

@@ -37,8 +37,8 @@ bad "an empty list: a matrix of no runs" 'scene: sod' 'matrix: {method.package: 
 printf 'scene,code\n' >short.csv
 bad "no column 'machine'" 'scene: sod' 'matrix: {resolution: [50]}' 'others: short.csv'
 many=$(seq -s ', ' 1 1000)
-bad "2000000 runs" 'scene: sod' "matrix: {method.neighbors: [$many], scheme.cfl: [0.1, 0.2], resolution: [$(seq -s ', ' 20 59)]}"
-bad "40000 runs, about" 'scene: sod' 'dimension: 1' "matrix: {seed: [$many], resolution: [$(seq -s ', ' 20 59)]}"
+bad "more than a million runs" 'scene: sod' "matrix: {regions.0.seed: [$many], regions.1.seed: [$many], resolution: [50, 60]}"
+bad "bad: 100000 runs, about " 'scene: sod' 'dimension: 1' "matrix: {regions.0.seed: [$many], scheme.cfl: [0.1, 0.2], resolution: [$(seq -s ', ' 20 69)]}"
 refused "did you mean 'sod'?" "$kith" chart sodd
 refused "chart: no scene or suite" "$kith" chart
 refused "nothere.yaml: No such file" "$kith" chart nothere.yaml

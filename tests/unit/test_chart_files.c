@@ -27,7 +27,8 @@ static bool said(const char *words) {
 
 static void check_csv(void) {
   struct kith_csv *csv;
-  put("a.csv", "# a comment\nname,\"a \"\"b\"\" c\",x\r\n\nu,\"two\nlines, and a comma\",1\r\nv,,2\n# the end\nw,x,3");
+  put("a.csv",
+      "# a comment\nname,\"a \"\"b\"\" c\",x\r\n\nu,\"two\nlines, and a comma\",1\r\nv,,2\n# the end\nw,x,3");
   CHECK(kith_csv_read(&csv, path, false) == KITH_OK);
   CHECK(csv->n_columns == 3 && csv->n_rows == 3);
   CHECK(kith_csv_column(csv, "a \"b\" c") == 1 && kith_csv_column(csv, "b") == -1);
@@ -38,8 +39,10 @@ static void check_csv(void) {
   CHECK(kith_csv_read(&csv, path, true) == KITH_OK);
   CHECK(csv->n_rows == 2 && strcmp(csv->text + csv->whole, "w,x,3") == 0);
   kith_csv_destroy(&csv);
-  CHECK(kith_csv_read(&csv, put("b.csv", "a,b\n1,2\n3\n"), false) == KITH_BAD_INPUT && said("b.csv:3: 1 fields, but there are 2"));
-  CHECK(kith_csv_read(&csv, put("b.csv", "a,b\n1,\"2\n"), false) == KITH_BAD_INPUT && said("b.csv:2: a quote that does not end"));
+  CHECK(kith_csv_read(&csv, put("b.csv", "a,b\n1,2\n3\n"), false) == KITH_BAD_INPUT &&
+        said("b.csv:3: 1 fields, but there are 2"));
+  CHECK(kith_csv_read(&csv, put("b.csv", "a,b\n1,\"2\n"), false) == KITH_BAD_INPUT &&
+        said("b.csv:2: a quote that does not end"));
   CHECK(kith_csv_read(&csv, put("b.csv", ""), false) == KITH_BAD_INPUT && said("no line of column names"));
   CHECK(kith_csv_read(&csv, "nowhere.csv", false) == KITH_BAD_INPUT && said("nowhere.csv: No such file"));
 }
@@ -55,7 +58,8 @@ static void check_many_rows(void) {
   fclose(f);
   CHECK(kith_csv_read(&csv, path, false) == KITH_OK);
   CHECK(csv->n_rows == 1000);
-  for (int k = 0; k < csv->n_rows; ++k) CHECK(atoi(kith_csv_at(csv, k, 0)) == k && atoi(kith_csv_at(csv, k, 1)) == 2 * k);
+  for (int k = 0; k < csv->n_rows; ++k)
+    CHECK(atoi(kith_csv_at(csv, k, 0)) == k && atoi(kith_csv_at(csv, k, 1)) == 2 * k);
   kith_csv_destroy(&csv);
 }
 
@@ -63,15 +67,20 @@ static void check_others(void) {
   static const char names[] = "scene,code,machine,resolution,cpu_seconds,norm,value,dimension\n";
   struct kith_others o;
   char text[512];
-  snprintf(text, sizeof text, "%ssod,A,m,10,1.5,density.l1,0.1,3\nsod,B,m,10,1,density.l1,0.1,1\nnoh,A,m,10,1,blip,1,3\n", names);
+  snprintf(text, sizeof text,
+           "%ssod,A,m,10,1.5,density.l1,0.1,3\nsod,B,m,10,1,density.l1,0.1,1\nnoh,A,m,10,1,blip,1,3\n",
+           names);
   CHECK(kith_others_read(&o, put("o.csv", text), "sod", 3) == KITH_OK);
-  CHECK(o.n == 1 && strcmp(o.other[0].code, "A") == 0 && o.other[0].cpu_seconds == 1.5 && o.other[0].version[0] == '\0');
+  CHECK(o.n == 1 && strcmp(o.other[0].code, "A") == 0 && o.other[0].cpu_seconds == 1.5 &&
+        o.other[0].version[0] == '\0');
   kith_others_clear(&o);
   snprintf(text, sizeof text, "%ssod,A,m,10,-1,density.l1,0.1,3\n", names);
-  CHECK(kith_others_read(&o, put("o.csv", text), "sod", 3) == KITH_BAD_INPUT && said("o.csv:2: cpu_seconds: '-1' is not"));
+  CHECK(kith_others_read(&o, put("o.csv", text), "sod", 3) == KITH_BAD_INPUT &&
+        said("o.csv:2: cpu_seconds: '-1' is not"));
   snprintf(text, sizeof text, "%ssod,A,m,10,1,density.l9,0.1,3\n", names);
   CHECK(kith_others_read(&o, put("o.csv", text), "sod", 3) == KITH_BAD_INPUT && said("norm: 'density.l9'"));
-  CHECK(kith_others_read(&o, put("o.csv", "scene,code\n"), "sod", 3) == KITH_BAD_INPUT && said("no column 'machine'"));
+  CHECK(kith_others_read(&o, put("o.csv", "scene,code\n"), "sod", 3) == KITH_BAD_INPUT &&
+        said("no column 'machine'"));
 }
 
 static bool has(const struct kith_job *job, const char *setting) {
@@ -95,8 +104,10 @@ static void check_suite(const struct kith_programs *programs) {
   CHECK(s->n_norms == 2 && strcmp(kith_metrics[s->norm[1]].name, "pressure.l2") == 0);
   CHECK(kith_suite_job(s, 9, 50, &job) == KITH_OK); /* 9 = two, quintic, 5 */
   CHECK(strcmp(job.method, "two quintic neighbors 5") == 0);
-  CHECK(has(&job, "method.viscosity.alpha=2") && has(&job, "regions.0.velocity=[1, 'x + 1', 0]") && has(&job, "scheme.cfl=0.25"));
-  CHECK(has(&job, "method.energy=thermal") && has(&job, "method.kernel=quintic") && has(&job, "method.neighbors=5"));
+  CHECK(has(&job, "method.viscosity.alpha=2") && has(&job, "regions.0.velocity=[1, 'x + 1', 0]") &&
+        has(&job, "scheme.cfl=0.25"));
+  CHECK(has(&job, "method.energy=thermal") && has(&job, "method.kernel=quintic") &&
+        has(&job, "method.neighbors=5"));
   CHECK(has(&job, "resolution=50") && job.n_settings == 7);
   kith_suite_destroy(&s);
 }
@@ -111,9 +122,11 @@ static void check_wrong_suites(const struct kith_programs *programs) {
       {"scene: sod\nmatrix: {resolution: 5}\n", "s.yaml:2: matrix.resolution"},
       {"scene: sod\nmethods: []\nmatrix: {resolution: [5]}\n", "without methods"},
       {"scene: sod\nmethods: [{nam: x}]\nmatrix: {resolution: [5]}\n", "did you mean 'name'"},
-      {"scene: sod\nmethods: [{name: x}, {name: x}]\nmatrix: {resolution: [5]}\n", "the name of another method"},
+      {"scene: sod\nmethods: [{name: x}, {name: x}]\nmatrix: {resolution: [5]}\n",
+       "the name of another method"},
       {"scene: sod\nmatrix: {resolution: [5]}\nnorms: [densty.l1]\n", "did you mean 'density.l1'"},
-      {"scene: sod\nmatrix: {resolution: [5]}\nnorms: [density.l1]\ntargets: [1, 2]\n", "2 targets for 1 norms"},
+      {"scene: sod\nmatrix: {resolution: [5]}\nnorms: [density.l1]\ntargets: [1, 2]\n",
+       "2 targets for 1 norms"},
       {"scene: sod\nmatrix: {resolution: [5]}\nothers: no.csv\n", "'no.csv' cannot be read"},
       {"scene: sod\nmatrix: {resolution: [5]}\nsuite: a/b\n", "cannot name a directory"},
       {"scene: sod\nmatrx: {resolution: [5]}\nmatrix: {resolution: [5]}\n", "did you mean 'matrix'"},
@@ -138,14 +151,15 @@ static void check_points(void) {
   snprintf(file, sizeof file, "%s/points.csv", directory);
   CHECK(kith_matrix_open(&m, directory, 1, 0) == KITH_OK);
   CHECK(m->n == 0 && size_of(file) > 0);
-  CHECK(kith_matrix_open(&other, directory, 1, 0) == KITH_BAD_FILE && other == NULL && said("another process"));
+  CHECK(kith_matrix_open(&other, directory, 1, 0) == KITH_BAD_FILE && other == NULL &&
+        said("another process"));
   kith_matrix_close(&m);
   FILE *f = fopen(file, "a");
   CHECK(f != NULL);
   if (f == NULL) return;
   for (int row = 0; row < 2; ++row) {
-    fprintf(f, "00000000000000a%d,%s,\"a \"\"b\"\"\",50,%s,\"why\",\"x=1\"", row, row == 0 ? kith_version() : "0.0.1",
-            row == 0 ? "failed" : "ok");
+    fprintf(f, "00000000000000a%d,%s,\"a \"\"b\"\"\",50,%s,\"why\",\"x=1\"", row,
+            row == 0 ? kith_version() : "0.0.1", row == 0 ? "failed" : "ok");
     for (int k = 0; k < KITH_N_METRICS; ++k) fprintf(f, ",%d", k);
     fputc('\n', f);
   }
@@ -157,7 +171,8 @@ static void check_points(void) {
   if (m == NULL) return;
   CHECK(m->n == 1 && size_of(file) == whole);
   const struct kith_point *p = kith_matrix_find(m, 0xa0);
-  CHECK(p != NULL && p->failed && strcmp(p->method, "a \"b\"") == 0 && strcmp(p->why, "why") == 0 && p->value[3] == 3);
+  CHECK(p != NULL && p->failed && strcmp(p->method, "a \"b\"") == 0 && strcmp(p->why, "why") == 0 &&
+        p->value[3] == 3);
   CHECK(kith_matrix_find(m, 0xa1) == NULL && kith_matrix_find(m, 0xb1) == NULL);
   kith_matrix_close(&m);
   put("points/points.csv", "a,b\n1,2\n");

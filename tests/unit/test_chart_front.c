@@ -14,7 +14,8 @@ static bool usable(double a, double b) {
 /* The definition, pair by pair. */
 static bool dominated(int n, const double *cost, const double *error, int k) {
   for (int j = 0; j < n; ++j)
-    if (usable(cost[j], error[j]) && cost[j] <= cost[k] && error[j] <= error[k] && (cost[j] < cost[k] || error[j] < error[k]))
+    if (usable(cost[j], error[j]) && cost[j] <= cost[k] && error[j] <= error[k] &&
+        (cost[j] < cost[k] || error[j] < error[k]))
       return true;
   return false;
 }
@@ -46,7 +47,8 @@ static void check_orders(void) {
 }
 
 static void check_prices(void) {
-  const double resolution[] = {10, 20, 40}, cost[] = {1, 8, 64}, error[] = {0.4, 0.2, 0.1}; /* cost = 0.064 / error^3 */
+  const double resolution[] = {10, 20, 40}, cost[] = {1, 8, 64},
+               error[] = {0.4, 0.2, 0.1}; /* cost = 0.064 / error^3 */
   struct kith_price p = kith_price_of(3, resolution, cost, error, 0.15);
   CHECK(p.between && fabs(p.cost - 0.064 / pow(0.15, 3)) < 1e-9 && fabs(p.resolution - 4 / 0.15) < 1e-9);
   p = kith_price_of(3, resolution, cost, error, 0.2);
@@ -62,7 +64,8 @@ static void check_prices(void) {
 
 static void check_targets(void) {
   const double error[] = {0.3, 0.09, 0.04, 0.015}; /* two methods */
-  CHECK(fabs(kith_target(2, 2, error) - 0.02) < 1e-15); /* 0.1 and 0.2 cross one, 0.02 the other: the smallest of the best */
+  CHECK(fabs(kith_target(2, 2, error) - 0.02) <
+        1e-15); /* 0.1 and 0.2 cross one, 0.02 the other: the smallest of the best */
   const double both[] = {0.3, 0.02, 0.08, 0.015};
   CHECK(fabs(kith_target(2, 2, both) - 0.02) < 1e-15);
   CHECK(kith_target(1, 1, error) == 0);
@@ -116,7 +119,8 @@ static void check_sweeps(void) {
   for (int k = 0; k < kith_n_sweeps; ++k) {
     const struct kith_sweep *s = &kith_sweeps[k];
     int n = 0;
-    CHECK(kith_metric_find(s->metric) >= 0 && s->bound > 0 && s->reason != NULL && s->dimension >= 1 && s->dimension <= 3);
+    CHECK(kith_metric_find(s->metric) >= 0 && s->bound > 0 && s->reason != NULL && s->dimension >= 1 &&
+          s->dimension <= 3);
     while (n < KITH_RUNGS && s->rung[n].settings != NULL) ++n;
     CHECK(n >= 3 && n < KITH_RUNGS);
     for (int j = 0; j < k; ++j) CHECK(strcmp(kith_sweeps[j].name, s->name) != 0);
