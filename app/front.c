@@ -49,30 +49,29 @@ double kith_order(int n, const double *resolution, const double *error) {
 
 struct kith_price kith_price_of(int n, const double *resolution, const double *cost, const double *error,
                                 double target) {
-  struct kith_price price = {NAN, NAN, false};
-  int before = -1;
+  const struct kith_price none = {NAN, NAN, false};
+  int above = -1, below = -1; /* the last point above the target, and the one behind it */
   for (int k = 0; k < n; ++k) {
     if (!is_point(cost[k], error[k])) continue;
-    if (error[k] <= target && before < 0) return (struct kith_price){cost[k], resolution[k], false};
-    if (error[k] <= target) {
-      const double part = log(error[before] / target) / log(error[before] / error[k]);
-      price.cost = cost[before] * pow(cost[k] / cost[before], part);
-      price.resolution = resolution[before] * pow(resolution[k] / resolution[before], part);
-      price.between = true;
-      return price;
-    }
-    before = k;
+    if (error[k] > target)
+      above = k, below = -1;
+    else if (below < 0)
+      below = k;
   }
-  return price;
+  if (below < 0) return none;
+  if (above < 0) return (struct kith_price){cost[below], resolution[below], false};
+  const double part = log(error[above] / target) / log(error[above] / error[below]);
+  return (struct kith_price){cost[above] * pow(cost[below] / cost[above], part),
+                             resolution[above] * pow(resolution[below] / resolution[above], part), true};
 }
 
-/* Has the method a point above, and one at or below? */
+/* Has the method a point above, and does it end at or below? */
 static bool reaches(int n, const double *error, double level) {
   bool above = false, below = false;
   for (int k = 0; k < n; ++k) {
     if (!(isfinite(error[k]) && error[k] > 0)) continue;
     above |= error[k] > level;
-    below |= error[k] <= level;
+    below = error[k] <= level;
   }
   return above && below;
 }

@@ -12,8 +12,8 @@ kith_status kith_front(int n, const double *cost, const double *error, bool *on)
  * points at different resolutions. */
 double kith_order(int n, const double *resolution, const double *error);
 
-/* What one method asks for an error of `target`: walking up its resolutions (ascending), the first place where the error comes down to
- * it, between two points on a straight line of logarithms. */
+/* What one method asks for an error of `target`: the resolution (they ascend) from which on its error stays at or below it, between two
+ * points on a straight line of logarithms. An error that dips below and rises again is luck, and does not count. */
 struct kith_price {
   double cost, resolution; /* NaN: never reached */
   bool between;            /* two points; else at the first one already */

@@ -57,6 +57,10 @@ static void check_prices(void) {
   CHECK(!p.between && p.cost == 1 && p.resolution == 10);
   CHECK(isnan(kith_price_of(3, resolution, cost, error, 0.09).cost));
   CHECK(isnan(kith_price_of(0, resolution, cost, error, 0.2).cost));
+  const double dips[] = {0.4, 0.1, 0.3}, late[] = {0.1, 0.4, 0.1};
+  CHECK(isnan(kith_price_of(3, resolution, cost, dips, 0.2).cost));
+  p = kith_price_of(3, resolution, cost, late, 0.2);
+  CHECK(p.between && p.cost > 8 && p.cost < 64);
   const double holes[] = {0.4, NAN, 0.1}; /* the line goes over the hole */
   p = kith_price_of(3, resolution, cost, holes, 0.2);
   CHECK(p.between && fabs(p.cost - 8) < 1e-9);
