@@ -1,7 +1,0 @@
-include(CMakeFindDependencyMacro)
-set(HDF5_PREFER_PARALLEL ON)
-find_dependency(MPI COMPONENTS C)
-find_dependency(HDF5 COMPONENTS C)
-find_dependency(OpenMP COMPONENTS C)
-find_dependency(SUNDIALS COMPONENTS arkode kinsol sunlinsolspgmr)
-include(${CMAKE_CURRENT_LIST_DIR}/kith-targets.cmake)
