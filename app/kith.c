@@ -87,7 +87,9 @@ static int program_dimension(int argc, char **argv) {
     const int dimension = scene_dimension(argc - 1, argv + 1);
     return dimension != 0 ? dimension : 1;
   }
-  return strcmp(argv[1], "validate") == 0 || strcmp(argv[1], "chart") == 0 ? 1 : 3;
+  const bool many =
+      strcmp(argv[1], "validate") == 0 || strcmp(argv[1], "chart") == 0 || strcmp(argv[1], "stress") == 0;
+  return many ? 1 : 3;
 }
 
 int main(int argc, char **argv) {

@@ -1,10 +1,12 @@
 #include <omp.h>
 #include <stddef.h>
 #include "app/bench.h"
+#include "app/chart.h"
 #include "app/list.h"
 #include "app/options.h"
 #include "app/plan.h"
 #include "app/run.h"
+#include "app/stress.h"
 #include "app/validate.h"
 
 static const struct kith_verb verbs[] = {
@@ -14,6 +16,10 @@ static const struct kith_verb verbs[] = {
     {"bench", "", "node updates per second, stage by stage, beside reference loops", kith_bench},
     {"validate", "[SUITE]", "runs the scenes with their tolerances; 'validate list': the suites",
      kith_validate},
+    {"chart", "SCENE|SUITE", "error against cost, for a matrix of methods; 'chart list': the suites",
+     kith_chart},
+    {"stress", "[SWEEP]", "where methods stop working, one knob at a time; 'stress list': the sweeps",
+     kith_stress},
     {NULL, NULL, NULL, NULL}};
 
 int main(int argc, char **argv) {

@@ -19,6 +19,7 @@ enum {
   KEY_TRACE,
   KEY_THREADS,
   KEY_SET,
+  KEY_YES,
   N_KEYS = 32
 };
 
@@ -36,6 +37,8 @@ static const struct argp_option table[] = {
     {"profile", KEY_PROFILE, 0, 0, "end with the table of stages", 2},
     {"trace", KEY_TRACE, "FILE", 0, "write trace events for Perfetto or a browser's tracing page", 2},
     {"quiet", 'q', 0, 0, "no progress, only the closing table", 2},
+    {0, 0, 0, 0, "A chart or a stress:", 3},
+    {"yes", KEY_YES, 0, 0, "start many runs, or long ones, without being asked", 3},
     {0}};
 
 struct parse {
@@ -176,6 +179,9 @@ static error_t parse(int key, char *text, struct argp_state *state) {
       break;
     case KEY_TRACE:
       o->trace = text;
+      break;
+    case KEY_YES:
+      o->yes = true;
       break;
     case KEY_SET:
       add_override(o, text);

@@ -21,6 +21,7 @@ struct kith_options {
   long steps;                                /* < 0: no limit */
   int threads;                               /* 0: all */
   bool check, profile, quiet;
+  bool yes; /* start what takes long */
 };
 
 /* What the program can do. A table of them ends with a NULL name; usage and help are made from it. */

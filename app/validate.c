@@ -3,16 +3,11 @@
 #endif
 #include "app/validate.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-#include "app/config.h"
+#include "app/process.h"
 #include "app/words.h"
 #include "lib/core/profile.h"
 #include "lib/io/atomic_file.h"
@@ -32,85 +27,28 @@ struct row {
   const char *source;
 };
 #include "app/validate_rows.h"
-enum { N_ROWS = sizeof rows / sizeof rows[0], MOST_WORDS = 48, PATH = 768 };
+enum { N_ROWS = sizeof rows / sizeof rows[0], MOST_WORDS = 48, PATH = KITH_PATH };
 
 /* One pass through a suite. */
 struct validation {
   const char *directory;
-  char programs[PATH], inputs[PATH]; /* ".../kith-", ".../inputs" */
-  char last[64], before[64];         /* the last two runs: their directories below `directory` */
-  int n_errors;                      /* of the rows so far that have a resolution, for orders */
+  struct kith_programs programs;
+  char last[64], before[64]; /* the last two runs: their directories below `directory` */
+  int n_errors;              /* of the rows so far that have a resolution, for orders */
   double error[N_ROWS], resolution[N_ROWS];
   FILE *table;
 };
 
-/* --- where things are --- */
-
-static kith_status find_programs(struct validation *v) {
-  char self[PATH - 32];
-  const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-  if (length <= 0) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
-  self[length] = '\0';
-  char *end = strrchr(self, '-'), *slash = strrchr(self, '/');
-  if (end == NULL || end < slash) KITH_FAIL(BAD_INPUT, "%s: not one of kith-1d, kith-2d, kith-3d", self);
-  end[1] = '\0';
-  snprintf(v->programs, sizeof v->programs, "%s", self);
-  *slash = '\0';
-  static const char *const places[] = {"../inputs", "../../inputs", "../../../inputs",
-                                       "../share/kith/inputs"};
-  for (size_t k = 0; k < sizeof places / sizeof *places; ++k) {
-    snprintf(v->inputs, sizeof v->inputs, "%s/%s", self, places[k]);
-    if (access(v->inputs, R_OK) == 0) return KITH_OK;
-  }
-  snprintf(v->inputs, sizeof v->inputs, "inputs");
-  if (access(v->inputs, R_OK) == 0) return KITH_OK;
-  KITH_FAIL(BAD_INPUT, "no directory 'inputs' above %s nor here", self);
-}
-
-static kith_status make_directory(const char *path) {
-  char part[PATH];
-  snprintf(part, sizeof part, "%s", path);
-  for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
-    *slash = '\0';
-    mkdir(part, 0777);
-    *slash = '/';
-  }
-  if (mkdir(part, 0777) != 0 && errno != EEXIST) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));
-  return KITH_OK;
-}
-
 /* --- one run --- */
-
-/* The child: what it prints goes to a file, then it is another program. */
-static void become(char *const *words, const char *log) {
-  const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0666);
-  if (file >= 0) dup2(file, STDOUT_FILENO), dup2(file, STDERR_FILENO);
-  execv(words[0], words);
-  _exit(127);
-}
-
-static kith_status start(char *const *words, const char *log) {
-  fflush(NULL);
-  const pid_t child = fork();
-  if (child < 0) KITH_FAIL(BAD_FILE, "cannot start %s: %s", words[0], strerror(errno));
-  if (child == 0) become(words, log);
-  int code;
-  while (waitpid(child, &code, 0) < 0)
-    if (errno != EINTR) KITH_FAIL(BAD_FILE, "lost %s: %s", words[0], strerror(errno));
-  if (!WIFEXITED(code) || WEXITSTATUS(code) != 0)
-    KITH_FAIL(DIVERGED, "the run failed with code %d, see %s",
-              WIFEXITED(code) ? WEXITSTATUS(code) : -WTERMSIG(code), log);
-  return KITH_OK;
-}
 
 /* Runs the scene of a row into DIR/`name`. `more`: options parted by blanks. */
 static kith_status run(const struct validation *v, const struct row *row, const char *name,
                        const char *more) {
   char program[PATH + 8], scene[PATH + 64], out[PATH], log[PATH + 8], settings[512], options[PATH + 64];
   char *words[MOST_WORDS], *rest;
-  int n = 0;
-  snprintf(program, sizeof program, "%s%dd", v->programs, row->dimension);
-  snprintf(scene, sizeof scene, "%s/%s.yaml", v->inputs, row->scene);
+  int n = 0, code;
+  snprintf(program, sizeof program, "%s%dd", v->programs.prefix, row->dimension);
+  snprintf(scene, sizeof scene, "%s/%s.yaml", v->programs.inputs, row->scene);
   snprintf(out, sizeof out, "%s/%s", v->directory, name);
   snprintf(log, sizeof log, "%s.log", out);
   snprintf(settings, sizeof settings, "dimension=%d output.plot=false %s", row->dimension, row->settings);
@@ -124,24 +62,18 @@ static kith_status run(const struct validation *v, const struct row *row, const 
        word = strtok_r(NULL, " ", &rest))
     words[n++] = word;
   words[n] = NULL;
-  return start(words, log);
+  KITH_TRY(kith_process_run(words, log, 0, &code));
+  if (code != 0) KITH_FAIL(DIVERGED, "the run failed with code %d, see %s", code, log);
+  return KITH_OK;
 }
 
 /* --- what is measured --- */
 
-/* The number at a dotted path of the report of a run; JSON is YAML. */
 static kith_status report_value(const struct validation *v, const char *run_name, const char *key,
                                 double *value) {
   char path[PATH + 80];
-  struct kith_config *report = NULL;
   snprintf(path, sizeof path, "%s/%s/report.json", v->directory, run_name);
-  KITH_TRY(kith_config_read(&report, path));
-  const struct kith_config_node *node = kith_config_at(report, key);
-  const bool found = node != NULL && node->kind == KITH_CONFIG_SCALAR && !node->null;
-  *value = found ? strtod(node->text, NULL) : NAN;
-  kith_config_destroy(&report);
-  if (!found) KITH_FAIL(BAD_FILE, "%s: no %s", path, key);
-  return KITH_OK;
+  return kith_report_number(path, key, value);
 }
 
 static kith_status shock(const struct validation *v, double *value) {
@@ -331,8 +263,8 @@ static enum kith_exit list(void) {
 static kith_status validate(struct validation *v, enum suite suite, enum kith_exit *code) {
   char path[PATH];
   struct kith_atomic_file *file;
-  KITH_TRY(find_programs(v));
-  KITH_TRY(make_directory(v->directory));
+  KITH_TRY(kith_programs_find(&v->programs));
+  KITH_TRY(kith_directory_make(v->directory));
   snprintf(path, sizeof path, "%s/validation.csv", v->directory);
   KITH_TRY(kith_atomic_file_open(&file, path));
   v->table = file->stream;

@@ -64,6 +64,8 @@ check 0 "threads 3 bind true in elsewhere: [run] [a b.yaml] [--set] [x=1] [] [--
   "$kith" run "a b.yaml" --threads 3 --set x=1 --ranks=1 '' --quiet
 check 0 "threads 2 bind true in elsewhere: [plan] [--] [--threads] [5]" "$kith" plan --threads=2 -- --threads 5
 check 0 "threads $(nproc) bind true in elsewhere: [list]" "$kith" list
+check 0 "threads 2 bind true in elsewhere: [chart] [--threads] [2] [sod]" "$kith" chart --threads 2 sod
+check 0 "threads 1 bind true in elsewhere: [stress] [mach] [--threads] [1]" "$kith" stress mach --threads=1
 check 0 "threads 7 bind close in" env OMP_NUM_THREADS=7 OMP_PROC_BIND=close "$kith" bench
 check 3 "" "$kith" validate code3
 
@@ -102,6 +104,7 @@ check 0 "1d run" "$kith" run wrong.yaml
 check 0 "1d run" "$kith" run wrong.yaml
 check 0 "1d validate" "$kith" validate
 check 0 "1d chart 3.yaml" "$kith" chart 3.yaml
+check 0 "1d stress mach" "$kith" stress mach
 check 0 "3d list a b" "$kith" list a b
 check 0 "3d bench" "$kith" bench
 check 0 "3d --version" "$kith" --version
