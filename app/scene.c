@@ -84,6 +84,8 @@ static const struct kith_key output_keys[] = {
     {0}};
 
 static const struct kith_key scene_keys[] = {
+    {"base", KITH_KEY_OTHER, "", "",
+     "a scene that this one is, but for the keys that follow: these may have dots", .keys = NULL},
     {"scene", KITH_KEY_TEXT, "", "", "its name; none: the name of the file", IN(name)},
     {"dimension", KITH_KEY_INTEGER, NULL, "[1, 3]", "number of dimensions", IN(dimension)},
     {"resolution", KITH_KEY_NUMBER, NULL, "(0, inf)", "nodes per unit length in the densest region",
@@ -164,6 +166,8 @@ static kith_status check_name(const struct kith_scene *scene) {
 
 static kith_status read_parts(struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root;
+  if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
+    return kith_config_fail(kith_config_child(root, "base"), NULL, "only a scene in a file has a base");
   KITH_TRY(kith_key_read(kith_keys_find(scene_keys, "dimension"), root, scene));
   KITH_TRY(check_dimension(scene));
   scene->connectivity.skin = -1;

@@ -11,7 +11,8 @@
  * it were not given.
  *
  * What the exact solution needs is derived from the scene and replaced by what stands under `exact`:
- *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface between them
+ *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface between them.
+ *                  One region that ends inside of the domain along x, towards an open face: beyond it is a vacuum
  *   sedov          first region; the only deposit: its center, and E 2^(reflecting faces through the center) as the blast energy
  *   noh            first region; the speed at a point away from the center, which is the origin
  *   gresho         gamma and density of the first region; sides of the domain along periodic axes; the center is the origin

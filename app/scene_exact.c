@@ -25,7 +25,7 @@ const struct kith_key kith_exact_keys[] = {
     {"window", KITH_KEY_OTHER, "", "", "where the norms are taken; none: everywhere",
      KITH_BELOW(window_keys, MAP)},
     {"gamma", KITH_KEY_SIDES, "", "(1, inf)", "ratio of specific heats, or [left, right]", IN(gamma)},
-    {"density", KITH_KEY_SIDES, "", "(0, inf)", "undisturbed, or [left, right]", IN(density)},
+    {"density", KITH_KEY_SIDES, "", "[0, inf)", "undisturbed, or [left, right]; 0: vacuum", IN(density)},
     {"velocity", KITH_KEY_SIDES, "", "", "riemann: [left, right]; noh: speed of the inflow", IN(velocity)},
     {"pressure", KITH_KEY_SIDES, "", "[0, inf)", "undisturbed, or [left, right]; gresho: on the axis",
      IN(pressure)},
@@ -65,7 +65,22 @@ static void derive_side(const struct kith_scene *scene, const struct kith_region
   p->velocity[side] = kith_constant_value(region->velocity[0]);
 }
 
+/* One region, with nothing between it and an open face: a vacuum. */
+static void derive_vacuum(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  const struct kith_region *gas = &scene->region[0];
+  const double lower = gas->where.box.lower[0], upper = gas->where.box.upper[0];
+  const bool full_below = lower <= scene->domain.lower[0], full_above = upper >= scene->domain.upper[0];
+  const bool above = full_below && !full_above && scene->boundary[0].upper == NULL;
+  if (!above && !(full_above && !full_below && scene->boundary[0].lower == NULL)) return;
+  derive_side(scene, gas, above ? 0 : 1, p);
+  const int empty = above ? 1 : 0;
+  p->interface_position = above ? upper : lower;
+  p->gamma[empty] = p->gamma[!empty];
+  p->density[empty] = p->velocity[empty] = p->pressure[empty] = 0;
+}
+
 static void derive_riemann(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  if (scene->n_regions == 1) derive_vacuum(scene, p);
   if (scene->n_regions != 2) return;
   const struct kith_region *left = &scene->region[0], *right = &scene->region[1];
   if (left->where.box.lower[0] > right->where.box.lower[0] ||

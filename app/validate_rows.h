@@ -12,10 +12,12 @@
  *           RESTART how many lines of history differ if the run is restarted half-way
  *
  * Sources: T, the table of targets of this project, with its letter; in brackets what it is measured against.
+ * M, what sph reached when the row was written; the bound is some 5 % above it, so that it cannot get worse unseen.
  */
 #define SPACING "arrangement=equal-spacing"
 #define MASS "arrangement=equal-mass"
 #define SMALL2 "resolution=60"
+#define VACUUM "regions.0.velocity=[-4,0,0] regions.1.velocity=[4,0,0] until=0.1"
 
 /* Sod with its errors: velocity, and what pressure does at the contact. */
 /* clang-format off */
@@ -32,6 +34,21 @@ static const struct row rows[] = {
     {"sod-1d-mass-320-energy", Q, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
     {"sod-1d-mass-400", F, 1, "sod", "resolution=400 " MASS, VALUE, "norms.velocity.l1", false, 0.030, "T a: not above 320"},
     {"sod-1d-mass-800", F, 1, "sod", "resolution=800 " MASS, VALUE, "norms.velocity.l1", false, 0.030, "T a: not above 320"},
+    {"sph-sod-1d", Q, 1, "sph-sod", "", VALUE, "norms.velocity.l1", false, 0.0135, "M 0.0128"},
+    {"lax-1d", Q, 1, "lax", "", VALUE, "norms.velocity.l1", false, 0.0098, "M 0.0092"},
+    {"toro-1-1d", Q, 1, "toro-1", "", VALUE, "norms.density.l1", false, 0.0129, "M 0.0123"},
+    {"toro-2-1d", Q, 1, "toro-2", "", VALUE, "norms.density.l1", false, 0.0076, "M 0.0072: all but a vacuum, and no negative energy"},
+    {"toro-2-1d-vacuum", Q, 1, "toro-2", VACUUM, VALUE, "norms.density.l1", false, 0.0123, "M 0.0117: a vacuum"},
+    {"toro-3-1d", Q, 1, "toro-3", "", VALUE, "norms.density.l1", false, 0.0223, "M 0.0212"},
+    {"toro-3-1d-shock", Q, 0, "", "", SHOCK, "", false, 0.0045, "M 0.0041: a quarter of a spacing"},
+    {"toro-4-1d", Q, 1, "toro-4", "", VALUE, "norms.density.l1", false, 0.0213, "M 0.0203"},
+    {"toro-5-1d", Q, 1, "toro-5", "", VALUE, "norms.density.l1", false, 0.124, "M 0.118"},
+    {"leblanc-1d-50", F, 1, "leblanc", "resolution=50", VALUE, "norms.velocity.l1", false, 0.0198, "M 0.0188"},
+    {"leblanc-1d-100", F, 1, "leblanc", "resolution=100", VALUE, "norms.velocity.l1", false, 0.0084, "M 0.0079"},
+    {"leblanc-1d-order", F, 0, "", "", ORDER, "2", true, 1.1, "M 1.25: the shock that is too far ahead comes home"},
+    {"leblanc-1d-100-shock", F, 0, "", "", SHOCK, "", false, 0.011, "M 0.0103: too far ahead, as in all of SPH"},
+    {"free-expansion-1d", Q, 1, "free-expansion", "", VALUE, "norms.density.l1", false, 0.0030, "M 0.0028"},
+    {"free-expansion-1d-energy", Q, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
     {"sod-3d-60", F, 3, "sod", "resolution=60 materials.gas.gamma=1.6666666666666667", VALUE, "norms.density.l1", false, 0.0148, "T b [SWIFT]"},
     {"sod-3d-60-energy", F, 0, "", "", VALUE, "energy_drift", false, 1e-12, "T f"},
     {"sod-3d-121", F, 3, "sod", "resolution=121 materials.gas.gamma=1.6666666666666667", VALUE, "norms.density.l1", false, 0.0081, "T b [SWIFT]"},
