@@ -73,6 +73,12 @@ static const struct kith_key connectivity_keys[] = {
      IN(connectivity.reorder)},
     {0}};
 
+static const struct kith_key measure_keys[] = {
+#define X(name, doc) {#name, KITH_KEY_BOOL, "false", "", doc, IN(measure.wanted[KITH_MEASURE_##name])},
+    KITH_MEASURE_LIST(X)
+#undef X
+        {0}};
+
 static const struct kith_key output_keys[] = {
     {"every", KITH_KEY_NUMBER, "0", "[0, inf)", "time between snapshots; 0: first and last only",
      IN(output.every)},
@@ -109,6 +115,8 @@ static const struct kith_key scene_keys[] = {
      "how passes walk the pairs; none: the default of each pass", IN(traversal)},
     {"until", KITH_KEY_NUMBER, NULL, "[0, inf)", "time at the end", IN(until)},
     {"exact", KITH_KEY_OTHER, "", "", "the exact solution to compare with", KITH_BELOW(kith_exact_keys, MAP)},
+    {"measure", KITH_KEY_MAP, "", "", "what is measured at the end, beside the exact solution",
+     KITH_BELOW(measure_keys, MAP)},
     {"output", KITH_KEY_MAP, "", "", "what is written", KITH_BELOW(output_keys, MAP)},
     {0}};
 

@@ -347,6 +347,7 @@ static void test_refusals(void) {
     CHECK(kith_exact_find((*ops)->name) == *ops && (*ops)->doc != NULL);
     p = fine(), p.gamma[0] = 1, check_refused(*ops, p, "gamma[0]", "is 1,");
     p = fine(), p.gamma[0] = nan, check_refused(*ops, p, "gamma[0]", "nan");
+    if (*ops == &kith_exact_two_blasts || *ops == &kith_exact_yee) continue; /* these have a state of their own */
     p = fine(), p.density[0] = -2, check_refused(*ops, p, "density[0]", "-2");
     p = fine(), p.density[0] = INFINITY, check_refused(*ops, p, "density[0]", "inf");
     p = fine(), p.pressure[0] = -0.5, check_refused(*ops, p, "pressure[0]", "-0.5");

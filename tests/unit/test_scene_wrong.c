@@ -243,7 +243,7 @@ static const struct wrong meanings[] = {
     {11, "energy: {energy: 1, over: ball, radius: 1, spacings: 1}",
      "f:11: energy.spacings: not together with radius"},
     {11, "exact: {name: reimann}",
-     "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, acoustic-wave, uniform; did you mean 'riemann'?"},
+     "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, yee, acoustic-wave, entropy-wave, square, two-blasts, uniform; did you mean 'riemann'?"},
     {11, "exact: {name: riemann, window: {x: [0, 1], r: [0, 1]}}",
      "f:11: exact.window.r: not together with x"},
 };
