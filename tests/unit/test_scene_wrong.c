@@ -74,9 +74,9 @@ static const struct wrong keys[] = {
      "f:3: resolution.4d: unknown key; 1d, 2d and 3d tell dimensions apart"},
     {11, "until: 3", "f:11: until: duplicate key, first on line 10"},
     {11, "<<: {a: 1}",
-     "f:11: <<: unknown key; known are scene, dimension, resolution, arrangement, domain, boundaries, "
+     "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
      "materials, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, "
-     "until, exact, output"},
+     "until, exact, measure, output"},
 };
 
 static const struct wrong missing[] = {
@@ -308,8 +308,8 @@ static void refuses_overrides(void) {
   overrides[0] = dimension_override();
   check_message(
       "q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
-      "--set q: unknown key; known are scene, dimension, resolution, arrangement, domain, boundaries, materials, "
-      "regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, output");
+      "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, materials, "
+      "regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");
