@@ -61,7 +61,9 @@ struct kith_exact_ops {
   bool vortex; /* it turns about an axis through the center, along axis 2 */
 };
 
-#define KITH_EXACT_LIST(X) X(riemann) X(sedov) X(noh) X(gresho) X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform)
+#define KITH_EXACT_LIST(X) \
+  X(riemann)               \
+  X(sedov) X(noh) X(gresho) X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform)
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X

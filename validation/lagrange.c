@@ -49,7 +49,8 @@ static struct gas at_face(const struct kith_lagrange *f, const struct step *s, i
 
 /* How much the velocity changes through the wave that leads from g to the pressure p, and by how much more per pressure. */
 static double jump(const struct gas *g, double gamma, double p, double *slope) {
-  const double w2 = 0.5 / g->v * ((gamma + 1) * p + (gamma - 1) * g->p), w = sqrt(w2); /* mass flow through it */
+  const double w2 = 0.5 / g->v * ((gamma + 1) * p + (gamma - 1) * g->p),
+               w = sqrt(w2); /* mass flow through it */
   *slope = (1 - (p - g->p) * (gamma + 1) / (4 * g->v * w2)) / w;
   return (p - g->p) / w;
 }
@@ -88,8 +89,7 @@ static kith_status update(struct kith_lagrange *f, const struct step *s) {
     f->volume[i] += a * (s->u[i + 1] - s->u[i]);
     f->velocity[i] -= a * (s->p[i + 1] - s->p[i]);
     f->energy[i] -= a * (s->p[i + 1] * s->u[i + 1] - s->p[i] * s->u[i]);
-    f->pressure[i] =
-        (f->gamma - 1) * (f->energy[i] - 0.5 * f->velocity[i] * f->velocity[i]) / f->volume[i];
+    f->pressure[i] = (f->gamma - 1) * (f->energy[i] - 0.5 * f->velocity[i] * f->velocity[i]) / f->volume[i];
     worst = KITH_MIN(worst, KITH_MIN(f->volume[i], f->pressure[i]));
   }
   if (!(worst > 0)) KITH_FAIL(DIVERGED, "reference solution: no gas left in a cell at time %g", f->time);
@@ -122,8 +122,7 @@ static void fill(struct kith_lagrange *f, const struct kith_slab *slab, double e
     f->volume[i] = 1 / slab->density;
     f->velocity[i] = slab->velocity;
     f->pressure[i] = slab->pressure;
-    f->energy[i] =
-        slab->pressure / slab->density / (f->gamma - 1) + 0.5 * slab->velocity * slab->velocity;
+    f->energy[i] = slab->pressure / slab->density / (f->gamma - 1) + 0.5 * slab->velocity * slab->velocity;
   }
 }
 

@@ -16,9 +16,9 @@
 
 struct kith_lagrange {
   double gamma, time;
-  int n;        /* cells */
-  double *face; /* [n + 1] places */
-  double *mass; /* [n], the rest too */
+  int n;                                         /* cells */
+  double *face;                                  /* [n + 1] places */
+  double *mass;                                  /* [n], the rest too */
   double *volume, *velocity, *energy, *pressure; /* per unit mass; energy: with the kinetic one */
   double *work;                                  /* of a step; private */
 };

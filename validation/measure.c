@@ -85,6 +85,7 @@ kith_status kith_measure_separation(const struct kith_measured *m, double *value
   const kith_index n = m->nodes->n;
   double widest = 0;
   *value = NAN;
+  if (n < 2) return KITH_OK;
   KITH_TRY(kith_resize(&place, 0, (size_t)n, sizeof *place));
   for (kith_index i = 0; i < n; ++i) {
     for (int a = 0; a < NDIM; ++a) place[i].x[a] = m->nodes->position[i * NDIM + a];
@@ -92,7 +93,7 @@ kith_status kith_measure_separation(const struct kith_measured *m, double *value
     widest = KITH_MAX(widest, place[i].spacing);
   }
   qsort(place, (size_t)n, sizeof *place, by_x);
-  if (n > 1) *value = least_ratio(place, n, widest);
+  *value = least_ratio(place, n, widest);
   kith_free(&place);
   return KITH_OK;
 }

@@ -20,7 +20,7 @@
 #include "validation/norms.h"
 
 /* name, doc */
-#define KITH_MEASURE_LIST(X)                                                        \
+#define KITH_MEASURE_LIST(X)                                                          \
   X(shear_viscosity, "numerical viscosity, from the decay of a shear wave")           \
   X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices") \
   X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")     \

@@ -347,7 +347,8 @@ static void test_refusals(void) {
     CHECK(kith_exact_find((*ops)->name) == *ops && (*ops)->doc != NULL);
     p = fine(), p.gamma[0] = 1, check_refused(*ops, p, "gamma[0]", "is 1,");
     p = fine(), p.gamma[0] = nan, check_refused(*ops, p, "gamma[0]", "nan");
-    if (*ops == &kith_exact_two_blasts || *ops == &kith_exact_yee) continue; /* these have a state of their own */
+    if (*ops == &kith_exact_two_blasts || *ops == &kith_exact_yee)
+      continue; /* these have a state of their own */
     p = fine(), p.density[0] = -2, check_refused(*ops, p, "density[0]", "-2");
     p = fine(), p.density[0] = INFINITY, check_refused(*ops, p, "density[0]", "inf");
     p = fine(), p.pressure[0] = -0.5, check_refused(*ops, p, "pressure[0]", "-0.5");
@@ -374,11 +375,18 @@ static void test_refusals(void) {
 /* ---- carried along: density waves, squares, vortices ---- */
 
 static void test_carried(void) {
-  parameters p = {.gamma = {1.4}, .density = {2, 1}, .pressure = {2.5}, .amplitude = 0.5, .wavelength = 2, .origin = 0.25};
-  for (int a = 0; a < NDIM; ++a) p.uniform_velocity[a] = 0.5, p.side[a] = 0.5, p.center[a] = 0.5, p.period[a] = 1;
+  parameters p = {.gamma = {1.4},
+                  .density = {2, 1},
+                  .pressure = {2.5},
+                  .amplitude = 0.5,
+                  .wavelength = 2,
+                  .origin = 0.25};
+  for (int a = 0; a < NDIM; ++a)
+    p.uniform_velocity[a] = 0.5, p.side[a] = 0.5, p.center[a] = 0.5, p.period[a] = 1;
   void *wave = NULL, *square = NULL;
   CHECK_OK(kith_exact_entropy_wave.create(&wave, &p));
-  CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 0.75, 0).density, 3, 1e-14); /* a quarter of a wave from the origin */
+  CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 0.75, 0).density, 3,
+              1e-14); /* a quarter of a wave from the origin */
   CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 0.75, 4).density, 3, 1e-14); /* carried by one wave */
   CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 1.0, 0.5).density, 3, 1e-14);
   CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 1.75, 0).density, 1, 1e-14);
@@ -389,7 +397,8 @@ static void test_carried(void) {
   state s;
   for (int a = 0; a < NDIM; ++a) x[a] = 0.26;
   kith_exact_square.state(square, x, 0, &s);
-  CHECK(s.density == 2 && s.pressure == 2.5 && s.velocity[NDIM - 1] == 0.5 && s.energy == 2.5 / 2 / (1.4 - 1));
+  CHECK(s.density == 2 && s.pressure == 2.5 && s.velocity[NDIM - 1] == 0.5 &&
+        s.energy == 2.5 / 2 / (1.4 - 1));
   kith_exact_square.state(square, x, 0.04, &s); /* its edge is at 0.27 by now */
   CHECK(s.density == 1);
   kith_exact_square.state(square, x, 2, &s); /* home again */
@@ -442,7 +451,8 @@ static void test_two_blasts(void) {
   CHECK(at(ops, self, 0.05, 0).pressure == 1000 && at(ops, self, 0.5, 0).pressure == 0.01);
   CHECK(at(ops, self, 0.95, 0).pressure == 100 && at(ops, self, 0.95, 0).density == 1);
   /* Until they meet or come back from the walls, the left one is a Riemann problem. */
-  const parameters tube = {.gamma = {1.4, 1.4}, .density = {1, 1}, .pressure = {1000, .01}, .interface_position = .1};
+  const parameters tube = {
+      .gamma = {1.4, 1.4}, .density = {1, 1}, .pressure = {1000, .01}, .interface_position = .1};
   CHECK_OK(kith_exact_riemann.create(&left, &tube));
   for (int i = 0; i <= 20; ++i) { /* the shell between contact and shock, but for a cell or two at both */
     const double contact = 0.1 + 19.5975 * 0.005, shock = 0.1 + 23.5175 * 0.005;

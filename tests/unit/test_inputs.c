@@ -78,7 +78,8 @@ static void sets_up(const char *name, const char *resolution, const char *arrang
   struct made m;
   if (make(&m, name, resolution, arrangement)) {
     const struct kith_totals t = kith_hydro_totals(&m.hydro);
-    if (strcmp(name, "yee") != 0 && strcmp(name, "square") != 0) /* no boxes of one density, or waves around it */
+    if (strcmp(name, "yee") != 0 &&
+        strcmp(name, "square") != 0) /* no boxes of one density, or waves around it */
       CHECK_CLOSE(t.mass, mass_of(&m), 1e-12 * t.mass);
     CHECK(m.nodes->n_internal > 0 && m.nodes->n_internal < 200000);
     CHECK(!m.frozen);
@@ -181,8 +182,11 @@ int main(void) {
                                        "toro-5",
                                        "leblanc",
                                        "free-expansion",
-                                       "two-blasts", "entropy-wave", "square",
-                                       "gresho", "yee"};
+                                       "two-blasts",
+                                       "entropy-wave",
+                                       "square",
+                                       "gresho",
+                                       "yee"};
   const size_t n = sizeof inputs / sizeof inputs[0] - (NDIM == 1 ? 2 : 0); /* a vortex needs 2 dimensions */
   for (size_t k = 0; k < n; ++k) {
     sets_up(inputs[k], NULL, "equal-mass");

@@ -45,10 +45,12 @@ static double tube_error(const struct kith_slab slab[2], double time, int cells)
 
 static void tubes(void) {
   const struct kith_slab sod[] = {{-1, 1, 0, 1}, {0, .125, 0, .1}};
-  const struct kith_slab toro3[] = {{-1, 1, 0, 1000}, {0, 1, 0, .01}}, toro4[] = {{-1, 1, 0, .01}, {0, 1, 0, 100}};
+  const struct kith_slab toro3[] = {{-1, 1, 0, 1000}, {0, 1, 0, .01}},
+                         toro4[] = {{-1, 1, 0, .01}, {0, 1, 0, 100}};
   const double coarse = tube_error(sod, 0.2, 200), fine = tube_error(sod, 0.2, 800);
   CHECK(fine < 0.0008); /* a tenth of a percent of the jump; measured 0.00068 */
-  CHECK(log(coarse / fine) / log(4) > 0.85); /* first order, as at any shock; the corners of the fan take a bit off */
+  CHECK(log(coarse / fine) / log(4) >
+        0.85); /* first order, as at any shock; the corners of the fan take a bit off */
   /* A shell of density 6, whose errors are a part of a cell at the shock and at the contact. */
   CHECK(tube_error(toro3, 0.012, 800) < 0.0025); /* measured 0.0021, 0.0024 */
   CHECK(tube_error(toro4, 0.035, 800) < 0.0028);
@@ -63,7 +65,8 @@ static void conservation(void) {
   CHECK_CLOSE(before[0], 0.3 + 1.6 + 0.03, 1e-13);
   CHECK_OK(kith_lagrange_run(f, 0.01)); /* long enough for walls to push back */
   contents(f, after);
-  CHECK_CLOSE(after[0], before[0], 1e-11); /* volumes of cells are those between their faces: sums of some 1e3 steps */
+  CHECK_CLOSE(after[0], before[0],
+              1e-11); /* volumes of cells are those between their faces: sums of some 1e3 steps */
   CHECK_CLOSE(after[2], before[2], 1e-12 * before[2]);
   CHECK(f->face[0] == 0 && f->face[f->n] == 1);
   kith_lagrange_destroy(&f);
@@ -101,7 +104,8 @@ static void waves(void) {
 static double peak(const struct kith_lagrange *f, double from, double to, double *place) {
   double most = 0;
   for (int i = 0; i < f->n; ++i) {
-    if (fabs(f->face[i] - 0.7647) < 0.002 || f->face[i] < from || f->face[i] > to || 1 / f->volume[i] < most) continue;
+    if (fabs(f->face[i] - 0.7647) < 0.002 || f->face[i] < from || f->face[i] > to || 1 / f->volume[i] < most)
+      continue;
     most = 1 / f->volume[i];
     *place = f->face[i];
   }
@@ -112,18 +116,22 @@ static double peak(const struct kith_lagrange *f, double from, double to, double
 static void blasts(void) {
   const struct kith_slab slab[] = {{0, 1, 0, 1000}, {0.1, 1, 0, 0.01}, {0.9, 1, 0, 100}};
   struct kith_lagrange *f = run(1.4, 3, slab, 1, 800, 0.038);
-  static const double wanted[][4] = {{.65, 5.29, 0, 0}, {.70, 4.18, 4.88, 256}, {.75, 3.2, 0, 0}, {.85, .884, 13.5, 103.9}};
+  static const double wanted[][4] = {
+      {.65, 5.29, 0, 0}, {.70, 4.18, 4.88, 256}, {.75, 3.2, 0, 0}, {.85, .884, 13.5, 103.9}};
   for (int k = 0; k < 4; ++k) {
     int i = 0;
     while (f->face[i + 1] < wanted[k][0]) ++i;
-    CHECK_CLOSE(1 / f->volume[i], wanted[k][1], (k == 2 ? 0.03 : 0.01) * wanted[k][1]); /* "3.2": two digits */
+    CHECK_CLOSE(1 / f->volume[i], wanted[k][1],
+                (k == 2 ? 0.03 : 0.01) * wanted[k][1]); /* "3.2": two digits */
     if (wanted[k][2] > 0) CHECK_CLOSE(f->velocity[i], wanted[k][2], 0.01 * wanted[k][2]);
     if (wanted[k][3] > 0) CHECK_CLOSE(f->pressure[i], wanted[k][3], 0.015 * wanted[k][3]);
   }
   double x;
-  CHECK_CLOSE(peak(f, .6, .7, &x), 5.37, 0.02 * 5.37); /* 5.30 with 4000 cells in mass, 5.37 in space: between them */
+  CHECK_CLOSE(peak(f, .6, .7, &x), 5.37,
+              0.02 * 5.37); /* 5.30 with 4000 cells in mass, 5.37 in space: between them */
   CHECK_CLOSE(x, .648, 0.002);
-  CHECK_CLOSE(peak(f, .7, .85, &x), 6.44, 0.025 * 6.44); /* ripples of 1 % here, and as much between grids there */
+  CHECK_CLOSE(peak(f, .7, .85, &x), 6.44,
+              0.025 * 6.44);   /* ripples of 1 % here, and as much between grids there */
   CHECK_CLOSE(x, .779, 0.004); /* flat: 0.2 % higher than 0.003 beside it */
   kith_lagrange_destroy(&f);
 }

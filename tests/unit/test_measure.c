@@ -19,7 +19,8 @@ static void lattice(struct cloud *c) {
   c->m = (struct kith_measured){.nodes = &c->view, .time = 2};
   for (int a = 0; a < NDIM; ++a) c->m.domain.lower[a] = 3 + a, c->m.domain.upper[a] = 4 + a;
   for (int i = 0; i < n; ++i) {
-    for (int a = 0, k = i; a < NDIM; ++a, k /= SIDE) c->position[i * NDIM + a] = 3 + a + (k % SIDE + 0.5) / SIDE;
+    for (int a = 0, k = i; a < NDIM; ++a, k /= SIDE)
+      c->position[i * NDIM + a] = 3 + a + (k % SIDE + 0.5) / SIDE;
     c->density[i] = 1 + 0.3 * (i % 3);
     c->mass[i] = c->density[i] / n;
   }
@@ -65,7 +66,8 @@ static void mcnally(struct cloud *c) {
   /* What moves between the layers weighs less: only there, it counts e^-pi / (e^-pi + ...) of all. */
   for (kith_index i = 0; i < c->view.n; ++i)
     if (fabs(fabs(c->position[i * NDIM + 1] - 4.5) - 0.25) > 0.125) c->velocity[i * NDIM + 1] = 0;
-  const double kept = (1 - exp(-M_PI / 2)) / (1 - exp(-M_PI)); /* integrals of the weight, up to the rows of nodes */
+  const double kept =
+      (1 - exp(-M_PI / 2)) / (1 - exp(-M_PI)); /* integrals of the weight, up to the rows of nodes */
   CHECK_CLOSE(taken(c, KITH_MEASURE_mcnally), 0.17 * kept, NDIM == 2 ? 0.001 : 0.003);
 }
 
