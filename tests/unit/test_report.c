@@ -152,46 +152,50 @@ static const struct kith_stage stages[] = {
 static const struct kith_report_entry ledger[] = {{"ghosts_created", 5e12}, {"odd \"name\"", NAN}};
 
 static struct kith_report sample(void) {
-  return (struct kith_report){.scene = "so\"d\\ \n\t\x01 \xc3\xa9 \xff",
-                              .package = "sph",
-                              .kernel = "wendland-c2",
-                              .scheme = "leapfrog",
-                              .dimension = NDIM,
-                              .ranks = 1,
-                              .threads = 2,
-                              .nodes = 24000,
-                              .steps = 210,
-                              .time = 0.2,
-                              .wall_seconds = 12.5,
-                              .cpu_seconds = 24.5,
-                              .node_updates_per_second = 4.1e5,
-                              .pairs_per_node = 30.25,
-                              .pair_evaluations = 3.1e9,
-                              .energy_drift = -1.5e-13,
-                              .momentum_drift = INFINITY,
-                              .angular_momentum_drift = 0.0625,
-                              .kinetic = {0.5, 0.25, NAN},
-                              .velocity_over_sound = {0.75, 0.125},
-                              .compared = true,
-                              .norms = {.density = {0.1, 0.2, 0.3},
-                                        .velocity = {1e-300, 5e-324, 1.7e308},
-                                        .pressure = {NAN, 0, -0.0},
-                                        .energy = {1.0 / 3, 2, 3},
-                                        .speed = {7, 8, 9},
-                                        .speed_peak = 0.875,
-                                        .nodes = 23000,
-                                        .blip = 0.01,
-                                        .shock_radius = 0.349,
-                                        .shock_exact = 0.35,
-                                        .density_peak = 3.9},
-                              .n_stages = 3,
-                              .stages = stages,
-                              .n_ledger = 2,
-                              .ledger = ledger,
-                              .floors = UINT64_MAX,
-                              .version = "0.1.0",
-                              .compiler = NULL,
-                              .flags = ""};
+  return (struct kith_report){
+      .scene = "so\"d\\ \n\t\x01 \xc3\xa9 \xff",
+      .package = "sph",
+      .kernel = "wendland-c2",
+      .scheme = "leapfrog",
+      .dimension = NDIM,
+      .ranks = 1,
+      .threads = 2,
+      .nodes = 24000,
+      .steps = 210,
+      .time = 0.2,
+      .wall_seconds = 12.5,
+      .cpu_seconds = 24.5,
+      .node_updates_per_second = 4.1e5,
+      .pairs_per_node = 30.25,
+      .pair_evaluations = 3.1e9,
+      .energy_drift = -1.5e-13,
+      .momentum_drift = INFINITY,
+      .angular_momentum_drift = 0.0625,
+      .kinetic = {0.5, 0.25, NAN},
+      .velocity_over_sound = {0.75, 0.125},
+      .measured =
+          (const bool[KITH_N_MEASURES]){[KITH_MEASURE_mcnally] = true, [KITH_MEASURE_separation] = true},
+      .measure = {[KITH_MEASURE_mcnally] = 0.125, [KITH_MEASURE_separation] = NAN},
+      .compared = true,
+      .norms = {.density = {0.1, 0.2, 0.3},
+                .velocity = {1e-300, 5e-324, 1.7e308},
+                .pressure = {NAN, 0, -0.0},
+                .energy = {1.0 / 3, 2, 3},
+                .speed = {7, 8, 9},
+                .speed_peak = 0.875,
+                .nodes = 23000,
+                .blip = 0.01,
+                .shock_radius = 0.349,
+                .shock_exact = 0.35,
+                .density_peak = 3.9},
+      .n_stages = 3,
+      .stages = stages,
+      .n_ledger = 2,
+      .ledger = ledger,
+      .floors = UINT64_MAX,
+      .version = "0.1.0",
+      .compiler = NULL,
+      .flags = ""};
 }
 
 static void keys(void) {
@@ -211,6 +215,8 @@ static void keys(void) {
         strtod(text_of(&r, "pair_evaluations"), NULL) == 3.1e9);
   CHECK(strtod(text_of(&r, "energy_drift"), NULL) == -1.5e-13 &&
         strcmp(text_of(&r, "momentum_drift"), "null") == 0);
+  CHECK(strtod(text_of(&r, "measures|mcnally"), NULL) == 0.125 &&
+        strcmp(text_of(&r, "measures|separation"), "null") == 0);
   CHECK(strtod(text_of(&r, "norms|density|l1"), NULL) == 0.1 &&
         strtod(text_of(&r, "norms|density|linf"), NULL) == 0.3);
   CHECK(strtod(text_of(&r, "norms|velocity|l1"), NULL) == 1e-300 &&
