@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <yaml.h>
 
 enum { DEEPEST = 32, MOST_KEYS = 256, LARGEST = 1 << 20 };
@@ -307,6 +308,7 @@ kith_status kith_config_parse(struct kith_config **out, const char *name, const 
 void kith_config_destroy(struct kith_config **config) {
   if (*config == NULL) return;
   node_destroy(&(*config)->root);
+  kith_config_destroy(&(*config)->base);
   kith_free(&(*config)->file);
   kith_free(config);
 }
@@ -323,7 +325,8 @@ static kith_status read_file(FILE *file, const char *path, char *text, size_t *l
   return *length > LARGEST ? fail_file(path, "larger than 1 MiB, too large for a scene") : KITH_OK;
 }
 
-kith_status kith_config_read(struct kith_config **out, const char *path) {
+/* One file, without its base. */
+static kith_status read_one(struct kith_config **out, const char *path) {
   *out = NULL;
   struct stat status;
   if (stat(path, &status) != 0) return fail_file(path, strerror(errno));
@@ -347,11 +350,11 @@ static const char override_file[] = "--set";
 static const struct kith_place override_place = {override_file, 0};
 
 /* To the entry `part` of a map, made if need be; an entry of a list must be there. Nothing becomes a map. */
-static kith_status step(struct kith_config_node **node, const char *part, size_t length) {
+static kith_status step(struct kith_config_node **node, const char *part, size_t length,
+                        struct kith_place place) {
   struct kith_config_node *here = *node, shown = *here;
-  shown.place = override_place;
-  if (here->null)
-    node_clear(here), here->kind = KITH_CONFIG_MAP, here->null = false, here->place = override_place;
+  shown.place = place;
+  if (here->null) node_clear(here), here->kind = KITH_CONFIG_MAP, here->null = false, here->place = place;
   if (here->kind == KITH_CONFIG_SCALAR)
     return kith_config_fail(&shown, NULL, "has no keys, it is '%.60s'", here->text);
   *node = child_of(here, part, length);
@@ -362,7 +365,7 @@ static kith_status step(struct kith_config_node **node, const char *part, size_t
   if (here->kind == KITH_CONFIG_LIST)
     status = kith_config_fail(&shown, key, "no such entry, the list has %d (counted from 0)", here->n);
   else
-    status = node_add(node, here, KITH_CONFIG_SCALAR, &key, override_place);
+    status = node_add(node, here, KITH_CONFIG_SCALAR, &key, place);
   kith_free(&key);
   return status;
 }
@@ -378,7 +381,7 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
     const size_t length = strcspn(part, ".=");
     if (length == 0) return refuse(line);
     if (++depth > DEEPEST) return kith_config_fail(node, NULL, "nested deeper than 32 levels");
-    KITH_TRY(step(&node, part, length));
+    KITH_TRY(step(&node, part, length, override_place));
     part += length + 1;
   }
   node_clear(node);
@@ -387,85 +390,65 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
   return read_document(&r, equals + 1, strlen(equals + 1));
 }
 
-/* --- writing --- */
+/* --- bases --- */
 
-struct sink {
-  char *text;
-  size_t length, capacity;
-  kith_status status;
-};
+/* The value of `from`, which is left a null. */
+static void node_take(struct kith_config_node *node, struct kith_config_node *from) {
+  node_clear(node);
+  node->kind = from->kind, node->null = from->null, node->quoted = from->quoted;
+  node->text = from->text, node->first = from->first, node->last = from->last, node->n = from->n;
+  node->place = from->place;
+  for (struct kith_config_node *child = node->first; child != NULL; child = child->next) child->parent = node;
+  from->text = NULL, from->first = from->last = NULL;
+  node_clear(from);
+}
 
-static int sink_write(void *data, unsigned char *bytes, size_t size) {
-  struct sink *sink = data;
-  if (sink->length + size + 1 > sink->capacity) {
-    const size_t capacity = 2 * (sink->length + size + 1);
-    sink->status = kith_resize(&sink->text, sink->length, capacity, 1);
-    if (sink->status != KITH_OK) return 0;
-    sink->capacity = capacity;
+/* A key of a scene with a base: to the place that its dots lead to. */
+static kith_status put_over(struct kith_config_node *root, struct kith_config_node *given) {
+  struct kith_config_node *node = root;
+  for (const char *part = given->key;; ++part) {
+    const size_t length = strcspn(part, ".");
+    if (length == 0) return kith_config_fail(given, NULL, "an empty word between dots");
+    KITH_TRY(step(&node, part, length, given->place));
+    part += length;
+    if (*part == '\0') break;
   }
-  memcpy(sink->text + sink->length, bytes, size);
-  sink->length += size;
-  sink->text[sink->length] = '\0';
-  return 1;
-}
-
-static bool emit_text(yaml_emitter_t *emitter, const char *text, bool quoted) {
-  yaml_event_t event;
-  return yaml_scalar_event_initialize(&event, NULL, NULL, (const yaml_char_t *)text, (int)strlen(text), 1, 1,
-                                      quoted ? YAML_SINGLE_QUOTED_SCALAR_STYLE : YAML_PLAIN_SCALAR_STYLE) &&
-         yaml_emitter_emit(emitter, &event);
-}
-
-/* Lists of numbers and words stay on one line. */
-static bool flat(const struct kith_config_node *node) {
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
-    if (child->kind != KITH_CONFIG_SCALAR) return false;
-  return true;
-}
-
-static bool emit_node(yaml_emitter_t *emitter, const struct kith_config_node *node) {
-  yaml_event_t event;
-  if (node->kind == KITH_CONFIG_SCALAR)
-    return emit_text(emitter, node->null ? "null" : node->text, node->quoted);
-  const bool map = node->kind == KITH_CONFIG_MAP;
-  const int made =
-      map ? yaml_mapping_start_event_initialize(&event, NULL, NULL, 1, YAML_BLOCK_MAPPING_STYLE)
-          : yaml_sequence_start_event_initialize(
-                &event, NULL, NULL, 1, flat(node) ? YAML_FLOW_SEQUENCE_STYLE : YAML_BLOCK_SEQUENCE_STYLE);
-  if (!made || !yaml_emitter_emit(emitter, &event)) return false;
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    if (map && !emit_text(emitter, child->key, false)) return false;
-    if (!emit_node(emitter, child)) return false;
-  }
-  return (map ? yaml_mapping_end_event_initialize(&event) : yaml_sequence_end_event_initialize(&event)) &&
-         yaml_emitter_emit(emitter, &event);
-}
-
-static bool emit_all(yaml_emitter_t *emitter, const struct kith_config_node *root) {
-  yaml_event_t event;
-  return yaml_stream_start_event_initialize(&event, YAML_UTF8_ENCODING) &&
-         yaml_emitter_emit(emitter, &event) &&
-         yaml_document_start_event_initialize(&event, NULL, NULL, NULL, 1) &&
-         yaml_emitter_emit(emitter, &event) && emit_node(emitter, root) &&
-         yaml_document_end_event_initialize(&event, 1) && yaml_emitter_emit(emitter, &event) &&
-         yaml_stream_end_event_initialize(&event) && yaml_emitter_emit(emitter, &event);
-}
-
-kith_status kith_config_emit(const struct kith_config *config, char **text) {
-  *text = NULL;
-  yaml_emitter_t emitter;
-  struct sink sink = {0};
-  if (!yaml_emitter_initialize(&emitter)) KITH_FAIL(NO_MEMORY, "no memory for a YAML emitter");
-  yaml_emitter_set_output(&emitter, sink_write, &sink);
-  yaml_emitter_set_unicode(&emitter, 1);
-  yaml_emitter_set_width(&emitter, -1);
-  const bool done = emit_all(&emitter, config->root);
-  yaml_emitter_delete(&emitter);
-  if (!done) {
-    kith_free(&sink.text);
-    KITH_TRY(sink.status);
-    KITH_FAIL(INTERNAL, "the effective scene cannot be written as YAML");
-  }
-  *text = sink.text;
+  node_take(node, given);
   return KITH_OK;
+}
+
+static kith_status read_with_base(struct kith_config **out, const char *path, int deep);
+
+static kith_status take_base(struct kith_config *config, int deep) {
+  enum { LONGEST_CHAIN = 8 };
+  struct kith_config_node *name = child_of(config->root, "base", strlen("base"));
+  if (name == NULL || name->null) return KITH_OK;
+  char path[4096];
+  const char *slash = strrchr(config->file, '/');
+  const int folder = slash != NULL ? (int)(slash + 1 - config->file) : 0;
+  if (name->kind != KITH_CONFIG_SCALAR) return kith_config_fail(name, NULL, "not the name of a file");
+  if (deep == LONGEST_CHAIN)
+    return kith_config_fail(name, NULL, "the %dth base in a row; do they go round?", LONGEST_CHAIN);
+  snprintf(path, sizeof path, "%.*s%s", name->text[0] == '/' ? 0 : folder, config->file, name->text);
+  if (access(path, R_OK) != 0) return kith_config_fail(name, NULL, "%.200s: %s", path, strerror(errno));
+  KITH_TRY(read_with_base(&config->base, path, deep + 1));
+  struct kith_config_node *root = config->base->root;
+  for (struct kith_config_node *child = root->first; child != NULL; child = child->next)
+    if (strcmp(child->key, "scene") == 0) node_clear(child);
+  for (struct kith_config_node *child = config->root->first; child != NULL; child = child->next)
+    if (child != name) KITH_TRY(put_over(root, child));
+  config->base->root = config->root;
+  config->root = root;
+  return KITH_OK;
+}
+
+static kith_status read_with_base(struct kith_config **out, const char *path, int deep) {
+  KITH_TRY(read_one(out, path));
+  const kith_status status = take_base(*out, deep);
+  if (status != KITH_OK) kith_config_destroy(out);
+  return status;
+}
+
+kith_status kith_config_read(struct kith_config **out, const char *path) {
+  return read_with_base(out, path, 0);
 }

@@ -8,6 +8,9 @@
  * regions.0.density=2) replace a value or add it; their place reads "--set a.b.c". Typed reading is in
  * keys.h.
  *
+ * A scene may begin with `base: other.yaml` (found from its own folder): it is then that other scene, but for its name, with every
+ * further key put over it as by --set, dots and all: `regions.0.pressure: 1000`. The base may have a base.
+ *
  * Refused: what libyaml refuses, anchors, aliases and tags, more than one document, keys that are not words,
  * the same key twice, control characters, more than 256 keys in a map, nesting deeper than 32, files above 1
  * MiB. */
@@ -39,6 +42,7 @@ struct kith_config_node {
 struct kith_config {
   char *file;
   struct kith_config_node *root; /* a map */
+  struct kith_config *base; /* owned: what it was put over, as some places are in its file; NULL: nothing */
 };
 
 /* BAD_INPUT with one line for whatever is wrong, also for a file that cannot be read. */

@@ -25,18 +25,30 @@ static const char *scalar(yaml_document_t *document, int id) {
   return node != NULL && node->type == YAML_SCALAR_NODE ? (const char *)node->data.scalar.value : "";
 }
 
-static int document_dimension(yaml_document_t *document) {
+/* The text at a key of the root, "" if there is none. View. */
+static const char *value_of(yaml_document_t *document, const char *key) {
   const yaml_node_t *root = yaml_document_get_root_node(document);
-  if (root == NULL || root->type != YAML_MAPPING_NODE) return 0;
+  if (root == NULL || root->type != YAML_MAPPING_NODE) return "";
   const yaml_node_pair_t *pair = root->data.mapping.pairs.start;
-  for (; pair < root->data.mapping.pairs.top; ++pair) {
-    if (strcmp(scalar(document, pair->key), "dimension") == 0)
-      return dimension_of(scalar(document, pair->value));
-  }
-  return 0;
+  for (; pair < root->data.mapping.pairs.top; ++pair)
+    if (strcmp(scalar(document, pair->key), key) == 0) return scalar(document, pair->value);
+  return "";
 }
 
-static int file_dimension(const char *path) {
+static int file_dimension(const char *path, int deep);
+
+/* Its own, else that of its base, which is found from its folder. */
+static int document_dimension(yaml_document_t *document, const char *path, int deep) {
+  const char *own = value_of(document, "dimension"), *base = value_of(document, "base");
+  if (own[0] != '\0' || base[0] == '\0' || deep > 8) return dimension_of(own);
+  char of_base[PATH_MAX];
+  const char *slash = strrchr(path, '/');
+  const int folder = slash != NULL && base[0] != '/' ? (int)(slash + 1 - path) : 0;
+  snprintf(of_base, sizeof of_base, "%.*s%s", folder, path, base);
+  return file_dimension(of_base, deep + 1);
+}
+
+static int file_dimension(const char *path, int deep) {
   FILE *file = fopen(path, "r");
   yaml_parser_t parser;
   yaml_document_t document;
@@ -45,7 +57,7 @@ static int file_dimension(const char *path) {
   if (yaml_parser_initialize(&parser)) {
     yaml_parser_set_input_file(&parser, file);
     if (yaml_parser_load(&parser, &document)) {
-      dimension = document_dimension(&document);
+      dimension = document_dimension(&document, path, deep);
       yaml_document_delete(&document);
     }
     yaml_parser_delete(&parser);
@@ -78,7 +90,7 @@ static int scene_dimension(int argc, char **argv) {
   }
   if (scene == NULL && optind < argc) scene = argv[optind]; /* behind "--" */
   if (set != NULL) return dimension_of(set);
-  return scene != NULL ? file_dimension(scene) : 0;
+  return scene != NULL ? file_dimension(scene, 0) : 0;
 }
 
 static int program_dimension(int argc, char **argv) {

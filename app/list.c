@@ -49,6 +49,12 @@ static void print_lattice(void) {
   KITH_LATTICE_LIST(LISTED)
 }
 
+/* Keys as they are written: with '_'. */
+#define KEY(name, doc) kith_text_wrapped(stdout, 26, "    " #name, doc);
+static void print_measure(void) {
+  KITH_MEASURE_LIST(KEY)
+}
+
 static void print_one_table(const char *name) {
   struct kith_table table;
   char doc[64], error[32] = "no error estimate", label[40] = "    ";
@@ -81,6 +87,8 @@ static const struct family {
     {"boundary", "where ghosts come from", "boundaries.x", print_boundary},
     {"lattice", "how a region is filled", "regions.N.lattice", print_lattice},
     {"exact", "what a run is compared with", "exact.name", print_exact},
+    {"measure", "what a scene is about, where that is no distance from a solution", "measure.NAME",
+     print_measure},
 };
 enum { FAMILIES = sizeof families / sizeof families[0] };
 

@@ -54,6 +54,18 @@ static void put_norms(FILE *f, const struct kith_report *r) {
   fputs("\n  },\n", f);
 }
 
+static void put_measures(FILE *f, const struct kith_report *r) {
+  const char *comma = "";
+  fputs("  \"measures\": {", f);
+  for (int k = 0; k < KITH_N_MEASURES; ++k) {
+    if (r->measured == NULL || !r->measured[k]) continue;
+    fprintf(f, "%s\"%s\": ", comma, kith_measure_names[k]);
+    kith_json_number(f, r->measure[k]);
+    comma = ", ";
+  }
+  fputs("},\n", f);
+}
+
 static void put_stages(FILE *f, const struct kith_report *r) {
   fputs("  \"stages\": {", f);
   for (int s = 0; s < r->n_stages; ++s) {
@@ -115,6 +127,7 @@ kith_status kith_report_write(const struct kith_report *report, const char *path
   fputs("{\n", f);
   put_run(f, report);
   put_norms(f, report);
+  put_measures(f, report);
   put_stages(f, report);
   put_ledger(f, report);
   put_count(f, "floors", report->floors);
@@ -163,6 +176,12 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
 }
 
+static void print_measures(const struct kith_report *r, FILE *f) {
+  for (int k = 0; k < KITH_N_MEASURES; ++k)
+    if (r->measured != NULL && r->measured[k])
+      fprintf(f, "    %s %.5g\n", kith_measure_names[k], r->measure[k]);
+}
+
 /* Gas at rest that no shock will move. */
 static bool at_rest(const struct kith_report *r) {
   return r->compared && r->kinetic.start == 0 && r->norms.shock_exact == 0;
@@ -209,6 +228,7 @@ static void print_cost(const struct kith_report *r, FILE *f) {
 void kith_report_print(const struct kith_report *report, FILE *out) {
   print_run(report, out);
   if (report->compared) print_norms(&report->norms, out);
+  print_measures(report, out);
   print_conservation(report, out);
   print_stages(report, out);
   print_cost(report, out);

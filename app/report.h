@@ -7,6 +7,7 @@
  *   kinetic.{start,end,rebound}   velocity_over_sound.{largest,end}
  *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}
  *   norms.{nodes,blip,shock_radius,shock_exact,density_peak,speed_peak}
+ *   measures.<name>               those that the scene asks for (measure.h)
  *   stages.<path>.{seconds,calls}   ledger.<name>   floors version compiler flags
  * norms is null without an exact solution; a number that is not finite is null.
  *
@@ -20,6 +21,7 @@
 
 #include <stdio.h>
 #include "lib/core/profile.h"
+#include "validation/measure.h"
 #include "validation/norms.h"
 
 struct kith_report_entry {
@@ -45,6 +47,8 @@ struct kith_report {
   } velocity_over_sound;
   bool compared; /* norms are there */
   struct kith_norms norms;
+  const bool *measured; /* [KITH_N_MEASURES] borrowed; NULL: nothing is */
+  double measure[KITH_N_MEASURES];
   int n_stages;
   const struct kith_stage *stages; /* of the profile, in tree order */
   int n_ledger;

@@ -229,6 +229,18 @@ static void fill_report(struct run *run, struct kith_report *r, struct kith_repo
   r->ledger = ledger;
 }
 
+static kith_status measure(const struct run *run, struct kith_report *report) {
+  const struct kith_profile_view view = view_of(run->model);
+  const struct kith_measured m = {.nodes = &view,
+                                  .domain = run->scene->domain,
+                                  .time = report->time,
+                                  .kinetic_start = report->kinetic.start};
+  report->measured = run->scene->measure.wanted;
+  for (int k = 0; k < KITH_N_MEASURES; ++k)
+    if (report->measured[k]) KITH_TRY(kith_measure_take((enum kith_measure)k, &m, &report->measure[k]));
+  return KITH_OK;
+}
+
 static kith_status write_results(struct run *run, struct kith_report *report) {
   char path[640];
   const struct kith_profile_view view = view_of(run->model);
@@ -243,6 +255,7 @@ static kith_status write_results(struct run *run, struct kith_report *report) {
                                 &run->scene->exact.window, &view));
     report->compared = true;
   }
+  KITH_TRY(measure(run, report));
   snprintf(path, sizeof path, "%s/report.json", run->output.directory);
   KITH_TRY(kith_report_write(report, path));
   if (run->options->trace != NULL) KITH_TRY(kith_profile_write_trace(run->profile, run->options->trace));

@@ -73,6 +73,12 @@ static const struct kith_key connectivity_keys[] = {
      IN(connectivity.reorder)},
     {0}};
 
+static const struct kith_key measure_keys[] = {
+#define X(name, doc) {#name, KITH_KEY_BOOL, "false", "", doc, IN(measure.wanted[KITH_MEASURE_##name])},
+    KITH_MEASURE_LIST(X)
+#undef X
+        {0}};
+
 static const struct kith_key output_keys[] = {
     {"every", KITH_KEY_NUMBER, "0", "[0, inf)", "time between snapshots; 0: first and last only",
      IN(output.every)},
@@ -84,6 +90,8 @@ static const struct kith_key output_keys[] = {
     {0}};
 
 static const struct kith_key scene_keys[] = {
+    {"base", KITH_KEY_OTHER, "", "",
+     "a scene that this one is, but for the keys that follow: these may have dots", .keys = NULL},
     {"scene", KITH_KEY_TEXT, "", "", "its name; none: the name of the file", IN(name)},
     {"dimension", KITH_KEY_INTEGER, NULL, "[1, 3]", "number of dimensions", IN(dimension)},
     {"resolution", KITH_KEY_NUMBER, NULL, "(0, inf)", "nodes per unit length in the densest region",
@@ -107,6 +115,8 @@ static const struct kith_key scene_keys[] = {
      "how passes walk the pairs; none: the default of each pass", IN(traversal)},
     {"until", KITH_KEY_NUMBER, NULL, "[0, inf)", "time at the end", IN(until)},
     {"exact", KITH_KEY_OTHER, "", "", "the exact solution to compare with", KITH_BELOW(kith_exact_keys, MAP)},
+    {"measure", KITH_KEY_MAP, "", "", "what is measured at the end, beside the exact solution",
+     KITH_BELOW(measure_keys, MAP)},
     {"output", KITH_KEY_MAP, "", "", "what is written", KITH_BELOW(output_keys, MAP)},
     {0}};
 
@@ -164,6 +174,8 @@ static kith_status check_name(const struct kith_scene *scene) {
 
 static kith_status read_parts(struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root;
+  if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
+    return kith_config_fail(kith_config_child(root, "base"), NULL, "only a scene in a file has a base");
   KITH_TRY(kith_key_read(kith_keys_find(scene_keys, "dimension"), root, scene));
   KITH_TRY(check_dimension(scene));
   scene->connectivity.skin = -1;

@@ -11,12 +11,17 @@
  * it were not given.
  *
  * What the exact solution needs is derived from the scene and replaced by what stands under `exact`:
- *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface between them
+ *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface between them.
+ *                  One region that ends inside of the domain along x, towards an open face: beyond it is a vacuum
  *   sedov          first region; the only deposit: its center, and E 2^(reflecting faces through the center) as the blast energy
  *   noh            first region; the speed at a point away from the center, which is the origin
  *   gresho         gamma and density of the first region; sides of the domain along periodic axes; the center is the origin
+ *   yee            gamma of the first region, period as for gresho; amplitude 5
  *   uniform        first region
  *   acoustic-wave  gamma of the first region; wavelength: the length of the domain along x
+ *   entropy-wave   the same, and the pressure and velocity of the first region
+ *   square         the first of two regions, a box, and the second, what is around it; period as for gresho
+ *   two-blasts     gamma of the first region; end_time: until
  * The rest must be given. Only what is constant can be derived. */
 #ifndef KITH_APP_SCENE_H
 #define KITH_APP_SCENE_H
@@ -30,6 +35,7 @@
 #include "physics/eos.h"
 #include "physics/package.h"
 #include "validation/exact.h"
+#include "validation/measure.h"
 #include "validation/norms.h"
 
 /* name, word of the scene, doc */
@@ -136,6 +142,9 @@ struct kith_scene {
     struct kith_exact_parameters parameters;
     struct kith_window window;
   } exact;
+  struct {
+    bool wanted[KITH_N_MEASURES];
+  } measure;
   struct {
     double every; /* time between snapshots, 0: only first and last */
     bool plot;

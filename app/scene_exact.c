@@ -25,20 +25,22 @@ const struct kith_key kith_exact_keys[] = {
     {"window", KITH_KEY_OTHER, "", "", "where the norms are taken; none: everywhere",
      KITH_BELOW(window_keys, MAP)},
     {"gamma", KITH_KEY_SIDES, "", "(1, inf)", "ratio of specific heats, or [left, right]", IN(gamma)},
-    {"density", KITH_KEY_SIDES, "", "(0, inf)", "undisturbed, or [left, right]", IN(density)},
+    {"density", KITH_KEY_SIDES, "", "[0, inf)", "undisturbed, or [left, right]; 0: vacuum", IN(density)},
     {"velocity", KITH_KEY_SIDES, "", "", "riemann: [left, right]; noh: speed of the inflow", IN(velocity)},
     {"pressure", KITH_KEY_SIDES, "", "[0, inf)", "undisturbed, or [left, right]; gresho: on the axis",
      IN(pressure)},
-    {"uniform_velocity", KITH_KEY_VECTOR, "", "", "uniform, acoustic-wave, gresho: of the whole",
+    {"uniform_velocity", KITH_KEY_VECTOR, "", "", "uniform, waves, vortices, square: of the whole",
      IN(uniform_velocity)},
     {"interface_position", KITH_KEY_NUMBER, "", "", "riemann: x of the jump", IN(interface_position)},
     {"blast_energy", KITH_KEY_NUMBER, "", "(0, inf)", "sedov: on all sides of the center", IN(blast_energy)},
-    {"center", KITH_KEY_VECTOR, "", "", "sedov, noh, gresho", IN(center)},
-    {"period", KITH_KEY_VECTOR, "", "", "gresho: sides of the periodic box that carries it along; 0: none",
-     IN(period)},
-    {"amplitude", KITH_KEY_NUMBER, "", "", "acoustic-wave: of the density, relative", IN(amplitude)},
-    {"wavelength", KITH_KEY_NUMBER, "", "(0, inf)", "acoustic-wave: along x", IN(wavelength)},
-    {"origin", KITH_KEY_NUMBER, "", "", "acoustic-wave: x of phase 0 at the start; none: 0", IN(origin)},
+    {"center", KITH_KEY_VECTOR, "", "", "sedov, noh, vortices, square", IN(center)},
+    {"period", KITH_KEY_VECTOR, "", "",
+     "vortices, square: sides of the periodic box that carries it along; 0: none", IN(period)},
+    {"amplitude", KITH_KEY_NUMBER, "", "", "waves: of the density, relative; yee: strength", IN(amplitude)},
+    {"wavelength", KITH_KEY_NUMBER, "", "(0, inf)", "waves: along x", IN(wavelength)},
+    {"origin", KITH_KEY_NUMBER, "", "", "waves: x of phase 0 at the start; none: 0", IN(origin)},
+    {"side", KITH_KEY_VECTOR, "", "(0, inf)", "square: its sides", IN(side)},
+    {"end_time", KITH_KEY_NUMBER, "", "[0, inf)", "two-blasts: computed until then", IN(end_time)},
     {0}};
 
 /* --- deriving: what is not constant stays NaN --- */
@@ -65,7 +67,22 @@ static void derive_side(const struct kith_scene *scene, const struct kith_region
   p->velocity[side] = kith_constant_value(region->velocity[0]);
 }
 
+/* One region, with nothing between it and an open face: a vacuum. */
+static void derive_vacuum(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  const struct kith_region *gas = &scene->region[0];
+  const double lower = gas->where.box.lower[0], upper = gas->where.box.upper[0];
+  const bool full_below = lower <= scene->domain.lower[0], full_above = upper >= scene->domain.upper[0];
+  const bool above = full_below && !full_above && scene->boundary[0].upper == NULL;
+  if (!above && !(full_above && !full_below && scene->boundary[0].lower == NULL)) return;
+  derive_side(scene, gas, above ? 0 : 1, p);
+  const int empty = above ? 1 : 0;
+  p->interface_position = above ? upper : lower;
+  p->gamma[empty] = p->gamma[!empty];
+  p->density[empty] = p->velocity[empty] = p->pressure[empty] = 0;
+}
+
 static void derive_riemann(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  if (scene->n_regions == 1) derive_vacuum(scene, p);
   if (scene->n_regions != 2) return;
   const struct kith_region *left = &scene->region[0], *right = &scene->region[1];
   if (left->where.box.lower[0] > right->where.box.lower[0] ||
@@ -119,9 +136,13 @@ static void derive_noh(const struct kith_scene *scene, struct kith_exact_paramet
   p->velocity[0] = p->velocity[1] = kith_norm(v);
 }
 
+static void derive_velocity(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  for (int a = 0; a < NDIM; ++a) p->uniform_velocity[a] = kith_constant_value(scene->region[0].velocity[a]);
+}
+
 static void derive_uniform(const struct kith_scene *scene, struct kith_exact_parameters *p) {
   derive_undisturbed(scene, p);
-  for (int a = 0; a < NDIM; ++a) p->uniform_velocity[a] = kith_constant_value(scene->region[0].velocity[a]);
+  derive_velocity(scene, p);
 }
 
 static void derive_acoustic_wave(const struct kith_scene *scene, struct kith_exact_parameters *p) {
@@ -130,12 +151,46 @@ static void derive_acoustic_wave(const struct kith_scene *scene, struct kith_exa
   p->origin = 0;
 }
 
-static void derive_gresho(const struct kith_scene *scene, struct kith_exact_parameters *p) {
-  p->gamma[0] = p->gamma[1] = gamma_of(scene, &scene->region[0]);
-  p->density[0] = p->density[1] = kith_constant_value(scene->region[0].density);
+static void derive_period(const struct kith_scene *scene, struct kith_exact_parameters *p) {
   for (int a = 0; a < NDIM; ++a)
     if (scene->boundary[a].lower == &kith_boundary_periodic)
       p->period[a] = scene->domain.upper[a] - scene->domain.lower[a];
+}
+
+static void derive_entropy_wave(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  derive_acoustic_wave(scene, p);
+  derive_velocity(scene, p);
+  p->pressure[0] = p->pressure[1] = pressure_of(scene, &scene->region[0]);
+}
+
+static void derive_square(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  if (scene->n_regions != 2) return;
+  const struct kith_box *box = &scene->region[0].where.box;
+  derive_side(scene, &scene->region[0], 0, p);
+  derive_side(scene, &scene->region[1], 1, p);
+  derive_velocity(scene, p);
+  derive_period(scene, p);
+  for (int a = 0; a < NDIM; ++a) {
+    p->side[a] = box->upper[a] - box->lower[a];
+    p->center[a] = 0.5 * (box->lower[a] + box->upper[a]);
+  }
+}
+
+static void derive_yee(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  p->gamma[0] = p->gamma[1] = gamma_of(scene, &scene->region[0]);
+  p->amplitude = 5;
+  derive_period(scene, p);
+}
+
+static void derive_two_blasts(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  p->gamma[0] = p->gamma[1] = gamma_of(scene, &scene->region[0]);
+  p->end_time = scene->until;
+}
+
+static void derive_gresho(const struct kith_scene *scene, struct kith_exact_parameters *p) {
+  p->gamma[0] = p->gamma[1] = gamma_of(scene, &scene->region[0]);
+  p->density[0] = p->density[1] = kith_constant_value(scene->region[0].density);
+  derive_period(scene, p);
 }
 
 /* What a member needs, and how it is found. A member without a row needs everything given. */
@@ -147,13 +202,18 @@ static const struct {
     {"sedov", "gamma|density|pressure|blast_energy", derive_sedov},
     {"noh", "gamma|density|pressure|velocity", derive_noh},
     {"gresho", "gamma|density|pressure", derive_gresho},
+    {"yee", "gamma|amplitude", derive_yee},
+    {"entropy_wave", "gamma|density|pressure|uniform_velocity|amplitude|wavelength|origin",
+     derive_entropy_wave},
+    {"square", "gamma|density|pressure|uniform_velocity|side|center", derive_square},
+    {"two_blasts", "gamma|end_time", derive_two_blasts},
     {"uniform", "gamma|density|pressure|uniform_velocity", derive_uniform},
     {"acoustic_wave", "gamma|density|pressure|amplitude|wavelength|origin", derive_acoustic_wave},
 };
 
 static struct kith_exact_parameters unknown(void) {
   struct kith_exact_parameters p = {
-      .interface_position = NAN, .blast_energy = NAN, .amplitude = NAN, .wavelength = NAN};
+      .interface_position = NAN, .end_time = NAN, .blast_energy = NAN, .amplitude = NAN, .wavelength = NAN};
   for (int side = 0; side < 2; ++side)
     p.gamma[side] = p.density[side] = p.velocity[side] = p.pressure[side] = NAN;
   return p;

@@ -8,7 +8,11 @@
  *   sedov          point explosion in NDIM dimensions (a plane, a line, a point)
  *   noh            cold gas imploding onto a plane, a line or a point
  *   gresho         steady vortex, 2-D and 3-D
+ *   yee            another steady vortex, a smooth one
  *   acoustic-wave  travelling wave along axis 0; linear theory: differs from the Euler equations by O(amplitude^2)
+ *   entropy-wave   a wave of density alone, carried along axis 0
+ *   square         a denser box in gas of the same pressure
+ *   two-blasts     two blasts that meet between walls: no exact solution, a reference of our own finite volumes (lagrange.h)
  *   uniform        the same state everywhere and always
  *
  * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
@@ -26,17 +30,19 @@ struct kith_exact_state {
 /* All parameters of all members; a member reads those it documents and ignores the rest. */
 struct kith_exact_parameters {
   double gamma[2];    /* ratio of specific heats: left and right of a Riemann problem, else [0] */
-  double density[2];  /* left and right (0: vacuum), else [0]: undisturbed */
+  double density[2];  /* left and right (0: vacuum); square: inside and outside; else [0]: undisturbed */
   double velocity[2]; /* riemann: along axis 0, left and right; noh: inflow speed in [0] (> 0, inward) */
-  double uniform_velocity[NDIM]; /* uniform, acoustic-wave, gresho: bulk velocity */
+  double uniform_velocity[NDIM]; /* of the whole: uniform, waves, vortices, square */
   double pressure[2];            /* left and right, else [0]: undisturbed */
   double interface_position;     /* riemann: x[0] of the jump at t = 0 */
   double blast_energy;           /* sedov: total energy on all sides of the center */
-  double center[NDIM];           /* sedov, noh, gresho */
-  double period[NDIM];           /* gresho: of a periodic box, 0: none */
-  double amplitude;              /* acoustic-wave: relative density amplitude */
-  double wavelength;             /* acoustic-wave: along axis 0 */
-  double origin;                 /* acoustic-wave: x[0] where the phase is 0 at t = 0 */
+  double center[NDIM];           /* sedov, noh, vortices, square */
+  double period[NDIM];           /* vortices, square: of a periodic box, 0: none */
+  double side[NDIM];             /* square */
+  double end_time;               /* two-blasts: computed until then */
+  double amplitude;              /* waves: relative, of the density; yee: strength */
+  double wavelength;             /* waves: along axis 0 */
+  double origin;                 /* waves: x[0] where the phase is 0 at t = 0 */
 };
 
 struct kith_exact_ops {
@@ -55,7 +61,9 @@ struct kith_exact_ops {
   bool vortex; /* it turns about an axis through the center, along axis 2 */
 };
 
-#define KITH_EXACT_LIST(X) X(riemann) X(sedov) X(noh) X(gresho) X(acoustic_wave) X(uniform)
+#define KITH_EXACT_LIST(X) \
+  X(riemann)               \
+  X(sedov) X(noh) X(gresho) X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform)
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X

@@ -37,7 +37,7 @@ done <<'END'
 methd.kernel=cubic|--set methd: unknown key; did you mean 'method'?
 method.kernl=cubic|--set method.kernl: unknown key; did you mean 'kernel'?
 regions.0.densty=1|--set regions.0.densty: unknown key; did you mean 'density'?
-xyzzy=1|--set xyzzy: unknown key; known are scene, dimension,
+xyzzy=1|--set xyzzy: unknown key; known are base, scene, dimension,
 a..b=3|--set a..b=3: write it as key=value
 method.package=spf|--set method.package: 'spf' is not one of sph
 method.kernel=cubik|did you mean 'cubic'?

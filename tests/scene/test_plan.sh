@@ -14,8 +14,8 @@ shown() {
 }
 
 for scene in "$inputs"/*.yaml; do
-  if [[ $scene == */gresho.yaml ]]; then
-    shown "nothing runs" "$kith" plan "$scene" --set resolution=20
+  if [[ $scene == */gresho.yaml || $scene == */yee.yaml ]]; then
+    shown "nothing runs" "$kith" plan "$scene" --set resolution=4
     stopped 2 "a vortex needs 2 or 3 dimensions" "$kith" plan "$scene" --set dimension=1
   else
     shown "nothing runs" "$kith" plan "$scene" --set dimension=1

@@ -199,6 +199,76 @@ static void files(void) {
   rmdir(folder);
 }
 
+static void put_file(const char *folder, const char *name, const char *text) {
+  char path[96];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  FILE *file = fopen(path, "wb");
+  fputs(text, file);
+  fclose(file);
+}
+
+/* A scene over base.yaml of the same folder: what it becomes, or the message (behind the folder's name). */
+static void based(const char *folder, const char *text, const char *wanted, const char *message) {
+  struct kith_config *config;
+  char path[96], *out = NULL, line[256];
+  put_file(folder, "s.yaml", text);
+  snprintf(path, sizeof path, "%s/s.yaml", folder);
+  if (message != NULL) {
+    snprintf(line, sizeof line, "%s/%s", folder, message);
+    check_message(text, kith_config_read(&config, path), line);
+    CHECK(config == NULL);
+    return;
+  }
+  CHECK_OK(kith_config_read(&config, path));
+  CHECK_OK(kith_config_emit(config, &out));
+  if (strcmp(out, wanted) != 0) {
+    ++check_failures;
+    fprintf(stderr, "%s\ngave\n%swanted\n%s", text, out, wanted);
+  }
+  kith_free(&out);
+  kith_config_destroy(&config);
+}
+
+static void bases(void) {
+  char folder[] = "config_XXXXXX", path[96];
+  CHECK(mkdtemp(folder) != NULL);
+  put_file(folder, "base.yaml", "scene: b\na: 1\nm: {x: 1, y: 2}\nl: [{z: 1}, 2]\n");
+  put_file(folder, "middle.yaml", "base: base.yaml\n\nm.x: 5\n");
+  put_file(folder, "round.yaml", "base: s.yaml\n");
+  based(folder, "base: base.yaml\n", "scene: null\na: 1\nm:\n  x: 1\n  y: 2\nl:\n- z: 1\n- 2\n", NULL);
+  based(folder, "m.x: {q: [1, 2]}\nbase: base.yaml\nscene: s\nl.0.z: 7\nn.o: ~\na: 'x y'\n",
+        "scene: s\na: 'x y'\nm:\n  x:\n    q: [1, 2]\n  y: 2\nl:\n- z: 7\n- 2\nn:\n  o: null\n", NULL);
+  based(folder, "base: middle.yaml\nm.y: 6\nl: 3\n", "scene: null\na: 1\nm:\n  x: 5\n  y: 6\nl: 3\n", NULL);
+  based(folder, "base: base.yaml\n\nl.2.z: 1\n", NULL,
+        "s.yaml:3: l.2: no such entry, the list has 2 (counted from 0)");
+  based(folder, "base: base.yaml\na.b: 1\n", NULL, "s.yaml:2: a: has no keys, it is '1'");
+  based(folder, "base: base.yaml\na..b: 1\n", NULL, "s.yaml:2: a..b: an empty word between dots");
+  based(folder, "base: base.yaml\nm.: 1\n", NULL, "s.yaml:2: m.: an empty word between dots");
+  based(folder, "base: [1]\n", NULL, "s.yaml:1: base: not the name of a file");
+  based(folder, "a: 1\nbase: round.yaml\n", NULL, "s.yaml:2: base: the 8th base in a row; do they go round?");
+  snprintf(path, sizeof path, "s.yaml:2: base: %s/none.yaml: No such file or directory", folder);
+  based(folder, "\nbase: none.yaml\n", NULL, path);
+  /* Places are those of the file that a value stands in. */
+  struct kith_config *config;
+  put_file(folder, "s.yaml", "base: middle.yaml\n\n\nm.y: {u: 6}\n");
+  snprintf(path, sizeof path, "%s/s.yaml", folder);
+  CHECK_OK(kith_config_read(&config, path));
+  static const char *const at[] = {"m.y.u", "m.x", "a"}, *const told[] = {"s.yaml:4: m.y.u: no",
+                                                                          "middle.yaml:3: m.x: no",
+                                                                          "base.yaml:2: a: no"};
+  for (int k = 0; k < 3; ++k) {
+    snprintf(path, sizeof path, "%s/%s", folder, told[k]);
+    check_message(at[k], kith_config_fail(kith_config_at(config, at[k]), NULL, "no"), path);
+  }
+  kith_config_destroy(&config);
+  static const char *const made[] = {"base.yaml", "middle.yaml", "round.yaml", "s.yaml"};
+  for (int k = 0; k < 4; ++k) {
+    snprintf(path, sizeof path, "%s/%s", folder, made[k]);
+    remove(path);
+  }
+  rmdir(folder);
+}
+
 static void near(const char *words, const char *word, const char *wanted) {
   char found[32] = "none";
   kith_words_nearest(words, word, found, sizeof found);
@@ -231,6 +301,7 @@ int main(void) {
   overrides();
   writing();
   files();
+  bases();
   words();
   return check_failed();
 }

@@ -38,12 +38,6 @@ static void unmake(struct made *m) {
   kith_scene_destroy(&m->scene);
 }
 
-static double volume(const struct made *m) {
-  double v = 1;
-  for (int a = 0; a < NDIM; ++a) v *= m->scene->domain.upper[a] - m->scene->domain.lower[a];
-  return v;
-}
-
 /* Density, velocity and pressure of the nodes are those of the exact solution at time 0. */
 static void starts_exact(const struct made *m, const char *name) {
   void *solution = NULL;
@@ -64,12 +58,29 @@ static void starts_exact(const struct made *m, const char *name) {
   m->scene->exact.ops->destroy(&solution);
 }
 
+/* Of what the regions say, in their boxes. */
+static double mass_of(const struct made *m) {
+  double mass = 0;
+  for (int k = 0; k < m->scene->n_regions; ++k) {
+    const struct kith_region *region = &m->scene->region[k];
+    const double origin[NDIM] = {0};
+    double density;
+    CHECK_OK(kith_expression_at(region->density, origin, &density)); /* waves are 1 there, as in the mean */
+    for (int a = 0; a < NDIM; ++a)
+      density *= fmin(region->where.box.upper[a], m->scene->domain.upper[a]) -
+                 fmax(region->where.box.lower[a], m->scene->domain.lower[a]);
+    mass += density;
+  }
+  return mass;
+}
+
 static void sets_up(const char *name, const char *resolution, const char *arrangement) {
   struct made m;
   if (make(&m, name, resolution, arrangement)) {
     const struct kith_totals t = kith_hydro_totals(&m.hydro);
-    const double mean = m.scene->n_regions == 2 ? 1.125 / 2 : 1; /* the tubes: half 1, half 1/8 */
-    CHECK_CLOSE(t.mass, mean * volume(&m), 1e-12 * t.mass);
+    if (strcmp(name, "yee") != 0 &&
+        strcmp(name, "square") != 0) /* no boxes of one density, or waves around it */
+      CHECK_CLOSE(t.mass, mass_of(&m), 1e-12 * t.mass);
     CHECK(m.nodes->n_internal > 0 && m.nodes->n_internal < 200000);
     CHECK(!m.frozen);
     CHECK_OK(kith_hydro_physical(&m.hydro));
@@ -154,12 +165,32 @@ static void counts(void) {
 }
 
 int main(void) {
-  static const char *const inputs[] = {"sod",   "sod-two-materials", "sedov",     "sedov-octant",
-                                       "noh",   "acoustic-wave",     "noisy-box", "periodic-drift",
-                                       "gresho"};
-  const size_t n = sizeof inputs / sizeof inputs[0] - (NDIM == 1); /* a vortex needs 2 dimensions */
+  static const char *const inputs[] = {"sod",
+                                       "sod-two-materials",
+                                       "sedov",
+                                       "sedov-octant",
+                                       "noh",
+                                       "acoustic-wave",
+                                       "noisy-box",
+                                       "periodic-drift",
+                                       "sph-sod",
+                                       "lax",
+                                       "toro-1",
+                                       "toro-2",
+                                       "toro-3",
+                                       "toro-4",
+                                       "toro-5",
+                                       "leblanc",
+                                       "free-expansion",
+                                       "two-blasts",
+                                       "entropy-wave",
+                                       "square",
+                                       "gresho",
+                                       "yee"};
+  const size_t n = sizeof inputs / sizeof inputs[0] - (NDIM == 1 ? 2 : 0); /* a vortex needs 2 dimensions */
   for (size_t k = 0; k < n; ++k) {
     sets_up(inputs[k], NULL, "equal-mass");
+    if (strcmp(inputs[k], "yee") == 0) continue; /* its box is large */
     sets_up(inputs[k], NDIM == 1 ? "50" : "20", "equal-mass");
     sets_up(inputs[k], NDIM == 1 ? "50" : "20", "equal-spacing");
   }

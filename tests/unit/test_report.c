@@ -151,6 +151,9 @@ static const struct kith_stage stages[] = {
 };
 static const struct kith_report_entry ledger[] = {{"ghosts_created", 5e12}, {"odd \"name\"", NAN}};
 
+static const bool measured[KITH_N_MEASURES] = {
+    [KITH_MEASURE_mcnally] = true, [KITH_MEASURE_separation] = true};
+
 static struct kith_report sample(void) {
   return (struct kith_report){.scene = "so\"d\\ \n\t\x01 \xc3\xa9 \xff",
                               .package = "sph",
@@ -172,6 +175,8 @@ static struct kith_report sample(void) {
                               .angular_momentum_drift = 0.0625,
                               .kinetic = {0.5, 0.25, NAN},
                               .velocity_over_sound = {0.75, 0.125},
+                              .measured = measured,
+                              .measure = {[KITH_MEASURE_mcnally] = 0.125, [KITH_MEASURE_separation] = NAN},
                               .compared = true,
                               .norms = {.density = {0.1, 0.2, 0.3},
                                         .velocity = {1e-300, 5e-324, 1.7e308},
@@ -211,6 +216,8 @@ static void keys(void) {
         strtod(text_of(&r, "pair_evaluations"), NULL) == 3.1e9);
   CHECK(strtod(text_of(&r, "energy_drift"), NULL) == -1.5e-13 &&
         strcmp(text_of(&r, "momentum_drift"), "null") == 0);
+  CHECK(strtod(text_of(&r, "measures|mcnally"), NULL) == 0.125 &&
+        strcmp(text_of(&r, "measures|separation"), "null") == 0);
   CHECK(strtod(text_of(&r, "norms|density|l1"), NULL) == 0.1 &&
         strtod(text_of(&r, "norms|density|linf"), NULL) == 0.3);
   CHECK(strtod(text_of(&r, "norms|velocity|l1"), NULL) == 1e-300 &&

@@ -74,9 +74,9 @@ static const struct wrong keys[] = {
      "f:3: resolution.4d: unknown key; 1d, 2d and 3d tell dimensions apart"},
     {11, "until: 3", "f:11: until: duplicate key, first on line 10"},
     {11, "<<: {a: 1}",
-     "f:11: <<: unknown key; known are scene, dimension, resolution, arrangement, domain, boundaries, "
+     "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
      "materials, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, "
-     "until, exact, output"},
+     "until, exact, measure, output"},
 };
 
 static const struct wrong missing[] = {
@@ -243,7 +243,7 @@ static const struct wrong meanings[] = {
     {11, "energy: {energy: 1, over: ball, radius: 1, spacings: 1}",
      "f:11: energy.spacings: not together with radius"},
     {11, "exact: {name: reimann}",
-     "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, acoustic-wave, uniform; did you mean 'riemann'?"},
+     "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, yee, acoustic-wave, entropy-wave, square, two-blasts, uniform; did you mean 'riemann'?"},
     {11, "exact: {name: riemann, window: {x: [0, 1], r: [0, 1]}}",
      "f:11: exact.window.r: not together with x"},
 };
@@ -308,8 +308,8 @@ static void refuses_overrides(void) {
   overrides[0] = dimension_override();
   check_message(
       "q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
-      "--set q: unknown key; known are scene, dimension, resolution, arrangement, domain, boundaries, materials, "
-      "regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, output");
+      "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, materials, "
+      "regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");

@@ -1,0 +1,52 @@
+/* measure.h - what a scene is about, where that is no distance from a solution: numbers taken from the nodes at the end of a run,
+ * chosen by the scene's key `measure` and found in the report under `measures`.
+ *
+ *   shear_viscosity    of the mode e = sin(k x) along y, k = 2 pi / L, L the length of the domain along x. Not in 1-D: NaN
+ *   vortex_viscosity   of the mode e = (sin k x cos k y, -cos k x sin k y), Taylor and Green's. Not in 1-D: NaN
+ *                      Viscosity nu damps the amplitude a = sum V v.e / sum V e.e as exp(-nu K^2 t), K^2 = k^2 for shear, 2 k^2 for the
+ *                      vortices. a(0) is taken from the kinetic energy of the start, M a^2 / 4 for both. Noise does not count,
+ *                      as it would in the kinetic energy of the end
+ *   mcnally            amplitude of a Kelvin-Helmholtz mode of two waves in a box of side 1, layers at 1/4 and 3/4 (McNally, Lyra and
+ *                      Passy, Astrophys. J. Suppl. 201 (2012) 18): with weights w = V exp(-4 pi |y' - 1/4|), y' = y or 1 - y,
+ *                      whichever is in the lower half, 2 |sum w v_y exp(4 pi i x)| / sum w; x, y from the lower corner of the domain. Not in 1-D: NaN
+ *   separation         least distance of two nodes over the mean of their spacings V^(1/NDIM): 1 on a lattice of cubes, 1.12 in fcc, some 0.7
+ *                      in a glass, to 0 where nodes pair. Images across periodic faces do not count
+ *
+ * V = mass / density. Serial: a few sweeps over the nodes, for separation over those within a spacing along x of each. */
+#ifndef KITH_VALIDATION_MEASURE_H
+#define KITH_VALIDATION_MEASURE_H
+
+#include "lib/core/vec.h"
+#include "validation/norms.h"
+
+/* name, doc */
+#define KITH_MEASURE_LIST(X)                                                          \
+  X(shear_viscosity, "numerical viscosity, from the decay of a shear wave")           \
+  X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices") \
+  X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")     \
+  X(separation, "least distance of two nodes, in spacings")
+
+/* What a measure may look at. */
+struct kith_measured {
+  const struct kith_profile_view *nodes;
+  struct kith_box domain;
+  double time, kinetic_start;
+};
+
+/* NaN for what cannot be told. */
+#define X(name, doc) kith_status kith_measure_##name(const struct kith_measured *m, double *value);
+KITH_MEASURE_LIST(X)
+#undef X
+
+enum kith_measure {
+#define X(name, doc) KITH_MEASURE_##name,
+  KITH_MEASURE_LIST(X)
+#undef X
+      KITH_N_MEASURES
+};
+extern const char *const kith_measure_names[KITH_N_MEASURES];
+
+/* Takes the one of that number. */
+kith_status kith_measure_take(enum kith_measure which, const struct kith_measured *m, double *value);
+
+#endif
