@@ -84,7 +84,8 @@ static void equations(struct mfm_faces *f) {
       whole += kith_norm(f->area + p * NDIM);
     }
     for (size_t e = f->links.first[i]; e < f->links.first[i + 1]; ++e) weights += f->links.weight[e];
-    const bool surface = !(kith_norm(sum) <= surface_share * whole) && is_surface(f, i, sum);
+    const bool surface = (f->barrier != NULL && f->barrier->u8[i]) ||
+                         (!(kith_norm(sum) <= surface_share * whole) && is_surface(f, i, sum));
     opened += surface || weights == 0;
     f->diagonal[i] = surface || weights == 0 ? -1 : weights;
     for (int a = 0; a < NDIM; ++a) {

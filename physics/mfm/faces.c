@@ -138,12 +138,12 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
                                  kith_index end) {
   const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
   const double *restrict matrix = f->matrix->f64;
+  const uint8_t *barrier = f->barrier != NULL ? f->barrier->u8 : NULL;
   for (kith_index i = begin; i < end; ++i) {
     const size_t first = f->graph.pairs.first[i], n = f->graph.pairs.first[i + 1] - first;
     const kith_index(*restrict pair)[2] = f->graph.pairs.node + first;
     double *restrict area = f->area + first * NDIM;
-    const double inverse_i = 1 / h[i], central_i = central(f, inverse_i);
-    const double *mi = matrix + (size_t)i * KITH_SYMMETRIC_SIZE, *xi = x + (size_t)i * NDIM;
+    const double *xi = x + (size_t)i * NDIM;
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
       const kith_index j = pair[k][1];
@@ -152,11 +152,14 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
         d[a] = x[j * NDIM + a] - xi[a];
         r2 += d[a] * d[a];
       }
-      const double r = sqrt(r2), inverse_j = 1 / h[j];
+      /* A barrier is the mirror of who looks at it: it has the volume and the matrix of the other end. */
+      const kith_index li = barrier != NULL && barrier[i] ? j : i, lj = barrier != NULL && barrier[j] ? i : j;
+      const double r = sqrt(r2), inverse_i = 1 / h[li], inverse_j = 1 / h[lj];
       kith_kernel_value(kernel, r * inverse_i, &wi, &gi);
       kith_kernel_value(kernel, r * inverse_j, &wj, &gj);
-      const double *mj = matrix + j * KITH_SYMMETRIC_SIZE;
-      const double along = (mi[0] > 0 ? 0 : central_i * gi) + (mj[0] > 0 ? 0 : central(f, inverse_j) * gj);
+      const double *mi = matrix + li * KITH_SYMMETRIC_SIZE, *mj = matrix + lj * KITH_SYMMETRIC_SIZE;
+      const double along =
+          (mi[0] > 0 ? 0 : central(f, inverse_i) * gi) + (mj[0] > 0 ? 0 : central(f, inverse_j) * gj);
       double sum[NDIM];
       for (int a = 0; a < NDIM; ++a) sum[a] = along * d[a];
       for (int a = 0, m = 0; a < NDIM; ++a)

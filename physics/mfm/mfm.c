@@ -46,6 +46,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   struct kith_field *const slopes[] = {mfm->density_slope, mfm->pressure_slope, mfm->faces.matrix};
   kith_package_refresh(package, mfm->faces.matrix != NULL ? 3 : 2, slopes);
   mfm->faces.profile = package->profile;
+  mfm->faces.barrier = package->barrier;
   KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
   return mfm_pairs(package);
 }

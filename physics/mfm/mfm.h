@@ -11,8 +11,8 @@
  * The states at the middle of a pair are reconstructed from linear-exact gradients of rho, P and of the velocity along the face. Of
  * each with the difference D = q_j - q_i and the slope a = grad q_i . (x_j - x_i),
  *     q_i' = q_i + L(a, D) / 2,  L = a within -D and 1.5 D                                 (3)
- * (Hopkins 2015, appendix B, psi_1 = 1/2, psi_2 = 1/4); density and pressure lose no more than half. Tighter limiters were measured: van
- * Leer's (L between 0 and D) smears Gresho's vortex by half as much again for the same shocks; wider ones do not survive Noh.
+ * (the limiter of pairs of Hopkins 2015, psi_1 = 1/2, psi_2 = 1/4); density and pressure lose no more than half. Chosen by trial: van Leer's,
+ * L between 0 and D, smears Gresho's vortex half as much again and is a tenth better at Sod's tube; L up to 2 D does not survive Noh's problem.
  *
  * Passes: density -> equation of state -> ghosts -> gradients, matrices -> ghosts -> faces -> records -> force [pairs] -> ghosts -> work. */
 #ifndef KITH_PHYSICS_MFM_MFM_H

@@ -290,7 +290,8 @@ static void check_figures(void) {
   const enum side side[3] = {PERIODIC, PERIODIC, PERIODIC};
   struct cells c;
   cells_create(&c, count, side, 0.3, KITH_KERNEL_wendland_c2, 20, 3);
-  const struct figures one = figures_of(&c, KITH_FACES_ONE_POINT), all = figures_of(&c, KITH_FACES_INTEGRATED);
+  const struct figures one = figures_of(&c, KITH_FACES_ONE_POINT),
+                       all = figures_of(&c, KITH_FACES_INTEGRATED);
   CHECK_CLOSE(one.residual, 0.47, 0.05);
   CHECK_CLOSE(all.residual, 0.18, 0.02);
   CHECK_CLOSE(one.whole, 3.4, 0.1);
