@@ -95,7 +95,10 @@ static void show_regions(const struct plan *plan) {
     char more[64] = "";
     if (r->jitter > 0) snprintf(more, sizeof more, ", jitter %.3g", r->jitter);
     line(k == 0 ? "regions" : "", "%-12s %s, %s%s%s", scene->material_name[r->material], lattice[r->lattice],
-         spacing, more, r->barrier ? ", barrier" : r->frozen ? ", frozen" : "");
+         spacing, more,
+         r->barrier  ? ", barrier"
+         : r->frozen ? ", frozen"
+                     : "");
   }
   line("", "%.6g nodes per unit length where it is densest", scene->resolution);
 }
@@ -190,6 +193,7 @@ static void show_passes(const struct plan *plan) {
 
 static const char *traversal_reason(const struct plan *plan) {
   if (plan->scene->traversal[0] != '\0') return "as the scene says";
+  if (plan->model->package.ops->dear) return "the default: each force is dear, and kept";
   if (!plan->model->package.compatible) return "the default: each force is needed once";
   return NDIM == 1
              ? "the default: a compatible energy needs each force twice, and with few neighbors keeping is faster"

@@ -37,6 +37,7 @@ struct kith_package_ops {
    * caller makes new connectivity and calls again. A support that does not converge is NaN, and the density with it. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity);
   size_t (*bytes)(const struct kith_package *package); /* private memory; NULL: none */
+  bool dear; /* a pair costs more than memory: by default it is evaluated once and kept */
 };
 
 /* name, word of the scene, doc */

@@ -61,6 +61,7 @@ const struct kith_package_ops kith_package_mfm = {
     .create = mfm_create,
     .destroy = mfm_destroy,
     .requirements = mfm_requirements,
+    .dear = true,
     .evaluate = mfm_evaluate,
     .bytes = mfm_bytes,
 };
