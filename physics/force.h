@@ -50,6 +50,7 @@ struct kith_force_pass {
   const struct kith_rows *rows; /* who interacts; traversal `pairs`: the rows of the connectivity */
   const void *constants;        /* handed to the pair function */
   const double *edge;     /* [entries of rows][edges], NULL without edge members; traversal `gather` only */
+  bool walls_known;       /* what a pair gives knows how large a wall is */
   const uint8_t *barrier; /* [nodes] or NULL; the rest is filled by kith_force */
   bool work;              /* sums rate and slope of the compatible energy instead of accelerations */
 };
@@ -117,13 +118,13 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   s->count[0] += n;
 }
 
-/* A wall: half of the work, no heat; and of volume V it counts as V / V_i nodes like i, unless edges know its area. */
+/* A wall: half of the work, no heat; and of volume V it counts as V / V_i nodes like i, unless walls are known. */
 KITH_INLINE void kith_force_walls(const struct kith_force_pass *pass, kith_index i,
                                   const kith_index *restrict row, size_t n, double *restrict out) {
   const double *restrict support = pass->package->hydro->nodes->support->f64;
   for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
     if (!pass->barrier[row[k]]) continue;
-    const double count = pass->edge != NULL ? 1 : kith_pow_dim(support[row[k]] / support[i]);
+    const double count = pass->walls_known ? 1 : kith_pow_dim(support[row[k]] / support[i]);
     for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] *= count;
     out[KITH_SHARE * KITH_STRIDE + k] = 0.5;
     out[KITH_EXCHANGE * KITH_STRIDE + k] = 0;

@@ -127,6 +127,7 @@ kith_status mfm_pairs(struct kith_package *package) {
   struct kith_force_pass pass = {.package = package,
                                  .connectivity = &mfm->faces.graph,
                                  .rows = &mfm->faces.graph.rows,
-                                 .edge = mfm->faces.edge};
+                                 .edge = mfm->faces.edge,
+                                 .walls_known = true};
   return kith_force(&pass, pairs_of, nodes_of, MFM_MEMBERS, NDIM);
 }
