@@ -6,7 +6,7 @@ kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith
   if (components < 1) KITH_FAIL(INTERNAL, "a pairwise field of %d components", components);
   const size_t need = connectivity->pairs.n * (size_t)components;
   if (need > field->capacity) {
-    const size_t capacity = field->capacity == 0 ? need : need + need / 16;
+    const size_t capacity = need + need / 32; /* pairs come and go */
     field->capacity = field->n = 0;
     KITH_TRY(kith_resize(&field->value, 0, capacity, sizeof *field->value));
     field->capacity = capacity;

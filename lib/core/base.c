@@ -30,6 +30,13 @@ const char *kith_failure(void) {
   return failure;
 }
 
+/* Whoever touches memory first pays for it: all threads do. */
+static void zero(char *p, size_t bytes) {
+  const size_t piece = (size_t)1 << 20;
+#pragma omp parallel for schedule(static) if (bytes > 4 * piece)
+  for (size_t at = 0; at < bytes; at += piece) memset(p + at, 0, KITH_MIN(piece, bytes - at));
+}
+
 kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
   void *old;
   memcpy(&old, p, sizeof old);
@@ -42,7 +49,7 @@ kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
     if (fresh == NULL) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);
     const size_t kept = old == NULL ? 0 : KITH_MIN(keep, count) * size;
     if (kept > 0) memcpy(fresh, old, kept);
-    memset((char *)fresh + kept, 0, bytes - kept);
+    zero((char *)fresh + kept, bytes - kept);
   }
   free(old);
   memcpy(p, &fresh, sizeof fresh);
