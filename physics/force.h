@@ -55,6 +55,14 @@ struct kith_force_pass {
   bool work;              /* sums rate and slope of the compatible energy instead of accelerations */
 };
 
+/* The first members of the record of node i. */
+static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i, double *restrict record) {
+  for (int a = 0; a < NDIM; ++a) {
+    record[KITH_RECORD_X + a] = hydro->nodes->position->f64[(size_t)i * NDIM + a];
+    record[KITH_RECORD_V + a] = hydro->velocity->f64[(size_t)i * NDIM + a];
+  }
+}
+
 /* --- loading --- */
 
 /* Members 0 .. members - 1 of n partners, and of the edges to them. */
@@ -253,6 +261,17 @@ KITH_INLINE void kith_force_nodes_chunk(kith_pair_function *pair, enum kith_kern
     kith_force_store(pass, i, &sums);
   }
 }
+
+/* Both traversals of the function pair_FORM with one kernel: pairs_FORM_NAME and nodes_FORM_NAME. */
+#define KITH_FORCE_CHUNKS(form, name, members)                                                \
+  KITH_HOT static void pairs_##form##_##name(void *pass, kith_index begin, kith_index end,    \
+                                             struct kith_scratch *s) {                        \
+    kith_force_pairs_chunk(pair_##form, KITH_KERNEL_##name, members, pass, begin, end, s);    \
+  }                                                                                           \
+  KITH_HOT static void nodes_##form##_##name(void *pass, kith_index begin, kith_index end,    \
+                                             struct kith_scratch *s) {                        \
+    kith_force_nodes_chunk(pair_##form, KITH_KERNEL_##name, members, 0, pass, begin, end, s); \
+  }
 
 /* --- driving: in force.c --- */
 

@@ -34,9 +34,8 @@ enum {
   CRK_C,
   CRK_DA = CRK_C + NDIM,            /* dA + C */
   CRK_DC = CRK_DA + NDIM,           /* dC_b / dx_c, [b][c] */
-  CRK_PLAIN = CRK_DC + NDIM * NDIM, /* members of a record without slopes */
-  CRK_SHEAR = CRK_PLAIN,            /* symmetric part of the velocity gradient, upper triangle */
-  CRK_SLOPED = CRK_SHEAR + KITH_SYMMETRIC_SIZE
+  CRK_SHEAR = CRK_DC + NDIM * NDIM, /* symmetric part of the velocity gradient, upper triangle */
+  CRK_MEMBERS = CRK_SHEAR + KITH_SYMMETRIC_SIZE
 };
 
 struct crk {

@@ -6,6 +6,7 @@ struct crk_constants {
   double alpha, beta;
   double volume;   /* crk_volume */
   double spacings; /* H in mean node spacings */
+  double limited;  /* 1: the jump is limited */
 };
 
 /* Places of y and z; where there are none they stand in for another one, and nothing reads them. */
@@ -25,8 +26,9 @@ KITH_INLINE double share(const double *restrict i, const double *restrict j, con
 }
 
 /* One pair: (4) - (7). */
-KITH_INLINE void crk_pair(enum kith_kernel kernel, bool limited, const struct crk_constants *c,
-                          const double *restrict i, const double *restrict j, double *restrict out) {
+KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                          const double *restrict j, double *restrict out) {
+  const struct crk_constants *c = constants;
   const double x = i[KITH_RECORD_X] - J(KITH_RECORD_X), y = i[KITH_RECORD_X + Y] - J(KITH_RECORD_X + Y),
                z = i[KITH_RECORD_X + Z] - J(KITH_RECORD_X + Z);
   double r2 = 0, vx = 0;
@@ -45,12 +47,10 @@ KITH_INLINE void crk_pair(enum kith_kernel kernel, bool limited, const struct cr
   const double g = i[CRK_VOLUME] * gj * J(CRK_INVERSE) * J(CRK_INVERSE) +
                    J(CRK_VOLUME) * gi * i[CRK_INVERSE] * i[CRK_INVERSE];
 
-  double jump = vx;
-  if (limited)
-    jump = kith_slope_jump(vx, kith_slope_symmetric(i + CRK_SHEAR, 1, x, y, z),
-                           kith_slope_symmetric(&J(CRK_SHEAR), KITH_STRIDE, x, y, z),
-                           c->spacings * KITH_MAX(qi, qj));
-  const double mu = vx < 0 ? KITH_MIN(jump, 0.0) * inverse_r : 0;
+  const double limited = kith_slope_jump(vx, kith_slope_symmetric(i + CRK_SHEAR, 1, x, y, z),
+                                         kith_slope_symmetric(&J(CRK_SHEAR), KITH_STRIDE, x, y, z),
+                                         c->spacings * KITH_MAX(qi, qj));
+  const double jump = c->limited > 0 ? limited : vx, mu = vx < 0 ? KITH_MIN(jump, 0.0) * inverse_r : 0;
   const double sound = 0.5 * (i[CRK_SOUND] + J(CRK_SOUND));
   const double density = 2 * i[CRK_DENSITY] * J(CRK_DENSITY) / (i[CRK_DENSITY] + J(CRK_DENSITY));
   const double viscosity = density * (c->beta * mu - c->alpha * sound) * mu; /* Q */
@@ -70,45 +70,13 @@ KITH_INLINE void crk_pair(enum kith_kernel kernel, bool limited, const struct cr
   OUT(KITH_SIGNAL) = r2 > 0 && g < 0 ? KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu : 0;
 }
 
-KITH_INLINE void pair_plain(enum kith_kernel kernel, const void *constants, const double *restrict i,
-                            const double *restrict j, double *restrict out) {
-  crk_pair(kernel, false, constants, i, j, out);
-}
-KITH_INLINE void pair_sloped(enum kith_kernel kernel, const void *constants, const double *restrict i,
-                             const double *restrict j, double *restrict out) {
-  crk_pair(kernel, true, constants, i, j, out);
-}
+#define CHUNKS(name, ...) KITH_FORCE_CHUNKS(crk, name, CRK_MEMBERS)
+KITH_KERNEL_LIST(CHUNKS)
 
-/* Each kernel, each form. */
-#define CHUNKS(name, form, members)                                                           \
-  KITH_HOT static void pairs_##form##_##name(void *pass, kith_index begin, kith_index end,    \
-                                             struct kith_scratch *s) {                        \
-    kith_force_pairs_chunk(pair_##form, KITH_KERNEL_##name, members, pass, begin, end, s);    \
-  }                                                                                           \
-  KITH_HOT static void nodes_##form##_##name(void *pass, kith_index begin, kith_index end,    \
-                                             struct kith_scratch *s) {                        \
-    kith_force_nodes_chunk(pair_##form, KITH_KERNEL_##name, members, 0, pass, begin, end, s); \
-  }
-#define X(name, ...) CHUNKS(name, plain, CRK_PLAIN) CHUNKS(name, sloped, CRK_SLOPED)
-KITH_KERNEL_LIST(X)
-#undef X
-
-static const kith_chunk_pass pairs[][KITH_N_KERNELS] = {
-#define X(name, ...) pairs_plain_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-#define X(name, ...) pairs_sloped_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-};
-static const kith_chunk_pass nodes[][KITH_N_KERNELS] = {
-#define X(name, ...) nodes_plain_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-#define X(name, ...) nodes_sloped_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-};
+#define PAIRS(name, ...) pairs_crk_##name,
+#define NODES(name, ...) nodes_crk_##name,
+static const kith_chunk_pass pairs[] = {KITH_KERNEL_LIST(PAIRS)};
+static const kith_chunk_pass nodes[] = {KITH_KERNEL_LIST(NODES)};
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict record) {
   const struct kith_hydro *hydro = package->hydro;
@@ -116,9 +84,8 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   const size_t at = (size_t)i * NDIM;
   const double support = hydro->nodes->support->f64[i];
   const double volume = kith_ball() * kith_pow_dim(support) / package->neighbors;
+  kith_force_pack(hydro, i, record);
   for (int a = 0; a < NDIM; ++a) {
-    record[KITH_RECORD_X + a] = hydro->nodes->position->f64[at + a];
-    record[KITH_RECORD_V + a] = hydro->velocity->f64[at + a];
     record[CRK_C + a] = crk->slope->f64[at + a];
     record[CRK_DA + a] = crk->scale_gradient->f64[at + a];
     for (int b = 0; b < NDIM; ++b)
@@ -131,26 +98,25 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   /* A frozen node has no moments: its kernel is the plain one. */
   record[CRK_A] = crk->scale->f64[i] > 0 ? crk->scale->f64[i] : 1;
   record[CRK_VOLUME] = volume;
-  if (crk->shear == NULL) return;
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
-    record[CRK_SHEAR + k] = crk->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k];
+    record[CRK_SHEAR + k] = crk->shear != NULL ? crk->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
 }
 
 kith_status crk_pairs(struct kith_package *package, const struct kith_connectivity *connectivity) {
   const struct crk *crk = package->self;
-  const int form = crk->shear != NULL, size = form ? CRK_SLOPED : CRK_PLAIN;
   const bool viscous = package->viscosity != KITH_VISCOSITY_NONE;
   const struct crk_constants constants = {.alpha = viscous ? package->alpha : 0,
                                           .beta = viscous ? package->beta : 0,
                                           .volume = crk_volume(package),
-                                          .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM)};
-  KITH_TRY(kith_force_records(package, size));
+                                          .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM),
+                                          .limited = crk->shear != NULL};
+  KITH_TRY(kith_force_records(package, CRK_MEMBERS));
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < kith_nodes_count(package->hydro->nodes); ++i)
-    pack(package, i, package->record + (size_t)i * (size_t)size);
+    pack(package, i, package->record + (size_t)i * CRK_MEMBERS);
   kith_profile_end(package->profile);
   struct kith_force_pass pass = {
       .package = package, .connectivity = connectivity, .rows = &connectivity->rows, .constants = &constants};
-  return kith_force(&pass, pairs[form], nodes[form], size, 0);
+  return kith_force(&pass, pairs, nodes, CRK_MEMBERS, 0);
 }

@@ -92,9 +92,8 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   const struct mfm *mfm = package->self;
   const double c = hydro->sound_speed->f64[i];
   const size_t at = (size_t)i * NDIM;
+  kith_force_pack(hydro, i, record);
   for (int a = 0; a < NDIM; ++a) {
-    record[KITH_RECORD_X + a] = hydro->nodes->position->f64[at + a];
-    record[KITH_RECORD_V + a] = hydro->velocity->f64[at + a];
     record[MFM_DENSITY_SLOPE + a] = mfm->density_slope->f64[at + a];
     record[MFM_PRESSURE_SLOPE + a] = mfm->pressure_slope->f64[at + a];
   }

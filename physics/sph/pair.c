@@ -22,7 +22,7 @@ KITH_INLINE double limited_jump(const struct sph_constants *c, const double *res
 }
 
 /* One pair: (3) - (5), (7). */
-KITH_INLINE void sph_pair(enum kith_kernel kernel, enum sph_form form, const struct sph_constants *c,
+KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_constants *c,
                           const double *restrict i, const double *restrict j, double *restrict out) {
   double r2 = 0, vx = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -35,11 +35,11 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, enum sph_form form, const str
   const double gi = gradient_factor(kernel, c->kernel, qi, i[SPH_INVERSE]);
   const double gj = gradient_factor(kernel, c->kernel, qj, J(SPH_INVERSE));
 
-  const double jump = form == SPH_FORM_PLAIN ? vx : limited_jump(c, i, j, vx, KITH_MAX(qi, qj));
+  const double jump = limited_jump(c, i, j, vx, KITH_MAX(qi, qj));
   const double mu = vx < 0 ? KITH_MIN(jump, 0.0) * inverse_r : 0;
   const double sound = 0.5 * (i[SPH_SOUND] + J(SPH_SOUND)), densities = i[SPH_DENSITY] + J(SPH_DENSITY);
   double viscosity = (c->beta * mu - c->alpha * sound) * mu / densities; /* Pi / 2 */
-  if (form == SPH_FORM_FULL) viscosity *= 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH));
+  if (full) viscosity *= 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH));
 
   const double masses = i[SPH_MASS] * J(SPH_MASS);
   const double fi = -i[SPH_PSI] * (J(SPH_MASS) - i[SPH_EXCESS]) * gi,
@@ -51,7 +51,7 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, enum sph_form form, const str
   const double heat = fi + 0.5 * fq, total = fabs(fi) + fabs(fj) + fq;
   const double share = fabs(force) > 1e-10 * total ? heat / force : 0.5;
   double exchange = (share * force - heat) * vx;
-  if (form == SPH_FORM_FULL) {
+  if (full) {
     const double pi = i[SPH_PSI] * i[SPH_DENSITY] * i[SPH_DENSITY] / i[SPH_MASS],
                  pj = J(SPH_PSI) * J(SPH_DENSITY) * J(SPH_DENSITY) / J(SPH_MASS);
     const double speed = sqrt(2 * fabs(pi - pj) / densities);
@@ -62,78 +62,51 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, enum sph_form form, const str
   OUT(KITH_SIGNAL) = r2 > 0 && gi + gj < 0 ? KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu : 0;
 }
 
-#define FORMS(X) X(PLAIN) X(SLOPED) X(FULL)
-#define X(form)                                                                                          \
-  KITH_INLINE void pair_##form(enum kith_kernel kernel, const void *constants, const double *restrict i, \
-                               const double *restrict j, double *restrict out) {                         \
-    sph_pair(kernel, SPH_FORM_##form, constants, i, j, out);                                             \
-  }
-FORMS(X)
-#undef X
+KITH_INLINE void pair_simple(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                             const double *restrict j, double *restrict out) {
+  sph_pair(kernel, false, constants, i, j, out);
+}
+KITH_INLINE void pair_full(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                           const double *restrict j, double *restrict out) {
+  sph_pair(kernel, true, constants, i, j, out);
+}
 
-/* Each kernel, each form. */
-#define CHUNKS(name, form)                                                                       \
-  KITH_HOT static void pairs_##form##_##name(void *pass, kith_index begin, kith_index end,       \
-                                             struct kith_scratch *s) {                           \
-    kith_force_pairs_chunk(pair_##form, KITH_KERNEL_##name, SPH_##form, pass, begin, end, s);    \
-  }                                                                                              \
-  KITH_HOT static void nodes_##form##_##name(void *pass, kith_index begin, kith_index end,       \
-                                             struct kith_scratch *s) {                           \
-    kith_force_nodes_chunk(pair_##form, KITH_KERNEL_##name, SPH_##form, 0, pass, begin, end, s); \
-  }
-#define X(name, ...) CHUNKS(name, PLAIN) CHUNKS(name, SLOPED) CHUNKS(name, FULL)
-KITH_KERNEL_LIST(X)
-#undef X
+#define SIMPLE(name, ...) KITH_FORCE_CHUNKS(simple, name, SPH_SIMPLE)
+#define FULL(name, ...) KITH_FORCE_CHUNKS(full, name, SPH_FULL)
+KITH_KERNEL_LIST(SIMPLE)
+KITH_KERNEL_LIST(FULL)
 
-static const int members[] = {SPH_PLAIN, SPH_SLOPED, SPH_FULL};
-static const kith_chunk_pass pairs[][KITH_N_KERNELS] = {
-#define X(name, ...) pairs_PLAIN_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-#define X(name, ...) pairs_SLOPED_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-#define X(name, ...) pairs_FULL_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-};
-static const kith_chunk_pass nodes[][KITH_N_KERNELS] = {
-#define X(name, ...) nodes_PLAIN_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-#define X(name, ...) nodes_SLOPED_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-#define X(name, ...) nodes_FULL_##name,
-    {KITH_KERNEL_LIST(X)},
-#undef X
-};
+/* [full][kernel] */
+#define PAIRS_SIMPLE(name, ...) pairs_simple_##name,
+#define PAIRS_FULL(name, ...) pairs_full_##name,
+#define NODES_SIMPLE(name, ...) nodes_simple_##name,
+#define NODES_FULL(name, ...) nodes_full_##name,
+static const kith_chunk_pass pairs[][KITH_N_KERNELS] = {{KITH_KERNEL_LIST(PAIRS_SIMPLE)},
+                                                        {KITH_KERNEL_LIST(PAIRS_FULL)}};
+static const kith_chunk_pass nodes[][KITH_N_KERNELS] = {{KITH_KERNEL_LIST(NODES_SIMPLE)},
+                                                        {KITH_KERNEL_LIST(NODES_FULL)}};
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict record) {
   const struct kith_hydro *hydro = package->hydro;
   const struct sph *sph = package->self;
   const double density = hydro->density->f64[i], mass = hydro->mass->f64[i];
-  for (int a = 0; a < NDIM; ++a) {
-    record[KITH_RECORD_X + a] = hydro->nodes->position->f64[(size_t)i * NDIM + a];
-    record[KITH_RECORD_V + a] = hydro->velocity->f64[(size_t)i * NDIM + a];
-  }
+  kith_force_pack(hydro, i, record);
   record[SPH_INVERSE] = 1 / hydro->nodes->support->f64[i];
   record[SPH_PSI] = mass * hydro->pressure->f64[i] / (density * density);
   record[SPH_EXCESS] = sph->excess->f64[i];
   record[SPH_MASS] = mass;
   record[SPH_DENSITY] = density;
   record[SPH_SOUND] = hydro->sound_speed->f64[i];
-  if (sph->form == SPH_FORM_PLAIN) return;
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
     record[SPH_GRADIENT + k] = sph->shear != NULL ? sph->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
-  if (sph->form == SPH_FORM_SLOPED) return;
+  if (!sph->full) return;
   record[SPH_SWITCH] = sph->factor != NULL ? sph->factor->f64[i] : 1;
   record[SPH_ENERGY] = hydro->energy->f64[i];
 }
 
 kith_status sph_pairs(struct kith_package *package, const struct kith_connectivity *connectivity) {
   const struct sph *sph = package->self;
-  const int size = members[sph->form];
+  const int size = sph->full ? SPH_FULL : SPH_SIMPLE;
   const bool viscous = package->viscosity != KITH_VISCOSITY_NONE;
   const struct sph_constants constants = {.alpha = viscous ? package->alpha : 0,
                                           .beta = viscous ? package->beta : 0,
@@ -149,5 +122,5 @@ kith_status sph_pairs(struct kith_package *package, const struct kith_connectivi
   kith_profile_end(package->profile);
   struct kith_force_pass pass = {
       .package = package, .connectivity = connectivity, .rows = &connectivity->rows, .constants = &constants};
-  return kith_force(&pass, pairs[sph->form], nodes[sph->form], size, 0);
+  return kith_force(&pass, pairs[sph->full], nodes[sph->full], size, 0);
 }

@@ -27,9 +27,7 @@ static kith_status register_fields(struct kith_package *package, struct sph *sph
   };
   for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
     if (table[k].wanted) KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
-  sph->form = sph->factor != NULL || package->conduction > 0 ? SPH_FORM_FULL
-              : limited                                      ? SPH_FORM_SLOPED
-                                                             : SPH_FORM_PLAIN;
+  sph->full = sph->factor != NULL || package->conduction > 0;
   return KITH_OK;
 }
 

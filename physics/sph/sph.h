@@ -29,19 +29,15 @@ enum {
   SPH_MASS,
   SPH_DENSITY,
   SPH_SOUND,
-  SPH_PLAIN,                /* members of a record without slopes */
-  SPH_GRADIENT = SPH_PLAIN, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
-  SPH_SLOPED = SPH_GRADIENT + KITH_SYMMETRIC_SIZE, /* members of a record without switches */
-  SPH_SWITCH = SPH_SLOPED,                         /* s */
+  SPH_GRADIENT, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
+  SPH_SIMPLE = SPH_GRADIENT + KITH_SYMMETRIC_SIZE, /* members of a record without switches */
+  SPH_SWITCH = SPH_SIMPLE,                         /* s */
   SPH_ENERGY,
   SPH_FULL /* all members */
 };
 
-/* How much of it a scene needs: viscosity on the whole jump; on the limited one; with switches or conduction too. */
-enum sph_form { SPH_FORM_PLAIN, SPH_FORM_SLOPED, SPH_FORM_FULL };
-
 struct sph {
-  enum sph_form form;
+  bool full; /* a scene needs switches or conduction: records have all members */
   struct kith_field *excess, *shear, *curl, *compression; /* NULL unless needed, but for excess */
   struct kith_field *strength, *factor;                   /* s of (6), state; s with Balsara's factor */
 };
