@@ -5,16 +5,16 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include "app/model.h"
+#include "app/forms.h"
+#include "app/pilot.h"
 #include "app/text.h"
 
 struct plan {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_model *model;
-  double full_dt;            /* the vote of the first rates, without the caution of the first step */
-  int evaluations;           /* of the rates, timed */
-  double evaluation_seconds; /* of one of them: the least, which other programs disturbed least */
+  double full_dt; /* the vote of the first rates, without the caution of the first step */
+  struct kith_times times;
 };
 
 /* ---- text ---- */
@@ -184,9 +184,9 @@ static void show_passes(const struct plan *plan) {
         strcmp(stage[parent].name, plan->model->package.ops->name) != 0)
       continue;
     add(text, sizeof text, ", ", "%s", stage[s].name);
-    const int calls = (int)stage[s].calls / plan->evaluations;
+    const int calls = (int)stage[s].calls / plan->times.evaluations;
     if (calls > 1) add(text, sizeof text, " ", "x %d", calls);
-    add(text, sizeof text, " ", "%s", kith_text_seconds(time, stage[s].seconds / plan->evaluations));
+    add(text, sizeof text, " ", "%s", kith_text_seconds(time, stage[s].seconds / plan->times.evaluations));
   }
   line("passes", "%s", text);
 }
@@ -244,29 +244,69 @@ static double expected_steps(double first, double full, double until) {
   return steps + (time < until ? ceil((until - time) / full) : 0);
 }
 
-static void show_cost(const struct plan *plan, double until) {
+static void show_dt(const struct plan *plan) {
   const struct kith_integrator *it = &plan->model->integrator;
-  const bool fixed = it->fixed_dt > 0;
-  const double full = fixed ? it->fixed_dt : plan->full_dt, first = fixed ? full : it->vote.dt;
-  const double steps = expected_steps(first, full, until);
-  const double seconds = steps * it->evaluations * plan->evaluation_seconds;
-  char time[32], all[32];
-  if (fixed)
+  if (it->fixed_dt > 0)
     line("first dt", "%.4g, as the scene says; the Courant number %.3g would allow %.4g (%s, node %lld)",
-         full, it->cfl, plan->full_dt, it->vote.reason, (long long)it->vote.node);
+         it->fixed_dt, it->cfl, plan->full_dt, it->vote.reason, (long long)it->vote.node);
   else
     line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s, Courant number %.3g)",
-         first, full, (long long)it->vote.node, it->vote.reason, it->cfl);
-  line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
-       fixed ? "all of the same length" : "dt grows by a quarter a step and then stays as it is now");
-  line("cost", "about %s: %.0f steps of %d evaluation%s of %s, %d thread%s", kith_text_seconds(all, seconds),
-       steps, it->evaluations, it->evaluations == 1 ? "" : "s",
-       kith_text_seconds(time, plan->evaluation_seconds), omp_get_max_threads(),
-       omp_get_max_threads() == 1 ? "" : "s");
-  if (kith_rebuilds_lasting(it->rebuilds)) line("", "lists last for several steps; the rebuilds come on top");
+         it->vote.dt, plan->full_dt, (long long)it->vote.node, it->vote.reason, it->cfl);
 }
 
-static void show(const struct plan *plan, double until) {
+/* The times of the start, kept to the end: all there is for a scene that costs next to nothing, or that no pilot could run. */
+static double show_guess(const struct plan *plan, double until, double steps) {
+  const struct kith_integrator *it = &plan->model->integrator;
+  const double seconds = steps * it->evaluations * plan->times.rates;
+  char time[32], all[32];
+  line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
+       it->fixed_dt > 0 ? "all of the same length"
+                        : "dt grows by a quarter a step and then stays as it is now");
+  line("cost", "about %s: %.0f steps of %d evaluation%s of %s, %d thread%s", kith_text_seconds(all, seconds),
+       steps, it->evaluations, it->evaluations == 1 ? "" : "s", kith_text_seconds(time, plan->times.rates),
+       omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
+  if (kith_rebuilds_lasting(it->rebuilds)) line("", "lists last for several steps; the rebuilds come on top");
+  return seconds;
+}
+
+static double show_piloted(const struct plan *plan, double until, const struct kith_pilot *pilot,
+                           double fixed_steps) {
+  const struct kith_integrator *it = &plan->model->integrator;
+  const double steps = fixed_steps > 0 ? fixed_steps : kith_pilot_steps(pilot, plan->scene->resolution);
+  const double evaluation = plan->times.rates + pilot->rebuilds * plan->times.lifecycle;
+  const double seconds = steps * it->evaluations * evaluation * pilot->growth;
+  char time[32], all[32], lists[96] = "";
+  line("steps",
+       "about %.0f to t = %.6g, from two runs with fewer nodes: %.0f at resolution %.4g, %.0f at %.4g", steps,
+       until, pilot->steps[0], pilot->resolution[0], pilot->steps[1], pilot->resolution[1]);
+  if (pilot->rebuilds > 0)
+    snprintf(lists, sizeof lists, " (lists made anew for %.0f %% of them)", 100 * pilot->rebuilds);
+  line("cost", "about %s: %.0f steps of %d evaluation%s of %s%s, which grow by a factor of %.2f; %d thread%s",
+       kith_text_seconds(all, seconds), steps, it->evaluations, it->evaluations == 1 ? "" : "s",
+       kith_text_seconds(time, evaluation), lists, pilot->growth, omp_get_max_threads(),
+       omp_get_max_threads() == 1 ? "" : "s");
+  return seconds;
+}
+
+/* What the scene costs, in seconds. */
+static double show_cost(const struct plan *plan, const struct kith_options *options, double until) {
+  const double cheap = 1; /* seconds */
+  const struct kith_integrator *it = &plan->model->integrator;
+  const bool fixed = it->fixed_dt > 0;
+  const double steps =
+      expected_steps(fixed ? it->fixed_dt : it->vote.dt, fixed ? it->fixed_dt : plan->full_dt, until);
+  const double guess = steps * it->evaluations * (plan->times.rates + plan->times.lifecycle);
+  const double budget = fmin(fmax(0.08 * guess, 0.7), 5); /* the larger the pilots the surer */
+  struct kith_pilot pilot;
+  show_dt(plan);
+  if (guess < cheap ||
+      kith_pilot_run(&pilot, options, plan->scene->resolution, until, guess, budget) != KITH_OK)
+    return show_guess(plan, until, steps);
+  return show_piloted(plan, until, &pilot, fixed ? steps : 0);
+}
+
+/* Cheaper forms are for what costs more than a few seconds. */
+static void show(const struct plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing runs\n\n", plan->scene->name, NDIM);
   show_domain(plan);
   show_materials(plan);
@@ -275,7 +315,11 @@ static void show(const struct plan *plan, double until) {
   show_lifecycle(plan);
   show_method(plan);
   show_memory(plan);
-  show_cost(plan, until);
+  const double seconds = show_cost(plan, options, until);
+  fflush(stdout);
+  if (options->quiet || seconds < 2) return;
+  if (kith_forms_show(options, plan->model, until, seconds) != KITH_OK)
+    fprintf(stderr, "kith: warning: cheaper forms: %s\n", kith_failure());
 }
 
 /* ---- measuring ---- */
@@ -287,22 +331,12 @@ static kith_status make(struct plan *plan, const struct kith_options *o) {
   return kith_model_create(&plan->model, plan->scene, plan->profile, o->check);
 }
 
-/* The rates of the start once to have them, and up to three times more, half a second or so, to time them. */
+/* The rates of the start once to have them, and a few times more to time them. */
 static kith_status measure(struct plan *plan) {
-  enum { MOST = 3 };
-  struct kith_integrator *it = &plan->model->integrator;
   KITH_TRY(kith_model_start(plan->model));
-  plan->full_dt = kith_package_vote(it->package, it->cfl).dt;
-  plan->evaluation_seconds = INFINITY;
+  plan->full_dt = kith_package_vote(plan->model->integrator.package, plan->model->integrator.cfl).dt;
   kith_model_warn(plan->model);
-  const double start = kith_seconds();
-  for (double before = start; plan->evaluations < MOST && before - start < 0.5; ++plan->evaluations) {
-    KITH_TRY(kith_integrator_rates(it));
-    const double now = kith_seconds();
-    plan->evaluation_seconds = fmin(plan->evaluation_seconds, now - before);
-    before = now;
-  }
-  return KITH_OK;
+  return kith_times_measure(plan->model, &plan->times);
 }
 
 enum kith_exit kith_plan(const struct kith_options *options) {
@@ -314,7 +348,7 @@ enum kith_exit kith_plan(const struct kith_options *options) {
     code = status == KITH_OK ? KITH_EXIT_OK : KITH_EXIT_FAILED;
   }
   if (status == KITH_OK)
-    show(&plan, options->until >= 0 ? options->until : plan.scene->until);
+    show(&plan, options, options->until >= 0 ? options->until : plan.scene->until);
   else
     fprintf(stderr, "kith: %s\n", kith_failure());
   kith_model_destroy(&plan.model);

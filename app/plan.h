@@ -3,9 +3,10 @@
  *
  * All is taken from the objects that a run would make: the nodes are laid, and the rates of the start are
  * evaluated, once to have them (dt, neighbors, memory) and up to three times more to time them. Nothing is
- * written. Steps: dt as the first rates allow it, kept to the end, behind the short steps of the start; where
- * a flow makes or loses a shock dt will change, so this is an estimate. Cost: steps times the time of one
- * evaluation. */
+ * written. Steps and cost: the time of one evaluation, and two short runs of the scene with fewer nodes (pilot.h); for what costs less than
+ * a second, dt as the first rates allow it, kept to the end. What costs more than two seconds is offered in cheaper forms (forms.h),
+ * unless --quiet.
+ */
 #ifndef KITH_APP_PLAN_H
 #define KITH_APP_PLAN_H
 

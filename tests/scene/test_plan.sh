@@ -60,6 +60,21 @@ planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
 ok "$kith" run tiny.yaml --quiet -o run --steps 1
 [[ $planned == "$(awk -F, 'NR == 2 {printf "%.4g", $3}' run/history.csv)" ]] || wrong "the first dt is not $planned"
 
+# Cheaper forms, of what costs more than a few seconds; each can be run as it is printed.
+blast=("$kith" plan "$inputs/sedov.yaml" --threads 1 --set dimension=2 --set resolution=130)
+shown "quarter, through mirrors" "${blast[@]}"
+cp stdout forms
+grep -q "^ *steps *about .* from two runs with fewer nodes" forms || wrong "no pilots"
+grep -q "in 1-D" forms && wrong "a blast is not one-dimensional"
+for form in "lists that last" "neighbors" "thermal energy"; do grep -q "$form" forms || wrong "no form $form"; done
+saves=$(awk '/quarter, through mirrors/ {print ($6 > 0.15 && $6 < 0.4)}' forms)
+[[ $saves == 1 ]] || wrong "a quarter costs $(grep quarter forms)"
+words=$(awk '/quarter/ {on = 1; next} on && /--set|energy|boundaries|domain/ && !/lists/ {print; next} on && /lists/ {exit}' forms | grep -o "\-\-set [^-].*\|boundaries.*\|energy.*" | tr '\n' ' ')
+eval "\"\$kith\" run \"\$inputs/sedov.yaml\" --quiet --set dimension=2 --set resolution=20 --set until=0.01 -o quarter $words" >stdout 2>stderr ||
+  wrong "a form does not run: $words: $(<stderr)"
+shown "nothing runs" "${blast[@]}" --quiet
+grep -q "cheaper" stdout && wrong "quiet shows forms"
+
 # ---- list
 shown "wendland-c2" "$kith" list
 for family in package kernel viscosity eos scheme table search rebuild excluder boundary lattice exact; do
