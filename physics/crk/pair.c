@@ -20,7 +20,7 @@ KITH_INLINE double share(const double *restrict i, const double *restrict j, con
     const double f = OUT(KITH_FORCE + a), v = J(KITH_RECORD_V + a) - i[KITH_RECORD_V + a];
     work += f * v, force2 += f * f, speed2 += v * v;
   }
-  const double size = sqrt(force2 * speed2), gain = size > 0 ? work / size : 0;
+  const double size = sqrt(force2 * speed2), gain = size > 0 ? work / size : -1; /* at rest: about to part */
   const double difference = J(CRK_PRESSURE) - i[CRK_PRESSURE];
   return fabs(q) > 1e-10 * fabs(difference) ? 0.5 + 0.5 * gain * difference / q : 0.5;
 }
