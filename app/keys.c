@@ -257,18 +257,23 @@ kith_status kith_key_read(const struct kith_key *key, const struct kith_config_n
   return node == NULL ? read_default(key, into) : kith_key_value(key, node, into);
 }
 
+/* Words make no difference between '_' and '-'; keys do. */
+static const char *spelled(const struct kith_key *keys, const char *word) {
+  for (; keys->key != NULL; ++keys)
+    if (kith_words_find(keys->key, word) == 0) return keys->key;
+  return word;
+}
+
 static kith_status refuse_unknown(const struct kith_key *keys, const struct kith_config_node *map) {
-  char words[512] = "", near[64];
+  char words[512] = "", all[512] = "", near[64];
   for (const struct kith_key *k = keys; k->key != NULL; ++k) {
-    const size_t used = strlen(words);
-    snprintf(words + used, sizeof words - used, "|%s", k->key);
+    snprintf(words + strlen(words), sizeof words - strlen(words), "|%s", k->key);
+    snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k > keys ? ", " : "", k->key);
   }
   for (const struct kith_config_node *child = map->first; child != NULL; child = child->next) {
     if (kith_keys_find(keys, child->key) != NULL) continue;
     if (kith_words_nearest(words, child->key, near, sizeof near))
-      return kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", near);
-    char all[512];
-    kith_words_tell(words, all, sizeof all);
+      return kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", spelled(keys, near));
     return kith_config_fail(child, NULL, "unknown key; known are %s", all);
   }
   return KITH_OK;

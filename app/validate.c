@@ -7,44 +7,35 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include "app/process.h"
-#include "app/words.h"
+#include "app/validate_rows.h"
 #include "lib/core/profile.h"
 #include "lib/io/atomic_file.h"
 
-enum suite { Q, F };
-enum measure { VALUE, SHOCK, ORDER, SAME, THREADS, RESTART };
-
-struct row {
-  const char *name;
-  enum suite suite;
-  int dimension;
-  const char *scene, *settings;
-  enum measure measure;
-  const char *key;
-  bool at_least;
-  double bound;
-  const char *source;
-};
-#include "app/validate_rows.h"
-enum { N_ROWS = sizeof rows / sizeof rows[0], MOST_WORDS = 48, PATH = KITH_PATH };
+enum { MOST_WORDS = 48, PATH = KITH_PATH };
 
 /* One pass through a suite. */
 struct validation {
   const char *directory;
   struct kith_programs programs;
+  int n;
+  struct kith_row *rows;     /* owned */
+  bool quick;                /* only those rows */
   char last[64], before[64]; /* the last two runs: their directories below `directory` */
   int n_errors;              /* of the rows so far that have a resolution, for orders */
-  double error[N_ROWS], resolution[N_ROWS];
+  double *error, *resolution;
+  int dimension;     /* of the last run */
+  double seconds[4]; /* by dimension */
   FILE *table;
 };
 
 /* --- one run --- */
 
 /* Runs the scene of a row into DIR/`name`. `more`: options parted by blanks. */
-static kith_status run(const struct validation *v, const struct row *row, const char *name,
+static kith_status run(const struct validation *v, const struct kith_row *row, const char *name,
                        const char *more) {
-  char program[PATH + 8], scene[PATH + 64], out[PATH], log[PATH + 8], settings[512], options[PATH + 64];
+  char program[PATH + 8], scene[PATH + 80], out[PATH], log[PATH + 8], settings[600], options[PATH + 64];
   char *words[MOST_WORDS], *rest;
   int n = 0, code;
   snprintf(program, sizeof program, "%s%dd", v->programs.prefix, row->dimension);
@@ -158,7 +149,7 @@ static kith_status different_lines(const char *a, const char *b, double *value) 
   return KITH_OK;
 }
 
-static kith_status threads(const struct validation *v, const struct row *row, double *value) {
+static kith_status threads(const struct validation *v, const struct kith_row *row, double *value) {
   char name[2][80], path[2][PATH + 160];
   for (int k = 0; k < 2; ++k) {
     snprintf(name[k], sizeof name[k], "%s-%d", row->name, k + 1);
@@ -170,12 +161,11 @@ static kith_status threads(const struct validation *v, const struct row *row, do
   return different_bytes(path[0], path[1], value);
 }
 
-/* row->key: the step to stop at. */
-static kith_status restart(const struct validation *v, const struct row *row, double *value) {
+static kith_status restart(const struct validation *v, const struct kith_row *row, double *value) {
   char whole[80], parts[80], more[PATH + 200], path[2][PATH + 160];
   snprintf(whole, sizeof whole, "%s-whole", row->name);
   snprintf(parts, sizeof parts, "%s-parts", row->name);
-  snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --steps %s", row->key);
+  snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --steps %d", row->number);
   KITH_TRY(run(v, row, whole, "--set output.checkpoint_at_end=true"));
   KITH_TRY(run(v, row, parts, more));
   snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --restart %s/%s/checkpoint.kith",
@@ -189,16 +179,17 @@ static kith_status restart(const struct validation *v, const struct row *row, do
 /* --- rows --- */
 
 /* Runs the scene of the row, if it has one, and keeps what orders need. */
-static kith_status run_row(struct validation *v, const struct row *row) {
+static kith_status run_row(struct validation *v, const struct kith_row *row) {
   if (row->dimension == 0) return KITH_OK;
-  KITH_TRY(run(v, row, row->name, row->suite == Q ? "--threads 1" : ""));
+  KITH_TRY(run(v, row, row->name, row->quick ? "--threads 1" : ""));
   snprintf(v->before, sizeof v->before, "%s", v->last);
   snprintf(v->last, sizeof v->last, "%s", row->name);
+  v->dimension = row->dimension;
   return KITH_OK;
 }
 
-static kith_status measure_value(struct validation *v, const struct row *row, double *value) {
-  KITH_TRY(report_value(v, v->last, row->key, value));
+static kith_status measure_value(struct validation *v, const struct kith_row *row, double *value) {
+  KITH_TRY(report_value(v, v->last, row->measure, value));
   const char *resolution = strstr(row->settings, "resolution=");
   if (resolution == NULL) return KITH_OK;
   v->error[v->n_errors] = *value;
@@ -206,87 +197,133 @@ static kith_status measure_value(struct validation *v, const struct row *row, do
   return KITH_OK;
 }
 
-static kith_status measure(struct validation *v, const struct row *row, double *value) {
-  if (row->measure == THREADS) return threads(v, row, value);
-  if (row->measure == RESTART) return restart(v, row, value);
+static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
+  if (row->kind == KITH_ROW_THREADS) return threads(v, row, value);
+  if (row->kind == KITH_ROW_RESTART) return restart(v, row, value);
   KITH_TRY(run_row(v, row));
-  switch (row->measure) {
-    case SHOCK:
-      return shock(v, value);
-    case SAME:
-      return same(v, value);
-    case ORDER:
-      *value = order(v, atoi(row->key));
-      return KITH_OK;
-    default:
-      return measure_value(v, row, value);
-  }
+  if (row->kind == KITH_ROW_SHOCK) return shock(v, value);
+  if (row->kind == KITH_ROW_SAME) return same(v, value);
+  if (row->kind == KITH_ROW_VALUE) return measure_value(v, row, value);
+  *value = order(v, row->number);
+  return KITH_OK;
+}
+
+/* What the report says of the last run, NaN if there is none: for the table. */
+static double said(const struct validation *v, const struct kith_row *row, const char *key) {
+  double value;
+  const bool ran = row->kind != KITH_ROW_THREADS && row->kind != KITH_ROW_RESTART && v->last[0] != '\0';
+  return ran && report_value(v, v->last, key, &value) == KITH_OK ? value : NAN;
+}
+
+static void put_row(const struct validation *v, const struct kith_row *row, double value, const char *verdict,
+                    double seconds) {
+  static const char *const also[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
+                                     "energy_drift",     "momentum_drift",    "floors"};
+  const bool least = !isnan(row->at_least);
+  const double bound = least ? row->at_least : row->at_most;
+  const char *sign = least ? ">=" : "<=";
+  printf("%-28s %12.5g  %s %-10.4g %-6s %9.1e %7.0f %7.1f s\n", row->name, value, sign, bound, verdict,
+         said(v, row, "energy_drift"), said(v, row, "floors"), seconds);
+  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->name, value, sign, bound, verdict, seconds,
+          row->source);
+  for (size_t k = 0; k < sizeof also / sizeof *also; ++k) fprintf(v->table, ",%.17g", said(v, row, also[k]));
+  fputc('\n', v->table);
 }
 
 /* false: out of tolerance, or it failed (*failed). */
-static bool do_row(struct validation *v, const struct row *row, bool *failed) {
+static bool do_row(struct validation *v, const struct kith_row *row, bool *failed) {
   double value = NAN;
   const double begun = kith_seconds();
   *failed = measure(v, row, &value) != KITH_OK;
-  const bool good = !*failed && (row->at_least ? value >= row->bound : value <= row->bound);
+  const bool good = !*failed && (isnan(row->at_most) ? value >= row->at_least : value <= row->at_most);
   const double seconds = kith_seconds() - begun;
-  const char *verdict = good ? "ok" : "FAILED", *sign = row->at_least ? ">=" : "<=";
-  printf("%-28s %12.5g  %s %-10.4g %-6s %7.1f s\n", row->name, value, sign, row->bound, verdict, seconds);
-  if (*failed) printf("    %s\n", kith_failure());
+  char why[256];
+  snprintf(why, sizeof why, "%s", kith_failure());
+  put_row(v, row, value, good ? "ok" : "FAILED", seconds);
+  if (*failed) printf("    %s\n", why);
   fflush(stdout);
-  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"\n", row->name, value, sign, row->bound, verdict,
-          seconds, row->source);
+  v->seconds[row->dimension > 0 ? row->dimension : v->dimension] += seconds;
   return good;
 }
 
-static enum kith_exit do_rows(struct validation *v, enum suite suite) {
+static enum kith_exit do_rows(struct validation *v) {
   int wrong = 0, failures = 0, n = 0;
-  for (int k = 0; k < N_ROWS; ++k) {
+  printf("%-28s %12s  %-13s %-6s %9s %7s\n", "row", "measured", "gate", "", "drift", "floors");
+  for (int k = 0; k < v->n; ++k) {
     bool failed;
-    if (rows[k].suite > suite) continue;
+    if (v->quick && !v->rows[k].quick) continue;
     ++n;
-    if (!do_row(v, &rows[k], &failed)) ++wrong;
+    if (!do_row(v, &v->rows[k], &failed)) ++wrong;
     failures += failed;
   }
-  printf("%d rows, %d out of tolerance%s\n", n, wrong, failures > 0 ? ", and some runs failed" : "");
+  printf("%d rows, %d out of tolerance%s; 1-D %.0f s, 2-D %.0f s, 3-D %.0f s\n", n, wrong,
+         failures > 0 ? ", and some runs failed" : "", v->seconds[1], v->seconds[2], v->seconds[3]);
   return failures > 0 ? KITH_EXIT_FAILED : wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
 }
 
-static enum kith_exit list(void) {
-  puts("quick  1-D and small 2-D runs, a minute\nfull   every line of the table of targets\n");
-  for (int k = 0; k < N_ROWS; ++k)
-    printf("%-5s  %-28s %s %-8.4g %s\n", rows[k].suite == Q ? "quick" : "full", rows[k].name,
-           rows[k].at_least ? ">=" : "<=", rows[k].bound, rows[k].source);
+/* --- suites --- */
+
+/* quick and full are of targets.yaml; other names are files beside it, or paths. */
+static kith_status find(struct validation *v, const char *suite, char path[PATH + 160]) {
+  v->quick = strcmp(suite, "quick") == 0;
+  const bool path_given = strchr(suite, '/') != NULL || strchr(suite, '.') != NULL;
+  const char *name = v->quick || strcmp(suite, "full") == 0 ? "targets" : suite;
+  if (path_given)
+    snprintf(path, PATH + 160, "%s", suite);
+  else
+    snprintf(path, PATH + 160, "%s/validation/%.100s.yaml", v->programs.inputs, name);
+  if (!path_given && access(path, R_OK) != 0)
+    KITH_FAIL(BAD_INPUT, "validate: no suite '%.60s'; quick, full, gates, list, or a file of rows", suite);
+  return kith_rows_read_file(&v->rows, &v->n, path);
+}
+
+static enum kith_exit list(const struct validation *v) {
+  puts(
+      "quick  1-D and small 2-D runs, minutes\nfull   every line of the table of targets\n"
+      "gates  what must hold for each package, with the exemptions that are known\n");
+  for (int k = 0; k < v->n; ++k) {
+    const struct kith_row *row = &v->rows[k];
+    const bool least = !isnan(row->at_least);
+    printf("%-5s  %-28s %s %-8.4g %s\n", row->quick ? "quick" : "full", row->name,
+           least ? ">=" : "<=", least ? row->at_least : row->at_most, row->source);
+  }
   return KITH_EXIT_OK;
 }
 
-static kith_status validate(struct validation *v, enum suite suite, enum kith_exit *code) {
+static kith_status validate(struct validation *v, enum kith_exit *code) {
   char path[PATH];
   struct kith_atomic_file *file;
-  KITH_TRY(kith_programs_find(&v->programs));
+  KITH_TRY(kith_resize(&v->error, 0, (size_t)v->n, sizeof *v->error));
+  KITH_TRY(kith_resize(&v->resolution, 0, (size_t)v->n, sizeof *v->resolution));
   KITH_TRY(kith_directory_make(v->directory));
   snprintf(path, sizeof path, "%s/validation.csv", v->directory);
   KITH_TRY(kith_atomic_file_open(&file, path));
   v->table = file->stream;
-  fputs("row,measured,relation,bound,verdict,seconds,source\n", v->table);
-  *code = do_rows(v, suite);
+  fputs(
+      "row,measured,relation,bound,verdict,seconds,source,density.l1,velocity.l1,pressure.l1,energy_drift,"
+      "momentum_drift,floors\n",
+      v->table);
+  *code = do_rows(v);
   return kith_atomic_file_commit(&file, false);
 }
 
 enum kith_exit kith_validate(const struct kith_options *options) {
-  static const char suites[] = "quick|full|list";
-  const int suite = options->subject != NULL ? kith_words_find(suites, options->subject) : Q;
+  const char *suite = options->subject != NULL ? options->subject : "quick";
+  const bool only_list = strcmp(suite, "list") == 0;
   struct validation v = {.directory = options->directory != NULL ? options->directory : "out/validate"};
   enum kith_exit code = KITH_EXIT_USAGE;
-  if (suite == 2) return list();
-  if (suite < 0) {
-    fprintf(stderr, "kith: validate: no suite '%.60s'; quick, full or list\n", options->subject);
-    return KITH_EXIT_USAGE;
+  char path[PATH + 160];
+  kith_status status = kith_programs_find(&v.programs);
+  if (status == KITH_OK) status = find(&v, only_list ? "full" : suite, path);
+  if (status == KITH_OK && only_list) code = list(&v);
+  if (status == KITH_OK && !only_list) {
+    setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: who waits, sleeps */
+    code = KITH_EXIT_FAILED;
+    status = validate(&v, &code);
   }
-  setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: who waits, sleeps */
-  if (validate(&v, suite == 0 ? Q : F, &code) != KITH_OK) {
-    fprintf(stderr, "kith: %s\n", kith_failure());
-    return KITH_EXIT_FAILED;
-  }
+  if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  kith_free(&v.rows);
+  kith_free(&v.error);
+  kith_free(&v.resolution);
   return code;
 }
