@@ -8,6 +8,8 @@ const struct kith_stress_method kith_stress_methods[] = {
     KITH_PACKAGE_LIST(X) /* each with its defaults */
     {"sph alpha 1", "method.package=sph method.viscosity.name=monaghan"},
     {"sph switch", "method.package=sph method.viscosity.name=cullen-dehnen"},
+    {"mfm closed", "method.package=mfm method.closed=true"},
+    {"mfm integrated", "method.package=mfm method.faces=integrated"},
 };
 #undef X
 const int kith_n_stress_methods = sizeof kith_stress_methods / sizeof *kith_stress_methods;

@@ -8,6 +8,7 @@
 #ifndef KITH_TESTS_SPH_WORLD_H
 #define KITH_TESTS_SPH_WORLD_H
 
+#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 #include "integrator/integrator.h"
@@ -401,5 +402,44 @@ static inline double largest(const double *value, int n) {
     const double scale_ = largest((wanted), (count));                                                \
     for (int k_ = 0; k_ < (count); ++k_) CHECK_CLOSE((field)[k_], (wanted)[k_], (tolerance)*scale_); \
   } while (0)
+
+/* Three worlds that differ in how they are made only: gather on one thread, pairs on two and on three. */
+typedef void world_maker(struct world *w, const int *cells, enum side side, double jitter,
+                         const struct method *m, uint64_t seed);
+static inline void world_forms(struct world w[3], world_maker *make, const int *cells,
+                               enum kith_viscosity viscosity, bool compatible) {
+  const int threads = omp_get_max_threads();
+  for (int k = 0; k < 3; ++k) {
+    const struct method m = {KITH_KERNEL_wendland_c4,
+                             viscosity,
+                             k == 0 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS,
+                             compatible,
+                             1,
+                             2};
+    omp_set_num_threads(k + 1);
+    make(&w[k], cells, PERIODIC, 0.3, &m, 77);
+    CHECK_OK(kith_integrator_start(&w[k].it));
+  }
+  omp_set_num_threads(threads);
+  const int n = w[0].nodes->n_internal;
+  CHECK(memcmp(w[1].hydro.acceleration->f64, w[2].hydro.acceleration->f64,
+               (size_t)(n * NDIM) * sizeof(double)) == 0);
+  CHECK(memcmp(w[1].hydro.energy_rate->f64, w[2].hydro.energy_rate->f64, (size_t)n * sizeof(double)) == 0);
+  /* The same terms from either end: rounded differently, summed in the same order. */
+  CHECK_FIELD(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM, 1e-13);
+  CHECK_FIELD(w[0].hydro.energy_rate->f64, w[1].hydro.energy_rate->f64, n, 1e-13);
+}
+
+/* No force from outside: the sum of all, over the sum of their sizes and `least`. */
+static inline void world_momentum(const struct world *w, double least, double tolerance) {
+  for (int a = 0; a < NDIM; ++a) {
+    double sum = 0, scale = least;
+    for (int i = 0; i < w->nodes->n_internal; ++i) {
+      const double f = w->hydro.mass->f64[i] * w->hydro.acceleration->f64[i * NDIM + a];
+      sum += f, scale += fabs(f);
+    }
+    CHECK_CLOSE(sum, 0, tolerance * scale);
+  }
+}
 
 #endif

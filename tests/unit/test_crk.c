@@ -230,17 +230,6 @@ static void check_exact(const struct world *w, const struct truth *t) {
   }
 }
 
-static void check_momentum(const struct world *w) {
-  for (int a = 0; a < NDIM; ++a) {
-    double sum = 0, scale = 0;
-    for (int i = 0; i < w->nodes->n_internal; ++i) {
-      const double f = w->hydro.mass->f64[i] * w->hydro.acceleration->f64[i * NDIM + a];
-      sum += f, scale += fabs(f);
-    }
-    CHECK_CLOSE(sum, 0, 1e-13 * (scale + 1)); /* pairs push with 1, whatever is left of it */
-  }
-}
-
 static void check_world(const struct method *m, enum side side, const int *cells, uint64_t seed) {
   static struct kernels kernels;
   struct world w;
@@ -263,7 +252,7 @@ static void check_world(const struct method *m, enum side side, const int *cells
   CHECK_FIELD(field(&w, "signal"), t.signal, n, round_off);
   if (m->compatible) CHECK_FIELD(w.package.energy_slope->f64, t.slope, n, round_off);
   CHECK(w.package.fallbacks == 0);
-  if (side != REFLECTING) check_momentum(&w);
+  if (side != REFLECTING) world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
   truth_clear(&t);
   world_destroy(&w);
 }
@@ -288,26 +277,7 @@ static void check_worlds(void) {
 /* The two forms, and any number of threads. */
 static void check_forms(enum kith_viscosity viscosity, bool compatible) {
   struct world w[3];
-  const int threads = omp_get_max_threads();
-  for (int k = 0; k < 3; ++k) {
-    const struct method m = {KITH_KERNEL_wendland_c4,
-                             viscosity,
-                             k == 0 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS,
-                             compatible,
-                             1,
-                             2};
-    omp_set_num_threads(k + 1);
-    create(&w[k], boxes[0], PERIODIC, 0.3, &m, 77);
-    CHECK_OK(kith_integrator_start(&w[k].it));
-  }
-  omp_set_num_threads(threads);
-  const int n = w[0].nodes->n_internal;
-  CHECK(memcmp(w[1].hydro.acceleration->f64, w[2].hydro.acceleration->f64,
-               (size_t)(n * NDIM) * sizeof(double)) == 0);
-  CHECK(memcmp(w[1].hydro.energy_rate->f64, w[2].hydro.energy_rate->f64, (size_t)n * sizeof(double)) == 0);
-  /* The same terms from either end: rounded differently, summed in the same order. */
-  CHECK_FIELD(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM, 1e-13);
-  CHECK_FIELD(w[0].hydro.energy_rate->f64, w[1].hydro.energy_rate->f64, n, 1e-13);
+  world_forms(w, create, boxes[0], viscosity, compatible);
   for (int k = 0; k < 3; ++k) world_destroy(&w[k]);
 }
 
@@ -417,7 +387,7 @@ static void check_collinear(void) {
   CHECK_OK(world_evaluate(&w));
   CHECK(w.package.fallbacks == (NDIM == 1 ? 0u : 2u * 40)); /* of the velocity, and of the kernel */
   for (int k = 0; k < 40 * NDIM; ++k) CHECK(isfinite(w.hydro.acceleration->f64[k]));
-  check_momentum(&w);
+  world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
   world_destroy(&w);
 }
 
@@ -438,7 +408,7 @@ static void check_few(void) {
   world_destroy(&w);
   create(&w, two, PERIODIC, 0.1, &m, 1);
   CHECK_OK(kith_integrator_start(&w.it));
-  check_momentum(&w);
+  world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
   world_destroy(&w);
 }
 

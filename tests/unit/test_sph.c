@@ -34,18 +34,6 @@ static void check_against(struct world *w, struct truth *t) {
   if (w->package.compatible) CHECK_FIELD(w->package.energy_slope->f64, t->slope, n, round_off);
 }
 
-/* No force from outside of a periodic box. */
-static void check_momentum(const struct world *w) {
-  for (int a = 0; a < NDIM; ++a) {
-    double sum = 0, scale = 0;
-    for (int i = 0; i < w->nodes->n_internal; ++i) {
-      const double f = w->hydro.mass->f64[i] * w->hydro.acceleration->f64[i * NDIM + a];
-      sum += f, scale += fabs(f);
-    }
-    CHECK_CLOSE(sum, 0, 1e-13 * scale); /* a row of 300 forces cancels to a tenth of them */
-  }
-}
-
 static void check_world(const struct method *m, enum side side, const int *cells, bool equal_masses,
                         uint64_t seed) {
   struct world w;
@@ -65,7 +53,7 @@ static void check_world(const struct method *m, enum side side, const int *cells
   CHECK_OK(world_evaluate(&w));
   check_against(&w, &t);
   CHECK(w.package.fallbacks == 0);
-  if (side == PERIODIC) check_momentum(&w);
+  if (side == PERIODIC) world_momentum(&w, 0, 1e-13); /* a row of 300 forces cancels to a tenth of them */
   truth_clear(&t);
   world_destroy(&w);
 }
@@ -91,28 +79,9 @@ static void check_worlds(void) {
 /* The two forms, and any number of threads. */
 static void check_forms(enum kith_viscosity viscosity, bool compatible) {
   struct world w[3];
-  const int threads = omp_get_max_threads();
-  for (int k = 0; k < 3; ++k) {
-    const struct method m = {KITH_KERNEL_wendland_c4,
-                             viscosity,
-                             k == 0 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS,
-                             compatible,
-                             1,
-                             2};
-    omp_set_num_threads(k + 1);
-    world_create(&w[k], boxes[0], PERIODIC, 0.3, &m, 77);
-    CHECK_OK(kith_integrator_start(&w[k].it));
-  }
-  omp_set_num_threads(threads);
-  const int n = w[0].nodes->n_internal;
-  CHECK(memcmp(w[1].hydro.acceleration->f64, w[2].hydro.acceleration->f64,
-               (size_t)(n * NDIM) * sizeof(double)) == 0);
-  CHECK(memcmp(w[1].hydro.energy_rate->f64, w[2].hydro.energy_rate->f64, (size_t)n * sizeof(double)) == 0);
-  /* The same terms from either end: rounded differently, summed in the same order. */
-  CHECK_FIELD(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM, 1e-13);
-  CHECK_FIELD(w[0].hydro.energy_rate->f64, w[1].hydro.energy_rate->f64, n, 1e-13);
+  world_forms(w, world_create, boxes[0], viscosity, compatible);
   CHECK_FIELD(kith_nodes_field_named(w[0].nodes, "signal")->f64,
-              kith_nodes_field_named(w[1].nodes, "signal")->f64, n, 1e-14);
+              kith_nodes_field_named(w[1].nodes, "signal")->f64, w[0].nodes->n_internal, 1e-14);
   CHECK(w[0].package.pair_evaluations > w[1].package.pair_evaluations); /* pairs are evaluated once */
   for (int k = 0; k < 3; ++k) world_destroy(&w[k]);
 }
