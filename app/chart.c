@@ -269,6 +269,8 @@ static kith_status tell(const struct work *w) {
     KITH_TRY(kith_chart_front_names(&w->chart, k, 0, text));
     kith_text_wrapped(stdout, 4, "    ", "on the front:");
     kith_text_wrapped(stdout, 4, "    ", text[0] != '\0' ? text : "nobody");
+    kith_chart_others_sentence(&w->chart, k, text);
+    if (text[0] != '\0') kith_text_wrapped(stdout, 4, "    ", text);
   }
   printf("%d runs, %d failed; %s/chart.html\n", w->chart.n_methods * w->suite->n_resolutions,
          w->chart.n_failed, w->directory);

@@ -46,6 +46,8 @@ kith_status kith_chart_sentence(const struct kith_chart *chart, int norm, char t
 /* "sph at 50 and 100, mfm at 200" */
 kith_status kith_chart_front_names(const struct kith_chart *chart, int norm, int cost,
                                    char text[KITH_CHART_TEXT]);
+/* Which points of other codes lie above the front in CPU-seconds, and which do not; "" if there are none. */
+void kith_chart_others_sentence(const struct kith_chart *chart, int norm, char text[KITH_CHART_TEXT]);
 /* The observed order of method m: over all its points, and between the last two. NaN: too few points. */
 void kith_chart_order(const struct kith_chart *chart, int m, int norm, double *all, double *last);
 

@@ -153,6 +153,11 @@ static kith_status put_front(FILE *f, const struct kith_chart *c, int norm) {
     kith_xml_text(f, text[0] != '\0' ? text : "nobody");
     fputs("</b>.</p>\n", f);
   }
+  kith_chart_others_sentence(c, norm, text);
+  if (text[0] == '\0') return KITH_OK;
+  fputs("<p>", f);
+  kith_xml_text(f, text);
+  fputs("</p>\n", f);
   return KITH_OK;
 }
 

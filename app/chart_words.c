@@ -167,3 +167,35 @@ kith_status kith_chart_front_names(const struct kith_chart *c, int norm, int cos
   kith_free(&on);
   return status;
 }
+
+/* Is a point of ours no dearer and no worse? */
+static bool beaten(const struct kith_chart *c, int metric, const struct kith_other *o) {
+  const int n = c->n_methods * c->suite->n_resolutions;
+  for (int k = 0; k < n; ++k) {
+    const struct kith_point *p = &c->point[k];
+    if (!p->failed && p->value[0] <= o->cpu_seconds && p->value[metric] <= o->value) return true;
+  }
+  return false;
+}
+
+void kith_chart_others_sentence(const struct kith_chart *c, int norm, char text[KITH_CHART_TEXT]) {
+  static const char *const heads[] = {"Points of other codes that lie above the front: ",
+                                      "Points that do not, more accurate at their price than all here: "};
+  const int metric = c->suite->norm[norm];
+  text[0] = '\0';
+  for (int above = 1; above >= 0; --above) {
+    const char *last = "";
+    for (int k = 0; k < c->others.n; ++k) {
+      const struct kith_other *o = &c->others.other[k];
+      if (strcmp(o->norm, kith_metrics[metric].name) != 0 || beaten(c, metric, o) != (above == 1)) continue;
+      if (last[0] == '\0')
+        add(text, "%s%s%s at %.4g", text[0] != '\0' ? ". " : "", heads[1 - above], o->code, o->resolution);
+      else if (strcmp(last, o->code) == 0)
+        add(text, ", %.4g", o->resolution);
+      else
+        add(text, "; %s at %.4g", o->code, o->resolution);
+      last = o->code;
+    }
+  }
+  if (text[0] != '\0') add(text, ".");
+}
