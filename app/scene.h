@@ -101,7 +101,9 @@ struct kith_scene {
   struct kith_box domain;
   struct {                                         /* per axis */
     const struct kith_boundary_ops *lower, *upper; /* NULL: open */
+    double velocity;                               /* of a piston */
   } boundary[NDIM];
+  struct kith_body body; /* force from outside */
   int n_materials;
   char material_name[KITH_MAX_LISTS][32];
   struct kith_material material[KITH_MAX_LISTS];

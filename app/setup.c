@@ -222,7 +222,9 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   for (int list = 0; list < s->scene->n_materials; ++list)
     s->hydro->material[list] = s->scene->material[list];
   for (int a = 0; a < NDIM; ++a)
-    s->hydro->center[a] = 0.5 * (s->scene->domain.lower[a] + s->scene->domain.upper[a]);
+    s->hydro->center[a] = s->scene->body.mass > 0 ? s->scene->body.center[a] : s->scene->body.origin[a];
+  for (int a = 0; a < NDIM; ++a) s->hydro->wall[a] = s->scene->boundary[a].velocity;
+  s->hydro->body = s->scene->body;
   return KITH_OK;
 }
 
