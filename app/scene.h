@@ -72,6 +72,7 @@ struct kith_region {
   struct kith_expression *density, *pressure,
       *energy; /* exactly one of pressure and energy; the other NULL */
   struct kith_expression *velocity[NDIM];
+  struct kith_expression *displacement[NDIM]; /* of the sites; NULL: they stay */
   double spacing;          /* 0: from resolution and arrangement */
   bool frozen;             /* boundary `constant`: its nodes never move */
   bool barrier;            /* frozen, and a wall between nodes on both sides of it */

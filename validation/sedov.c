@@ -16,8 +16,8 @@
  * Three cases, by how n compares with (2 + j (gamma-1)) V at the shock:
  *   standard  more:  gas fills the sphere; w and g become powers of x at the center. Tabulated in ln x.
  *   singular  equal: V is the same everywhere, g and h are powers of x. omega = (j (3-gamma) + 2 gamma - 2) / (gamma+1).
- *   vacuum    less:  V rises to 1 at some x_v, inside of which there is nothing. Integrated in z = -ln(1-V), in which all is smooth
- *                    up to there, and tabulated in ln(ln x - ln x_v), of which ln g and z are straight lines near the edge.
+ *   vacuum    less:  V rises to 1 at some x_v, inside of which there is nothing. Integrated along the path of ln x and z = -ln(1-V),
+ *                    which is smooth up to there, and tabulated in ln(ln x - ln x_v), of which ln g and z are straight lines near the edge.
  * They are integrated inwards once (gsl_odeiv2), with alpha = (2/n)^2 S_j int (g x^2 V^2 / 2 + h / (gamma-1)) x^(j-1) dx beside
  * them (S_j = 2, 2 pi, 4 pi: E counts both sides of a plane), densely at the shock; state() interpolates with cubics.
  *
@@ -51,6 +51,7 @@ struct sedov {
   double gamma, density, pressure, omega, radius1; /* radius1: R at time 1 */
   double ln_void;                                  /* vacuum: ln x_v */
   double center[NDIM];
+  int rows; /* intervals in use */
   struct row row[ROWS + 1];
 };
 
@@ -87,12 +88,15 @@ static int slopes(double y, const double *q, double *dq, void *context) {
   return GSL_SUCCESS;
 }
 
-/* By z = -ln(1 - V): q = ln x, ln g, energy integral. */
-static int slopes_of_void(double z, const double *q, double *dq, void *context) {
+/* By the length of a path in ln x and z = -ln(1 - V): q = ln x, ln g, energy integral, z. Near the singular case x runs while V
+ * stands, near the edge V runs while x stands. */
+static int slopes_of_void(double path, const double *q, double *dq, void *context) {
   const struct sedov *s = context;
-  const double left = exp(-z), v = 1 - left, w = s->gamma * v - 1, dv = w * rise(s, v, w);
-  dq[0] = left / dv;
-  dq[1] = (dv + NDIM * v - s->omega) / dv;
+  const double left = exp(-q[3]), v = 1 - left, w = s->gamma * v - 1, dv = w * rise(s, v, w);
+  (void)path;
+  dq[0] = -left / (left - dv); /* dv < 0: x falls as V rises */
+  dq[3] = -dv / (left - dv);
+  dq[1] = -(dv + NDIM * v - s->omega) / (left - dv);
   dq[2] = energy_density(s, q[0], v, log(w), q[1]) * dq[0];
   return GSL_SUCCESS;
 }
@@ -113,6 +117,7 @@ static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double
     slopes(y, q, dq, s);
     s->row[k] = (struct row){y, {q[0], q[1]}, {dq[0], dq[1]}};
   }
+  s->rows = ROWS;
   *energy = -q[2];
   return KITH_OK;
 }
@@ -120,17 +125,18 @@ static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double
 /* First ln x by row, then, when the edge is known, the coordinate. */
 static kith_status fill_void(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
   const double start = log((s->gamma + 1) / (s->gamma - 1)); /* 1 - V = (gamma-1)/(gamma+1) at the shock */
-  double z = start, q[3] = {0, start, 0}, dq[3];
-  for (int k = 0; k <= ROWS; ++k) {
-    const double part = (double)k / ROWS;
-    KITH_TRY(advance(driver, s, &z, start + (edge_z - start) * part, q));
-    slopes_of_void(z, q, dq, s);
-    s->row[k] = (struct row){q[0], {z, q[1]}, {1 / dq[0], dq[1] / dq[0]}};
+  double path = 0, q[4] = {0, start, 0, start}, dq[4];
+  s->rows = -1;
+  for (int k = 0; k <= ROWS && q[3] < edge_z; ++k) {
+    KITH_TRY(advance(driver, s, &path, (depth + edge_z) * k / ROWS, q));
+    slopes_of_void(path, q, dq, s);
+    s->row[k] = (struct row){q[0], {q[3], q[1]}, {dq[3] / dq[0], dq[1] / dq[0]}};
+    s->rows = k;
   }
-  KITH_TRY(advance(driver, s, &z, 2 * edge_z, q));
+  KITH_TRY(advance(driver, s, &path, path + edge_z, q));
   s->ln_void = q[0];
   *energy = -q[2];
-  for (int k = 0; k <= ROWS; ++k) {
+  for (int k = 0; k <= s->rows; ++k) {
     const double off = s->row[k].at - s->ln_void;
     s->row[k].at = log(off);
     for (int c = 0; c < 2; ++c) s->row[k].slope[c] *= off;
@@ -139,7 +145,8 @@ static kith_status fill_void(struct sedov *s, gsl_odeiv2_driver *driver, double 
 }
 
 static kith_status integrate(struct sedov *s, double *energy) {
-  gsl_odeiv2_system system = {s->kind == VACUUM ? slopes_of_void : slopes, NULL, 3, s};
+  gsl_odeiv2_system system = {s->kind == VACUUM ? slopes_of_void : slopes, NULL, s->kind == VACUUM ? 4 : 3,
+                              s};
   gsl_odeiv2_driver *driver = gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd,
                                                             s->kind == VACUUM ? 1e-6 : -1e-6, 1e-13, 1e-13);
   if (driver == NULL) KITH_FAIL(NO_MEMORY, "exact solution sedov: no memory for the integrator");
@@ -196,8 +203,8 @@ static double cubic(const struct row *front, const struct row *back, int c, doub
 
 /* Both values where the coordinate is `at`; beyond the end of the table along its tangent. Coordinates descend. */
 static void look_up(const struct sedov *sedov, double at, double value[2]) {
-  int low = 0, high = ROWS; /* row[low].at >= at > row[high].at */
-  const struct row *last = &sedov->row[ROWS];
+  int low = 0, high = sedov->rows; /* row[low].at >= at > row[high].at */
+  const struct row *last = &sedov->row[sedov->rows];
   if (at <= last->at) {
     for (int c = 0; c < 2; ++c) value[c] = last->value[c] + (at - last->at) * last->slope[c];
     return;
