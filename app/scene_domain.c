@@ -83,7 +83,11 @@ static kith_status read_sides(const struct kith_config_node *node, struct side s
   }
   if (node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
   KITH_TRY(read_side(node->first, &side[0]));
-  return read_side(node->last, &side[1]);
+  KITH_TRY(read_side(node->last, &side[1]));
+  const struct kith_boundary_ops *periodic = &kith_boundary_periodic;
+  if ((side[0].ops == periodic) != (side[1].ops == periodic))
+    return kith_config_fail(node, NULL, "periodic on one side only; it must be on both");
+  return KITH_OK;
 }
 
 /* It works on one side, against nothing; and its face stays in the domain. */
@@ -92,6 +96,7 @@ static kith_status check_piston(const struct kith_scene *scene, int axis, const 
   const bool at_lower = side[0].ops == &kith_boundary_piston, at_upper = side[1].ops == &kith_boundary_piston;
   const double length = scene->domain.upper[axis] - scene->domain.lower[axis];
   const double inwards = at_lower ? side[0].velocity : -side[1].velocity;
+  if (!at_lower && !at_upper) return KITH_OK;
   if (at_lower && at_upper)
     return kith_config_fail(node, NULL, "two pistons; one acts on a side, opposite to an open one");
   if (side[at_lower].ops != NULL)
@@ -105,15 +110,6 @@ static kith_status check_piston(const struct kith_scene *scene, int axis, const 
       side[at_upper].velocity, length / inwards, scene->until);
 }
 
-static kith_status check_sides(const struct kith_scene *scene, int axis, const struct side side[2],
-                               const struct kith_config_node *node) {
-  const struct kith_boundary_ops *lower = side[0].ops, *upper = side[1].ops;
-  if ((lower == &kith_boundary_periodic) != (upper == &kith_boundary_periodic))
-    return kith_config_fail(node, NULL, "periodic on one side only; it must be on both");
-  if (lower != &kith_boundary_piston && upper != &kith_boundary_piston) return KITH_OK;
-  return check_piston(scene, axis, side, node);
-}
-
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
   static const char *const axes[] = {"x", "y", "z"};
   KITH_TRY(kith_keys_read(kith_boundaries_keys, node, scene));
@@ -122,7 +118,7 @@ kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_co
     struct side side[2];
     KITH_TRY(read_sides(of_axis, side));
     if (a >= NDIM) continue;
-    KITH_TRY(check_sides(scene, a, side, of_axis));
+    KITH_TRY(check_piston(scene, a, side, of_axis));
     scene->boundary[a].lower = side[0].ops, scene->boundary[a].upper = side[1].ops;
     scene->boundary[a].velocity = side[0].velocity + side[1].velocity; /* one of them at most */
   }

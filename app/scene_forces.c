@@ -4,7 +4,7 @@
 #define IN(member) KITH_INTO(struct kith_body, member)
 const struct kith_key kith_potential_keys[] = {
     {"center", KITH_KEY_VECTOR, "[0, 0, 0]", "", "where the point is", IN(center)},
-    {"mass", KITH_KEY_NUMBER, NULL, "(0, inf)", "G M: the acceleration is G M / d^2", IN(mass)},
+    {"mass", KITH_KEY_NUMBER, "0", "[0, inf)", "G M: the acceleration is G M / d^2; 0: none", IN(mass)},
     {"softening", KITH_KEY_NUMBER, "0", "[0, inf)", "s: d^2 + s^2 instead of d^2 (Plummer)", IN(softening)},
     {0}};
 #undef IN
@@ -50,7 +50,7 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
   KITH_TRY(check_gravity(scene, gravity));
   if (potential != NULL) {
     KITH_TRY(kith_keys_read(kith_potential_keys, potential, &scene->body));
-    KITH_TRY(check_periods(scene, potential));
+    if (scene->body.mass > 0) KITH_TRY(check_periods(scene, potential));
   }
   for (int a = 0; a < NDIM; ++a) /* energies near 0: drifts are relative */
     scene->body.origin[a] = 0.5 * (scene->domain.lower[a] + scene->domain.upper[a]);
