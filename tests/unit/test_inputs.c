@@ -80,7 +80,9 @@ static void sets_up(const char *name, const char *resolution, const char *arrang
     const struct kith_totals t = kith_hydro_totals(&m.hydro);
     if (strcmp(name, "yee") != 0 && strcmp(name, "square") != 0 &&
         strcmp(name, "sedov-gradient") != 0) /* no boxes of one density, or waves around it */
-      CHECK_CLOSE(t.mass, mass_of(&m), 1e-12 * t.mass);
+      CHECK_CLOSE(t.mass, mass_of(&m),
+                  (m.scene->region[0].displacement[0] != NULL ? 1e-10 : 1e-12) *
+                      t.mass); /* a stretch is a difference */
     CHECK(m.nodes->n_internal > 0 && m.nodes->n_internal < 200000);
     CHECK(!m.frozen);
     CHECK_OK(kith_hydro_physical(&m.hydro));
