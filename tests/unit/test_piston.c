@@ -58,6 +58,27 @@ static void is_a_wall(const char *settings, bool above, int steps) {
   scenario_close(&lab);
 }
 
+/* What cannot go with it: known only when scheme and packages are. */
+static void refuse(const char *settings, const char *message) {
+  struct scenario s = {0};
+  const char *overrides[3] = {NDIM == 1   ? "dimension=1"
+                              : NDIM == 2 ? "dimension=2"
+                                          : "dimension=3",
+                              "boundaries.x=[{kind: piston, velocity: 0.5}, open]", settings};
+  CHECK_OK(kith_scene_parse(&s.scene, "tube.yaml", tube, strlen(tube), 3, overrides));
+  if (s.scene == NULL) return;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_model_create(&s.model, s.scene, NULL, true));
+  CHECK(s.model == NULL && strstr(kith_failure(), message) != NULL);
+  scenario_close(&s);
+}
+
+static void refusals(void) {
+  refuse("connectivity.rebuild=displacement", "with a piston lists are made anew always");
+  refuse("regions.0.frozen=true", "frozen nodes and barriers give momentum");
+  refuse("regions.0.barrier=true", "frozen nodes and barriers give momentum");
+  refuse("scheme={name: rk4, dt: 0.01}", "cannot keep energy compatible"); /* what is wrong first */
+}
+
 int main(void) {
   const int steps = NDIM == 1 ? 100 : 40;
   is_a_wall("scheme.name=leapfrog", false, steps);
@@ -70,5 +91,6 @@ int main(void) {
   /* Without viscosity nodes run through the face, and are put back. */
   is_a_wall("scheme.name=leapfrog method.viscosity.name=none", false, steps);
   is_a_wall("scheme.name=rk2 method.viscosity.name=none", true, steps);
+  refusals();
   return check_failed();
 }
