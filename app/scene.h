@@ -14,6 +14,7 @@
  *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface between them.
  *                  One region that ends inside of the domain along x, towards an open face: beyond it is a vacuum
  *   sedov          first region; the only deposit: its center, and E 2^(reflecting faces through the center) as the blast energy
+ *                  A density that falls: density and omega must be given
  *   noh            first region; the speed at a point away from the center, which is the origin
  *   gresho         gamma and density of the first region; sides of the domain along periodic axes; the center is the origin
  *   yee            gamma of the first region, period as for gresho; amplitude 5
@@ -73,11 +74,11 @@ struct kith_region {
       *energy; /* exactly one of pressure and energy; the other NULL */
   struct kith_expression *velocity[NDIM];
   struct kith_expression *displacement[NDIM]; /* of the sites; NULL: they stay */
-  double spacing;          /* 0: from resolution and arrangement */
-  bool frozen;             /* boundary `constant`: its nodes never move */
-  bool barrier;            /* frozen, and a wall between nodes on both sides of it */
-  bool equilibrium;        /* the pressure holds with the density that the package sums */
-  struct kith_place place; /* line in the file, for messages of setup */
+  double spacing;                             /* 0: from resolution and arrangement */
+  bool frozen;                                /* boundary `constant`: its nodes never move */
+  bool barrier;                               /* frozen, and a wall between nodes on both sides of it */
+  bool equilibrium;                           /* the pressure holds with the density that the package sums */
+  struct kith_place place;                    /* line in the file, for messages of setup */
 };
 
 enum kith_deposit_shape { KITH_DEPOSIT_POINT, KITH_DEPOSIT_BALL, KITH_DEPOSIT_KERNEL };

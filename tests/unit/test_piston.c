@@ -59,13 +59,13 @@ static void is_a_wall(const char *settings, bool above, int steps) {
 }
 
 /* What cannot go with it: known only when scheme and packages are. */
-static void refuse(const char *settings, const char *message) {
+static void refuse(const char *settings, const char *energy, const char *message) {
   struct scenario s = {0};
-  const char *overrides[3] = {NDIM == 1   ? "dimension=1"
+  const char *overrides[4] = {NDIM == 1   ? "dimension=1"
                               : NDIM == 2 ? "dimension=2"
                                           : "dimension=3",
-                              "boundaries.x=[{kind: piston, velocity: 0.5}, open]", settings};
-  CHECK_OK(kith_scene_parse(&s.scene, "tube.yaml", tube, strlen(tube), 3, overrides));
+                              "boundaries.x=[{kind: piston, velocity: 0.5}, open]", settings, energy};
+  CHECK_OK(kith_scene_parse(&s.scene, "tube.yaml", tube, strlen(tube), 4, overrides));
   if (s.scene == NULL) return;
   CHECK_STATUS(KITH_BAD_INPUT, kith_model_create(&s.model, s.scene, NULL, true));
   CHECK(s.model == NULL && strstr(kith_failure(), message) != NULL);
@@ -73,10 +73,13 @@ static void refuse(const char *settings, const char *message) {
 }
 
 static void refusals(void) {
-  refuse("connectivity.rebuild=displacement", "with a piston lists are made anew always");
-  refuse("regions.0.frozen=true", "frozen nodes and barriers give momentum");
-  refuse("regions.0.barrier=true", "frozen nodes and barriers give momentum");
-  refuse("scheme={name: rk4, dt: 0.01}", "cannot keep energy compatible"); /* what is wrong first */
+  const char *compatible = "method.energy=compatible", *thermal = "method.energy=thermal";
+  refuse("connectivity.rebuild=displacement", compatible, "with a piston lists are made anew always");
+  refuse("regions.0.frozen=true", compatible, "frozen nodes and barriers give momentum");
+  refuse("regions.0.barrier=true", compatible, "frozen nodes and barriers give momentum");
+  refuse("scheme.name=rk4", thermal, "rk4 does not know of pistons");
+  refuse("scheme.name=arkode", thermal, "arkode does not know of pistons");
+  refuse("scheme.name=implicit", thermal, "implicit does not know of pistons");
 }
 
 int main(void) {
@@ -85,6 +88,10 @@ int main(void) {
   is_a_wall("scheme.name=leapfrog", true, steps);
   is_a_wall("scheme.name=leapfrog method.package=crk", false, steps);
   is_a_wall("scheme.name=leapfrog method.package=mfm", true, steps);
+  if (NDIM < 3) { /* dear */
+    is_a_wall("scheme.name=leapfrog method.package=mfm method.closed=true", false, steps);
+    is_a_wall("scheme.name=leapfrog method.package=mfm method.faces=integrated", false, steps);
+  }
   is_a_wall("scheme.name=rk2", false, steps);
   is_a_wall("scheme.name=cheap-rk2 traversal=pairs", true, steps);
   is_a_wall("scheme.name=verlet", false, steps);
