@@ -16,7 +16,7 @@ struct kith_history {
 };
 
 static const char title[] =
-    "step,time,dt,limiter,kinetic,internal,total,momentum_x"
+    "step,time,dt,limiter,kinetic,internal,potential,work,total,momentum_x"
 #if NDIM > 1
     ",momentum_y"
 #endif
@@ -108,9 +108,9 @@ kith_status kith_history_continue(struct kith_history **out, const char *path, u
 
 kith_status kith_history_add(struct kith_history *history, const struct kith_history_row *row) {
   FILE *f = history->file;
-  fprintf(f, "%" PRIu64 ",%.17g,%.17g,%s,%.17g,%.17g,%.17g", row->step, row->time, row->dt,
-          row->limiter != NULL ? row->limiter : "", row->kinetic, row->internal,
-          row->kinetic + row->internal);
+  fprintf(f, "%" PRIu64 ",%.17g,%.17g,%s,%.17g,%.17g,%.17g,%.17g,%.17g", row->step, row->time, row->dt,
+          row->limiter != NULL ? row->limiter : "", row->kinetic, row->internal, row->potential, row->work,
+          row->kinetic + row->internal + row->potential - row->work);
   for (int a = 0; a < NDIM; ++a) fprintf(f, ",%.17g", row->momentum[a]);
   for (int a = NDIM == 3 ? 0 : 2; a < 3 && NDIM > 1; ++a) fprintf(f, ",%.17g", row->angular[a]);
   fprintf(f, ",%.17g,%" PRId64 ",%" PRId64 ",%" PRId64 ",%" PRId64 ",%.6g\n", row->velocity_over_sound,

@@ -1,10 +1,10 @@
 /* history.h - DIR/history.csv: one row a step, a header line first, readable by gnuplot and pandas as it is.
  *
- *   step,time,dt,limiter,kinetic,internal,total,momentum_x[,momentum_y[,momentum_z]],
+ *   step,time,dt,limiter,kinetic,internal,potential,work,total,momentum_x[,momentum_y[,momentum_z]],
  *   [angular_x,angular_y,][angular_z,]velocity_over_sound,      (angular_z in 2-D and 3-D, the others in 3-D)
  *   nodes,ghosts,entries,rebuilds,seconds                       (in one line)
  *
- * Doubles have 17 digits. Each row is flushed when it is added. A restart continues the file: rows beyond the
+ * potential, work: hydro.h; total = kinetic + internal + potential - work. Doubles have 17 digits. Each row is flushed when it is added. A restart continues the file: rows beyond the
  * step it starts from, and a row that was cut by a kill, are removed, so that it reads like that of the
  * uninterrupted run. */
 #ifndef KITH_APP_HISTORY_H
@@ -18,7 +18,7 @@ struct kith_history_row {
   uint64_t step;
   double time, dt;
   const char *limiter; /* what limited dt: a word without a comma; NULL: none */
-  double kinetic, internal, momentum[NDIM];
+  double kinetic, internal, potential, work, momentum[NDIM];
   double angular[3], velocity_over_sound; /* hydro.h */
   int64_t nodes, ghosts;
   int64_t entries;  /* pairs or row entries of the connectivity */

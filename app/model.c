@@ -44,6 +44,8 @@ static kith_status make_boundaries(struct kith_model *m, const uint8_t *frozen) 
       KITH_TRY(kith_boundaries_add(&m->boundaries, lower != NULL ? lower : upper, a,
                                    m->scene->domain.lower[a], m->scene->domain.upper[a], lower != NULL,
                                    upper != NULL));
+    if (m->scene->boundary[a].velocity != 0)
+      m->boundaries.boundary[m->boundaries.n - 1]->velocity = m->scene->boundary[a].velocity;
   }
   return KITH_OK;
 }
@@ -103,6 +105,28 @@ static kith_status check_table(const struct kith_scene *scene) {
                           scene->scheme.table);
 }
 
+/* Lists that last do not know how far the images in a face that moves have gone; and what goes through it within a step needs a
+ * velocity of the face in every sum of a scheme. */
+static kith_status check_piston(const struct kith_scene *scene) {
+  const struct kith_config_node *rebuild = kith_config_at(scene->config, "connectivity.rebuild"),
+                                *name = kith_config_at(scene->config, "scheme.name");
+  bool moves = false, frozen = false;
+  for (int a = 0; a < NDIM; ++a) moves = moves || scene->boundary[a].velocity != 0;
+  for (int k = 0; k < scene->n_regions; ++k)
+    frozen = frozen || scene->region[k].frozen || scene->region[k].barrier;
+  if (!moves) return KITH_OK;
+  if (strcmp(scene->connectivity.rebuild, "always") != 0)
+    return kith_config_fail(rebuild, NULL, "with a piston lists are made anew always");
+  if (kith_scheme_find(scene->scheme.name)->incompatible != NULL)
+    return kith_config_fail(name, NULL, "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do",
+                            scene->scheme.name);
+  if (frozen)
+    return kith_config_fail(
+        kith_config_at(scene->config, "regions"), NULL,
+        "frozen nodes and barriers give momentum, and the work of a piston is told by it");
+  return KITH_OK;
+}
+
 /* A scheme and what is asked of it. */
 static kith_status check_scheme(const struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root,
@@ -144,7 +168,8 @@ static kith_status check_words(const struct kith_scene *scene) {
   KITH_TRY(kith_scene_check_word(scene, "method.kernel", scene->method.kernel, kernels));
   KITH_TRY(kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD)));
   KITH_TRY(check_method(scene));
-  return check_scheme(scene);
+  KITH_TRY(check_scheme(scene));
+  return check_piston(scene);
 }
 
 static kith_status make(struct kith_model *m, bool check) {

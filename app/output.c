@@ -103,6 +103,8 @@ kith_status kith_output_step(struct kith_output *output, const struct kith_model
                                  .limiter = it->limiter,
                                  .kinetic = totals->kinetic,
                                  .internal = totals->internal,
+                                 .potential = totals->potential,
+                                 .work = totals->work,
                                  .velocity_over_sound = totals->velocity_over_sound,
                                  .nodes = model->nodes->n_internal,
                                  .ghosts = model->nodes->n_ghost,
@@ -125,13 +127,21 @@ struct kith_origin kith_origin_of(const struct kith_totals *first) {
 }
 
 static bool is_wall(const struct kith_model *model, int axis) {
-  return model->scene->boundary[axis].lower == &kith_boundary_reflecting ||
-         model->scene->boundary[axis].upper == &kith_boundary_reflecting;
+  const struct kith_boundary_ops *lower = model->scene->boundary[axis].lower,
+                                 *upper = model->scene->boundary[axis].upper;
+  return (lower != NULL && lower != &kith_boundary_periodic) ||
+         (upper != NULL && upper != &kith_boundary_periodic);
+}
+
+/* Nothing gives momentum along this axis. */
+static bool keeps_momentum(const struct kith_model *model, int axis) {
+  const struct kith_body *body = &model->hydro.body;
+  return !is_wall(model, axis) && body->gravity[axis] == 0 && body->mass == 0;
 }
 
 static bool can_turn(const struct kith_model *model) {
   bool can = NDIM > 1;
-  for (int a = 0; a < NDIM; ++a) can = can && !is_wall(model, a);
+  for (int a = 0; a < NDIM; ++a) can = can && !is_wall(model, a) && model->hydro.body.gravity[a] == 0;
   for (int k = 0; k < model->scene->n_regions; ++k) can = can && !model->scene->region[k].frozen;
   return can;
 }
@@ -141,14 +151,19 @@ static double scale(double now, double then) {
   return fmax(fmax(now, then), 1e-300);
 }
 
+/* What is kept: see hydro.h. */
+static double energy_of(const struct kith_totals *t) {
+  return t->kinetic + t->internal + t->potential - t->work;
+}
+
 void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model,
                         const struct kith_totals *now) {
   const struct kith_totals *then = &origin->totals;
-  const double e0 = then->kinetic + then->internal;
-  const double energy = fabs(now->kinetic + now->internal - e0) / (fabs(e0) > 0 ? fabs(e0) : 1);
+  const double e0 = energy_of(then), e = fmax(fabs(e0), fabs(now->work - then->work));
+  const double energy = fabs(energy_of(now) - e0) / (e > 0 ? e : 1);
   double momentum = 0, angular2 = 0;
   for (int a = 0; a < NDIM; ++a)
-    if (!is_wall(model, a)) momentum = fmax(momentum, fabs(now->momentum[a] - then->momentum[a]));
+    if (keeps_momentum(model, a)) momentum = fmax(momentum, fabs(now->momentum[a] - then->momentum[a]));
   for (int a = 0; a < 3; ++a)
     angular2 += (now->angular[a] - then->angular[a]) * (now->angular[a] - then->angular[a]);
   momentum /= scale(now->momentum_scale, then->momentum_scale);

@@ -22,6 +22,7 @@ struct kith_origin {
   double energy_drift, momentum_drift, angular_drift; /* largest so far, relative */
   double kinetic_least, kinetic_rebound; /* so far: least, and largest rise above the least until then */
   double velocity_over_sound;            /* largest so far */
+  double measure[KITH_N_MEASURES];       /* what measures are compared with */
 };
 
 /* Creates the directory (parents too). BAD_FILE if it cannot be written: found before anything runs. */
@@ -44,8 +45,8 @@ kith_status kith_output_restore(struct kith_output *output, const char *path, st
 
 /* The origin of a run that begins: its first totals. */
 struct kith_origin kith_origin_of(const struct kith_totals *first);
-/* Largest drifts so far. Momentum counts along axes without walls. Angular momentum has none (NaN) in 1-D, with a wall or with frozen
- * nodes, which turn what meets them. */
+/* Largest drifts so far. Energy: kinetic + internal + potential - work of moving walls. Momentum counts along axes without walls and pull.
+ * Angular momentum has none (NaN) in 1-D, with a wall, with frozen nodes, which turn what meets them, and in uniform gravity. */
 void kith_origin_follow(struct kith_origin *origin, const struct kith_model *model,
                         const struct kith_totals *now);
 

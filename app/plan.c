@@ -58,6 +58,21 @@ static void show_domain(const struct plan *plan) {
   }
 }
 
+static void show_forces(const struct plan *plan) {
+  const struct kith_body *body = &plan->scene->body;
+  char text[256] = "";
+  for (int a = 0; a < NDIM; ++a) {
+    const double u = plan->scene->boundary[a].velocity;
+    if (body->gravity[a] != 0)
+      add(text, sizeof text, "; ", "gravity %.6g along %c", body->gravity[a], "xyz"[a]);
+    if (u != 0) add(text, sizeof text, "; ", "the piston goes with %.6g along %c", u, "xyz"[a]);
+  }
+  if (body->mass > 0)
+    add(text, sizeof text, "; ", "the pull of a point, G M = %.6g, softening %.6g", body->mass,
+        body->softening);
+  if (text[0] != '\0') line("forces", "%s", text);
+}
+
 static void show_materials(const struct plan *plan) {
   const struct kith_nodes *nodes = plan->model->nodes;
   for (int l = 0; l < nodes->n_lists; ++l) {
@@ -309,6 +324,7 @@ static double show_cost(const struct plan *plan, const struct kith_options *opti
 static void show(const struct plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing runs\n\n", plan->scene->name, NDIM);
   show_domain(plan);
+  show_forces(plan);
   show_materials(plan);
   show_regions(plan);
   show_requirements(plan);

@@ -2,6 +2,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 const char *kith_point_text(char text[KITH_POINT_TEXT], const double *x) {
   int length = snprintf(text, KITH_POINT_TEXT, "(%.10g", x[0]);
@@ -102,6 +103,48 @@ kith_status kith_region_mean_density(const struct kith_region *region, const str
         &region->place,
         "region: too thin in its box to average the density; narrow the box or give `spacing`");
   *mean = sum / inside;
+  return KITH_OK;
+}
+
+static kith_status displaced(const struct kith_region *region, const double *x, double *out) {
+  for (int a = 0; a < NDIM; ++a) {
+    double by;
+    KITH_TRY(value_at(region, region->displacement[a], "displacement", x, &by));
+    out[a] = x[a] + by;
+  }
+  return KITH_OK;
+}
+
+/* Determinant of d[row][column]. */
+static double determinant(const double d[3][3]) {
+  double sum = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    sum += d[0][a] * (d[1][b] * d[2][c] - d[1][c] * d[2][b]);
+  }
+  return sum;
+}
+
+kith_status kith_region_displace(const struct kith_region *region, const struct kith_box *domain, double step,
+                                 double *x, double *stretch) {
+  double d[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, side[2][NDIM], place[NDIM];
+  *stretch = 1;
+  if (region->displacement[0] == NULL) return KITH_OK;
+  for (int b = 0; b < NDIM; ++b) {
+    for (int k = 0; k < 2; ++k) {
+      memcpy(place, x, sizeof place);
+      place[b] += (2 * k - 1) * step;
+      KITH_TRY(displaced(region, place, side[k]));
+    }
+    for (int a = 0; a < NDIM; ++a) d[a][b] = (side[1][a] - side[0][a]) / (2 * step);
+  }
+  *stretch = determinant((const double(*)[3])d);
+  KITH_TRY(displaced(region, x, place));
+  if (!(*stretch > 0)) return refused(region, "displacement folds the lattice: its stretch", *stretch, x);
+  for (int a = 0; a < NDIM; ++a)
+    if (!(place[a] >= domain->lower[a] && place[a] <= domain->upper[a]))
+      return refused(region, "displacement leaves the domain: the coordinate", place[a], x);
+  memcpy(x, place, sizeof place);
   return KITH_OK;
 }
 

@@ -25,6 +25,11 @@ kith_status kith_region_holds(const struct kith_region *region, const double *x,
 kith_status kith_region_mean_density(const struct kith_region *region, const struct kith_box *box,
                                      double *mean);
 
+/* Moves x by the displacement of the region. *stretch: by what it enlarges a volume there, the determinant of the derivatives of the
+ * new place, by differences over `step`. BAD_INPUT if the place leaves the domain, or the stretch is not above 0. */
+kith_status kith_region_displace(const struct kith_region *region, const struct kith_box *domain, double step,
+                                 double *x, double *stretch);
+
 struct kith_region_state {
   double density, pressure, energy, velocity[NDIM]; /* pressure: NaN where the energy is given */
 };

@@ -11,8 +11,9 @@
  *   stages.<path>.{seconds,calls}   ledger.<name>   floors version compiler flags
  * norms is null without an exact solution; a number that is not finite is null.
  *
- * Drifts are the largest over the run. Energy: relative to the total at the start. Momentum: along axes without walls, to the larger
- * sum m |v| of then and now. Angular momentum: |L - L(start)| about the middle of the domain, to the larger sum m |r x v| of then and
+ * Drifts are the largest over the run. Energy: with that of forces from outside and less the work of a piston,
+ * relative to the total at the start, or to that work if it is larger. Momentum: along axes without walls and without such forces, to the larger
+ * sum m |v| of then and now. Angular momentum: |L - L(start)| about the middle of the domain (or the point that pulls), to the larger sum m |r x v| of then and
  * now; null in 1-D and where walls or frozen nodes turn the gas; in a periodic box see kith_totals.
  * rebound: the largest rise of the kinetic energy above its least value until then, in units of that at the start (null if that is 0):
  * a flow that nothing drives must not speed up. velocity_over_sound: largest |v| / c of a node, over the run and at the end. */

@@ -49,6 +49,33 @@ static double cpu_seconds(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* ---- what is looked at ---- */
+
+static struct kith_profile_view view_of(const struct kith_model *m) {
+  const struct kith_hydro *h = &m->hydro;
+  return (struct kith_profile_view){m->nodes->n_internal, m->nodes->position->f64, h->velocity->f64,
+                                    h->mass->f64,         h->density->f64,         h->pressure->f64,
+                                    h->energy->f64};
+}
+
+static struct kith_measured measured_of(const struct run *run, const struct kith_profile_view *view) {
+  struct kith_measured m = {.nodes = view,
+                            .domain = run->scene->domain,
+                            .time = run->model->integrator.time,
+                            .kinetic_start = run->origin.totals.kinetic};
+  memcpy(m.center, run->model->hydro.center, sizeof m.center);
+  return m;
+}
+
+static kith_status measure(const struct run *run, const double *start, double *value) {
+  const struct kith_profile_view view = view_of(run->model);
+  struct kith_measured m = measured_of(run, &view);
+  m.start = start;
+  for (int k = 0; k < KITH_N_MEASURES; ++k)
+    if (run->scene->measure.wanted[k]) KITH_TRY(kith_measure_take((enum kith_measure)k, &m, &value[k]));
+  return KITH_OK;
+}
+
 /* ---- start ---- */
 
 /* Can it be written? Better to know now than at the end. */
@@ -93,6 +120,7 @@ static kith_status begin(struct run *run) {
   KITH_TRY(kith_model_start(run->model));
   const struct kith_totals first = kith_hydro_totals(&run->model->hydro);
   run->origin = kith_origin_of(&first);
+  KITH_TRY(measure(run, NULL, run->origin.measure));
   KITH_TRY(kith_output_snapshot(&run->output, run->model));
   run->output.next = run->scene->output.every;
   return KITH_OK;
@@ -142,13 +170,6 @@ static kith_status steps(struct run *run) {
 }
 
 /* ---- end ---- */
-
-static struct kith_profile_view view_of(const struct kith_model *m) {
-  const struct kith_hydro *h = &m->hydro;
-  return (struct kith_profile_view){m->nodes->n_internal, m->nodes->position->f64, h->velocity->f64,
-                                    h->mass->f64,         h->density->f64,         h->pressure->f64,
-                                    h->energy->f64};
-}
 
 enum { LEDGER_ENTRIES = 32 };
 
@@ -229,18 +250,6 @@ static void fill_report(struct run *run, struct kith_report *r, struct kith_repo
   r->ledger = ledger;
 }
 
-static kith_status measure(const struct run *run, struct kith_report *report) {
-  const struct kith_profile_view view = view_of(run->model);
-  const struct kith_measured m = {.nodes = &view,
-                                  .domain = run->scene->domain,
-                                  .time = report->time,
-                                  .kinetic_start = report->kinetic.start};
-  report->measured = run->scene->measure.wanted;
-  for (int k = 0; k < KITH_N_MEASURES; ++k)
-    if (report->measured[k]) KITH_TRY(kith_measure_take((enum kith_measure)k, &m, &report->measure[k]));
-  return KITH_OK;
-}
-
 static kith_status write_results(struct run *run, struct kith_report *report) {
   char path[640];
   const struct kith_profile_view view = view_of(run->model);
@@ -255,7 +264,8 @@ static kith_status write_results(struct run *run, struct kith_report *report) {
                                 &run->scene->exact.window, &view));
     report->compared = true;
   }
-  KITH_TRY(measure(run, report));
+  report->measured = run->scene->measure.wanted;
+  KITH_TRY(measure(run, run->origin.measure, report->measure));
   snprintf(path, sizeof path, "%s/report.json", run->output.directory);
   KITH_TRY(kith_report_write(report, path));
   if (run->options->trace != NULL) KITH_TRY(kith_profile_write_trace(run->profile, run->options->trace));

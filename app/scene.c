@@ -102,6 +102,9 @@ static const struct kith_key scene_keys[] = {
     {"boundaries", KITH_KEY_OTHER, "", "", "what is beyond each face", KITH_BELOW(kith_boundaries_keys, MAP)},
     {"materials", KITH_KEY_OTHER, NULL, "", "by name; the nodes of each are a list",
      KITH_BELOW(kith_materials_keys, NAMED)},
+    {"gravity", KITH_KEY_VECTOR, "[0, 0, 0]", "", "uniform acceleration, not along periodic axes",
+     IN(body.gravity)},
+    {"potential", KITH_KEY_OTHER, "", "", "the pull of a point", KITH_BELOW(kith_potential_keys, MAP)},
     {"regions", KITH_KEY_OTHER, NULL, "", "what fills the domain", KITH_BELOW(kith_region_keys, LIST)},
     {"energy", KITH_KEY_OTHER, "", "", "blast energies: one map, or a list",
      KITH_BELOW(kith_deposit_keys, LIST)},
@@ -185,6 +188,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(check_rebuild(scene));
   KITH_TRY(kith_scene_domain(scene, kith_config_child(root, "domain")));
   KITH_TRY(kith_scene_boundaries(scene, kith_config_child(root, "boundaries")));
+  KITH_TRY(kith_scene_forces(scene, root));
   KITH_TRY(kith_scene_materials(scene, kith_config_child(root, "materials")));
   KITH_TRY(kith_scene_regions(scene, kith_config_child(root, "regions")));
   KITH_TRY(kith_scene_deposits(scene, kith_config_child(root, "energy")));

@@ -14,6 +14,7 @@
  *   riemann        two regions that touch along x: gamma, density, pressure, velocity of each; the interface between them.
  *                  One region that ends inside of the domain along x, towards an open face: beyond it is a vacuum
  *   sedov          first region; the only deposit: its center, and E 2^(reflecting faces through the center) as the blast energy
+ *                  A density that falls: density and omega must be given
  *   noh            first region; the speed at a point away from the center, which is the origin
  *   gresho         gamma and density of the first region; sides of the domain along periodic axes; the center is the origin
  *   yee            gamma of the first region, period as for gresho; amplitude 5
@@ -72,11 +73,12 @@ struct kith_region {
   struct kith_expression *density, *pressure,
       *energy; /* exactly one of pressure and energy; the other NULL */
   struct kith_expression *velocity[NDIM];
-  double spacing;          /* 0: from resolution and arrangement */
-  bool frozen;             /* boundary `constant`: its nodes never move */
-  bool barrier;            /* frozen, and a wall between nodes on both sides of it */
-  bool equilibrium;        /* the pressure holds with the density that the package sums */
-  struct kith_place place; /* line in the file, for messages of setup */
+  struct kith_expression *displacement[NDIM]; /* of the sites; NULL: they stay */
+  double spacing;                             /* 0: from resolution and arrangement */
+  bool frozen;                                /* boundary `constant`: its nodes never move */
+  bool barrier;                               /* frozen, and a wall between nodes on both sides of it */
+  bool equilibrium;                           /* the pressure holds with the density that the package sums */
+  struct kith_place place;                    /* line in the file, for messages of setup */
 };
 
 enum kith_deposit_shape { KITH_DEPOSIT_POINT, KITH_DEPOSIT_BALL, KITH_DEPOSIT_KERNEL };
@@ -101,7 +103,9 @@ struct kith_scene {
   struct kith_box domain;
   struct {                                         /* per axis */
     const struct kith_boundary_ops *lower, *upper; /* NULL: open */
+    double velocity;                               /* of a piston */
   } boundary[NDIM];
+  struct kith_body body; /* force from outside */
   int n_materials;
   char material_name[KITH_MAX_LISTS][32];
   struct kith_material material[KITH_MAX_LISTS];

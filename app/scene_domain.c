@@ -31,11 +31,23 @@ kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
-#define SIDES "reflecting, periodic, open, or a pair [lower, upper] of these; periodic is on both sides"
+#define SIDES                                                                                                \
+  "reflecting, periodic, open, {kind: piston, velocity: u}, or a pair [lower, upper] of these; periodic is " \
+  "on both sides, a piston opposite to an open one"
 const struct kith_key kith_boundaries_keys[] = {{"x", KITH_KEY_OTHER, "open", "", SIDES, .keys = NULL},
                                                 {"y", KITH_KEY_OTHER, "open", "", SIDES, .keys = NULL},
                                                 {"z", KITH_KEY_OTHER, "open", "", SIDES, .keys = NULL},
                                                 {0}};
+
+struct side {
+  const struct kith_boundary_ops *ops; /* NULL: open */
+  double velocity;
+};
+
+static const struct kith_key piston_keys[] = {
+    {"kind", KITH_KEY_OTHER, NULL, "", "piston", .keys = NULL},
+    {"velocity", KITH_KEY_NUMBER, NULL, "", "of the face, along its axis", KITH_INTO(struct side, velocity)},
+    {0}};
 
 /* Members that act on a side of the domain; constant acts on regions that are frozen. */
 static const char *side_words(char *words, size_t size) {
@@ -46,40 +58,69 @@ static const char *side_words(char *words, size_t size) {
   return words;
 }
 
-static kith_status read_side(const struct kith_config_node *node, const struct kith_boundary_ops **ops) {
+static kith_status read_side(const struct kith_config_node *node, struct side *side) {
   char words[128], name[32];
-  const struct kith_key side = {
+  const bool map = node->kind == KITH_CONFIG_MAP && kith_config_child(node, "kind") != NULL;
+  const struct kith_config_node *kind = map ? kith_config_child(node, "kind") : node;
+  const struct kith_key key = {
       .key = "side", .kind = KITH_KEY_NAME, .allowed = side_words(words, sizeof words), .size = sizeof name};
-  KITH_TRY(kith_key_value(&side, node, name));
-  *ops = strcmp(name, "open") == 0 ? NULL : kith_boundary_find(name);
-  return KITH_OK;
+  KITH_TRY(kith_key_value(&key, kind, name));
+  side->ops = strcmp(name, "open") == 0 ? NULL : kith_boundary_find(name);
+  side->velocity = 0;
+  if (side->ops == &kith_boundary_piston && map) return kith_keys_read(piston_keys, node, side);
+  if (side->ops == &kith_boundary_piston)
+    return kith_config_fail(node, NULL, "a piston has a velocity: {kind: piston, velocity: 1}");
+  return map ? kith_config_fail(kind, NULL, "%s has no settings; only a piston has", name) : KITH_OK;
 }
 
-static kith_status read_axis(const struct kith_config_node *node, const struct kith_boundary_ops **lower,
-                             const struct kith_boundary_ops **upper) {
-  *lower = *upper = NULL;
+static kith_status read_sides(const struct kith_config_node *node, struct side side[2]) {
+  side[0] = side[1] = (struct side){NULL, 0};
   if (node == NULL) return KITH_OK;
   if (node->kind != KITH_CONFIG_LIST) {
-    KITH_TRY(read_side(node, lower));
-    *upper = *lower;
+    KITH_TRY(read_side(node, &side[0]));
+    side[1] = side[0];
     return KITH_OK;
   }
   if (node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
-  KITH_TRY(read_side(node->first, lower));
-  KITH_TRY(read_side(node->last, upper));
-  const struct kith_boundary_ops *periodic = kith_boundary_find("periodic");
-  if ((*lower == periodic) != (*upper == periodic))
+  KITH_TRY(read_side(node->first, &side[0]));
+  KITH_TRY(read_side(node->last, &side[1]));
+  const struct kith_boundary_ops *periodic = &kith_boundary_periodic;
+  if ((side[0].ops == periodic) != (side[1].ops == periodic))
     return kith_config_fail(node, NULL, "periodic on one side only; it must be on both");
   return KITH_OK;
+}
+
+/* It works on one side, against nothing; and its face stays in the domain. */
+static kith_status check_piston(const struct kith_scene *scene, int axis, const struct side side[2],
+                                const struct kith_config_node *node) {
+  const bool at_lower = side[0].ops == &kith_boundary_piston, at_upper = side[1].ops == &kith_boundary_piston;
+  const double length = scene->domain.upper[axis] - scene->domain.lower[axis];
+  const double inwards = at_lower ? side[0].velocity : -side[1].velocity;
+  if (!at_lower && !at_upper) return KITH_OK;
+  if (at_lower && at_upper)
+    return kith_config_fail(node, NULL, "two pistons; one acts on a side, opposite to an open one");
+  if (side[at_lower].ops != NULL)
+    return kith_config_fail(node, NULL,
+                            "a piston opposite to a %s side: it must be open, or what the piston "
+                            "does could not be told from it",
+                            side[at_lower].ops->name);
+  if (inwards * scene->until < length) return KITH_OK;
+  return kith_config_fail(
+      node, NULL, "a piston with velocity %g is through the domain at time %g, and the run goes until %g",
+      side[at_upper].velocity, length / inwards, scene->until);
 }
 
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
   static const char *const axes[] = {"x", "y", "z"};
   KITH_TRY(kith_keys_read(kith_boundaries_keys, node, scene));
   for (int a = 0; a < 3; ++a) {
-    const struct kith_boundary_ops *lower, *upper;
-    KITH_TRY(read_axis(kith_config_child(node, axes[a]), &lower, &upper));
-    if (a < NDIM) scene->boundary[a].lower = lower, scene->boundary[a].upper = upper;
+    const struct kith_config_node *of_axis = kith_config_child(node, axes[a]);
+    struct side side[2];
+    KITH_TRY(read_sides(of_axis, side));
+    if (a >= NDIM) continue;
+    KITH_TRY(check_piston(scene, a, side, of_axis));
+    scene->boundary[a].lower = side[0].ops, scene->boundary[a].upper = side[1].ops;
+    scene->boundary[a].velocity = side[0].velocity + side[1].velocity; /* one of them at most */
   }
   return KITH_OK;
 }

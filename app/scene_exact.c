@@ -33,6 +33,8 @@ const struct kith_key kith_exact_keys[] = {
      IN(uniform_velocity)},
     {"interface_position", KITH_KEY_NUMBER, "", "", "riemann: x of the jump", IN(interface_position)},
     {"blast_energy", KITH_KEY_NUMBER, "", "(0, inf)", "sedov: on all sides of the center", IN(blast_energy)},
+    {"omega", KITH_KEY_NUMBER, "", "[0, 3)",
+     "sedov: the undisturbed density is density times r^-omega; below the dimension", IN(omega)},
     {"center", KITH_KEY_VECTOR, "", "", "sedov, noh, vortices, square", IN(center)},
     {"period", KITH_KEY_VECTOR, "", "",
      "vortices, square: sides of the periodic box that carries it along; 0: none", IN(period)},

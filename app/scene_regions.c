@@ -95,6 +95,9 @@ const struct kith_key kith_region_keys[] = {
     {"pressure", KITH_KEY_EXPRESSION, "", "", "number or formula; this or energy", IN(pressure)},
     {"energy", KITH_KEY_EXPRESSION, "", "", "per unit mass, number or formula; this or pressure", IN(energy)},
     {"velocity", KITH_KEY_OTHER, "[0, 0, 0]", "", "numbers or formulas", .keys = NULL},
+    {"displacement", KITH_KEY_OTHER, "", "",
+     "numbers or formulas: how far a node is from its place in the lattice; its volume is stretched as the lattice is",
+     .keys = NULL},
     {"spacing", KITH_KEY_NUMBER, "0", "[0, inf)", "of the nodes; 0: from resolution and arrangement",
      IN(spacing)},
     {"frozen", KITH_KEY_BOOL, "false", "", "its nodes never move", IN(frozen)},
@@ -119,21 +122,24 @@ static kith_status read_region_material(const struct kith_scene *scene, const st
 }
 
 /* Entries beyond NDIM are checked and dropped. */
-static kith_status read_velocity(struct kith_region *region, const struct kith_config_node *node) {
-  static const struct kith_key component = {"velocity", KITH_KEY_EXPRESSION, "0", "", "", .keys = NULL};
-  if (node == NULL) {
-    for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_key_read(&component, NULL, &region->velocity[a]));
-    return KITH_OK;
-  }
+static kith_status read_formulas(struct kith_expression *formula[NDIM], const char *name,
+                                 const struct kith_config_node *node) {
+  const struct kith_key component = {name, KITH_KEY_EXPRESSION, "0", "", "", .keys = NULL};
   KITH_TRY(kith_config_want_list(node));
   if (node->n < NDIM || node->n > 3)
     return kith_config_fail(node, NULL, "%d entries, wanted %d to 3", node->n, NDIM);
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     struct kith_expression *unused = NULL;
-    KITH_TRY(
-        kith_key_value(&component, child, child->index < NDIM ? &region->velocity[child->index] : &unused));
+    KITH_TRY(kith_key_value(&component, child, child->index < NDIM ? &formula[child->index] : &unused));
     kith_expression_destroy(&unused);
   }
+  return KITH_OK;
+}
+
+static kith_status read_velocity(struct kith_region *region, const struct kith_config_node *node) {
+  static const struct kith_key component = {"velocity", KITH_KEY_EXPRESSION, "0", "", "", .keys = NULL};
+  if (node != NULL) return read_formulas(region->velocity, component.key, node);
+  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_key_read(&component, NULL, &region->velocity[a]));
   return KITH_OK;
 }
 
@@ -183,7 +189,9 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
   KITH_TRY(kith_keys_read(kith_region_keys, node, region));
   KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
   KITH_TRY(read_where(&region->where, kith_config_child(node, "where")));
+  const struct kith_config_node *displacement = kith_config_child(node, "displacement");
   KITH_TRY(read_velocity(region, kith_config_child(node, "velocity")));
+  if (displacement != NULL) KITH_TRY(read_formulas(region->displacement, "displacement", displacement));
   KITH_TRY(check_lattice(region, node));
   KITH_TRY(check_state(scene, region, node));
   return check_equilibrium(scene, region, node);
@@ -206,7 +214,10 @@ void kith_scene_regions_clear(struct kith_scene *scene) {
     kith_expression_destroy(&region->density);
     kith_expression_destroy(&region->pressure);
     kith_expression_destroy(&region->energy);
-    for (int a = 0; a < NDIM; ++a) kith_expression_destroy(&region->velocity[a]);
+    for (int a = 0; a < NDIM; ++a) {
+      kith_expression_destroy(&region->velocity[a]);
+      kith_expression_destroy(&region->displacement[a]);
+    }
   }
   kith_free(&scene->region);
   scene->n_regions = 0;

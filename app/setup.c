@@ -130,10 +130,12 @@ static kith_status make_room(struct setup *s) {
 
 static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, double *x) {
   const struct kith_region *region = plan->region;
-  const double volume = plan->fit.site_volume;
+  const double spacing = pow(plan->fit.site_volume, 1.0 / NDIM);
+  double volume = plan->fit.site_volume, stretch;
   struct kith_region_state state;
-  if (region->jitter > 0)
-    kith_lattice_jitter(&plan->fit, region->jitter * pow(volume, 1.0 / NDIM), region->seed, i, x);
+  if (region->jitter > 0) kith_lattice_jitter(&plan->fit, region->jitter * spacing, region->seed, i, x);
+  KITH_TRY(kith_region_displace(region, &s->scene->domain, 1e-3 * spacing, x, &stretch));
+  volume *= stretch;
   KITH_TRY(kith_region_state_at(region, &s->scene->material[region->material], x, &state));
   for (int a = 0; a < NDIM; ++a) {
     s->nodes->position->f64[i * NDIM + a] = x[a];
@@ -222,7 +224,9 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   for (int list = 0; list < s->scene->n_materials; ++list)
     s->hydro->material[list] = s->scene->material[list];
   for (int a = 0; a < NDIM; ++a)
-    s->hydro->center[a] = 0.5 * (s->scene->domain.lower[a] + s->scene->domain.upper[a]);
+    s->hydro->center[a] = s->scene->body.mass > 0 ? s->scene->body.center[a] : s->scene->body.origin[a];
+  for (int a = 0; a < NDIM; ++a) s->hydro->wall[a] = s->scene->boundary[a].velocity;
+  s->hydro->body = s->scene->body;
   return KITH_OK;
 }
 

@@ -10,6 +10,7 @@
  *                  region the longest axis makes up for the rounding of the others (kith_lattice_balance).
  *   equal-spacing  v = resolution^-NDIM in all regions; the mass follows the density
  *
+ * A displacement moves a node too, and stretches its volume as it stretches the lattice there.
  * A region's own `spacing` stands instead, and its density does not count for the others. Jitter moves a node
  * after the cut, by a function of seed and id alone; state and mass are taken where it then is. Energy comes
  * from the pressure through the equation of state. Support: H = (neighbors / ball * v)^(1/NDIM), a first

@@ -17,6 +17,8 @@ static kith_status check_faces(const struct kith_boundaries *boundaries, const s
   if (!wanted->at_lower && !wanted->at_upper) KITH_FAIL(BAD_INPUT, "%s boundary that acts on no side", name);
   if (wanted->ops == &kith_boundary_periodic && !(wanted->at_lower && wanted->at_upper))
     KITH_FAIL(BAD_INPUT, "a periodic boundary acts on both sides");
+  if (wanted->ops == &kith_boundary_piston && wanted->at_lower && wanted->at_upper)
+    KITH_FAIL(BAD_INPUT, "a piston acts on one side, not on both");
   for (int b = 0; b < boundaries->n; ++b)
     if (boundaries->boundary[b]->ops != &kith_boundary_constant &&
         boundaries->boundary[b]->axis == wanted->axis)
@@ -29,7 +31,8 @@ kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct
                                 int axis, double lower, double upper, bool at_lower, bool at_upper) {
   const int most = (int)(sizeof boundaries->boundary / sizeof boundaries->boundary[0]);
   if (boundaries->n == most) KITH_FAIL(BAD_INPUT, "more than %d boundaries", most);
-  const struct kith_boundary wanted = {ops, boundaries->n, axis, lower, upper, at_lower, at_upper, NULL};
+  const struct kith_boundary wanted = {
+      ops, boundaries->n, axis, lower, upper, at_lower, at_upper, 0, at_lower ? lower : upper, NULL};
   if (ops != &kith_boundary_constant) KITH_TRY(check_faces(boundaries, &wanted));
   struct kith_boundary *boundary = NULL;
   KITH_TRY(kith_resize(&boundary, 0, 1, sizeof *boundary));
@@ -60,6 +63,12 @@ kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct ki
     kith_profile_end(profile);
   }
   return status;
+}
+
+void kith_boundaries_move(struct kith_boundaries *boundaries, double time) {
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->move != NULL)
+      boundaries->boundary[b]->ops->move(boundaries->boundary[b], time);
 }
 
 kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,

@@ -1,4 +1,4 @@
-/* boundary.h - where ghosts come from. One family: reflecting, periodic, constant.
+/* boundary.h - where ghosts come from. One family: reflecting, piston, periodic, constant.
  *
  * One boundary acts on one axis (both of its sides, or one), or on a set of nodes (constant). In the order of the list
  * each creates its ghosts from nodes and earlier ghosts, so edges and corners are filled without special cases.
@@ -7,6 +7,7 @@
  *   periodic                    x + n L
  *   reflecting on both sides    n even: x + n L;  n odd: a + b - x + n L
  *   reflecting on one side      its mirror image only: 2 a - x or 2 b - x
+ *   piston                      the same, one side only, the face at a + u t: velocities of images are 2 u - v
  *
  * A ghost is made where it may matter: at depth d outside of the face (along the axis), if
  *   d <= f R_ghost   or   d <= max over internal nodes i of (f R_i - depth of i inside the face),
@@ -35,6 +36,8 @@ struct kith_boundary_ops {
    * leave it out. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
   void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
+  /* Moves its faces to where they are at this time. NULL: they stay. Ghosts that are there already do not follow. */
+  void (*move)(struct kith_boundary *boundary, double time);
   bool
       keeps_lists; /* enforcing leaves lasting lists valid (reflecting); false: only when the lists are rebuilt (periodic) */
   bool keeps_ghosts; /* its ghosts are never culled */
@@ -46,10 +49,11 @@ struct kith_boundary {
   int axis;                /* 0 .. NDIM - 1 */
   double lower, upper;     /* faces */
   bool at_lower, at_upper; /* which sides act (periodic: both) */
+  double velocity, start;  /* piston: along the axis, the caller's to fill; where the face is at time 0 */
   void *self;
 };
 
-#define KITH_BOUNDARY_LIST(X) X(reflecting) X(periodic) X(constant)
+#define KITH_BOUNDARY_LIST(X) X(reflecting) X(piston) X(periodic) X(constant)
 #define X(name) extern const struct kith_boundary_ops kith_boundary_##name;
 KITH_BOUNDARY_LIST(X)
 #undef X
@@ -79,6 +83,8 @@ void kith_boundaries_clear(struct kith_boundaries *boundaries);
 /* Drops all ghosts, then creates those of every boundary in order. profile: a stage per boundary, counter ghosts. */
 kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
                                    double reach_factor, struct kith_profile *profile);
+/* All faces to where they are at this time. */
+void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
 /* Enforces all (or only those that keep lasting lists). */
 kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
                                     double *moved_by, bool only_keeping_lists);

@@ -174,6 +174,7 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = line->boundary->index};
   for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = 0;
   (void)line->image_of(line->boundary, n, &block.image.sign[axis], &block.image.shift[axis]);
+  if (block.image.sign[axis] < 0) block.image.velocity[axis] = 2 * line->boundary->velocity;
   for (int list = 0; list < nodes->n_lists; ++list) {
     block.list = list;
     block.control = NULL;

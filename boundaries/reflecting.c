@@ -1,5 +1,5 @@
 /* Reflecting: mirror images across one face, or unfolded across both: image n is x + n L (even) or mirrored
- * (odd). */
+ * (odd). Piston: a mirror on one side, whose face moves. */
 #include "boundaries/images.h"
 
 #include <math.h>
@@ -48,12 +48,15 @@ static void fold(double x, double low, double high, double *sign, double *shift)
 }
 
 /* Maps all of the node: where schemes keep a position or a velocity from the start of the step, that moves along. */
-static void mirror(struct kith_nodes *nodes, kith_index i, int axis, double sign, double shift) {
+static void mirror(struct kith_nodes *nodes, kith_index i, int axis, double sign, double shift,
+                   double velocity) {
   for (int f = 0; f < nodes->n_fields; ++f) {
     double *value = nodes->fields[f]->f64;
     const enum kith_kind kind = nodes->fields[f]->spec.kind;
     if (kind == KITH_POSITION) value[(size_t)i * NDIM + axis] = sign * value[(size_t)i * NDIM + axis] + shift;
     if (kind == KITH_VECTOR) value[(size_t)i * NDIM + axis] *= sign;
+    if (kind == KITH_VELOCITY)
+      value[(size_t)i * NDIM + axis] = sign * value[(size_t)i * NDIM + axis] + (sign < 0 ? 2 * velocity : 0);
     if (kind == KITH_SYMMETRIC)
       for (int a = 0, c = 0; a < NDIM; ++a)
         for (int b = a; b < NDIM; ++b, ++c)
@@ -84,7 +87,7 @@ static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *no
     }
     double sign, shift;
     fold(xi, low, high, &sign, &shift);
-    mirror(nodes, i, boundary->axis, sign, shift);
+    mirror(nodes, i, boundary->axis, sign, shift, boundary->velocity);
     any = true;
   }
   if (any) ++nodes->positions;
@@ -97,5 +100,20 @@ const struct kith_boundary_ops kith_boundary_reflecting = {
     .ghosts = ghosts,
     .violated = violated,
     .enforce = enforce,
+    .keeps_lists = true,
+};
+
+static void move(struct kith_boundary *boundary, double time) {
+  *(boundary->at_lower ? &boundary->lower : &boundary->upper) = boundary->start + boundary->velocity * time;
+}
+
+const struct kith_boundary_ops kith_boundary_piston = {
+    .name = "piston",
+    .doc =
+        "a mirror that moves with a constant velocity: {kind: piston, velocity: u} on one side, open on the other",
+    .ghosts = ghosts,
+    .violated = violated,
+    .enforce = enforce,
+    .move = move,
     .keeps_lists = true,
 };

@@ -69,6 +69,7 @@ void kith_drift_supports(struct kith_integrator *it, double dt) {
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
     h[i] *= exp(fmax(-0.2, fmin(0.2, dt * expansion[i] / NDIM)));
   it->nodes->positions += 1;
+  it->clock += dt;
 }
 
 void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, double dt) {
@@ -105,6 +106,7 @@ static kith_status run_package(struct kith_integrator *it) {
 
 kith_status kith_integrator_rates(struct kith_integrator *it) {
   const char *reason = it->due;
+  kith_boundaries_move(it->boundaries, it->clock);
   kith_profile_begin(it->profile, "due");
   kith_status status = kith_hydro_finite(it->hydro);
   if (status == KITH_OK && reason == NULL) status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
@@ -166,6 +168,7 @@ kith_status kith_integrator_remake(struct kith_integrator *it, struct kith_field
 }
 
 kith_status kith_integrator_resume(struct kith_integrator *it) {
+  it->clock = it->time;
   if (it->built_reach == NULL)
     return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
   return kith_integrator_remake(it, it->package->velocity_base, it->energy_base);
@@ -196,7 +199,9 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
               (long long)it->limiting_node, it->limiter);
   kith_profile_begin(it->profile, "step");
   it->package->interval = dt / KITH_MAX(it->evaluations, 1);
+  it->clock = it->time;
   kith_status status = it->scheme->step(it, &dt);
+  kith_boundaries_move(it->boundaries, it->clock);
   if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true);
   if (status == KITH_OK) status = after_rates(it);
   kith_profile_end(it->profile);

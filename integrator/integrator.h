@@ -119,6 +119,7 @@ struct kith_integrator {
 
   /* Its own. */
   double time;
+  double clock; /* the time of the positions, within a step too: what faces that move go by */
   uint64_t step;
   double dt;           /* of the last step */
   double accurate_dt;  /* what the last error estimate allows for the next step, 0: no opinion */

@@ -84,6 +84,7 @@ kith_status kith_stages_begin(struct kith_stages *s, struct kith_integrator *it)
 kith_status kith_stages_rates(struct kith_stages *s, struct kith_integrator *it, double time) {
   kith_field_copy(it->nodes, it->nodes->support, s->support);
   kith_field_copy(it->nodes, it->package->expansion, s->expansion);
+  it->clock = it->time;
   kith_drift_supports(it, time);
   return kith_integrator_rates(it);
 }

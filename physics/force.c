@@ -38,6 +38,9 @@ kith_status kith_force(struct kith_force_pass *pass, const kith_chunk_pass *pair
     KITH_TRY(sweep(pass, pairs, lanes, "pairs"));
   }
   KITH_TRY(sweep(pass, nodes, lanes, "force"));
+  if (kith_body_acts(&package->hydro->body))
+    kith_body_pull(&package->hydro->body, package->hydro->nodes->n_internal,
+                   package->hydro->nodes->position->f64, package->hydro->acceleration->f64);
   if (!package->compatible) return KITH_OK;
   struct kith_field *const kicked[] = {package->velocity_base, package->hydro->acceleration};
   kith_package_refresh(package, 2, kicked);

@@ -9,7 +9,7 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
     struct kith_field **field;
   } table[] = {
       {{"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "mass of the node"}, &hydro->mass},
-      {{"velocity", KITH_VECTOR, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
+      {{"velocity", KITH_VELOCITY, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
       {{"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"},
        &hydro->energy},
       {{"density", KITH_SCALAR, KITH_F64, KITH_STATE, "Density", "mass per unit volume"}, &hydro->density},
@@ -20,6 +20,8 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
       {{"energy_rate", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "du/dt"}, &hydro->energy_rate},
   };
   hydro->nodes = nodes;
+  hydro->body = (struct kith_body){0};
+  for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = 0;
   for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
     KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
   return KITH_OK;
@@ -86,6 +88,7 @@ enum {
   MASS = 0,
   KINETIC,
   INTERNAL,
+  POTENTIAL,
   SCALE,
   ANGULAR_SCALE,
   MOMENTUM,
@@ -103,6 +106,7 @@ static void moment(const struct kith_hydro *hydro, kith_index i, const double *v
 
 /* Adds to sums; the largest |v| / c. */
 static double sum_block(const struct kith_hydro *hydro, kith_index begin, kith_index end, double *sums) {
+  const bool pulled = kith_body_acts(&hydro->body);
   double fastest = 0;
   for (kith_index i = begin; i < end; ++i) {
     const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
@@ -111,6 +115,8 @@ static double sum_block(const struct kith_hydro *hydro, kith_index begin, kith_i
     sums[MASS] += m;
     sums[KINETIC] += 0.5 * m * v2;
     sums[INTERNAL] += m * hydro->energy->f64[i];
+    if (pulled)
+      sums[POTENTIAL] += m * kith_body_potential(&hydro->body, hydro->nodes->position->f64 + i * NDIM);
     sums[SCALE] += m * sqrt(v2);
     sums[ANGULAR_SCALE] += m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
     for (int a = 0; a < NDIM; ++a) sums[MOMENTUM + a] += m * v[a];
@@ -136,10 +142,12 @@ struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
   struct kith_totals t = {.mass = total[MASS],
                           .kinetic = total[KINETIC],
                           .internal = total[INTERNAL],
+                          .potential = total[POTENTIAL],
                           .momentum_scale = total[SCALE],
                           .angular_scale = total[ANGULAR_SCALE],
                           .velocity_over_sound = fastest};
-  for (int a = 0; a < NDIM; ++a) t.momentum[a] = total[MOMENTUM + a];
+  for (int a = 0; a < NDIM; ++a)
+    t.momentum[a] = total[MOMENTUM + a], t.work += hydro->wall[a] * t.momentum[a];
   for (int a = 0; a < 3; ++a) t.angular[a] = total[ANGULAR + a];
   return t;
 }

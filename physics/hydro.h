@@ -7,6 +7,7 @@
 #define KITH_PHYSICS_HYDRO_H
 
 #include "lib/nodes/nodes.h"
+#include "physics/body.h"
 #include "physics/eos.h"
 
 struct kith_material {
@@ -20,10 +21,13 @@ struct kith_hydro {
   struct kith_field *mass, *velocity, *energy;   /* state */
   struct kith_field *density, *pressure, *sound_speed;
   struct kith_field *acceleration, *energy_rate; /* state: the next step starts from them */
-  double center[NDIM]; /* what the angular momentum is about; the caller's to fill */
+  /* The caller's to fill, zero until then. */
+  double center[NDIM];   /* what the angular momentum is about */
+  struct kith_body body; /* force from outside */
+  double wall[NDIM];     /* velocity of the one wall that moves along this axis */
 };
 
-/* Registers the fields. The materials are the caller's to fill. */
+/* Registers the fields, and clears what is the caller's to fill but the materials. */
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
 
 /* Pressure and sound speed of all internal nodes from density and energy. */
@@ -42,6 +46,10 @@ kith_status kith_hydro_physical(const struct kith_hydro *hydro);
  * box the sum is kept only while what crosses has no momentum along the face, as outside of a vortex. */
 struct kith_totals {
   double mass, kinetic, internal, momentum[NDIM];
+  double potential; /* of the force from outside */
+  double
+      work; /* velocity of the wall times momentum: but for a constant the work that it has done, if nothing else gives momentum
+                  along its axis. Kinetic + internal + potential - work is kept */
   double angular[3];     /* sum m (x - center) x v; components that a dimension lacks are 0 */
   double momentum_scale; /* sum m |v|, and sum m |(x - center) x v|: what drifts are measured by */
   double angular_scale;

@@ -22,8 +22,8 @@ static kith_status check_neighbors(const struct kith_package *package) {
 kith_status kith_package_init(struct kith_package *package) {
   KITH_TRY(check_neighbors(package));
   struct kith_nodes *nodes = package->hydro->nodes;
-  const struct kith_field_spec base = {"velocity_base", KITH_VECTOR, KITH_F64,
-                                       KITH_WORK,       NULL,        "where the kick started"};
+  const struct kith_field_spec base = {"velocity_base", KITH_VELOCITY, KITH_F64,
+                                       KITH_WORK,       NULL,          "where the kick started"};
   const struct kith_field_spec expansion = {"expansion", KITH_SCALAR,          KITH_F64,
                                             KITH_STATE,  "VelocityDivergence", "div v"};
   const struct kith_field_spec slope = {"energy_slope", KITH_SCALAR, KITH_F64,

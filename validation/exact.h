@@ -5,7 +5,7 @@
  * and limits stand at the top of its file.
  *
  *   riemann        two half spaces, planar along axis 0; either side may have its own gamma or be a vacuum
- *   sedov          point explosion in NDIM dimensions (a plane, a line, a point)
+ *   sedov          point explosion in NDIM dimensions (a plane, a line, a point), gas uniform or with a density that falls as a power of r
  *   noh            cold gas imploding onto a plane, a line or a point
  *   gresho         steady vortex, 2-D and 3-D
  *   yee            another steady vortex, a smooth one
@@ -36,6 +36,7 @@ struct kith_exact_parameters {
   double pressure[2];            /* left and right, else [0]: undisturbed */
   double interface_position;     /* riemann: x[0] of the jump at t = 0 */
   double blast_energy;           /* sedov: total energy on all sides of the center */
+  double omega;                  /* sedov: undisturbed density = density[0] r^-omega */
   double center[NDIM];           /* sedov, noh, vortices, square */
   double period[NDIM];           /* vortices, square: of a periodic box, 0: none */
   double side[NDIM];             /* square */

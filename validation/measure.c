@@ -61,6 +61,47 @@ kith_status kith_measure_mcnally(const struct kith_measured *m, double *value) {
   return KITH_OK;
 }
 
+/* ---- what is compared with the start ---- */
+
+static double mode_amplitude(const struct kith_measured *m) {
+  const int y_axis = NDIM > 1;
+  const double *lower = m->domain.lower, *upper = m->domain.upper;
+  const double k = 2 * M_PI / (upper[0] - lower[0]), middle = 0.5 * (lower[y_axis] + upper[y_axis]);
+  double s = 0, c = 0, d = 0;
+  for (kith_index i = 0; i < m->nodes->n; ++i) {
+    const double *x = m->nodes->position + (size_t)i * NDIM, *v = m->nodes->velocity + (size_t)i * NDIM;
+    const double along = k * (x[0] - lower[0]), w = volume(m, i) * exp(-k * fabs(x[y_axis] - middle));
+    s += w * v[y_axis] * sin(along);
+    c += w * v[y_axis] * cos(along);
+    d += w;
+  }
+  return NDIM > 1 ? 2 * hypot(s, c) / d : NAN;
+}
+
+kith_status kith_measure_growth(const struct kith_measured *m, double *value) {
+  *value = mode_amplitude(m);
+  if (m->start != NULL) *value = acosh(*value / m->start[KITH_MEASURE_growth]) / m->time;
+  return KITH_OK;
+}
+
+static double deviation(const struct kith_measured *m) {
+  double mass = 0, sum = 0, squares = 0;
+  for (int pass = 0; pass < 2; ++pass)
+    for (kith_index i = 0; i < m->nodes->n; ++i) {
+      const double r = sqrt(kith_distance2(m->nodes->position + (size_t)i * NDIM, m->center));
+      if (pass == 0)
+        mass += m->nodes->mass[i], sum += m->nodes->mass[i] * r;
+      else
+        squares += m->nodes->mass[i] * (r - sum / mass) * (r - sum / mass);
+    }
+  return sqrt(squares / mass);
+}
+
+kith_status kith_measure_spread(const struct kith_measured *m, double *value) {
+  *value = deviation(m) / (m->start != NULL ? m->start[KITH_MEASURE_spread] : 1);
+  return KITH_OK;
+}
+
 /* ---- separation: nodes in the order of x, each against those that follow while they are near enough along x ---- */
 
 struct place {

@@ -9,6 +9,10 @@
  *   mcnally            amplitude of a Kelvin-Helmholtz mode of two waves in a box of side 1, layers at 1/4 and 3/4 (McNally, Lyra and
  *                      Passy, Astrophys. J. Suppl. 201 (2012) 18): with weights w = V exp(-4 pi |y' - 1/4|), y' = y or 1 - y,
  *                      whichever is in the lower half, 2 |sum w v_y exp(4 pi i x)| / sum w; x, y from the lower corner of the domain. Not in 1-D: NaN
+ *   growth             rate of a Rayleigh-Taylor mode of one wave along x, at an interface in the middle of the domain along y: its amplitude
+ *                      a = 2 |sum w v_y exp(i k x)| / sum w, w = V exp(-k |y - middle|), grows as a(0) cosh(rate t) while it is small, if the flow
+ *                      starts as a mode with the interface at rest. At most sqrt(A g k), A = (rho1 - rho2) / (rho1 + rho2). NaN in 1-D, and if it shrinks
+ *   spread             of a ring about the center: standard deviation of the radius of the masses, over that at the start
  *   separation         least distance of two nodes over the mean of their spacings V^(1/NDIM): 1 on a lattice of cubes, 1.12 in fcc, some 0.7
  *                      in a glass, to 0 where nodes pair. Images across periodic faces do not count
  *
@@ -24,13 +28,18 @@
   X(shear_viscosity, "numerical viscosity, from the decay of a shear wave")           \
   X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices") \
   X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")     \
+  X(growth, "growth rate of a Rayleigh-Taylor mode")                                  \
+  X(spread, "width of a ring about the center, over that at the start")               \
   X(separation, "least distance of two nodes, in spacings")
 
 /* What a measure may look at. */
 struct kith_measured {
   const struct kith_profile_view *nodes;
   struct kith_box domain;
+  double center[NDIM]; /* of rotation */
   double time, kinetic_start;
+  const double *
+      start; /* [KITH_N_MEASURES]: what was taken at the start; NULL: this is the start, take what will be compared with */
 };
 
 /* NaN for what cannot be told. */

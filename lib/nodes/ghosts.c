@@ -48,6 +48,10 @@ static void refresh_part(struct kith_field *field, const struct kith_ghost_block
     case KITH_POSITION:
       copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM, sign, block->image.shift);
       break;
+    case KITH_VELOCITY:
+      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM, sign,
+                  block->image.velocity);
+      break;
     case KITH_TENSOR: {
       double product[NDIM * NDIM];
       for (int c = 0; c < NDIM * NDIM; ++c) product[c] = sign[c / NDIM] * sign[c % NDIM];

@@ -26,6 +26,7 @@ enum kith_kind {
   KITH_TENSOR,    /* NDIM*NDIM, [row][column]; flips once for each index along a mirrored axis */
   KITH_SYMMETRIC, /* NDIM*(NDIM+1)/2, the upper triangle of a symmetric tensor; never in snapshots */
   KITH_POSITION,  /* NDIM; mirrored and shifted */
+  KITH_VELOCITY,  /* NDIM; a vector, and the velocity of the image is added */
 };
 enum kith_type { KITH_F64, KITH_I64, KITH_U8 };
 enum kith_role {
@@ -59,9 +60,10 @@ struct kith_node_list {
   kith_index first, count;
 };
 
-/* The image of a control node: x_ghost[a] = sign[a] * x_control[a] + shift[a], sign = 1 or -1. */
+/* The image of a control node: x_ghost[a] = sign[a] * x_control[a] + shift[a], sign = 1 or -1. The mirror may move: the shift
+ * grows with `velocity`, which velocities of ghosts have in addition. */
 struct kith_image {
-  double sign[NDIM], shift[NDIM];
+  double sign[NDIM], shift[NDIM], velocity[NDIM];
 };
 
 enum kith_ghost_kind {

@@ -17,6 +17,9 @@ for scene in "$inputs"/*.yaml; do
   if [[ $scene == */gresho.yaml || $scene == */yee.yaml ]]; then
     shown "nothing runs" "$kith" plan "$scene" --set resolution=4
     stopped 2 "a vortex needs 2 or 3 dimensions" "$kith" plan "$scene" --set dimension=1
+  elif [[ $scene == */rayleigh-taylor.yaml ]]; then
+    shown "forces gravity -0.5 along y" "$kith" plan "$scene"
+    stopped 2 "along y: there is no such axis in 1-D" "$kith" plan "$scene" --set dimension=1
   else
     shown "nothing runs" "$kith" plan "$scene" --set dimension=1
   fi

@@ -357,8 +357,6 @@ static void test_refusals(void) {
   CHECK(kith_exact_find("sedo") == NULL && kith_exact_find("sedovv") == NULL && kith_exact_find("") == NULL);
   p = fine(), p.blast_energy = 0, check_refused(&kith_exact_sedov, p, "blast_energy", "is 0,");
   p = fine(), p.center[NDIM - 1] = nan, check_refused(&kith_exact_sedov, p, "center", "nan");
-  p = fine(), p.gamma[0] = 7.5;
-  if (NDIM == 3) check_refused(&kith_exact_sedov, p, "gamma[0]", "7.5");
   p = fine(), p.velocity[0] = -1, check_refused(&kith_exact_noh, p, "velocity[0]", "-1");
   p = fine(), p.period[0] = -1, check_refused(&kith_exact_gresho, p, "period", "-1");
   p = fine(), p.uniform_velocity[NDIM - 1] = nan,

@@ -15,6 +15,8 @@ static void add(struct kith_history *h, uint64_t first, uint64_t last) {
                                    .limiter = "courant",
                                    .kinetic = 1,
                                    .internal = 2,
+                                   .potential = -4,
+                                   .work = 0.5,
                                    .nodes = 8,
                                    .ghosts = 4,
                                    .entries = 100,
@@ -50,10 +52,11 @@ static void whole_run(uint64_t last) {
 
 static void format(void) {
   static const char *const row =
-      NDIM == 1 ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0.25,8,4,100,1,0.5\n"
+      NDIM == 1
+          ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,-4,0.5,-1.5,-3,0.25,8,4,100,1,0.5\n"
       : NDIM == 2
-          ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0,7,0.25,8,4,100,1,0.5\n"
-          : "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,3,-3,0,0,5,6,7,0.25,8,4,100,1,0.5\n";
+          ? "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,-4,0.5,-1.5,-3,0,7,0.25,8,4,100,1,0.5\n"
+          : "\n2,0.20000000000000001,0.10000000000000001,courant,1,2,-4,0.5,-1.5,-3,0,0,5,6,7,0.25,8,4,100,1,0.5\n";
   int title = 0, commas = 0;
   whole_run(2);
   CHECK(strncmp(text(), "step,time,dt,limiter,", 21) == 0 && strstr(text(), row) != NULL);

@@ -78,13 +78,31 @@ static void sets_up(const char *name, const char *resolution, const char *arrang
   struct made m;
   if (make(&m, name, resolution, arrangement)) {
     const struct kith_totals t = kith_hydro_totals(&m.hydro);
-    if (strcmp(name, "yee") != 0 &&
-        strcmp(name, "square") != 0) /* no boxes of one density, or waves around it */
-      CHECK_CLOSE(t.mass, mass_of(&m), 1e-12 * t.mass);
+    if (strcmp(name, "yee") != 0 && strcmp(name, "square") != 0 &&
+        strcmp(name, "sedov-gradient") != 0) /* no boxes of one density, or waves around it */
+      CHECK_CLOSE(t.mass, mass_of(&m),
+                  (m.scene->region[0].displacement[0] != NULL ? 1e-10 : 1e-12) *
+                      t.mass); /* a stretch is a difference */
     CHECK(m.nodes->n_internal > 0 && m.nodes->n_internal < 200000);
     CHECK(!m.frozen);
     CHECK_OK(kith_hydro_physical(&m.hydro));
     starts_exact(&m, name);
+  }
+  unmake(&m);
+}
+
+/* Scenes without an exact solution; what gravity needs is not there in 1-D. */
+static void stands(const char *name, bool exists) {
+  struct made m = {0};
+  char path[512], dimension[32];
+  path_of(path, sizeof path, name);
+  snprintf(dimension, sizeof dimension, "dimension=%d", NDIM);
+  const char *const overrides[] = {dimension};
+  CHECK_STATUS(exists ? KITH_OK : KITH_BAD_INPUT, kith_scene_read(&m.scene, path, 1, overrides));
+  if (m.scene != NULL) {
+    CHECK_OK(kith_setup(&m.nodes, &m.hydro, m.scene, 50, &m.frozen));
+    CHECK_OK(kith_hydro_physical(&m.hydro));
+    CHECK(kith_body_acts(&m.hydro.body));
   }
   unmake(&m);
 }
@@ -185,6 +203,8 @@ int main(void) {
                                        "two-blasts",
                                        "entropy-wave",
                                        "square",
+                                       "saltzman",
+                                       "sedov-gradient",
                                        "gresho",
                                        "yee"};
   const size_t n = sizeof inputs / sizeof inputs[0] - (NDIM == 1 ? 2 : 0); /* a vortex needs 2 dimensions */
@@ -194,6 +214,9 @@ int main(void) {
     sets_up(inputs[k], NDIM == 1 ? "50" : "20", "equal-mass");
     sets_up(inputs[k], NDIM == 1 ? "50" : "20", "equal-spacing");
   }
+  stands("hydrostatic", true);
+  stands("ring", true);
+  stands("rayleigh-taylor", NDIM > 1);
   explodes("sedov", 1);
   explodes("sedov-octant", pow(0.5, NDIM));
   octant_is_a_part();

@@ -87,10 +87,49 @@ static void separation(struct cloud *c) {
   CHECK(isnan(taken(c, KITH_MEASURE_separation)));
 }
 
+/* A mode that has grown by cosh(sigma t), whatever else moves along y with another wave. */
+static void growth(struct cloud *c) {
+  double start[KITH_N_MEASURES] = {0};
+  lattice(c);
+  for (int grown = 0; grown < 2; ++grown) {
+    for (kith_index i = 0; i < c->view.n; ++i)
+      c->velocity[i * NDIM + (NDIM > 1)] =
+          (grown ? cosh(0.7 * 2) : 1) * 0.02 * cos(2 * M_PI * c->position[i * NDIM]) +
+          0.3 * sin(4 * M_PI * c->position[i * NDIM]) + 0.1;
+    if (!grown) start[KITH_MEASURE_growth] = taken(c, KITH_MEASURE_growth);
+  }
+  c->m.start = start;
+  if (NDIM == 1) CHECK(isnan(taken(c, KITH_MEASURE_growth)));
+  if (NDIM == 1) return;
+  CHECK_CLOSE(start[KITH_MEASURE_growth], 0.02, 1e-14);
+  CHECK_CLOSE(taken(c, KITH_MEASURE_growth), 0.7, 1e-12);
+  start[KITH_MEASURE_growth] *= 3; /* it has shrunk */
+  CHECK(isnan(taken(c, KITH_MEASURE_growth)));
+}
+
+/* Two shells of masses 1 and 3 at radii 1 and 2: deviation 3^(1/2) / 4. Twice as far apart, twice as wide. */
+static void spread(struct cloud *c) {
+  double start[KITH_N_MEASURES] = {0};
+  lattice(c);
+  c->view.n = 2;
+  for (int far = 0; far < 2; ++far) {
+    for (int a = 0; a < NDIM; ++a)
+      c->m.center[a] = 5, c->position[a] = 5 + (a == 0),
+      c->position[NDIM + a] = 5 - (far + 2) * (a == NDIM - 1);
+    c->mass[0] = 1, c->mass[1] = 3;
+    if (!far) start[KITH_MEASURE_spread] = taken(c, KITH_MEASURE_spread);
+  }
+  CHECK_CLOSE(start[KITH_MEASURE_spread], sqrt(3) / 4, 1e-15);
+  c->m.start = start;
+  CHECK_CLOSE(taken(c, KITH_MEASURE_spread), 2, 1e-15);
+}
+
 int main(void) {
   static struct cloud c;
   viscosities(&c);
   mcnally(&c);
   separation(&c);
+  growth(&c);
+  spread(&c);
   return check_failed();
 }

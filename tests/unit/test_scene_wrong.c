@@ -75,8 +75,61 @@ static const struct wrong keys[] = {
     {11, "until: 3", "f:11: until: duplicate key, first on line 10"},
     {11, "<<: {a: 1}",
      "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
-     "materials, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, "
+     "materials, gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, "
      "until, exact, measure, output"},
+};
+
+#if NDIM == 1
+#define DIMENSIONS "1 to "
+#elif NDIM == 2
+#define DIMENSIONS "2 to "
+#else
+#define DIMENSIONS "3 to " /* as velocity says it */
+#endif
+#define PISTON "{kind: piston, velocity: 1}"
+static const struct wrong forces[] = {
+    {11, "gravity: -0.5", "f:11: gravity: '-0.5' where a list belongs"},
+    {11, "gravity: [0, g, 0]", "f:11: gravity.1: 'g' is not a number"},
+#if NDIM == 1
+    {11, "gravity: [0, -0.5, 0]", "f:11: gravity: -0.5 along y: there is no such axis in 1-D"},
+#else
+    {11, "gravity: [0, -0.5, 0]", "f:11: gravity: -0.5 along y, which is periodic: gas would fall for ever"},
+#endif
+#if NDIM == 2
+    {11, "gravity: [0, 0, 9.81]", "f:11: gravity: 9.81 along z: there is no such axis in 2-D"},
+#endif
+    {11, "potential: {mass: -1}", "f:11: potential.mass: -1 is out of range [0, inf)"},
+    {11, "potential: {mass: 1, softening: -0.1}", "f:11: potential.softening: -0.1 is out of range [0, inf)"},
+    {11, "potential: {mas: 1}", "f:11: potential.mas: unknown key; did you mean 'mass'?"},
+    {5, "boundaries: {x: periodic}\npotential: {mass: 1}",
+     "f:6: potential: its pull does not repeat, but the domain does along x"},
+    {5, "boundaries: {x: piston}", "f:5: boundaries.x: a piston has a velocity: {kind: piston, velocity: 1}"},
+    {5, "boundaries: {x: [{kind: piston}, open]}", "f:5: boundaries.x.0.velocity: missing; it is required"},
+    {5, "boundaries: {x: [{kind: piston, speed: 1}, open]}",
+     "f:5: boundaries.x.0.speed: unknown key; known are kind, velocity"},
+    {5, "boundaries: {x: [{kind: pistn, velocity: 1}, open]}",
+     "f:5: boundaries.x.0.kind: 'pistn' is not one of open, reflecting, piston, periodic; did you mean 'piston'?"},
+    {5, "boundaries: {x: {kind: open, velocity: 1}}",
+     "f:5: boundaries.x.kind: open has no settings; only a piston has"},
+    {5, "boundaries: {x: " PISTON "}",
+     "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
+    {5, "boundaries: {x: [" PISTON ", " PISTON "]}",
+     "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
+    {5, "boundaries: {x: [" PISTON ", reflecting]}",
+     "f:5: boundaries.x: a piston opposite to a reflecting side: it must be open, or what the piston does could "
+     "not be told from it"},
+    {5, "boundaries: {x: [{kind: piston, velocity: 6}, open]}",
+     "f:5: boundaries.x: a piston with velocity 6 is through the domain at time 0.166667, and the run goes until 0.2"},
+    {5, "boundaries: {x: [open, {kind: piston, velocity: -6}]}",
+     "f:5: boundaries.x: a piston with velocity -6 is through the domain at time 0.166667, and the run goes until 0.2"},
+    {5, "boundaries: {x: [" PISTON ", open]}\ngravity: [1, 0, 0]",
+     "f:6: gravity: not together with a piston along x, whose work could not be told from it"},
+    {5, "boundaries: {x: [" PISTON ", open]}\npotential: {mass: 1}",
+     "f:6: potential: not together with a piston along x, whose work could not be told from it"},
+    {8, "  - {material: gas, density: 1, pressure: 1, displacement: 0.1}",
+     "f:8: regions.0.displacement: '0.1' where a list belongs"},
+    {8, "  - {material: gas, density: 1, pressure: 1, displacement: [0, 0, 0, 0]}",
+     "f:8: regions.0.displacement: 4 entries, wanted " DIMENSIONS "3"},
 };
 
 static const struct wrong missing[] = {
@@ -309,7 +362,7 @@ static void refuses_overrides(void) {
   check_message(
       "q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
       "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, materials, "
-      "regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, measure, output");
+      "gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");
@@ -340,6 +393,7 @@ static void refuses_by_dimension(void) {
 int main(void) {
   REFUSE(keys);
   REFUSE(missing);
+  REFUSE(forces);
   REFUSE(types);
   REFUSE(ranges);
   REFUSE(meanings);
