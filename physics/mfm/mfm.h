@@ -6,11 +6,14 @@
  *     m_i dv_i/dt = - sum_j P*_ij A_ij                                                    (1)
  *     m_i du_i/dt = - sum_j P*_ij A_ij . (v*_ij - v_i),  v* = (v_i + v_j) / 2 + S* A_ij / |A_ij|    (2)
  * S* taken in the frame of the mean velocity: results do not depend on who watches. In terms of package.h a pair has the force
- * f = -P* A, shares its work evenly, and exchanges f . (v* - (v_i + v_j) / 2).
+ * f = -P* A, shares its work evenly, and exchanges f . (v* - (v_i + v_j) / 2). Gas that cools pays from its own pressure: of a heat h_i < 0
+ * that a face takes from it at P* > 4 P_i, its partner pays
+ *     (1 - 4 P_i / P*) |h_i|                                                              (3)
+ * or a cold node beside a hot one, pushed on faster than the face, would fall below 0. Where pressures are within a factor 4 that is nothing.
  *
  * The states at the middle of a pair are reconstructed from linear-exact gradients of rho, P and of the velocity along the face. Of
  * each with the difference D = q_j - q_i and the slope a = grad q_i . (x_j - x_i),
- *     q_i' = q_i + L(a, D) / 2,  L = a within -D and 1.5 D                                 (3)
+ *     q_i' = q_i + L(a, D) / 2,  L = a within -D and 1.5 D                                 (4)
  * (the limiter of pairs of Hopkins 2015, psi_1 = 1/2, psi_2 = 1/4); density and pressure lose no more than half. Chosen by trial: van Leer's,
  * L between 0 and D, smears Gresho's vortex half as much again and is a tenth better at Sod's tube; L up to 2 D does not survive Noh's problem.
  *

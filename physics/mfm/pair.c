@@ -4,7 +4,7 @@
 #include "physics/mfm/mfm.h"
 #include "physics/mfm/riemann.h"
 
-/* L of (3). */
+/* L of (4). */
 KITH_INLINE double limited(double slope, double difference) {
   const double most = fabs(difference), sign = difference > 0 ? 1 : -1;
   return sign * KITH_MAX(KITH_MIN(sign * slope, 1.5 * most), -most);
@@ -26,6 +26,12 @@ KITH_INLINE struct mfm_side reconstruct(double density, double pressure, double 
   s.sound = sqrt((bulk + gamma * more) /
                  s.density); /* of ideal, stiffened and isothermal gases rho c^2 = gamma P + a constant */
   return s;
+}
+
+/* (3), which who loses `heat` gets back. In a stiffened gas all pressures count from -p0, where its sound speed is 0. */
+KITH_INLINE double spared(double pressure, double own, double face, double heat) {
+  const double total = face + own - pressure;
+  return total > 4 * own ? KITH_MAX(-heat, 0.0) * (1 - 4 * own / total) : 0;
 }
 
 KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const double *restrict i,
@@ -56,7 +62,11 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
   const struct mfm_star star = mfm_riemann(l, r);
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * J(MFM_AREA + a);
   OUT(KITH_SHARE) = 0.5;
-  OUT(KITH_EXCHANGE) = -star.pressure * area * star.velocity;
+  const double push = star.pressure * area, face = star.pressure;
+  OUT(KITH_EXCHANGE) =
+      -push * star.velocity +
+      spared(i[MFM_PRESSURE], i[MFM_BULK] / i[MFM_GAMMA], face, -push * (0.5 * du + star.velocity)) -
+      spared(J(MFM_PRESSURE), J(MFM_BULK) / J(MFM_GAMMA), face, -push * (0.5 * du - star.velocity));
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (l.sound + r.sound) + KITH_MAX(-du, 0.0) : 0;
 }
 

@@ -60,7 +60,7 @@ static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const
   for (int a = 0; a < NDIM; ++a) slope[a] = regular ? flux[a][0] : 0;
 }
 
-/* L of equation (3), from what it is for. */
+/* L of equation (4), from what it is for. */
 static double limit(double slope, double difference) {
   const double low = fmin(-difference, 1.5 * difference), high = fmax(-difference, 1.5 * difference);
   return fmin(fmax(slope, low), high);
@@ -101,7 +101,12 @@ static const struct partner *partner_at(const struct world *w, const struct mfm_
   return NULL;
 }
 
-/* Equations (1) and (2). The faces are the package's: they have a test of their own. */
+static double stiffness_of(const struct world *w, int i) {
+  const struct kith_material *material = &w->hydro.material[w->nodes->list->u8[i]];
+  return material->eos == &kith_eos_stiffened ? material->parameters.stiffness : 0;
+}
+
+/* Equations (1) to (3). The faces are the package's: they have a test of their own. */
 static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool slopes) {
   const struct mfm_faces *f = &mfm_of(w)->faces;
   const double *v = w->hydro.velocity->f64, *base = w->package.velocity_base->f64, one[3] = {1, 1, 1};
@@ -125,10 +130,12 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool sl
                           r = state_of(w, m, p->node, p->sign, back, n, from);
     const struct mfm_star star = mfm_riemann(l, r);
     signal = fmax(signal, 0.5 * (l.sound + r.sound) + fmax(0, -du));
+    double heat = 0, heat_j = 0;
     for (int a = 0; a < NDIM; ++a) {
       const double push = -star.pressure * area[a], vj = p->sign[a] * v[p->node * NDIM + a];
       const double mean = (v[i * NDIM + a] + vj) / 2, star_v = mean + star.velocity * n[a];
       force[a] += push;
+      heat += push * (star_v - v[i * NDIM + a]), heat_j += push * (vj - star_v);
       if (!w->package.compatible) {
         rate += push * (star_v - v[i * NDIM + a]);
         continue;
@@ -136,6 +143,12 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool sl
       rate += push * ((p->sign[a] * base[p->node * NDIM + a] - base[i * NDIM + a]) / 2 + star_v - mean);
       if (slopes) slope += push * (p->sign[a] * m->t.acceleration[p->node][a] - m->t.acceleration[i][a]) / 2;
     }
+    /* (3) */
+    const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
+    const double pi = m->t.pressure[i] + zero_i, pj = m->t.pressure[p->node] + zero_j;
+    if (heat < 0 && star.pressure + zero_i > 4 * pi) rate -= heat * (1 - 4 * pi / (star.pressure + zero_i));
+    if (heat_j < 0 && star.pressure + zero_j > 4 * pj)
+      rate += heat_j * (1 - 4 * pj / (star.pressure + zero_j));
   }
   for (int a = 0; !slopes && a < NDIM; ++a) m->t.acceleration[i][a] = force[a] / w->hydro.mass->f64[i];
   m->t.rate[i] = rate / w->hydro.mass->f64[i];
