@@ -91,6 +91,18 @@ int64_t kith_cells_at(const struct kith_cells *cells, const int64_t *k) {
   return c;
 }
 
+int64_t kith_cells_beside(const struct kith_cells *cells, int64_t c, int axis, int side) {
+  const int64_t m = cells->count[axis];
+  int64_t k[NDIM];
+  kith_cells_coordinates(cells, c, k);
+  k[axis] += side;
+  if (k[axis] < 0 || k[axis] >= m) {
+    if (!cells->periodic[axis]) return -1;
+    k[axis] = (k[axis] + m) % m;
+  }
+  return kith_cells_at(cells, k);
+}
+
 /* Offset number `code` in base 3, one digit an axis: the middle code is the cell itself, and its mirror image
  * about the middle is the opposite offset. False: there is no cell. */
 static bool image_at(const struct kith_cells *cells, const int64_t *k, int code,

@@ -46,6 +46,9 @@ struct kith_box kith_cells_box(const struct kith_cells *cells, int64_t c);
 void kith_cells_coordinates(const struct kith_cells *cells, int64_t c, int64_t *k);
 int64_t kith_cells_at(const struct kith_cells *cells, const int64_t *k);
 
+/* The cell across the face of c on side -1 or 1 of an axis (c itself if it is alone on a periodic axis); -1: none. */
+int64_t kith_cells_beside(const struct kith_cells *cells, int64_t c, int axis, int side);
+
 /* All neighbors of c but itself: their number is returned, `image` has room for KITH_CELL_NEIGHBORS. The first
  * *n_forward (may be NULL) are its forward half: the offsets whose last non-zero component is positive, in the order
  * +x, three of +y, nine of +z. Every unordered pair of cell images, up to shifts of both, is met exactly once by

@@ -97,13 +97,14 @@ static kith_status check_weights(const char *what, const double *weight, int64_t
   return KITH_OK;
 }
 
-/* With the work of a cell that is empty; in units of the mean, so that sums cannot overflow. */
+/* With the work of a cell that is empty; of mean 1, and exactly 1 if all are equal: the map that is there is the answer. */
 static void effective_weights(const double *weight, int64_t n, double *effective) {
   double largest = 0, sum = 0;
   for (int64_t c = 0; weight != NULL && c < n; ++c) largest = KITH_MAX(largest, weight[c]);
   for (int64_t c = 0; c < n; ++c) sum += effective[c] = largest > 0 ? weight[c] / largest : 1;
   const double mean = sum / (double)n;
-  for (int64_t c = 0; c < n; ++c) effective[c] = effective[c] / mean + KITH_EMPTY_CELL;
+  for (int64_t c = 0; c < n; ++c)
+    effective[c] = (effective[c] / mean + KITH_EMPTY_CELL) / (1 + KITH_EMPTY_CELL);
 }
 
 static kith_status update_into(struct kith_partition *partition, const double *weight,

@@ -1,4 +1,5 @@
-/* partition.h - which rank owns which cell. One family of partitioners: cart, morton.
+/* partition.h - which rank owns which cell. One family of partitioners: cart, kd, morton, hilbert, graph, p4est,
+ * diffusion, gridbased, hybrid.
  *
  * Every rank holds the whole map, owner[cell], and computes it by itself: a partitioner is a deterministic
  * function of the cells, the number of ranks, the present map and the weights, which are replicated. Nothing here
@@ -44,7 +45,7 @@ struct kith_partition {
   void *self;
 };
 
-#define KITH_PARTITIONER_LIST(X) X(cart) X(morton)
+#define KITH_PARTITIONER_LIST(X) X(cart) X(kd) X(morton) X(hilbert) X(graph) X(p4est)
 #define X(name) extern const struct kith_partitioner_ops kith_partitioner_##name;
 KITH_PARTITIONER_LIST(X)
 #undef X
