@@ -38,24 +38,21 @@ void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks
   try_axes(cells, 0, n_ranks, tried, ranks, cost);
 }
 
-void kith_partition_blocks(const struct kith_cells *cells, int n_ranks, int32_t *owner) {
+static kith_status cart_first(struct kith_partition *partition, int32_t *owner) {
+  const struct kith_cells *cells = partition->cells;
   int ranks[NDIM] = {0};
-  kith_partition_mesh(cells, n_ranks, ranks);
+  kith_partition_mesh(cells, partition->n_ranks, ranks);
   for (int64_t c = 0; c < cells->n; ++c) {
     int64_t k[NDIM], rank = 0;
     kith_cells_coordinates(cells, c, k);
     for (int a = NDIM - 1; a >= 0; --a) rank = rank * ranks[a] + k[a] * ranks[a] / cells->count[a];
     owner[c] = (int32_t)rank;
   }
-}
-
-static kith_status first(struct kith_partition *partition, int32_t *owner) {
-  kith_partition_blocks(partition->cells, partition->n_ranks, owner);
   return KITH_OK;
 }
 
 const struct kith_partitioner_ops kith_partitioner_cart = {
     .name = "cart",
     .doc = "Cartesian blocks of equal size; never changes",
-    .first = first,
+    .first = cart_first,
 };

@@ -45,7 +45,7 @@ struct kith_partition {
   void *self;
 };
 
-#define KITH_PARTITIONER_LIST(X) X(cart) X(kd) X(morton) X(hilbert) X(graph) X(p4est)
+#define KITH_PARTITIONER_LIST(X) X(cart) X(kd) X(morton) X(hilbert) X(graph) X(p4est) X(diffusion) X(hybrid)
 #define X(name) extern const struct kith_partitioner_ops kith_partitioner_##name;
 KITH_PARTITIONER_LIST(X)
 #undef X
@@ -78,8 +78,6 @@ static inline int kith_partition_rank_of(const struct kith_partition *partition,
 
 /* Ranks per axis, their product n_ranks: the smallest largest block, then the smallest ghost shell. */
 void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks);
-/* The map of `cart`. */
-void kith_partition_blocks(const struct kith_cells *cells, int n_ranks, int32_t *owner);
 /* Cuts a curve through all cells: the rank of a cell is where the middle of its weight lies among n_ranks equal shares of
  * the total, so that no rank has more than its share and one cell. weight NULL: equal. */
 void kith_partition_cut(int64_t n, const kith_index *order, const double *weight, int n_ranks,
