@@ -3,8 +3,9 @@
  * Begau and Sutmann, Comput. Phys. Commun. 190, 51 (2015). Every corner is pulled towards the middles of the up to
  * 2^NDIM ranks around it, harder by those with more load than their mean, so that they shrink:
  *
- *   move = STEP spacing / 2^NDIM  sum over ranks r around of (load_r / mean - 1) (unit vector to the middle of r)
+ *   move = STEP / n  sum over the n ranks r around of (load_r / mean - 1) (unit vector to the middle of r)
  *
+ * in units of the regular spacing of each axis,
  * and half of that, and so on, until the mesh is valid. On a face of the box that is not periodic a corner stays in
  * that face. An update is 2^NDIM rounds, one for each color of corners (odd and even places along the axes), so that
  * no two that share a rank's edge go at once. A round is halved, too, until the sum of squares of the loads does
@@ -199,8 +200,11 @@ static void middle_of(const struct shape *shape, double *middle) {
 static void pull_of(const struct mesh *mesh, const double *load, const int64_t *i, double *move) {
   int64_t shift[NDIM], place[NDIM];
   const int64_t *here = &mesh->corner[corner_number(mesh, i, shift) * NDIM];
-  double mean = 0, n = 0;
-  for (int a = 0; a < NDIM; ++a) move[a] = 0;
+  double spacing[NDIM], mean = 0, n = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    spacing[a] = (double)mesh->length[a] / mesh->ranks[a];
+    move[a] = 0;
+  }
   for (int k = 0; k < SHAPE_CORNERS; ++k) {
     const int rank = rank_around(mesh, i, k, place);
     if (rank >= 0) mean += load[rank], ++n;
@@ -212,9 +216,9 @@ static void pull_of(const struct mesh *mesh, const double *load, const int64_t *
     const struct shape shape = shape_at(mesh, mesh->corner, place);
     double to[NDIM];
     middle_of(&shape, to);
-    for (int a = 0; a < NDIM; ++a) to[a] -= (double)here[a];
-    const double pull = (load[rank] / mean - 1) / kith_norm(to) * STEP / SHAPE_CORNERS;
-    for (int a = 0; a < NDIM; ++a) move[a] += pull * to[a] * (double)mesh->length[a] / mesh->ranks[a];
+    for (int a = 0; a < NDIM; ++a) to[a] = (to[a] - (double)here[a]) / spacing[a];
+    const double pull = (load[rank] / mean - 1) / kith_norm(to) * STEP / n;
+    for (int a = 0; a < NDIM; ++a) move[a] += pull * to[a] * spacing[a];
   }
   for (int a = 0; a < NDIM; ++a) /* faces of the box */
     if (mesh->corners[a] > mesh->ranks[a] && (i[a] == 0 || i[a] == mesh->ranks[a])) move[a] = 0;
