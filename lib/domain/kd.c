@@ -23,19 +23,19 @@ static int64_t coordinate(const struct kith_cells *cells, int64_t c, int axis) {
   return k[axis];
 }
 
+/* Of the bounding box of a set. */
 static int longest_axis(const struct bisection *b, kith_index first, kith_index end) {
-  struct kith_box box = kith_box_empty(); /* of coordinates */
+  int64_t low[NDIM], high[NDIM], k[NDIM];
+  kith_cells_coordinates(b->cells, b->cell[first], low);
+  kith_cells_coordinates(b->cells, b->cell[first], high);
   for (kith_index i = first; i < end; ++i) {
-    int64_t k[NDIM];
-    double x[NDIM];
     kith_cells_coordinates(b->cells, b->cell[i], k);
-    for (int a = 0; a < NDIM; ++a) x[a] = (double)k[a];
-    kith_box_include(&box, x);
+    for (int a = 0; a < NDIM; ++a) low[a] = KITH_MIN(low[a], k[a]), high[a] = KITH_MAX(high[a], k[a]);
   }
   int longest = 0;
   double length[NDIM];
   for (int a = 0; a < NDIM; ++a) {
-    length[a] = (box.upper[a] - box.lower[a] + 1) * b->cells->edge[a];
+    length[a] = (double)(high[a] - low[a] + 1) * b->cells->edge[a];
     if (length[a] > length[longest]) longest = a;
   }
   return longest;
