@@ -262,13 +262,11 @@ static kith_status diffusion_update(struct kith_partition *partition, const doub
   if (self->restart) KITH_TRY(begin(partition, self, owner));
   struct border border = {0};
   struct wave wave = {partition->cells, self, weight, partition->n_ranks, owner, NULL, NULL};
-  const size_t n_ranks = (size_t)partition->n_ranks;
-  kith_status status = kith_resize(&wave.load, 0, n_ranks, sizeof *wave.load);
-  if (status == KITH_OK) status = kith_resize(&wave.cells_of, 0, n_ranks, sizeof *wave.cells_of);
-  if (status == KITH_OK) status = border_find(&border, wave.cells, owner, wave.n_ranks);
+  KITH_TRY(kith_resize(&wave.load, 0, 2 * (size_t)wave.n_ranks, sizeof *wave.load));
+  wave.cells_of = wave.load + wave.n_ranks;
+  const kith_status status = border_find(&border, wave.cells, owner, wave.n_ranks);
   if (status == KITH_OK) run(&wave, &border);
   kith_free(&wave.load);
-  kith_free(&wave.cells_of);
   border_clear(&border);
   return status;
 }

@@ -102,9 +102,10 @@ static kith_status divide(const struct graph *graph, int n_parts, SCOTCH_Num *fr
   return KITH_OK;
 }
 
-/* From scratch, or from the present map if `from` is its owners. */
-static kith_status partition_graph(const struct kith_partition *partition, const double *weight,
-                                   const double *face_weight, int32_t *from, int32_t *owner) {
+/* From the present map; from scratch if that is what is being made. */
+static kith_status graph_update(struct kith_partition *partition, const double *weight,
+                                const double *face_weight, int32_t *owner) {
+  int32_t *from = owner == partition->owner ? NULL : partition->owner;
   struct graph graph = {0};
   kith_status status = graph_build(&graph, partition->cells, weight, face_weight);
   if (status == KITH_OK) status = divide(&graph, partition->n_ranks, from, owner);
@@ -113,12 +114,7 @@ static kith_status partition_graph(const struct kith_partition *partition, const
 }
 
 static kith_status graph_first(struct kith_partition *partition, int32_t *owner) {
-  return partition_graph(partition, NULL, NULL, NULL, owner);
-}
-
-static kith_status graph_update(struct kith_partition *partition, const double *weight,
-                                const double *face_weight, int32_t *owner) {
-  return partition_graph(partition, weight, face_weight, partition->owner, owner);
+  return graph_update(partition, NULL, NULL, owner);
 }
 #endif
 

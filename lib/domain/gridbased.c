@@ -3,13 +3,12 @@
  * Begau and Sutmann, Comput. Phys. Commun. 190, 51 (2015). Every corner is pulled towards the middles of the up to
  * 2^NDIM ranks around it, harder by those with more load than their mean, so that they shrink:
  *
- *   move = STEP / n  sum over the n ranks r around of (load_r / mean - 1) (unit vector to the middle of r)
+ *   move = step / n  sum over the n ranks r around of (load_r / mean - 1) (unit vector to the middle of r)
  *
- * in units of the regular spacing of each axis,
- * and half of that, and so on, until the mesh is valid. A corner on a face of the box stays in it,
- * periodic or not: the mesh need not fit across. An update is 2^NDIM rounds, one for each color of corners (odd and even places along the axes), so that
- * no two that share a rank's edge go at once. A round is halved, too, until the sum of squares of the loads does
- * not rise, and left out if that does not help.
+ * in units of the regular spacing of each axis, and half of that, and so on, until the mesh is valid. A corner on a
+ * face of the box stays in it, periodic or not: the mesh need not fit across. An update is 2^NDIM rounds, one for
+ * each color of corners (odd and even places along the axes), so that no two of a rank's edge go at once. A round
+ * that makes the sum of squares of the loads rise is taken back, and the color's step halved; else it is doubled, up to 1.
  *
  * A rank's shape is its NDIM! simplices about one diagonal (the same diagonal everywhere, so that faces fit). The mesh
  * is valid if all of them have a positive volume: then they cover the box once. A cell belongs to the first rank
@@ -21,7 +20,8 @@
 enum { SHAPE_CORNERS = 1 << NDIM, SIMPLICES = NDIM == 3 ? 6 : NDIM, HALVINGS = 3 };
 /* The box has this many bits at most: sums of products of NDIM lengths fit into 63. */
 enum { LENGTH_BITS = NDIM == 3 ? 20 : NDIM == 2 ? 30 : 50, UNIT_BITS = 20 };
-static const double STEP = 1;
+
+static const double LEAST_STEP = 1.0 / 8;
 
 /* Along these axes from corner to corner; the second half of them is left-handed. */
 #if NDIM == 1
@@ -36,6 +36,7 @@ struct mesh {
   int64_t ranks[NDIM], corners[NDIM], n_corners;
   int64_t unit, length[NDIM]; /* of a cell; of the box */
   int64_t *corner, *trial;    /* [n_corners][NDIM] owned */
+  double step[SHAPE_CORNERS]; /* of each color */
 };
 
 struct shape {
@@ -172,16 +173,9 @@ static void fill_all(const struct mesh *mesh, const int64_t *corner, const struc
 
 /* ---- moves ---- */
 
-static void middle_of(const struct shape *shape, double *middle) {
-  for (int a = 0; a < NDIM; ++a) {
-    double sum = 0;
-    for (int k = 0; k < SHAPE_CORNERS; ++k) sum += (double)shape->corner[k][a];
-    middle[a] = sum / SHAPE_CORNERS;
-  }
-}
-
 /* How far corner i wants to go. */
-static void pull_of(const struct mesh *mesh, const double *load, const int64_t *i, double *move) {
+static void pull_of(const struct mesh *mesh, const double *load, const int64_t *i, double step,
+                    double *move) {
   const int64_t *here = &mesh->corner[number_of(mesh->corners, i) * NDIM];
   int64_t place[NDIM];
   double spacing[NDIM], mean = 0, n = 0;
@@ -195,10 +189,11 @@ static void pull_of(const struct mesh *mesh, const double *load, const int64_t *
   for (int k = 0; k < SHAPE_CORNERS && mean > 0; ++k) {
     if (!place_around(mesh, i, k, place)) continue;
     const struct shape shape = shape_at(mesh, mesh->corner, place);
-    double to[NDIM];
-    middle_of(&shape, to);
-    for (int a = 0; a < NDIM; ++a) to[a] = (to[a] - (double)here[a]) / spacing[a];
-    const double pull = STEP / n * (load[number_of(mesh->ranks, place)] / mean - 1) / kith_norm(to);
+    double to[NDIM] = {0}; /* the middle */
+    for (int j = 0; j < SHAPE_CORNERS * NDIM; ++j)
+      to[j % NDIM] +=
+          (double)(shape.corner[j / NDIM][j % NDIM] - here[j % NDIM]) / SHAPE_CORNERS / spacing[j % NDIM];
+    const double pull = step / n * (load[number_of(mesh->ranks, place)] / mean - 1) / kith_norm(to);
     for (int a = 0; a < NDIM; ++a) move[a] += pull * to[a] * spacing[a];
   }
   for (int a = 0; a < NDIM; ++a)
@@ -232,7 +227,7 @@ static void move_corner(const struct mesh *mesh, const int64_t *i, double *move)
 }
 
 /* Moves the corners of one color, numbered by odd and even places, of the trial mesh. */
-static void move_color(const struct mesh *mesh, const double *load, int color, double scale) {
+static void move_color(const struct mesh *mesh, const double *load, int color) {
   for (int64_t k = 0; k < mesh->n_corners * NDIM; ++k) mesh->trial[k] = mesh->corner[k];
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
     int64_t i[NDIM];
@@ -241,8 +236,7 @@ static void move_color(const struct mesh *mesh, const double *load, int color, d
     int own = 0;
     for (int a = 0; a < NDIM; ++a) own |= (int)(i[a] & 1) << a;
     if (own != color) continue;
-    pull_of(mesh, load, i, move);
-    for (int a = 0; a < NDIM; ++a) move[a] *= scale;
+    pull_of(mesh, load, i, mesh->step[color], move);
     move_corner(mesh, i, move);
   }
 }
@@ -257,23 +251,22 @@ static double loads_of(const struct kith_partition *partition, const double *wei
   return squares;
 }
 
-/* One round: all corners of a color, less far if that is no gain, or not at all. load[] and `squares` follow. */
+/* One round: all corners of a color, or none if that is no gain. load[] and `squares` follow. */
 static void round_of(const struct kith_partition *partition, const double *weight, int color, int32_t *owner,
                      double *load, double *trial_load, double *squares) {
   struct mesh *mesh = partition->self;
-  double scale = 1;
-  for (int halving = 0; halving < HALVINGS; ++halving, scale *= 0.5) {
-    move_color(mesh, load, color, scale);
-    fill_all(mesh, mesh->trial, partition->cells, partition->n_ranks, owner);
-    const double trial = loads_of(partition, weight, owner, trial_load);
-    if (trial > *squares) continue;
-    *squares = trial;
-    memcpy(load, trial_load, sizeof *load * (size_t)partition->n_ranks);
-    int64_t *moved = mesh->trial;
-    mesh->trial = mesh->corner;
-    mesh->corner = moved;
-    return;
-  }
+  move_color(mesh, load, color);
+  fill_all(mesh, mesh->trial, partition->cells, partition->n_ranks, owner);
+  const double trial = loads_of(partition, weight, owner, trial_load);
+  const bool gain = trial <= *squares;
+  mesh->step[color] =
+      gain ? KITH_MIN(2 * mesh->step[color], 1) : KITH_MAX(0.5 * mesh->step[color], LEAST_STEP);
+  if (!gain) return;
+  *squares = trial;
+  memcpy(load, trial_load, sizeof *load * (size_t)partition->n_ranks);
+  int64_t *moved = mesh->trial;
+  mesh->trial = mesh->corner;
+  mesh->corner = moved;
 }
 
 /* ---- the member ---- */
@@ -284,6 +277,7 @@ static kith_status gridbased_first(struct kith_partition *partition, int32_t *ow
   int ranks[NDIM], bits = UNIT_BITS;
   kith_partition_mesh(cells, partition->n_ranks, ranks);
   mesh->n_corners = 1;
+  for (int color = 0; color < SHAPE_CORNERS; ++color) mesh->step[color] = 1;
   for (int a = 0; a < NDIM; ++a) {
     mesh->ranks[a] = ranks[a];
     mesh->n_corners *= mesh->corners[a] = ranks[a] + 1;
@@ -317,8 +311,8 @@ static kith_status gridbased_update(struct kith_partition *partition, const doub
   double squares = loads_of(partition, weight, owner, load);
   for (int color = 0; color < SHAPE_CORNERS; ++color)
     round_of(partition, weight, color, owner, load, load + partition->n_ranks, &squares);
-  fill_all(mesh, mesh->corner, partition->cells, partition->n_ranks,
-           owner); /* the last trial may have been no gain */
+  /* The last trial may have been no gain. */
+  fill_all(mesh, mesh->corner, partition->cells, partition->n_ranks, owner);
   kith_free(&load);
   return KITH_OK;
 }

@@ -2,27 +2,11 @@
 
 #include "lib/core/key.h"
 
-/* What is counted while a shell is built; also the places to write to. */
+/* What is counted while a shell is built, then the place to write next. */
 struct tally {
-  uint8_t *is_ghost;      /* [cells] */
-  int64_t *sent, *ghosts; /* [n_ranks] cells to and from each rank */
-  int64_t *last;          /* [n_ranks] the last cell that was sent there: a cell may touch a rank often */
+  int64_t ghosts, sent; /* from and to a rank */
+  int64_t last;         /* cell that was sent there: a cell may touch a rank often */
 };
-
-static kith_status tally_create(struct tally *tally, const struct kith_partition *partition) {
-  const size_t n_ranks = (size_t)partition->n_ranks;
-  KITH_TRY(kith_resize(&tally->is_ghost, 0, (size_t)partition->cells->n, sizeof *tally->is_ghost));
-  KITH_TRY(kith_resize(&tally->sent, 0, n_ranks, sizeof *tally->sent));
-  KITH_TRY(kith_resize(&tally->ghosts, 0, n_ranks, sizeof *tally->ghosts));
-  return kith_resize(&tally->last, 0, n_ranks, sizeof *tally->last);
-}
-
-static void tally_clear(struct tally *tally) {
-  kith_free(&tally->is_ghost);
-  kith_free(&tally->sent);
-  kith_free(&tally->ghosts);
-  kith_free(&tally->last);
-}
 
 static kith_status find_own_cells(struct kith_shell *shell, const struct kith_partition *partition) {
   shell->n_cells = 0;
@@ -33,11 +17,11 @@ static kith_status find_own_cells(struct kith_shell *shell, const struct kith_pa
   return KITH_OK;
 }
 
-/* Counts the cells of all lists; if `write`, tally->sent and ghosts are the places where the lists begin. Cells
- * are met in ascending order. */
+/* Counts the cells of all lists; if `write`, tally[] has the places where they begin. Cells are met in ascending
+ * order. */
 static void sweep(struct kith_shell *shell, const struct kith_partition *partition, struct tally *tally,
-                  bool write) {
-  for (int q = 0; q < partition->n_ranks; ++q) tally->last[q] = -1;
+                  uint8_t *is_ghost, bool write) {
+  for (int q = 0; q < partition->n_ranks; ++q) tally[q].last = -1;
   for (int64_t i = 0; i < shell->n_cells; ++i) {
     const int64_t c = shell->cell[i];
     struct kith_cell_image image[KITH_CELL_NEIGHBORS];
@@ -45,42 +29,41 @@ static void sweep(struct kith_shell *shell, const struct kith_partition *partiti
     for (int k = 0; k < n; ++k) {
       const int32_t q = partition->owner[image[k].cell];
       if (q == shell->rank) continue;
-      tally->is_ghost[image[k].cell] = 1;
-      if (tally->last[q] == c) continue;
-      if (write) shell->send[tally->sent[q]] = c;
-      ++tally->sent[q];
-      tally->last[q] = c;
+      is_ghost[image[k].cell] = 1;
+      if (tally[q].last == c) continue;
+      if (write) shell->send[tally[q].sent] = c;
+      ++tally[q].sent;
+      tally[q].last = c;
     }
   }
   for (int64_t d = 0; d < partition->cells->n; ++d) {
-    if (!tally->is_ghost[d]) continue;
-    const int32_t q = partition->owner[d];
-    if (write) shell->receive[tally->ghosts[q]] = d;
-    ++tally->ghosts[q];
+    if (!is_ghost[d]) continue;
+    struct tally *from = &tally[partition->owner[d]];
+    if (write) shell->receive[from->ghosts] = d;
+    ++from->ghosts;
   }
 }
 
-/* From counts to rows, and from counts to the places where the rows begin. */
+/* From counts to rows, and to the places where they begin. */
 static kith_status make_rows(struct kith_shell *shell, int n_ranks, struct tally *tally) {
   shell->n_neighbors = 0;
-  for (int q = 0; q < n_ranks; ++q) shell->n_neighbors += tally->ghosts[q] > 0;
+  for (int q = 0; q < n_ranks; ++q) shell->n_neighbors += tally[q].ghosts > 0;
   const size_t rows = (size_t)shell->n_neighbors;
   KITH_TRY(kith_resize(&shell->neighbor, 0, rows, sizeof *shell->neighbor));
   KITH_TRY(kith_resize(&shell->receive_first, 0, rows + 1, sizeof *shell->receive_first));
   KITH_TRY(kith_resize(&shell->send_first, 0, rows + 1, sizeof *shell->send_first));
-  int64_t ghosts = 0, sent = 0;
-  for (int q = 0, row = 0; q < n_ranks; ++q) {
-    if (tally->ghosts[q] == 0) continue;
-    shell->neighbor[row] = q;
-    shell->receive_first[row] = ghosts, shell->send_first[row] = sent;
-    ghosts += tally->ghosts[q], sent += tally->sent[q];
-    ++row;
-    shell->receive_first[row] = ghosts, shell->send_first[row] = sent;
-    tally->ghosts[q] = shell->receive_first[row - 1], tally->sent[q] = shell->send_first[row - 1];
+  int64_t *received = shell->receive_first, *sent = shell->send_first;
+  int row = 0;
+  for (int q = 0; q < n_ranks; ++q) {
+    if (tally[q].ghosts == 0) continue;
+    shell->neighbor[row++] = q;
+    received[row] = received[row - 1] + tally[q].ghosts;
+    sent[row] = sent[row - 1] + tally[q].sent;
+    tally[q].ghosts = received[row - 1], tally[q].sent = sent[row - 1];
   }
-  shell->n_ghosts = ghosts;
-  KITH_TRY(kith_resize(&shell->receive, 0, (size_t)ghosts, sizeof *shell->receive));
-  return kith_resize(&shell->send, 0, (size_t)sent, sizeof *shell->send);
+  shell->n_ghosts = received[row];
+  KITH_TRY(kith_resize(&shell->receive, 0, (size_t)received[row], sizeof *shell->receive));
+  return kith_resize(&shell->send, 0, (size_t)sent[row], sizeof *shell->send);
 }
 
 kith_status kith_shell_build(struct kith_shell *shell, const struct kith_partition *partition, int rank) {
@@ -88,14 +71,17 @@ kith_status kith_shell_build(struct kith_shell *shell, const struct kith_partiti
     KITH_FAIL(BAD_INPUT, "shell of rank %d: there are %d", rank, partition->n_ranks);
   shell->rank = rank;
   KITH_TRY(find_own_cells(shell, partition));
-  struct tally tally = {0};
-  kith_status status = tally_create(&tally, partition);
+  struct tally *tally = NULL;
+  uint8_t *is_ghost = NULL;
+  kith_status status = kith_resize(&tally, 0, (size_t)partition->n_ranks, sizeof *tally);
+  if (status == KITH_OK) status = kith_resize(&is_ghost, 0, (size_t)partition->cells->n, sizeof *is_ghost);
   if (status == KITH_OK) {
-    sweep(shell, partition, &tally, false);
-    status = make_rows(shell, partition->n_ranks, &tally);
+    sweep(shell, partition, tally, is_ghost, false);
+    status = make_rows(shell, partition->n_ranks, tally);
   }
-  if (status == KITH_OK) sweep(shell, partition, &tally, true);
-  tally_clear(&tally);
+  if (status == KITH_OK) sweep(shell, partition, tally, is_ghost, true);
+  kith_free(&tally);
+  kith_free(&is_ghost);
   return status;
 }
 
