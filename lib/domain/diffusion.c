@@ -226,40 +226,38 @@ static void run(const struct wave *wave, struct border *border) {
 /* ---- the member ---- */
 
 /* Who touches whom. */
-static kith_status note_neighbors(struct kith_diffusion *self, const struct border *border) {
-  KITH_TRY(kith_resize(&self->allowed, 0, (size_t)border->n_entries, sizeof *self->allowed));
+static void note_neighbors(struct kith_diffusion *self, const struct border *border) {
   self->n_allowed = 0;
   for (int64_t i = 0; i < border->n_entries; ++i) {
     const uint64_t pair = border->entry[i].key / SCORES;
     if (self->n_allowed == 0 || self->allowed[self->n_allowed - 1] != pair)
       self->allowed[self->n_allowed++] = pair;
   }
-  return KITH_OK;
 }
 
-static kith_status begin(struct kith_partition *partition, struct kith_diffusion *self, int32_t *owner) {
+/* The start map, and its neighborhood. */
+static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
   const struct kith_cells *cells = partition->cells;
+  struct kith_diffusion *self = partition->self;
   struct kith_partition *map = NULL;
   KITH_TRY(kith_partition_create(&map, cells, partition->n_ranks, self->on_morton ? "morton" : "cart"));
   memcpy(owner, map->owner, (size_t)cells->n * sizeof *owner);
   kith_partition_destroy(&map);
   struct border border = {0};
   kith_status status = border_find(&border, cells, owner, partition->n_ranks);
-  if (status == KITH_OK) status = note_neighbors(self, &border);
+  if (status == KITH_OK)
+    status = kith_resize(&self->allowed, 0, (size_t)border.n_entries, sizeof *self->allowed);
+  if (status == KITH_OK) note_neighbors(self, &border);
   if (status == KITH_OK) self->restart = false;
   border_clear(&border);
   return status;
-}
-
-static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
-  return begin(partition, partition->self, owner);
 }
 
 static kith_status diffusion_update(struct kith_partition *partition, const double *weight,
                                     const double *face_weight, int32_t *owner) {
   (void)face_weight;
   struct kith_diffusion *self = partition->self;
-  if (self->restart) KITH_TRY(begin(partition, self, owner));
+  if (self->restart) KITH_TRY(diffusion_first(partition, owner));
   struct border border = {0};
   struct wave wave = {partition->cells, self, weight, partition->n_ranks, owner, NULL, NULL};
   KITH_TRY(kith_resize(&wave.load, 0, 2 * (size_t)wave.n_ranks, sizeof *wave.load));
