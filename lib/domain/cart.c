@@ -1,0 +1,56 @@
+/* cart.c - Cartesian blocks, the same for ever. Coordinate k of d blocks over m cells belongs to block floor(k d / m). */
+#include "lib/domain/partition.h"
+
+/* Cells in a largest block, and cut faces. */
+static void cost_of(const struct kith_cells *cells, const int *ranks, double cost[2]) {
+  cost[0] = 1, cost[1] = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const int cuts = ranks[a] == 1 ? 0 : cells->periodic[a] ? ranks[a] : ranks[a] - 1;
+    cost[0] *= ceil((double)cells->count[a] / ranks[a]);
+    cost[1] += (double)cuts * (double)cells->n / (double)cells->count[a];
+  }
+}
+
+/* Tries all factorisations of `left` over the axes from `axis` on; keeps the first best. */
+static void try_axes(const struct kith_cells *cells, int axis, int left, int *ranks, int *best,
+                     double best_cost[2]) {
+  if (axis + 1 < NDIM) {
+    for (int d = 1; d <= left; ++d) {
+      if (left % d != 0) continue;
+      ranks[axis] = d;
+      try_axes(cells, axis + 1, left / d, ranks, best, best_cost);
+    }
+    return;
+  }
+  ranks[axis] = left;
+  double cost[2];
+  cost_of(cells, ranks, cost);
+  if (cost[0] > best_cost[0] || (cost[0] == best_cost[0] && cost[1] >= best_cost[1])) return;
+  best_cost[0] = cost[0], best_cost[1] = cost[1];
+  for (int a = 0; a < NDIM; ++a) best[a] = ranks[a];
+}
+
+void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks) {
+  int tried[NDIM];
+  double cost[2] = {INFINITY, INFINITY};
+  try_axes(cells, 0, n_ranks, tried, ranks, cost);
+}
+
+static kith_status cart_first(struct kith_partition *partition, int32_t *owner) {
+  const struct kith_cells *cells = partition->cells;
+  int ranks[NDIM] = {0};
+  kith_partition_mesh(cells, partition->n_ranks, ranks);
+  for (int64_t c = 0; c < cells->n; ++c) {
+    int64_t k[NDIM], rank = 0;
+    kith_cells_coordinates(cells, c, k);
+    for (int a = NDIM - 1; a >= 0; --a) rank = rank * ranks[a] + k[a] * ranks[a] / cells->count[a];
+    owner[c] = (int32_t)rank;
+  }
+  return KITH_OK;
+}
+
+const struct kith_partitioner_ops kith_partitioner_cart = {
+    .name = "cart",
+    .doc = "Cartesian blocks of equal size; never changes",
+    .first = cart_first,
+};

@@ -1,0 +1,43 @@
+/* hybrid.c - divided as a graph once, then kept in balance by diffusion.
+ *
+ * The first map and the first update are those of `graph`. A graph update hands over to diffusion: the updates
+ * after it diffuse, until a word calls for a graph again. `toggle` calls for what would not be next. */
+#include "lib/domain/diffusion.h"
+
+struct hybrid {
+  struct kith_diffusion diffusion; /* first: `diffusion` sees only this */
+  bool diffuse;                    /* at the next update */
+};
+
+static kith_status hybrid_update(struct kith_partition *partition, const double *weight,
+                                 const double *face_weight, int32_t *owner) {
+  struct hybrid *self = partition->self;
+  if (self->diffuse) return kith_partitioner_diffusion.update(partition, weight, face_weight, owner);
+  KITH_TRY(kith_partitioner_graph.update(partition, weight, face_weight, owner));
+  self->diffuse = true;
+  return KITH_OK;
+}
+
+static kith_status hybrid_first(struct kith_partition *partition, int32_t *owner) {
+  return kith_partitioner_graph.first(partition, owner);
+}
+
+static void hybrid_command(struct kith_partition *partition, int word) {
+  struct hybrid *self = partition->self;
+  self->diffuse = word == 2 ? !self->diffuse : word == 1;
+}
+
+static const char *const WORDS[] = {"graph", "diffusion", "toggle", NULL};
+
+const struct kith_partitioner_ops kith_partitioner_hybrid = {
+    .name = "hybrid",
+    .doc = "divided as a graph once, then diffusion",
+#ifndef KITH_SCOTCH
+    .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
+#endif
+    .words = WORDS,
+    .state_size = sizeof(struct hybrid),
+    .command = hybrid_command,
+    .first = hybrid_first,
+    .update = hybrid_update,
+};
