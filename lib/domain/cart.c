@@ -1,16 +1,14 @@
 /* cart.c - Cartesian blocks, the same for ever. Coordinate k of d blocks over m cells belongs to block floor(k d / m). */
 #include "lib/domain/partition.h"
 
-/* Cells in a largest block, and in its ghost shell. */
+/* Cells in a largest block, and cut faces. */
 static void cost_of(const struct kith_cells *cells, const int *ranks, double cost[2]) {
-  double block = 1, with_shell = 1;
+  cost[0] = 1, cost[1] = 0;
   for (int a = 0; a < NDIM; ++a) {
-    const double length = ceil((double)cells->count[a] / ranks[a]);
-    block *= length;
-    with_shell *= length + (ranks[a] > 1 ? 2 : 0);
+    const int cuts = ranks[a] == 1 ? 0 : cells->periodic[a] ? ranks[a] : ranks[a] - 1;
+    cost[0] *= ceil((double)cells->count[a] / ranks[a]);
+    cost[1] += (double)cuts * (double)cells->n / (double)cells->count[a];
   }
-  cost[0] = block;
-  cost[1] = with_shell - block;
 }
 
 /* Tries all factorisations of `left` over the axes from `axis` on; keeps the first best. */

@@ -20,22 +20,24 @@
 
 #include "lib/core/key.h"
 
-enum { ITERATIONS = 10, SCORES = 32 };
+enum { ITERATIONS = 10, NO_FACE = 32, SCORES = 64 };
 static const double BETA = 1.8;
 
-/* Neighbor ranks (p, q), ascending; entries first .. the next pair's are p's cells beside q, best first. */
+/* Ranks p, q that share faces, ascending; entries first .. end - 1 are p's cells with a face to q, best first. */
 struct pair {
   int32_t p, q;
-  int64_t first;
+  int64_t first, end;
   double flow, last_flow;
 };
 
+/* An entry is a cell and a foreign rank that it touches. */
 struct border {
   int64_t n_entries, room, n_pairs;
-  uint64_t *key;     /* [n_entries] (p n_ranks + q) SCORES + score: few if many neighbors are q's */
+  uint64_t
+      *key; /* [n_entries] (p n_ranks + q) SCORES + score: NO_FACE, and less the more neighbors are q's */
   kith_index *cell;  /* [n_entries] */
-  kith_index *order; /* [n_entries] */
-  struct pair *pair; /* [n_pairs + 1] */
+  kith_index *order; /* [n_entries] entries by key */
+  struct pair *pair; /* [n_pairs] */
 };
 
 static void border_clear(struct border *border) {
@@ -45,52 +47,69 @@ static void border_clear(struct border *border) {
   kith_free(&border->pair);
 }
 
+/* The entry for a pair among those of one cell, which begin at `begin`; or where a new one goes. */
+static int64_t entry_of(const struct border *border, int64_t begin, uint64_t pair) {
+  int64_t e = begin;
+  while (e < border->n_entries && border->key[e] / SCORES != pair) ++e;
+  return e;
+}
+
 /* One entry for every foreign rank beside cell c. */
 static kith_status add_entries(struct border *border, const struct kith_cells *cells, const int32_t *owner,
                                int n_ranks, int64_t c) {
   if (border->n_entries + KITH_CELL_NEIGHBORS > border->room) {
-    border->room = 2 * border->room + 1024;
-    const size_t n = (size_t)border->n_entries, room = (size_t)border->room;
+    const size_t n = (size_t)border->n_entries, room = 2 * n + 1024;
     KITH_TRY(kith_resize(&border->key, n, room, sizeof *border->key));
     KITH_TRY(kith_resize(&border->cell, n, room, sizeof *border->cell));
+    border->room = (int64_t)room;
   }
   struct kith_cell_image image[KITH_CELL_NEIGHBORS];
   const int n_images = kith_cells_neighbors(cells, c, image, NULL);
   const int64_t begin = border->n_entries;
+  const uint64_t own = (uint64_t)owner[c] * (uint64_t)n_ranks;
   for (int k = 0; k < n_images; ++k) {
-    const int32_t q = owner[image[k].cell];
-    if (q == owner[c]) continue;
-    const uint64_t pair = (uint64_t)owner[c] * (uint64_t)n_ranks + (uint64_t)q;
-    int64_t e = begin;
-    while (e < border->n_entries && border->key[e] / SCORES != pair) ++e;
+    const uint64_t q = (uint64_t)owner[image[k].cell];
+    if (q == (uint64_t)owner[c]) continue;
+    const int64_t e = entry_of(border, begin, own + q);
     if (e == border->n_entries) {
       border->cell[e] = (kith_index)c;
-      border->key[border->n_entries++] = pair * SCORES + SCORES - 1;
+      border->key[border->n_entries++] = (own + q) * SCORES + SCORES - 1;
     }
     --border->key[e];
+  }
+  for (int side = 0; side < 2 * NDIM; ++side) {
+    const int64_t d = kith_cells_beside(cells, c, side / 2, side % 2 == 0 ? -1 : 1);
+    if (d < 0 || owner[d] == owner[c]) continue;
+    border->key[entry_of(border, begin, own + (uint64_t)owner[d])] &= ~(uint64_t)NO_FACE;
   }
   return KITH_OK;
 }
 
-static kith_status sort_entries(struct border *border, int n_ranks) {
-  KITH_TRY(kith_resize(&border->order, 0, (size_t)border->n_entries, sizeof *border->order));
-  KITH_TRY(kith_key_sort((size_t)border->n_entries, border->key, NULL, border->order));
-  for (int pass = 0; pass < 2; ++pass) { /* count, then write */
-    uint64_t last = UINT64_MAX;
-    int64_t n = 0;
-    for (int64_t i = 0; i < border->n_entries; ++i) {
-      const uint64_t key = border->key[border->order[i]] / SCORES;
-      if (key == last) continue;
-      last = key;
-      if (pass == 1)
-        border->pair[n] = (struct pair){
-            .p = (int32_t)(key / (uint64_t)n_ranks), .q = (int32_t)(key % (uint64_t)n_ranks), .first = i};
-      ++n;
+/* A pair for every two ranks that share faces. */
+static void find_pairs(struct border *border, int n_ranks) {
+  struct pair *last = NULL;
+  for (int64_t i = 0; i < border->n_entries; ++i) {
+    const uint64_t key = border->key[border->order[i]], pair = key / SCORES;
+    if (key & NO_FACE) continue;
+    const int32_t p = (int32_t)(pair / (uint64_t)n_ranks), q = (int32_t)(pair % (uint64_t)n_ranks);
+    if (last == NULL || last->p != p || last->q != q) {
+      last = &border->pair[border->n_pairs++];
+      *last = (struct pair){.p = p, .q = q, .first = i};
     }
-    if (pass == 0) KITH_TRY(kith_resize(&border->pair, 0, (size_t)n + 1, sizeof *border->pair));
-    border->n_pairs = n;
+    last->end = i + 1;
   }
-  border->pair[border->n_pairs] = (struct pair){.p = n_ranks, .first = border->n_entries};
+}
+
+static kith_status sort_entries(struct border *border, int n_ranks) {
+  const size_t n = (size_t)border->n_entries;
+  KITH_TRY(kith_resize(&border->order, 0, n, sizeof *border->order));
+  KITH_TRY(kith_key_sort(n, border->key, NULL, border->order));
+  size_t most_pairs = 0;
+  for (size_t i = 0; i < n; ++i)
+    most_pairs +=
+        i == 0 || border->key[border->order[i]] / SCORES != border->key[border->order[i - 1]] / SCORES;
+  KITH_TRY(kith_resize(&border->pair, 0, most_pairs, sizeof *border->pair));
+  find_pairs(border, n_ranks);
   return KITH_OK;
 }
 
@@ -180,8 +199,8 @@ static bool makes_neighbors(const struct wave *wave, int32_t q, int64_t c) {
  * cell was rounded up). */
 static double give(const struct wave *wave, const struct border *border, const struct pair *pair,
                    double budget) {
-  const int32_t p = pair[0].p, q = pair[0].q;
-  for (int64_t i = pair[0].first; i < pair[1].first && budget > 0 && wave->cells_of[p] > 1; ++i) {
+  const int32_t p = pair->p, q = pair->q;
+  for (int64_t i = pair->first; i < pair->end && budget > 0 && wave->cells_of[p] > 1; ++i) {
     const kith_index c = border->cell[border->order[i]];
     const double w = wave->weight[c];
     if (wave->owner[c] != p || 0.5 * w > budget || !(wave->load[q] + w < wave->load[p])) continue;
@@ -221,7 +240,18 @@ static void run(const struct wave *wave, struct border *border) {
 
 /* ---- the member ---- */
 
-/* The start map, and who is whose neighbor in it. */
+/* Who touches whom. */
+static kith_status note_neighbors(struct kith_diffusion *self, const struct border *border) {
+  KITH_TRY(kith_resize(&self->allowed, 0, (size_t)border->n_entries, sizeof *self->allowed));
+  self->n_allowed = 0;
+  for (int64_t i = 0; i < border->n_entries; ++i) {
+    const uint64_t pair = border->key[border->order[i]] / SCORES;
+    if (self->n_allowed == 0 || self->allowed[self->n_allowed - 1] != pair)
+      self->allowed[self->n_allowed++] = pair;
+  }
+  return kith_resize(&self->allowed, (size_t)self->n_allowed, (size_t)self->n_allowed, sizeof *self->allowed);
+}
+
 static kith_status begin(struct kith_partition *partition, struct kith_diffusion *self, int32_t *owner) {
   const struct kith_cells *cells = partition->cells;
   struct kith_partition *map = NULL;
@@ -230,15 +260,8 @@ static kith_status begin(struct kith_partition *partition, struct kith_diffusion
   kith_partition_destroy(&map);
   struct border border = {0};
   kith_status status = border_find(&border, cells, owner, partition->n_ranks);
-  if (status == KITH_OK)
-    status = kith_resize(&self->allowed, 0, (size_t)border.n_pairs, sizeof *self->allowed);
-  if (status == KITH_OK) {
-    self->n_allowed = border.n_pairs;
-    for (int64_t e = 0; e < border.n_pairs; ++e)
-      self->allowed[e] =
-          (uint64_t)border.pair[e].p * (uint64_t)partition->n_ranks + (uint64_t)border.pair[e].q;
-    self->restart = false;
-  }
+  if (status == KITH_OK) status = note_neighbors(self, &border);
+  if (status == KITH_OK) self->restart = false;
   border_clear(&border);
   return status;
 }

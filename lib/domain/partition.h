@@ -45,7 +45,8 @@ struct kith_partition {
   void *self;
 };
 
-#define KITH_PARTITIONER_LIST(X) X(cart) X(kd) X(morton) X(hilbert) X(graph) X(p4est) X(diffusion) X(hybrid)
+#define KITH_PARTITIONER_LIST(X) \
+  X(cart) X(kd) X(morton) X(hilbert) X(graph) X(p4est) X(diffusion) X(gridbased) X(hybrid)
 #define X(name) extern const struct kith_partitioner_ops kith_partitioner_##name;
 KITH_PARTITIONER_LIST(X)
 #undef X
@@ -76,7 +77,7 @@ static inline int kith_partition_rank_of(const struct kith_partition *partition,
 
 /* ---- for members ---- */
 
-/* Ranks per axis, their product n_ranks: the smallest largest block, then the smallest ghost shell. */
+/* Ranks per axis, their product n_ranks: the smallest largest block, then the fewest cut faces. */
 void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks);
 /* Cuts a curve through all cells: the rank of a cell is where the middle of its weight lies among n_ranks equal shares of
  * the total, so that no rank has more than its share and one cell. weight NULL: equal. */
