@@ -208,14 +208,6 @@ kith_status kith_model_create(struct kith_model **out, const struct kith_scene *
   return KITH_OK;
 }
 
-/* What does not work on several ranks yet. */
-static kith_status check_share(const struct kith_scene *scene) {
-  if (strcmp(scene->method.package, "mfm") == 0 && scene->method.closed)
-    return kith_config_fail(kith_config_at(scene->config, "method.closed"), NULL,
-                            "faces are closed by one solve over all nodes, which knows one rank only");
-  return KITH_OK;
-}
-
 static kith_status make_share(struct kith_model *m) {
   bool periodic[NDIM];
   const struct kith_sharing sharing = {m->scene->partition.name, m->scene->partition.every,
@@ -230,7 +222,6 @@ static kith_status make_share(struct kith_model *m) {
 
 kith_status kith_model_share(struct kith_model *m, struct kith_ranks *ranks) {
   if (ranks == NULL) return KITH_OK;
-  KITH_TRY(check_share(m->scene));
   m->nodes->ranks = ranks;
   return make_share(m);
 }

@@ -8,10 +8,11 @@ for setting; do words="$words --set $setting"; done
 run() { # directory command...
   directory=$1
   shift
+  rm -f "$directory"/snapshot_*.hdf
   "$@" run "$scene" --set output.plot=false $words -q -o "$directory" > "$directory.log" 2>&1 && return
   echo "failed: $*"; cat "$directory.log"; exit 1
 }
-rm -rf "$out" && mkdir -p "$out" || exit 1
+[ -f "$scene" ] && mkdir -p "$out" || { echo "equal.sh: wrong words"; exit 1; }
 run "$out/1" "$program"
 for n in $counts; do
   run "$out/$n" $mpirun -n "$n" "$program"

@@ -75,7 +75,7 @@ static const struct wrong keys[] = {
     {11, "until: 3", "f:11: until: duplicate key, first on line 10"},
     {11, "<<: {a: 1}",
      "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
-     "materials, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, "
+     "materials, regions, energy, method, scheme, neighbor, connectivity, reproducible, partition, traversal, "
      "until, exact, measure, output"},
 };
 
@@ -309,7 +309,7 @@ static void refuses_overrides(void) {
   check_message(
       "q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
       "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, materials, "
-      "regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, measure, output");
+      "regions, energy, method, scheme, neighbor, connectivity, reproducible, partition, traversal, until, exact, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");
