@@ -136,8 +136,10 @@ static kith_status check_reproducible(const struct kith_scene *scene) {
     return kith_config_fail(key, NULL,
                             "a pair that is evaluated once is evaluated from one side, and which one depends on the "
                             "ranks; with this take traversal=gather");
-  if (strcmp(scene->method.package, "mfm") == 0)
-    return kith_config_fail(key, NULL, "package mfm makes its faces from one side of a pair; take sph or crk");
+  if (strcmp(scene->method.package, "mfm") == 0 && scene->method.closed)
+    return kith_config_fail(key, NULL, "faces are closed by a solve that sums over all nodes, in an order that depends on the ranks");
+  if (strcmp(scene->method.package, "mfm") == 0 && scene->method.faces == KITH_FACES_INTEGRATED)
+    return kith_config_fail(key, NULL, "integrated faces are summed in the order of nodes, which depends on the ranks; take one-point");
   if (strcmp(scene->scheme.name, "arkode") == 0 || strcmp(scene->scheme.name, "implicit") == 0)
     return kith_config_fail(key, NULL, "%s decides by norms over all nodes, sums that no order is common to; take "
                             "another scheme", scene->scheme.name);
