@@ -19,7 +19,7 @@ static kith_status become_mpirun(const struct kith_options *options) {
   if (length <= 0) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
   self[length] = '\0';
   snprintf(number, sizeof number, "%d", options->ranks);
-  char *const first[] = {"mpirun", "--oversubscribe", "--bind-to", "none", "-n", number, self};
+  char *const first[] = {"mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "-n", number, self};
   int n = 0;
   for (; n < (int)(sizeof first / sizeof *first); ++n) words[n] = first[n];
   for (char **word = options->arguments + 1; *word != NULL; ++word) {

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
+#include "app/across.h"
 #include "app/launch.h"
 #include "app/output.h"
 #include "app/plot.h"
@@ -25,6 +26,7 @@ struct run {
   struct kith_screen screen;
   struct kith_nodes *whole; /* at the end, on rank 0: all nodes; NULL: they are the model's */
   void *exact; /* solution, NULL without one */
+  double *stage_mean, *stage_most; /* across.h */
   double until, started, cpu_started;
   uint64_t first_step;
   bool stopped; /* by a signal */
@@ -179,11 +181,16 @@ static int rank_entries(const struct run *run, struct kith_report_entry *entry) 
   const struct kith_share *share = run->model->share;
   const struct kith_traffic traffic = kith_ranks_traffic(run->ranks);
   if (share == NULL) return 0;
-  uint64_t sum[] = {share->migrated, traffic.messages, traffic.bytes};
-  kith_ranks_sum_counts(run->ranks, sum, 3);
+  const int distributed = run->model->boundaries.n - 1; /* it comes last */
+  const struct kith_ledger *ledger = &run->model->integrator.ledger;
+  uint64_t sum[] = {share->migrated, traffic.messages, traffic.bytes, ledger->boundary[distributed].created,
+                    ledger->boundary[distributed].kept};
+  kith_ranks_sum_counts(run->ranks, sum, 5);
   const struct kith_report_entry entries[] = {{"nodes_migrated", (double)sum[0]},
                                               {"messages", (double)sum[1]},
                                               {"message_bytes", (double)sum[2]},
+                                              {"remote_ghosts_created", (double)sum[3]},
+                                              {"remote_ghosts_kept", (double)sum[4]},
                                               {"collective_calls", (double)traffic.collectives},
                                               {"balance_looks", (double)share->looks},
                                               {"repartitions", (double)share->repartitions},
@@ -346,8 +353,11 @@ static enum kith_exit end(struct run *run) {
   struct kith_report_entry ledger[LEDGER_ENTRIES];
   kith_screen_end(&run->screen);
   fill_report(run, &report, ledger);
-  kith_status status = write_state(run);
-  if (status == KITH_OK && speaks(run)) status = write_results(run, &report);
+  kith_status status = kith_across_stages(run->ranks, run->profile, &run->stage_mean, &run->stage_most);
+  report.stage_mean = run->stage_mean, report.stage_most = run->stage_most;
+  if (status == KITH_OK) status = write_state(run);
+  if (status != KITH_OK) return complain(run, KITH_EXIT_FAILED);
+  if (speaks(run)) status = write_results(run, &report);
   if (kith_ranks_agree(run->ranks, status) != KITH_OK) return complain(run, KITH_EXIT_FAILED);
   if (!speaks(run)) return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
   picture(run, &report);
@@ -400,6 +410,8 @@ enum kith_exit kith_run(const struct kith_options *options) {
   }
   if (run.exact != NULL) run.scene->exact.ops->destroy(&run.exact);
   kith_nodes_destroy(&run.whole);
+  kith_free(&run.stage_mean);
+  kith_free(&run.stage_most);
   kith_model_destroy(&run.model);
   kith_profile_destroy(&run.profile);
   kith_scene_destroy(&run.scene);

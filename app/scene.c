@@ -75,7 +75,7 @@ static const struct kith_key connectivity_keys[] = {
     {0}};
 
 static const struct kith_key partition_keys[] = {
-    {"name", KITH_KEY_NAME, "morton", "",
+    {"name", KITH_KEY_NAME, "kd", "",
      "partitioner (kith list partitioner), and after a colon its words: diffusion:fixed,morton",
      IN(partition.name)},
     {"every", KITH_KEY_INTEGER, "20", "[0, inf)", "rebuilds of lists between looks at the balance; 0: never",

@@ -79,10 +79,10 @@ int kith_ranks_beside(const struct kith_ranks *ranks) {
 
 /* ---- agreement ---- */
 
-/* The line of the rank that failed, with its number in front unless it has one. */
-static void tell(struct kith_ranks *ranks, int root) {
+/* The line of the rank that failed, with its number in front unless it has one, or all failed alike. */
+static void tell(struct kith_ranks *ranks, int root, bool alone) {
   char *line = ranks->agreed;
-  const bool told = strncmp(kith_failure(), "rank ", 5) == 0;
+  const bool told = !alone || strncmp(kith_failure(), "rank ", 5) == 0;
   if (ranks->rank == root && told) snprintf(line, sizeof ranks->agreed, "%s", kith_failure());
   if (ranks->rank == root && !told) snprintf(line, sizeof ranks->agreed, "rank %d: %.1000s", root, kith_failure());
   MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all);
@@ -96,7 +96,9 @@ kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status) {
   MPI_Allreduce(&mine, &first, 1, MPI_2INT, MPI_MINLOC, ranks->all);
   ++ranks->traffic.collectives;
   if (first.code == INT_MAX) return KITH_OK;
-  tell(ranks, first.rank);
+  uint64_t failed = status != KITH_OK;
+  kith_ranks_sum_counts(ranks, &failed, 1);
+  tell(ranks, first.rank, failed < (uint64_t)ranks->size);
   return kith_fail((kith_status)first.code, "%s", ranks->agreed);
 }
 
