@@ -137,6 +137,30 @@ kith_status kith_output_step(struct kith_output *output, const struct kith_model
                           writes(model) ? kith_history_add(output->history, &row) : KITH_OK);
 }
 
+static kith_status write_balance(const struct kith_output *output, const struct kith_model *model,
+                                 uint64_t migrated) {
+  char path[640];
+  const struct kith_share *share = model->share;
+  path_in(output, "balance.csv", path);
+  FILE *file = fopen(path, output->looks == 0 ? "w" : "a");
+  if (file == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
+  if (output->looks == 0) fputs("step,time,imbalance,repartitions,migrated\n", file);
+  fprintf(file, "%llu,%.17g,%.6g,%llu,%llu\n", (unsigned long long)model->integrator.step,
+          model->integrator.time, share->seen, (unsigned long long)share->repartitions,
+          (unsigned long long)migrated);
+  if (fclose(file) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
+  return KITH_OK;
+}
+
+kith_status kith_output_balance(struct kith_output *output, const struct kith_model *model) {
+  if (model->share == NULL || model->share->looks == output->looks) return KITH_OK;
+  uint64_t migrated = model->share->migrated;
+  kith_ranks_sum_counts(model->nodes->ranks, &migrated, 1);
+  const kith_status status = writes(model) ? write_balance(output, model, migrated) : KITH_OK;
+  output->looks = model->share->looks;
+  return kith_ranks_agree(model->nodes->ranks, status);
+}
+
 kith_status kith_output_close(struct kith_output *output) {
   kith_free(&output->times);
   return kith_history_close(&output->history);
@@ -326,6 +350,7 @@ kith_status kith_output_restore(struct kith_output *output, const char *path, st
   KITH_TRY(kith_ranks_agree(model->nodes->ranks, kith_checkpoint_open(&c, path)));
   kith_status status = kith_ranks_agree(model->nodes->ranks, read_all(c, output, model, origin, path));
   if (status == KITH_OK) status = resume(c, model);
+  if (status == KITH_OK && model->share != NULL) output->looks = model->share->looks;
   kith_checkpoint_close(&c);
   return status;
 }

@@ -3,7 +3,8 @@
  * Of several ranks, rank 0 writes: nodes are gathered there, by id in snapshots, rank by rank in checkpoints (with who had how many: on the
  * same number of ranks a restart finds all as it was; on another number nodes go where their cells are). All of these are collective.
  *
- *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)  DIR/report.json  DIR/plot.* */
+ *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)  DIR/report.json  DIR/plot.*
+ *   DIR/balance.csv, of several ranks: a row for every look at the balance */
 #ifndef KITH_APP_OUTPUT_H
 #define KITH_APP_OUTPUT_H
 
@@ -15,6 +16,7 @@ struct kith_output {
   int n_snapshots, capacity;
   double *times; /* of the snapshots written */
   double next;   /* when the next snapshot is due */
+  uint64_t looks; /* at the balance, written */
   struct kith_history *history;
   double started; /* kith_seconds when the process began the run */
 };
@@ -39,6 +41,8 @@ kith_status kith_output_whole(const struct kith_model *model, struct kith_nodes 
 /* A row of history after a step. */
 kith_status kith_output_step(struct kith_output *output, const struct kith_model *model,
                              const struct kith_totals *totals);
+/* A row of balance.csv if the lists of this step looked at the balance. */
+kith_status kith_output_balance(struct kith_output *output, const struct kith_model *model);
 kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model,
                                    const struct kith_origin *origin);
 kith_status kith_output_close(struct kith_output *output);

@@ -132,6 +132,7 @@ static kith_status after_step(struct run *run) {
   const struct kith_totals totals = kith_hydro_totals(&run->model->hydro);
   kith_origin_follow(&run->origin, run->model, &totals);
   KITH_TRY(kith_output_step(&run->output, run->model, &totals));
+  KITH_TRY(kith_output_balance(&run->output, run->model));
   const double every = run->scene->output.every;
   if (every > 0 && it->time > run->output.next - 1e-9 * every) {
     KITH_TRY(kith_output_snapshot(&run->output, run->model));
