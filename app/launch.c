@@ -34,7 +34,7 @@ static kith_status become_mpirun(const struct kith_options *options) {
 
 kith_status kith_launch(struct kith_ranks **ranks, const struct kith_options *options) {
   *ranks = NULL;
-  if (options->ranks > 1 && !kith_ranks_launched()) return become_mpirun(options);
+  if (options->ranks > 1 && kith_ranks_launched() == 1) return become_mpirun(options);
   KITH_TRY(kith_ranks_create(ranks));
   const int size = kith_ranks_size(*ranks);
   if (size > 1 && options->threads == 0 && getenv("OMP_NUM_THREADS") == NULL)

@@ -17,13 +17,13 @@ struct kith_ranks {
 
 /* ---- life ---- */
 
-bool kith_ranks_launched(void) {
+int kith_ranks_launched(void) {
   static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
   for (size_t k = 0; k < sizeof sizes / sizeof *sizes; ++k) {
     const char *size = getenv(sizes[k]);
-    if (size != NULL && atoi(size) > 1) return true;
+    if (size != NULL && atoi(size) > 1) return atoi(size);
   }
-  return false;
+  return 1;
 }
 
 static kith_status start(struct kith_ranks *ranks) {
@@ -43,12 +43,18 @@ static kith_status start(struct kith_ranks *ranks) {
 
 kith_status kith_ranks_create(struct kith_ranks **out) {
   *out = NULL;
-  if (!kith_ranks_launched()) return KITH_OK;
+  const int launched = kith_ranks_launched();
+  if (launched == 1) return KITH_OK;
   struct kith_ranks *ranks = NULL;
   KITH_TRY(kith_resize(&ranks, 0, 1, sizeof *ranks));
   const kith_status status = start(ranks);
   *out = ranks;
-  if (status != KITH_OK || ranks->size == 1) kith_ranks_destroy(out);
+  const bool alone = status == KITH_OK && ranks->size == 1;
+  if (status != KITH_OK || alone) kith_ranks_destroy(out);
+  if (alone)
+    KITH_FAIL(UNSUPPORTED,
+              "%d processes were started, but none knows of the others: by a launcher of another MPI than Open MPI?",
+              launched);
   return status;
 }
 

@@ -17,9 +17,9 @@
 
 struct kith_ranks; /* opaque */
 
-/* Was this process started beside others (by mpirun, mpiexec, srun)? */
-bool kith_ranks_launched(void);
-/* Starts MPI. *out is NULL if there is one process only. Once per process. */
+/* How many processes were started with this one (by mpirun, mpiexec, srun), as far as the environment tells. */
+int kith_ranks_launched(void);
+/* Starts MPI. *out is NULL if there is one process only. Once per process. UNSUPPORTED if MPI knows of fewer than were started. */
 kith_status kith_ranks_create(struct kith_ranks **out);
 /* Ends MPI, when all ranks have come here. Accepts a pointer to NULL. */
 void kith_ranks_destroy(struct kith_ranks **ranks);
