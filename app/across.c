@@ -3,7 +3,8 @@
 #include <string.h>
 
 /* The paths of this rank's stages, each ended by 0. */
-static kith_status join_paths(const struct kith_profile *profile, char **text, uint64_t *length, uint64_t *n) {
+static kith_status join_paths(const struct kith_profile *profile, char **text, uint64_t *length,
+                              uint64_t *n) {
   const struct kith_stage *stage;
   *n = (uint64_t)kith_profile_stages(profile, &stage);
   *length = 0;

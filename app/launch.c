@@ -40,7 +40,7 @@ kith_status kith_launch(struct kith_ranks **ranks, const struct kith_options *op
   if (size > 1 && options->threads == 0 && getenv("OMP_NUM_THREADS") == NULL)
     omp_set_num_threads(KITH_MAX(1, omp_get_num_procs() / kith_ranks_beside(*ranks)));
   if (options->ranks > 0 && options->ranks != size)
-    return kith_ranks_agree(*ranks, kith_fail(KITH_BAD_INPUT, "--ranks %d, but %d processes were started",
-                                              options->ranks, size));
+    return kith_ranks_agree(
+        *ranks, kith_fail(KITH_BAD_INPUT, "--ranks %d, but %d processes were started", options->ranks, size));
   return KITH_OK;
 }

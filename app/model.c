@@ -133,16 +133,23 @@ static kith_status check_reproducible(const struct kith_scene *scene) {
   const struct kith_config_node *key = kith_config_at(scene->config, "reproducible");
   if (!scene->reproducible) return KITH_OK;
   if (strcmp(scene->traversal, "pairs") == 0)
-    return kith_config_fail(key, NULL,
-                            "a pair that is evaluated once is evaluated from one side, and which one depends on the "
-                            "ranks; with this take traversal=gather");
+    return kith_config_fail(
+        key, NULL,
+        "a pair that is evaluated once is evaluated from one side, and which one depends on the "
+        "ranks; with this take traversal=gather");
   if (strcmp(scene->method.package, "mfm") == 0 && scene->method.closed)
-    return kith_config_fail(key, NULL, "faces are closed by a solve that sums over all nodes, in an order that depends on the ranks");
+    return kith_config_fail(
+        key, NULL,
+        "faces are closed by a solve that sums over all nodes, in an order that depends on the ranks");
   if (strcmp(scene->method.package, "mfm") == 0 && scene->method.faces == KITH_FACES_INTEGRATED)
-    return kith_config_fail(key, NULL, "integrated faces are summed in the order of nodes, which depends on the ranks; take one-point");
+    return kith_config_fail(
+        key, NULL,
+        "integrated faces are summed in the order of nodes, which depends on the ranks; take one-point");
   if (strcmp(scene->scheme.name, "arkode") == 0 || strcmp(scene->scheme.name, "implicit") == 0)
-    return kith_config_fail(key, NULL, "%s decides by norms over all nodes, sums that no order is common to; take "
-                            "another scheme", scene->scheme.name);
+    return kith_config_fail(key, NULL,
+                            "%s decides by norms over all nodes, sums that no order is common to; take "
+                            "another scheme",
+                            scene->scheme.name);
   return KITH_OK;
 }
 

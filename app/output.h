@@ -14,8 +14,8 @@
 struct kith_output {
   char directory[512];
   int n_snapshots, capacity;
-  double *times; /* of the snapshots written */
-  double next;   /* when the next snapshot is due */
+  double *times;  /* of the snapshots written */
+  double next;    /* when the next snapshot is due */
   uint64_t looks; /* at the balance, written */
   struct kith_history *history;
   double started; /* kith_seconds when the process began the run */

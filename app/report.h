@@ -51,7 +51,7 @@ struct kith_report {
   const bool *measured; /* [KITH_N_MEASURES] borrowed; NULL: nothing is */
   double measure[KITH_N_MEASURES];
   int n_stages;
-  const struct kith_stage *stages; /* of the profile, in tree order */
+  const struct kith_stage *stages;       /* of the profile, in tree order */
   const double *stage_mean, *stage_most; /* [n_stages] over all ranks (across.h); NULL: one process */
   int n_ledger;
   const struct kith_report_entry *ledger;

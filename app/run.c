@@ -24,8 +24,8 @@ struct run {
   struct kith_output output;
   struct kith_origin origin;
   struct kith_screen screen;
-  struct kith_nodes *whole; /* at the end, on rank 0: all nodes; NULL: they are the model's */
-  void *exact; /* solution, NULL without one */
+  struct kith_nodes *whole;        /* at the end, on rank 0: all nodes; NULL: they are the model's */
+  void *exact;                     /* solution, NULL without one */
   double *stage_mean, *stage_most; /* across.h */
   double until, started, cpu_started;
   uint64_t first_step;
@@ -187,16 +187,12 @@ static int rank_entries(const struct run *run, struct kith_report_entry *entry) 
   uint64_t sum[] = {share->migrated, traffic.messages, traffic.bytes, ledger->boundary[distributed].created,
                     ledger->boundary[distributed].kept};
   kith_ranks_sum_counts(run->ranks, sum, 5);
-  const struct kith_report_entry entries[] = {{"nodes_migrated", (double)sum[0]},
-                                              {"messages", (double)sum[1]},
-                                              {"message_bytes", (double)sum[2]},
-                                              {"remote_ghosts_created", (double)sum[3]},
-                                              {"remote_ghosts_kept", (double)sum[4]},
-                                              {"collective_calls", (double)traffic.collectives},
-                                              {"balance_looks", (double)share->looks},
-                                              {"repartitions", (double)share->repartitions},
-                                              {"work_imbalance", share->seen},
-                                              {"cells", (double)share->cells.n}};
+  const struct kith_report_entry entries[] = {
+      {"nodes_migrated", (double)sum[0]},      {"messages", (double)sum[1]},
+      {"message_bytes", (double)sum[2]},       {"remote_ghosts_created", (double)sum[3]},
+      {"remote_ghosts_kept", (double)sum[4]},  {"collective_calls", (double)traffic.collectives},
+      {"balance_looks", (double)share->looks}, {"repartitions", (double)share->repartitions},
+      {"work_imbalance", share->seen},         {"cells", (double)share->cells.n}};
   memcpy(entry, entries, sizeof entries);
   return (int)(sizeof entries / sizeof entries[0]);
 }
@@ -207,20 +203,14 @@ static int ledger_entries(const struct run *run, struct kith_report_entry entry[
   struct kith_bytes bytes[KITH_MODEL_STRUCTURES];
   kith_model_bytes(run->model, bytes);
   kith_ranks_sum_counts(run->ranks, done, 2);
-  const struct kith_report_entry counts[] = {{"lifecycles", (double)l->lifecycles},
-                                             {"rebuilds_for_support", (double)l->support_rebuilds},
-                                             {"reorders", (double)l->reorders},
-                                             {"evaluations", (double)l->evaluations},
-                                             {"rejected_steps", (double)l->rejected},
-                                             {"refreshes", (double)l->refreshes},
-                                             {"ghosts_created", (double)l->created},
-                                             {"ghosts_culled", (double)l->culled},
-                                             {"ghosts_kept", (double)l->kept},
-                                             {"candidates", (double)l->candidates},
-                                             {"row_entries", (double)l->row_entries},
-                                             {"pairs", (double)l->pairs},
-                                             {"support_iterations", (double)done[0]},
-                                             {"gradient_fallbacks", (double)done[1]}};
+  const struct kith_report_entry counts[] = {
+      {"lifecycles", (double)l->lifecycles},   {"rebuilds_for_support", (double)l->support_rebuilds},
+      {"reorders", (double)l->reorders},       {"evaluations", (double)l->evaluations},
+      {"rejected_steps", (double)l->rejected}, {"refreshes", (double)l->refreshes},
+      {"ghosts_created", (double)l->created},  {"ghosts_culled", (double)l->culled},
+      {"ghosts_kept", (double)l->kept},        {"candidates", (double)l->candidates},
+      {"row_entries", (double)l->row_entries}, {"pairs", (double)l->pairs},
+      {"support_iterations", (double)done[0]}, {"gradient_fallbacks", (double)done[1]}};
   int n = (int)(sizeof counts / sizeof counts[0]);
   memcpy(entry, counts, sizeof counts);
 #define X(name) "rebuilds_because_" #name,

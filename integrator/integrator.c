@@ -197,9 +197,8 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   double dt = wanted;
   if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
     return kith_ranks_agree(
-        it->nodes->ranks,
-        kith_fail(KITH_DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time,
-                  (long long)it->limiting_node, it->limiter));
+        it->nodes->ranks, kith_fail(KITH_DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s",
+                                    dt, it->time, (long long)it->limiting_node, it->limiter));
   kith_profile_begin(it->profile, "step");
   it->package->interval = dt / KITH_MAX(it->evaluations, 1);
   kith_status status = it->scheme->step(it, &dt);

@@ -204,8 +204,8 @@ static kith_status migrate(struct kith_integrator *it) {
 }
 
 kith_status kith_lifecycle_settle(struct kith_integrator *it) {
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks,
-                            kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false)));
+  KITH_TRY(
+      kith_ranks_agree(it->nodes->ranks, kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false)));
   KITH_TRY(migrate(it));
   return kith_ranks_agree(it->nodes->ranks, reorder(it));
 }

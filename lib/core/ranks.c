@@ -52,9 +52,10 @@ kith_status kith_ranks_create(struct kith_ranks **out) {
   const bool alone = status == KITH_OK && ranks->size == 1;
   if (status != KITH_OK || alone) kith_ranks_destroy(out);
   if (alone)
-    KITH_FAIL(UNSUPPORTED,
-              "%d processes were started, but none knows of the others: by a launcher of another MPI than Open MPI?",
-              launched);
+    KITH_FAIL(
+        UNSUPPORTED,
+        "%d processes were started, but none knows of the others: by a launcher of another MPI than Open MPI?",
+        launched);
   return status;
 }
 
@@ -90,7 +91,8 @@ static void tell(struct kith_ranks *ranks, int root, bool alone) {
   char *line = ranks->agreed;
   const bool told = !alone || strncmp(kith_failure(), "rank ", 5) == 0;
   if (ranks->rank == root && told) snprintf(line, sizeof ranks->agreed, "%s", kith_failure());
-  if (ranks->rank == root && !told) snprintf(line, sizeof ranks->agreed, "rank %d: %.1000s", root, kith_failure());
+  if (ranks->rank == root && !told)
+    snprintf(line, sizeof ranks->agreed, "rank %d: %.1000s", root, kith_failure());
   MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all);
 }
 

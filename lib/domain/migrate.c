@@ -72,8 +72,7 @@ static kith_status load_all(struct transport *t, const struct kith_nodes *nodes,
   for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i)
     if (to[i] != stay)
       load(cargo, i,
-           t->out +
-               (size_t)place[(size_t)to[i] * (size_t)t->lists + nodes->list->u8[i]]++ * cargo->words);
+           t->out + (size_t)place[(size_t)to[i] * (size_t)t->lists + nodes->list->u8[i]]++ * cargo->words);
   kith_free(&place);
   return status;
 }
@@ -210,8 +209,7 @@ static kith_status sort_whole(struct kith_nodes *whole) {
   if (status == KITH_OK) status = kith_resize(&order, 0, (size_t)whole->n_internal, sizeof *order);
   for (int l = 0; status == KITH_OK && l < whole->n_lists; ++l) {
     const kith_index first = whole->lists[l].first, count = whole->lists[l].count;
-    for (kith_index i = first; i < first + count; ++i)
-      number[i] = (struct numbered){whole->id->i64[i], i};
+    for (kith_index i = first; i < first + count; ++i) number[i] = (struct numbered){whole->id->i64[i], i};
     if (count > 1) qsort(number + first, (size_t)count, sizeof *number, by_id);
     for (kith_index i = first; i < first + count; ++i) order[i] = number[i].node;
   }
@@ -245,8 +243,7 @@ kith_status kith_nodes_gather(const struct kith_nodes *nodes, enum kith_gathered
   struct transport t = {0};
   struct cargo here = {0}, there = {0};
   *whole = NULL;
-  kith_status status =
-      kith_ranks_agree(nodes->ranks, make_whole(nodes, wanted, whole, &here, &there));
+  kith_status status = kith_ranks_agree(nodes->ranks, make_whole(nodes, wanted, whole, &here, &there));
   if (status == KITH_OK) status = gather(&t, nodes, &here, &there, *whole, sorted);
   transport_clear(&t);
   if (status != KITH_OK || kith_ranks_rank(nodes->ranks) != 0) kith_nodes_destroy(whole);

@@ -125,8 +125,7 @@ static kith_status balance(struct kith_share *share, const struct kith_nodes *no
                            const size_t *row_first) {
   uint64_t *work = NULL;
   if (share->every == 0 || ++share->settled % (uint64_t)share->every != 0) return KITH_OK;
-  KITH_TRY(
-      kith_ranks_agree(share->ranks, kith_resize(&work, 0, (size_t)share->cells.n, sizeof *work)));
+  KITH_TRY(kith_ranks_agree(share->ranks, kith_resize(&work, 0, (size_t)share->cells.n, sizeof *work)));
   const kith_status status = kith_ranks_agree(share->ranks, look(share, nodes, row_first, work));
   kith_free(&work);
   return status;
@@ -137,8 +136,7 @@ static kith_status balance(struct kith_share *share, const struct kith_nodes *no
 static kith_status find_ranks(const struct kith_share *share, const struct kith_nodes *nodes, int32_t **to) {
   KITH_TRY(set_homes(share, nodes));
   KITH_TRY(kith_resize(to, 0, (size_t)nodes->n_internal, sizeof **to));
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    (*to)[i] = share->partition->owner[share->home->i64[i]];
+  for (kith_index i = 0; i < nodes->n_internal; ++i) (*to)[i] = share->partition->owner[share->home->i64[i]];
   return KITH_OK;
 }
 
@@ -165,8 +163,7 @@ kith_status kith_share_describe(const struct kith_share *share, const struct kit
   const int size = kith_ranks_size(share->ranks);
   const size_t n_counts = (size_t)size * (size_t)nodes->n_lists;
   for (int l = 0; l < nodes->n_lists; ++l) mine[l] = nodes->lists[l].count;
-  KITH_TRY(
-      kith_ranks_gather(share->ranks, mine, (size_t)nodes->n_lists * sizeof *mine, &counts, NULL));
+  KITH_TRY(kith_ranks_gather(share->ranks, mine, (size_t)nodes->n_lists * sizeof *mine, &counts, NULL));
   out->n = WORDS + n_counts + (size_t)share->cells.n;
   const kith_status status = kith_resize(&out->word, 0, out->n, sizeof *out->word);
   if (status == KITH_OK) {
@@ -205,8 +202,8 @@ static kith_status mark_others(const struct kith_nodes *nodes, const int64_t *co
 static kith_status take_back(struct kith_share *share, struct kith_nodes *nodes, const int64_t *counts) {
   uint8_t *gone = NULL;
   KITH_TRY(kith_resize(&gone, 0, (size_t)nodes->n_internal, 1));
-  kith_status status = mark_others(nodes, counts, kith_ranks_size(share->ranks),
-                                   kith_ranks_rank(share->ranks), gone);
+  kith_status status =
+      mark_others(nodes, counts, kith_ranks_size(share->ranks), kith_ranks_rank(share->ranks), gone);
   if (status == KITH_OK) status = kith_nodes_delete(nodes, gone);
   kith_free(&gone);
   KITH_TRY(status);

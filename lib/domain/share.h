@@ -19,8 +19,9 @@ struct kith_share {
   struct kith_field *home;          /* I64, work */
   int every;                        /* settlements between looks at the balance; 0: never */
   double imbalance;                 /* what is borne */
-  uint64_t settled, looks, repartitions, migrated; /* counted over the run; migrated: nodes that left this rank */
-  double seen;                      /* last imbalance, 0: not looked yet */
+  uint64_t settled, looks, repartitions,
+      migrated; /* counted over the run; migrated: nodes that left this rank */
+  double seen;  /* last imbalance, 0: not looked yet */
 };
 
 /* What a scene says of it. */

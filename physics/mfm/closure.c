@@ -102,7 +102,8 @@ static int laplacian(void *context, N_Vector v, N_Vector z) {
   struct mfm_faces *f = context;
   const struct mfm_links *links = &f->links;
   double *restrict shift = f->shift->f64, *restrict out = N_VGetArrayPointer(z);
-  if (f->graph.rows.n > 0) memcpy(shift, N_VGetArrayPointer(v), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
+  if (f->graph.rows.n > 0)
+    memcpy(shift, N_VGetArrayPointer(v), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
   kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < f->graph.rows.n; ++i) {
@@ -174,7 +175,8 @@ static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, 
                          SUNContext context) {
   uint64_t all = (uint64_t)f->graph.rows.n;
   kith_ranks_sum_counts(f->nodes->ranks, &all, 1);
-  const int most = (int)KITH_MIN(100 + 2 * all, INT32_MAX); /* on a line it takes as many as there are nodes */
+  const int most =
+      (int)KITH_MIN(100 + 2 * all, INT32_MAX); /* on a line it takes as many as there are nodes */
   SUNLinearSolver solver = SUNLinSol_PCG(solution, SUN_PREC_LEFT, most, context);
   if (solver == NULL) KITH_FAIL(NO_MEMORY, "no memory to close faces");
   SUNLinSolSetATimes(solver, f, laplacian);
@@ -183,8 +185,7 @@ static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, 
   SUNLinSolSetZeroGuess(solver, SUNTRUE);
   int error = SUNLinSolInitialize(solver);
   if (error == 0) error = SUNLinSolSetup(solver, NULL);
-  if (error == 0)
-    error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)all * NDIM));
+  if (error == 0) error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)all * NDIM));
   f->iterations += (uint64_t)SUNLinSolNumIters(solver);
   SUNLinSolFree(solver);
   if (error < 0) KITH_FAIL(INTERNAL, "the solver that closes faces gave %d", error);

@@ -95,7 +95,8 @@ int main(int argc, char **argv) {
   if (argc != 4) return 2;
   if (strcmp(argv[3], "bytes") == 0) return !same_bytes(argv[1], argv[2]);
   if (!open_snapshot(&a, argv[1]) || !open_snapshot(&b, argv[2])) return 2;
-  if (a.n != b.n) return fprintf(stderr, "%llu nodes and %llu\n", (unsigned long long)a.n, (unsigned long long)b.n), 1;
+  if (a.n != b.n)
+    return fprintf(stderr, "%llu nodes and %llu\n", (unsigned long long)a.n, (unsigned long long)b.n), 1;
   for (size_t k = 0; k < a.n; ++k)
     if (a.id[a.by_id[k]] != b.id[b.by_id[k]]) return fprintf(stderr, "the ids differ\n"), 1;
   struct worst w = {&a, &b, 0, ""};

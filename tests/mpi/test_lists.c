@@ -46,8 +46,7 @@ static int32_t *owners(const struct scenario *shared, kith_index n) {
   double *of = calloc((size_t)n + 1, sizeof *of);
   int32_t *owner = calloc((size_t)n + 1, sizeof *owner);
   const struct kith_nodes *nodes = shared->model->nodes;
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    of[nodes->id->i64[i]] += 1 + kith_ranks_rank(ranks);
+  for (kith_index i = 0; i < nodes->n_internal; ++i) of[nodes->id->i64[i]] += 1 + kith_ranks_rank(ranks);
   kith_ranks_sum(ranks, of, n);
   for (kith_index id = 0; id < n; ++id) {
     CHECK(of[id] >= 1 && of[id] <= kith_ranks_size(ranks)); /* neither lost nor doubled */
@@ -58,7 +57,8 @@ static int32_t *owners(const struct scenario *shared, kith_index n) {
 }
 
 /* The same partners, by id and image, in the same order. */
-static bool same_row(const struct scenario *whole, kith_index i, const struct scenario *shared, kith_index k) {
+static bool same_row(const struct scenario *whole, kith_index i, const struct scenario *shared,
+                     kith_index k) {
   const struct kith_rows *a = &whole->model->connectivity->rows, *b = &shared->model->connectivity->rows;
   const struct kith_nodes *m = whole->model->nodes, *n = shared->model->nodes;
   const size_t count = a->first[i + 1] - a->first[i];
