@@ -16,9 +16,8 @@
  * sum of squares falls with every cell moved. A rank keeps its last cell, for a rank without one has no border. */
 #include "lib/domain/diffusion.h"
 
+#include <stdlib.h>
 #include <string.h>
-
-#include "lib/core/key.h"
 
 enum { ITERATIONS = 10, NO_FACE = 32, SCORES = 64 };
 static const double BETA = 1.8;
@@ -30,93 +29,83 @@ struct pair {
   double flow, last_flow;
 };
 
-/* An entry is a cell and a foreign rank that it touches. */
+/* A cell and a foreign rank that it touches. */
+struct entry {
+  uint64_t key; /* (p n_ranks + q) SCORES + score: NO_FACE, and less the more neighbors are q's */
+  int64_t cell;
+};
+
 struct border {
   int64_t n_entries, room, n_pairs;
-  uint64_t
-      *key; /* [n_entries] (p n_ranks + q) SCORES + score: NO_FACE, and less the more neighbors are q's */
-  kith_index *cell;  /* [n_entries] */
-  kith_index *order; /* [n_entries] entries by key */
-  struct pair *pair; /* [n_pairs] */
+  struct entry *entry; /* [n_entries] ascending */
+  struct pair *pair;   /* [n_pairs] */
 };
 
 static void border_clear(struct border *border) {
-  kith_free(&border->key);
-  kith_free(&border->cell);
-  kith_free(&border->order);
+  kith_free(&border->entry);
   kith_free(&border->pair);
 }
 
-/* The entry for a pair among those of one cell, which begin at `begin`; or where a new one goes. */
-static int64_t entry_of(const struct border *border, int64_t begin, uint64_t pair) {
+/* The entry of a cell for a pair, among those from `begin` on; made if there is none. */
+static struct entry *entry_of(struct border *border, int64_t begin, uint64_t pair, int64_t c) {
   int64_t e = begin;
-  while (e < border->n_entries && border->key[e] / SCORES != pair) ++e;
-  return e;
+  while (e < border->n_entries && border->entry[e].key / SCORES != pair) ++e;
+  if (e == border->n_entries)
+    border->entry[border->n_entries++] = (struct entry){pair * SCORES + SCORES - 1, c};
+  return &border->entry[e];
 }
 
 /* One entry for every foreign rank beside cell c. */
 static kith_status add_entries(struct border *border, const struct kith_cells *cells, const int32_t *owner,
                                int n_ranks, int64_t c) {
-  if (border->n_entries + KITH_CELL_NEIGHBORS > border->room) {
-    const size_t n = (size_t)border->n_entries, room = 2 * n + 1024;
-    KITH_TRY(kith_resize(&border->key, n, room, sizeof *border->key));
-    KITH_TRY(kith_resize(&border->cell, n, room, sizeof *border->cell));
-    border->room = (int64_t)room;
+  const int64_t begin = border->n_entries;
+  if (begin + KITH_CELL_NEIGHBORS > border->room) {
+    border->room = 2 * begin + 1024;
+    KITH_TRY(kith_resize(&border->entry, (size_t)begin, (size_t)border->room, sizeof *border->entry));
   }
   struct kith_cell_image image[KITH_CELL_NEIGHBORS];
   const int n_images = kith_cells_neighbors(cells, c, image, NULL);
-  const int64_t begin = border->n_entries;
   const uint64_t own = (uint64_t)owner[c] * (uint64_t)n_ranks;
   for (int k = 0; k < n_images; ++k) {
-    const uint64_t q = (uint64_t)owner[image[k].cell];
-    if (q == (uint64_t)owner[c]) continue;
-    const int64_t e = entry_of(border, begin, own + q);
-    if (e == border->n_entries) {
-      border->cell[e] = (kith_index)c;
-      border->key[border->n_entries++] = (own + q) * SCORES + SCORES - 1;
-    }
-    --border->key[e];
+    const int32_t q = owner[image[k].cell];
+    if (q != owner[c]) --entry_of(border, begin, own + (uint64_t)q, c)->key;
   }
   for (int side = 0; side < 2 * NDIM; ++side) {
     const int64_t d = kith_cells_beside(cells, c, side / 2, side % 2 == 0 ? -1 : 1);
     if (d < 0 || owner[d] == owner[c]) continue;
-    border->key[entry_of(border, begin, own + (uint64_t)owner[d])] &= ~(uint64_t)NO_FACE;
+    entry_of(border, begin, own + (uint64_t)owner[d], c)->key &= ~(uint64_t)NO_FACE;
   }
   return KITH_OK;
+}
+
+static int ascending(const void *a, const void *b) {
+  const struct entry *p = a, *q = b;
+  if (p->key != q->key) return p->key < q->key ? -1 : 1;
+  return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
 /* A pair for every two ranks that share faces. */
-static void find_pairs(struct border *border, int n_ranks) {
-  struct pair *last = NULL;
+static void find_pairs(struct border *border, uint64_t n_ranks) {
+  uint64_t last = UINT64_MAX;
   for (int64_t i = 0; i < border->n_entries; ++i) {
-    const uint64_t key = border->key[border->order[i]], pair = key / SCORES;
-    if (key & NO_FACE) continue;
-    const int32_t p = (int32_t)(pair / (uint64_t)n_ranks), q = (int32_t)(pair % (uint64_t)n_ranks);
-    if (last == NULL || last->p != p || last->q != q) {
-      last = &border->pair[border->n_pairs++];
-      *last = (struct pair){.p = p, .q = q, .first = i};
-    }
-    last->end = i + 1;
+    const uint64_t pair = border->entry[i].key / SCORES;
+    if (border->entry[i].key & NO_FACE) continue;
+    if (pair != last)
+      border->pair[border->n_pairs++] =
+          (struct pair){.p = (int32_t)(pair / n_ranks), .q = (int32_t)(pair % n_ranks), .first = i};
+    border->pair[border->n_pairs - 1].end = i + 1;
+    last = pair;
   }
-}
-
-static kith_status sort_entries(struct border *border, int n_ranks) {
-  const size_t n = (size_t)border->n_entries;
-  KITH_TRY(kith_resize(&border->order, 0, n, sizeof *border->order));
-  KITH_TRY(kith_key_sort(n, border->key, NULL, border->order));
-  size_t most_pairs = 0;
-  for (size_t i = 0; i < n; ++i)
-    most_pairs +=
-        i == 0 || border->key[border->order[i]] / SCORES != border->key[border->order[i - 1]] / SCORES;
-  KITH_TRY(kith_resize(&border->pair, 0, most_pairs, sizeof *border->pair));
-  find_pairs(border, n_ranks);
-  return KITH_OK;
 }
 
 static kith_status border_find(struct border *border, const struct kith_cells *cells, const int32_t *owner,
                                int n_ranks) {
   for (int64_t c = 0; c < cells->n; ++c) KITH_TRY(add_entries(border, cells, owner, n_ranks, c));
-  return sort_entries(border, n_ranks);
+  const size_t n = (size_t)border->n_entries;
+  if (n > 0) qsort(border->entry, n, sizeof *border->entry, ascending);
+  KITH_TRY(kith_resize(&border->pair, 0, n, sizeof *border->pair));
+  find_pairs(border, (uint64_t)n_ranks);
+  return KITH_OK;
 }
 
 /* ---- flow ---- */
@@ -171,25 +160,21 @@ struct wave {
   double *cells_of; /* [n_ranks] numbers */
 };
 
-static bool is_allowed(const struct kith_diffusion *self, uint64_t pair) {
-  int64_t low = 0, high = self->n_allowed;
-  while (low < high) {
-    const int64_t middle = (low + high) / 2;
-    if (self->allowed[middle] < pair)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low < self->n_allowed && self->allowed[low] == pair;
+static int compare_pairs(const void *a, const void *b) {
+  const uint64_t p = *(const uint64_t *)a, q = *(const uint64_t *)b;
+  return (p > q) - (p < q);
 }
 
 /* Would rank q with cell c have a neighbor that is not one of its own from the start? */
 static bool makes_neighbors(const struct wave *wave, int32_t q, int64_t c) {
+  const struct kith_diffusion *self = wave->self;
   struct kith_cell_image image[KITH_CELL_NEIGHBORS];
   const int n = kith_cells_neighbors(wave->cells, c, image, NULL);
   for (int k = 0; k < n; ++k) {
     const int32_t other = image[k].cell == c ? q : wave->owner[image[k].cell];
-    if (other != q && !is_allowed(wave->self, (uint64_t)q * (uint64_t)wave->n_ranks + (uint64_t)other))
+    const uint64_t pair = (uint64_t)q * (uint64_t)wave->n_ranks + (uint64_t)other;
+    if (other != q &&
+        bsearch(&pair, self->allowed, (size_t)self->n_allowed, sizeof pair, compare_pairs) == NULL)
       return true;
   }
   return false;
@@ -201,7 +186,7 @@ static double give(const struct wave *wave, const struct border *border, const s
                    double budget) {
   const int32_t p = pair->p, q = pair->q;
   for (int64_t i = pair->first; i < pair->end && budget > 0 && wave->cells_of[p] > 1; ++i) {
-    const kith_index c = border->cell[border->order[i]];
+    const int64_t c = border->entry[i].cell;
     const double w = wave->weight[c];
     if (wave->owner[c] != p || 0.5 * w > budget || !(wave->load[q] + w < wave->load[p])) continue;
     if (wave->self->fixed && makes_neighbors(wave, q, c)) continue;
@@ -241,49 +226,45 @@ static void run(const struct wave *wave, struct border *border) {
 /* ---- the member ---- */
 
 /* Who touches whom. */
-static kith_status note_neighbors(struct kith_diffusion *self, const struct border *border) {
-  KITH_TRY(kith_resize(&self->allowed, 0, (size_t)border->n_entries, sizeof *self->allowed));
+static void note_neighbors(struct kith_diffusion *self, const struct border *border) {
   self->n_allowed = 0;
   for (int64_t i = 0; i < border->n_entries; ++i) {
-    const uint64_t pair = border->key[border->order[i]] / SCORES;
+    const uint64_t pair = border->entry[i].key / SCORES;
     if (self->n_allowed == 0 || self->allowed[self->n_allowed - 1] != pair)
       self->allowed[self->n_allowed++] = pair;
   }
-  return kith_resize(&self->allowed, (size_t)self->n_allowed, (size_t)self->n_allowed, sizeof *self->allowed);
 }
 
-static kith_status begin(struct kith_partition *partition, struct kith_diffusion *self, int32_t *owner) {
+/* The start map, and its neighborhood. */
+static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
   const struct kith_cells *cells = partition->cells;
+  struct kith_diffusion *self = partition->self;
   struct kith_partition *map = NULL;
   KITH_TRY(kith_partition_create(&map, cells, partition->n_ranks, self->on_morton ? "morton" : "cart"));
   memcpy(owner, map->owner, (size_t)cells->n * sizeof *owner);
   kith_partition_destroy(&map);
   struct border border = {0};
   kith_status status = border_find(&border, cells, owner, partition->n_ranks);
-  if (status == KITH_OK) status = note_neighbors(self, &border);
+  if (status == KITH_OK)
+    status = kith_resize(&self->allowed, 0, (size_t)border.n_entries, sizeof *self->allowed);
+  if (status == KITH_OK) note_neighbors(self, &border);
   if (status == KITH_OK) self->restart = false;
   border_clear(&border);
   return status;
-}
-
-static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
-  return begin(partition, partition->self, owner);
 }
 
 static kith_status diffusion_update(struct kith_partition *partition, const double *weight,
                                     const double *face_weight, int32_t *owner) {
   (void)face_weight;
   struct kith_diffusion *self = partition->self;
-  if (self->restart) KITH_TRY(begin(partition, self, owner));
+  if (self->restart) KITH_TRY(diffusion_first(partition, owner));
   struct border border = {0};
   struct wave wave = {partition->cells, self, weight, partition->n_ranks, owner, NULL, NULL};
-  const size_t n_ranks = (size_t)partition->n_ranks;
-  kith_status status = kith_resize(&wave.load, 0, n_ranks, sizeof *wave.load);
-  if (status == KITH_OK) status = kith_resize(&wave.cells_of, 0, n_ranks, sizeof *wave.cells_of);
-  if (status == KITH_OK) status = border_find(&border, wave.cells, owner, wave.n_ranks);
+  KITH_TRY(kith_resize(&wave.load, 0, 2 * (size_t)wave.n_ranks, sizeof *wave.load));
+  wave.cells_of = wave.load + wave.n_ranks;
+  const kith_status status = border_find(&border, wave.cells, owner, wave.n_ranks);
   if (status == KITH_OK) run(&wave, &border);
   kith_free(&wave.load);
-  kith_free(&wave.cells_of);
   border_clear(&border);
   return status;
 }

@@ -3,13 +3,12 @@
  * Begau and Sutmann, Comput. Phys. Commun. 190, 51 (2015). Every corner is pulled towards the middles of the up to
  * 2^NDIM ranks around it, harder by those with more load than their mean, so that they shrink:
  *
- *   move = STEP / n  sum over the n ranks r around of (load_r / mean - 1) (unit vector to the middle of r)
+ *   move = step / n  sum over the n ranks r around of (load_r / mean - 1) (unit vector to the middle of r)
  *
- * in units of the regular spacing of each axis,
- * and half of that, and so on, until the mesh is valid. On a face of the box that is not periodic a corner stays in
- * that face. An update is 2^NDIM rounds, one for each color of corners (odd and even places along the axes), so that
- * no two that share a rank's edge go at once. A round is halved, too, until the sum of squares of the loads does
- * not rise, and left out if that does not help.
+ * in units of the regular spacing of each axis, and half of that, and so on, until the mesh is valid. A corner on a
+ * face of the box stays in it, periodic or not: the mesh need not fit across. An update is 2^NDIM rounds, one for
+ * each color of corners (odd and even places along the axes), so that no two of a rank's edge go at once. A round
+ * that makes the sum of squares of the loads rise is taken back, and the color's step halved; else it is doubled, up to 1.
  *
  * A rank's shape is its NDIM! simplices about one diagonal (the same diagonal everywhere, so that faces fit). The mesh
  * is valid if all of them have a positive volume: then they cover the box once. A cell belongs to the first rank
@@ -19,9 +18,10 @@
 #include <string.h>
 
 enum { SHAPE_CORNERS = 1 << NDIM, SIMPLICES = NDIM == 3 ? 6 : NDIM, HALVINGS = 3 };
-/* The box has this many bits at most: products of NDIM differences of up to four boxes fit into 64. */
-enum { LENGTH_BITS = NDIM == 3 ? 18 : NDIM == 2 ? 28 : 50, UNIT_BITS = 20 };
-static const double STEP = 1;
+/* The box has this many bits at most: sums of products of NDIM lengths fit into 63. */
+enum { LENGTH_BITS = NDIM == 3 ? 20 : NDIM == 2 ? 30 : 50, UNIT_BITS = 20 };
+
+static const double LEAST_STEP = 1.0 / 8;
 
 /* Along these axes from corner to corner; the second half of them is left-handed. */
 #if NDIM == 1
@@ -33,11 +33,10 @@ static const int PATH[SIMPLICES][NDIM] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2
 #endif
 
 struct mesh {
-  int ranks[NDIM];
-  int64_t corners[NDIM], n_corners; /* distinct ones: no last one on a periodic axis */
-  int64_t unit, length[NDIM];       /* of a cell; of the box */
-  int64_t *corner;                  /* [n_corners][NDIM] owned */
-  int64_t *trial;                   /* [n_corners][NDIM] owned */
+  int64_t ranks[NDIM], corners[NDIM], n_corners;
+  int64_t unit, length[NDIM]; /* of a cell; of the box */
+  int64_t *corner, *trial;    /* [n_corners][NDIM] owned */
+  double step[SHAPE_CORNERS]; /* of each color */
 };
 
 struct shape {
@@ -100,43 +99,6 @@ static bool contains(const struct shape *shape, const int64_t *x) {
 
 /* ---- the mesh ---- */
 
-/* Place i of the corners, which may be an image; what to add to the corner there. Returns its number. */
-static int64_t corner_number(const struct mesh *mesh, const int64_t *i, int64_t *shift) {
-  int64_t number = 0;
-  for (int a = NDIM - 1; a >= 0; --a) {
-    const bool periodic = mesh->corners[a] == mesh->ranks[a];
-    const int64_t around = !periodic ? 0 : i[a] < 0 ? -1 : i[a] >= mesh->corners[a];
-    shift[a] = around * mesh->length[a];
-    number = number * mesh->corners[a] + i[a] - around * mesh->corners[a];
-  }
-  return number;
-}
-
-/* Of the rank at place i of the mesh, which may be an image. */
-static struct shape shape_at(const struct mesh *mesh, const int64_t *corner, const int64_t *i) {
-  struct shape shape;
-  for (int k = 0; k < SHAPE_CORNERS; ++k) {
-    int64_t at[NDIM], shift[NDIM];
-    for (int a = 0; a < NDIM; ++a) at[a] = i[a] + (k >> a & 1);
-    const int64_t number = corner_number(mesh, at, shift);
-    for (int a = 0; a < NDIM; ++a) shape.corner[k][a] = corner[number * NDIM + a] + shift[a];
-  }
-  return shape;
-}
-
-/* The rank number k around corner i: its place in the mesh. -1: there is none. */
-static int rank_around(const struct mesh *mesh, const int64_t *i, int k, int64_t *place) {
-  int64_t rank = 0;
-  for (int a = NDIM - 1; a >= 0; --a) {
-    place[a] = i[a] - (k >> a & 1);
-    const bool periodic = mesh->corners[a] == mesh->ranks[a],
-               inside = place[a] >= 0 && place[a] < mesh->ranks[a];
-    if (!inside && !periodic) return -1;
-    rank = rank * mesh->ranks[a] + (place[a] < 0 ? mesh->ranks[a] - 1 : place[a]);
-  }
-  return (int)rank;
-}
-
 static void place_of(const int64_t *counts, int64_t number, int64_t *i) {
   for (int a = 0; a < NDIM; ++a) {
     i[a] = number % counts[a];
@@ -144,21 +106,47 @@ static void place_of(const int64_t *counts, int64_t number, int64_t *i) {
   }
 }
 
+static int64_t number_of(const int64_t *counts, const int64_t *i) {
+  int64_t number = 0;
+  for (int a = NDIM - 1; a >= 0; --a) number = number * counts[a] + i[a];
+  return number;
+}
+
+/* Of the rank at place i of the mesh. */
+static struct shape shape_at(const struct mesh *mesh, const int64_t *corner, const int64_t *i) {
+  struct shape shape;
+  for (int k = 0; k < SHAPE_CORNERS; ++k) {
+    int64_t at[NDIM];
+    for (int a = 0; a < NDIM; ++a) at[a] = i[a] + (k >> a & 1);
+    memcpy(shape.corner[k], &corner[number_of(mesh->corners, at) * NDIM], sizeof shape.corner[k]);
+  }
+  return shape;
+}
+
+/* Is there a rank number k around corner i? Then its place in the mesh. */
+static bool place_around(const struct mesh *mesh, const int64_t *i, int k, int64_t *place) {
+  bool inside = true;
+  for (int a = 0; a < NDIM; ++a) {
+    place[a] = i[a] - (k >> a & 1);
+    inside = inside && place[a] >= 0 && place[a] < mesh->ranks[a];
+  }
+  return inside;
+}
+
 /* ---- cells ---- */
 
 /* Gives the rank all cells whose midpoint is in its shape and that have no owner yet. */
 static void fill(const struct mesh *mesh, const struct kith_cells *cells, const struct shape *shape, int rank,
                  int32_t *owner) {
-  int64_t first[NDIM], extent[NDIM], n = 1; /* cells whose midpoints are in the bounding box */
+  int64_t first[NDIM], extent[NDIM], n = 1; /* of the bounding box, in cells */
   for (int a = 0; a < NDIM; ++a) {
     int64_t low = INT64_MAX, high = INT64_MIN;
     for (int k = 0; k < SHAPE_CORNERS; ++k) {
       low = KITH_MIN(low, shape->corner[k][a]);
       high = KITH_MAX(high, shape->corner[k][a]);
     }
-    first[a] = (low + mesh->length[a]) / mesh->unit - cells->count[a]; /* floor, also below zero */
-    extent[a] = (high + mesh->length[a]) / mesh->unit - cells->count[a] - first[a] + 1;
-    n *= extent[a];
+    first[a] = low / mesh->unit;
+    n *= extent[a] = KITH_MIN(high / mesh->unit + 1, cells->count[a]) - first[a];
   }
   for (int64_t number = 0; number < n; ++number) {
     int64_t k[NDIM], x[NDIM];
@@ -166,7 +154,6 @@ static void fill(const struct mesh *mesh, const struct kith_cells *cells, const 
     for (int a = 0; a < NDIM; ++a) {
       k[a] += first[a];
       x[a] = k[a] * mesh->unit + mesh->unit / 2;
-      k[a] = (k[a] + 2 * cells->count[a]) % cells->count[a];
     }
     const int64_t c = kith_cells_at(cells, k);
     if (owner[c] < 0 && contains(shape, x)) owner[c] = rank;
@@ -174,86 +161,73 @@ static void fill(const struct mesh *mesh, const struct kith_cells *cells, const 
 }
 
 static void fill_all(const struct mesh *mesh, const int64_t *corner, const struct kith_cells *cells,
-                     int32_t *owner) {
-  int64_t ranks[NDIM], n_ranks = 1;
-  for (int a = 0; a < NDIM; ++a) n_ranks *= ranks[a] = mesh->ranks[a];
+                     int n_ranks, int32_t *owner) {
   for (int64_t c = 0; c < cells->n; ++c) owner[c] = -1;
-  for (int64_t rank = 0; rank < n_ranks; ++rank) {
+  for (int rank = 0; rank < n_ranks; ++rank) {
     int64_t i[NDIM];
-    place_of(ranks, rank, i);
+    place_of(mesh->ranks, rank, i);
     const struct shape shape = shape_at(mesh, corner, i);
-    fill(mesh, cells, &shape, (int)rank, owner);
+    fill(mesh, cells, &shape, rank, owner);
   }
 }
 
 /* ---- moves ---- */
 
-static void middle_of(const struct shape *shape, double *middle) {
-  for (int a = 0; a < NDIM; ++a) {
-    double sum = 0;
-    for (int k = 0; k < SHAPE_CORNERS; ++k) sum += (double)shape->corner[k][a];
-    middle[a] = sum / SHAPE_CORNERS;
-  }
-}
-
 /* How far corner i wants to go. */
-static void pull_of(const struct mesh *mesh, const double *load, const int64_t *i, double *move) {
-  int64_t shift[NDIM], place[NDIM];
-  const int64_t *here = &mesh->corner[corner_number(mesh, i, shift) * NDIM];
+static void pull_of(const struct mesh *mesh, const double *load, const int64_t *i, double step,
+                    double *move) {
+  const int64_t *here = &mesh->corner[number_of(mesh->corners, i) * NDIM];
+  int64_t place[NDIM];
   double spacing[NDIM], mean = 0, n = 0;
   for (int a = 0; a < NDIM; ++a) {
-    spacing[a] = (double)mesh->length[a] / mesh->ranks[a];
+    spacing[a] = (double)mesh->length[a] / (double)mesh->ranks[a];
     move[a] = 0;
   }
-  for (int k = 0; k < SHAPE_CORNERS; ++k) {
-    const int rank = rank_around(mesh, i, k, place);
-    if (rank >= 0) mean += load[rank], ++n;
-  }
+  for (int k = 0; k < SHAPE_CORNERS; ++k)
+    if (place_around(mesh, i, k, place)) mean += load[number_of(mesh->ranks, place)], ++n;
   mean /= n;
   for (int k = 0; k < SHAPE_CORNERS && mean > 0; ++k) {
-    const int rank = rank_around(mesh, i, k, place);
-    if (rank < 0) continue;
+    if (!place_around(mesh, i, k, place)) continue;
     const struct shape shape = shape_at(mesh, mesh->corner, place);
-    double to[NDIM];
-    middle_of(&shape, to);
-    for (int a = 0; a < NDIM; ++a) to[a] = (to[a] - (double)here[a]) / spacing[a];
-    const double pull = (load[rank] / mean - 1) / kith_norm(to) * STEP / n;
+    double to[NDIM] = {0}; /* the middle */
+    for (int j = 0; j < SHAPE_CORNERS * NDIM; ++j)
+      to[j % NDIM] +=
+          (double)(shape.corner[j / NDIM][j % NDIM] - here[j % NDIM]) / SHAPE_CORNERS / spacing[j % NDIM];
+    const double pull = step / n * (load[number_of(mesh->ranks, place)] / mean - 1) / kith_norm(to);
     for (int a = 0; a < NDIM; ++a) move[a] += pull * to[a] * spacing[a];
   }
-  for (int a = 0; a < NDIM; ++a) /* faces of the box */
-    if (mesh->corners[a] > mesh->ranks[a] && (i[a] == 0 || i[a] == mesh->ranks[a])) move[a] = 0;
+  for (int a = 0; a < NDIM; ++a)
+    if (i[a] == 0 || i[a] == mesh->ranks[a]) move[a] = 0; /* a face of the box */
 }
 
 static bool valid_around(const struct mesh *mesh, const int64_t *i) {
   for (int k = 0; k < SHAPE_CORNERS; ++k) {
     int64_t place[NDIM];
-    if (rank_around(mesh, i, k, place) < 0) continue;
+    if (!place_around(mesh, i, k, place)) continue;
     const struct shape shape = shape_at(mesh, mesh->trial, place);
     if (!is_valid(&shape)) return false;
   }
   return true;
 }
 
-/* Moves a corner of the trial mesh, less far if need be. Half a box out at most: its numbers must stay small. */
+/* Moves a corner of the trial mesh, less far if need be, or not at all. */
 static void move_corner(const struct mesh *mesh, const int64_t *i, double *move) {
-  int64_t shift[NDIM];
-  const int64_t number = corner_number(mesh, i, shift);
+  const int64_t number = number_of(mesh->corners, i);
   const int64_t *from = &mesh->corner[number * NDIM];
   int64_t *to = &mesh->trial[number * NDIM];
   for (int halving = 0; halving < HALVINGS; ++halving) {
-    bool near = true;
     for (int a = 0; a < NDIM; ++a) {
-      to[a] = from[a] + (int64_t)move[a];
-      near = near && 2 * to[a] >= -mesh->length[a] && 2 * to[a] <= 3 * mesh->length[a];
+      const double x = (double)from[a] + move[a];
+      to[a] = (int64_t)KITH_MIN(KITH_MAX(x, 0), (double)mesh->length[a]);
       move[a] *= 0.5;
     }
-    if (near && valid_around(mesh, i)) return;
+    if (valid_around(mesh, i)) return;
   }
   for (int a = 0; a < NDIM; ++a) to[a] = from[a];
 }
 
 /* Moves the corners of one color, numbered by odd and even places, of the trial mesh. */
-static void move_color(const struct mesh *mesh, const double *load, int color, double scale) {
+static void move_color(const struct mesh *mesh, const double *load, int color) {
   for (int64_t k = 0; k < mesh->n_corners * NDIM; ++k) mesh->trial[k] = mesh->corner[k];
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
     int64_t i[NDIM];
@@ -262,8 +236,7 @@ static void move_color(const struct mesh *mesh, const double *load, int color, d
     int own = 0;
     for (int a = 0; a < NDIM; ++a) own |= (int)(i[a] & 1) << a;
     if (own != color) continue;
-    pull_of(mesh, load, i, move);
-    for (int a = 0; a < NDIM; ++a) move[a] *= scale;
+    pull_of(mesh, load, i, mesh->step[color], move);
     move_corner(mesh, i, move);
   }
 }
@@ -278,23 +251,22 @@ static double loads_of(const struct kith_partition *partition, const double *wei
   return squares;
 }
 
-/* One round: all corners of a color, less far if that is no gain, or not at all. load[] and `squares` follow. */
+/* One round: all corners of a color, or none if that is no gain. load[] and `squares` follow. */
 static void round_of(const struct kith_partition *partition, const double *weight, int color, int32_t *owner,
                      double *load, double *trial_load, double *squares) {
   struct mesh *mesh = partition->self;
-  double scale = 1;
-  for (int halving = 0; halving < HALVINGS; ++halving, scale *= 0.5) {
-    move_color(mesh, load, color, scale);
-    fill_all(mesh, mesh->trial, partition->cells, owner);
-    const double trial = loads_of(partition, weight, owner, trial_load);
-    if (trial > *squares) continue;
-    *squares = trial;
-    memcpy(load, trial_load, sizeof *load * (size_t)partition->n_ranks);
-    int64_t *moved = mesh->trial;
-    mesh->trial = mesh->corner;
-    mesh->corner = moved;
-    return;
-  }
+  move_color(mesh, load, color);
+  fill_all(mesh, mesh->trial, partition->cells, partition->n_ranks, owner);
+  const double trial = loads_of(partition, weight, owner, trial_load);
+  const bool gain = trial <= *squares;
+  mesh->step[color] =
+      gain ? KITH_MIN(2 * mesh->step[color], 1) : KITH_MAX(0.5 * mesh->step[color], LEAST_STEP);
+  if (!gain) return;
+  *squares = trial;
+  memcpy(load, trial_load, sizeof *load * (size_t)partition->n_ranks);
+  int64_t *moved = mesh->trial;
+  mesh->trial = mesh->corner;
+  mesh->corner = moved;
 }
 
 /* ---- the member ---- */
@@ -302,30 +274,31 @@ static void round_of(const struct kith_partition *partition, const double *weigh
 static kith_status gridbased_first(struct kith_partition *partition, int32_t *owner) {
   struct mesh *mesh = partition->self;
   const struct kith_cells *cells = partition->cells;
-  kith_partition_mesh(cells, partition->n_ranks, mesh->ranks);
-  int64_t longest = 1;
-  for (int a = 0; a < NDIM; ++a) longest = KITH_MAX(longest, cells->count[a]);
-  int bits = UNIT_BITS;
-  while (bits > 0 && longest << bits > INT64_C(1) << LENGTH_BITS) --bits;
-  mesh->unit = INT64_C(1) << bits;
+  int ranks[NDIM], bits = UNIT_BITS;
+  kith_partition_mesh(cells, partition->n_ranks, ranks);
   mesh->n_corners = 1;
+  for (int color = 0; color < SHAPE_CORNERS; ++color) mesh->step[color] = 1;
+  for (int a = 0; a < NDIM; ++a) {
+    mesh->ranks[a] = ranks[a];
+    mesh->n_corners *= mesh->corners[a] = ranks[a] + 1;
+    while (bits > 0 && cells->count[a] << bits > INT64_C(1) << LENGTH_BITS) --bits;
+  }
+  mesh->unit = INT64_C(1) << bits;
   for (int a = 0; a < NDIM; ++a) {
     mesh->length[a] = cells->count[a] * mesh->unit;
-    mesh->corners[a] = mesh->ranks[a] + (cells->periodic[a] ? 0 : 1);
-    mesh->n_corners *= mesh->corners[a];
     if (bits == 0 || mesh->length[a] < mesh->ranks[a])
       KITH_FAIL(UNSUPPORTED, "gridbased: %d ranks on %lld cells of axis %d are too many to tell apart",
-                mesh->ranks[a], (long long)cells->count[a], a);
+                ranks[a], (long long)cells->count[a], a);
   }
   const size_t n = (size_t)mesh->n_corners * NDIM;
   KITH_TRY(kith_resize(&mesh->corner, 0, n, sizeof *mesh->corner));
   KITH_TRY(kith_resize(&mesh->trial, 0, n, sizeof *mesh->trial));
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
-    int64_t i[NDIM];
+    int64_t *i = &mesh->corner[number * NDIM];
     place_of(mesh->corners, number, i);
-    for (int a = 0; a < NDIM; ++a) mesh->corner[number * NDIM + a] = i[a] * mesh->length[a] / mesh->ranks[a];
+    for (int a = 0; a < NDIM; ++a) i[a] = i[a] * mesh->length[a] / mesh->ranks[a];
   }
-  fill_all(mesh, mesh->corner, cells, owner);
+  fill_all(mesh, mesh->corner, cells, partition->n_ranks, owner);
   return KITH_OK;
 }
 
@@ -338,7 +311,8 @@ static kith_status gridbased_update(struct kith_partition *partition, const doub
   double squares = loads_of(partition, weight, owner, load);
   for (int color = 0; color < SHAPE_CORNERS; ++color)
     round_of(partition, weight, color, owner, load, load + partition->n_ranks, &squares);
-  fill_all(mesh, mesh->corner, partition->cells, owner); /* the last trial may have been no gain */
+  /* The last trial may have been no gain. */
+  fill_all(mesh, mesh->corner, partition->cells, partition->n_ranks, owner);
   kith_free(&load);
   return KITH_OK;
 }

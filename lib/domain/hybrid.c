@@ -32,13 +32,12 @@ static const char *const WORDS[] = {"graph", "diffusion", "toggle", NULL};
 const struct kith_partitioner_ops kith_partitioner_hybrid = {
     .name = "hybrid",
     .doc = "divided as a graph once, then diffusion",
-#ifdef KITH_SCOTCH
+#ifndef KITH_SCOTCH
+    .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
+#endif
     .words = WORDS,
     .state_size = sizeof(struct hybrid),
     .command = hybrid_command,
     .first = hybrid_first,
     .update = hybrid_update,
-#else
-    .needs = "Scotch (Debian: libptscotch-dev)",
-#endif
 };

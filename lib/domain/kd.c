@@ -23,19 +23,19 @@ static int64_t coordinate(const struct kith_cells *cells, int64_t c, int axis) {
   return k[axis];
 }
 
+/* Of the bounding box of a set. */
 static int longest_axis(const struct bisection *b, kith_index first, kith_index end) {
-  struct kith_box box = kith_box_empty(); /* of coordinates */
+  int64_t low[NDIM], high[NDIM], k[NDIM];
+  kith_cells_coordinates(b->cells, b->cell[first], low);
+  kith_cells_coordinates(b->cells, b->cell[first], high);
   for (kith_index i = first; i < end; ++i) {
-    int64_t k[NDIM];
-    double x[NDIM];
     kith_cells_coordinates(b->cells, b->cell[i], k);
-    for (int a = 0; a < NDIM; ++a) x[a] = (double)k[a];
-    kith_box_include(&box, x);
+    for (int a = 0; a < NDIM; ++a) low[a] = KITH_MIN(low[a], k[a]), high[a] = KITH_MAX(high[a], k[a]);
   }
   int longest = 0;
   double length[NDIM];
   for (int a = 0; a < NDIM; ++a) {
-    length[a] = (box.upper[a] - box.lower[a] + 1) * b->cells->edge[a];
+    length[a] = (double)(high[a] - low[a] + 1) * b->cells->edge[a];
     if (length[a] > length[longest]) longest = a;
   }
   return longest;
@@ -79,19 +79,16 @@ static kith_status kd_update(struct kith_partition *partition, const double *wei
   (void)face_weight;
   const struct kith_cells *cells = partition->cells;
   struct bisection b = {cells, weight, owner, NULL, NULL, NULL};
+  const size_t n = (size_t)cells->n;
   int64_t longest = 0;
   for (int a = 0; a < NDIM; ++a) longest = KITH_MAX(longest, cells->count[a]);
-  kith_status status = kith_resize(&b.cell, 0, (size_t)cells->n, sizeof *b.cell);
-  if (status == KITH_OK) status = kith_resize(&b.sorted, 0, (size_t)cells->n, sizeof *b.sorted);
-  if (status == KITH_OK) status = kith_resize(&b.place, 0, (size_t)longest + 1, sizeof *b.place);
-  if (status == KITH_OK) {
-    for (int64_t c = 0; c < cells->n; ++c) b.cell[c] = (kith_index)c;
-    bisect(&b, 0, (kith_index)cells->n, 0, partition->n_ranks);
-  }
+  KITH_TRY(kith_resize(&b.cell, 0, 2 * n + (size_t)longest + 1, sizeof *b.cell));
+  b.sorted = b.cell + n;
+  b.place = b.sorted + n;
+  for (size_t c = 0; c < n; ++c) b.cell[c] = (kith_index)c;
+  bisect(&b, 0, (kith_index)n, 0, partition->n_ranks);
   kith_free(&b.cell);
-  kith_free(&b.sorted);
-  kith_free(&b.place);
-  return status;
+  return KITH_OK;
 }
 
 static kith_status kd_first(struct kith_partition *partition, int32_t *owner) {

@@ -76,7 +76,7 @@ static void check_text(const struct kith_cells *cells, int n_ranks, const char *
 /* Also thinner than a cell, 1 and 2 cells on a periodic axis, and more ranks than cells. */
 static void test_all(void) {
   const int count[][3] = {{1, 1, 1}, {1, 2, 2}, {2, 1, 9}, {8, 8, 6}, {13, 5, 3}};
-  const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
+  const int ranks[] = {1, 2, 3, 4, 7, 8, 64, 4096};
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
     if ((*p)->needs != NULL) continue;
     for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g) {

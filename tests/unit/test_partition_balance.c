@@ -70,7 +70,8 @@ static void check_bound(const struct kith_cells *cells, const char *text, double
       struct kith_rank_figures rank[MOST_RANKS];
       weights(cells, kind, weight);
       update(partition, weight);
-      CHECK(!update(partition, weight)); /* the same weights, the same map */
+      if (partition->ops != &kith_partitioner_graph) /* which goes on from the present map */
+        CHECK(!update(partition, weight));           /* the same weights, the same map */
       seen_weights(cells, weight, seen);
       const struct kith_partition_figures all = figures(partition, seen, rank);
       double heaviest = 0;
@@ -96,8 +97,8 @@ static void test_bounds(void) {
     /* Half a cell at each cut, shared by 1, 2, 3, 5, 9 ... ranks at least, from the last cut up: 1.13 cells. */
     check_bound(&cells, "kd", 1, 1.13);
     if (kith_partitioner_p4est.needs == NULL) check_bound(&cells, "p4est", 1, 1);
-    /* Scotch is asked for 5 % and gives no promise; cells are not divided, which is 1.5 of them in what was seen. */
-    if (kith_partitioner_graph.needs == NULL) check_bound(&cells, "graph", 1.05, 1.5);
+    /* Scotch aims at 5 % and promises nothing: twice that, and a cell and a half, which cannot be divided. */
+    if (kith_partitioner_graph.needs == NULL) check_bound(&cells, "graph", 1.1, 1.5);
   }
 }
 
@@ -164,8 +165,8 @@ static void test_graph_faces(void) {
   if (kith_partitioner_graph.needs != NULL || NDIM == 1) return;
   const struct kith_cells cells = grid(false);
   static double face_weight[MOST_CELLS * NDIM];
-  const double heavy[] = {1e9, 3, 0};
-  for (int k = 0; k < 3; ++k) {
+  const double heavy[] = {1e9, 0};
+  for (int k = 0; k < 2; ++k) {
     for (int64_t c = 0; c < cells.n; ++c)
       for (int a = 0; a < NDIM; ++a) face_weight[c * NDIM + a] = a == 0 ? heavy[k] : heavy[k] > 0 ? 1 : 0;
     struct kith_partition *partition = make(&cells, 2, "graph");
@@ -181,7 +182,7 @@ static void test_graph_faces(void) {
   }
 }
 
-/* A graph update gives parts to the ranks that have most of them: a small change of weights moves little. */
+/* A graph update goes on from the present map: a small change of weights moves little. */
 static void test_graph_stays(void) {
   if (kith_partitioner_graph.needs != NULL) return;
   const struct kith_cells cells = grid(false);
@@ -189,13 +190,13 @@ static void test_graph_stays(void) {
   static int32_t before[MOST_CELLS];
   struct kith_partition *partition = make(&cells, 8, "graph");
   weights(&cells, 2, weight);
-  update(partition, weight);
+  for (int k = 0; k < 3; ++k) update(partition, weight);
   memcpy(before, partition->owner, (size_t)cells.n * sizeof *before);
   weight[0] *= 1.5;
   update(partition, weight);
   int64_t moved = 0;
   for (int64_t c = 0; c < cells.n; ++c) moved += before[c] != partition->owner[c];
-  CHECK(moved < cells.n / 2); /* of 8 parts in a new order all but an eighth would move */
+  CHECK(moved < cells.n / 4); /* in a new order of 8 parts all but an eighth would move */
   kith_partition_destroy(&partition);
 }
 
@@ -246,7 +247,7 @@ static bool neighbors_in(const struct kith_partition *partition, bool (*table)[M
   return all;
 }
 
-/* `goal`: the imbalance that is reached, given what a cell weighs at least. */
+/* Two kinds of weights, one after the other: the imbalance falls under both, and no wave breaks the rules. */
 static void check_diffusion(const struct kith_cells *cells, int n_ranks, const char *text, int updates) {
   static double weight[MOST_CELLS];
   static bool table[MOST_RANKS][MOST_RANKS];
@@ -264,7 +265,7 @@ static void check_diffusion(const struct kith_cells *cells, int n_ranks, const c
     }
     const double last = figures(partition, weight, rank).imbalance;
     CHECK(last < first || first < 1.05);
-    if (check_failures > 0 || getenv("SHOW"))
+    if (check_failures > 0)
       fprintf(stderr, "  %s, %d ranks, weights %d: %g, then %g\n", text, n_ranks, kind, first, last);
   }
   kith_partition_destroy(&partition);
@@ -278,12 +279,12 @@ static void test_diffusion(void) {
                                "diffusion:fixed",
                                "diffusion:schornbaum,fixed",
                                "diffusion:second-order,fixed,morton"};
-  const int ranks[] = {2, 3, 4, 7, 8, 64};
+  const int ranks[2][3] = {{2, 7, 64}, {3, 4, 8}};
   for (int periodic = 0; periodic < 2; ++periodic) {
     const struct kith_cells cells = grid(periodic);
     for (size_t t = 0; t < sizeof texts / sizeof texts[0]; ++t)
-      for (size_t r = 0; r < sizeof ranks / sizeof ranks[0] && check_failures == 0; ++r)
-        check_diffusion(&cells, ranks[r], texts[t], 10);
+      for (int r = 0; r < 3 && check_failures == 0; ++r)
+        check_diffusion(&cells, ranks[periodic][r], texts[t], 8);
   }
 }
 
@@ -367,7 +368,6 @@ static void test_gridbased(void) {
       }
       const double last = figures(partition, seen, rank).imbalance;
       CHECK(last < first);
-      if (getenv("SHOW")) fprintf(stderr, "  gridbased, %d ranks: %g, then %g\n", ranks[r], first, last);
       for (int64_t c = 1; NDIM == 1 && !periodic && c < cells.n; ++c)
         CHECK(partition->owner[c] >= partition->owner[c - 1]);
       kith_partition_destroy(&partition);
