@@ -20,6 +20,7 @@ static void member(const char *name, const char *doc) {
       member(kith_##family##_all()[k]->name, kith_##family##_all()[k]->doc); \
   }
 PRINT_OPS(search)
+PRINT_OPS(partitioner)
 PRINT_OPS(rebuild)
 PRINT_OPS(boundary)
 PRINT_OPS(eos)
@@ -82,6 +83,7 @@ static const struct family {
     {"scheme", "how the state is advanced", "scheme.name", print_scheme},
     {"table", "Runge-Kutta tables of arkode", "scheme.table", print_table},
     {"search", "who may be near", "neighbor.search", print_search},
+    {"partitioner", "which rank has which cell", "partition.name", print_partitioner},
     {"rebuild", "when lists are made anew, joined by |", "connectivity.rebuild", print_rebuild},
     {"excluder", "who is no neighbor, however near", "for packages", print_excluder},
     {"boundary", "where ghosts come from", "boundaries.x", print_boundary},

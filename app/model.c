@@ -4,6 +4,7 @@
 #include <string.h>
 #include "app/setup.h"
 #include "app/words.h"
+#include "boundaries/distributed.h"
 
 #define KITH_AS_TABLE(constant, word) "|" #word
 
@@ -25,6 +26,7 @@ static kith_status make_package(struct kith_model *m) {
   /* Measured (kith bench, Sod): keeping forces that are needed twice gains 19 % with the few neighbors of 1-D, costs 5 % in 2-D and 17 %
    * in 3-D, where a second evaluation is cheaper than memory; unless pairs are dear. */
   p->traversal = p->ops->dear || (p->compatible && NDIM == 1) ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
+  if (scene->reproducible) p->traversal = KITH_TRAVERSE_GATHER;
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");
@@ -78,6 +80,7 @@ static kith_status make_integrator(struct kith_model *m, bool check) {
                                .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
                                .cull = scene->connectivity.cull,
                                .check = check,
+                               .canonical = scene->reproducible,
                                .reorder_every = scene->connectivity.reorder,
                                .stepping = {.table = scene->scheme.table,
                                             .adaptive = scene->scheme.adaptive,
@@ -149,6 +152,31 @@ static kith_status check_scheme(const struct kith_scene *scene) {
   return check_table(scene);
 }
 
+/* A sum that does not depend on the number of ranks is one over a row, by one node. */
+static kith_status check_reproducible(const struct kith_scene *scene) {
+  const struct kith_config_node *key = kith_config_at(scene->config, "reproducible");
+  if (!scene->reproducible) return KITH_OK;
+  if (strcmp(scene->traversal, "pairs") == 0)
+    return kith_config_fail(
+        key, NULL,
+        "a pair that is evaluated once is evaluated from one side, and which one depends on the "
+        "ranks; with this take traversal=gather");
+  if (strcmp(scene->method.package, "mfm") == 0 && scene->method.closed)
+    return kith_config_fail(
+        key, NULL,
+        "faces are closed by a solve that sums over all nodes, in an order that depends on the ranks");
+  if (strcmp(scene->method.package, "mfm") == 0 && scene->method.faces == KITH_FACES_INTEGRATED)
+    return kith_config_fail(
+        key, NULL,
+        "integrated faces are summed in the order of nodes, which depends on the ranks; take one-point");
+  if (strcmp(scene->scheme.name, "arkode") == 0 || strcmp(scene->scheme.name, "implicit") == 0)
+    return kith_config_fail(key, NULL,
+                            "%s decides by norms over all nodes, sums that no order is common to; take "
+                            "another scheme",
+                            scene->scheme.name);
+  return KITH_OK;
+}
+
 /* A package and what is asked of it. */
 static kith_status check_method(const struct kith_scene *scene) {
   bool barrier = false;
@@ -160,6 +188,12 @@ static kith_status check_method(const struct kith_scene *scene) {
   return KITH_OK;
 }
 
+static kith_status check_partitioner(const struct kith_scene *scene) {
+  char word[sizeof scene->partition.name];
+  snprintf(word, sizeof word, "%.*s", (int)strcspn(scene->partition.name, ":"), scene->partition.name);
+  return kith_scene_check_word(scene, "partition.name", word, KITH_PARTITIONER_LIST(KITH_AS_WORD));
+}
+
 static kith_status check_words(const struct kith_scene *scene) {
   char kernels[256] = "";
   for (int k = 0; k < KITH_N_KERNELS; ++k) strcat(strcat(kernels, "|"), kith_kernel_facts[k].name);
@@ -168,6 +202,8 @@ static kith_status check_words(const struct kith_scene *scene) {
   KITH_TRY(kith_scene_check_word(scene, "method.kernel", scene->method.kernel, kernels));
   KITH_TRY(kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD)));
   KITH_TRY(check_method(scene));
+  KITH_TRY(check_reproducible(scene));
+  KITH_TRY(check_partitioner(scene));
   KITH_TRY(check_scheme(scene));
   return check_piston(scene);
 }
@@ -179,6 +215,7 @@ static kith_status make(struct kith_model *m, bool check) {
       m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
   uint8_t *frozen = NULL;
   kith_status status = kith_setup(&m->nodes, &m->hydro, m->scene, neighbors, &frozen);
+  if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_close(&m->hydro);
   if (status == KITH_OK) status = make_package(m);
   if (status == KITH_OK) status = make_rebuilds(m);
@@ -205,6 +242,24 @@ kith_status kith_model_create(struct kith_model **out, const struct kith_scene *
   return KITH_OK;
 }
 
+static kith_status make_share(struct kith_model *m) {
+  bool periodic[NDIM];
+  const struct kith_sharing sharing = {m->scene->partition.name, m->scene->partition.every,
+                                       m->scene->partition.imbalance, m->scene->partition.cells};
+  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->boundary[a].lower == &kith_boundary_periodic;
+  KITH_TRY(kith_share_create(&m->share, m->nodes, &m->scene->domain, periodic, &sharing));
+  m->integrator.share = m->share;
+  KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_distributed, 0, 0, 1, false, false));
+  KITH_TRY(kith_distributed_init(m->boundaries.boundary[m->boundaries.n - 1], m->nodes, m->share->home));
+  return kith_share_keep(m->share, m->nodes);
+}
+
+kith_status kith_model_share(struct kith_model *m, struct kith_ranks *ranks) {
+  if (ranks == NULL) return KITH_OK;
+  m->nodes->ranks = ranks;
+  return make_share(m);
+}
+
 kith_status kith_model_start(struct kith_model *m) {
   KITH_TRY(kith_integrator_start(&m->integrator));
   if (!kith_setup_waits(m->scene)) return KITH_OK;
@@ -229,6 +284,7 @@ void kith_model_destroy(struct kith_model **model) {
   kith_integrator_clear(&m->integrator);
   kith_package_clear(&m->package);
   kith_boundaries_clear(&m->boundaries);
+  kith_share_destroy(&m->share);
   kith_rebuilds_clear(&m->rebuilds);
   kith_connectivity_destroy(&m->connectivity);
   kith_search_destroy(&m->search);

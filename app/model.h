@@ -15,6 +15,7 @@ struct kith_model {
   struct kith_connectivity *connectivity;
   struct kith_rebuilds rebuilds;
   struct kith_integrator integrator;
+  struct kith_share *share;     /* NULL: all nodes are in this process */
   struct kith_profile *profile; /* NULL: not profiled */
 };
 
@@ -22,6 +23,9 @@ struct kith_model {
  * `profile` is borrowed and may be NULL. BAD_INPUT with file and line for what only shows when nodes are laid. */
 kith_status kith_model_create(struct kith_model **out, const struct kith_scene *scene,
                               struct kith_profile *profile, bool check);
+/* Of a fresh model, on every rank of a run: keeps what is this rank's, and joins the others. All ranks laid out the same scene. No communication,
+ * but everything after it is collective. NULL ranks: nothing happens. */
+kith_status kith_model_share(struct kith_model *model, struct kith_ranks *ranks);
 /* First rates, and what waited for them (setup.h: regions in equilibrium). DIVERGED as a step. */
 kith_status kith_model_start(struct kith_model *model);
 /* To stderr, one line: what may go wrong with this model and still may be wanted. */

@@ -18,6 +18,7 @@ enum {
   KEY_PROFILE,
   KEY_TRACE,
   KEY_THREADS,
+  KEY_RANKS,
   KEY_SET,
   KEY_YES,
   N_KEYS = 32
@@ -29,6 +30,8 @@ static const struct argp_option table[] = {
      "use VALUE for KEY of the scene (dotted: method.kernel=cubic); repeatable", 1},
     {"threads", KEY_THREADS, "N", 0, "threads (default: all cores)", 1},
     {0, 0, 0, 0, "A run:", 2},
+    {"ranks", KEY_RANKS, "N", 0,
+     "processes, started by mpirun (default: 1, or those of mpirun -n N kith run)", 2},
     {"output", 'o', "DIR", 0, "write results to DIR (default: out/SCENE)", 2},
     {"until", KEY_UNTIL, "T", 0, "stop at time T", 2},
     {"steps", KEY_STEPS, "N", 0, "stop after step N", 2},
@@ -168,6 +171,9 @@ static error_t parse(int key, char *text, struct argp_state *state) {
     case KEY_THREADS:
       o->threads = (int)whole("threads", text, 1, KITH_MAX_THREADS);
       break;
+    case KEY_RANKS:
+      o->ranks = (int)whole("ranks", text, 1, KITH_MAX_RANKS);
+      break;
     case KEY_RESTART:
       o->restart = text;
       break;
@@ -221,6 +227,7 @@ const struct kith_verb *kith_options_parse(struct kith_options *options, int arg
   argv[0] = name; /* whichever of the three this is */
   argp_parse(&argp, argc, argv, 0, NULL, &p);
   argv[0] = started_as;
+  options->arguments = argv;
   if (omp_get_max_threads() > KITH_MAX_THREADS && options->threads == 0)
     refuse("OMP_NUM_THREADS: more than %d", KITH_MAX_THREADS);
   return p.verb;

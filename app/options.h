@@ -4,7 +4,7 @@
 
 #include "lib/core/base.h"
 
-enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024 };
+enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024, KITH_MAX_RANKS = 1000000 };
 
 /* Exit codes of the program. */
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
@@ -20,6 +20,8 @@ struct kith_options {
   double until;                              /* < 0: the scene's */
   long steps;                                /* < 0: no limit */
   int threads;                               /* 0: all */
+  int ranks;                                 /* 0: as many as were started */
+  char **arguments;                          /* as given, with the program first, ended by NULL */
   bool check, profile, quiet;
   bool yes; /* start what takes long */
 };

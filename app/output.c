@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "app/version.h"
+#include "lib/domain/migrate.h"
 #include "lib/io/checkpoint.h"
 #include "lib/io/snapshot.h"
 
@@ -33,6 +34,11 @@ static void path_in(const struct kith_output *output, const char *name, char pat
   snprintf(path, 640, "%s/%s", output->directory, name);
 }
 
+/* Who writes. */
+static bool writes(const struct kith_model *model) {
+  return kith_ranks_rank(model->nodes->ranks) == 0;
+}
+
 kith_status kith_output_directory(struct kith_output *output, const char *directory) {
   snprintf(output->directory, sizeof output->directory, "%s", directory);
   return make_directory(directory);
@@ -41,6 +47,7 @@ kith_status kith_output_directory(struct kith_output *output, const char *direct
 kith_status kith_output_open(struct kith_output *output, const struct kith_model *model, bool restarted) {
   char path[640];
   output->started = kith_seconds();
+  if (!writes(model)) return KITH_OK;
   path_in(output, "history.csv", path);
   return restarted ? kith_history_continue(&output->history, path, model->integrator.step)
                    : kith_history_open(&output->history, path);
@@ -75,6 +82,13 @@ static kith_status write_series(const struct kith_output *output) {
   return status;
 }
 
+/* One process writes its nodes as they lie. */
+kith_status kith_output_whole(const struct kith_model *model, struct kith_nodes **whole) {
+  *whole = NULL;
+  if (model->nodes->ranks == NULL && !model->scene->reproducible) return KITH_OK;
+  return kith_nodes_gather(model->nodes, KITH_GATHER_OUTPUT, true, whole);
+}
+
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model) {
   const struct kith_integrator *it = &model->integrator;
   const struct kith_note notes[] = {{"Program", "kith"},           {"Version", kith_version()},
@@ -89,14 +103,22 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_m
   }
   snapshot_name(output->n_snapshots, name);
   path_in(output, name, path);
-  KITH_TRY(kith_snapshot_write(path, model->nodes, &info));
+  struct kith_nodes *whole = NULL;
+  KITH_TRY(kith_output_whole(model, &whole));
+  kith_status status = KITH_OK;
+  if (writes(model)) status = kith_snapshot_write(path, whole != NULL ? whole : model->nodes, &info);
+  kith_nodes_destroy(&whole);
+  KITH_TRY(kith_ranks_agree(model->nodes->ranks, status));
   output->times[output->n_snapshots++] = it->time;
-  return write_series(output);
+  return kith_ranks_agree(model->nodes->ranks, writes(model) ? write_series(output) : KITH_OK);
 }
 
 kith_status kith_output_step(struct kith_output *output, const struct kith_model *model,
                              const struct kith_totals *totals) {
   const struct kith_integrator *it = &model->integrator;
+  uint64_t count[] = {(uint64_t)model->nodes->n_internal, (uint64_t)model->nodes->n_ghost,
+                      it->ledger.last_entries};
+  kith_ranks_sum_counts(model->nodes->ranks, count, 3);
   struct kith_history_row row = {.step = it->step,
                                  .time = it->time,
                                  .dt = it->dt,
@@ -106,14 +128,39 @@ kith_status kith_output_step(struct kith_output *output, const struct kith_model
                                  .potential = totals->potential,
                                  .work = totals->work,
                                  .velocity_over_sound = totals->velocity_over_sound,
-                                 .nodes = model->nodes->n_internal,
-                                 .ghosts = model->nodes->n_ghost,
-                                 .entries = (int64_t)it->ledger.last_entries,
+                                 .nodes = (int64_t)count[0],
+                                 .ghosts = (int64_t)count[1],
+                                 .entries = (int64_t)count[2],
                                  .rebuilds = (int64_t)it->ledger.lifecycles,
                                  .seconds = kith_seconds() - output->started};
   memcpy(row.momentum, totals->momentum, sizeof row.momentum);
   memcpy(row.angular, totals->angular, sizeof row.angular);
-  return kith_history_add(output->history, &row);
+  return kith_ranks_agree(model->nodes->ranks,
+                          writes(model) ? kith_history_add(output->history, &row) : KITH_OK);
+}
+
+static kith_status write_balance(const struct kith_output *output, const struct kith_model *model,
+                                 uint64_t migrated) {
+  char path[640];
+  const struct kith_share *share = model->share;
+  path_in(output, "balance.csv", path);
+  FILE *file = fopen(path, output->looks == 0 ? "w" : "a");
+  if (file == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
+  if (output->looks == 0) fputs("step,time,imbalance,repartitions,migrated\n", file);
+  fprintf(file, "%llu,%.17g,%.6g,%llu,%llu\n", (unsigned long long)model->integrator.step,
+          model->integrator.time, share->seen, (unsigned long long)share->repartitions,
+          (unsigned long long)migrated);
+  if (fclose(file) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
+  return KITH_OK;
+}
+
+kith_status kith_output_balance(struct kith_output *output, const struct kith_model *model) {
+  if (model->share == NULL || model->share->looks == output->looks) return KITH_OK;
+  uint64_t migrated = model->share->migrated;
+  kith_ranks_sum_counts(model->nodes->ranks, &migrated, 1);
+  const kith_status status = writes(model) ? write_balance(output, model, migrated) : KITH_OK;
+  output->looks = model->share->looks;
+  return kith_ranks_agree(model->nodes->ranks, status);
 }
 
 kith_status kith_output_close(struct kith_output *output) {
@@ -192,13 +239,12 @@ static void pack(const struct kith_output *output, const struct kith_model *mode
   const double numbers[CLOCK_NUMBERS] = {it->time,    it->dt,       model->package.kicked,
                                          it->vote.dt, output->next, it->accurate_dt};
   memcpy(number, numbers, sizeof numbers);
-  const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step,
-                                        it->vote.node,
-                                        (int64_t)it->since_reorder,
-                                        output->n_snapshots,
-                                        (int64_t)model->package.pair_evaluations,
-                                        (int64_t)model->package.support_iterations,
-                                        (int64_t)model->package.fallbacks};
+  uint64_t done[] = {model->package.pair_evaluations, model->package.support_iterations,
+                     model->package.fallbacks};
+  kith_ranks_sum_counts(model->nodes->ranks, done, 3);
+  const int64_t counts[CLOCK_COUNTS] = {(int64_t)it->step,   it->vote.node,    (int64_t)it->since_reorder,
+                                        output->n_snapshots, (int64_t)done[0], (int64_t)done[1],
+                                        (int64_t)done[2]};
   memcpy(count, counts, sizeof counts);
 }
 
@@ -210,48 +256,87 @@ static void unpack(struct kith_output *output, struct kith_model *model, const d
   it->accurate_dt = number[5];
   it->step = (uint64_t)count[0], it->vote.node = count[1], it->since_reorder = (uint64_t)count[2];
   output->n_snapshots = (int)count[3];
+  if (!writes(model)) return; /* what was done by all is counted by one */
   model->package.pair_evaluations = (uint64_t)count[4];
   model->package.support_iterations = (uint64_t)count[5];
   model->package.fallbacks = (uint64_t)count[6];
 }
 
-static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output,
-                           const struct kith_model *model, const struct kith_origin *origin) {
+/* All that a checkpoint holds, of all ranks. */
+struct saved {
+  struct kith_nodes *whole; /* NULL: those of this process */
   double number[CLOCK_NUMBERS], origins[ORIGIN_NUMBERS];
-  int64_t count[CLOCK_COUNTS];
-  pack(output, model, number, count);
-  memcpy(origins, origin, sizeof origins);
-  KITH_TRY(kith_checkpoint_put_nodes(c, model->nodes));
-  KITH_TRY(kith_checkpoint_put_f64(c, "clock", number, CLOCK_NUMBERS));
-  KITH_TRY(kith_checkpoint_put_i64(c, "counts", count, CLOCK_COUNTS));
-  KITH_TRY(kith_checkpoint_put_f64(c, "origin", origins, ORIGIN_NUMBERS));
-  int64_t ledger[LEDGER_WORDS];
-  memcpy(ledger, &model->integrator.ledger, sizeof ledger);
-  KITH_TRY(kith_checkpoint_put_i64(c, "ledger", ledger, LEDGER_WORDS));
+  int64_t count[CLOCK_COUNTS], ledger[LEDGER_WORDS];
+  struct kith_shared shared;
+};
+
+static kith_status collect(struct saved *saved, const struct kith_output *output,
+                           const struct kith_model *model, const struct kith_origin *origin) {
+  pack(output, model, saved->number, saved->count);
+  memcpy(saved->origins, origin, sizeof saved->origins);
+  const struct kith_ledger all = kith_ledger_of_all(&model->integrator.ledger, model->nodes->ranks);
+  memcpy(saved->ledger, &all, sizeof saved->ledger);
+  if (model->share == NULL) return KITH_OK;
+  KITH_TRY(kith_share_describe(model->share, model->nodes, &saved->shared));
+  return kith_nodes_gather(model->nodes, KITH_GATHER_STATE, false, &saved->whole);
+}
+
+static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output,
+                           const struct kith_nodes *nodes, const struct saved *saved) {
+  KITH_TRY(kith_checkpoint_put_nodes(c, nodes));
+  KITH_TRY(kith_checkpoint_put_f64(c, "clock", saved->number, CLOCK_NUMBERS));
+  KITH_TRY(kith_checkpoint_put_i64(c, "counts", saved->count, CLOCK_COUNTS));
+  KITH_TRY(kith_checkpoint_put_f64(c, "origin", saved->origins, ORIGIN_NUMBERS));
+  KITH_TRY(kith_checkpoint_put_i64(c, "ledger", saved->ledger, LEDGER_WORDS));
+  if (saved->shared.n > 0) KITH_TRY(kith_checkpoint_put_i64(c, "share", saved->shared.word, saved->shared.n));
   return kith_checkpoint_put_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots);
 }
 
-kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model,
-                                   const struct kith_origin *origin) {
+static kith_status write_checkpoint(const struct kith_output *output, const struct kith_model *model,
+                                    const struct saved *saved) {
   struct kith_checkpoint *c;
   char path[640];
   path_in(output, "checkpoint.kith", path);
   KITH_TRY(kith_checkpoint_open_new(&c, path, model->scene->text));
-  const kith_status status = put_all(c, output, model, origin);
+  const kith_status status = put_all(c, output, saved->whole != NULL ? saved->whole : model->nodes, saved);
   if (status == KITH_OK) return kith_checkpoint_commit(&c);
   kith_checkpoint_abandon(&c);
   return status;
+}
+
+kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model,
+                                   const struct kith_origin *origin) {
+  struct saved saved = {0};
+  kith_status status = collect(&saved, output, model, origin);
+  if (status == KITH_OK && writes(model)) status = write_checkpoint(output, model, &saved);
+  kith_nodes_destroy(&saved.whole);
+  kith_free(&saved.shared.word);
+  return kith_ranks_agree(model->nodes->ranks, status);
 }
 
 /* Lists again as they were; the vote's reason and the ledger go on from where they stood. */
 static kith_status resume(struct kith_checkpoint *c, struct kith_model *model) {
   struct kith_integrator *it = &model->integrator;
   int64_t ledger[LEDGER_WORDS];
-  KITH_TRY(kith_checkpoint_i64(c, "ledger", ledger, LEDGER_WORDS));
+  struct kith_ledger all;
+  KITH_TRY(kith_ranks_agree(model->nodes->ranks, kith_checkpoint_i64(c, "ledger", ledger, LEDGER_WORDS)));
   KITH_TRY(kith_integrator_resume(it));
-  memcpy(&it->ledger, ledger, sizeof ledger);
+  memcpy(&all, ledger, sizeof all);
+  it->ledger = kith_ledger_share(&all, model->nodes->ranks);
   it->vote.reason = kith_package_vote(it->package, it->cfl).reason;
   return KITH_OK;
+}
+
+/* This rank's part of the nodes that were read: what it had, or what lies in its cells if there were not as many ranks. */
+static kith_status take_share(struct kith_checkpoint *c, struct kith_model *model) {
+  struct kith_shared shared = {.n = kith_checkpoint_length(c, "share")};
+  if (model->share == NULL) return KITH_OK;
+  if (shared.n == SIZE_MAX) return kith_share_keep(model->share, model->nodes);
+  kith_status status = kith_resize(&shared.word, 0, shared.n, sizeof *shared.word);
+  if (status == KITH_OK) status = kith_checkpoint_i64(c, "share", shared.word, shared.n);
+  if (status == KITH_OK) status = kith_share_restore(model->share, model->nodes, &shared);
+  kith_free(&shared.word);
+  return status;
 }
 
 static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_model *model,
@@ -266,19 +351,21 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
     KITH_FAIL(BAD_FILE, "%s: the list of snapshots is damaged", path);
   KITH_TRY(kith_checkpoint_f64(c, "origin", origins, ORIGIN_NUMBERS));
   KITH_TRY(kith_checkpoint_nodes(c, model->nodes));
+  KITH_TRY(take_share(c, model));
   unpack(output, model, number, count);
   memcpy(origin, origins, sizeof origins);
   output->capacity = output->n_snapshots + 64;
   KITH_TRY(kith_resize(&output->times, 0, (size_t)output->capacity, sizeof *output->times));
-  KITH_TRY(kith_checkpoint_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots));
-  return resume(c, model);
+  return kith_checkpoint_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots);
 }
 
 kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_model *model,
                                 struct kith_origin *origin) {
   struct kith_checkpoint *c;
-  KITH_TRY(kith_checkpoint_open(&c, path));
-  const kith_status status = read_all(c, output, model, origin, path);
+  KITH_TRY(kith_ranks_agree(model->nodes->ranks, kith_checkpoint_open(&c, path)));
+  kith_status status = kith_ranks_agree(model->nodes->ranks, read_all(c, output, model, origin, path));
+  if (status == KITH_OK) status = resume(c, model);
+  if (status == KITH_OK && model->share != NULL) output->looks = model->share->looks;
   kith_checkpoint_close(&c);
   return status;
 }

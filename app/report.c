@@ -73,7 +73,12 @@ static void put_stages(FILE *f, const struct kith_report *r) {
     kith_json_string(f, r->stages[s].path);
     fputs(": {\"seconds\": ", f);
     kith_json_number(f, r->stages[s].seconds);
-    fprintf(f, ", \"calls\": %" PRIu64 "}", r->stages[s].calls);
+    fprintf(f, ", \"calls\": %" PRIu64, r->stages[s].calls);
+    if (r->stage_mean != NULL) {
+      fputs(", \"mean\": ", f), kith_json_number(f, r->stage_mean[s]);
+      fputs(", \"max\": ", f), kith_json_number(f, r->stage_most[s]);
+    }
+    fputc('}', f);
   }
   fputs(r->n_stages > 0 ? "\n  },\n" : "},\n", f);
 }
@@ -205,7 +210,8 @@ static void print_conservation(const struct kith_report *r, FILE *f) {
 static void print_stages(const struct kith_report *r, FILE *f) {
   enum { WIDTH = 36 };
   if (r->n_stages == 0) return;
-  fprintf(f, "\n  %-*s %12s %12s %8s %12s\n", WIDTH, "stage", "calls", "seconds", "share", "ns/update");
+  fprintf(f, "\n  %-*s %12s %12s %8s %12s%s\n", WIDTH, "stage", "calls", "seconds", "share", "ns/update",
+          r->stage_mean != NULL ? "  max/mean" : "");
   const double updates = (double)r->nodes * (double)r->steps;
   for (int s = 0; s < r->n_stages; ++s) {
     const struct kith_stage *stage = &r->stages[s];
@@ -215,7 +221,10 @@ static void print_stages(const struct kith_report *r, FILE *f) {
     fprintf(f, "  %*s%-*.*s %12" PRIu64 " %12.4f ", indent, "", room, room, stage->name, stage->calls,
             stage->seconds);
     fprintf(f, "%6.1f %% ", r->wall_seconds > 0 ? 100 * stage->seconds / r->wall_seconds : 0.0);
-    fprintf(f, "%12.1f\n", updates > 0 ? 1e9 * stage->seconds / updates : 0.0);
+    fprintf(f, "%12.1f", updates > 0 ? 1e9 * stage->seconds / updates : 0.0);
+    if (r->stage_mean != NULL && r->stage_mean[s] > 0)
+      fprintf(f, "%10.2f", r->stage_most[s] / r->stage_mean[s]);
+    fputc('\n', f);
   }
 }
 

@@ -8,7 +8,8 @@
  *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}
  *   norms.{nodes,blip,shock_radius,shock_exact,density_peak,speed_peak}
  *   measures.<name>               those that the scene asks for (measure.h)
- *   stages.<path>.{seconds,calls}   ledger.<name>   floors version compiler flags
+ *   stages.<path>.{seconds,calls}   (with several ranks those of rank 0, and mean, max: seconds of the mean and of the busiest rank)
+ *   ledger.<name>   floors version compiler flags
  * norms is null without an exact solution; a number that is not finite is null.
  *
  * Drifts are the largest over the run. Energy: with that of forces from outside and less the work of a piston,
@@ -51,7 +52,8 @@ struct kith_report {
   const bool *measured; /* [KITH_N_MEASURES] borrowed; NULL: nothing is */
   double measure[KITH_N_MEASURES];
   int n_stages;
-  const struct kith_stage *stages; /* of the profile, in tree order */
+  const struct kith_stage *stages;       /* of the profile, in tree order */
+  const double *stage_mean, *stage_most; /* [n_stages] over all ranks (across.h); NULL: one process */
   int n_ledger;
   const struct kith_report_entry *ledger;
   uint64_t floors; /* values that were lifted to a floor */

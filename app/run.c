@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
+#include "app/across.h"
+#include "app/launch.h"
 #include "app/output.h"
 #include "app/plot.h"
 #include "app/report.h"
@@ -15,15 +17,19 @@
 
 struct run {
   const struct kith_options *options;
+  struct kith_ranks *ranks; /* NULL: one process */
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_model *model;
   struct kith_output output;
   struct kith_origin origin;
   struct kith_screen screen;
-  void *exact; /* solution, NULL without one */
+  struct kith_nodes *whole;        /* at the end, on rank 0: all nodes; NULL: they are the model's */
+  void *exact;                     /* solution, NULL without one */
+  double *stage_mean, *stage_most; /* across.h */
   double until, started, cpu_started;
   uint64_t first_step;
+  bool stopped; /* by a signal */
 };
 
 /* The one thing a signal can reach: checked between steps. */
@@ -51,11 +57,13 @@ static double cpu_seconds(void) {
 
 /* ---- what is looked at ---- */
 
-static struct kith_profile_view view_of(const struct kith_model *m) {
-  const struct kith_hydro *h = &m->hydro;
-  return (struct kith_profile_view){m->nodes->n_internal, m->nodes->position->f64, h->velocity->f64,
-                                    h->mass->f64,         h->density->f64,         h->pressure->f64,
-                                    h->energy->f64};
+/* Of all nodes, which are on rank 0: the fields have their names from kith_hydro_init. */
+static struct kith_profile_view view_of(const struct run *run) {
+  const struct kith_nodes *nodes = run->whole != NULL ? run->whole : run->model->nodes;
+#define VALUES(name) kith_nodes_field_named(nodes, name)->f64
+  return (struct kith_profile_view){nodes->n_internal, VALUES("position"), VALUES("velocity"), VALUES("mass"),
+                                    VALUES("density"), VALUES("pressure"), VALUES("energy")};
+#undef VALUES
 }
 
 static struct kith_measured measured_of(const struct run *run, const struct kith_profile_view *view) {
@@ -68,7 +76,7 @@ static struct kith_measured measured_of(const struct run *run, const struct kith
 }
 
 static kith_status measure(const struct run *run, const double *start, double *value) {
-  const struct kith_profile_view view = view_of(run->model);
+  const struct kith_profile_view view = view_of(run);
   struct kith_measured m = measured_of(run, &view);
   m.start = start;
   for (int k = 0; k < KITH_N_MEASURES; ++k)
@@ -86,17 +94,23 @@ static kith_status try_file(const char *path) {
   return KITH_OK;
 }
 
+static bool speaks(const struct run *run) {
+  return kith_ranks_rank(run->ranks) == 0;
+}
+
+/* Rank 0 writes; all know where. */
 static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
   char directory[256];
   snprintf(directory, sizeof directory, "out/%s", run->scene->name);
+  if (!speaks(run)) return KITH_OK;
   KITH_TRY(kith_output_directory(&run->output, o->directory != NULL ? o->directory : directory));
   if (o->trace != NULL) KITH_TRY(try_file(o->trace));
   return kith_output_open(&run->output, run->model, o->restart != NULL);
 }
 
-/* Everything that can be found wrong before the first step. */
-static kith_status prepare(struct run *run) {
+/* The scene and its nodes: the same on every rank, which then keeps its own. */
+static kith_status lay_out(struct run *run) {
   const struct kith_options *o = run->options;
   if (o->subject == NULL) KITH_FAIL(BAD_INPUT, "run: no scene; for example: kith run inputs/sod.yaml");
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
@@ -105,8 +119,26 @@ static kith_status prepare(struct run *run) {
   if (run->scene->exact.ops != NULL)
     KITH_TRY(run->scene->exact.ops->create(&run->exact, &run->scene->exact.parameters));
   KITH_TRY(kith_model_create(&run->model, run->scene, run->profile, o->check));
-  if (o->restart != NULL) KITH_TRY(kith_output_restore(&run->output, o->restart, run->model, &run->origin));
-  return open_output(run);
+  return kith_model_share(run->model, run->ranks);
+}
+
+/* Everything that can be found wrong before the first step. */
+static kith_status prepare(struct run *run) {
+  const char *restart = run->options->restart;
+  KITH_TRY(kith_ranks_agree(run->ranks, lay_out(run)));
+  if (restart != NULL) KITH_TRY(kith_output_restore(&run->output, restart, run->model, &run->origin));
+  return kith_ranks_agree(run->ranks, open_output(run));
+}
+
+/* Of the start, by rank 0. */
+static kith_status measure_start(struct run *run) {
+  bool wanted = false;
+  for (int k = 0; k < KITH_N_MEASURES; ++k) wanted = wanted || run->scene->measure.wanted[k];
+  if (!wanted) return KITH_OK;
+  if (run->ranks != NULL) KITH_TRY(kith_output_whole(run->model, &run->whole));
+  const kith_status status = speaks(run) ? measure(run, NULL, run->origin.measure) : KITH_OK;
+  kith_nodes_destroy(&run->whole);
+  return kith_ranks_agree(run->ranks, status);
 }
 
 /* First rates of a new run, and what its drifts are measured by. */
@@ -115,12 +147,12 @@ static kith_status begin(struct run *run) {
   run->started = kith_seconds();
   run->cpu_started = cpu_seconds();
   run->first_step = it->step;
-  kith_model_warn(run->model);
+  if (speaks(run)) kith_model_warn(run->model);
   if (run->options->restart != NULL) return KITH_OK;
   KITH_TRY(kith_model_start(run->model));
   const struct kith_totals first = kith_hydro_totals(&run->model->hydro);
   run->origin = kith_origin_of(&first);
-  KITH_TRY(measure(run, NULL, run->origin.measure));
+  KITH_TRY(measure_start(run));
   KITH_TRY(kith_output_snapshot(&run->output, run->model));
   run->output.next = run->scene->output.every;
   return KITH_OK;
@@ -141,6 +173,7 @@ static kith_status after_step(struct run *run) {
   const struct kith_totals totals = kith_hydro_totals(&run->model->hydro);
   kith_origin_follow(&run->origin, run->model, &totals);
   KITH_TRY(kith_output_step(&run->output, run->model, &totals));
+  KITH_TRY(kith_output_balance(&run->output, run->model));
   const double every = run->scene->output.every;
   if (every > 0 && it->time > run->output.next - 1e-9 * every) {
     KITH_TRY(kith_output_snapshot(&run->output, run->model));
@@ -152,46 +185,64 @@ static kith_status after_step(struct run *run) {
   return KITH_OK;
 }
 
-static bool finished(const struct run *run) {
+/* A signal may have reached some ranks only. */
+static bool finished(struct run *run) {
   const struct kith_integrator *it = &run->model->integrator;
+  run->stopped = kith_ranks_any(run->ranks, stop_signal != 0);
   return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) ||
-         stop_signal != 0;
+         run->stopped;
 }
 
 static kith_status steps(struct run *run) {
   struct kith_integrator *it = &run->model->integrator;
-  kith_screen_init(&run->screen, stderr, run->options->quiet, it->time, run->until);
-  while (!finished(run)) {
+  kith_screen_init(&run->screen, stderr, run->options->quiet || !speaks(run), it->time, run->until);
+  for (bool end = finished(run); !end;) {
     KITH_TRY(kith_integrator_step(it, landing(run)));
     KITH_TRY(after_step(run));
-    kith_screen_step(&run->screen, it, finished(run));
+    end = finished(run);
+    kith_screen_step(&run->screen, it, end);
   }
   return KITH_OK;
 }
 
 /* ---- end ---- */
 
-enum { LEDGER_ENTRIES = 32 };
+enum { LEDGER_ENTRIES = 48 };
+
+/* What only a run of several ranks has to tell: sums over them, but for what they do together. */
+static int rank_entries(const struct run *run, struct kith_report_entry *entry) {
+  const struct kith_share *share = run->model->share;
+  const struct kith_traffic traffic = kith_ranks_traffic(run->ranks);
+  if (share == NULL) return 0;
+  const int distributed = run->model->boundaries.n - 1; /* it comes last */
+  const struct kith_ledger *ledger = &run->model->integrator.ledger;
+  uint64_t sum[] = {share->migrated, traffic.messages, traffic.bytes, ledger->boundary[distributed].created,
+                    ledger->boundary[distributed].kept};
+  kith_ranks_sum_counts(run->ranks, sum, 5);
+  const struct kith_report_entry entries[] = {
+      {"nodes_migrated", (double)sum[0]},      {"messages", (double)sum[1]},
+      {"message_bytes", (double)sum[2]},       {"remote_ghosts_created", (double)sum[3]},
+      {"remote_ghosts_kept", (double)sum[4]},  {"collective_calls", (double)traffic.collectives},
+      {"balance_looks", (double)share->looks}, {"repartitions", (double)share->repartitions},
+      {"work_imbalance", share->seen},         {"cells", (double)share->cells.n}};
+  memcpy(entry, entries, sizeof entries);
+  return (int)(sizeof entries / sizeof entries[0]);
+}
 
 static int ledger_entries(const struct run *run, struct kith_report_entry entry[LEDGER_ENTRIES]) {
-  const struct kith_ledger *l = &run->model->integrator.ledger;
-  const struct kith_package *p = &run->model->package;
+  const struct kith_ledger all = kith_ledger_of_all(&run->model->integrator.ledger, run->ranks), *l = &all;
+  uint64_t done[] = {run->model->package.support_iterations, run->model->package.fallbacks};
   struct kith_bytes bytes[KITH_MODEL_STRUCTURES];
   kith_model_bytes(run->model, bytes);
-  const struct kith_report_entry counts[] = {{"lifecycles", (double)l->lifecycles},
-                                             {"rebuilds_for_support", (double)l->support_rebuilds},
-                                             {"reorders", (double)l->reorders},
-                                             {"evaluations", (double)l->evaluations},
-                                             {"rejected_steps", (double)l->rejected},
-                                             {"refreshes", (double)l->refreshes},
-                                             {"ghosts_created", (double)l->created},
-                                             {"ghosts_culled", (double)l->culled},
-                                             {"ghosts_kept", (double)l->kept},
-                                             {"candidates", (double)l->candidates},
-                                             {"row_entries", (double)l->row_entries},
-                                             {"pairs", (double)l->pairs},
-                                             {"support_iterations", (double)p->support_iterations},
-                                             {"gradient_fallbacks", (double)p->fallbacks}};
+  kith_ranks_sum_counts(run->ranks, done, 2);
+  const struct kith_report_entry counts[] = {
+      {"lifecycles", (double)l->lifecycles},   {"rebuilds_for_support", (double)l->support_rebuilds},
+      {"reorders", (double)l->reorders},       {"evaluations", (double)l->evaluations},
+      {"rejected_steps", (double)l->rejected}, {"refreshes", (double)l->refreshes},
+      {"ghosts_created", (double)l->created},  {"ghosts_culled", (double)l->culled},
+      {"ghosts_kept", (double)l->kept},        {"candidates", (double)l->candidates},
+      {"row_entries", (double)l->row_entries}, {"pairs", (double)l->pairs},
+      {"support_iterations", (double)done[0]}, {"gradient_fallbacks", (double)done[1]}};
   int n = (int)(sizeof counts / sizeof counts[0]);
   memcpy(entry, counts, sizeof counts);
 #define X(name) "rebuilds_because_" #name,
@@ -202,9 +253,12 @@ static int ledger_entries(const struct run *run, struct kith_report_entry entry[
   static const char *const names[KITH_MODEL_STRUCTURES] = {"bytes_nodes",        "bytes_search",
                                                            "bytes_connectivity", "bytes_package",
                                                            "bytes_pairwise",     "bytes_integrator"};
-  for (int k = 0; k < KITH_MODEL_STRUCTURES; ++k)
-    entry[n++] = (struct kith_report_entry){names[k], (double)bytes[k].bytes};
-  return n;
+  for (int k = 0; k < KITH_MODEL_STRUCTURES; ++k) {
+    double sum = (double)bytes[k].bytes;
+    kith_ranks_sum(run->ranks, &sum, 1);
+    entry[n++] = (struct kith_report_entry){names[k], sum};
+  }
+  return n + rank_entries(run, entry + n);
 }
 
 /* What the flow did, from the start of the run to now. */
@@ -224,21 +278,25 @@ static void fill_flow(const struct run *run, struct kith_report *r) {
 static void fill_report(struct run *run, struct kith_report *r, struct kith_report_entry *ledger) {
   const struct kith_model *m = run->model;
   const struct kith_integrator *it = &m->integrator;
-  const double n = (double)m->nodes->n_internal, n_steps = (double)(it->step - run->first_step);
+  const double n_steps = (double)(it->step - run->first_step);
+  double sum[] = {(double)m->nodes->n_internal, (double)it->ledger.last_entries,
+                  (double)m->package.pair_evaluations, cpu_seconds() - run->cpu_started};
+  kith_ranks_sum(run->ranks, sum, 4);
+  const double n = sum[0];
   *r = (struct kith_report){.scene = run->scene->name,
                             .package = m->package.ops->name,
                             .kernel = kith_kernel_facts[m->package.kernel].name,
                             .scheme = it->scheme->name,
                             .dimension = NDIM,
-                            .ranks = 1,
+                            .ranks = kith_ranks_size(run->ranks),
                             .threads = omp_get_max_threads(),
-                            .nodes = (uint64_t)m->nodes->n_internal,
+                            .nodes = (uint64_t)n,
                             .steps = it->step,
                             .time = it->time,
                             .wall_seconds = kith_seconds() - run->started,
-                            .cpu_seconds = cpu_seconds() - run->cpu_started,
-                            .pairs_per_node = 0.5 * (double)it->ledger.last_entries / fmax(n, 1),
-                            .pair_evaluations = (double)m->package.pair_evaluations,
+                            .cpu_seconds = sum[3],
+                            .pairs_per_node = 0.5 * sum[1] / fmax(n, 1),
+                            .pair_evaluations = sum[2],
                             .rejected = it->ledger.rejected,
                             .version = kith_version(),
                             .compiler = kith_compiler(),
@@ -250,15 +308,21 @@ static void fill_report(struct run *run, struct kith_report *r, struct kith_repo
   r->ledger = ledger;
 }
 
-static kith_status write_results(struct run *run, struct kith_report *report) {
-  char path[640];
-  const struct kith_profile_view view = view_of(run->model);
+/* Collective. The checkpoint comes first: the last snapshot is not one that a longer run would write. */
+static kith_status write_state(struct run *run) {
   const double time = run->model->integrator.time;
-  /* The checkpoint comes first: the last snapshot is not one that a longer run would write. */
-  if (run->scene->output.checkpoint_at_end || stop_signal != 0)
+  if (run->scene->output.checkpoint_at_end || run->stopped)
     KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(kith_output_snapshot(&run->output, run->model));
+  return run->ranks != NULL ? kith_output_whole(run->model, &run->whole) : KITH_OK;
+}
+
+/* By rank 0. */
+static kith_status write_results(struct run *run, struct kith_report *report) {
+  char path[640];
+  const struct kith_profile_view view = view_of(run);
+  const double time = run->model->integrator.time;
   if (run->exact != NULL) {
     KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, time,
                                 &run->scene->exact.window, &view));
@@ -278,7 +342,7 @@ static void picture(const struct run *run, const struct kith_report *report) {
   const struct kith_plot plot = {.scene = run->scene->name,
                                  .time = report->time,
                                  .resolution = run->scene->resolution,
-                                 .nodes = view_of(run->model),
+                                 .nodes = view_of(run),
                                  .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
                                  .solution = run->exact,
                                  .norms = report->compared ? &report->norms : NULL};
@@ -287,24 +351,36 @@ static void picture(const struct run *run, const struct kith_report *report) {
     fprintf(stderr, "kith: warning: no picture: %s\n", kith_failure());
 }
 
+/* The last failure, said once. If the other ranks do not know of it they wait for this one: then all end here. */
+static enum kith_exit complain(const struct run *run, enum kith_exit code) {
+  const bool agreed = kith_ranks_agreed(run->ranks);
+  if (!agreed) fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(run->ranks), kith_failure());
+  if (!agreed) kith_ranks_abort(run->ranks, code);
+  if (speaks(run)) fprintf(stderr, "kith: %s\n", kith_failure());
+  return code;
+}
+
 static enum kith_exit end(struct run *run) {
   struct kith_report report;
   struct kith_report_entry ledger[LEDGER_ENTRIES];
   kith_screen_end(&run->screen);
   fill_report(run, &report, ledger);
-  if (write_results(run, &report) != KITH_OK) {
-    fprintf(stderr, "kith: %s\n", kith_failure());
-    return KITH_EXIT_FAILED;
-  }
+  kith_status status = kith_across_stages(run->ranks, run->profile, &run->stage_mean, &run->stage_most);
+  report.stage_mean = run->stage_mean, report.stage_most = run->stage_most;
+  if (status == KITH_OK) status = write_state(run);
+  if (status != KITH_OK) return complain(run, KITH_EXIT_FAILED);
+  if (speaks(run)) status = write_results(run, &report);
+  if (kith_ranks_agree(run->ranks, status) != KITH_OK) return complain(run, KITH_EXIT_FAILED);
+  if (!speaks(run)) return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
   picture(run, &report);
   kith_report_print(&report, stdout);
   if (run->options->profile)
     kith_profile_print(run->profile, stdout, (double)report.nodes * (double)(report.steps - run->first_step));
   printf("results in %s\n", run->output.directory);
-  if (stop_signal != 0)
+  if (run->stopped)
     fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,
             run->output.directory);
-  return stop_signal != 0 ? KITH_EXIT_FAILED : KITH_EXIT_OK;
+  return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
 /* The reason, and a snapshot of where it happened, unless it is writing that failed. */
@@ -312,11 +388,13 @@ static enum kith_exit fail(struct run *run, kith_status status) {
   char reason[1024], where[640] = "";
   snprintf(reason, sizeof reason, "%s", kith_failure());
   kith_screen_end(&run->screen);
+  if (!kith_ranks_agreed(run->ranks)) return complain(run, KITH_EXIT_FAILED);
   const struct kith_integrator *it = &run->model->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
   if (!writing && kith_output_snapshot(&run->output, run->model) == KITH_OK)
     snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
              run->output.n_snapshots - 1);
+  if (!speaks(run)) return KITH_EXIT_FAILED;
   fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
           (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
   return KITH_EXIT_FAILED;
@@ -332,17 +410,23 @@ enum kith_exit kith_run(const struct kith_options *options) {
   struct run run = {.options = options};
   enum kith_exit code = KITH_EXIT_USAGE;
   catch_signals();
-  if (prepare(&run) == KITH_OK)
+  kith_status status = kith_launch(&run.ranks, options);
+  if (status == KITH_OK) status = prepare(&run);
+  if (status == KITH_OK)
     code = go(&run);
   else
-    fprintf(stderr, "kith: %s\n", kith_failure());
+    complain(&run, code);
   if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;
   }
   if (run.exact != NULL) run.scene->exact.ops->destroy(&run.exact);
+  kith_nodes_destroy(&run.whole);
+  kith_free(&run.stage_mean);
+  kith_free(&run.stage_most);
   kith_model_destroy(&run.model);
   kith_profile_destroy(&run.profile);
   kith_scene_destroy(&run.scene);
+  kith_ranks_destroy(&run.ranks);
   return code;
 }

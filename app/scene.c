@@ -2,6 +2,7 @@
 #include "app/scene_parts.h"
 #include "app/words.h"
 #include "lib/connectivity/rebuild.h"
+#include "lib/domain/partition.h"
 #include "physics/package.h"
 
 #include <string.h>
@@ -73,6 +74,18 @@ static const struct kith_key connectivity_keys[] = {
      IN(connectivity.reorder)},
     {0}};
 
+static const struct kith_key partition_keys[] = {
+    {"name", KITH_KEY_NAME, "kd", "",
+     "partitioner (kith list partitioner), and after a colon its words: diffusion:fixed,morton",
+     IN(partition.name)},
+    {"every", KITH_KEY_INTEGER, "20", "[0, inf)", "rebuilds of lists between looks at the balance; 0: never",
+     IN(partition.every)},
+    {"imbalance", KITH_KEY_NUMBER, "1.05", "[1, inf)", "work of the busiest rank over the mean that is borne",
+     IN(partition.imbalance)},
+    {"cells", KITH_KEY_INTEGER, "256", "[1, 1000000]", "cells per rank that are dealt out",
+     IN(partition.cells)},
+    {0}};
+
 static const struct kith_key measure_keys[] = {
 #define X(name, doc) {#name, KITH_KEY_BOOL, "false", "", doc, IN(measure.wanted[KITH_MEASURE_##name])},
     KITH_MEASURE_LIST(X)
@@ -114,6 +127,8 @@ static const struct kith_key scene_keys[] = {
     {"connectivity", KITH_KEY_MAP, "", "", "who is near", KITH_BELOW(connectivity_keys, MAP)},
     {"reproducible", KITH_KEY_BOOL, "false", "",
      "bitwise the same for any number of ranks, partitioner and search", IN(reproducible)},
+    {"partition", KITH_KEY_MAP, "", "", "what each rank has, if there are several",
+     KITH_BELOW(partition_keys, MAP)},
     {"traversal", KITH_KEY_NAME, "", "pairs|gather",
      "how passes walk the pairs; none: the default of each pass", IN(traversal)},
     {"until", KITH_KEY_NUMBER, NULL, "[0, inf)", "time at the end", IN(until)},

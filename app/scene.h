@@ -139,6 +139,11 @@ struct kith_scene {
     int reorder; /* steps between reorderings by curve, 0: never */
   } connectivity;
   bool reproducible;
+  struct {
+    char name[64]; /* and words: lib/domain/partition.h */
+    int every, cells;
+    double imbalance;
+  } partition;
   char traversal[16]; /* "", "pairs", "gather" */
   double until;
   struct {

@@ -49,11 +49,11 @@ static const struct kith_key piston_keys[] = {
     {"velocity", KITH_KEY_NUMBER, NULL, "", "of the face, along its axis", KITH_INTO(struct side, velocity)},
     {0}};
 
-/* Members that act on a side of the domain; constant acts on regions that are frozen. */
+/* Members that act on a side of the domain; constant acts on regions that are frozen, distributed between ranks. */
 static const char *side_words(char *words, size_t size) {
   size_t used = (size_t)snprintf(words, size, "open");
   for (const struct kith_boundary_ops *const *p = kith_boundary_all(); *p != NULL && used < size; ++p)
-    if (strcmp((*p)->name, "constant") != 0)
+    if (strcmp((*p)->name, "constant") != 0 && strcmp((*p)->name, "distributed") != 0)
       used += (size_t)snprintf(words + used, size - used, "|%s", (*p)->name);
   return words;
 }

@@ -23,6 +23,9 @@
  * Regions in equilibrium (a package sums a density of its own, and the pressure from it is not the one that was asked for): the
  * energy waits for that density, so kith_setup_equilibrium is called when the first rates are there. Deposits come after it.
  *
+ * Of several ranks each lays out the whole scene, and then keeps its own nodes (kith_model_share): no message, the same ids, but the memory
+ * of all nodes on every rank at the start.
+ *
  * Nodes are created region by region within their list, id = index: 0 .. n - 1. Use kith_nodes_curve_order
  * after. Serial, a few 1e6 nodes per second (formulas of a region share one parser). */
 #ifndef KITH_APP_SETUP_H

@@ -6,6 +6,10 @@
 KITH_FAMILY(kith_boundary, KITH_BOUNDARY_LIST(X))
 #undef X
 
+static bool has_faces(const struct kith_boundary_ops *ops) {
+  return ops != &kith_boundary_constant && ops != &kith_boundary_distributed;
+}
+
 /* Only boundaries with faces: two of them on one axis would miss the images of images. */
 static kith_status check_faces(const struct kith_boundaries *boundaries, const struct kith_boundary *wanted) {
   const char *name = wanted->ops->name;
@@ -20,8 +24,7 @@ static kith_status check_faces(const struct kith_boundaries *boundaries, const s
   if (wanted->ops == &kith_boundary_piston && wanted->at_lower && wanted->at_upper)
     KITH_FAIL(BAD_INPUT, "a piston acts on one side, not on both");
   for (int b = 0; b < boundaries->n; ++b)
-    if (boundaries->boundary[b]->ops != &kith_boundary_constant &&
-        boundaries->boundary[b]->axis == wanted->axis)
+    if (has_faces(boundaries->boundary[b]->ops) && boundaries->boundary[b]->axis == wanted->axis)
       KITH_FAIL(BAD_INPUT, "axis %d has a %s boundary already: one boundary acts on both sides", wanted->axis,
                 boundaries->boundary[b]->ops->name);
   return KITH_OK;
@@ -33,7 +36,7 @@ kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct
   if (boundaries->n == most) KITH_FAIL(BAD_INPUT, "more than %d boundaries", most);
   const struct kith_boundary wanted = {
       ops, boundaries->n, axis, lower, upper, at_lower, at_upper, 0, at_lower ? lower : upper, NULL};
-  if (ops != &kith_boundary_constant) KITH_TRY(check_faces(boundaries, &wanted));
+  if (has_faces(ops)) KITH_TRY(check_faces(boundaries, &wanted));
   struct kith_boundary *boundary = NULL;
   KITH_TRY(kith_resize(&boundary, 0, 1, sizeof *boundary));
   *boundary = wanted;
@@ -58,7 +61,7 @@ kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct ki
     struct kith_boundary *boundary = boundaries->boundary[b];
     const kith_index before = nodes->n_ghost;
     kith_profile_begin(profile, boundary->ops->name);
-    status = boundary->ops->ghosts(boundary, nodes, reach_factor);
+    status = kith_ranks_agree(nodes->ranks, boundary->ops->ghosts(boundary, nodes, reach_factor));
     kith_profile_count(profile, "ghosts", nodes->n_ghost - before);
     kith_profile_end(profile);
   }
@@ -79,4 +82,18 @@ kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct k
     KITH_TRY(boundary->ops->enforce(boundary, nodes, moved_by));
   }
   return KITH_OK;
+}
+
+kith_status kith_boundaries_trim(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
+                                 uint8_t *keep) {
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->trim != NULL)
+      KITH_TRY(boundaries->boundary[b]->ops->trim(boundaries->boundary[b], nodes, keep));
+  return KITH_OK;
+}
+
+void kith_boundaries_renumbered(struct kith_boundaries *boundaries, const kith_index *renumber) {
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->renumbered != NULL)
+      boundaries->boundary[b]->ops->renumbered(boundaries->boundary[b], renumber);
 }

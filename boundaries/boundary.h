@@ -1,4 +1,4 @@
-/* boundary.h - where ghosts come from. One family: reflecting, piston, periodic, constant.
+/* boundary.h - where ghosts come from. One family: reflecting, piston, periodic, constant, distributed.
  *
  * One boundary acts on one axis (both of its sides, or one), or on a set of nodes (constant). In the order of the list
  * each creates its ghosts from nodes and earlier ghosts, so edges and corners are filled without special cases.
@@ -11,7 +11,7 @@
  *
  * A ghost is made where it may matter: at depth d outside of the face (along the axis), if
  *   d <= f R_ghost   or   d <= max over internal nodes i of (f R_i - depth of i inside the face),
- * f = 1, or 2 when overlap is required. As many images as that takes: a box may be thinner than the reach
+ * f = 1, or 2 when overlap is required (internal nodes of all ranks). As many images as that takes: a box may be thinner than the reach
  * (but not a thousand times: DIVERGED). Nodes may lie outside of the box: see images.h.
  * Ghosts come image by image (n = -1, 1, -2, 2, ...), list by list, in the order of their controls.
  * Nodes exactly on a reflecting face have a ghost at the same place: coincident nodes are neighbors at distance 0. */
@@ -35,6 +35,10 @@ struct kith_boundary_ops {
    * `moved_by` (NDIM per node, may be NULL) gets the shift added that a wrap applied, so that a displacement can
    * leave it out. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
+  /* Culling: before, keep[ghost] is what this rank needs, and gets what others need; after, renumber[old index] is the new one or
+   * -1. Collective. NULL: nothing to do. */
+  kith_status (*trim)(struct kith_boundary *boundary, struct kith_nodes *nodes, uint8_t *keep);
+  void (*renumbered)(struct kith_boundary *boundary, const kith_index *renumber);
   void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
   /* Moves its faces to where they are at this time. NULL: they stay. Ghosts that are there already do not follow. */
   void (*move)(struct kith_boundary *boundary, double time);
@@ -53,7 +57,7 @@ struct kith_boundary {
   void *self;
 };
 
-#define KITH_BOUNDARY_LIST(X) X(reflecting) X(piston) X(periodic) X(constant)
+#define KITH_BOUNDARY_LIST(X) X(reflecting) X(piston) X(periodic) X(constant) X(distributed)
 #define X(name) extern const struct kith_boundary_ops kith_boundary_##name;
 KITH_BOUNDARY_LIST(X)
 #undef X
@@ -76,11 +80,11 @@ struct kith_boundaries {
   int n;
   struct kith_boundary *boundary[2 * NDIM + 8]; /* owned */
 };
-/* axis, lower < upper and sides are checked, and that the axis has no boundary yet: BAD_INPUT. constant ignores them. */
+/* axis, lower < upper and sides are checked, and that the axis has no boundary yet: BAD_INPUT. constant and distributed ignore them. */
 kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct kith_boundary_ops *ops,
                                 int axis, double lower, double upper, bool at_lower, bool at_upper);
 void kith_boundaries_clear(struct kith_boundaries *boundaries);
-/* Drops all ghosts, then creates those of every boundary in order. profile: a stage per boundary, counter ghosts. */
+/* Drops all ghosts, then creates those of every boundary in order. profile: a stage per boundary, counter ghosts. Collective. */
 kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
                                    double reach_factor, struct kith_profile *profile);
 /* All faces to where they are at this time. */
@@ -88,5 +92,8 @@ void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
 /* Enforces all (or only those that keep lasting lists). */
 kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
                                     double *moved_by, bool only_keeping_lists);
+/* Their `trim` and `renumbered`, around a cull. Collective. */
+kith_status kith_boundaries_trim(struct kith_boundaries *boundaries, struct kith_nodes *nodes, uint8_t *keep);
+void kith_boundaries_renumbered(struct kith_boundaries *boundaries, const kith_index *renumber);
 
 #endif

@@ -61,7 +61,7 @@ kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes
   return status;
 }
 
-/* Largest R / H of the internal nodes, at least 1: how much wider than the supports lists are made at
+/* Largest R / H of the internal nodes of all ranks, at least 1: how much wider than the supports lists are made at
  * present. */
 static double widening(const struct kith_nodes *nodes) {
   const double *reach = nodes->reach->f64, *support = nodes->support->f64;
@@ -69,6 +69,7 @@ static double widening(const struct kith_nodes *nodes) {
 #pragma omp parallel for schedule(static) reduction(max : most)
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (support[i] > 0) most = KITH_MAX(most, reach[i] / support[i]);
+  kith_ranks_max(nodes->ranks, &most, 1);
   return most;
 }
 

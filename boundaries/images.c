@@ -64,10 +64,20 @@ static bool measure(struct line *line, const struct kith_nodes *nodes, kith_inde
   return !lost;
 }
 
+/* What is wanted by internal nodes of any rank; our own images are all that may answer, so the rest is ours. */
+static void reduce_line(struct line *line, struct kith_ranks *ranks) {
+  double most[] = {line->wanted[0], line->wanted[1], line->sticks_out[0], line->sticks_out[1]};
+  kith_ranks_max(ranks, most, 4);
+  line->wanted[0] = most[0], line->wanted[1] = most[1];
+  line->sticks_out[0] = most[2], line->sticks_out[1] = most[3];
+}
+
 static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
   line->x_min = INFINITY, line->x_max = -INFINITY;
-  if (!measure(line, nodes, 0, nodes->n_internal, true)) return false;
-  if (!measure(line, nodes, nodes->n_internal, kith_nodes_count(nodes), false)) return false;
+  const bool internal = measure(line, nodes, 0, nodes->n_internal, true);
+  const bool finite = internal && measure(line, nodes, nodes->n_internal, kith_nodes_count(nodes), false);
+  reduce_line(line, nodes->ranks);
+  if (!finite) return false;
   line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + line->reach);
   return true;
 }
@@ -167,6 +177,11 @@ static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of,
   return KITH_OK;
 }
 
+/* Numbers of images along the axes, as one number: nodes.h. */
+static int64_t image_code(int axis) {
+  return axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;
+}
+
 static kith_status add_image(const struct line *line, struct kith_nodes *nodes, int n,
                              const struct hits *hits) {
   if (!is_needed(line, n)) return KITH_OK;
@@ -178,8 +193,11 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   for (int list = 0; list < nodes->n_lists; ++list) {
     block.list = list;
     block.control = NULL;
+    const kith_index first = kith_nodes_count(nodes);
     KITH_TRY(hits_of_list(hits, nodes->list->u8, list, &block.control, &block.count));
     if (block.count > 0) KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
+    for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
+      nodes->image->i64[first + k] += n * image_code(axis);
   }
   return KITH_OK;
 }
@@ -200,10 +218,11 @@ kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith
                                double reach_factor,
                                bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign,
                                                 double *shift)) {
-  if (nodes->n_internal == 0) return KITH_OK;
+  if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
   struct line line = {.boundary = boundary, .image_of = image_of, .factor = reach_factor};
   if (!measure_line(&line, nodes))
     KITH_FAIL(DIVERGED, "the position or reach of a node is not finite (axis %d)", boundary->axis);
+  if (kith_nodes_count(nodes) == 0) return KITH_OK;
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
     KITH_FAIL(DIVERGED, "reach %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
               line.reach, line.x_min, line.x_max, KITH_MOST_IMAGES, boundary->axis,

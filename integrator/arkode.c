@@ -140,7 +140,7 @@ static int set_up(struct kith_integrator *it) {
 /* Vectors and ERKStep for the nodes there are. */
 static kith_status prepare(struct kith_integrator *it) {
   struct arkode *a = it->self;
-  if (a->vectors != NULL && a->vectors->nodes == it->nodes->n_internal) return KITH_OK;
+  if (kith_vectors_fit(a->vectors, it->nodes)) return KITH_OK;
   forget(a);
   KITH_TRY(kith_vectors_create(&a->vectors, it->hydro));
   a->memory = ERKStepCreate(rates, 0, a->vectors->view, a->vectors->context);
@@ -197,9 +197,9 @@ static kith_status try_shorter(struct kith_integrator *it, double *dt) {
 
 static kith_status arkode_step(struct kith_integrator *it, double *dt) {
   struct arkode *a = it->self;
-  KITH_TRY(prepare(it));
-  KITH_TRY(kith_stages_begin(&a->stages, it));
-  const kith_status status = try_shorter(it, dt);
+  KITH_TRY(kith_stages_begin(&a->stages, it)); /* nodes may have gone to other ranks */
+  kith_status status = prepare(it);
+  if (status == KITH_OK) status = try_shorter(it, dt);
   kith_stages_end(it);
   KITH_TRY(status);
   look_ahead(it);

@@ -71,7 +71,7 @@ static bool make_solver(struct kith_integrator *it) {
 /* Vectors and solvers for the nodes there are. */
 static kith_status prepare(struct kith_integrator *it) {
   struct implicit *m = it->self;
-  if (m->vectors != NULL && m->vectors->nodes == it->nodes->n_internal) return KITH_OK;
+  if (kith_vectors_fit(m->vectors, it->nodes)) return KITH_OK;
   forget(m);
   KITH_TRY(kith_vectors_create(&m->vectors, it->hydro));
   if (make_solver(it)) return KITH_OK;
@@ -117,9 +117,9 @@ static kith_status try_shorter(struct kith_integrator *it, double *dt) {
 
 static kith_status implicit_step(struct kith_integrator *it, double *dt) {
   struct implicit *m = it->self;
-  KITH_TRY(prepare(it));
-  KITH_TRY(kith_stages_begin(&m->stages, it));
-  const kith_status status = try_shorter(it, dt);
+  KITH_TRY(kith_stages_begin(&m->stages, it)); /* nodes may have gone to other ranks */
+  kith_status status = prepare(it);
+  if (status == KITH_OK) status = try_shorter(it, dt);
   kith_stages_end(it);
   KITH_TRY(status);
   return kith_stages_rates(&m->stages, it, *dt);

@@ -108,7 +108,7 @@ kith_status kith_integrator_rates(struct kith_integrator *it) {
   const char *reason = it->due;
   kith_boundaries_move(it->boundaries, it->clock);
   kith_profile_begin(it->profile, "due");
-  kith_status status = kith_hydro_finite(it->hydro);
+  kith_status status = kith_ranks_agree(it->nodes->ranks, kith_hydro_finite(it->hydro));
   if (status == KITH_OK && reason == NULL) status = kith_rebuilds_due(it->rebuilds, it->nodes, &reason);
   kith_profile_end(it->profile);
   KITH_TRY(status);
@@ -121,17 +121,21 @@ kith_status kith_integrator_rates(struct kith_integrator *it) {
   /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
   for (int growth = 0; (status = run_package(it)) == KITH_REACH; ++growth) {
     if (growth == MAX_GROWTHS)
-      KITH_FAIL(DIVERGED, "a support does not converge: %s after %d rebuilds", kith_failure(), growth);
+      return kith_ranks_agree(it->nodes->ranks,
+                              kith_fail(KITH_DIVERGED, "a support does not converge: %s after %d rebuilds",
+                                        kith_failure(), growth));
     it->ledger.support_rebuilds += 1;
     KITH_TRY(run_lifecycle(it, "support"));
   }
   return status;
 }
 
-static kith_status after_rates(struct kith_integrator *it) {
+/* `moved`: what came before the rates went. Agreed. */
+static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
   kith_profile_begin(it->profile, "control");
-  const kith_status status = kith_hydro_physical(it->hydro);
-  it->vote = kith_package_vote(it->package, it->cfl);
+  kith_status status = moved == KITH_OK ? kith_hydro_physical(it->hydro) : moved;
+  status = kith_ranks_agree(it->nodes->ranks, status);
+  if (status == KITH_OK) it->vote = kith_package_vote(it->package, it->cfl);
   kith_profile_end(it->profile);
   return status;
 }
@@ -141,7 +145,7 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_field_copy(it->nodes, it->package->velocity_base, it->hydro->velocity);
   it->package->kicked = it->package->interval = 0;
   kith_status status = kith_integrator_rates(it);
-  if (status == KITH_OK) status = after_rates(it);
+  if (status == KITH_OK) status = after_rates(it, KITH_OK);
   kith_profile_end(it->profile);
   KITH_TRY(status);
   it->vote.dt *= 0.1; /* a first step from cold gas is too long: nothing has told the neighbors yet */
@@ -195,21 +199,46 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   const double wanted = next_dt(it, until);
   double dt = wanted;
   if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
-    KITH_FAIL(DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time,
-              (long long)it->limiting_node, it->limiter);
+    return kith_ranks_agree(
+        it->nodes->ranks, kith_fail(KITH_DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s",
+                                    dt, it->time, (long long)it->limiting_node, it->limiter));
   kith_profile_begin(it->profile, "step");
   it->package->interval = dt / KITH_MAX(it->evaluations, 1);
   it->clock = it->time;
   kith_status status = it->scheme->step(it, &dt);
   kith_boundaries_move(it->boundaries, it->clock);
-  if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true);
-  if (status == KITH_OK) status = after_rates(it);
+  if (status == KITH_OK)
+    status = after_rates(it, kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true));
   kith_profile_end(it->profile);
   KITH_TRY(status);
   it->time = dt >= wanted && dt >= until - it->time ? until : it->time + dt;
   it->dt = dt;
   it->step += 1;
   return KITH_OK;
+}
+
+/* What all ranks do together. */
+static void copy_common(struct kith_ledger *to, const struct kith_ledger *from) {
+  to->lifecycles = from->lifecycles, to->support_rebuilds = from->support_rebuilds;
+  to->refreshes = from->refreshes, to->evaluations = from->evaluations, to->rejected = from->rejected;
+  memcpy(to->because, from->because, sizeof to->because);
+}
+
+struct kith_ledger kith_ledger_of_all(const struct kith_ledger *ledger, struct kith_ranks *ranks) {
+  uint64_t word[sizeof *ledger / sizeof(uint64_t)];
+  struct kith_ledger all;
+  memcpy(word, ledger, sizeof word);
+  kith_ranks_sum_counts(ranks, word, (int)(sizeof word / sizeof *word));
+  memcpy(&all, word, sizeof all);
+  copy_common(&all, ledger);
+  return all;
+}
+
+struct kith_ledger kith_ledger_share(const struct kith_ledger *all, const struct kith_ranks *ranks) {
+  struct kith_ledger share = {0};
+  if (kith_ranks_rank(ranks) == 0) return *all;
+  copy_common(&share, all);
+  return share;
 }
 
 size_t kith_integrator_bytes(const struct kith_integrator *it) {

@@ -15,6 +15,7 @@
 #include "lib/connectivity/connectivity.h"
 #include "lib/connectivity/rebuild.h"
 #include "lib/core/profile.h"
+#include "lib/domain/share.h"
 #include "lib/neighbor/search.h"
 #include "physics/package.h"
 
@@ -87,6 +88,11 @@ struct kith_ledger {
   uint64_t ghosts, last_entries, last_pairs; /* of the last lifecycle */
 };
 
+/* Of all ranks: ghosts, lists and pairs are summed (a pair between ranks counts twice), what all do together counts once. Collective. */
+struct kith_ledger kith_ledger_of_all(const struct kith_ledger *ledger, struct kith_ranks *ranks);
+/* What this rank keeps of the ledger of all, so that their sum is that: sums are kept by rank 0. */
+struct kith_ledger kith_ledger_share(const struct kith_ledger *all, const struct kith_ranks *ranks);
+
 /* Who asks for what, and why: what the connectivity is built from. */
 struct kith_demand {
   const char *who, *why;
@@ -106,8 +112,10 @@ struct kith_integrator {
   const struct kith_scheme_ops *scheme;
   const struct kith_excluder *excluders; /* may be NULL */
   struct kith_profile *profile;          /* may be NULL */
-  double cfl, fixed_dt;                  /* fixed_dt > 0: every step is this long */
-  double skin;                           /* reach = (1 + skin) support */
+  struct kith_share *share; /* of the nodes of several ranks (nodes->ranks); NULL: there is one process */
+  bool canonical; /* rows are summed in an order that all numbers of ranks share; nodes number their images */
+  double cfl, fixed_dt; /* fixed_dt > 0: every step is this long */
+  double skin;          /* reach = (1 + skin) support */
   bool cull, check;
   int reorder_every; /* lifecycles between checks of the curve order, 0: never */
   struct kith_stepping {

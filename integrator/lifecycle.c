@@ -101,34 +101,49 @@ static kith_status shield(struct kith_integrator *it) {
   return status;
 }
 
-/* Ghosts that no internal node needs go, unless rows of ghosts or overlap are wanted. */
+/* Ghosts that no internal node needs go, unless rows of ghosts or overlap are wanted. A rank without ghosts may have images that
+ * others want. */
 static bool may_cull(const struct kith_integrator *it) {
-  return it->cull && !it->need.ghost_rows && !it->need.overlap && it->nodes->n_ghost > 0;
+  return it->cull && !it->need.ghost_rows && !it->need.overlap &&
+         (it->nodes->n_ghost > 0 || it->nodes->ranks != NULL);
 }
 
-/* *culled: the lists must be patched with it->renumber. */
-static kith_status cull(struct kith_integrator *it, bool *culled) {
-  struct kith_nodes *nodes = it->nodes;
-  const size_t ghosts_before = (size_t)nodes->n_ghost, all = (size_t)kith_nodes_count(nodes);
-  *culled = false;
-  if (!may_cull(it)) return KITH_OK;
-  if (it->keep_capacity < ghosts_before) {
-    it->keep_capacity = ghosts_before + ghosts_before / 4;
+static kith_status cull_room(struct kith_integrator *it, size_t ghosts, size_t all) {
+  if (it->keep_capacity < ghosts) {
+    it->keep_capacity = ghosts + ghosts / 4;
     KITH_TRY(kith_resize(&it->keep, 0, it->keep_capacity, 1));
   }
   if (it->renumber_capacity < all) {
     it->renumber_capacity = all + all / 16;
     KITH_TRY(kith_resize(&it->renumber, 0, it->renumber_capacity, sizeof *it->renumber));
   }
-  kith_profile_begin(it->profile, "cull");
-  memset(it->keep, 0, ghosts_before);
+  return KITH_OK;
+}
+
+/* What this rank needs, and what others need of it. */
+static kith_status mark(struct kith_integrator *it) {
+  struct kith_nodes *nodes = it->nodes;
+  if (nodes->n_ghost > 0) memset(it->keep, 0, (size_t)nodes->n_ghost);
   kith_connectivity_mark_ghosts(it->connectivity, nodes, it->keep);
   for (int b = 0; b < nodes->n_blocks; ++b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
     if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
       memset(it->keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
   }
-  const kith_status status = kith_nodes_cull_ghosts(nodes, it->keep, it->renumber);
+  return kith_boundaries_trim(it->boundaries, nodes, it->keep);
+}
+
+/* *culled: the lists must be patched with it->renumber. */
+static kith_status cull(struct kith_integrator *it, bool *culled) {
+  struct kith_nodes *nodes = it->nodes;
+  const size_t ghosts_before = (size_t)nodes->n_ghost;
+  *culled = false;
+  if (!may_cull(it)) return KITH_OK;
+  KITH_TRY(kith_ranks_agree(nodes->ranks, cull_room(it, ghosts_before, (size_t)kith_nodes_count(nodes))));
+  kith_profile_begin(it->profile, "cull");
+  kith_status status = mark(it);
+  if (status == KITH_OK) status = kith_nodes_cull_ghosts(nodes, it->keep, it->renumber);
+  if (status == KITH_OK) kith_boundaries_renumbered(it->boundaries, it->renumber);
   kith_profile_count(it->profile, "culled", (double)ghosts_before - (double)nodes->n_ghost);
   kith_profile_end(it->profile);
   KITH_TRY(status);
@@ -154,7 +169,7 @@ static void remember(struct kith_integrator *it) {
   kith_field_copy(it->nodes, it->built_support, it->nodes->support);
 }
 
-/* Stamps, snapshots of the policies, the ledger. */
+/* Stamps, the ledger; rows in canonical order, when nothing needs them by index any more. */
 static kith_status ready(struct kith_integrator *it, const char *reason) {
   struct kith_ledger *ledger = &it->ledger;
   const struct kith_connectivity *c = it->connectivity;
@@ -174,12 +189,37 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
     if (strcmp(reason, kith_rebuild_all()[k]->name) == 0) ledger->because[1 + k] += 1;
   if (it->built_reach != NULL) remember(it);
   if (it->check) KITH_TRY(kith_connectivity_valid(c, it->nodes));
-  return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
+  return it->canonical ? kith_connectivity_canonical(it->connectivity, it->nodes) : KITH_OK;
+}
+
+/* Nodes go to the ranks that have their cells. The work of the last lists tells who has too much. */
+static kith_status migrate(struct kith_integrator *it) {
+  const struct kith_connectivity *c = it->connectivity;
+  if (it->share == NULL) return KITH_OK;
+  const bool fresh = c->built.rows && c->ghosts == it->nodes->ghosts;
+  kith_profile_begin(it->profile, "migrate");
+  const kith_status status = kith_share_settle(it->share, it->nodes, fresh ? c->rows.first : NULL);
+  kith_profile_end(it->profile);
+  return status;
 }
 
 kith_status kith_lifecycle_settle(struct kith_integrator *it) {
-  KITH_TRY(kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false));
-  return reorder(it);
+  KITH_TRY(
+      kith_ranks_agree(it->nodes->ranks, kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false)));
+  KITH_TRY(migrate(it));
+  return kith_ranks_agree(it->nodes->ranks, reorder(it));
+}
+
+/* All that is made from the ghosts, on this rank alone. */
+static kith_status build(struct kith_integrator *it) {
+  KITH_TRY(neighbors(it));
+  KITH_TRY(connectivity(it));
+  return shield(it);
+}
+
+static kith_status finish(struct kith_integrator *it, bool culled, kith_index before, const char *reason) {
+  if (culled) KITH_TRY(patch(it, before));
+  return ready(it, reason);
 }
 
 kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
@@ -188,11 +228,9 @@ kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
   if (!it->holding) KITH_TRY(kith_lifecycle_settle(it));
   set_reach(it);
   KITH_TRY(ghosts(it));
-  KITH_TRY(neighbors(it));
-  KITH_TRY(connectivity(it));
-  KITH_TRY(shield(it));
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, build(it)));
   const kith_index before = kith_nodes_count(it->nodes);
-  KITH_TRY(cull(it, &culled));
-  if (culled) KITH_TRY(patch(it, before));
-  return ready(it, reason);
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, cull(it, &culled)));
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, finish(it, culled, before, reason)));
+  return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
 }

@@ -72,7 +72,7 @@ static N_Vector_ID identity(N_Vector v) {
 }
 
 static sunindextype count(N_Vector v) {
-  return whole_length(v);
+  return content_of(v)->set->length;
 }
 
 /* ---- element by element ---- */
@@ -165,6 +165,7 @@ static double sum(enum sum what, N_Vector xv, N_Vector yv) {
 #pragma omp ordered
     total += of_block;
   }
+  kith_ranks_sum(set->ranks, &total, 1);
   return total;
 }
 
@@ -178,7 +179,7 @@ static double weighted_norm(N_Vector x, N_Vector w) {
   return sqrt(sum(SQUARES, x, w));
 }
 static double mean_norm(N_Vector x, N_Vector w) {
-  return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(whole_length(x), 1));
+  return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(content_of(x)->set->length, 1));
 }
 
 static double largest(N_Vector xv) {
@@ -189,6 +190,7 @@ static double largest(N_Vector xv) {
 #pragma omp parallel for simd schedule(static) reduction(max : most)
     for (int64_t k = 0; k < n; ++k) most = KITH_MAX(most, fabs(x[k]));
   }
+  kith_ranks_max(content_of(xv)->set->ranks, &most, 1);
   return most;
 }
 
@@ -200,6 +202,7 @@ static double least(N_Vector xv) {
 #pragma omp parallel for simd schedule(static) reduction(min : fewest)
     for (int64_t k = 0; k < n; ++k) fewest = KITH_MIN(fewest, x[k]);
   }
+  kith_ranks_min(content_of(xv)->set->ranks, &fewest, 1);
   return fewest;
 }
 
@@ -236,6 +239,10 @@ kith_status kith_vectors_create(struct kith_vectors **out, const struct kith_hyd
   set->field[KITH_VECTOR_VELOCITY] = hydro->velocity;
   set->field[KITH_VECTOR_ENERGY] = hydro->energy;
   set->nodes = hydro->nodes->n_internal;
+  set->ranks = hydro->nodes->ranks;
+  uint64_t nodes = (uint64_t)set->nodes;
+  kith_ranks_sum_counts(set->ranks, &nodes, 1);
+  set->length = (int64_t)nodes * (2 * NDIM + 1);
   if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
   if (set->view == NULL) {
     kith_vectors_destroy(&set);
@@ -251,6 +258,10 @@ void kith_vectors_destroy(struct kith_vectors **vectors) {
   if ((*vectors)->view != NULL) destroy((*vectors)->view);
   if ((*vectors)->context != NULL) SUNContext_Free(&(*vectors)->context);
   kith_free(vectors);
+}
+
+bool kith_vectors_fit(const struct kith_vectors *vectors, const struct kith_nodes *nodes) {
+  return !kith_ranks_any(nodes->ranks, vectors == NULL || vectors->nodes != nodes->n_internal);
 }
 
 N_Vector kith_vector_clone(const struct kith_vectors *vectors) {

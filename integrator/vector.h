@@ -16,14 +16,18 @@ enum kith_vector_part { KITH_VECTOR_POSITION, KITH_VECTOR_VELOCITY, KITH_VECTOR_
 struct kith_vectors {
   SUNContext context;                          /* for all objects of SUNDIALS that use the vectors */
   struct kith_field *field[KITH_VECTOR_PARTS]; /* borrowed */
-  kith_index nodes;                            /* internal ones */
+  struct kith_ranks *ranks;                    /* borrowed; sums and lengths are those of all ranks */
+  kith_index nodes;                            /* internal ones, of this rank */
+  int64_t length;                              /* numbers of a vector, all ranks together */
   N_Vector view;
   size_t bytes; /* of all clones that live */
 };
 
-/* Owned by the caller. All vectors and solvers that were made with it go first. */
+/* Collective. Owned by the caller. All vectors and solvers that were made with it go first. */
 kith_status kith_vectors_create(struct kith_vectors **out, const struct kith_hydro *hydro);
 void kith_vectors_destroy(struct kith_vectors **vectors);
+/* Is this the set for the nodes that there are, on all ranks? NULL is none. Collective. */
+bool kith_vectors_fit(const struct kith_vectors *vectors, const struct kith_nodes *nodes);
 
 /* The numbers of one part. View. */
 double *kith_vector_numbers(N_Vector vector, enum kith_vector_part part);

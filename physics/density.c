@@ -286,14 +286,17 @@ static kith_status unsolved(const struct kith_nodes *nodes) {
                    isnan(support[first]) ? "does not converge within" : "outgrew", reach[first]);
 }
 
-/* Masses never change, but nodes may come and go. */
+/* Masses never change, but nodes may come and go. Those of all ranks: both ways of summing must not meet. */
 static bool equal_masses(const struct kith_hydro *hydro) {
   const kith_index n = kith_nodes_count(hydro->nodes);
   const double *m = hydro->mass->f64;
   bool equal = true;
 #pragma omp parallel for simd schedule(static) reduction(&& : equal)
   for (kith_index i = 0; i < n; ++i) equal = equal && m[i] == m[0];
-  return equal;
+  if (hydro->nodes->ranks == NULL) return equal;
+  double range[] = {n > 0 ? m[0] : -INFINITY, n > 0 ? -m[0] : -INFINITY, !equal}; /* largest, - smallest */
+  kith_ranks_max(hydro->nodes->ranks, range, 3);
+  return range[2] == 0 && range[0] == -range[1];
 }
 
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
@@ -320,5 +323,6 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
   package->pair_evaluations += count[COUNT_EVALUATIONS];
   package->support_iterations += count[COUNT_ITERATIONS];
   package->fallbacks += count[COUNT_FALLBACKS];
-  return count[COUNT_OUTGROWN] > 0 ? unsolved(package->hydro->nodes) : KITH_OK;
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  return kith_ranks_agree(nodes->ranks, count[COUNT_OUTGROWN] > 0 ? unsolved(nodes) : KITH_OK);
 }

@@ -24,7 +24,7 @@ struct kith_density_wanted {
       *compression; /* d(div v)/dt = div a - G_ab G_ba, from the accelerations of the last evaluation */
 };
 
-/* REACH if a support outgrew its reach: supports are set to what they want at least. DIVERGED names the first node whose support
+/* Collective: all ranks agree on the status. REACH if a support outgrew its reach: supports are set to what they want at least. DIVERGED names the first node whose support
  * does not converge. Counts pair evaluations, iterations and fallbacks (nodes whose gradient has no inverse: zero) in the package. */
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
                          const struct kith_density_wanted *wanted);

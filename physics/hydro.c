@@ -139,6 +139,8 @@ struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
       fastest = KITH_MAX(fastest, speed);
     }
   }
+  kith_ranks_sum(hydro->nodes->ranks, total, SUMS);
+  kith_ranks_max(hydro->nodes->ranks, &fastest, 1);
   struct kith_totals t = {.mass = total[MASS],
                           .kinetic = total[KINETIC],
                           .internal = total[INTERNAL],

@@ -1,6 +1,7 @@
 #include "physics/package.h"
 
 #include <math.h>
+#include <string.h>
 #include "lib/core/family.h"
 
 #define X(name) &kith_package_##name,
@@ -68,6 +69,22 @@ static struct kith_vote vote_of(const struct kith_package *package, kith_index i
   return vote;
 }
 
+/* Reasons are constants of the program: between ranks they go as their numbers. */
+static const char *const reasons[] = {"nothing", "courant", "acceleration", "compression", "cooling"};
+
+/* The smallest vote of all ranks. */
+static struct kith_vote vote_of_all(struct kith_ranks *ranks, struct kith_vote mine) {
+  if (ranks == NULL) return mine;
+  struct {
+    double dt;
+    int64_t node, reason;
+  } ballot = {mine.dt, mine.node, 0};
+  for (size_t k = 0; k < sizeof reasons / sizeof *reasons; ++k)
+    if (strcmp(reasons[k], mine.reason) == 0) ballot.reason = (int64_t)k;
+  kith_ranks_broadcast(ranks, kith_ranks_least(ranks, mine.dt, mine.node), &ballot, sizeof ballot);
+  return (struct kith_vote){ballot.dt, ballot.node, reasons[ballot.reason]};
+}
+
 struct kith_vote kith_package_vote(const struct kith_package *package, double cfl) {
   const kith_index n = package->hydro->nodes->n_internal;
   struct kith_vote best = {INFINITY, -1, "nothing"};
@@ -82,7 +99,7 @@ struct kith_vote kith_package_vote(const struct kith_package *package, double cf
 #pragma omp critical(kith_vote) /* a minimum with ties by id: the order does not matter */
     if (mine.dt < best.dt || (mine.dt == best.dt && mine.node < best.node)) best = mine;
   }
-  return best;
+  return vote_of_all(package->hydro->nodes->ranks, best);
 }
 
 size_t kith_package_pairwise_bytes(const struct kith_package *package) {

@@ -121,11 +121,11 @@ const struct kith_package_ops *const *kith_package_all(void);       /* ended by 
 kith_status kith_package_init(struct kith_package *package);
 void kith_package_clear(struct kith_package *package);
 
-/* Ghost values of these fields, as stage `refresh`. */
+/* Ghost values of these fields, as stage `refresh`. Collective. */
 void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
 
 /* The time step that the present state and rates allow: Courant condition with h = 2 sigma and the signal speed, acceleration,
- * compression, loss of energy. */
+ * compression, loss of energy; of all ranks. Collective. */
 struct kith_vote kith_package_vote(const struct kith_package *package, double cfl);
 
 /* Memory besides the fields, pairwise fields included; and those alone. */

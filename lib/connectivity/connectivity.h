@@ -104,6 +104,11 @@ kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity
 kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes);
 
+/* Rows (and of_row) in canonical order: by the id of the partner, then by which image it is (kith_nodes_number_images): an order that
+ * depends on no rank, search or culling. The last thing done to a map: neither patched nor valid afterwards. */
+kith_status kith_connectivity_canonical(struct kith_connectivity *connectivity,
+                                        const struct kith_nodes *nodes);
+
 /* The pair of i and j in either order, or pairs.n if there is none. O(log row). */
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j);
 /* Makes f_couple (all 1) if it is not there. */

@@ -151,13 +151,22 @@ static void step_of(const struct kith_rebuild *policy, const double *x, const do
   }
 }
 
+/* The displacement of the first node of the first rank that has one. */
+static void first_drift(const struct displacement *seen, struct kith_ranks *ranks, const double *x,
+                        double *first) {
+  for (int a = 0; a < NDIM; ++a) first[a] = seen->drifts[a] && seen->n > 0 ? x[a] - seen->position[a] : 0;
+  kith_ranks_broadcast(ranks, kith_ranks_least(ranks, seen->n == 0, 0), first, sizeof(double) * NDIM);
+}
+
 /* The mean displacement, where it may be subtracted. The first node's comes first, so that the mean of a
  * drift beyond half a period is one drift and not two of opposite sign. */
-static void common_drift(const struct kith_rebuild *policy, const double *x, double *drift) {
+static void common_drift(const struct kith_rebuild *policy, struct kith_ranks *ranks, const double *x,
+                         double *drift) {
   const struct displacement *seen = policy->self;
   const kith_index blocks = (seen->n + BLOCK - 1) / BLOCK;
-  double total[NDIM] = {0}, first[NDIM];
-  for (int a = 0; a < NDIM; ++a) first[a] = seen->drifts[a] ? x[a] - seen->position[a] : 0;
+  double total[NDIM + 1] = {0}, first[NDIM];
+  first_drift(seen, ranks, x, first);
+  total[NDIM] = seen->n;
 #pragma omp parallel for schedule(static) if (seen->n > BLOCK)
   for (kith_index b = 0; b < blocks; ++b) {
     double sum[NDIM] = {0}, d[NDIM];
@@ -169,7 +178,8 @@ static void common_drift(const struct kith_rebuild *policy, const double *x, dou
   }
   for (kith_index b = 0; b < blocks; ++b)
     for (int a = 0; a < NDIM; ++a) total[a] += seen->sum[(size_t)b * NDIM + a];
-  for (int a = 0; a < NDIM; ++a) drift[a] = seen->drifts[a] ? first[a] + total[a] / seen->n : 0;
+  kith_ranks_sum(ranks, total, NDIM + 1);
+  for (int a = 0; a < NDIM; ++a) drift[a] = seen->drifts[a] ? first[a] + total[a] / total[NDIM] : 0;
 }
 
 /* How far node i moved, rounding included; 0 only if it is where it was. */
@@ -189,16 +199,17 @@ static kith_status displacement_due(const struct kith_rebuild *policy, const str
                                     bool *due) {
   const struct displacement *seen = policy->self;
   const double *x = nodes->position->f64, *support = nodes->support->f64;
-  *due = seen->n != nodes->n_internal;
-  if (*due || seen->n == 0) return KITH_OK;
+  *due = kith_ranks_any(nodes->ranks, seen->n != nodes->n_internal);
+  if (*due || (seen->n == 0 && nodes->ranks == NULL)) return KITH_OK;
   double drift[NDIM], most = 0;
-  common_drift(policy, x, drift);
+  common_drift(policy, nodes->ranks, x, drift);
 #pragma omp parallel for schedule(static) reduction(max : most) if (seen->n > BLOCK)
   for (kith_index i = 0; i < seen->n; ++i) {
     seen->moved[i] =
         moved(policy, x + (size_t)i * NDIM, seen->position + (size_t)i * NDIM, drift, support[i]);
     most = KITH_MAX(most, seen->moved[i]);
   }
+  kith_ranks_max(nodes->ranks, &most, 1);
   int late = 0;
 #pragma omp parallel for schedule(static) reduction(| : late) if (seen->n > BLOCK)
   for (kith_index i = 0; i < seen->n; ++i) late |= !(support[i] + seen->moved[i] + most <= seen->reach[i]);
@@ -217,6 +228,21 @@ static kith_status displacement_room(struct displacement *seen, kith_index n) {
   return KITH_OK;
 }
 
+/* Remote ghosts are nodes of other ranks, or images that these know of. */
+static void set_drifts(struct displacement *seen, const struct kith_nodes *nodes) {
+  double still[NDIM];
+  for (int a = 0; a < NDIM; ++a) {
+    still[a] = nodes->image != NULL;
+    for (int b = 0; b < nodes->n_blocks; ++b) {
+      const struct kith_ghost_block *block = &nodes->blocks[b];
+      if (block->kind == KITH_GHOST_FROZEN || (block->kind == KITH_GHOST_IMAGE && block->image.sign[a] < 0))
+        still[a] = 1;
+    }
+  }
+  kith_ranks_max(nodes->ranks, still, NDIM);
+  for (int a = 0; a < NDIM; ++a) seen->drifts[a] = still[a] == 0;
+}
+
 static kith_status displacement_snapshot(struct kith_rebuild *policy, const struct kith_nodes *nodes) {
   struct displacement *seen = policy->self;
   const size_t n = (size_t)nodes->n_internal;
@@ -224,12 +250,7 @@ static kith_status displacement_snapshot(struct kith_rebuild *policy, const stru
   seen->n = nodes->n_internal;
   if (n > 0) memcpy(seen->position, nodes->position->f64, n * NDIM * sizeof(double));
   if (n > 0) memcpy(seen->reach, nodes->reach->f64, n * sizeof(double));
-  for (int a = 0; a < NDIM; ++a) {
-    seen->drifts[a] = true;
-    for (int b = 0; b < nodes->n_blocks; ++b)
-      if (nodes->blocks[b].kind != KITH_GHOST_IMAGE || nodes->blocks[b].image.sign[a] < 0)
-        seen->drifts[a] = false;
-  }
+  set_drifts(seen, nodes);
   return KITH_OK;
 }
 
@@ -307,7 +328,7 @@ kith_status kith_rebuilds_due(const struct kith_rebuilds *rebuilds, const struct
   for (int k = 0; k < rebuilds->n && *reason == NULL; ++k) {
     bool due;
     KITH_TRY(rebuilds->policy[k].ops->due(&rebuilds->policy[k], nodes, &due));
-    if (due) *reason = rebuilds->policy[k].ops->name;
+    if (kith_ranks_any(nodes->ranks, due)) *reason = rebuilds->policy[k].ops->name;
   }
   return KITH_OK;
 }

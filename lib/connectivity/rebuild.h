@@ -7,8 +7,9 @@
  *                  <= max(H_i, H_j) now was within R then if, for every i,
  *                        H_i + |d_i| + max_j |d_j| <= R_i,      d = x - x0 - (common drift) - (wraps),
  *                  so growth of the support counts as displacement and a periodic wrap or a uniform motion does not.
- *                  The maximum goes over all nodes of this process (proof in rebuild.c). The common drift is the mean displacement;
- *                  it counts as displacement along axes that ghosts of the snapshot mirror, and if some do not follow a node.
+ *                  The maximum goes over all nodes of all ranks (proof in rebuild.c). The common drift is the mean displacement;
+ *                  it counts as displacement along axes that ghosts of the snapshot mirror, if some do not follow a node, and in
+ *                  reproducible runs (rows in canonical order): a mean has no order that all numbers of ranks share.
  *                  R and x0 are those of the snapshot; another number of internal nodes is always due.
  *
  * After every build all policies take a new snapshot, also those that were not asked. */
@@ -51,7 +52,8 @@ struct kith_rebuilds {
 /* From words joined by "|": "displacement | entity-change". BAD_INPUT for an unknown word. */
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period);
 void kith_rebuilds_clear(struct kith_rebuilds *rebuilds);
-/* *reason: the name of the policy that fired ("first build" if there is no snapshot), NULL if none did. */
+/* Collective, as all that follows a decision: due on one rank is due on all.
+ * *reason: the name of the policy that fired ("first build" if there is no snapshot), NULL if none did. */
 kith_status kith_rebuilds_due(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                               const char **reason);
 kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);

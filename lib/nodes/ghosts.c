@@ -80,7 +80,7 @@ static void refresh_block(const struct kith_ghost_block *block, struct kith_fiel
 
 enum { WORTH_A_TEAM = 4096 }; /* values: below, waking the threads costs more than the copies */
 
-void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
+static void refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
 #pragma omp parallel if ((int64_t)nodes->n_ghost * n_fields >= WORTH_A_TEAM)
   for (int b = 0; b < nodes->n_blocks; ++b) {
     if (nodes->blocks[b].kind == KITH_GHOST_IMAGE) refresh_block(&nodes->blocks[b], fields, n_fields);
@@ -88,8 +88,14 @@ void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *cons
   }
 }
 
-/* What a new ghost gets: all but the fields that live inside a step, which whoever uses them refreshes; and the reach. */
-static int lasting_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
+void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
+  refresh_images(nodes, fields, n_fields);
+  if (nodes->exchange.refresh != NULL)
+    nodes->exchange.refresh(nodes->exchange.context, nodes, fields, n_fields);
+}
+
+/* Whoever uses a field that lives inside a step refreshes it. */
+int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
   int n = 0;
   for (int f = 0; f < nodes->n_fields; ++f)
     if (nodes->fields[f]->spec.role != KITH_WORK || nodes->fields[f] == nodes->reach)
@@ -100,8 +106,8 @@ static int lasting_fields(const struct kith_nodes *nodes, struct kith_field **fi
 static kith_status check_block(const struct kith_nodes *nodes, const struct kith_ghost_block *block) {
   if (block->list < 0 || block->list >= nodes->n_lists || block->count < 0)
     KITH_FAIL(INTERNAL, "a block of %d ghosts for list %d of %d", block->count, block->list, nodes->n_lists);
-  if (block->kind == KITH_GHOST_FROZEN) {
-    if (block->control != NULL) KITH_FAIL(INTERNAL, "frozen ghosts have no control nodes");
+  if (block->kind != KITH_GHOST_IMAGE) {
+    if (block->control != NULL) KITH_FAIL(INTERNAL, "frozen and remote ghosts have no control nodes");
     return KITH_OK;
   }
   if (block->control == NULL && block->count > 0) KITH_FAIL(INTERNAL, "image ghosts need control nodes");
@@ -144,7 +150,7 @@ kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_gh
   ++nodes->ghosts;
   if (fresh.kind == KITH_GHOST_IMAGE) {
     struct kith_field *fields[KITH_MAX_FIELDS];
-    const int n_fields = lasting_fields(nodes, fields);
+    const int n_fields = kith_nodes_ghost_fields(nodes, fields);
 #pragma omp parallel if ((int64_t)fresh.count * n_fields >= WORTH_A_TEAM)
     refresh_block(&fresh, fields, n_fields);
     return KITH_OK;

@@ -125,6 +125,12 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
   return KITH_OK;
 }
 
+kith_status kith_nodes_number_images(struct kith_nodes *nodes) {
+  static const struct kith_field_spec image = {
+      "image", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "which image of its node a ghost is"};
+  return kith_nodes_field(nodes, &image, &nodes->image);
+}
+
 kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity) {
   if (capacity <= nodes->capacity) return KITH_OK;
   for (int f = 0; f < nodes->n_fields; ++f) {

@@ -16,6 +16,7 @@
 #define KITH_NODES_NODES_H
 
 #include "lib/core/base.h"
+#include "lib/core/ranks.h"
 
 enum { KITH_MAX_LISTS = 64, KITH_MAX_FIELDS = 96 };
 
@@ -69,7 +70,10 @@ struct kith_image {
 enum kith_ghost_kind {
   KITH_GHOST_IMAGE,  /* values follow the control node through `image` */
   KITH_GHOST_FROZEN, /* values stay; every ghost is its own control */
+  KITH_GHOST_REMOTE, /* a node or an image of another rank: values come by `exchange` */
 };
+
+struct kith_nodes;
 
 /* Ghosts of one boundary, one list and one image, contiguous from `first`. Controls are of the same list and lie before
  * the block (control[k] < first), so a block can be refreshed by threads. */
@@ -78,8 +82,14 @@ struct kith_ghost_block {
   int boundary; /* its place in the list of boundaries */
   int list;
   kith_index first, count;
-  kith_index *control; /* [count], owned; NULL for frozen ghosts */
+  kith_index *control; /* [count], owned; NULL for frozen and remote ghosts */
   struct kith_image image;
+};
+
+/* How remote ghosts get their values: who made them fills this in. Collective. */
+struct kith_exchange {
+  void (*refresh)(void *context, struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
+  void *context; /* borrowed */
 };
 
 struct kith_nodes {
@@ -95,9 +105,15 @@ struct kith_nodes {
   struct kith_field *reach; /* R >= 0: radius that the connectivity is built with, work; see connectivity.h */
   struct kith_field *id;    /* I64, state: global, unique, never changes */
   struct kith_field *list;  /* U8, derived: the node's list, ghosts too */
+  /* NULL unless kith_nodes_number_images: I64, derived, 0 for a node, for a ghost what image of its node it is; with the id it tells
+   * all partners apart, on all ranks. */
+  struct kith_field *image;
 
   int n_blocks, blocks_capacity;
   struct kith_ghost_block *blocks; /* creation order */
+
+  struct kith_ranks *ranks; /* who has the other nodes of the run; NULL: nobody, all are here. Borrowed */
+  struct kith_exchange exchange; /* refresh NULL: there are no remote ghosts */
 
   /* Generations. */
   uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
@@ -121,6 +137,9 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
 
+/* From here on ghosts have an `image`: n + 2^16 m + 2^32 l for image n along axis 0, of image m along axis 1, and so on. */
+kith_status kith_nodes_number_images(struct kith_nodes *nodes);
+
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
@@ -142,11 +161,13 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
 
 /* Ghosts. Drop all; append one block (control is taken over: owned by the nodes from here on, also on failure). */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
-/* block->first is set here. Image ghosts get their reach and all fields but KITH_WORK through their image; frozen ones are zero,
+/* block->first is set here. Image ghosts get their reach and all fields but KITH_WORK through their image; frozen and remote ones are zero,
  * for the caller to fill. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
-/* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these fields.
- * Bitwise the same for any number of threads. */
+/* The fields that a new ghost has: all but those that live inside a step, and the reach. fields[KITH_MAX_FIELDS]; returns how many. */
+int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields);
+/* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these fields; then
+ * remote ghosts those that their owners have, images among them. Bitwise the same for any number of threads. Collective. */
 void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
 /* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is kept.
  * renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept; empty blocks go. */

@@ -1,6 +1,7 @@
 /* Closed faces: equation (2) of faces.h, one vector per node, all axes in one solve. */
 #include <math.h>
 #include <nvector/nvector_serial.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sunlinsol/sunlinsol_pcg.h>
 #include "lib/core/vec.h"
@@ -101,7 +102,8 @@ static int laplacian(void *context, N_Vector v, N_Vector z) {
   struct mfm_faces *f = context;
   const struct mfm_links *links = &f->links;
   double *restrict shift = f->shift->f64, *restrict out = N_VGetArrayPointer(z);
-  memcpy(shift, N_VGetArrayPointer(v), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
+  if (f->graph.rows.n > 0)
+    memcpy(shift, N_VGetArrayPointer(v), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
   kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < f->graph.rows.n; ++i) {
@@ -127,11 +129,54 @@ static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_toleran
   return 0;
 }
 
+/* --- vectors: serial ones of SUNDIALS, whose products are summed over ranks --- */
+
+struct content {
+  struct _N_VectorContent_Serial own; /* first: all other operations are those of serial vectors */
+  struct kith_ranks *ranks;
+};
+
+static double dot(N_Vector x, N_Vector y) {
+  double sum = N_VDotProd_Serial(x, y);
+  kith_ranks_sum(((const struct content *)x->content)->ranks, &sum, 1);
+  return sum;
+}
+
+static N_Vector clone(N_Vector of);
+
+/* A vector over `data`; NULL: over memory of its own. NULL if there is none. SUNDIALS frees what is here. */
+static N_Vector make_vector(size_t n, double *data, struct kith_ranks *ranks, SUNContext context) {
+  N_Vector v = N_VNewEmpty_Serial((sunindextype)n, context);
+  struct content *content = v != NULL ? realloc(v->content, sizeof *content) : NULL;
+  if (content == NULL) {
+    if (v != NULL) N_VDestroy(v);
+    return NULL;
+  }
+  v->content = content;
+  content->ranks = ranks;
+  content->own.own_data = data == NULL;
+  content->own.data = data != NULL ? data : calloc(n + 1, sizeof *data);
+  v->ops->nvdotprod = dot;
+  v->ops->nvclone = clone;
+  if (content->own.data != NULL) return v;
+  N_VDestroy(v);
+  return NULL;
+}
+
+static N_Vector clone(N_Vector of) {
+  const struct content *content = of->content;
+  return make_vector((size_t)content->own.length, NULL, content->ranks, of->sunctx);
+}
+
+/* --- solving --- */
+
 /* Solves for `solution`, which starts at zero. */
 static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, N_Vector scale,
                          SUNContext context) {
-  const int most = (int)KITH_MIN(100 + 2 * (int64_t)f->graph.rows.n,
-                                 INT32_MAX); /* on a line it takes as many as there are nodes */
+  uint64_t all = (uint64_t)f->graph.rows.n;
+  kith_ranks_sum_counts(f->nodes->ranks, &all, 1);
+  const int most =
+      (int)KITH_MIN(100 + 2 * all, INT32_MAX); /* on a line it takes as many as there are nodes */
   SUNLinearSolver solver = SUNLinSol_PCG(solution, SUN_PREC_LEFT, most, context);
   if (solver == NULL) KITH_FAIL(NO_MEMORY, "no memory to close faces");
   SUNLinSolSetATimes(solver, f, laplacian);
@@ -140,8 +185,7 @@ static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, 
   SUNLinSolSetZeroGuess(solver, SUNTRUE);
   int error = SUNLinSolInitialize(solver);
   if (error == 0) error = SUNLinSolSetup(solver, NULL);
-  if (error == 0)
-    error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)f->graph.rows.n * NDIM));
+  if (error == 0) error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)all * NDIM));
   f->iterations += (uint64_t)SUNLinSolNumIters(solver);
   SUNLinSolFree(solver);
   if (error < 0) KITH_FAIL(INTERNAL, "the solver that closes faces gave %d", error);
@@ -165,7 +209,7 @@ static void apply(struct mfm_faces *f) {
 
 kith_status mfm_faces_close(struct mfm_faces *f) {
   const size_t n = (size_t)f->graph.rows.n, all = n * NDIM;
-  if (n == 0) return KITH_OK;
+  if (n == 0 && f->nodes->ranks == NULL) return KITH_OK;
   KITH_TRY(link_nodes(f));
   KITH_TRY(mfm_room(&f->open, &f->open_capacity, all, sizeof *f->open));
   KITH_TRY(mfm_room(&f->scale, &f->scale_capacity, all, sizeof *f->scale));
@@ -173,14 +217,14 @@ kith_status mfm_faces_close(struct mfm_faces *f) {
   equations(f);
   SUNContext context = NULL;
   if (SUNContext_Create(NULL, &context) != 0) KITH_FAIL(NO_MEMORY, "no memory to close faces");
-  N_Vector open = N_VMake_Serial((sunindextype)all, f->open, context);
-  N_Vector scale = N_VMake_Serial((sunindextype)all, f->scale, context);
-  N_Vector solution = N_VNew_Serial((sunindextype)all, context);
+  N_Vector open = make_vector(all, f->open, f->nodes->ranks, context);
+  N_Vector scale = make_vector(all, f->scale, f->nodes->ranks, context);
+  N_Vector solution = make_vector(all, NULL, f->nodes->ranks, context);
   kith_status status = KITH_NO_MEMORY;
   if (open != NULL && scale != NULL && solution != NULL) {
     N_VConst(0, solution);
     status = solve(f, solution, open, scale, context);
-    memcpy(f->shift->f64, N_VGetArrayPointer(solution), all * sizeof(double));
+    if (n > 0) memcpy(f->shift->f64, N_VGetArrayPointer(solution), all * sizeof(double));
     kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
   }
   if (open != NULL) N_VDestroy(open);

@@ -134,26 +134,29 @@ static inline double central(const struct mfm_faces *f, double inverse_support) 
          inverse_support;
 }
 
-KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces *f, kith_index begin,
-                                 kith_index end) {
+/* by_id: where all ranks must find the same last bit, a face is made from the end with the lower id. */
+KITH_INLINE void one_point_chunk(enum kith_kernel kernel, bool by_id, const struct mfm_faces *f,
+                                 kith_index begin, kith_index end) {
   const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
   const double *restrict matrix = f->matrix->f64;
   const uint8_t *barrier = f->barrier != NULL ? f->barrier->u8 : NULL;
+  const int64_t *restrict id = f->nodes->id->i64;
   for (kith_index i = begin; i < end; ++i) {
     const size_t first = f->graph.pairs.first[i], n = f->graph.pairs.first[i + 1] - first;
     const kith_index(*restrict pair)[2] = f->graph.pairs.node + first;
     double *restrict area = f->area + first * NDIM;
-    const double *xi = x + (size_t)i * NDIM;
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
-      const kith_index j = pair[k][1];
+      const bool back = by_id && id[i] > id[pair[k][1]];
+      const kith_index from = back ? pair[k][1] : i, to = back ? i : pair[k][1];
       double d[NDIM], r2 = 0, wi, gi, wj, gj;
       for (int a = 0; a < NDIM; ++a) {
-        d[a] = x[j * NDIM + a] - xi[a];
+        d[a] = x[to * NDIM + a] - x[from * NDIM + a];
         r2 += d[a] * d[a];
       }
       /* A barrier is the mirror of who looks at it: it has the volume and the matrix of the other end. */
-      const kith_index li = barrier != NULL && barrier[i] ? j : i, lj = barrier != NULL && barrier[j] ? i : j;
+      const kith_index li = barrier != NULL && barrier[from] ? to : from,
+                       lj = barrier != NULL && barrier[to] ? from : to;
       const double r = sqrt(r2), inverse_i = 1 / h[li], inverse_j = 1 / h[lj];
       kith_kernel_value(kernel, r * inverse_i, &wi, &gi);
       kith_kernel_value(kernel, r * inverse_j, &wj, &gj);
@@ -168,7 +171,7 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
           sum[a] += both * d[b];
           if (b != a) sum[b] += both * d[a];
         }
-      for (int a = 0; a < NDIM; ++a) area[k * NDIM + a] = sum[a];
+      for (int a = 0; a < NDIM; ++a) area[k * NDIM + a] = back ? -sum[a] : sum[a];
     }
   }
 }
@@ -177,7 +180,11 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
   KITH_HOT static void one_point_##name(void *context, kith_index begin, kith_index end, \
                                         struct kith_scratch *s) {                        \
     (void)s;                                                                             \
-    one_point_chunk(KITH_KERNEL_##name, context, begin, end);                            \
+    const struct mfm_faces *f = context;                                                 \
+    if (f->nodes->image != NULL)                                                         \
+      one_point_chunk(KITH_KERNEL_##name, true, f, begin, end);                          \
+    else                                                                                 \
+      one_point_chunk(KITH_KERNEL_##name, false, f, begin, end);                         \
   }
 KITH_KERNEL_LIST(X)
 #undef X

@@ -147,7 +147,7 @@ static void check_refusals(void) {
   CHECK(periodic == &kith_boundary_periodic && kith_boundary_find("perodic") == NULL);
   int members = 0;
   while (kith_boundary_all()[members] != NULL) CHECK(kith_boundary_all()[members++]->doc != NULL);
-  CHECK(members == 4);
+  CHECK(members == 5);
   CHECK_STATUS(KITH_BAD_INPUT, kith_boundaries_add(&all, &kith_boundary_piston, 0, 0, 1, true, true));
   CHECK_STATUS(KITH_BAD_INPUT, kith_boundaries_add(&all, periodic, NDIM, 0, 1, true, true));
   CHECK_STATUS(KITH_BAD_INPUT, kith_boundaries_add(&all, periodic, -1, 0, 1, true, true));

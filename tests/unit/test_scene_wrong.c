@@ -75,7 +75,7 @@ static const struct wrong keys[] = {
     {11, "until: 3", "f:11: until: duplicate key, first on line 10"},
     {11, "<<: {a: 1}",
      "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
-     "materials, gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, "
+     "materials, gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, partition, traversal, "
      "until, exact, measure, output"},
 };
 
@@ -362,7 +362,7 @@ static void refuses_overrides(void) {
   check_message(
       "q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
       "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, materials, "
-      "gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, traversal, until, exact, measure, output");
+      "gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, partition, traversal, until, exact, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");

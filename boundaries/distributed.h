@@ -1,0 +1,28 @@
+/* distributed.h - ghosts of nodes that other ranks have. Always the last boundary: what is sent are nodes and the
+ * images that the boundaries before made of them, so a corner between ranks is nothing special.
+ *
+ * Who is sent. Every rank tells all others, for each cell of the map in which it has nodes, the box around these nodes and
+ * their largest reach R. Node j (or image j) is sent to rank s if, for a cell of s, its distance from the box is
+ *     d(x_j, box) <= f max(R_j, R of the cell),
+ * so whatever a node of s may interact with is there. Frozen nodes and their images are not sent: every rank has all of them.
+ * Ghosts come rank by rank, and list by list, in the order of their nodes.
+ *
+ * Culling. A rank tells the owners which of its ghosts it keeps; the owners shorten their lists, and keep the images on them.
+ *
+ * Who owns a pair between ranks: both. Each evaluates it for its own node, and so do all sums over rows; a ghost is
+ * never given anything. Pairs are counted on both ranks.
+ *
+ * Refreshing any set of fields is one message to each neighboring rank, after the images have their values. */
+#ifndef KITH_BOUNDARIES_DISTRIBUTED_H
+#define KITH_BOUNDARIES_DISTRIBUTED_H
+
+#include "boundaries/boundary.h"
+
+/* Makes an added boundary ready, and the exchange of its nodes, which have ranks. home: I64, the cell of each internal node; nodes of
+ * other ranks are never in the same cell for long, but may be. */
+kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_nodes *nodes,
+                                  const struct kith_field *home);
+/* Of the present ghosts: ranks that this one sends to, and nodes it sends. */
+int kith_distributed_peers(const struct kith_boundary *boundary, size_t *sent);
+
+#endif

@@ -1,0 +1,251 @@
+#include "lib/domain/migrate.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* What is carried of a node: its fields, one behind the other, in whole words. */
+struct cargo {
+  int n_fields;
+  struct kith_field *field[KITH_MAX_FIELDS]; /* borrowed */
+  size_t words;
+};
+
+static void add_field(struct cargo *cargo, struct kith_field *field) {
+  cargo->field[cargo->n_fields++] = field;
+  cargo->words += (kith_field_node_size(field) + 7) / 8;
+}
+
+static void load(const struct cargo *cargo, kith_index i, int64_t *to) {
+  for (int f = 0; f < cargo->n_fields; ++f) {
+    const size_t size = kith_field_node_size(cargo->field[f]);
+    to[(size - 1) / 8] = 0;
+    memcpy(to, (const char *)cargo->field[f]->data + (size_t)i * size, size);
+    to += (size + 7) / 8;
+  }
+}
+
+static void unload(const struct cargo *cargo, kith_index i, const int64_t *from) {
+  for (int f = 0; f < cargo->n_fields; ++f) {
+    const size_t size = kith_field_node_size(cargo->field[f]);
+    memcpy((char *)cargo->field[f]->data + (size_t)i * size, from, size);
+    from += (size + 7) / 8;
+  }
+}
+
+/* Nodes on their way: [rank][list] counts, the nodes in this order, and what comes in. */
+struct transport {
+  int size, lists;
+  int64_t *to, *from;  /* [rank][list] */
+  int64_t *out, *in;   /* words */
+  int64_t n_out, n_in; /* nodes */
+  struct kith_message *message;
+};
+
+static void transport_clear(struct transport *t) {
+  kith_free(&t->to);
+  kith_free(&t->from);
+  kith_free(&t->out);
+  kith_free(&t->in);
+  kith_free(&t->message);
+}
+
+static kith_status transport_init(struct transport *t, const struct kith_nodes *nodes) {
+  t->size = kith_ranks_size(nodes->ranks);
+  t->lists = nodes->n_lists;
+  const size_t counts = (size_t)t->size * (size_t)t->lists;
+  KITH_TRY(kith_resize(&t->to, 0, counts, sizeof *t->to));
+  KITH_TRY(kith_resize(&t->from, 0, counts, sizeof *t->from));
+  return kith_resize(&t->message, 0, 2 * (size_t)t->size, sizeof *t->message);
+}
+
+/* Fills `out` rank by rank, list by list, node by node; who goes to `stay` is left where it is. */
+static kith_status load_all(struct transport *t, const struct kith_nodes *nodes, const struct cargo *cargo,
+                            const int32_t *to, int stay) {
+  int64_t *place = NULL, sum = 0;
+  const size_t counts = (size_t)t->size * (size_t)t->lists;
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (to[i] != stay) ++t->to[(size_t)to[i] * (size_t)t->lists + nodes->list->u8[i]];
+  KITH_TRY(kith_resize(&place, 0, counts, sizeof *place));
+  for (size_t k = 0; k < counts; ++k) place[k] = sum, sum += t->to[k];
+  t->n_out = sum;
+  const kith_status status = kith_resize(&t->out, 0, (size_t)sum * cargo->words, sizeof *t->out);
+  for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i)
+    if (to[i] != stay)
+      load(cargo, i,
+           t->out + (size_t)place[(size_t)to[i] * (size_t)t->lists + nodes->list->u8[i]]++ * cargo->words);
+  kith_free(&place);
+  return status;
+}
+
+static int64_t of_rank(const struct transport *t, const int64_t *count, int rank) {
+  int64_t sum = 0;
+  for (int l = 0; l < t->lists; ++l) sum += count[(size_t)rank * (size_t)t->lists + (size_t)l];
+  return sum;
+}
+
+static kith_status room_for_arrivals(struct transport *t, const struct cargo *cargo) {
+  t->n_in = 0;
+  for (int r = 0; r < t->size; ++r) t->n_in += of_rank(t, t->from, r);
+  return kith_resize(&t->in, 0, (size_t)t->n_in * cargo->words, sizeof *t->in);
+}
+
+/* `out` goes, `in` comes; the other ranks have agreed to it. */
+static kith_status carry(struct transport *t, struct kith_ranks *ranks, const struct cargo *cargo) {
+  struct kith_message *out = t->message, *in = t->message + t->size;
+  size_t sent = 0, got = 0;
+  for (int r = 0; r < t->size; ++r) {
+    const size_t n_out = (size_t)of_rank(t, t->to, r), n_in = (size_t)of_rank(t, t->from, r);
+    out[r] = (struct kith_message){r, t->out + sent * cargo->words, n_out * cargo->words * 8};
+    in[r] = (struct kith_message){r, t->in + got * cargo->words, n_in * cargo->words * 8};
+    sent += n_out, got += n_in;
+  }
+  return kith_ranks_exchange(ranks, t->size, out, t->size, in);
+}
+
+/* ---- migration ---- */
+
+static kith_status remove_leaving(struct kith_nodes *nodes, const int32_t *to, int me) {
+  uint8_t *gone = NULL;
+  KITH_TRY(kith_resize(&gone, 0, (size_t)nodes->n_internal, 1));
+  for (kith_index i = 0; i < nodes->n_internal; ++i) gone[i] = to[i] != me;
+  const kith_status status = kith_nodes_delete(nodes, gone);
+  kith_free(&gone);
+  return status;
+}
+
+/* Each list at its end, rank by rank. */
+static kith_status settle_arrivals(const struct transport *t, struct kith_nodes *nodes,
+                                   const struct cargo *cargo) {
+  for (int l = 0; l < t->lists; ++l) {
+    int64_t count = 0, at = 0;
+    kith_index place;
+    for (int r = 0; r < t->size; ++r) count += t->from[(size_t)r * (size_t)t->lists + (size_t)l];
+    if (count > INT32_MAX) KITH_FAIL(UNSUPPORTED, "%lld nodes come to one rank", (long long)count);
+    KITH_TRY(kith_nodes_append(nodes, l, (kith_index)count, &place));
+    for (int k = 0; k < t->size * t->lists; ++k) { /* `at` passes over all lists of all ranks */
+      const bool mine = k % t->lists == l;
+      for (int64_t n = 0; mine && n < t->from[k]; ++n)
+        unload(cargo, place++, t->in + (size_t)(at + n) * cargo->words);
+      at += t->from[k];
+    }
+  }
+  return KITH_OK;
+}
+
+static kith_status count_all(const struct kith_nodes *nodes, uint64_t before, uint64_t out, uint64_t in) {
+  uint64_t balance[] = {before - out + in, (uint64_t)nodes->n_internal, out, in};
+  kith_ranks_sum_counts(nodes->ranks, balance, 4);
+  if (balance[0] != balance[1] || balance[2] != balance[3])
+    KITH_FAIL(INTERNAL, "of %llu nodes %llu are left after a migration", (unsigned long long)balance[0],
+              (unsigned long long)balance[1]);
+  return KITH_OK;
+}
+
+static kith_status migrate(struct transport *t, struct kith_nodes *nodes, const int32_t *to) {
+  struct kith_ranks *ranks = nodes->ranks;
+  const int me = kith_ranks_rank(ranks);
+  const uint64_t before = (uint64_t)nodes->n_internal;
+  struct cargo cargo = {0};
+  for (int f = 0; f < nodes->n_fields; ++f) add_field(&cargo, nodes->fields[f]);
+  kith_status status = transport_init(t, nodes);
+  if (status == KITH_OK) status = load_all(t, nodes, &cargo, to, me);
+  KITH_TRY(kith_ranks_agree(ranks, status));
+  kith_ranks_all_to_all(ranks, t->to, t->from, t->lists);
+  KITH_TRY(kith_ranks_agree(ranks, room_for_arrivals(t, &cargo)));
+  KITH_TRY(carry(t, ranks, &cargo));
+  status = t->n_out > 0 ? remove_leaving(nodes, to, me) : KITH_OK;
+  if (status == KITH_OK && t->n_in > 0) status = settle_arrivals(t, nodes, &cargo);
+  if (t->n_in > 0) ++nodes->positions;
+  KITH_TRY(kith_ranks_agree(ranks, status));
+  return count_all(nodes, before, (uint64_t)t->n_out, (uint64_t)t->n_in);
+}
+
+kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint64_t *moved) {
+  struct transport t = {0};
+  kith_nodes_drop_ghosts(nodes);
+  const kith_status status = migrate(&t, nodes, to);
+  if (moved != NULL) *moved = (uint64_t)t.n_out;
+  transport_clear(&t);
+  return status;
+}
+
+/* ---- all on rank 0 ---- */
+
+static bool is_wanted(const struct kith_field *field, enum kith_gathered wanted) {
+  return wanted == KITH_GATHER_STATE ? field->spec.role == KITH_STATE : field->spec.output != NULL;
+}
+
+/* Empty nodes with the wanted fields (and the standing ones), and the same cargo of both. */
+static kith_status make_whole(const struct kith_nodes *nodes, enum kith_gathered wanted,
+                              struct kith_nodes **whole, struct cargo *here, struct cargo *there) {
+  const char *names[KITH_MAX_LISTS];
+  for (int l = 0; l < nodes->n_lists; ++l) names[l] = nodes->lists[l].name;
+  KITH_TRY(kith_nodes_create(whole, nodes->n_lists, names));
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    struct kith_field *field = nodes->fields[f], *copy;
+    if (!is_wanted(field, wanted)) continue;
+    KITH_TRY(kith_nodes_field(*whole, &field->spec, &copy));
+    add_field(here, field);
+    add_field(there, copy);
+  }
+  return KITH_OK;
+}
+
+struct numbered {
+  int64_t id;
+  kith_index node;
+};
+
+static int by_id(const void *a, const void *b) {
+  const int64_t p = ((const struct numbered *)a)->id, q = ((const struct numbered *)b)->id;
+  return (p > q) - (p < q);
+}
+
+/* Each list by id. */
+static kith_status sort_whole(struct kith_nodes *whole) {
+  struct numbered *number = NULL;
+  kith_index *order = NULL;
+  kith_status status = kith_resize(&number, 0, (size_t)whole->n_internal, sizeof *number);
+  if (status == KITH_OK) status = kith_resize(&order, 0, (size_t)whole->n_internal, sizeof *order);
+  for (int l = 0; status == KITH_OK && l < whole->n_lists; ++l) {
+    const kith_index first = whole->lists[l].first, count = whole->lists[l].count;
+    for (kith_index i = first; i < first + count; ++i) number[i] = (struct numbered){whole->id->i64[i], i};
+    if (count > 1) qsort(number + first, (size_t)count, sizeof *number, by_id);
+    for (kith_index i = first; i < first + count; ++i) order[i] = number[i].node;
+  }
+  if (status == KITH_OK && whole->n_internal > 0) status = kith_nodes_reorder(whole, order);
+  kith_free(&number);
+  kith_free(&order);
+  return status;
+}
+
+static kith_status gather(struct transport *t, const struct kith_nodes *nodes, struct cargo *here,
+                          const struct cargo *there, struct kith_nodes *whole, bool sorted) {
+  struct kith_ranks *ranks = nodes->ranks;
+  int32_t *to = NULL;
+  kith_status status = transport_init(t, nodes);
+  if (status == KITH_OK) status = kith_resize(&to, 0, (size_t)nodes->n_internal, sizeof *to); /* all to 0 */
+  if (status == KITH_OK) status = load_all(t, nodes, here, to, -1);
+  kith_free(&to);
+  KITH_TRY(kith_ranks_agree(ranks, status));
+  kith_ranks_all_to_all(ranks, t->to, t->from, t->lists);
+  KITH_TRY(kith_ranks_agree(ranks, room_for_arrivals(t, here)));
+  if (ranks == NULL && t->n_in > 0) memcpy(t->in, t->out, (size_t)t->n_in * here->words * 8);
+  KITH_TRY(carry(t, ranks, here));
+  status = KITH_OK;
+  if (kith_ranks_rank(ranks) == 0) status = settle_arrivals(t, whole, there);
+  if (status == KITH_OK && sorted) status = sort_whole(whole);
+  return kith_ranks_agree(ranks, status);
+}
+
+kith_status kith_nodes_gather(const struct kith_nodes *nodes, enum kith_gathered wanted, bool sorted,
+                              struct kith_nodes **whole) {
+  struct transport t = {0};
+  struct cargo here = {0}, there = {0};
+  *whole = NULL;
+  kith_status status = kith_ranks_agree(nodes->ranks, make_whole(nodes, wanted, whole, &here, &there));
+  if (status == KITH_OK) status = gather(&t, nodes, &here, &there, *whole, sorted);
+  transport_clear(&t);
+  if (status != KITH_OK || kith_ranks_rank(nodes->ranks) != 0) kith_nodes_destroy(whole);
+  return status;
+}

@@ -1,0 +1,24 @@
+#!/bin/sh
+# equal.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY TOLERANCE RANKS SETTING...: a scene on one process and on each number of RANKS (in quotes).
+# The last snapshots agree, by id, within the tolerance ("bytes": to the last byte), and energy is kept where it is compatible.
+mpirun=$1 program=$2 compare=$3 scene=$4 out=$5 tolerance=$6 counts=$7
+shift 7
+words=
+for setting; do words="$words --set $setting"; done
+run() { # directory command...
+  directory=$1
+  shift
+  rm -f "$directory"/snapshot_*.hdf
+  "$@" run "$scene" --set output.plot=false $words -q -o "$directory" > "$directory.log" 2>&1 && return
+  echo "failed: $*"; cat "$directory.log"; exit 1
+}
+[ -f "$scene" ] && mkdir -p "$out" || { echo "equal.sh: wrong words"; exit 1; }
+run "$out/1" "$program"
+for n in $counts; do
+  run "$out/$n" $mpirun -n "$n" "$program"
+  last=$(ls "$out/$n"/snapshot_*.hdf | tail -1)
+  "$compare" "$out/1/${last##*/}" "$last" "$tolerance" || { echo "$n ranks differ from one process"; exit 1; }
+  drift=$(sed -n 's/.*"energy_drift": \([^,]*\),.*/\1/p' "$out/$n/report.json")
+  case " $* " in *method.energy=thermal*) continue ;; esac
+  awk "BEGIN { exit !($drift <= 1e-12) }" || { echo "$n ranks: drift of energy $drift"; exit 1; }
+done

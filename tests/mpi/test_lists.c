@@ -1,0 +1,176 @@
+/* Run by mpirun. Every rank also runs the whole scene by itself; in reproducible mode both agree to the last bit, so rows can be compared
+ * entry by entry, by id and image, and the ghosts that a rank must have can be counted from the rows of the whole. */
+#include "lib/core/ranks.h"
+#include "tests/unit/scenario.h"
+
+static struct kith_ranks *ranks;
+
+/* Periodic, reflecting and open sides, two materials, supports that differ, nodes that stream from rank to rank. */
+static const char box[] =
+    "scene: box\n"
+    "dimension: 3\n"
+    "resolution: {1d: 40, 2d: 14, 3d: 7}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}, other: {gamma: 1.6666666666666667}}\n"
+    "regions:\n"
+    "  - {material: gas, where: {x: [0, 0.5]}, jitter: 0.3, seed: 5, lattice: cubic, density: 1, pressure: 0.1, velocity: [0.7, -0.4, 0.2]}\n"
+    "  - {material: other, where: {x: [0.5, 1]}, jitter: 0.3, seed: 6, lattice: cubic, density: 0.3, pressure: 0.2, velocity: [0.7, -0.4, 0.2]}\n"
+    "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: ball, radius: 0.25}\n"
+    "until: 1\n";
+
+/* As many images as it takes: two axes are thinner than a support. */
+static const char thin[] =
+    "scene: thin\n"
+    "dimension: 3\n"
+    "resolution: {1d: 40, 2d: 40, 3d: 24}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 0.06, 0.09]}\n"
+    "boundaries: {x: reflecting, y: periodic, z: reflecting}\n"
+    "materials: {gas: {gamma: 1.4}}\n"
+    "regions:\n"
+    "  - {material: gas, jitter: 0.2, seed: 5, lattice: cubic, density: 1, pressure: 0.1, velocity: [0.3, 0.4, 0.2]}\n"
+    "until: 1\n";
+
+static bool open_shared(struct scenario *s, const char *yaml, const char *settings) {
+  if (!scenario_open(s, yaml, "%s", settings)) return false;
+  CHECK_OK(kith_model_share(s->model, ranks));
+  return check_failures == 0;
+}
+
+static int owner_of(const int32_t *owner, const struct kith_nodes *nodes, kith_index i) {
+  return owner[nodes->id->i64[i]];
+}
+
+/* owner[id] of all nodes, on all ranks. */
+static int32_t *owners(const struct scenario *shared, kith_index n) {
+  double *of = calloc((size_t)n + 1, sizeof *of);
+  int32_t *owner = calloc((size_t)n + 1, sizeof *owner);
+  const struct kith_nodes *nodes = shared->model->nodes;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) of[nodes->id->i64[i]] += 1 + kith_ranks_rank(ranks);
+  kith_ranks_sum(ranks, of, n);
+  for (kith_index id = 0; id < n; ++id) {
+    CHECK(of[id] >= 1 && of[id] <= kith_ranks_size(ranks)); /* neither lost nor doubled */
+    owner[id] = (int32_t)of[id] - 1;
+  }
+  free(of);
+  return owner;
+}
+
+/* The same partners, by id and image, in the same order. */
+static bool same_row(const struct scenario *whole, kith_index i, const struct scenario *shared,
+                     kith_index k) {
+  const struct kith_rows *a = &whole->model->connectivity->rows, *b = &shared->model->connectivity->rows;
+  const struct kith_nodes *m = whole->model->nodes, *n = shared->model->nodes;
+  const size_t count = a->first[i + 1] - a->first[i];
+  if (b->first[k + 1] - b->first[k] != count) return false;
+  for (size_t e = 0; e < count; ++e) {
+    const kith_index p = a->node[a->first[i] + e], q = b->node[b->first[k] + e];
+    if (m->id->i64[p] != n->id->i64[q] || m->image->i64[p] != n->image->i64[q]) return false;
+    if (memcmp(m->position->f64 + (size_t)p * NDIM, n->position->f64 + (size_t)q * NDIM,
+               NDIM * sizeof(double)) != 0)
+      return false;
+  }
+  return true;
+}
+
+/* Partners of this rank's nodes, in the whole, that others have: what it must have as remote ghosts, and no more. */
+static kith_index needed(const struct scenario *whole, const int32_t *owner) {
+  const struct kith_nodes *nodes = whole->model->nodes;
+  const struct kith_rows *rows = &whole->model->connectivity->rows;
+  const int me = kith_ranks_rank(ranks);
+  uint8_t *seen = calloc((size_t)kith_nodes_count(nodes) + 1, 1);
+  kith_index count = 0;
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    for (size_t e = rows->first[i]; owner_of(owner, nodes, i) == me && e < rows->first[i + 1]; ++e) {
+      const kith_index j = rows->node[e];
+      if (owner_of(owner, nodes, j) == me || seen[j]) continue;
+      seen[j] = 1;
+      ++count;
+    }
+  free(seen);
+  return count;
+}
+
+static kith_index remote(const struct kith_nodes *nodes) {
+  kith_index count = 0;
+  for (int b = 0; b < nodes->n_blocks; ++b)
+    if (nodes->blocks[b].kind == KITH_GHOST_REMOTE) count += nodes->blocks[b].count;
+  return count;
+}
+
+/* A pair of scenarios at the same step. */
+static void compare(const struct scenario *whole, const struct scenario *shared, const char *what) {
+  const struct kith_nodes *all = whole->model->nodes, *mine = shared->model->nodes;
+  int64_t most;
+  kith_index *place = scenario_places(whole, &most), wrong = 0;
+  int32_t *owner = owners(shared, all->n_internal);
+  for (kith_index k = 0; k < mine->n_internal; ++k)
+    if (!same_row(whole, place[mine->id->i64[k]], shared, k)) ++wrong;
+  const kith_index wanted = needed(whole, owner), have = remote(mine);
+  if (wrong > 0 || wanted != have)
+    fprintf(stderr, "rank %d, %d-D, %s: %d rows differ; %d remote ghosts, needed are %d\n",
+            kith_ranks_rank(ranks), NDIM, what, wrong, have, wanted);
+  CHECK(wrong == 0 && wanted == have);
+  free(place);
+  free(owner);
+}
+
+/* Before and after repartitions: every settlement makes a new map, if the partitioner has one. */
+static void follow(const char *yaml, const char *settings, int steps) {
+  struct scenario whole, shared;
+  if (scenario_open(&whole, yaml, "%s", settings) && open_shared(&shared, yaml, settings)) {
+    CHECK_OK(scenario_start(&whole));
+    CHECK_OK(scenario_start(&shared));
+    compare(&whole, &shared, settings);
+    for (int k = 0; k < steps && check_failures == 0; ++k) {
+      CHECK_OK(scenario_steps(&whole, 1));
+      CHECK_OK(scenario_steps(&shared, 1));
+      CHECK(whole.model->integrator.dt == shared.model->integrator.dt);
+      compare(&whole, &shared, settings);
+    }
+    const struct kith_ledger all = kith_ledger_of_all(&shared.model->integrator.ledger, ranks);
+    CHECK(all.created == all.culled + all.kept);
+    CHECK(all.row_entries == whole.model->integrator.ledger.row_entries);
+    scenario_close(&shared);
+  }
+  scenario_close(&whole);
+}
+
+static void all_partitioners(void) {
+  char settings[512];
+  for (int p = 0; kith_partitioner_all()[p] != NULL; ++p) {
+    if (kith_partitioner_all()[p]->needs != NULL) continue;
+    snprintf(settings, sizeof settings,
+             "reproducible=true partition.name=%s partition.every=1 partition.imbalance=1 partition.cells=40",
+             kith_partitioner_all()[p]->name);
+    follow(box, settings, 4);
+  }
+}
+
+/* A node that goes wrong on one rank: all hear of it, and nobody waits. */
+static void one_fails(void) {
+  struct scenario s;
+  const int bad = kith_ranks_size(ranks) - 1;
+  char words[32];
+  if (!open_shared(&s, box, "")) return;
+  CHECK_OK(scenario_start(&s));
+  CHECK_OK(scenario_steps(&s, 1));
+  if (kith_ranks_rank(ranks) == bad) s.model->hydro.velocity->f64[0] = NAN;
+  CHECK_STATUS(KITH_DIVERGED, scenario_steps(&s, 1));
+  snprintf(words, sizeof words, "rank %d: node", bad);
+  CHECK(strncmp(kith_failure(), words, strlen(words)) == 0 && kith_ranks_agreed(ranks));
+  scenario_close(&s);
+}
+
+int main(void) {
+  CHECK_OK(kith_ranks_create(&ranks));
+  all_partitioners();
+  follow(thin, "reproducible=true", 3);
+  follow(box, "reproducible=true connectivity.rebuild=displacement", 6);
+  follow(box, "reproducible=true partition.cells=1", 2);
+  follow(thin, "reproducible=true resolution=3", 2); /* fewer nodes than ranks */
+  if (kith_ranks_size(ranks) > 1) one_fails();
+  const int failed = kith_ranks_any(ranks, check_failed() != 0);
+  kith_ranks_destroy(&ranks);
+  return failed;
+}

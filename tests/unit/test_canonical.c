@@ -1,0 +1,172 @@
+/* What does not depend on ranks: numbered images, rows in canonical order, all nodes by id. On one process. */
+#include "lib/domain/migrate.h"
+#include "tests/unit/scenario.h"
+
+static const char box[] =
+    "scene: box\n"
+    "dimension: 3\n"
+    "resolution: {1d: 30, 2d: 10, 3d: 6}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 0.12, 1]}\n"
+    "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}, other: {gamma: 1.6666666666666667}}\n"
+    "regions:\n"
+    "  - {material: other, where: {x: [0, 0.5]}, jitter: 0.3, seed: 5, lattice: cubic, density: 1, pressure: 0.1}\n"
+    "  - {material: gas, where: {x: [0.5, 1]}, jitter: 0.3, seed: 6, lattice: cubic, density: 1, pressure: 0.2}\n"
+    "until: 1\n";
+
+/* The image along an axis that a number stands for: digits of -2^15 .. 2^15 - 1. */
+static int digit(int64_t image, int axis) {
+  for (int a = 0; a < axis; ++a) image = (image - (int16_t)(image & 0xffff)) / 65536;
+  return (int16_t)(image & 0xffff);
+}
+
+/* Where image n of a node at x is: the unfolded line of boundary.h. */
+static double place_of(double x, int n, int axis) {
+  const double upper = axis == 1 ? 0.12 : 1;
+  return axis != 1 || n % 2 == 0 ? x + n * upper : upper - x + n * upper;
+}
+
+/* Every ghost is where its number says; no two partners have the same id and number. */
+static void images_are_numbered(const struct scenario *s) {
+  const struct kith_nodes *nodes = s->model->nodes;
+  int64_t most;
+  kith_index *place = scenario_places(s, &most);
+  for (kith_index g = 0; g < kith_nodes_count(nodes); ++g) {
+    const kith_index i = place[nodes->id->i64[g]];
+    CHECK((nodes->image->i64[g] == 0) == (g < nodes->n_internal));
+    for (int a = 0; a < NDIM; ++a) {
+      const double x = nodes->position->f64[(size_t)i * NDIM + a];
+      const double wanted = place_of(x, digit(nodes->image->i64[g], a), a);
+      CHECK_CLOSE(nodes->position->f64[(size_t)g * NDIM + a], wanted, 1e-14); /* round-off of a few lengths */
+    }
+  }
+  free(place);
+}
+
+static bool before(const struct kith_nodes *nodes, kith_index j, kith_index k) {
+  if (nodes->id->i64[j] != nodes->id->i64[k]) return nodes->id->i64[j] < nodes->id->i64[k];
+  return nodes->image->i64[j] < nodes->image->i64[k];
+}
+
+/* In order, and each entry knows its pair. */
+static void rows_are_in_order(const struct scenario *s) {
+  const struct kith_connectivity *c = s->model->connectivity;
+  for (kith_index i = 0; i < s->model->nodes->n_internal; ++i)
+    for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e) {
+      const kith_index j = c->rows.node[e];
+      CHECK(e == c->rows.first[i] || before(s->model->nodes, c->rows.node[e - 1], j));
+      if (!c->built.pairs) continue;
+      const kith_index *pair = c->pairs.node[c->pairs.of_row[e]];
+      CHECK(pair[0] == KITH_MIN(i, j) && pair[1] == KITH_MAX(i, j));
+    }
+}
+
+/* The same partners as rows by index have. */
+static void same_partners(const struct scenario *plain, const struct scenario *ordered) {
+  const struct kith_rows *a = &plain->model->connectivity->rows, *b = &ordered->model->connectivity->rows;
+  int64_t most;
+  kith_index *place = scenario_places(plain, &most);
+  for (kith_index i = 0; i < ordered->model->nodes->n_internal; ++i) {
+    const kith_index k = place[ordered->model->nodes->id->i64[i]];
+    int64_t sum = 0; /* of ids and their squares: the same set, for all purposes */
+    for (size_t e = b->first[i]; e < b->first[i + 1]; ++e) {
+      const int64_t id = ordered->model->nodes->id->i64[b->node[e]];
+      sum += id + id * id * 1000003;
+    }
+    for (size_t e = a->first[k]; e < a->first[k + 1]; ++e) {
+      const int64_t id = plain->model->nodes->id->i64[a->node[e]];
+      sum -= id + id * id * 1000003;
+    }
+    CHECK(sum == 0 && a->first[k + 1] - a->first[k] == b->first[i + 1] - b->first[i]);
+  }
+  free(place);
+}
+
+static void order(const char *settings) {
+  struct scenario plain, ordered;
+  if (scenario_open(&plain, box, "%s", settings) &&
+      scenario_open(&ordered, box, "reproducible=true %s", settings)) {
+    CHECK_OK(scenario_start(&plain));
+    CHECK_OK(scenario_start(&ordered));
+    images_are_numbered(&ordered);
+    rows_are_in_order(&ordered);
+    same_partners(&plain, &ordered);
+    scenario_close(&ordered);
+  }
+  scenario_close(&plain);
+}
+
+/* Any search, the same bits. */
+static void same_for_all_searches(void) {
+  static const char *const searches[] = {"grid", "brute"};
+  struct scenario tree, other;
+  if (scenario_open(&tree, box, "reproducible=true neighbor.search=tree") && scenario_run(&tree, 3))
+    for (int k = 0; k < 2; ++k) {
+      if (scenario_open(&other, box, "reproducible=true neighbor.search=%s", searches[k]) &&
+          scenario_run(&other, 3))
+        scenario_same(&tree, &other, searches[k]);
+      scenario_close(&other);
+    }
+  scenario_close(&tree);
+}
+
+/* All nodes, list by list, by id, with their values; also when they were reordered. */
+static void gathered(enum kith_gathered fields) {
+  struct scenario s;
+  struct kith_nodes *whole = NULL;
+  if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
+    const struct kith_nodes *nodes = s.model->nodes;
+    int64_t most;
+    kith_index *place = scenario_places(&s, &most);
+    CHECK_OK(kith_nodes_gather(nodes, fields, true, &whole));
+    CHECK(whole->n_internal == nodes->n_internal && whole->n_ghost == 0);
+    for (int l = 0; l < nodes->n_lists; ++l) CHECK(whole->lists[l].count == nodes->lists[l].count);
+    const struct kith_field *mass = kith_nodes_field_named(whole, "mass");
+    for (kith_index i = 0; i < whole->n_internal; ++i) {
+      const kith_index k = place[whole->id->i64[i]];
+      CHECK(i == 0 || whole->list->u8[i] > whole->list->u8[i - 1] ||
+            whole->id->i64[i] > whole->id->i64[i - 1]);
+      CHECK(whole->list->u8[i] == nodes->list->u8[k] && mass->f64[i] == s.model->hydro.mass->f64[k]);
+      CHECK(memcmp(whole->position->f64 + (size_t)i * NDIM, nodes->position->f64 + (size_t)k * NDIM,
+                   NDIM * sizeof(double)) == 0);
+    }
+    kith_nodes_destroy(&whole);
+    free(place);
+  }
+  scenario_close(&s);
+}
+
+/* Where there is no order for all, it is refused. */
+static void refusals(void) {
+  static const char *const settings[] = {"traversal=pairs", "method.package=mfm method.closed=true",
+                                         "method.package=mfm method.faces=integrated",
+                                         "scheme.name=arkode method.energy=thermal"};
+  for (int k = 0; k < 4; ++k) {
+    char words[256];
+    struct kith_scene *scene = NULL;
+    struct kith_model *model = NULL;
+    const char *overrides[8];
+    char dimension[] = "dimension=0", *rest = NULL;
+    int n = 0;
+    dimension[10] = (char)('0' + NDIM);
+    overrides[n++] = dimension;
+    overrides[n++] = "reproducible=true";
+    snprintf(words, sizeof words, "%s", settings[k]);
+    for (char *w = strtok_r(words, " ", &rest); w != NULL; w = strtok_r(NULL, " ", &rest)) overrides[n++] = w;
+    CHECK_OK(kith_scene_parse(&scene, "box.yaml", box, strlen(box), n, overrides));
+    if (scene != NULL) CHECK_STATUS(KITH_BAD_INPUT, kith_model_create(&model, scene, NULL, false));
+    kith_model_destroy(&model);
+    kith_scene_destroy(&scene);
+  }
+}
+
+int main(void) {
+  order("");
+  order("method.package=mfm");
+  order("connectivity.cull=false");
+  same_for_all_searches();
+  gathered(KITH_GATHER_STATE);
+  gathered(KITH_GATHER_OUTPUT);
+  refusals();
+  return check_failed();
+}
