@@ -89,8 +89,9 @@ kith_status kith_share_keep(struct kith_share *share, struct kith_nodes *nodes) 
   KITH_TRY(kith_resize(&gone, 0, (size_t)nodes->n_internal, 1));
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     gone[i] = share->partition->owner[share->home->i64[i]] != me;
-  const kith_status status = kith_nodes_delete(nodes, gone);
+  kith_status status = kith_nodes_delete(nodes, gone);
   kith_free(&gone);
+  if (status == KITH_OK) status = kith_nodes_shrink(nodes);
   return status;
 }
 
@@ -206,6 +207,7 @@ static kith_status take_back(struct kith_share *share, struct kith_nodes *nodes,
       mark_others(nodes, counts, kith_ranks_size(share->ranks), kith_ranks_rank(share->ranks), gone);
   if (status == KITH_OK) status = kith_nodes_delete(nodes, gone);
   kith_free(&gone);
+  if (status == KITH_OK) status = kith_nodes_shrink(nodes);
   KITH_TRY(status);
   return set_homes(share, nodes);
 }
