@@ -1,5 +1,6 @@
 #include <omp.h>
 #include <stddef.h>
+#include <stdio.h>
 #include "app/bench.h"
 #include "app/chart.h"
 #include "app/list.h"
@@ -26,5 +27,9 @@ int main(int argc, char **argv) {
   struct kith_options options;
   const struct kith_verb *verb = kith_options_parse(&options, argc, argv, verbs);
   if (options.threads > 0) omp_set_num_threads(options.threads);
+  if (options.ranks > 1 && verb->act != kith_run) {
+    fprintf(stderr, "kith: --ranks: %s is of one process; run takes several\n", verb->name);
+    return KITH_EXIT_USAGE;
+  }
   return verb->act(&options);
 }

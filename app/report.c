@@ -234,6 +234,25 @@ static void print_cost(const struct kith_report *r, FILE *f) {
           r->pair_evaluations);
 }
 
+static double entry_of(const struct kith_report *r, const char *name) {
+  for (int k = 0; k < r->n_ledger; ++k)
+    if (strcmp(r->ledger[k].name, name) == 0) return r->ledger[k].value;
+  return 0;
+}
+
+/* What the ranks had to do with each other. */
+static void print_ranks(const struct kith_report *r, FILE *f) {
+  if (r->ranks == 1) return;
+  fprintf(f, "  %.4g messages of %.4g bytes in the mean; ghosts of other ranks: %.4g made, %.4g kept\n",
+          entry_of(r, "messages"), entry_of(r, "message_bytes") / KITH_MAX(entry_of(r, "messages"), 1),
+          entry_of(r, "remote_ghosts_created"), entry_of(r, "remote_ghosts_kept"));
+  fprintf(f, "  %.4g nodes migrated, %.4g new maps", entry_of(r, "nodes_migrated"),
+          entry_of(r, "repartitions"));
+  if (entry_of(r, "work_imbalance") > 0)
+    fprintf(f, ", work of the busiest rank %.3f of the mean", entry_of(r, "work_imbalance"));
+  fputc('\n', f);
+}
+
 void kith_report_print(const struct kith_report *report, FILE *out) {
   print_run(report, out);
   if (report->compared) print_norms(&report->norms, out);
@@ -241,4 +260,5 @@ void kith_report_print(const struct kith_report *report, FILE *out) {
   print_conservation(report, out);
   print_stages(report, out);
   print_cost(report, out);
+  print_ranks(report, out);
 }

@@ -1,5 +1,6 @@
 #include "boundaries/distributed.h"
 
+#include <omp.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -126,19 +127,44 @@ static void refresh(void *context, struct kith_nodes *nodes, struct kith_field *
 
 /* ---- who is sent where ---- */
 
-/* Cells of this rank that are not empty. */
+static const struct place nowhere = {.reach = -1};
+
+static void include(struct place *to, const struct place *from) {
+  if (!(from->reach >= 0)) return;
+  if (!(to->reach >= 0)) to->box = kith_box_empty();
+  kith_box_include(&to->box, from->box.lower);
+  kith_box_include(&to->box, from->box.upper);
+  to->reach = KITH_MAX(to->reach, from->reach);
+}
+
+static struct place place_of(const struct kith_nodes *nodes, kith_index i) {
+  struct place p = {nodes->reach->f64[i], kith_box_empty()};
+  kith_box_include(&p.box, nodes->position->f64 + (size_t)i * NDIM);
+  return p;
+}
+
+/* Cells of this rank that are not empty. Each thread has cells of its own; boxes and largest reaches have no order. */
 static kith_status own_places(const struct distributed *d, const struct kith_nodes *nodes,
                               struct place **places, size_t *n) {
   const int64_t *home = d->home->i64;
+  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
   int64_t cells = 0;
+#pragma omp parallel for schedule(static) reduction(max : cells) num_threads(threads)
   for (kith_index i = 0; i < nodes->n_internal; ++i) cells = KITH_MAX(cells, home[i] + 1);
+  const size_t all = (size_t)cells * (size_t)threads;
   struct place *place = NULL;
-  KITH_TRY(kith_resize(&place, 0, (size_t)cells, sizeof *place));
-  for (int64_t c = 0; c < cells; ++c) place[c] = (struct place){-1, kith_box_empty()};
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    kith_box_include(&place[home[i]].box, nodes->position->f64 + (size_t)i * NDIM);
-    place[home[i]].reach = KITH_MAX(place[home[i]].reach, nodes->reach->f64[i]);
+  KITH_TRY(kith_resize(&place, 0, all, sizeof *place));
+  for (size_t c = 0; c < all; ++c) place[c] = nowhere;
+#pragma omp parallel num_threads(threads)
+  {
+    struct place *mine = place + (size_t)cells * (size_t)omp_get_thread_num();
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      const struct place p = place_of(nodes, i);
+      include(&mine[home[i]], &p);
+    }
   }
+  for (size_t c = (size_t)cells; c < all; ++c) include(&place[c % (size_t)cells], &place[c]);
   *n = 0;
   for (int64_t c = 0; c < cells; ++c)
     if (place[c].reach >= 0) place[(*n)++] = place[c];
@@ -162,7 +188,8 @@ static bool within(double d2, double factor, double r) {
 
 /* Does a node, or a bunch of them, reach a place? */
 static bool reaches(const struct place *from, const struct place *to, double factor) {
-  return within(box_distance2(&from->box, &to->box), factor, KITH_MAX(from->reach, to->reach));
+  return from->reach >= 0 &&
+         within(box_distance2(&from->box, &to->box), factor, KITH_MAX(from->reach, to->reach));
 }
 
 /* What may be sent: all but frozen nodes and their images; in bunches of consecutive nodes. */
@@ -170,21 +197,9 @@ struct candidates {
   kith_index n;  /* nodes and ghosts */
   uint8_t *kept; /* [n] 1: not to be sent; then, per rank, 2: sent */
   int bunches;
+  uint8_t *hit; /* [bunches] does it hold one that is sent? */
   struct place *bunch, all;
 };
-
-static struct place place_of(const struct kith_nodes *nodes, kith_index i) {
-  struct place p = {nodes->reach->f64[i], kith_box_empty()};
-  kith_box_include(&p.box, nodes->position->f64 + (size_t)i * NDIM);
-  return p;
-}
-
-static void include(struct place *to, const struct place *from) {
-  if (!(from->reach >= 0)) return;
-  kith_box_include(&to->box, from->box.lower);
-  kith_box_include(&to->box, from->box.upper);
-  to->reach = KITH_MAX(to->reach, from->reach);
-}
 
 static void mark_frozen(const struct kith_nodes *nodes, uint8_t *frozen) {
   for (int b = 0; b < nodes->n_blocks; ++b) {
@@ -197,13 +212,14 @@ static void mark_frozen(const struct kith_nodes *nodes, uint8_t *frozen) {
 static kith_status gather_candidates(struct candidates *c, const struct kith_nodes *nodes) {
   c->n = kith_nodes_count(nodes);
   c->bunches = (c->n + BUNCH - 1) / BUNCH;
-  c->all = (struct place){-1, kith_box_empty()};
+  c->all = nowhere;
+  KITH_TRY(kith_resize(&c->hit, 0, (size_t)c->bunches, 1));
   KITH_TRY(kith_resize(&c->kept, 0, (size_t)c->n, 1));
   KITH_TRY(kith_resize(&c->bunch, 0, (size_t)c->bunches, sizeof *c->bunch));
   mark_frozen(nodes, c->kept);
 #pragma omp parallel for schedule(static) if (c->bunches > 64)
   for (int b = 0; b < c->bunches; ++b) {
-    c->bunch[b] = c->all;
+    c->bunch[b] = nowhere;
     for (kith_index i = b * BUNCH; i < KITH_MIN(c->n, (b + 1) * BUNCH); ++i) {
       const struct place p = place_of(nodes, i);
       if (!c->kept[i]) include(&c->bunch[b], &p);
@@ -215,30 +231,39 @@ static kith_status gather_candidates(struct candidates *c, const struct kith_nod
 
 static void mark_bunch(const struct candidates *c, const struct kith_nodes *nodes, int b,
                        const struct place *there, int n, double factor) {
+  c->hit[b] = 0;
   for (int k = 0; k < n; ++k) {
     if (!reaches(&c->bunch[b], &there[k], factor)) continue;
     for (kith_index i = b * BUNCH; i < KITH_MIN(c->n, (b + 1) * BUNCH); ++i) {
       if (c->kept[i] != 0) continue;
       const double d2 = kith_box_distance2(&there[k].box, nodes->position->f64 + (size_t)i * NDIM);
-      if (within(d2, factor, KITH_MAX(nodes->reach->f64[i], there[k].reach))) c->kept[i] = 2;
+      if (within(d2, factor, KITH_MAX(nodes->reach->f64[i], there[k].reach))) c->kept[i] = 2, c->hit[b] = 1;
     }
   }
+}
+
+/* Counts the marked ones of each list (send NULL), or places them: place[list] is where the next one goes. */
+static void sweep(const struct candidates *c, const struct kith_nodes *nodes, int64_t *place,
+                  kith_index *send) {
+  for (int b = 0; b < c->bunches; ++b)
+    for (kith_index i = b * BUNCH; c->hit[b] && i < KITH_MIN(c->n, (b + 1) * BUNCH); ++i) {
+      if (c->kept[i] != 2) continue;
+      const int64_t at = place[nodes->list->u8[i]]++;
+      if (send == NULL) continue;
+      send[at] = i;
+      c->kept[i] = 0;
+    }
 }
 
 /* The marked ones, list by list; the marks go. */
 static kith_status collect(struct candidates *c, const struct kith_nodes *nodes, struct peer *peer,
                            int64_t *count) {
-  kith_index total = 0, at = 0;
-  for (kith_index i = 0; i < c->n; ++i) total += c->kept[i] == 2;
+  int64_t place[KITH_MAX_LISTS], total = 0;
+  sweep(c, nodes, count, NULL);
+  for (int l = 0; l < nodes->n_lists; ++l) place[l] = total, total += count[l];
   KITH_TRY(kith_resize(&peer->send, 0, (size_t)total, sizeof *peer->send));
-  for (int l = 0; l < nodes->n_lists && total > 0; ++l) {
-    const kith_index before = at;
-    for (kith_index i = 0; i < c->n; ++i)
-      if (c->kept[i] == 2 && nodes->list->u8[i] == l) peer->send[at++] = i;
-    count[l] = at - before;
-  }
-  for (kith_index i = 0; i < c->n; ++i) c->kept[i] = c->kept[i] == 1;
-  peer->n_send = total;
+  sweep(c, nodes, place, peer->send);
+  peer->n_send = (kith_index)total;
   return KITH_OK;
 }
 
@@ -246,13 +271,14 @@ static kith_status collect(struct candidates *c, const struct kith_nodes *nodes,
 static kith_status list_for(struct candidates *c, const struct kith_nodes *nodes, struct place *there,
                             size_t n, double factor, struct peer *peer, int64_t *count) {
   int near = 0;
+  struct place whole = nowhere;
   for (size_t k = 0; k < n; ++k)
-    if (c->all.reach >= 0 && reaches(&c->all, &there[k], factor)) there[near++] = there[k];
+    if (reaches(&c->all, &there[k], factor)) include(&whole, &there[k]), there[near++] = there[k];
   peer->n_send = 0;
   if (near == 0) return KITH_OK;
 #pragma omp parallel for schedule(dynamic, 16) if (c->bunches > 64)
-  for (int b = 0; b < c->bunches; ++b)
-    if (c->bunch[b].reach >= 0) mark_bunch(c, nodes, b, there, near, factor);
+  for (int b = 0; b < c->bunches; ++b) /* most are far from all of that rank */
+    mark_bunch(c, nodes, b, there, reaches(&c->bunch[b], &whole, factor) ? near : 0, factor);
   return collect(c, nodes, peer, count);
 }
 
@@ -330,6 +356,7 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
   const kith_status status = make_ghosts(&t, boundary, nodes, factor);
   kith_free(&t.candidates.kept);
   kith_free(&t.candidates.bunch);
+  kith_free(&t.candidates.hit);
   kith_free(&t.own);
   kith_free(&t.places);
   kith_free(&t.part);

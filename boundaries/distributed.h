@@ -18,8 +18,8 @@
 
 #include "boundaries/boundary.h"
 
-/* Makes an added boundary ready, and the exchange of its nodes, which have ranks. home: I64, the cell of each internal node; nodes of
- * other ranks are never in the same cell for long, but may be. */
+/* Makes an added boundary ready, and the exchange of its nodes, which have ranks. home: I64, the cell of each internal node, small whole numbers
+ * of this rank alone. */
 kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                   const struct kith_field *home);
 /* Of the present ghosts: ranks that this one sends to, and nodes it sends. */

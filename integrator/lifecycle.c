@@ -210,27 +210,22 @@ kith_status kith_lifecycle_settle(struct kith_integrator *it) {
   return kith_ranks_agree(it->nodes->ranks, reorder(it));
 }
 
-/* All that is made from the ghosts, on this rank alone. */
-static kith_status build(struct kith_integrator *it) {
-  KITH_TRY(neighbors(it));
-  KITH_TRY(connectivity(it));
-  return shield(it);
-}
-
-static kith_status finish(struct kith_integrator *it, bool culled, kith_index before, const char *reason) {
-  if (culled) KITH_TRY(patch(it, before));
-  return ready(it, reason);
-}
-
+/* What a rank does alone may fail on it alone: where the next stage talks to others, all agree first. */
 kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
+  struct kith_ranks *ranks = it->nodes->ranks;
   bool culled;
   it->need = requirements(it);
   if (!it->holding) KITH_TRY(kith_lifecycle_settle(it));
   set_reach(it);
   KITH_TRY(ghosts(it));
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks, build(it)));
+  kith_status status = neighbors(it);
+  if (status == KITH_OK) status = connectivity(it);
+  if (status == KITH_OK) status = shield(it);
+  KITH_TRY(kith_ranks_agree(ranks, status));
   const kith_index before = kith_nodes_count(it->nodes);
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks, cull(it, &culled)));
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks, finish(it, culled, before, reason)));
+  KITH_TRY(kith_ranks_agree(ranks, cull(it, &culled)));
+  if (culled) status = patch(it, before);
+  if (status == KITH_OK) status = ready(it, reason);
+  KITH_TRY(kith_ranks_agree(ranks, status));
   return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
 }

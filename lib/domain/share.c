@@ -17,7 +17,8 @@ static kith_status make_cells(struct kith_share *share, const struct kith_nodes 
                          KITH_MIN(most, 1 << 22));
 }
 
-static kith_status set_homes(const struct kith_share *share, const struct kith_nodes *nodes) {
+/* The cells of all nodes, for now. */
+static kith_status find_cells(const struct kith_share *share, const struct kith_nodes *nodes) {
   kith_index lost = INT32_MAX;
 #pragma omp parallel for schedule(static) reduction(min : lost)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
@@ -29,11 +30,38 @@ static kith_status set_homes(const struct kith_share *share, const struct kith_n
   return KITH_OK;
 }
 
+/* Cells become places among the own ones. */
+static void settle_homes(const struct kith_share *share, const struct kith_nodes *nodes) {
+  int64_t *home = share->home->i64;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) home[i] = share->place[home[i]];
+}
+
+/* The own cells of the present map. */
+static kith_status find_own(struct kith_share *share) {
+  const int me = kith_ranks_rank(share->ranks);
+  const int32_t *owner = share->partition->owner;
+  int64_t n = 0;
+  if (share->own != NULL && share->map == share->partition->generation) return KITH_OK;
+  for (int64_t c = 0; c < share->cells.n; ++c) n += owner[c] == me;
+  KITH_TRY(kith_resize(&share->own, 0, (size_t)n + 1, sizeof *share->own));
+  share->n_own = 0;
+  for (int64_t c = 0; c < share->cells.n; ++c) {
+    share->place[c] = (int32_t)(owner[c] == me ? share->n_own : n);
+    if (owner[c] == me) share->own[share->n_own++] = c;
+  }
+  share->map = share->partition->generation;
+  return KITH_OK;
+}
+
 /* Work of each cell on this rank: whole numbers, so that sums over ranks have no order. */
 static void weigh(const struct kith_share *share, const struct kith_nodes *nodes, const size_t *row_first,
                   uint64_t *work) {
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    work[share->home->i64[i]] += row_first != NULL ? row_first[i + 1] - row_first[i] + 1 : 1;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const int64_t home = share->home->i64[i];
+    if (home < share->n_own)
+      work[share->own[home]] += row_first != NULL ? row_first[i + 1] - row_first[i] + 1 : 1;
+  }
 }
 
 /* A new map by this work of all cells. */
@@ -50,9 +78,10 @@ static kith_status make_map(struct kith_share *share, const struct kith_nodes *n
   uint64_t *work = NULL;
   bool changed;
   KITH_TRY(kith_partition_create(&share->partition, &share->cells, kith_ranks_size(share->ranks), text));
-  KITH_TRY(set_homes(share, nodes));
+  KITH_TRY(find_cells(share, nodes));
+  KITH_TRY(kith_resize(&share->place, 0, (size_t)share->cells.n, sizeof *share->place));
   KITH_TRY(kith_resize(&work, 0, (size_t)share->cells.n, sizeof *work));
-  weigh(share, nodes, NULL, work);
+  for (kith_index i = 0; i < nodes->n_internal; ++i) ++work[share->home->i64[i]];
   const kith_status status = remap(share, work, &changed);
   kith_free(&work);
   return status;
@@ -79,18 +108,23 @@ kith_status kith_share_create(struct kith_share **out, struct kith_nodes *nodes,
 void kith_share_destroy(struct kith_share **share) {
   if (*share == NULL) return;
   kith_partition_destroy(&(*share)->partition);
+  kith_free(&(*share)->own);
+  kith_free(&(*share)->place);
   kith_free(share);
 }
 
 kith_status kith_share_keep(struct kith_share *share, struct kith_nodes *nodes) {
   const int me = kith_ranks_rank(share->ranks);
   uint8_t *gone = NULL;
-  KITH_TRY(set_homes(share, nodes));
+  KITH_TRY(find_own(share));
+  KITH_TRY(find_cells(share, nodes));
   KITH_TRY(kith_resize(&gone, 0, (size_t)nodes->n_internal, 1));
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     gone[i] = share->partition->owner[share->home->i64[i]] != me;
-  const kith_status status = kith_nodes_delete(nodes, gone);
+  kith_status status = kith_nodes_delete(nodes, gone);
   kith_free(&gone);
+  if (status == KITH_OK) status = kith_nodes_shrink(nodes);
+  if (status == KITH_OK) settle_homes(share, nodes);
   return status;
 }
 
@@ -133,9 +167,11 @@ static kith_status balance(struct kith_share *share, const struct kith_nodes *no
 
 /* ---- settling ---- */
 
-static kith_status find_ranks(const struct kith_share *share, const struct kith_nodes *nodes, int32_t **to) {
-  KITH_TRY(set_homes(share, nodes));
+static kith_status find_ranks(struct kith_share *share, const struct kith_nodes *nodes, int32_t **to) {
+  KITH_TRY(find_own(share));
+  KITH_TRY(find_cells(share, nodes));
   KITH_TRY(kith_resize(to, 0, (size_t)nodes->n_internal, sizeof **to));
+#pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < nodes->n_internal; ++i) (*to)[i] = share->partition->owner[share->home->i64[i]];
   return KITH_OK;
 }
@@ -146,6 +182,7 @@ kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes
   KITH_TRY(balance(share, nodes, row_first));
   kith_status status = kith_ranks_agree(share->ranks, find_ranks(share, nodes, &to));
   if (status == KITH_OK) status = kith_nodes_migrate(nodes, to, &moved);
+  if (status == KITH_OK) settle_homes(share, nodes);
   share->migrated += moved;
   kith_free(&to);
   return status;
@@ -206,8 +243,13 @@ static kith_status take_back(struct kith_share *share, struct kith_nodes *nodes,
       mark_others(nodes, counts, kith_ranks_size(share->ranks), kith_ranks_rank(share->ranks), gone);
   if (status == KITH_OK) status = kith_nodes_delete(nodes, gone);
   kith_free(&gone);
+  if (status == KITH_OK) status = kith_nodes_shrink(nodes);
   KITH_TRY(status);
-  return set_homes(share, nodes);
+  kith_free(&share->own);
+  KITH_TRY(find_own(share)); /* of the map that was read */
+  KITH_TRY(find_cells(share, nodes));
+  settle_homes(share, nodes);
+  return KITH_OK;
 }
 
 kith_status kith_share_restore(struct kith_share *share, struct kith_nodes *nodes,

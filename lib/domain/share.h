@@ -1,7 +1,8 @@
 /* share.h - this rank's share of the nodes: the map cell -> rank, who must move, and when the map is made anew.
  *
  * Every rank lays out the whole scene and keeps what lies in its cells (kith_share_keep); later nodes follow their cells
- * when lists are rebuilt (kith_share_settle), and only then. `home` is the cell in which a node was last settled.
+ * when lists are rebuilt (kith_share_settle), and only then. `home` is the cell in which a node was last settled, as its place among the
+ * cells of this rank; n_own stands for all others, where a node may be after a restart, until it is settled.
  *
  * Balance: every `every` settlements the work, row entries per node (and 1 for the node itself), is summed by cells over all ranks;
  * if the busiest rank has more than `imbalance` times the mean, the partitioner is asked for a new map. It may refuse: then
@@ -16,9 +17,13 @@ struct kith_share {
   struct kith_ranks *ranks; /* borrowed */
   struct kith_cells cells;
   struct kith_partition *partition; /* owned */
-  struct kith_field *home;          /* I64, work */
-  int every;                        /* settlements between looks at the balance; 0: never */
-  double imbalance;                 /* what is borne */
+  struct kith_field *home;          /* I64, work: 0 .. n_own */
+  int64_t n_own;
+  int64_t *own;     /* [n_own] cells of this rank, ascending; owned */
+  int32_t *place;   /* [cells.n] place of a cell among the own ones, n_own if it is none; owned */
+  uint64_t map;     /* generation of the map that these are of */
+  int every;        /* settlements between looks at the balance; 0: never */
+  double imbalance; /* what is borne */
   uint64_t settled, looks, repartitions,
       migrated; /* counted over the run; migrated: nodes that left this rank */
   double seen;  /* last imbalance, 0: not looked yet */

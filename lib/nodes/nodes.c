@@ -142,6 +142,17 @@ kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity) {
   return KITH_OK;
 }
 
+kith_status kith_nodes_shrink(struct kith_nodes *nodes) {
+  const kith_index count = kith_nodes_count(nodes), wanted = count + count / 4;
+  if (wanted >= nodes->capacity) return KITH_OK;
+  nodes->capacity = wanted; /* a field that cannot be moved has more */
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    struct kith_field *field = nodes->fields[f];
+    KITH_TRY(kith_resize(&field->data, (size_t)count, (size_t)wanted, kith_field_node_size(field)));
+  }
+  return KITH_OK;
+}
+
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more) {
   const int64_t wanted = (int64_t)kith_nodes_count(nodes) + more;
   if (wanted > INT32_MAX) KITH_FAIL(UNSUPPORTED, "%lld nodes: more than an index counts", (long long)wanted);

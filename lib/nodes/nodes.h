@@ -147,6 +147,8 @@ size_t kith_field_node_size(const struct kith_field *field);
 kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity);
 /* Room for `more` nodes behind the present ones, and a quarter of the capacity ahead if fields must move. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more);
+/* Gives back the room behind the present nodes but for a quarter of them. */
+kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */
 kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index count, kith_index *first);

@@ -73,21 +73,37 @@ static bool same_row(const struct scenario *whole, kith_index i, const struct sc
   return true;
 }
 
-/* Partners of this rank's nodes, in the whole, that others have: what it must have as remote ghosts, and no more. */
+/* The same by distances alone. */
+static bool interacts(const struct kith_nodes *nodes, kith_index i, kith_index j) {
+  const double reach = fmax(nodes->reach->f64[i], nodes->reach->f64[j]);
+  double d2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = nodes->position->f64[(size_t)i * NDIM + a] - nodes->position->f64[(size_t)j * NDIM + a];
+    d2 += d * d;
+  }
+  return d2 <= reach * reach;
+}
+
+static bool in_row(const struct kith_rows *rows, kith_index i, kith_index j) {
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
+    if (rows->node[e] == j) return true;
+  return false;
+}
+
+/* Nodes and images of others, in the whole, that this rank's nodes interact with: what it must have as remote ghosts, and no more. By brute
+ * force where the lists are of the present positions, else from the rows of the whole. */
 static kith_index needed(const struct scenario *whole, const int32_t *owner) {
   const struct kith_nodes *nodes = whole->model->nodes;
-  const struct kith_rows *rows = &whole->model->connectivity->rows;
+  const bool lasting = kith_rebuilds_lasting(&whole->model->rebuilds);
   const int me = kith_ranks_rank(ranks);
-  uint8_t *seen = calloc((size_t)kith_nodes_count(nodes) + 1, 1);
   kith_index count = 0;
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    for (size_t e = rows->first[i]; owner_of(owner, nodes, i) == me && e < rows->first[i + 1]; ++e) {
-      const kith_index j = rows->node[e];
-      if (owner_of(owner, nodes, j) == me || seen[j]) continue;
-      seen[j] = 1;
-      ++count;
-    }
-  free(seen);
+  for (kith_index j = 0; j < kith_nodes_count(nodes); ++j) {
+    bool wanted = false;
+    for (kith_index i = 0; owner_of(owner, nodes, j) != me && i < nodes->n_internal && !wanted; ++i)
+      wanted = owner_of(owner, nodes, i) == me &&
+               (lasting ? in_row(&whole->model->connectivity->rows, i, j) : interacts(nodes, i, j));
+    count += wanted;
+  }
   return count;
 }
 
