@@ -27,8 +27,9 @@ int main(int argc, char **argv) {
   struct kith_options options;
   const struct kith_verb *verb = kith_options_parse(&options, argc, argv, verbs);
   if (options.threads > 0) omp_set_num_threads(options.threads);
-  if (options.ranks > 1 && verb->act != kith_run) {
-    fprintf(stderr, "kith: --ranks: %s is of one process; run takes several\n", verb->name);
+  if (options.ranks > 1 && verb->act != kith_run && verb->act != kith_plan) {
+    fprintf(stderr, "kith: --ranks: %s is of one process; run takes several, and plan tells of them\n",
+            verb->name);
     return KITH_EXIT_USAGE;
   }
   return verb->act(&options);

@@ -7,6 +7,7 @@
 #include <string.h>
 #include "app/forms.h"
 #include "app/pilot.h"
+#include "app/plan_ranks.h"
 #include "app/text.h"
 
 struct plan {
@@ -333,6 +334,8 @@ static void show(const struct plan *plan, const struct kith_options *options, do
   show_memory(plan);
   const double seconds = show_cost(plan, options, until);
   fflush(stdout);
+  if (options->ranks > 1 && kith_plan_ranks(plan->model, options->ranks) != KITH_OK)
+    fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
   if (options->quiet || seconds < 2) return;
   if (kith_forms_show(options, plan->model, until, seconds) != KITH_OK)
     fprintf(stderr, "kith: warning: cheaper forms: %s\n", kith_failure());
