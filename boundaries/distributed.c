@@ -311,6 +311,7 @@ static kith_status add_blocks(struct distributed *d, const struct kith_boundary 
       KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
     }
     peer.n_recv = kith_nodes_count(nodes) - peer.first;
+    d->peer[p].send = NULL; /* it has one owner, whatever fails */
     if (peer.n_send + peer.n_recv > 0) d->peer[left++] = peer;
   }
   d->n_peers = left;

@@ -140,33 +140,40 @@ void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
   reduce(ranks, values, n, MPI_UINT64_T, MPI_SUM);
 }
 
-/* All terms go to all, a few at a time, so that everyone adds them in one order. */
+/* The few bytes of every rank, in their order. Nobody can go on without. */
+static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, void *all) {
+  if (kith_resize(all, 0, (size_t)ranks->size, bytes) != KITH_OK) kith_ranks_abort(ranks, 1);
+  void *into;
+  memcpy(&into, all, sizeof into);
+  MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all);
+  ++ranks->traffic.collectives;
+}
+
+/* All terms go to all, so that everyone adds them in one order. */
 void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n) {
-  enum { FEW = 32 };
-  if (ranks == NULL) return;
-  for (int k = 0; k < n; k += FEW) {
-    const int here = KITH_MIN(FEW, n - k);
-    char *all = NULL;
-    if (kith_ranks_gather(ranks, values + k, (size_t)here * sizeof *values, &all, NULL) != KITH_OK)
-      kith_ranks_abort(ranks, 1);
-    for (int v = 0; v < here; ++v) {
-      double sum = 0;
-      for (int r = 0; r < ranks->size; ++r) sum += ((const double *)all)[r * here + v];
-      values[k + v] = sum;
-    }
-    kith_free(&all);
+  double *all = NULL;
+  if (ranks == NULL || n == 0) return;
+  collect(ranks, values, (size_t)n * sizeof *values, &all);
+  for (int k = 0; k < n; ++k) {
+    values[k] = 0;
+    for (int r = 0; r < ranks->size; ++r) values[k] += all[(size_t)r * (size_t)n + (size_t)k];
   }
+  kith_free(&all);
 }
 
 int kith_ranks_least(struct kith_ranks *ranks, double value, int64_t tie) {
+  struct {
+    double value;
+    int64_t tie;
+  } mine = {value, tie}, *all = NULL;
+  int least = 0;
   if (ranks == NULL) return 0;
-  double least = value;
-  kith_ranks_min(ranks, &least, 1);
-  int64_t first = value == least ? tie : INT64_MAX;
-  reduce(ranks, &first, 1, MPI_INT64_T, MPI_MIN);
-  int winner = value == least && tie == first ? ranks->rank : INT_MAX;
-  reduce(ranks, &winner, 1, MPI_INT, MPI_MIN);
-  return winner == INT_MAX ? 0 : winner; /* values that are no numbers have no least */
+  collect(ranks, &mine, sizeof mine, &all);
+  for (int r = 1; r < ranks->size; ++r)
+    if (all[r].value < all[least].value || (all[r].value == all[least].value && all[r].tie < all[least].tie))
+      least = r;
+  kith_free(&all);
+  return least;
 }
 
 void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {
