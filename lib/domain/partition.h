@@ -4,7 +4,7 @@
  * Every rank holds the whole map, owner[cell], and computes it by itself: a partitioner is a deterministic
  * function of the cells, the number of ranks, the present map and the weights, which are replicated. Nothing here
  * communicates; no two ranks can disagree; the rank of any position is one lookup; and a map for 4096 ranks
- * can be looked at in one process. Memory: 4 bytes per cell on every rank, 8 for curves; some 40 during an update.
+ * can be looked at in one process. Memory: 4 bytes per cell on every rank, 8 for curves; more during an update.
  *
  * A partitioner is asked for by a text: its name, and words after a colon, separated by commas, that choose a
  * variant or give a command: `cart`, `diffusion:schornbaum`, `diffusion:fixed,morton`. The same words can be said
