@@ -12,7 +12,9 @@
 
 static const struct kith_verb verbs[] = {
     {"run", "SCENE", "runs a scene and compares it with its exact solution", kith_run},
-    {"plan", "SCENE", "what a scene will build and why, memory, time step, cost; nothing runs", kith_plan},
+    {"plan", "SCENE",
+     "what a scene will build and why, memory, time step, cost, cheaper forms; nothing is written",
+     kith_plan},
     {"list", "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene", kith_list},
     {"bench", "", "node updates per second, stage by stage, beside reference loops", kith_bench},
     {"validate", "[SUITE]", "runs the scenes with their tolerances; 'validate list': the suites",

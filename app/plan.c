@@ -323,7 +323,7 @@ static double show_cost(const struct plan *plan, const struct kith_options *opti
 
 /* Cheaper forms are for what costs more than a few seconds. */
 static void show(const struct plan *plan, const struct kith_options *options, double until) {
-  printf("%s, %d-D: what will be built and why; nothing runs\n\n", plan->scene->name, NDIM);
+  printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);
   show_domain(plan);
   show_forces(plan);
   show_materials(plan);

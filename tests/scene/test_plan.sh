@@ -15,13 +15,13 @@ shown() {
 
 for scene in "$inputs"/*.yaml; do
   if [[ $scene == */gresho.yaml || $scene == */yee.yaml ]]; then
-    shown "nothing runs" "$kith" plan "$scene" --set resolution=4
+    shown "nothing is written" "$kith" plan "$scene" --set resolution=4
     stopped 2 "a vortex needs 2 or 3 dimensions" "$kith" plan "$scene" --set dimension=1
   elif [[ $scene == */rayleigh-taylor.yaml ]]; then
     shown "forces gravity -0.5 along y" "$kith" plan "$scene"
     stopped 2 "along y: there is no such axis in 1-D" "$kith" plan "$scene" --set dimension=1
   else
-    shown "nothing runs" "$kith" plan "$scene" --set dimension=1
+    shown "nothing is written" "$kith" plan "$scene" --set dimension=1
   fi
 done
 set -- "$kith" plan tiny.yaml
@@ -55,7 +55,7 @@ for verb in plan run; do
     wrong "$verb warned: $(<stderr)"
 done
 for kernel in cubic quartic quintic wendland-c2 wendland-c4 wendland-c6; do
-  shown "nothing runs" "$@" --set method.kernel=$kernel
+  shown "nothing is written" "$@" --set method.kernel=$kernel
 done
 
 # The first dt of the plan is that of the run.
@@ -75,7 +75,7 @@ saves=$(awk '/quarter, through mirrors/ {print ($6 > 0.15 && $6 < 0.4)}' forms)
 words=$(awk '/quarter/ {on = 1; next} on && /--set|energy|boundaries|domain/ && !/lists/ {print; next} on && /lists/ {exit}' forms | grep -o "\-\-set [^-].*\|boundaries.*\|energy.*" | tr '\n' ' ')
 eval "\"\$kith\" run \"\$inputs/sedov.yaml\" --quiet --set dimension=2 --set resolution=20 --set until=0.01 -o quarter $words" >stdout 2>stderr ||
   wrong "a form does not run: $words: $(<stderr)"
-shown "nothing runs" "${blast[@]}" --quiet
+shown "nothing is written" "${blast[@]}" --quiet
 grep -q "cheaper" stdout && wrong "quiet shows forms"
 
 # ---- list
