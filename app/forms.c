@@ -45,12 +45,26 @@ static struct form *add(struct forms *forms, const char *name, bool exact, const
 
 static void fewer_dimensions(struct forms *forms, const struct kith_symmetry *symmetry) {
   if (symmetry->dimension == NDIM) return;
+  for (int a = symmetry->dimension; a < NDIM; ++a) { /* what is dropped must go on for ever */
+    const struct kith_boundary_ops *lower = forms->model->scene->boundary[a].lower;
+    if (lower != forms->model->scene->boundary[a].upper) return;
+    if (lower != &kith_boundary_periodic && lower != &kith_boundary_reflecting) return;
+  }
   struct form *form =
       add(forms, symmetry->dimension == 1 ? "in 1-D" : "in 2-D", false,
           "whatever would break the symmetry: noise, shear, instabilities; keep one run in full");
   form->dimension = symmetry->dimension;
   set(form, "dimension=%d", symmetry->dimension);
   if (forms->model->scene->method.neighbors > 0) set(form, "method.neighbors=");
+}
+
+/* Forces from outside and frozen nodes are no part of the state that a symmetry was found in. */
+static bool undisturbed(const struct forms *forms) {
+  const struct kith_scene *scene = forms->model->scene;
+  bool frozen = false;
+  for (int k = 0; k < scene->n_regions; ++k)
+    frozen = frozen || scene->region[k].frozen || scene->region[k].barrier;
+  return !frozen && !kith_body_acts(&forms->model->hydro.body);
 }
 
 /* A mirrored state whose axis has boundaries that go on through mirrors. */
@@ -137,8 +151,9 @@ static kith_status plan_form(const struct forms *forms, struct form *form,
   char text[KITH_JOB_SETTING], why[256];
   int code;
   for (int k = 0; k < o->n_overrides + form->n; ++k) {
-    snprintf(text, sizeof text, "%s",
-             k < o->n_overrides ? o->overrides[k] : form->setting[k - o->n_overrides]);
+    const char *setting = k < o->n_overrides ? o->overrides[k] : form->setting[k - o->n_overrides];
+    if ((size_t)snprintf(text, sizeof text, "%s", setting) >= sizeof text)
+      KITH_FAIL(BAD_INPUT, "--set %.30s... is too long to plan forms with", setting);
     char *value = strchr(text, '=');
     *value = '\0';
     KITH_TRY(kith_job_set(&job, text, value + 1));
@@ -167,8 +182,10 @@ kith_status kith_forms_show(const struct kith_options *options, const struct kit
   struct kith_symmetry symmetry;
   struct kith_programs programs;
   KITH_TRY(kith_symmetry_find(&symmetry, &model->hydro, &model->scene->domain));
-  fewer_dimensions(&forms, &symmetry);
-  mirrors(&forms, &symmetry);
+  if (undisturbed(&forms)) {
+    fewer_dimensions(&forms, &symmetry);
+    mirrors(&forms, &symmetry);
+  }
   settings(&forms);
   (void)kith_programs_find(&programs); /* they stand beside this one; the scenes are not needed */
   printf("\n  %-28s%10s%8s  %s\n", "cheaper forms", "cost", "ratio", "what each gives up");

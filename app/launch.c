@@ -32,13 +32,19 @@ static kith_status become_mpirun(const struct kith_options *options) {
   KITH_FAIL(UNSUPPORTED, "--ranks %d: mpirun cannot be started: %s", options->ranks, strerror(errno));
 }
 
+/* A part of the machine, but no more than this rank was bound to. */
+static int threads_of_rank(int beside) {
+  const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN);
+  return KITH_MIN(omp_get_num_procs(), KITH_MAX(1, cores / beside));
+}
+
 kith_status kith_launch(struct kith_ranks **ranks, const struct kith_options *options) {
   *ranks = NULL;
   if (options->ranks > 1 && kith_ranks_launched() == 1) return become_mpirun(options);
   KITH_TRY(kith_ranks_create(ranks));
   const int size = kith_ranks_size(*ranks);
   if (size > 1 && options->threads == 0 && getenv("OMP_NUM_THREADS") == NULL)
-    omp_set_num_threads(KITH_MAX(1, omp_get_num_procs() / kith_ranks_beside(*ranks)));
+    omp_set_num_threads(threads_of_rank(kith_ranks_beside(*ranks)));
   if (options->ranks > 0 && options->ranks != size)
     return kith_ranks_agree(
         *ranks, kith_fail(KITH_BAD_INPUT, "--ranks %d, but %d processes were started", options->ranks, size));

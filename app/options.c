@@ -28,7 +28,7 @@ static const struct argp_option table[] = {
     {0, 0, 0, 0, "A scene:", 1},
     {"set", KEY_SET, "KEY=VALUE", 0,
      "use VALUE for KEY of the scene (dotted: method.kernel=cubic); repeatable", 1},
-    {"threads", KEY_THREADS, "N", 0, "threads (default: all cores)", 1},
+    {"threads", KEY_THREADS, "N", 0, "threads (default: all cores, shared among ranks)", 1},
     {0, 0, 0, 0, "A run:", 2},
     {"ranks", KEY_RANKS, "N", 0,
      "processes, started by mpirun (default: 1, or those of mpirun -n N kith run)", 2},

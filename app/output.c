@@ -47,6 +47,7 @@ kith_status kith_output_directory(struct kith_output *output, const char *direct
 kith_status kith_output_open(struct kith_output *output, const struct kith_model *model, bool restarted) {
   char path[640];
   output->started = kith_seconds();
+  output->goes_on = restarted;
   if (!writes(model)) return KITH_OK;
   path_in(output, "history.csv", path);
   return restarted ? kith_history_continue(&output->history, path, model->integrator.step)
@@ -144,9 +145,9 @@ static kith_status write_balance(const struct kith_output *output, const struct 
   char path[640];
   const struct kith_share *share = model->share;
   path_in(output, "balance.csv", path);
-  FILE *file = fopen(path, output->looks == 0 ? "w" : "a");
+  FILE *file = fopen(path, output->looks == 0 && !output->goes_on ? "w" : "a");
   if (file == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
-  if (output->looks == 0) fputs("step,time,imbalance,repartitions,migrated\n", file);
+  if (ftell(file) == 0) fputs("step,time,imbalance,repartitions,migrated\n", file);
   fprintf(file, "%llu,%.17g,%.6g,%llu,%llu\n", (unsigned long long)model->integrator.step,
           model->integrator.time, share->seen, (unsigned long long)share->repartitions,
           (unsigned long long)migrated);

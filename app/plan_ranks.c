@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include "lib/domain/partition.h"
+#include "lib/domain/share.h"
+#include "lib/domain/shell.h"
 
 enum { MOST_MAPS = 20, MOST_RANKS_OF_A_NODE = 128 };
 
@@ -24,7 +25,7 @@ struct outlook {
 
 /* What a rank would have. */
 struct load {
-  double work, nodes, ghosts, sends, peers;
+  double nodes, ghosts, sends, peers;
 };
 
 static kith_status look(struct outlook *o, int n_ranks) {
@@ -32,12 +33,9 @@ static kith_status look(struct outlook *o, int n_ranks) {
   const struct kith_nodes *nodes = m->nodes;
   const struct kith_rows *rows = &m->connectivity->rows;
   bool periodic[NDIM];
-  double least = INFINITY;
   for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->boundary[a].lower == &kith_boundary_periodic;
-  for (kith_index i = 0; i < nodes->n_internal; ++i) least = fmin(least, nodes->support->f64[i]);
-  const int64_t most = (int64_t)m->scene->partition.cells * n_ranks;
-  KITH_TRY(kith_cells_init(&o->cells, m->scene->domain.lower, m->scene->domain.upper, periodic, 0.5 * least,
-                           KITH_MIN(most, 1 << 22)));
+  KITH_TRY(kith_share_cells(&o->cells, nodes, &m->scene->domain, periodic,
+                            (int64_t)m->scene->partition.cells * n_ranks));
   KITH_TRY(kith_resize(&o->place, 0, (size_t)o->cells.n, sizeof *o->place));
   KITH_TRY(kith_resize(&o->work, 0, (size_t)o->cells.n, sizeof *o->work));
   o->n_ranks = n_ranks;
@@ -120,7 +118,6 @@ static kith_status load_ranks(const struct outlook *o, const int32_t *owner, str
   uint8_t *meets = NULL; /* [from][to] */
   KITH_TRY(kith_resize(&meets, 0, n * n, 1));
   memset(load, 0, n * sizeof *load);
-  for (int64_t c = 0; c < o->cells.n; ++c) load[owner[c]].work += o->work[c];
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     struct targets t;
     const double *x = nodes->position->f64 + (size_t)i * NDIM;
@@ -146,28 +143,38 @@ static kith_status settle(struct kith_partition *partition, const double *work) 
   return KITH_OK;
 }
 
-static void print_line(const struct outlook *o, const char *name, const struct load *load) {
+static void print_line(const struct outlook *o, const char *name, const struct load *load,
+                       const struct kith_partition_figures *map) {
   struct load sum = {0}, most = {0};
   for (int r = 0; r < o->n_ranks; ++r) {
-    sum.work += load[r].work, most.work = fmax(most.work, load[r].work);
     sum.ghosts += load[r].ghosts, most.ghosts = fmax(most.ghosts, load[r].ghosts);
     most.sends = fmax(most.sends, load[r].sends), most.peers = fmax(most.peers, load[r].peers);
     sum.nodes += load[r].nodes;
   }
-  const double n = o->n_ranks, imbalance = most.work > 0 ? most.work * n / sum.work : 1;
-  printf("    %-12s %9.3f %9.2f %10.0f %10.0f %9.0f %12.1f\n", name, imbalance,
-         sum.ghosts / fmax(sum.nodes, 1), sum.ghosts / n, most.ghosts, most.peers, most.sends * 8 / 1024);
+  printf("    %-12s %9.3f %9lld %9.2f %10.0f %10.0f %9.0f %12.1f\n", name, map->imbalance,
+         (long long)map->cut_faces, sum.ghosts / fmax(sum.nodes, 1), sum.ghosts / o->n_ranks, most.ghosts,
+         most.peers, most.sends * 8 / 1024);
+}
+
+static kith_status show_map(const struct outlook *o, const struct kith_partition *partition) {
+  struct kith_partition_figures all;
+  struct kith_rank_figures *rank = NULL;
+  struct load *load = NULL;
+  kith_status status = kith_resize(&load, 0, (size_t)o->n_ranks, sizeof *load);
+  if (status == KITH_OK) status = kith_resize(&rank, 0, (size_t)o->n_ranks, sizeof *rank);
+  if (status == KITH_OK) status = kith_partition_figures(partition, o->work, NULL, rank, &all);
+  if (status == KITH_OK) status = load_ranks(o, partition->owner, load);
+  if (status == KITH_OK) print_line(o, partition->ops->name, load, &all);
+  kith_free(&load);
+  kith_free(&rank);
+  return status;
 }
 
 static kith_status show_partitioner(const struct outlook *o, const struct kith_partitioner_ops *ops) {
   struct kith_partition *partition = NULL;
-  struct load *load = NULL;
   KITH_TRY(kith_partition_create(&partition, &o->cells, o->n_ranks, ops->name));
   kith_status status = settle(partition, o->work);
-  if (status == KITH_OK) status = kith_resize(&load, 0, (size_t)o->n_ranks, sizeof *load);
-  if (status == KITH_OK) status = load_ranks(o, partition->owner, load);
-  if (status == KITH_OK) print_line(o, ops->name, load);
-  kith_free(&load);
+  if (status == KITH_OK) status = show_map(o, partition);
   kith_partition_destroy(&partition);
   return status;
 }
@@ -177,11 +184,12 @@ kith_status kith_plan_ranks(const struct kith_model *model, int n_ranks) {
   kith_status status = look(&o, n_ranks);
   if (status == KITH_OK)
     printf(
-        "\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank\n    %-12s %9s %9s %10s %10s %9s %12s\n"
-        "    %-12s %9s %9s %10s %10s %9s %12s\n",
+        "\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank\n"
+        "    %-12s %9s %9s %9s %10s %10s %9s %12s\n    %-12s %9s %9s %9s %10s %10s %9s %12s\n",
         n_ranks, (long long)o.cells.n, (double)model->nodes->n_internal / n_ranks,
-        (double)model->integrator.ledger.last_entries / n_ranks, "", "largest", "ghosts", "ghosts", "ghosts",
-        "peers", "KiB a scalar", "partitioner", "over mean", "a node", "mean", "largest", "largest", "sent");
+        (double)model->integrator.ledger.last_entries / n_ranks, "", "largest", "cut", "ghosts", "ghosts",
+        "ghosts", "peers", "KiB a scalar", "partitioner", "over mean", "faces", "a node", "mean", "largest",
+        "largest", "sent");
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); status == KITH_OK && *p != NULL;
        ++p)
     if ((*p)->needs == NULL) status = show_partitioner(&o, *p);

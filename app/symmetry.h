@@ -10,7 +10,7 @@ struct kith_symmetry {
   int dimension;       /* the state varies along the first so many axes only, and moves along them only; at least 1 */
 };
 
-/* To 1e-9 of each value. Mirrors: every node has an image of the same list, mass, density, energy and mirrored velocity. Dimension: the values of
+/* Places to 1e-6 of the box, values to 1e-9. Mirrors: every node has an image of the same list, mass, energy and mirrored velocity. Dimension: the values of
  * nodes at the same place along the first axes agree; nodes that share such a place with no other (a jittered lattice) show nothing: NDIM.
  * O(n log n). */
 kith_status kith_symmetry_find(struct kith_symmetry *symmetry, const struct kith_hydro *hydro,

@@ -8,12 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "app/front.h"
 #include "app/process.h"
 #include "app/validate_rows.h"
 #include "lib/core/profile.h"
 #include "lib/io/atomic_file.h"
 
-enum { MOST_WORDS = 48, PATH = KITH_PATH };
+enum { MOST_WORDS = 300, PATH = KITH_PATH };
 
 /* One pass through a suite. */
 struct validation {
@@ -86,18 +87,6 @@ static kith_status same(const struct validation *v, double *value) {
     *value = fmax(*value, fabs(a / b - 1));
   }
   return KITH_OK;
-}
-
-/* - slope of the straight line through log error over log resolution. `n` as text; fewer rows if the suite
- * has fewer. */
-static double order(const struct validation *v, int wanted) {
-  const int n = KITH_MIN(wanted, v->n_errors), first = v->n_errors - n;
-  double sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (int k = first; k < v->n_errors; ++k) {
-    const double x = log(v->resolution[k]), y = log(v->error[k]);
-    sx += x, sy += y, sxx += x * x, sxy += x * y;
-  }
-  return -(n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
 static kith_status open_both(const char *a, const char *b, FILE *file[2]) {
@@ -204,7 +193,8 @@ static kith_status measure(struct validation *v, const struct kith_row *row, dou
   if (row->kind == KITH_ROW_SHOCK) return shock(v, value);
   if (row->kind == KITH_ROW_SAME) return same(v, value);
   if (row->kind == KITH_ROW_VALUE) return measure_value(v, row, value);
-  *value = order(v, row->number);
+  const int first = KITH_MAX(v->n_errors - row->number, 0);
+  *value = kith_order(v->n_errors - first, v->resolution + first, v->error + first);
   return KITH_OK;
 }
 

@@ -347,8 +347,8 @@ static kith_status make_ghosts(struct talk *t, struct kith_boundary *boundary, s
                             make_lists(d, nodes, factor, &t->candidates, t->places, t->part, t->to)));
   kith_ranks_all_to_all(nodes->ranks, t->to, t->from, nodes->n_lists);
   KITH_TRY(kith_ranks_agree(nodes->ranks, add_blocks(d, boundary, nodes, t->from)));
-  const struct selection s = {fields, kith_nodes_ghost_fields(nodes, fields)};
-  return exchange(d, nodes, &s);
+  refresh(d, nodes, fields, kith_nodes_ghost_fields(nodes, fields));
+  return KITH_OK;
 }
 
 static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double factor) {
@@ -388,7 +388,7 @@ static void trim_list(struct peer *peer, const struct kith_nodes *nodes, const u
 
 static kith_status trim(struct kith_boundary *boundary, struct kith_nodes *nodes, uint8_t *keep) {
   struct distributed *d = boundary->self;
-  KITH_TRY(lay_out(d, size_of_flags, NULL));
+  KITH_TRY(kith_ranks_agree(nodes->ranks, lay_out(d, size_of_flags, NULL)));
   for (int p = 0; p < d->n_peers; ++p) { /* flags go back to where the nodes came from */
     struct kith_message *flags = &d->in[p];
     const struct peer *peer = &d->peer[p];
@@ -429,17 +429,6 @@ kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_no
   KITH_TRY(kith_resize(&d->in, 0, size, sizeof *d->in));
   nodes->exchange = (struct kith_exchange){refresh, d};
   return KITH_OK;
-}
-
-int kith_distributed_peers(const struct kith_boundary *boundary, size_t *sent) {
-  const struct distributed *d = boundary->self;
-  int peers = 0;
-  *sent = 0;
-  for (int p = 0; p < d->n_peers; ++p) {
-    peers += d->peer[p].n_send > 0;
-    *sent += (size_t)d->peer[p].n_send;
-  }
-  return peers;
 }
 
 const struct kith_boundary_ops kith_boundary_distributed = {

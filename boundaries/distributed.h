@@ -22,7 +22,4 @@
  * of this rank alone. */
 kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                   const struct kith_field *home);
-/* Of the present ghosts: ranks that this one sends to, and nodes it sends. */
-int kith_distributed_peers(const struct kith_boundary *boundary, size_t *sent);
-
 #endif

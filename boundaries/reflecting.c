@@ -74,7 +74,7 @@ static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *no
   (void)moved_by; /* a mirrored node was moved by the flow */
   const double *x = nodes->position->f64 + boundary->axis;
   const double low = lowest(boundary), high = highest(boundary);
-  const double far = KITH_MOST_IMAGES * (boundary->upper - boundary->lower);
+  const double far = KITH_MOST_IMAGES * fabs(boundary->upper - boundary->lower);
   kith_index lost = INT32_MAX;
   bool any = false;
 #pragma omp parallel for schedule(static) reduction(min : lost) reduction(|| : any)

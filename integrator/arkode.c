@@ -164,8 +164,11 @@ static kith_status evolve(struct kith_integrator *it, double *dt) {
   if (a->status != KITH_OK) return a->status;
   if (flag == ARK_MEM_FAIL) KITH_FAIL(NO_MEMORY, "no memory for the vectors of ERKStep");
   if (flag != ARK_SUCCESS)
-    KITH_FAIL(DIVERGED, "ERKStep finds no step of the accuracy asked for: error %d after %ld attempts", flag,
-              a->attempts);
+    return kith_ranks_agree(
+        it->nodes->ranks,
+        kith_fail(KITH_DIVERGED,
+                  "ERKStep finds no step of the accuracy asked for: error %d after %ld attempts", flag,
+                  a->attempts));
   if (time < *dt) it->limiter = "accuracy", it->limiting_node = -1;
   *dt = time;
   return KITH_OK;

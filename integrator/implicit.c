@@ -96,9 +96,10 @@ static kith_status solve(struct kith_integrator *it, double dt) {
     return KITH_OK;
   }
   char *name = KINGetReturnFlagName(flag);
-  kith_fail(KITH_DIVERGED, "the implicit step of %g does not converge: %s", dt, name != NULL ? name : "?");
+  const kith_status failed = kith_fail(KITH_DIVERGED, "the implicit step of %g does not converge: %s", dt,
+                                       name != NULL ? name : "?");
   free(name);
-  return KITH_DIVERGED;
+  return kith_ranks_agree(it->nodes->ranks, failed);
 }
 
 static kith_status try_shorter(struct kith_integrator *it, double *dt) {

@@ -7,14 +7,11 @@
 
 /* ---- life ---- */
 
-/* Cells no smaller than half the smallest support: a layer of them is then no thinner than a layer of nodes. */
-static kith_status make_cells(struct kith_share *share, const struct kith_nodes *nodes,
-                              const struct kith_box *box, const bool *periodic, int per_rank) {
+kith_status kith_share_cells(struct kith_cells *cells, const struct kith_nodes *nodes,
+                             const struct kith_box *box, const bool *periodic, int64_t most) {
   double least = INFINITY;
   for (kith_index i = 0; i < nodes->n_internal; ++i) least = KITH_MIN(least, nodes->support->f64[i]);
-  const int64_t most = (int64_t)per_rank * kith_ranks_size(share->ranks);
-  return kith_cells_init(&share->cells, box->lower, box->upper, periodic, 0.5 * least,
-                         KITH_MIN(most, 1 << 22));
+  return kith_cells_init(cells, box->lower, box->upper, periodic, 0.5 * least, KITH_MIN(most, 1 << 22));
 }
 
 /* The cells of all nodes, for now. */
@@ -98,7 +95,9 @@ kith_status kith_share_create(struct kith_share **out, struct kith_nodes *nodes,
   share->every = sharing->every;
   share->imbalance = sharing->imbalance;
   kith_status status = kith_nodes_field(nodes, &home, &share->home);
-  if (status == KITH_OK) status = make_cells(share, nodes, box, periodic, sharing->cells);
+  if (status == KITH_OK)
+    status = kith_share_cells(&share->cells, nodes, box, periodic,
+                              (int64_t)sharing->cells * kith_ranks_size(share->ranks));
   if (status == KITH_OK) status = make_map(share, nodes, sharing->partitioner);
   if (status != KITH_OK) kith_share_destroy(&share);
   *out = share;

@@ -37,6 +37,10 @@ struct kith_sharing {
   int cells; /* wanted per rank */
 };
 
+/* The cells that are dealt out, `most` of them or fewer: none smaller than half the smallest support, so that a layer of them is no
+ * thinner than a layer of nodes. */
+kith_status kith_share_cells(struct kith_cells *cells, const struct kith_nodes *nodes,
+                             const struct kith_box *box, const bool *periodic, int64_t most);
 /* Cells over the box, and the first map by the number of nodes in them. `nodes` are those of the whole scene, with their ranks. */
 kith_status kith_share_create(struct kith_share **out, struct kith_nodes *nodes, const struct kith_box *box,
                               const bool *periodic, const struct kith_sharing *sharing);

@@ -188,10 +188,9 @@ static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, 
   if (error == 0) error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)all * NDIM));
   f->iterations += (uint64_t)SUNLinSolNumIters(solver);
   SUNLinSolFree(solver);
-  if (error < 0) KITH_FAIL(INTERNAL, "the solver that closes faces gave %d", error);
-  if (error != 0 && error != SUNLS_RES_REDUCED)
-    KITH_FAIL(DIVERGED, "faces cannot be closed: the solver gave %d", error);
-  return KITH_OK;
+  if (error == 0 || error == SUNLS_RES_REDUCED) return KITH_OK;
+  return kith_ranks_agree(f->nodes->ranks, kith_fail(error < 0 ? KITH_INTERNAL : KITH_DIVERGED,
+                                                     "faces cannot be closed: the solver gave %d", error));
 }
 
 /* A_ij += a_ij (l_i - l_j). */
