@@ -6,7 +6,9 @@
  *
  * Balance: every `every` settlements the work, row entries per node (and 1 for the node itself), is summed by cells over all ranks;
  * if the busiest rank has more than `imbalance` times the mean, the partitioner is asked for a new map. It may refuse: then
- * nothing changed. All ranks compute the same map from the same weights. */
+ * nothing changed. All ranks compute the same map from the same weights. A restart keeps the map, but not the work of the last
+ * lists nor what gridbased knows of its corners: if the first look comes before lists are made anew, it counts nodes, and the maps and
+ * the order of sums that follow from it are others than those of the run that went on (reproducible runs do not mind). */
 #ifndef KITH_DOMAIN_SHARE_H
 #define KITH_DOMAIN_SHARE_H
 
