@@ -115,6 +115,7 @@ static kith_status lay_out(struct run *run) {
   if (o->subject == NULL) KITH_FAIL(BAD_INPUT, "run: no scene; for example: kith run inputs/sod.yaml");
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
   run->until = o->until >= 0 ? o->until : run->scene->until;
+  KITH_TRY(kith_scene_lasts(run->scene, run->until));
   KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
   if (run->scene->exact.ops != NULL)
     KITH_TRY(run->scene->exact.ops->create(&run->exact, &run->scene->exact.parameters));

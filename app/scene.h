@@ -170,6 +170,8 @@ kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_ove
 kith_status kith_scene_parse(struct kith_scene **out, const char *name, const char *text, size_t length,
                              int n_overrides, const char *const *overrides);
 void kith_scene_destroy(struct kith_scene **scene);
+/* BAD_INPUT if a piston is through the domain before `until`. */
+kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
 /* Only the key `dimension` (with overrides): what the program `kith` needs to start the right one. */
 kith_status kith_scene_dimension(const char *path, int n_overrides, const char *const *overrides,
                                  int *dimension);

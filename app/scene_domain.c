@@ -90,12 +90,9 @@ static kith_status read_sides(const struct kith_config_node *node, struct side s
   return KITH_OK;
 }
 
-/* It works on one side, against nothing; and its face stays in the domain. */
-static kith_status check_piston(const struct kith_scene *scene, int axis, const struct side side[2],
-                                const struct kith_config_node *node) {
+/* It works on one side, against nothing. */
+static kith_status check_piston(const struct side side[2], const struct kith_config_node *node) {
   const bool at_lower = side[0].ops == &kith_boundary_piston, at_upper = side[1].ops == &kith_boundary_piston;
-  const double length = scene->domain.upper[axis] - scene->domain.lower[axis];
-  const double inwards = at_lower ? side[0].velocity : -side[1].velocity;
   if (!at_lower && !at_upper) return KITH_OK;
   if (at_lower && at_upper)
     return kith_config_fail(node, NULL, "two pistons; one acts on a side, opposite to an open one");
@@ -104,10 +101,22 @@ static kith_status check_piston(const struct kith_scene *scene, int axis, const 
                             "a piston opposite to a %s side: it must be open, or what the piston "
                             "does could not be told from it",
                             side[at_lower].ops->name);
-  if (inwards * scene->until < length) return KITH_OK;
-  return kith_config_fail(
-      node, NULL, "a piston with velocity %g is through the domain at time %g, and the run goes until %g",
-      side[at_upper].velocity, length / inwards, scene->until);
+  return KITH_OK;
+}
+
+kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
+  for (int a = 0; a < NDIM; ++a) {
+    char path[] = "boundaries.x";
+    path[sizeof path - 2] = "xyz"[a];
+    const double length = scene->domain.upper[a] - scene->domain.lower[a], u = scene->boundary[a].velocity;
+    const double inwards = scene->boundary[a].lower == &kith_boundary_piston ? u : -u;
+    if (inwards * until >= length)
+      return kith_config_fail(
+          kith_config_at(scene->config, path), NULL,
+          "a piston with velocity %g is through the domain at time %g, and the run goes until %g", u,
+          length / inwards, until);
+  }
+  return KITH_OK;
 }
 
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
@@ -118,11 +127,11 @@ kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_co
     struct side side[2];
     KITH_TRY(read_sides(of_axis, side));
     if (a >= NDIM) continue;
-    KITH_TRY(check_piston(scene, a, side, of_axis));
+    KITH_TRY(check_piston(side, of_axis));
     scene->boundary[a].lower = side[0].ops, scene->boundary[a].upper = side[1].ops;
     scene->boundary[a].velocity = side[0].velocity + side[1].velocity; /* one of them at most */
   }
-  return KITH_OK;
+  return kith_scene_lasts(scene, scene->until);
 }
 
 struct material {

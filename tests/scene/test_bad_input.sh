@@ -29,6 +29,8 @@ refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run 
 refused "'kernl' is no family; did you mean 'kernel'?" "$kith" list kernl
 refused "there are package, kernel," "$kith" list xyzzy
 
+refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3
+
 # ---- the scene: key=value | what the line must hold
 while IFS='|' read -r set text; do
   refused "$text" "$kith" run tiny.yaml --quiet -o out --set "$set"
