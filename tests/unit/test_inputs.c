@@ -11,10 +11,8 @@ struct made {
   uint8_t *frozen;
 };
 
-/* inputs/NAME.yaml beside this source. */
 static void path_of(char *path, size_t size, const char *name) {
-  const char *here = __FILE__, *end = strstr(here, "tests/unit/");
-  snprintf(path, size, "%.*sinputs/%s.yaml", end ? (int)(end - here) : 0, here, name);
+  snprintf(path, size, KITH_INPUTS "/%s.yaml", name);
 }
 
 static bool make(struct made *m, const char *name, const char *resolution, const char *arrangement) {

@@ -26,8 +26,7 @@ static const struct tube tubes[] = {
 /* NULL if it is refused. */
 static struct kith_scene *read(const char *name, const char *more) {
   char path[512], dimension[32];
-  const char *here = __FILE__, *end = strstr(here, "tests/unit/");
-  snprintf(path, sizeof path, "%.*sinputs/%s.yaml", end ? (int)(end - here) : 0, here, name);
+  snprintf(path, sizeof path, KITH_INPUTS "/%s.yaml", name);
   snprintf(dimension, sizeof dimension, "dimension=%d", NDIM);
   const char *const overrides[] = {dimension, more};
   struct kith_scene *scene = NULL;
