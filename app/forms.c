@@ -164,7 +164,7 @@ static kith_status plan_form(const struct forms *forms, struct form *form,
 }
 
 static void print_form(const struct form *form, double seconds) {
-  char time[32], label[64], text[256], words[1024] = "";
+  char time[32], label[128], text[256], words[1024] = "";
   snprintf(label, sizeof label, "    %-26s%10s%8.2g", form->name, kith_text_seconds(time, form->seconds),
            form->seconds / seconds);
   snprintf(text, sizeof text, "%s", form->gives_up);
