@@ -57,11 +57,13 @@ for bad in 0 -1 x 1.5 '' 1x 99999999999999999999; do
   check 2 "kith: --ranks ${bad:-(nothing)}: not a whole number" "$kith" run "--ranks=$bad" scene.yaml
 done
 check 2 "--threads (nothing): not" "$kith" run scene.yaml --threads
-check 2 "kith: --ranks 2: more than one rank is not available yet" "$kith" run scene.yaml --ranks 2
 if [[ -e $tree/build ]]; then echo "built for nothing" && failures=$((failures + 1)); fi
 
 check 0 "threads 3 bind true in elsewhere: [run] [a b.yaml] [--set] [x=1] [] [--quiet]" \
   "$kith" run "a b.yaml" --threads 3 --set x=1 --ranks=1 '' --quiet
+check 0 "threads 1 bind false in elsewhere: [run] [scene.yaml] [--ranks] [1000]" "$kith" run scene.yaml --ranks 1000
+check 0 "threads 3 bind false in elsewhere: [run] [--ranks] [2]" "$kith" run --ranks=2 --threads 3
+check 0 "threads $(nproc) bind true in elsewhere: [plan] [--ranks] [4096]" "$kith" plan --ranks 4096
 check 0 "threads 2 bind true in elsewhere: [plan] [--] [--threads] [5]" "$kith" plan --threads=2 -- --threads 5
 check 0 "threads $(nproc) bind true in elsewhere: [list]" "$kith" list
 check 0 "threads 2 bind true in elsewhere: [chart] [--threads] [2] [sod]" "$kith" chart --threads 2 sod
