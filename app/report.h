@@ -53,10 +53,10 @@ struct kith_report {
   double measure[KITH_N_MEASURES];
   int n_stages;
   const struct kith_stage *stages;       /* of the profile, in tree order */
-  const double *stage_mean, *stage_most; /* [n_stages] over all ranks (across.h); NULL: one process */
+  const double *stage_mean, *stage_most; /* [n_stages] over all ranks (stage_times.h); NULL: one process */
   int n_ledger;
   const struct kith_report_entry *ledger;
-  uint64_t floors; /* values that were lifted to a floor */
+  uint64_t floors; /* values that were lifted to a floor: 0, a run stops at such a value and says where */
   const char *version, *compiler, *flags;
 };
 

@@ -6,12 +6,12 @@
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
-#include "app/across.h"
 #include "app/launch.h"
 #include "app/output.h"
 #include "app/plot.h"
 #include "app/report.h"
 #include "app/screen.h"
+#include "app/stage_times.h"
 #include "app/version.h"
 #include "lib/io/atomic_file.h"
 
@@ -26,7 +26,7 @@ struct run {
   struct kith_screen screen;
   struct kith_nodes *whole;        /* at the end, on rank 0: all nodes; NULL: they are the model's */
   void *exact;                     /* solution, NULL without one */
-  double *stage_mean, *stage_most; /* across.h */
+  double *stage_mean, *stage_most; /* stage_times.h */
   double until, started, cpu_started;
   uint64_t first_step;
   bool stopped; /* by a signal */
@@ -366,7 +366,7 @@ static enum kith_exit end(struct run *run) {
   struct kith_report_entry ledger[LEDGER_ENTRIES];
   kith_screen_end(&run->screen);
   fill_report(run, &report, ledger);
-  kith_status status = kith_across_stages(run->ranks, run->profile, &run->stage_mean, &run->stage_most);
+  kith_status status = kith_stage_times(run->ranks, run->profile, &run->stage_mean, &run->stage_most);
   report.stage_mean = run->stage_mean, report.stage_most = run->stage_most;
   if (status == KITH_OK) status = write_state(run);
   if (status != KITH_OK) return complain(run, KITH_EXIT_FAILED);

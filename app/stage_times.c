@@ -1,4 +1,4 @@
-#include "app/across.h"
+#include "app/stage_times.h"
 
 #include <string.h>
 
@@ -31,8 +31,8 @@ static void measure(struct kith_ranks *ranks, const struct kith_profile *profile
   for (int s = 0; s < n; ++s) mean[s] /= kith_ranks_size(ranks);
 }
 
-kith_status kith_across_stages(struct kith_ranks *ranks, const struct kith_profile *profile, double **mean,
-                               double **most) {
+kith_status kith_stage_times(struct kith_ranks *ranks, const struct kith_profile *profile, double **mean,
+                             double **most) {
   char *text = NULL;
   uint64_t size[2]; /* letters, stages */
   if (ranks == NULL) return KITH_OK;
