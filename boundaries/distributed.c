@@ -18,8 +18,15 @@ struct peer {
   kith_index *send;                 /* [n_send] nodes and images, by list and index; owned */
 };
 
+/* Fields whose values are under way. */
+struct selection {
+  int n_fields;
+  struct kith_field *field[KITH_MAX_FIELDS];
+};
+
 struct distributed {
   const struct kith_field *home; /* borrowed */
+  struct selection selection;
   int n_peers;
   struct peer *peer; /* ascending ranks: those that are sent to or send */
   struct kith_message *out, *in;
@@ -84,45 +91,46 @@ static void pack(char *to, const struct kith_field *field, const kith_index *nod
     memcpy(to + (size_t)k * size, (const char *)field->data + (size_t)node[k] * size, size);
 }
 
-struct selection {
-  struct kith_field *const *fields;
-  int n_fields;
-};
-
 static size_t size_of_values(const void *context, kith_index n) {
   const struct selection *s = context;
-  return message_size(n, s->fields, s->n_fields);
+  return message_size(n, s->field, s->n_fields);
 }
 
 static void pack_peer(const struct peer *peer, const struct selection *s, char *to) {
   for (int f = 0; f < s->n_fields; ++f) {
-    pack(to, s->fields[f], peer->send, peer->n_send);
-    to += padded((size_t)peer->n_send * kith_field_node_size(s->fields[f]));
+    pack(to, s->field[f], peer->send, peer->n_send);
+    to += padded((size_t)peer->n_send * kith_field_node_size(s->field[f]));
   }
 }
 
 static void unpack_peer(const struct peer *peer, const struct selection *s, const char *from) {
   for (int f = 0; f < s->n_fields; ++f) {
-    const size_t size = kith_field_node_size(s->fields[f]), bytes = (size_t)peer->n_recv * size;
-    if (bytes > 0) memcpy((char *)s->fields[f]->data + (size_t)peer->first * size, from, bytes);
+    const size_t size = kith_field_node_size(s->field[f]), bytes = (size_t)peer->n_recv * size;
+    if (bytes > 0) memcpy((char *)s->field[f]->data + (size_t)peer->first * size, from, bytes);
     from += padded(bytes);
   }
 }
 
-static kith_status exchange(struct distributed *d, struct kith_nodes *nodes, const struct selection *s) {
-  KITH_TRY(lay_out(d, size_of_values, s));
-  for (int p = 0; p < d->n_peers; ++p) pack_peer(&d->peer[p], s, d->out[p].data);
-  KITH_TRY(kith_ranks_exchange(nodes->ranks, d->n_peers, d->out, d->n_peers, d->in));
-  for (int p = 0; p < d->n_peers; ++p) unpack_peer(&d->peer[p], s, d->in[p].data);
-  return KITH_OK;
+static kith_status send(struct distributed *d, struct kith_nodes *nodes) {
+  KITH_TRY(lay_out(d, size_of_values, &d->selection));
+  for (int p = 0; p < d->n_peers; ++p) pack_peer(&d->peer[p], &d->selection, d->out[p].data);
+  return kith_ranks_post(nodes->ranks, d->n_peers, d->out, d->n_peers, d->in);
 }
 
 /* Others wait for these values: without memory for them there is nothing left to agree on. */
-static void refresh(void *context, struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
-  const struct selection s = {fields, n_fields};
-  if (exchange(context, nodes, &s) == KITH_OK) return;
+static void post(void *context, struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
+  struct distributed *d = context;
+  d->selection.n_fields = n_fields;
+  memcpy(d->selection.field, fields, (size_t)n_fields * sizeof *fields);
+  if (send(d, nodes) == KITH_OK) return;
   fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(nodes->ranks), kith_failure());
   kith_ranks_abort(nodes->ranks, 1);
+}
+
+static void finish(void *context, struct kith_nodes *nodes) {
+  struct distributed *d = context;
+  kith_ranks_finish(nodes->ranks);
+  for (int p = 0; p < d->n_peers; ++p) unpack_peer(&d->peer[p], &d->selection, d->in[p].data);
 }
 
 /* ---- who is sent where ---- */
@@ -347,7 +355,8 @@ static kith_status make_ghosts(struct talk *t, struct kith_boundary *boundary, s
                             make_lists(d, nodes, factor, &t->candidates, t->places, t->part, t->to)));
   kith_ranks_all_to_all(nodes->ranks, t->to, t->from, nodes->n_lists);
   KITH_TRY(kith_ranks_agree(nodes->ranks, add_blocks(d, boundary, nodes, t->from)));
-  refresh(d, nodes, fields, kith_nodes_ghost_fields(nodes, fields));
+  post(d, nodes, fields, kith_nodes_ghost_fields(nodes, fields));
+  finish(d, nodes);
   return KITH_OK;
 }
 
@@ -427,7 +436,7 @@ kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_no
   KITH_TRY(kith_resize(&d->peer, 0, size, sizeof *d->peer));
   KITH_TRY(kith_resize(&d->out, 0, size, sizeof *d->out));
   KITH_TRY(kith_resize(&d->in, 0, size, sizeof *d->in));
-  nodes->exchange = (struct kith_exchange){refresh, d};
+  nodes->exchange = (struct kith_exchange){.post = post, .finish = finish, .context = d};
   return KITH_OK;
 }
 

@@ -17,14 +17,14 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
   if (kith_rebuilds_lasting(it->rebuilds)) {
     static const char *const names[] = {"built_x", "built_y", "built_z"};
     for (int a = 0; a < NDIM; ++a) {
-      const struct kith_field_spec built = {names[a],   KITH_SCALAR, KITH_F64,
-                                            KITH_STATE, NULL,        "where the lists were made from"};
+      const struct kith_field_spec built = {names[a],  KITH_SCALAR, KITH_F64,
+                                            KITH_KEPT, NULL,        "where the lists were made from"};
       KITH_TRY(kith_nodes_field(it->nodes, &built, &it->built[a]));
     }
     const struct kith_field_spec reach = {"built_reach", KITH_SCALAR, KITH_F64,
-                                          KITH_STATE,    NULL,        "reach the lists were made with"};
+                                          KITH_KEPT,     NULL,        "reach the lists were made with"};
     const struct kith_field_spec support = {"built_support", KITH_SCALAR, KITH_F64,
-                                            KITH_STATE,      NULL,        "support the lists were made with"};
+                                            KITH_KEPT,       NULL,        "support the lists were made with"};
     KITH_TRY(kith_nodes_field(it->nodes, &reach, &it->built_reach));
     KITH_TRY(kith_nodes_field(it->nodes, &support, &it->built_support));
   }
@@ -85,7 +85,7 @@ static void refresh(struct kith_integrator *it) {
   struct kith_field *const fields[] = {it->nodes->position, it->nodes->support, it->hydro->velocity,
                                        it->hydro->energy};
   kith_profile_begin(it->profile, "refresh");
-  kith_nodes_refresh_ghosts(it->nodes, fields, 4);
+  kith_nodes_post_ghosts(it->nodes, fields, 4); /* the first sweep awaits them */
   kith_profile_end(it->profile);
   it->ledger.refreshes += 1;
 }

@@ -1,7 +1,7 @@
 #include "physics/density.h"
 
-#include "lib/connectivity/traversal.h"
 #include "lib/core/lanes.h"
+#include "physics/sweep.h"
 
 /* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
 enum { SEPARATION = 0, JUMP = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
@@ -312,14 +312,16 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .constant = kith_kernel_constant(package->kernel),
                               .equal_masses = equal_masses(package->hydro),
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
+  const struct kith_sweep sweep = {.stage = "density",
+                                   .rows = &connectivity->rows,
+                                   .chunk = chunk[package->kernel],
+                                   .context = &pass,
+                                   .lanes = LANES,
+                                   .width = kith_rows_longest(&connectivity->rows),
+                                   .counter = "iterations",
+                                   .counted = COUNT_ITERATIONS};
   uint64_t count[4];
-  kith_profile_begin(package->profile, "density");
-  const kith_status status =
-      kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], &pass, LANES,
-                    kith_rows_longest(&connectivity->rows), count, package->profile);
-  kith_profile_count(package->profile, "iterations", (double)count[COUNT_ITERATIONS]);
-  kith_profile_end(package->profile);
-  KITH_TRY(status);
+  KITH_TRY(kith_package_sweep(package, &sweep, count));
   package->pair_evaluations += count[COUNT_EVALUATIONS];
   package->support_iterations += count[COUNT_ITERATIONS];
   package->fallbacks += count[COUNT_FALLBACKS];

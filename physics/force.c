@@ -1,6 +1,9 @@
 #include "physics/force.h"
 
-kith_status kith_force_records(struct kith_package *package, int members) {
+#include "physics/sweep.h"
+
+/* A record for every node and ghost, zero where it grows. */
+static kith_status record_room(struct kith_package *package, int members) {
   const kith_index n = kith_nodes_count(package->hydro->nodes);
   if (n > INT32_MAX / members) /* so that loads of several nodes become one gather */
     KITH_FAIL(UNSUPPORTED,
@@ -14,15 +17,30 @@ kith_status kith_force_records(struct kith_package *package, int members) {
   return KITH_OK;
 }
 
+/* Records of nodes begin .. end - 1. */
+static void pack(void *context, kith_index begin, kith_index end) {
+  const struct kith_force_pass *pass = context;
+  struct kith_package *package = pass->package;
+  kith_profile_begin(package->profile, "records");
+#pragma omp parallel for schedule(static)
+  for (kith_index i = begin; i < end; ++i)
+    pass->pack(package, i, package->record + (size_t)i * (size_t)pass->members);
+  kith_profile_end(package->profile);
+}
+
 /* One sweep under the name of a stage. */
 static kith_status sweep(struct kith_force_pass *pass, const kith_chunk_pass *chunk, int lanes,
                          const char *stage) {
   struct kith_package *package = pass->package;
+  const struct kith_sweep sweep = {.stage = stage,
+                                   .rows = pass->rows,
+                                   .chunk = chunk[package->kernel],
+                                   .context = pass,
+                                   .lanes = lanes,
+                                   .width = KITH_STRIDE,
+                                   .arrived = pass->work ? NULL : pack};
   uint64_t count[4];
-  kith_profile_begin(package->profile, stage);
-  const kith_status status = kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], pass,
-                                           lanes, KITH_STRIDE, count, package->profile);
-  kith_profile_end(package->profile);
+  const kith_status status = kith_package_sweep(package, &sweep, count);
   package->pair_evaluations += count[0];
   return status;
 }
@@ -30,20 +48,24 @@ static kith_status sweep(struct kith_force_pass *pass, const kith_chunk_pass *ch
 kith_status kith_force(struct kith_force_pass *pass, const kith_chunk_pass *pairs,
                        const kith_chunk_pass *nodes, int members, int edges) {
   struct kith_package *package = pass->package;
+  const struct kith_nodes *all = package->hydro->nodes;
   const int lanes = members + edges + KITH_FORCE_LANES;
+  pass->members = members;
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   pass->work = false;
+  KITH_TRY(record_room(package, members));
+  pack(pass, 0, all->exchange.under_way ? kith_nodes_first_remote(all) : kith_nodes_count(all));
   if (package->traversal == KITH_TRAVERSE_PAIRS) {
     KITH_TRY(kith_pairwise_prepare(&package->pair, pass->connectivity, KITH_PAIR_VALUES));
     KITH_TRY(sweep(pass, pairs, lanes, "pairs"));
   }
   KITH_TRY(sweep(pass, nodes, lanes, "force"));
   if (kith_body_acts(&package->hydro->body))
-    kith_body_pull(&package->hydro->body, package->hydro->nodes->n_internal,
-                   package->hydro->nodes->position->f64, package->hydro->acceleration->f64);
+    kith_body_pull(&package->hydro->body, all->n_internal, all->position->f64,
+                   package->hydro->acceleration->f64);
   if (!package->compatible) return KITH_OK;
   struct kith_field *const kicked[] = {package->velocity_base, package->hydro->acceleration};
-  kith_package_refresh(package, 2, kicked);
+  kith_package_post(package, 2, kicked);
   pass->work = true;
   return sweep(pass, nodes, lanes, "work");
 }

@@ -43,15 +43,21 @@ KITH_INLINE double *kith_lane(const struct kith_scratch *s, int k) {
 typedef void kith_pair_function(enum kith_kernel kernel, const void *constants, const double *restrict i,
                                 const double *restrict j, double *restrict out);
 
+/* Writes the record of node or ghost i. */
+typedef void kith_force_record(const struct kith_package *package, kith_index i, double *restrict record);
+
 /* One sweep over all pairs: what its chunks read. */
 struct kith_force_pass {
   struct kith_package *package;
+  kith_force_record *pack;
   const struct kith_connectivity *connectivity;
   const struct kith_rows *rows; /* who interacts; traversal `pairs`: the rows of the connectivity */
   const void *constants;        /* handed to the pair function */
-  const double *edge;     /* [entries of rows][edges], NULL without edge members; traversal `gather` only */
-  bool walls_known;       /* what a pair gives knows how large a wall is */
-  const uint8_t *barrier; /* [nodes] or NULL; the rest is filled by kith_force */
+  const double *edge; /* [entries of rows][edges], NULL without edge members; traversal `gather` only */
+  bool walls_known;   /* what a pair gives knows how large a wall is */
+  /* The rest is filled by kith_force. */
+  int members;
+  const uint8_t *barrier; /* [nodes] or NULL */
   bool work;              /* sums rate and slope of the compatible energy instead of accelerations */
 };
 
@@ -275,11 +281,9 @@ KITH_INLINE void kith_force_nodes_chunk(kith_pair_function *pair, enum kith_kern
 
 /* --- driving: in force.c --- */
 
-/* A record of `members` doubles for every node and ghost, zero-filled when it grows. UNSUPPORTED beyond 2^31 doubles. */
-kith_status kith_force_records(struct kith_package *package, int members);
-
-/* Runs the passes: forces (accelerations, signal speeds, thermal energy rates), then, if the energy is compatible, ghosts and the work.
- * pairs, nodes: one chunk per kernel (pairs: NULL if the package only gathers). members, edges: as instantiated. */
+/* Makes the records and runs the passes: forces (accelerations, signal speeds, thermal energy rates), then, if the energy is compatible, ghosts and
+ * the work. pairs, nodes: one chunk per kernel (pairs: NULL if the package only gathers). members, edges: as instantiated. UNSUPPORTED if
+ * there are 2^31 doubles of records. */
 kith_status kith_force(struct kith_force_pass *pass, const kith_chunk_pass *pairs,
                        const kith_chunk_pass *nodes, int members, int edges);
 

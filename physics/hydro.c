@@ -12,12 +12,12 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
       {{"velocity", KITH_VELOCITY, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
       {{"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"},
        &hydro->energy},
-      {{"density", KITH_SCALAR, KITH_F64, KITH_STATE, "Density", "mass per unit volume"}, &hydro->density},
-      {{"pressure", KITH_SCALAR, KITH_F64, KITH_STATE, "Pressure", "pressure"}, &hydro->pressure},
-      {{"sound_speed", KITH_SCALAR, KITH_F64, KITH_STATE, "SoundSpeed", "adiabatic sound speed"},
+      {{"density", KITH_SCALAR, KITH_F64, KITH_KEPT, "Density", "mass per unit volume"}, &hydro->density},
+      {{"pressure", KITH_SCALAR, KITH_F64, KITH_KEPT, "Pressure", "pressure"}, &hydro->pressure},
+      {{"sound_speed", KITH_SCALAR, KITH_F64, KITH_KEPT, "SoundSpeed", "adiabatic sound speed"},
        &hydro->sound_speed},
-      {{"acceleration", KITH_VECTOR, KITH_F64, KITH_STATE, "Accelerations", "dv/dt"}, &hydro->acceleration},
-      {{"energy_rate", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "du/dt"}, &hydro->energy_rate},
+      {{"acceleration", KITH_VECTOR, KITH_F64, KITH_KEPT, "Accelerations", "dv/dt"}, &hydro->acceleration},
+      {{"energy_rate", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt"}, &hydro->energy_rate},
   };
   hydro->nodes = nodes;
   hydro->body = (struct kith_body){0};

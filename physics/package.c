@@ -26,12 +26,12 @@ kith_status kith_package_init(struct kith_package *package) {
   const struct kith_field_spec base = {"velocity_base", KITH_VELOCITY, KITH_F64,
                                        KITH_WORK,       NULL,          "where the kick started"};
   const struct kith_field_spec expansion = {"expansion", KITH_SCALAR,          KITH_F64,
-                                            KITH_STATE,  "VelocityDivergence", "div v"};
+                                            KITH_KEPT,   "VelocityDivergence", "div v"};
   const struct kith_field_spec slope = {"energy_slope", KITH_SCALAR, KITH_F64,
-                                        KITH_STATE,     NULL,        "d(du/dt)/dt of a kick"};
+                                        KITH_KEPT,      NULL,        "d(du/dt)/dt of a kick"};
   KITH_TRY(kith_nodes_field(nodes, &base, &package->velocity_base));
-  const struct kith_field_spec signal = {"signal",   KITH_SCALAR, KITH_F64,
-                                         KITH_STATE, NULL,        "signal speed of the Courant condition"};
+  const struct kith_field_spec signal = {"signal",  KITH_SCALAR, KITH_F64,
+                                         KITH_KEPT, NULL,        "signal speed of the Courant condition"};
   KITH_TRY(kith_nodes_field(nodes, &expansion, &package->expansion));
   KITH_TRY(kith_nodes_field(nodes, &signal, &package->signal));
   package->energy_slope = NULL;
@@ -42,9 +42,17 @@ kith_status kith_package_init(struct kith_package *package) {
 
 void kith_package_clear(struct kith_package *package) {
   if (package->self != NULL) package->ops->destroy(package);
+  kith_free(&package->border);
+  package->border_capacity = 0;
   kith_free(&package->record);
   package->record_capacity = 0;
   kith_pairwise_clear(&package->pair);
+}
+
+void kith_package_post(struct kith_package *package, int n, struct kith_field *const *fields) {
+  kith_profile_begin(package->profile, "refresh");
+  kith_nodes_post_ghosts(package->hydro->nodes, fields, n);
+  kith_profile_end(package->profile);
 }
 
 void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields) {

@@ -98,10 +98,12 @@ struct kith_package {
   double interval;                  /* time from one evaluation to the next; 0 at the start */
 
   /* Its own. */
-  double self_weight;                     /* of a node in its own sums: kith_kernel_self_weight */
-  struct kith_field *energy_slope;        /* NULL unless compatible */
-  struct kith_field *expansion;           /* div v: predicts the support */
-  struct kith_field *signal;              /* signal speed of the Courant condition */
+  double self_weight;              /* of a node in its own sums: kith_kernel_self_weight */
+  struct kith_field *energy_slope; /* NULL unless compatible */
+  struct kith_field *expansion;    /* div v: predicts the support */
+  struct kith_field *signal;       /* signal speed of the Courant condition */
+  uint8_t *border;                 /* chunks beside other ranks: sweep.c */
+  size_t border_capacity;
   double *record;                         /* what pairs read of nodes: force.h */
   size_t record_capacity;                 /* doubles */
   struct kith_pairwise pair;              /* what pairs gave, traversal `pairs` */
@@ -121,7 +123,10 @@ const struct kith_package_ops *const *kith_package_all(void);       /* ended by 
 kith_status kith_package_init(struct kith_package *package);
 void kith_package_clear(struct kith_package *package);
 
-/* Ghost values of these fields, as stage `refresh`. Collective. */
+/* Ghost values of these fields, as stage `refresh`: the next sweep (sweep.h), or whoever posts next, awaits those of remote ghosts.
+ * Collective. */
+void kith_package_post(struct kith_package *package, int n, struct kith_field *const *fields);
+/* The same, and awaits them. */
 void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
 
 /* The time step that the present state and rates allow: Courant condition with h = 2 sigma and the signal speed, acceleration,

@@ -4,8 +4,6 @@
 #include <string.h>
 #include "lib/core/lanes.h"
 
-enum { CHUNK = 128 };
-
 size_t kith_rows_longest(const struct kith_rows *rows) {
   size_t longest = 0;
 #pragma omp parallel for schedule(static) reduction(max : longest)
@@ -13,9 +11,10 @@ size_t kith_rows_longest(const struct kith_rows *rows) {
   return longest;
 }
 
-kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
-                          uint64_t *count, struct kith_profile *profile) {
-  const kith_index chunks = (n + CHUNK - 1) / CHUNK;
+kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
+                               void *context, int lanes, size_t width, uint64_t *count,
+                               struct kith_profile *profile) {
+  const kith_index chunks = (n + KITH_CHUNK - 1) / KITH_CHUNK;
   bool failed = false;
   uint64_t total[4] = {0};
   width = (width + 7) / 8 * 8 + 8;
@@ -25,8 +24,11 @@ kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int
     struct kith_scratch scratch = {.width = width};
     failed = kith_resize(&scratch.lane, 0, width * (size_t)lanes, sizeof(double)) != KITH_OK;
 #pragma omp for schedule(dynamic) nowait
-    for (kith_index c = 0; c < chunks; ++c)
-      if (!failed) pass(context, c * CHUNK, KITH_MIN(n, (c + 1) * CHUNK), &scratch);
+    for (kith_index c = 0; c < chunks; ++c) {
+      if (failed || (part != NULL && part->chunk[c] != part->wanted)) continue;
+      pass(context, c * KITH_CHUNK, KITH_MIN(n, (c + 1) * KITH_CHUNK), &scratch);
+      if (part != NULL && omp_get_thread_num() == 0) kith_ranks_progress(part->ranks);
+    }
     for (int k = 0; k < 4; ++k) total[k] += scratch.count[k];
     kith_free(&scratch.lane);
     kith_profile_thread(profile, omp_get_thread_num(), start, kith_seconds());
@@ -34,4 +36,9 @@ kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int
   if (count != NULL) memcpy(count, total, sizeof total);
   if (failed) KITH_FAIL(NO_MEMORY, "no memory for a pass over rows of %zu", width);
   return KITH_OK;
+}
+
+kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
+                          uint64_t *count, struct kith_profile *profile) {
+  return kith_traverse_part(n, NULL, pass, context, lanes, width, count, profile);
 }

@@ -29,6 +29,17 @@ typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
                           uint64_t *count, struct kith_profile *profile);
 
+/* The same over some of the chunks, while messages are under way. */
+enum { KITH_CHUNK = 128 }; /* nodes */
+struct kith_part {
+  const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up] */
+  uint8_t wanted;           /* its value for those that are run */
+  struct kith_ranks *ranks; /* is reminded of its messages; may be NULL */
+};
+kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
+                               void *context, int lanes, size_t width, uint64_t *count,
+                               struct kith_profile *profile);
+
 /* The longest row: a width for scratch. */
 size_t kith_rows_longest(const struct kith_rows *rows);
 

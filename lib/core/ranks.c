@@ -11,7 +11,8 @@ struct kith_ranks {
   int rank, size, beside;
   char agreed[1024]; /* the failure that all know of; empty: none */
   struct kith_traffic traffic;
-  MPI_Request *request; /* of an exchange */
+  MPI_Request *request; /* of the exchange under way */
+  int n_requests;
   size_t requests_capacity;
 };
 
@@ -238,26 +239,46 @@ static kith_status request_room(struct kith_ranks *ranks, size_t n) {
   return KITH_OK;
 }
 
-kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
-                                const struct kith_message *in) {
+kith_status kith_ranks_post(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
+                            const struct kith_message *in) {
   enum { TAG = 1 };
   if (ranks == NULL) return KITH_OK;
-  int n = 0;
+  if (ranks->n_requests > 0) KITH_FAIL(INTERNAL, "an exchange is under way already");
   KITH_TRY(request_room(ranks, (size_t)(n_out + n_in)));
   for (int k = 0; k < n_out + n_in; ++k) {
     const struct kith_message *m = k < n_in ? &in[k] : &out[k - n_in];
     if (m->bytes == 0) continue;
     if (m->bytes / 8 > INT_MAX) KITH_FAIL(UNSUPPORTED, "a message of %zu bytes", m->bytes);
     const int words = (int)(m->bytes / 8);
-    if (k < n_in)
-      MPI_Irecv(m->data, words, MPI_INT64_T, m->rank, TAG, ranks->all, &ranks->request[n++]);
-    else {
-      MPI_Isend(m->data, words, MPI_INT64_T, m->rank, TAG, ranks->all, &ranks->request[n++]);
-      ++ranks->traffic.messages;
-      ranks->traffic.bytes += m->bytes;
+    MPI_Request *request = &ranks->request[ranks->n_requests++];
+    if (k < n_in) {
+      MPI_Irecv(m->data, words, MPI_INT64_T, m->rank, TAG, ranks->all, request);
+      continue;
     }
+    MPI_Isend(m->data, words, MPI_INT64_T, m->rank, TAG, ranks->all, request);
+    ++ranks->traffic.messages;
+    ranks->traffic.bytes += m->bytes;
   }
-  MPI_Waitall(n, ranks->request, MPI_STATUSES_IGNORE);
+  return KITH_OK;
+}
+
+void kith_ranks_progress(struct kith_ranks *ranks) {
+  int done = 0;
+  if (ranks == NULL || ranks->n_requests == 0) return;
+  MPI_Testall(ranks->n_requests, ranks->request, &done, MPI_STATUSES_IGNORE);
+  if (done) ranks->n_requests = 0;
+}
+
+void kith_ranks_finish(struct kith_ranks *ranks) {
+  if (ranks == NULL) return;
+  MPI_Waitall(ranks->n_requests, ranks->request, MPI_STATUSES_IGNORE);
+  ranks->n_requests = 0;
+}
+
+kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
+                                const struct kith_message *in) {
+  KITH_TRY(kith_ranks_post(ranks, n_out, out, n_in, in));
+  kith_ranks_finish(ranks);
   return KITH_OK;
 }
 

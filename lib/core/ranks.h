@@ -61,6 +61,12 @@ struct kith_message {
 };
 kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
                                 const struct kith_message *in);
+/* The same in two halves, one exchange at a time; their data are not to be touched between them. Who computes meanwhile calls progress
+ * now and then, from the thread that started MPI: most of MPI works only while it is called. */
+kith_status kith_ranks_post(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
+                            const struct kith_message *in);
+void kith_ranks_progress(struct kith_ranks *ranks);
+void kith_ranks_finish(struct kith_ranks *ranks);
 
 /* Sent by this rank since the start: messages and bytes of exchanges; collective calls. */
 struct kith_traffic {

@@ -172,7 +172,7 @@ kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint
 /* ---- all on rank 0 ---- */
 
 static bool is_wanted(const struct kith_field *field, enum kith_gathered wanted) {
-  return wanted == KITH_GATHER_STATE ? field->spec.role == KITH_STATE : field->spec.output != NULL;
+  return wanted == KITH_GATHER_STATE ? kith_field_lasts(field) : field->spec.output != NULL;
 }
 
 /* Empty nodes with the wanted fields (and the standing ones), and the same cargo of both. */

@@ -157,7 +157,7 @@ kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct ki
   KITH_TRY(put(c, GROUP_LISTS, "lists", KITH_U8, sizeof *lists, (size_t)nodes->n_lists, lists));
   for (int f = 0; f < nodes->n_fields; ++f) {
     const struct kith_field *field = nodes->fields[f];
-    if (field->spec.role != KITH_STATE) continue;
+    if (!kith_field_lasts(field)) continue;
     KITH_TRY(put(c, GROUP_FIELD, field->spec.name, field->spec.type, (size_t)field->components,
                  (size_t)nodes->n_internal, field->data));
   }
@@ -376,14 +376,14 @@ static kith_status match_fields(const struct kith_checkpoint *c, const struct ki
   for (int f = 0; f < nodes->n_fields; ++f) {
     const struct kith_field *field = nodes->fields[f];
     const struct section *s = NULL;
-    if (field->spec.role != KITH_STATE) continue;
+    if (!kith_field_lasts(field)) continue;
     KITH_TRY(
         expect(c, &s, GROUP_FIELD, field->spec.name, field->spec.type, (size_t)field->components, total));
   }
   for (uint32_t k = 0; k < c->header.sections; ++k) {
     const struct section *s = &c->section[k];
     const struct kith_field *field = s->group == GROUP_FIELD ? kith_nodes_field_named(nodes, s->name) : NULL;
-    if (s->group == GROUP_FIELD && (field == NULL || field->spec.role != KITH_STATE))
+    if (s->group == GROUP_FIELD && (field == NULL || !kith_field_lasts(field)))
       KITH_FAIL(BAD_FILE, "%s: it has the field '%s', which this scene does not use", c->path, s->name);
   }
   return KITH_OK;
@@ -411,7 +411,7 @@ kith_status kith_checkpoint_nodes(struct kith_checkpoint *c, struct kith_nodes *
   KITH_TRY(replace_nodes(nodes, lists));
   ++nodes->positions;
   for (int f = 0; f < nodes->n_fields; ++f)
-    if (nodes->fields[f]->spec.role == KITH_STATE)
+    if (kith_field_lasts(nodes->fields[f]))
       KITH_TRY(read_section(c, find(c, GROUP_FIELD, nodes->fields[f]->spec.name), nodes->fields[f]->data));
   return KITH_OK;
 }

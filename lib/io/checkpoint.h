@@ -1,4 +1,4 @@
-/* checkpoint.h - everything a run needs to go on bit for bit: all KITH_STATE fields of the internal nodes,
+/* checkpoint.h - everything a run needs to go on bit for bit: all KITH_STATE and KITH_KEPT fields of the internal nodes,
  * the lists, and named extra data (numbers, arrays, text) of the integrator, policies and boundaries.
  *
  *   writing   kith_checkpoint_open_new(&c, path, scene); put...; kith_checkpoint_commit(&c)

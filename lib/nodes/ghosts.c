@@ -88,17 +88,39 @@ static void refresh_images(struct kith_nodes *nodes, struct kith_field *const *f
   }
 }
 
-void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
-  refresh_images(nodes, fields, n_fields);
-  if (nodes->exchange.refresh != NULL)
-    nodes->exchange.refresh(nodes->exchange.context, nodes, fields, n_fields);
+void kith_nodes_await_ghosts(struct kith_nodes *nodes) {
+  struct kith_exchange *exchange = &nodes->exchange;
+  if (!exchange->under_way) return;
+  exchange->finish(exchange->context, nodes);
+  exchange->under_way = false;
 }
 
-/* Whoever uses a field that lives inside a step refreshes it. */
+void kith_nodes_post_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
+  struct kith_exchange *exchange = &nodes->exchange;
+  kith_nodes_await_ghosts(nodes);
+  refresh_images(nodes, fields, n_fields);
+  if (exchange->post == NULL) return;
+  exchange->post(exchange->context, nodes, fields, n_fields);
+  exchange->under_way = true;
+}
+
+void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
+  kith_nodes_post_ghosts(nodes, fields, n_fields);
+  kith_nodes_await_ghosts(nodes);
+}
+
+kith_index kith_nodes_first_remote(const struct kith_nodes *nodes) {
+  for (int b = 0; b < nodes->n_blocks; ++b)
+    if (nodes->blocks[b].kind == KITH_GHOST_REMOTE) return nodes->blocks[b].first;
+  return kith_nodes_count(nodes);
+}
+
+/* Whoever uses another field of ghosts refreshes it. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
   int n = 0;
   for (int f = 0; f < nodes->n_fields; ++f)
-    if (nodes->fields[f]->spec.role != KITH_WORK || nodes->fields[f] == nodes->reach)
+    if (nodes->fields[f]->spec.role == KITH_STATE || nodes->fields[f] == nodes->reach ||
+        nodes->fields[f] == nodes->list || nodes->fields[f] == nodes->image)
       fields[n++] = nodes->fields[f];
   return n;
 }

@@ -31,9 +31,10 @@ enum kith_kind {
 };
 enum kith_type { KITH_F64, KITH_I64, KITH_U8 };
 enum kith_role {
-  KITH_STATE,   /* evolves: in checkpoint */
+  KITH_STATE,   /* evolves: in checkpoint, and new ghosts have it */
+  KITH_KEPT,    /* in checkpoint too, but its node's own: ghosts do not have it until it is refreshed */
   KITH_DERIVED, /* follows from the state: recomputed after a restart */
-  KITH_WORK,    /* lives inside a step; new ghosts do not have it until it is refreshed */
+  KITH_WORK,    /* lives inside a step; ghosts do not have it until it is refreshed */
 };
 
 struct kith_field_spec {
@@ -88,8 +89,10 @@ struct kith_ghost_block {
 
 /* How remote ghosts get their values: who made them fills this in. Collective. */
 struct kith_exchange {
-  void (*refresh)(void *context, struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
-  void *context; /* borrowed */
+  void (*post)(void *context, struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
+  void (*finish)(void *context, struct kith_nodes *nodes);
+  void *context;  /* borrowed */
+  bool under_way; /* posted and not finished */
 };
 
 struct kith_nodes {
@@ -113,7 +116,7 @@ struct kith_nodes {
   struct kith_ghost_block *blocks; /* creation order */
 
   struct kith_ranks *ranks; /* who has the other nodes of the run; NULL: nobody, all are here. Borrowed */
-  struct kith_exchange exchange; /* refresh NULL: there are no remote ghosts */
+  struct kith_exchange exchange; /* post NULL: there are no remote ghosts */
 
   /* Generations. */
   uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
@@ -140,6 +143,11 @@ struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const 
 /* From here on ghosts have an `image`: n + 2^16 m + 2^32 l for image n along axis 0, of image m along axis 1, and so on. */
 kith_status kith_nodes_number_images(struct kith_nodes *nodes);
 
+/* Is it in checkpoints? */
+static inline bool kith_field_lasts(const struct kith_field *field) {
+  return field->spec.role == KITH_STATE || field->spec.role == KITH_KEPT;
+}
+
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
@@ -163,14 +171,20 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
 
 /* Ghosts. Drop all; append one block (control is taken over: owned by the nodes from here on, also on failure). */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
-/* block->first is set here. Image ghosts get their reach and all fields but KITH_WORK through their image; frozen and remote ones are zero,
+/* block->first is set here. Image ghosts get the fields that new ghosts have through their image; frozen and remote ones are zero,
  * for the caller to fill. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
-/* The fields that a new ghost has: all but those that live inside a step, and the reach. fields[KITH_MAX_FIELDS]; returns how many. */
+/* The fields that a new ghost has: the state, what tells it apart, and the reach. fields[KITH_MAX_FIELDS]; returns how many. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields);
 /* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these fields; then
  * remote ghosts those that their owners have, images among them. Bitwise the same for any number of threads. Collective. */
 void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
+/* The same in two halves: after `post` images have their values, after `await` (nothing to do if nothing was posted) remote ghosts too.
+ * Between them these fields of remote ghosts are not to be read. Posting again awaits what was posted before. */
+void kith_nodes_post_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
+void kith_nodes_await_ghosts(struct kith_nodes *nodes);
+/* The first remote ghost; all from here on are. kith_nodes_count if there is none. */
+kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
 /* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is kept.
  * renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept; empty blocks go. */
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber);

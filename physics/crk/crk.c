@@ -48,12 +48,12 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   const struct kith_density_wanted wanted = {.shear = crk->shear};
   KITH_TRY(kith_connectivity_fresh(connectivity, hydro->nodes));
   KITH_TRY(kith_density(package, connectivity, &wanted));
-  kith_package_refresh(package, 1, &(struct kith_field *){hydro->nodes->support});
+  kith_package_post(package, 1, &(struct kith_field *){hydro->nodes->support});
   KITH_TRY(crk_moments(package, connectivity));
   kith_hydro_close(hydro);
   struct kith_field *const between[] = {hydro->density, hydro->pressure,     hydro->sound_speed,  crk->scale,
                                         crk->slope,     crk->scale_gradient, crk->slope_gradient, crk->shear};
-  kith_package_refresh(package, crk->shear != NULL ? 8 : 7, between);
+  kith_package_post(package, crk->shear != NULL ? 8 : 7, between);
   return crk_pairs(package, connectivity);
 }
 

@@ -1,6 +1,6 @@
-#include "lib/connectivity/traversal.h"
 #include "lib/core/lanes.h"
 #include "physics/crk/crk.h"
+#include "physics/sweep.h"
 
 /* Lanes of scratch: x_i - x_j; V W; V g C / H^(d + 2), the factor of x in V grad W. */
 enum { SEPARATION = 0, WEIGHT = NDIM, SLOPE, LANES };
@@ -159,13 +159,14 @@ kith_status crk_moments(struct kith_package *package, const struct kith_connecti
 #undef X
   };
   struct moments_pass pass = {.package = package, .rows = &connectivity->rows, .volume = crk_volume(package)};
+  const struct kith_sweep sweep = {.stage = "moments",
+                                   .rows = &connectivity->rows,
+                                   .chunk = chunk[package->kernel],
+                                   .context = &pass,
+                                   .lanes = LANES,
+                                   .width = kith_rows_longest(&connectivity->rows)};
   uint64_t count[4];
-  kith_profile_begin(package->profile, "moments");
-  const kith_status status =
-      kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], &pass, LANES,
-                    kith_rows_longest(&connectivity->rows), count, package->profile);
-  kith_profile_end(package->profile);
-  KITH_TRY(status);
+  KITH_TRY(kith_package_sweep(package, &sweep, count));
   package->pair_evaluations += count[0];
   package->fallbacks += count[1];
   return KITH_OK;

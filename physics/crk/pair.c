@@ -110,13 +110,10 @@ kith_status crk_pairs(struct kith_package *package, const struct kith_connectivi
                                           .volume = crk_volume(package),
                                           .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM),
                                           .limited = crk->shear != NULL};
-  KITH_TRY(kith_force_records(package, CRK_MEMBERS));
-  kith_profile_begin(package->profile, "records");
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < kith_nodes_count(package->hydro->nodes); ++i)
-    pack(package, i, package->record + (size_t)i * CRK_MEMBERS);
-  kith_profile_end(package->profile);
-  struct kith_force_pass pass = {
-      .package = package, .connectivity = connectivity, .rows = &connectivity->rows, .constants = &constants};
+  struct kith_force_pass pass = {.package = package,
+                                 .pack = pack,
+                                 .connectivity = connectivity,
+                                 .rows = &connectivity->rows,
+                                 .constants = &constants};
   return kith_force(&pass, pairs, nodes, CRK_MEMBERS, 0);
 }

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include "lib/core/vec.h"
+#include "physics/sweep.h"
 
 enum { COUNT_EVALUATIONS, COUNT_FALLBACKS };
 
@@ -89,12 +90,13 @@ kith_status mfm_gradients(struct kith_package *package, const struct kith_connec
 #undef X
   };
   struct pass pass = {package, connectivity};
+  const struct kith_sweep sweep = {.stage = "gradients",
+                                   .rows = &connectivity->rows,
+                                   .chunk = chunk[package->kernel],
+                                   .context = &pass,
+                                   .lanes = 1};
   uint64_t count[4];
-  kith_profile_begin(package->profile, "gradients");
-  const kith_status status = kith_traverse(package->hydro->nodes->n_internal, chunk[package->kernel], &pass,
-                                           1, 0, count, package->profile);
-  kith_profile_end(package->profile);
-  KITH_TRY(status);
+  KITH_TRY(kith_package_sweep(package, &sweep, count));
   package->pair_evaluations += count[COUNT_EVALUATIONS];
   package->fallbacks += count[COUNT_FALLBACKS];
   return KITH_OK;

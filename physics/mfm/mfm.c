@@ -41,7 +41,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   kith_hydro_close(hydro);
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure,
                                       hydro->sound_speed, mfm->velocity_slope};
-  kith_package_refresh(package, 5, state);
+  kith_package_post(package, 5, state);
   KITH_TRY(mfm_gradients(package, connectivity));
   struct kith_field *const slopes[] = {mfm->density_slope, mfm->pressure_slope, mfm->faces.matrix};
   kith_package_refresh(package, mfm->faces.matrix != NULL ? 3 : 2, slopes);

@@ -126,14 +126,9 @@ kith_status mfm_pairs(struct kith_package *package) {
 #undef X
   };
   struct mfm *mfm = package->self;
-  KITH_TRY(kith_force_records(package, MFM_MEMBERS));
-  kith_profile_begin(package->profile, "records");
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < kith_nodes_count(package->hydro->nodes); ++i)
-    pack(package, i, package->record + (size_t)i * MFM_MEMBERS);
-  kith_profile_end(package->profile);
   if (package->traversal == KITH_TRAVERSE_GATHER) KITH_TRY(mfm_faces_edges(&mfm->faces));
   struct kith_force_pass pass = {.package = package,
+                                 .pack = pack,
                                  .connectivity = &mfm->faces.graph,
                                  .rows = &mfm->faces.graph.rows,
                                  .edge = mfm->faces.edge,

@@ -114,13 +114,10 @@ kith_status sph_pairs(struct kith_package *package, const struct kith_connectivi
                                           .kernel = kith_kernel_constant(package->kernel),
                                           .spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM),
                                           .limited = package->viscosity == KITH_VISCOSITY_LIMITED};
-  KITH_TRY(kith_force_records(package, size));
-  kith_profile_begin(package->profile, "records");
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < kith_nodes_count(package->hydro->nodes); ++i)
-    pack(package, i, package->record + (size_t)i * (size_t)size);
-  kith_profile_end(package->profile);
-  struct kith_force_pass pass = {
-      .package = package, .connectivity = connectivity, .rows = &connectivity->rows, .constants = &constants};
+  struct kith_force_pass pass = {.package = package,
+                                 .pack = pack,
+                                 .connectivity = connectivity,
+                                 .rows = &connectivity->rows,
+                                 .constants = &constants};
   return kith_force(&pass, pairs[sph->full], nodes[sph->full], size, 0);
 }

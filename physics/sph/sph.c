@@ -19,7 +19,7 @@ static kith_status register_fields(struct kith_package *package, struct sph *sph
       {rising || balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &sph->curl},
       {rising, {"compression", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "d(div v)/dt"}, &sph->compression},
       {rising,
-       {"viscosity", KITH_SCALAR, KITH_F64, KITH_STATE, "Viscosity", "strength of the viscosity"},
+       {"viscosity", KITH_SCALAR, KITH_F64, KITH_KEPT, "Viscosity", "strength of the viscosity"},
        &sph->strength},
       {rising || balsara,
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
@@ -87,7 +87,7 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   const struct kith_density_wanted wanted = {
       .excess = sph->excess, .shear = sph->shear, .curl = sph->curl, .compression = sph->compression};
   KITH_TRY(kith_connectivity_fresh(connectivity, hydro->nodes));
-  if (sph->compression != NULL) kith_package_refresh(package, 1, &(struct kith_field *){hydro->acceleration});
+  if (sph->compression != NULL) kith_package_post(package, 1, &(struct kith_field *){hydro->acceleration});
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_close(hydro);
   set_factors(package);
@@ -96,7 +96,7 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   int n = 5;
   if (sph->shear != NULL) between[n++] = sph->shear;
   if (sph->factor != NULL) between[n++] = sph->factor;
-  kith_package_refresh(package, n, between);
+  kith_package_post(package, n, between);
   return sph_pairs(package, connectivity);
 }
 

@@ -17,10 +17,10 @@ static struct fixture make(int n_lists) {
   struct fixture f = {0};
   const struct kith_field_spec mass = {"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "m"};
   const struct kith_field_spec velocity = {"velocity", KITH_VECTOR, KITH_F64, KITH_STATE, NULL, "v"};
-  const struct kith_field_spec gradient = {"gradient", KITH_TENSOR, KITH_F64, KITH_DERIVED, NULL, "dv/dx"};
-  const struct kith_field_spec stress = {"stress", KITH_SYMMETRIC, KITH_F64, KITH_DERIVED, NULL, "s"};
-  const struct kith_field_spec counter = {"counter", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "n"};
-  const struct kith_field_spec flag = {"flag", KITH_SCALAR, KITH_U8, KITH_DERIVED, NULL, "f"};
+  const struct kith_field_spec gradient = {"gradient", KITH_TENSOR, KITH_F64, KITH_STATE, NULL, "dv/dx"};
+  const struct kith_field_spec stress = {"stress", KITH_SYMMETRIC, KITH_F64, KITH_STATE, NULL, "s"};
+  const struct kith_field_spec counter = {"counter", KITH_SCALAR, KITH_I64, KITH_STATE, NULL, "n"};
+  const struct kith_field_spec flag = {"flag", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "f"};
   CHECK_OK(kith_nodes_create(&f.nodes, n_lists, names));
   CHECK_OK(kith_nodes_field(f.nodes, &mass, &f.mass));
   CHECK_OK(kith_nodes_field(f.nodes, &velocity, &f.velocity));
