@@ -188,6 +188,25 @@ static kith_status check_method(const struct kith_scene *scene) {
   return KITH_OK;
 }
 
+/* Passes before the forces: one in sph, whose sums over its neighbors a ghost can make by itself. */
+static kith_status check_recompute(const struct kith_scene *scene) {
+  const struct kith_config_node *key = kith_config_at(scene->config, "partition.ghosts");
+  if (!scene->partition.recompute) return KITH_OK;
+  if (strcmp(scene->method.package, "sph") != 0)
+    return kith_config_fail(key, NULL,
+                            "package %s has two passes before its forces: ghosts of ghosts of ghosts; "
+                            "take exchange",
+                            scene->method.package);
+  if (scene->method.viscosity == KITH_VISCOSITY_CULLEN_DEHNEN)
+    return kith_config_fail(
+        key, NULL,
+        "the strength of viscosity cullen-dehnen is kept by the owner of a node only; take exchange");
+  if (scene->reproducible)
+    return kith_config_fail(
+        key, NULL, "what is computed again is summed in another order; reproducible runs take exchange");
+  return KITH_OK;
+}
+
 static kith_status check_partitioner(const struct kith_scene *scene) {
   char word[sizeof scene->partition.name];
   snprintf(word, sizeof word, "%.*s", (int)strcspn(scene->partition.name, ":"), scene->partition.name);
@@ -204,6 +223,7 @@ static kith_status check_words(const struct kith_scene *scene) {
   KITH_TRY(check_method(scene));
   KITH_TRY(check_reproducible(scene));
   KITH_TRY(check_partitioner(scene));
+  KITH_TRY(check_recompute(scene));
   KITH_TRY(check_scheme(scene));
   return check_piston(scene);
 }
@@ -250,7 +270,9 @@ static kith_status make_share(struct kith_model *m) {
   KITH_TRY(kith_share_create(&m->share, m->nodes, &m->scene->domain, periodic, &sharing));
   m->integrator.share = m->share;
   KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_distributed, 0, 0, 1, false, false));
-  KITH_TRY(kith_distributed_init(m->boundaries.boundary[m->boundaries.n - 1], m->nodes, m->share->home));
+  KITH_TRY(kith_distributed_init(m->boundaries.boundary[m->boundaries.n - 1], m->nodes, m->share->home,
+                                 &m->share->cells));
+  m->package.recompute = m->scene->partition.recompute;
   return kith_share_keep(m->share, m->nodes);
 }
 

@@ -143,6 +143,7 @@ struct kith_scene {
     char name[64]; /* and words: lib/domain/partition.h */
     int every, cells;
     double imbalance;
+    bool recompute;
   } partition;
   char traversal[16]; /* "", "pairs", "gather" */
   double until;

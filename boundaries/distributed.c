@@ -25,7 +25,8 @@ struct selection {
 };
 
 struct distributed {
-  const struct kith_field *home; /* borrowed */
+  const struct kith_field *home;  /* borrowed */
+  const struct kith_cells *cells; /* borrowed */
   struct selection selection;
   int n_peers;
   struct peer *peer; /* ascending ranks: those that are sent to or send */
@@ -151,7 +152,7 @@ static struct place place_of(const struct kith_nodes *nodes, kith_index i) {
   return p;
 }
 
-/* Cells of this rank that are not empty. Each thread has cells of its own; boxes and largest reaches have no order. */
+/* Cells of this rank, by home. Each thread has cells of its own; boxes and largest reaches have no order. */
 static kith_status own_places(const struct distributed *d, const struct kith_nodes *nodes,
                               struct place **places, size_t *n) {
   const int64_t *home = d->home->i64;
@@ -173,11 +174,17 @@ static kith_status own_places(const struct distributed *d, const struct kith_nod
     }
   }
   for (size_t c = (size_t)cells; c < all; ++c) include(&place[c % (size_t)cells], &place[c]);
-  *n = 0;
-  for (int64_t c = 0; c < cells; ++c)
-    if (place[c].reach >= 0) place[(*n)++] = place[c];
+  *n = (size_t)cells;
   *places = place;
   return KITH_OK;
+}
+
+/* Those that are not empty. */
+static size_t pack_places(struct place *place, size_t n) {
+  size_t left = 0;
+  for (size_t c = 0; c < n; ++c)
+    if (place[c].reach >= 0) place[left++] = place[c];
+  return left;
 }
 
 static double box_distance2(const struct kith_box *a, const struct kith_box *b) {
@@ -341,7 +348,9 @@ static kith_status prepare_talk(struct talk *t, const struct distributed *d, con
   KITH_TRY(kith_resize(&t->to, 0, size * lists, sizeof *t->to));
   KITH_TRY(kith_resize(&t->from, 0, size * lists, sizeof *t->from));
   KITH_TRY(gather_candidates(&t->candidates, nodes));
-  return own_places(d, nodes, &t->own, n_own);
+  KITH_TRY(own_places(d, nodes, &t->own, n_own));
+  *n_own = pack_places(t->own, *n_own);
+  return KITH_OK;
 }
 
 static kith_status make_ghosts(struct talk *t, struct kith_boundary *boundary, struct kith_nodes *nodes,
@@ -372,6 +381,54 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
   kith_free(&t.part);
   kith_free(&t.to);
   kith_free(&t.from);
+  return status;
+}
+
+/* ---- two layers ---- */
+
+/* Square of the distance between boxes, or images of them. */
+static double image_distance2(const struct kith_cells *cells, const struct kith_box *a,
+                              const struct kith_box *b) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) {
+    const double length = cells->upper[k] - cells->lower[k];
+    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
+    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
+    if (cells->periodic[k]) gap = KITH_MIN(gap, KITH_MAX(length + KITH_MIN(up, down), 0.0));
+    s += gap * gap;
+  }
+  return s;
+}
+
+static double widest(const struct distributed *d, const struct place *own, const struct place *all,
+                     size_t n) {
+  double reach = own->reach;
+  for (size_t k = 0; k < n; ++k)
+    if (all[k].reach > reach && within(image_distance2(d->cells, &own->box, &all[k].box), 1, all[k].reach))
+      reach = all[k].reach;
+  return reach;
+}
+
+kith_status kith_distributed_widen(struct kith_boundary *boundary, struct kith_nodes *nodes) {
+  const struct distributed *d = boundary->self;
+  struct place *own = NULL, *all = NULL;
+  char *gathered = NULL;
+  size_t n = 0;
+  size_t *part = NULL;
+  kith_status status = kith_resize(&part, 0, (size_t)kith_ranks_size(nodes->ranks) + 1, sizeof *part);
+  if (status == KITH_OK) status = own_places(d, nodes, &own, &n);
+  status = kith_ranks_agree(nodes->ranks, status);
+  if (status == KITH_OK) status = kith_ranks_gather(nodes->ranks, own, n * sizeof *own, &gathered, part);
+  if (status == KITH_OK) {
+    all = (struct place *)gathered;
+    const size_t n_all = part[kith_ranks_size(nodes->ranks)] / sizeof *all;
+    for (size_t c = 0; c < n; ++c)
+      if (own[c].reach >= 0) own[c].reach = widest(d, &own[c], all, n_all);
+    for (kith_index i = 0; i < nodes->n_internal; ++i) nodes->reach->f64[i] = own[d->home->i64[i]].reach;
+  }
+  kith_free(&gathered);
+  kith_free(&part);
+  kith_free(&own);
   return status;
 }
 
@@ -427,12 +484,13 @@ static void renumbered(struct kith_boundary *boundary, const kith_index *renumbe
 /* ---- the boundary ---- */
 
 kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_nodes *nodes,
-                                  const struct kith_field *home) {
+                                  const struct kith_field *home, const struct kith_cells *cells) {
   const size_t size = (size_t)kith_ranks_size(nodes->ranks);
   struct distributed *d = NULL;
   KITH_TRY(kith_resize(&d, 0, 1, sizeof *d));
   boundary->self = d;
   d->home = home;
+  d->cells = cells;
   KITH_TRY(kith_resize(&d->peer, 0, size, sizeof *d->peer));
   KITH_TRY(kith_resize(&d->out, 0, size, sizeof *d->out));
   KITH_TRY(kith_resize(&d->in, 0, size, sizeof *d->in));

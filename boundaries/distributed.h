@@ -17,9 +17,16 @@
 #define KITH_BOUNDARIES_DISTRIBUTED_H
 
 #include "boundaries/boundary.h"
+#include "lib/domain/cells.h"
 
 /* Makes an added boundary ready, and the exchange of its nodes, which have ranks. home: I64, the cell of each internal node, small whole numbers
- * of this rank alone. */
+ * of this rank alone. cells: those that are dealt out; periodic axes and the lengths of the box are what matters. Both are borrowed. */
 kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_nodes *nodes,
-                                  const struct kith_field *home);
+                                  const struct kith_field *home, const struct kith_cells *cells);
+
+/* For ghosts whose rows are complete: raises the reach of each internal node i to the largest R_j that a node j within max(R_i, R_j) of
+ * it may have. Ghosts made with it and with f = 2 then hold all partners of i, and all that lie within R_j of a partner j,
+ *     d(x_k, x_i) <= max(R_i, R_j) + R_j <= 2 R'_i.
+ * Collective. */
+kith_status kith_distributed_widen(struct kith_boundary *boundary, struct kith_nodes *nodes);
 #endif

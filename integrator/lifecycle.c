@@ -1,6 +1,7 @@
 /* The lifecycle of connectivity, in the order in which it happens. */
 #include <math.h>
 #include <string.h>
+#include "boundaries/distributed.h"
 #include "integrator/integrator.h"
 #include "lib/connectivity/shield.h"
 
@@ -58,10 +59,22 @@ static kith_status reorder(struct kith_integrator *it) {
   return status;
 }
 
+/* Two layers of ghosts, so that those of the first have all that is in their own support. */
+static kith_status ghosts_with_rows(struct kith_integrator *it) {
+  struct kith_boundary *last = it->boundaries->boundary[it->boundaries->n - 1];
+  KITH_TRY(kith_distributed_widen(last, it->nodes));
+  KITH_TRY(kith_boundaries_ghosts(it->boundaries, it->nodes, 2, it->profile));
+  set_reach(it);
+  kith_nodes_refresh_ghosts(it->nodes, &it->nodes->reach, 1);
+  return KITH_OK;
+}
+
 static kith_status ghosts(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "ghosts");
   const kith_status status =
-      kith_boundaries_ghosts(it->boundaries, it->nodes, it->need.overlap ? 2 : 1, it->profile);
+      it->package->recompute
+          ? ghosts_with_rows(it)
+          : kith_boundaries_ghosts(it->boundaries, it->nodes, it->need.overlap ? 2 : 1, it->profile);
   kith_profile_end(it->profile);
   KITH_TRY(status);
   for (int b = 0; b < it->nodes->n_blocks; ++b)

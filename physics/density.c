@@ -1,5 +1,6 @@
 #include "physics/density.h"
 
+#include <string.h>
 #include "lib/core/lanes.h"
 #include "physics/sweep.h"
 
@@ -19,6 +20,7 @@ struct density_pass {
   double constant;        /* of the kernel */
   bool equal_masses;      /* of all nodes */
   const uint8_t *barrier; /* NULL: there is none */
+  kith_chunk_pass chunk;
 };
 
 /* Separations and distances of the row of i; padding stands far outside of any support. */
@@ -252,6 +254,7 @@ KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pas
                                kith_index end, struct kith_scratch *s) {
   const struct kith_nodes *nodes = pass->package->hydro->nodes;
   for (kith_index i = begin; i < end; ++i) {
+    if (i >= nodes->n_internal && !pass->package->needed[i - nodes->n_internal]) continue;
     double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0;
     const size_t padded = load_row(nodes, &pass->connectivity->rows, i, s);
     s->count[COUNT_EVALUATIONS] += padded;
@@ -299,6 +302,33 @@ static bool equal_masses(const struct kith_hydro *hydro) {
   return range[2] == 0 && range[0] == -range[1];
 }
 
+/* Chunks of remote ghosts. */
+static void ghosts_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct density_pass *pass = context;
+  const kith_index first = kith_nodes_first_remote(pass->package->hydro->nodes);
+  pass->chunk(context, first + begin, first + end, s);
+}
+
+/* Remote ghosts that internal nodes look at: as their owners do it, from their own rows. What goes wrong with them does so there too. */
+static kith_status recompute(struct density_pass *pass, size_t longest) {
+  struct kith_package *package = pass->package;
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  const kith_index n = kith_nodes_count(nodes) - kith_nodes_first_remote(nodes);
+  uint64_t count[4];
+  if ((size_t)nodes->n_ghost > package->needed_capacity) {
+    package->needed_capacity = 0;
+    KITH_TRY(kith_resize(&package->needed, 0, (size_t)nodes->n_ghost + (size_t)nodes->n_ghost / 8, 1));
+    package->needed_capacity = (size_t)nodes->n_ghost + (size_t)nodes->n_ghost / 8;
+  }
+  if (nodes->n_ghost > 0) memset(package->needed, 0, (size_t)nodes->n_ghost);
+  kith_connectivity_mark_ghosts(pass->connectivity, nodes, package->needed);
+  kith_profile_begin(package->profile, "recompute");
+  const kith_status status = kith_traverse(n, ghosts_chunk, pass, LANES, longest, count, package->profile);
+  kith_profile_end(package->profile);
+  package->pair_evaluations += count[COUNT_EVALUATIONS];
+  return status;
+}
+
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
                          const struct kith_density_wanted *wanted) {
   static const kith_chunk_pass chunk[] = {
@@ -311,7 +341,8 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .wanted = *wanted,
                               .constant = kith_kernel_constant(package->kernel),
                               .equal_masses = equal_masses(package->hydro),
-                              .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
+                              .barrier = package->barrier != NULL ? package->barrier->u8 : NULL,
+                              .chunk = chunk[package->kernel]};
   const struct kith_sweep sweep = {.stage = "density",
                                    .rows = &connectivity->rows,
                                    .chunk = chunk[package->kernel],
@@ -322,6 +353,7 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                                    .counted = COUNT_ITERATIONS};
   uint64_t count[4];
   KITH_TRY(kith_package_sweep(package, &sweep, count));
+  if (package->recompute) KITH_TRY(recompute(&pass, sweep.width));
   package->pair_evaluations += count[COUNT_EVALUATIONS];
   package->support_iterations += count[COUNT_ITERATIONS];
   package->fallbacks += count[COUNT_FALLBACKS];

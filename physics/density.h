@@ -14,7 +14,8 @@
 
 enum { KITH_SYMMETRIC_SIZE = NDIM * (NDIM + 1) / 2 };
 
-/* What is wanted beside support, density and expansion (div v); NULL: not. Fields over the nodes, filled for internal nodes. */
+/* What is wanted beside support, density and expansion (div v); NULL: not. Fields over the nodes, filled for internal nodes,
+ * and if the package recomputes for the remote ghosts that they look at. */
 struct kith_density_wanted {
   struct kith_field *excess;   /* X; and the density is the sum of masses */
   struct kith_field *shear;    /* symmetric part of G, upper triangle */

@@ -27,13 +27,21 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
   return KITH_OK;
 }
 
+static void close_some(const struct kith_hydro *hydro, int list, kith_index first, kith_index count) {
+  const struct kith_material *material = &hydro->material[list];
+  material->eos->state(&material->parameters, count, hydro->density->f64 + first, hydro->energy->f64 + first,
+                       hydro->pressure->f64 + first, hydro->sound_speed->f64 + first);
+}
+
 void kith_hydro_close(const struct kith_hydro *hydro) {
-  for (int l = 0; l < hydro->nodes->n_lists; ++l) {
-    const struct kith_node_list *list = &hydro->nodes->lists[l];
-    const struct kith_material *material = &hydro->material[l];
-    const kith_index f = list->first;
-    material->eos->state(&material->parameters, list->count, hydro->density->f64 + f, hydro->energy->f64 + f,
-                         hydro->pressure->f64 + f, hydro->sound_speed->f64 + f);
+  for (int l = 0; l < hydro->nodes->n_lists; ++l)
+    close_some(hydro, l, hydro->nodes->lists[l].first, hydro->nodes->lists[l].count);
+}
+
+void kith_hydro_close_remote(const struct kith_hydro *hydro) {
+  for (int b = 0; b < hydro->nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &hydro->nodes->blocks[b];
+    if (block->kind == KITH_GHOST_REMOTE) close_some(hydro, block->list, block->first, block->count);
   }
 }
 

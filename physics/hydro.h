@@ -32,6 +32,8 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
 
 /* Pressure and sound speed of all internal nodes from density and energy. */
 void kith_hydro_close(const struct kith_hydro *hydro);
+/* The same of all remote ghosts. */
+void kith_hydro_close_remote(const struct kith_hydro *hydro);
 
 /* Before rates are made, while what is not finite has not spread to the neighbors: DIVERGED names the first internal node whose
  * position, velocity, energy or support is not finite. */

@@ -44,6 +44,8 @@ void kith_package_clear(struct kith_package *package) {
   if (package->self != NULL) package->ops->destroy(package);
   kith_free(&package->border);
   package->border_capacity = 0;
+  kith_free(&package->needed);
+  package->needed_capacity = 0;
   kith_free(&package->record);
   package->record_capacity = 0;
   kith_pairwise_clear(&package->pair);

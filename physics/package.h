@@ -88,6 +88,8 @@ struct kith_package {
   enum kith_faces faces;
   bool closed; /* faces corrected so that those of each node sum to zero */
   enum kith_traversal traversal;
+  bool
+      recompute; /* between passes values of remote ghosts are computed from their rows, not exchanged: needs ranks, package sph */
   struct kith_profile *profile; /* borrowed, may be NULL */
   const struct kith_field
       *barrier; /* U8, 1: a node that is a wall to whoever looks at it; NULL: there is none */
@@ -104,6 +106,8 @@ struct kith_package {
   struct kith_field *signal;       /* signal speed of the Courant condition */
   uint8_t *border;                 /* chunks beside other ranks: sweep.c */
   size_t border_capacity;
+  uint8_t *needed; /* ghosts whose values are computed: density.c */
+  size_t needed_capacity;
   double *record;                         /* what pairs read of nodes: force.h */
   size_t record_capacity;                 /* doubles */
   struct kith_pairwise pair;              /* what pairs gave, traversal `pairs` */

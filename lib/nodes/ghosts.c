@@ -80,7 +80,7 @@ static void refresh_block(const struct kith_ghost_block *block, struct kith_fiel
 
 enum { WORTH_A_TEAM = 4096 }; /* values: below, waking the threads costs more than the copies */
 
-static void refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
+void kith_nodes_refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
 #pragma omp parallel if ((int64_t)nodes->n_ghost * n_fields >= WORTH_A_TEAM)
   for (int b = 0; b < nodes->n_blocks; ++b) {
     if (nodes->blocks[b].kind == KITH_GHOST_IMAGE) refresh_block(&nodes->blocks[b], fields, n_fields);
@@ -98,7 +98,7 @@ void kith_nodes_await_ghosts(struct kith_nodes *nodes) {
 void kith_nodes_post_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
   struct kith_exchange *exchange = &nodes->exchange;
   kith_nodes_await_ghosts(nodes);
-  refresh_images(nodes, fields, n_fields);
+  kith_nodes_refresh_images(nodes, fields, n_fields);
   if (exchange->post == NULL) return;
   exchange->post(exchange->context, nodes, fields, n_fields);
   exchange->under_way = true;

@@ -183,6 +183,8 @@ void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *cons
  * Between them these fields of remote ghosts are not to be read. Posting again awaits what was posted before. */
 void kith_nodes_post_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
 void kith_nodes_await_ghosts(struct kith_nodes *nodes);
+/* Images only. */
+void kith_nodes_refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
 /* The first remote ghost; all from here on are. kith_nodes_count if there is none. */
 kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
 /* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is kept.

@@ -43,7 +43,8 @@ static void sph_destroy(struct kith_package *package) {
 }
 
 static struct kith_requirements sph_requirements(const struct kith_package *package) {
-  return (struct kith_requirements){.rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS};
+  return (struct kith_requirements){
+      .rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS, .ghost_rows = package->recompute};
 }
 
 /* (6): the strength of node i, which was s when it was last evaluated. */
@@ -68,12 +69,12 @@ static double balsara(const struct kith_package *package, kith_index i) {
   return package->balsara == KITH_BALSARA_SQUARED ? factor * factor : factor;
 }
 
-/* What multiplies the viscosity of internal nodes. */
-static void set_factors(struct kith_package *package) {
+/* What multiplies the viscosity of nodes begin .. end - 1. */
+static void set_factors(struct kith_package *package, kith_index begin, kith_index end) {
   const struct sph *sph = package->self;
   if (sph->factor == NULL) return;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < package->hydro->nodes->n_internal; ++i) {
+  for (kith_index i = begin; i < end; ++i) {
     double factor = 1;
     if (sph->strength != NULL) factor = sph->strength->f64[i] = strength(package, i, sph->strength->f64[i]);
     if (package->balsara != KITH_BALSARA_NONE) factor *= balsara(package, i);
@@ -90,13 +91,18 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   if (sph->compression != NULL) kith_package_post(package, 1, &(struct kith_field *){hydro->acceleration});
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_close(hydro);
-  set_factors(package);
+  set_factors(package, 0, hydro->nodes->n_internal);
   struct kith_field *between[7] = {hydro->nodes->support, hydro->density, hydro->pressure, hydro->sound_speed,
                                    sph->excess};
   int n = 5;
   if (sph->shear != NULL) between[n++] = sph->shear;
   if (sph->factor != NULL) between[n++] = sph->factor;
-  kith_package_post(package, n, between);
+  if (package->recompute) {
+    kith_hydro_close_remote(hydro);
+    set_factors(package, kith_nodes_first_remote(hydro->nodes), kith_nodes_count(hydro->nodes));
+    kith_nodes_refresh_images(hydro->nodes, between, n);
+  } else
+    kith_package_post(package, n, between);
   return sph_pairs(package, connectivity);
 }
 
