@@ -1,16 +1,9 @@
 #include "boundaries/distributed.h"
 
-#include <omp.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { BUNCH = 64 }; /* candidates tested together */
-
-/* What a rank tells of a cell that is not empty. */
-struct place {
-  double reach;
-  struct kith_box box;
-};
+#include "boundaries/places.h"
 
 struct peer {
   int rank;
@@ -134,180 +127,19 @@ static void finish(void *context, struct kith_nodes *nodes) {
   for (int p = 0; p < d->n_peers; ++p) unpack_peer(&d->peer[p], &d->selection, d->in[p].data);
 }
 
-/* ---- who is sent where ---- */
-
-static const struct place nowhere = {.reach = -1};
-
-static void include(struct place *to, const struct place *from) {
-  if (!(from->reach >= 0)) return;
-  if (!(to->reach >= 0)) to->box = kith_box_empty();
-  kith_box_include(&to->box, from->box.lower);
-  kith_box_include(&to->box, from->box.upper);
-  to->reach = KITH_MAX(to->reach, from->reach);
-}
-
-static struct place place_of(const struct kith_nodes *nodes, kith_index i) {
-  struct place p = {nodes->reach->f64[i], kith_box_empty()};
-  kith_box_include(&p.box, nodes->position->f64 + (size_t)i * NDIM);
-  return p;
-}
-
-/* Cells of this rank, by home. Each thread has cells of its own; boxes and largest reaches have no order. */
-static kith_status own_places(const struct distributed *d, const struct kith_nodes *nodes,
-                              struct place **places, size_t *n) {
-  const int64_t *home = d->home->i64;
-  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
-  int64_t cells = 0;
-#pragma omp parallel for schedule(static) reduction(max : cells) num_threads(threads)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) cells = KITH_MAX(cells, home[i] + 1);
-  const size_t all = (size_t)cells * (size_t)threads;
-  struct place *place = NULL;
-  KITH_TRY(kith_resize(&place, 0, all, sizeof *place));
-  for (size_t c = 0; c < all; ++c) place[c] = nowhere;
-#pragma omp parallel num_threads(threads)
-  {
-    struct place *mine = place + (size_t)cells * (size_t)omp_get_thread_num();
-#pragma omp for schedule(static)
-    for (kith_index i = 0; i < nodes->n_internal; ++i) {
-      const struct place p = place_of(nodes, i);
-      include(&mine[home[i]], &p);
-    }
-  }
-  for (size_t c = (size_t)cells; c < all; ++c) include(&place[c % (size_t)cells], &place[c]);
-  *n = (size_t)cells;
-  *places = place;
-  return KITH_OK;
-}
-
-/* Those that are not empty. */
-static size_t pack_places(struct place *place, size_t n) {
-  size_t left = 0;
-  for (size_t c = 0; c < n; ++c)
-    if (place[c].reach >= 0) place[left++] = place[c];
-  return left;
-}
-
-static double box_distance2(const struct kith_box *a, const struct kith_box *b) {
-  double s = 0;
-  for (int k = 0; k < NDIM; ++k) {
-    const double gap = KITH_MAX(KITH_MAX(a->lower[k] - b->upper[k], b->lower[k] - a->upper[k]), 0.0);
-    s += gap * gap;
-  }
-  return s;
-}
-
-/* d^2 <= (f r)^2, no tighter than rounding could make it. */
-static bool within(double d2, double factor, double r) {
-  return d2 <= factor * factor * r * r * (1 + 1e-14);
-}
-
-/* Does a node, or a bunch of them, reach a place? */
-static bool reaches(const struct place *from, const struct place *to, double factor) {
-  return from->reach >= 0 &&
-         within(box_distance2(&from->box, &to->box), factor, KITH_MAX(from->reach, to->reach));
-}
-
-/* What may be sent: all but frozen nodes and their images; in bunches of consecutive nodes. */
-struct candidates {
-  kith_index n;  /* nodes and ghosts */
-  uint8_t *kept; /* [n] 1: not to be sent; then, per rank, 2: sent */
-  int bunches;
-  uint8_t *hit; /* [bunches] does it hold one that is sent? */
-  struct place *bunch, all;
-};
-
-static void mark_frozen(const struct kith_nodes *nodes, uint8_t *frozen) {
-  for (int b = 0; b < nodes->n_blocks; ++b) {
-    const struct kith_ghost_block *block = &nodes->blocks[b];
-    for (kith_index k = 0; k < block->count; ++k)
-      frozen[block->first + k] = block->control == NULL || frozen[block->control[k]];
-  }
-}
-
-static kith_status gather_candidates(struct candidates *c, const struct kith_nodes *nodes) {
-  c->n = kith_nodes_count(nodes);
-  c->bunches = (c->n + BUNCH - 1) / BUNCH;
-  c->all = nowhere;
-  KITH_TRY(kith_resize(&c->hit, 0, (size_t)c->bunches, 1));
-  KITH_TRY(kith_resize(&c->kept, 0, (size_t)c->n, 1));
-  KITH_TRY(kith_resize(&c->bunch, 0, (size_t)c->bunches, sizeof *c->bunch));
-  mark_frozen(nodes, c->kept);
-#pragma omp parallel for schedule(static) if (c->bunches > 64)
-  for (int b = 0; b < c->bunches; ++b) {
-    c->bunch[b] = nowhere;
-    for (kith_index i = b * BUNCH; i < KITH_MIN(c->n, (b + 1) * BUNCH); ++i) {
-      const struct place p = place_of(nodes, i);
-      if (!c->kept[i]) include(&c->bunch[b], &p);
-    }
-  }
-  for (int b = 0; b < c->bunches; ++b) include(&c->all, &c->bunch[b]);
-  return KITH_OK;
-}
-
-static void mark_bunch(const struct candidates *c, const struct kith_nodes *nodes, int b,
-                       const struct place *there, int n, double factor) {
-  c->hit[b] = 0;
-  for (int k = 0; k < n; ++k) {
-    if (!reaches(&c->bunch[b], &there[k], factor)) continue;
-    for (kith_index i = b * BUNCH; i < KITH_MIN(c->n, (b + 1) * BUNCH); ++i) {
-      if (c->kept[i] != 0) continue;
-      const double d2 = kith_box_distance2(&there[k].box, nodes->position->f64 + (size_t)i * NDIM);
-      if (within(d2, factor, KITH_MAX(nodes->reach->f64[i], there[k].reach))) c->kept[i] = 2, c->hit[b] = 1;
-    }
-  }
-}
-
-/* Counts the marked ones of each list (send NULL), or places them: place[list] is where the next one goes. */
-static void sweep(const struct candidates *c, const struct kith_nodes *nodes, int64_t *place,
-                  kith_index *send) {
-  for (int b = 0; b < c->bunches; ++b)
-    for (kith_index i = b * BUNCH; c->hit[b] && i < KITH_MIN(c->n, (b + 1) * BUNCH); ++i) {
-      if (c->kept[i] != 2) continue;
-      const int64_t at = place[nodes->list->u8[i]]++;
-      if (send == NULL) continue;
-      send[at] = i;
-      c->kept[i] = 0;
-    }
-}
-
-/* The marked ones, list by list; the marks go. */
-static kith_status collect(struct candidates *c, const struct kith_nodes *nodes, struct peer *peer,
-                           int64_t *count) {
-  int64_t place[KITH_MAX_LISTS], total = 0;
-  sweep(c, nodes, count, NULL);
-  for (int l = 0; l < nodes->n_lists; ++l) place[l] = total, total += count[l];
-  KITH_TRY(kith_resize(&peer->send, 0, (size_t)total, sizeof *peer->send));
-  sweep(c, nodes, place, peer->send);
-  peer->n_send = (kith_index)total;
-  return KITH_OK;
-}
-
-/* The list for one rank, whose places are there[0 .. n - 1]; those that are far from all of ours are passed over. */
-static kith_status list_for(struct candidates *c, const struct kith_nodes *nodes, struct place *there,
-                            size_t n, double factor, struct peer *peer, int64_t *count) {
-  int near = 0;
-  struct place whole = nowhere;
-  for (size_t k = 0; k < n; ++k)
-    if (reaches(&c->all, &there[k], factor)) include(&whole, &there[k]), there[near++] = there[k];
-  peer->n_send = 0;
-  if (near == 0) return KITH_OK;
-#pragma omp parallel for schedule(dynamic, 16) if (c->bunches > 64)
-  for (int b = 0; b < c->bunches; ++b) /* most are far from all of that rank */
-    mark_bunch(c, nodes, b, there, reaches(&c->bunch[b], &whole, factor) ? near : 0, factor);
-  return collect(c, nodes, peer, count);
-}
+/* ---- ghosts ---- */
 
 /* All places of all ranks; what each of them gets: d->peer[rank].send and to[rank][list]. */
 static kith_status make_lists(struct distributed *d, const struct kith_nodes *nodes, double factor,
-                              struct candidates *c, char *places, const size_t *part, int64_t *to) {
+                              struct kith_candidates *c, char *places, const size_t *part, int64_t *to) {
   const int size = kith_ranks_size(nodes->ranks), me = kith_ranks_rank(nodes->ranks);
   for (int r = 0; r < size; ++r) {
     struct peer *peer = &d->peer[d->n_peers++];
     *peer = (struct peer){.rank = r};
     if (r == me) continue;
-    KITH_TRY(list_for(c, nodes, (struct place *)(places + part[r]),
-                      (part[r + 1] - part[r]) / sizeof(struct place), factor, peer,
-                      to + (size_t)r * (size_t)nodes->n_lists));
+    KITH_TRY(kith_candidates_near(c, nodes, (struct kith_place *)(places + part[r]),
+                                  (part[r + 1] - part[r]) / sizeof(struct kith_place), factor, &peer->send,
+                                  &peer->n_send, to + (size_t)r * (size_t)nodes->n_lists));
   }
   return KITH_OK;
 }
@@ -334,8 +166,8 @@ static kith_status add_blocks(struct distributed *d, const struct kith_boundary 
 }
 
 struct talk {
-  struct candidates candidates;
-  struct place *own;
+  struct kith_candidates candidates;
+  struct kith_place *own;
   char *places; /* of all ranks */
   size_t *part;
   int64_t *to, *from; /* [rank][list] */
@@ -347,9 +179,9 @@ static kith_status prepare_talk(struct talk *t, const struct distributed *d, con
   KITH_TRY(kith_resize(&t->part, 0, size + 1, sizeof *t->part));
   KITH_TRY(kith_resize(&t->to, 0, size * lists, sizeof *t->to));
   KITH_TRY(kith_resize(&t->from, 0, size * lists, sizeof *t->from));
-  KITH_TRY(gather_candidates(&t->candidates, nodes));
-  KITH_TRY(own_places(d, nodes, &t->own, n_own));
-  *n_own = pack_places(t->own, *n_own);
+  KITH_TRY(kith_candidates_gather(&t->candidates, nodes));
+  KITH_TRY(kith_places_of_cells(nodes, d->home, &t->own, n_own));
+  *n_own = kith_places_pack(t->own, *n_own);
   return KITH_OK;
 }
 
@@ -373,9 +205,7 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
   struct talk t = {0};
   forget_peers(boundary->self);
   const kith_status status = make_ghosts(&t, boundary, nodes, factor);
-  kith_free(&t.candidates.kept);
-  kith_free(&t.candidates.bunch);
-  kith_free(&t.candidates.hit);
+  kith_candidates_clear(&t.candidates);
   kith_free(&t.own);
   kith_free(&t.places);
   kith_free(&t.part);
@@ -386,44 +216,21 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
 
 /* ---- two layers ---- */
 
-/* Square of the distance between boxes, or images of them. */
-static double image_distance2(const struct kith_cells *cells, const struct kith_box *a,
-                              const struct kith_box *b) {
-  double s = 0;
-  for (int k = 0; k < NDIM; ++k) {
-    const double length = cells->upper[k] - cells->lower[k];
-    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
-    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
-    if (cells->periodic[k]) gap = KITH_MIN(gap, KITH_MAX(length + KITH_MIN(up, down), 0.0));
-    s += gap * gap;
-  }
-  return s;
-}
-
-static double widest(const struct distributed *d, const struct place *own, const struct place *all,
-                     size_t n) {
-  double reach = own->reach;
-  for (size_t k = 0; k < n; ++k)
-    if (all[k].reach > reach && within(image_distance2(d->cells, &own->box, &all[k].box), 1, all[k].reach))
-      reach = all[k].reach;
-  return reach;
-}
-
 kith_status kith_distributed_widen(struct kith_boundary *boundary, struct kith_nodes *nodes) {
   const struct distributed *d = boundary->self;
-  struct place *own = NULL, *all = NULL;
+  struct kith_place *own = NULL, *all = NULL;
   char *gathered = NULL;
   size_t n = 0;
   size_t *part = NULL;
   kith_status status = kith_resize(&part, 0, (size_t)kith_ranks_size(nodes->ranks) + 1, sizeof *part);
-  if (status == KITH_OK) status = own_places(d, nodes, &own, &n);
+  if (status == KITH_OK) status = kith_places_of_cells(nodes, d->home, &own, &n);
   status = kith_ranks_agree(nodes->ranks, status);
   if (status == KITH_OK) status = kith_ranks_gather(nodes->ranks, own, n * sizeof *own, &gathered, part);
   if (status == KITH_OK) {
-    all = (struct place *)gathered;
+    all = (struct kith_place *)gathered;
     const size_t n_all = part[kith_ranks_size(nodes->ranks)] / sizeof *all;
     for (size_t c = 0; c < n; ++c)
-      if (own[c].reach >= 0) own[c].reach = widest(d, &own[c], all, n_all);
+      if (own[c].reach >= 0) own[c].reach = kith_place_widest(&own[c], d->cells, all, n_all);
     for (kith_index i = 0; i < nodes->n_internal; ++i) nodes->reach->f64[i] = own[d->home->i64[i]].reach;
   }
   kith_free(&gathered);
