@@ -68,7 +68,7 @@ is_there() { grep -q '^State:[[:space:]]*[^ZX]' "/proc/$1/status" 2>/dev/null; }
 # finish WHAT: all ranks end within 20 seconds; sets `code`.
 finish() {
   local rank tries
-  (sleep 20 && kill $job) 2>/dev/null &
+  (sleep 20 && kill $job) >/dev/null 2>&1 &
   local watch=$!
   wait $job
   code=$?
@@ -123,12 +123,15 @@ case $6 in
     ;;
   no-memory)
     command -v prlimit >/dev/null || skip "no prlimit here"
-    start --set output.checkpoint=20
+    # Of equal lengths of the tube the dense half is two thirds: rank 2 gets nodes with every look at the balance.
+    grow=(--set output.checkpoint=20 --set resolution=40000 --set scheme.dt=1e-6 --set partition.name=diffusion --set partition.every=1
+      --set partition.imbalance=1 --set partition.cells=100)
+    start "${grow[@]}"
     wait_for_steps
-    prlimit --pid "$(<pid.1)" --as=1000000 || skip "no limits here"
+    prlimit --pid "$(<pid.2)" --as=$(($(awk '/^VmSize/ {print $2}' "/proc/$(<pid.2)/status") * 1024 + 1000000)) || skip "no limits here"
     finish "no memory"
-    ended "no memory" $code "rank 1: cannot get [0-9]* bytes of memory"
-    goes_on "no memory" --set output.checkpoint=20
+    ended "no memory" $code "rank 2: cannot get [0-9]* bytes of memory"
+    goes_on "no memory" "${grow[@]}"
     ;;
   killed)
     start --set output.checkpoint=20
