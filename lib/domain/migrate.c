@@ -171,6 +171,23 @@ kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint
 
 /* ---- copies ---- */
 
+kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts) {
+  const size_t all = (size_t)kith_ranks_size(nodes->ranks) * (size_t)nodes->n_lists;
+  int64_t *mine = NULL; /* the same for everybody */
+  *counts = NULL;
+  kith_status status = kith_resize(counts, 0, all, sizeof **counts);
+  if (status == KITH_OK) status = kith_resize(&mine, 0, all, sizeof *mine);
+  status = kith_ranks_agree(nodes->ranks, status);
+  if (status == KITH_OK) {
+    for (size_t k = 0; k < all; ++k) mine[k] = nodes->lists[k % (size_t)nodes->n_lists].count;
+    kith_ranks_all_to_all(nodes->ranks, mine, *counts, nodes->n_lists);
+  } else {
+    kith_free(counts);
+  }
+  kith_free(&mine);
+  return status;
+}
+
 /* The fields of snapshots of the nodes that are here, in their order. */
 static kith_status copy_output(const struct kith_nodes *nodes, struct kith_nodes **out) {
   const char *names[KITH_MAX_LISTS];

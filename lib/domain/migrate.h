@@ -9,6 +9,9 @@
  * the others, rank by rank in the order they had there. *moved (may be NULL): how many left this rank. Collective. */
 kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint64_t *moved);
 
+/* counts[rank][list] of the nodes of all ranks: kith_resize memory of the caller. Collective. */
+kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts);
+
 /* Copies with what snapshots have of a node (fields with an `output` name, and the standing ones), owned by the caller. Collective. */
 
 /* In an order that all numbers of ranks share: list by list, rank by rank, ids ascend. Ranks get equal ranges of ids. */

@@ -203,7 +203,7 @@ kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes
 /* Words of a description: ranks, lists, cells, counters; then counts [rank][list]; then owners; then the memory of the partitioner. */
 enum { WORD_RANKS, WORD_LISTS, WORD_CELLS, WORD_SETTLED, WORD_LOOKS, WORD_REPARTITIONS, WORDS };
 
-static void describe(const struct kith_share *share, const struct kith_nodes *nodes, const char *counts,
+static void describe(const struct kith_share *share, const struct kith_nodes *nodes, const int64_t *counts,
                      int64_t *word) {
   const int size = kith_ranks_size(share->ranks);
   const size_t n_counts = (size_t)size * (size_t)nodes->n_lists;
@@ -222,12 +222,9 @@ static void describe(const struct kith_share *share, const struct kith_nodes *no
 
 kith_status kith_share_describe(const struct kith_share *share, const struct kith_nodes *nodes,
                                 struct kith_shared *out) {
-  int64_t mine[KITH_MAX_LISTS];
-  char *counts = NULL;
-  const size_t lists = (size_t)nodes->n_lists;
-  for (int l = 0; l < nodes->n_lists; ++l) mine[l] = nodes->lists[l].count;
-  KITH_TRY(kith_ranks_gather(share->ranks, mine, lists * sizeof *mine, &counts, NULL));
-  out->n = WORDS + (size_t)kith_ranks_size(share->ranks) * lists + (size_t)share->cells.n +
+  int64_t *counts = NULL;
+  KITH_TRY(kith_nodes_counts(nodes, &counts));
+  out->n = WORDS + (size_t)kith_ranks_size(share->ranks) * (size_t)nodes->n_lists + (size_t)share->cells.n +
            kith_partition_state(share->partition, NULL);
   const kith_status status = kith_resize(&out->word, 0, out->n, sizeof *out->word);
   if (status == KITH_OK) describe(share, nodes, counts, out->word);

@@ -27,7 +27,7 @@
  * file to read.
  *
  * Of several ranks, rank 0 writes. Nodes stand list by list, rank by rank; the values of the others come to rank 0 piece by piece, field by
- * field: beyond its own nodes it needs 4 MB. In reading, every rank reads all. */
+ * field: beyond its own nodes it needs a quarter of a megabyte. In reading, every rank reads all. */
 #ifndef KITH_IO_CHECKPOINT_H
 #define KITH_IO_CHECKPOINT_H
 
@@ -39,7 +39,7 @@ struct kith_checkpoint;
  * kith_checkpoint_scene. A name is 1 to 55 bytes long and is put once; a put that failed makes the commit
  * fail too. Nothing put is copied or kept. */
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene);
-/* Collective; `c` is NULL but on rank 0, which alone can fail here. */
+/* Collective; `c` is NULL but on rank 0. What fails there the others do not know of. */
 kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct kith_nodes *nodes);
 /* One more field as a named array, [nodes of all ranks], that a reader may want or not. A scalar. Collective, likewise. */
 kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct kith_nodes *nodes,

@@ -1,5 +1,6 @@
 /* Writing of checkpoints. */
 #include <errno.h>
+#include "lib/domain/migrate.h"
 #include "lib/io/checkpoint_file.h"
 
 static kith_status write_bytes(struct kith_checkpoint *c, const void *data, size_t bytes) {
@@ -76,17 +77,6 @@ static kith_status put(struct kith_checkpoint *c, enum group group, const char *
 
 /* ---- nodes: list by list, rank by rank ---- */
 
-/* counts[rank][list] of all ranks. */
-static kith_status count_nodes(const struct kith_nodes *nodes, int64_t **counts) {
-  int64_t mine[KITH_MAX_LISTS];
-  char *all = NULL;
-  for (int l = 0; l < nodes->n_lists; ++l) mine[l] = nodes->lists[l].count;
-  const kith_status status =
-      kith_ranks_gather(nodes->ranks, mine, (size_t)nodes->n_lists * sizeof *mine, &all, NULL);
-  *counts = (int64_t *)all;
-  return status;
-}
-
 static size_t sum_of(const struct kith_nodes *nodes, const int64_t *counts, int list) {
   size_t sum = 0;
   for (int r = 0; r < kith_ranks_size(nodes->ranks); ++r) sum += (size_t)counts[r * nodes->n_lists + list];
@@ -159,7 +149,7 @@ static kith_status put_lists(struct kith_checkpoint *c, const struct kith_nodes 
 
 kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct kith_nodes *nodes) {
   int64_t *counts = NULL;
-  KITH_TRY(count_nodes(nodes, &counts));
+  KITH_TRY(kith_nodes_counts(nodes, &counts));
   kith_status status = c != NULL ? put_lists(c, nodes, counts) : KITH_OK;
   for (int f = 0; f < nodes->n_fields; ++f) {
     if (nodes->fields[f]->spec.role != KITH_STATE) continue;
@@ -173,7 +163,7 @@ kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct ki
 kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct kith_nodes *nodes,
                                       const struct kith_field *field) {
   int64_t *counts = NULL;
-  KITH_TRY(count_nodes(nodes, &counts));
+  KITH_TRY(kith_nodes_counts(nodes, &counts));
   const kith_status status = put_field(c, GROUP_ARRAY, nodes, field, counts);
   kith_free(&counts);
   return status;

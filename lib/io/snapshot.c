@@ -4,6 +4,7 @@
 #include <hdf5.h>
 #include <string.h>
 #include <unistd.h>
+#include "lib/domain/migrate.h"
 #include "lib/io/atomic_file.h"
 #include "lib/io/json.h"
 
@@ -410,17 +411,14 @@ static kith_status fill(const struct kith_atomic_file *file, const struct kith_n
 
 static kith_status find_part(struct part *part, const struct kith_nodes *nodes) {
   const int me = kith_ranks_rank(nodes->ranks), size = kith_ranks_size(nodes->ranks);
-  int64_t mine[KITH_MAX_LISTS];
-  char *all = NULL;
-  for (int l = 0; l < nodes->n_lists; ++l) mine[l] = nodes->lists[l].count;
-  KITH_TRY(kith_ranks_gather(nodes->ranks, mine, (size_t)nodes->n_lists * sizeof *mine, &all, NULL));
-  const int64_t *count = (const int64_t *)all;
+  int64_t *count = NULL;
+  KITH_TRY(kith_nodes_counts(nodes, &count));
   for (int l = 0; l < nodes->n_lists; ++l)
     for (int r = 0; r < size; ++r) {
       if (r == me) part->first[l] = part->total;
       part->total += (size_t)count[r * nodes->n_lists + l];
     }
-  kith_free(&all);
+  kith_free(&count);
   return KITH_OK;
 }
 
