@@ -83,13 +83,6 @@ static kith_status write_series(const struct kith_output *output) {
   return status;
 }
 
-/* One process writes its nodes as they lie. */
-kith_status kith_output_whole(const struct kith_model *model, struct kith_nodes **whole) {
-  *whole = NULL;
-  if (model->nodes->ranks == NULL && !model->scene->reproducible) return KITH_OK;
-  return kith_nodes_gather(model->nodes, KITH_GATHER_OUTPUT, true, whole);
-}
-
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model) {
   const struct kith_integrator *it = &model->integrator;
   const struct kith_note notes[] = {{"Program", "kith"},           {"Version", kith_version()},
@@ -104,12 +97,11 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_m
   }
   snapshot_name(output->n_snapshots, name);
   path_in(output, name, path);
-  struct kith_nodes *whole = NULL;
-  KITH_TRY(kith_output_whole(model, &whole));
-  kith_status status = KITH_OK;
-  if (writes(model)) status = kith_snapshot_write(path, whole != NULL ? whole : model->nodes, &info);
-  kith_nodes_destroy(&whole);
-  KITH_TRY(kith_ranks_agree(model->nodes->ranks, status));
+  struct kith_nodes *dealt = NULL;
+  if (model->scene->reproducible) KITH_TRY(kith_nodes_deal(model->nodes, &dealt));
+  const kith_status status = kith_snapshot_write(path, dealt != NULL ? dealt : model->nodes, &info);
+  kith_nodes_destroy(&dealt);
+  KITH_TRY(status);
   output->times[output->n_snapshots++] = it->time;
   return kith_ranks_agree(model->nodes->ranks, writes(model) ? write_series(output) : KITH_OK);
 }
@@ -265,7 +257,6 @@ static void unpack(struct kith_output *output, struct kith_model *model, const d
 
 /* All that a checkpoint holds, of all ranks. */
 struct saved {
-  struct kith_nodes *whole; /* NULL: those of this process */
   double number[CLOCK_NUMBERS], origins[ORIGIN_NUMBERS];
   int64_t count[CLOCK_COUNTS], ledger[LEDGER_WORDS];
   struct kith_shared shared;
@@ -277,14 +268,11 @@ static kith_status collect(struct saved *saved, const struct kith_output *output
   memcpy(saved->origins, origin, sizeof saved->origins);
   const struct kith_ledger all = kith_ledger_of_all(&model->integrator.ledger, model->nodes->ranks);
   memcpy(saved->ledger, &all, sizeof saved->ledger);
-  if (model->share == NULL) return KITH_OK;
-  KITH_TRY(kith_share_describe(model->share, model->nodes, &saved->shared));
-  return kith_nodes_gather(model->nodes, KITH_GATHER_STATE, false, &saved->whole);
+  return model->share != NULL ? kith_share_describe(model->share, model->nodes, &saved->shared) : KITH_OK;
 }
 
-static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *output,
-                           const struct kith_nodes *nodes, const struct saved *saved) {
-  KITH_TRY(kith_checkpoint_put_nodes(c, nodes));
+static kith_status put_saved(struct kith_checkpoint *c, const struct kith_output *output,
+                             const struct saved *saved) {
   KITH_TRY(kith_checkpoint_put_f64(c, "clock", saved->number, CLOCK_NUMBERS));
   KITH_TRY(kith_checkpoint_put_i64(c, "counts", saved->count, CLOCK_COUNTS));
   KITH_TRY(kith_checkpoint_put_f64(c, "origin", saved->origins, ORIGIN_NUMBERS));
@@ -293,26 +281,36 @@ static kith_status put_all(struct kith_checkpoint *c, const struct kith_output *
   return kith_checkpoint_put_f64(c, "snapshot_times", output->times, (size_t)output->n_snapshots);
 }
 
+/* The nodes of all; `c` is NULL but on rank 0. */
+static kith_status put_nodes(struct kith_checkpoint *c, const struct kith_model *model) {
+  const kith_status status = kith_checkpoint_put_nodes(c, model->nodes);
+  if (model->share == NULL) return status;
+  const kith_status work = kith_checkpoint_put_field(c, model->nodes, model->share->work);
+  return status != KITH_OK ? status : work;
+}
+
 static kith_status write_checkpoint(const struct kith_output *output, const struct kith_model *model,
                                     const struct saved *saved) {
-  struct kith_checkpoint *c;
+  struct kith_ranks *ranks = model->nodes->ranks;
+  struct kith_checkpoint *c = NULL;
   char path[640];
   path_in(output, "checkpoint.kith", path);
-  KITH_TRY(kith_checkpoint_open_new(&c, path, model->scene->text));
-  const kith_status status = put_all(c, output, saved->whole != NULL ? saved->whole : model->nodes, saved);
-  if (status == KITH_OK) return kith_checkpoint_commit(&c);
+  KITH_TRY(kith_ranks_agree(
+      ranks, writes(model) ? kith_checkpoint_open_new(&c, path, model->scene->text) : KITH_OK));
+  kith_status status = put_nodes(c, model);
+  if (status == KITH_OK && c != NULL) status = put_saved(c, output, saved);
+  if (status == KITH_OK && c != NULL) status = kith_checkpoint_commit(&c);
   kith_checkpoint_abandon(&c);
-  return status;
+  return kith_ranks_agree(ranks, status);
 }
 
 kith_status kith_output_checkpoint(struct kith_output *output, const struct kith_model *model,
                                    const struct kith_origin *origin) {
   struct saved saved = {0};
-  kith_status status = collect(&saved, output, model, origin);
-  if (status == KITH_OK && writes(model)) status = write_checkpoint(output, model, &saved);
-  kith_nodes_destroy(&saved.whole);
+  kith_status status = kith_ranks_agree(model->nodes->ranks, collect(&saved, output, model, origin));
+  if (status == KITH_OK) status = write_checkpoint(output, model, &saved);
   kith_free(&saved.shared.word);
-  return kith_ranks_agree(model->nodes->ranks, status);
+  return status;
 }
 
 /* Lists again as they were; the vote's reason and the ledger go on from where they stood. */
@@ -352,6 +350,8 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
     KITH_FAIL(BAD_FILE, "%s: the list of snapshots is damaged", path);
   KITH_TRY(kith_checkpoint_f64(c, "origin", origins, ORIGIN_NUMBERS));
   KITH_TRY(kith_checkpoint_nodes(c, model->nodes));
+  if (model->share != NULL && kith_checkpoint_length(c, "work") != SIZE_MAX)
+    KITH_TRY(kith_checkpoint_i64(c, "work", model->share->work->i64, (size_t)model->nodes->n_internal));
   KITH_TRY(take_share(c, model));
   unpack(output, model, number, count);
   memcpy(origin, origins, sizeof origins);

@@ -1,7 +1,8 @@
 /* output.h - what a run leaves in its directory: snapshots, their series, history, checkpoints; and how a run is restored.
  *
- * Of several ranks, rank 0 writes: nodes are gathered there, by id in snapshots, rank by rank in checkpoints (with who had how many: on the
- * same number of ranks a restart finds all as it was; on another number nodes go where their cells are). All of these are collective.
+ * Of several ranks all write snapshots together (snapshot.h): nodes list by list, rank by rank, or, if the order must be the same for all, by
+ * id. Checkpoints are written by rank 0 (with who had how many nodes: on the same number of ranks a restart finds all as it was; on another
+ * number nodes go where their cells are). All of these are collective.
  *
  *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)  DIR/report.json  DIR/plot.*
  *   DIR/balance.csv, of several ranks: a row for every look at the balance */
@@ -37,9 +38,6 @@ kith_status kith_output_directory(struct kith_output *output, const char *direct
 kith_status kith_output_open(struct kith_output *output, const struct kith_model *model, bool restarted);
 /* Snapshot under the next number, and the series of those that are there (a restart may have begun in another directory). */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_model *model);
-/* All nodes as snapshots have them: with several ranks (on rank 0; NULL on others), or if the order must be the same for all, a copy by id.
- * NULL: they are the model's. */
-kith_status kith_output_whole(const struct kith_model *model, struct kith_nodes **whole);
 /* A row of history after a step. */
 kith_status kith_output_step(struct kith_output *output, const struct kith_model *model,
                              const struct kith_totals *totals);

@@ -13,6 +13,7 @@
 #include "app/screen.h"
 #include "app/stage_times.h"
 #include "app/version.h"
+#include "lib/domain/migrate.h"
 #include "lib/io/atomic_file.h"
 
 struct run {
@@ -103,8 +104,10 @@ static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
   char directory[256];
   snprintf(directory, sizeof directory, "out/%s", run->scene->name);
+  const char *where = o->directory != NULL ? o->directory : directory;
+  snprintf(run->output.directory, sizeof run->output.directory, "%s", where);
   if (!speaks(run)) return KITH_OK;
-  KITH_TRY(kith_output_directory(&run->output, o->directory != NULL ? o->directory : directory));
+  KITH_TRY(kith_output_directory(&run->output, where));
   if (o->trace != NULL) KITH_TRY(try_file(o->trace));
   return kith_output_open(&run->output, run->model, o->restart != NULL);
 }
@@ -131,12 +134,16 @@ static kith_status prepare(struct run *run) {
   return kith_ranks_agree(run->ranks, open_output(run));
 }
 
-/* Of the start, by rank 0. */
-static kith_status measure_start(struct run *run) {
+static bool measures(const struct run *run) {
   bool wanted = false;
   for (int k = 0; k < KITH_N_MEASURES; ++k) wanted = wanted || run->scene->measure.wanted[k];
-  if (!wanted) return KITH_OK;
-  if (run->ranks != NULL) KITH_TRY(kith_output_whole(run->model, &run->whole));
+  return wanted;
+}
+
+/* Of the start, by rank 0. */
+static kith_status measure_start(struct run *run) {
+  if (!measures(run)) return KITH_OK;
+  if (run->ranks != NULL) KITH_TRY(kith_nodes_gather(run->model->nodes, &run->whole));
   const kith_status status = speaks(run) ? measure(run, NULL, run->origin.measure) : KITH_OK;
   kith_nodes_destroy(&run->whole);
   return kith_ranks_agree(run->ranks, status);
@@ -316,7 +323,8 @@ static kith_status write_state(struct run *run) {
     KITH_TRY(kith_output_checkpoint(&run->output, run->model, &run->origin));
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(kith_output_snapshot(&run->output, run->model));
-  return run->ranks != NULL ? kith_output_whole(run->model, &run->whole) : KITH_OK;
+  const bool looked_at = run->exact != NULL || run->scene->output.plot || measures(run);
+  return run->ranks != NULL && looked_at ? kith_nodes_gather(run->model->nodes, &run->whole) : KITH_OK;
 }
 
 /* By rank 0. */

@@ -201,17 +201,16 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
   for (int k = 0; kith_rebuild_all()[k] != NULL; ++k)
     if (strcmp(reason, kith_rebuild_all()[k]->name) == 0) ledger->because[1 + k] += 1;
   if (it->built_reach != NULL) remember(it);
+  if (it->share != NULL && c->rows.n > 0) kith_share_measure(it->share, it->nodes, c->rows.first);
   if (it->check) KITH_TRY(kith_connectivity_valid(c, it->nodes));
   return it->canonical ? kith_connectivity_canonical(it->connectivity, it->nodes) : KITH_OK;
 }
 
 /* Nodes go to the ranks that have their cells. The work of the last lists tells who has too much. */
 static kith_status migrate(struct kith_integrator *it) {
-  const struct kith_connectivity *c = it->connectivity;
   if (it->share == NULL) return KITH_OK;
-  const bool fresh = c->built.rows && c->ghosts == it->nodes->ghosts;
   kith_profile_begin(it->profile, "migrate");
-  const kith_status status = kith_share_settle(it->share, it->nodes, fresh ? c->rows.first : NULL);
+  const kith_status status = kith_share_settle(it->share, it->nodes);
   kith_profile_end(it->profile);
   return status;
 }

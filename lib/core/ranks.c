@@ -84,6 +84,9 @@ int kith_ranks_size(const struct kith_ranks *ranks) {
 int kith_ranks_beside(const struct kith_ranks *ranks) {
   return ranks != NULL ? ranks->beside : 1;
 }
+int kith_ranks_communicator(const struct kith_ranks *ranks) {
+  return ranks != NULL ? MPI_Comm_c2f(ranks->all) : 0;
+}
 
 /* ---- agreement ---- */
 
@@ -194,6 +197,13 @@ void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t 
   }
   MPI_Alltoall(to, n, MPI_INT64_T, from, n, MPI_INT64_T, ranks->all);
   ++ranks->traffic.collectives;
+}
+
+void kith_ranks_hand_in(struct kith_ranks *ranks, int from, void *data, size_t bytes) {
+  enum { TAG = 9 };
+  if (ranks == NULL || from == 0 || bytes == 0) return;
+  if (ranks->rank == 0) MPI_Recv(data, (int)bytes, MPI_BYTE, from, TAG, ranks->all, MPI_STATUS_IGNORE);
+  if (ranks->rank == from) MPI_Send(data, (int)bytes, MPI_BYTE, 0, TAG, ranks->all);
 }
 
 static kith_status gather_parts(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,

@@ -1,8 +1,8 @@
 /* ranks.h - the processes of one run, and what they say to each other. All of MPI is in ranks.c.
  *
  * A communicator is handed down like any object. NULL is a run of one process: every function accepts it, gives back
- * what it was given, and MPI is never started. With more than one, every function but rank, size and abort is collective:
- * all ranks call it, in the same order.
+ * what it was given, and MPI is never started. With more than one, every function is collective: all ranks call it, in the
+ * same order. Only those that tell something of this rank, hand_in and abort are not.
  *
  * Errors. A stage that only some ranks can fail in ends with kith_ranks_agree: all get the failure of the smallest code
  * (of the lowest rank, if several have it) with that rank's message, and leave together. What fails where nobody asks (no
@@ -30,6 +30,8 @@ int kith_ranks_rank(const struct kith_ranks *ranks); /* 0 .. size - 1; 0 if NULL
 int kith_ranks_size(const struct kith_ranks *ranks); /* 1 if NULL */
 /* Ranks on this machine: they share its cores. */
 int kith_ranks_beside(const struct kith_ranks *ranks);
+/* The communicator, as the number that MPI_Comm_f2c takes: for libraries that talk by themselves. 0 if NULL. */
+int kith_ranks_communicator(const struct kith_ranks *ranks);
 
 /* The status of all: see above. */
 kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status);
@@ -51,6 +53,9 @@ void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t 
  * begins, in bytes. NULL ranks: a copy. */
 kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
                               size_t *part);
+
+/* `bytes` of rank `from`, at most INT_MAX, come to `data` of rank 0. Of the two of them only; nothing to do if from is 0. */
+void kith_ranks_hand_in(struct kith_ranks *ranks, int from, void *data, size_t bytes);
 
 /* Messages between two ranks each, posted together and waited for together. Both sides know the sizes, which are multiples of 8 bytes;
  * empty ones are not sent. */

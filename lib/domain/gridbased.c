@@ -317,6 +317,53 @@ static kith_status gridbased_update(struct kith_partition *partition, const doub
   return KITH_OK;
 }
 
+/* Corners and steps. */
+static size_t gridbased_state(const struct kith_partition *partition, int64_t *word) {
+  const struct mesh *mesh = partition->self;
+  const size_t n = (size_t)mesh->n_corners * NDIM;
+  if (word != NULL) memcpy(word, mesh->corner, n * sizeof *word);
+  if (word != NULL) memcpy(word + n, mesh->step, sizeof mesh->step);
+  return n + SHAPE_CORNERS;
+}
+
+/* Corners of a mesh that covers the box once? */
+static bool is_mesh(const struct mesh *mesh, const int64_t *corner) {
+  bool covers = true;
+  for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
+    int64_t i[NDIM];
+    place_of(mesh->corners, number, i);
+    for (int a = 0; a < NDIM; ++a) {
+      const int64_t x = corner[number * NDIM + a];
+      covers = covers && x >= 0 && x <= mesh->length[a] && (i[a] > 0 || x == 0) &&
+               (i[a] < mesh->ranks[a] || x == mesh->length[a]);
+    }
+  }
+  for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
+    int64_t i[NDIM];
+    bool last = false;
+    place_of(mesh->corners, number, i);
+    for (int a = 0; a < NDIM; ++a) last = last || i[a] == mesh->ranks[a];
+    if (last) continue;
+    const struct shape shape = shape_at(mesh, corner, i);
+    covers = is_valid(&shape);
+  }
+  return covers;
+}
+
+static kith_status gridbased_restore(struct kith_partition *partition, const int64_t *word) {
+  struct mesh *mesh = partition->self;
+  const size_t n = (size_t)mesh->n_corners * NDIM;
+  double step[SHAPE_CORNERS];
+  memcpy(step, word + n, sizeof step);
+  bool sound = is_mesh(mesh, word);
+  for (int color = 0; color < SHAPE_CORNERS; ++color)
+    sound = sound && step[color] >= LEAST_STEP && step[color] <= 1;
+  if (!sound) KITH_FAIL(BAD_FILE, "gridbased: the corners of its mesh are damaged");
+  memcpy(mesh->corner, word, n * sizeof *word);
+  memcpy(mesh->step, step, sizeof step);
+  return KITH_OK;
+}
+
 static void gridbased_clear(struct kith_partition *partition) {
   struct mesh *mesh = partition->self;
   kith_free(&mesh->corner);
@@ -329,5 +376,7 @@ const struct kith_partitioner_ops kith_partitioner_gridbased = {
     .state_size = sizeof(struct mesh),
     .first = gridbased_first,
     .update = gridbased_update,
+    .state = gridbased_state,
+    .restore = gridbased_restore,
     .clear = gridbased_clear,
 };

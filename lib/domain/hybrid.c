@@ -27,6 +27,19 @@ static void hybrid_command(struct kith_partition *partition, int word) {
   self->diffuse = word == 2 ? !self->diffuse : word == 1;
 }
 
+static size_t hybrid_state(const struct kith_partition *partition, int64_t *word) {
+  const struct hybrid *self = partition->self;
+  if (word != NULL) *word = self->diffuse;
+  return 1;
+}
+
+static kith_status hybrid_restore(struct kith_partition *partition, const int64_t *word) {
+  struct hybrid *self = partition->self;
+  if (*word != 0 && *word != 1) KITH_FAIL(BAD_FILE, "hybrid: its switch is damaged");
+  self->diffuse = *word == 1;
+  return KITH_OK;
+}
+
 static const char *const WORDS[] = {"graph", "diffusion", "toggle", NULL};
 
 const struct kith_partitioner_ops kith_partitioner_hybrid = {
@@ -40,4 +53,6 @@ const struct kith_partitioner_ops kith_partitioner_hybrid = {
     .command = hybrid_command,
     .first = hybrid_first,
     .update = hybrid_update,
+    .state = hybrid_state,
+    .restore = hybrid_restore,
 };

@@ -58,7 +58,7 @@ static kith_status transport_init(struct transport *t, const struct kith_nodes *
   return kith_resize(&t->message, 0, 2 * (size_t)t->size, sizeof *t->message);
 }
 
-/* Fills `out` rank by rank, list by list, node by node; who goes to `stay` is left where it is. */
+/* Fills `out` rank by rank, list by list, node by node; who goes to `stay`, this rank, is left where it is. */
 static kith_status load_all(struct transport *t, const struct kith_nodes *nodes, const struct cargo *cargo,
                             const int32_t *to, int stay) {
   int64_t *place = NULL, sum = 0;
@@ -169,24 +169,39 @@ kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint
   return status;
 }
 
-/* ---- all on rank 0 ---- */
+/* ---- copies ---- */
 
-static bool is_wanted(const struct kith_field *field, enum kith_gathered wanted) {
-  return wanted == KITH_GATHER_STATE ? kith_field_lasts(field) : field->spec.output != NULL;
+kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts) {
+  const size_t all = (size_t)kith_ranks_size(nodes->ranks) * (size_t)nodes->n_lists;
+  int64_t *mine = NULL; /* the same for everybody */
+  *counts = NULL;
+  kith_status status = kith_resize(counts, 0, all, sizeof **counts);
+  if (status == KITH_OK) status = kith_resize(&mine, 0, all, sizeof *mine);
+  status = kith_ranks_agree(nodes->ranks, status);
+  if (status == KITH_OK) {
+    for (size_t k = 0; k < all; ++k) mine[k] = nodes->lists[k % (size_t)nodes->n_lists].count;
+    kith_ranks_all_to_all(nodes->ranks, mine, *counts, nodes->n_lists);
+  } else {
+    kith_free(counts);
+  }
+  kith_free(&mine);
+  return status;
 }
 
-/* Empty nodes with the wanted fields (and the standing ones), and the same cargo of both. */
-static kith_status make_whole(const struct kith_nodes *nodes, enum kith_gathered wanted,
-                              struct kith_nodes **whole, struct cargo *here, struct cargo *there) {
+/* The fields of snapshots of the nodes that are here, in their order. */
+static kith_status copy_output(const struct kith_nodes *nodes, struct kith_nodes **out) {
   const char *names[KITH_MAX_LISTS];
   for (int l = 0; l < nodes->n_lists; ++l) names[l] = nodes->lists[l].name;
-  KITH_TRY(kith_nodes_create(whole, nodes->n_lists, names));
+  KITH_TRY(kith_nodes_create(out, nodes->n_lists, names));
+  (*out)->ranks = nodes->ranks;
+  for (int l = 0; l < nodes->n_lists; ++l) KITH_TRY(kith_nodes_append(*out, l, nodes->lists[l].count, NULL));
   for (int f = 0; f < nodes->n_fields; ++f) {
-    struct kith_field *field = nodes->fields[f], *copy;
-    if (!is_wanted(field, wanted)) continue;
-    KITH_TRY(kith_nodes_field(*whole, &field->spec, &copy));
-    add_field(here, field);
-    add_field(there, copy);
+    const struct kith_field *field = nodes->fields[f];
+    struct kith_field *copy;
+    if (field->spec.output == NULL) continue;
+    KITH_TRY(kith_nodes_field(*out, &field->spec, &copy));
+    if (nodes->n_internal > 0)
+      memcpy(copy->data, field->data, (size_t)nodes->n_internal * kith_field_node_size(field));
   }
   return KITH_OK;
 }
@@ -202,7 +217,7 @@ static int by_id(const void *a, const void *b) {
 }
 
 /* Each list by id. */
-static kith_status sort_whole(struct kith_nodes *whole) {
+static kith_status sort_by_id(struct kith_nodes *whole) {
   struct numbered *number = NULL;
   kith_index *order = NULL;
   kith_status status = kith_resize(&number, 0, (size_t)whole->n_internal, sizeof *number);
@@ -219,33 +234,56 @@ static kith_status sort_whole(struct kith_nodes *whole) {
   return status;
 }
 
-static kith_status gather(struct transport *t, const struct kith_nodes *nodes, struct cargo *here,
-                          const struct cargo *there, struct kith_nodes *whole, bool sorted) {
-  struct kith_ranks *ranks = nodes->ranks;
-  int32_t *to = NULL;
-  kith_status status = transport_init(t, nodes);
-  if (status == KITH_OK) status = kith_resize(&to, 0, (size_t)nodes->n_internal, sizeof *to); /* all to 0 */
-  if (status == KITH_OK) status = load_all(t, nodes, here, to, -1);
-  kith_free(&to);
-  KITH_TRY(kith_ranks_agree(ranks, status));
-  kith_ranks_all_to_all(ranks, t->to, t->from, t->lists);
-  KITH_TRY(kith_ranks_agree(ranks, room_for_arrivals(t, here)));
-  if (ranks == NULL && t->n_in > 0) memcpy(t->in, t->out, (size_t)t->n_in * here->words * 8);
-  KITH_TRY(carry(t, ranks, here));
-  status = KITH_OK;
-  if (kith_ranks_rank(ranks) == 0) status = settle_arrivals(t, whole, there);
-  if (status == KITH_OK && sorted) status = sort_whole(whole);
-  return kith_ranks_agree(ranks, status);
+/* The ids of all ranks: *first .. *first + *span - 1. */
+static kith_status range_of_ids(const struct kith_nodes *nodes, int64_t *first, uint64_t *span) {
+  int64_t mine[2] = {INT64_MAX, INT64_MIN}, last = INT64_MIN;
+  char *all = NULL;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    mine[0] = KITH_MIN(mine[0], nodes->id->i64[i]);
+    mine[1] = KITH_MAX(mine[1], nodes->id->i64[i]);
+  }
+  KITH_TRY(kith_ranks_gather(nodes->ranks, mine, sizeof mine, &all, NULL));
+  const int64_t *ends = (const int64_t *)all;
+  *first = INT64_MAX;
+  for (int r = 0; r < kith_ranks_size(nodes->ranks); ++r) {
+    *first = KITH_MIN(*first, ends[2 * r]);
+    last = KITH_MAX(last, ends[2 * r + 1]);
+  }
+  *span = last < *first ? 1 : (uint64_t)last - (uint64_t)*first + 1;
+  kith_free(&all);
+  return KITH_OK;
 }
 
-kith_status kith_nodes_gather(const struct kith_nodes *nodes, enum kith_gathered wanted, bool sorted,
-                              struct kith_nodes **whole) {
-  struct transport t = {0};
-  struct cargo here = {0}, there = {0};
-  *whole = NULL;
-  kith_status status = kith_ranks_agree(nodes->ranks, make_whole(nodes, wanted, whole, &here, &there));
-  if (status == KITH_OK) status = gather(&t, nodes, &here, &there, *whole, sorted);
-  transport_clear(&t);
-  if (status != KITH_OK || kith_ranks_rank(nodes->ranks) != 0) kith_nodes_destroy(whole);
+/* To the rank that has the id's range; all to rank 0 if there is but one range. */
+static kith_status send_by_id(struct kith_nodes *copy, int ranges) {
+  int64_t first;
+  uint64_t span;
+  int32_t *to = NULL;
+  KITH_TRY(range_of_ids(copy, &first, &span));
+  const uint64_t width = (span - 1) / (uint64_t)ranges + 1;
+  KITH_TRY(kith_ranks_agree(copy->ranks, kith_resize(&to, 0, (size_t)copy->n_internal, sizeof *to)));
+  for (kith_index i = 0; i < copy->n_internal; ++i)
+    to[i] = (int32_t)(((uint64_t)copy->id->i64[i] - (uint64_t)first) / width);
+  const kith_status status = kith_nodes_migrate(copy, to, NULL);
+  kith_free(&to);
   return status;
+}
+
+static kith_status copy_by_id(const struct kith_nodes *nodes, int ranges, struct kith_nodes **out) {
+  *out = NULL;
+  kith_status status = kith_ranks_agree(nodes->ranks, copy_output(nodes, out));
+  if (status == KITH_OK && nodes->ranks != NULL) status = send_by_id(*out, ranges);
+  if (status == KITH_OK) status = kith_ranks_agree(nodes->ranks, sort_by_id(*out));
+  if (status != KITH_OK) kith_nodes_destroy(out);
+  return status;
+}
+
+kith_status kith_nodes_deal(const struct kith_nodes *nodes, struct kith_nodes **dealt) {
+  return copy_by_id(nodes, kith_ranks_size(nodes->ranks), dealt);
+}
+
+kith_status kith_nodes_gather(const struct kith_nodes *nodes, struct kith_nodes **whole) {
+  KITH_TRY(copy_by_id(nodes, 1, whole));
+  if (kith_ranks_rank(nodes->ranks) != 0) kith_nodes_destroy(whole);
+  return KITH_OK;
 }

@@ -9,10 +9,14 @@
  * the others, rank by rank in the order they had there. *moved (may be NULL): how many left this rank. Collective. */
 kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint64_t *moved);
 
-/* All internal nodes of all ranks on rank 0, list by list, by id or rank by rank; `fields` tells which come along: those of role STATE (restarts),
- * or those in snapshots. *whole is owned by the caller; NULL on the other ranks. Collective; NULL ranks: a copy by id. */
-enum kith_gathered { KITH_GATHER_STATE, KITH_GATHER_OUTPUT };
-kith_status kith_nodes_gather(const struct kith_nodes *nodes, enum kith_gathered fields, bool by_id,
-                              struct kith_nodes **whole);
+/* counts[rank][list] of the nodes of all ranks: kith_resize memory of the caller. Collective. */
+kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts);
+
+/* Copies with what snapshots have of a node (fields with an `output` name, and the standing ones), owned by the caller. Collective. */
+
+/* In an order that all numbers of ranks share: list by list, rank by rank, ids ascend. Ranks get equal ranges of ids. */
+kith_status kith_nodes_deal(const struct kith_nodes *nodes, struct kith_nodes **dealt);
+/* All on rank 0 (it needs the memory), each list by id; NULL on the other ranks. */
+kith_status kith_nodes_gather(const struct kith_nodes *nodes, struct kith_nodes **whole);
 
 #endif

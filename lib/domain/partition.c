@@ -136,3 +136,16 @@ kith_status kith_partition_update(struct kith_partition *partition, const double
   kith_free(&owner);
   return status;
 }
+
+/* ---- restarts ---- */
+
+size_t kith_partition_state(const struct kith_partition *partition, int64_t *word) {
+  return partition->ops->state != NULL ? partition->ops->state(partition, word) : 0;
+}
+
+kith_status kith_partition_restore(struct kith_partition *partition, const int64_t *word, size_t n) {
+  if (n != kith_partition_state(partition, NULL))
+    KITH_FAIL(BAD_FILE, "partitioner '%s': it remembers %zu numbers, stored are %zu", partition->ops->name,
+              kith_partition_state(partition, NULL), n);
+  return n > 0 ? partition->ops->restore(partition, word) : KITH_OK;
+}

@@ -33,6 +33,11 @@ struct kith_partitioner_ops {
   /* The next map: `owner` holds the present one. Weights are positive; face_weight may be NULL. NULL: never changes. */
   kith_status (*update)(struct kith_partition *partition, const double *weight, const double *face_weight,
                         int32_t *owner);
+  /* What the next map depends on besides the present one, the weights and the text: how many words that is; written unless `word` is NULL.
+   * NULL: nothing. */
+  size_t (*state)(const struct kith_partition *partition, int64_t *word);
+  /* Takes back as many words as `state` has. BAD_FILE if they are none of its. NULL without `state`. */
+  kith_status (*restore)(struct kith_partition *partition, const int64_t *word);
   void (*clear)(struct kith_partition *partition); /* frees what the private state owns; NULL: nothing */
 };
 
@@ -68,6 +73,11 @@ kith_status kith_partition_command(struct kith_partition *partition, const char 
  * BAD_INPUT: a weight that is negative or not finite. After a failure the map is as it was. */
 kith_status kith_partition_update(struct kith_partition *partition, const double *weight,
                                   const double *face_weight, bool *changed);
+
+/* For restarts: what a member remembers, as words (written unless NULL; their number is returned), and how it gets that back. The map, `owner`,
+ * is restored by the caller. BAD_FILE: not the words of this member on these cells and ranks. */
+size_t kith_partition_state(const struct kith_partition *partition, int64_t *word);
+kith_status kith_partition_restore(struct kith_partition *partition, const int64_t *word, size_t n);
 
 /* The rank that owns the cell of a position; -1 as kith_cells_of. */
 static inline int kith_partition_rank_of(const struct kith_partition *partition, const double *x) {

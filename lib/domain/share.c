@@ -51,14 +51,10 @@ static kith_status find_own(struct kith_share *share) {
   return KITH_OK;
 }
 
-/* Work of each cell on this rank: whole numbers, so that sums over ranks have no order. */
-static void weigh(const struct kith_share *share, const struct kith_nodes *nodes, const size_t *row_first,
-                  uint64_t *work) {
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const int64_t home = share->home->i64[i];
-    if (home < share->n_own)
-      work[share->own[home]] += row_first != NULL ? row_first[i + 1] - row_first[i] + 1 : 1;
-  }
+/* Work of each cell on this rank, after find_cells: whole numbers, so that sums over ranks have no order. */
+static void weigh(const struct kith_share *share, const struct kith_nodes *nodes, uint64_t *work) {
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    work[share->home->i64[i]] += (uint64_t)share->work->i64[i] + 1;
 }
 
 /* A new map by this work of all cells. */
@@ -78,7 +74,7 @@ static kith_status make_map(struct kith_share *share, const struct kith_nodes *n
   KITH_TRY(find_cells(share, nodes));
   KITH_TRY(kith_resize(&share->place, 0, (size_t)share->cells.n, sizeof *share->place));
   KITH_TRY(kith_resize(&work, 0, (size_t)share->cells.n, sizeof *work));
-  for (kith_index i = 0; i < nodes->n_internal; ++i) ++work[share->home->i64[i]];
+  weigh(share, nodes, work);
   const kith_status status = remap(share, work, &changed);
   kith_free(&work);
   return status;
@@ -88,6 +84,8 @@ kith_status kith_share_create(struct kith_share **out, struct kith_nodes *nodes,
                               const bool *periodic, const struct kith_sharing *sharing) {
   static const struct kith_field_spec home = {"home",    KITH_SCALAR, KITH_I64,
                                               KITH_WORK, NULL,        "cell of the map cell -> rank"};
+  static const struct kith_field_spec work = {"work",    KITH_SCALAR, KITH_I64,
+                                              KITH_WORK, NULL,        "entries of the last row"};
   struct kith_share *share = NULL;
   *out = NULL;
   KITH_TRY(kith_resize(&share, 0, 1, sizeof *share));
@@ -95,6 +93,7 @@ kith_status kith_share_create(struct kith_share **out, struct kith_nodes *nodes,
   share->every = sharing->every;
   share->imbalance = sharing->imbalance;
   kith_status status = kith_nodes_field(nodes, &home, &share->home);
+  if (status == KITH_OK) status = kith_nodes_field(nodes, &work, &share->work);
   if (status == KITH_OK)
     status = kith_share_cells(&share->cells, nodes, box, periodic,
                               (int64_t)sharing->cells * kith_ranks_size(share->ranks));
@@ -141,10 +140,8 @@ static kith_status imbalance_of(const struct kith_share *share, const uint64_t *
   return KITH_OK;
 }
 
-static kith_status look(struct kith_share *share, const struct kith_nodes *nodes, const size_t *row_first,
-                        uint64_t *work) {
+static kith_status look(struct kith_share *share, uint64_t *work) {
   bool changed = false;
-  weigh(share, nodes, row_first, work);
   kith_ranks_sum_counts(share->ranks, work, (int)share->cells.n);
   KITH_TRY(imbalance_of(share, work, &share->seen));
   ++share->looks;
@@ -154,14 +151,28 @@ static kith_status look(struct kith_share *share, const struct kith_nodes *nodes
   return KITH_OK;
 }
 
-static kith_status balance(struct kith_share *share, const struct kith_nodes *nodes,
-                           const size_t *row_first) {
+/* By where the nodes are now. */
+static kith_status weigh_own(const struct kith_share *share, const struct kith_nodes *nodes,
+                             uint64_t **work) {
+  KITH_TRY(find_cells(share, nodes));
+  KITH_TRY(kith_resize(work, 0, (size_t)share->cells.n, sizeof **work));
+  weigh(share, nodes, *work);
+  return KITH_OK;
+}
+
+static kith_status balance(struct kith_share *share, const struct kith_nodes *nodes) {
   uint64_t *work = NULL;
   if (share->every == 0 || ++share->settled % (uint64_t)share->every != 0) return KITH_OK;
-  KITH_TRY(kith_ranks_agree(share->ranks, kith_resize(&work, 0, (size_t)share->cells.n, sizeof *work)));
-  const kith_status status = kith_ranks_agree(share->ranks, look(share, nodes, row_first, work));
+  kith_status status = kith_ranks_agree(share->ranks, weigh_own(share, nodes, &work));
+  if (status == KITH_OK) status = kith_ranks_agree(share->ranks, look(share, work));
   kith_free(&work);
   return status;
+}
+
+void kith_share_measure(struct kith_share *share, const struct kith_nodes *nodes, const size_t *row_first) {
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    share->work->i64[i] = (int64_t)(row_first[i + 1] - row_first[i]);
 }
 
 /* ---- settling ---- */
@@ -175,10 +186,10 @@ static kith_status find_ranks(struct kith_share *share, const struct kith_nodes 
   return KITH_OK;
 }
 
-kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes, const size_t *row_first) {
+kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes) {
   int32_t *to = NULL;
   uint64_t moved = 0;
-  KITH_TRY(balance(share, nodes, row_first));
+  KITH_TRY(balance(share, nodes));
   kith_status status = kith_ranks_agree(share->ranks, find_ranks(share, nodes, &to));
   if (status == KITH_OK) status = kith_nodes_migrate(nodes, to, &moved);
   if (status == KITH_OK) settle_homes(share, nodes);
@@ -189,31 +200,34 @@ kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes
 
 /* ---- checkpoints ---- */
 
-/* Words of a description: ranks, lists, cells, counters; then counts [rank][list]; then owners. */
+/* Words of a description: ranks, lists, cells, counters; then counts [rank][list]; then owners; then the memory of the partitioner. */
 enum { WORD_RANKS, WORD_LISTS, WORD_CELLS, WORD_SETTLED, WORD_LOOKS, WORD_REPARTITIONS, WORDS };
+
+static void describe(const struct kith_share *share, const struct kith_nodes *nodes, const int64_t *counts,
+                     int64_t *word) {
+  const int size = kith_ranks_size(share->ranks);
+  const size_t n_counts = (size_t)size * (size_t)nodes->n_lists;
+  const int64_t head[WORDS] = {size,
+                               nodes->n_lists,
+                               share->cells.n,
+                               (int64_t)share->settled,
+                               (int64_t)share->looks,
+                               (int64_t)share->repartitions};
+  memcpy(word, head, sizeof head);
+  memcpy(word + WORDS, counts, n_counts * sizeof *word);
+  word += WORDS + n_counts;
+  for (int64_t c = 0; c < share->cells.n; ++c) word[c] = share->partition->owner[c];
+  kith_partition_state(share->partition, word + share->cells.n);
+}
 
 kith_status kith_share_describe(const struct kith_share *share, const struct kith_nodes *nodes,
                                 struct kith_shared *out) {
-  int64_t mine[KITH_MAX_LISTS];
-  char *counts = NULL;
-  const int size = kith_ranks_size(share->ranks);
-  const size_t n_counts = (size_t)size * (size_t)nodes->n_lists;
-  for (int l = 0; l < nodes->n_lists; ++l) mine[l] = nodes->lists[l].count;
-  KITH_TRY(kith_ranks_gather(share->ranks, mine, (size_t)nodes->n_lists * sizeof *mine, &counts, NULL));
-  out->n = WORDS + n_counts + (size_t)share->cells.n;
+  int64_t *counts = NULL;
+  KITH_TRY(kith_nodes_counts(nodes, &counts));
+  out->n = WORDS + (size_t)kith_ranks_size(share->ranks) * (size_t)nodes->n_lists + (size_t)share->cells.n +
+           kith_partition_state(share->partition, NULL);
   const kith_status status = kith_resize(&out->word, 0, out->n, sizeof *out->word);
-  if (status == KITH_OK) {
-    const int64_t head[WORDS] = {size,
-                                 nodes->n_lists,
-                                 share->cells.n,
-                                 (int64_t)share->settled,
-                                 (int64_t)share->looks,
-                                 (int64_t)share->repartitions};
-    memcpy(out->word, head, sizeof head);
-    memcpy(out->word + WORDS, counts, n_counts * sizeof *out->word);
-    for (int64_t c = 0; c < share->cells.n; ++c)
-      out->word[WORDS + n_counts + (size_t)c] = share->partition->owner[c];
-  }
+  if (status == KITH_OK) describe(share, nodes, counts, out->word);
   kith_free(&counts);
   return status;
 }
@@ -259,8 +273,9 @@ kith_status kith_share_restore(struct kith_share *share, struct kith_nodes *node
   if (shared->n < WORDS || word[WORD_RANKS] != size || word[WORD_LISTS] != nodes->n_lists ||
       word[WORD_CELLS] != share->cells.n)
     return kith_share_keep(share, nodes);
-  if (shared->n != WORDS + n_counts + (size_t)share->cells.n)
-    KITH_FAIL(BAD_FILE, "the shares of the ranks are damaged");
+  const size_t n_map = WORDS + n_counts + (size_t)share->cells.n;
+  if (shared->n < n_map) KITH_FAIL(BAD_FILE, "the shares of the ranks are damaged");
+  KITH_TRY(kith_partition_restore(share->partition, word + n_map, shared->n - n_map));
   for (int64_t c = 0; c < share->cells.n; ++c) {
     const int64_t owner = word[WORDS + n_counts + (size_t)c];
     if (owner < 0 || owner >= size) KITH_FAIL(BAD_FILE, "the map of the ranks is damaged");

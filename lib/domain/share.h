@@ -4,11 +4,12 @@
  * when lists are rebuilt (kith_share_settle), and only then. `home` is the cell in which a node was last settled, as its place among the
  * cells of this rank; n_own stands for all others, where a node may be after a restart, until it is settled.
  *
- * Balance: every `every` settlements the work, row entries per node (and 1 for the node itself), is summed by cells over all ranks;
- * if the busiest rank has more than `imbalance` times the mean, the partitioner is asked for a new map. It may refuse: then
- * nothing changed. All ranks compute the same map from the same weights. A restart keeps the map, but not the work of the last
- * lists nor what gridbased knows of its corners: if the first look comes before lists are made anew, it counts nodes, and the maps and
- * the order of sums that follow from it are others than those of the run that went on (reproducible runs do not mind). */
+ * Balance: every `every` settlements the work, of a node the entries of its last row (and 1 for the node itself), is summed by cells over
+ * all ranks; if the busiest rank has more than `imbalance` times the mean, the partitioner is asked for a new map. It may refuse: then
+ * nothing changed. All ranks compute the same map from the same weights.
+ *
+ * A restart on as many ranks goes on to the last bit, whenever the next look comes: work is a field of the nodes, the map and what the
+ * partitioner remembers are stored. On another number of ranks the map is that of the start of the scene. */
 #ifndef KITH_DOMAIN_SHARE_H
 #define KITH_DOMAIN_SHARE_H
 
@@ -20,6 +21,7 @@ struct kith_share {
   struct kith_cells cells;
   struct kith_partition *partition; /* owned */
   struct kith_field *home;          /* I64, work: 0 .. n_own */
+  struct kith_field *work;          /* I64, work: entries of the node's last row */
   int64_t n_own;
   int64_t *own;     /* [n_own] cells of this rank, ascending; owned */
   int32_t *place;   /* [cells.n] place of a cell among the own ones, n_own if it is none; owned */
@@ -50,19 +52,20 @@ void kith_share_destroy(struct kith_share **share);
 
 /* Drops the nodes of other ranks' cells. All nodes are here. No communication. */
 kith_status kith_share_keep(struct kith_share *share, struct kith_nodes *nodes);
-/* Balances if that is due, then sends nodes where their cells are. row_first: [n_internal + 1] of the lists that the nodes
- * had until now, NULL: none. Collective. */
-kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes, const size_t *row_first);
+/* Balances if that is due, then sends nodes where their cells are. Collective. */
+kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes);
+/* Lists were made: rows row_first[i] .. row_first[i + 1] - 1 are the work of the nodes from now on. */
+void kith_share_measure(struct kith_share *share, const struct kith_nodes *nodes, const size_t *row_first);
 
-/* Who has how many nodes of each list, and the map: for checkpoints, which store nodes list by list, rank by rank. Collective; owned by
- * the caller. */
+/* Who has how many nodes of each list, the map, and the memory of the partitioner: for checkpoints, which store nodes list by list, rank by
+ * rank. `work` is stored beside it. Collective; owned by the caller. */
 struct kith_shared {
   size_t n;
   int64_t *word; /* kith_resize memory */
 };
 kith_status kith_share_describe(const struct kith_share *share, const struct kith_nodes *nodes,
                                 struct kith_shared *out);
-/* All nodes are here as they were stored: keeps what this rank had and the map, if there were as many ranks and cells; else
+/* All nodes are here as they were stored, with their work: keeps what this rank had and the map, if there were as many ranks and cells; else
  * those of its cells. BAD_FILE if the description is not of these nodes. */
 kith_status kith_share_restore(struct kith_share *share, struct kith_nodes *nodes,
                                const struct kith_shared *shared);

@@ -22,10 +22,9 @@ static void release(struct kith_atomic_file **file) {
   kith_free(file);
 }
 
-static kith_status open_temporary(struct kith_atomic_file *file, const char *path) {
+static kith_status open_temporary(struct kith_atomic_file *file) {
+  const char *path = file->path;
   struct stat present;
-  KITH_TRY(join(&file->path, path, ""));
-  KITH_TRY(join(&file->temporary, path, ".partial"));
   if (stat(path, &present) == 0 && !S_ISREG(present.st_mode)) /* a rename would replace a device or a pipe */
     KITH_FAIL(BAD_FILE, "%s: cannot write: not a regular file", path);
   file->stream = fopen(file->temporary, "wb");
@@ -33,15 +32,23 @@ static kith_status open_temporary(struct kith_atomic_file *file, const char *pat
   return KITH_OK;
 }
 
-kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *path) {
+kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *path) {
   *out = NULL;
   struct kith_atomic_file *file = NULL;
   KITH_TRY(kith_resize(&file, 0, 1, sizeof *file));
-  const kith_status status = open_temporary(file, path);
+  kith_status status = join(&file->path, path, "");
+  if (status == KITH_OK) status = join(&file->temporary, path, ".partial");
   if (status == KITH_OK)
     *out = file;
   else
     release(&file);
+  return status;
+}
+
+kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *path) {
+  KITH_TRY(kith_atomic_file_join(out, path));
+  const kith_status status = open_temporary(*out);
+  if (status != KITH_OK) release(out);
   return status;
 }
 

@@ -1,69 +1,14 @@
 #include "lib/io/checkpoint.h"
 
 #include <errno.h>
-#include <stdio.h>
-#include <string.h>
 #include <sys/stat.h>
-#include "lib/io/atomic_file.h"
+#include "lib/io/checkpoint_file.h"
 
-enum { MARK = 0x01020304, VERSION = 1, CHUNK = 1 << 16, MOST_COMPONENTS = 64 };
-enum group { GROUP_SCENE, GROUP_LISTS, GROUP_FIELD, GROUP_ARRAY };
-static const char magic[8] = {'k', 'i', 't', 'h', 'c', 'k', 'p', 't'};
-
-struct header {
-  char magic[8];
-  uint32_t mark, version, dimension, sections;
-  uint64_t table, size, table_checksum, zero, checksum;
-};
-struct section {
-  char name[56];
-  uint32_t group, type;
-  uint64_t components, rows, bytes, checksum;
-};
-struct stored_list {
-  char name[32];
-  int64_t first, count;
-};
-_Static_assert(sizeof(struct header) == 64, "the header is 64 bytes");
-_Static_assert(sizeof(struct section) == 96, "an entry of the table is 96 bytes");
-_Static_assert(sizeof(struct stored_list) == 48, "a list is 48 bytes");
-_Static_assert(sizeof(struct kith_node_list) == 40, "a new member of a list belongs into stored_list");
-
-struct kith_checkpoint {
-  struct kith_atomic_file *out; /* writing */
-  FILE *in;                     /* reading */
-  char *path, *scene;           /* owned */
-  struct header header;
-  struct section *section; /* [header.sections] */
-  size_t capacity;
-  bool broken; /* a put failed: the file must not become the checkpoint */
-};
-
-/* Checksum of whole words, continued from h. Each word goes in through one-to-one functions of h, so two
- * files that differ in one word never agree. Multiplier: the one of 64-bit FNV; the shift carries high bits
- * down. */
-static uint64_t checksum(uint64_t h, const void *data, size_t bytes) {
-  for (size_t k = 0; k < bytes; k += 8) {
-    uint64_t word;
-    memcpy(&word, (const char *)data + k, 8);
-    h = (h ^ word) * UINT64_C(0x100000001b3);
-    h ^= h >> 29;
-  }
-  return h;
-}
-static const uint64_t checksum_start = UINT64_C(0xcbf29ce484222325);
-
-static size_t padded(size_t bytes) {
-  return (bytes + 7) / 8 * 8;
-}
-static size_t type_size(uint32_t type) {
-  return type == KITH_U8 ? 1 : 8;
-}
 static const char *type_name(uint32_t type) {
   return type == KITH_F64 ? "f64" : type == KITH_I64 ? "i64" : "u8";
 }
 
-static void release(struct kith_checkpoint **c) {
+void kith_checkpoint_close(struct kith_checkpoint **c) {
   if (*c == NULL) return;
   kith_atomic_file_abandon(&(*c)->out);
   if ((*c)->in != NULL) fclose((*c)->in);
@@ -73,7 +18,7 @@ static void release(struct kith_checkpoint **c) {
   kith_free(c);
 }
 
-static kith_status create(struct kith_checkpoint **out, const char *path) {
+kith_status kith_checkpoint_create(struct kith_checkpoint **out, const char *path) {
   struct kith_checkpoint *c = NULL;
   *out = NULL;
   KITH_TRY(kith_resize(&c, 0, 1, sizeof *c));
@@ -81,128 +26,16 @@ static kith_status create(struct kith_checkpoint **out, const char *path) {
   if (status == KITH_OK)
     strcpy(c->path, path);
   else
-    release(&c);
+    kith_checkpoint_close(&c);
   *out = c;
   return status;
 }
 
-static struct section *find(const struct kith_checkpoint *c, enum group group, const char *name) {
+struct section *kith_checkpoint_find(const struct kith_checkpoint *c, enum group group, const char *name) {
   for (uint32_t s = 0; s < c->header.sections; ++s)
     if (c->section[s].group == group && strcmp(c->section[s].name, name) == 0) return &c->section[s];
   return NULL;
 }
-
-/* Writing. */
-
-static kith_status write_bytes(struct kith_checkpoint *c, const void *data, size_t bytes) {
-  if (bytes > 0 && fwrite(data, 1, bytes, c->out->stream) != bytes)
-    KITH_FAIL(BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
-  return KITH_OK;
-}
-
-static kith_status new_section(struct kith_checkpoint *c, struct section **out, enum group group,
-                               const char *name) {
-  if (name[0] == '\0' || strlen(name) >= sizeof(*out)->name || find(c, group, name) != NULL)
-    KITH_FAIL(INTERNAL, "checkpoint: '%s' is too long a name, none, or put already", name);
-  if (c->header.sections == c->capacity) {
-    KITH_TRY(kith_resize(&c->section, c->capacity, 2 * c->capacity + 16, sizeof *c->section));
-    c->capacity = 2 * c->capacity + 16;
-  }
-  *out = &c->section[c->header.sections++];
-  strcpy((*out)->name, name);
-  (*out)->group = group;
-  return KITH_OK;
-}
-
-static kith_status write_section(struct kith_checkpoint *c, enum group group, const char *name,
-                                 enum kith_type type, size_t components, size_t rows, const void *data) {
-  struct section *s = NULL;
-  KITH_TRY(new_section(c, &s, group, name));
-  const size_t bytes = rows * components * type_size(type), whole = bytes / 8 * 8;
-  char tail[8] = {0};
-  if (bytes > whole) memcpy(tail, (const char *)data + whole, bytes - whole);
-  s->type = type;
-  s->components = components;
-  s->rows = rows;
-  s->bytes = padded(bytes);
-  s->checksum = checksum(checksum(checksum_start, data, whole), tail, bytes > whole ? 8 : 0);
-  KITH_TRY(write_bytes(c, data, whole));
-  return write_bytes(c, tail, bytes > whole ? 8 : 0);
-}
-
-static kith_status put(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
-                       size_t components, size_t rows, const void *data) {
-  const kith_status status = write_section(c, group, name, type, components, rows, data);
-  if (status != KITH_OK) c->broken = true;
-  return status;
-}
-
-kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene) {
-  KITH_TRY(create(out, path));
-  struct kith_checkpoint *c = *out;
-  kith_status status = kith_atomic_file_open(&c->out, path);
-  if (status == KITH_OK) status = write_bytes(c, &c->header, sizeof c->header); /* zeros until commit */
-  if (status == KITH_OK) status = put(c, GROUP_SCENE, "scene", KITH_U8, 1, strlen(scene), scene);
-  if (status != KITH_OK) release(out);
-  return status;
-}
-
-kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct kith_nodes *nodes) {
-  struct stored_list lists[KITH_MAX_LISTS] = {0};
-  for (int l = 0; l < nodes->n_lists; ++l) {
-    memcpy(lists[l].name, nodes->lists[l].name, sizeof lists[l].name);
-    lists[l].first = nodes->lists[l].first;
-    lists[l].count = nodes->lists[l].count;
-  }
-  KITH_TRY(put(c, GROUP_LISTS, "lists", KITH_U8, sizeof *lists, (size_t)nodes->n_lists, lists));
-  for (int f = 0; f < nodes->n_fields; ++f) {
-    const struct kith_field *field = nodes->fields[f];
-    if (!kith_field_lasts(field)) continue;
-    KITH_TRY(put(c, GROUP_FIELD, field->spec.name, field->spec.type, (size_t)field->components,
-                 (size_t)nodes->n_internal, field->data));
-  }
-  return KITH_OK;
-}
-
-kith_status kith_checkpoint_put_f64(struct kith_checkpoint *c, const char *name, const double *values,
-                                    size_t n) {
-  return put(c, GROUP_ARRAY, name, KITH_F64, 1, n, values);
-}
-
-kith_status kith_checkpoint_put_i64(struct kith_checkpoint *c, const char *name, const int64_t *values,
-                                    size_t n) {
-  return put(c, GROUP_ARRAY, name, KITH_I64, 1, n, values);
-}
-
-static kith_status write_table(struct kith_checkpoint *c) {
-  struct header *h = &c->header;
-  const size_t bytes = h->sections * sizeof *c->section;
-  if (c->broken) KITH_FAIL(BAD_FILE, "%s: not written: an earlier part of it failed", c->path);
-  memcpy(h->magic, magic, sizeof magic);
-  h->mark = MARK, h->version = VERSION, h->dimension = NDIM;
-  h->table = sizeof *h;
-  for (uint32_t s = 0; s < h->sections; ++s) h->table += c->section[s].bytes;
-  h->size = h->table + bytes;
-  h->table_checksum = checksum(checksum_start, c->section, bytes);
-  h->checksum = checksum(checksum_start, h, sizeof *h - 8);
-  KITH_TRY(write_bytes(c, c->section, bytes));
-  if (fseek(c->out->stream, 0, SEEK_SET) != 0)
-    KITH_FAIL(BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
-  return write_bytes(c, h, sizeof *h);
-}
-
-kith_status kith_checkpoint_commit(struct kith_checkpoint **c) {
-  kith_status status = write_table(*c);
-  if (status == KITH_OK) status = kith_atomic_file_commit(&(*c)->out, true);
-  release(c);
-  return status;
-}
-
-void kith_checkpoint_abandon(struct kith_checkpoint **c) {
-  release(c);
-}
-
-/* Reading. */
 
 static kith_status read_bytes(struct kith_checkpoint *c, void *data, size_t bytes) {
   if (bytes > 0 && fread(data, 1, bytes, c->in) != bytes)
@@ -229,7 +62,8 @@ static kith_status read_header(struct kith_checkpoint *c, uint64_t size) {
   KITH_TRY(read_bytes(c, h, sizeof *h));
   sections = h->sections;
   h->sections = 0; /* until the table is there */
-  if (memcmp(h->magic, magic, sizeof magic) != 0) KITH_FAIL(BAD_FILE, "%s: not a checkpoint", c->path);
+  if (memcmp(h->magic, KITH_CHECKPOINT_MAGIC, sizeof h->magic) != 0)
+    KITH_FAIL(BAD_FILE, "%s: not a checkpoint", c->path);
   if (h->mark != MARK) KITH_FAIL(BAD_FILE, "%s: written by a machine of another byte order", c->path);
   if (h->version != VERSION)
     KITH_FAIL(BAD_FILE, "%s: checkpoint version %u, this program reads %d", c->path, h->version, VERSION);
@@ -276,26 +110,23 @@ static kith_status read_table(struct kith_checkpoint *c) {
   return KITH_OK;
 }
 
-static kith_status verify_section(struct kith_checkpoint *c, const struct section *s, char *chunk) {
+static kith_status verify_section(struct kith_checkpoint *c, const struct section *s) {
   uint64_t sum = checksum_start;
   for (uint64_t done = 0; done < s->bytes; done += CHUNK) {
     const size_t bytes = (size_t)KITH_MIN((uint64_t)CHUNK, s->bytes - done);
-    KITH_TRY(read_bytes(c, chunk, bytes));
-    sum = checksum(sum, chunk, bytes);
+    KITH_TRY(read_bytes(c, c->chunk, bytes));
+    sum = checksum(sum, c->chunk, bytes);
   }
   if (sum != s->checksum) KITH_FAIL(BAD_FILE, "%s: damaged: checksum of '%s'", c->path, s->name);
   return KITH_OK;
 }
 
 static kith_status verify(struct kith_checkpoint *c) {
-  char *chunk = NULL;
-  KITH_TRY(kith_resize(&chunk, 0, CHUNK, 1));
   kith_status status = KITH_OK;
   if (fseek(c->in, sizeof c->header, SEEK_SET) != 0)
     status = kith_fail(KITH_BAD_FILE, "%s: cannot read", c->path);
   for (uint32_t s = 0; s < c->header.sections && status == KITH_OK; ++s)
-    status = verify_section(c, &c->section[s], chunk);
-  kith_free(&chunk);
+    status = verify_section(c, &c->section[s]);
   return status;
 }
 
@@ -311,7 +142,7 @@ static kith_status read_section(struct kith_checkpoint *c, const struct section 
 /* The section of this name and shape; rows SIZE_MAX: any number. */
 static kith_status expect(const struct kith_checkpoint *c, const struct section **out, enum group group,
                           const char *name, uint32_t type, size_t components, size_t rows) {
-  const struct section *s = find(c, group, name);
+  const struct section *s = kith_checkpoint_find(c, group, name);
   if (s == NULL) KITH_FAIL(BAD_FILE, "%s: '%s' is missing", c->path, name);
   if (s->type != type || s->components != components || (rows != SIZE_MAX && s->rows != rows))
     KITH_FAIL(BAD_FILE, "%s: '%s' is %llu x %llu %s, wanted %lld x %zu %s", c->path, name,
@@ -330,22 +161,18 @@ static kith_status read_scene(struct kith_checkpoint *c) {
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path) {
   uint64_t size = 0;
-  KITH_TRY(create(out, path));
+  KITH_TRY(kith_checkpoint_create(out, path));
   kith_status status = open_for_reading(*out, &size);
   if (status == KITH_OK) status = read_header(*out, size);
   if (status == KITH_OK) status = read_table(*out);
   if (status == KITH_OK) status = verify(*out);
   if (status == KITH_OK) status = read_scene(*out);
-  if (status != KITH_OK) release(out);
+  if (status != KITH_OK) kith_checkpoint_close(out);
   return status;
 }
 
 const char *kith_checkpoint_scene(const struct kith_checkpoint *c) {
   return c->scene;
-}
-
-void kith_checkpoint_close(struct kith_checkpoint **c) {
-  release(c);
 }
 
 /* The stored lists: those of `nodes`, one behind the other. */
@@ -412,12 +239,13 @@ kith_status kith_checkpoint_nodes(struct kith_checkpoint *c, struct kith_nodes *
   ++nodes->positions;
   for (int f = 0; f < nodes->n_fields; ++f)
     if (kith_field_lasts(nodes->fields[f]))
-      KITH_TRY(read_section(c, find(c, GROUP_FIELD, nodes->fields[f]->spec.name), nodes->fields[f]->data));
+      KITH_TRY(read_section(c, kith_checkpoint_find(c, GROUP_FIELD, nodes->fields[f]->spec.name),
+                            nodes->fields[f]->data));
   return KITH_OK;
 }
 
 size_t kith_checkpoint_length(const struct kith_checkpoint *c, const char *name) {
-  const struct section *s = find(c, GROUP_ARRAY, name);
+  const struct section *s = kith_checkpoint_find(c, GROUP_ARRAY, name);
   return s == NULL ? SIZE_MAX : (size_t)s->rows;
 }
 

@@ -24,7 +24,10 @@
  * Groups: 0 scene, 1 lists, 2 fields, 3 named arrays; types: those of kith_type. A list is a row of 6 words:
  * name[32], first, count. Numbers are in the byte order of the machine. Offsets follow from the lengths, so
  * that ranks can write their own parts of one file. Cost: one pass over the memory to write, two over the
- * file to read. */
+ * file to read.
+ *
+ * Of several ranks, rank 0 writes. Nodes stand list by list, rank by rank; the values of the others come to rank 0 piece by piece, field by
+ * field: beyond its own nodes it needs a quarter of a megabyte. In reading, every rank reads all. */
 #ifndef KITH_IO_CHECKPOINT_H
 #define KITH_IO_CHECKPOINT_H
 
@@ -36,7 +39,11 @@ struct kith_checkpoint;
  * kith_checkpoint_scene. A name is 1 to 55 bytes long and is put once; a put that failed makes the commit
  * fail too. Nothing put is copied or kept. */
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene);
+/* Collective; `c` is NULL but on rank 0. What fails there the others do not know of. */
 kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct kith_nodes *nodes);
+/* One more field as a named array, [nodes of all ranks], that a reader may want or not. A scalar. Collective, likewise. */
+kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct kith_nodes *nodes,
+                                      const struct kith_field *field);
 kith_status kith_checkpoint_put_f64(struct kith_checkpoint *c, const char *name, const double *values,
                                     size_t n);
 kith_status kith_checkpoint_put_i64(struct kith_checkpoint *c, const char *name, const int64_t *values,

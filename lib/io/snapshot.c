@@ -4,6 +4,7 @@
 #include <hdf5.h>
 #include <string.h>
 #include <unistd.h>
+#include "lib/domain/migrate.h"
 #include "lib/io/atomic_file.h"
 #include "lib/io/json.h"
 
@@ -12,8 +13,13 @@
  * themselves. */
 struct writer {
   hid_t file, particles, vtk, point_data;
-  kith_status status;
   char failed[96];
+};
+
+/* Which rows of the file are whose. */
+struct part {
+  size_t total;                 /* nodes of all ranks */
+  size_t first[KITH_MAX_LISTS]; /* row of the first node of a list of this rank */
 };
 
 static void note_failure(struct writer *w, const char *what, const char *name) {
@@ -55,17 +61,18 @@ static void put_text(struct writer *w, hid_t owner, const char *name, const char
   H5Tclose(type);
 }
 
-/* rows x columns; columns 0: one-dimensional. The new data set is left open: close it with close_data.
- * Without times of creation, so that the same nodes make the same bytes. */
-static hid_t write_data(struct writer *w, hid_t owner, const char *name, hid_t type, size_t rows,
-                        size_t columns, const void *values) {
+/* rows x columns; columns 0: one-dimensional. The new data set is left open: close it with close_data. Its place is settled at once, and it
+ * has no time of creation, so that the same nodes make the same bytes, whoever writes the values. */
+static hid_t new_data(struct writer *w, hid_t owner, const char *name, hid_t type, size_t rows,
+                      size_t columns) {
   const hsize_t shape[2] = {rows, columns};
   const hid_t space = H5Screate_simple(columns == 0 ? 1 : 2, shape, NULL);
   const hid_t how = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_obj_track_times(how, false);
+  H5Pset_alloc_time(how, H5D_ALLOC_TIME_EARLY);
+  H5Pset_fill_time(how, H5D_FILL_TIME_NEVER);
   const hid_t id = H5Dcreate2(owner, name, type, space, H5P_DEFAULT, how, H5P_DEFAULT);
-  if (id < 0 || (rows > 0 && H5Dwrite(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0))
-    note_failure(w, "data set", name);
+  if (id < 0) note_failure(w, "data set", name);
   H5Pclose(how);
   H5Sclose(space);
   return id;
@@ -73,6 +80,13 @@ static hid_t write_data(struct writer *w, hid_t owner, const char *name, hid_t t
 
 static void close_data(struct writer *w, hid_t id, const char *name) {
   if (id >= 0 && H5Dclose(id) < 0) note_failure(w, "data set", name);
+}
+
+/* One row, which all ranks know. */
+static void put_data(struct writer *w, hid_t owner, const char *name, hid_t type, const void *value) {
+  const hid_t id = new_data(w, owner, name, type, 1, 0);
+  if (H5Dwrite(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) < 0) note_failure(w, "data set", name);
+  close_data(w, id, name);
 }
 
 static hid_t group(struct writer *w, hid_t owner, const char *name) {
@@ -92,61 +106,35 @@ static size_t columns_of(const struct kith_field *field) {
   return field->spec.kind == KITH_SCALAR ? 0 : field->spec.kind == KITH_TENSOR ? 9 : 3;
 }
 
-/* Vectors of NDIM into 3, tensors of NDIM x NDIM into 3 x 3; the rest is zero already. */
-static void pad(double *wide, const struct kith_field *field, size_t n, size_t columns) {
-  const size_t components = (size_t)field->components;
-#pragma omp parallel for schedule(static)
-  for (size_t i = 0; i < n; ++i)
-    for (size_t k = 0; k < components; ++k)
-      wide[i * columns + (columns == 9 ? k / NDIM * 3 + k % NDIM : k)] = field->f64[i * components + k];
-}
-
 static hid_t native_type(enum kith_type type) {
   return type == KITH_F64 ? H5T_NATIVE_DOUBLE : type == KITH_I64 ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT8;
 }
 
-static kith_status write_field(struct writer *w, const struct kith_field *field, size_t n) {
-  const size_t columns = columns_of(field);
+static void lay_out_field(struct writer *w, const struct kith_field *field, size_t n) {
   const char *name = field->spec.output;
-  double *wide = NULL;
-  if (columns > (size_t)field->components) {
-    KITH_TRY(kith_resize(&wide, 0, n * columns, sizeof *wide));
-    pad(wide, field, n, columns);
-  }
-  const void *values = wide != NULL ? (const void *)wide : field->data;
-  const hid_t data = write_data(w, w->particles, name, native_type(field->spec.type), n, columns, values);
-  kith_free(&wide);
+  const hid_t data = new_data(w, w->particles, name, native_type(field->spec.type), n, columns_of(field));
   put_text(w, data, "Description", field->spec.doc != NULL ? field->spec.doc : "");
   close_data(w, data, name);
   const bool points = field->spec.kind == KITH_POSITION;
   if (H5Lcreate_hard(w->particles, name, points ? w->vtk : w->point_data, points ? "Points" : name,
                      H5P_DEFAULT, H5P_DEFAULT) < 0)
     note_failure(w, "link to", name);
-  return KITH_OK;
 }
 
-static kith_status write_fields(struct writer *w, const struct kith_nodes *nodes) {
+static void lay_out_fields(struct writer *w, const struct kith_nodes *nodes, size_t n) {
   for (int f = 0; f < nodes->n_fields; ++f)
-    if (nodes->fields[f]->spec.output != NULL)
-      KITH_TRY(write_field(w, nodes->fields[f], (size_t)nodes->n_internal));
-  return KITH_OK;
+    if (nodes->fields[f]->spec.output != NULL) lay_out_field(w, nodes->fields[f], n);
 }
 
 /* One VERTEX cell (type 1 of VTK) a node. */
-static kith_status write_cells(struct writer *w, size_t n) {
-  int64_t *number = NULL;
+static void lay_out_cells(struct writer *w, size_t n) {
   const int64_t count = (int64_t)n;
-  KITH_TRY(kith_resize(&number, 0, n + 1, sizeof *number));
-  for (size_t i = 0; i <= n; ++i) number[i] = (int64_t)i;
-  close_data(w, write_data(w, w->vtk, "NumberOfPoints", H5T_NATIVE_INT64, 1, 0, &count), "NumberOfPoints");
-  close_data(w, write_data(w, w->vtk, "NumberOfCells", H5T_NATIVE_INT64, 1, 0, &count), "NumberOfCells");
-  close_data(w, write_data(w, w->vtk, "NumberOfConnectivityIds", H5T_NATIVE_INT64, 1, 0, &count), "cells");
-  close_data(w, write_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0, number), "Connectivity");
-  close_data(w, write_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0, number), "Offsets");
-  memset(number, 1, n);
-  close_data(w, write_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0, number), "Types");
-  kith_free(&number);
-  return KITH_OK;
+  put_data(w, w->vtk, "NumberOfPoints", H5T_NATIVE_INT64, &count);
+  put_data(w, w->vtk, "NumberOfCells", H5T_NATIVE_INT64, &count);
+  put_data(w, w->vtk, "NumberOfConnectivityIds", H5T_NATIVE_INT64, &count);
+  close_data(w, new_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0), "Connectivity");
+  close_data(w, new_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0), "Offsets");
+  close_data(w, new_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0), "Types");
 }
 
 /* Groups of attributes. */
@@ -161,12 +149,12 @@ static void write_vtk(struct writer *w) {
  * them. */
 static void write_header(struct writer *w, size_t n, const struct kith_snapshot_info *info) {
   const hid_t header = group(w, w->file, "Header");
-  const uint32_t low[6] = {(uint32_t)n}, zero[6] = {0};
+  const uint32_t low[6] = {(uint32_t)n}, high[6] = {(uint32_t)((uint64_t)n >> 32)};
   const int64_t flag = 0, files = 1;
   const double mass[6] = {0}, nothing = 0, one = 1;
   put_u32(w, header, "NumPart_ThisFile", 6, low);
   put_u32(w, header, "NumPart_Total", 6, low);
-  put_u32(w, header, "NumPart_Total_HighWord", 6, zero);
+  put_u32(w, header, "NumPart_Total_HighWord", 6, high);
   put_f64(w, header, "MassTable", 6, mass); /* 0: each particle has its own */
   put_i64(w, header, "NumFilesPerSnapshot", 0, &files);
   put_f64(w, header, "Time", 0, &info->time);
@@ -204,7 +192,7 @@ static void write_note(struct writer *w, hid_t run, const struct kith_note *note
     return;
   }
   const hid_t type = text_type(note->text);
-  close_data(w, write_data(w, run, note->name, type, 1, 0, note->text), note->name);
+  put_data(w, run, note->name, type, note->text);
   H5Tclose(type);
 }
 
@@ -228,9 +216,8 @@ static void write_run(struct writer *w, const struct kith_nodes *nodes,
   close_group(run);
 }
 
-static kith_status write_all(struct writer *w, const struct kith_nodes *nodes,
-                             const struct kith_snapshot_info *info) {
-  const size_t n = (size_t)nodes->n_internal;
+static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t n,
+                        const struct kith_snapshot_info *info) {
   w->particles = group(w, w->file, "PartType0");
   w->vtk = group(w, w->file, "VTKHDF");
   w->point_data = group(w, w->vtk, "PointData");
@@ -238,25 +225,24 @@ static kith_status write_all(struct writer *w, const struct kith_nodes *nodes,
   write_units(w);
   write_run(w, nodes, info);
   write_vtk(w);
-  kith_status status = write_fields(w, nodes);
-  if (status == KITH_OK) status = write_cells(w, n);
+  lay_out_fields(w, nodes, n);
+  lay_out_cells(w, n);
   close_group(w->point_data);
   close_group(w->vtk);
   close_group(w->particles);
-  return status;
 }
 
 /* An upper bound of the file's size: data, cells, notes, and what HDF5 spends on names and attributes. */
-static off_t room_for(const struct kith_nodes *nodes, const struct kith_snapshot_info *info) {
+static off_t room_for(const struct kith_nodes *nodes, size_t n, const struct kith_snapshot_info *info) {
   enum { BASE = 1 << 17, PER_FIELD = 1 << 13, CELLS = 17 };
   size_t bytes = BASE;
   for (int f = 0; f < nodes->n_fields; ++f) {
     const size_t columns = KITH_MAX(columns_of(nodes->fields[f]), (size_t)1);
-    if (nodes->fields[f]->spec.output != NULL) bytes += PER_FIELD + (size_t)nodes->n_internal * columns * 8;
+    if (nodes->fields[f]->spec.output != NULL) bytes += PER_FIELD + n * columns * 8;
   }
   for (const struct kith_note *note = info->notes; note != NULL && note->name != NULL; ++note)
     bytes += 2 * strlen(note->text) + PER_FIELD;
-  return (off_t)(bytes + (size_t)nodes->n_internal * CELLS);
+  return (off_t)(bytes + n * CELLS);
 }
 
 static kith_status reserve(const struct kith_atomic_file *file, off_t bytes) {
@@ -276,33 +262,188 @@ static kith_status trim(const struct kith_atomic_file *file) {
   return KITH_OK;
 }
 
-/* When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at exit. So
+/* By rank 0. When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at exit. So
  * the room is reserved before HDF5 begins, and again when it has emptied the file. */
-static kith_status write_file(const struct kith_atomic_file *file, const struct kith_nodes *nodes,
-                              const struct kith_snapshot_info *info) {
-  const off_t room = room_for(nodes, info);
+static kith_status lay_out(const struct kith_atomic_file *file, const struct kith_nodes *nodes, size_t n,
+                           const struct kith_snapshot_info *info) {
+  const off_t room = room_for(nodes, n, info);
   KITH_TRY(reserve(file, room));
   struct writer w = {.file = H5Fcreate(file->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)};
   if (w.file < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 cannot create the file", file->path);
-  kith_status status = reserve(file, room);
-  if (status == KITH_OK) status = write_all(&w, nodes, info);
+  const kith_status status = reserve(file, room);
+  if (status == KITH_OK) lay_out_all(&w, nodes, n, info);
   if (H5Fclose(w.file) < 0) note_failure(&w, "the end of", "the file");
   KITH_TRY(status);
   if (w.failed[0] != '\0') KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", file->path, w.failed);
   return trim(file);
 }
 
+/* Values, by all ranks: each writes its own rows, which are in one piece for each list, and waits for nobody. (A collective write would
+ * gain nothing on that, and Open MPI 4.1 hangs in it when one rank cannot write.) */
+
+struct filler {
+  const char *path;
+  hid_t file;
+  void *room; /* for the widest field of this rank's nodes, and for its part of the cells */
+};
+
+static kith_status write_rows(const struct filler *f, hid_t data, hid_t type, size_t columns, size_t first,
+                              size_t n, const void *values) {
+  const hsize_t start[2] = {first, 0}, extent[2] = {n, KITH_MAX(columns, (size_t)1)};
+  const hid_t there = H5Dget_space(data), here = H5Screate_simple(columns == 0 ? 1 : 2, extent, NULL);
+  if (n > 0)
+    H5Sselect_hyperslab(there, H5S_SELECT_SET, start, NULL, extent, NULL);
+  else
+    H5Sselect_none(there), H5Sselect_none(here);
+  const bool empty = H5Sget_simple_extent_npoints(there) == 0; /* for all ranks */
+  const herr_t result = empty ? 0 : H5Dwrite(data, type, here, there, H5P_DEFAULT, values);
+  H5Sclose(here);
+  H5Sclose(there);
+  if (result < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at the values", f->path);
+  return KITH_OK;
+}
+
+/* Vectors of NDIM into 3, tensors of NDIM x NDIM into 3 x 3; the rest is zero. */
+static void pad(double *wide, const struct kith_field *field, size_t n, size_t columns) {
+  const size_t components = (size_t)field->components;
+#pragma omp parallel for schedule(static)
+  for (size_t i = 0; i < n; ++i) {
+    for (size_t k = 0; k < columns; ++k) wide[i * columns + k] = 0;
+    for (size_t k = 0; k < components; ++k)
+      wide[i * columns + (columns == 9 ? k / NDIM * 3 + k % NDIM : k)] = field->f64[i * components + k];
+  }
+}
+
+/* List by list: those of a rank are in one piece. */
+static kith_status fill_field(const struct filler *f, const struct kith_nodes *nodes,
+                              const struct kith_field *field, const struct part *part) {
+  const size_t columns = columns_of(field), size = columns > 0 ? 8 * columns : kith_field_node_size(field);
+  const char *values = field->data;
+  if (columns > (size_t)field->components) {
+    pad(f->room, field, (size_t)nodes->n_internal, columns);
+    values = f->room;
+  }
+  const hid_t group = H5Gopen2(f->file, "PartType0", H5P_DEFAULT);
+  const hid_t data = H5Dopen2(group, field->spec.output, H5P_DEFAULT);
+  for (int l = 0; l < nodes->n_lists; ++l) {
+    const size_t count = (size_t)nodes->lists[l].count;
+    const void *first = count > 0 ? values + (size_t)nodes->lists[l].first * size : NULL;
+    KITH_TRY(write_rows(f, data, native_type(field->spec.type), columns, part->first[l], count, first));
+  }
+  H5Dclose(data);
+  H5Gclose(group);
+  return KITH_OK;
+}
+
+static kith_status fill_cells(const struct filler *f, size_t first, size_t n, bool last) {
+  static const char *const names[] = {"Connectivity", "Offsets", "Types"};
+  int64_t *number = f->room;
+  const hid_t group = H5Gopen2(f->file, "VTKHDF", H5P_DEFAULT);
+  for (size_t i = 0; i < n + last; ++i) number[i] = (int64_t)(first + i);
+  for (int k = 0; k < 3; ++k) {
+    const hid_t data = H5Dopen2(group, names[k], H5P_DEFAULT);
+    if (k == 2) memset(f->room, 1, n);
+    KITH_TRY(write_rows(f, data, k == 2 ? H5T_NATIVE_UINT8 : H5T_NATIVE_INT64, 0, first, n + (k == 1 && last),
+                        f->room));
+    H5Dclose(data);
+  }
+  H5Gclose(group);
+  return KITH_OK;
+}
+
+/* Where the equal part of the cells that a rank writes begins. */
+static size_t cells_before(const struct part *part, int rank, int size) {
+  return (size_t)((double)part->total / size * rank);
+}
+
+static kith_status fill_all(const struct filler *f, const struct kith_nodes *nodes, const struct part *part) {
+  const int rank = kith_ranks_rank(nodes->ranks), size = kith_ranks_size(nodes->ranks);
+  for (int k = 0; k < nodes->n_fields; ++k)
+    if (nodes->fields[k]->spec.output != NULL) KITH_TRY(fill_field(f, nodes, nodes->fields[k], part));
+  const bool last = rank == size - 1;
+  const size_t first = cells_before(part, rank, size);
+  return fill_cells(f, first, (last ? part->total : cells_before(part, rank + 1, size)) - first, last);
+}
+
+static kith_status room_to_fill(struct filler *f, const struct kith_nodes *nodes, const struct part *part) {
+  const size_t cells = part->total / (size_t)kith_ranks_size(nodes->ranks) + 3;
+  size_t columns = 1;
+  for (int k = 0; k < nodes->n_fields; ++k)
+    if (nodes->fields[k]->spec.output != NULL) columns = KITH_MAX(columns, columns_of(nodes->fields[k]));
+  return kith_resize(&f->room, 0, KITH_MAX(cells, (size_t)nodes->n_internal * columns), 8);
+}
+
+/* Nothing is held back in a buffer: what cannot be written is known at once, and the file can be closed. */
+static kith_status open_to_fill(struct filler *f, const char *temporary, const struct kith_ranks *ranks) {
+  const hid_t how = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_sieve_buf_size(how, 0);
+  if (ranks != NULL) H5Pset_fapl_mpio(how, MPI_Comm_f2c(kith_ranks_communicator(ranks)), MPI_INFO_NULL);
+  f->file = H5Fopen(temporary, H5F_ACC_RDWR, how);
+  H5Pclose(how);
+  if (f->file < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 cannot open the file", f->path);
+  return KITH_OK;
+}
+
+/* Whatever happened: what is held open is closed, by all ranks together. */
+static kith_status let_go(const struct filler *f, kith_status status) {
+  hid_t held[16];
+  ssize_t n = H5Fget_obj_ids(f->file, H5F_OBJ_DATASET | H5F_OBJ_GROUP, 16, held);
+  while (n-- > 0) H5Oclose(held[n]);
+  const bool synced = H5Fflush(f->file, H5F_SCOPE_GLOBAL) >= 0; /* on each machine */
+  const bool closed = H5Fclose(f->file) >= 0;
+  if (status == KITH_OK && !(synced && closed))
+    KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at the end of the file", f->path);
+  return status;
+}
+
+static kith_status fill(const struct kith_atomic_file *file, const struct kith_nodes *nodes,
+                        const struct part *part) {
+  struct filler f = {.path = file->path};
+  kith_status status = room_to_fill(&f, nodes, part);
+  if (status == KITH_OK && access(file->temporary, R_OK | W_OK) != 0)
+    status = kith_fail(KITH_BAD_FILE, "%s: cannot write: not there for all ranks", file->path);
+  status = kith_ranks_agree(nodes->ranks, status);
+  if (status == KITH_OK) status = open_to_fill(&f, file->temporary, nodes->ranks);
+  if (status == KITH_OK) status = kith_ranks_agree(nodes->ranks, let_go(&f, fill_all(&f, nodes, part)));
+  kith_free(&f.room);
+  return status;
+}
+
+static kith_status find_part(struct part *part, const struct kith_nodes *nodes) {
+  const int me = kith_ranks_rank(nodes->ranks), size = kith_ranks_size(nodes->ranks);
+  int64_t *count = NULL;
+  KITH_TRY(kith_nodes_counts(nodes, &count));
+  for (int l = 0; l < nodes->n_lists; ++l)
+    for (int r = 0; r < size; ++r) {
+      if (r == me) part->first[l] = part->total;
+      part->total += (size_t)count[r * nodes->n_lists + l];
+    }
+  kith_free(&count);
+  return KITH_OK;
+}
+
+static kith_status write_file(struct kith_atomic_file **file, const struct kith_nodes *nodes,
+                              const struct kith_snapshot_info *info) {
+  const bool first = kith_ranks_rank(nodes->ranks) == 0;
+  struct part part = {0};
+  KITH_TRY(find_part(&part, nodes));
+  KITH_TRY(kith_ranks_agree(nodes->ranks, first ? lay_out(*file, nodes, part.total, info) : KITH_OK));
+  KITH_TRY(fill(*file, nodes, &part));
+  return kith_ranks_agree(nodes->ranks, first ? kith_atomic_file_commit(file, false) : KITH_OK);
+}
+
 kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes,
                                 const struct kith_snapshot_info *info) {
+  const bool first = kith_ranks_rank(nodes->ranks) == 0;
   struct kith_atomic_file *file;
   H5E_auto2_t print;
   void *with;
-  KITH_TRY(kith_atomic_file_open(&file, path));
+  kith_status status = first ? kith_atomic_file_open(&file, path) : kith_atomic_file_join(&file, path);
+  status = kith_ranks_agree(nodes->ranks, status);
   H5Eget_auto2(H5E_DEFAULT, &print, &with);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-  const kith_status status = write_file(file, nodes, info);
+  if (status == KITH_OK) status = write_file(&file, nodes, info);
   H5Eset_auto2(H5E_DEFAULT, print, with);
-  if (status == KITH_OK) return kith_atomic_file_commit(&file, false);
   kith_atomic_file_abandon(&file);
   return status;
 }

@@ -2,6 +2,7 @@
  * of its largest value in A. Prints the worst field; fails if it is beyond the tolerance. TOLERANCE "bytes": files are equal. */
 #include <hdf5.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,12 +50,18 @@ static double *read_field(const struct snapshot *s, const char *name, size_t *co
   return value;
 }
 
+static void close_snapshot(struct snapshot *s) {
+  free(s->id), free(s->by_id);
+  H5Gclose(s->particles), H5Fclose(s->file);
+}
+
 /* Infinite if one lacks the field or a value is no number in one of them only. */
 static double difference(const struct snapshot *a, const struct snapshot *b, const char *name) {
   size_t columns = 0, other = 0;
   double *x = read_field(a, name, &columns), *y = read_field(b, name, &other), most = 0, worst = 0;
-  if (x == NULL || y == NULL || columns != other) return INFINITY;
-  for (size_t k = 0; k < a->n; ++k)
+  const bool both = x != NULL && y != NULL && columns == other;
+  if (!both) worst = INFINITY;
+  for (size_t k = 0; both && k < a->n; ++k)
     for (size_t c = 0; c < columns; ++c) {
       const double p = x[a->by_id[k] * columns + c], q = y[b->by_id[k] * columns + c];
       if (isnan(p) != isnan(q)) worst = INFINITY;
@@ -102,5 +109,6 @@ int main(int argc, char **argv) {
   struct worst w = {&a, &b, 0, ""};
   H5Literate(a.particles, H5_INDEX_NAME, H5_ITER_INC, NULL, one, &w);
   printf("%.3g %s\n", w.difference, w.field);
+  close_snapshot(&a), close_snapshot(&b);
   return !(w.difference <= atof(argv[3]));
 }

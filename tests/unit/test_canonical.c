@@ -111,14 +111,14 @@ static void same_for_all_searches(void) {
 }
 
 /* All nodes, list by list, by id, with their values; also when they were reordered. */
-static void gathered(enum kith_gathered fields) {
+static void by_id(kith_status (*copy)(const struct kith_nodes *nodes, struct kith_nodes **out)) {
   struct scenario s;
   struct kith_nodes *whole = NULL;
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
     const struct kith_nodes *nodes = s.model->nodes;
     int64_t most;
     kith_index *place = scenario_places(&s, &most);
-    CHECK_OK(kith_nodes_gather(nodes, fields, true, &whole));
+    CHECK_OK(copy(nodes, &whole));
     CHECK(whole->n_internal == nodes->n_internal && whole->n_ghost == 0);
     for (int l = 0; l < nodes->n_lists; ++l) CHECK(whole->lists[l].count == nodes->lists[l].count);
     const struct kith_field *mass = kith_nodes_field_named(whole, "mass");
@@ -165,8 +165,8 @@ int main(void) {
   order("method.package=mfm");
   order("connectivity.cull=false");
   same_for_all_searches();
-  gathered(KITH_GATHER_STATE);
-  gathered(KITH_GATHER_OUTPUT);
+  by_id(kith_nodes_deal);
+  by_id(kith_nodes_gather);
   refusals();
   return check_failed();
 }

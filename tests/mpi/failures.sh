@@ -1,0 +1,147 @@
+#!/usr/bin/env bash
+# failures.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY CASE: what befalls one of 3 ranks in the middle of a run ends all of them within seconds, and
+# the last checkpoint goes on, on 2 ranks and on 1, as the run that nothing befell. Skipped (77) where the case cannot be made.
+#   full-disk   a file system that is full for real, while a snapshot is written and while a checkpoint is
+#   file-size   the same where no file system can be made: files may not grow
+#   no-memory   a rank gets no more memory
+#   killed      a rank is killed
+mpirun=$1 program=$2 compare=$3 scene=$4 out=$5/$6
+source_of_scene=$(cd "$(dirname "$scene")" && pwd)/$(basename "$scene")
+rm -rf "$out" && mkdir -p "$out" && cd "$out" || exit 1
+failures=0
+settings=(--set output.plot=false --set resolution=8000 --set until=1 --set scheme.dt=5e-6 -q)
+wrong() {
+  echo "$*"
+  failures=1
+}
+skip() {
+  echo "$*"
+  exit 77
+}
+
+# go RANKS DIRECTORY WORDS...: a run that must work.
+go() {
+  local ranks=$1 directory=$2
+  shift 2
+  timeout 100 $mpirun -n "$ranks" "$program" run "$source_of_scene" "${settings[@]}" -o "$directory" "$@" >log 2>&1 ||
+    wrong "failed on $ranks ranks: $* $(cat log)"
+}
+step_of() { tail -1 "$1/history.csv" | cut -d, -f1; }
+last() { ls "$1"/snapshot_*.hdf | tail -1; }
+
+# ended WHAT CODE TEXT: with exit code 1 and one line; nothing half-written is left.
+ended() {
+  [[ $2 == 1 && $(grep -c '^kith:' stderr) == 1 ]] && grep -q "^kith:.*$3" stderr || wrong "$1: ended with $2: $(<stderr)"
+  ! compgen -G 'run/*.partial' >/dev/null || wrong "$1: half-written: $(ls run/*.partial)"
+}
+
+# goes_on WHAT: the checkpoint of `run` on other numbers of ranks. Round-off grows with the steps.
+goes_on() {
+  [[ -s run/checkpoint.kith ]] || { wrong "$1: no checkpoint"; return; }
+  local steps=$(($(step_of run) + 20)) ranks
+  go 3 whole --steps "$steps" "${@:2}"
+  for ranks in 2 1; do
+    rm -rf again
+    go $ranks again --steps "$steps" --restart run/checkpoint.kith "${@:2}"
+    "$compare" "$(last whole)" "$(last again)" 1e-11 >log 2>&1 || wrong "$1: the restart on $ranks ranks differs: $(cat log)"
+  done
+  rm -rf whole again
+}
+
+# Writes the number of its process, then becomes the program.
+self='echo $$ >pid.$OMPI_COMM_WORLD_RANK; exec "$@"'
+start() {
+  rm -rf run pid.*
+  timeout 100 $mpirun --quiet -n 3 sh -c "$self" sh "$program" run "$source_of_scene" "${settings[@]}" -o run "$@" >stdout 2>stderr &
+  job=$!
+}
+# Until there is a checkpoint and the run is beyond it.
+wait_for_steps() {
+  while kill -0 $job 2>/dev/null && [[ ! -s run/checkpoint.kith ]]; do sleep 0.05; done
+  local now
+  now=$(step_of run)
+  while kill -0 $job 2>/dev/null && [[ $(step_of run) -le $((now + 2)) ]]; do sleep 0.02; done
+  kill -0 $job 2>/dev/null || wrong "the run ended by itself: $(<stderr)"
+}
+# What is killed but not yet waited for is gone.
+is_there() { grep -q '^State:[[:space:]]*[^ZX]' "/proc/$1/status" 2>/dev/null; }
+# finish WHAT: all ranks end within 20 seconds; sets `code`.
+finish() {
+  local rank tries
+  (sleep 20 && kill $job) >/dev/null 2>&1 &
+  local watch=$!
+  wait $job
+  code=$?
+  kill $watch 2>/dev/null || wrong "$1: not over within 20 seconds"
+  for rank in 0 1 2; do
+    for ((tries = 0; tries < 50; ++tries)); do is_there "$(<pid.$rank)" && sleep 0.1; done # mpirun ends before those that it kills
+    ! is_there "$(<pid.$rank)" || wrong "$1: rank $rank is still there"
+  done
+}
+
+# full WHAT KIB SETTING...: on a file system of that size.
+full() {
+  local what=$1 room=$2 words=()
+  shift 2
+  for setting; do words+=(--set "$setting"); done
+  rm -rf run small && mkdir small
+  timeout 60 unshare -rm bash -c 'mount -t tmpfs -o size=$1k tmpfs small && cd small && shift || exit 77
+    "$@"; code=$?; cp -r run ..; exit $code' - "$room" $mpirun --quiet -n 3 "$program" run "$source_of_scene" "${settings[@]}" -o run \
+    "${words[@]}" >stdout 2>stderr
+  local code=$?
+  [[ $code != 77 ]] || skip "no tmpfs here"
+  ended "$what" $code "$what.*: cannot write: No space left on device"
+  goes_on "$what" "${words[@]}"
+}
+# limited RANK WHAT TEXT SETTING...: files of this rank may not grow beyond 128 KiB, from some step on.
+limited() {
+  local rank=$1 what=$2 text=$3 words=()
+  shift 3
+  for setting; do words+=(--set "$setting"); done
+  start "${words[@]}"
+  wait_for_steps
+  prlimit --pid "$(<pid.$rank)" --fsize=131072 || skip "no limits here"
+  finish "$what"
+  ended "$what on rank $rank" $code "rank $rank: .*$what.*: cannot write: $text"
+  goes_on "$what on rank $rank" "${words[@]}"
+}
+
+case $6 in
+  full-disk)
+    unshare -rm true 2>/dev/null || skip "no namespaces here"
+    go 3 sizes --steps 4 --set output.checkpoint=2
+    snapshot=$(du -k "$(last sizes)" | cut -f1) checkpoint=$(du -k sizes/checkpoint.kith | cut -f1)
+    # Room for the first snapshot and two checkpoints and a half: the third is cut short.
+    full checkpoint.kith $((16 + snapshot + checkpoint * 5 / 2)) output.checkpoint=20
+    # A snapshot claims more room than it needs at last.
+    full snapshot_ $((400 + snapshot * 4 + checkpoint * 3)) output.checkpoint=20 output.every=5e-5
+    ;;
+  file-size)
+    command -v prlimit >/dev/null || skip "no prlimit here"
+    limited 0 checkpoint.kith "File too large" output.checkpoint=20
+    limited 0 snapshot_ "File too large" output.checkpoint=20 output.every=1e-4 # room is claimed before HDF5 begins
+    limited 1 snapshot_ "HDF5 failed at the values" output.checkpoint=20 output.every=1e-4
+    ;;
+  no-memory)
+    command -v prlimit >/dev/null || skip "no prlimit here"
+    # Of equal lengths of the tube the dense half is two thirds: rank 2 gets nodes with every look at the balance.
+    grow=(--set output.checkpoint=20 --set resolution=40000 --set scheme.dt=1e-6 --set partition.name=diffusion --set partition.every=1
+      --set partition.imbalance=1 --set partition.cells=100)
+    start "${grow[@]}"
+    wait_for_steps
+    prlimit --pid "$(<pid.2)" --as=$(($(awk '/^VmSize/ {print $2}' "/proc/$(<pid.2)/status") * 1024 + 1000000)) || skip "no limits here"
+    finish "no memory"
+    ended "no memory" $code "rank 2: cannot get [0-9]* bytes of memory"
+    goes_on "no memory" "${grow[@]}"
+    ;;
+  killed)
+    start --set output.checkpoint=20
+    wait_for_steps
+    kill -KILL "$(<pid.1)"
+    finish "a killed rank"
+    [[ $code != 0 && $code != 143 ]] || wrong "a killed rank: code $code"
+    goes_on "a killed rank" --set output.checkpoint=20
+    ;;
+  *) wrong "unknown case $6" ;;
+esac
+exit $failures

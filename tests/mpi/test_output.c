@@ -1,0 +1,192 @@
+/* Run by mpirun: nodes that lie on several ranks, some of which have none, in files. What rank 0 reads back, and what it writes when all nodes are
+ * its own, is known from their ids alone. */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include "lib/domain/migrate.h"
+#include "lib/io/checkpoint.h"
+#include "lib/io/snapshot.h"
+#include "tests/check.h"
+
+enum { N = 1237, LISTS = 3 };
+
+static struct kith_ranks *ranks;
+
+static int list_of(int64_t id) {
+  return (int)(id % 7 == 0 ? 0 : id % 2 + 1);
+}
+static double value_of(int64_t id, int component) {
+  return 0.1 * (double)id + 1000 * component;
+}
+static uint8_t mark_of(int64_t id) {
+  return (uint8_t)(id % 251);
+}
+/* Scattered; the last of several ranks has nothing. */
+static int rank_of(int64_t id) {
+  const int size = kith_ranks_size(ranks);
+  return size == 1 ? 0 : (int)(id * 31 % 101 % (size - 1));
+}
+
+struct world {
+  struct kith_nodes *nodes;
+  struct kith_field *velocity, *mark, *extra;
+};
+
+static void fill(const struct world *w, kith_index i, int64_t id) {
+  w->nodes->id->i64[i] = id;
+  for (int a = 0; a < NDIM; ++a) {
+    w->nodes->position->f64[i * NDIM + a] = value_of(id, a);
+    w->velocity->f64[i * NDIM + a] = value_of(id, a + 3);
+  }
+  w->mark->u8[i] = mark_of(id);
+  w->extra->i64[i] = 5 * id;
+}
+
+/* With the nodes of a rank; -1: all. Their order is that of `step` steps through the ids. */
+static void make(struct world *w, int rank, int64_t step) {
+  static const char *const names[LISTS] = {"rock", "gas", "water"};
+  static const struct kith_field_spec velocity = {"velocity", KITH_VELOCITY, KITH_F64,
+                                                  KITH_STATE, "Velocities",  "v"};
+  static const struct kith_field_spec mark = {"mark", KITH_SCALAR, KITH_U8, KITH_STATE, "Marks", "bytes"};
+  static const struct kith_field_spec extra = {"extra", KITH_SCALAR, KITH_I64, KITH_WORK, NULL, "words"};
+  CHECK_OK(kith_nodes_create(&w->nodes, LISTS, names));
+  CHECK_OK(kith_nodes_field(w->nodes, &velocity, &w->velocity));
+  CHECK_OK(kith_nodes_field(w->nodes, &mark, &w->mark));
+  CHECK_OK(kith_nodes_field(w->nodes, &extra, &w->extra));
+  for (int64_t k = 0; rank > -2 && k < N; ++k) {
+    const int64_t id = k * step % N;
+    kith_index i;
+    if (rank >= 0 && rank_of(id) != rank) continue;
+    CHECK_OK(kith_nodes_append(w->nodes, list_of(id), 1, &i));
+    fill(w, i, id);
+  }
+}
+
+static void check_node(const struct kith_nodes *nodes, kith_index i) {
+  const int64_t id = nodes->id->i64[i];
+  CHECK(nodes->list->u8[i] == list_of(id) && kith_nodes_field_named(nodes, "mark")->u8[i] == mark_of(id));
+  for (int a = 0; a < NDIM; ++a)
+    CHECK(nodes->position->f64[i * NDIM + a] == value_of(id, a) &&
+          kith_nodes_field_named(nodes, "velocity")->f64[i * NDIM + a] == value_of(id, a + 3));
+}
+
+/* The order in which a checkpoint has nodes: list by list, rank by rank, as they lie. */
+static void check_stored(const struct world *back, int64_t step) {
+  kith_index i = 0;
+  for (int l = 0; l < LISTS; ++l)
+    for (int r = 0; r < kith_ranks_size(ranks); ++r)
+      for (int64_t k = 0; k < N; ++k) {
+        const int64_t id = k * step % N;
+        if (list_of(id) != l || rank_of(id) != r) continue;
+        CHECK(i < back->nodes->n_internal && back->nodes->id->i64[i] == id && back->extra->i64[i] == 5 * id);
+        check_node(back->nodes, i++);
+      }
+  CHECK(i == back->nodes->n_internal && i == N);
+}
+
+static void checkpoint(const char *path, const struct world *w, int64_t step) {
+  const bool first = kith_ranks_rank(ranks) == 0;
+  struct kith_checkpoint *c = NULL;
+  struct world back;
+  if (first) CHECK_OK(kith_checkpoint_open_new(&c, path, "scene"));
+  CHECK_OK(kith_checkpoint_put_nodes(c, w->nodes));
+  CHECK_OK(kith_checkpoint_put_field(c, w->nodes, w->extra));
+  if (!first) return;
+  CHECK_OK(kith_checkpoint_commit(&c));
+  make(&back, -2, 1);
+  CHECK_OK(kith_checkpoint_open(&c, path));
+  CHECK_OK(kith_checkpoint_nodes(c, back.nodes));
+  CHECK_OK(kith_checkpoint_i64(c, "extra", back.extra->i64, N));
+  kith_checkpoint_close(&c);
+  check_stored(&back, step);
+  kith_nodes_destroy(&back.nodes);
+  unlink(path);
+}
+
+/* Whatever fails on rank 0, the others are not left alone. */
+static void failing_checkpoint(const char *path, const struct world *w) {
+  struct kith_checkpoint *c = NULL;
+  const double x = 0;
+  const bool first = kith_ranks_rank(ranks) == 0;
+  if (first) {
+    CHECK_OK(kith_checkpoint_open_new(&c, path, "scene"));
+    CHECK_OK(kith_checkpoint_put_f64(c, "extra", &x, 1)); /* the name is taken */
+  }
+  CHECK_OK(kith_checkpoint_put_nodes(c, w->nodes));
+  const kith_status status = kith_checkpoint_put_field(c, w->nodes, w->extra);
+  CHECK(status == (first ? KITH_INTERNAL : KITH_OK));
+  CHECK_STATUS(KITH_INTERNAL, kith_ranks_agree(ranks, status));
+  if (first) CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_commit(&c));
+  CHECK(access(path, F_OK) != 0);
+}
+
+static bool same_bytes(const char *one, const char *other) {
+  FILE *a = fopen(one, "rb"), *b = fopen(other, "rb");
+  int p = 0, q = 0;
+  CHECK(a != NULL && b != NULL);
+  while (a != NULL && b != NULL && p == q && p != EOF) p = getc(a), q = getc(b);
+  if (a != NULL) fclose(a);
+  if (b != NULL) fclose(b);
+  return p == q;
+}
+
+/* Dealt out by id, and written by all: the bytes of one process that has the nodes by id. */
+static void dealt(const char *path, const char *other, const struct world *w) {
+  const struct kith_snapshot_info info = {.time = 0.5, .step = 3};
+  struct kith_nodes *copy = NULL, *whole = NULL;
+  struct world all;
+  CHECK_OK(kith_nodes_deal(w->nodes, &copy));
+  for (kith_index i = 0; i < copy->n_internal; ++i) {
+    check_node(copy, i);
+    CHECK(i == 0 || copy->list->u8[i] > copy->list->u8[i - 1] || copy->id->i64[i] > copy->id->i64[i - 1]);
+  }
+  CHECK(copy->n_internal <=
+        N / kith_ranks_size(ranks) + 1); /* ids are dense here: equal ranges have as many */
+  CHECK_OK(kith_snapshot_write(path, copy, &info));
+  kith_nodes_destroy(&copy);
+  CHECK_OK(kith_nodes_gather(w->nodes, &whole));
+  CHECK((whole != NULL) == (kith_ranks_rank(ranks) == 0));
+  if (whole == NULL) return;
+  CHECK(whole->n_internal == N);
+  for (kith_index i = 0; i < N; ++i) check_node(whole, i);
+  kith_nodes_destroy(&whole);
+  make(&all, -1, 1);
+  CHECK_OK(kith_snapshot_write(other, all.nodes, &info));
+  CHECK(same_bytes(path, other));
+  kith_nodes_destroy(&all.nodes);
+  unlink(path), unlink(other);
+}
+
+/* Nobody has a node; nobody sees the directory. */
+static void edges(const char *path, const char *nowhere) {
+  const struct kith_snapshot_info info = {.time = 0.5};
+  struct world w;
+  make(&w, -2, 1);
+  w.nodes->ranks = ranks;
+  CHECK_OK(kith_snapshot_write(path, w.nodes, &info));
+  CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_write(nowhere, w.nodes, &info));
+  CHECK(kith_ranks_agreed(ranks));
+  kith_nodes_destroy(&w.nodes);
+  if (kith_ranks_rank(ranks) == 0) unlink(path);
+}
+
+int main(void) {
+  char directory[64] = "output-test-XXXXXX", path[4][96];
+  struct world w;
+  CHECK_OK(kith_ranks_create(&ranks));
+  if (kith_ranks_rank(ranks) == 0) CHECK(mkdtemp(directory) != NULL);
+  kith_ranks_broadcast(ranks, 0, directory, sizeof directory);
+  static const char *const names[] = {"a.kith", "a.hdf", "b.hdf", "no/a.hdf"};
+  for (int k = 0; k < 4; ++k) snprintf(path[k], sizeof path[k], "%s/%s", directory, names[k]);
+  make(&w, kith_ranks_rank(ranks), 11);
+  w.nodes->ranks = ranks;
+  failing_checkpoint(path[0], &w);
+  checkpoint(path[0], &w, 11);
+  dealt(path[1], path[2], &w);
+  edges(path[1], path[3]);
+  kith_nodes_destroy(&w.nodes);
+  if (kith_ranks_rank(ranks) == 0) CHECK(rmdir(directory) == 0);
+  const int failed = kith_ranks_any(ranks, check_failed() != 0);
+  kith_ranks_destroy(&ranks);
+  return failed;
+}
