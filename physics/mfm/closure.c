@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sunlinsol/sunlinsol_pcg.h>
+#include "lib/core/sum.h"
 #include "lib/core/vec.h"
 #include "physics/mfm/faces.h"
 
@@ -136,10 +137,21 @@ struct content {
   struct kith_ranks *ranks;
 };
 
+/* Exact: who has which nodes does not matter. */
 static double dot(N_Vector x, N_Vector y) {
-  double sum = N_VDotProd_Serial(x, y);
-  kith_ranks_sum(((const struct content *)x->content)->ranks, &sum, 1);
-  return sum;
+  const struct content *content = x->content;
+  const double *a = N_VGetArrayPointer(x), *b = N_VGetArrayPointer(y);
+  struct kith_sum total = {0};
+#pragma omp parallel
+  {
+    struct kith_sum mine = {0};
+#pragma omp for schedule(static) nowait
+    for (sunindextype k = 0; k < content->own.length; ++k) kith_sum_add(&mine, a[k] * b[k]);
+#pragma omp critical(mfm_dot)
+    kith_sum_join(&total, &mine);
+  }
+  kith_sum_ranks(content->ranks, &total, 1);
+  return kith_sum_value(&total);
 }
 
 static N_Vector clone(N_Vector of);
