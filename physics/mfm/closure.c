@@ -81,7 +81,7 @@ static void equations(struct mfm_faces *f) {
     double sum[NDIM] = {0}, whole = 0, weights = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const size_t p = f->graph.pairs.of_row[e];
-      const double sign = rows->node[e] > i ? 1 : -1;
+      const double sign = kith_pair_starts(&f->graph.pairs, p, i, rows->node[e]) ? 1 : -1;
       for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area[p * NDIM + a];
       whole += kith_norm(f->area + p * NDIM);
     }
@@ -211,7 +211,6 @@ static void apply(struct mfm_faces *f) {
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) {
     const kith_index *pair = f->graph.pairs.node[p];
-    if (pair[0] >= f->graph.rows.n) continue; /* both are ghosts: no one's face */
     for (int a = 0; a < NDIM; ++a)
       f->area[p * NDIM + a] +=
           f->weight[p] * (shift[(size_t)pair[0] * NDIM + a] - shift[(size_t)pair[1] * NDIM + a]);
