@@ -116,14 +116,17 @@ KITH_INLINE void kith_force_jumps(const struct kith_force_pass *pass, const doub
 
 /* --- evaluating --- */
 
-/* n <= KITH_BLOCK pairs of i, into the lanes behind members and edges. */
+/* n <= KITH_BLOCK pairs of i, into the lanes behind members and edges. In canonical order whole vectors are evaluated, with old numbers behind
+ * the last pair: the compiler may fuse other products and sums in the rest of a loop than in its body, and what a pair gives must not
+ * depend on its place, which depends on the ranks. */
 KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, int members,
                                      int edges, const struct kith_force_pass *pass, kith_index i, size_t n,
                                      struct kith_scratch *s) {
   const double *restrict self = pass->package->record + (size_t)i * members, *restrict j = s->lane;
   double *restrict out = kith_lane(s, members + edges);
+  const size_t lanes = pass->connectivity->canonical ? (n + 7) / 8 * 8 : n;
 #pragma omp simd
-  for (size_t k = 0; k < n; ++k) pair(kernel, pass->constants, self, j + k, out + k);
+  for (size_t k = 0; k < lanes; ++k) pair(kernel, pass->constants, self, j + k, out + k);
   s->count[0] += n;
 }
 

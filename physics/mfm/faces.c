@@ -127,6 +127,7 @@ static kith_status prepare(struct mfm_faces *f, const struct kith_connectivity *
     if (!fresh) KITH_TRY(number_overlap(f, connectivity));
     f->graph.pairs = f->numbered;
   }
+  f->graph.canonical = connectivity->canonical;
   f->graph.generation = connectivity->generation;
   f->graph.positions = connectivity->positions;
   f->graph.ghosts = connectivity->ghosts;
