@@ -21,7 +21,6 @@ expect 2 "no such file\|No such file" $mpirun -n 2 $program run "$out/none.yaml"
 expect 2 "cannot create the directory" $mpirun -n 2 $program run $scene -q -o /proc/none
 expect 2 "not a checkpoint\|No such file" $mpirun -n 2 $run --restart "$out/none.kith"
 expect 1 "its energy is negative\|is not finite\|does not converge\|collapsed\|far outside" $mpirun -n 3 $run --set scheme.dt=0.05 --set scheme.name=rk4 --set method.energy=thermal
-expect 2 "depends on the" $mpirun -n 2 $run --set reproducible=true --set method.package=mfm --set method.closed=true
 # More ranks than nodes, and than cells: ranks may have nothing.
 few="$program run $scene --set output.plot=false -q -o $out/few --set resolution=2 --steps 2 --set partition.cells=1"
 timeout 60 $mpirun -n 7 $few > "$out/out" 2>&1 || { echo "more ranks than nodes:"; cat "$out/out"; failed=1; }
