@@ -169,6 +169,7 @@ kith_status kith_connectivity_canonical(struct kith_connectivity *c, const struc
   KITH_TRY(sort_rows(&c->rows, nodes));
   if (c->built.overlap) KITH_TRY(sort_rows(&c->overlap, nodes));
   c->canonical = true;
+  ++c->generation;
   c->built.intersection = c->built.on_segment = false; /* pairs get other numbers */
   c->intersection.n = 0;
   return c->built.pairs ? kith_pairs_canonical(&c->pairs, &c->rows, nodes) : KITH_OK;

@@ -132,6 +132,8 @@ static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_toleran
 
 /* --- vectors: serial ones of SUNDIALS, whose products are summed over ranks --- */
 
+enum { FEW = 4096 }; /* numbers: for fewer, waking threads costs more than they save */
+
 struct content {
   struct _N_VectorContent_Serial own; /* first: all other operations are those of serial vectors */
   struct kith_ranks *ranks;
@@ -142,7 +144,7 @@ static double dot(N_Vector x, N_Vector y) {
   const struct content *content = x->content;
   const double *a = N_VGetArrayPointer(x), *b = N_VGetArrayPointer(y);
   struct kith_sum total = {0};
-#pragma omp parallel
+#pragma omp parallel if (content->own.length > FEW)
   {
     struct kith_sum mine = {0};
 #pragma omp for schedule(static) nowait
