@@ -93,7 +93,8 @@ enum {
   ANGULAR_SCALE,
   MOMENTUM,
   ANGULAR = MOMENTUM + NDIM,
-  SUMS = ANGULAR + 3
+  SUMS = ANGULAR + 3,
+  TURN = NDIM == 3 ? 0 : 4 - NDIM /* the first component of a moment that there is */
 };
 
 /* (x - center) x v, with components along x, y, z. */
@@ -116,9 +117,10 @@ static double add_node(const struct kith_hydro *hydro, kith_index i, bool pulled
     kith_sum_add(&sums[POTENTIAL],
                  m * kith_body_potential(&hydro->body, hydro->nodes->position->f64 + i * NDIM));
   kith_sum_add(&sums[SCALE], m * sqrt(v2));
-  kith_sum_add(&sums[ANGULAR_SCALE], m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]));
+  if (TURN < 3)
+    kith_sum_add(&sums[ANGULAR_SCALE], m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]));
   for (int a = 0; a < NDIM; ++a) kith_sum_add(&sums[MOMENTUM + a], m * v[a]);
-  for (int a = 0; a < 3; ++a) kith_sum_add(&sums[ANGULAR + a], m * turn[a]);
+  for (int a = TURN; a < 3; ++a) kith_sum_add(&sums[ANGULAR + a], m * turn[a]);
   return v2 > 0 ? sqrt(v2) / hydro->sound_speed->f64[i] : 0;
 }
 
