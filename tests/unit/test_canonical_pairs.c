@@ -97,9 +97,10 @@ static void rank_make(struct rank *r, int me, struct kith_requirements need) {
   CHECK_OK(kith_nodes_append(r->nodes, 0, n, &first));
   for (int k = NODES - 1, i = 0; k >= 0; --k)
     if (is_ours(k, me)) put(r, i++, k);
-  add_ghosts(r, KITH_GHOST_FROZEN, 3 * NODES, 3 * NODES + FROZEN / 2, me);
+  const int early = me == 1 ? FROZEN / 2 : 0; /* frozen nodes before the others */
+  add_ghosts(r, KITH_GHOST_FROZEN, 3 * NODES, 3 * NODES + early, me);
   add_ghosts(r, KITH_GHOST_REMOTE, 0, 3 * NODES, me);
-  add_ghosts(r, KITH_GHOST_FROZEN, 3 * NODES + FROZEN / 2, POINTS, me);
+  add_ghosts(r, KITH_GHOST_FROZEN, 3 * NODES + early, POINTS, me);
   ++r->nodes->positions;
   CHECK_OK(kith_search_create(&r->search, kith_search_find(me == 1 ? "tree" : "brute"), r->nodes));
   CHECK_OK(kith_search_update(r->search));
