@@ -26,7 +26,6 @@ static kith_status make_package(struct kith_model *m) {
   /* Measured (kith bench, Sod): keeping forces that are needed twice gains 19 % with the few neighbors of 1-D, costs 5 % in 2-D and 17 %
    * in 3-D, where a second evaluation is cheaper than memory; unless pairs are dear. */
   p->traversal = p->ops->dear || (p->compatible && NDIM == 1) ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
-  if (scene->reproducible) p->traversal = KITH_TRAVERSE_GATHER;
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");
@@ -152,31 +151,6 @@ static kith_status check_scheme(const struct kith_scene *scene) {
   return check_table(scene);
 }
 
-/* A sum that does not depend on the number of ranks is one over a row, by one node. */
-static kith_status check_reproducible(const struct kith_scene *scene) {
-  const struct kith_config_node *key = kith_config_at(scene->config, "reproducible");
-  if (!scene->reproducible) return KITH_OK;
-  if (strcmp(scene->traversal, "pairs") == 0)
-    return kith_config_fail(
-        key, NULL,
-        "a pair that is evaluated once is evaluated from one side, and which one depends on the "
-        "ranks; with this take traversal=gather");
-  if (strcmp(scene->method.package, "mfm") == 0 && scene->method.closed)
-    return kith_config_fail(
-        key, NULL,
-        "faces are closed by a solve that sums over all nodes, in an order that depends on the ranks");
-  if (strcmp(scene->method.package, "mfm") == 0 && scene->method.faces == KITH_FACES_INTEGRATED)
-    return kith_config_fail(
-        key, NULL,
-        "integrated faces are summed in the order of nodes, which depends on the ranks; take one-point");
-  if (strcmp(scene->scheme.name, "arkode") == 0 || strcmp(scene->scheme.name, "implicit") == 0)
-    return kith_config_fail(key, NULL,
-                            "%s decides by norms over all nodes, sums that no order is common to; take "
-                            "another scheme",
-                            scene->scheme.name);
-  return KITH_OK;
-}
-
 /* A package and what is asked of it. */
 static kith_status check_method(const struct kith_scene *scene) {
   bool barrier = false;
@@ -221,7 +195,6 @@ static kith_status check_words(const struct kith_scene *scene) {
   KITH_TRY(kith_scene_check_word(scene, "method.kernel", scene->method.kernel, kernels));
   KITH_TRY(kith_scene_check_word(scene, "scheme.name", scene->scheme.name, KITH_SCHEME_LIST(KITH_AS_WORD)));
   KITH_TRY(check_method(scene));
-  KITH_TRY(check_reproducible(scene));
   KITH_TRY(check_partitioner(scene));
   KITH_TRY(check_recompute(scene));
   KITH_TRY(check_scheme(scene));

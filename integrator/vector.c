@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "lib/core/sum.h"
 
 struct content {
   struct kith_vectors *set;
@@ -136,37 +137,30 @@ static int combination(int n_vectors, double *c, N_Vector *xv, N_Vector zv) {
 
 /* ---- over all elements ---- */
 
-enum { BLOCK = 4096 }; /* nodes */
+enum { FEW = 4096 }; /* numbers: for fewer, waking threads costs more than they save */
 
-/* sum of x y, (x y)^2 or |x| over the numbers begin .. end of a part. */
+/* sum of x y, (x y)^2 or |x| over all numbers. */
 enum sum { PRODUCTS, SQUARES, MAGNITUDES };
-static double sum_run(enum sum what, const double *x, const double *y, int64_t begin, int64_t end) {
-  double sum = 0;
-  for (int64_t k = begin; k < end; ++k) {
-    const double term = what == MAGNITUDES ? fabs(x[k]) : x[k] * y[k];
-    sum += what == SQUARES ? term * term : term;
+static void sum_part(enum sum what, const double *x, const double *y, int64_t n, struct kith_sum *total) {
+#pragma omp parallel if (n > FEW)
+  {
+    struct kith_sum mine = {0};
+#pragma omp for schedule(static) nowait
+    for (int64_t k = 0; k < n; ++k) {
+      const double term = what == MAGNITUDES ? fabs(x[k]) : x[k] * y[k];
+      kith_sum_add(&mine, what == SQUARES ? term * term : term);
+    }
+#pragma omp critical(kith_vector_sum)
+    kith_sum_join(total, &mine);
   }
-  return sum;
 }
 
 static double sum(enum sum what, N_Vector xv, N_Vector yv) {
-  const struct kith_vectors *set = content_of(xv)->set;
-  const kith_index blocks = (set->nodes + BLOCK - 1) / BLOCK;
-  double total = 0;
-#pragma omp parallel for ordered schedule(static, 1)
-  for (kith_index b = 0; b < blocks; ++b) {
-    const int64_t begin = (int64_t)b * BLOCK, end = KITH_MIN(set->nodes, begin + BLOCK);
-    double of_block = 0;
-    for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {
-      const int64_t width = set->field[part]->components;
-      of_block += sum_run(what, kith_vector_numbers(xv, part), kith_vector_numbers(yv, part), begin * width,
-                          end * width);
-    }
-#pragma omp ordered
-    total += of_block;
-  }
-  kith_ranks_sum(set->ranks, &total, 1);
-  return total;
+  struct kith_sum total = {0};
+  for (int part = 0; part < KITH_VECTOR_PARTS; ++part)
+    sum_part(what, kith_vector_numbers(xv, part), kith_vector_numbers(yv, part), length(xv, part), &total);
+  kith_sum_ranks(content_of(xv)->set->ranks, &total, 1);
+  return kith_sum_value(&total);
 }
 
 static double dot(N_Vector x, N_Vector y) {

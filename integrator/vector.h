@@ -4,7 +4,7 @@
  * works on the nodes. All vectors cloned from it have memory of their own, without ghosts. Lengths are those of the nodes when
  * the set was made: another number of internal nodes wants another set.
  *
- * Elements are worked on by all threads; sums go over fixed blocks of nodes, in order, and so do not depend on their number. */
+ * Elements are worked on by all threads; sums are exact (sum.h), and so depend neither on the number of threads nor on that of ranks. */
 #ifndef KITH_INTEGRATOR_VECTOR_H
 #define KITH_INTEGRATOR_VECTOR_H
 

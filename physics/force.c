@@ -45,6 +45,32 @@ static kith_status sweep(struct kith_force_pass *pass, const kith_chunk_pass *ch
   return status;
 }
 
+/* Canonical pairs: those that start at ghosts, whose values are there. */
+struct ghost_pairs {
+  struct kith_force_pass *pass;
+  kith_chunk_pass chunk;
+  kith_index first;
+};
+
+static void ghost_pairs_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct ghost_pairs *g = context;
+  g->chunk(g->pass, g->first + begin, g->first + end, s);
+}
+
+static kith_status pairs_of_ghosts(struct kith_force_pass *pass, const kith_chunk_pass *pairs, int lanes) {
+  struct kith_package *package = pass->package;
+  struct ghost_pairs ghosts = {pass, pairs[package->kernel], package->hydro->nodes->n_internal};
+  const kith_index n = pass->connectivity->pairs.starts - ghosts.first;
+  uint64_t count[4];
+  if (n == 0) return KITH_OK;
+  kith_profile_begin(package->profile, "pairs");
+  const kith_status status =
+      kith_traverse(n, ghost_pairs_chunk, &ghosts, lanes, KITH_STRIDE, count, package->profile);
+  kith_profile_end(package->profile);
+  package->pair_evaluations += count[0];
+  return status;
+}
+
 kith_status kith_force(struct kith_force_pass *pass, const kith_chunk_pass *pairs,
                        const kith_chunk_pass *nodes, int members, int edges) {
   struct kith_package *package = pass->package;
@@ -58,6 +84,7 @@ kith_status kith_force(struct kith_force_pass *pass, const kith_chunk_pass *pair
   if (package->traversal == KITH_TRAVERSE_PAIRS) {
     KITH_TRY(kith_pairwise_prepare(&package->pair, pass->connectivity, KITH_PAIR_VALUES));
     KITH_TRY(sweep(pass, pairs, lanes, "pairs"));
+    KITH_TRY(pairs_of_ghosts(pass, pairs, lanes));
   }
   KITH_TRY(sweep(pass, nodes, lanes, "force"));
   if (kith_body_acts(&package->hydro->body))

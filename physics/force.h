@@ -14,7 +14,8 @@
  * conserve momentum and energy whatever the forces are; see package.h for both forms of the energy.
  *
  * Traversal `pairs` evaluates each pair once, keeps KITH_PAIR_VALUES doubles, and each node then sums its row; `gather` evaluates the
- * whole row of each node. Both sum in row order, so no result depends on the number of threads.
+ * whole row of each node. Both sum in row order, so no result depends on the number of threads. Canonical pairs (connectivity.h) may start at
+ * a ghost, whose record is as good as that of a node.
  *
  * A barrier node (package.h) is a wall to whoever looks at it: it answers i with i's own state, the velocity mirrored about the line that
  * joins them; it does no work and conducts no heat. */
@@ -121,14 +122,17 @@ KITH_INLINE void kith_force_jumps(const struct kith_force_pass *pass, const doub
 
 /* --- evaluating --- */
 
-/* n <= KITH_BLOCK pairs of i, into the lanes behind members and edges. */
+/* n <= KITH_BLOCK pairs of i, into the lanes behind members and edges. In canonical order whole vectors are evaluated, with old numbers behind
+ * the last pair: the compiler may fuse other products and sums in the rest of a loop than in its body, and what a pair gives must not
+ * depend on its place, which depends on the ranks. */
 KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, int members,
                                      int edges, const struct kith_force_pass *pass, kith_index i, size_t n,
                                      struct kith_scratch *s) {
   const double *restrict self = pass->package->record + (size_t)i * members, *restrict j = s->lane;
   double *restrict out = kith_lane(s, members + edges);
+  const size_t lanes = pass->connectivity->canonical ? (n + 7) / 8 * 8 : n;
 #pragma omp simd
-  for (size_t k = 0; k < n; ++k) pair(kernel, pass->constants, self, j + k, out + k);
+  for (size_t k = 0; k < lanes; ++k) pair(kernel, pass->constants, self, j + k, out + k);
   s->count[0] += n;
 }
 
@@ -145,20 +149,29 @@ KITH_INLINE void kith_force_walls(const struct kith_force_pass *pass, kith_index
   }
 }
 
-/* n entries of row i from the pairwise field: the upper end of a pair gets the rest of everything. */
-KITH_INLINE void kith_force_recall(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
-                                   double *restrict out) {
-  const uint32_t *restrict pair = pass->connectivity->pairs.of_row + first;
+/* n entries of row i from the pairwise field: the end that a pair does not start at gets the rest of everything. */
+KITH_INLINE void kith_force_take(const struct kith_force_pass *pass, bool canonical, kith_index i,
+                                 size_t first, size_t n, double *restrict out) {
+  const struct kith_pairs *pairs = &pass->connectivity->pairs;
+  const uint32_t *restrict pair = pairs->of_row + first;
   const kith_index *restrict row = pass->rows->node + first;
   const double *restrict value = pass->package->pair.value;
   for (size_t k = 0; k < n; ++k) {
     const double *v = value + (size_t)pair[k] * KITH_PAIR_VALUES;
-    const bool lower = row[k] > i;
-    for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] = lower ? v[a] : -v[a];
-    out[KITH_SHARE * KITH_STRIDE + k] = lower ? v[KITH_SHARE] : 1 - v[KITH_SHARE];
-    out[KITH_EXCHANGE * KITH_STRIDE + k] = lower ? v[KITH_EXCHANGE] : -v[KITH_EXCHANGE];
+    const bool starts = canonical ? pairs->node[pair[k]][0] == i : row[k] > i;
+    for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] = starts ? v[a] : -v[a];
+    out[KITH_SHARE * KITH_STRIDE + k] = starts ? v[KITH_SHARE] : 1 - v[KITH_SHARE];
+    out[KITH_EXCHANGE * KITH_STRIDE + k] = starts ? v[KITH_EXCHANGE] : -v[KITH_EXCHANGE];
     out[KITH_SIGNAL * KITH_STRIDE + k] = v[KITH_SIGNAL];
   }
+}
+
+KITH_INLINE void kith_force_recall(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
+                                   double *restrict out) {
+  if (pass->connectivity->pairs.canonical)
+    kith_force_take(pass, true, i, first, n, out);
+  else
+    kith_force_take(pass, false, i, first, n, out);
 }
 
 /* --- summing --- */
@@ -226,7 +239,7 @@ KITH_INLINE void kith_force_store(const struct kith_force_pass *pass, kith_index
 
 /* --- chunks: what a package instantiates --- */
 
-/* Traversal `pairs`, first half: the pairs whose lower end is a node of the chunk, into the pairwise field. */
+/* Traversal `pairs`, first half: the pairs that start at a node of the chunk, into the pairwise field. */
 KITH_INLINE void kith_force_pairs_chunk(kith_pair_function *pair, enum kith_kernel kernel, int members,
                                         const struct kith_force_pass *pass, kith_index begin, kith_index end,
                                         struct kith_scratch *s) {

@@ -1,6 +1,7 @@
 #include "physics/hydro.h"
 
 #include <math.h>
+#include "lib/core/sum.h"
 #include "lib/core/vec.h"
 
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) {
@@ -92,7 +93,6 @@ kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
 }
 
 enum {
-  BLOCK = 4096,
   MASS = 0,
   KINETIC,
   INTERNAL,
@@ -101,7 +101,8 @@ enum {
   ANGULAR_SCALE,
   MOMENTUM,
   ANGULAR = MOMENTUM + NDIM,
-  SUMS = ANGULAR + 3
+  SUMS = ANGULAR + 3,
+  TURN = NDIM == 3 ? 0 : 4 - NDIM /* the first component of a moment that there is */
 };
 
 /* (x - center) x v, with components along x, y, z. */
@@ -112,43 +113,50 @@ static void moment(const struct kith_hydro *hydro, kith_index i, const double *v
   for (int a = 0; a < 3; ++a) out[a] = d[(a + 1) % 3] * w[(a + 2) % 3] - d[(a + 2) % 3] * w[(a + 1) % 3];
 }
 
-/* Adds to sums; the largest |v| / c. */
-static double sum_block(const struct kith_hydro *hydro, kith_index begin, kith_index end, double *sums) {
+/* Adds node i; its |v| / c. */
+static double add_node(const struct kith_hydro *hydro, kith_index i, bool pulled, struct kith_sum *sums) {
+  const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
+  double turn[3];
+  moment(hydro, i, v, turn);
+  kith_sum_add(&sums[MASS], m);
+  kith_sum_add(&sums[KINETIC], 0.5 * m * v2);
+  kith_sum_add(&sums[INTERNAL], m * hydro->energy->f64[i]);
+  if (pulled)
+    kith_sum_add(&sums[POTENTIAL],
+                 m * kith_body_potential(&hydro->body, hydro->nodes->position->f64 + i * NDIM));
+  kith_sum_add(&sums[SCALE], m * sqrt(v2));
+  if (TURN < 3)
+    kith_sum_add(&sums[ANGULAR_SCALE], m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]));
+  for (int a = 0; a < NDIM; ++a) kith_sum_add(&sums[MOMENTUM + a], m * v[a]);
+  for (int a = TURN; a < 3; ++a) kith_sum_add(&sums[ANGULAR + a], m * turn[a]);
+  return v2 > 0 ? sqrt(v2) / hydro->sound_speed->f64[i] : 0;
+}
+
+/* total[SUMS] of all ranks; the largest |v| / c. */
+static double sum_nodes(const struct kith_hydro *hydro, double *total) {
   const bool pulled = kith_body_acts(&hydro->body);
+  struct kith_sum sums[SUMS] = {0};
   double fastest = 0;
-  for (kith_index i = begin; i < end; ++i) {
-    const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
-    double turn[3];
-    moment(hydro, i, v, turn);
-    sums[MASS] += m;
-    sums[KINETIC] += 0.5 * m * v2;
-    sums[INTERNAL] += m * hydro->energy->f64[i];
-    if (pulled)
-      sums[POTENTIAL] += m * kith_body_potential(&hydro->body, hydro->nodes->position->f64 + i * NDIM);
-    sums[SCALE] += m * sqrt(v2);
-    sums[ANGULAR_SCALE] += m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
-    for (int a = 0; a < NDIM; ++a) sums[MOMENTUM + a] += m * v[a];
-    for (int a = 0; a < 3; ++a) sums[ANGULAR + a] += m * turn[a];
-    if (v2 > 0) fastest = KITH_MAX(fastest, sqrt(v2) / hydro->sound_speed->f64[i]);
+#pragma omp parallel reduction(max : fastest)
+  {
+    struct kith_sum mine[SUMS] = {0};
+#pragma omp for schedule(static) nowait
+    for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
+      const double speed = add_node(hydro, i, pulled, mine);
+      fastest = KITH_MAX(fastest, speed);
+    }
+#pragma omp critical(kith_totals)
+    for (int k = 0; k < SUMS; ++k) kith_sum_join(&sums[k], &mine[k]);
   }
+  kith_sum_ranks(hydro->nodes->ranks, sums, SUMS);
+  kith_ranks_max(hydro->nodes->ranks, &fastest, 1);
+  for (int k = 0; k < SUMS; ++k) total[k] = kith_sum_value(&sums[k]);
   return fastest;
 }
 
 struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
-  const kith_index n = hydro->nodes->n_internal, blocks = (n + BLOCK - 1) / BLOCK;
-  double total[SUMS] = {0}, fastest = 0;
-#pragma omp parallel for ordered schedule(static, 1)
-  for (kith_index b = 0; b < blocks; ++b) {
-    double sums[SUMS] = {0};
-    const double speed = sum_block(hydro, b * BLOCK, KITH_MIN(n, (b + 1) * BLOCK), sums);
-#pragma omp ordered
-    {
-      for (int k = 0; k < SUMS; ++k) total[k] += sums[k];
-      fastest = KITH_MAX(fastest, speed);
-    }
-  }
-  kith_ranks_sum(hydro->nodes->ranks, total, SUMS);
-  kith_ranks_max(hydro->nodes->ranks, &fastest, 1);
+  double total[SUMS];
+  const double fastest = sum_nodes(hydro, total);
   struct kith_totals t = {.mass = total[MASS],
                           .kinetic = total[KINETIC],
                           .internal = total[INTERNAL],

@@ -43,7 +43,7 @@ kith_status kith_hydro_finite(const struct kith_hydro *hydro);
  * energy where the equation of state forbids it. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 
-/* Sums over internal nodes of all ranks, in fixed blocks: the same for any number of threads. Collective. Nothing but double, for checkpoints.
+/* Sums over internal nodes of all ranks, exact (sum.h): the same for any number of threads and ranks. Collective. Nothing but double, for checkpoints.
  * The angular momentum takes nodes where they are: who crosses a periodic face takes his own to the other side, so that in a periodic
  * box the sum is kept only while what crosses has no momentum along the face, as outside of a vortex. */
 struct kith_totals {

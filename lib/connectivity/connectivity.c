@@ -175,6 +175,7 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
   KITH_TRY(kith_search_fresh(search));
   const struct kith_build build = {connectivity, nodes, search, excluders};
   connectivity->built = completed(need);
+  connectivity->canonical = false;
   connectivity->rows.n = connectivity->overlap.n = connectivity->intersection.n = 0;
   connectivity->pairs.n = connectivity->candidates = 0;
   connectivity->pairs.f_couple = NULL;

@@ -51,8 +51,11 @@ struct kith_rows {
 
 struct kith_pairs {
   size_t n, capacity;
-  kith_index (*node)[2]; /* [n] (i, j), i < j */
-  size_t *first;         /* [rows.n + 1] pairs whose lower end is i: first[i] .. first[i + 1] - 1 */
+  bool canonical; /* see kith_connectivity_canonical; else as above */
+  kith_index
+      starts; /* nodes 0 .. starts - 1 may have pairs that start at them: internal ones; canonical pairs: ghosts too */
+  kith_index (*node)[2]; /* [n] (i, j), i < j; the pair starts at i */
+  size_t *first;         /* [rows.n + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */
   uint32_t *of_row;      /* [rows.first[rows.n]] */
   double *f_couple;      /* [n] or NULL */
   size_t first_capacity, of_row_capacity;
@@ -60,6 +63,7 @@ struct kith_pairs {
 
 struct kith_connectivity {
   struct kith_requirements built; /* what there is */
+  bool canonical;                 /* and in which order */
   struct kith_rows rows;
   struct kith_pairs pairs;
   struct kith_rows overlap;
@@ -104,10 +108,22 @@ kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity
 kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes);
 
-/* Rows (and of_row) in canonical order: by the id of the partner, then by which image it is (kith_nodes_number_images): an order that
- * depends on no rank, search or culling. The last thing done to a map: neither patched nor valid afterwards. */
+/* Rows, overlap and pairs in canonical order, one that depends on no rank, search or culling. The last thing done to a map: neither patched
+ * nor valid afterwards; factors and intersections, which were told by the old numbers of the pairs, are gone.
+ *   rows, overlap   by the id of the partner, then by which image it is (kith_nodes_number_images)
+ *   pairs           each interaction of an internal node once. Who starts a pair is evaluated as its first end, on all ranks the same one: of two
+ *                   nodes the one with the lower id, also where it is a ghost; of a node and an image, its own or another's, the
+ *                   node; of a node and a frozen one the node. The pairs of an internal node are in the order of its row; those of a
+ *                   ghost, which are with internal nodes only, are not. There are none between ghosts. */
 kith_status kith_connectivity_canonical(struct kith_connectivity *connectivity,
                                         const struct kith_nodes *nodes);
+/* Such pairs, and of_row, of rows in canonical order; those of internal nodes are read. */
+kith_status kith_pairs_canonical(struct kith_pairs *pairs, const struct kith_rows *rows,
+                                 const struct kith_nodes *nodes);
+/* Does pair p of node i and its partner j start at i? */
+static inline bool kith_pair_starts(const struct kith_pairs *pairs, size_t p, kith_index i, kith_index j) {
+  return pairs->canonical ? pairs->node[p][0] == i : i < j;
+}
 
 /* The pair of i and j in either order, or pairs.n if there is none. O(log row). */
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j);

@@ -57,6 +57,8 @@ kith_status kith_pairs_build(const struct kith_build *build) {
   const struct kith_rows *rows = &build->connectivity->rows;
   struct kith_pairs *pairs = &build->connectivity->pairs;
   KITH_TRY(number_pairs(rows, pairs));
+  pairs->canonical = false;
+  pairs->starts = build->nodes->n_internal;
   KITH_TRY(kith_room(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {

@@ -22,6 +22,8 @@
 #include <float.h>
 #include <string.h>
 
+#include "lib/connectivity/internal.h"
+#include "lib/core/sum.h"
 #include "lib/core/vec.h"
 
 /* --- always, never --- */
@@ -116,14 +118,11 @@ const struct kith_rebuild_ops kith_rebuild_entity_change = {.name = "entity-chan
 
 /* --- displacement --- */
 
-enum { BLOCK = 4096 }; /* nodes summed at a time: the order of the sum does not depend on threads */
-
 struct displacement {
   kith_index n, capacity;
   bool drifts[NDIM]; /* a common drift along this axis is no displacement */
   double *position;  /* [n][NDIM] */
   double *reach;     /* [n] */
-  double *sum;       /* [blocks][NDIM] */
   double *moved;     /* [n] */
 };
 
@@ -136,7 +135,6 @@ static void displacement_destroy(struct kith_rebuild *policy) {
   if (seen != NULL) {
     kith_free(&seen->position);
     kith_free(&seen->reach);
-    kith_free(&seen->sum);
     kith_free(&seen->moved);
   }
   kith_free(&policy->self);
@@ -151,35 +149,42 @@ static void step_of(const struct kith_rebuild *policy, const double *x, const do
   }
 }
 
-/* The displacement of the first node of the first rank that has one. */
-static void first_drift(const struct displacement *seen, struct kith_ranks *ranks, const double *x,
-                        double *first) {
-  for (int a = 0; a < NDIM; ++a) first[a] = seen->drifts[a] && seen->n > 0 ? x[a] - seen->position[a] : 0;
-  kith_ranks_broadcast(ranks, kith_ranks_least(ranks, seen->n == 0, 0), first, sizeof(double) * NDIM);
+/* The displacement of the node with the lowest id. */
+static void first_drift(const struct displacement *seen, const struct kith_nodes *nodes, double *first) {
+  kith_index least = 0;
+  for (kith_index i = 1; i < seen->n; ++i)
+    if (nodes->id->i64[i] < nodes->id->i64[least]) least = i;
+  const double *x = nodes->position->f64 + (size_t)least * NDIM, *x0 = seen->position + (size_t)least * NDIM;
+  for (int a = 0; a < NDIM; ++a) first[a] = seen->n > 0 ? x[a] - x0[a] : 0;
+  const int64_t id = seen->n > 0 ? nodes->id->i64[least] : INT64_MAX;
+  kith_ranks_broadcast(nodes->ranks, kith_ranks_least(nodes->ranks, 0, id), first, sizeof(double) * NDIM);
 }
 
 /* The mean displacement, where it may be subtracted. The first node's comes first, so that the mean of a
  * drift beyond half a period is one drift and not two of opposite sign. */
-static void common_drift(const struct kith_rebuild *policy, struct kith_ranks *ranks, const double *x,
-                         double *drift) {
+static void common_drift(const struct kith_rebuild *policy, const struct kith_nodes *nodes, double *drift) {
   const struct displacement *seen = policy->self;
-  const kith_index blocks = (seen->n + BLOCK - 1) / BLOCK;
-  double total[NDIM + 1] = {0}, first[NDIM];
-  first_drift(seen, ranks, x, first);
-  total[NDIM] = seen->n;
-#pragma omp parallel for schedule(static) if (seen->n > BLOCK)
-  for (kith_index b = 0; b < blocks; ++b) {
-    double sum[NDIM] = {0}, d[NDIM];
-    for (kith_index i = b * BLOCK; i < KITH_MIN((b + 1) * BLOCK, seen->n); ++i) {
-      step_of(policy, x + (size_t)i * NDIM, seen->position + (size_t)i * NDIM, first, d);
-      for (int a = 0; a < NDIM; ++a) sum[a] += d[a];
+  struct kith_sum total[NDIM] = {0};
+  double first[NDIM];
+  uint64_t n = (uint64_t)seen->n;
+  first_drift(seen, nodes, first);
+  for (int a = 0; a < NDIM; ++a) first[a] = seen->drifts[a] ? first[a] : 0;
+#pragma omp parallel if (seen->n > KITH_FEW)
+  {
+    struct kith_sum mine[NDIM] = {0};
+    double d[NDIM];
+#pragma omp for schedule(static) nowait
+    for (kith_index i = 0; i < seen->n; ++i) {
+      step_of(policy, nodes->position->f64 + (size_t)i * NDIM, seen->position + (size_t)i * NDIM, first, d);
+      for (int a = 0; a < NDIM; ++a) kith_sum_add(&mine[a], d[a]);
     }
-    for (int a = 0; a < NDIM; ++a) seen->sum[(size_t)b * NDIM + a] = sum[a];
+#pragma omp critical(kith_drift)
+    for (int a = 0; a < NDIM; ++a) kith_sum_join(&total[a], &mine[a]);
   }
-  for (kith_index b = 0; b < blocks; ++b)
-    for (int a = 0; a < NDIM; ++a) total[a] += seen->sum[(size_t)b * NDIM + a];
-  kith_ranks_sum(ranks, total, NDIM + 1);
-  for (int a = 0; a < NDIM; ++a) drift[a] = seen->drifts[a] ? first[a] + total[a] / total[NDIM] : 0;
+  kith_sum_ranks(nodes->ranks, total, NDIM);
+  kith_ranks_sum_counts(nodes->ranks, &n, 1);
+  for (int a = 0; a < NDIM; ++a)
+    drift[a] = seen->drifts[a] ? first[a] + kith_sum_value(&total[a]) / (double)n : 0;
 }
 
 /* How far node i moved, rounding included; 0 only if it is where it was. */
@@ -202,8 +207,8 @@ static kith_status displacement_due(const struct kith_rebuild *policy, const str
   *due = kith_ranks_any(nodes->ranks, seen->n != nodes->n_internal);
   if (*due || (seen->n == 0 && nodes->ranks == NULL)) return KITH_OK;
   double drift[NDIM], most = 0;
-  common_drift(policy, nodes->ranks, x, drift);
-#pragma omp parallel for schedule(static) reduction(max : most) if (seen->n > BLOCK)
+  common_drift(policy, nodes, drift);
+#pragma omp parallel for schedule(static) reduction(max : most) if (seen->n > KITH_FEW)
   for (kith_index i = 0; i < seen->n; ++i) {
     seen->moved[i] =
         moved(policy, x + (size_t)i * NDIM, seen->position + (size_t)i * NDIM, drift, support[i]);
@@ -211,7 +216,7 @@ static kith_status displacement_due(const struct kith_rebuild *policy, const str
   }
   kith_ranks_max(nodes->ranks, &most, 1);
   int late = 0;
-#pragma omp parallel for schedule(static) reduction(| : late) if (seen->n > BLOCK)
+#pragma omp parallel for schedule(static) reduction(| : late) if (seen->n > KITH_FEW)
   for (kith_index i = 0; i < seen->n; ++i) late |= !(support[i] + seen->moved[i] + most <= seen->reach[i]);
   *due = late != 0;
   return KITH_OK;
@@ -223,7 +228,6 @@ static kith_status displacement_room(struct displacement *seen, kith_index n) {
   KITH_TRY(kith_resize(&seen->position, 0, (size_t)n * NDIM, sizeof(double)));
   KITH_TRY(kith_resize(&seen->reach, 0, (size_t)n, sizeof(double)));
   KITH_TRY(kith_resize(&seen->moved, 0, (size_t)n, sizeof(double)));
-  KITH_TRY(kith_resize(&seen->sum, 0, ((size_t)n + BLOCK - 1) / BLOCK * NDIM, sizeof(double)));
   seen->capacity = n;
   return KITH_OK;
 }
@@ -232,7 +236,7 @@ static kith_status displacement_room(struct displacement *seen, kith_index n) {
 static void set_drifts(struct displacement *seen, const struct kith_nodes *nodes) {
   double still[NDIM];
   for (int a = 0; a < NDIM; ++a) {
-    still[a] = nodes->image != NULL;
+    still[a] = 0;
     for (int b = 0; b < nodes->n_blocks; ++b) {
       const struct kith_ghost_block *block = &nodes->blocks[b];
       if (block->kind == KITH_GHOST_FROZEN || (block->kind == KITH_GHOST_IMAGE && block->image.sign[a] < 0))

@@ -8,8 +8,8 @@
  *                        H_i + |d_i| + max_j |d_j| <= R_i,      d = x - x0 - (common drift) - (wraps),
  *                  so growth of the support counts as displacement and a periodic wrap or a uniform motion does not.
  *                  The maximum goes over all nodes of all ranks (proof in rebuild.c). The common drift is the mean displacement;
- *                  it counts as displacement along axes that ghosts of the snapshot mirror, if some do not follow a node, and in
- *                  reproducible runs (rows in canonical order): a mean has no order that all numbers of ranks share.
+ *                  it counts as displacement along axes that ghosts of the snapshot mirror, and if some do not follow a node. Its sum is
+ *                  exact (sum.h): all numbers of ranks decide alike.
  *                  R and x0 are those of the snapshot; another number of internal nodes is always due.
  *
  * After every build all policies take a new snapshot, also those that were not asked. */

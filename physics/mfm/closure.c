@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sunlinsol/sunlinsol_pcg.h>
+#include "lib/core/sum.h"
 #include "lib/core/vec.h"
 #include "physics/mfm/faces.h"
 
@@ -80,7 +81,7 @@ static void equations(struct mfm_faces *f) {
     double sum[NDIM] = {0}, whole = 0, weights = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const size_t p = f->graph.pairs.of_row[e];
-      const double sign = rows->node[e] > i ? 1 : -1;
+      const double sign = kith_pair_starts(&f->graph.pairs, p, i, rows->node[e]) ? 1 : -1;
       for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area[p * NDIM + a];
       whole += kith_norm(f->area + p * NDIM);
     }
@@ -131,15 +132,28 @@ static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_toleran
 
 /* --- vectors: serial ones of SUNDIALS, whose products are summed over ranks --- */
 
+enum { FEW = 4096 }; /* numbers: for fewer, waking threads costs more than they save */
+
 struct content {
   struct _N_VectorContent_Serial own; /* first: all other operations are those of serial vectors */
   struct kith_ranks *ranks;
 };
 
+/* Exact: who has which nodes does not matter. */
 static double dot(N_Vector x, N_Vector y) {
-  double sum = N_VDotProd_Serial(x, y);
-  kith_ranks_sum(((const struct content *)x->content)->ranks, &sum, 1);
-  return sum;
+  const struct content *content = x->content;
+  const double *a = N_VGetArrayPointer(x), *b = N_VGetArrayPointer(y);
+  struct kith_sum total = {0};
+#pragma omp parallel if (content->own.length > FEW)
+  {
+    struct kith_sum mine = {0};
+#pragma omp for schedule(static) nowait
+    for (sunindextype k = 0; k < content->own.length; ++k) kith_sum_add(&mine, a[k] * b[k]);
+#pragma omp critical(mfm_dot)
+    kith_sum_join(&total, &mine);
+  }
+  kith_sum_ranks(content->ranks, &total, 1);
+  return kith_sum_value(&total);
 }
 
 static N_Vector clone(N_Vector of);
@@ -199,7 +213,6 @@ static void apply(struct mfm_faces *f) {
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) {
     const kith_index *pair = f->graph.pairs.node[p];
-    if (pair[0] >= f->graph.rows.n) continue; /* both are ghosts: no one's face */
     for (int a = 0; a < NDIM; ++a)
       f->area[p * NDIM + a] +=
           f->weight[p] * (shift[(size_t)pair[0] * NDIM + a] - shift[(size_t)pair[1] * NDIM + a]);

@@ -83,6 +83,8 @@ bool mfm_invert(const double *m, double *inverse) {
 /* Numbers the pairs of internal nodes in overlap rows. As i ascends it meets the pairs of a lower j in their order: a cursor gives them. */
 static kith_status number(struct mfm_faces *f, const struct kith_rows *rows, kith_index n) {
   struct kith_pairs *pairs = &f->numbered;
+  pairs->canonical = false;
+  pairs->starts = n;
   KITH_TRY(mfm_room(&pairs->first, &pairs->first_capacity, (size_t)n + 1, sizeof *pairs->first));
   KITH_TRY(mfm_room(&pairs->of_row, &pairs->of_row_capacity, rows->first[n], sizeof *pairs->of_row));
   KITH_TRY(mfm_room(&f->cursor, &f->cursor_capacity, (size_t)n, sizeof *f->cursor));
@@ -107,6 +109,13 @@ static kith_status number(struct mfm_faces *f, const struct kith_rows *rows, kit
   return KITH_OK;
 }
 
+/* All pairs of the overlap. */
+static kith_status number_overlap(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
+  const struct kith_rows *rows = &connectivity->overlap;
+  if (connectivity->canonical) return kith_pairs_canonical(&f->numbered, rows, f->nodes);
+  return number(f, rows, f->nodes->n_internal);
+}
+
 static kith_status prepare(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   const bool fresh = f->area != NULL && f->graph.generation == connectivity->generation;
   const kith_index n = f->nodes->n_internal;
@@ -115,9 +124,10 @@ static kith_status prepare(struct mfm_faces *f, const struct kith_connectivity *
   if (f->form == KITH_FACES_ONE_POINT)
     f->graph.pairs = connectivity->pairs;
   else {
-    if (!fresh) KITH_TRY(number(f, &f->graph.rows, n));
+    if (!fresh) KITH_TRY(number_overlap(f, connectivity));
     f->graph.pairs = f->numbered;
   }
+  f->graph.canonical = connectivity->canonical;
   f->graph.generation = connectivity->generation;
   f->graph.positions = connectivity->positions;
   f->graph.ghosts = connectivity->ghosts;
@@ -134,29 +144,25 @@ static inline double central(const struct mfm_faces *f, double inverse_support) 
          inverse_support;
 }
 
-/* by_id: where all ranks must find the same last bit, a face is made from the end with the lower id. */
-KITH_INLINE void one_point_chunk(enum kith_kernel kernel, bool by_id, const struct mfm_faces *f,
-                                 kith_index begin, kith_index end) {
+KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces *f, kith_index begin,
+                                 kith_index end) {
   const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
   const double *restrict matrix = f->matrix->f64;
   const uint8_t *barrier = f->barrier != NULL ? f->barrier->u8 : NULL;
-  const int64_t *restrict id = f->nodes->id->i64;
   for (kith_index i = begin; i < end; ++i) {
     const size_t first = f->graph.pairs.first[i], n = f->graph.pairs.first[i + 1] - first;
     const kith_index(*restrict pair)[2] = f->graph.pairs.node + first;
     double *restrict area = f->area + first * NDIM;
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
-      const bool back = by_id && id[i] > id[pair[k][1]];
-      const kith_index from = back ? pair[k][1] : i, to = back ? i : pair[k][1];
+      const kith_index j = pair[k][1];
       double d[NDIM], r2 = 0, wi, gi, wj, gj;
       for (int a = 0; a < NDIM; ++a) {
-        d[a] = x[to * NDIM + a] - x[from * NDIM + a];
+        d[a] = x[j * NDIM + a] - x[i * NDIM + a];
         r2 += d[a] * d[a];
       }
       /* A barrier is the mirror of who looks at it: it has the volume and the matrix of the other end. */
-      const kith_index li = barrier != NULL && barrier[from] ? to : from,
-                       lj = barrier != NULL && barrier[to] ? from : to;
+      const kith_index li = barrier != NULL && barrier[i] ? j : i, lj = barrier != NULL && barrier[j] ? i : j;
       const double r = sqrt(r2), inverse_i = 1 / h[li], inverse_j = 1 / h[lj];
       kith_kernel_value(kernel, r * inverse_i, &wi, &gi);
       kith_kernel_value(kernel, r * inverse_j, &wj, &gj);
@@ -171,7 +177,7 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, bool by_id, const stru
           sum[a] += both * d[b];
           if (b != a) sum[b] += both * d[a];
         }
-      for (int a = 0; a < NDIM; ++a) area[k * NDIM + a] = back ? -sum[a] : sum[a];
+      for (int a = 0; a < NDIM; ++a) area[k * NDIM + a] = sum[a];
     }
   }
 }
@@ -181,10 +187,7 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, bool by_id, const stru
                                         struct kith_scratch *s) {                        \
     (void)s;                                                                             \
     const struct mfm_faces *f = context;                                                 \
-    if (f->nodes->image != NULL)                                                         \
-      one_point_chunk(KITH_KERNEL_##name, true, f, begin, end);                          \
-    else                                                                                 \
-      one_point_chunk(KITH_KERNEL_##name, false, f, begin, end);                         \
+    one_point_chunk(KITH_KERNEL_##name, f, begin, end);                                  \
   }
 KITH_KERNEL_LIST(X)
 #undef X
@@ -195,7 +198,7 @@ static kith_status one_point(struct mfm_faces *f) {
       KITH_KERNEL_LIST(X)
 #undef X
   };
-  return kith_traverse(f->nodes->n_internal, chunk[f->kernel], f, 1, 0, NULL, f->profile);
+  return kith_traverse(f->graph.pairs.starts, chunk[f->kernel], f, 1, 0, NULL, f->profile);
 }
 
 kith_status mfm_faces_edges(struct mfm_faces *f) {
@@ -204,8 +207,10 @@ kith_status mfm_faces_edges(struct mfm_faces *f) {
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      const double *area = f->area + (size_t)f->graph.pairs.of_row[e] * NDIM;
-      for (int a = 0; a < NDIM; ++a) f->edge[e * NDIM + a] = rows->node[e] > i ? area[a] : -area[a];
+      const size_t p = f->graph.pairs.of_row[e];
+      const bool starts = kith_pair_starts(&f->graph.pairs, p, i, rows->node[e]);
+      for (int a = 0; a < NDIM; ++a)
+        f->edge[e * NDIM + a] = starts ? f->area[p * NDIM + a] : -f->area[p * NDIM + a];
     }
   return KITH_OK;
 }

@@ -21,8 +21,9 @@ static inline double height(const struct mfm_faces *f, double support) {
 
 /* A ghost that no internal node sees is no place of quadrature: its row need not be whole. */
 static inline bool seen(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k) {
-  return k < f->nodes->n_internal ||
-         (rows->first[k] < rows->first[k + 1] && rows->node[rows->first[k]] < f->nodes->n_internal);
+  for (size_t e = rows->first[k]; k >= f->nodes->n_internal && e < rows->first[k + 1]; ++e)
+    if (rows->node[e] < f->nodes->n_internal) return true;
+  return k < f->nodes->n_internal;
 }
 
 /* s(x_k), as sqrt(V) / s, and the number of holders, k among them. */
@@ -116,6 +117,41 @@ KITH_INLINE void product_chunk(const struct pass *pass, kith_index begin, kith_i
   }
 }
 
+/* --- in canonical order: holders do not ascend, and i may be a ghost --- */
+
+/* What k adds to the faces of i with all nodes. */
+KITH_INLINE void add_place_to_all(const struct mfm_faces *f, kith_index i, kith_index k,
+                                  kith_lanes *restrict sum) {
+  const size_t end = f->holders[k + 1];
+  size_t found = f->holders[k];
+  while (found < end && f->holder[found] != i) ++found;
+  if (found == end) return; /* the support of i does not hold k */
+  const kith_lanes *restrict value = (const kith_lanes *)f->value;
+  const kith_lanes mine = value[found];
+  for (size_t e = f->holders[k]; e < end; ++e) sum[f->holder[e]] += mine[0] * value[e] - value[e][0] * mine;
+}
+
+/* Faces of the pairs that start at i. All places that both supports hold are here and in order, whoever has i. */
+KITH_INLINE void product_chunk_canonical(const struct pass *pass, kith_index begin, kith_index end,
+                                         struct kith_scratch *s) {
+  const struct mfm_faces *f = pass->faces;
+  const struct kith_rows *rows = &pass->connectivity->rows, *overlap = &pass->connectivity->overlap;
+  const struct kith_pairs *pairs = &f->graph.pairs;
+  kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
+  for (kith_index i = begin; i < end; ++i) {
+    if (pairs->first[i] == pairs->first[i + 1]) continue;
+    add_place_to_all(f, i, i, sum);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_place_to_all(f, i, rows->node[e], sum);
+    for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p)
+      for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] = sum[pairs->node[p][1]][1 + a];
+    sum[i] = (kith_lanes){0};
+    for (size_t e = overlap->first[i]; e < overlap->first[i + 1]; ++e)
+      sum[overlap->node[e]] = (kith_lanes){0};
+  }
+}
+
+/* --- stretching --- */
+
 /* What the faces of i are to be stretched by, less 1, so that the trace of sum A (x_j - x_i) is that of 2 V. */
 static void stretch_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct pass *pass = context;
@@ -127,7 +163,8 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
     double trace = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
-      const double sign = j > i ? 1 : -1, *area = f->area + (size_t)f->graph.pairs.of_row[e] * NDIM;
+      const size_t p = f->graph.pairs.of_row[e];
+      const double sign = kith_pair_starts(&f->graph.pairs, p, i, j) ? 1 : -1, *area = f->area + p * NDIM;
       for (int a = 0; a < NDIM; ++a)
         trace += sign * area[a] * (x[(size_t)j * NDIM + a] - x[(size_t)i * NDIM + a]);
     }
@@ -164,7 +201,10 @@ KITH_KERNEL_LIST(X)
 #undef X
 
 KITH_HOT static void product(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
-  product_chunk(context, begin, end, s);
+  if (((const struct pass *)context)->connectivity->canonical)
+    product_chunk_canonical(context, begin, end, s);
+  else
+    product_chunk(context, begin, end, s);
 }
 
 kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
@@ -187,6 +227,6 @@ kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectiv
   KITH_TRY(mfm_room(&f->holder, &f->holder_capacity, f->holders[n], sizeof *f->holder));
   KITH_TRY(mfm_room(&f->value, &f->value_capacity, f->holders[n] * KITH_LANES, sizeof *f->value));
   KITH_TRY(kith_traverse(n, holders[f->kernel], &pass, 1, 0, NULL, f->profile));
-  KITH_TRY(kith_traverse(f->nodes->n_internal, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile));
+  KITH_TRY(kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile));
   return stretch(&pass);
 }

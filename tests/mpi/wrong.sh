@@ -21,7 +21,6 @@ expect 2 "no such file\|No such file" $mpirun -n 2 $program run "$out/none.yaml"
 expect 2 "cannot create the directory" $mpirun -n 2 $program run $scene -q -o /proc/none
 expect 2 "not a checkpoint\|No such file" $mpirun -n 2 $run --restart "$out/none.kith"
 expect 1 "its energy is negative\|is not finite\|does not converge\|collapsed\|far outside" $mpirun -n 3 $run --set scheme.dt=0.05 --set scheme.name=rk4 --set method.energy=thermal
-expect 2 "depends on the" $mpirun -n 2 $run --set reproducible=true --set method.package=mfm --set method.closed=true
 expect 2 "has two passes before its forces" $mpirun -n 2 $run --set partition.ghosts=recompute --set method.package=crk
 expect 2 "kept by the owner" $mpirun -n 2 $run --set partition.ghosts=recompute --set method.viscosity.name=cullen-dehnen
 expect 2 "reproducible runs take exchange" $mpirun -n 2 $run --set partition.ghosts=recompute --set reproducible=true
