@@ -73,6 +73,7 @@ static int scene_dimension(int argc, char **argv) {
       {"set", required_argument, NULL, 's'},
       {"output", required_argument, NULL, 'o'},
       {"ranks", required_argument, NULL, 'v'},
+      {"network", required_argument, NULL, 'v'},
       {"threads", required_argument, NULL, 'v'},
       {"until", required_argument, NULL, 'v'},
       {"steps", required_argument, NULL, 'v'},
