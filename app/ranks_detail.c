@@ -49,39 +49,44 @@ static void spread(struct kith_ranks *ranks, const double *mine, struct kith_spr
     out[k] = (struct kith_spread){least[k], sum[k] / kith_ranks_size(ranks), most[k]};
 }
 
+/* Over the run, of this rank: ghosts of others that were made, culled, kept; nodes that left. */
+enum { MADE, CULLED, KEPT, LAST_KEPT, LAST_NEEDED, MIGRATED, COUNTS };
+static void count_all(const struct kith_model *m, double count[COUNTS]) {
+  if (m->share == NULL) return;
+  const struct kith_ledger *ledger = &m->integrator.ledger;
+  const int distributed = m->boundaries.n - 1; /* it comes last */
+  count[MADE] = (double)ledger->boundary[distributed].created;
+  count[CULLED] = (double)ledger->boundary[distributed].culled;
+  count[KEPT] = (double)ledger->boundary[distributed].kept;
+  count[MIGRATED] = (double)m->share->migrated;
+}
+
 kith_status kith_ranks_detail(const struct kith_model *m, const struct kith_traffic *before,
                               const struct kith_traffic *after, uint64_t steps,
                               struct kith_ranks_detail *out) {
   struct kith_ranks *ranks = m->nodes->ranks;
-  const struct kith_ledger *ledger = &m->integrator.ledger;
-  const int distributed = m->boundaries.n - 1; /* it comes last */
   const double n = fmax((double)steps, 1);
-  double kept = 0, needed = 0;
+  double count[COUNTS] = {0};
   struct kith_spread all[SPREADS];
-  KITH_TRY(kith_ranks_agree(ranks, count_needed(m, &kept, &needed)));
+  count_all(m, count);
+  KITH_TRY(kith_ranks_agree(ranks, count_needed(m, &count[LAST_KEPT], &count[LAST_NEEDED])));
   const double mine[SPREADS] = {m->nodes->n_internal,
-                                (double)ledger->last_entries,
-                                kept,
+                                (double)m->integrator.ledger.last_entries,
+                                count[LAST_KEPT],
                                 (double)(after->messages - before->messages) / n,
                                 (double)(after->bytes - before->bytes) / n,
                                 compute_cpu(m->profile)};
   spread(ranks, mine, all);
-  double sum[] = {(double)ledger->boundary[distributed].created,
-                  (double)ledger->boundary[distributed].culled,
-                  (double)ledger->boundary[distributed].kept,
-                  kept,
-                  needed,
-                  (double)m->share->migrated};
-  kith_ranks_sum(ranks, sum, 6);
+  kith_ranks_sum(ranks, count, COUNTS);
   *out = (struct kith_ranks_detail){
       .collectives_per_step = (double)(after->collectives - before->collectives) / n,
-      .created = sum[0],
-      .culled = sum[1],
-      .kept = sum[2],
-      .last_kept = sum[3],
-      .last_needed = sum[4],
-      .migrated = sum[5],
-      .repartitions = (double)m->share->repartitions};
+      .created = count[MADE],
+      .culled = count[CULLED],
+      .kept = count[KEPT],
+      .last_kept = count[LAST_KEPT],
+      .last_needed = count[LAST_NEEDED],
+      .migrated = count[MIGRATED],
+      .repartitions = m->share != NULL ? (double)m->share->repartitions : 0};
   memcpy(out, all, sizeof all);
   return KITH_OK;
 }

@@ -30,7 +30,7 @@ struct kith_ranks_detail {
 
 /* What is taken when the steps begin and end: `traffic` of before and after. The profile clocks the processor (kith_profile_clock_cpu), else compute_cpu_seconds is
  * zero. It is the first thread's time in stages in which no rank waits: all but those that exchange (ranks_detail.c has their names).
- * Collective; the model has ranks. */
+ * Collective; one process has no others. */
 kith_status kith_ranks_detail(const struct kith_model *model, const struct kith_traffic *before,
                               const struct kith_traffic *after, uint64_t steps,
                               struct kith_ranks_detail *out);

@@ -10,7 +10,7 @@
  *   measures.<name>               those that the scene asks for (measure.h)
  *   stages.<path>.{seconds,calls}   (with several ranks those of rank 0, and min, mean, max: seconds of the quickest, mean and busiest rank)
  *   ledger.<name>   floors version compiler flags
- *   ranks_detail.<name>.{min,mean,max}   ranks_detail.<name>   (ranks_detail.h; null with one process)
+ *   ranks_detail.<name>.{min,mean,max}   ranks_detail.<name>   (ranks_detail.h)
  * norms is null without an exact solution; a number that is not finite is null.
  *
  * Drifts are the largest over the run. Energy: with that of forces from outside and less the work of a piston,
@@ -54,9 +54,9 @@ struct kith_report {
   const bool *measured; /* [KITH_N_MEASURES] borrowed; NULL: nothing is */
   double measure[KITH_N_MEASURES];
   int n_stages;
-  const struct kith_stage *stages;              /* of the profile, in tree order */
-  const struct kith_stage_times *stage_times;   /* of all ranks, n_stages of them; NULL: one process */
-  const struct kith_ranks_detail *ranks_detail; /* NULL: one process */
+  const struct kith_stage *stages;            /* of the profile, in tree order */
+  const struct kith_stage_times *stage_times; /* of all ranks, n_stages of them; NULL: one process */
+  const struct kith_ranks_detail *ranks_detail;
   int n_ledger;
   const struct kith_report_entry *ledger;
   uint64_t floors; /* values that were lifted to a floor: 0, a run stops at such a value and says where */

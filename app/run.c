@@ -345,11 +345,10 @@ static kith_status write_results(struct run *run, struct kith_report *report) {
 
 /* How the ranks shared the work. */
 static kith_status look_at_ranks(struct run *run, struct kith_report *report) {
-  if (run->ranks == NULL) return KITH_OK;
   KITH_TRY(kith_stage_times(run->ranks, run->profile, &run->stage_times));
   KITH_TRY(kith_ranks_detail(run->model, &run->before_steps, &run->after_steps,
                              run->model->integrator.step - run->first_step, &run->ranks_detail));
-  report->stage_times = &run->stage_times;
+  if (run->ranks != NULL) report->stage_times = &run->stage_times;
   report->ranks_detail = &run->ranks_detail;
   return KITH_OK;
 }
