@@ -14,13 +14,14 @@ static bool talks(const char *name) {
   return kith_boundary_find(name) != NULL || kith_package_find(name) != NULL;
 }
 
-static double compute_cpu(const struct kith_profile *profile) {
+/* Of the steps: what a rank does alone, and the rest. */
+static void clock_cpu(const struct kith_profile *profile, double *compute, double *exchange) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(profile, &stage);
-  double sum = 0;
+  *compute = *exchange = 0;
   for (int s = 0; s < n; ++s)
-    if (strncmp(stage[s].path, "step", 4) == 0 && !talks(stage[s].name)) sum += stage[s].self_cpu;
-  return sum;
+    if (strncmp(stage[s].path, "step", 4) == 0)
+      *(talks(stage[s].name) ? exchange : compute) += stage[s].self_cpu;
 }
 
 /* Remote ghosts of the last lists, and those in the row of an internal node. */
@@ -66,16 +67,18 @@ kith_status kith_ranks_detail(const struct kith_model *m, const struct kith_traf
                               struct kith_ranks_detail *out) {
   struct kith_ranks *ranks = m->nodes->ranks;
   const double n = fmax((double)steps, 1);
-  double count[COUNTS] = {0};
+  double count[COUNTS] = {0}, compute, exchange;
   struct kith_spread all[SPREADS];
   count_all(m, count);
+  clock_cpu(m->profile, &compute, &exchange);
   KITH_TRY(kith_ranks_agree(ranks, count_needed(m, &count[LAST_KEPT], &count[LAST_NEEDED])));
   const double mine[SPREADS] = {m->nodes->n_internal,
                                 (double)m->integrator.ledger.last_entries,
                                 count[LAST_KEPT],
                                 (double)(after->messages - before->messages) / n,
                                 (double)(after->bytes - before->bytes) / n,
-                                compute_cpu(m->profile)};
+                                compute,
+                                exchange};
   spread(ranks, mine, all);
   kith_ranks_sum(ranks, count, COUNTS);
   *out = (struct kith_ranks_detail){

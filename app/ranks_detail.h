@@ -9,13 +9,14 @@ struct kith_spread {
   double least, mean, most;
 };
 
-#define KITH_RANKS_SPREAD_LIST(X)              \
-  X(nodes, "nodes")                            \
-  X(row_entries, "row entries")                \
-  X(remote_ghosts, "ghosts of other ranks")    \
-  X(messages_per_step, "messages sent a step") \
-  X(bytes_per_step, "bytes sent a step")       \
-  X(compute_cpu_seconds, "processor seconds of what a rank computes alone, all steps")
+#define KITH_RANKS_SPREAD_LIST(X)                                                      \
+  X(nodes, "nodes")                                                                    \
+  X(row_entries, "row entries")                                                        \
+  X(remote_ghosts, "ghosts of other ranks")                                            \
+  X(messages_per_step, "messages sent a step")                                         \
+  X(bytes_per_step, "bytes sent a step")                                               \
+  X(compute_cpu_seconds, "processor seconds of what a rank computes alone, all steps") \
+  X(exchange_cpu_seconds, "processor seconds of the other stages, with spinning, all steps")
 
 /* Nodes, entries and ghosts: of the last lists. */
 struct kith_ranks_detail {
@@ -28,9 +29,9 @@ struct kith_ranks_detail {
   double migrated, repartitions;
 };
 
-/* What is taken when the steps begin and end: `traffic` of before and after. The profile clocks the processor (kith_profile_clock_cpu), else compute_cpu_seconds is
- * zero. It is the first thread's time in stages in which no rank waits: all but those that exchange (ranks_detail.c has their names).
- * Collective; one process has no others. */
+/* `before`, `after`: traffic when the steps began and ended. The profile clocks the processor (kith_profile_clock_cpu), else seconds are zero.
+ * compute: of the first thread, in stages in which no rank waits; exchange: in all others of the steps (ranks_detail.c has their names), where a
+ * rank that waits may spin: the least is that of the rank which waits least. Collective; one process has no others. */
 kith_status kith_ranks_detail(const struct kith_model *model, const struct kith_traffic *before,
                               const struct kith_traffic *after, uint64_t steps,
                               struct kith_ranks_detail *out);
