@@ -365,10 +365,11 @@ static void take_time(const struct kith_outlook *o, const struct kith_step_habit
   const struct kith_network *net = &c->network;
   const double places = h->lists * o->places;
   f->seconds.work = c->work * f->work;
-  f->seconds.ghosts = c->ghost * f->most_made + places * o->test;
-  f->seconds.network = net->latency * (f->most_messages + h->collectives * log2(o->n_ranks)) +
-                       (f->most_bytes + places * sizeof(struct place)) / net->bandwidth;
-  f->seconds.step = f->seconds.work + f->seconds.ghosts + f->seconds.network;
+  f->seconds.ghosts = c->ghost * f->most_made;
+  f->seconds.places = places * (sizeof(struct place) / net->bandwidth + o->test);
+  f->seconds.network =
+      net->latency * (f->most_messages + h->collectives * log2(o->n_ranks)) + f->most_bytes / net->bandwidth;
+  f->seconds.step = f->seconds.work + f->seconds.ghosts + f->seconds.places + f->seconds.network;
 }
 
 static kith_status look_at_map(const struct kith_outlook *o, const struct kith_partition *partition,

@@ -47,7 +47,7 @@ struct kith_forecast {
   double made, most_made, kept, most_peers;          /* ghosts of a rank; ranks that it exchanges with */
   double messages, bytes, most_messages, most_bytes; /* of a rank and step */
   struct {
-    double work, ghosts, network, step;
+    double work, ghosts, places, network, step; /* places: telling and testing those of all */
   } seconds;
 };
 

@@ -11,18 +11,18 @@ static void print_head(const struct kith_outlook *outlook, const struct kith_mod
   printf(
       "  a step: %.3g times new lists, %.0f bytes a new ghost; %.3g refreshes, %.0f bytes a ghost; %.0f collective calls\n\n",
       h->lists, h->creation_bytes, h->refreshes, h->refresh_bytes, h->collectives);
-  printf("  %-11s %9s %17s %6s %8s %19s   %s\n", "", "work", "ghosts of a rank", "peers", "messages",
+  printf("  %-11s %6s %15s %5s %8s %17s   %s\n", "", "work", "ghosts of a rank", "peers", "messages",
          "KiB sent a step", "ms a step of the busiest rank");
-  printf("  %-11s %9s %8s %8s %6s %8s %9s %9s %8s %8s %8s %8s %6s\n", "partitioner", "most/mean", "made",
-         "kept", "most", "a step", "mean", "most", "work", "ghosts", "network", "step", "effic.");
+  printf("  %-11s %6s %7s %8s %5s %8s %8s %8s %7s %7s %7s %7s %7s %6s\n", "partitioner", "imbal.", "made",
+         "kept", "most", "a step", "mean", "most", "work", "ghosts", "places", "network", "step", "effic.");
 }
 
 /* Efficiency: of as many ranks as one process, which has all the work and no ghosts of others. */
 static void print_line(const char *name, int n_ranks, double seconds, const struct kith_forecast *f) {
-  printf("  %-11s %9.3f %8.0f %8.0f %6.0f %8.1f %9.1f %9.1f %8.3g %8.3g %8.3g %8.3g %6.3f\n", name,
+  printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n", name,
          f->imbalance, f->made, f->kept, f->most_peers, f->messages, f->bytes / 1024, f->most_bytes / 1024,
-         1e3 * f->seconds.work, 1e3 * f->seconds.ghosts, 1e3 * f->seconds.network, 1e3 * f->seconds.step,
-         seconds / (n_ranks * f->seconds.step));
+         1e3 * f->seconds.work, 1e3 * f->seconds.ghosts, 1e3 * f->seconds.places, 1e3 * f->seconds.network,
+         1e3 * f->seconds.step, seconds / (n_ranks * f->seconds.step));
 }
 
 static kith_status show(const struct kith_outlook *outlook, const struct kith_step_habits *habits,

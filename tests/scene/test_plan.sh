@@ -46,7 +46,7 @@ shown "lists last" "$@" --set connectivity.rebuild=displacement
 shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
 shown "ghosts none" "$@" --set boundaries=
 ok "$@" --ranks 4 --network 1e-3,1e6
-[[ $(tr -s ' ' <stdout) == *"on 4 ranks: "*"a network of 1e+03 us, 0.001 GB/s"*"partitioner most/mean made kept"*"kd 1."* ]] || wrong "plan --ranks lacks its table"
+[[ $(tr -s ' ' <stdout) == *"on 4 ranks: "*"a network of 1e+03 us, 0.001 GB/s"*"partitioner imbal. made kept"*"kd 1."* ]] || wrong "plan --ranks lacks its table"
 awk 'length > 120 {exit 1}' stdout || wrong "plan --ranks has a line beyond 120 columns"
 stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neighbors=300
 

@@ -159,9 +159,11 @@ static void check_seconds(void) {
   CHECK_OK(kith_outlook_forecast(outlook, "kd", &h, &two, &b));
   CHECK_CLOSE(a.seconds.work, 1e-9 * a.work, 1e-15);
   CHECK_CLOSE(b.seconds.work, 2 * a.seconds.work, 1e-15);
-  CHECK(a.seconds.ghosts >= 1e-7 * a.most_made);
+  CHECK_CLOSE(a.seconds.ghosts, 1e-7 * a.most_made, 1e-15);
+  CHECK(a.seconds.places > 0 && a.seconds.places < 1e-3); /* at most a thousand */
   CHECK_CLOSE(b.seconds.network - a.seconds.network, 2e-6 * (a.most_messages + 2 * h.collectives), 1e-15);
-  CHECK_CLOSE(a.seconds.step, a.seconds.work + a.seconds.ghosts + a.seconds.network, 1e-15);
+  CHECK_CLOSE(a.seconds.step, a.seconds.work + a.seconds.ghosts + a.seconds.places + a.seconds.network,
+              1e-15);
   kith_outlook_destroy(&outlook);
   CHECK_STATUS(KITH_BAD_INPUT, (kith_outlook_create(&outlook, w.model, 2) == KITH_OK
                                     ? kith_outlook_forecast(outlook, "kdd", &h, &one, &a)
