@@ -3,6 +3,7 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
+#include "app/bench_ranks.h"
 #include "app/bench_reference.h"
 #include "app/version.h"
 
@@ -184,6 +185,12 @@ static bool bench_packages(const struct kith_options *options, int all) {
 }
 
 enum kith_exit kith_bench(const struct kith_options *options) {
+  if (options->ranks > 1) return kith_bench_ranks(options);
+  if (options->subject != NULL) {
+    fprintf(stderr, "kith: bench %.60s: a scene is for --ranks N; without, the case is always the same\n",
+            options->subject);
+    return KITH_EXIT_USAGE;
+  }
   const int all = omp_get_max_threads();
   const struct row rows[] = {
       {"thermal, rows rebuilt each step", 1, 0, {NULL}},

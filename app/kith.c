@@ -70,15 +70,11 @@ static int file_dimension(const char *path, int deep) {
  */
 static int scene_dimension(int argc, char **argv) {
   static const struct option options[] = {
-      {"set", required_argument, NULL, 's'},
-      {"output", required_argument, NULL, 'o'},
-      {"ranks", required_argument, NULL, 'v'},
-      {"threads", required_argument, NULL, 'v'},
-      {"until", required_argument, NULL, 'v'},
-      {"steps", required_argument, NULL, 'v'},
-      {"restart", required_argument, NULL, 'v'},
-      {"trace", required_argument, NULL, 'v'},
-      {NULL, 0, NULL, 0},
+      {"set", required_argument, NULL, 's'},     {"output", required_argument, NULL, 'o'},
+      {"ranks", required_argument, NULL, 'v'},   {"network", required_argument, NULL, 'v'},
+      {"threads", required_argument, NULL, 'v'}, {"until", required_argument, NULL, 'v'},
+      {"steps", required_argument, NULL, 'v'},   {"restart", required_argument, NULL, 'v'},
+      {"trace", required_argument, NULL, 'v'},   {NULL, 0, NULL, 0},
   };
   static const char key[] = "dimension=";
   const char *set = NULL, *scene = NULL;
@@ -98,6 +94,10 @@ static int program_dimension(int argc, char **argv) {
   if (strcmp(argv[1], "run") == 0 || strcmp(argv[1], "plan") == 0) {
     const int dimension = scene_dimension(argc - 1, argv + 1);
     return dimension != 0 ? dimension : 1;
+  }
+  if (strcmp(argv[1], "bench") == 0) {
+    const int dimension = scene_dimension(argc - 1, argv + 1);
+    return dimension != 0 ? dimension : 3;
   }
   const bool many =
       strcmp(argv[1], "validate") == 0 || strcmp(argv[1], "chart") == 0 || strcmp(argv[1], "stress") == 0;

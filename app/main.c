@@ -16,7 +16,9 @@ static const struct kith_verb verbs[] = {
      "what a scene will build and why, memory, time step, cost, cheaper forms; nothing is written",
      kith_plan},
     {"list", "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene", kith_list},
-    {"bench", "", "node updates per second, stage by stage, beside reference loops", kith_bench},
+    {"bench", "[SCENE]",
+     "node updates per second, stage by stage, beside reference loops; with --ranks: what ranks cost",
+     kith_bench},
     {"validate", "[SUITE]", "runs the scenes with their tolerances; 'validate list': the suites",
      kith_validate},
     {"chart", "SCENE|SUITE", "error against cost, for a matrix of methods; 'chart list': the suites",
@@ -29,8 +31,9 @@ int main(int argc, char **argv) {
   struct kith_options options;
   const struct kith_verb *verb = kith_options_parse(&options, argc, argv, verbs);
   if (options.threads > 0) omp_set_num_threads(options.threads);
-  if (options.ranks > 1 && verb->act != kith_run && verb->act != kith_plan) {
-    fprintf(stderr, "kith: --ranks: %s is of one process; run takes several, and plan tells of them\n",
+  if (options.ranks > 1 && verb->act != kith_run && verb->act != kith_plan && verb->act != kith_bench) {
+    fprintf(stderr,
+            "kith: --ranks: %s is of one process; run and bench take several, and plan tells of them\n",
             verb->name);
     return KITH_EXIT_USAGE;
   }

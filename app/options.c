@@ -5,6 +5,7 @@
 #include <math.h>
 #include <omp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include "app/version.h"
@@ -19,6 +20,7 @@ enum {
   KEY_TRACE,
   KEY_THREADS,
   KEY_RANKS,
+  KEY_NETWORK,
   KEY_SET,
   KEY_YES,
   N_KEYS = 32
@@ -37,9 +39,12 @@ static const struct argp_option table[] = {
     {"steps", KEY_STEPS, "N", 0, "stop after step N", 2},
     {"restart", KEY_RESTART, "FILE", 0, "go on from a checkpoint", 2},
     {"check", KEY_CHECK, 0, 0, "verify every structure after every rebuild", 2},
-    {"profile", KEY_PROFILE, 0, 0, "end with the table of stages", 2},
-    {"trace", KEY_TRACE, "FILE", 0, "write trace events for Perfetto or a browser's tracing page", 2},
+    {"profile", KEY_PROFILE, 0, 0, "end with the table of stages, of all ranks", 2},
+    {"trace", KEY_TRACE, "FILE", 0,
+     "write trace events of all ranks for Perfetto or a browser's tracing page", 2},
     {"quiet", 'q', 0, 0, "no progress, only the closing table", 2},
+    {"network", KEY_NETWORK, "S,B", 0,
+     "plan: ranks whose messages take S seconds and B bytes per second (default: 2e-6,1e10)", 2},
     {0, 0, 0, 0, "A chart or a stress:", 3},
     {"yes", KEY_YES, 0, 0, "start many runs, or long ones, without being asked", 3},
     {0}};
@@ -73,6 +78,15 @@ static long whole(const char *option, const char *text, long least, long most) {
   if (value != floor(value)) refuse("--%s: '%s' is not a whole number", option, text);
   if (value > (double)most) refuse("--%s: '%s' is more than %ld", option, text, most);
   return (long)value;
+}
+
+/* "2e-6,1e10" */
+static struct kith_network network(const char *text) {
+  char latency[64] = "", *comma = strchr(text, ',');
+  if (comma == NULL) refuse("--network: '%s' is not SECONDS,BYTES_PER_SECOND", text);
+  snprintf(latency, sizeof latency, "%.*s", (int)KITH_MIN(comma - text, 63), text);
+  const struct kith_network net = {number("network", latency, 0), number("network", comma + 1, 1)};
+  return net;
 }
 
 static void add_override(struct kith_options *o, const char *text) {
@@ -174,6 +188,9 @@ static error_t parse(int key, char *text, struct argp_state *state) {
     case KEY_RANKS:
       o->ranks = (int)whole("ranks", text, 1, KITH_MAX_RANKS);
       break;
+    case KEY_NETWORK:
+      o->network = network(text);
+      break;
     case KEY_RESTART:
       o->restart = text;
       break;
@@ -219,7 +236,7 @@ const struct kith_verb *kith_options_parse(struct kith_options *options, int arg
   char usage[512], about[2048], name[] = "kith", *started_as = argv[0];
   struct parse p = {options, verbs, NULL};
   const struct argp argp = {table, parse, usage, about, 0, 0, 0};
-  *options = (struct kith_options){.until = -1, .steps = -1};
+  *options = (struct kith_options){.until = -1, .steps = -1, .network = KITH_NETWORK};
   usage_texts(verbs, usage, about);
   argp_program_version_hook = print_version;
   argp_err_exit_status = KITH_EXIT_USAGE;

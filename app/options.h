@@ -6,6 +6,16 @@
 
 enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024, KITH_MAX_RANKS = 1000000 };
 
+/* Between ranks: seconds that a message takes however short it is, bytes per second. A common cluster network unless told otherwise:
+ * 100 Gbit/s, a rank on each node. */
+struct kith_network {
+  double latency, bandwidth;
+};
+#define KITH_NETWORK      \
+  (struct kith_network) { \
+    2e-6, 1e10            \
+  }
+
 /* Exit codes of the program. */
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
 
@@ -21,6 +31,7 @@ struct kith_options {
   long steps;                                /* < 0: no limit */
   int threads;                               /* 0: all */
   int ranks;                                 /* 0: as many as were started */
+  struct kith_network network;               /* that plans and forecasts are made for */
   char **arguments;                          /* as given, with the program first, ended by NULL */
   bool check, profile, quiet;
   bool yes; /* start what takes long */

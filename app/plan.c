@@ -16,6 +16,7 @@ struct plan {
   struct kith_model *model;
   double full_dt; /* the vote of the first rates, without the caution of the first step */
   struct kith_times times;
+  double step, lists; /* seconds of a step of the mean length, and how often it makes lists */
 };
 
 /* ---- text ---- */
@@ -271,8 +272,10 @@ static void show_dt(const struct plan *plan) {
 }
 
 /* The times of the start, kept to the end: all there is for a scene that costs next to nothing, or that no pilot could run. */
-static double show_guess(const struct plan *plan, double until, double steps) {
+static double show_guess(struct plan *plan, double until, double steps) {
   const struct kith_integrator *it = &plan->model->integrator;
+  plan->lists = it->evaluations;
+  plan->step = it->evaluations * (plan->times.rates + plan->times.lifecycle);
   const double seconds = steps * it->evaluations * plan->times.rates;
   char time[32], all[32];
   line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
@@ -285,12 +288,14 @@ static double show_guess(const struct plan *plan, double until, double steps) {
   return seconds;
 }
 
-static double show_piloted(const struct plan *plan, double until, const struct kith_pilot *pilot,
+static double show_piloted(struct plan *plan, double until, const struct kith_pilot *pilot,
                            double fixed_steps) {
   const struct kith_integrator *it = &plan->model->integrator;
   const double steps = fixed_steps > 0 ? fixed_steps : kith_pilot_steps(pilot, plan->scene->resolution);
   const double evaluation = plan->times.rates + pilot->rebuilds * plan->times.lifecycle;
   const double seconds = steps * it->evaluations * evaluation * pilot->growth;
+  plan->lists = it->evaluations * (kith_rebuilds_lasting(it->rebuilds) ? pilot->rebuilds : 1);
+  plan->step = it->evaluations * evaluation * pilot->growth;
   char time[32], all[32], lists[96] = "";
   line("steps",
        "about %.0f to t = %.6g, from two runs with fewer nodes: %.0f at resolution %.4g, %.0f at %.4g", steps,
@@ -305,7 +310,7 @@ static double show_piloted(const struct plan *plan, double until, const struct k
 }
 
 /* What the scene costs, in seconds. */
-static double show_cost(const struct plan *plan, const struct kith_options *options, double until) {
+static double show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const double cheap = 1; /* seconds */
   const struct kith_integrator *it = &plan->model->integrator;
   const bool fixed = it->fixed_dt > 0;
@@ -322,7 +327,7 @@ static double show_cost(const struct plan *plan, const struct kith_options *opti
 }
 
 /* Cheaper forms are for what costs more than a few seconds. */
-static void show(const struct plan *plan, const struct kith_options *options, double until) {
+static void show(struct plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);
   show_domain(plan);
   show_forces(plan);
@@ -334,7 +339,8 @@ static void show(const struct plan *plan, const struct kith_options *options, do
   show_memory(plan);
   const double seconds = show_cost(plan, options, until);
   fflush(stdout);
-  if (options->ranks > 1 && kith_plan_ranks(plan->model, options->ranks) != KITH_OK)
+  if (options->ranks > 1 &&
+      kith_plan_ranks(plan->model, options->ranks, plan->step, plan->lists, &options->network) != KITH_OK)
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
   if (options->quiet || seconds < 2) return;
   if (kith_forms_show(options, plan->model, until, seconds) != KITH_OK)

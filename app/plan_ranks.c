@@ -1,199 +1,52 @@
 #include "app/plan_ranks.h"
 
-#include <math.h>
 #include <stdio.h>
-#include <string.h>
-#include "lib/domain/share.h"
-#include "lib/domain/shell.h"
 
-enum { MOST_MAPS = 20, MOST_RANKS_OF_A_NODE = 128 };
+static void print_head(const struct kith_outlook *outlook, const struct kith_model *m, int n_ranks,
+                       const struct kith_step_habits *h, const struct kith_network *net) {
+  printf(
+      "\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank; a network of %.3g us, %.3g GB/s\n",
+      n_ranks, (long long)kith_outlook_cells(outlook), (double)m->nodes->n_internal / n_ranks,
+      (double)m->integrator.ledger.last_entries / n_ranks, 1e6 * net->latency, 1e-9 * net->bandwidth);
+  printf(
+      "  a step: %.3g times new lists, %.0f bytes a new ghost; %.3g refreshes, %.0f bytes a ghost; %.0f collective calls\n\n",
+      h->lists, h->creation_bytes, h->refreshes, h->refresh_bytes, h->collectives);
+  printf("  %-11s %6s %15s %5s %8s %17s   %s\n", "", "work", "ghosts of a rank", "peers", "messages",
+         "KiB sent a step", "ms a step of the busiest rank");
+  printf("  %-11s %6s %7s %8s %5s %8s %8s %8s %7s %7s %7s %7s %7s %6s\n", "partitioner", "imbal.", "made",
+         "kept", "most", "a step", "mean", "most", "work", "ghosts", "places", "network", "step", "effic.");
+}
 
-struct place { /* of a cell: the box around its nodes, and their largest reach; reach < 0: no nodes */
-  struct kith_box box;
-  double reach;
-};
+/* Efficiency: of as many ranks as one process, which has all the work and no ghosts of others. */
+static void print_line(const char *name, int n_ranks, double seconds, const struct kith_forecast *f) {
+  printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n", name,
+         f->imbalance, f->made, f->kept, f->most_peers, f->messages, f->bytes / 1024, f->most_bytes / 1024,
+         1e3 * f->seconds.work, 1e3 * f->seconds.ghosts, 1e3 * f->seconds.places, 1e3 * f->seconds.network,
+         1e3 * f->seconds.step, seconds / (n_ranks * f->seconds.step));
+}
 
-struct outlook {
-  const struct kith_model *model;
-  struct kith_cells cells;
-  struct place *place; /* [cells.n] */
-  double *work;        /* [cells.n] */
-  double reach;        /* the largest of all */
-  double factor;       /* f */
-  int n_ranks;
-};
+static kith_status show(const struct kith_outlook *outlook, const struct kith_step_habits *habits,
+                        const struct kith_costs *costs, int n_ranks, double seconds) {
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    struct kith_forecast f;
+    if ((*p)->needs != NULL) continue;
+    KITH_TRY(kith_outlook_forecast(outlook, (*p)->name, habits, costs, &f));
+    print_line((*p)->name, n_ranks, seconds, &f);
+  }
+  return KITH_OK;
+}
 
-/* What a rank would have. */
-struct load {
-  double nodes, ghosts, sends, peers;
-};
-
-static kith_status look(struct outlook *o, int n_ranks) {
-  const struct kith_model *m = o->model;
-  const struct kith_nodes *nodes = m->nodes;
+kith_status kith_plan_ranks(struct kith_model *m, int n_ranks, double seconds, double lists,
+                            const struct kith_network *network) {
+  struct kith_outlook *outlook = NULL;
+  struct kith_step_habits habits;
+  KITH_TRY(kith_step_habits(m, lists, &habits));
   const struct kith_rows *rows = &m->connectivity->rows;
-  bool periodic[NDIM];
-  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->boundary[a].lower == &kith_boundary_periodic;
-  KITH_TRY(kith_share_cells(&o->cells, nodes, &m->scene->domain, periodic,
-                            (int64_t)m->scene->partition.cells * n_ranks));
-  KITH_TRY(kith_resize(&o->place, 0, (size_t)o->cells.n, sizeof *o->place));
-  KITH_TRY(kith_resize(&o->work, 0, (size_t)o->cells.n, sizeof *o->work));
-  o->n_ranks = n_ranks;
-  o->factor = m->connectivity->built.overlap ? 2 : 1;
-  for (int64_t c = 0; c < o->cells.n; ++c) o->place[c] = (struct place){kith_box_empty(), -1};
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const double *x = nodes->position->f64 + (size_t)i * NDIM;
-    const int64_t c = kith_cells_of(&o->cells, x);
-    kith_box_include(&o->place[c].box, x);
-    o->place[c].reach = fmax(o->place[c].reach, nodes->reach->f64[i]);
-    o->reach = fmax(o->reach, nodes->reach->f64[i]);
-    o->work[c] += 1 + (double)(rows->first[i + 1] - rows->first[i]);
-  }
-  return KITH_OK;
-}
-
-/* --- who is sent where --- */
-
-struct targets {
-  int n;
-  struct {
-    int32_t rank;
-    int shift[NDIM];
-  } of[MOST_RANKS_OF_A_NODE];
-};
-
-static void aim(struct targets *t, int32_t rank, const int *shift) {
-  for (int k = 0; k < t->n; ++k)
-    if (t->of[k].rank == rank && memcmp(t->of[k].shift, shift, sizeof t->of[k].shift) == 0) return;
-  if (t->n == MOST_RANKS_OF_A_NODE) return;
-  t->of[t->n].rank = rank;
-  memcpy(t->of[t->n++].shift, shift, sizeof t->of[0].shift);
-}
-
-/* Is the image of x that is displaced by -shift lengths, so that it stands where cell c sees it, within reach of c? */
-static bool reaches(const struct outlook *o, const double *x, double reach, int64_t c, const int *shift) {
-  const struct place *p = &o->place[c];
-  double d2 = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double y = x[a] - shift[a] * (o->cells.upper[a] - o->cells.lower[a]);
-    const double d = fmax(0, fmax(p->box.lower[a] - y, y - p->box.upper[a]));
-    d2 += d * d;
-  }
-  const double r = o->factor * fmax(reach, p->reach);
-  return p->reach >= 0 && d2 <= r * r;
-}
-
-/* All cells around x, box by box of the unfolded grid. */
-static void find_targets(const struct outlook *o, const int32_t *owner, const double *x, double reach,
-                         int32_t own, struct targets *t) {
-  const struct kith_cells *g = &o->cells;
-  int64_t low[NDIM], high[NDIM], k[NDIM];
-  t->n = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    low[a] = (int64_t)floor((x[a] - o->factor * o->reach - g->lower[a]) / g->edge[a]);
-    high[a] = (int64_t)floor((x[a] + o->factor * o->reach - g->lower[a]) / g->edge[a]);
-    if (!g->periodic[a]) low[a] = KITH_MAX(low[a], 0), high[a] = KITH_MIN(high[a], g->count[a] - 1);
-    k[a] = low[a];
-  }
-  for (bool more = true; more;) {
-    int64_t inside[NDIM];
-    int shift[NDIM];
-    for (int a = 0; a < NDIM; ++a) {
-      shift[a] = (int)floor((double)k[a] / (double)g->count[a]);
-      inside[a] = k[a] - shift[a] * g->count[a];
-    }
-    const int64_t c = kith_cells_at(g, inside);
-    if (owner[c] != own && reaches(o, x, reach, c, shift)) aim(t, owner[c], shift);
-    more = false;
-    for (int a = 0; a < NDIM && !more; ++a) {
-      more = k[a] < high[a];
-      k[a] = more ? k[a] + 1 : low[a];
-    }
-  }
-}
-
-static kith_status load_ranks(const struct outlook *o, const int32_t *owner, struct load *load) {
-  const struct kith_nodes *nodes = o->model->nodes;
-  const size_t n = (size_t)o->n_ranks;
-  uint8_t *meets = NULL; /* [from][to] */
-  KITH_TRY(kith_resize(&meets, 0, n * n, 1));
-  memset(load, 0, n * sizeof *load);
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    struct targets t;
-    const double *x = nodes->position->f64 + (size_t)i * NDIM;
-    const int32_t own = owner[kith_cells_of(&o->cells, x)];
-    find_targets(o, owner, x, nodes->reach->f64[i], own, &t);
-    load[own].nodes += 1, load[own].sends += t.n;
-    for (int k = 0; k < t.n; ++k) {
-      load[t.of[k].rank].ghosts += 1;
-      meets[(size_t)own * n + (size_t)t.of[k].rank] = 1;
-    }
-  }
-  for (size_t k = 0; k < n * n; ++k) load[k / n].peers += meets[k] | meets[k % n * n + k / n];
-  kith_free(&meets);
-  return KITH_OK;
-}
-
-/* --- one partitioner --- */
-
-static kith_status settle(struct kith_partition *partition, const double *work) {
-  bool changed = true;
-  for (int k = 0; changed && k < MOST_MAPS; ++k)
-    KITH_TRY(kith_partition_update(partition, work, NULL, &changed));
-  return KITH_OK;
-}
-
-static void print_line(const struct outlook *o, const char *name, const struct load *load,
-                       const struct kith_partition_figures *map) {
-  struct load sum = {0}, most = {0};
-  for (int r = 0; r < o->n_ranks; ++r) {
-    sum.ghosts += load[r].ghosts, most.ghosts = fmax(most.ghosts, load[r].ghosts);
-    most.sends = fmax(most.sends, load[r].sends), most.peers = fmax(most.peers, load[r].peers);
-    sum.nodes += load[r].nodes;
-  }
-  printf("    %-12s %9.3f %9lld %9.2f %10.0f %10.0f %9.0f %12.1f\n", name, map->imbalance,
-         (long long)map->cut_faces, sum.ghosts / fmax(sum.nodes, 1), sum.ghosts / o->n_ranks, most.ghosts,
-         most.peers, most.sends * 8 / 1024);
-}
-
-static kith_status show_map(const struct outlook *o, const struct kith_partition *partition) {
-  struct kith_partition_figures all;
-  struct kith_rank_figures *rank = NULL;
-  struct load *load = NULL;
-  kith_status status = kith_resize(&load, 0, (size_t)o->n_ranks, sizeof *load);
-  if (status == KITH_OK) status = kith_resize(&rank, 0, (size_t)o->n_ranks, sizeof *rank);
-  if (status == KITH_OK) status = kith_partition_figures(partition, o->work, NULL, rank, &all);
-  if (status == KITH_OK) status = load_ranks(o, partition->owner, load);
-  if (status == KITH_OK) print_line(o, partition->ops->name, load, &all);
-  kith_free(&load);
-  kith_free(&rank);
-  return status;
-}
-
-static kith_status show_partitioner(const struct outlook *o, const struct kith_partitioner_ops *ops) {
-  struct kith_partition *partition = NULL;
-  KITH_TRY(kith_partition_create(&partition, &o->cells, o->n_ranks, ops->name));
-  kith_status status = settle(partition, o->work);
-  if (status == KITH_OK) status = show_map(o, partition);
-  kith_partition_destroy(&partition);
-  return status;
-}
-
-kith_status kith_plan_ranks(const struct kith_model *model, int n_ranks) {
-  struct outlook o = {.model = model};
-  kith_status status = look(&o, n_ranks);
-  if (status == KITH_OK)
-    printf(
-        "\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank\n"
-        "    %-12s %9s %9s %9s %10s %10s %9s %12s\n    %-12s %9s %9s %9s %10s %10s %9s %12s\n",
-        n_ranks, (long long)o.cells.n, (double)model->nodes->n_internal / n_ranks,
-        (double)model->integrator.ledger.last_entries / n_ranks, "", "largest", "cut", "ghosts", "ghosts",
-        "ghosts", "peers", "KiB a scalar", "partitioner", "over mean", "faces", "a node", "mean", "largest",
-        "largest", "sent");
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); status == KITH_OK && *p != NULL;
-       ++p)
-    if ((*p)->needs == NULL) status = show_partitioner(&o, *p);
-  kith_free(&o.place);
-  kith_free(&o.work);
+  const double all = (double)m->nodes->n_internal + (double)rows->first[m->nodes->n_internal];
+  const struct kith_costs costs = {seconds / all, KITH_GHOST_WORK * seconds / all, *network};
+  KITH_TRY(kith_outlook_create(&outlook, m, n_ranks));
+  print_head(outlook, m, n_ranks, &habits, network);
+  const kith_status status = show(outlook, &habits, &costs, n_ranks, seconds);
+  kith_outlook_destroy(&outlook);
   return status;
 }

@@ -66,6 +66,40 @@ static void put_measures(FILE *f, const struct kith_report *r) {
   fputs("},\n", f);
 }
 
+/* Members of an object. */
+static void put_spread(FILE *f, const char *before, const struct kith_spread *spread) {
+  fprintf(f, "%s\"min\": ", before), kith_json_number(f, spread->least);
+  fputs(", \"mean\": ", f), kith_json_number(f, spread->mean);
+  fputs(", \"max\": ", f), kith_json_number(f, spread->most);
+}
+
+/* The last member of the file. */
+static void put_ranks(FILE *f, const struct kith_report *r) {
+  const struct kith_ranks_detail *d = r->ranks_detail;
+  fputs("  \"ranks_detail\": ", f);
+  if (d == NULL) {
+    fputs("null\n", f);
+    return;
+  }
+  const struct kith_report_entry entry[] = {{"collectives_per_step", d->collectives_per_step},
+                                            {"remote_ghosts_created", d->created},
+                                            {"remote_ghosts_culled", d->culled},
+                                            {"remote_ghosts_kept", d->kept},
+                                            {"remote_ghosts_last", d->last_kept},
+                                            {"remote_ghosts_last_needed", d->last_needed},
+                                            {"nodes_migrated", d->migrated},
+                                            {"repartitions", d->repartitions}};
+  fputs("{\n", f);
+#define X(name, doc) put_spread(f, "    \"" #name "\": {", &d->name), fputs("},\n", f);
+  KITH_RANKS_SPREAD_LIST(X)
+#undef X
+  for (size_t k = 0; k < sizeof entry / sizeof *entry; ++k) {
+    fprintf(f, "%s    \"%s\": ", k > 0 ? ",\n" : "", entry[k].name);
+    kith_json_number(f, entry[k].value);
+  }
+  fputs("\n  }\n", f);
+}
+
 static void put_stages(FILE *f, const struct kith_report *r) {
   fputs("  \"stages\": {", f);
   for (int s = 0; s < r->n_stages; ++s) {
@@ -74,9 +108,9 @@ static void put_stages(FILE *f, const struct kith_report *r) {
     fputs(": {\"seconds\": ", f);
     kith_json_number(f, r->stages[s].seconds);
     fprintf(f, ", \"calls\": %" PRIu64, r->stages[s].calls);
-    if (r->stage_mean != NULL) {
-      fputs(", \"mean\": ", f), kith_json_number(f, r->stage_mean[s]);
-      fputs(", \"max\": ", f), kith_json_number(f, r->stage_most[s]);
+    if (r->stage_times != NULL) {
+      const struct kith_stage_times *t = r->stage_times;
+      put_spread(f, ", ", &(struct kith_spread){t->least[s], t->mean[s], t->most[s]});
     }
     fputc('}', f);
   }
@@ -138,7 +172,9 @@ kith_status kith_report_write(const struct kith_report *report, const char *path
   put_count(f, "floors", report->floors);
   put_text(f, "version", report->version, ",\n");
   put_text(f, "compiler", report->compiler, ",\n");
-  put_text(f, "flags", report->flags, "\n}\n");
+  put_text(f, "flags", report->flags, ",\n");
+  put_ranks(f, report);
+  fputs("}\n", f);
   return kith_atomic_file_commit(&file, false);
 }
 
@@ -211,7 +247,7 @@ static void print_stages(const struct kith_report *r, FILE *f) {
   enum { WIDTH = 36 };
   if (r->n_stages == 0) return;
   fprintf(f, "\n  %-*s %12s %12s %8s %12s%s\n", WIDTH, "stage", "calls", "seconds", "share", "ns/update",
-          r->stage_mean != NULL ? "  max/mean" : "");
+          r->stage_times != NULL ? "  max/mean" : "");
   const double updates = (double)r->nodes * (double)r->steps;
   for (int s = 0; s < r->n_stages; ++s) {
     const struct kith_stage *stage = &r->stages[s];
@@ -222,8 +258,8 @@ static void print_stages(const struct kith_report *r, FILE *f) {
             stage->seconds);
     fprintf(f, "%6.1f %% ", r->wall_seconds > 0 ? 100 * stage->seconds / r->wall_seconds : 0.0);
     fprintf(f, "%12.1f", updates > 0 ? 1e9 * stage->seconds / updates : 0.0);
-    if (r->stage_mean != NULL && r->stage_mean[s] > 0)
-      fprintf(f, "%10.2f", r->stage_most[s] / r->stage_mean[s]);
+    if (r->stage_times != NULL && r->stage_times->mean[s] > 0)
+      fprintf(f, "%10.2f", r->stage_times->most[s] / r->stage_times->mean[s]);
     fputc('\n', f);
   }
 }

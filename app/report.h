@@ -8,8 +8,9 @@
  *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}
  *   norms.{nodes,blip,shock_radius,shock_exact,density_peak,speed_peak}
  *   measures.<name>               those that the scene asks for (measure.h)
- *   stages.<path>.{seconds,calls}   (with several ranks those of rank 0, and mean, max: seconds of the mean and of the busiest rank)
+ *   stages.<path>.{seconds,calls}   (with several ranks those of rank 0, and min, mean, max: seconds of the quickest, mean and busiest rank)
  *   ledger.<name>   floors version compiler flags
+ *   ranks_detail.<name>.{min,mean,max}   ranks_detail.<name>   (ranks_detail.h)
  * norms is null without an exact solution; a number that is not finite is null.
  *
  * Drifts are the largest over the run. Energy: with that of forces from outside and less the work of a piston,
@@ -22,7 +23,8 @@
 #define KITH_APP_REPORT_H
 
 #include <stdio.h>
-#include "lib/core/profile.h"
+#include "app/ranks_detail.h"
+#include "app/stage_times.h"
 #include "validation/measure.h"
 #include "validation/norms.h"
 
@@ -52,8 +54,9 @@ struct kith_report {
   const bool *measured; /* [KITH_N_MEASURES] borrowed; NULL: nothing is */
   double measure[KITH_N_MEASURES];
   int n_stages;
-  const struct kith_stage *stages;       /* of the profile, in tree order */
-  const double *stage_mean, *stage_most; /* [n_stages] over all ranks (stage_times.h); NULL: one process */
+  const struct kith_stage *stages;            /* of the profile, in tree order */
+  const struct kith_stage_times *stage_times; /* of all ranks, n_stages of them; NULL: one process */
+  const struct kith_ranks_detail *ranks_detail;
   int n_ledger;
   const struct kith_report_entry *ledger;
   uint64_t floors; /* values that were lifted to a floor: 0, a run stops at such a value and says where */

@@ -12,6 +12,7 @@
 #include "app/report.h"
 #include "app/screen.h"
 #include "app/stage_times.h"
+#include "app/trace.h"
 #include "app/version.h"
 #include "lib/domain/migrate.h"
 #include "lib/io/atomic_file.h"
@@ -25,9 +26,11 @@ struct run {
   struct kith_output output;
   struct kith_origin origin;
   struct kith_screen screen;
-  struct kith_nodes *whole;        /* at the end, on rank 0: all nodes; NULL: they are the model's */
-  void *exact;                     /* solution, NULL without one */
-  double *stage_mean, *stage_most; /* stage_times.h */
+  struct kith_nodes *whole; /* at the end, on rank 0: all nodes; NULL: they are the model's */
+  void *exact;              /* solution, NULL without one */
+  struct kith_stage_times stage_times;
+  struct kith_ranks_detail ranks_detail;
+  struct kith_traffic before_steps, after_steps;
   double until, started, cpu_started;
   uint64_t first_step;
   bool stopped; /* by a signal */
@@ -120,6 +123,7 @@ static kith_status lay_out(struct run *run) {
   run->until = o->until >= 0 ? o->until : run->scene->until;
   KITH_TRY(kith_scene_lasts(run->scene, run->until));
   KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
+  if (o->profile) kith_profile_clock_cpu(run->profile);
   if (run->scene->exact.ops != NULL)
     KITH_TRY(run->scene->exact.ops->create(&run->exact, &run->scene->exact.parameters));
   KITH_TRY(kith_model_create(&run->model, run->scene, run->profile, o->check));
@@ -130,6 +134,7 @@ static kith_status lay_out(struct run *run) {
 static kith_status prepare(struct run *run) {
   const char *restart = run->options->restart;
   KITH_TRY(kith_ranks_agree(run->ranks, lay_out(run)));
+  kith_profile_align(run->profile); /* all leave the agreement together */
   if (restart != NULL) KITH_TRY(kith_output_restore(&run->output, restart, run->model, &run->origin));
   return kith_ranks_agree(run->ranks, open_output(run));
 }
@@ -204,12 +209,14 @@ static bool finished(struct run *run) {
 static kith_status steps(struct run *run) {
   struct kith_integrator *it = &run->model->integrator;
   kith_screen_init(&run->screen, stderr, run->options->quiet || !speaks(run), it->time, run->until);
+  run->before_steps = kith_ranks_traffic(run->ranks);
   for (bool end = finished(run); !end;) {
     KITH_TRY(kith_integrator_step(it, landing(run)));
     KITH_TRY(after_step(run));
     end = finished(run);
     kith_screen_step(&run->screen, it, end);
   }
+  run->after_steps = kith_ranks_traffic(run->ranks);
   return KITH_OK;
 }
 
@@ -341,8 +348,28 @@ static kith_status write_results(struct run *run, struct kith_report *report) {
   KITH_TRY(measure(run, run->origin.measure, report->measure));
   snprintf(path, sizeof path, "%s/report.json", run->output.directory);
   KITH_TRY(kith_report_write(report, path));
-  if (run->options->trace != NULL) KITH_TRY(kith_profile_write_trace(run->profile, run->options->trace));
   return KITH_OK;
+}
+
+/* How the ranks shared the work. */
+static kith_status look_at_ranks(struct run *run, struct kith_report *report) {
+  KITH_TRY(kith_stage_times(run->ranks, run->profile, &run->stage_times));
+  KITH_TRY(kith_ranks_detail(run->model, &run->before_steps, &run->after_steps,
+                             run->model->integrator.step - run->first_step, &run->ranks_detail));
+  if (run->ranks != NULL) report->stage_times = &run->stage_times;
+  report->ranks_detail = &run->ranks_detail;
+  return KITH_OK;
+}
+
+static void print_profile(const struct run *run, const struct kith_report *report) {
+  if (!run->options->profile) return;
+  if (run->ranks == NULL) {
+    kith_profile_print(run->profile, stdout,
+                       (double)report->nodes * (double)(report->steps - run->first_step));
+    return;
+  }
+  kith_stage_times_print(&run->stage_times, run->profile, stdout);
+  kith_ranks_detail_print(&run->ranks_detail, stdout);
 }
 
 /* A picture is no reason to lose a run. */
@@ -374,17 +401,18 @@ static enum kith_exit end(struct run *run) {
   struct kith_report_entry ledger[LEDGER_ENTRIES];
   kith_screen_end(&run->screen);
   fill_report(run, &report, ledger);
-  kith_status status = kith_stage_times(run->ranks, run->profile, &run->stage_mean, &run->stage_most);
-  report.stage_mean = run->stage_mean, report.stage_most = run->stage_most;
+  kith_status status = look_at_ranks(run, &report);
   if (status == KITH_OK) status = write_state(run);
   if (status != KITH_OK) return complain(run, KITH_EXIT_FAILED);
   if (speaks(run)) status = write_results(run, &report);
-  if (kith_ranks_agree(run->ranks, status) != KITH_OK) return complain(run, KITH_EXIT_FAILED);
+  status = kith_ranks_agree(run->ranks, status);
+  if (status == KITH_OK && run->options->trace != NULL)
+    status = kith_trace_write(run->ranks, run->profile, run->options->trace);
+  if (status != KITH_OK) return complain(run, KITH_EXIT_FAILED);
   if (!speaks(run)) return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
   picture(run, &report);
   kith_report_print(&report, stdout);
-  if (run->options->profile)
-    kith_profile_print(run->profile, stdout, (double)report.nodes * (double)(report.steps - run->first_step));
+  print_profile(run, &report);
   printf("results in %s\n", run->output.directory);
   if (run->stopped)
     fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,
@@ -431,8 +459,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
   }
   if (run.exact != NULL) run.scene->exact.ops->destroy(&run.exact);
   kith_nodes_destroy(&run.whole);
-  kith_free(&run.stage_mean);
-  kith_free(&run.stage_most);
+  kith_stage_times_clear(&run.stage_times);
   kith_model_destroy(&run.model);
   kith_profile_destroy(&run.profile);
   kith_scene_destroy(&run.scene);

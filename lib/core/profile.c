@@ -11,7 +11,7 @@ struct timer {
   int depth, parent, first_child, last_child, next; /* NOWHERE: none */
   int first_counter, last_counter;
   uint64_t calls;
-  double start, seconds;
+  double start, seconds, cpu_start, cpu;
 };
 
 struct tally {
@@ -33,9 +33,9 @@ struct row {
 };
 
 struct kith_profile {
-  double origin;
+  double origin; /* of the clock of a trace */
   int threads;
-  bool trace;
+  bool trace, cpu;
   int now;     /* the present stage */
   int skipped; /* begins that found no memory: their ends must not close another stage */
   int n_timers, timers_capacity, n_tallies, tallies_capacity;
@@ -51,6 +51,13 @@ struct kith_profile {
 double kith_seconds(void) {
   struct timespec t;
   clock_gettime(CLOCK_MONOTONIC, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static double cpu_now(const struct kith_profile *p) {
+  struct timespec t;
+  if (!p->cpu) return 0;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
@@ -132,6 +139,14 @@ void kith_profile_destroy(struct kith_profile **profile) {
   kith_free(profile);
 }
 
+void kith_profile_clock_cpu(struct kith_profile *profile) {
+  if (profile != NULL) profile->cpu = true;
+}
+
+void kith_profile_align(struct kith_profile *profile) {
+  if (profile != NULL) profile->origin = kith_seconds();
+}
+
 static inline bool same(const char *a, const char *b) {
   return a == b || strcmp(a, b) == 0;
 }
@@ -152,6 +167,7 @@ void kith_profile_begin(struct kith_profile *profile, const char *name) {
   }
   profile->now = child;
   ++profile->timers[child].calls;
+  profile->timers[child].cpu_start = cpu_now(profile);
   profile->timers[child].start = kith_seconds();
 }
 
@@ -178,6 +194,7 @@ void kith_profile_end(struct kith_profile *profile) {
   }
   struct timer *t = &profile->timers[profile->now];
   t->seconds += stop - t->start;
+  t->cpu += cpu_now(profile) - t->cpu_start;
   if (profile->trace) record(&profile->rows[0], profile->now, t->start, stop);
   profile->now = t->parent;
 }
@@ -248,12 +265,14 @@ static int next_in_tree(const struct kith_profile *p, int t) {
 int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out) {
   *out = NULL;
   if (profile == NULL) return 0;
-  const double now = kith_seconds();
+  const double now = kith_seconds(), cpu = cpu_now(profile);
   int n = 0;
   profile->place[TOP] = NOWHERE;
   for (int t = next_in_tree(profile, TOP); t != NOWHERE; t = next_in_tree(profile, t)) {
     const struct timer *timer = &profile->timers[t];
-    const double seconds = timer->seconds + (is_open(profile, t) ? now - timer->start : 0);
+    const bool open = is_open(profile, t);
+    const double seconds = timer->seconds + (open ? now - timer->start : 0);
+    const double busy = timer->cpu + (open ? cpu - timer->cpu_start : 0);
     const int parent = profile->place[timer->parent];
     profile->place[t] = n;
     profile->stages[n++] = (struct kith_stage){.path = timer->path,
@@ -263,8 +282,11 @@ int kith_profile_stages(const struct kith_profile *profile, const struct kith_st
                                                .calls = timer->calls,
                                                .seconds = seconds,
                                                .self_seconds = seconds,
+                                               .self_cpu = busy,
                                                .imbalance = imbalance_of(profile, t)};
-    if (parent >= 0) profile->stages[parent].self_seconds -= seconds;
+    if (parent < 0) continue;
+    profile->stages[parent].self_seconds -= seconds;
+    profile->stages[parent].self_cpu -= busy;
   }
   *out = profile->stages;
   return n;
@@ -330,8 +352,9 @@ static void write_string(FILE *file, const char *text) {
   fputc('"', file);
 }
 
-static void write_event(const struct kith_profile *p, FILE *file, int row, const struct event *event) {
-  fprintf(file, ",\n{\"ph\":\"X\",\"pid\":0,\"tid\":%d,\"ts\":%.3f,\"dur\":%.3f,\"name\":", row,
+static void write_event(const struct kith_profile *p, FILE *file, int process, int row,
+                        const struct event *event) {
+  fprintf(file, ",\n{\"ph\":\"X\",\"pid\":%d,\"tid\":%d,\"ts\":%.3f,\"dur\":%.3f,\"name\":", process, row,
           1e6 * (event->start - p->origin), 1e6 * (event->stop - event->start));
   write_string(file, p->timers[event->stage].name);
   fprintf(file, ",\"args\":{\"path\":");
@@ -339,19 +362,21 @@ static void write_event(const struct kith_profile *p, FILE *file, int row, const
   fprintf(file, "}}");
 }
 
-static void write_events(const struct kith_profile *p, FILE *file) {
-  fprintf(file, "[\n{\"ph\":\"M\",\"pid\":0,\"name\":\"process_name\",\"args\":{\"name\":\"kith\"}}");
+static void write_name(FILE *file, int process, int row, const char *what, const char *name, int number) {
+  fprintf(file, "{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"%s\",\"args\":{\"name\":\"%s %d\"}}", process,
+          row, what, name, number);
+}
+
+void kith_profile_write_events(const struct kith_profile *p, int process, FILE *file) {
+  write_name(file, process, 0, "process_name", "kith, rank", process);
   for (int r = 0; r < p->threads; ++r) {
-    fprintf(
-        file,
-        ",\n{\"ph\":\"M\",\"pid\":0,\"tid\":%d,\"name\":\"thread_name\",\"args\":{\"name\":\"thread %d\"}}",
-        r, r);
-    for (size_t e = 0; e < p->rows[r].n_events; ++e) write_event(p, file, r, &p->rows[r].events[e]);
+    fprintf(file, ",\n");
+    write_name(file, process, r, "thread_name", "thread", r);
+    for (size_t e = 0; e < p->rows[r].n_events; ++e) write_event(p, file, process, r, &p->rows[r].events[e]);
   }
   const double now = kith_seconds();
   for (int t = p->now; t != TOP; t = p->timers[t].parent) /* still open: as if they ended here */
-    write_event(p, file, 0, &(struct event){t, p->timers[t].start, now});
-  fprintf(file, "\n]\n");
+    write_event(p, file, process, 0, &(struct event){t, p->timers[t].start, now});
 }
 
 kith_status kith_profile_write_trace(const struct kith_profile *profile, const char *path) {
@@ -363,7 +388,9 @@ kith_status kith_profile_write_trace(const struct kith_profile *profile, const c
   FILE *file = fopen(part, "w");
   bool ok = file != NULL;
   if (ok) {
-    write_events(profile, file);
+    fprintf(file, "[\n");
+    kith_profile_write_events(profile, 0, file);
+    fprintf(file, "\n]\n");
     ok = ferror(file) == 0;
     ok = fclose(file) == 0 && ok;
     ok = ok && rename(part, path) == 0;

@@ -4,6 +4,7 @@
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 static void spin(double seconds) {
@@ -205,6 +206,53 @@ static void check_trace(void) {
   kith_profile_destroy(&p);
 }
 
+/* Events of two processes between one pair of brackets; times from the moment of alignment. */
+static void check_processes(void) {
+  struct kith_profile *p = NULL;
+  char text[4096] = "";
+  FILE *file = fmemopen(text, sizeof text, "w");
+  CHECK_OK(kith_profile_create(&p, 1, true));
+  spin(0.01);
+  kith_profile_align(p);
+  kith_profile_begin(p, "a");
+  kith_profile_end(p);
+  fprintf(file, "[");
+  kith_profile_write_events(p, 3, file);
+  fprintf(file, ",");
+  kith_profile_write_events(p, 4, file);
+  fprintf(file, "]");
+  fclose(file);
+  CHECK(is_json(text) && occurrences(text, "\"pid\":3") == 3 && occurrences(text, "\"pid\":4") == 3);
+  const char *start = strstr(text, "\"ts\":");
+  CHECK(start != NULL && atof(start + 5) >= 0 &&
+        atof(start + 5) < 5000); /* us: far less than was spun before */
+  kith_profile_destroy(&p);
+}
+
+/* The processor's clock stands while the process sleeps, and what children had is left out. */
+static void check_cpu(void) {
+  for (int clocked = 0; clocked < 2; ++clocked) {
+    struct kith_profile *p = NULL;
+    const struct kith_stage *s;
+    CHECK_OK(kith_profile_create(&p, 1, false));
+    if (clocked) kith_profile_clock_cpu(p);
+    kith_profile_begin(p, "a");
+    kith_profile_begin(p, "b");
+    usleep(50000);
+    kith_profile_end(p);
+    struct timespec begin, now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
+    do clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    while ((double)(now.tv_sec - begin.tv_sec) + 1e-9 * (double)(now.tv_nsec - begin.tv_nsec) < 0.02);
+    kith_profile_end(p);
+    CHECK(kith_profile_stages(p, &s) == 2);
+    CHECK(clocked ? s[0].self_cpu >= 0.02 && s[0].self_cpu < 0.04 : s[0].self_cpu == 0);
+    CHECK(s[1].self_seconds >= 0.05 &&
+          s[1].self_cpu < 0.01); /* a sleep takes microseconds of the processor */
+    kith_profile_destroy(&p);
+  }
+}
+
 static void check_print(void) {
   struct kith_profile *p = some_steps(false);
   FILE *file = tmpfile();
@@ -231,6 +279,8 @@ int main(void) {
   check_unbalanced();
   check_growth();
   check_trace();
+  check_processes();
+  check_cpu();
   check_print();
   return check_failed();
 }

@@ -251,7 +251,8 @@ static void bare(void) {
   const struct kith_report report = {.scene = "uniform"};
   write_and_parse(&r, &report);
   CHECK(strcmp(text_of(&r, "norms"), "null") == 0 && strcmp(text_of(&r, "package"), "null") == 0);
-  CHECK(r.n == 28); /* the plain keys and norms: stages and ledger are empty objects */
+  CHECK(r.n == 29 && strcmp(text_of(&r, "ranks_detail"), "null") ==
+                         0); /* the plain keys and norms: stages and ledger are empty objects */
   CHECK_STATUS(KITH_BAD_FILE, kith_report_write(&report, "no/such/report.json"));
 }
 
