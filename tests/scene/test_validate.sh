@@ -35,7 +35,7 @@ rows "$row, at_moist: 1"
 stopped 2 "did you mean 'at_most'" "$kith" validate own.yaml
 echo "scene: sod" >own.yaml
 stopped 2 "no rows" "$kith" validate own.yaml
-stopped 2 "no suite 'quack'; quick, full, gates, list, or a file of rows" "$kith" validate quack
+stopped 2 "no suite 'quack'; quick, full, gates, ranks, list, or a file of rows" "$kith" validate quack
 stopped 2 "missing.yaml: No such file" "$kith" validate missing.yaml
 
 exit $((failures > 0))
