@@ -77,7 +77,7 @@ static inline int kith_partition_rank_of(const struct kith_partition *partition,
 
 /* ---- for members ---- */
 
-/* Ranks per axis, their product n_ranks: the smallest largest block, then the fewest cut faces. */
+/* Ranks per axis, their product n_ranks: the fewest cut faces with a largest block within 10 % of the smallest possible. */
 void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks);
 /* Cuts a curve through all cells: the rank of a cell is where the middle of its weight lies among n_ranks equal shares of
  * the total, so that no rank has more than its share and one cell. weight NULL: equal. */
