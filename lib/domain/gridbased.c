@@ -226,16 +226,21 @@ static void move_corner(const struct mesh *mesh, const int64_t *i, double *move)
   for (int a = 0; a < NDIM; ++a) to[a] = from[a];
 }
 
-/* Moves the corners of one color, numbered by odd and even places, of the trial mesh. */
+/* Odd and even places along the axes: corners of the same color have no rank in common. */
+static int color_of(const int64_t *i) {
+  int color = 0;
+  for (int a = 0; a < NDIM; ++a) color |= (int)(i[a] & 1) << a;
+  return color;
+}
+
+/* Moves the corners of one color of the trial mesh. */
 static void move_color(const struct mesh *mesh, const double *load, int color) {
   for (int64_t k = 0; k < mesh->n_corners * NDIM; ++k) mesh->trial[k] = mesh->corner[k];
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
     int64_t i[NDIM];
     double move[NDIM];
     place_of(mesh->corners, number, i);
-    int own = 0;
-    for (int a = 0; a < NDIM; ++a) own |= (int)(i[a] & 1) << a;
-    if (own != color) continue;
+    if (color_of(i) != color) continue;
     pull_of(mesh, load, i, mesh->step[color], move);
     move_corner(mesh, i, move);
   }
