@@ -7,7 +7,7 @@
  * can be looked at in one process. Memory: 4 bytes per cell on every rank, 8 for curves; more during an update.
  *
  * A partitioner is asked for by a text: its name, and words after a colon, separated by commas, that choose a
- * variant or give a command: `cart`, `diffusion:schornbaum`, `diffusion:fixed,morton`. The same words can be said
+ * variant or give a command: `cart`, `diffusion:willebeek`, `diffusion:fixed,morton`. The same words can be said
  * later. What a member does not know is refused.
  *
  * Weights w_c >= 0 are the work of the cells. To every one is added KITH_EMPTY_CELL of their mean (of 1, if all are

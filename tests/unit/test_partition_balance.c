@@ -293,11 +293,11 @@ static void check_diffusion(const struct kith_cells *cells, int n_ranks, const c
 
 static void test_diffusion(void) {
   const char *const texts[] = {"diffusion",
-                               "diffusion:schornbaum",
+                               "diffusion:willebeek",
                                "diffusion:second-order",
                                "diffusion:morton",
                                "diffusion:fixed",
-                               "diffusion:schornbaum,fixed",
+                               "diffusion:willebeek,fixed",
                                "diffusion:second-order,fixed,morton"};
   const int ranks[2][3] = {{2, 7, 64}, {3, 4, 8}};
   for (int periodic = 0; periodic < 2; ++periodic) {
@@ -410,10 +410,10 @@ static const struct {
             {"p4est", 1, {{1.03, 1.03}, {1.04, 1.04}, {1.04, 1.04}}},
             {"graph", 1, {{1.1, 1.1}, {1.1, 1.1}, {1.1, 1.1}}},
             {"gridbased", 20, {{1.03, 0}, {1.03, 1.07}, {1.03, 1.05}}},
-            {"diffusion", 20, {{0, 0}, {1.03, 2.1}, {1.03, 1.04}}},
-            {"diffusion:schornbaum", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
+            {"diffusion:willebeek", 20, {{0, 0}, {1.03, 2.1}, {1.03, 1.04}}},
+            {"diffusion", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
             {"diffusion:second-order", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
-            {"diffusion:fixed", 20, {{0, 0}, {1.03, 2.1}, {1.03, 1.04}}},
+            {"diffusion:fixed", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
             {"hybrid", 5, {{1.05, 1.06}, {1.03, 1.05}, {1.03, 1.03}}}};
 
 static double peak(const struct kith_cells *cells, int64_t c) {

@@ -83,7 +83,7 @@ static int find_texts(char (*text)[64]) {
     for (int w = 0; (*p)->words != NULL && (*p)->words[w] != NULL; ++w)
       snprintf(text[n++], 64, "%s:%s", (*p)->name, (*p)->words[w]);
   }
-  snprintf(text[n++], 64, "diffusion:schornbaum,fixed");
+  snprintf(text[n++], 64, "diffusion:willebeek,fixed");
   snprintf(text[n++], 64, "diffusion:second-order,fixed,morton");
   CHECK(n <= MOST_TEXTS);
   return n;
