@@ -215,13 +215,24 @@ static kith_status last_snapshot(const struct validation *v, const char *run_nam
   return name != NULL ? KITH_OK : KITH_BAD_FILE;
 }
 
+/* Connectivity in one number: entries of all rows of all ranks, over the whole run. */
+static kith_status compare_rows(const struct validation *v, const struct kith_row *row,
+                                struct kith_same *same) {
+  double entries[2];
+  KITH_TRY(report_value(v, row->like, "ledger.row_entries", &entries[0]));
+  KITH_TRY(report_value(v, v->last, "ledger.row_entries", &entries[1]));
+  if (entries[0] != entries[1]) *same = (struct kith_same){INFINITY, "rows"};
+  return KITH_OK;
+}
+
 static kith_status compare(const struct validation *v, const struct kith_row *row, struct kith_same *same) {
   char path[2][PATH + 400];
   *same = (struct kith_same){.difference = NAN};
   if (row->like[0] == '\0') return KITH_OK;
   KITH_TRY(last_snapshot(v, row->like, path[0]));
   KITH_TRY(last_snapshot(v, v->last, path[1]));
-  return kith_same_snapshots(path[0], path[1], row->tolerance > 0, same);
+  KITH_TRY(kith_same_snapshots(path[0], path[1], row->tolerance > 0, same));
+  return row->tolerance > 0 ? KITH_OK : compare_rows(v, row, same);
 }
 
 /* --- rows --- */

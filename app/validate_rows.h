@@ -15,7 +15,7 @@
  *   threads                how many bytes of a checkpoint differ between 1 and 2 threads
  *   restart N              how many lines of history differ if the run is restarted behind step N
  * `same` is asked beside a measure, or instead of one: the last snapshot is that of the row `like`, an earlier one. `bytes`: every field,
- * as it is stored; a number: node by node by id, within so much of the largest value of a field.
+ * as it is stored, and as many entries of rows in the whole run; a number: node by node by id, within so much of the largest value of a field.
  *
  * A group of rows is run over values of factors: settings, `ranks` and `threads`.
  *
