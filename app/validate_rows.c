@@ -60,6 +60,9 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
     return kith_config_fail(node, NULL, "row %s needs one bound, at_most or at_least", row->name);
   if ((row->scene[0] != '\0') != (row->dimension > 0))
     return kith_config_fail(node, NULL, "row %s: scene and dimension come together", row->name);
+  if (row->same[0] != '\0' && (row->kind == KITH_ROW_THREADS || row->kind == KITH_ROW_RESTART))
+    return kith_config_fail(node, "same", "'%s' has runs of its own: no one of them is compared",
+                            row->measure);
   if ((row->kind == KITH_ROW_ORDER || row->kind == KITH_ROW_RESTART) && row->number < 1)
     return kith_config_fail(node, "measure", "'%s': the number must be positive", row->measure);
   return KITH_OK;
@@ -152,6 +155,7 @@ static kith_status add_covered(struct rows *rows, const struct kith_row *group,
     struct kith_row row = *group;
     KITH_TRY(read_row(node, &row));
     KITH_TRY(check_row(node, &row));
+    if (row.dimension == 0) return kith_config_fail(node, "scene", "missing: a row of a group is a run");
     row.ranks = row.threads = 1;
     KITH_TRY(add_row(rows, &row));
     for (int k = 0; k < n_cover; ++k)

@@ -72,6 +72,10 @@ rows "name: a, $tube, same: bytes, like: short"
 stopped 2 "there is no row 'short' above" "$kith" validate own.yaml
 rows "name: a, $tube, same: bytes"
 stopped 2 "row a: same and like come together" "$kith" validate own.yaml
+rows "over: {ranks: [2]}, same: bytes, rows: [{name: a, measure: energy_drift, at_most: 1}]"
+stopped 2 "rows.0.rows.0.scene: missing" "$kith" validate own.yaml
+rows "over: {ranks: [2]}, same: bytes, rows: [{name: a, $tube, measure: threads, at_most: 0}]"
+stopped 2 "'threads' has runs of its own" "$kith" validate own.yaml
 rows "name: a, $tube, same: about, like: a"
 stopped 2 "'about' is neither bytes nor a number" "$kith" validate own.yaml
 rows "name: a, over: {ranks: [2]}, $tube, same: bytes"
