@@ -8,9 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "app/config.h"
 #include "app/front.h"
 #include "app/process.h"
 #include "app/validate_rows.h"
+#include "app/validate_same.h"
 #include "lib/core/profile.h"
 #include "lib/io/atomic_file.h"
 
@@ -23,7 +25,9 @@ struct validation {
   int n;
   struct kith_row *rows;     /* owned */
   bool quick;                /* only those rows */
-  char last[64], before[64]; /* the last two runs: their directories below `directory` */
+  char last[96], before[96]; /* the last two runs: their directories below `directory` */
+  int n_compared, n_same;    /* with another row */
+  int width;                 /* of a name */
   int n_errors;              /* of the rows so far that have a resolution, for orders */
   double *error, *resolution;
   int dimension;     /* of the last run */
@@ -76,7 +80,36 @@ static kith_status shock(const struct validation *v, double *value) {
   return KITH_OK;
 }
 
-static kith_status same(const struct validation *v, double *value) {
+/* `A / B`, or one key. */
+static kith_status of_report(const struct validation *v, const char *measure, double *value) {
+  char key[96];
+  double by;
+  const char *slash = strstr(measure, " / ");
+  if (slash == NULL) return report_value(v, v->last, measure, value);
+  snprintf(key, sizeof key, "%.*s", (int)(slash - measure), measure);
+  KITH_TRY(report_value(v, v->last, key, value));
+  KITH_TRY(report_value(v, v->last, slash + strlen(" / "), &by));
+  *value /= by;
+  return KITH_OK;
+}
+
+/* Column 3 of balance.csv; the first look is at a map that was made before anything was measured. */
+static kith_status balance(const struct validation *v, double *value) {
+  char path[PATH + 160], line[256];
+  double seen;
+  int looks = 0;
+  snprintf(path, sizeof path, "%s/%s/balance.csv", v->directory, v->last);
+  FILE *file = fopen(path, "r");
+  if (file == NULL) KITH_FAIL(BAD_FILE, "%s: cannot read: nobody looked at the balance", path);
+  *value = 0;
+  while (fgets(line, sizeof line, file) != NULL)
+    if (sscanf(line, "%*[^,],%*[^,],%lf", &seen) == 1 && ++looks > 1) *value = fmax(*value, seen);
+  fclose(file);
+  if (looks < 2) KITH_FAIL(BAD_FILE, "%s: %d looks at the balance, wanted two", path, looks);
+  return KITH_OK;
+}
+
+static kith_status same_norms(const struct validation *v, double *value) {
   static const char *const keys[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
                                      "norms.density_peak"};
   *value = 0;
@@ -139,7 +172,7 @@ static kith_status different_lines(const char *a, const char *b, double *value) 
 }
 
 static kith_status threads(const struct validation *v, const struct kith_row *row, double *value) {
-  char name[2][80], path[2][PATH + 160];
+  char name[2][112], path[2][PATH + 160];
   for (int k = 0; k < 2; ++k) {
     snprintf(name[k], sizeof name[k], "%s-%d", row->name, k + 1);
     snprintf(path[k], sizeof path[k], "%s/%s/checkpoint.kith", v->directory, name[k]);
@@ -151,7 +184,7 @@ static kith_status threads(const struct validation *v, const struct kith_row *ro
 }
 
 static kith_status restart(const struct validation *v, const struct kith_row *row, double *value) {
-  char whole[80], parts[80], more[PATH + 200], path[2][PATH + 160];
+  char whole[112], parts[112], more[PATH + 240], path[2][PATH + 160];
   snprintf(whole, sizeof whole, "%s-whole", row->name);
   snprintf(parts, sizeof parts, "%s-parts", row->name);
   snprintf(more, sizeof more, "--set output.checkpoint_at_end=true --steps %d", row->number);
@@ -165,12 +198,53 @@ static kith_status restart(const struct validation *v, const struct kith_row *ro
   return different_lines(path[0], path[1], value);
 }
 
+/* --- the same as another row --- */
+
+/* The last file that a run's list of snapshots names: older runs may have left more. */
+static kith_status last_snapshot(const struct validation *v, const char *run_name, char path[PATH + 400]) {
+  struct kith_config *series = NULL;
+  snprintf(path, PATH + 400, "%s/%s/snapshots.hdf.series", v->directory, run_name);
+  KITH_TRY(kith_config_read(&series, path));
+  const struct kith_config_node *files = kith_config_at(series, "files");
+  const struct kith_config_node *name = files == NULL ? NULL : kith_config_child(files->last, "name");
+  if (name != NULL)
+    snprintf(path, PATH + 400, "%s/%s/%.250s", v->directory, run_name, name->text);
+  else
+    kith_fail(KITH_BAD_FILE, "%s: no snapshot", path);
+  kith_config_destroy(&series);
+  return name != NULL ? KITH_OK : KITH_BAD_FILE;
+}
+
+/* Connectivity in one number: entries of all rows of all ranks, over the whole run. */
+static kith_status compare_rows(const struct validation *v, const struct kith_row *row,
+                                struct kith_same *same) {
+  double entries[2];
+  KITH_TRY(report_value(v, row->like, "ledger.row_entries", &entries[0]));
+  KITH_TRY(report_value(v, v->last, "ledger.row_entries", &entries[1]));
+  if (entries[0] != entries[1]) *same = (struct kith_same){INFINITY, "rows"};
+  return KITH_OK;
+}
+
+static kith_status compare(const struct validation *v, const struct kith_row *row, struct kith_same *same) {
+  char path[2][PATH + 400];
+  *same = (struct kith_same){.difference = NAN};
+  if (row->like[0] == '\0') return KITH_OK;
+  KITH_TRY(last_snapshot(v, row->like, path[0]));
+  KITH_TRY(last_snapshot(v, v->last, path[1]));
+  KITH_TRY(kith_same_snapshots(path[0], path[1], row->tolerance > 0, same));
+  return row->tolerance > 0 ? KITH_OK : compare_rows(v, row, same);
+}
+
 /* --- rows --- */
 
 /* Runs the scene of the row, if it has one, and keeps what orders need. */
 static kith_status run_row(struct validation *v, const struct kith_row *row) {
+  char more[64] = "";
+  const int threads = row->threads > 0 ? row->threads : row->quick ? 1 : 0;
   if (row->dimension == 0) return KITH_OK;
-  KITH_TRY(run(v, row, row->name, row->quick ? "--threads 1" : ""));
+  if (threads > 0) snprintf(more, sizeof more, "--threads %d", threads);
+  if (row->ranks > 1) snprintf(more + strlen(more), sizeof more - strlen(more), " --ranks %d", row->ranks);
+  KITH_TRY(run(v, row, row->name, more));
   snprintf(v->before, sizeof v->before, "%s", v->last);
   snprintf(v->last, sizeof v->last, "%s", row->name);
   v->dimension = row->dimension;
@@ -178,7 +252,7 @@ static kith_status run_row(struct validation *v, const struct kith_row *row) {
 }
 
 static kith_status measure_value(struct validation *v, const struct kith_row *row, double *value) {
-  KITH_TRY(report_value(v, v->last, row->measure, value));
+  KITH_TRY(of_report(v, row->measure, value));
   const char *resolution = strstr(row->settings, "resolution=");
   if (resolution == NULL) return KITH_OK;
   v->error[v->n_errors] = *value;
@@ -191,7 +265,9 @@ static kith_status measure(struct validation *v, const struct kith_row *row, dou
   if (row->kind == KITH_ROW_RESTART) return restart(v, row, value);
   KITH_TRY(run_row(v, row));
   if (row->kind == KITH_ROW_SHOCK) return shock(v, value);
-  if (row->kind == KITH_ROW_SAME) return same(v, value);
+  if (row->kind == KITH_ROW_SAME_NORMS) return same_norms(v, value);
+  if (row->kind == KITH_ROW_BALANCE) return balance(v, value);
+  if (row->kind == KITH_ROW_NOTHING) return KITH_OK;
   if (row->kind == KITH_ROW_VALUE) return measure_value(v, row, value);
   const int first = KITH_MAX(v->n_errors - row->number, 0);
   *value = kith_order(v->n_errors - first, v->resolution + first, v->error + first);
@@ -205,40 +281,71 @@ static double said(const struct validation *v, const struct kith_row *row, const
   return ran && report_value(v, v->last, key, &value) == KITH_OK ? value : NAN;
 }
 
-static void put_row(const struct validation *v, const struct kith_row *row, double value, const char *verdict,
-                    double seconds) {
+/* What a row has come to. */
+struct outcome {
+  double value, seconds;
+  struct kith_same same; /* NaN: not asked */
+  bool failed, good;
+};
+
+static void print_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
+  char gate[32] = "";
+  const bool least = !isnan(row->at_least);
+  if (row->kind != KITH_ROW_NOTHING)
+    snprintf(gate, sizeof gate, "%s %-10.4g", least ? ">=" : "<=", least ? row->at_least : row->at_most);
+  printf("%-*s %12.5g  %-13s %-6s %9.1e %7.0f %7.1f s", v->width, row->name, o->value, gate,
+         o->good ? "ok" : "FAILED", said(v, row, "energy_drift"), said(v, row, "floors"), o->seconds);
+  if (o->same.difference == 0) printf("  same as %s", row->like);
+  if (o->same.difference > 0)
+    printf("  %s %s %s%.2g in %s", o->same.difference <= row->tolerance ? "same as" : "DIFFERS FROM",
+           row->like, o->same.difference <= row->tolerance ? "to " : "by ", o->same.difference,
+           o->same.field);
+  putchar('\n');
+}
+
+static void put_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
   static const char *const also[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
                                      "energy_drift",     "momentum_drift",    "floors"};
   const bool least = !isnan(row->at_least);
-  const double bound = least ? row->at_least : row->at_most;
-  const char *sign = least ? ">=" : "<=";
-  printf("%-28s %12.5g  %s %-10.4g %-6s %9.1e %7.0f %7.1f s\n", row->name, value, sign, bound, verdict,
-         said(v, row, "energy_drift"), said(v, row, "floors"), seconds);
-  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->name, value, sign, bound, verdict, seconds,
+  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->name, o->value,
+          least ? ">=" : "<=", least ? row->at_least : row->at_most, o->good ? "ok" : "FAILED", o->seconds,
           row->source);
   for (size_t k = 0; k < sizeof also / sizeof *also; ++k) fprintf(v->table, ",%.17g", said(v, row, also[k]));
-  fputc('\n', v->table);
+  fprintf(v->table, ",%d,%d,%s,%s,%.17g\n", KITH_MAX(row->ranks, 1), row->threads, row->varied, row->like,
+          o->same.difference);
+}
+
+static bool is_good(const struct kith_row *row, const struct outcome *o) {
+  const bool measured = row->kind == KITH_ROW_NOTHING ||
+                        (isnan(row->at_most) ? o->value >= row->at_least : o->value <= row->at_most);
+  return !o->failed && measured && !(o->same.difference > row->tolerance);
 }
 
 /* false: out of tolerance, or it failed (*failed). */
 static bool do_row(struct validation *v, const struct kith_row *row, bool *failed) {
-  double value = NAN;
+  struct outcome o = {.value = NAN, .same.difference = NAN};
   const double begun = kith_seconds();
-  *failed = measure(v, row, &value) != KITH_OK;
-  const bool good = !*failed && (isnan(row->at_most) ? value >= row->at_least : value <= row->at_most);
-  const double seconds = kith_seconds() - begun;
+  o.failed = measure(v, row, &o.value) != KITH_OK || compare(v, row, &o.same) != KITH_OK;
+  o.good = is_good(row, &o);
+  o.seconds = kith_seconds() - begun;
   char why[256];
   snprintf(why, sizeof why, "%s", kith_failure());
-  put_row(v, row, value, good ? "ok" : "FAILED", seconds);
-  if (*failed) printf("    %s\n", why);
+  print_row(v, row, &o);
+  put_row(v, row, &o);
+  if (o.failed) printf("    %s\n", why);
   fflush(stdout);
-  v->seconds[row->dimension > 0 ? row->dimension : v->dimension] += seconds;
-  return good;
+  v->seconds[row->dimension > 0 ? row->dimension : v->dimension] += o.seconds;
+  v->n_compared += row->like[0] != '\0';
+  v->n_same += o.same.difference <= row->tolerance;
+  *failed = o.failed;
+  return o.good;
 }
 
 static enum kith_exit do_rows(struct validation *v) {
   int wrong = 0, failures = 0, n = 0;
-  printf("%-28s %12s  %-13s %-6s %9s %7s\n", "row", "measured", "gate", "", "drift", "floors");
+  v->width = 28;
+  for (int k = 0; k < v->n; ++k) v->width = KITH_MAX(v->width, (int)strlen(v->rows[k].name));
+  printf("%-*s %12s  %-13s %-6s %9s %7s\n", v->width, "row", "measured", "gate", "", "drift", "floors");
   for (int k = 0; k < v->n; ++k) {
     bool failed;
     if (v->quick && !v->rows[k].quick) continue;
@@ -248,6 +355,9 @@ static enum kith_exit do_rows(struct validation *v) {
   }
   printf("%d rows, %d out of tolerance%s; 1-D %.0f s, 2-D %.0f s, 3-D %.0f s\n", n, wrong,
          failures > 0 ? ", and some runs failed" : "", v->seconds[1], v->seconds[2], v->seconds[3]);
+  if (v->n_compared > 0)
+    printf("%d of %d runs end in the same state as the row they are compared with\n", v->n_same,
+           v->n_compared);
   return failures > 0 ? KITH_EXIT_FAILED : wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
 }
 
@@ -263,14 +373,16 @@ static kith_status find(struct validation *v, const char *suite, char path[PATH 
   else
     snprintf(path, PATH + 160, "%s/validation/%.100s.yaml", v->programs.inputs, name);
   if (!path_given && access(path, R_OK) != 0)
-    KITH_FAIL(BAD_INPUT, "validate: no suite '%.60s'; quick, full, gates, list, or a file of rows", suite);
+    KITH_FAIL(BAD_INPUT, "validate: no suite '%.60s'; quick, full, gates, ranks, list, or a file of rows",
+              suite);
   return kith_rows_read_file(&v->rows, &v->n, path);
 }
 
 static enum kith_exit list(const struct validation *v) {
   puts(
       "quick  1-D and small 2-D runs, minutes\nfull   every line of the table of targets\n"
-      "gates  what must hold for each package, with the exemptions that are known\n");
+      "gates  what must hold for each package, with the exemptions that are known\n"
+      "ranks  runs of 1 to 8 processes against one: the same bytes, balance, ghosts; minutes\n");
   for (int k = 0; k < v->n; ++k) {
     const struct kith_row *row = &v->rows[k];
     const bool least = !isnan(row->at_least);
@@ -291,7 +403,7 @@ static kith_status validate(struct validation *v, enum kith_exit *code) {
   v->table = file->stream;
   fputs(
       "row,measured,relation,bound,verdict,seconds,source,density.l1,velocity.l1,pressure.l1,energy_drift,"
-      "momentum_drift,floors\n",
+      "momentum_drift,floors,ranks,threads,varied,like,difference\n",
       v->table);
   *code = do_rows(v);
   return kith_atomic_file_commit(&file, false);

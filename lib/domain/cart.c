@@ -11,29 +11,35 @@ static void cost_of(const struct kith_cells *cells, const int *ranks, double cos
   }
 }
 
-/* Tries all factorisations of `left` over the axes from `axis` on; keeps the first best. */
-static void try_axes(const struct kith_cells *cells, int axis, int left, int *ranks, int *best,
-                     double best_cost[2]) {
+/* A mesh that is better balanced by less than this is not worth more faces: slabs often are, by a layer. */
+static const double ENOUGH = 1.1;
+
+/* Tries all factorisations of `left` over the axes from `axis` on. The smallest largest block is `least`, 0: to be found;
+ * else the first mesh of fewest faces among those that are balanced well enough is kept. */
+static void try_axes(const struct kith_cells *cells, int axis, int left, double least, int *ranks, int *best,
+                     double *best_cost) {
   if (axis + 1 < NDIM) {
     for (int d = 1; d <= left; ++d) {
       if (left % d != 0) continue;
       ranks[axis] = d;
-      try_axes(cells, axis + 1, left / d, ranks, best, best_cost);
+      try_axes(cells, axis + 1, left / d, least, ranks, best, best_cost);
     }
     return;
   }
   ranks[axis] = left;
   double cost[2];
   cost_of(cells, ranks, cost);
-  if (cost[0] > best_cost[0] || (cost[0] == best_cost[0] && cost[1] >= best_cost[1])) return;
-  best_cost[0] = cost[0], best_cost[1] = cost[1];
+  const double judged = least == 0 ? cost[0] : cost[1];
+  if ((least > 0 && cost[0] > ENOUGH * least) || judged >= *best_cost) return;
+  *best_cost = judged;
   for (int a = 0; a < NDIM; ++a) best[a] = ranks[a];
 }
 
 void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks) {
   int tried[NDIM];
-  double cost[2] = {INFINITY, INFINITY};
-  try_axes(cells, 0, n_ranks, tried, ranks, cost);
+  double least = INFINITY, faces = INFINITY;
+  try_axes(cells, 0, n_ranks, 0, tried, ranks, &least);
+  try_axes(cells, 0, n_ranks, least, tried, ranks, &faces);
 }
 
 static kith_status cart_first(struct kith_partition *partition, int32_t *owner) {

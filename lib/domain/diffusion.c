@@ -5,11 +5,11 @@
  * the receiver first, until the flow is spent (to the nearest cell; what is left goes to its next neighbor). Only cells of
  * the border move, so nodes go to ranks that know them as ghosts already, and a far slope takes many updates.
  *
+ *   schornbaum    f = sum over iterations of (l_p - l_q) / (1 + the larger number of neighbors), loads following; the default, as it
+ *                 needs the fewest updates (Schornbaum and Ruede, SIAM J. Sci. Comput. 38, C96 (2016))
  *   willebeek     f_pq = (l_p - m_p) d_q / sum d, m_p the mean of p and its neighbors, d_q = max(0, m_p - l_q)
  *                 (Willebeek-LeMair and Reeves, IEEE Trans. Parallel Distrib. Syst. 4, 979 (1993))
- *   schornbaum    f = sum over iterations of (l_p - l_q) / (1 + the larger number of neighbors), loads following
- *                 (Schornbaum and Ruede, SIAM J. Sci. Comput. 38, C96 (2016))
- *   second-order  the same with momentum: f(t) = (beta - 1) f(t - 1) + beta (l_p - l_q) / (1 + ...), beta = 1.8
+ *   second-order  as schornbaum, with momentum: f(t) = (beta - 1) f(t - 1) + beta (l_p - l_q) / (1 + ...), beta = 1.8
  *                 (Muthukrishnan, Ghosh and Schultz, Theory Comput. Syst. 31, 331 (1998))
  *
  * A cell goes only to a rank that has less than the giver even then, so the largest load never rises and the
@@ -285,8 +285,8 @@ static void diffusion_clear(struct kith_partition *partition) {
 }
 
 /* The flows in the order of their enumeration; then the neighborhood, `fixed` to that of the start; then the start. */
-static const char *const WORDS[] = {"willebeek", "schornbaum", "second-order", "fixed",
-                                    "free",      "cart",       "morton",       NULL};
+static const char *const WORDS[] = {"schornbaum", "willebeek", "second-order", "fixed",
+                                    "free",       "cart",      "morton",       NULL};
 
 const struct kith_partitioner_ops kith_partitioner_diffusion = {
     .name = "diffusion",

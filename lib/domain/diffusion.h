@@ -6,7 +6,7 @@
 
 /* Zero: the defaults. */
 struct kith_diffusion {
-  enum kith_diffusion_flow { KITH_WILLEBEEK, KITH_SCHORNBAUM, KITH_SECOND_ORDER } flow;
+  enum kith_diffusion_flow { KITH_SCHORNBAUM, KITH_WILLEBEEK, KITH_SECOND_ORDER } flow;
   bool fixed;     /* no new neighbor ranks */
   bool restart;   /* the next update begins with the start map */
   bool on_morton; /* start map: morton, not cart */

@@ -8,7 +8,7 @@
  * in units of the regular spacing of each axis, and half of that, and so on, until the mesh is valid. A corner on a
  * face of the box stays in it, periodic or not: the mesh need not fit across. An update is 2^NDIM rounds, one for
  * each color of corners (odd and even places along the axes), so that no two of a rank's edge go at once. A round
- * that makes the sum of squares of the loads rise is taken back, and the color's step halved; else it is doubled, up to 1.
+ * that makes the sum of squares of the loads rise is taken back, and the color's step halved; else it is doubled, up to 2.
  *
  * A rank's shape is its NDIM! simplices about one diagonal (the same diagonal everywhere, so that faces fit). The mesh
  * is valid if all of them have a positive volume: then they cover the box once. A cell belongs to the first rank
@@ -21,7 +21,7 @@ enum { SHAPE_CORNERS = 1 << NDIM, SIMPLICES = NDIM == 3 ? 6 : NDIM, HALVINGS = 3
 /* The box has this many bits at most: sums of products of NDIM lengths fit into 63. */
 enum { LENGTH_BITS = NDIM == 3 ? 20 : NDIM == 2 ? 30 : 50, UNIT_BITS = 20 };
 
-static const double LEAST_STEP = 1.0 / 8;
+static const double LEAST_STEP = 1.0 / 8, MOST_STEP = 2; /* larger ones overshoot, and cut more faces */
 
 /* Along these axes from corner to corner; the second half of them is left-handed. */
 #if NDIM == 1
@@ -226,16 +226,21 @@ static void move_corner(const struct mesh *mesh, const int64_t *i, double *move)
   for (int a = 0; a < NDIM; ++a) to[a] = from[a];
 }
 
-/* Moves the corners of one color, numbered by odd and even places, of the trial mesh. */
+/* Odd and even places along the axes: corners of the same color have no rank in common. */
+static int color_of(const int64_t *i) {
+  int color = 0;
+  for (int a = 0; a < NDIM; ++a) color |= (int)(i[a] & 1) << a;
+  return color;
+}
+
+/* Moves the corners of one color of the trial mesh. */
 static void move_color(const struct mesh *mesh, const double *load, int color) {
   for (int64_t k = 0; k < mesh->n_corners * NDIM; ++k) mesh->trial[k] = mesh->corner[k];
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
     int64_t i[NDIM];
     double move[NDIM];
     place_of(mesh->corners, number, i);
-    int own = 0;
-    for (int a = 0; a < NDIM; ++a) own |= (int)(i[a] & 1) << a;
-    if (own != color) continue;
+    if (color_of(i) != color) continue;
     pull_of(mesh, load, i, mesh->step[color], move);
     move_corner(mesh, i, move);
   }
@@ -260,7 +265,7 @@ static void round_of(const struct kith_partition *partition, const double *weigh
   const double trial = loads_of(partition, weight, owner, trial_load);
   const bool gain = trial <= *squares;
   mesh->step[color] =
-      gain ? KITH_MIN(2 * mesh->step[color], 1) : KITH_MAX(0.5 * mesh->step[color], LEAST_STEP);
+      gain ? KITH_MIN(2 * mesh->step[color], MOST_STEP) : KITH_MAX(0.5 * mesh->step[color], LEAST_STEP);
   if (!gain) return;
   *squares = trial;
   memcpy(load, trial_load, sizeof *load * (size_t)partition->n_ranks);

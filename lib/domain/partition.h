@@ -7,7 +7,7 @@
  * can be looked at in one process. Memory: 4 bytes per cell on every rank, 8 for curves; more during an update.
  *
  * A partitioner is asked for by a text: its name, and words after a colon, separated by commas, that choose a
- * variant or give a command: `cart`, `diffusion:schornbaum`, `diffusion:fixed,morton`. The same words can be said
+ * variant or give a command: `cart`, `diffusion:willebeek`, `diffusion:fixed,morton`. The same words can be said
  * later. What a member does not know is refused.
  *
  * Weights w_c >= 0 are the work of the cells. To every one is added KITH_EMPTY_CELL of their mean (of 1, if all are
@@ -87,7 +87,7 @@ static inline int kith_partition_rank_of(const struct kith_partition *partition,
 
 /* ---- for members ---- */
 
-/* Ranks per axis, their product n_ranks: the smallest largest block, then the fewest cut faces. */
+/* Ranks per axis, their product n_ranks: the fewest cut faces with a largest block within 10 % of the smallest possible. */
 void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks);
 /* Cuts a curve through all cells: the rank of a cell is where the middle of its weight lies among n_ranks equal shares of
  * the total, so that no rank has more than its share and one cell. weight NULL: equal. */
