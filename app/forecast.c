@@ -25,10 +25,14 @@ static void take_notes(void *context, struct kith_nodes *nodes, struct kith_fiel
   for (int f = 0; f < n_fields; ++f) notes->bytes += (double)kith_field_node_size(fields[f]);
 }
 
+static void nothing_arrives(void *context, struct kith_nodes *nodes) {
+  (void)context, (void)nodes;
+}
+
 /* One evaluation, with new lists or with those that are there. */
 static kith_status listen(struct kith_model *m, const char *due, struct notes *notes) {
   *notes = (struct notes){0};
-  m->nodes->exchange = (struct kith_exchange){.refresh = take_notes, .context = notes};
+  m->nodes->exchange = (struct kith_exchange){.post = take_notes, .finish = nothing_arrives, .context = notes};
   m->integrator.due = due;
   const kith_status status = kith_integrator_rates(&m->integrator);
   m->nodes->exchange = (struct kith_exchange){0};

@@ -130,7 +130,7 @@ static void check_habits(void) {
   CHECK(h.culls && h.lists == 1 && h.refreshes == 2);
   CHECK_CLOSE(f.messages, 2 + h.refreshes, 1e-12);
   CHECK_CLOSE(f.bytes, f.made * (h.creation_bytes + 1) + f.kept * h.refresh_bytes, 1e-12 * f.bytes);
-  CHECK(w.model->nodes->exchange.refresh == NULL);
+  CHECK(w.model->nodes->exchange.post == NULL);
   clear(&w);
   make(&w, "periodic", "connectivity.rebuild=displacement");
   CHECK_OK(kith_step_habits(w.model, 0.25, &lasting));
