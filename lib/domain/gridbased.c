@@ -362,7 +362,7 @@ static kith_status gridbased_restore(struct kith_partition *partition, const int
   memcpy(step, word + n, sizeof step);
   bool sound = is_mesh(mesh, word);
   for (int color = 0; color < SHAPE_CORNERS; ++color)
-    sound = sound && step[color] >= LEAST_STEP && step[color] <= 1;
+    sound = sound && step[color] >= LEAST_STEP && step[color] < INFINITY;
   if (!sound) KITH_FAIL(BAD_FILE, "gridbased: the corners of its mesh are damaged");
   memcpy(mesh->corner, word, n * sizeof *word);
   memcpy(mesh->step, step, sizeof step);
