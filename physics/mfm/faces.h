@@ -1,6 +1,6 @@
 /* faces.h - the faces between nodes of a meshless method: one vector area A_ij per pair, from i to j.
  *
- * Faces carry fluxes, so A_ji = -A_ij: it is stored once, for i < j. Two forms; V = 1 / n is the volume of a node.
+ * Faces carry fluxes, so A_ji = -A_ij: it is stored once, from the node that the pair starts at (connectivity.h). Two forms; V = 1 / n is the volume of a node.
  *
  *   one-point   between neighbors (Hopkins 2015, MNRAS 450, 53):
  *                   A_ij = V_i psi~_j(x_i) - V_j psi~_i(x_j) = (w_i V_i M_i^-1 + w_j V_j M_j^-1) (x_j - x_i),
@@ -65,7 +65,7 @@ struct mfm_faces {
   struct kith_connectivity graph;
   struct kith_pairs numbered;
   uint32_t *cursor;
-  double *area; /* [graph.pairs.n][NDIM], of (i, j), i < j, from i to j */
+  double *area; /* [graph.pairs.n][NDIM], from the first end to the second */
   double *edge; /* [entries of graph.rows][NDIM], of every entry, from i to j; made by mfm_faces_edges */
   size_t area_capacity, cursor_capacity, edge_capacity;
 
