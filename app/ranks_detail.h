@@ -16,7 +16,7 @@ struct kith_spread {
   X(messages_per_step, "messages sent a step")                                         \
   X(bytes_per_step, "bytes sent a step")                                               \
   X(compute_cpu_seconds, "processor seconds of what a rank computes alone, all steps") \
-  X(exchange_cpu_seconds, "processor seconds of the other stages, with spinning, all steps")
+  X(exchange_cpu_seconds, "processor seconds of the other stages, spinning included")
 
 /* Nodes, entries and ghosts: of the last lists. */
 struct kith_ranks_detail {

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# planned.sh MPIRUN PROGRAM SCENE RANKS FOLDER SETTING...: the ghosts, messages and bytes that `plan --ranks` tells of are those of a run.
+# planned.sh MPIRUN PROGRAM SCENE RANKS FOLDER SETTING...: the ghosts, messages and bytes that `plan --ranks` tells of are those of a run, of which
+# profile and trace show all ranks.
 set -euo pipefail
 mpirun=$1 program=$2 scene=$3 ranks=$4 out=$5
 shift 5
 settings=()
 for setting in "$@"; do settings+=(--set "$setting"); done
-rm -rf "$out"
-$mpirun -n "$ranks" "$program" run "$scene" "${settings[@]}" --set output.plot=false --steps 4 --quiet -o "$out" >/dev/null
+rm -rf "$out" && mkdir -p "$out"
+$mpirun -n "$ranks" "$program" run "$scene" "${settings[@]}" --set output.plot=false --steps 4 --quiet --profile --trace "$out/trace" -o "$out" >"$out/profile"
 "$program" plan "$scene" "${settings[@]}" --ranks "$ranks" --quiet >"$out/plan"
 # number KEY: the mean of all ranks, or the number itself.
 number() { sed -n "s/.*\"$1\": \({\"min\": [^,]*, \"mean\": \)\?\([-+.e0-9]*\).*/\2/p" "$out/report.json" | tail -1; }
@@ -15,6 +16,15 @@ near() {
   awk -v run="$2" -v plan="$3" -v share="$4" -v more="$5" 'BEGIN {d = run - plan; exit !(run > 0 && (d < 0 ? -d : d) <= more + share * run)}' ||
     { echo "$1: $2 in the run, $3 in the plan" && exit 1; }
 }
+for ((rank = 0; rank < ranks; ++rank)); do
+  (($(grep -c "\"ph\":\"X\",\"pid\":$rank,.*\"path\":\"step/lifecycle\"" "$out/trace") >= 4)) || { echo "the trace lacks rank $rank" && exit 1; }
+done
+[[ $(head -1 "$out/trace")$(tail -1 "$out/trace") == "[]" ]] || { echo "the trace is not whole" && exit 1; }
+grep -q "strictly needed" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
+case "$*" in # after culling nothing is left that no row has
+  *cull=false* | *integrated*) (($(number remote_ghosts_last) >= $(number remote_ghosts_last_needed))) ;;
+  *) near "ghosts needed" "$(number remote_ghosts_last)" "$(number remote_ghosts_last_needed)" 0 0 ;;
+esac
 planned() { awk -v column="$1" '$1 == "kd" {print $column}' "$out/plan"; }
 of_a_list() { awk -v all="$(number "$1")" -v lists="$(number lifecycles)" -v n="$ranks" 'BEGIN {print all / lists / n}'; }
 # The plan rounds to whole nodes a rank; steps move a node in a hundred across a face.
