@@ -22,7 +22,7 @@
 
 /* What a ghost of another rank costs, from the search for who needs it to its place in the lists, in row entries: `kith bench --ranks`
  * measures it (validation/scaling.md). */
-#define KITH_GHOST_WORK 30.0
+#define KITH_GHOST_WORK 40.0
 /* Of a step. */
 struct kith_step_habits {
   double lists;                    /* made */
