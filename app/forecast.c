@@ -32,7 +32,8 @@ static void nothing_arrives(void *context, struct kith_nodes *nodes) {
 /* One evaluation, with new lists or with those that are there. */
 static kith_status listen(struct kith_model *m, const char *due, struct notes *notes) {
   *notes = (struct notes){0};
-  m->nodes->exchange = (struct kith_exchange){.post = take_notes, .finish = nothing_arrives, .context = notes};
+  m->nodes->exchange =
+      (struct kith_exchange){.post = take_notes, .finish = nothing_arrives, .context = notes};
   m->integrator.due = due;
   const kith_status status = kith_integrator_rates(&m->integrator);
   m->nodes->exchange = (struct kith_exchange){0};

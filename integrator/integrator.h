@@ -113,7 +113,7 @@ struct kith_integrator {
   const struct kith_excluder *excluders; /* may be NULL */
   struct kith_profile *profile;          /* may be NULL */
   struct kith_share *share; /* of the nodes of several ranks (nodes->ranks); NULL: there is one process */
-  bool canonical; /* rows are summed in an order that all numbers of ranks share; nodes number their images */
+  bool canonical; /* rows and pairs are in an order that all numbers of ranks share; nodes number their images */
   double cfl, fixed_dt; /* fixed_dt > 0: every step is this long */
   double skin;          /* reach = (1 + skin) support */
   bool cull, check;

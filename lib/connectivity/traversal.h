@@ -1,6 +1,6 @@
 /* traversal.h - how passes walk over nodes: chunks of consecutive nodes, shared out among threads.
  *
- * A pass is a function of a chunk; its inner loop runs over the row of one node, or over the pairs whose lower end is that node.
+ * A pass is a function of a chunk; its inner loop runs over the row of one node, or over the pairs that start at that node.
  * Two forms of every sum over pairs exist and agree to round-off:
  *   pairs    each pair is evaluated once into a pairwise field; then each node sums its row through `of_row`
  *   gather   each node evaluates its whole row and keeps its own side

@@ -9,7 +9,7 @@
  * memory between two exchanges) ends all ranks by kith_ranks_abort, which the program calls when a failure was not agreed on.
  *
  * Sums of doubles are added in the order of ranks: the same bits on every rank and in every run, but not for
- * another number of ranks. Maxima, minima and whole numbers do not depend on that. */
+ * another number of ranks: those that a run goes on from are exact (lib/core/sum.h). Maxima, minima and whole numbers have no order. */
 #ifndef KITH_CORE_RANKS_H
 #define KITH_CORE_RANKS_H
 

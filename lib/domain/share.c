@@ -67,15 +67,18 @@ static kith_status remap(const struct kith_share *share, const uint64_t *work, b
   return status;
 }
 
+enum { MOST_MAPS = 20 }; /* until a partitioner that goes on from its last map has come to rest */
+
 static kith_status make_map(struct kith_share *share, const struct kith_nodes *nodes, const char *text) {
   uint64_t *work = NULL;
-  bool changed;
+  bool changed = true;
   KITH_TRY(kith_partition_create(&share->partition, &share->cells, kith_ranks_size(share->ranks), text));
   KITH_TRY(find_cells(share, nodes));
   KITH_TRY(kith_resize(&share->place, 0, (size_t)share->cells.n, sizeof *share->place));
   KITH_TRY(kith_resize(&work, 0, (size_t)share->cells.n, sizeof *work));
   weigh(share, nodes, work);
-  const kith_status status = remap(share, work, &changed);
+  kith_status status = KITH_OK;
+  for (int k = 0; k < MOST_MAPS && changed && status == KITH_OK; ++k) status = remap(share, work, &changed);
   kith_free(&work);
   return status;
 }

@@ -22,7 +22,7 @@ for name in $("$program" list partitioner | awk '/^    / && !/not available/ {pr
   run "$out/second" --steps 12 --set partition.name=$name --restart "$out/first/checkpoint.kith"
   "$compare" "$(last "$out/whole")" "$(last "$out/second")" 0 > "$out/log" || { echo "$name: the state differs: $(cat "$out/log")"; failed=1; }
   "$compare" "$out/whole/checkpoint.kith" "$out/second/checkpoint.kith" bytes || { echo "$name: the checkpoints differ"; failed=1; }
-  made=$(sed -n 's/.*"repartitions": \([0-9]*\).*/\1/p' "$out/whole/report.json")
+  made=$(sed -n '/"repartitions"/ {s/.*: \([0-9]*\).*/\1/p; q}' "$out/whole/report.json")
   [ "$name" = cart ] || [ "$made" -gt 0 ] || { echo "$name: it made no map"; failed=1; }
   tried=$((tried + 1))
 done
