@@ -36,7 +36,18 @@ int kith_metric_find(const char *name) {
 
 /* --- jobs --- */
 
+static kith_status set_ranks(struct kith_job *job, const char *value) {
+  enum { MOST = 4096 };
+  char *end;
+  const long ranks = strtol(value, &end, 10);
+  if (end == value || *end != '\0' || ranks < 1 || ranks > MOST)
+    KITH_FAIL(BAD_INPUT, "ranks: '%s' is not one of 1 to %d processes", value, MOST);
+  job->ranks = (int)ranks;
+  return KITH_OK;
+}
+
 kith_status kith_job_set(struct kith_job *job, const char *key, const char *value) {
+  if (strcmp(key, "ranks") == 0) return set_ranks(job, value);
   if (job->n_settings == KITH_JOB_SETTINGS)
     KITH_FAIL(BAD_INPUT, "more than %d settings for a run", KITH_JOB_SETTINGS);
   const int length = snprintf(job->setting[job->n_settings], KITH_JOB_SETTING, "%s=%s", key, value);
@@ -65,6 +76,7 @@ uint64_t kith_matrix_key(const struct kith_matrix *m, const struct kith_job *job
   const int numbers[] = {job->dimension, m->threads};
   uint64_t h = hash(hash_file(UINT64_C(0xcbf29ce484222325), job->scene), numbers, sizeof numbers);
   for (int k = 0; k < job->n_settings; ++k) h = hash(h, job->setting[k], strlen(job->setting[k]) + 1);
+  if (job->ranks > 1) h = hash(h, &job->ranks, sizeof job->ranks);
   return h;
 }
 
@@ -183,7 +195,7 @@ const struct kith_point *kith_matrix_find(const struct kith_matrix *m, uint64_t 
 
 kith_status kith_job_start(const struct kith_matrix *m, const struct kith_job *job, const char *verb,
                            const char *directory, const char *log, int *code) {
-  char program[KITH_PATH + 8], threads[16], dimension[16];
+  char program[KITH_PATH + 8], threads[16], dimension[16], ranks[16];
   const char *words[2 * KITH_JOB_SETTINGS + 16];
   int n = 0;
   snprintf(program, sizeof program, "%s%dd", m->programs.prefix, job->dimension);
@@ -192,6 +204,8 @@ kith_status kith_job_start(const struct kith_matrix *m, const struct kith_job *j
   words[n++] = program, words[n++] = verb, words[n++] = job->scene, words[n++] = "--quiet";
   words[n++] = "--threads", words[n++] = threads, words[n++] = "--set", words[n++] = dimension;
   words[n++] = "--set", words[n++] = "output.plot=false";
+  snprintf(ranks, sizeof ranks, "%d", job->ranks);
+  if (job->ranks > 1 && strcmp(verb, "run") == 0) words[n++] = "--ranks", words[n++] = ranks;
   for (int k = 0; k < job->n_settings; ++k) words[n++] = "--set", words[n++] = job->setting[k];
   if (directory != NULL) words[n++] = "-o", words[n++] = directory;
   words[n] = NULL;

@@ -66,13 +66,13 @@ extern const char kith_metric_words[];
 enum { KITH_JOB_SETTINGS = 64, KITH_JOB_SETTING = 256, KITH_METHOD_TEXT = 96 };
 
 struct kith_job {
-  const char *scene; /* path, borrowed */
-  int dimension, n_settings;
+  const char *scene;                                 /* path, borrowed */
+  int dimension, ranks, n_settings;                  /* ranks: 0 or 1: one process */
   char setting[KITH_JOB_SETTINGS][KITH_JOB_SETTING]; /* key=value, as --set takes them */
   char method[KITH_METHOD_TEXT];                     /* what people call it */
   double x;                                          /* where it stands: resolution, or value of a knob */
 };
-/* Adds key=value; BAD_INPUT if it does not fit. */
+/* Adds key=value, or, for the key `ranks`, says on how many processes it is run; BAD_INPUT if it does not fit. */
 kith_status kith_job_set(struct kith_job *job, const char *key, const char *value);
 
 struct kith_point {
@@ -102,7 +102,7 @@ uint64_t kith_matrix_key(const struct kith_matrix *matrix, const struct kith_job
 const struct kith_point *kith_matrix_find(const struct kith_matrix *matrix, uint64_t key);
 /* Runs the job and keeps the point. A run that fails is a point; an error is what keeps points from being kept. */
 kith_status kith_matrix_run(struct kith_matrix *matrix, const struct kith_job *job, struct kith_point *point);
-/* Starts `verb` (run, plan) of a job with its words into `log`. */
+/* Starts `verb` (run, or plan, which is of one process) of a job with its words into `log`. */
 kith_status kith_job_start(const struct kith_matrix *matrix, const struct kith_job *job, const char *verb,
                            const char *directory, const char *log, int *code);
 /* What `kith plan` says of a job: its exit code, with the reason if that is not 0, and the seconds that it expects (NaN: unknown).

@@ -2,7 +2,7 @@
  *
  *   scene: sod                        # of the directory inputs, or a path (from the suite's folder, or from here)
  *   dimension: 1                      # none: the scene's
- *   settings: {scheme.cfl: 0.2}       # for every run; keys as in --set, or nested
+ *   settings: {scheme.cfl: 0.2}       # for every run; keys as in --set, or nested; and `ranks`: processes
  *   methods:                          # a name for several settings; none: one method, the scene's
  *     - {name: sph alpha 1, settings: {method.viscosity.name: monaghan}}
  *   matrix:                           # every combination of these, for every method
