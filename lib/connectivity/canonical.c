@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "lib/connectivity/internal.h"
+#include "lib/connectivity/traversal.h"
 
 /* --- rows --- */
 
@@ -22,32 +23,45 @@ static struct entry entry_of(const struct kith_nodes *nodes, kith_index i) {
   return (struct entry){nodes->id->i64[i], nodes->image->i64[i], i};
 }
 
-static void sort_row(struct kith_rows *rows, const struct kith_nodes *nodes, kith_index i,
-                     struct entry *entry) {
-  const size_t n = rows->first[i + 1] - rows->first[i];
-  kith_index *node = rows->node + rows->first[i];
-  for (size_t k = 0; k < n; ++k) entry[k] = entry_of(nodes, node[k]);
-  qsort(entry, n, sizeof *entry, compare);
-  for (size_t k = 0; k < n; ++k) node[k] = entry[k].node;
+/* place[i]: of node or ghost i among all of this process. */
+static kith_status find_places(const struct kith_nodes *nodes, uint32_t **place) {
+  const kith_index n = kith_nodes_count(nodes);
+  struct entry *entry = NULL;
+  KITH_TRY(kith_resize(&entry, 0, (size_t)n, sizeof *entry));
+  const kith_status status = kith_resize(place, 0, (size_t)n, sizeof **place);
+  for (kith_index i = 0; i < n; ++i) entry[i] = entry_of(nodes, i);
+  qsort(entry, (size_t)n, sizeof *entry, compare);
+  for (kith_index k = 0; status == KITH_OK && k < n; ++k) (*place)[entry[k].node] = (uint32_t)k;
+  kith_free(&entry);
+  return status;
 }
 
-static size_t longest_row(const struct kith_rows *rows) {
-  size_t longest = 0;
-  for (kith_index i = 0; i < rows->n; ++i) longest = KITH_MAX(longest, rows->first[i + 1] - rows->first[i]);
-  return longest;
+/* One row, whose places are all different: who has how many before him is counted, without a branch to guess. */
+static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_t *restrict place,
+                              uint32_t *restrict key, kith_index *restrict spare) {
+  for (size_t k = 0; k < n; ++k) key[k] = place[node[k]], spare[k] = node[k];
+  for (size_t k = 0; k < n; ++k) {
+    uint32_t before = 0;
+    for (size_t m = 0; m < n; ++m) before += key[m] < key[k];
+    node[before] = spare[k];
+  }
 }
 
-static kith_status sort_rows(struct kith_rows *rows, const struct kith_nodes *nodes) {
-  const size_t longest = longest_row(rows);
+static kith_status sort_rows(struct kith_rows *rows, const uint32_t *place) {
+  const size_t longest = kith_rows_longest(rows);
   bool failed = false;
 #pragma omp parallel reduction(|| : failed)
   {
-    struct entry *entry = NULL;
-    failed = kith_resize(&entry, 0, longest, sizeof *entry) != KITH_OK;
+    uint32_t *key = NULL;
+    kith_index *spare = NULL;
+    failed = kith_resize(&key, 0, longest, sizeof *key) != KITH_OK ||
+             kith_resize(&spare, 0, longest, sizeof *spare) != KITH_OK;
 #pragma omp for schedule(dynamic, 128)
     for (kith_index i = 0; i < rows->n; ++i)
-      if (!failed) sort_row(rows, nodes, i, entry);
-    kith_free(&entry);
+      if (!failed)
+        sort_row(rows->node + rows->first[i], rows->first[i + 1] - rows->first[i], place, key, spare);
+    kith_free(&key);
+    kith_free(&spare);
   }
   if (failed) KITH_FAIL(NO_MEMORY, "no memory to sort rows of %zu", longest);
   return KITH_OK;
@@ -166,8 +180,12 @@ kith_status kith_pairs_canonical(struct kith_pairs *pairs, const struct kith_row
 
 kith_status kith_connectivity_canonical(struct kith_connectivity *c, const struct kith_nodes *nodes) {
   if (nodes->image == NULL) KITH_FAIL(INTERNAL, "a canonical order needs numbered images");
-  KITH_TRY(sort_rows(&c->rows, nodes));
-  if (c->built.overlap) KITH_TRY(sort_rows(&c->overlap, nodes));
+  uint32_t *place = NULL;
+  kith_status status = find_places(nodes, &place);
+  if (status == KITH_OK) status = sort_rows(&c->rows, place);
+  if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, place);
+  kith_free(&place);
+  KITH_TRY(status);
   c->canonical = true;
   ++c->generation;
   c->built.intersection = c->built.on_segment = false; /* pairs get other numbers */
