@@ -5,7 +5,7 @@
 #include "lib/domain/share.h"
 #include "lib/domain/shell.h"
 
-enum { MOST_MAPS = 20, MOST_RANKS_OF_A_NODE = 128 };
+enum { MOST_RANKS = 16384, MOST_RANKS_OF_A_NODE = 512 };
 
 /* ---- habits ---- */
 
@@ -131,6 +131,9 @@ static kith_status look(struct kith_outlook *o, int n_ranks) {
 
 kith_status kith_outlook_create(struct kith_outlook **out, const struct kith_model *model, int n_ranks) {
   *out = NULL;
+  if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
+  if (model->scene->partition.recompute)
+    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
   (*out)->model = model;
   const kith_status status = look(*out, n_ranks);
@@ -149,6 +152,7 @@ void kith_outlook_destroy(struct kith_outlook **outlook) {
 
 struct targets {
   int n;
+  bool full; /* there are more */
   struct {
     int32_t rank;
     int shift[NDIM];
@@ -158,7 +162,8 @@ struct targets {
 static void aim(struct targets *t, int32_t rank, const int *shift) {
   for (int k = 0; k < t->n; ++k)
     if (t->of[k].rank == rank && memcmp(t->of[k].shift, shift, sizeof t->of[k].shift) == 0) return;
-  if (t->n == MOST_RANKS_OF_A_NODE) return;
+  t->full = t->n == MOST_RANKS_OF_A_NODE;
+  if (t->full) return;
   t->of[t->n].rank = rank;
   memcpy(t->of[t->n++].shift, shift, sizeof t->of[0].shift);
 }
@@ -182,7 +187,7 @@ static void find_targets(const struct kith_outlook *o, const int32_t *owner, con
                          int32_t own, struct targets *t) {
   const struct kith_cells *g = &o->cells;
   int64_t low[NDIM], high[NDIM], k[NDIM];
-  t->n = 0;
+  t->n = 0, t->full = false;
   for (int a = 0; a < NDIM; ++a) {
     low[a] = (int64_t)floor((x[a] - o->factor * o->reach - g->lower[a]) / g->edge[a]);
     high[a] = (int64_t)floor((x[a] + o->factor * o->reach - g->lower[a]) / g->edge[a]);
@@ -233,20 +238,22 @@ static void mark_periodic(const struct kith_model *m, uint8_t *periodic) {
   }
 }
 
-static void count_made(const struct kith_outlook *o, const int32_t *owner, const int32_t *rank,
-                       const uint8_t *periodic, struct load *load, uint8_t *meets) {
+static kith_status count_made(const struct kith_outlook *o, const int32_t *owner, const int32_t *rank,
+                              const uint8_t *periodic, struct load *load, uint8_t *meets) {
   const struct kith_nodes *nodes = o->model->nodes;
   for (kith_index i = 0; i < kith_nodes_count(nodes); ++i) {
     struct targets t;
     if (rank[i] < 0 || periodic[i]) continue;
     struct load *own = &load[rank[i]];
     find_targets(o, owner, nodes->position->f64 + (size_t)i * NDIM, nodes->reach->f64[i], rank[i], &t);
+    if (t.full) KITH_FAIL(UNSUPPORTED, "a node is sent to more than %d ranks", MOST_RANKS_OF_A_NODE);
     own->nodes += i < nodes->n_internal, own->sent += t.n;
     for (int k = 0; k < t.n; ++k) {
       load[t.of[k].rank].made += 1;
       meets[(size_t)rank[i] * (size_t)o->n_ranks + (size_t)t.of[k].rank] |= MADE;
     }
   }
+  return KITH_OK;
 }
 
 /* ---- who is kept ---- */
@@ -304,11 +311,11 @@ static void marks_clear(struct marks *m) {
 static kith_status count_ghosts(const struct kith_outlook *o, const int32_t *owner, bool culls,
                                 struct load *load, uint8_t *meets) {
   struct marks m = {0};
-  const kith_status status = marks_room(o, &m);
+  kith_status status = marks_room(o, &m);
   if (status == KITH_OK) {
     find_ranks(o, owner, m.rank);
     mark_periodic(o->model, m.periodic);
-    count_made(o, owner, m.rank, m.periodic, load, meets);
+    status = count_made(o, owner, m.rank, m.periodic, load, meets);
   }
   if (status == KITH_OK && culls) {
     sort_by_rank(o, m.rank, load, m.order, m.first);
@@ -343,13 +350,6 @@ static kith_status load_ranks(const struct kith_outlook *o, const int32_t *owner
 }
 
 /* ---- one partitioner ---- */
-
-static kith_status settle(struct kith_partition *partition, const double *work) {
-  bool changed = true;
-  for (int k = 0; changed && k < MOST_MAPS; ++k)
-    KITH_TRY(kith_partition_update(partition, work, NULL, &changed));
-  return KITH_OK;
-}
 
 static void add_up(const struct kith_outlook *o, const struct load *load, const struct kith_step_habits *h,
                    struct kith_forecast *f) {
@@ -400,7 +400,7 @@ kith_status kith_outlook_forecast(const struct kith_outlook *o, const char *part
                                   struct kith_forecast *out) {
   struct kith_partition *partition = NULL;
   KITH_TRY(kith_partition_create(&partition, &o->cells, o->n_ranks, partitioner));
-  kith_status status = settle(partition, o->work);
+  kith_status status = kith_partition_settle(partition, o->work);
   if (status == KITH_OK) status = look_at_map(o, partition, habits, out);
   if (status == KITH_OK) take_time(o, habits, costs, out);
   kith_partition_destroy(&partition);

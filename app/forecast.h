@@ -53,7 +53,7 @@ struct kith_forecast {
 
 struct kith_outlook; /* opaque */
 
-/* Of a model that was started, without ranks; borrowed. */
+/* Of a model that was started, without ranks; borrowed. BAD_INPUT: more than 16384 ranks, or ghosts that compute their own values. */
 kith_status kith_outlook_create(struct kith_outlook **out, const struct kith_model *model, int n_ranks);
 void kith_outlook_destroy(struct kith_outlook **outlook);
 int64_t kith_outlook_cells(const struct kith_outlook *outlook);

@@ -71,12 +71,12 @@ static bool is_kept(const char *line, ssize_t length, uint64_t last) {
   return length > 0 && line[length - 1] == '\n' && end > line && *end == ',' && step <= last;
 }
 
-/* Where the rows to keep end; -1 if the first line is not our title. An empty file has nothing to keep. */
-static off_t kept_length(FILE *file, uint64_t last) {
+/* Where the rows to keep end; -1 if the first line is not the title (NULL: any). An empty file has nothing to keep. */
+static off_t kept_length(FILE *file, uint64_t last, const char *wanted) {
   char *line = NULL;
   size_t room = 0;
   ssize_t length = getline(&line, &room, file);
-  off_t kept = length <= 0 ? 0 : strcmp(line, title) == 0 ? (off_t)length : -1;
+  off_t kept = length <= 0 ? 0 : wanted == NULL || strcmp(line, wanted) == 0 ? (off_t)length : -1;
   while (kept > 0 && (length = getline(&line, &room, file)) > 0 && is_kept(line, length, last))
     kept += length;
   free(line);
@@ -85,12 +85,22 @@ static off_t kept_length(FILE *file, uint64_t last) {
 
 /* The file is open for reading and writing. */
 static kith_status cut(struct kith_history *history, uint64_t last) {
-  const off_t kept = kept_length(history->file, last);
+  const off_t kept = kept_length(history->file, last, title);
   if (kept < 0) KITH_FAIL(BAD_FILE, "%s: not the history of a %d-D run", history->path, NDIM);
   if (ftruncate(fileno(history->file), kept) != 0 || fseek(history->file, 0, SEEK_END) != 0)
     return failed(history);
   if (kept == 0 && (fputs(title, history->file) == EOF || fflush(history->file) == EOF))
     return failed(history);
+  return KITH_OK;
+}
+
+kith_status kith_history_cut(const char *path, uint64_t step) {
+  FILE *file = fopen(path, "r+");
+  if (file == NULL && errno == ENOENT) return KITH_OK;
+  const bool cut_off = file != NULL && ftruncate(fileno(file), kept_length(file, step, NULL)) == 0;
+  const int error = errno;
+  if (file != NULL) fclose(file);
+  if (!cut_off) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(error));
   return KITH_OK;
 }
 

@@ -31,6 +31,8 @@ kith_status kith_history_open(struct kith_history **out, const char *path);
 /* Continues behind the row of `step`. A file that is not there is begun; BAD_FILE if it is no history of this
  * dimension. */
 kith_status kith_history_continue(struct kith_history **out, const char *path, uint64_t step);
+/* Drops the rows behind `step` of another file that has a title and then rows that begin with a step. None: nothing to do. */
+kith_status kith_history_cut(const char *path, uint64_t step);
 kith_status kith_history_add(struct kith_history *history, const struct kith_history_row *row);
 /* BAD_FILE if the last of it could not be written. Frees *history in any case; accepts a pointer to NULL. */
 kith_status kith_history_close(struct kith_history **history);

@@ -47,8 +47,12 @@ kith_status kith_output_directory(struct kith_output *output, const char *direct
 kith_status kith_output_open(struct kith_output *output, const struct kith_model *model, bool restarted) {
   char path[640];
   output->started = kith_seconds();
-  output->goes_on = restarted;
   if (!writes(model)) return KITH_OK;
+  path_in(output, "balance.csv", path);
+  if (restarted)
+    KITH_TRY(kith_history_cut(path, model->integrator.step));
+  else
+    remove(path);
   path_in(output, "history.csv", path);
   return restarted ? kith_history_continue(&output->history, path, model->integrator.step)
                    : kith_history_open(&output->history, path);
@@ -137,7 +141,7 @@ static kith_status write_balance(const struct kith_output *output, const struct 
   char path[640];
   const struct kith_share *share = model->share;
   path_in(output, "balance.csv", path);
-  FILE *file = fopen(path, output->looks == 0 && !output->goes_on ? "w" : "a");
+  FILE *file = fopen(path, "a");
   if (file == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
   if (ftell(file) == 0) fputs("step,time,imbalance,repartitions,migrated\n", file);
   fprintf(file, "%llu,%.17g,%.6g,%llu,%llu\n", (unsigned long long)model->integrator.step,

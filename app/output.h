@@ -18,7 +18,6 @@ struct kith_output {
   double *times;  /* of the snapshots written */
   double next;    /* when the next snapshot is due */
   uint64_t looks; /* at the balance, written */
-  bool goes_on;   /* a restart: files are added to */
   struct kith_history *history;
   double started; /* kith_seconds when the process began the run */
 };

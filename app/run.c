@@ -428,7 +428,9 @@ static enum kith_exit fail(struct run *run, kith_status status) {
   if (!kith_ranks_agreed(run->ranks)) return complain(run, KITH_EXIT_FAILED);
   const struct kith_integrator *it = &run->model->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
-  if (!writing && kith_output_snapshot(&run->output, run->model) == KITH_OK)
+  const kith_status kept = writing ? KITH_OK : kith_output_snapshot(&run->output, run->model);
+  if (kept != KITH_OK && !kith_ranks_agreed(run->ranks)) return complain(run, KITH_EXIT_FAILED);
+  if (!writing && kept == KITH_OK)
     snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
              run->output.n_snapshots - 1);
   if (!speaks(run)) return KITH_EXIT_FAILED;

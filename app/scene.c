@@ -85,7 +85,7 @@ static const struct kith_key partition_keys[] = {
     {"cells", KITH_KEY_INTEGER, "256", "[1, 1000000]", "cells per rank that are dealt out",
      IN(partition.cells)},
     {"ghosts", KITH_KEY_WORD, "exchange", "exchange|recompute",
-     "values of ghosts between the passes of a package: sent by their owners, or computed again from two layers of ghosts (sph)",
+     "values of ghosts between the passes of a package: sent by their owners, or computed again from two layers of ghosts (sph; not if reproducible)",
      IN(partition.recompute)},
     {0}};
 

@@ -382,7 +382,7 @@ static enum kith_exit list(const struct validation *v) {
   puts(
       "quick  1-D and small 2-D runs, minutes\nfull   every line of the table of targets\n"
       "gates  what must hold for each package, with the exemptions that are known\n"
-      "ranks  runs of 1 to 8 processes against one: the same bytes, balance, ghosts; minutes\n");
+      "ranks  runs of 1 to 8 processes against one: the same bits, balance, ghosts; minutes\n");
   for (int k = 0; k < v->n; ++k) {
     const struct kith_row *row = &v->rows[k];
     const bool least = !isnan(row->at_least);

@@ -21,7 +21,7 @@ static const struct kith_key row_keys[] = {
      "a key of the report or A / B, shock, order N, same norms, balance, threads or restart N", IN(measure)},
     {"at_most", KITH_KEY_NUMBER, "", "", "the bound", IN(at_most)},
     {"at_least", KITH_KEY_NUMBER, "", "", "the bound", IN(at_least)},
-    {"same", KITH_KEY_NAME, "", "", "bytes, or a part of the largest value of a field", IN(same)},
+    {"same", KITH_KEY_NAME, "", "", "bits, or a part of the largest value of a field", IN(same)},
     {"like", KITH_KEY_NAME, "", "", "the row whose last snapshot is the same", IN(like)},
     {"source", KITH_KEY_NAME, "", "", "of the bound", IN(source)},
     {"over", KITH_KEY_OTHER, "", "", "of a group: its factors and their values", KITH_BELOW(NULL, MAP)},
@@ -43,10 +43,10 @@ static void read_measure(struct kith_row *row) {
 
 static kith_status read_same(const struct kith_config_node *node, struct kith_row *row) {
   char *end = row->same;
-  if (strcmp(row->same, "bytes") == 0 || row->same[0] == '\0') return KITH_OK;
+  if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;
   row->tolerance = strtod(row->same, &end);
   if (*end != '\0' || !(row->tolerance > 0 && row->tolerance < 1))
-    return kith_config_fail(node, "same", "'%s' is neither bytes nor a number between 0 and 1", row->same);
+    return kith_config_fail(node, "same", "'%s' is neither bits nor a number between 0 and 1", row->same);
   return KITH_OK;
 }
 

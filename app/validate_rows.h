@@ -14,13 +14,13 @@
  *   balance                largest imbalance (busiest rank over mean) that its looks have seen, but for the first
  *   threads                how many bytes of a checkpoint differ between 1 and 2 threads
  *   restart N              how many lines of history differ if the run is restarted behind step N
- * `same` is asked beside a measure, or instead of one: the last snapshot is that of the row `like`, an earlier one. `bytes`: every field,
+ * `same` is asked beside a measure, or instead of one: the last snapshot is that of the row `like`, an earlier one. `bits`: every field,
  * as it is stored, and as many entries of rows in the whole run; a number: node by node by id, within so much of the largest value of a field.
  *
  * A group of rows is run over values of factors: settings, `ranks` and `threads`.
  *
  *     - over: {ranks: [1, 2, 4], threads: [1, 2], partition.name: [kd, cart], neighbor.search: [tree, grid]}
- *       same: bytes
+ *       same: bits
  *       settings: "reproducible=true"
  *       rows:
  *         - {name: sod, dimension: 1, scene: sod}

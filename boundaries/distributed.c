@@ -229,6 +229,7 @@ kith_status kith_distributed_widen(struct kith_boundary *boundary, struct kith_n
   if (status == KITH_OK) {
     all = (struct kith_place *)gathered;
     const size_t n_all = part[kith_ranks_size(nodes->ranks)] / sizeof *all;
+#pragma omp parallel for schedule(dynamic, 16)
     for (size_t c = 0; c < n; ++c)
       if (own[c].reach >= 0) own[c].reach = kith_place_widest(&own[c], d->cells, all, n_all);
     for (kith_index i = 0; i < nodes->n_internal; ++i) nodes->reach->f64[i] = own[d->home->i64[i]].reach;

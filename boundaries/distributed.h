@@ -27,6 +27,6 @@ kith_status kith_distributed_init(struct kith_boundary *boundary, struct kith_no
 /* For ghosts whose rows are complete: raises the reach of each internal node i to the largest R_j that a node j within max(R_i, R_j) of
  * it may have. Ghosts made with it and with f = 2 then hold all partners of i, and all that lie within R_j of a partner j,
  *     d(x_k, x_i) <= max(R_i, R_j) + R_j <= 2 R'_i.
- * Collective. */
+ * Every own cell is compared with all cells of all ranks. Collective. */
 kith_status kith_distributed_widen(struct kith_boundary *boundary, struct kith_nodes *nodes);
 #endif

@@ -123,12 +123,14 @@ static bool may_cull(const struct kith_integrator *it) {
 
 static kith_status cull_room(struct kith_integrator *it, size_t ghosts, size_t all) {
   if (it->keep_capacity < ghosts) {
+    it->keep_capacity = 0;
+    KITH_TRY(kith_resize(&it->keep, 0, ghosts + ghosts / 4, 1));
     it->keep_capacity = ghosts + ghosts / 4;
-    KITH_TRY(kith_resize(&it->keep, 0, it->keep_capacity, 1));
   }
   if (it->renumber_capacity < all) {
+    it->renumber_capacity = 0;
+    KITH_TRY(kith_resize(&it->renumber, 0, all + all / 16, sizeof *it->renumber));
     it->renumber_capacity = all + all / 16;
-    KITH_TRY(kith_resize(&it->renumber, 0, it->renumber_capacity, sizeof *it->renumber));
   }
   return KITH_OK;
 }
@@ -192,7 +194,8 @@ static kith_status ready(struct kith_integrator *it, const char *reason) {
   for (int b = 0; b < it->boundaries->n; ++b)
     ledger->boundary[b].culled = ledger->boundary[b].created - ledger->boundary[b].kept;
   ledger->lifecycles += 1;
-  ledger->last_entries = c->rows.n > 0 ? c->rows.first[c->rows.n] : 0;
+  ledger->last_entries =
+      c->rows.n > 0 ? c->rows.first[it->nodes->n_internal] : 0; /* of nodes, not of ghosts */
   ledger->last_pairs = c->pairs.n;
   ledger->row_entries += ledger->last_entries;
   ledger->pairs += ledger->last_pairs;

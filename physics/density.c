@@ -352,11 +352,12 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                                    .counter = "iterations",
                                    .counted = COUNT_ITERATIONS};
   uint64_t count[4];
-  KITH_TRY(kith_package_sweep(package, &sweep, count));
-  if (package->recompute) KITH_TRY(recompute(&pass, sweep.width));
+  kith_status status = kith_package_sweep(package, &sweep, count);
+  if (status == KITH_OK && package->recompute) status = recompute(&pass, sweep.width);
   package->pair_evaluations += count[COUNT_EVALUATIONS];
   package->support_iterations += count[COUNT_ITERATIONS];
   package->fallbacks += count[COUNT_FALLBACKS];
   const struct kith_nodes *nodes = package->hydro->nodes;
-  return kith_ranks_agree(nodes->ranks, count[COUNT_OUTGROWN] > 0 ? unsolved(nodes) : KITH_OK);
+  if (status == KITH_OK && count[COUNT_OUTGROWN] > 0) status = unsolved(nodes);
+  return kith_ranks_agree(nodes->ranks, status);
 }

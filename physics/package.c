@@ -44,6 +44,7 @@ void kith_package_clear(struct kith_package *package) {
   if (package->self != NULL) package->ops->destroy(package);
   kith_free(&package->border);
   package->border_capacity = 0;
+  package->border_of = NULL;
   kith_free(&package->needed);
   package->needed_capacity = 0;
   kith_free(&package->record);

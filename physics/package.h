@@ -106,6 +106,8 @@ struct kith_package {
   struct kith_field *signal;       /* signal speed of the Courant condition */
   uint8_t *border;                 /* chunks beside other ranks: sweep.c */
   size_t border_capacity;
+  const kith_index *border_of; /* the rows that it is of, and the generation of ghosts that they are of */
+  uint64_t border_ghosts;
   uint8_t *needed; /* ghosts whose values are computed: density.c */
   size_t needed_capacity;
   double *record;                         /* what pairs read of nodes: force.h */

@@ -16,6 +16,8 @@ static kith_status find_border(struct kith_package *package, const struct kith_r
   const kith_index n = nodes->n_internal, first_remote = kith_nodes_first_remote(nodes);
   const kith_index chunks = (n + KITH_CHUNK - 1) / KITH_CHUNK;
   const bool sorted = nodes->image == NULL;
+  if (package->border_of == rows->node && package->border_ghosts == nodes->ghosts) return KITH_OK;
+  package->border_of = NULL;
   if ((size_t)chunks > package->border_capacity) {
     package->border_capacity = 0;
     KITH_TRY(kith_resize(&package->border, 0, (size_t)chunks + (size_t)chunks / 8, 1));
@@ -28,6 +30,7 @@ static kith_status find_border(struct kith_package *package, const struct kith_r
       beyond = looks_beyond(rows, i, first_remote, sorted);
     package->border[c] = beyond;
   }
+  package->border_of = rows->node, package->border_ghosts = nodes->ghosts;
   return KITH_OK;
 }
 
@@ -35,7 +38,10 @@ static kith_status find_border(struct kith_package *package, const struct kith_r
 static kith_status run(struct kith_package *package, const struct kith_sweep *sweep,
                        const struct kith_part *part, uint64_t count[4]) {
   uint64_t now[4] = {0};
-  kith_profile_begin(package->profile, sweep->stage);
+  if (part != NULL && part->wanted == 1)
+    kith_profile_resume(package->profile, sweep->stage);
+  else
+    kith_profile_begin(package->profile, sweep->stage);
   const kith_status status =
       kith_traverse_part(package->hydro->nodes->n_internal, part, sweep->chunk, sweep->context, sweep->lanes,
                          sweep->width, now, package->profile);

@@ -54,8 +54,8 @@ struct kith_pairs {
   bool canonical; /* see kith_connectivity_canonical; else as above */
   kith_index
       starts; /* nodes 0 .. starts - 1 may have pairs that start at them: internal ones; canonical pairs: ghosts too */
-  kith_index (*node)[2]; /* [n] (i, j), i < j; the pair starts at i */
-  size_t *first;         /* [rows.n + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */
+  kith_index (*node)[2]; /* [n] (i, j), which starts at i; i < j unless canonical */
+  size_t *first;         /* [starts + 1 at least] pairs that start at i: first[i] .. first[i + 1] - 1 */
   uint32_t *of_row;      /* [rows.first[rows.n]] */
   double *f_couple;      /* [n] or NULL */
   size_t first_capacity, of_row_capacity;

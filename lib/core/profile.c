@@ -157,7 +157,7 @@ static int find_child(const struct kith_profile *p, int parent, const char *name
   return c;
 }
 
-void kith_profile_begin(struct kith_profile *profile, const char *name) {
+static void enter(struct kith_profile *profile, const char *name, uint64_t calls) {
   if (profile == NULL) return;
   int child = profile->skipped > 0 ? NOWHERE : find_child(profile, profile->now, name);
   if (child == NOWHERE &&
@@ -166,9 +166,17 @@ void kith_profile_begin(struct kith_profile *profile, const char *name) {
     return;
   }
   profile->now = child;
-  ++profile->timers[child].calls;
+  profile->timers[child].calls += calls;
   profile->timers[child].cpu_start = cpu_now(profile);
   profile->timers[child].start = kith_seconds();
+}
+
+void kith_profile_begin(struct kith_profile *profile, const char *name) {
+  enter(profile, name, 1);
+}
+
+void kith_profile_resume(struct kith_profile *profile, const char *name) {
+  enter(profile, name, 0);
 }
 
 /* An event that finds no memory is left out. */

@@ -43,6 +43,8 @@ void kith_profile_clock_cpu(struct kith_profile *profile);
 void kith_profile_align(struct kith_profile *profile);
 
 void kith_profile_begin(struct kith_profile *profile, const char *name);
+/* The same stage goes on, after others: not another call. */
+void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);
 /* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that thread. */
 void kith_profile_thread(struct kith_profile *profile, int thread, double start, double stop);

@@ -11,9 +11,8 @@ struct kith_ranks {
   int rank, size, beside;
   char agreed[1024]; /* the failure that all know of; empty: none */
   struct kith_traffic traffic;
-  MPI_Request *request; /* of the exchange under way */
+  MPI_Request *request; /* [2 size] of the exchange under way */
   int n_requests;
-  size_t requests_capacity;
 };
 
 /* ---- life ---- */
@@ -39,7 +38,7 @@ static kith_status start(struct kith_ranks *ranks) {
   MPI_Comm_split_type(ranks->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &beside);
   MPI_Comm_size(beside, &ranks->beside);
   MPI_Comm_free(&beside);
-  return KITH_OK;
+  return kith_resize(&ranks->request, 0, 2 * (size_t)ranks->size, sizeof *ranks->request);
 }
 
 kith_status kith_ranks_create(struct kith_ranks **out) {
@@ -146,7 +145,10 @@ void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
 
 /* The few bytes of every rank, in their order. Nobody can go on without. */
 static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, void *all) {
-  if (kith_resize(all, 0, (size_t)ranks->size, bytes) != KITH_OK) kith_ranks_abort(ranks, 1);
+  if (kith_resize(all, 0, (size_t)ranks->size, bytes) != KITH_OK) {
+    fprintf(stderr, "kith: rank %d: %s\n", ranks->rank, kith_failure());
+    kith_ranks_abort(ranks, 1);
+  }
   void *into;
   memcpy(&into, all, sizeof into);
   MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all);
@@ -218,7 +220,7 @@ static kith_status gather_parts(struct kith_ranks *ranks, const void *mine, size
   }
   if (part != NULL) part[ranks->size] = total;
   if (total > INT_MAX) KITH_FAIL(UNSUPPORTED, "%zu bytes are too many for all ranks", total);
-  KITH_TRY(kith_resize(all, 0, total, 1));
+  KITH_TRY(kith_ranks_agree(ranks, kith_resize(all, 0, total, 1)));
   MPI_Allgatherv(mine, length, MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all);
   ranks->traffic.collectives += 2;
   return KITH_OK;
@@ -233,20 +235,13 @@ kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t
     if (part != NULL) part[0] = 0, part[1] = bytes;
     return KITH_OK;
   }
-  if (bytes > INT_MAX) KITH_FAIL(UNSUPPORTED, "%zu bytes are too many for all ranks", bytes);
   int *count = NULL;
-  KITH_TRY(kith_resize(&count, 0, 2 * (size_t)ranks->size, sizeof *count));
-  const kith_status status = gather_parts(ranks, mine, bytes, all, count, count + ranks->size, part);
+  kith_status status = kith_resize(&count, 0, 2 * (size_t)ranks->size, sizeof *count);
+  if (bytes > INT_MAX) status = kith_fail(KITH_UNSUPPORTED, "%zu bytes are too many for all ranks", bytes);
+  status = kith_ranks_agree(ranks, status);
+  if (status == KITH_OK) status = gather_parts(ranks, mine, bytes, all, count, count + ranks->size, part);
   kith_free(&count);
   return status;
-}
-
-static kith_status request_room(struct kith_ranks *ranks, size_t n) {
-  if (n <= ranks->requests_capacity) return KITH_OK;
-  ranks->requests_capacity = 0;
-  KITH_TRY(kith_resize(&ranks->request, 0, n, sizeof *ranks->request));
-  ranks->requests_capacity = n;
-  return KITH_OK;
 }
 
 kith_status kith_ranks_post(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
@@ -254,7 +249,7 @@ kith_status kith_ranks_post(struct kith_ranks *ranks, int n_out, const struct ki
   enum { TAG = 1 };
   if (ranks == NULL) return KITH_OK;
   if (ranks->n_requests > 0) KITH_FAIL(INTERNAL, "an exchange is under way already");
-  KITH_TRY(request_room(ranks, (size_t)(n_out + n_in)));
+  if (n_out > ranks->size || n_in > ranks->size) KITH_FAIL(INTERNAL, "more messages than ranks");
   for (int k = 0; k < n_out + n_in; ++k) {
     const struct kith_message *m = k < n_in ? &in[k] : &out[k - n_in];
     if (m->bytes == 0) continue;

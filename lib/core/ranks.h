@@ -50,7 +50,7 @@ void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t
 /* from[r * n ..] is what rank r had in to[me * n ..]. */
 void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t *from, int n);
 /* What all ranks have, one behind the other. *all is kith_resize memory of the caller; part (may be NULL): [size + 1] where each rank's
- * begins, in bytes. NULL ranks: a copy. */
+ * begins, in bytes. All agree on the status. NULL ranks: a copy. */
 kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
                               size_t *part);
 

@@ -149,3 +149,11 @@ kith_status kith_partition_restore(struct kith_partition *partition, const int64
               kith_partition_state(partition, NULL), n);
   return n > 0 ? partition->ops->restore(partition, word) : KITH_OK;
 }
+
+kith_status kith_partition_settle(struct kith_partition *partition, const double *weight) {
+  enum { MOST_MAPS = 20 };
+  bool changed = true;
+  for (int k = 0; k < MOST_MAPS && changed; ++k)
+    KITH_TRY(kith_partition_update(partition, weight, NULL, &changed));
+  return KITH_OK;
+}

@@ -73,6 +73,8 @@ kith_status kith_partition_command(struct kith_partition *partition, const char 
  * BAD_INPUT: a weight that is negative or not finite. After a failure the map is as it was. */
 kith_status kith_partition_update(struct kith_partition *partition, const double *weight,
                                   const double *face_weight, bool *changed);
+/* The same until a member that goes on from its last map has come to rest, 20 times at most. */
+kith_status kith_partition_settle(struct kith_partition *partition, const double *weight);
 
 /* For restarts: what a member remembers, as words (written unless NULL; their number is returned), and how it gets that back. The map, `owner`,
  * is restored by the caller. BAD_FILE: not the words of this member on these cells and ranks. */

@@ -57,28 +57,25 @@ static void weigh(const struct kith_share *share, const struct kith_nodes *nodes
     work[share->home->i64[i]] += (uint64_t)share->work->i64[i] + 1;
 }
 
-/* A new map by this work of all cells. */
+/* A new map by this work of all cells; changed NULL: the first one. */
 static kith_status remap(const struct kith_share *share, const uint64_t *work, bool *changed) {
   double *weight = NULL;
   KITH_TRY(kith_resize(&weight, 0, (size_t)share->cells.n, sizeof *weight));
   for (int64_t c = 0; c < share->cells.n; ++c) weight[c] = (double)work[c];
-  const kith_status status = kith_partition_update(share->partition, weight, NULL, changed);
+  const kith_status status = changed != NULL ? kith_partition_update(share->partition, weight, NULL, changed)
+                                             : kith_partition_settle(share->partition, weight);
   kith_free(&weight);
   return status;
 }
 
-enum { MOST_MAPS = 20 }; /* until a partitioner that goes on from its last map has come to rest */
-
 static kith_status make_map(struct kith_share *share, const struct kith_nodes *nodes, const char *text) {
   uint64_t *work = NULL;
-  bool changed = true;
   KITH_TRY(kith_partition_create(&share->partition, &share->cells, kith_ranks_size(share->ranks), text));
   KITH_TRY(find_cells(share, nodes));
   KITH_TRY(kith_resize(&share->place, 0, (size_t)share->cells.n, sizeof *share->place));
   KITH_TRY(kith_resize(&work, 0, (size_t)share->cells.n, sizeof *work));
   weigh(share, nodes, work);
-  kith_status status = KITH_OK;
-  for (int k = 0; k < MOST_MAPS && changed && status == KITH_OK; ++k) status = remap(share, work, &changed);
+  const kith_status status = remap(share, work, NULL);
   kith_free(&work);
   return status;
 }
@@ -204,18 +201,30 @@ kith_status kith_share_settle(struct kith_share *share, struct kith_nodes *nodes
 /* ---- checkpoints ---- */
 
 /* Words of a description: ranks, lists, cells, counters; then counts [rank][list]; then owners; then the memory of the partitioner. */
-enum { WORD_RANKS, WORD_LISTS, WORD_CELLS, WORD_SETTLED, WORD_LOOKS, WORD_REPARTITIONS, WORDS };
+enum {
+  WORD_RANKS,
+  WORD_LISTS,
+  WORD_CELLS,
+  WORD_SETTLED,
+  WORD_LOOKS,
+  WORD_REPARTITIONS,
+  WORD_MIGRATED,
+  WORD_SEEN,
+  WORDS
+};
 
 static void describe(const struct kith_share *share, const struct kith_nodes *nodes, const int64_t *counts,
-                     int64_t *word) {
+                     uint64_t migrated, int64_t *word) {
   const int size = kith_ranks_size(share->ranks);
   const size_t n_counts = (size_t)size * (size_t)nodes->n_lists;
-  const int64_t head[WORDS] = {size,
-                               nodes->n_lists,
-                               share->cells.n,
-                               (int64_t)share->settled,
-                               (int64_t)share->looks,
-                               (int64_t)share->repartitions};
+  int64_t head[WORDS] = {size,
+                         nodes->n_lists,
+                         share->cells.n,
+                         (int64_t)share->settled,
+                         (int64_t)share->looks,
+                         (int64_t)share->repartitions,
+                         (int64_t)migrated};
+  memcpy(&head[WORD_SEEN], &share->seen, sizeof share->seen);
   memcpy(word, head, sizeof head);
   memcpy(word + WORDS, counts, n_counts * sizeof *word);
   word += WORDS + n_counts;
@@ -226,11 +235,13 @@ static void describe(const struct kith_share *share, const struct kith_nodes *no
 kith_status kith_share_describe(const struct kith_share *share, const struct kith_nodes *nodes,
                                 struct kith_shared *out) {
   int64_t *counts = NULL;
+  uint64_t migrated = share->migrated;
   KITH_TRY(kith_nodes_counts(nodes, &counts));
+  kith_ranks_sum_counts(share->ranks, &migrated, 1);
   out->n = WORDS + (size_t)kith_ranks_size(share->ranks) * (size_t)nodes->n_lists + (size_t)share->cells.n +
            kith_partition_state(share->partition, NULL);
   const kith_status status = kith_resize(&out->word, 0, out->n, sizeof *out->word);
-  if (status == KITH_OK) describe(share, nodes, counts, out->word);
+  if (status == KITH_OK) describe(share, nodes, counts, migrated, out->word);
   kith_free(&counts);
   return status;
 }
@@ -287,5 +298,7 @@ kith_status kith_share_restore(struct kith_share *share, struct kith_nodes *node
   share->settled = (uint64_t)word[WORD_SETTLED];
   share->looks = (uint64_t)word[WORD_LOOKS];
   share->repartitions = (uint64_t)word[WORD_REPARTITIONS];
+  share->migrated = kith_ranks_rank(share->ranks) == 0 ? (uint64_t)word[WORD_MIGRATED] : 0; /* of all */
+  memcpy(&share->seen, &word[WORD_SEEN], sizeof share->seen);
   return take_back(share, nodes, word + WORDS);
 }

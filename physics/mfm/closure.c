@@ -232,7 +232,7 @@ kith_status mfm_faces_close(struct mfm_faces *f) {
   N_Vector open = make_vector(all, f->open, f->nodes->ranks, context);
   N_Vector scale = make_vector(all, f->scale, f->nodes->ranks, context);
   N_Vector solution = make_vector(all, NULL, f->nodes->ranks, context);
-  kith_status status = KITH_NO_MEMORY;
+  kith_status status = kith_fail(KITH_NO_MEMORY, "no memory to close faces");
   if (open != NULL && scale != NULL && solution != NULL) {
     N_VConst(0, solution);
     status = solve(f, solution, open, scale, context);

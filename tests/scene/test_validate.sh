@@ -44,7 +44,7 @@ rows "name: short, $tube, measure: steps / lifecycles_are_in_the_ledger, at_most
 "$kith" validate own.yaml -o v >stdout 2>stderr && wrong "a ratio with what is not there"
 rows "name: short, $tube, measure: ledger.lifecycles / steps, at_least: 1" "name: two, $tube, ranks: 2, threads: 1, same: 1e-11, like: short" \
   'name: sharper, dimension: 1, scene: sod, settings: "resolution=50 until=0.05 scheme.cfl=0.2", same: 1e-11, like: short' \
-  'name: sooner, dimension: 1, scene: sod, settings: "resolution=50 until=0.04", same: bytes, like: short'
+  'name: sooner, dimension: 1, scene: sod, settings: "resolution=50 until=0.04", same: bits, like: short'
 "$kith" validate own.yaml -o v >stdout 2>stderr
 (($? == 3)) || wrong "two rows differ: $(cat stdout stderr)"
 grep -q "^two .* ok .* same as short" stdout || wrong "two ranks and one: $(grep two stdout)"
@@ -52,7 +52,7 @@ grep -q "^sharper .* FAILED .* DIFFERS FROM short by .* in [A-Z]" stdout || wron
 grep -q "^sooner .* FAILED .* DIFFERS FROM short by inf" stdout || wrong "another time: $(grep sooner stdout)"
 grep -q "^1 of 3 runs end in the same state" stdout || wrong "how many are the same: $(tail -1 stdout)"
 
-group() { rows "over: {$1}, same: bytes, settings: reproducible=true, rows: [{name: a, $tube}, {name: b, $tube}]"; }
+group() { rows "over: {$1}, same: bits, settings: reproducible=true, rows: [{name: a, $tube}, {name: b, $tube}]"; }
 group 'ranks: [1, 2, 3], threads: [1, 2], partition.name: [kd, hilbert]' # pairs of rows and ranks: 2 x 3; ranks and names: 3 x 2
 ok "$kith" validate own.yaml -o v
 grep -Eq "^([6-9]|1[0-2]) of \1 runs end in the same state" stdout || wrong "a group: $(tail -1 stdout)"
@@ -64,21 +64,21 @@ group 'ranks: []'
 stopped 2 "a factor without values" "$kith" validate own.yaml
 group 'ranks: [0]'
 stopped 2 "rows.0.over.ranks.0: 0 is out of range" "$kith" validate own.yaml
-rows "same: bytes, rows: [{name: a, $tube}]"
+rows "same: bits, rows: [{name: a, $tube}]"
 stopped 2 "rows.0.over: missing" "$kith" validate own.yaml
 rows "over: {ranks: [2]}, rows: [{name: a, $tube}]"
 stopped 2 "row a needs a measure or same" "$kith" validate own.yaml
-rows "name: a, $tube, same: bytes, like: short"
+rows "name: a, $tube, same: bits, like: short"
 stopped 2 "there is no row 'short' above" "$kith" validate own.yaml
-rows "name: a, $tube, same: bytes"
+rows "name: a, $tube, same: bits"
 stopped 2 "row a: same and like come together" "$kith" validate own.yaml
-rows "over: {ranks: [2]}, same: bytes, rows: [{name: a, measure: energy_drift, at_most: 1}]"
+rows "over: {ranks: [2]}, same: bits, rows: [{name: a, measure: energy_drift, at_most: 1}]"
 stopped 2 "rows.0.rows.0.scene: missing" "$kith" validate own.yaml
-rows "over: {ranks: [2]}, same: bytes, rows: [{name: a, $tube, measure: threads, at_most: 0}]"
+rows "over: {ranks: [2]}, same: bits, rows: [{name: a, $tube, measure: threads, at_most: 0}]"
 stopped 2 "'threads' has runs of its own" "$kith" validate own.yaml
 rows "name: a, $tube, same: about, like: a"
-stopped 2 "'about' is neither bytes nor a number" "$kith" validate own.yaml
-rows "name: a, over: {ranks: [2]}, $tube, same: bytes"
+stopped 2 "'about' is neither bits nor a number" "$kith" validate own.yaml
+rows "name: a, over: {ranks: [2]}, $tube, same: bits"
 stopped 2 "row a is no group" "$kith" validate own.yaml
 
 exit $((failures > 0))
