@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # test_validate.sh PROGRAMS: `kith validate` on files of one's own: what passes, what does not, and what is wrong in a file.
 inputs=$(readlink -f "$2")
+# Of what MPI leaks itself sanitizers say nothing: tests/mpi.
+export LSAN_OPTIONS=suppressions=$(readlink -f "$(dirname "$0")/../mpi/leaks.supp"):print_suppressions=0 ASAN_OPTIONS=fast_unwind_on_malloc=0
 source "$(dirname "$0")/common.sh"
 ln -s "$inputs" inputs
 
