@@ -5,18 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/check.h"
+#include "tests/unit/partition_world.h"
 
 enum { UPDATES = 4, MOST_CELLS = 1024 };
-
-static struct kith_cells grid(const int *count, int periodic_axes) {
-  double lower[NDIM], upper[NDIM];
-  bool periodic[NDIM];
-  for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = count[a], periodic[a] = periodic_axes >> a & 1;
-  struct kith_cells cells = {0};
-  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, MOST_CELLS));
-  return cells;
-}
 
 /* Equal, a blast in a corner, by lot with ten orders of magnitude between them, all zero. */
 static void weights(const struct kith_cells *cells, int kind, double *weight) {

@@ -22,20 +22,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/check.h"
+#include "tests/unit/partition_world.h"
 
 enum { MOST_RANKS = 64, MOST_CELLS = 64, MOST_TEXTS = 40, SHIFTS = NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27 };
 
 /* ---- a world in whole numbers: cells have edge 1, the box begins at 0 ---- */
-
-static struct kith_cells grid(const int *count, int periodic_axes) {
-  double lower[NDIM], upper[NDIM];
-  bool periodic[NDIM];
-  for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = count[a], periodic[a] = periodic_axes >> a & 1;
-  struct kith_cells cells = {0};
-  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, MOST_CELLS));
-  return cells;
-}
 
 /* Does cell d, displaced by `shift` boxes, touch cell c, and is it not c itself? */
 static bool touches(const struct kith_cells *cells, int64_t c, int64_t d, const int *shift) {
@@ -137,22 +128,6 @@ static void check_ghosts(const struct kith_partition *partition, const struct ki
   }
 }
 
-/* What p sends to its neighbor is, place by place, what that one expects of p. */
-static void check_lists(const struct kith_shell *shell, int n_ranks) {
-  for (int p = 0; p < n_ranks; ++p)
-    for (int k = 0; k < shell[p].n_neighbors; ++k) {
-      const struct kith_shell *other = &shell[shell[p].neighbor[k]];
-      int back = 0;
-      while (back < other->n_neighbors && other->neighbor[back] != p) ++back;
-      CHECK(back < other->n_neighbors);
-      if (back == other->n_neighbors) continue;
-      const int64_t n = shell[p].send_first[k + 1] - shell[p].send_first[k];
-      CHECK(n > 0 && n == other->receive_first[back + 1] - other->receive_first[back]);
-      CHECK(memcmp(shell[p].send + shell[p].send_first[k], other->receive + other->receive_first[back],
-                   (size_t)n * sizeof(int64_t)) == 0);
-    }
-}
-
 /* All ranks sweep their own cells over the forward half: each unordered pair of images is met once, by one of them. */
 static void check_half_shells(const struct kith_cells *cells, const struct kith_shell *shell, int n_ranks) {
   static int8_t met[MOST_CELLS][MOST_CELLS][SHIFTS];
@@ -216,7 +191,7 @@ static void check_map(const struct kith_partition *partition, bool (*near)[MOST_
     check_ghosts(partition, &shell[r], near);
   }
   check_totals(partition->cells, shell, partition->n_ranks);
-  check_lists(shell, partition->n_ranks);
+  check_both_sides(shell, partition->n_ranks);
   check_half_shells(partition->cells, shell, partition->n_ranks);
   check_positions(partition, shell);
   for (int r = 0; r < partition->n_ranks; ++r) kith_shell_clear(&shell[r]);

@@ -4,21 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/check.h"
+#include "tests/unit/partition_world.h"
 
 enum { MOST_RANKS = 64 };
-
-static struct kith_cells grid(const int *count, bool periodic_first, bool periodic_others) {
-  double lower[NDIM], upper[NDIM];
-  bool periodic[NDIM];
-  for (int a = 0; a < NDIM; ++a) {
-    lower[a] = 0, upper[a] = count[a];
-    periodic[a] = a == 0 ? periodic_first : periodic_others;
-  }
-  struct kith_cells cells = {0};
-  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, 1 << 20));
-  return cells;
-}
 
 /* Do the cells share a face, an edge or a corner, over periodic faces too? */
 static bool adjacent(const struct kith_cells *cells, int64_t c, int64_t d) {
@@ -55,22 +43,6 @@ static void check_shell(const struct kith_partition *partition, const struct kit
     for (int64_t i = shell->receive_first[k] + 1; i < shell->receive_first[k + 1]; ++i)
       CHECK(shell->receive[i] > shell->receive[i - 1]);
   }
-}
-
-/* What p sends to q is, place by place, what q expects of p. */
-static void check_both_sides(const struct kith_shell *shell, int n_ranks) {
-  for (int p = 0; p < n_ranks; ++p)
-    for (int k = 0; k < shell[p].n_neighbors; ++k) {
-      const struct kith_shell *other = &shell[shell[p].neighbor[k]];
-      int back = 0;
-      while (back < other->n_neighbors && other->neighbor[back] != p) ++back;
-      CHECK(back < other->n_neighbors);
-      if (back == other->n_neighbors) continue;
-      const int64_t n = shell[p].send_first[k + 1] - shell[p].send_first[k];
-      CHECK(n == other->receive_first[back + 1] - other->receive_first[back]);
-      CHECK(n > 0 && memcmp(shell[p].send + shell[p].send_first[k],
-                            other->receive + other->receive_first[back], (size_t)n * sizeof(int64_t)) == 0);
-    }
 }
 
 static void check_figures(const struct kith_partition *partition, const struct kith_shell *shell) {
@@ -118,7 +90,7 @@ static void test_shells(void) {
   for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g)
     for (int periodic = 0; periodic < 4; ++periodic)
       for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; ++r) {
-        const struct kith_cells cells = grid(count[g], periodic & 1, periodic & 2);
+        const struct kith_cells cells = grid(count[g], (periodic & 1) | (periodic & 2 ? ~1 : 0));
         struct kith_partition *partition = NULL;
         CHECK_OK(kith_partition_create(&partition, &cells, ranks[r], "cart"));
         check_map(partition);
@@ -134,7 +106,7 @@ static void test_shells(void) {
  * this follows: 500 and 200 in 3-D). */
 static void test_two_ranks(void) {
   const int count[] = {10, 10, 10};
-  const struct kith_cells cells = grid(count, true, true);
+  const struct kith_cells cells = grid(count, ~0);
   struct kith_partition *partition = NULL;
   CHECK_OK(kith_partition_create(&partition, &cells, 2, "cart"));
   struct kith_shell shell = {0};
@@ -152,7 +124,7 @@ static void test_two_ranks(void) {
 /* Faces weigh what they are given: a cut between two halves costs the weights of its faces. */
 static void test_cut_weight(void) {
   const int count[] = {4, 1, 1};
-  const struct kith_cells cells = grid(count, false, false);
+  const struct kith_cells cells = grid(count, 0);
   struct kith_partition *partition = NULL;
   CHECK_OK(kith_partition_create(&partition, &cells, 2, "cart"));
   double face_weight[4 * NDIM];
