@@ -1,22 +1,16 @@
-/* Constant: nodes that were taken out of the flow; they return as frozen ghosts. */
+/* Constant: nodes that are removed from the flow and return as frozen ghosts. */
 #include "boundaries/boundary.h"
 
 #include <string.h>
 
-struct kith_nodes *kith_constant_nodes(const struct kith_boundary *boundary) {
+static const struct kith_nodes *held_nodes(const struct kith_boundary *boundary) {
   return boundary->self;
 }
 
-void kith_constant_hold(struct kith_boundary *boundary, struct kith_nodes **held) {
-  struct kith_nodes *old = boundary->self;
-  kith_nodes_destroy(&old);
-  boundary->self = *held;
-  *held = NULL;
-}
-
 static void destroy(struct kith_boundary *boundary) {
-  struct kith_nodes *none = NULL;
-  kith_constant_hold(boundary, &none);
+  struct kith_nodes *held = boundary->self;
+  kith_nodes_destroy(&held);
+  boundary->self = NULL;
 }
 
 /* Copies one node's values between fields of the same kind and type. */
@@ -48,7 +42,7 @@ static kith_status hold_list(const struct kith_nodes *nodes, int list, const uin
 
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                const uint8_t *chosen) {
-  if (boundary->ops != &kith_boundary_constant)
+  if (boundary->ops->held_nodes != held_nodes)
     KITH_FAIL(INTERNAL, "a %s boundary takes no nodes", boundary->ops->name);
   if (boundary->self != NULL) KITH_FAIL(INTERNAL, "the constant boundary holds its nodes already");
   struct kith_nodes *held = NULL;
@@ -56,24 +50,25 @@ kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes
   kith_status status = KITH_OK;
   for (int l = 0; l < nodes->n_lists && status == KITH_OK; ++l) status = hold_list(nodes, l, chosen, held);
   if (status == KITH_OK) status = kith_nodes_delete(nodes, chosen);
-  if (status == KITH_OK) kith_constant_hold(boundary, &held);
-  kith_nodes_destroy(&held);
+  if (status != KITH_OK) kith_nodes_destroy(&held);
+  boundary->self = held;
   return status;
 }
 
-/* Largest R / H of the internal nodes of all ranks, at least 1: how much wider than the supports lists are made at
- * present. */
-static double widening(const struct kith_nodes *nodes) {
-  const double *reach = nodes->reach->f64, *support = nodes->support->f64;
+/* Largest R / H of the internal nodes of all ranks, at least 1: the search radius in units of the support. */
+static double radius_ratio(const struct kith_nodes *nodes) {
+  const double *search_radius = nodes->search_radius->f64, *support = nodes->support->f64;
   double most = 1;
 #pragma omp parallel for schedule(static) reduction(max : most)
   for (kith_index i = 0; i < nodes->n_internal; ++i)
-    if (support[i] > 0) most = KITH_MAX(most, reach[i] / support[i]);
+    if (support[i] > 0) most = KITH_MAX(most, search_radius[i] / support[i]);
   kith_ranks_max(nodes->ranks, &most, 1);
   return most;
 }
 
-static kith_status add_list(const struct kith_boundary *boundary, struct kith_nodes *nodes, int list) {
+/* `ratio`: radius_ratio. */
+static kith_status add_list(const struct kith_boundary *boundary, struct kith_nodes *nodes, int list,
+                            double ratio) {
   const struct kith_nodes *held = boundary->self;
   const kith_index begin = held->lists[list].first, count = held->lists[list].count;
   const struct kith_ghost_block block = {
@@ -90,19 +85,20 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
     memcpy((char *)field->data + (size_t)first * size, (const char *)source->data + (size_t)begin * size,
            (size_t)count * size);
   }
-  const double wide = widening(nodes);
-  for (kith_index i = first; i < first + count; ++i) nodes->reach->f64[i] = wide * nodes->support->f64[i];
+  for (kith_index i = first; i < first + count; ++i)
+    nodes->search_radius->f64[i] = ratio * nodes->support->f64[i];
   return KITH_OK;
 }
 
-static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double reach_factor) {
-  (void)reach_factor; /* all of them, always */
+static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
+  (void)radius_factor; /* all of them, always */
   const struct kith_nodes *held = boundary->self;
   if (held == NULL) return KITH_OK;
   if (held->n_lists != nodes->n_lists)
     KITH_FAIL(INTERNAL, "a constant boundary holds %d lists, there are %d", held->n_lists, nodes->n_lists);
+  const double ratio = radius_ratio(nodes); /* by all ranks, before one of them can fail */
   for (int l = 0; l < held->n_lists; ++l)
-    if (held->lists[l].count > 0) KITH_TRY(add_list(boundary, nodes, l));
+    if (held->lists[l].count > 0) KITH_TRY(add_list(boundary, nodes, l, ratio));
   return KITH_OK;
 }
 
@@ -111,5 +107,6 @@ const struct kith_boundary_ops kith_boundary_constant = {
     .doc = "chosen nodes stay as they were",
     .ghosts = ghosts,
     .destroy = destroy,
+    .held_nodes = held_nodes,
     .keeps_ghosts = true,
 };

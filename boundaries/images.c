@@ -1,27 +1,29 @@
+/* Which images of which nodes are needed, and their ghost blocks. */
 #include "boundaries/images.h"
 
 #include <math.h>
 
 enum { CHUNK = 4096 };
 
-/* One axis as the ghosts of one boundary see it. Sides: 0 lower, 1 upper. */
+/* The nodes along the axis of one boundary. Sides: 0 lower, 1 upper. */
 struct line {
   const struct kith_boundary *boundary;
   bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
   double factor;        /* f */
   double x_min, x_max;  /* of all present nodes */
-  double reach;         /* max f R of all present nodes */
+  double search_radius; /* max f R of all present nodes */
   double wanted[2];     /* max over internal nodes of f R - depth */
   double sticks_out[2]; /* max over internal nodes of -depth, at least 0 */
   double slack;
 };
 
-/* Ghosts-to-be of one image: hits of chunk c are node[c * CHUNK] .. + count[c] - 1, ascending. */
+/* The nodes that get a ghost by one image: those of chunk c are node[c * CHUNK ..], count[c] of them,
+ * ascending. */
 struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node;     /* [n] */
   kith_index *count;    /* [chunks] */
-  kith_index *place;    /* [chunks] */
+  kith_index *offset;   /* [chunks] where those of one list begin */
 };
 
 static kith_status hits_create(struct hits *hits, kith_index n) {
@@ -29,34 +31,35 @@ static kith_status hits_create(struct hits *hits, kith_index n) {
   hits->chunks = (n + CHUNK - 1) / CHUNK;
   KITH_TRY(kith_resize(&hits->node, 0, (size_t)n, sizeof *hits->node));
   KITH_TRY(kith_resize(&hits->count, 0, (size_t)hits->chunks, sizeof *hits->count));
-  return kith_resize(&hits->place, 0, (size_t)hits->chunks, sizeof *hits->place);
+  return kith_resize(&hits->offset, 0, (size_t)hits->chunks, sizeof *hits->offset);
 }
 
 static void hits_clear(struct hits *hits) {
   kith_free(&hits->node);
   kith_free(&hits->count);
-  kith_free(&hits->place);
+  kith_free(&hits->offset);
 }
 
-/* What nodes begin .. end - 1 add to the line. */
+/* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
 static bool measure(struct line *line, const struct kith_nodes *nodes, kith_index begin, kith_index end,
                     bool internal) {
   const double *restrict x = nodes->position->f64 + line->boundary->axis;
-  const double *restrict radius = nodes->reach->f64;
+  const double *restrict radius = nodes->search_radius->f64;
   const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
-  double left = -line->x_min, high = line->x_max, reach = line->reach, below = -INFINITY, above = -INFINITY;
+  double left = -line->x_min, high = line->x_max, search_radius = line->search_radius, below = -INFINITY,
+         above = -INFINITY;
   int lost = 0;
-#pragma omp parallel for schedule(static) reduction(max : left, high, reach, below, above, lost)
+#pragma omp parallel for schedule(static) reduction(max : left, high, search_radius, below, above, lost)
   for (kith_index i = begin; i < end; ++i) {
     const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
     left = KITH_MAX(left, -xi);
     high = KITH_MAX(high, xi);
-    reach = KITH_MAX(reach, r);
+    search_radius = KITH_MAX(search_radius, r);
     below = KITH_MAX(below, r - (xi - lower));
     above = KITH_MAX(above, r - (upper - xi));
     lost = KITH_MAX(lost, !(fabs(xi) < INFINITY) | !(r < INFINITY));
   }
-  line->x_min = -left, line->x_max = high, line->reach = reach;
+  line->x_min = -left, line->x_max = high, line->search_radius = search_radius;
   if (internal) {
     line->wanted[0] = below, line->wanted[1] = above;
     line->sticks_out[0] = KITH_MAX(lower + left, 0.0), line->sticks_out[1] = KITH_MAX(high - upper, 0.0);
@@ -64,7 +67,8 @@ static bool measure(struct line *line, const struct kith_nodes *nodes, kith_inde
   return !lost;
 }
 
-/* What is wanted by internal nodes of any rank; our own images are all that may answer, so the rest is ours. */
+/* What internal nodes of any rank need; everything else depends on the nodes of this rank, whose images these
+ * are. */
 static void reduce_line(struct line *line, struct kith_ranks *ranks) {
   double most[] = {line->wanted[0], line->wanted[1], line->sticks_out[0], line->sticks_out[1]};
   kith_ranks_max(ranks, most, 4);
@@ -78,7 +82,7 @@ static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
   const bool finite = internal && measure(line, nodes, nodes->n_internal, kith_nodes_count(nodes), false);
   reduce_line(line, nodes->ranks);
   if (!finite) return false;
-  line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + line->reach);
+  line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + line->search_radius);
   return true;
 }
 
@@ -87,22 +91,22 @@ static double depth_of(const struct line *line, int n, double ghost) {
   return n > 0 ? ghost - line->boundary->upper : line->boundary->lower - ghost;
 }
 
-/* May anyone need image n? The smallest depth of its ghosts against the largest limit. */
+/* May any node need image n? Compares the smallest depth of its ghosts with the largest limit. */
 static bool is_needed(const struct line *line, int n) {
   double sign, shift;
   if (!line->image_of(line->boundary, n, &sign, &shift)) return false;
   const double depth =
       KITH_MIN(depth_of(line, n, sign * line->x_min + shift), depth_of(line, n, sign * line->x_max + shift));
   const int side = n > 0;
-  return depth <= KITH_MAX(line->wanted[side], line->reach + line->sticks_out[side]) + line->slack;
+  return depth <= KITH_MAX(line->wanted[side], line->search_radius + line->sticks_out[side]) + line->slack;
 }
 
-/* Every other image of a side is 2 L farther, so when two in a row are not needed, none beyond is. */
+/* Every second image of a side is 2 L farther: if two in a row are not needed, none beyond is. */
 static bool is_side_done(const struct line *line, int n) {
   return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
 }
 
-/* What a sweep for one image needs, kept in registers. */
+/* The test of one image, kept in registers. */
 struct test {
   double sign, shift; /* depth = sign * x + shift */
   double wanted, out;
@@ -129,7 +133,7 @@ static inline bool passes(const struct test *test, double x, double r) {
 static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n, struct hits *minus,
                       struct hits *plus) {
   const double *restrict x = nodes->position->f64 + line->boundary->axis;
-  const double *restrict radius = nodes->reach->f64;
+  const double *restrict radius = nodes->search_radius->f64;
   const struct test below = test_of(line, -n), above = test_of(line, n);
   const double factor = line->factor;
 #pragma omp parallel for schedule(static) if (plus->chunks > 1)
@@ -156,12 +160,12 @@ static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of,
     const kith_index *hit = hits->node + (size_t)c * CHUNK;
     kith_index count = 0;
     for (kith_index k = 0; k < hits->count[c]; ++k) count += list_of[hit[k]] == list;
-    hits->place[c] = count;
+    hits->offset[c] = count;
   }
   kith_index sum = 0;
   for (kith_index c = 0; c < hits->chunks; ++c) {
-    const kith_index count = hits->place[c];
-    hits->place[c] = sum;
+    const kith_index count = hits->offset[c];
+    hits->offset[c] = sum;
     sum += count;
   }
   *total = sum;
@@ -170,7 +174,7 @@ static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of,
 #pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index *hit = hits->node + (size_t)c * CHUNK;
-    kith_index place = hits->place[c];
+    kith_index place = hits->offset[c];
     for (kith_index k = 0; k < hits->count[c]; ++k)
       if (list_of[hit[k]] == list) (*control)[place++] = hit[k];
   }
@@ -189,7 +193,9 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = line->boundary->index};
   for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = 0;
   (void)line->image_of(line->boundary, n, &block.image.sign[axis], &block.image.shift[axis]);
-  if (block.image.sign[axis] < 0) block.image.velocity[axis] = 2 * line->boundary->velocity;
+  if (block.image.sign[axis] < 0)
+    block.image.velocity[axis] =
+        2 * kith_boundary_face_velocity(line->boundary->ops, line->boundary->settings);
   for (int list = 0; list < nodes->n_lists; ++list) {
     block.list = list;
     block.control = NULL;
@@ -215,17 +221,18 @@ static kith_status add_images(const struct line *line, struct kith_nodes *nodes,
 }
 
 kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith_nodes *nodes,
-                               double reach_factor,
+                               double radius_factor,
                                bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign,
                                                 double *shift)) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
-  struct line line = {.boundary = boundary, .image_of = image_of, .factor = reach_factor};
+  struct line line = {.boundary = boundary, .image_of = image_of, .factor = radius_factor};
   if (!measure_line(&line, nodes))
-    KITH_FAIL(DIVERGED, "the position or reach of a node is not finite (axis %d)", boundary->axis);
+    KITH_FAIL(DIVERGED, "the position or search radius of a node is not finite (axis %d)", boundary->axis);
   if (kith_nodes_count(nodes) == 0) return KITH_OK;
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
-    KITH_FAIL(DIVERGED, "reach %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
-              line.reach, line.x_min, line.x_max, KITH_MOST_IMAGES, boundary->axis,
+    KITH_FAIL(DIVERGED,
+              "search radius %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
+              line.search_radius, line.x_min, line.x_max, KITH_MOST_IMAGES, boundary->axis,
               boundary->upper - boundary->lower);
   struct hits minus = {0}, plus = {0};
   const kith_status status = add_images(&line, nodes, &minus, &plus);

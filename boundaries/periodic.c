@@ -1,5 +1,5 @@
-/* Periodic: image n is shifted by n L. A node belongs to the half-open box: at the upper face it is at the
- * lower one. */
+/* Periodic: image n is shifted by n L. Nodes belong to the half-open box: one at the upper face is moved to
+ * the lower one. */
 #include "boundaries/images.h"
 
 #include <math.h>
@@ -10,8 +10,8 @@ static bool image_of(const struct kith_boundary *boundary, int n, double *sign, 
   return true;
 }
 
-static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double reach_factor) {
-  return kith_images_ghosts(boundary, nodes, reach_factor, image_of);
+static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
+  return kith_images_ghosts(boundary, nodes, radius_factor, image_of);
 }
 
 static bool violated(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
@@ -24,8 +24,8 @@ static bool violated(const struct kith_boundary *boundary, const struct kith_nod
   return any;
 }
 
-/* x less whole lengths, in [lower, upper). What rounds to the upper face is put on the lower one: the same
- * place. */
+/* x minus whole lengths, in [lower, upper). A value that rounds to the upper face is put on the lower one,
+ * which is the same point. */
 static double wrapped(double x, double lower, double upper) {
   const double length = upper - lower;
   double y = x - floor((x - lower) / length) * length;
@@ -58,8 +58,10 @@ static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *no
 
 const struct kith_boundary_ops kith_boundary_periodic = {
     .name = "periodic",
-    .doc = "what leaves on one side comes back on the other",
+    .doc = "what leaves on one side returns on the other",
     .ghosts = ghosts,
     .violated = violated,
     .enforce = enforce,
+    .has_faces = true,
+    .wraps = true,
 };

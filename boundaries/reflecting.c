@@ -4,8 +4,8 @@
 
 #include <math.h>
 
-/* Odd images are written from their own face, so that a node on the face has its nearest image exactly there.
- */
+/* Odd images are computed from their own face, so that a node on the face has its nearest image exactly
+ * there. */
 static bool image_of(const struct kith_boundary *boundary, int n, double *sign, double *shift) {
   const double lower = boundary->lower, upper = boundary->upper, length = upper - lower;
   if (!(boundary->at_lower && boundary->at_upper) && n != (boundary->at_lower ? -1 : 1)) return false;
@@ -14,11 +14,11 @@ static bool image_of(const struct kith_boundary *boundary, int n, double *sign, 
   return true;
 }
 
-static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double reach_factor) {
-  return kith_images_ghosts(boundary, nodes, reach_factor, image_of);
+static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
+  return kith_images_ghosts(boundary, nodes, radius_factor, image_of);
 }
 
-/* The interval where nodes may be: open-ended on a side that does not act. */
+/* The interval for nodes: unbounded on a side that does not act. */
 static double lowest(const struct kith_boundary *boundary) {
   return boundary->at_lower ? boundary->lower : -INFINITY;
 }
@@ -47,7 +47,7 @@ static void fold(double x, double low, double high, double *sign, double *shift)
   }
 }
 
-/* Maps all of the node: where schemes keep a position or a velocity from the start of the step, that moves along. */
+/* Maps all fields of the node, also positions and velocities that schemes keep from the start of a step. */
 static void mirror(struct kith_nodes *nodes, kith_index i, int axis, double sign, double shift,
                    double velocity) {
   for (int f = 0; f < nodes->n_fields; ++f) {
@@ -71,9 +71,10 @@ static void mirror(struct kith_nodes *nodes, kith_index i, int axis, double sign
 }
 
 static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
-  (void)moved_by; /* a mirrored node was moved by the flow */
+  (void)moved_by; /* a mirrored node has moved with the flow */
   const double *x = nodes->position->f64 + boundary->axis;
   const double low = lowest(boundary), high = highest(boundary);
+  const double velocity = kith_boundary_face_velocity(boundary->ops, boundary->settings);
   const double far = KITH_MOST_IMAGES * fabs(boundary->upper - boundary->lower);
   kith_index lost = INT32_MAX;
   bool any = false;
@@ -87,7 +88,7 @@ static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *no
     }
     double sign, shift;
     fold(xi, low, high, &sign, &shift);
-    mirror(nodes, i, boundary->axis, sign, shift, boundary->velocity);
+    mirror(nodes, i, boundary->axis, sign, shift, velocity);
     any = true;
   }
   if (any) ++nodes->positions;
@@ -100,20 +101,39 @@ const struct kith_boundary_ops kith_boundary_reflecting = {
     .ghosts = ghosts,
     .violated = violated,
     .enforce = enforce,
+    .has_faces = true,
     .keeps_lists = true,
 };
 
+struct piston {
+  double velocity;
+};
+static const struct kith_param piston_params[] = {
+    {"velocity", KITH_PARAM_NUMBER, NULL, "", "of the face, along its axis",
+     KITH_INTO(struct piston, velocity), .unit = "velocity"},
+    {0}};
+
+static double face_velocity(const void *settings) {
+  return settings == NULL ? 0 : ((const struct piston *)settings)->velocity;
+}
+
 static void move(struct kith_boundary *boundary, double time) {
-  *(boundary->at_lower ? &boundary->lower : &boundary->upper) = boundary->start + boundary->velocity * time;
+  *(boundary->at_lower ? &boundary->lower : &boundary->upper) =
+      boundary->start + face_velocity(boundary->settings) * time;
 }
 
 const struct kith_boundary_ops kith_boundary_piston = {
     .name = "piston",
     .doc =
-        "a mirror that moves with a constant velocity: {kind: piston, velocity: u} on one side, open on the other",
+        "a mirror that moves with a constant velocity: {kind: piston, velocity: u} on one side, open on the "
+        "other",
+    KITH_SETTINGS(piston_params, piston),
     .ghosts = ghosts,
     .violated = violated,
     .enforce = enforce,
     .move = move,
+    .face_velocity = face_velocity,
+    .has_faces = true,
+    .one_side = true,
     .keeps_lists = true,
 };

@@ -1,9 +1,10 @@
 /* The lifecycle of connectivity, in the order in which it happens. */
+#include "integrator/lifecycle.h"
+
 #include <math.h>
 #include <string.h>
-#include "boundaries/distributed.h"
-#include "integrator/integrator.h"
-#include "lib/connectivity/shield.h"
+#include "lib/comm/sum.h"
+#include "lib/connectivity/coupling.h"
 
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
@@ -16,7 +17,7 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
         (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
 }
 
-/* Nothing is built that no one asked for. */
+/* Nothing is built that is not required. */
 static struct kith_requirements requirements(const struct kith_integrator *it) {
   struct kith_requirements need = {0};
   struct kith_demand demand[KITH_DEMANDS];
@@ -25,21 +26,74 @@ static struct kith_requirements requirements(const struct kith_integrator *it) {
   return need;
 }
 
-/* The radius that lists are made with: the support, a skin, and for rates that change within a step twice what the support
- * grew in it. Too little costs a rebuild when the density is known, too much costs pairs. */
-static void set_reach(const struct kith_integrator *it) {
+/* The mean velocity along axes where a common drift is no displacement, 0 along the others. */
+static void common_velocity(const struct kith_integrator *it, double c[NDIM]) {
   const struct kith_nodes *nodes = it->nodes;
-  if (it->resuming) { /* bit for bit what it was */
-    kith_field_copy(nodes, nodes->reach, it->built_reach);
-    return;
+  const double *restrict v = it->hydro->velocity->f64;
+  bool drifts[NDIM];
+  for (int a = 0; a < NDIM; ++a) drifts[a] = true;
+  for (int b = 0; b < it->boundaries->n; ++b) {
+    const struct kith_boundary *boundary = it->boundaries->boundary[b];
+    for (int a = 0; a < NDIM; ++a)
+      if (boundary->ops->held_nodes != NULL ||
+          (boundary->ops->has_faces && !boundary->ops->wraps && boundary->axis == a))
+        drifts[a] = false;
   }
-  const double *expansion = it->package->expansion->f64, rate = 2 * it->dt / NDIM;
-#pragma omp parallel for simd schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    nodes->reach->f64[i] = (1 + it->skin + KITH_MIN(rate * fabs(expansion[i]), 0.1)) * nodes->support->f64[i];
+  struct kith_sum total[NDIM] = {0};
+  uint64_t n = (uint64_t)nodes->n_internal;
+#pragma omp parallel
+  {
+    struct kith_sum mine[NDIM] = {0};
+#pragma omp for schedule(static) nowait
+    for (kith_index i = 0; i < nodes->n_internal; ++i)
+      for (int a = 0; a < NDIM; ++a) kith_sum_add(&mine[a], v[(size_t)i * NDIM + a]);
+#pragma omp critical(kith_common_velocity)
+    for (int a = 0; a < NDIM; ++a) kith_sum_join(&total[a], &mine[a]);
+  }
+  kith_sum_ranks(nodes->ranks, total, NDIM);
+  kith_ranks_sum_counts(nodes->ranks, &n, 1);
+  for (int a = 0; a < NDIM; ++a) c[a] = drifts[a] && n > 0 ? kith_sum_value(&total[a]) / (double)n : 0;
 }
 
-/* Keeps nodes that are close in space close in memory. Due only every so many lifecycles, and done only if the order is lost. */
+/* w_i of lifecycle.h: how fast node i moves away from its position, a common drift excluded. */
+static double speed_of(const struct kith_integrator *it, kith_index i, const double *c) {
+  const double *a = it->hydro->acceleration->f64 + (size_t)i * NDIM;
+  double w[NDIM];
+  for (int k = 0; k < NDIM; ++k) w[k] = it->hydro->velocity->f64[(size_t)i * NDIM + k] - c[k];
+  return kith_norm(w) + 0.5 * it->ahead * kith_norm(a);
+}
+
+/* Adds m_i of lifecycle.h, for the motion during `ahead`. */
+static void add_motion(const struct kith_integrator *it) {
+  const struct kith_nodes *nodes = it->nodes;
+  double c[NDIM], fastest = 0;
+  common_velocity(it, c);
+#pragma omp parallel for schedule(static) reduction(max : fastest)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) fastest = KITH_MAX(fastest, speed_of(it, i, c));
+  kith_ranks_max(nodes->ranks, &fastest, 1);
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    nodes->search_radius->f64[i] +=
+        KITH_MIN(1.01 * it->ahead * (speed_of(it, i, c) + fastest), 0.25 * nodes->support->f64[i]);
+}
+
+static void set_search_radius(const struct kith_integrator *it) {
+  const struct kith_nodes *nodes = it->nodes;
+  if (it->resuming) { /* bitwise identical to what it was */
+    kith_field_copy(nodes, nodes->search_radius, it->built.search_radius);
+    return;
+  }
+  const double *velocity_divergence = it->package->velocity_divergence->f64;
+  const double rate = 2 * KITH_MAX(it->dt, it->ahead) / NDIM;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    nodes->search_radius->f64[i] =
+        (1 + it->skin + KITH_MIN(rate * fabs(velocity_divergence[i]), 0.1)) * nodes->support->f64[i];
+  if (it->ahead > 0) add_motion(it);
+}
+
+/* Keeps nodes that are close in space close in memory. Due only every so many lifecycles, and done only if
+ * the order is lost. */
 static kith_status reorder(struct kith_integrator *it) {
   if (it->reorder_every == 0 || it->since_reorder++ % (uint64_t)it->reorder_every != 0) return KITH_OK;
   kith_index *order = NULL;
@@ -61,11 +115,10 @@ static kith_status reorder(struct kith_integrator *it) {
 
 /* Two layers of ghosts, so that those of the first have all that is in their own support. */
 static kith_status ghosts_with_rows(struct kith_integrator *it) {
-  struct kith_boundary *last = it->boundaries->boundary[it->boundaries->n - 1];
-  KITH_TRY(kith_distributed_widen(last, it->nodes));
+  KITH_TRY(kith_halo_extend(it->hydro->halo, it->nodes));
   KITH_TRY(kith_boundaries_ghosts(it->boundaries, it->nodes, 2, it->profile));
-  set_reach(it);
-  kith_nodes_refresh_ghosts(it->nodes, &it->nodes->reach, 1);
+  set_search_radius(it);
+  kith_halo_refresh(it->hydro->halo, it->nodes, &it->nodes->search_radius, 1);
   return KITH_OK;
 }
 
@@ -77,9 +130,9 @@ static kith_status ghosts(struct kith_integrator *it) {
           : kith_boundaries_ghosts(it->boundaries, it->nodes, it->need.overlap ? 2 : 1, it->profile);
   kith_profile_end(it->profile);
   KITH_TRY(status);
-  for (int b = 0; b < it->nodes->n_blocks; ++b)
-    it->ledger.boundary[it->nodes->blocks[b].boundary].created += (uint64_t)it->nodes->blocks[b].count;
-  it->ledger.created += (uint64_t)it->nodes->n_ghost;
+  for (int b = 0; b < it->boundaries->n; ++b)
+    it->ledger.boundary[b].created += (uint64_t)it->boundaries->boundary[b]->made;
+  it->ledger.ghosts_created += (uint64_t)it->nodes->n_ghost;
   return KITH_OK;
 }
 
@@ -106,31 +159,31 @@ static kith_status shield(struct kith_integrator *it) {
   size_t cut = 0;
   if (it->package->barrier == NULL) return KITH_OK;
   kith_profile_begin(it->profile, "shield");
-  const kith_status status = kith_connectivity_shield(it->connectivity, it->nodes, it->package->barrier,
-                                                      (NDIM == 3 ? 0.72 : 0.51) / spacings, &cut);
+  const kith_status status = kith_connectivity_cut_barriers(it->connectivity, it->nodes, it->package->barrier,
+                                                            (NDIM == 3 ? 0.72 : 0.51) / spacings, &cut);
   kith_profile_count(it->profile, "cut", (double)cut);
   kith_profile_end(it->profile);
-  it->ledger.cut += cut;
+  it->ledger.pairs_cut += cut;
   return status;
 }
 
-/* Ghosts that no internal node needs go, unless rows of ghosts or overlap are wanted. A rank without ghosts may have images that
- * others want. */
+/* Ghosts that no internal node needs go, unless rows of ghosts or overlap are wanted. A rank without ghosts
+ * may have images that others want. */
 static bool may_cull(const struct kith_integrator *it) {
   return it->cull && !it->need.ghost_rows && !it->need.overlap &&
          (it->nodes->n_ghost > 0 || it->nodes->ranks != NULL);
 }
 
 static kith_status cull_room(struct kith_integrator *it, size_t ghosts, size_t all) {
-  if (it->keep_capacity < ghosts) {
-    it->keep_capacity = 0;
-    KITH_TRY(kith_resize(&it->keep, 0, ghosts + ghosts / 4, 1));
-    it->keep_capacity = ghosts + ghosts / 4;
+  if (it->scratch.keep_capacity < ghosts) {
+    it->scratch.keep_capacity = 0;
+    KITH_TRY(kith_resize(&it->scratch.keep, 0, ghosts + ghosts / 4, 1));
+    it->scratch.keep_capacity = ghosts + ghosts / 4;
   }
-  if (it->renumber_capacity < all) {
-    it->renumber_capacity = 0;
-    KITH_TRY(kith_resize(&it->renumber, 0, all + all / 16, sizeof *it->renumber));
-    it->renumber_capacity = all + all / 16;
+  if (it->scratch.renumber_capacity < all) {
+    it->scratch.renumber_capacity = 0;
+    KITH_TRY(kith_resize(&it->scratch.renumber, 0, all + all / 16, sizeof *it->scratch.renumber));
+    it->scratch.renumber_capacity = all + all / 16;
   }
   return KITH_OK;
 }
@@ -138,38 +191,57 @@ static kith_status cull_room(struct kith_integrator *it, size_t ghosts, size_t a
 /* What this rank needs, and what others need of it. */
 static kith_status mark(struct kith_integrator *it) {
   struct kith_nodes *nodes = it->nodes;
-  if (nodes->n_ghost > 0) memset(it->keep, 0, (size_t)nodes->n_ghost);
-  kith_connectivity_mark_ghosts(it->connectivity, nodes, it->keep);
+  if (nodes->n_ghost > 0) memset(it->scratch.keep, 0, (size_t)nodes->n_ghost);
+  kith_connectivity_mark_ghosts(it->connectivity, nodes, it->scratch.keep);
   for (int b = 0; b < nodes->n_blocks; ++b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
     if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
-      memset(it->keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
+      memset(it->scratch.keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
   }
-  return kith_boundaries_trim(it->boundaries, nodes, it->keep);
+  return kith_halo_cull_remote(it->hydro->halo, nodes, it->scratch.keep);
 }
 
-/* *culled: the lists must be patched with it->renumber. */
+/* Ghosts that went, by boundary, from the blocks as they were and the renumbering. */
+static void count_culled(struct kith_integrator *it, const struct kith_ghost_block *block, int n_blocks) {
+  for (int b = 0; b < n_blocks; ++b) {
+    const kith_index *restrict renumber = it->scratch.renumber + block[b].first;
+    uint64_t culled = 0;
+#pragma omp parallel for simd schedule(static) reduction(+ : culled)
+    for (kith_index g = 0; g < block[b].count; ++g) culled += renumber[g] < 0;
+    it->ledger.boundary[block[b].boundary].culled += culled;
+    it->ledger.ghosts_culled += culled;
+  }
+}
+
+/* *culled: the lists must be patched with it->scratch.renumber. */
 static kith_status cull(struct kith_integrator *it, bool *culled) {
   struct kith_nodes *nodes = it->nodes;
   const size_t ghosts_before = (size_t)nodes->n_ghost;
   *culled = false;
   if (!may_cull(it)) return KITH_OK;
-  KITH_TRY(kith_ranks_agree(nodes->ranks, cull_room(it, ghosts_before, (size_t)kith_nodes_count(nodes))));
+  struct kith_ghost_block *blocks = NULL;
+  const int n_blocks = nodes->n_blocks;
+  kith_status status = cull_room(it, ghosts_before, (size_t)kith_nodes_count(nodes));
+  if (status == KITH_OK) status = kith_resize(&blocks, 0, (size_t)n_blocks, sizeof *blocks);
+  status = kith_ranks_allreduce_status(nodes->ranks, status); /* mark() communicates with other ranks */
   kith_profile_begin(it->profile, "cull");
-  kith_status status = mark(it);
-  if (status == KITH_OK) status = kith_nodes_cull_ghosts(nodes, it->keep, it->renumber);
-  if (status == KITH_OK) kith_boundaries_renumbered(it->boundaries, it->renumber);
+  if (status == KITH_OK && n_blocks > 0) memcpy(blocks, nodes->blocks, (size_t)n_blocks * sizeof *blocks);
+  if (status == KITH_OK) status = mark(it);
+  if (status == KITH_OK) status = kith_nodes_cull_ghosts(nodes, it->scratch.keep, it->scratch.renumber);
+  if (status == KITH_OK) kith_halo_remap(it->hydro->halo, it->scratch.renumber);
+  if (status == KITH_OK) count_culled(it, blocks, n_blocks);
+  kith_free(&blocks);
   kith_profile_count(it->profile, "culled", (double)ghosts_before - (double)nodes->n_ghost);
   kith_profile_end(it->profile);
   KITH_TRY(status);
-  it->ledger.culled += ghosts_before - (uint64_t)nodes->n_ghost;
   *culled = (size_t)nodes->n_ghost < ghosts_before;
   return KITH_OK;
 }
 
 static kith_status patch(struct kith_integrator *it, kith_index before) {
   kith_profile_begin(it->profile, "patch");
-  const kith_status status = kith_connectivity_patch(it->connectivity, it->nodes, it->renumber, before);
+  const kith_status status =
+      kith_connectivity_patch(it->connectivity, it->nodes, it->scratch.renumber, before);
   kith_profile_end(it->profile);
   return status;
 }
@@ -179,68 +251,98 @@ static void remember(struct kith_integrator *it) {
   const double *restrict x = it->nodes->position->f64;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    for (int a = 0; a < NDIM; ++a) it->built[a]->f64[i] = x[(size_t)i * NDIM + a];
-  kith_field_copy(it->nodes, it->built_reach, it->nodes->reach);
-  kith_field_copy(it->nodes, it->built_support, it->nodes->support);
+    for (int a = 0; a < NDIM; ++a) it->built.x[a]->f64[i] = x[(size_t)i * NDIM + a];
+  kith_field_copy(it->nodes, it->built.search_radius, it->nodes->search_radius);
+  kith_field_copy(it->nodes, it->built.support, it->nodes->support);
 }
 
-/* Stamps, the ledger; rows in canonical order, when nothing needs them by index any more. */
-static kith_status ready(struct kith_integrator *it, const char *reason) {
+/* The ledger, what a restart needs, checks; last the canonical order, when nothing needs rows sorted by index
+ * any more. */
+static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   struct kith_ledger *ledger = &it->ledger;
   const struct kith_connectivity *c = it->connectivity;
-  ledger->kept += (uint64_t)it->nodes->n_ghost;
+  ledger->ghosts_kept += (uint64_t)it->nodes->n_ghost;
   for (int b = 0; b < it->nodes->n_blocks; ++b)
     ledger->boundary[it->nodes->blocks[b].boundary].kept += (uint64_t)it->nodes->blocks[b].count;
-  for (int b = 0; b < it->boundaries->n; ++b)
-    ledger->boundary[b].culled = ledger->boundary[b].created - ledger->boundary[b].kept;
   ledger->lifecycles += 1;
-  ledger->last_entries =
+  ledger->last_row_entries =
       c->rows.n > 0 ? c->rows.first[it->nodes->n_internal] : 0; /* of nodes, not of ghosts */
   ledger->last_pairs = c->pairs.n;
-  ledger->row_entries += ledger->last_entries;
+  ledger->row_entries += ledger->last_row_entries;
   ledger->pairs += ledger->last_pairs;
-  ledger->ghosts = (uint64_t)it->nodes->n_ghost;
-  if (strcmp(reason, "first build") == 0) ledger->because[0] += 1;
-  for (int k = 0; kith_rebuild_all()[k] != NULL; ++k)
-    if (strcmp(reason, kith_rebuild_all()[k]->name) == 0) ledger->because[1 + k] += 1;
-  if (it->built_reach != NULL) remember(it);
-  if (it->share != NULL && c->rows.n > 0) kith_share_measure(it->share, it->nodes, c->rows.first);
+  ledger->overlap_pairs += c->overlap_pairs.n;
+  ledger->last_ghosts = (uint64_t)it->nodes->n_ghost;
+  ledger->because[reason] += 1;
+  if (it->built.search_radius != NULL) remember(it);
+  if (it->decomposition != NULL && c->rows.n > 0)
+    kith_decomposition_measure(it->decomposition, it->nodes, c->rows.first);
+  if (it->check && !kith_ledger_closes(ledger)) KITH_FAIL(INTERNAL, "the ledger does not close");
   if (it->check) KITH_TRY(kith_connectivity_valid(c, it->nodes));
   return it->canonical ? kith_connectivity_canonical(it->connectivity, it->nodes) : KITH_OK;
 }
 
 /* Nodes go to the ranks that have their cells. The work of the last lists tells who has too much. */
 static kith_status migrate(struct kith_integrator *it) {
-  if (it->share == NULL) return KITH_OK;
+  if (it->decomposition == NULL) return KITH_OK;
   kith_profile_begin(it->profile, "migrate");
-  const kith_status status = kith_share_settle(it->share, it->nodes);
+  const kith_status status = kith_decomposition_redistribute(it->decomposition, it->nodes);
   kith_profile_end(it->profile);
   return status;
 }
 
-kith_status kith_lifecycle_settle(struct kith_integrator *it) {
-  KITH_TRY(
-      kith_ranks_agree(it->nodes->ranks, kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false)));
+/* Puts nodes back where boundaries want them, on the ranks that own their cells, and in order if that is due.
+ * */
+static kith_status redistribute(struct kith_integrator *it) {
+  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks,
+                                       kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false)));
   KITH_TRY(migrate(it));
-  return kith_ranks_agree(it->nodes->ranks, reorder(it));
+  return kith_ranks_allreduce_status(it->nodes->ranks, reorder(it));
 }
 
 /* What a rank does alone may fail on it alone: where the next stage talks to others, all agree first. */
-kith_status kith_lifecycle(struct kith_integrator *it, const char *reason) {
+static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   struct kith_ranks *ranks = it->nodes->ranks;
   bool culled;
   it->need = requirements(it);
-  if (!it->holding) KITH_TRY(kith_lifecycle_settle(it));
-  set_reach(it);
+  if (!it->holding) KITH_TRY(redistribute(it));
+  set_search_radius(it);
   KITH_TRY(ghosts(it));
   kith_status status = neighbors(it);
   if (status == KITH_OK) status = connectivity(it);
   if (status == KITH_OK) status = shield(it);
-  KITH_TRY(kith_ranks_agree(ranks, status));
+  KITH_TRY(kith_ranks_allreduce_status(ranks, status));
   const kith_index before = kith_nodes_count(it->nodes);
-  KITH_TRY(kith_ranks_agree(ranks, cull(it, &culled)));
+  KITH_TRY(kith_ranks_allreduce_status(ranks, cull(it, &culled)));
   if (culled) status = patch(it, before);
   if (status == KITH_OK) status = ready(it, reason);
-  KITH_TRY(kith_ranks_agree(ranks, status));
+  KITH_TRY(kith_ranks_allreduce_status(ranks, status));
+  it->fresh = true, it->positions = it->nodes->positions;
   return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
+}
+
+kith_status kith_lifecycle(struct kith_integrator *it, enum kith_rebuild_reason reason) {
+  kith_profile_begin(it->profile, "lifecycle");
+  const kith_status status = run(it, reason);
+  kith_profile_end(it->profile);
+  return status;
+}
+
+/* What the lists were made from, then the present. Nodes were in their places then, and stay there. */
+kith_status kith_lifecycle_remake(struct kith_integrator *it, struct kith_field *position,
+                                  struct kith_field *support) {
+  struct kith_nodes *nodes = it->nodes;
+  const bool holding = it->holding;
+  kith_field_copy(nodes, position, nodes->position);
+  kith_field_copy(nodes, support, nodes->support);
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] = it->built.x[a]->f64[i];
+  kith_field_copy(nodes, nodes->support, it->built.support);
+  it->holding = true, it->resuming = true;
+  const kith_status status = kith_lifecycle(it, KITH_BECAUSE_requested);
+  it->holding = holding, it->resuming = false, it->fresh = false;
+  kith_field_copy(nodes, nodes->position, position);
+  kith_field_copy(nodes, nodes->support, support);
+  nodes->positions += 1;
+  return status;
 }

@@ -1,27 +1,24 @@
-/* eos.h - equations of state: one family. A node list (material) has one.
- *
- *   ideal       P = (gamma - 1) rho u                    c^2 = gamma P / rho
- *   isothermal  P = c0^2 rho                             c   = c0           (u is carried along, without effect)
- *   stiffened   P = (gamma - 1) rho u - gamma P0         c^2 = gamma (P + P0) / rho */
+/* eos.h - equations of state, one family: P(rho, u) and c(rho, u) of a material, and what follows from them.
+ * A node list has one. Each member is a file in eos/, which states its equations. */
 #ifndef KITH_PHYSICS_EOS_H
 #define KITH_PHYSICS_EOS_H
 
-#include "lib/core/base.h"
-
-struct kith_eos_parameters {
-  double gamma;       /* ideal, stiffened: > 1 */
-  double sound_speed; /* isothermal: c0 > 0 */
-  double stiffness;   /* stiffened: P0 >= 0 */
-};
+#include "lib/core/param.h"
 
 struct kith_eos_ops {
   const char *name, *doc;
+  const struct kith_param *params; /* its own parameters, NULL: none; `settings` below are their values */
+  size_t settings_size;
   /* pressure[i], sound_speed[i] from density[i], energy[i] for n nodes. c = 0 where c^2 would be negative. */
-  void (*state)(const struct kith_eos_parameters *p, kith_index n, const double *density,
-                const double *energy, double *pressure, double *sound_speed);
+  void (*state)(const void *settings, kith_index n, const double *density, const double *energy,
+                double *pressure, double *sound_speed);
   /* Specific energy that gives this pressure at this density. */
-  double (*energy)(const struct kith_eos_parameters *p, double density, double pressure);
+  double (*energy)(const void *settings, double density, double pressure);
+  /* gamma of rho c^2 = gamma P + constant along an isentrope. Riemann solvers need it: (gamma + 1) / 2 is the
+   * slope of the shock speed over the particle velocity, and rho c^2 / gamma the pressure above vacuum. */
+  double (*effective_gamma)(const void *settings);
   bool energy_positive; /* u < 0 is outside of the physical range */
+  bool gamma_law;       /* P = (gamma - 1) rho u: what exact solutions for an ideal gas assume */
 };
 
 #define KITH_EOS_LIST(X) X(ideal) X(isothermal) X(stiffened)
@@ -30,5 +27,6 @@ KITH_EOS_LIST(X)
 #undef X
 const struct kith_eos_ops *kith_eos_find(const char *name); /* NULL if there is none */
 const struct kith_eos_ops *const *kith_eos_all(void);       /* ended by NULL */
+struct kith_member kith_eos_member(int k);                  /* as members of any family: lib/core/param.h */
 
 #endif

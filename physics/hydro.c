@@ -1,7 +1,8 @@
+/* The hydro state: fields, equations of state, checks of the physical range, conserved totals. */
 #include "physics/hydro.h"
 
 #include <math.h>
-#include "lib/core/sum.h"
+#include "lib/comm/sum.h"
 #include "lib/core/vec.h"
 
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) {
@@ -21,32 +22,33 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
       {{"energy_rate", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt"}, &hydro->energy_rate},
   };
   hydro->nodes = nodes;
-  hydro->body = (struct kith_body){0};
+  hydro->halo = NULL;
+  hydro->external_force = (struct kith_external_force){0};
   for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = 0;
   for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
     KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
   return KITH_OK;
 }
 
-static void close_some(const struct kith_hydro *hydro, int list, kith_index first, kith_index count) {
+static void evaluate_eos(const struct kith_hydro *hydro, int list, kith_index first, kith_index count) {
   const struct kith_material *material = &hydro->material[list];
-  material->eos->state(&material->parameters, count, hydro->density->f64 + first, hydro->energy->f64 + first,
+  material->eos->state(material->settings, count, hydro->density->f64 + first, hydro->energy->f64 + first,
                        hydro->pressure->f64 + first, hydro->sound_speed->f64 + first);
 }
 
-void kith_hydro_close(const struct kith_hydro *hydro) {
+void kith_hydro_evaluate_eos(const struct kith_hydro *hydro) {
   for (int l = 0; l < hydro->nodes->n_lists; ++l)
-    close_some(hydro, l, hydro->nodes->lists[l].first, hydro->nodes->lists[l].count);
+    evaluate_eos(hydro, l, hydro->nodes->lists[l].first, hydro->nodes->lists[l].count);
 }
 
-void kith_hydro_close_remote(const struct kith_hydro *hydro) {
+void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro) {
   for (int b = 0; b < hydro->nodes->n_blocks; ++b) {
     const struct kith_ghost_block *block = &hydro->nodes->blocks[b];
-    if (block->kind == KITH_GHOST_REMOTE) close_some(hydro, block->list, block->first, block->count);
+    if (block->kind == KITH_GHOST_REMOTE) evaluate_eos(hydro, block->list, block->first, block->count);
   }
 }
 
-/* What is wrong with node i, or NULL: with the state that rates are made from, */
+/* What is wrong with the state of node i from which rates are computed, or NULL. */
 static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
   double moving = 0;
   for (int a = 0; a < NDIM; ++a)
@@ -57,7 +59,7 @@ static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
   return NULL;
 }
 
-/* ... and with the rates too. */
+/* What is wrong with its state or its rates, or NULL. */
 static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
   const char *wrong = not_finite(hydro, i);
   if (wrong != NULL) return wrong;
@@ -102,7 +104,7 @@ enum {
   MOMENTUM,
   ANGULAR = MOMENTUM + NDIM,
   SUMS = ANGULAR + 3,
-  TURN = NDIM == 3 ? 0 : 4 - NDIM /* the first component of a moment that there is */
+  TURN = NDIM == 3 ? 0 : 4 - NDIM /* the first component of a moment that the dimension has */
 };
 
 /* (x - center) x v, with components along x, y, z. */
@@ -113,17 +115,17 @@ static void moment(const struct kith_hydro *hydro, kith_index i, const double *v
   for (int a = 0; a < 3; ++a) out[a] = d[(a + 1) % 3] * w[(a + 2) % 3] - d[(a + 2) % 3] * w[(a + 1) % 3];
 }
 
-/* Adds node i; its |v| / c. */
-static double add_node(const struct kith_hydro *hydro, kith_index i, bool pulled, struct kith_sum *sums) {
+/* Adds node i to the sums; returns its |v| / c. */
+static double add_node(const struct kith_hydro *hydro, kith_index i, bool forced, struct kith_sum *sums) {
   const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
   double turn[3];
   moment(hydro, i, v, turn);
   kith_sum_add(&sums[MASS], m);
   kith_sum_add(&sums[KINETIC], 0.5 * m * v2);
   kith_sum_add(&sums[INTERNAL], m * hydro->energy->f64[i]);
-  if (pulled)
-    kith_sum_add(&sums[POTENTIAL],
-                 m * kith_body_potential(&hydro->body, hydro->nodes->position->f64 + i * NDIM));
+  if (forced)
+    kith_sum_add(&sums[POTENTIAL], m * kith_external_force_potential(&hydro->external_force,
+                                                                     hydro->nodes->position->f64 + i * NDIM));
   kith_sum_add(&sums[SCALE], m * sqrt(v2));
   if (TURN < 3)
     kith_sum_add(&sums[ANGULAR_SCALE], m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]));
@@ -132,9 +134,9 @@ static double add_node(const struct kith_hydro *hydro, kith_index i, bool pulled
   return v2 > 0 ? sqrt(v2) / hydro->sound_speed->f64[i] : 0;
 }
 
-/* total[SUMS] of all ranks; the largest |v| / c. */
+/* total[SUMS] of all ranks; returns the largest |v| / c. */
 static double sum_nodes(const struct kith_hydro *hydro, double *total) {
-  const bool pulled = kith_body_acts(&hydro->body);
+  const bool forced = kith_external_force_acts(&hydro->external_force);
   struct kith_sum sums[SUMS] = {0};
   double fastest = 0;
 #pragma omp parallel reduction(max : fastest)
@@ -142,7 +144,7 @@ static double sum_nodes(const struct kith_hydro *hydro, double *total) {
     struct kith_sum mine[SUMS] = {0};
 #pragma omp for schedule(static) nowait
     for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
-      const double speed = add_node(hydro, i, pulled, mine);
+      const double speed = add_node(hydro, i, forced, mine);
       fastest = KITH_MAX(fastest, speed);
     }
 #pragma omp critical(kith_totals)

@@ -1,3 +1,4 @@
+/* Facts of the kernels, default numbers of neighbors, self weights. */
 #include "physics/kernel.h"
 
 #include "lib/core/family.h"

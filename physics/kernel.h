@@ -3,30 +3,33 @@
  *   W(r, H) = C / H^d w(q),  q = r / H,  w(q >= 1) = 0
  *   grad_i W = C / H^(d + 2) g(q) x_ij,  g = w'(q) / q  (finite at 0, <= 0),  x_ij = x_i - x_j
  *
- * H is the radius of the support. `support` is H / (2 sigma), sigma the standard deviation of the kernel (Dehnen and Aly 2012): the
- * length 2 sigma is comparable between kernels, and is what the Courant condition uses.
- * Splines: M4, M5, M6 (Schoenberg). Wendland functions have one form in 1-D and another in 2-D and 3-D. */
+ * H is the radius of the support. `support` is H / (2 sigma), sigma the standard deviation of the kernel
+ * (Dehnen and Aly 2012): the length 2 sigma is comparable between kernels, and is what the Courant condition
+ * uses. Splines: M4, M5, M6 (Schoenberg). Wendland functions have one form in 1-D and another in 2-D and
+ * 3-D. */
 #ifndef KITH_PHYSICS_KERNEL_H
 #define KITH_PHYSICS_KERNEL_H
 
 #include <math.h>
 #include "lib/core/vec.h"
 
-/* name, words, doc, most neighbors in 3-D before nodes pair up (0: they never do; Dehnen and Aly 2012, found by relaxing noisy lattices),
- * C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
-#define KITH_KERNEL_LIST(X)                                                                                 \
-  X(cubic, "cubic", "spline M4: the shortest support; pairs up if given many neighbors", 55, 8. / 3,        \
-    80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                                               \
-  X(quartic, "quartic", "spline M5: smoother, for more neighbors", 67, 3125. / 768, 46875 / (2398 * M_PI),  \
-    15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)                                                     \
-  X(quintic, "quintic", "spline M6: the smoothest of the splines", 190, 243. / 40, 15309 / (478 * M_PI),    \
-    2187 / (40 * M_PI), 2.121320, 2.158130, 2.195775)                                                       \
-  X(wendland_c2, "wendland-c2", "never clumps, however many neighbors: the default", 0, 5. / 4, 7 / M_PI,   \
-    21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                                                          \
-  X(wendland_c4, "wendland-c4", "never clumps; smoother, for about 100 neighbors in 3-D", 0, 3. / 2,        \
-    9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171241, 2.207940)                                              \
-  X(wendland_c6, "wendland-c6", "never clumps; the smoothest, for about 200 neighbors in 3-D", 0, 55. / 32, \
-    78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415229, 2.449490)
+/* name, words, doc, most neighbors in 3-D before nodes pair up (0: they never do; Dehnen and Aly 2012, found
+ * by relaxing noisy lattices), C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
+#define KITH_KERNEL_LIST_WITH(X, argument)                                                                  \
+  X(argument, cubic, "cubic", "spline M4: the shortest support; pairs up if given many neighbors", 55,      \
+    8. / 3, 80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                                       \
+  X(argument, quartic, "quartic", "spline M5: smoother, for more neighbors", 67, 3125. / 768,               \
+    46875 / (2398 * M_PI), 15625 / (512 * M_PI), 1.936492, 1.977173, 2.018932)                              \
+  X(argument, quintic, "quintic", "spline M6: the smoothest of the splines", 190, 243. / 40,                \
+    15309 / (478 * M_PI), 2187 / (40 * M_PI), 2.121320, 2.158130, 2.195775)                                 \
+  X(argument, wendland_c2, "wendland-c2", "never clumps, however many neighbors: the default", 0, 5. / 4,   \
+    7 / M_PI, 21 / (2 * M_PI), 1.620185, 1.897367, 1.936492)                                                \
+  X(argument, wendland_c4, "wendland-c4", "never clumps; smoother, for about 100 neighbors in 3-D", 0,      \
+    3. / 2, 9 / M_PI, 495 / (32 * M_PI), 1.936492, 2.171241, 2.207940)                                      \
+  X(argument, wendland_c6, "wendland-c6", "never clumps; the smoothest, for about 200 neighbors in 3-D", 0, \
+    55. / 32, 78 / (7 * M_PI), 1365 / (64 * M_PI), 2.207940, 2.415229, 2.449490)
+#define KITH_KERNEL_LIST(X) KITH_KERNEL_LIST_WITH(KITH_KERNEL_WITHOUT_, X)
+#define KITH_KERNEL_WITHOUT_(X, ...) X(__VA_ARGS__)
 
 enum kith_kernel {
 #define X(name, ...) KITH_KERNEL_##name,
@@ -51,16 +54,19 @@ static inline double kith_kernel_support(enum kith_kernel k) {
   return kith_kernel_facts[k].support[NDIM - 1];
 }
 
-/* Neighbors (ball H^d n) that a kernel is given by default: the measured best of accuracy for its cost, but no more than it carries. */
+/* Neighbors (ball H^d n) that a kernel is given by default: the measured best of accuracy for its cost, but
+ * no more than it carries. */
 double kith_kernel_neighbors(enum kith_kernel k);
-/* Neighbors beyond which nodes pair up, INFINITY if they never do. The figures are of 3-D; in 1-D and 2-D the same number of nodes along
- * 2 sigma. */
+/* Neighbors beyond which nodes pair up, INFINITY if they never do. The figures are of 3-D; in 1-D and 2-D the
+ * same number of nodes along 2 sigma. */
 double kith_kernel_most_neighbors(enum kith_kernel k);
-/* A kernel under which nodes never pair up: the smoothest whose default is no more than these neighbors, else the first. */
+/* A kernel under which nodes never pair up: the smoothest whose default is no more than these neighbors, else
+ * the first. */
 enum kith_kernel kith_kernel_unpaired(double neighbors);
 
-/* Weight of a node in its own sum, close to 1, that makes the density of an ideal lattice (line, triangular, face-centered) exact:
- * Wendland functions overestimate it with few neighbors (Dehnen and Aly 2012, section 2.6; here solved, not fitted). */
+/* Weight of a node in its own sum, close to 1, that makes the density of an ideal lattice (line, triangular,
+ * face-centered) exact: Wendland functions overestimate it with few neighbors (Dehnen and Aly 2012, section
+ * 2.6; here solved, not fitted). */
 double kith_kernel_self_weight(enum kith_kernel k, double neighbors);
 
 static inline double kith_cube_(double a) {

@@ -1,3 +1,4 @@
+/* What all packages share: fields, refreshing ghosts, the time step limit. */
 #include "physics/package.h"
 
 #include <math.h>
@@ -8,31 +9,40 @@
 KITH_FAMILY(kith_package, KITH_PACKAGE_LIST(X))
 #undef X
 
-/* (1) of density.h has no solution if the node alone is too much. */
+/* (1) of density.h has no solution if the node's own term alone exceeds the wanted sum. */
 static kith_status check_neighbors(const struct kith_package *package) {
   double w0, g0;
   kith_kernel_value(package->kernel, 0, &w0, &g0);
-  const double least =
-      1.2 * kith_ball() * kith_kernel_constant(package->kernel) * w0; /* the node alone gives 1 / 1.2 of it */
+  const double least = 1.2 * kith_ball() * kith_kernel_constant(package->kernel) *
+                       w0; /* the node's own term is 1 / 1.2 of it */
   if (!(package->neighbors >= least))
     KITH_FAIL(BAD_INPUT, "method.neighbors: %g is too few for kernel %s in %d-D, at least %.3g",
               package->neighbors, kith_kernel_facts[package->kernel].name, NDIM, least);
   return KITH_OK;
 }
 
+struct kith_package_traits kith_package_traits(const struct kith_package_ops *ops, const void *settings) {
+  return ops->traits != NULL ? ops->traits(settings) : (struct kith_package_traits){0};
+}
+
+kith_status kith_kick_init(struct kith_kick *kick, struct kith_nodes *nodes) {
+  const struct kith_field_spec base = {"velocity_base", KITH_VELOCITY, KITH_F64,
+                                       KITH_WORK,       NULL,          "velocity at the start of the kick"};
+  kick->time = kick->evaluation_dt = 0;
+  return kith_nodes_field(nodes, &base, &kick->velocity_base);
+}
+
 kith_status kith_package_init(struct kith_package *package) {
   KITH_TRY(check_neighbors(package));
+  KITH_TRY(kith_params_check(package->ops->params, package->ops->name, package->settings));
   struct kith_nodes *nodes = package->hydro->nodes;
-  const struct kith_field_spec base = {"velocity_base", KITH_VELOCITY, KITH_F64,
-                                       KITH_WORK,       NULL,          "where the kick started"};
-  const struct kith_field_spec expansion = {"expansion", KITH_SCALAR,          KITH_F64,
-                                            KITH_KEPT,   "VelocityDivergence", "div v"};
+  const struct kith_field_spec velocity_divergence = {"velocity_divergence", KITH_SCALAR, KITH_F64, KITH_KEPT,
+                                                      "VelocityDivergence",  "div v"};
   const struct kith_field_spec slope = {"energy_slope", KITH_SCALAR, KITH_F64,
                                         KITH_KEPT,      NULL,        "d(du/dt)/dt of a kick"};
-  KITH_TRY(kith_nodes_field(nodes, &base, &package->velocity_base));
   const struct kith_field_spec signal = {"signal",  KITH_SCALAR, KITH_F64,
                                          KITH_KEPT, NULL,        "signal speed of the Courant condition"};
-  KITH_TRY(kith_nodes_field(nodes, &expansion, &package->expansion));
+  KITH_TRY(kith_nodes_field(nodes, &velocity_divergence, &package->velocity_divergence));
   KITH_TRY(kith_nodes_field(nodes, &signal, &package->signal));
   package->energy_slope = NULL;
   if (package->compatible) KITH_TRY(kith_nodes_field(nodes, &slope, &package->energy_slope));
@@ -42,82 +52,87 @@ kith_status kith_package_init(struct kith_package *package) {
 
 void kith_package_clear(struct kith_package *package) {
   if (package->self != NULL) package->ops->destroy(package);
-  kith_free(&package->border);
-  package->border_capacity = 0;
-  package->border_of = NULL;
-  kith_free(&package->needed);
-  package->needed_capacity = 0;
-  kith_free(&package->record);
-  package->record_capacity = 0;
-  kith_pairwise_clear(&package->pair);
+  kith_border_clear(&package->border);
 }
 
-void kith_package_post(struct kith_package *package, int n, struct kith_field *const *fields) {
+kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
+                               uint64_t count[4]) {
+  return kith_node_sweep_run(sweep, package->hydro, &package->border, package->profile, count);
+}
+
+void kith_package_start_refresh(struct kith_package *package, int n, struct kith_field *const *fields) {
   kith_profile_begin(package->profile, "refresh");
-  kith_nodes_post_ghosts(package->hydro->nodes, fields, n);
+  kith_halo_start_exchange(package->hydro->halo, package->hydro->nodes, fields, n);
   kith_profile_end(package->profile);
 }
 
 void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields) {
   kith_profile_begin(package->profile, "refresh");
-  kith_nodes_refresh_ghosts(package->hydro->nodes, fields, n);
+  kith_halo_refresh(package->hydro->halo, package->hydro->nodes, fields, n);
   kith_profile_end(package->profile);
 }
 
-/* The vote of node i: Courant with h = 2 sigma, acceleration, compression, loss of energy. */
-static struct kith_vote vote_of(const struct kith_package *package, kith_index i, double cfl) {
+const char *kith_limit_name(enum kith_limit limit) {
+  static const char *const names[] = {
+#define X(name) #name,
+      KITH_LIMIT_LIST(X)
+#undef X
+  };
+  return names[limit];
+}
+
+/* The limit by node i: Courant with h = 2 sigma, acceleration, compression, loss of energy. */
+static struct kith_timestep_limit limit_of_node(const struct kith_package *package,
+                                                const struct kith_kick *kick, kith_index i, double cfl) {
   const struct kith_hydro *hydro = package->hydro;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
   const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM),
-               divergence = fabs(package->expansion->f64[i]);
+               divergence = fabs(package->velocity_divergence->f64[i]);
   const double slope = package->energy_slope != NULL ? package->energy_slope->f64[i] : 0;
-  const double u = hydro->energy->f64[i], cooling = -(hydro->energy_rate->f64[i] + package->kicked * slope);
-  struct kith_vote vote = {cfl * h / package->signal->f64[i], hydro->nodes->id->i64[i], "courant"};
-  if (0.8 * cfl * sqrt(h / a) < vote.dt) vote.dt = 0.8 * cfl * sqrt(h / a), vote.reason = "acceleration";
-  if (cfl / divergence < vote.dt) vote.dt = cfl / divergence, vote.reason = "compression";
-  if (u > 0 && cooling > 0 && cfl * u / cooling < vote.dt)
-    vote.dt = cfl * u / cooling, vote.reason = "cooling";
-  return vote;
+  const double u = hydro->energy->f64[i], cooling = -(hydro->energy_rate->f64[i] + kick->time * slope);
+  struct kith_timestep_limit timestep_limit = {cfl * h / package->signal->f64[i], hydro->nodes->id->i64[i],
+                                               KITH_LIMIT_courant};
+  if (0.8 * cfl * sqrt(h / a) < timestep_limit.dt)
+    timestep_limit.dt = 0.8 * cfl * sqrt(h / a), timestep_limit.reason = KITH_LIMIT_acceleration;
+  if (cfl / divergence < timestep_limit.dt)
+    timestep_limit.dt = cfl / divergence, timestep_limit.reason = KITH_LIMIT_compression;
+  /* Only where the pressure follows from the energy: an isothermal gas may lose all of it. */
+  const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
+  if (limits && u > 0 && cooling > 0 && cfl * u / cooling < timestep_limit.dt)
+    timestep_limit.dt = cfl * u / cooling, timestep_limit.reason = KITH_LIMIT_cooling;
+  return timestep_limit;
 }
 
-/* Reasons are constants of the program: between ranks they go as their numbers. */
-static const char *const reasons[] = {"nothing", "courant", "acceleration", "compression", "cooling"};
-
-/* The smallest vote of all ranks. */
-static struct kith_vote vote_of_all(struct kith_ranks *ranks, struct kith_vote mine) {
+/* The smallest limit of all ranks. */
+static struct kith_timestep_limit limit_of_all_ranks(struct kith_ranks *ranks,
+                                                     struct kith_timestep_limit mine) {
   if (ranks == NULL) return mine;
-  struct {
-    double dt;
-    int64_t node, reason;
-  } ballot = {mine.dt, mine.node, 0};
-  for (size_t k = 0; k < sizeof reasons / sizeof *reasons; ++k)
-    if (strcmp(reasons[k], mine.reason) == 0) ballot.reason = (int64_t)k;
-  kith_ranks_broadcast(ranks, kith_ranks_least(ranks, mine.dt, mine.node), &ballot, sizeof ballot);
-  return (struct kith_vote){ballot.dt, ballot.node, reasons[ballot.reason]};
+  kith_ranks_broadcast(ranks, kith_ranks_minloc(ranks, mine.dt, mine.node), &mine, sizeof mine);
+  return mine;
 }
 
-struct kith_vote kith_package_vote(const struct kith_package *package, double cfl) {
+struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package,
+                                                       const struct kith_kick *kick, double cfl) {
   const kith_index n = package->hydro->nodes->n_internal;
-  struct kith_vote best = {INFINITY, -1, "nothing"};
+  const struct kith_timestep_limit none = {INFINITY, -1, KITH_LIMIT_nothing};
+  struct kith_timestep_limit best = none;
 #pragma omp parallel
   {
-    struct kith_vote mine = best;
+    struct kith_timestep_limit mine = none; /* not best: another thread may be writing that already */
 #pragma omp for schedule(static) nowait
     for (kith_index i = 0; i < n; ++i) {
-      const struct kith_vote vote = vote_of(package, i, cfl);
-      if (vote.dt < mine.dt || (vote.dt == mine.dt && vote.node < mine.node)) mine = vote;
+      const struct kith_timestep_limit timestep_limit = limit_of_node(package, kick, i, cfl);
+      if (timestep_limit.dt < mine.dt || (timestep_limit.dt == mine.dt && timestep_limit.node < mine.node))
+        mine = timestep_limit;
     }
-#pragma omp critical(kith_vote) /* a minimum with ties by id: the order does not matter */
+#pragma omp critical(kith_timestep_limit) /* a minimum with ties by id: the order does not matter */
     if (mine.dt < best.dt || (mine.dt == best.dt && mine.node < best.node)) best = mine;
   }
-  return vote_of_all(package->hydro->nodes->ranks, best);
+  return limit_of_all_ranks(package->hydro->nodes->ranks, best);
 }
 
-size_t kith_package_pairwise_bytes(const struct kith_package *package) {
-  return package->pair.capacity * sizeof *package->pair.value;
-}
-
-size_t kith_package_bytes(const struct kith_package *package) {
-  const size_t own = package->ops->bytes != NULL ? package->ops->bytes(package) : 0;
-  return own + package->record_capacity * sizeof *package->record + kith_package_pairwise_bytes(package);
+struct kith_package_bytes kith_package_bytes(const struct kith_package *package) {
+  struct kith_package_bytes bytes = package->ops->bytes(package);
+  bytes.other += package->border.capacity;
+  return bytes;
 }

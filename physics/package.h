@@ -1,78 +1,91 @@
-/* package.h - a hydro package: what connectivity it needs, and how rates follow from the state. One family.
+/* package.h - hydro packages, one family: the connectivity that a package requires, and how rates follow from
+ * the state.
  *
- * A package is a short sequence of passes (volume and density -> gradients -> pair force -> work); between passes it
- * refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both traversals, compatible energy) are the
- * same for all: a package adds what lies between, and one function of a pair. It reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed, acceleration and the rates.
+ * A package is a short sequence of passes (volume and density -> gradients -> pair force -> work); between
+ * passes it refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both
+ * traversals, compatible energy) are common to all: a package adds the passes between, and one function of a
+ * pair. A package is one file with its parameter table, one line in package_list.h, and is covered by
+ * tests/unit/physics/conformance_package.c. It reads position, velocity, energy, mass, support and fills
+ * support, density, pressure, sound speed, acceleration and the rates.
  *
- * Energy, for every package: after a kick of velocities from `velocity_base` by dt a, with t already kicked since the base,
+ * Energy, for every package: after a kick of velocities from `velocity_base` by dt a, with t already kicked
+ * since the base,
  *     u += dt (energy_rate + (t + dt / 2) energy_slope).
  * thermal:     energy_rate is du/dt at the present velocity, energy_slope is zero.
- * compatible:  each pair's work f_ij . (v_j - v_i) is shared between its ends, e_ij + e_ji = 1, with v the mean velocity over the kick:
- *     m_i energy_rate = sum_j e_ij f_ij . (v_j - v_i) of the base, m_i energy_slope = sum_j e_ij f_ij . (a_j - a_i),
- *     so that sum_i (m v^2 / 2 + m u) is kept to round-off, whatever the forces (Owen 2014, J. Num. Meth. Fluids 75, 749). */
+ * compatible:  each pair's work f_ij . (v_j - v_i) is shared between its ends, e_ij + e_ji = 1, with v the
+ *              mean velocity over the kick:
+ *     m_i energy_rate = sum_j e_ij f_ij . (v_j - v_i) of the base, m_i energy_slope = sum_j e_ij f_ij . (a_j
+ *     - a_i), so that sum_i (m v^2 / 2 + m u) is conserved to round-off, whatever the forces are (Owen
+ *     2014, Int. J. Numer. Meth. Fluids 75, 749). */
 #ifndef KITH_PHYSICS_PACKAGE_H
 #define KITH_PHYSICS_PACKAGE_H
 
 #include "lib/connectivity/connectivity.h"
+#include "lib/core/param.h"
 #include "lib/core/profile.h"
 #include "physics/hydro.h"
-#include "physics/kernel.h"
+#include "physics/package_list.h"
+#include "physics/passes/sweep.h"
 
 struct kith_package;
 
-/* What limits the time step: the smallest vote wins; ties go to the first in order. */
-struct kith_vote {
+/* What limits the time step: by the state (package.c), by the integrator, by a scheme. */
+#define KITH_LIMIT_LIST(X) \
+  X(nothing)               \
+  X(courant) X(acceleration) X(compression) X(cooling) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
+enum kith_limit {
+#define X(name) KITH_LIMIT_##name,
+  KITH_LIMIT_LIST(X)
+#undef X
+};
+const char *kith_limit_name(enum kith_limit limit);
+
+/* The longest step that is allowed; of several the shortest holds, and ties go to the lowest id. */
+struct kith_timestep_limit {
   double dt;
-  int64_t node;       /* global id, -1: no node */
-  const char *reason; /* "courant", "acceleration", ... */
+  int64_t node; /* global id, -1: no node */
+  enum kith_limit reason;
+};
+
+/* The present kick of velocities: kept by the scheme, read by packages. */
+struct kith_kick {
+  struct kith_field *velocity_base; /* velocities at the start of the kick; filled before evaluate */
+  double time;                      /* kicked since then */
+  double evaluation_dt;             /* time from one evaluation to the next; 0 at the start */
+};
+/* Registers the field of the kick. */
+kith_status kith_kick_init(struct kith_kick *kick, struct kith_nodes *nodes);
+
+struct kith_package_bytes {
+  size_t pairwise, other; /* values of pairs; all else but fields */
+};
+
+/* What a member can and cannot do with its settings: checked against the rest of a scene. */
+struct kith_package_traits {
+  bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
+  const char *history; /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
+  const char *uncut;   /* what acts beyond the pairs that barriers cut; NULL: nothing */
+  const char *cheaper; /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };
 
 struct kith_package_ops {
   const char *name, *doc;
+  const struct kith_param *params; /* its own parameters, NULL: none */
+  size_t settings_size;
   /* Registers fields, checks parameters. Private state in package->self. */
   kith_status (*create)(struct kith_package *package);
   void (*destroy)(struct kith_package *package);
   struct kith_requirements (*requirements)(const struct kith_package *package);
-  /* Rates from the state. REACH: a support wants to grow beyond the node's reach; supports are set to what they want at least, and the
-   * caller makes new connectivity and calls again. A support that does not converge is NaN, and the density with it. */
-  kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity);
-  size_t (*bytes)(const struct kith_package *package); /* private memory; NULL: none */
-  bool dear; /* a pair costs more than memory: by default it is evaluated once and kept */
+  /* Rates from the state. OUTGROWN: a support has to grow beyond the search radius of its node; supports are
+   * set to what they need at least, and the caller rebuilds the connectivity and calls again. A support that
+   * does not converge is NaN, and the density with it. */
+  kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
+                          const struct kith_kick *kick);
+  struct kith_package_bytes (*bytes)(const struct kith_package *package); /* of the private state */
+  struct kith_package_traits (*traits)(const void *settings);             /* NULL: all zero */
+  bool expensive; /* evaluating a pair costs more than storing it: `pairs` is the default traversal */
 };
 
-/* name, word of the scene, doc */
-#define KITH_VISCOSITY_LIST(X)                                                                  \
-  X(NONE, none, "none: for flows without shocks")                                               \
-  X(MONAGHAN, monaghan, "on every approaching pair, alike")                                     \
-  X(LIMITED, limited,                                                                           \
-    "on the jump that slope-limited gradients leave: little where flow is smooth; the default") \
-  X(CULLEN_DEHNEN, cullen_dehnen,                                                               \
-    "on every approaching pair, by a coefficient that rises ahead of a shock and decays behind it")
-enum kith_viscosity {
-#define X(name, word, doc) KITH_VISCOSITY_##name,
-  KITH_VISCOSITY_LIST(X)
-#undef X
-};
-/* Balsara's factor: |div v| / (|div v| + |curl v| + 1e-4 c / h), the mean of both ends; and its square. */
-#define KITH_BALSARA_LIST(X)                                                   \
-  X(NONE, none, "the same in shear and in shocks; the default")                \
-  X(FACTOR, balsara, "less viscosity where flow turns more than it converges") \
-  X(SQUARED, squared, "the square of the factor: sharper")
-enum kith_balsara {
-#define X(name, word, doc) KITH_BALSARA_##name,
-  KITH_BALSARA_LIST(X)
-#undef X
-};
-/* Faces between nodes, package mfm. */
-#define KITH_FACES_LIST(X)                                                                \
-  X(ONE_POINT, one_point, "from the gradients at both nodes (Hopkins 2015); the default") \
-  X(INTEGRATED, integrated,                                                               \
-    "summed over the nodes that two supports share, for all that overlap: dearer, closer to closed")
-enum kith_faces {
-#define X(name, word, doc) KITH_FACES_##name,
-  KITH_FACES_LIST(X)
-#undef X
-};
 enum kith_traversal { KITH_TRAVERSE_PAIRS, KITH_TRAVERSE_GATHER };
 
 struct kith_package {
@@ -82,65 +95,55 @@ struct kith_package {
   enum kith_kernel kernel;
   double neighbors; /* ball H^d n */
   bool compatible;
-  enum kith_viscosity viscosity;
-  enum kith_balsara balsara;
-  double alpha, beta, conduction;
-  enum kith_faces faces;
-  bool closed; /* faces corrected so that those of each node sum to zero */
+  const void *settings; /* of the member, as its params declare them; borrowed */
   enum kith_traversal traversal;
-  bool
-      recompute; /* between passes values of remote ghosts are computed from their rows, not exchanged: needs ranks, package sph */
+  /* Between passes values of remote ghosts are computed from their rows, not exchanged: needs ranks and the
+   * trait. */
+  bool recompute;
   struct kith_profile *profile; /* borrowed, may be NULL */
   const struct kith_field
-      *barrier; /* U8, 1: a node that is a wall to whoever looks at it; NULL: there is none */
-
-  /* Kept by the scheme. */
-  struct kith_field *velocity_base; /* where kicks start; filled before evaluate */
-  double kicked;                    /* time kicked since then */
-  double interval;                  /* time from one evaluation to the next; 0 at the start */
+      *barrier; /* U8, 1: the node is a wall to its neighbors (force.h); NULL: there is none */
 
   /* Its own. */
-  double self_weight;              /* of a node in its own sums: kith_kernel_self_weight */
-  struct kith_field *energy_slope; /* NULL unless compatible */
-  struct kith_field *expansion;    /* div v: predicts the support */
-  struct kith_field *signal;       /* signal speed of the Courant condition */
-  uint8_t *border;                 /* chunks beside other ranks: sweep.c */
-  size_t border_capacity;
-  const kith_index *border_of; /* the rows that it is of, and the generation of ghosts that they are of */
-  uint64_t border_ghosts;
-  uint8_t *needed; /* ghosts whose values are computed: density.c */
-  size_t needed_capacity;
-  double *record;                         /* what pairs read of nodes: force.h */
-  size_t record_capacity;                 /* doubles */
-  struct kith_pairwise pair;              /* what pairs gave, traversal `pairs` */
+  double self_weight;                     /* of a node in its own sums: kith_kernel_self_weight */
+  struct kith_field *energy_slope;        /* NULL unless compatible */
+  struct kith_field *velocity_divergence; /* div v: predicts the support */
+  struct kith_field *signal;              /* signal speed of the Courant condition */
+  struct kith_border border;              /* of all its sweeps */
   uint64_t pair_evaluations;              /* counted over the run */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
-  void *self;
+  void *self;                             /* private state of the member */
 };
 
-#define KITH_PACKAGE_LIST(X) X(sph) X(crk) X(mfm)
 #define X(name) extern const struct kith_package_ops kith_package_##name;
 KITH_PACKAGE_LIST(X)
 #undef X
 const struct kith_package_ops *kith_package_find(const char *name); /* NULL if there is none */
 const struct kith_package_ops *const *kith_package_all(void);       /* ended by NULL */
+struct kith_member kith_package_member(int k); /* as members of any family: lib/core/param.h */
 
-/* Fills ops, kernel... from the caller's members, registers the shared fields and calls ops->create. */
+/* The traits of a member with these settings. */
+struct kith_package_traits kith_package_traits(const struct kith_package_ops *ops, const void *settings);
+
+/* From what the caller has set: registers the shared fields and calls ops->create. */
 kith_status kith_package_init(struct kith_package *package);
 void kith_package_clear(struct kith_package *package);
 
-/* Ghost values of these fields, as stage `refresh`: the next sweep (sweep.h), or whoever posts next, awaits those of remote ghosts.
- * Collective. */
-void kith_package_post(struct kith_package *package, int n, struct kith_field *const *fields);
-/* The same, and awaits them. */
+/* A sweep of the package over all internal nodes. */
+kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
+                               uint64_t count[4]);
+/* Ghost values of these fields, as stage `refresh`: those of remote ghosts arrive during the next sweep, or
+ * when the next exchange starts. Collective. */
+void kith_package_start_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
+/* The same, and waits until they have arrived. */
 void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
 
-/* The time step that the present state and rates allow: Courant condition with h = 2 sigma and the signal speed, acceleration,
- * compression, loss of energy; of all ranks. Collective. */
-struct kith_vote kith_package_vote(const struct kith_package *package, double cfl);
+/* The time step that the present state and rates allow: the least of the Courant condition with h = 2 sigma
+ * and the signal speed, acceleration, compression, loss of energy; of all ranks. Collective. */
+struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package,
+                                                       const struct kith_kick *kick, double cfl);
 
-/* Memory besides the fields, pairwise fields included; and those alone. */
-size_t kith_package_bytes(const struct kith_package *package);
-size_t kith_package_pairwise_bytes(const struct kith_package *package);
+/* Memory besides the fields. */
+struct kith_package_bytes kith_package_bytes(const struct kith_package *package);
 
 #endif

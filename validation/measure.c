@@ -1,3 +1,4 @@
+/* Measures of a state that need no exact solution. */
 #include "validation/measure.h"
 
 #include <math.h>
@@ -102,7 +103,7 @@ kith_status kith_measure_spread(const struct kith_measured *m, double *value) {
   return KITH_OK;
 }
 
-/* ---- separation: nodes in the order of x, each against those that follow while they are near enough along x ---- */
+/* ---- separation: nodes in the order of x, each against the next ones that are near enough along x ---- */
 
 struct place {
   double x[NDIM], spacing;

@@ -4,21 +4,22 @@
  *
  * with V = mass / density of the node, over the nodes inside the window. For vectors d is the length of the
  * difference; `speed` takes only the component that the solution has (exact.h: along x, outwards, around).
- * A vortex is mostly quoted by the L1 of its speed, "mean |v - v_phi|": the noise across it does not count there.
- * Sums are taken in fixed blocks in node order, so they do not depend on the number of threads.
+ * A vortex is mostly quoted by the L1 of its speed, "mean |v - v_phi|": the noise across it does not count
+ * there. Sums are taken in fixed blocks in node order, so they do not depend on the number of threads.
  *
  * The energy of a Sedov blast has no L1 norm in 3-D (it diverges at the center): compare its pressure. */
 #ifndef KITH_VALIDATION_NORMS_H
 #define KITH_VALIDATION_NORMS_H
 
-#include "validation/exact.h"
+#include "validation/exact/exact.h"
 
 enum kith_window_kind { KITH_WINDOW_ALL, KITH_WINDOW_SLAB, KITH_WINDOW_BALL };
 
 struct kith_window {
   enum kith_window_kind kind;
-  double center[NDIM], inner,
-      outer; /* inner <= distance <= outer; distance: slab |x[0] - center[0]|, ball |x - center|, a cylinder around a vortex */
+  /* inner <= distance <= outer, of |x[0] - center[0]| in a slab, of |x - center| in a ball, of the distance
+   * from the axis of a vortex */
+  double center[NDIM], inner, outer;
 };
 
 struct kith_norm {
@@ -27,16 +28,17 @@ struct kith_norm {
 
 struct kith_norms {
   struct kith_norm density, velocity, pressure, energy, speed;
-  kith_index nodes;    /* nodes inside the window; with none, all the rest is 0 */
-  double blip;         /* max |P - P*| / P* of nodes within 0.1 of the contact and between the outer waves
-                          (riemann with a star pressure only, else 0) */
+  kith_index nodes; /* nodes inside the window; with none, all the rest is 0 */
+  /* max |P - P*| / P* of nodes within 0.1 of the contact and between the outer waves: Riemann problems with a
+   * star pressure only, else 0 */
+  double contact_pressure_error;
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
-  double
-      density_peak; /* radial solutions: largest mean density over radial bins of 0.005, or of one node spacing
-                          at the shock if that is larger; else the largest density of a node */
-  bool vortex;      /* the solution turns: speed is azimuthal */
+  /* Radial solutions: largest mean density over radial bins of 0.005, or of one node spacing at the shock if
+   * that is larger; else the largest density of a node. */
+  double density_peak;
   double speed_peak; /* radial solutions: largest |mean speed| over the same bins, else 0 */
+  bool vortex;       /* speed is azimuthal */
 };
 
 /* Views of node arrays of length n: position[n*NDIM], velocity[n*NDIM], the rest [n]. */

@@ -1,45 +1,35 @@
-/* Rows and pairs in an order that all ranks and all numbers of ranks share. */
-#include <stdlib.h>
-#include <string.h>
-
-#include "lib/connectivity/internal.h"
-#include "lib/connectivity/traversal.h"
+/* canonical.c - rows and pairs in an order that all ranks and all numbers of ranks share. */
+#include "lib/connectivity/connectivity.h"
+#include "lib/core/sfc_key.h"
 
 /* --- rows --- */
 
-/* An entry, and what tells it apart from the others of its row. */
-struct entry {
-  int64_t id, image;
-  kith_index node;
-};
-
-static int compare(const void *a, const void *b) {
-  const struct entry *p = a, *q = b;
-  if (p->id != q->id) return (p->id > q->id) - (p->id < q->id);
-  return (p->image > q->image) - (p->image < q->image);
-}
-
-static struct entry entry_of(const struct kith_nodes *nodes, kith_index i) {
-  return (struct entry){nodes->id->i64[i], nodes->image->i64[i], i};
-}
-
-/* place[i]: of node or ghost i among all of this process. */
-static kith_status find_places(const struct kith_nodes *nodes, uint32_t **place) {
-  const kith_index n = kith_nodes_count(nodes);
-  struct entry *entry = NULL;
-  KITH_TRY(kith_resize(&entry, 0, (size_t)n, sizeof *entry));
-  const kith_status status = kith_resize(place, 0, (size_t)n, sizeof **place);
-  for (kith_index i = 0; i < n; ++i) entry[i] = entry_of(nodes, i);
-  qsort(entry, (size_t)n, sizeof *entry, compare);
-  for (kith_index k = 0; status == KITH_OK && k < n; ++k) (*place)[entry[k].node] = (uint32_t)k;
-  kith_free(&entry);
+/* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */
+static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t **rank) {
+  const size_t n = (size_t)kith_nodes_count(nodes);
+  uint64_t *id = NULL;
+  kith_index *order = NULL;
+  kith_status status = kith_resize(&id, 0, n, sizeof *id);
+  if (status == KITH_OK) status = kith_resize(&order, 0, n, sizeof *order);
+  if (status == KITH_OK) status = kith_resize(rank, 0, n, sizeof **rank);
+  if (status == KITH_OK) {
+#pragma omp parallel for schedule(static)
+    for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
+    status = kith_sfc_key_sort(n, id, nodes->image->i64, order);
+  }
+  if (status == KITH_OK) {
+#pragma omp parallel for schedule(static)
+    for (size_t k = 0; k < n; ++k) (*rank)[order[k]] = (uint32_t)k;
+  }
+  kith_free(&id);
+  kith_free(&order);
   return status;
 }
 
-/* One row, whose places are all different: who has how many before him is counted, without a branch to guess. */
-static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_t *restrict place,
+/* Sorts one row: counts how many entries come before each, without branches that could be mispredicted. */
+static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_t *restrict rank,
                               uint32_t *restrict key, kith_index *restrict spare) {
-  for (size_t k = 0; k < n; ++k) key[k] = place[node[k]], spare[k] = node[k];
+  for (size_t k = 0; k < n; ++k) key[k] = rank[node[k]], spare[k] = node[k];
   for (size_t k = 0; k < n; ++k) {
     uint32_t before = 0;
     for (size_t m = 0; m < n; ++m) before += key[m] < key[k];
@@ -47,7 +37,7 @@ static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_
   }
 }
 
-static kith_status sort_rows(struct kith_rows *rows, const uint32_t *place) {
+static kith_status sort_rows(struct kith_rows *rows, const uint32_t *rank) {
   const size_t longest = kith_rows_longest(rows);
   bool failed = false;
 #pragma omp parallel reduction(|| : failed)
@@ -59,7 +49,7 @@ static kith_status sort_rows(struct kith_rows *rows, const uint32_t *place) {
 #pragma omp for schedule(dynamic, 128)
     for (kith_index i = 0; i < rows->n; ++i)
       if (!failed)
-        sort_row(rows->node + rows->first[i], rows->first[i + 1] - rows->first[i], place, key, spare);
+        sort_row(rows->node + rows->first[i], rows->first[i + 1] - rows->first[i], rank, key, spare);
     kith_free(&key);
     kith_free(&spare);
   }
@@ -81,26 +71,49 @@ static bool is_frozen(const struct kith_nodes *nodes, kith_index ghost) {
   return nodes->blocks[from].kind == KITH_GHOST_FROZEN;
 }
 
-/* Does the pair of internal node i and j start at i? Between two nodes the lower id decides, also if j is a ghost here: on another rank it is
- * not. An image and a frozen node are partners of i alone. */
+/* Does the pair of internal node i and j start at i? Between two nodes the lower id decides, also if j is a
+ * ghost here: on another rank it is not. An image and a frozen node are partners of i only. */
 static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_index j) {
   if (nodes->image->i64[j] != 0 || nodes->id->i64[i] < nodes->id->i64[j]) return true;
   return j >= nodes->n_internal && is_frozen(nodes, j);
 }
 
-/* first[i]: where the pairs of i start. */
+/* Pairs that start at ghosts are counted and filled in by fixed parts of the nodes, each with a cursor for
+ * each ghost, so that they ascend in the index of the partner for any number of threads. */
+enum { PARTS = 16 };
+static kith_index part_start(kith_index n, int part) {
+  return (kith_index)((int64_t)n * part / PARTS);
+}
+
+/* first[i]: where the pairs of i start. cursor[part][ghost]: where those of the part go. */
 static void count_pairs(struct kith_pairs *pairs, const struct kith_rows *rows,
-                        const struct kith_nodes *nodes) {
-  const kith_index n = nodes->n_internal;
-  memset(pairs->first, 0, ((size_t)pairs->starts + 1) * sizeof *pairs->first);
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < n; ++i)
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      pairs->first[i + 1] += starts(nodes, i, rows->node[e]);
-  for (kith_index i = 0; i < n; ++i)
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (rows->node[e] >= n) pairs->first[rows->node[e] + 1] += !starts(nodes, i, rows->node[e]);
-  for (kith_index i = 0; i < pairs->starts; ++i) pairs->first[i + 1] += pairs->first[i];
+                        const struct kith_nodes *nodes, uint32_t *cursor) {
+  const kith_index n = nodes->n_internal, ghosts = pairs->starts - n;
+#pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
+  for (int part = 0; part < PARTS; ++part) {
+    uint32_t *count = cursor + (size_t)part * (size_t)ghosts;
+    for (kith_index i = part_start(n, part); i < part_start(n, part + 1); ++i) {
+      size_t own = 0;
+      for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+        const bool at_i = starts(nodes, i, rows->node[e]);
+        own += at_i;
+        if (!at_i && rows->node[e] >= n) ++count[rows->node[e] - n];
+      }
+      pairs->first[i + 1] = own;
+    }
+  }
+  pairs->first[0] = 0;
+  for (kith_index i = 0; i < n; ++i) pairs->first[i + 1] += pairs->first[i];
+  for (kith_index g = 0; g < ghosts; ++g) {
+    size_t next = pairs->first[n + g];
+    for (int part = 0; part < PARTS; ++part) {
+      uint32_t *count = cursor + (size_t)part * (size_t)ghosts + g;
+      const uint32_t here = *count;
+      *count = (uint32_t)next;
+      next += here;
+    }
+    pairs->first[n + g + 1] = next;
+  }
   pairs->n = pairs->first[pairs->starts];
 }
 
@@ -109,43 +122,36 @@ static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_in
   pairs->of_row[e] = (uint32_t)p;
 }
 
-/* Pairs that start at internal nodes, in the order of their rows. */
-static void fill_internal(struct kith_pairs *pairs, const struct kith_rows *rows,
-                          const struct kith_nodes *nodes) {
-#pragma omp parallel for schedule(dynamic, 128)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    size_t p = pairs->first[i];
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (starts(nodes, i, rows->node[e])) put(pairs, p++, i, rows->node[e], e);
-  }
+/* Pairs that start at internal nodes, in the order of their rows, and those that start at ghosts. */
+static void fill_pairs(struct kith_pairs *pairs, const struct kith_rows *rows, const struct kith_nodes *nodes,
+                       uint32_t *cursor) {
+  const kith_index n = nodes->n_internal, ghosts = pairs->starts - n;
+#pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
+  for (int part = 0; part < PARTS; ++part)
+    for (kith_index i = part_start(n, part); i < part_start(n, part + 1); ++i) {
+      size_t p = pairs->first[i];
+      for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+        const kith_index j = rows->node[e];
+        if (starts(nodes, i, j))
+          put(pairs, p++, i, j, e);
+        else if (j >= n)
+          put(pairs, cursor[(size_t)part * (size_t)ghosts + (size_t)(j - n)]++, j, i, e);
+      }
+    }
 }
 
-/* Pairs that start at ghosts: while they are filled, first[j] is where the next one of j goes; in the end that is first[j + 1]. */
-static void fill_ghosts(struct kith_pairs *pairs, const struct kith_rows *rows,
-                        const struct kith_nodes *nodes) {
-  const kith_index n = nodes->n_internal;
-  const size_t begin = pairs->first[n];
-  for (kith_index i = 0; i < n; ++i)
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      const kith_index j = rows->node[e];
-      if (j >= n && !starts(nodes, i, j)) put(pairs, pairs->first[j]++, j, i, e);
-    }
-  for (kith_index j = pairs->starts - 1; j > n; --j) pairs->first[j] = pairs->first[j - 1];
-  pairs->first[n] = begin;
+static bool comes_after(const struct kith_nodes *nodes, kith_index i, kith_index j) {
+  const int64_t *id = nodes->id->i64, *image = nodes->image->i64;
+  return id[i] > id[j] || (id[i] == id[j] && image[i] > image[j]);
 }
 
 /* The pair of j and i that starts at internal node j: its partners are in order. */
 static size_t find(const struct kith_pairs *pairs, const struct kith_nodes *nodes, kith_index j,
                    kith_index i) {
-  const struct entry wanted = entry_of(nodes, i);
   size_t from = pairs->first[j], to = pairs->first[j + 1];
   while (to - from > 1) {
     const size_t middle = (from + to) / 2;
-    const struct entry there = entry_of(nodes, pairs->node[middle][1]);
-    if (compare(&there, &wanted) <= 0)
-      from = middle;
-    else
-      to = middle;
+    *(comes_after(nodes, pairs->node[middle][1], i) ? &to : &from) = middle;
   }
   return from;
 }
@@ -161,34 +167,40 @@ static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
     }
 }
 
-kith_status kith_pairs_canonical(struct kith_pairs *pairs, const struct kith_rows *rows,
-                                 const struct kith_nodes *nodes) {
+static kith_status canonical_pairs(struct kith_pairs *pairs, const struct kith_rows *rows,
+                                   const struct kith_nodes *nodes) {
+  uint32_t *cursor = NULL;
   pairs->canonical = true;
   pairs->f_couple = NULL;
   pairs->starts = kith_nodes_count(nodes);
-  KITH_TRY(kith_room(&pairs->first, &pairs->first_capacity, (size_t)pairs->starts + 1, sizeof *pairs->first));
-  count_pairs(pairs, rows, nodes);
-  if (pairs->n > UINT32_MAX) KITH_FAIL(UNSUPPORTED, "%zu pairs: a process can number 2^32", pairs->n);
-  KITH_TRY(kith_room(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
-  KITH_TRY(kith_room(&pairs->of_row, &pairs->of_row_capacity, rows->first[nodes->n_internal],
-                     sizeof *pairs->of_row));
-  fill_internal(pairs, rows, nodes);
-  fill_ghosts(pairs, rows, nodes);
+  KITH_TRY(
+      kith_reserve(&pairs->first, &pairs->first_capacity, (size_t)pairs->starts + 1, sizeof *pairs->first));
+  KITH_TRY(kith_reserve(&pairs->of_row, &pairs->of_row_capacity, rows->first[nodes->n_internal],
+                        sizeof *pairs->of_row));
+  KITH_TRY(kith_resize(&cursor, 0, PARTS * (size_t)nodes->n_ghost, sizeof *cursor));
+  count_pairs(pairs, rows, nodes, cursor);
+  kith_status status = pairs->n <= UINT32_MAX
+                           ? kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node)
+                           : kith_fail(KITH_UNSUPPORTED, "%zu pairs: a process can number 2^32", pairs->n);
+  if (status == KITH_OK) fill_pairs(pairs, rows, nodes, cursor);
+  kith_free(&cursor);
+  KITH_TRY(status);
   find_others(pairs, rows, nodes);
   return KITH_OK;
 }
 
 kith_status kith_connectivity_canonical(struct kith_connectivity *c, const struct kith_nodes *nodes) {
   if (nodes->image == NULL) KITH_FAIL(INTERNAL, "a canonical order needs numbered images");
-  uint32_t *place = NULL;
-  kith_status status = find_places(nodes, &place);
-  if (status == KITH_OK) status = sort_rows(&c->rows, place);
-  if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, place);
-  kith_free(&place);
+  uint32_t *rank = NULL;
+  kith_status status = find_ranks(nodes, &rank);
+  if (status == KITH_OK) status = sort_rows(&c->rows, rank);
+  if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, rank);
+  kith_free(&rank);
   KITH_TRY(status);
   c->canonical = true;
   ++c->generation;
   c->built.intersection = c->built.on_segment = false; /* pairs get other numbers */
   c->intersection.n = 0;
-  return c->built.pairs ? kith_pairs_canonical(&c->pairs, &c->rows, nodes) : KITH_OK;
+  if (c->built.overlap_pairs) KITH_TRY(canonical_pairs(&c->overlap_pairs, &c->overlap, nodes));
+  return c->built.pairs ? canonical_pairs(&c->pairs, &c->rows, nodes) : KITH_OK;
 }

@@ -1,16 +1,14 @@
+/* connectivity.c - builds what is required, answers questions about it, and keeps pairwise fields. */
 #include "lib/connectivity/connectivity.h"
-
-#include <omp.h>
-
-#include "lib/connectivity/internal.h"
 
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b) {
   return (struct kith_requirements){.rows = a.rows || b.rows,
                                     .pairs = a.pairs || b.pairs,
                                     .ghost_rows = a.ghost_rows || b.ghost_rows,
-                                    .overlap = a.overlap || b.overlap,
+                                    .overlap = a.overlap || b.overlap || a.overlap_pairs || b.overlap_pairs,
+                                    .overlap_pairs = a.overlap_pairs || b.overlap_pairs,
                                     .intersection = a.intersection || b.intersection,
-                                    /* who asks for all common neighbors must get them all */
+                                    /* whoever requires all common neighbors must get them all */
                                     .on_segment = (a.on_segment || !a.intersection) &&
                                                   (b.on_segment || !b.intersection) &&
                                                   (a.on_segment || b.on_segment)};
@@ -18,133 +16,64 @@ struct kith_requirements kith_requirements_or(struct kith_requirements a, struct
 
 /* --- memory --- */
 
-kith_status kith_room(void *p, size_t *capacity, size_t count, size_t size) {
-  if (count <= *capacity) return KITH_OK;
-  const size_t more = *capacity == 0 ? count : count + count / 16;
-  *capacity = 0;
-  KITH_TRY(kith_resize(p, 0, more, size));
-  *capacity = more;
-  return KITH_OK;
-}
-
-kith_status kith_rows_room(struct kith_rows *rows, kith_index n) {
-  KITH_TRY(kith_room(&rows->first, &rows->rows_capacity, (size_t)n + 1, sizeof *rows->first));
-  rows->n = n;
-  return KITH_OK;
-}
-
-kith_status kith_rows_sum(struct kith_rows *rows) {
-  for (kith_index i = 0; i < rows->n; ++i) rows->first[i + 1] += rows->first[i];
-  return kith_room(&rows->node, &rows->entries_capacity, rows->first[rows->n], sizeof *rows->node);
-}
-
-static void worker_clear(struct kith_worker *worker) {
-  kith_runs_clear(&worker->runs);
-  kith_packed_clear(&worker->near);
-  for (int k = 0; k < 3; ++k) kith_free(&worker->key[k]);
-  kith_free(&worker->slot);
-  kith_free(&worker->hit);
-  kith_free(&worker->allowed);
-  kith_free(&worker->bitmap);
-  kith_free(&worker->touched);
-}
-
-kith_status kith_workers_room(struct kith_connectivity_scratch *scratch) {
-  const int threads = omp_get_max_threads();
-  if (threads <= scratch->n_workers) return KITH_OK;
-  KITH_TRY(
-      kith_resize(&scratch->worker, (size_t)scratch->n_workers, (size_t)threads, sizeof *scratch->worker));
-  scratch->n_workers = threads;
-  return KITH_OK;
-}
-
-static void rows_clear(struct kith_rows *rows) {
-  kith_free(&rows->first);
-  kith_free(&rows->node);
+/* Made from nothing, or nothing is left of it. */
+static void reset(struct kith_connectivity *c) {
+  c->built = (struct kith_requirements){0};
+  c->canonical = false;
+  c->rows.n = c->overlap.n = c->intersection.n = c->n = c->n_internal = 0;
+  c->pairs.n = c->overlap_pairs.n = c->candidates = 0;
+  c->pairs.f_couple = NULL;
+  c->positions = c->ghosts = UINT64_MAX;
 }
 
 kith_status kith_connectivity_create(struct kith_connectivity **out) {
   *out = NULL;
-  struct kith_connectivity *connectivity = NULL;
-  KITH_TRY(kith_resize(&connectivity, 0, 1, sizeof *connectivity));
-  const kith_status status = kith_resize(&connectivity->scratch, 0, 1, sizeof *connectivity->scratch);
-  if (status != KITH_OK) {
-    kith_free(&connectivity);
-    return status;
-  }
-  connectivity->positions = connectivity->ghosts = UINT64_MAX; /* made from nothing yet */
-  *out = connectivity;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  reset(*out);
   return KITH_OK;
-}
-
-static void scratch_clear(struct kith_connectivity_scratch *scratch) {
-  for (int t = 0; t < scratch->n_workers; ++t) worker_clear(&scratch->worker[t]);
-  for (int c = 0; c < KITH_CHUNKS; ++c) kith_free(&scratch->chunk[c].word);
-  kith_free(&scratch->worker);
-  kith_free(&scratch->cursor);
-  kith_free(&scratch->span_first);
-  kith_free(&scratch->span);
-  kith_free(&scratch->span_bits);
-  kith_free(&scratch->couple);
 }
 
 void kith_connectivity_destroy(struct kith_connectivity **connectivity) {
   struct kith_connectivity *c = *connectivity;
   if (c == NULL) return;
-  scratch_clear(c->scratch);
-  kith_free(&c->scratch);
-  rows_clear(&c->rows);
-  rows_clear(&c->overlap);
-  rows_clear(&c->intersection);
-  kith_free(&c->pairs.node);
-  kith_free(&c->pairs.first);
-  kith_free(&c->pairs.of_row);
+  kith_workers_clear(&c->workers);
+  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&c->chunks.chunk[k].word);
+  kith_overlap_spans_clear(&c->spans);
+  kith_rows_clear(&c->rows);
+  kith_rows_clear(&c->overlap);
+  kith_rows_clear(&c->intersection);
+  kith_pairs_clear(&c->pairs);
+  kith_pairs_clear(&c->overlap_pairs);
   kith_free(connectivity);
 }
 
-static size_t rows_bytes(const struct kith_rows *rows) {
-  return rows->rows_capacity * sizeof *rows->first + rows->entries_capacity * sizeof *rows->node;
-}
-
-static size_t worker_bytes(const struct kith_worker *worker) {
-  return sizeof *worker + (size_t)worker->runs.capacity * sizeof(struct kith_run) +
-         (size_t)worker->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double)) +
-         (3 * worker->keys_capacity + worker->hit_capacity + worker->allowed_capacity +
-          worker->bitmap_capacity + worker->touched_capacity) *
-             sizeof(uint64_t) +
-         worker->keys_capacity * sizeof(kith_index);
-}
-
-size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity) {
-  const struct kith_pairs *pairs = &connectivity->pairs;
-  const struct kith_connectivity_scratch *scratch = connectivity->scratch;
-  size_t bytes = sizeof *connectivity + sizeof *scratch;
-  bytes += rows_bytes(&connectivity->rows) + rows_bytes(&connectivity->overlap) +
-           rows_bytes(&connectivity->intersection);
-  bytes += pairs->capacity * sizeof *pairs->node + pairs->first_capacity * sizeof *pairs->first;
-  bytes += pairs->of_row_capacity * sizeof *pairs->of_row;
-  for (int t = 0; t < scratch->n_workers; ++t) bytes += worker_bytes(&scratch->worker[t]);
-  for (int c = 0; c < KITH_CHUNKS; ++c) bytes += scratch->chunk[c].capacity * sizeof(uint64_t);
-  bytes += scratch->cursor_capacity * sizeof *scratch->cursor;
-  bytes += scratch->span_first_capacity * sizeof(size_t) + scratch->span_capacity * sizeof *scratch->span;
-  bytes += scratch->span_bits_capacity * sizeof(uint64_t) + scratch->couple_capacity * sizeof(double);
-  return bytes;
+size_t kith_connectivity_bytes(const struct kith_connectivity *c) {
+  size_t bytes = sizeof *c + kith_workers_bytes(&c->workers) + kith_overlap_spans_bytes(&c->spans);
+  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) bytes += c->chunks.chunk[k].capacity * sizeof(uint64_t);
+  return bytes + kith_rows_bytes(&c->rows) + kith_rows_bytes(&c->overlap) +
+         kith_rows_bytes(&c->intersection) + kith_pairs_bytes(&c->pairs) +
+         kith_pairs_bytes(&c->overlap_pairs);
 }
 
 /* --- building --- */
 
-/* What has to be there for the rest to be made. */
+/* With what the required structures are made from. */
 static struct kith_requirements completed(struct kith_requirements need) {
+  need.overlap = need.overlap || need.overlap_pairs;
   need.pairs = need.pairs || need.intersection;
   need.rows = need.rows || need.pairs || need.overlap || need.ghost_rows;
   need.on_segment = need.on_segment && need.intersection;
   return need;
 }
 
-static kith_status build_stages(const struct kith_build *build, struct kith_profile *profile) {
-  struct kith_connectivity *connectivity = build->connectivity;
-  const struct kith_requirements need = connectivity->built;
-  const kith_index n_internal = build->nodes->n_internal, n = kith_nodes_count(build->nodes);
+static kith_status build_overlap_pairs(struct kith_connectivity *c) {
+  const struct kith_rows internal = {.n = c->n_internal, .first = c->overlap.first, .node = c->overlap.node};
+  return kith_pairs_build(&c->overlap_pairs, &internal, c->n_internal);
+}
+
+static kith_status build_stages(struct kith_connectivity *c, const struct kith_build *build,
+                                struct kith_profile *profile) {
+  const struct kith_requirements need = c->built;
   kith_status status = KITH_OK;
 #define STAGE(name, wanted, call)      \
   if (status == KITH_OK && (wanted)) { \
@@ -152,46 +81,42 @@ static kith_status build_stages(const struct kith_build *build, struct kith_prof
     status = call;                     \
     kith_profile_end(profile);         \
   }
-  STAGE("rows", need.rows, kith_rows_build(build, need.ghost_rows || need.overlap))
-  STAGE("overlap", need.overlap, kith_overlap_build(build, need.ghost_rows ? n : n_internal))
-  if (status == KITH_OK && need.rows && !need.ghost_rows) kith_rows_strip(&connectivity->rows, n_internal);
-  STAGE("pairs", need.pairs, kith_pairs_build(build))
-  STAGE("intersection", need.intersection, kith_intersection_build(build))
+  STAGE("rows", need.rows,
+        kith_rows_build(&c->rows, build, need.ghost_rows || need.overlap, &c->chunks, &c->candidates))
+  const kith_index stored = need.ghost_rows ? c->n : c->n_internal;
+  STAGE("overlap", need.overlap, kith_overlap_build(&c->overlap, &c->rows, stored, build, &c->spans))
+  STAGE("overlap pairs", need.overlap_pairs, build_overlap_pairs(c))
+  if (need.rows) c->rows.n = stored; /* the overlap needed rows of ghosts */
+  STAGE("pairs", need.pairs, kith_pairs_build(&c->pairs, &c->rows, c->n_internal))
+  STAGE("intersection", need.intersection,
+        kith_intersection_build(&c->intersection, &c->rows, &c->pairs, need.on_segment, build))
 #undef STAGE
   return status;
-}
-
-static void report(const struct kith_connectivity *connectivity, struct kith_profile *profile) {
-  kith_profile_count(profile, "candidates", (double)connectivity->candidates);
-  kith_profile_count(profile, "row entries",
-                     connectivity->rows.n > 0 ? (double)connectivity->rows.first[connectivity->rows.n] : 0);
-  kith_profile_count(profile, "pairs", (double)connectivity->pairs.n);
 }
 
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const struct kith_search *search, struct kith_requirements need,
                                     const struct kith_excluder *excluders, struct kith_profile *profile) {
+  struct kith_connectivity *c = connectivity;
+  const struct kith_build build = {nodes, search, excluders, &c->workers};
   if (search->nodes != nodes) KITH_FAIL(INTERNAL, "the search belongs to other nodes");
   KITH_TRY(kith_search_fresh(search));
-  const struct kith_build build = {connectivity, nodes, search, excluders};
-  connectivity->built = completed(need);
-  connectivity->canonical = false;
-  connectivity->rows.n = connectivity->overlap.n = connectivity->intersection.n = 0;
-  connectivity->pairs.n = connectivity->candidates = 0;
-  connectivity->pairs.f_couple = NULL;
-  ++connectivity->generation;
-  kith_status status = kith_workers_room(connectivity->scratch);
-  if (status == KITH_OK) status = build_stages(&build, profile);
-  if (status != KITH_OK) { /* nothing is there, rather than half of it */
-    connectivity->built = (struct kith_requirements){0};
-    connectivity->rows.n = connectivity->overlap.n = connectivity->intersection.n = 0;
-    connectivity->pairs.n = 0;
-    connectivity->positions = connectivity->ghosts = UINT64_MAX;
+  reset(c);
+  c->built = completed(need);
+  c->n = kith_nodes_count(nodes);
+  c->n_internal = nodes->n_internal;
+  ++c->generation;
+  kith_status status = kith_workers_reserve(&c->workers);
+  if (status == KITH_OK) status = build_stages(c, &build, profile);
+  if (status != KITH_OK) {
+    reset(c);
     return status;
   }
-  connectivity->positions = nodes->positions;
-  connectivity->ghosts = nodes->ghosts;
-  report(connectivity, profile);
+  c->positions = nodes->positions;
+  c->ghosts = nodes->ghosts;
+  kith_profile_count(profile, "candidates", (double)c->candidates);
+  kith_profile_count(profile, "row entries", c->rows.n > 0 ? (double)c->rows.first[c->rows.n] : 0);
+  kith_profile_count(profile, "pairs", (double)c->pairs.n);
   return KITH_OK;
 }
 
@@ -205,31 +130,86 @@ kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity
   return KITH_OK;
 }
 
+kith_status kith_connectivity_provides(const struct kith_connectivity *connectivity,
+                                       const struct kith_nodes *nodes, struct kith_requirements need) {
+  const struct kith_requirements *built = &connectivity->built;
+  KITH_TRY(kith_connectivity_fresh(connectivity, nodes));
+  const char *lacks = need.rows && !built->rows                     ? "rows"
+                      : need.ghost_rows && !built->ghost_rows       ? "rows of ghosts"
+                      : need.pairs && !built->pairs                 ? "pairs"
+                      : need.overlap && !built->overlap             ? "overlap rows"
+                      : need.overlap_pairs && !built->overlap_pairs ? "overlap pairs"
+                      : need.intersection && !built->intersection   ? "intersections"
+                                                                    : NULL;
+  if (lacks != NULL) KITH_FAIL(UNSUPPORTED, "the connectivity has no %s: they were not required", lacks);
+  return KITH_OK;
+}
+
+/* Ghosts are the tail of a row, but in canonical order anywhere. */
 void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
                                    const struct kith_nodes *nodes, uint8_t *keep) {
   const struct kith_rows *rows = &connectivity->rows;
+  const kith_index n = nodes->n_internal;
   if (rows->n == 0) return;
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    for (size_t e = rows->first[i + 1]; e > rows->first[i] && rows->node[e - 1] >= nodes->n_internal; --e)
-      keep[rows->node[e - 1] - nodes->n_internal] = 1;
+#pragma omp parallel for schedule(static) if (n > KITH_FEW)
+  for (kith_index i = 0; i < n; ++i)
+    for (size_t e = rows->first[i + 1]; e > rows->first[i]; --e) {
+      const kith_index j = rows->node[e - 1];
+      if (j < n && !connectivity->canonical) break;
+      if (j < n) continue;
+#pragma omp atomic write
+      keep[j - n] = 1;
+    }
+}
+
+/* The pair of internal node i and j; rows are in no order of indices. */
+static size_t canonical_pair(const struct kith_connectivity *c, kith_index i, kith_index j) {
+  for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e)
+    if (c->rows.node[e] == j) return c->pairs.of_row[e];
+  return c->pairs.n;
 }
 
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j) {
   const struct kith_pairs *pairs = &connectivity->pairs;
+  const struct kith_rows *rows = &connectivity->rows;
   const kith_index low = KITH_MIN(i, j), high = KITH_MAX(i, j);
-  if (!connectivity->built.pairs || low < 0 || high >= connectivity->rows.n) return pairs->n;
-  const size_t first = pairs->first[low], stop = connectivity->rows.first[low + 1];
+  if (!connectivity->built.pairs || low < 0 || low >= rows->n) return pairs->n;
+  if (connectivity->canonical)
+    return low < connectivity->n_internal ? canonical_pair(connectivity, low, high) : pairs->n;
+  const size_t first = pairs->first[low], stop = rows->first[low + 1];
   const size_t start = stop - (pairs->first[low + 1] - first);
-  const size_t e = kith_lower_bound(connectivity->rows.node, start, stop, high);
-  return e < stop && connectivity->rows.node[e] == high ? first + (e - start) : pairs->n;
+  const size_t e = kith_lower_bound(rows->node, start, stop, high);
+  return e < stop && rows->node[e] == high ? first + (e - start) : pairs->n;
 }
 
-kith_status kith_connectivity_couple(struct kith_connectivity *connectivity) {
-  struct kith_pairs *pairs = &connectivity->pairs;
-  struct kith_connectivity_scratch *scratch = connectivity->scratch;
-  if (pairs->f_couple != NULL) return KITH_OK;
-  KITH_TRY(kith_room(&scratch->couple, &scratch->couple_capacity, KITH_MAX(pairs->n, 1), sizeof(double)));
-  for (size_t p = 0; p < pairs->n; ++p) scratch->couple[p] = 1;
-  pairs->f_couple = scratch->couple;
+/* --- pairwise fields --- */
+
+kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity,
+                                  int components) {
+  if (components < 1) KITH_FAIL(INTERNAL, "a pairwise field of %d components", components);
+  const size_t need = connectivity->pairs.n * (size_t)components;
+  if (need > field->capacity) {
+    const size_t capacity = need + need / 32; /* the number of pairs varies */
+    field->capacity = field->n = 0;
+    KITH_TRY(kith_resize(&field->value, 0, capacity, sizeof *field->value));
+    field->capacity = capacity;
+  }
+  field->components = components;
+  field->n = connectivity->pairs.n;
+  field->generation = connectivity->generation;
   return KITH_OK;
+}
+
+kith_status kith_pairwise_fresh(const struct kith_pairwise *field,
+                                const struct kith_connectivity *connectivity) {
+  if (field->components < 1) KITH_FAIL(STALE, "a pairwise field was never prepared");
+  if (field->generation != connectivity->generation)
+    KITH_FAIL(STALE, "a pairwise field belongs to connectivity %llu, there is %llu",
+              (unsigned long long)field->generation, (unsigned long long)connectivity->generation);
+  return KITH_OK;
+}
+
+void kith_pairwise_clear(struct kith_pairwise *field) {
+  kith_free(&field->value);
+  *field = (struct kith_pairwise){0};
 }

@@ -1,18 +1,17 @@
-/* Overlap. Let S(k) be the neighbors j of k with |x_j - x_k| <= R_j (their support holds k), and G(i) those
- * with |x_i - x_k| <= R_i. Then row i is row(i) and the union of S(k) over k in G(i), without i.
+/* overlap.c - overlap rows by unions of bit sets.
  *
- * A union of 60 rows of 60 entries would be 3600 steps a node. Nodes are in curve order, so S(k) fills few
- * 64-bit words of a bitmap over the nodes: S is kept as (word, bits), `spans`, a union is one OR a span, and
- * it comes out sorted. */
-#include "lib/connectivity/internal.h"
+ * Let S(k) be the neighbors j of k with |x_j - x_k| <= R_j (their support holds k), and G(i) those with
+ * |x_i - x_k| <= R_i. Then row i is row(i) and the union of S(k) over k in G(i), without i.
+ *
+ * A union of 60 rows of 60 entries would be 3600 steps for each node. Nodes are in curve order, so S(k) fills
+ * few 64-bit words of a bitmap over the nodes: S is kept as (word, bits), a union is one OR for each word,
+ * and the row comes out sorted. */
+#include "lib/connectivity/overlap.h"
 
 #include <omp.h>
-#include <string.h>
 
-#include "lib/connectivity/excluder.h"
-
-static double reach2(const struct kith_nodes *nodes, kith_index i) {
-  return nodes->reach->f64[i] * nodes->reach->f64[i];
+static double radius2(const struct kith_nodes *nodes, kith_index i) {
+  return nodes->search_radius->f64[i] * nodes->search_radius->f64[i];
 }
 
 static double distance2(const struct kith_nodes *nodes, kith_index i, kith_index j) {
@@ -23,13 +22,13 @@ static double distance2(const struct kith_nodes *nodes, kith_index i, kith_index
 /* --- spans --- */
 
 /* Spans of S(k); out arrays may be NULL to count. */
-static size_t spans_of(const struct kith_build *build, kith_index k, kith_index *word, uint64_t *bits) {
-  const struct kith_rows *rows = &build->connectivity->rows;
+static size_t spans_of(const struct kith_rows *rows, const struct kith_nodes *nodes, kith_index k,
+                       kith_index *word, uint64_t *bits) {
   size_t n = 0;
   kith_index last = -1;
   for (size_t e = rows->first[k]; e < rows->first[k + 1]; ++e) {
     const kith_index j = rows->node[e];
-    if (!(distance2(build->nodes, j, k) <= reach2(build->nodes, j))) continue;
+    if (!(distance2(nodes, j, k) <= radius2(nodes, j))) continue;
     if (j / 64 != last) {
       last = j / 64;
       if (word != NULL) word[n] = last, bits[n] = 0;
@@ -40,21 +39,32 @@ static size_t spans_of(const struct kith_build *build, kith_index k, kith_index 
   return n;
 }
 
-static kith_status make_spans(const struct kith_build *build) {
-  struct kith_connectivity_scratch *scratch = build->connectivity->scratch;
-  const kith_index n = build->connectivity->rows.n;
-  KITH_TRY(kith_room(&scratch->span_first, &scratch->span_first_capacity, (size_t)n + 1, sizeof(size_t)));
-  scratch->span_first[0] = 0;
+static kith_status make_spans(struct kith_overlap_spans *spans, const struct kith_rows *rows,
+                              const struct kith_nodes *nodes) {
+  const kith_index n = rows->n;
+  KITH_TRY(kith_reserve(&spans->first, &spans->first_capacity, (size_t)n + 1, sizeof(size_t)));
+  spans->first[0] = 0;
 #pragma omp parallel for schedule(dynamic, 1024) if (n > KITH_FEW)
-  for (kith_index k = 0; k < n; ++k) scratch->span_first[k + 1] = spans_of(build, k, NULL, NULL);
-  for (kith_index k = 0; k < n; ++k) scratch->span_first[k + 1] += scratch->span_first[k];
-  KITH_TRY(kith_room(&scratch->span, &scratch->span_capacity, scratch->span_first[n], sizeof *scratch->span));
-  KITH_TRY(kith_room(&scratch->span_bits, &scratch->span_bits_capacity, scratch->span_first[n],
-                     sizeof *scratch->span_bits));
+  for (kith_index k = 0; k < n; ++k) spans->first[k + 1] = spans_of(rows, nodes, k, NULL, NULL);
+  for (kith_index k = 0; k < n; ++k) spans->first[k + 1] += spans->first[k];
+  KITH_TRY(kith_reserve(&spans->word, &spans->word_capacity, spans->first[n], sizeof *spans->word));
+  KITH_TRY(kith_reserve(&spans->bits, &spans->bits_capacity, spans->first[n], sizeof *spans->bits));
 #pragma omp parallel for schedule(dynamic, 1024) if (n > KITH_FEW)
   for (kith_index k = 0; k < n; ++k)
-    spans_of(build, k, scratch->span + scratch->span_first[k], scratch->span_bits + scratch->span_first[k]);
+    spans_of(rows, nodes, k, spans->word + spans->first[k], spans->bits + spans->first[k]);
   return KITH_OK;
+}
+
+void kith_overlap_spans_clear(struct kith_overlap_spans *spans) {
+  kith_free(&spans->first);
+  kith_free(&spans->word);
+  kith_free(&spans->bits);
+  *spans = (struct kith_overlap_spans){0};
+}
+
+size_t kith_overlap_spans_bytes(const struct kith_overlap_spans *spans) {
+  return spans->first_capacity * sizeof *spans->first + spans->word_capacity * sizeof *spans->word +
+         spans->bits_capacity * sizeof *spans->bits;
 }
 
 /* --- unions --- */
@@ -74,29 +84,25 @@ static inline void set_or(struct set *set, kith_index word, uint64_t bits) {
 }
 
 /* Row i of the overlap, as a set. */
-static void unite(const struct kith_build *build, kith_index i, struct set *set) {
-  const struct kith_rows *rows = &build->connectivity->rows;
-  const struct kith_connectivity_scratch *scratch = build->connectivity->scratch;
-  const double mine = reach2(build->nodes, i);
+static void unite(const struct kith_rows *rows, const struct kith_nodes *nodes,
+                  const struct kith_overlap_spans *spans, kith_index i, struct set *set) {
+  const double mine = radius2(nodes, i);
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     const kith_index k = rows->node[e];
     set_or(set, k / 64, UINT64_C(1) << (k % 64));
-    if (!(distance2(build->nodes, i, k) <= mine)) continue;
-    for (size_t s = scratch->span_first[k]; s < scratch->span_first[k + 1]; ++s)
-      set_or(set, scratch->span[s], scratch->span_bits[s]);
+    if (!(distance2(nodes, i, k) <= mine)) continue;
+    for (size_t s = spans->first[k]; s < spans->first[k + 1]; ++s)
+      set_or(set, spans->word[s], spans->bits[s]);
   }
   set->bitmap[i / 64] &= ~(UINT64_C(1) << (i % 64));
 }
 
 static uint64_t allowed(const struct kith_build *build, kith_index i, kith_index word, uint64_t bits) {
   if (build->excluders == NULL) return bits;
-  for (uint64_t rest = bits; rest != 0; rest &= rest - 1) {
-    const int k = __builtin_ctzll(rest);
-    const kith_index j = 64 * word + k;
-    if (kith_excluder_rejects(build->excluders, KITH_BROAD, build->nodes, i, j) ||
-        kith_excluder_rejects(build->excluders, KITH_NARROW, build->nodes, i, j))
-      bits &= ~(UINT64_C(1) << k);
-  }
+  kith_index node[64];
+  for (int k = 0; k < 64; ++k) node[k] = 64 * word + k;
+  kith_build_exclude(build, KITH_BROAD, i, node, 1, &bits);
+  kith_build_exclude(build, KITH_NARROW, i, node, 1, &bits);
   return bits;
 }
 
@@ -118,33 +124,32 @@ static size_t drain(const struct kith_build *build, kith_index i, struct set *se
   return n;
 }
 
-/* One pass over the first n rows: counts them, or fills them in. */
-static void pass(const struct kith_build *build, kith_index n, bool fill) {
-  struct kith_rows *overlap = &build->connectivity->overlap;
-  const struct kith_worker *workers = build->connectivity->scratch->worker;
-#pragma omp parallel for schedule(dynamic, 64) if (n > KITH_FEW)
-  for (kith_index i = 0; i < n; ++i) {
-    const struct kith_worker *worker = &workers[omp_get_thread_num()];
+/* One pass over the rows: counts them, or fills them in. */
+static void pass(struct kith_rows *overlap, const struct kith_rows *rows, const struct kith_build *build,
+                 const struct kith_overlap_spans *spans, bool fill) {
+#pragma omp parallel for schedule(dynamic, 64) if (overlap->n > KITH_FEW)
+  for (kith_index i = 0; i < overlap->n; ++i) {
+    const struct kith_worker *worker = &build->workers->worker[omp_get_thread_num()];
     struct set set = {worker->bitmap, worker->touched, INT32_MAX, -1};
-    unite(build, i, &set);
+    unite(rows, build->nodes, spans, i, &set);
     const size_t count = drain(build, i, &set, fill ? overlap->node + overlap->first[i] : NULL);
     if (!fill) overlap->first[i + 1] = count;
   }
 }
 
-kith_status kith_overlap_build(const struct kith_build *build, kith_index n) {
-  struct kith_connectivity *connectivity = build->connectivity;
-  const size_t words = ((size_t)connectivity->rows.n + 63) / 64;
-  for (int t = 0; t < connectivity->scratch->n_workers; ++t) {
-    struct kith_worker *worker = &connectivity->scratch->worker[t];
-    KITH_TRY(kith_room(&worker->bitmap, &worker->bitmap_capacity, words, sizeof(uint64_t)));
-    KITH_TRY(kith_room(&worker->touched, &worker->touched_capacity, (words + 63) / 64, sizeof(uint64_t)));
+kith_status kith_overlap_build(struct kith_rows *overlap, const struct kith_rows *rows, kith_index n,
+                               const struct kith_build *build, struct kith_overlap_spans *spans) {
+  const size_t words = ((size_t)rows->n + 63) / 64;
+  for (int t = 0; t < build->workers->n; ++t) {
+    struct kith_worker *worker = &build->workers->worker[t];
+    KITH_TRY(kith_reserve(&worker->bitmap, &worker->bitmap_capacity, words, sizeof(uint64_t)));
+    KITH_TRY(kith_reserve(&worker->touched, &worker->touched_capacity, (words + 63) / 64, sizeof(uint64_t)));
   }
-  KITH_TRY(make_spans(build));
-  KITH_TRY(kith_rows_room(&connectivity->overlap, connectivity->rows.n));
-  memset(connectivity->overlap.first, 0, ((size_t)connectivity->rows.n + 1) * sizeof(size_t));
-  pass(build, n, false);
-  KITH_TRY(kith_rows_sum(&connectivity->overlap));
-  pass(build, n, true);
+  KITH_TRY(make_spans(spans, rows, build->nodes));
+  KITH_TRY(kith_rows_reserve(overlap, n));
+  overlap->first[0] = 0;
+  pass(overlap, rows, build, spans, false);
+  KITH_TRY(kith_rows_sum(overlap));
+  pass(overlap, rows, build, spans, true);
   return KITH_OK;
 }

@@ -1,6 +1,10 @@
-/* The distance test, 64 nodes at a time. The inner loops are what the compiler vectorizes: first one word per
- * node, then the bits are gathered; a single loop that shifts under a condition stays scalar with gcc 12. */
-#include "lib/connectivity/internal.h"
+/* packed.c - the distance test, 64 nodes at a time, and the scratch memory of threads.
+ *
+ * The inner loops are written so that the compiler vectorizes them: first one word per node, then the bits
+ * are gathered; a single loop that shifts under a condition stays scalar with gcc 12. */
+#include "lib/connectivity/packed.h"
+
+#include <omp.h>
 
 kith_status kith_packed_reserve(struct kith_packed *packed, size_t n) {
   if (n <= (size_t)packed->capacity) return KITH_OK;
@@ -23,15 +27,8 @@ void kith_packed_close(struct kith_packed *packed, int n) {
   }
 }
 
-void kith_packed_clear(struct kith_packed *packed) {
-  kith_free(&packed->node);
-  for (int a = 0; a < NDIM; ++a) kith_free(&packed->coordinate[a]);
-  kith_free(&packed->radius2);
-  packed->capacity = 0;
-}
-
 static KITH_HOT int hits(const double *const *coordinate, const double *radius2, int words, const double *x,
-                         double reach2, uint64_t *restrict hit) {
+                         double target_radius2, uint64_t *restrict hit) {
   const double *c[NDIM];
   double at[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a], at[a] = x[a];
@@ -45,7 +42,7 @@ static KITH_HOT int hits(const double *const *coordinate, const double *radius2,
         d2 += d * d;
       }
       const double r2 = radius2[64 * w + k];
-      within[k] = d2 <= (r2 > reach2 ? r2 : reach2);
+      within[k] = d2 <= (r2 > target_radius2 ? r2 : target_radius2);
     }
     for (uint64_t k = 0; k < 64; ++k) bits |= within[k] << k;
     hit[w] = bits;
@@ -93,9 +90,9 @@ void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit,
 
 enum { LANES = 16 };
 
-/* within[k] = 1 for those of the first `lanes` slots behind the pointers that reach the box. */
+/* within[k] = 1 for those of the first `lanes` slots behind the pointers within range of the box. */
 static inline void box_lanes(const double *const *c, const double *radius2, int lanes,
-                             const struct kith_box *box, double reach2, uint64_t *restrict within) {
+                             const struct kith_box *box, double target_radius2, uint64_t *restrict within) {
   for (int k = 0; k < lanes; ++k) {
     double d2 = 0;
     for (int a = 0; a < NDIM; ++a) {
@@ -104,12 +101,12 @@ static inline void box_lanes(const double *const *c, const double *radius2, int 
       const double d = out > 0 ? out : 0;
       d2 += d * d;
     }
-    within[k] = d2 <= (radius2[k] > reach2 ? radius2[k] : reach2);
+    within[k] = d2 <= (radius2[k] > target_radius2 ? radius2[k] : target_radius2);
   }
 }
 
 static KITH_HOT size_t box_slots(const double *const *coordinate, const double *radius2, kith_index n,
-                                 struct kith_run run, const struct kith_box *box, double reach2,
+                                 struct kith_run run, const struct kith_box *box, double target_radius2,
                                  kith_index *restrict slot) {
   const struct kith_box b = *box;
   uint64_t within[LANES];
@@ -118,12 +115,13 @@ static KITH_HOT size_t box_slots(const double *const *coordinate, const double *
     const double *c[NDIM];
     for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a] + s;
     const int count = KITH_MIN(LANES, run.first + run.count - s);
-    /* Whole blocks vectorize: look at slots behind the run too, if there are any, and forget them. */
+    /* Whole blocks vectorize: slots behind the run are tested too, if there are any, and not used. */
     if (s + LANES <= n)
-      box_lanes(c, radius2 + s, LANES, &b, reach2, within);
+      box_lanes(c, radius2 + s, LANES, &b, target_radius2, within);
     else
-      box_lanes(c, radius2 + s, count, &b, reach2, within);
-    for (int k = 0; k < count; ++k) slot[found] = s + k, found += within[k]; /* no branch to guess */
+      box_lanes(c, radius2 + s, count, &b, target_radius2, within);
+    for (int k = 0; k < count; ++k)
+      slot[found] = s + k, found += within[k]; /* without a branch that could be mispredicted */
   }
   return found;
 }
@@ -132,4 +130,64 @@ size_t kith_box_slots(const struct kith_search *search, struct kith_run run, con
                       double radius2, kith_index *slot) {
   return box_slots((const double *const *)search->coordinate, search->radius2, search->n, run, box, radius2,
                    slot);
+}
+
+/* --- scratch --- */
+
+kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size) {
+  if (count <= *capacity) return KITH_OK;
+  const size_t more = *capacity == 0 ? count : count + count / 16;
+  *capacity = 0;
+  KITH_TRY(kith_resize(p, 0, more, size));
+  *capacity = more;
+  return KITH_OK;
+}
+
+kith_status kith_workers_reserve(struct kith_workers *workers) {
+  const int threads = omp_get_max_threads();
+  if (threads <= workers->n) return KITH_OK;
+  KITH_TRY(kith_resize(&workers->worker, (size_t)workers->n, (size_t)threads, sizeof *workers->worker));
+  workers->n = threads;
+  return KITH_OK;
+}
+
+void kith_workers_clear(struct kith_workers *workers) {
+  for (int t = 0; t < workers->n; ++t) {
+    struct kith_worker *w = &workers->worker[t];
+    kith_runs_clear(&w->runs);
+    for (int a = 0; a < NDIM; ++a) kith_free(&w->near.coordinate[a]);
+    void *const owned[] = {&w->near.node, &w->near.radius2, &w->key[0],  &w->key[1], &w->key[2],
+                           &w->slot,      &w->hit,          &w->allowed, &w->bitmap, &w->touched};
+    for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
+  }
+  kith_free(&workers->worker);
+  workers->n = 0;
+}
+
+size_t kith_workers_bytes(const struct kith_workers *workers) {
+  size_t bytes = 0;
+  for (int t = 0; t < workers->n; ++t) {
+    const struct kith_worker *w = &workers->worker[t];
+    bytes += sizeof *w + (size_t)w->runs.capacity * sizeof(struct kith_run) +
+             (size_t)w->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double)) +
+             (3 * w->keys_capacity + w->hit_capacity + w->allowed_capacity + w->bitmap_capacity +
+              w->touched_capacity) *
+                 sizeof(uint64_t) +
+             w->keys_capacity * sizeof(kith_index);
+  }
+  return bytes;
+}
+
+int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
+                       const kith_index *node, int words, uint64_t *hit) {
+  int count = 0;
+  for (int w = 0; w < words; ++w) {
+    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
+      const int k = __builtin_ctzll(bits);
+      if (kith_excluder_rejects(build->excluders, phase, build->nodes, i, node[64 * w + k]))
+        hit[w] &= ~(UINT64_C(1) << k);
+    }
+    count += __builtin_popcountll(hit[w]);
+  }
+  return count;
 }

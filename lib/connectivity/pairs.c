@@ -1,5 +1,5 @@
-/* Pairs: the upper part (j > i) of every row, row by row. */
-#include "lib/connectivity/internal.h"
+/* pairs.c - the upper part (j > i) of every row, row by row, and which pair each entry of a row is. */
+#include "lib/connectivity/pairs.h"
 
 /* First entry of row i that is above i. */
 static size_t upper_part(const struct kith_rows *rows, kith_index i) {
@@ -7,7 +7,7 @@ static size_t upper_part(const struct kith_rows *rows, kith_index i) {
 }
 
 static kith_status number_pairs(const struct kith_rows *rows, struct kith_pairs *pairs) {
-  KITH_TRY(kith_room(&pairs->first, &pairs->first_capacity, (size_t)rows->n + 1, sizeof *pairs->first));
+  KITH_TRY(kith_reserve(&pairs->first, &pairs->first_capacity, (size_t)rows->n + 1, sizeof *pairs->first));
   pairs->first[0] = 0;
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] = rows->first[i + 1] - upper_part(rows, i);
@@ -17,11 +17,12 @@ static kith_status number_pairs(const struct kith_rows *rows, struct kith_pairs 
   return KITH_OK;
 }
 
-/* Rows from..to. An upper entry of row i is the next pair of i. A lower entry j is a pair of row j: as i
- * ascends, it meets the pairs of j in order, so a cursor for each j gives them; only where j lies before
+/* Rows from .. to - 1. An upper entry of row i is the next pair of i. A lower entry j is a pair of row j: as
+ * i ascends, it meets the pairs of j in order, so a cursor for each j gives them; only where j lies before
  * `from` it must be looked up. */
-static void number_entries(const struct kith_rows *rows, struct kith_pairs *pairs, uint32_t *cursor,
-                           kith_index from, kith_index to) {
+static void number_entries(const struct kith_rows *rows, struct kith_pairs *pairs, kith_index from,
+                           kith_index to) {
+  uint32_t *cursor = pairs->cursor;
   for (kith_index i = from; i < to; ++i) {
     const size_t split = rows->first[i + 1] - (pairs->first[i + 1] - pairs->first[i]);
     size_t e = rows->first[i];
@@ -36,30 +37,25 @@ static void number_entries(const struct kith_rows *rows, struct kith_pairs *pair
   }
 }
 
-/* Shares of the nodes: few, so that few entries point out of their share; the result does not depend on them.
- */
-enum { SHARES = 16 };
+/* Few parts, so that few entries lie outside of their part; the result does not depend on them. */
+enum { PARTS = 16 };
 
-kith_status kith_pairs_of_row(struct kith_connectivity *connectivity) {
-  const struct kith_rows *rows = &connectivity->rows;
-  struct kith_pairs *pairs = &connectivity->pairs;
-  struct kith_connectivity_scratch *scratch = connectivity->scratch;
-  KITH_TRY(kith_room(&pairs->of_row, &pairs->of_row_capacity, rows->first[rows->n], sizeof *pairs->of_row));
-  KITH_TRY(kith_room(&scratch->cursor, &scratch->cursor_capacity, (size_t)rows->n, sizeof *scratch->cursor));
+kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *rows) {
+  KITH_TRY(
+      kith_reserve(&pairs->of_row, &pairs->of_row_capacity, rows->first[rows->n], sizeof *pairs->of_row));
+  KITH_TRY(kith_reserve(&pairs->cursor, &pairs->cursor_capacity, (size_t)rows->n, sizeof *pairs->cursor));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
-  for (int s = 0; s < SHARES; ++s)
-    number_entries(rows, pairs, scratch->cursor, (kith_index)((int64_t)rows->n * s / SHARES),
-                   (kith_index)((int64_t)rows->n * (s + 1) / SHARES));
+  for (int s = 0; s < PARTS; ++s)
+    number_entries(rows, pairs, (kith_index)((int64_t)rows->n * s / PARTS),
+                   (kith_index)((int64_t)rows->n * (s + 1) / PARTS));
   return KITH_OK;
 }
 
-kith_status kith_pairs_build(const struct kith_build *build) {
-  const struct kith_rows *rows = &build->connectivity->rows;
-  struct kith_pairs *pairs = &build->connectivity->pairs;
+kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *rows, kith_index starts) {
   KITH_TRY(number_pairs(rows, pairs));
   pairs->canonical = false;
-  pairs->starts = build->nodes->n_internal;
-  KITH_TRY(kith_room(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
+  pairs->starts = starts;
+  KITH_TRY(kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {
     const size_t count = pairs->first[i + 1] - pairs->first[i], start = rows->first[i + 1] - count;
@@ -68,5 +64,57 @@ kith_status kith_pairs_build(const struct kith_build *build) {
       pairs->node[pairs->first[i] + k][1] = rows->node[start + k];
     }
   }
-  return kith_pairs_of_row(build->connectivity);
+  return kith_pairs_of_row(pairs, rows);
+}
+
+kith_status kith_pairs_couple(struct kith_pairs *pairs) {
+  if (pairs->f_couple != NULL) return KITH_OK;
+  KITH_TRY(kith_reserve(&pairs->factors, &pairs->factors_capacity, KITH_MAX(pairs->n, 1), sizeof(double)));
+  for (size_t p = 0; p < pairs->n; ++p) pairs->factors[p] = 1;
+  pairs->f_couple = pairs->factors;
+  return KITH_OK;
+}
+
+static void move_pair(struct kith_pairs *pairs, struct kith_rows *common, size_t from, size_t to) {
+  pairs->node[to][0] = pairs->node[from][0], pairs->node[to][1] = pairs->node[from][1];
+  if (pairs->f_couple != NULL) pairs->f_couple[to] = pairs->f_couple[from];
+  if (common != NULL) common->first[to + 1] = common->first[from + 1];
+}
+
+/* As kith_rows_compact. The shares are of nodes; common->first[0] is 0 and stays. */
+void kith_pairs_compact(struct kith_pairs *pairs, kith_index n, struct kith_rows *common) {
+  size_t start[KITH_SHARES], length[KITH_SHARES], gap[KITH_SHARES], to = 0;
+  for (int s = 0; s < KITH_SHARES; ++s) start[s] = pairs->first[kith_share_start(n, s)];
+#pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
+  for (int s = 0; s < KITH_SHARES; ++s) {
+    size_t p = start[s], kept = start[s];
+    for (kith_index i = kith_share_start(n, s); i < kith_share_start(n, s + 1); ++i) {
+      for (; p < pairs->first[i + 1]; ++p)
+        if (pairs->node[p][0] >= 0) move_pair(pairs, common, p, kept++);
+      pairs->first[i + 1] = kept;
+    }
+    length[s] = kept - start[s];
+  }
+  for (int s = 0; s < KITH_SHARES; ++s, to += length[s - 1]) {
+    gap[s] = start[s] - to;
+    for (size_t p = 0; gap[s] > 0 && p < length[s]; ++p) move_pair(pairs, common, start[s] + p, to + p);
+  }
+#pragma omp parallel for schedule(static) if (n > KITH_FEW)
+  for (int s = 0; s < KITH_SHARES; ++s)
+    for (kith_index i = kith_share_start(n, s); i < kith_share_start(n, s + 1); ++i)
+      pairs->first[i + 1] -= gap[s];
+  pairs->n = to;
+  if (common != NULL) common->n = (kith_index)to;
+}
+
+void kith_pairs_clear(struct kith_pairs *pairs) {
+  void *const owned[] = {&pairs->node, &pairs->first, &pairs->of_row, &pairs->factors, &pairs->cursor};
+  for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
+  *pairs = (struct kith_pairs){0};
+}
+
+size_t kith_pairs_bytes(const struct kith_pairs *pairs) {
+  return pairs->capacity * sizeof *pairs->node + pairs->first_capacity * sizeof *pairs->first +
+         (pairs->of_row_capacity + pairs->cursor_capacity) * sizeof(uint32_t) +
+         pairs->factors_capacity * sizeof(double);
 }

@@ -1,15 +1,10 @@
+/* traversal.c - chunks of nodes shared out among threads. */
 #include "lib/connectivity/traversal.h"
 
 #include <omp.h>
 #include <string.h>
-#include "lib/core/lanes.h"
 
-size_t kith_rows_longest(const struct kith_rows *rows) {
-  size_t longest = 0;
-#pragma omp parallel for schedule(static) reduction(max : longest)
-  for (kith_index i = 0; i < rows->n; ++i) longest = KITH_MAX(longest, rows->first[i + 1] - rows->first[i]);
-  return longest;
-}
+#include "lib/core/lanes.h"
 
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
                                void *context, int lanes, size_t width, uint64_t *count,

@@ -1,7 +1,7 @@
 /* traversal.h - how passes walk over nodes: chunks of consecutive nodes, shared out among threads.
  *
- * A pass is a function of a chunk; its inner loop runs over the row of one node, or over the pairs that start at that node.
- * Two forms of every sum over pairs exist and agree to round-off:
+ * A pass is a function of a chunk; its inner loop runs over the row of one node, or over the pairs that start
+ * at that node. Two forms of every sum over pairs exist and agree to round-off:
  *   pairs    each pair is evaluated once into a pairwise field; then each node sums its row through `of_row`
  *   gather   each node evaluates its whole row and keeps its own side
  * In both a node is summed by one thread, in row order, so results do not depend on the number of threads. */
@@ -10,7 +10,8 @@
 
 #include "lib/connectivity/connectivity.h"
 
-/* One thread's memory: `lane[k]`, arrays of `width` doubles each, aligned; and counters, summed at the end. */
+/* One thread's memory: `lane[k]`, arrays of `width` doubles each, aligned; and counters, summed at the
+ * end. */
 struct kith_scratch {
   size_t width;
   double *lane;
@@ -24,8 +25,8 @@ static inline double *kith_scratch_lane(const struct kith_scratch *s, int k) {
 typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
                                 struct kith_scratch *scratch);
 
-/* Runs `pass` over nodes 0 .. n - 1. Each thread has `lanes` arrays of at least `width` doubles (rounded up). count[4], written, may be NULL.
- * Busy times of the threads go to the present stage of `profile`. */
+/* Runs `pass` over nodes 0 .. n - 1. Each thread has `lanes` arrays of at least `width` doubles (rounded up).
+ * count[4], written, may be NULL. Busy times of the threads go to the present stage of `profile`. */
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
                           uint64_t *count, struct kith_profile *profile);
 
@@ -39,8 +40,5 @@ struct kith_part {
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
                                void *context, int lanes, size_t width, uint64_t *count,
                                struct kith_profile *profile);
-
-/* The longest row: a width for scratch. */
-size_t kith_rows_longest(const struct kith_rows *rows);
 
 #endif

@@ -1,13 +1,8 @@
-/* All invariants that do not depend on where the nodes are now. Plain and serial: this is a check, not a
- * stage. */
+/* valid.c - all invariants of a connectivity that do not depend on the present positions. Serial: this is a
+ * check, not a stage. */
 #include <math.h>
 
-#include "lib/connectivity/internal.h"
-
-static bool holds(const struct kith_rows *rows, kith_index i, kith_index j) {
-  const size_t e = kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], j);
-  return e < rows->first[i + 1] && rows->node[e] == j;
-}
+#include "lib/connectivity/connectivity.h"
 
 /* Offsets ascend, entries ascend and are nodes. */
 static kith_status valid_csr(const struct kith_rows *rows, const char *what, kith_index count) {
@@ -25,48 +20,48 @@ static kith_status valid_csr(const struct kith_rows *rows, const char *what, kit
   return KITH_OK;
 }
 
-/* Rows by node: no self, symmetric where stored, none for the nodes from `stored` on. */
+/* Rows of the nodes 0 .. stored - 1: no self, symmetric where stored. */
 static kith_status valid_rows(const struct kith_rows *rows, const char *what, kith_index count,
                               kith_index stored) {
-  if (rows->n != count) KITH_FAIL(INTERNAL, "%s: %d rows for %d nodes", what, rows->n, count);
+  if (rows->n != stored) KITH_FAIL(INTERNAL, "%s: %d rows for %d nodes", what, rows->n, stored);
   KITH_TRY(valid_csr(rows, what, count));
-  if (rows->first[count] != rows->first[stored]) KITH_FAIL(INTERNAL, "%s: ghosts have rows", what);
   for (kith_index i = 0; i < stored; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
       if (j == i) KITH_FAIL(INTERNAL, "%s: row %d holds itself", what, i);
-      if (j < stored && !holds(rows, j, i))
+      if (j < stored && !kith_rows_hold(rows, j, i))
         KITH_FAIL(INTERNAL, "%s: row %d holds %d, but not the other way round", what, i, j);
     }
   return KITH_OK;
 }
 
 /* Walks the rows and the pairs side by side. */
-static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_pairs *pairs) {
+static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_pairs *pairs,
+                               const char *what) {
   size_t p = 0;
   for (kith_index i = 0; i < rows->n; ++i) {
     if (pairs->first[i] != p)
-      KITH_FAIL(INTERNAL, "pairs: those of node %d start at %zu, not %zu", i, pairs->first[i], p);
+      KITH_FAIL(INTERNAL, "%s: those of node %d start at %zu, not %zu", what, i, pairs->first[i], p);
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e], low = KITH_MIN(i, j), high = KITH_MAX(i, j);
       const size_t q = pairs->of_row[e];
       if (q >= pairs->n || pairs->node[q][0] != low || pairs->node[q][1] != high)
-        KITH_FAIL(INTERNAL, "pairs: entry %d of row %d is not pair %zu", j, i, q);
-      if (j > i && q != p++) KITH_FAIL(INTERNAL, "pairs: (%d, %d) is number %zu, out of order", i, j, q);
+        KITH_FAIL(INTERNAL, "%s: entry %d of row %d is not pair %zu", what, j, i, q);
+      if (j > i && q != p++) KITH_FAIL(INTERNAL, "%s: (%d, %d) is number %zu, out of order", what, i, j, q);
     }
   }
   if (pairs->first[rows->n] != p || pairs->n != p)
-    KITH_FAIL(INTERNAL, "pairs: there are %zu, the rows hold %zu", pairs->n, p);
+    KITH_FAIL(INTERNAL, "%s: there are %zu, the rows hold %zu", what, pairs->n, p);
   for (size_t q = 0; pairs->f_couple != NULL && q < pairs->n; ++q)
     if (!isfinite(pairs->f_couple[q]))
-      KITH_FAIL(INTERNAL, "pairs: factor %g of pair %zu", pairs->f_couple[q], q);
+      KITH_FAIL(INTERNAL, "%s: factor %g of pair %zu", what, pairs->f_couple[q], q);
   return KITH_OK;
 }
 
 static kith_status valid_overlap(const struct kith_rows *overlap, const struct kith_rows *rows) {
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (!holds(overlap, i, rows->node[e]))
+      if (!kith_rows_hold(overlap, i, rows->node[e]))
         KITH_FAIL(INTERNAL, "overlap: row %d lacks its neighbor %d", i, rows->node[e]);
   return KITH_OK;
 }
@@ -80,12 +75,12 @@ static kith_status valid_intersection(const struct kith_connectivity *connectivi
   KITH_TRY(valid_csr(common, "intersection", count));
   for (kith_index p = 0; p < common->n; ++p) {
     const kith_index i = connectivity->pairs.node[p][0], j = connectivity->pairs.node[p][1];
-    if (!holds(common, p, i) || !holds(common, p, j))
+    if (!kith_rows_hold(common, p, i) || !kith_rows_hold(common, p, j))
       KITH_FAIL(INTERNAL, "intersection: pair (%d, %d) lacks an end", i, j);
     for (size_t e = common->first[p]; e < common->first[p + 1]; ++e) {
       const kith_index k = common->node[e];
       if (k == i || k == j) continue;
-      if (!holds(rows, i, k) || (j < stored && !holds(rows, j, k)))
+      if (!kith_rows_hold(rows, i, k) || (j < stored && !kith_rows_hold(rows, j, k)))
         KITH_FAIL(INTERNAL, "intersection: %d is no common neighbor of (%d, %d)", k, i, j);
     }
   }
@@ -94,15 +89,20 @@ static kith_status valid_intersection(const struct kith_connectivity *connectivi
 
 kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes) {
+  const struct kith_connectivity *c = connectivity;
   const kith_index count = kith_nodes_count(nodes);
-  const kith_index stored = connectivity->built.ghost_rows ? count : nodes->n_internal;
-  KITH_TRY(kith_connectivity_fresh(connectivity, nodes));
-  if (connectivity->built.rows) KITH_TRY(valid_rows(&connectivity->rows, "rows", count, stored));
-  if (connectivity->built.pairs) KITH_TRY(valid_pairs(&connectivity->rows, &connectivity->pairs));
-  if (connectivity->built.overlap) {
-    KITH_TRY(valid_rows(&connectivity->overlap, "overlap", count, stored));
-    KITH_TRY(valid_overlap(&connectivity->overlap, &connectivity->rows));
+  const kith_index stored = c->built.ghost_rows ? count : nodes->n_internal;
+  if (c->canonical) KITH_FAIL(UNSUPPORTED, "a connectivity in canonical order cannot be validated");
+  KITH_TRY(kith_connectivity_fresh(c, nodes));
+  if (c->built.rows) KITH_TRY(valid_rows(&c->rows, "rows", count, stored));
+  if (c->built.pairs) KITH_TRY(valid_pairs(&c->rows, &c->pairs, "pairs"));
+  if (c->built.overlap) {
+    KITH_TRY(valid_rows(&c->overlap, "overlap", count, stored));
+    KITH_TRY(valid_overlap(&c->overlap, &c->rows));
   }
-  if (connectivity->built.intersection) KITH_TRY(valid_intersection(connectivity, count, stored));
-  return KITH_OK;
+  if (c->built.overlap_pairs) {
+    const struct kith_rows internal = {nodes->n_internal, c->overlap.first, c->overlap.node, 0, 0};
+    KITH_TRY(valid_pairs(&internal, &c->overlap_pairs, "overlap pairs"));
+  }
+  return c->built.intersection ? valid_intersection(c, count, stored) : KITH_OK;
 }

@@ -1,3 +1,4 @@
+/* Status codes, error messages and aligned memory. */
 #include "lib/core/base.h"
 
 #include <stdarg.h>
@@ -5,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The message of the last failure on this thread. */
 static _Thread_local char failure[1024];
 
 const char *kith_status_text(kith_status status) {
@@ -30,7 +32,7 @@ const char *kith_failure(void) {
   return failure;
 }
 
-/* Whoever touches memory first pays for it: all threads do. */
+/* The operating system maps a page when it is first touched; all threads share that cost. */
 static void zero(char *p, size_t bytes) {
   const size_t piece = (size_t)1 << 20;
 #pragma omp parallel for schedule(static) if (bytes > 4 * piece)

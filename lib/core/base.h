@@ -1,7 +1,8 @@
 /* base.h - what every room shares: dimension, index types, status, error messages, aligned memory.
  *
- * Every source below lib, physics, boundaries, integrator and validation is compiled three times, with
- * KITH_NDIM 1, 2 and 3. A vector is NDIM doubles, a field of vectors is double[n][NDIM], flattened.
+ * Sources are compiled three times, with KITH_NDIM 1, 2 and 3, but for those that know no dimension (see
+ * CMakeLists.txt), which are compiled once. A vector is NDIM doubles, a field of vectors is double[n][NDIM],
+ * flattened.
  *
  * Errors: functions return a kith_status. KITH_FAIL records one line and returns its code; KITH_TRY passes a
  * failure on. The message is kept per thread, like errno: it is the only state outside of objects. */
@@ -12,10 +13,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifndef KITH_NDIM
-#define KITH_NDIM 3
-#endif
+#ifdef KITH_NDIM /* a source without it is compiled once */
 #define NDIM KITH_NDIM
+#endif
 
 typedef int32_t kith_index; /* a node of this process: internal or ghost */
 
@@ -26,7 +26,7 @@ typedef int32_t kith_index; /* a node of this process: internal or ghost */
   X(BAD_INPUT, "the scene or the command line is wrong")      \
   X(BAD_FILE, "a file cannot be read or written")             \
   X(STALE, "a structure is older than what it was made from") \
-  X(REACH, "a support outgrew the connectivity")              \
+  X(OUTGROWN, "a support outgrew the connectivity")           \
   X(DIVERGED, "the run left the physical range")              \
   X(UNSUPPORTED, "not available")                             \
   X(INTERNAL, "a defect in kith")
@@ -41,7 +41,8 @@ const char *kith_status_text(kith_status status);
 
 /* Records the message and returns `status`. The message is one line without a newline. */
 kith_status kith_fail(kith_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* The line of the last failure on this thread; empty if there was none. View, valid until the next failure. */
+/* The line of the last failure on this thread; empty if there was none. View, valid until the next
+ * failure. */
 const char *kith_failure(void);
 
 #define KITH_FAIL(code, ...) return kith_fail(KITH_##code, __VA_ARGS__)
@@ -63,7 +64,8 @@ void kith_free(void *p);
 /* Inlined into its caller for certain, so that it is compiled for the caller's instruction set. */
 #define KITH_INLINE __attribute__((always_inline)) static inline
 
-/* Hot leaf functions carry KITH_HOT: compiled for several instruction sets, picked when the program starts. */
+/* Hot leaf functions carry KITH_HOT: compiled for several instruction sets, picked when the program
+ * starts. */
 #if defined(__x86_64__) && !defined(KITH_SANITIZE)
 #define KITH_HOT __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else

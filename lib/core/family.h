@@ -1,14 +1,21 @@
 /* family.h - what every family shares: all members, and the one of a name.
  *
  *   #define X(name) &kith_eos_##name,
- *   KITH_FAMILY(kith_eos, KITH_EOS_LIST(X))        defines kith_eos_all() and kith_eos_find(name)
+ *   KITH_FAMILY(kith_eos, KITH_EOS_LIST(X))
  *   #undef X
  *
- * The members are constants of type struct PREFIX_ops, which begins with `name`. In names '-' and '_' are the same letter. */
+ * defines kith_eos_all(), kith_eos_find(name) and kith_eos_member(k), which hides the family's type from code
+ * that reads parameters of any family. The members are constants of type struct PREFIX_ops with at least
+ *
+ *   const char *name, *doc;
+ *   const struct kith_param *params;   its own parameters (param.h), NULL: none
+ *   size_t settings_size;              of the struct that they fill
+ *
+ * In names '-' and '_' are the same letter. */
 #ifndef KITH_CORE_FAMILY_H
 #define KITH_CORE_FAMILY_H
 
-#include "lib/core/base.h"
+#include "lib/core/param.h"
 
 /* The first `length` letters of `asked` are the whole of `own`. */
 static inline bool kith_name_is(const char *own, const char *asked, size_t length) {
@@ -32,6 +39,11 @@ static inline size_t kith_name_length(const char *name) {
     for (const struct prefix##_ops *const *p = prefix##_all(); *p != NULL; ++p) \
       if (kith_name_is((*p)->name, name, kith_name_length(name))) return *p;    \
     return NULL;                                                                \
+  }                                                                             \
+  struct kith_member prefix##_member(int k) {                                   \
+    const struct prefix##_ops *m = prefix##_all()[k];                           \
+    if (m == NULL) return (struct kith_member){.name = NULL};                   \
+    return (struct kith_member){m->name, m->doc, m->params, m->settings_size};  \
   }
 
 #endif

@@ -1,7 +1,7 @@
 /* lanes.h - four doubles side by side, for sums that the compiler does not keep in registers by itself.
  *
- * Arrays handed to these functions are 32-byte aligned and padded to a multiple of KITH_LANES with values that add
- * nothing. The order of a sum is fixed by the length alone. */
+ * Arrays handed to these functions are 32-byte aligned and padded to a multiple of KITH_LANES with values
+ * that add nothing. The order of a sum is fixed by the length alone. */
 #ifndef KITH_CORE_LANES_H
 #define KITH_CORE_LANES_H
 

@@ -1,9 +1,10 @@
+/* Nested timers and counters: arrays of timers with links to parent, first child and next sibling. */
 #include "lib/core/profile.h"
 
 #include <string.h>
 #include <time.h>
 
-enum { NOWHERE = -1, TOP = 0 }; /* the stage at 0 holds the roots; it is never shown */
+enum { NOWHERE = -1, TOP = 0 }; /* stage 0 is the parent of all root stages and is not reported */
 
 struct timer {
   const char *name;
@@ -15,7 +16,7 @@ struct timer {
 };
 
 struct tally {
-  struct kith_counter shown; /* stage: the timer's place here, not its place in tree order */
+  struct kith_counter shown; /* stage: index of the timer here, not its index in tree order */
   int next;
 };
 
@@ -24,7 +25,7 @@ struct event {
   double start, stop;
 };
 
-/* Written by one thread only; a cache line of its own. */
+/* Written by one thread only, so each has a cache line of its own. */
 struct row {
   _Alignas(64) double *busy; /* [stages] */
   int stages;
@@ -37,15 +38,16 @@ struct kith_profile {
   int threads;
   bool trace, cpu;
   int now;     /* the present stage */
-  int skipped; /* begins that found no memory: their ends must not close another stage */
+  int skipped; /* begins that failed for lack of memory: their ends must not close another stage */
   int n_timers, timers_capacity, n_tallies, tallies_capacity;
   struct timer *timers;
   struct tally *tallies;
   struct row *rows; /* [threads] */
-  /* What stages and counters show; grown with timers and tallies, so that showing cannot fail. */
+  /* What kith_profile_stages and _counters return: resized with timers and tallies, so that these cannot
+   * fail. */
   struct kith_stage *stages;
   struct kith_counter *counters;
-  int *place; /* [n_timers] place of a timer in tree order */
+  int *place; /* [n_timers] index of a timer in tree order */
 };
 
 double kith_seconds(void) {
@@ -71,7 +73,7 @@ static kith_status room_for_timer(struct kith_profile *p) {
   return KITH_OK;
 }
 
-/* "parent/name"; roots have no slash. */
+/* "parent/name"; the path of a root is its name. */
 static kith_status make_path(const char *parent, const char *name, char **out) {
   const size_t head = strlen(parent), tail = strlen(name);
   KITH_TRY(kith_resize(out, 0, head + tail + 2, 1));
@@ -179,7 +181,7 @@ void kith_profile_resume(struct kith_profile *profile, const char *name) {
   enter(profile, name, 0);
 }
 
-/* An event that finds no memory is left out. */
+/* An event for which there is no memory is left out of the trace. */
 static void record(struct row *row, int stage, double start, double stop) {
   if (row->n_events == row->capacity) {
     const size_t capacity = 2 * row->capacity + 256;
@@ -245,7 +247,7 @@ void kith_profile_count(struct kith_profile *profile, const char *counter, doubl
   profile->tallies[c].shown.total += amount;
 }
 
-/* Threads that reported nothing were idle. */
+/* Threads that reported nothing count as idle. */
 static double imbalance_of(const struct kith_profile *p, int stage) {
   double most = 0, sum = 0;
   for (int r = 0; r < p->threads; ++r) {
@@ -304,7 +306,7 @@ int kith_profile_counters(const struct kith_profile *profile, const struct kith_
   *out = NULL;
   if (profile == NULL) return 0;
   const struct kith_stage *stages;
-  (void)kith_profile_stages(profile, &stages); /* sets the places */
+  (void)kith_profile_stages(profile, &stages); /* sets the indices in tree order */
   int n = 0;
   for (int t = TOP; t != NOWHERE; t = next_in_tree(profile, t))
     for (int c = profile->timers[t].first_counter; c != NOWHERE; c = profile->tallies[c].next) {
@@ -383,7 +385,7 @@ void kith_profile_write_events(const struct kith_profile *p, int process, FILE *
     for (size_t e = 0; e < p->rows[r].n_events; ++e) write_event(p, file, process, r, &p->rows[r].events[e]);
   }
   const double now = kith_seconds();
-  for (int t = p->now; t != TOP; t = p->timers[t].parent) /* still open: as if they ended here */
+  for (int t = p->now; t != TOP; t = p->timers[t].parent) /* open stages, as if they ended here */
     write_event(p, file, process, 0, &(struct event){t, p->timers[t].start, now});
 }
 

@@ -4,10 +4,11 @@
  *     kith_profile_begin(p, "rows");  ...  kith_profile_end(p);
  *   kith_profile_end(p);
  *
- * A stage is known by its path ("step/connectivity/rows"). begin and end are called by the first thread, outside
- * of parallel regions; inside one, each thread reports its busy time with kith_profile_thread, from which the
- * imbalance follows. A stage that is still open is shown as if it ended now. An end without a begin is ignored (the
- * message of kith_failure says so). begin and end cost about 60 ns each. A NULL profile is allowed everywhere and costs nothing. Names are string constants (borrowed). */
+ * A stage is known by its path ("step/connectivity/rows"). begin and end are called by the first thread,
+ * outside of parallel regions; inside one, each thread reports its busy time with kith_profile_thread, from
+ * which the imbalance follows. A stage that is still open is shown as if it ended now. An end without a begin
+ * is ignored (the message of kith_failure says so). begin and end cost about 60 ns each. A NULL profile is
+ * allowed everywhere and costs nothing. Names are string constants (borrowed). */
 #ifndef KITH_CORE_PROFILE_H
 #define KITH_CORE_PROFILE_H
 
@@ -37,7 +38,8 @@ struct kith_counter {
 /* `trace`: keep every begin and end as an event, for kith_profile_write_trace. */
 kith_status kith_profile_create(struct kith_profile **out, int threads, bool trace);
 void kith_profile_destroy(struct kith_profile **profile);
-/* From here on stages have the processor time of the first thread too: begin and end cost about 0.4 us more each. Before the first begin. */
+/* From here on stages have the processor time of the first thread too: begin and end cost about 0.4 us more
+ * each. Before the first begin. */
 void kith_profile_clock_cpu(struct kith_profile *profile);
 /* Several processes that call this at the same moment have a common clock in their traces from here on. */
 void kith_profile_align(struct kith_profile *profile);
@@ -46,7 +48,8 @@ void kith_profile_begin(struct kith_profile *profile, const char *name);
 /* The same stage goes on, after others: not another call. */
 void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);
-/* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that thread. */
+/* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that
+ * thread. */
 void kith_profile_thread(struct kith_profile *profile, int thread, double start, double stop);
 /* Adds to a counter of the present stage. */
 void kith_profile_count(struct kith_profile *profile, const char *counter, double amount);

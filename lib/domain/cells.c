@@ -1,3 +1,4 @@
+/* The grid of cells: coordinates, faces, neighbors. */
 #include "lib/domain/cells.h"
 
 static const double NEARLY = 1e-9; /* L / edge may round to just below a whole number */

@@ -1,15 +1,16 @@
-/* cells.h - a regular grid of cells over the scene's box: what is dealt out to ranks.
+/* cells.h - a regular grid of cells over the scene's box: the units that are assigned to ranks.
  *
- * Cell c has coordinates k[NDIM], axis 0 running fastest: c = k0 + count0 (k1 + count1 k2). This linear number
- * is the cell's global id: 64 bits, the same on every rank. Faces belong to the cell above them, the last
- * face of an axis to the last cell; a position is in the box of its cell exactly, whatever the rounding.
+ * Cell c has coordinates k[NDIM], axis 0 running fastest: c = k0 + count0 (k1 + count1 k2). This linear
+ * number is the cell's global id: 64 bits, the same on every rank. Faces belong to the cell above them, the
+ * last face of an axis to the last cell; a position is inside the box of its cell exactly, whatever the
+ * rounding.
  *
  * Neighbors share a face, an edge or a corner; across a periodic face they are images. An image of a cell,
  * (cell, shift), is displaced by shift[a] (upper[a] - lower[a]). With 1 or 2 cells on a periodic axis a cell
- * meets the same cell more than once, as different images, and itself: images tell these apart, so that
- * nothing needs to be as wide as three cells.
+ * is its own neighbor, or meets another cell more than once, as different images; so no axis needs three
+ * cells.
  *
- * The grid is a plain value: no memory behind it, copied freely. */
+ * The grid is a plain value: it owns no memory and is copied freely. */
 #ifndef KITH_DOMAIN_CELLS_H
 #define KITH_DOMAIN_CELLS_H
 
@@ -29,30 +30,33 @@ struct kith_cell_image {
   int shift[NDIM]; /* -1, 0, 1 lengths of the box */
 };
 
-/* Per axis as many cells as edges of at least `least_edge` fit (within 1e-9 of a cell), at least one: a box may be
- * thinner than that. If that makes more than `most_cells`, larger edges are taken. BAD_INPUT: a box that
- * is empty, not finite; least_edge that is not positive (infinite: one cell); most_cells beyond 1 .. INT32_MAX. */
+/* As many cells per axis as edges of at least `least_edge` fit (within 1e-9 of a cell), at least one: a box
+ * may be thinner than that. If that makes more than `most_cells`, larger edges are used. BAD_INPUT: a box
+ * that is empty or not finite; least_edge not positive (infinite: one cell); most_cells outside of 1 ..
+ * INT32_MAX. */
 kith_status kith_cells_init(struct kith_cells *cells, const double *lower, const double *upper,
                             const bool *periodic, double least_edge, int64_t most_cells);
 
-/* The cell of a position; outside of the box it is wrapped on periodic axes, and clamped on others. A
- * position that is not finite: -1. */
+/* The cell of a position; a position outside of the box is wrapped on periodic axes and clamped on others. -1
+ * for a position that is not finite. */
 int64_t kith_cells_of(const struct kith_cells *cells, const double *x);
 
-/* Where cell k of an axis begins; k = count: where the box ends. */
+/* The lower face of cell k of an axis; k = count: the upper face of the box. */
 double kith_cells_face(const struct kith_cells *cells, int axis, int64_t k);
 struct kith_box kith_cells_box(const struct kith_cells *cells, int64_t c);
 
 void kith_cells_coordinates(const struct kith_cells *cells, int64_t c, int64_t *k);
 int64_t kith_cells_at(const struct kith_cells *cells, const int64_t *k);
 
-/* The cell across the face of c on side -1 or 1 of an axis (c itself if it is alone on a periodic axis); -1: none. */
+/* The cell across the face of c on side -1 or 1 of an axis (c itself if it is the only one on a periodic
+ * axis); -1: none. */
 int64_t kith_cells_beside(const struct kith_cells *cells, int64_t c, int axis, int side);
 
-/* All neighbors of c but itself: their number is returned, `image` has room for KITH_CELL_NEIGHBORS. The first
- * *n_forward (may be NULL) are its forward half: the offsets whose last non-zero component is positive, in the order
- * +x, three of +y, nine of +z. Every unordered pair of cell images, up to shifts of both, is met exactly once by
- * a sweep of all cells over their forward halves; pairs of a cell with itself, unshifted, are not among them. */
+/* All neighbors of c except itself: their number is returned; `image` has space for KITH_CELL_NEIGHBORS. The
+ * first *n_forward (may be NULL) are its forward half: the offsets whose last non-zero component is positive,
+ * in the order +x, three of +y, nine of +z. A loop over the forward halves of all cells visits every
+ * unordered pair of cell images, up to shifts of both, exactly once, without pairs of a cell with itself
+ * unshifted. */
 int kith_cells_neighbors(const struct kith_cells *cells, int64_t c, struct kith_cell_image *image,
                          int *n_forward);
 

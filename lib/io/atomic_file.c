@@ -1,3 +1,4 @@
+/* atomic_file.c - write under a temporary name, sync, rename, sync the directory. */
 #include "lib/io/atomic_file.h"
 
 #include <errno.h>
@@ -52,8 +53,8 @@ kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *pat
   return status;
 }
 
-/* What was written reaches the disk. 0 or -1 with errno. */
-static int settle(struct kith_atomic_file *file) {
+/* Flushes and syncs what was written. 0, or -1 with errno. */
+static int flush_to_disk(struct kith_atomic_file *file) {
   const bool written = fflush(file->stream) == 0 && !ferror(file->stream) && fsync(fileno(file->stream)) == 0;
   const int why = errno;
   const bool closed = fclose(file->stream) == 0;
@@ -77,7 +78,7 @@ static kith_status set_aside(const char *path) {
   return KITH_OK;
 }
 
-/* The rename itself reaches the disk. File systems that cannot sync a directory say EINVAL. */
+/* Syncs the rename itself. File systems that cannot sync a directory return EINVAL. */
 static int sync_directory(const char *path) {
   char *directory;
   if (join(&directory, path, "") != KITH_OK) return errno = ENOMEM, -1;
@@ -92,7 +93,7 @@ static int sync_directory(const char *path) {
 }
 
 static kith_status publish(struct kith_atomic_file *file, bool keep_previous) {
-  if (settle(file) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(errno));
+  if (flush_to_disk(file) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(errno));
   if (keep_previous) KITH_TRY(set_aside(file->path));
   if (rename(file->temporary, file->path) != 0)
     KITH_FAIL(BAD_FILE, "%s: cannot rename %s: %s", file->path, file->temporary, strerror(errno));

@@ -18,10 +18,11 @@ struct kith_atomic_file {
   FILE *stream;
 };
 
-/* BAD_FILE if the directory is not there or not writable, or if PATH is something else than a regular file.
- */
+/* BAD_FILE if the directory is not there or not writable, or if PATH is something else than a regular
+ * file. */
 kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *path);
-/* The names alone, for a rank that writes into what another has opened: abandon it when that one is through with its own. */
+/* The names alone, for a rank that writes into what another has opened: abandon it when that one is through
+ * with its own. */
 kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *path);
 /* keep_previous: the file that PATH was stays as PATH.previous. Frees *file in any case; on failure (a full
  * disk shows at the latest here) the temporary file is removed and PATH is as it was. */

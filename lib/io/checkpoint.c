@@ -1,7 +1,9 @@
+/* checkpoint.c - reading of checkpoints: everything is verified before anything is used. */
 #include "lib/io/checkpoint.h"
 
 #include <errno.h>
 #include <sys/stat.h>
+
 #include "lib/io/checkpoint_file.h"
 
 static const char *type_name(uint32_t type) {
@@ -9,32 +11,7 @@ static const char *type_name(uint32_t type) {
 }
 
 void kith_checkpoint_close(struct kith_checkpoint **c) {
-  if (*c == NULL) return;
-  kith_atomic_file_abandon(&(*c)->out);
-  if ((*c)->in != NULL) fclose((*c)->in);
-  kith_free(&(*c)->path);
-  kith_free(&(*c)->scene);
-  kith_free(&(*c)->section);
-  kith_free(c);
-}
-
-kith_status kith_checkpoint_create(struct kith_checkpoint **out, const char *path) {
-  struct kith_checkpoint *c = NULL;
-  *out = NULL;
-  KITH_TRY(kith_resize(&c, 0, 1, sizeof *c));
-  const kith_status status = kith_resize(&c->path, 0, strlen(path) + 1, 1);
-  if (status == KITH_OK)
-    strcpy(c->path, path);
-  else
-    kith_checkpoint_close(&c);
-  *out = c;
-  return status;
-}
-
-struct section *kith_checkpoint_find(const struct kith_checkpoint *c, enum group group, const char *name) {
-  for (uint32_t s = 0; s < c->header.sections; ++s)
-    if (c->section[s].group == group && strcmp(c->section[s].name, name) == 0) return &c->section[s];
-  return NULL;
+  kith_checkpoint_file_destroy(c);
 }
 
 static kith_status read_bytes(struct kith_checkpoint *c, void *data, size_t bytes) {
@@ -83,10 +60,10 @@ static kith_status read_header(struct kith_checkpoint *c, uint64_t size) {
   return KITH_OK;
 }
 
-/* bytes == padded(rows * components * size of the type), without overflow, within `room`. */
-static bool plausible(const struct section *s, uint64_t room) {
+/* bytes == padded(rows * components * size of the type), without overflow, within `available`. */
+static bool plausible(const struct section *s, uint64_t available) {
   if (memchr(s->name, '\0', sizeof s->name) == NULL || s->name[0] == '\0') return false;
-  if (s->group > GROUP_ARRAY || s->type > KITH_U8 || s->bytes > room) return false;
+  if (s->group > GROUP_ARRAY || s->type > KITH_U8 || s->bytes > available) return false;
   if (s->components == 0 || s->components > MOST_COMPONENTS) return false;
   const uint64_t size = s->components * type_size(s->type);
   return s->rows <= s->bytes / size && padded(s->rows * size) == s->bytes;
@@ -142,7 +119,7 @@ static kith_status read_section(struct kith_checkpoint *c, const struct section 
 /* The section of this name and shape; rows SIZE_MAX: any number. */
 static kith_status expect(const struct kith_checkpoint *c, const struct section **out, enum group group,
                           const char *name, uint32_t type, size_t components, size_t rows) {
-  const struct section *s = kith_checkpoint_find(c, group, name);
+  const struct section *s = kith_checkpoint_file_find(c, group, name);
   if (s == NULL) KITH_FAIL(BAD_FILE, "%s: '%s' is missing", c->path, name);
   if (s->type != type || s->components != components || (rows != SIZE_MAX && s->rows != rows))
     KITH_FAIL(BAD_FILE, "%s: '%s' is %llu x %llu %s, wanted %lld x %zu %s", c->path, name,
@@ -161,7 +138,7 @@ static kith_status read_scene(struct kith_checkpoint *c) {
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path) {
   uint64_t size = 0;
-  KITH_TRY(kith_checkpoint_create(out, path));
+  KITH_TRY(kith_checkpoint_file_create(out, path));
   kith_status status = open_for_reading(*out, &size);
   if (status == KITH_OK) status = read_header(*out, size);
   if (status == KITH_OK) status = read_table(*out);
@@ -239,13 +216,13 @@ kith_status kith_checkpoint_nodes(struct kith_checkpoint *c, struct kith_nodes *
   ++nodes->positions;
   for (int f = 0; f < nodes->n_fields; ++f)
     if (kith_field_lasts(nodes->fields[f]))
-      KITH_TRY(read_section(c, kith_checkpoint_find(c, GROUP_FIELD, nodes->fields[f]->spec.name),
+      KITH_TRY(read_section(c, kith_checkpoint_file_find(c, GROUP_FIELD, nodes->fields[f]->spec.name),
                             nodes->fields[f]->data));
   return KITH_OK;
 }
 
 size_t kith_checkpoint_length(const struct kith_checkpoint *c, const char *name) {
-  const struct section *s = kith_checkpoint_find(c, GROUP_ARRAY, name);
+  const struct section *s = kith_checkpoint_file_find(c, GROUP_ARRAY, name);
   return s == NULL ? SIZE_MAX : (size_t)s->rows;
 }
 

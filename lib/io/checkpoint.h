@@ -1,13 +1,14 @@
-/* checkpoint.h - everything a run needs to go on bit for bit: all KITH_STATE and KITH_KEPT fields of the internal nodes,
- * the lists, and named extra data (numbers, arrays, text) of the integrator, policies and boundaries.
+/* checkpoint.h - everything that a run needs to continue bitwise identically: all KITH_STATE and KITH_KEPT
+ * fields of the internal nodes, the lists, and named extra data (numbers, arrays, text) of the integrator,
+ * policies and boundaries.
  *
  *   writing   kith_checkpoint_open_new(&c, path, scene); put...; kith_checkpoint_commit(&c)
  *   reading   kith_checkpoint_open(&c, path); nodes; read...; kith_checkpoint_close(&c)
  *
  * A file is written under a temporary name, synced, and renamed by commit; the previous one is kept as
- * PATH.previous. So a full disk or a kill at any moment leaves the last good one usable. A cut file, another
- * dimension or another scene is refused with BAD_FILE / BAD_INPUT and a clear line. A checksum over all data
- * is verified before anything is used.
+ * PATH.previous. So a full disk or a kill at any moment leaves the last good one usable. A truncated file,
+ * another dimension or another scene is refused with BAD_FILE / BAD_INPUT and a clear line. A checksum over
+ * all data is verified before anything is used.
  *
  * The file is a plain container and not HDF5, because reading must survive damage: of 24000 small HDF5 files
  * with one to four random bytes changed or the end cut off, HDF5 1.10.8 hung on six, and no checksum inside
@@ -26,8 +27,9 @@
  * that ranks can write their own parts of one file. Cost: one pass over the memory to write, two over the
  * file to read.
  *
- * Of several ranks, rank 0 writes. Nodes stand list by list, rank by rank; the values of the others come to rank 0 piece by piece, field by
- * field: beyond its own nodes it needs a quarter of a megabyte. In reading, every rank reads all. */
+ * With several ranks, rank 0 writes. Nodes are stored list by list, rank by rank; the values of the others
+ * are sent to rank 0 piece by piece, field by field: beyond its own nodes it needs a quarter of a megabyte.
+ * In reading, every rank reads all. */
 #ifndef KITH_IO_CHECKPOINT_H
 #define KITH_IO_CHECKPOINT_H
 
@@ -39,9 +41,10 @@ struct kith_checkpoint;
  * kith_checkpoint_scene. A name is 1 to 55 bytes long and is put once; a put that failed makes the commit
  * fail too. Nothing put is copied or kept. */
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene);
-/* Collective; `c` is NULL but on rank 0. What fails there the others do not know of. */
+/* Collective; `c` is NULL on all ranks but 0. A failure is known to rank 0 only. */
 kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct kith_nodes *nodes);
-/* One more field as a named array, [nodes of all ranks], that a reader may want or not. A scalar. Collective, likewise. */
+/* One more scalar field as a named array, [nodes of all ranks], which a reader may use or not. Collective, as
+ * above. */
 kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct kith_nodes *nodes,
                                       const struct kith_field *field);
 kith_status kith_checkpoint_put_f64(struct kith_checkpoint *c, const char *name, const double *values,
@@ -50,7 +53,7 @@ kith_status kith_checkpoint_put_i64(struct kith_checkpoint *c, const char *name,
                                     size_t n);
 /* Closes, syncs, renames; frees *c in any case. */
 kith_status kith_checkpoint_commit(struct kith_checkpoint **c);
-/* Gives up: removes the temporary file. */
+/* Removes the temporary file; frees *c. */
 void kith_checkpoint_abandon(struct kith_checkpoint **c);
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path);

@@ -1,7 +1,9 @@
-/* Writing of checkpoints. */
+/* checkpoint_write.c - writing of checkpoints, section by section, by rank 0. */
 #include <errno.h>
-#include "lib/domain/migrate.h"
+
+#include "lib/io/checkpoint.h"
 #include "lib/io/checkpoint_file.h"
+#include "lib/nodes/migrate.h"
 
 static kith_status write_bytes(struct kith_checkpoint *c, const void *data, size_t bytes) {
   if (bytes > 0 && fwrite(data, 1, bytes, c->out->stream) != bytes)
@@ -11,8 +13,9 @@ static kith_status write_bytes(struct kith_checkpoint *c, const void *data, size
 
 static kith_status new_section(struct kith_checkpoint *c, struct section **out, enum group group,
                                const char *name) {
-  if (name[0] == '\0' || strlen(name) >= sizeof(*out)->name || kith_checkpoint_find(c, group, name) != NULL)
-    KITH_FAIL(INTERNAL, "checkpoint: '%s' is too long a name, none, or put already", name);
+  if (name[0] == '\0' || strlen(name) >= sizeof(*out)->name ||
+      kith_checkpoint_file_find(c, group, name) != NULL)
+    KITH_FAIL(INTERNAL, "checkpoint: '%s' is too long a name, empty, or was put before", name);
   if (c->header.sections == c->capacity) {
     KITH_TRY(kith_resize(&c->section, c->capacity, 2 * c->capacity + 16, sizeof *c->section));
     c->capacity = 2 * c->capacity + 16;
@@ -88,7 +91,7 @@ static kith_status take_in(struct kith_checkpoint *c, struct kith_ranks *ranks, 
                            kith_status status) {
   for (size_t done = 0, n; done < bytes; done += n) {
     n = KITH_MIN(bytes - done, (size_t)CHUNK);
-    kith_ranks_hand_in(ranks, from, c->chunk, n);
+    kith_ranks_send_to_root(ranks, from, c->chunk, n);
     if (status == KITH_OK) status = add_bytes(c, c->chunk, n);
   }
   return status;
@@ -97,7 +100,7 @@ static kith_status take_in(struct kith_checkpoint *c, struct kith_ranks *ranks, 
 static void give_away(struct kith_ranks *ranks, char *data, size_t bytes) {
   for (size_t done = 0, n; done < bytes; done += n) {
     n = KITH_MIN(bytes - done, (size_t)CHUNK);
-    kith_ranks_hand_in(ranks, kith_ranks_rank(ranks), data + done, n);
+    kith_ranks_send_to_root(ranks, kith_ranks_rank(ranks), data + done, n);
   }
 }
 
@@ -170,7 +173,7 @@ kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct ki
 }
 
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene) {
-  KITH_TRY(kith_checkpoint_create(out, path));
+  KITH_TRY(kith_checkpoint_file_create(out, path));
   struct kith_checkpoint *c = *out;
   kith_status status = kith_atomic_file_open(&c->out, path);
   if (status == KITH_OK) status = write_bytes(c, &c->header, sizeof c->header); /* zeros until commit */

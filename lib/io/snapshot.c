@@ -1,22 +1,21 @@
+/* snapshot.c - the layout of a snapshot, written through HDF5. */
 #include "lib/io/snapshot.h"
 
 #include <fcntl.h>
 #include <hdf5.h>
 #include <string.h>
 #include <unistd.h>
-#include "lib/domain/migrate.h"
+#include "lib/nodes/migrate.h"
 #include "lib/io/atomic_file.h"
-#include "lib/io/json.h"
 
-/* HDF5 handles are numbers, negative after a failure. `failed` is the first thing that went wrong; what comes
- * after it is skipped, so that the layout below reads as a list. Calls of HDF5 with a negative handle fail by
- * themselves. */
+/* HDF5 handles are numbers, negative after a failure. `failed` names the first failure. No call is skipped
+ * after it, so that the layout below reads as a list: calls of HDF5 with a negative handle fail as well. */
 struct writer {
   hid_t file, particles, vtk, point_data;
   char failed[96];
 };
 
-/* Which rows of the file are whose. */
+/* The rows of the file that belong to this rank. */
 struct part {
   size_t total;                 /* nodes of all ranks */
   size_t first[KITH_MAX_LISTS]; /* row of the first node of a list of this rank */
@@ -61,8 +60,9 @@ static void put_text(struct writer *w, hid_t owner, const char *name, const char
   H5Tclose(type);
 }
 
-/* rows x columns; columns 0: one-dimensional. The new data set is left open: close it with close_data. Its place is settled at once, and it
- * has no time of creation, so that the same nodes make the same bytes, whoever writes the values. */
+/* rows x columns; columns 0: one-dimensional. The new data set is left open: close it with close_data.
+ * It is allocated at once and has no creation time, so that files of the same nodes are bitwise identical,
+ * whichever rank writes the values. */
 static hid_t new_data(struct writer *w, hid_t owner, const char *name, hid_t type, size_t rows,
                       size_t columns) {
   const hsize_t shape[2] = {rows, columns};
@@ -262,8 +262,8 @@ static kith_status trim(const struct kith_atomic_file *file) {
   return KITH_OK;
 }
 
-/* By rank 0. When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at exit. So
- * the room is reserved before HDF5 begins, and again when it has emptied the file. */
+/* By rank 0. When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at
+ * exit. So the room is reserved before HDF5 begins, and again when it has emptied the file. */
 static kith_status lay_out(const struct kith_atomic_file *file, const struct kith_nodes *nodes, size_t n,
                            const struct kith_snapshot_info *info) {
   const off_t room = room_for(nodes, n, info);
@@ -278,8 +278,8 @@ static kith_status lay_out(const struct kith_atomic_file *file, const struct kit
   return trim(file);
 }
 
-/* Values, by all ranks: each writes its own rows, which are in one piece for each list, and waits for nobody. (A collective write would
- * gain nothing on that, and Open MPI 4.1 hangs in it when one rank cannot write.) */
+/* Values, by all ranks: each writes its own rows, which are contiguous in each list, without waiting for
+ * others. (A collective write is not faster, and Open MPI 4.1 hangs in it when one rank cannot write.) */
 
 struct filler {
   const char *path;
@@ -402,9 +402,10 @@ static kith_status fill(const struct kith_atomic_file *file, const struct kith_n
   kith_status status = room_to_fill(&f, nodes, part);
   if (status == KITH_OK && access(file->temporary, R_OK | W_OK) != 0)
     status = kith_fail(KITH_BAD_FILE, "%s: cannot write: not there for all ranks", file->path);
-  status = kith_ranks_agree(nodes->ranks, status);
+  status = kith_ranks_allreduce_status(nodes->ranks, status);
   if (status == KITH_OK) status = open_to_fill(&f, file->temporary, nodes->ranks);
-  if (status == KITH_OK) status = kith_ranks_agree(nodes->ranks, let_go(&f, fill_all(&f, nodes, part)));
+  if (status == KITH_OK)
+    status = kith_ranks_allreduce_status(nodes->ranks, let_go(&f, fill_all(&f, nodes, part)));
   kith_free(&f.room);
   return status;
 }
@@ -427,9 +428,10 @@ static kith_status write_file(struct kith_atomic_file **file, const struct kith_
   const bool first = kith_ranks_rank(nodes->ranks) == 0;
   struct part part = {0};
   KITH_TRY(find_part(&part, nodes));
-  KITH_TRY(kith_ranks_agree(nodes->ranks, first ? lay_out(*file, nodes, part.total, info) : KITH_OK));
+  KITH_TRY(
+      kith_ranks_allreduce_status(nodes->ranks, first ? lay_out(*file, nodes, part.total, info) : KITH_OK));
   KITH_TRY(fill(*file, nodes, &part));
-  return kith_ranks_agree(nodes->ranks, first ? kith_atomic_file_commit(file, false) : KITH_OK);
+  return kith_ranks_allreduce_status(nodes->ranks, first ? kith_atomic_file_commit(file, false) : KITH_OK);
 }
 
 kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes,
@@ -439,26 +441,11 @@ kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes
   H5E_auto2_t print;
   void *with;
   kith_status status = first ? kith_atomic_file_open(&file, path) : kith_atomic_file_join(&file, path);
-  status = kith_ranks_agree(nodes->ranks, status);
+  status = kith_ranks_allreduce_status(nodes->ranks, status);
   H5Eget_auto2(H5E_DEFAULT, &print, &with);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   if (status == KITH_OK) status = write_file(&file, nodes, info);
   H5Eset_auto2(H5E_DEFAULT, print, with);
   kith_atomic_file_abandon(&file);
   return status;
-}
-
-kith_status kith_snapshot_series(const char *path, int n, const char *const *files, const double *times) {
-  struct kith_atomic_file *file;
-  KITH_TRY(kith_atomic_file_open(&file, path));
-  fputs("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [", file->stream);
-  for (int k = 0; k < n; ++k) {
-    fprintf(file->stream, "%s\n    {\"name\": ", k > 0 ? "," : "");
-    kith_json_string(file->stream, files[k]);
-    fputs(", \"time\": ", file->stream);
-    kith_json_number(file->stream, times[k]);
-    fputs("}", file->stream);
-  }
-  fputs("\n  ]\n}\n", file->stream);
-  return kith_atomic_file_commit(&file, false);
 }

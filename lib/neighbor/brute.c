@@ -1,4 +1,4 @@
-/* brute.c - the search that searches nothing: every node is a candidate, always. The oracle of the family. */
+/* brute.c - every node is a candidate, always: the reference that the other searches are tested against. */
 #include "lib/neighbor/search.h"
 
 enum { GROUP = 32 };
@@ -48,7 +48,7 @@ static size_t brute_bytes(const struct kith_search *search) {
 
 const struct kith_search_ops kith_search_brute = {
     .name = "brute",
-    .doc = "every node is a candidate: O(n^2), the oracle of the others",
+    .doc = "every node is a candidate: O(n^2), the reference of the others",
     .create = brute_create,
     .destroy = brute_destroy,
     .update = brute_update,

@@ -6,15 +6,16 @@
  * nor a large node more of the small cells than it covers.
  *
  * Slots ascend by (ghost, level, row, cell): a row is a line of cells along the last axis, and the part of it
- * within reach is one run. Rows are found through a hash table, so space has no edge; cells beyond
+ * within range is one run. Rows are found through a hash table, so space has no edge; cells beyond
  * 2^GRID_COORDINATE_BITS are clamped to the last one: still correct, but slow.
  *
  * update            O(n): keys, sort, tables
  * append            merges the sorted new nodes in: O(n), about a third of an update
- * update_selected   O(selected) if no node left its cell; else the slots between the first and the last place
- * that changed are merged, and the tables made again: about a third of an update, less if motion is local
- * coarse            O(rows within reach), at most O(rows of a level) for each level */
-#include "lib/neighbor/grid.h"
+ * update_selected   O(selected) if no node left its cell; else the slots between the first and the last
+ *                   change are merged, and the tables made again: about a third of an update, less if motion
+ *                   is local
+ * coarse            O(rows within range), at most O(rows of a level) for each level */
+#include "lib/neighbor/grid_tables.h"
 
 #define EDGE 0.5 /* of a cell, in largest radii of its level */
 
@@ -44,14 +45,14 @@ static inline int64_t clamp(double u) {
   return u > 0 ? (int64_t)(u < GRID_TOP ? u : GRID_TOP) : 0;
 }
 
-/* Place in units of cells; the origin of the grid is in the middle of all coordinates. */
+/* Position in units of cells; the origin of the grid is in the middle of all coordinates. */
 static inline double in_cells(const struct kith_grid *grid, int a, double x, double per_length) {
   return (x - grid->origin[a]) * per_length + 0.5 * GRID_TOP;
 }
 
 static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
   const struct kith_grid *grid = search->self;
-  const int level = level_of(grid, search->nodes->reach->f64[i]);
+  const int level = level_of(grid, search->nodes->search_radius->f64[i]);
   uint64_t key = (uint64_t)(i >= search->n_internal) << GRID_LEVEL_BITS | (uint64_t)level;
   for (int a = 0; a < NDIM; ++a) {
     const double u =
@@ -63,12 +64,12 @@ static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
 
 static void choose_frame(struct kith_search *search) {
   struct kith_grid *grid = search->self;
-  const double *reach = search->nodes->reach->f64;
+  const double *search_radius = search->nodes->search_radius->f64;
   double lower[NDIM], upper[NDIM], bound = 0;
   kith_search_cube(search->nodes->position->f64, search->n, lower, upper);
 #pragma omp parallel for schedule(static) reduction(max : bound)
-  for (kith_index i = 0; i < search->n; ++i) bound = KITH_MAX(bound, reach[i]);
-  /* Points without a radius: about one to a cell. */
+  for (kith_index i = 0; i < search->n; ++i) bound = KITH_MAX(bound, search_radius[i]);
+  /* Nodes without a radius: about one for each cell. */
   if (!(bound > 0 && bound < INFINITY)) bound = (upper[0] - lower[0]) / pow(1 + search->n, 1.0 / NDIM);
   grid->bound = bound;
   for (int l = 0; l < GRID_LEVELS; ++l) grid->per_length[l] = ldexp(1 / (EDGE * bound), l);
@@ -79,10 +80,11 @@ static void choose_frame(struct kith_search *search) {
 
 static kith_status reserve_items(struct kith_grid *grid, kith_index n) {
   if (n <= grid->capacity) return KITH_OK;
-  const size_t keep = (size_t)grid->capacity, room = (size_t)n + (size_t)n / 8;
-  for (int k = 0; k < 2; ++k) KITH_TRY(kith_resize(&grid->item[k], keep, room, sizeof **grid->item));
-  KITH_TRY(kith_resize(&grid->slot_of, keep, room, sizeof *grid->slot_of));
-  grid->capacity = (kith_index)room;
+  const size_t keep = (size_t)grid->capacity, wanted_capacity = (size_t)n + (size_t)n / 8;
+  for (int k = 0; k < 2; ++k)
+    KITH_TRY(kith_resize(&grid->item[k], keep, wanted_capacity, sizeof **grid->item));
+  KITH_TRY(kith_resize(&grid->slot_of, keep, wanted_capacity, sizeof *grid->slot_of));
+  grid->capacity = (kith_index)wanted_capacity;
   return KITH_OK;
 }
 
@@ -133,8 +135,8 @@ static kith_status grid_append(struct kith_search *search, kith_index old_n) {
   return kith_grid_tables(search, begin);
 }
 
-/* Refreshes the slots of nodes that stay in their cells; collects the others. Returns their number; widens
- * begin .. end to the slots they leave. */
+/* Refreshes the slots of nodes that stay in their cells and collects the others. Returns the number of these;
+ * extends begin .. end to the slots they leave. */
 static kith_index collect_leaving(struct kith_search *search, const kith_index *nodes, kith_index count,
                                   kith_index *begin, kith_index *end) {
   struct kith_grid *grid = search->self;
@@ -142,7 +144,7 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
   for (kith_index k = 0; k < count; ++k) {
     const kith_index s = grid->slot_of[nodes[k]];
     struct kith_keyed *item = &grid->item[0][s];
-    if (item->node < 0) continue; /* named before */
+    if (item->node < 0) continue; /* was named before */
     const uint64_t key = key_of(search, nodes[k]);
     if (key == item->key) {
       kith_search_pack(search, s, 1);
@@ -159,7 +161,7 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
   return leaving;
 }
 
-/* Sorts those that leave by key, equal keys by number. */
+/* Sorts the nodes that leave by key, equal keys by index. */
 static kith_status sort_entering(struct kith_search *search, kith_index n) {
   struct kith_grid *grid = search->self;
   struct kith_keyed *item = grid->entering[0];
@@ -185,17 +187,17 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
   return kith_grid_tables(search, begin);
 }
 
-/* Asking. */
+/* Queries. */
 
-/* The masters' box in units of the cells of a level, and how far to look around it. */
-struct question {
-  double lower[NDIM], upper[NDIM], reach;
-  double masters2,
-      cells2; /* squared reach of the masters, and factor of the cells' radii squared; 0: does not count */
-  int64_t first[NDIM], last[NDIM]; /* coordinates of cells within reach */
+/* The box of the targets in units of the cells of a level, and the search radius around it. */
+struct query {
+  double lower[NDIM], upper[NDIM], search_radius;
+  double targets2,
+      cells2; /* squared radius of the targets, and factor of the squared radii of cells; 0: does not count */
+  int64_t first[NDIM], last[NDIM]; /* coordinates of cells within range */
 };
 
-static inline double square_gap(const struct question *q, int a, int64_t c) {
+static inline double square_gap(const struct query *q, int a, int64_t c) {
   const double below = q->lower[a] - (double)(c + 1), above = (double)c - q->upper[a];
   const double gap = KITH_MAX(below, above);
   return gap > 0 ? gap * gap : 0;
@@ -217,26 +219,26 @@ static inline kith_index cell_from(const struct kith_grid *grid, const struct ki
   return first;
 }
 
-/* A cell within reach of the largest radius of its level may be out of reach of its own. */
-static inline bool out_of_reach(const struct kith_grid_cell *cell, const struct question *q, double gap2) {
-  return gap2 + square_gap(q, NDIM - 1, cell->coordinate) > KITH_MAX(q->cells2 * cell->radius2, q->masters2);
+/* A cell within range by the largest radius of its level may be out of range by its own. */
+static inline bool out_of_range(const struct kith_grid_cell *cell, const struct query *q, double gap2) {
+  return gap2 + square_gap(q, NDIM - 1, cell->coordinate) > KITH_MAX(q->cells2 * cell->radius2, q->targets2);
 }
 
-/* What of a row lies within reach: a shorter piece for a row at some distance. */
+/* The cells of a row within range: fewer for a row at some distance. */
 static inline kith_status take_row(const struct kith_grid *grid, const struct kith_grid_row *row,
-                                   const struct question *q, double gap2, struct kith_runs *runs) {
-  const double left = q->reach * q->reach - gap2;
+                                   const struct query *q, double gap2, struct kith_runs *runs) {
+  const double left = q->search_radius * q->search_radius - gap2;
   if (left < 0) return KITH_OK;
   const double along = sqrt(left) * (1 + KITH_SEARCH_SLACK);
   kith_index first = cell_from(grid, row, clamp(q->lower[NDIM - 1] - along));
   kith_index last = cell_from(grid, row, clamp(q->upper[NDIM - 1] + along) + 1);
-  while (first < last && out_of_reach(&grid->cell[first], q, gap2)) ++first;
-  while (first < last && out_of_reach(&grid->cell[last - 1], q, gap2)) --last;
+  while (first < last && out_of_range(&grid->cell[first], q, gap2)) ++first;
+  while (first < last && out_of_range(&grid->cell[last - 1], q, gap2)) --last;
   const kith_index slot = grid->cell[first].slot, count = grid->cell[last].slot - slot;
   return count > 0 ? kith_runs_add(runs, slot, count) : KITH_OK;
 }
 
-static inline bool next_row(const struct question *q, int64_t *c) {
+static inline bool next_row(const struct query *q, int64_t *c) {
   for (int a = NDIM - 2; a >= 0; --a) {
     if (c[a]++ < q->last[a]) return true;
     c[a] = q->first[a];
@@ -244,9 +246,9 @@ static inline bool next_row(const struct question *q, int64_t *c) {
   return false;
 }
 
-/* Asks for each row that may be there. */
-static inline kith_status ask_places(const struct kith_grid *grid, uint64_t layer, const struct question *q,
-                                     struct kith_runs *runs) {
+/* Looks up each row that may exist. */
+static inline kith_status find_rows(const struct kith_grid *grid, uint64_t layer, const struct query *q,
+                                    struct kith_runs *runs) {
   int64_t c[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = q->first[a];
   do {
@@ -256,15 +258,16 @@ static inline kith_status ask_places(const struct kith_grid *grid, uint64_t laye
       key = key << GRID_COORDINATE_BITS | (uint64_t)c[a];
       gap2 += square_gap(q, a, c[a]);
     }
-    const struct kith_grid_row *row = gap2 <= q->reach * q->reach ? kith_grid_find_row(grid, key) : NULL;
+    const struct kith_grid_row *row =
+        gap2 <= q->search_radius * q->search_radius ? kith_grid_find_row(grid, key) : NULL;
     if (row) KITH_TRY(take_row(grid, row, q, gap2, runs));
   } while (next_row(q, c));
   return KITH_OK;
 }
 
-/* Asks each row that is there. */
-static inline kith_status ask_rows(const struct kith_grid *grid, const struct kith_grid_layer *layer,
-                                   const struct question *q, struct kith_runs *runs) {
+/* Tests each row that exists. */
+static inline kith_status test_rows(const struct kith_grid *grid, const struct kith_grid_layer *layer,
+                                    const struct query *q, struct kith_runs *runs) {
   for (const struct kith_grid_row *row = grid->row + layer->row; row < grid->row + layer->row + layer->rows;
        ++row) {
     double gap2 = 0;
@@ -274,36 +277,36 @@ static inline kith_status ask_rows(const struct kith_grid *grid, const struct ki
   return KITH_OK;
 }
 
-KITH_HOT static kith_status ask_layer(const struct kith_grid *grid, int number, const struct kith_box *box,
-                                      double radius, enum kith_search_mode mode, struct kith_runs *runs) {
+KITH_HOT static kith_status query_layer(const struct kith_grid *grid, int number, const struct kith_box *box,
+                                        double radius, enum kith_search_mode mode, struct kith_runs *runs) {
   const struct kith_grid_layer *layer = &grid->layer[number];
   const int level = number % GRID_LEVELS;
   const double per_length = grid->per_length[level];
   const double scale = per_length * (1 + KITH_SEARCH_SLACK), own = radius * scale,
                largest = sqrt(layer->radius2) * scale;
-  struct question q = {.reach = mode == KITH_GATHER    ? own
-                                : mode == KITH_SCATTER ? largest
-                                                       : KITH_MAX(own, largest),
-                       .masters2 = mode == KITH_SCATTER ? 0 : own * own,
-                       .cells2 = mode == KITH_GATHER ? 0 : scale * scale};
+  struct query q = {.search_radius = mode == KITH_GATHER    ? own
+                                     : mode == KITH_SCATTER ? largest
+                                                            : KITH_MAX(own, largest),
+                    .targets2 = mode == KITH_SCATTER ? 0 : own * own,
+                    .cells2 = mode == KITH_GATHER ? 0 : scale * scale};
   double rows = 1;
   for (int a = 0; a < NDIM; ++a) {
-    /* Wherever rounding put a node of the box or of a cell, it is not farther off than this. */
+    /* Rounding moves a node of the box or of a cell by no more than this. */
     const double far =
         (fabs(box->lower[a]) + fabs(box->upper[a]) + fabs(grid->origin[a])) * per_length + GRID_TOP;
     const double lower = in_cells(grid, a, box->lower[a], per_length) - KITH_SEARCH_SLACK * far;
     const double upper = in_cells(grid, a, box->upper[a], per_length) + KITH_SEARCH_SLACK * far;
-    /* The outermost cells hold all that lies beyond them. */
+    /* The outermost cells hold all nodes that lie beyond them. */
     q.lower[a] = KITH_MIN(lower, GRID_TOP + 1.0);
     q.upper[a] = KITH_MAX(upper, 0.0);
     if (a == NDIM - 1) break;
-    q.first[a] = KITH_MAX(clamp(q.lower[a] - q.reach), layer->lower[a]);
-    q.last[a] = KITH_MIN(clamp(q.upper[a] + q.reach), layer->upper[a]);
+    q.first[a] = KITH_MAX(clamp(q.lower[a] - q.search_radius), layer->lower[a]);
+    q.last[a] = KITH_MIN(clamp(q.upper[a] + q.search_radius), layer->upper[a]);
     if (q.first[a] > q.last[a]) return KITH_OK;
     rows *= (double)(q.last[a] - q.first[a] + 1);
   }
-  if (rows > layer->rows) return ask_rows(grid, layer, &q, runs);
-  return ask_places(grid, (uint64_t)(number / GRID_LEVELS) << GRID_LEVEL_BITS | (uint64_t)level, &q, runs);
+  if (rows > layer->rows) return test_rows(grid, layer, &q, runs);
+  return find_rows(grid, (uint64_t)(number / GRID_LEVELS) << GRID_LEVEL_BITS | (uint64_t)level, &q, runs);
 }
 
 static kith_status grid_coarse(const struct kith_search *search, const struct kith_box *box, double radius,
@@ -311,7 +314,7 @@ static kith_status grid_coarse(const struct kith_search *search, const struct ki
   const struct kith_grid *grid = search->self;
   for (int l = 0; l < 2 * GRID_LEVELS; ++l) {
     if (grid->layer[l].rows == 0) continue;
-    KITH_TRY(ask_layer(grid, l, box, radius, mode, runs));
+    KITH_TRY(query_layer(grid, l, box, radius, mode, runs));
   }
   return KITH_OK;
 }
@@ -326,8 +329,7 @@ static size_t grid_bytes(const struct kith_search *search) {
 
 const struct kith_search_ops kith_search_grid = {
     .name = "grid",
-    .doc =
-        "nested levels of cells by radius: for radii that differ much; follows a few moved nodes at less cost",
+    .doc = "nested levels of cells by radius: for radii that differ much; cheap updates of a few moved nodes",
     .create = grid_create,
     .destroy = grid_destroy,
     .update = grid_update,

@@ -1,18 +1,19 @@
 /* grid_tables.c - the tables of the grid search, made from slots in order. */
-#include "lib/neighbor/grid.h"
+#include "lib/neighbor/grid_tables.h"
 
 #include <string.h>
 
 enum {
-  GROUP = 12, /* most masters of a group */
-  SPAN = 4,   /* most cells of a row that a group reaches over */
+  GROUP = 12, /* most targets of a group */
+  SPAN = 4,   /* most cells of a row between the first and the last of a group */
 };
 
 static kith_status reserve_cells(struct kith_grid *grid, kith_index cells) {
   if (cells <= grid->cells_capacity) return KITH_OK;
-  const kith_index room = cells + cells / 4;
-  KITH_TRY(kith_resize(&grid->cell, (size_t)grid->cells_capacity, (size_t)room, sizeof *grid->cell));
-  grid->cells_capacity = room;
+  const kith_index wanted_capacity = cells + cells / 4;
+  KITH_TRY(
+      kith_resize(&grid->cell, (size_t)grid->cells_capacity, (size_t)wanted_capacity, sizeof *grid->cell));
+  grid->cells_capacity = wanted_capacity;
   return KITH_OK;
 }
 
@@ -47,9 +48,10 @@ static kith_status list_rows(struct kith_grid *grid, kith_index begin) {
   for (kith_index c = begin; c < grid->n_cells; ++c)
     rows += c == begin || row_key(grid, c) != row_key(grid, c - 1);
   if (rows >= grid->rows_capacity) {
-    const kith_index room = rows + rows / 4 + 1;
-    KITH_TRY(kith_resize(&grid->row, (size_t)grid->rows_capacity, (size_t)room, sizeof *grid->row));
-    grid->rows_capacity = room;
+    const kith_index wanted_capacity = rows + rows / 4 + 1;
+    KITH_TRY(
+        kith_resize(&grid->row, (size_t)grid->rows_capacity, (size_t)wanted_capacity, sizeof *grid->row));
+    grid->rows_capacity = wanted_capacity;
   }
   for (kith_index c = begin; c < grid->n_cells; ++c) {
     const uint64_t key = row_key(grid, c);
@@ -92,7 +94,7 @@ static void list_layers(struct kith_grid *grid) {
   }
 }
 
-/* Cells of a row that lie close together are one group; crowded cells are several. */
+/* Cells of a row that lie close together are one group; crowded cells are several groups. */
 static kith_status group_row(struct kith_search *search, const struct kith_grid_row *row) {
   const struct kith_grid *grid = search->self;
   for (kith_index c = row->cell, end; c < row[1].cell; c = end) {

@@ -1,3 +1,4 @@
+/* keyed.c - a stable parallel radix sort by key, and merges of what is sorted. */
 #include "lib/neighbor/keyed.h"
 
 #include <omp.h>

@@ -1,7 +1,7 @@
-/* keyed.h - nodes with a key, and how they are sorted: by key, equal keys in the order they came in.
+/* keyed.h - nodes with a key, and their stable sort: by key, equal keys in their original order.
  *
- * The most significant digits first, then each bin on its own, in cache; short or constant bins cost nearly
- * nothing. Other than kith_key_sort it works in memory that its owner keeps from step to step. */
+ * A radix sort: the most significant digits first, then each bin on its own, in cache; short or constant bins
+ * cost nearly nothing. Unlike kith_sfc_key_sort it works in memory that its owner keeps from step to step. */
 #ifndef KITH_NEIGHBOR_KEYED_H
 #define KITH_NEIGHBOR_KEYED_H
 
@@ -15,8 +15,8 @@ struct kith_keyed {
 /* Sorts item[n]; scratch[n] is overwritten. The same result for any number of threads. O(n). */
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n);
 
-/* The number of items before the first one whose key is at least `key`, in item[n] sorted by key. O(log n).
- */
+/* The number of items before the first one whose key is at least `key`, in item[n] sorted by key. O(log
+ * n). */
 kith_index kith_keyed_place(const struct kith_keyed *item, kith_index n, uint64_t key);
 
 /* Merges in[k] into item[n], both sorted by key, then node, and drops the items whose node is -1; item needs

@@ -1,4 +1,4 @@
-/* search.c - what all neighbor searches share: runs, slots, generations, queries at a place. */
+/* search.c - what all neighbor searches share: runs, slots, generations, queries at a position. */
 #include "lib/neighbor/search.h"
 
 #include "lib/core/family.h"
@@ -45,10 +45,10 @@ void kith_runs_clear(struct kith_runs *runs) {
 KITH_FAMILY(kith_search, KITH_SEARCH_LIST(X))
 #undef X
 
-/* Life. */
+/* Creation. */
 
-static void forget(struct kith_search *search) {
-  search->positions = search->ghosts = UINT64_MAX;
+static void mark_stale(struct kith_search *search) {
+  search->positions = search->ghosts = search->layout = UINT64_MAX;
 }
 
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
@@ -57,7 +57,7 @@ kith_status kith_search_create(struct kith_search **out, const struct kith_searc
   KITH_TRY(kith_resize(&search, 0, 1, sizeof *search));
   search->ops = ops;
   search->nodes = nodes;
-  forget(search);
+  mark_stale(search);
   const kith_status status = ops->create(search);
   if (status != KITH_OK)
     kith_free(&search);
@@ -77,52 +77,55 @@ void kith_search_destroy(struct kith_search **search) {
   kith_free(search);
 }
 
-/* Seeing the nodes: stale until the member has succeeded. */
+/* Updates: stale until the member has succeeded. */
 
-static void remember(struct kith_search *search) {
+static void stamp(struct kith_search *search) {
   search->positions = search->nodes->positions;
   search->ghosts = search->nodes->ghosts;
+  search->layout = search->nodes->layout;
 }
 
 kith_status kith_search_update(struct kith_search *search) {
-  forget(search);
+  mark_stale(search);
   search->n = kith_nodes_count(search->nodes);
   search->n_internal = search->nodes->n_internal;
   search->n_groups = 0;
   KITH_TRY(kith_search_reserve(search, search->n));
   KITH_TRY(search->ops->update(search));
-  remember(search);
+  stamp(search);
   return KITH_OK;
 }
 
 kith_status kith_search_append(struct kith_search *search) {
   const kith_index old_n = search->n, n = kith_nodes_count(search->nodes);
   if (search->positions != search->nodes->positions)
-    KITH_FAIL(STALE, "nodes moved before nodes were appended to a search");
-  if (!search->ops->append || n < old_n || search->nodes->n_internal != search->n_internal)
-    return kith_search_update(search);
-  forget(search);
+    KITH_FAIL(STALE, "nodes moved before ghosts were appended to the %s search", search->ops->name);
+  if (!search->ops->append || search->layout != search->nodes->layout) return kith_search_update(search);
+  mark_stale(search);
   search->n = n;
   KITH_TRY(kith_search_reserve(search, n));
   if (n > old_n) KITH_TRY(search->ops->append(search, old_n));
-  remember(search);
+  stamp(search);
   return KITH_OK;
 }
 
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
   if (search->ghosts != search->nodes->ghosts || search->n != kith_nodes_count(search->nodes))
-    KITH_FAIL(STALE, "nodes came or went since the last update of a search");
+    KITH_FAIL(STALE, "nodes were added or removed since the last update of the %s search", search->ops->name);
   if (!search->ops->update_selected) return kith_search_update(search);
-  forget(search);
+  mark_stale(search);
   KITH_TRY(search->ops->update_selected(search, nodes, count));
-  remember(search);
+  stamp(search);
   return KITH_OK;
 }
 
 kith_status kith_search_fresh(const struct kith_search *search) {
-  if (search->positions != search->nodes->positions || search->ghosts != search->nodes->ghosts)
-    KITH_FAIL(STALE, "the %s search has not seen the nodes as they are now", search->ops->name);
+  if (search->ghosts != search->nodes->ghosts)
+    KITH_FAIL(STALE, "nodes or ghosts were added or removed since the last update of the %s search",
+              search->ops->name);
+  if (search->positions != search->nodes->positions)
+    KITH_FAIL(STALE, "nodes moved since the last update of the %s search", search->ops->name);
   return KITH_OK;
 }
 
@@ -220,22 +223,24 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 
 kith_status kith_search_reserve(struct kith_search *search, kith_index n) {
   if (n <= search->capacity) return KITH_OK;
-  /* Ghosts come block by block: a little room saves moving everything each time. */
-  const size_t keep = (size_t)search->capacity, room = (size_t)n + (size_t)n / 8;
-  KITH_TRY(kith_resize(&search->node, keep, room, sizeof *search->node));
-  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_resize(&search->coordinate[a], keep, room, sizeof(double)));
-  KITH_TRY(kith_resize(&search->radius2, keep, room, sizeof(double)));
-  search->capacity = (kith_index)room;
+  /* Ghosts are added block by block: some spare memory saves moving everything each time. */
+  const size_t keep = (size_t)search->capacity, wanted_capacity = (size_t)n + (size_t)n / 8;
+  KITH_TRY(kith_resize(&search->node, keep, wanted_capacity, sizeof *search->node));
+  for (int a = 0; a < NDIM; ++a)
+    KITH_TRY(kith_resize(&search->coordinate[a], keep, wanted_capacity, sizeof(double)));
+  KITH_TRY(kith_resize(&search->radius2, keep, wanted_capacity, sizeof(double)));
+  search->capacity = (kith_index)wanted_capacity;
   return KITH_OK;
 }
 
 void kith_search_pack(struct kith_search *search, kith_index first, kith_index count) {
-  const double *restrict position = search->nodes->position->f64, *restrict reach = search->nodes->reach->f64;
+  const double *restrict position = search->nodes->position->f64, *restrict search_radius =
+                                                                      search->nodes->search_radius->f64;
 #pragma omp parallel for schedule(static) if (count > 10000)
   for (kith_index slot = first; slot < first + count; ++slot) {
     const size_t i = (size_t)search->node[slot];
     for (int a = 0; a < NDIM; ++a) search->coordinate[a][slot] = position[i * NDIM + a];
-    search->radius2[slot] = reach[i] * reach[i];
+    search->radius2[slot] = search_radius[i] * search_radius[i];
   }
 }
 

@@ -1,28 +1,30 @@
 /* search.h - neighbor search: from nodes to candidates. One family: tree, grid, brute.
  *
- * A search is made from all nodes (internal and ghosts) with a radius each (their `reach`). It answers in
- * three stages: masters   groups of nodes that are close together; every internal node is master in exactly
- * one group (a group holds internal nodes only, or ghosts only) coarse    for a box of masters and their
- * largest radius: runs of nodes that may interact with any of them refined   for one place: the candidates
- * that pass the distance test of the mode (kith_search_at) The last word on significance, |x_ij| <= R_i or <=
- * R_j, is the connectivity's.
+ * A search is made from all nodes (internal and ghosts) with a search radius each. It answers in three
+ * stages:
+ *   targets   groups of nodes that are close together; every node is in exactly one group, and a group holds
+ *             internal nodes only, or ghosts only
+ *   coarse    for the box of a group and its largest radius: runs of nodes that may interact with any of it
+ *   refined   for one position: the candidates that pass the distance test of the mode (kith_search_at)
+ * Which candidates are significant, |x_ij| <= R_i or <= R_j, is decided by the connectivity.
  *
- * Slot order: every search keeps its nodes in an order of its own, in which the members of a cell are
+ * Slot order: every search keeps its nodes in an order of its own, in which the nodes of a cell are
  * contiguous, with coordinates and squared radii packed by slot, so that candidates are streamed and not
  * gathered. A run is a range of slots. Within equal cells slots ascend in node index. Candidates are a
- * superset; nothing within reach is ever missing, wherever the nodes are: outside the box too, at equal
- * places, at non-uniform radii.
+ * superset: no neighbor is ever missing, wherever the nodes are: outside of the box, at equal positions, with
+ * non-uniform radii.
  *
  *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either */
 #ifndef KITH_NEIGHBOR_SEARCH_H
 #define KITH_NEIGHBOR_SEARCH_H
 
+#include "lib/core/param.h"
 #include "lib/core/vec.h"
 #include "lib/nodes/nodes.h"
 
 enum kith_search_mode { KITH_GATHER, KITH_SCATTER, KITH_GATHER_SCATTER };
 
-/* Relative slack of squared distances in box tests: the last word may be spoken with or without fused
+/* Relative slack of squared distances in box tests: the exact test may be compiled with or without fused
  * operations. */
 #define KITH_SEARCH_SLACK 1e-14
 
@@ -58,14 +60,15 @@ struct kith_search;
 
 struct kith_search_ops {
   const char *name, *doc;
+  const struct kith_param *params; /* its own parameters, NULL: none */
+  size_t settings_size;
   /* Required. Private state in search->self. */
   kith_status (*create)(struct kith_search *search);
   void (*destroy)(struct kith_search *search);
   /* Builds from nodes 0 .. search->n - 1; fills slot arrays and groups. */
   kith_status (*update)(struct kith_search *search);
-  /* Adds to `runs`, which is empty, the runs that may interact with a box of masters of largest radius
-   * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that no rounding of the last word can
-   * be missed. */
+  /* Adds to `runs`, which is empty, the runs that may interact with a box of targets of largest radius
+   * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that rounding loses no candidate. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
   /* Optional. Nodes were added behind the others (ghosts); NULL: update. */
@@ -79,15 +82,15 @@ struct kith_search {
   const struct kith_search_ops *ops;
   void *self;
   /* What it was made from. */
-  const struct kith_nodes *nodes; /* borrowed */
-  kith_index n, n_internal;       /* nodes seen: internal and ghosts; internal */
-  uint64_t positions, ghosts;     /* generations */
+  const struct kith_nodes *nodes;     /* borrowed */
+  kith_index n, n_internal;           /* nodes seen: internal and ghosts; internal */
+  uint64_t positions, ghosts, layout; /* generations */
   /* Slot order. */
   kith_index capacity;
   kith_index *node;         /* [n] node of a slot */
   double *coordinate[NDIM]; /* [n] by slot */
-  double *radius2;          /* [n] squared reach by slot */
-  /* Masters: runs of slots; every node in exactly one group, internal nodes and ghosts in different ones. */
+  double *radius2;          /* [n] squared search radius by slot */
+  /* Groups of targets: runs of slots. */
   int n_groups, groups_capacity;
   struct kith_run *group;
 };
@@ -98,27 +101,28 @@ KITH_SEARCH_LIST(X)
 #undef X
 const struct kith_search_ops *kith_search_find(const char *name); /* NULL if there is none */
 const struct kith_search_ops *const *kith_search_all(void);       /* ended by NULL */
+struct kith_member kith_search_member(int k); /* as members of any family: lib/core/param.h */
 
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
                                const struct kith_nodes *nodes);
 void kith_search_destroy(struct kith_search **search);
 
-/* Sees all nodes as they are now: position, reach. */
+/* Takes in all nodes as they are now: positions and search radii. */
 kith_status kith_search_update(struct kith_search *search);
-/* Sees the nodes that were added behind those of the last update (ghosts); the others must not have moved
- * (else STALE). */
+/* Takes in the ghosts that were added behind the nodes of the last update. STALE if positions changed. If
+ * nodes or ghosts went or changed places since then, e.g. after a cull, this is a full update. */
 kith_status kith_search_append(struct kith_search *search);
-/* Sees that these nodes moved or changed their reach, and no other; STALE if nodes came or went. A node may
- * be named more than once. */
+/* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
+ * were added or removed. A node may be named more than once. */
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count);
-/* STALE unless the search saw the nodes' present generations. */
+/* STALE, by name, unless the search was made from the present positions and ghosts: after a cull, too. */
 kith_status kith_search_fresh(const struct kith_search *search);
 
-/* The box of the masters of a group, and their largest radius: what coarse is asked with. */
+/* The box of the targets of a group, and their largest radius: the arguments of coarse. */
 void kith_search_group_box(const struct kith_search *search, int group, struct kith_box *box, double *radius);
 
-/* Candidates at any position (no node needed) with radius `radius`: coarse, then refined by the exact
+/* Neighbors of any position (no node needed) with radius `radius`: coarse, then refined by the exact
  * distance test of the mode. Node indices, ascending, into *found (kith_resize memory, grown as needed,
  * *capacity with it). */
 kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
@@ -138,7 +142,7 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 kith_status kith_search_reserve(struct kith_search *search, kith_index n);
 /* Packs coordinates and squared radii of the nodes in slots first .. first + count - 1. */
 void kith_search_pack(struct kith_search *search, kith_index first, kith_index count);
-/* Adds a group of masters. */
+/* Adds a group of targets. */
 kith_status kith_search_group(struct kith_search *search, kith_index first, kith_index count);
 
 #endif

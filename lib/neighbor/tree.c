@@ -8,11 +8,12 @@
  * tested at once.
  *
  * If the nodes lie along the curve already but for a few, slots keep the order of the nodes: nothing is
- * sorted, boxes stay tight, and candidates come in ascending node index. kith_search_cube tells the curve.
+ * sorted, boxes stay tight, and candidates come in ascending node index. kith_search_cube gives the cube of
+ * the curve.
  *
  * Internal nodes are one part, all ghosts another; append adds a part. Each part is a tree of its own.
  * update O(n); coarse O(log n + found). */
-#include "lib/core/key.h"
+#include "lib/core/sfc_key.h"
 #include "lib/neighbor/keyed.h"
 #include "lib/neighbor/search.h"
 
@@ -76,13 +77,14 @@ static void find_keys(const struct kith_search *search, kith_index begin, kith_i
   double lower[NDIM], upper[NDIM], inverse_cell[NDIM];
   kith_search_cube(x, n, lower, upper);
   for (int a = 0; a < NDIM; ++a)
-    inverse_cell[a] = (double)(UINT64_C(1) << KITH_KEY_BITS) / (upper[a] - lower[a]);
+    inverse_cell[a] = (double)(UINT64_C(1) << KITH_SFC_KEY_BITS) / (upper[a] - lower[a]);
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < n; ++i) key[i] = kith_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
+  for (kith_index i = 0; i < n; ++i)
+    key[i] = kith_sfc_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
 }
 
-/* Steps back along the curve: between neighbors, and over ever longer strides, so that rows of a lattice,
- * each of which goes along the curve, are not taken for the curve. */
+/* Steps back along the curve: between adjacent slots, and over ever longer strides, so that rows of a
+ * lattice, each of which follows the curve, are not taken for the curve. */
 static kith_index count_steps_back(const uint64_t *key, kith_index n) {
   kith_index back = 0;
   for (kith_index stride = 1; stride <= n / 8; stride *= 16) {
@@ -131,8 +133,8 @@ static inline uint16_t rank_of(const uint64_t *key, kith_index i) {
   return (uint16_t)(bits << 5 | __builtin_ctz((unsigned)i + 1));
 }
 
-/* Is the longest range around this cut that no higher cut divides too long for a cell? Then it is cut here.
- */
+/* Is the longest range around this cut that no higher cut divides too long for a cell? Then it is cut
+ * here. */
 static inline bool is_cut(const uint16_t *rank, kith_index n, kith_index i, kith_index most) {
   const uint16_t mine = rank[i];
   kith_index lower = i, upper = i + 1;
@@ -197,18 +199,21 @@ static kith_status reserve_scratch(struct tree *tree, kith_index n) {
 
 static kith_status reserve_leaves(struct tree *tree, kith_index wanted) {
   if (wanted <= tree->leaves_capacity) return KITH_OK;
-  const kith_index room = wanted + wanted / 4;
-  KITH_TRY(kith_resize(&tree->leaf, (size_t)tree->leaves_capacity, (size_t)room, sizeof *tree->leaf));
-  tree->leaves_capacity = room;
+  const kith_index wanted_capacity = wanted + wanted / 4;
+  KITH_TRY(
+      kith_resize(&tree->leaf, (size_t)tree->leaves_capacity, (size_t)wanted_capacity, sizeof *tree->leaf));
+  tree->leaves_capacity = wanted_capacity;
   return KITH_OK;
 }
 
 static kith_status reserve_octets(struct tree *tree, kith_index wanted) {
   if (wanted <= tree->octets_capacity) return KITH_OK;
-  const kith_index room = wanted + wanted / 4;
-  KITH_TRY(kith_resize(&tree->octet, (size_t)tree->octets_capacity, (size_t)room, sizeof *tree->octet));
-  KITH_TRY(kith_resize(&tree->child, (size_t)tree->octets_capacity, (size_t)room, sizeof *tree->child));
-  tree->octets_capacity = room;
+  const kith_index wanted_capacity = wanted + wanted / 4;
+  KITH_TRY(
+      kith_resize(&tree->octet, (size_t)tree->octets_capacity, (size_t)wanted_capacity, sizeof *tree->octet));
+  KITH_TRY(
+      kith_resize(&tree->child, (size_t)tree->octets_capacity, (size_t)wanted_capacity, sizeof *tree->child));
+  tree->octets_capacity = wanted_capacity;
   return KITH_OK;
 }
 
@@ -315,11 +320,11 @@ static kith_status tree_append(struct kith_search *search, kith_index old_n) {
   return add_part(search, old_n, search->n - old_n);
 }
 
-/* Asking. */
+/* Queries. */
 
-struct question {
+struct query {
   struct kith_box box;
-  double radius2; /* of the masters if it counts, else -1 */
+  double radius2; /* of the targets if it counts, else -1 */
   double cell;    /* factor of the cells' own radii squared: counts, or not */
 };
 
@@ -328,7 +333,7 @@ static inline double larger(double a, double b) {
 }
 
 /* One bit for each of the 8 cells that may interact with the box. Written for the vectorizer. */
-static inline unsigned ask(const struct octet *restrict octet, const struct question *restrict q) {
+static inline unsigned test_cells(const struct octet *restrict octet, const struct query *restrict q) {
   double d2[WIDTH] = {0};
   for (int a = 0; a < NDIM; ++a) {
     const double lower = q->box.lower[a], upper = q->box.upper[a];
@@ -348,11 +353,11 @@ static inline unsigned ask(const struct octet *restrict octet, const struct ques
   return (unsigned)mask;
 }
 
-static inline unsigned ask_octet(const struct tree *tree, kith_index o, const struct question *q) {
-  return ask(&tree->octet[o], q) & ((1u << (tree->child[o + 1] - tree->child[o])) - 1);
+static inline unsigned test_octet(const struct tree *tree, kith_index o, const struct query *q) {
+  return test_cells(&tree->octet[o], q) & ((1u << (tree->child[o + 1] - tree->child[o])) - 1);
 }
 
-/* Leaves next to one another are one run. */
+/* Adjacent leaves are one run. */
 static inline kith_status take_leaves(const kith_index *leaf, unsigned mask, struct kith_runs *runs) {
   while (mask) {
     const int k = __builtin_ctz(mask), count = __builtin_ctz(~(mask >> k));
@@ -362,18 +367,18 @@ static inline kith_status take_leaves(const kith_index *leaf, unsigned mask, str
   return KITH_OK;
 }
 
-/* Visits n ascending octets of a level. A batch is tested before its children are visited: tests that do not
- * wait for one another take less time. */
+/* Visits n ascending octets of a level. A batch is tested before its children are visited: independent tests
+ * overlap in time. */
 KITH_HOT static kith_status visit(const struct tree *tree, int level, const kith_index *octets, int n,
-                                  const struct question *q, struct kith_runs *runs) {
+                                  const struct query *q, struct kith_runs *runs) {
   if (level == 0) {
     for (int k = 0; k < n; ++k)
-      KITH_TRY(take_leaves(tree->leaf + tree->child[octets[k]], ask_octet(tree, octets[k], q), runs));
+      KITH_TRY(take_leaves(tree->leaf + tree->child[octets[k]], test_octet(tree, octets[k], q), runs));
     return KITH_OK;
   }
   kith_index children[BATCH * WIDTH];
   for (int k = 0, m = 0; k < n; ++k) {
-    const unsigned mask = ask_octet(tree, octets[k], q);
+    const unsigned mask = test_octet(tree, octets[k], q);
     for (int c = 0; c < WIDTH; ++c) {
       children[m] = tree->child[octets[k]] + c;
       m += mask >> c & 1;
@@ -389,9 +394,9 @@ static kith_status tree_coarse(const struct kith_search *search, const struct ki
                                enum kith_search_mode mode, struct kith_runs *runs) {
   const struct tree *tree = search->self;
   const double loose = 1 + KITH_SEARCH_SLACK;
-  const struct question q = {.box = *box,
-                             .radius2 = mode == KITH_SCATTER ? -1 : radius * radius * loose,
-                             .cell = mode == KITH_GATHER ? 0 : loose};
+  const struct query q = {.box = *box,
+                          .radius2 = mode == KITH_SCATTER ? -1 : radius * radius * loose,
+                          .cell = mode == KITH_GATHER ? 0 : loose};
   for (int p = 0; p < tree->n_parts; ++p)
     KITH_TRY(visit(tree, tree->part[p].levels - 1, &tree->part[p].root, 1, &q, runs));
   return KITH_OK;

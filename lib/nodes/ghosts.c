@@ -1,19 +1,11 @@
-/* Ghost blocks and the values of ghosts. */
+/* ghosts.c - ghost blocks, and the values that image ghosts get from their control nodes. */
 #include "lib/nodes/nodes.h"
 
 #include <omp.h>
 #include <string.h>
 
-void kith_nodes_drop_ghosts(struct kith_nodes *nodes) {
-  if (nodes->n_blocks == 0) return;
-  for (int b = 0; b < nodes->n_blocks; ++b) kith_free(&nodes->blocks[b].control);
-  nodes->n_blocks = 0;
-  nodes->n_ghost = 0;
-  ++nodes->ghosts;
-}
-
-/* out[k] = in[control[k]] times one sign per component, plus a shift; `components` is known to the compiler.
- */
+/* out[k] = in[control[k]] times one sign per component, plus a shift; `components` is known to the
+ * compiler. */
 static inline void copy_signed(double *restrict out, const double *in, const kith_index *restrict control,
                                kith_index begin, kith_index end, int components, const double *sign,
                                const double *shift) {
@@ -39,7 +31,7 @@ static void refresh_part(struct kith_field *field, const struct kith_ghost_block
     case KITH_SCALAR:
       if (field->spec.type == KITH_U8)
         for (kith_index k = begin; k < end; ++k) field->u8[first + (size_t)k] = field->u8[block->control[k]];
-      else /* a double is copied as a word too: the same bits */
+      else /* doubles are copied as words too: bitwise */
         copy_plain(field->i64 + first, field->i64, block->control, begin, end);
       break;
     case KITH_VECTOR:
@@ -78,35 +70,14 @@ static void refresh_block(const struct kith_ghost_block *block, struct kith_fiel
   for (int f = 0; f < n_fields; ++f) refresh_part(fields[f], block, begin, end);
 }
 
-enum { WORTH_A_TEAM = 4096 }; /* values: below, waking the threads costs more than the copies */
+enum { WORTH_A_TEAM = 4096 }; /* values: for fewer, waking the threads costs more than the copies */
 
 void kith_nodes_refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
 #pragma omp parallel if ((int64_t)nodes->n_ghost * n_fields >= WORTH_A_TEAM)
   for (int b = 0; b < nodes->n_blocks; ++b) {
     if (nodes->blocks[b].kind == KITH_GHOST_IMAGE) refresh_block(&nodes->blocks[b], fields, n_fields);
-#pragma omp barrier /* a later block may have its controls in this one */
+#pragma omp barrier /* a later block may have its control nodes in this one */
   }
-}
-
-void kith_nodes_await_ghosts(struct kith_nodes *nodes) {
-  struct kith_exchange *exchange = &nodes->exchange;
-  if (!exchange->under_way) return;
-  exchange->finish(exchange->context, nodes);
-  exchange->under_way = false;
-}
-
-void kith_nodes_post_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
-  struct kith_exchange *exchange = &nodes->exchange;
-  kith_nodes_await_ghosts(nodes);
-  kith_nodes_refresh_images(nodes, fields, n_fields);
-  if (exchange->post == NULL) return;
-  exchange->post(exchange->context, nodes, fields, n_fields);
-  exchange->under_way = true;
-}
-
-void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
-  kith_nodes_post_ghosts(nodes, fields, n_fields);
-  kith_nodes_await_ghosts(nodes);
 }
 
 kith_index kith_nodes_first_remote(const struct kith_nodes *nodes) {
@@ -115,11 +86,11 @@ kith_index kith_nodes_first_remote(const struct kith_nodes *nodes) {
   return kith_nodes_count(nodes);
 }
 
-/* Whoever uses another field of ghosts refreshes it. */
+/* Code that uses another field of ghosts refreshes it. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
   int n = 0;
   for (int f = 0; f < nodes->n_fields; ++f)
-    if (nodes->fields[f]->spec.role == KITH_STATE || nodes->fields[f] == nodes->reach ||
+    if (nodes->fields[f]->spec.role == KITH_STATE || nodes->fields[f] == nodes->search_radius ||
         nodes->fields[f] == nodes->list || nodes->fields[f] == nodes->image)
       fields[n++] = nodes->fields[f];
   return n;
@@ -142,7 +113,7 @@ static kith_status check_block(const struct kith_nodes *nodes, const struct kith
   return KITH_OK;
 }
 
-static kith_status room_for_block(struct kith_nodes *nodes, kith_index count) {
+static kith_status reserve_block(struct kith_nodes *nodes, kith_index count) {
   KITH_TRY(kith_nodes_grow(nodes, count));
   if (nodes->n_blocks < nodes->blocks_capacity) return KITH_OK;
   const int capacity = 2 * nodes->blocks_capacity + 16;
@@ -161,7 +132,7 @@ static void clear_values(struct kith_nodes *nodes, kith_index first, kith_index 
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block) {
   struct kith_ghost_block fresh = *block;
   kith_status status = check_block(nodes, block);
-  if (status == KITH_OK && fresh.count > 0) status = room_for_block(nodes, fresh.count);
+  if (status == KITH_OK && fresh.count > 0) status = reserve_block(nodes, fresh.count);
   if (status != KITH_OK || fresh.count == 0) {
     kith_free(&fresh.control);
     return status;

@@ -1,4 +1,4 @@
-/* Lists, fields, growth. Orders and deletion are in order.c, ghosts in ghosts.c. */
+/* nodes.c - node lists, fields, growth. Reordering and deletion are in order.c, ghosts in ghosts.c. */
 #include "lib/nodes/nodes.h"
 
 #include <stdio.h>
@@ -30,15 +30,15 @@ static kith_status register_standing(struct kith_nodes *nodes) {
                                                   KITH_STATE, "Coordinates", "position"};
   static const struct kith_field_spec support = {
       "support", KITH_SCALAR, KITH_F64, KITH_STATE, "SmoothingLength", "radius of the kernel's support"};
-  static const struct kith_field_spec reach = {
-      "reach", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "radius that the connectivity is built with"};
+  static const struct kith_field_spec search_radius = {
+      "search_radius", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "radius that the connectivity is built with"};
   static const struct kith_field_spec id = {"id",       KITH_SCALAR,   KITH_I64,
                                             KITH_STATE, "ParticleIDs", "global id"};
   static const struct kith_field_spec list = {"list",       KITH_SCALAR,   KITH_U8,
                                               KITH_DERIVED, "MaterialIDs", "place of the node's list"};
   KITH_TRY(kith_nodes_field(nodes, &position, &nodes->position));
   KITH_TRY(kith_nodes_field(nodes, &support, &nodes->support));
-  KITH_TRY(kith_nodes_field(nodes, &reach, &nodes->reach));
+  KITH_TRY(kith_nodes_field(nodes, &search_radius, &nodes->search_radius));
   KITH_TRY(kith_nodes_field(nodes, &id, &nodes->id));
   return kith_nodes_field(nodes, &list, &nodes->list);
 }
@@ -71,6 +71,14 @@ kith_status kith_nodes_create_like(struct kith_nodes **out, const struct kith_no
     status = kith_nodes_field(*out, &model->fields[f]->spec, &field);
   if (status != KITH_OK) kith_nodes_destroy(out);
   return status;
+}
+
+void kith_nodes_drop_ghosts(struct kith_nodes *nodes) {
+  if (nodes->n_blocks == 0) return;
+  for (int b = 0; b < nodes->n_blocks; ++b) kith_free(&nodes->blocks[b].control);
+  nodes->n_blocks = 0;
+  nodes->n_ghost = 0;
+  ++nodes->ghosts, ++nodes->layout;
 }
 
 void kith_nodes_destroy(struct kith_nodes **nodes) {
@@ -161,11 +169,11 @@ kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more) {
   return kith_nodes_reserve(nodes, (kith_index)KITH_MIN(ahead, INT32_MAX));
 }
 
-/* Makes a hole of `count` zeros at `place` of one field with n nodes. */
-static void open_hole(struct kith_field *field, kith_index n, kith_index place, kith_index count) {
+/* Inserts `count` zeros at index `at` of one field with n nodes. */
+static void open_hole(struct kith_field *field, kith_index n, kith_index at, kith_index count) {
   const size_t size = kith_field_node_size(field);
-  char *hole = (char *)field->data + (size_t)place * size;
-  memmove(hole + (size_t)count * size, hole, (size_t)(n - place) * size);
+  char *hole = (char *)field->data + (size_t)at * size;
+  memmove(hole + (size_t)count * size, hole, (size_t)(n - at) * size);
   memset(hole, 0, (size_t)count * size);
 }
 
@@ -174,19 +182,19 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
     KITH_FAIL(INTERNAL, "cannot append %d nodes to list %d of %d", count, list, nodes->n_lists);
   kith_nodes_drop_ghosts(nodes);
   KITH_TRY(kith_nodes_grow(nodes, count));
-  const kith_index place = nodes->lists[list].first + nodes->lists[list].count;
-  if (first != NULL) *first = place;
+  const kith_index at = nodes->lists[list].first + nodes->lists[list].count;
+  if (first != NULL) *first = at;
   if (count == 0) return KITH_OK;
-#pragma omp parallel for schedule(static) if (nodes->n_internal - place + count > 4096)
-  for (int f = 0; f < nodes->n_fields; ++f) open_hole(nodes->fields[f], nodes->n_internal, place, count);
-  for (kith_index i = place; i < place + count; ++i) {
+#pragma omp parallel for schedule(static) if (nodes->n_internal - at + count > 4096)
+  for (int f = 0; f < nodes->n_fields; ++f) open_hole(nodes->fields[f], nodes->n_internal, at, count);
+  for (kith_index i = at; i < at + count; ++i) {
     nodes->id->i64[i] = -1;
     nodes->list->u8[i] = (uint8_t)list;
   }
   nodes->lists[list].count += count;
   for (int l = list + 1; l < nodes->n_lists; ++l) nodes->lists[l].first += count;
   nodes->n_internal += count;
-  ++nodes->ghosts;
+  ++nodes->ghosts, ++nodes->layout;
   return KITH_OK;
 }
 

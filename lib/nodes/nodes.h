@@ -3,20 +3,21 @@
  *   [ list 0 internal | list 1 internal | ... | ghosts, block by block in creation order ]
  *     0 ............................. n_internal .......................... n_internal + n_ghost
  *
- * A pair is two indices and a field is one array. A node list is one material; `first` and `count` recover the
- * place of a list, `list[i]` the list of a node. Nodes keep a 64-bit global id for life.
+ * A pair is two indices and a field is one array. A node list is one material; `first` and `count` give its
+ * range of indices, `list[i]` the list of a node. The 64-bit global id of a node never changes.
  *
- * A field is registered once, with its name, kind, type and role; deleting, reordering, resizing, ghosts, checkpoint and
- * snapshot act on all registered fields, and nobody keeps a second list of them. Arrays are [n][components],
- * 64-byte aligned; they move when the nodes are resized, so hold the `struct kith_field *`, not its data.
+ * A field is registered once, with its name, kind, type and role; deleting, reordering, resizing, ghosts,
+ * checkpoint and snapshot act on all registered fields, and there is no second list of them. Arrays are
+ * [n][components], 64-byte aligned; they move when the nodes are resized, so hold the `struct kith_field *`,
+ * not its data.
  *
- * Generations: a counter for positions, one for ghosts; what is made from them stores the value it was made from,
- * and using it with another value is KITH_STALE. */
+ * Generations: counters of changes of positions and of ghosts. What is made from them stores their values,
+ * and using it with other values is KITH_STALE. */
 #ifndef KITH_NODES_NODES_H
 #define KITH_NODES_NODES_H
 
 #include "lib/core/base.h"
-#include "lib/core/ranks.h"
+#include "lib/comm/ranks.h"
 
 enum { KITH_MAX_LISTS = 64, KITH_MAX_FIELDS = 96 };
 
@@ -62,8 +63,8 @@ struct kith_node_list {
   kith_index first, count;
 };
 
-/* The image of a control node: x_ghost[a] = sign[a] * x_control[a] + shift[a], sign = 1 or -1. The mirror may move: the shift
- * grows with `velocity`, which velocities of ghosts have in addition. */
+/* The image of a control node: x_ghost[a] = sign[a] * x_control[a] + shift[a], sign = 1 or -1. The mirror may
+ * move: the shift grows with `velocity`, which velocities of ghosts have in addition. */
 struct kith_image {
   double sign[NDIM], shift[NDIM], velocity[NDIM];
 };
@@ -71,28 +72,18 @@ struct kith_image {
 enum kith_ghost_kind {
   KITH_GHOST_IMAGE,  /* values follow the control node through `image` */
   KITH_GHOST_FROZEN, /* values stay; every ghost is its own control */
-  KITH_GHOST_REMOTE, /* a node or an image of another rank: values come by `exchange` */
+  KITH_GHOST_REMOTE, /* a node or an image of another rank: values come from there (lib/domain/halo.h) */
 };
 
-struct kith_nodes;
-
-/* Ghosts of one boundary, one list and one image, contiguous from `first`. Controls are of the same list and lie before
- * the block (control[k] < first), so a block can be refreshed by threads. */
+/* Ghosts of one boundary, one list and one image, contiguous from `first`. Controls are of the same list and
+ * lie before the block (control[k] < first), so a block can be refreshed by threads. */
 struct kith_ghost_block {
   enum kith_ghost_kind kind;
-  int boundary; /* its place in the list of boundaries */
+  int boundary; /* its index in the list of boundaries */
   int list;
   kith_index first, count;
   kith_index *control; /* [count], owned; NULL for frozen and remote ghosts */
   struct kith_image image;
-};
-
-/* How remote ghosts get their values: who made them fills this in. Collective. */
-struct kith_exchange {
-  void (*post)(void *context, struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
-  void (*finish)(void *context, struct kith_nodes *nodes);
-  void *context;  /* borrowed */
-  bool under_way; /* posted and not finished */
 };
 
 struct kith_nodes {
@@ -103,27 +94,28 @@ struct kith_nodes {
   int n_fields;
   struct kith_field *fields[KITH_MAX_FIELDS]; /* owned; registration order */
   /* Always there: */
-  struct kith_field *position; /* KITH_POSITION, state */
-  struct kith_field *support;  /* H: radius of the kernel's support, state */
-  struct kith_field *reach; /* R >= 0: radius that the connectivity is built with, work; see connectivity.h */
-  struct kith_field *id;    /* I64, state: global, unique, never changes */
-  struct kith_field *list;  /* U8, derived: the node's list, ghosts too */
-  /* NULL unless kith_nodes_number_images: I64, derived, 0 for a node, for a ghost what image of its node it is; with the id it tells
-   * all partners apart, on all ranks. */
+  struct kith_field *position;      /* KITH_POSITION, state */
+  struct kith_field *support;       /* H: radius of the kernel's support, state */
+  struct kith_field *search_radius; /* R >= 0, work: rows are built with it, see connectivity.h */
+  struct kith_field *id;            /* I64, state: global, unique, never changes */
+  struct kith_field *list;          /* U8, derived: the node's list, ghosts too */
+  /* NULL unless kith_nodes_number_images: I64, derived, 0 for a node, for a ghost the number of the image of
+   * its node; with the id it identifies every partner, on all ranks. */
   struct kith_field *image;
 
   int n_blocks, blocks_capacity;
   struct kith_ghost_block *blocks; /* creation order */
 
-  struct kith_ranks *ranks; /* who has the other nodes of the run; NULL: nobody, all are here. Borrowed */
-  struct kith_exchange exchange; /* post NULL: there are no remote ghosts */
+  struct kith_ranks *ranks; /* of the other nodes of the run; NULL: one process has all nodes. Borrowed */
 
   /* Generations. */
   uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
   uint64_t ghosts;    /* created, dropped, culled; internal nodes deleted, added, reordered */
+  uint64_t layout;    /* the same but for the creation of ghosts: indices of present nodes changed */
 };
 
-/* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are registered. */
+/* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are
+ * registered. */
 kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names);
 /* An empty set with the same lists and fields, in the same order. */
 kith_status kith_nodes_create_like(struct kith_nodes **out, const struct kith_nodes *model);
@@ -140,7 +132,8 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
 
-/* From here on ghosts have an `image`: n + 2^16 m + 2^32 l for image n along axis 0, of image m along axis 1, and so on. */
+/* From here on ghosts have an `image`: n + 2^16 m + 2^32 l for image n along axis 0, of image m along axis 1,
+ * and so on. */
 kith_status kith_nodes_number_images(struct kith_nodes *nodes);
 
 /* Is it in checkpoints? */
@@ -151,44 +144,45 @@ static inline bool kith_field_lasts(const struct kith_field *field) {
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
-/* Room for `capacity` nodes in all fields. Values of present nodes are kept. */
+/* Memory for `capacity` nodes in all fields. Values of present nodes are kept. */
 kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity);
-/* Room for `more` nodes behind the present ones, and a quarter of the capacity ahead if fields must move. */
+/* Memory for `more` nodes behind the present ones, and a quarter of the capacity beyond if fields must
+ * move. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more);
-/* Gives back the room behind the present nodes but for a quarter of them. */
+/* Frees the memory behind the present nodes but for a quarter of them. */
 kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */
 kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index count, kith_index *first);
-/* Deletes the internal nodes whose dead[i] != 0 (length n_internal); ghosts are dropped first. Order is kept. */
+/* Deletes the internal nodes whose dead[i] != 0 (length n_internal); ghosts are dropped first. Order is
+ * kept. */
 kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead);
-/* New internal node k is old node order[k]: a permutation that keeps every node in its list. Ghosts are dropped. */
+/* New internal node k is old node order[k]: a permutation that keeps every node in its list. Ghosts are
+ * dropped. */
 kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order);
 /* The permutation that sorts each list by space-filling curve (key, then id) of `position` in `lower..upper`.
  * order[n_internal], written. *sorted: the nodes are in this order already. */
 kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
                                    kith_index *order, bool *sorted);
 
-/* Ghosts. Drop all; append one block (control is taken over: owned by the nodes from here on, also on failure). */
+/* Drops all ghosts. */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
-/* block->first is set here. Image ghosts get the fields that new ghosts have through their image; frozen and remote ones are zero,
- * for the caller to fill. An empty block is not kept. */
+/* Appends a block of ghosts. Ownership of `control` passes to the nodes, also on failure; block->first is set
+ * here. Image ghosts get the fields that new ghosts have through their image; frozen and
+ * remote ones are zero, for the caller to fill. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
-/* The fields that a new ghost has: the state, what tells it apart, and the reach. fields[KITH_MAX_FIELDS]; returns how many. */
+/* The fields that a new ghost has: the state, the id, list and image, and the search radius.
+ * fields[KITH_MAX_FIELDS]; returns how many. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields);
-/* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these fields; then
- * remote ghosts those that their owners have, images among them. Bitwise the same for any number of threads. Collective. */
-void kith_nodes_refresh_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
-/* The same in two halves: after `post` images have their values, after `await` (nothing to do if nothing was posted) remote ghosts too.
- * Between them these fields of remote ghosts are not to be read. Posting again awaits what was posted before. */
-void kith_nodes_post_ghosts(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
-void kith_nodes_await_ghosts(struct kith_nodes *nodes);
-/* Images only. */
+/* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these
+ * fields. Bitwise identical for any number of threads. Remote ghosts get theirs by kith_halo_refresh, which
+ * calls this first. */
 void kith_nodes_refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
 /* The first remote ghost; all from here on are. kith_nodes_count if there is none. */
 kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
-/* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is kept.
- * renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept; empty blocks go. */
+/* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is
+ * kept. renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept;
+ * empty blocks go. */
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber);
 
 size_t kith_nodes_bytes(const struct kith_nodes *nodes);

@@ -1,5 +1,5 @@
-/* Nodes change places: deletion, reordering, culling. Every registered field follows. */
-#include "lib/core/key.h"
+/* order.c - deletion, reordering and culling: every registered field follows. */
+#include "lib/core/sfc_key.h"
 #include "lib/nodes/nodes.h"
 
 #include <string.h>
@@ -26,7 +26,7 @@ static void gather_sized(void *to, const void *from, const kith_index *order, ki
     gather(to, from, order, begin, end, size);
 }
 
-/* Moves node from[k] to place k for begin <= k < end in all fields; `from` ascends. In place: threads share
+/* Moves node from[k] to index k for begin <= k < end in all fields; `from` ascends. In place: threads share
  * out the fields. */
 static void compact(struct kith_nodes *nodes, const kith_index *from, kith_index begin, kith_index end) {
 #pragma omp parallel for schedule(dynamic) if (end - begin > 4096)
@@ -52,7 +52,7 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead) {
   if (alive < nodes->n_internal) {
     compact(nodes, from, 0, alive);
     nodes->n_internal = alive;
-    ++nodes->ghosts;
+    ++nodes->ghosts, ++nodes->layout;
   }
   kith_free(&from);
   return KITH_OK;
@@ -60,20 +60,20 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead) {
 
 /* Each node once, and in its own list? */
 static kith_status check_order(const struct kith_nodes *nodes, const kith_index *order) {
-  uint8_t *seen = NULL;
-  KITH_TRY(kith_resize(&seen, 0, (size_t)nodes->n_internal, 1));
+  uint8_t *visited = NULL;
+  KITH_TRY(kith_resize(&visited, 0, (size_t)nodes->n_internal, 1));
   kith_index wrong = -1;
   for (int l = 0; l < nodes->n_lists && wrong < 0; ++l) {
     const kith_index first = nodes->lists[l].first, end = first + nodes->lists[l].count;
     for (kith_index k = first; k < end; ++k) {
-      if (order[k] < first || order[k] >= end || seen[order[k]]) {
+      if (order[k] < first || order[k] >= end || visited[order[k]]) {
         wrong = k;
         break;
       }
-      seen[order[k]] = 1;
+      visited[order[k]] = 1;
     }
   }
-  kith_free(&seen);
+  kith_free(&visited);
   if (wrong >= 0) KITH_FAIL(INTERNAL, "the order at %d is no permutation within the lists", wrong);
   return KITH_OK;
 }
@@ -103,7 +103,7 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
     }
   }
   kith_free(&scratch);
-  ++nodes->ghosts;
+  ++nodes->ghosts, ++nodes->layout;
   return KITH_OK;
 }
 
@@ -113,18 +113,19 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
   double inverse_cell[NDIM];
   for (int a = 0; a < NDIM; ++a)
     inverse_cell[a] =
-        upper[a] > lower[a] ? (double)(UINT64_C(1) << KITH_KEY_BITS) / (upper[a] - lower[a]) : 0;
+        upper[a] > lower[a] ? (double)(UINT64_C(1) << KITH_SFC_KEY_BITS) / (upper[a] - lower[a]) : 0;
   uint64_t *key = NULL;
   KITH_TRY(kith_resize(&key, 0, (size_t)n, sizeof *key));
   const double *x = nodes->position->f64;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < n; ++i) key[i] = kith_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
+  for (kith_index i = 0; i < n; ++i)
+    key[i] = kith_sfc_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
   kith_status status = KITH_OK;
   *sorted = true;
   for (int l = 0; l < nodes->n_lists && status == KITH_OK; ++l) {
     const kith_index first = nodes->lists[l].first, count = nodes->lists[l].count;
     if (count == 0) continue;
-    status = kith_key_sort((size_t)count, key + first, nodes->id->i64 + first, order + first);
+    status = kith_sfc_key_sort((size_t)count, key + first, nodes->id->i64 + first, order + first);
     for (kith_index k = first; status == KITH_OK && k < first + count; ++k) {
       order[k] += first;
       if (order[k] != k) *sorted = false;
@@ -134,15 +135,19 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
   return status;
 }
 
-/* A kept ghost keeps its control: controls lie before their ghosts, so one sweep from the back completes the
- * set. */
+/* The control of a kept ghost is kept: controls lie before their ghosts, so one sweep from the back completes
+ * the set. */
 static void keep_controls(const struct kith_nodes *nodes, uint8_t *keep) {
   for (int b = nodes->n_blocks - 1; b >= 0; --b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
     if (block->control == NULL) continue;
     const uint8_t *kept = keep + (block->first - nodes->n_internal);
-    for (kith_index k = 0; k < block->count; ++k)
-      if (kept[k] && block->control[k] >= nodes->n_internal) keep[block->control[k] - nodes->n_internal] = 1;
+#pragma omp parallel for schedule(static) if (block->count > 4096)
+    for (kith_index k = 0; k < block->count; ++k) {
+      if (!kept[k] || block->control[k] < nodes->n_internal) continue;
+#pragma omp atomic write
+      keep[block->control[k] - nodes->n_internal] = 1;
+    }
   }
 }
 
@@ -160,18 +165,18 @@ static void cull_block(struct kith_ghost_block *block, kith_index first, const k
 
 static void cull_blocks(struct kith_nodes *nodes, const kith_index *renumber) {
   int left = 0;
-  kith_index place = nodes->n_internal;
+  kith_index next = nodes->n_internal;
   for (int b = 0; b < nodes->n_blocks; ++b) {
     struct kith_ghost_block *block = &nodes->blocks[b];
-    cull_block(block, place, renumber);
-    place += block->count;
+    cull_block(block, next, renumber);
+    next += block->count;
     if (block->count > 0)
       nodes->blocks[left++] = *block;
     else
       kith_free(&block->control);
   }
   nodes->n_blocks = left;
-  nodes->n_ghost = place - nodes->n_internal;
+  nodes->n_ghost = next - nodes->n_internal;
 }
 
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber) {
@@ -179,6 +184,7 @@ kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith
   kith_index *from = NULL;
   KITH_TRY(kith_resize(&from, 0, (size_t)n, sizeof *from));
   keep_controls(nodes, keep);
+#pragma omp parallel for schedule(static) if (internal > 4096)
   for (kith_index i = 0; i < internal; ++i) renumber[i] = i;
   kith_index kept = internal;
   for (kith_index i = internal; i < n; ++i) {
@@ -188,7 +194,7 @@ kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith
   if (kept < n) {
     compact(nodes, from, internal, kept);
     cull_blocks(nodes, renumber);
-    ++nodes->ghosts;
+    ++nodes->ghosts, ++nodes->layout;
   }
   kith_free(&from);
   return KITH_OK;

@@ -1,40 +1,206 @@
-#include "physics/crk/crk.h"
+/* Package `crk`: conservative reproducing kernels (Frontiere, Raskin and Owen 2017, JCoPh 332, 160).
+ *
+ * Volumes V_i = ball H_i^d / neighbors (density.h), density m_i / V_i: exact where masses jump on an even
+ * lattice. The corrected kernel W^R and its gradient, (1) - (4), are those of moments.h.
+ * Forces are those of the antisymmetric part of the gradient: they conserve momentum, but not angular
+ * momentum, for they are not central.
+ *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D,  D = grad W^R_ij - grad W^R_ji        (5)
+ *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-alpha c_mean mu + beta mu^2),
+ *     mu as in viscosity.h                                                                            (6)
+ * The work f . (v_j - v_i) of a pair is shared evenly except for the pressures: where it heats the pair, the
+ * node of lower pressure gets the larger part, as in the paper; where it cools the pair, the node of higher
+ * pressure gives the larger part, so that a cold node does not lose energy to a hot one.
+ * With t the cosine between f and v_j - v_i,
+ *     e_ij = 1/2 + t (P_j - P_i) / (2 (P_i + P_j + Q_ij))                                             (7)
+ *
+ * Passes: density -> equation of state -> ghosts -> moments -> ghosts -> packing -> force [pairs] -> ghosts
+ * -> work. */
+#include <math.h>
+#include "physics/crk/moments.h"
+#include "physics/passes/density.h"
+#include "physics/passes/force.h"
+#include "physics/viscosity.h"
 
-/* What it does not have is refused, not ignored. */
-static kith_status check(const struct kith_package *package) {
-  if (package->viscosity == KITH_VISCOSITY_CULLEN_DEHNEN)
-    KITH_FAIL(
-        BAD_INPUT,
-        "method.viscosity.name: package crk has none, monaghan and limited; cullen_dehnen is of package sph");
-  if (package->balsara != KITH_BALSARA_NONE)
-    KITH_FAIL(BAD_INPUT, "method.viscosity.balsara: package crk has no such factor; package sph has");
-  if (package->conduction > 0)
-    KITH_FAIL(BAD_INPUT, "method.conduction: package crk conducts no heat; package sph does");
-  return KITH_OK;
+struct crk_settings {
+  struct kith_viscosity_settings viscosity; /* first: tests read it */
+  int balsara;                              /* none: settings that sph shares with crk may say so */
+};
+static const struct kith_param viscosity_params[] = {
+    KITH_VISCOSITY_PARAMS(struct crk_settings, "|none|monaghan|limited"),
+    {"balsara", KITH_PARAM_CHOICE, "none", "none", "only sph has the factor",
+     KITH_INTO(struct crk_settings, balsara)},
+    {0}};
+static const struct kith_param params[] = {
+    {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)}, {0}};
+
+/* The fields of a packed particle. */
+enum {
+  CRK_INVERSE = KITH_PACKED_OWN, /* 1 / H */
+  CRK_PRESSURE,
+  CRK_DENSITY,
+  CRK_SOUND,
+  CRK_VOLUME,
+  CRK_A,
+  CRK_C,
+  CRK_DA = CRK_C + NDIM,            /* dA + C */
+  CRK_DC = CRK_DA + NDIM,           /* dC_b / dx_c, [b][c] */
+  CRK_SHEAR = CRK_DC + NDIM * NDIM, /* symmetric part of the velocity gradient, upper triangle */
+  CRK_PACKED = CRK_SHEAR + KITH_SYMMETRIC_SIZE
+};
+
+struct crk {
+  struct kith_force_scratch force;
+  struct crk_moments moments;
+  struct kith_field *shear; /* NULL unless the viscosity is limited */
+};
+
+/* What all pairs share. */
+struct crk_constants {
+  struct kith_viscosity_constants viscosity;
+  double volume; /* crk_volume */
+};
+
+/* Indices of y and z; in fewer dimensions another index that is not used. */
+enum { Y = NDIM > 1 ? 1 : 0, Z = NDIM > 2 ? 2 : 0 };
+
+/* g . x of a vector g, its entries `stride` apart. */
+KITH_INLINE double dot(const double *restrict g, int stride, double x, double y, double z) {
+  return NDIM == 1   ? g[0] * x
+         : NDIM == 2 ? g[0] * x + g[stride] * y
+                     : g[0] * x + g[stride] * y + g[2 * stride] * z;
+}
+
+/* (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q. */
+KITH_INLINE double share(const double *restrict i, const double *restrict j, const double *restrict out,
+                         double q) {
+  double work = 0, force2 = 0, speed2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double f = OUT(KITH_FORCE + a), v = J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a];
+    work += f * v, force2 += f * f, speed2 += v * v;
+  }
+  const double size = sqrt(force2 * speed2),
+               gain = size > 0 ? work / size : -1; /* at rest: about to separate */
+  const double difference = J(CRK_PRESSURE) - i[CRK_PRESSURE];
+  return fabs(q) > 1e-10 * fabs(difference) ? 0.5 + 0.5 * gain * difference / q : 0.5;
+}
+
+/* One pair: (4) - (7). */
+KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                          const double *restrict j, double *restrict out) {
+  const struct crk_constants *c = constants;
+  const double x = i[KITH_PACKED_X] - J(KITH_PACKED_X), y = i[KITH_PACKED_X + Y] - J(KITH_PACKED_X + Y),
+               z = i[KITH_PACKED_X + Z] - J(KITH_PACKED_X + Z);
+  double r2 = 0, vx = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
+    r2 += d * d;
+    vx += d * (i[KITH_PACKED_V + a] - J(KITH_PACKED_V + a));
+  }
+  const double r = sqrt(r2), inverse_r = 1 / KITH_MAX(r, 1e-30);
+  const double qi = r * i[CRK_INVERSE], qj = r * J(CRK_INVERSE);
+  double wi, gi, wj, gj;
+  kith_kernel_value(kernel, qi, &wi, &gi);
+  kith_kernel_value(kernel, qj, &wj, &gj);
+  /* V_i V_j W = volume w / 2, and so for its gradient, volume g x / 2. */
+  const double w = i[CRK_VOLUME] * wj + J(CRK_VOLUME) * wi;
+  const double g = i[CRK_VOLUME] * gj * J(CRK_INVERSE) * J(CRK_INVERSE) +
+                   J(CRK_VOLUME) * gi * i[CRK_INVERSE] * i[CRK_INVERSE];
+
+  const double mu = kith_viscosity_mu(&c->viscosity, vx, kith_symmetric_form(i + CRK_SHEAR, 1, x, y, z),
+                                      kith_symmetric_form(&J(CRK_SHEAR), KITH_STRIDE, x, y, z),
+                                      KITH_MAX(qi, qj), inverse_r);
+  const double sound = 0.5 * (i[CRK_SOUND] + J(CRK_SOUND));
+  const double density = 2 * i[CRK_DENSITY] * J(CRK_DENSITY) / (i[CRK_DENSITY] + J(CRK_DENSITY));
+  const double viscosity =
+      density * (c->viscosity.beta * mu - c->viscosity.alpha * sound) * mu; /* Q of (6) */
+
+  const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity,
+               factor = -0.25 * c->volume * pressure;
+  const double ai = i[CRK_A] + dot(i + CRK_C, 1, x, y, z),
+               aj = J(CRK_A) - dot(&J(CRK_C), KITH_STRIDE, x, y, z);
+  for (int a = 0; a < NDIM; ++a) { /* (5), with D from (4) */
+    const double ci = i[CRK_DA + a] + dot(i + CRK_DC + a, NDIM, x, y, z),
+                 cj = J(CRK_DA + a) - dot(&J(CRK_DC + a), NDIM * KITH_STRIDE, x, y, z);
+    const double d = (ai + aj) * g * (i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a)) + (ci - cj) * w;
+    OUT(KITH_FORCE + a) = factor * d;
+  }
+  OUT(KITH_ENERGY_SHARE) = share(i, j, out, pressure);
+  OUT(KITH_EXCHANGE) = 0;
+  OUT(KITH_SIGNAL) = r2 > 0 && g < 0 ? kith_viscosity_signal(&c->viscosity, sound, mu) : 0;
+}
+
+KITH_INLINE void block(enum kith_kernel kernel, const struct kith_force_pass *pass, kith_index i, size_t n,
+                       struct kith_scratch *s) {
+  kith_force_evaluate(pair_crk, kernel, CRK_PACKED, 0, pass, i, n, s);
+}
+KITH_FORCE_BLOCKS(block)
+
+static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
+  const struct kith_hydro *hydro = package->hydro;
+  const struct crk *crk = package->self;
+  const size_t at = (size_t)i * NDIM;
+  const double support = hydro->nodes->support->f64[i];
+  const double volume = kith_ball() * kith_pow_dim(support) / package->neighbors;
+  kith_force_pack(hydro, i, packed);
+  for (int a = 0; a < NDIM; ++a) {
+    packed[CRK_C + a] = crk->moments.c->f64[at + a];
+    packed[CRK_DA + a] = crk->moments.a_gradient->f64[at + a];
+    for (int b = 0; b < NDIM; ++b)
+      packed[CRK_DC + a * NDIM + b] = crk->moments.c_gradient->f64[(at + a) * NDIM + b];
+  }
+  packed[CRK_INVERSE] = 1 / support;
+  packed[CRK_PRESSURE] = hydro->pressure->f64[i];
+  packed[CRK_DENSITY] = hydro->density->f64[i];
+  packed[CRK_SOUND] = hydro->sound_speed->f64[i];
+  /* A frozen node has no moments: its kernel is the plain one. */
+  packed[CRK_A] = crk->moments.a->f64[i] > 0 ? crk->moments.a->f64[i] : 1;
+  packed[CRK_VOLUME] = volume;
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
+    packed[CRK_SHEAR + k] = crk->shear != NULL ? crk->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
+}
+
+static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
+                          const struct kith_kick *kick) {
+  struct crk *crk = package->self;
+  const struct crk_settings *settings = package->settings;
+  const struct crk_constants constants = {
+      .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
+      .volume = crk_volume(package)};
+  struct kith_force_pass pass = {.package = package,
+                                 .scratch = &crk->force,
+                                 .kick = kick,
+                                 .pack = pack,
+                                 .connectivity = connectivity,
+                                 .rows = &connectivity->rows,
+                                 .constants = &constants};
+  return kith_force(&pass, block_of[package->kernel], CRK_PACKED, 0);
 }
 
 static kith_status crk_create(struct kith_package *package) {
   struct kith_nodes *nodes = package->hydro->nodes;
   struct crk *crk = NULL;
-  KITH_TRY(check(package));
   KITH_TRY(kith_resize(&crk, 0, 1, sizeof *crk));
   package->self = crk;
   const struct {
     struct kith_field_spec spec;
     struct kith_field **field;
   } table[] = {
-      {{"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"}, &crk->scale},
-      {{"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &crk->slope},
-      {{"kernel_scale_gradient", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dA + C"}, &crk->scale_gradient},
-      {{"kernel_slope_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dC_b/dx_c"}, &crk->slope_gradient},
+      {{"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"},
+       &crk->moments.a},
+      {{"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &crk->moments.c},
+      {{"kernel_scale_gradient", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dA + C"}, &crk->moments.a_gradient},
+      {{"kernel_slope_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dC_b/dx_c"},
+       &crk->moments.c_gradient},
       {{"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"}, &crk->shear},
   };
-  const int wanted = package->viscosity == KITH_VISCOSITY_LIMITED ? 5 : 4;
+  const struct crk_settings *settings = package->settings;
+  const int wanted = settings->viscosity.name == KITH_VISCOSITY_LIMITED ? 5 : 4;
   for (int k = 0; k < wanted; ++k) KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
   return KITH_OK;
 }
 
 static void crk_destroy(struct kith_package *package) {
+  kith_force_clear(&((struct crk *)package->self)->force);
   kith_free(&package->self);
 }
 
@@ -42,19 +208,25 @@ static struct kith_requirements crk_requirements(const struct kith_package *pack
   return (struct kith_requirements){.rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS};
 }
 
-static kith_status crk_evaluate(struct kith_package *package, struct kith_connectivity *connectivity) {
+static kith_status crk_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
+                                const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
   const struct kith_density_wanted wanted = {.shear = crk->shear};
-  KITH_TRY(kith_connectivity_fresh(connectivity, hydro->nodes));
+  KITH_TRY(kith_connectivity_provides(connectivity, hydro->nodes, package->ops->requirements(package)));
   KITH_TRY(kith_density(package, connectivity, &wanted));
-  kith_package_post(package, 1, &(struct kith_field *){hydro->nodes->support});
-  KITH_TRY(crk_moments(package, connectivity));
-  kith_hydro_close(hydro);
-  struct kith_field *const between[] = {hydro->density, hydro->pressure,     hydro->sound_speed,  crk->scale,
-                                        crk->slope,     crk->scale_gradient, crk->slope_gradient, crk->shear};
-  kith_package_post(package, crk->shear != NULL ? 8 : 7, between);
-  return crk_pairs(package, connectivity);
+  kith_package_start_refresh(package, 1, &(struct kith_field *){hydro->nodes->support});
+  KITH_TRY(crk_moments(package, connectivity, &crk->moments));
+  kith_hydro_evaluate_eos(hydro);
+  struct kith_field *const between[] = {hydro->density,          hydro->pressure, hydro->sound_speed,
+                                        crk->moments.a,          crk->moments.c,  crk->moments.a_gradient,
+                                        crk->moments.c_gradient, crk->shear};
+  kith_package_start_refresh(package, crk->shear != NULL ? 8 : 7, between);
+  return forces(package, connectivity, kick);
+}
+
+static struct kith_package_bytes crk_bytes(const struct kith_package *package) {
+  return kith_force_bytes(&((const struct crk *)package->self)->force);
 }
 
 const struct kith_package_ops kith_package_crk = {
@@ -64,4 +236,6 @@ const struct kith_package_ops kith_package_crk = {
     .destroy = crk_destroy,
     .requirements = crk_requirements,
     .evaluate = crk_evaluate,
+    .bytes = crk_bytes,
+    KITH_SETTINGS(params, crk_settings),
 };

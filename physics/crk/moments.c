@@ -1,11 +1,13 @@
+/* The moments of the corrected kernel: (2) and (3) of moments.h. */
+#include "physics/crk/moments.h"
 #include "lib/core/lanes.h"
-#include "physics/crk/crk.h"
-#include "physics/sweep.h"
+#include "lib/core/symmetric.h"
 
 /* Lanes of scratch: x_i - x_j; V W; V g C / H^(d + 2), the factor of x in V grad W. */
 enum { SEPARATION = 0, WEIGHT = NDIM, SLOPE, LANES };
 
-/* Sums over a row, of V W: m0, m1, m2; of V grad W x..x: the first and second, and the third, symmetric, moment. */
+/* Sums over a row, of V W: m0, m1, m2; of V grad W x..x: the first and second, and the third, symmetric,
+ * moment. */
 enum {
   SYMMETRIC = KITH_SYMMETRIC_SIZE,
   CUBIC = NDIM * (NDIM + 1) * (NDIM + 2) / 6,
@@ -18,12 +20,14 @@ enum {
   SUMS = G3 + CUBIC
 };
 
-/* Of a node in its own moments, beside the self weight of the kernel: (2) and (3) are exact with any. With 1 a line of nodes is
- * unstable: where every other node is off its place, an even pressure pushes it further. With 2 it is pushed back. */
+/* Weight of a node in its own moments, times the self weight of the kernel: (2) and (3) are exact with any.
+ * With 1 a line of nodes is unstable: a uniform pressure amplifies alternating displacements. With 2 it
+ * damps them. */
 static const double self_weight = 2;
 
 struct moments_pass {
   struct kith_package *package;
+  const struct crk_moments *moments;
   const struct kith_rows *rows;
   double volume; /* crk_volume */
 };
@@ -82,7 +86,7 @@ KITH_INLINE void sum_row(size_t padded, const struct kith_scratch *s, double *su
   for (int k = 0; k < SUMS; ++k) sum[k] = kith_lanes_total(&total[k]);
 }
 
-/* Places of (a, b) and (a, b, c), whatever their order, in the sums. */
+/* Positions of (a, b) and (a, b, c), in any order, in the sums. */
 KITH_INLINE int pair_of(int a, int b) {
   const int low = KITH_MIN(a, b), high = KITH_MAX(a, b);
   return low * NDIM - low * (low - 1) / 2 + high - low;
@@ -131,7 +135,7 @@ static bool correct(const double *s, double *A, double *C, double *dA, double *d
 
 KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pass *pass, kith_index begin,
                                kith_index end, struct kith_scratch *s) {
-  const struct crk *crk = pass->package->self;
+  const struct crk_moments *moments = pass->moments;
   double w0, g0, sum[SUMS];
   kith_kernel_value(kernel, 0, &w0, &g0);
   for (kith_index i = begin; i < end; ++i) {
@@ -139,32 +143,23 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
     sum_row(padded, s, sum);
     sum[M0] += pass->volume * self_weight * pass->package->self_weight * w0;
     s->count[0] += padded;
-    s->count[1] += !correct(sum, &crk->scale->f64[i], &crk->slope->f64[at], &crk->scale_gradient->f64[at],
-                            &crk->slope_gradient->f64[at * NDIM]);
+    s->count[1] += !correct(sum, &moments->a->f64[i], &moments->c->f64[at], &moments->a_gradient->f64[at],
+                            &moments->c_gradient->f64[at * NDIM]);
   }
 }
 
-#define X(name, ...)                                                                   \
-  KITH_HOT static void moments_##name(void *context, kith_index begin, kith_index end, \
-                                      struct kith_scratch *s) {                        \
-    moments_chunk(KITH_KERNEL_##name, context, begin, end, s);                         \
-  }
-KITH_KERNEL_LIST(X)
-#undef X
+KITH_KERNEL_CHUNKS(moments_chunk)
 
-kith_status crk_moments(struct kith_package *package, const struct kith_connectivity *connectivity) {
-  static const kith_chunk_pass chunk[] = {
-#define X(name, ...) moments_##name,
-      KITH_KERNEL_LIST(X)
-#undef X
-  };
-  struct moments_pass pass = {.package = package, .rows = &connectivity->rows, .volume = crk_volume(package)};
-  const struct kith_sweep sweep = {.stage = "moments",
-                                   .rows = &connectivity->rows,
-                                   .chunk = chunk[package->kernel],
-                                   .context = &pass,
-                                   .lanes = LANES,
-                                   .width = kith_rows_longest(&connectivity->rows)};
+kith_status crk_moments(struct kith_package *package, const struct kith_connectivity *connectivity,
+                        const struct crk_moments *moments) {
+  struct moments_pass pass = {
+      .package = package, .moments = moments, .rows = &connectivity->rows, .volume = crk_volume(package)};
+  const struct kith_node_sweep sweep = {.stage = "moments",
+                                        .rows = &connectivity->rows,
+                                        .chunk = moments_chunk_of[package->kernel],
+                                        .context = &pass,
+                                        .lanes = LANES,
+                                        .width = kith_rows_longest(&connectivity->rows)};
   uint64_t count[4];
   KITH_TRY(kith_package_sweep(package, &sweep, count));
   package->pair_evaluations += count[0];

@@ -1,12 +1,11 @@
 /* Closed faces: equation (2) of faces.h, one vector per node, all axes in one solve. */
+#include "physics/mfm/closure.h"
 #include <math.h>
-#include <nvector/nvector_serial.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sunlinsol/sunlinsol_pcg.h>
-#include "lib/core/sum.h"
+#include "lib/comm/vector.h"
 #include "lib/core/vec.h"
-#include "physics/mfm/faces.h"
 
 static const double surface_share =
     0.12; /* |sum A| / sum |A|: a smooth surface has more, with the usual neighbors 0.24 */
@@ -28,7 +27,8 @@ static double weight_of(const struct mfm_faces *f, size_t p) {
   return sum;
 }
 
-/* Is the missing face of node i the surface? It is if no neighbor lies that way, within 53 degrees (measured: inside, within 42). */
+/* Is the missing face of node i a free surface? It is if no neighbor lies in its direction within 53 degrees
+ * (measured inside a gas: within 42). */
 static bool is_surface(const struct mfm_faces *f, kith_index i, const double *missing) {
   const struct mfm_links *links = &f->links;
   const double *x = f->nodes->position->f64, least2 = 0.36 * kith_dot(missing, missing);
@@ -41,13 +41,13 @@ static bool is_surface(const struct mfm_faces *f, kith_index i, const double *mi
   return true;
 }
 
-/* Rows of what is linked: the pairs with a weight. */
+/* Rows of the linked nodes: those of pairs with a weight. */
 static kith_status link_nodes(struct mfm_faces *f) {
   const struct kith_rows *rows = &f->graph.rows;
   const uint32_t *of_row = f->graph.pairs.of_row;
   struct mfm_links *links = &f->links;
-  KITH_TRY(mfm_room(&f->weight, &f->weight_capacity, f->graph.pairs.n, sizeof *f->weight));
-  KITH_TRY(mfm_room(&links->first, &links->first_capacity, (size_t)rows->n + 1, sizeof *links->first));
+  KITH_TRY(mfm_reserve(&f->weight, &f->weight_capacity, f->graph.pairs.n, sizeof *f->weight));
+  KITH_TRY(mfm_reserve(&links->first, &links->first_capacity, (size_t)rows->n + 1, sizeof *links->first));
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) f->weight[p] = weight_of(f, p);
   links->first[0] = 0;
@@ -58,8 +58,9 @@ static kith_status link_nodes(struct mfm_faces *f) {
     links->first[i + 1] = n;
   }
   for (kith_index i = 0; i < rows->n; ++i) links->first[i + 1] += links->first[i];
-  KITH_TRY(mfm_room(&links->node, &links->node_capacity, links->first[rows->n], sizeof *links->node));
-  KITH_TRY(mfm_room(&links->weight, &links->weight_capacity, links->first[rows->n], sizeof *links->weight));
+  KITH_TRY(mfm_reserve(&links->node, &links->node_capacity, links->first[rows->n], sizeof *links->node));
+  KITH_TRY(
+      mfm_reserve(&links->weight, &links->weight_capacity, links->first[rows->n], sizeof *links->weight));
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < rows->n; ++i) {
     size_t at = links->first[i];
@@ -72,7 +73,7 @@ static kith_status link_nodes(struct mfm_faces *f) {
   return KITH_OK;
 }
 
-/* - sum A, sum a (negative where the node stays open), 1 / sum |A|. */
+/* The right-hand side - sum A, the diagonal sum a (negative where the node stays open), 1 / sum |A|. */
 static void equations(struct mfm_faces *f) {
   const struct kith_rows *rows = &f->graph.rows;
   uint64_t opened = 0;
@@ -102,10 +103,10 @@ static void equations(struct mfm_faces *f) {
 static int laplacian(void *context, N_Vector v, N_Vector z) {
   struct mfm_faces *f = context;
   const struct mfm_links *links = &f->links;
-  double *restrict shift = f->shift->f64, *restrict out = N_VGetArrayPointer(z);
+  double *restrict shift = f->shift->f64, *restrict out = kith_vector_numbers(z, 0);
   if (f->graph.rows.n > 0)
-    memcpy(shift, N_VGetArrayPointer(v), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
-  kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
+    memcpy(shift, kith_vector_numbers(v, 0), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
+  kith_halo_refresh(f->halo, f->nodes, &f->shift, 1);
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < f->graph.rows.n; ++i) {
     double sum[NDIM];
@@ -120,66 +121,14 @@ static int laplacian(void *context, N_Vector v, N_Vector z) {
 /* z = r / sum a. */
 static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_tolerance, int side) {
   const struct mfm_faces *f = context;
-  const double *restrict in = N_VGetArrayPointer(r);
-  double *restrict out = N_VGetArrayPointer(z);
+  const double *restrict in = kith_vector_numbers(r, 0);
+  double *restrict out = kith_vector_numbers(z, 0);
   (void)unused_tolerance, (void)side;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < f->graph.rows.n; ++i)
     for (int a = 0; a < NDIM; ++a)
       out[(size_t)i * NDIM + a] = in[(size_t)i * NDIM + a] / fabs(f->diagonal[i]);
   return 0;
-}
-
-/* --- vectors: serial ones of SUNDIALS, whose products are summed over ranks --- */
-
-enum { FEW = 4096 }; /* numbers: for fewer, waking threads costs more than they save */
-
-struct content {
-  struct _N_VectorContent_Serial own; /* first: all other operations are those of serial vectors */
-  struct kith_ranks *ranks;
-};
-
-/* Exact: who has which nodes does not matter. */
-static double dot(N_Vector x, N_Vector y) {
-  const struct content *content = x->content;
-  const double *a = N_VGetArrayPointer(x), *b = N_VGetArrayPointer(y);
-  struct kith_sum total = {0};
-#pragma omp parallel if (content->own.length > FEW)
-  {
-    struct kith_sum mine = {0};
-#pragma omp for schedule(static) nowait
-    for (sunindextype k = 0; k < content->own.length; ++k) kith_sum_add(&mine, a[k] * b[k]);
-#pragma omp critical(mfm_dot)
-    kith_sum_join(&total, &mine);
-  }
-  kith_sum_ranks(content->ranks, &total, 1);
-  return kith_sum_value(&total);
-}
-
-static N_Vector clone(N_Vector of);
-
-/* A vector over `data`; NULL: over memory of its own. NULL if there is none. SUNDIALS frees what is here. */
-static N_Vector make_vector(size_t n, double *data, struct kith_ranks *ranks, SUNContext context) {
-  N_Vector v = N_VNewEmpty_Serial((sunindextype)n, context);
-  struct content *content = v != NULL ? realloc(v->content, sizeof *content) : NULL;
-  if (content == NULL) {
-    if (v != NULL) N_VDestroy(v);
-    return NULL;
-  }
-  v->content = content;
-  content->ranks = ranks;
-  content->own.own_data = data == NULL;
-  content->own.data = data != NULL ? data : calloc(n + 1, sizeof *data);
-  v->ops->nvdotprod = dot;
-  v->ops->nvclone = clone;
-  if (content->own.data != NULL) return v;
-  N_VDestroy(v);
-  return NULL;
-}
-
-static N_Vector clone(N_Vector of) {
-  const struct content *content = of->content;
-  return make_vector((size_t)content->own.length, NULL, content->ranks, of->sunctx);
 }
 
 /* --- solving --- */
@@ -203,8 +152,9 @@ static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, 
   f->iterations += (uint64_t)SUNLinSolNumIters(solver);
   SUNLinSolFree(solver);
   if (error == 0 || error == SUNLS_RES_REDUCED) return KITH_OK;
-  return kith_ranks_agree(f->nodes->ranks, kith_fail(error < 0 ? KITH_INTERNAL : KITH_DIVERGED,
-                                                     "faces cannot be closed: the solver gave %d", error));
+  return kith_ranks_allreduce_status(f->nodes->ranks,
+                                     kith_fail(error < 0 ? KITH_INTERNAL : KITH_DIVERGED,
+                                               "faces cannot be closed: the solver gave %d", error));
 }
 
 /* A_ij += a_ij (l_i - l_j). */
@@ -223,26 +173,25 @@ kith_status mfm_faces_close(struct mfm_faces *f) {
   const size_t n = (size_t)f->graph.rows.n, all = n * NDIM;
   if (n == 0 && f->nodes->ranks == NULL) return KITH_OK;
   KITH_TRY(link_nodes(f));
-  KITH_TRY(mfm_room(&f->open, &f->open_capacity, all, sizeof *f->open));
-  KITH_TRY(mfm_room(&f->scale, &f->scale_capacity, all, sizeof *f->scale));
-  KITH_TRY(mfm_room(&f->diagonal, &f->diagonal_capacity, n, sizeof *f->diagonal));
+  KITH_TRY(mfm_reserve(&f->open, &f->open_capacity, all, sizeof *f->open));
+  KITH_TRY(mfm_reserve(&f->scale, &f->scale_capacity, all, sizeof *f->scale));
+  KITH_TRY(mfm_reserve(&f->diagonal, &f->diagonal_capacity, n, sizeof *f->diagonal));
   equations(f);
-  SUNContext context = NULL;
-  if (SUNContext_Create(NULL, &context) != 0) KITH_FAIL(NO_MEMORY, "no memory to close faces");
-  N_Vector open = make_vector(all, f->open, f->nodes->ranks, context);
-  N_Vector scale = make_vector(all, f->scale, f->nodes->ranks, context);
-  N_Vector solution = make_vector(all, NULL, f->nodes->ranks, context);
+  struct kith_vectors *vectors = NULL;
+  KITH_TRY(
+      kith_vectors_create(&vectors, f->nodes->ranks, 1, &(struct kith_vector_part){&f->open, (int64_t)all}));
+  N_Vector scale = kith_vector_clone(vectors), solution = kith_vector_clone(vectors);
   kith_status status = kith_fail(KITH_NO_MEMORY, "no memory to close faces");
-  if (open != NULL && scale != NULL && solution != NULL) {
+  if (scale != NULL && solution != NULL) {
+    if (n > 0) memcpy(kith_vector_numbers(scale, 0), f->scale, all * sizeof(double));
     N_VConst(0, solution);
-    status = solve(f, solution, open, scale, context);
-    if (n > 0) memcpy(f->shift->f64, N_VGetArrayPointer(solution), all * sizeof(double));
-    kith_nodes_refresh_ghosts(f->nodes, &f->shift, 1);
+    status = solve(f, solution, vectors->view, scale, vectors->context);
+    if (n > 0) memcpy(f->shift->f64, kith_vector_numbers(solution, 0), all * sizeof(double));
+    kith_halo_refresh(f->halo, f->nodes, &f->shift, 1);
   }
-  if (open != NULL) N_VDestroy(open);
   if (scale != NULL) N_VDestroy(scale);
   if (solution != NULL) N_VDestroy(solution);
-  SUNContext_Free(&context);
+  kith_vectors_destroy(&vectors);
   KITH_TRY(status);
   apply(f);
   return KITH_OK;

@@ -1,38 +1,56 @@
 /* faces.h - the faces between nodes of a meshless method: one vector area A_ij per pair, from i to j.
  *
- * Faces carry fluxes, so A_ji = -A_ij: it is stored once, from the node that the pair starts at (connectivity.h). Two forms; V = 1 / n is the volume of a node.
+ * Faces carry fluxes, so A_ji = -A_ij: it is stored once, from the node that the pair starts at
+ * (connectivity.h). Two forms; V = 1 / n is the volume of a node.
  *
  *   one-point   between neighbors (Hopkins 2015, MNRAS 450, 53):
  *                   A_ij = V_i psi~_j(x_i) - V_j psi~_i(x_j) = (w_i V_i M_i^-1 + w_j V_j M_j^-1) (x_j - x_i),
  *                   M_i = sum_j w_i (x_j - x_i) (x_j - x_i), w_i = w(r_ij / H_i)
- *               Both matrices are positive, so a face never looks backwards. Where M has no good inverse (all neighbors on a line, on
- *               one side) that end is the one of SPH, -V^2 grad W.
+ *               Both matrices are positive, so a face always points towards the neighbor. Where M has no good
+ *               inverse (all neighbors on a line, or on one side) that end contributes as in SPH, -V^2 grad
+ *               W.
  *   integrated  between all nodes whose supports share a node, the integral by its definition:
- *                   A_ij = sum_k V_k (psi_i grad psi_j - psi_j grad psi_i)(x_k), psi_i(x) = W(x - x_i, H_i) / s(x), s = sum_l W(x - x_l, H_l)
- *                        = sum_k (P_ik grad P_jk - P_jk grad P_ik),  P_ik = W(x_k - x_i, H_i) sqrt(V_k) / s(x_k)
- *               as the derivatives of s cancel. k runs over the nodes in both supports, i and j among them. No matrix, nothing to
- *               degenerate; needs overlap and rows of ghosts. A sum over few nodes is not the integral: on a lattice sum_j A_ij (x_j - x_i)
- *               falls short of 2 V by 9, 5, 3 % in 1-D, 2-D, 3-D, and every acceleration with it. So faces are stretched,
- *                   A_ij *= (s_i + s_j) / 2,  s_i = 2 V_i d / tr sum_j A_ij (x_j - x_i)                            (1)
- *               exact on lattices; on nodes 0.3 spacings off (2-D) the error of the sum is 0.12 instead of 0.19, that of one-point faces.
+ *                   A_ij = sum_k V_k (psi_i grad psi_j - psi_j grad psi_i)(x_k), psi_i(x) = W(x - x_i, H_i) /
+ *                   s(x), s = sum_l W(x - x_l, H_l)
+ *                        = sum_k (P_ik grad P_jk - P_jk grad P_ik),  P_ik = W(x_k - x_i, H_i) sqrt(V_k) /
+ *                        s(x_k)
+ *               as the derivatives of s cancel. k runs over the nodes in both supports, i and j among them.
+ *               No matrix has to be inverted; overlap and rows of ghosts are required. A sum over few nodes
+ *               is not the integral: on a lattice sum_j A_ij (x_j - x_i) is less than 2 V by 9, 5, 3 % in
+ *               1-D, 2-D, 3-D, and so is every acceleration. So faces are stretched,
+ *                   A_ij *= (s_i + s_j) / 2,  s_i = 2 V_i d / tr sum_j A_ij (x_j - x_i)
+ *                                                  (1)
+ *               exact on lattices; on nodes 0.3 spacings off (2-D) the error of the sum is 0.12 instead of
+ *               0.19, that of one-point faces.
  *
- * On disordered nodes neither closes, and a uniform pressure pushes. Measured for nodes of unit volume, up to 0.3 spacings off a square lattice,
- * 20 neighbors (tests/unit/test_mfm_faces.c):  mean |sum A|  0.47 one-point, 0.18 integrated;  mean sum |A|  3.4, 2.5;  faces  20, 64.
- * Less area is not less dissipation: open integrated faces stir nodes where one-point faces order them, and Gresho's vortex is lost with
- * them; they want to be closed. mfm_faces_close adds the smallest correction that does,
+ * On disordered nodes neither form closes, sum_j A_ij != 0, so a uniform pressure accelerates nodes. Measured
+ * for nodes of unit volume, up to 0.3 spacings off a square lattice, 20 neighbors
+ * (tests/unit/physics/test_mfm_faces.c):  mean |sum A|  0.47
+ * one-point, 0.18 integrated;  mean sum |A|  3.4, 2.5;  faces  20, 64. Less area is not less dissipation:
+ * open integrated faces disorder the nodes where one-point faces order them, and Gresho's vortex is lost with
+ * them; they should be closed. mfm_faces_close adds the smallest correction that does it,
  *     A_ij += a_ij (l_i - l_j),  sum_j a_ij (l_i - l_j) = - sum_j A_ij                         (2)
- * least in sum |dA|^2 / a, with a_ij the face that SPH gives the pair, V_i^2 |grad W_i| + V_j^2 |grad W_j|. (a = |A| asks for l ten times as large
- * where the volume of nodes jumps by 8, and a shock tube with integrated faces did not survive it.) (2) is a graph Laplacian, solved by
- * conjugate gradients (SUNDIALS) from zero: some 60 iterations on 32^2 nodes, 105 on 64^2, as many as there are nodes on a line; starting from the last l saves 5 %.
- * l of an image is the image of l, so walls and periodic faces take part. The correction is not local: on a line all cross sections get
- * the same face, which need not be 1. A node at a free surface is not closed by its neighbors and must not be: where the face that is
- * missing, -sum A, is a good part of the whole area and no neighbor lies that way, l is 0 and the node stays open. */
+ * least in sum |dA|^2 / a, with a_ij the face that SPH gives the pair, V_i^2 |grad W_i| + V_j^2 |grad W_j|.
+ * (With a = |A|, l is ten times as large where the volume of nodes jumps by 8, and a shock tube with
+ * integrated faces fails.) (2) is a graph Laplacian, solved by conjugate gradients (SUNDIALS)
+ * from zero: some 60 iterations on 32^2 nodes, 105 on 64^2, as many as there are nodes on a line; starting
+ * from the last l saves 5 %. l of an image is the image of l, so walls and periodic faces take part. The
+ * correction is not local: on a line all cross sections get the same face, which need not be 1. A node at a
+ * free surface must stay open: where the missing face, -sum A, is a large part of the whole area and no
+ * neighbor lies in its direction, l is 0. */
 #ifndef KITH_PHYSICS_MFM_FACES_H
 #define KITH_PHYSICS_MFM_FACES_H
 
-#include "lib/connectivity/traversal.h"
-#include "physics/density.h"
-#include "physics/kernel.h"
+#include "lib/core/symmetric.h"
+#include "physics/package.h"
+
+/* Forms of the faces, choices in a scene. */
+#define MFM_FACES_LIST(X) X(ONE_POINT, one_point) X(INTEGRATED, integrated)
+enum mfm_faces_form {
+#define X(name, word) MFM_FACES_##name,
+  MFM_FACES_LIST(X)
+#undef X
+};
 
 /* Rows of the nodes that a correction links. */
 struct mfm_links {
@@ -44,14 +62,16 @@ struct mfm_links {
 
 struct mfm_faces {
   /* Set by the caller. Borrowed. */
-  enum kith_faces form;
+  enum mfm_faces_form form;
   bool closed;
   struct kith_nodes *nodes;
+  struct kith_halo *halo; /* of the hydro state; NULL: one process */
   enum kith_kernel kernel;
   double neighbors;             /* V = ball H^d / neighbors */
   struct kith_profile *profile; /* may be NULL */
-  const struct kith_field *
-      barrier; /* package.h; may be NULL. Their faces are those of the other end with its mirror image, and are not closed */
+  /* package.h; may be NULL. Their faces are those of the other end with its mirror image, and are not
+   * closed */
+  const struct kith_field *barrier;
 
   /* Fields, registered by mfm_faces_init. */
   struct kith_field
@@ -60,16 +80,16 @@ struct mfm_faces {
   struct kith_field *stretch;    /* s_i - 1 of (1) */
   struct kith_field *shift;      /* l of (2) */
 
-  /* The pairs that have a face, as connectivity of their own: rows and pairs of internal nodes, so that passes over pairs run on it.
-   * Rows are views of the connectivity's rows or overlap; pairs a view of its pairs or `numbered`. */
+  /* The pairs that have a face, as connectivity of their own: rows and pairs of internal nodes, so that
+   * passes over pairs run on it: views of the connectivity's rows and pairs, or of its overlap and
+   * overlap pairs. */
   struct kith_connectivity graph;
-  struct kith_pairs numbered;
-  uint32_t *cursor;
   double *area; /* [graph.pairs.n][NDIM], from the first end to the second */
   double *edge; /* [entries of graph.rows][NDIM], of every entry, from i to j; made by mfm_faces_edges */
-  size_t area_capacity, cursor_capacity, edge_capacity;
+  size_t area_capacity, edge_capacity;
 
-  /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk and its gradient */
+  /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk
+   * and its gradient */
   size_t *holders;    /* [nodes + 1] */
   kith_index *holder; /* [holders[nodes]] */
   double *value;      /* [holders[nodes]][KITH_LANES] */
@@ -90,22 +110,20 @@ void mfm_faces_clear(struct mfm_faces *faces);
 struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
 size_t mfm_faces_bytes(const struct mfm_faces *faces);
 
-/* All faces, closed if they are to be. Supports of ghosts are refreshed (and the matrix); the fields that belong to the faces are
- * refreshed here. */
-kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
+/* One-point faces of the pairs of the graph. */
+kith_status mfm_faces_one_point(struct mfm_faces *faces);
 
 /* Spreads the areas over the rows, for passes that gather. */
 kith_status mfm_faces_edges(struct mfm_faces *faces);
 
-/* Its parts. */
-kith_status mfm_faces_integrate(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
-kith_status mfm_faces_close(struct mfm_faces *faces);
+/* The graph of the faces and memory for their areas; before any of them is computed. */
+kith_status mfm_faces_prepare(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
-/* Inverse of a symmetric positive matrix (upper triangle); false, and zero, if it is close to singular: the worst direction has about
- * 1/60 of the others. */
+/* Inverse of a symmetric positive matrix (upper triangle); false, and zero, if it is close to singular: the
+ * worst direction has about 1/60 of the others. */
 bool mfm_invert(const double *m, double *inverse);
 
 /* A growing array; contents are lost. */
-kith_status mfm_room(void *p, size_t *capacity, size_t count, size_t size);
+kith_status mfm_reserve(void *p, size_t *capacity, size_t count, size_t size);
 
 #endif

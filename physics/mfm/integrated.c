@@ -1,13 +1,14 @@
-/* Integrated faces. A_ij = sum_k (P_ik grad P_jk - P_jk grad P_ik) is a product of sparse matrices: row i is summed into one
- * accumulator per node, k by k over the nodes that the support of i holds, j over those whose support holds k. */
+/* Integrated faces. A_ij = sum_k (P_ik grad P_jk - P_jk grad P_ik) is a product of sparse matrices: row i is
+ * summed into one accumulator per node, k by k over the nodes that the support of i holds, j over those whose
+ * support holds k. */
+#include "physics/mfm/integrated.h"
 #include <math.h>
 #include <string.h>
 #include "lib/core/lanes.h"
 #include "lib/core/vec.h"
-#include "physics/mfm/faces.h"
 
 static const double most_stretch =
-    0.25; /* a lattice takes 0.09 at most; the surface of a gas would take more than it should */
+    0.25; /* a lattice needs 0.09 at most; at the surface of a gas it would be too large */
 
 struct pass {
   struct mfm_faces *faces;
@@ -19,8 +20,9 @@ static inline double height(const struct mfm_faces *f, double support) {
   return kith_kernel_constant(f->kernel) / kith_pow_dim(support);
 }
 
-/* A ghost that no internal node sees is no place of quadrature: its row need not be whole. */
-static inline bool seen(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k) {
+/* Is k a node of the quadrature? A ghost that is no neighbor of an internal node is not: its row may be
+ * incomplete. */
+static inline bool is_quadrature_node(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k) {
   for (size_t e = rows->first[k]; k >= f->nodes->n_internal && e < rows->first[k + 1]; ++e)
     if (rows->node[e] < f->nodes->n_internal) return true;
   return k < f->nodes->n_internal;
@@ -28,7 +30,8 @@ static inline bool seen(const struct mfm_faces *f, const struct kith_rows *rows,
 
 /* s(x_k), as sqrt(V) / s, and the number of holders, k among them. */
 KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pass, kith_index begin,
-                                 kith_index end) {
+                                 kith_index end, struct kith_scratch *s) {
+  (void)s;
   struct mfm_faces *f = pass->faces;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
@@ -46,13 +49,14 @@ KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pas
       ++count;
     }
     f->quadrature->f64[k] = sqrt(kith_ball() * kith_pow_dim(h[k]) / f->neighbors) / sum;
-    f->holders[k + 1] = seen(f, rows, k) ? count : 0;
+    f->holders[k + 1] = is_quadrature_node(f, rows, k) ? count : 0;
   }
 }
 
 /* The holders of k and their values. */
 KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass, kith_index begin,
-                               kith_index end) {
+                               kith_index end, struct kith_scratch *s) {
+  (void)s;
   struct mfm_faces *f = pass->faces;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
@@ -77,8 +81,9 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
   }
 }
 
-/* The place of i among the holders of k, or of the first above it; they ascend but for the first, k itself. */
-static inline size_t place(const struct mfm_faces *f, kith_index k, kith_index i) {
+/* The position of i among the holders of k, or of the first above it; they ascend except the first, which is
+ * k. */
+static inline size_t position(const struct mfm_faces *f, kith_index k, kith_index i) {
   size_t from = f->holders[k] + 1, to = f->holders[k + 1];
   while (from < to) {
     const size_t middle = (from + to) / 2;
@@ -91,13 +96,13 @@ static inline size_t place(const struct mfm_faces *f, kith_index k, kith_index i
 }
 
 /* What k adds to the faces of i with the nodes above it. */
-KITH_INLINE void add_place(const struct mfm_faces *f, kith_index i, kith_index k, kith_lanes *restrict sum) {
-  const size_t self = f->holders[k], end = f->holders[k + 1], found = k == i ? self : place(f, k, i);
+KITH_INLINE void add_node(const struct mfm_faces *f, kith_index i, kith_index k, kith_lanes *restrict sum) {
+  const size_t self = f->holders[k], end = f->holders[k + 1], found = k == i ? self : position(f, k, i);
   if (found == end || f->holder[found] != i) return; /* the support of i does not hold k */
   const kith_lanes *restrict value = (const kith_lanes *)f->value;
   const kith_lanes mine = value[found];
   if (k > i) sum[k] += mine[0] * value[self] - value[self][0] * mine;
-  for (size_t e = k == i ? place(f, k, i) : found + 1; e < end; ++e)
+  for (size_t e = k == i ? position(f, k, i) : found + 1; e < end; ++e)
     sum[f->holder[e]] += mine[0] * value[e] - value[e][0] * mine;
 }
 
@@ -107,8 +112,8 @@ KITH_INLINE void product_chunk(const struct pass *pass, kith_index begin, kith_i
   const struct kith_rows *rows = &pass->connectivity->rows;
   kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
   for (kith_index i = begin; i < end; ++i) {
-    add_place(f, i, i, sum);
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_place(f, i, rows->node[e], sum);
+    add_node(f, i, i, sum);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_node(f, i, rows->node[e], sum);
     for (size_t p = f->graph.pairs.first[i]; p < f->graph.pairs.first[i + 1]; ++p) {
       const kith_index j = f->graph.pairs.node[p][1];
       for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] = sum[j][1 + a];
@@ -120,8 +125,8 @@ KITH_INLINE void product_chunk(const struct pass *pass, kith_index begin, kith_i
 /* --- in canonical order: holders do not ascend, and i may be a ghost --- */
 
 /* What k adds to the faces of i with all nodes. */
-KITH_INLINE void add_place_to_all(const struct mfm_faces *f, kith_index i, kith_index k,
-                                  kith_lanes *restrict sum) {
+KITH_INLINE void add_node_to_all(const struct mfm_faces *f, kith_index i, kith_index k,
+                                 kith_lanes *restrict sum) {
   const size_t end = f->holders[k + 1];
   size_t found = f->holders[k];
   while (found < end && f->holder[found] != i) ++found;
@@ -131,7 +136,8 @@ KITH_INLINE void add_place_to_all(const struct mfm_faces *f, kith_index i, kith_
   for (size_t e = f->holders[k]; e < end; ++e) sum[f->holder[e]] += mine[0] * value[e] - value[e][0] * mine;
 }
 
-/* Faces of the pairs that start at i. All places that both supports hold are here and in order, whoever has i. */
+/* Faces of the pairs that start at i. All quadrature nodes of both supports are on this rank and in order,
+ * whether i is internal or a ghost. */
 KITH_INLINE void product_chunk_canonical(const struct pass *pass, kith_index begin, kith_index end,
                                          struct kith_scratch *s) {
   const struct mfm_faces *f = pass->faces;
@@ -140,8 +146,8 @@ KITH_INLINE void product_chunk_canonical(const struct pass *pass, kith_index beg
   kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
   for (kith_index i = begin; i < end; ++i) {
     if (pairs->first[i] == pairs->first[i + 1]) continue;
-    add_place_to_all(f, i, i, sum);
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_place_to_all(f, i, rows->node[e], sum);
+    add_node_to_all(f, i, i, sum);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_node_to_all(f, i, rows->node[e], sum);
     for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p)
       for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] = sum[pairs->node[p][1]][1 + a];
     sum[i] = (kith_lanes){0};
@@ -152,7 +158,8 @@ KITH_INLINE void product_chunk_canonical(const struct pass *pass, kith_index beg
 
 /* --- stretching --- */
 
-/* What the faces of i are to be stretched by, less 1, so that the trace of sum A (x_j - x_i) is that of 2 V. */
+/* What the faces of i are to be stretched by, less 1, so that the trace of sum A (x_j - x_i) is that of 2
+ * V. */
 static void stretch_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct pass *pass = context;
   const struct mfm_faces *f = pass->faces;
@@ -176,7 +183,7 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
 static kith_status stretch(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   KITH_TRY(kith_traverse(f->nodes->n_internal, stretch_chunk, pass, 1, 0, NULL, f->profile));
-  kith_nodes_refresh_ghosts(f->nodes, &f->stretch, 1);
+  kith_halo_refresh(f->halo, f->nodes, &f->stretch, 1);
   const double *more = f->stretch->f64;
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) {
@@ -186,19 +193,8 @@ static kith_status stretch(struct pass *pass) {
   return KITH_OK;
 }
 
-#define X(name, ...)                                                                     \
-  KITH_HOT static void partition_##name(void *context, kith_index begin, kith_index end, \
-                                        struct kith_scratch *s) {                        \
-    (void)s;                                                                             \
-    partition_chunk(KITH_KERNEL_##name, context, begin, end);                            \
-  }                                                                                      \
-  KITH_HOT static void holders_##name(void *context, kith_index begin, kith_index end,   \
-                                      struct kith_scratch *s) {                          \
-    (void)s;                                                                             \
-    holders_chunk(KITH_KERNEL_##name, context, begin, end);                              \
-  }
-KITH_KERNEL_LIST(X)
-#undef X
+KITH_KERNEL_CHUNKS(partition_chunk)
+KITH_KERNEL_CHUNKS(holders_chunk)
 
 KITH_HOT static void product(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   if (((const struct pass *)context)->connectivity->canonical)
@@ -208,25 +204,16 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
 }
 
 kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
-  static const kith_chunk_pass partition[] = {
-#define X(name, ...) partition_##name,
-      KITH_KERNEL_LIST(X)};
-#undef X
-  static const kith_chunk_pass holders[] = {
-#define X(name, ...) holders_##name,
-      KITH_KERNEL_LIST(X)
-#undef X
-  };
   struct pass pass = {f, connectivity};
   const kith_index n = connectivity->rows.n;
-  KITH_TRY(mfm_room(&f->holders, &f->holders_capacity, (size_t)n + 1, sizeof *f->holders));
-  KITH_TRY(kith_traverse(n, partition[f->kernel], &pass, 1, 0, NULL, f->profile));
-  kith_nodes_refresh_ghosts(f->nodes, &f->quadrature, 1);
+  KITH_TRY(mfm_reserve(&f->holders, &f->holders_capacity, (size_t)n + 1, sizeof *f->holders));
+  KITH_TRY(kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile));
+  kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
   f->holders[0] = 0;
   for (kith_index k = 0; k < n; ++k) f->holders[k + 1] += f->holders[k];
-  KITH_TRY(mfm_room(&f->holder, &f->holder_capacity, f->holders[n], sizeof *f->holder));
-  KITH_TRY(mfm_room(&f->value, &f->value_capacity, f->holders[n] * KITH_LANES, sizeof *f->value));
-  KITH_TRY(kith_traverse(n, holders[f->kernel], &pass, 1, 0, NULL, f->profile));
+  KITH_TRY(mfm_reserve(&f->holder, &f->holder_capacity, f->holders[n], sizeof *f->holder));
+  KITH_TRY(mfm_reserve(&f->value, &f->value_capacity, f->holders[n] * KITH_LANES, sizeof *f->value));
+  KITH_TRY(kith_traverse(n, holders_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile));
   KITH_TRY(kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile));
   return stretch(&pass);
 }

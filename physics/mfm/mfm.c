@@ -1,4 +1,254 @@
+/* Package `mfm`: gradients, the Riemann problem of a pair, and the order of the passes. */
 #include "physics/mfm/mfm.h"
+#include <math.h>
+#include "lib/core/vec.h"
+#include "physics/mfm/closure.h"
+#include "physics/mfm/integrated.h"
+#include "physics/mfm/riemann.h"
+#include "physics/passes/density.h"
+
+struct mfm_settings {
+  enum mfm_faces_form faces;
+  bool closed;
+};
+#define AS_CHOICE(name, word) "|" #word
+static const struct kith_param params[] = {
+    {"faces", KITH_PARAM_CHOICE, "one-point", MFM_FACES_LIST(AS_CHOICE),
+     "from the gradients at both nodes, or summed over the nodes that two supports share",
+     KITH_INTO(struct mfm_settings, faces)},
+    {"closed", KITH_PARAM_BOOL, "false", "", "the faces of each node sum to zero",
+     KITH_INTO(struct mfm_settings, closed)},
+    {0}};
+
+/* --- gradients --- */
+
+enum { COUNT_EVALUATIONS, COUNT_FALLBACKS };
+
+struct gradients_pass {
+  const struct kith_package *package;
+  const struct kith_connectivity *connectivity;
+};
+
+/* sum w dx dx, sum w d(rho) dx, sum w dP dx over the row of i. A barrier has the state of i. */
+struct gradient_sums {
+  double moment[KITH_SYMMETRIC_SIZE], density[NDIM], pressure[NDIM];
+};
+
+KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
+                         struct gradient_sums *sums) {
+  const struct kith_hydro *hydro = pass->package->hydro;
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const kith_index *restrict row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i];
+  const double *restrict x = hydro->nodes->position->f64, *restrict density = hydro->density->f64,
+                         *restrict pressure = hydro->pressure->f64;
+  const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
+  const double inverse = 1 / hydro->nodes->support->f64[i], *xi = x + (size_t)i * NDIM;
+  double moment[KITH_SYMMETRIC_SIZE] = {0}, of_density[NDIM] = {0}, of_pressure[NDIM] = {0};
+#pragma omp simd reduction(+ : moment, of_density, of_pressure)
+  for (size_t k = 0; k < n; ++k) {
+    const kith_index j = row[k];
+    double d[NDIM], r2 = 0, w, g;
+    for (int a = 0; a < NDIM; ++a) {
+      d[a] = x[j * NDIM + a] - xi[a];
+      r2 += d[a] * d[a];
+    }
+    kith_kernel_value(kernel, sqrt(r2) * inverse, &w, &g);
+    const double weight = barrier != NULL && barrier[j] ? 0 : w;
+    const double drho = weight * (density[j] - density[i]), dp = weight * (pressure[j] - pressure[i]);
+    for (int a = 0, m = 0; a < NDIM; ++a) {
+      of_density[a] += drho * d[a];
+      of_pressure[a] += dp * d[a];
+      for (int b = a; b < NDIM; ++b) moment[m++] += w * d[a] * d[b];
+    }
+  }
+  for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) sums->moment[m] = moment[m];
+  for (int a = 0; a < NDIM; ++a) sums->density[a] = of_density[a], sums->pressure[a] = of_pressure[a];
+}
+
+/* out = M v of a symmetric matrix. */
+KITH_INLINE void apply(const double *matrix, const double *v, double *out) {
+  for (int a = 0; a < NDIM; ++a) out[a] = 0;
+  for (int a = 0, m = 0; a < NDIM; ++a)
+    for (int b = a; b < NDIM; ++b, ++m) {
+      out[a] += matrix[m] * v[b];
+      if (b != a) out[b] += matrix[m] * v[a];
+    }
+}
+
+KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index begin,
+                                 kith_index end, struct kith_scratch *s) {
+  const struct mfm *mfm = pass->package->self;
+  const double *support = pass->package->hydro->nodes->support->f64;
+  for (kith_index i = begin; i < end; ++i) {
+    struct gradient_sums sums;
+    double inverse[KITH_SYMMETRIC_SIZE];
+    sum_row(kernel, pass, i, &sums);
+    s->count[COUNT_EVALUATIONS] += pass->connectivity->rows.first[i + 1] - pass->connectivity->rows.first[i];
+    if (!mfm_invert(sums.moment, inverse)) s->count[COUNT_FALLBACKS] += 1;
+    apply(inverse, sums.density, mfm->density_slope->f64 + (size_t)i * NDIM);
+    apply(inverse, sums.pressure, mfm->pressure_slope->f64 + (size_t)i * NDIM);
+    const double volume = kith_ball() * kith_pow_dim(support[i]) / pass->package->neighbors;
+    for (int m = 0; mfm->faces.matrix != NULL && m < KITH_SYMMETRIC_SIZE; ++m)
+      mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m] = volume * inverse[m];
+  }
+}
+
+KITH_KERNEL_CHUNKS(gradients_chunk)
+
+/* Gradients of density and pressure, and the matrices of one-point faces, of internal nodes. Ghosts have
+ * density and pressure. */
+static kith_status gradients(struct kith_package *package, const struct kith_connectivity *connectivity) {
+  struct gradients_pass pass = {package, connectivity};
+  const struct kith_node_sweep sweep = {.stage = "gradients",
+                                        .rows = &connectivity->rows,
+                                        .chunk = gradients_chunk_of[package->kernel],
+                                        .context = &pass,
+                                        .lanes = 1};
+  uint64_t count[4];
+  KITH_TRY(kith_package_sweep(package, &sweep, count));
+  package->pair_evaluations += count[COUNT_EVALUATIONS];
+  package->fallbacks += count[COUNT_FALLBACKS];
+  return KITH_OK;
+}
+
+/* --- the pair function --- */
+
+/* What a pair reads of a node; behind it the face. */
+enum {
+  MFM_DENSITY = KITH_PACKED_OWN,
+  MFM_PRESSURE,
+  MFM_BULK,  /* rho c^2 */
+  MFM_GAMMA, /* of the material */
+  MFM_DENSITY_SLOPE,
+  MFM_PRESSURE_SLOPE = MFM_DENSITY_SLOPE + NDIM,
+  MFM_VELOCITY_SLOPE = MFM_PRESSURE_SLOPE + NDIM, /* [a][b] = dv_a / dx_b */
+  MFM_PACKED = MFM_VELOCITY_SLOPE + NDIM * NDIM,
+  MFM_AREA = MFM_PACKED
+};
+
+/* L of (4). */
+KITH_INLINE double limited(double slope, double difference) {
+  const double most = fabs(difference), sign = difference > 0 ? 1 : -1;
+  return sign * KITH_MAX(KITH_MIN(sign * slope, 1.5 * most), -most);
+}
+
+/* The same of a quantity that must stay positive: it is reduced by no more than q / 2. */
+KITH_INLINE double limited_down(double q, double slope, double difference) {
+  return KITH_MAX(limited(slope, difference), -q);
+}
+
+/* The state of one end at the middle of the pair, from the slopes and differences towards the other end; u:
+ * velocity along the face. */
+KITH_INLINE struct mfm_side reconstruct(double density, double pressure, double bulk, double gamma, double u,
+                                        const double *slope, const double *difference) {
+  struct mfm_side s = {.gamma = gamma};
+  const double more = 0.5 * limited_down(bulk / gamma, slope[1], difference[1]);
+  s.density = density + 0.5 * limited_down(density, slope[0], difference[0]);
+  s.pressure = pressure + more;
+  s.velocity = u + 0.5 * limited(slope[2], difference[2]);
+  s.sound = sqrt((bulk + gamma * more) /
+                 s.density); /* of ideal, stiffened and isothermal gases rho c^2 = gamma P + a constant */
+  return s;
+}
+
+/* (3): what the end that loses `heat` gets back. In a stiffened gas pressures are relative to -P0, where the
+ * sound speed is 0. */
+KITH_INLINE double spared(double pressure, double own, double face, double heat) {
+  const double total = face + own - pressure;
+  return total > 4 * own ? KITH_MAX(-heat, 0.0) * (1 - 4 * own / total) : 0;
+}
+
+KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                          const double *restrict j, double *restrict out) {
+  double d[NDIM], n[NDIM], area2 = 0, slope_i[3] = {0}, slope_j[3] = {0}, du = 0;
+  (void)kernel, (void)constants;
+  for (int a = 0; a < NDIM; ++a) {
+    d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
+    area2 += J(MFM_AREA + a) * J(MFM_AREA + a);
+  }
+  const double area = sqrt(area2), per_area = 1 / KITH_MAX(area, 1e-300);
+  for (int a = 0; a < NDIM; ++a) n[a] = J(MFM_AREA + a) * per_area;
+  for (int a = 0; a < NDIM; ++a) {
+    slope_i[0] += i[MFM_DENSITY_SLOPE + a] * d[a], slope_j[0] -= J(MFM_DENSITY_SLOPE + a) * d[a];
+    slope_i[1] += i[MFM_PRESSURE_SLOPE + a] * d[a], slope_j[1] -= J(MFM_PRESSURE_SLOPE + a) * d[a];
+    du += n[a] * (J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a]);
+    for (int b = 0; b < NDIM; ++b) {
+      slope_i[2] += i[MFM_VELOCITY_SLOPE + a * NDIM + b] * n[a] * d[b];
+      slope_j[2] -= J(MFM_VELOCITY_SLOPE + a * NDIM + b) * n[a] * d[b];
+    }
+  }
+  const double drho = J(MFM_DENSITY) - i[MFM_DENSITY], dp = J(MFM_PRESSURE) - i[MFM_PRESSURE];
+  const double there[] = {drho, dp, du}, back[] = {-drho, -dp, -du};
+  const struct mfm_side l =
+      reconstruct(i[MFM_DENSITY], i[MFM_PRESSURE], i[MFM_BULK], i[MFM_GAMMA], -0.5 * du, slope_i, there);
+  const struct mfm_side r =
+      reconstruct(J(MFM_DENSITY), J(MFM_PRESSURE), J(MFM_BULK), J(MFM_GAMMA), 0.5 * du, slope_j, back);
+  const struct mfm_star star = mfm_riemann(l, r);
+  for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * J(MFM_AREA + a);
+  OUT(KITH_ENERGY_SHARE) = 0.5;
+  const double push = star.pressure * area, face = star.pressure;
+  OUT(KITH_EXCHANGE) =
+      -push * star.velocity +
+      spared(i[MFM_PRESSURE], i[MFM_BULK] / i[MFM_GAMMA], face, -push * (0.5 * du + star.velocity)) -
+      spared(J(MFM_PRESSURE), J(MFM_BULK) / J(MFM_GAMMA), face, -push * (0.5 * du - star.velocity));
+  OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (l.sound + r.sound) + KITH_MAX(-du, 0.0) : 0;
+}
+
+KITH_HOT static void block(const struct kith_force_pass *pass, kith_index i, size_t n,
+                           struct kith_scratch *s) {
+  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, NDIM, pass, i, n, s);
+}
+
+static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
+  const struct kith_hydro *hydro = package->hydro;
+  const struct mfm *mfm = package->self;
+  const double c = hydro->sound_speed->f64[i];
+  const size_t at = (size_t)i * NDIM;
+  kith_force_pack(hydro, i, packed);
+  for (int a = 0; a < NDIM; ++a) {
+    packed[MFM_DENSITY_SLOPE + a] = mfm->density_slope->f64[at + a];
+    packed[MFM_PRESSURE_SLOPE + a] = mfm->pressure_slope->f64[at + a];
+  }
+  for (int k = 0; k < NDIM * NDIM; ++k)
+    packed[MFM_VELOCITY_SLOPE + k] = mfm->velocity_slope->f64[at * NDIM + k];
+  packed[MFM_DENSITY] = hydro->density->f64[i];
+  packed[MFM_PRESSURE] = hydro->pressure->f64[i];
+  packed[MFM_BULK] = hydro->density->f64[i] * c * c;
+  const struct kith_material *material = &hydro->material[hydro->nodes->list->u8[i]];
+  packed[MFM_GAMMA] = material->eos->effective_gamma(material->settings);
+}
+
+static kith_status forces(struct kith_package *package, const struct kith_kick *kick) {
+  struct mfm *mfm = package->self;
+  if (package->traversal == KITH_TRAVERSE_GATHER) KITH_TRY(mfm_faces_edges(&mfm->faces));
+  struct kith_force_pass pass = {.package = package,
+                                 .scratch = &mfm->force,
+                                 .kick = kick,
+                                 .pack = pack,
+                                 .connectivity = &mfm->faces.graph,
+                                 .rows = &mfm->faces.graph.rows,
+                                 .edge = mfm->faces.edge,
+                                 .pair_edge = mfm->faces.area,
+                                 .walls_known = true};
+  return kith_force(&pass, block, MFM_PACKED, NDIM);
+}
+
+/* --- faces, passes --- */
+
+kith_status mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
+  kith_profile_begin(f->profile, "faces");
+  kith_status status = mfm_faces_prepare(f, connectivity);
+  if (status == KITH_OK)
+    status = f->form == MFM_FACES_ONE_POINT ? mfm_faces_one_point(f) : mfm_faces_integrate(f, connectivity);
+  kith_profile_end(f->profile);
+  KITH_TRY(status);
+  if (!f->closed) return KITH_OK;
+  kith_profile_begin(f->profile, "closure");
+  status = mfm_faces_close(f);
+  kith_profile_end(f->profile);
+  return status;
+}
 
 static kith_status mfm_create(struct kith_package *package) {
   struct kith_nodes *nodes = package->hydro->nodes;
@@ -7,11 +257,12 @@ static kith_status mfm_create(struct kith_package *package) {
   const struct kith_field_spec density = {"density_slope", KITH_VECTOR, KITH_F64,
                                           KITH_WORK,       NULL,        "d rho/dx"};
   const struct kith_field_spec pressure = {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"};
+  const struct mfm_settings *settings = package->settings;
   struct mfm *mfm = NULL;
   KITH_TRY(kith_resize(&mfm, 0, 1, sizeof *mfm));
   package->self = mfm;
-  mfm->faces = (struct mfm_faces){.form = package->faces,
-                                  .closed = package->closed,
+  mfm->faces = (struct mfm_faces){.form = settings->faces,
+                                  .closed = settings->closed,
                                   .nodes = nodes,
                                   .kernel = package->kernel,
                                   .neighbors = package->neighbors,
@@ -24,6 +275,7 @@ static kith_status mfm_create(struct kith_package *package) {
 
 static void mfm_destroy(struct kith_package *package) {
   struct mfm *mfm = package->self;
+  kith_force_clear(&mfm->force);
   mfm_faces_clear(&mfm->faces);
   kith_free(&package->self);
 }
@@ -32,27 +284,40 @@ static struct kith_requirements mfm_requirements(const struct kith_package *pack
   return mfm_faces_requirements(&((const struct mfm *)package->self)->faces);
 }
 
-static kith_status mfm_evaluate(struct kith_package *package, struct kith_connectivity *connectivity) {
+static kith_status mfm_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
+                                const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
   struct mfm *mfm = package->self;
   const struct kith_density_wanted wanted = {.gradient = mfm->velocity_slope};
-  KITH_TRY(kith_connectivity_fresh(connectivity, hydro->nodes));
+  KITH_TRY(kith_connectivity_provides(connectivity, hydro->nodes, package->ops->requirements(package)));
   KITH_TRY(kith_density(package, connectivity, &wanted));
-  kith_hydro_close(hydro);
+  kith_hydro_evaluate_eos(hydro);
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure,
                                       hydro->sound_speed, mfm->velocity_slope};
-  kith_package_post(package, 5, state);
-  KITH_TRY(mfm_gradients(package, connectivity));
+  kith_package_start_refresh(package, 5, state);
+  KITH_TRY(gradients(package, connectivity));
   struct kith_field *const slopes[] = {mfm->density_slope, mfm->pressure_slope, mfm->faces.matrix};
   kith_package_refresh(package, mfm->faces.matrix != NULL ? 3 : 2, slopes);
   mfm->faces.profile = package->profile;
   mfm->faces.barrier = package->barrier;
+  mfm->faces.halo = package->hydro->halo;
   KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
-  return mfm_pairs(package);
+  return forces(package, kick);
 }
 
-static size_t mfm_bytes(const struct kith_package *package) {
-  return mfm_faces_bytes(&((const struct mfm *)package->self)->faces);
+static struct kith_package_bytes mfm_bytes(const struct kith_package *package) {
+  const struct mfm *mfm = package->self;
+  struct kith_package_bytes bytes = kith_force_bytes(&mfm->force);
+  bytes.other += mfm_faces_bytes(&mfm->faces);
+  return bytes;
+}
+
+static struct kith_package_traits mfm_traits(const void *settings) {
+  if (((const struct mfm_settings *)settings)->faces != MFM_FACES_INTEGRATED)
+    return (struct kith_package_traits){0};
+  return (struct kith_package_traits){
+      .uncut = "integrated faces",
+      .cheaper = "method.faces=one-point: no overlap lists; a larger closure error on disordered nodes"};
 }
 
 const struct kith_package_ops kith_package_mfm = {
@@ -61,7 +326,9 @@ const struct kith_package_ops kith_package_mfm = {
     .create = mfm_create,
     .destroy = mfm_destroy,
     .requirements = mfm_requirements,
-    .dear = true,
+    .expensive = true,
     .evaluate = mfm_evaluate,
     .bytes = mfm_bytes,
+    .traits = mfm_traits,
+    KITH_SETTINGS(params, mfm_settings),
 };

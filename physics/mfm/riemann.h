@@ -1,21 +1,27 @@
-/* riemann.h - pressure and speed of the contact between two gases, along the normal of a face that moves with it.
+/* riemann.h - pressure and speed of the contact between two gases, along the normal of a face that moves with
+ * it.
  *
- * HLLC (Toro, Spruce and Speares 1994, Shock Waves 4, 25): with wave speeds S_L = u_L - q_L / rho_L and S_R = u_R + q_R / rho_R
- *     S* = (q_L u_L + q_R u_R + P_L - P_R) / (q_L + q_R),  P* = (q_R P_L + q_L P_R + q_L q_R (u_L - u_R)) / (q_L + q_R)
- * A face of mass flux zero takes nothing but P* and S*; so all depends on the mass fluxes q through the waves. They follow
- * from the jump w of the velocity across the wave (w > 0 compresses):
+ * HLLC (Toro, Spruce and Speares 1994, Shock Waves 4, 25): with wave speeds S_L = u_L - q_L / rho_L and S_R =
+ * u_R + q_R / rho_R
+ *     S* = (q_L u_L + q_R u_R + P_L - P_R) / (q_L + q_R),  P* = (q_R P_L + q_L P_R + q_L q_R (u_L - u_R)) /
+ *     (q_L + q_R)
+ * A face without mass flux needs only P* and S*, which follow from the mass fluxes q through the waves, and
+ * these from the difference w of the velocities across the wave (w > 0 compresses):
  *     shock        q = rho (A w + sqrt(c^2 + A^2 w^2)),  A = (gamma + 1) / 4
- *     rarefaction  q = rho c (1 - R(x)) / x,  x = -gamma w / c,  R = (1 - x / n)^n,  n = 2 gamma / (gamma - 1)
- * both exact for ideal and stiffened gases and, with gamma = 1, for isothermal ones. R is replaced by (1 - x / 8)^8 (1 + b x^2), equal to it
- * up to x^2, so that nothing but square roots is called and loops over pairs vectorize. The jumps follow from S*, found in
- * two rounds from S* of q = rho (c + 2 A w), w a share of the approach: exact for two gases alike.
+ *     rarefaction  q = rho c (1 - R(x)) / x,  x = -gamma w / c,  R = (1 - x / n)^n,  n = 2 gamma / (gamma -
+ *                  1)
+ * both exact for ideal and stiffened gases and, with gamma = 1, for isothermal ones. R is replaced by (1 - x
+ * / 8)^8 (1 + b x^2), equal to it up to x^2, so that only square roots are called and loops over pairs
+ * vectorize. The jumps follow from S*, found in two rounds from S* of q = rho (c + 2 A w), w a share of the
+ * approach: exact for two gases alike.
  *
- * Measured against the exact solver (tests/unit/test_mfm_riemann.c), error of P*: 1e-6 for jumps of 10 %, 0.002 for jumps
- * of the order of the state; Sod's states -0.03. Estimates that give an expansion the sound speed as its wave speed (Davis, Einfeldt, Toro's)
- * are off by -0.3 there, and below zero at 1-2-3.
+ * Measured against the exact solver (tests/unit/physics/test_mfm_riemann.c), error of P*: 1e-6 for jumps of
+ * 10 %, 0.002 for jumps of the order of the state; Sod's states -0.03. Estimates that give an expansion the
+ * sound speed as its wave speed (Davis, Einfeldt, Toro's) are off by -0.3 there, and below zero at 1-2-3.
  *
- * Symmetric to the last bit: exchanged sides with reversed velocities give the same P* and the opposite S*. Equal pressures and velocities
- * are kept to the last bit. P* is never below the pressure of the gas at zero density. */
+ * Symmetric to the last bit: exchanged sides with reversed velocities give the same P* and the opposite S*.
+ * Equal pressures and velocities are kept to the last bit. P* is never below the pressure of the gas at zero
+ * density. */
 #ifndef KITH_PHYSICS_MFM_RIEMANN_H
 #define KITH_PHYSICS_MFM_RIEMANN_H
 
@@ -49,7 +55,7 @@ KITH_INLINE struct mfm_star mfm_contact(struct mfm_side l, struct mfm_side r, do
                            0.5 * (l.velocity + r.velocity) + (dq * du + dp) * per_sum};
 }
 
-/* The pressure that is left when a gas has expanded for ever: 0, of a stiffened gas -P0. */
+/* The pressure at zero density: 0, of a stiffened gas -P0. */
 KITH_INLINE double mfm_vacuum(struct mfm_side s) {
   return s.pressure - s.density * s.sound * s.sound / s.gamma;
 }

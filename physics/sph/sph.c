@@ -1,33 +1,224 @@
-#include "physics/sph/sph.h"
-
+/* Package `sph`: density-energy SPH with grad-h terms and artificial viscosity.
+ *
+ * Supports by number density, density by masses, and X and Omega as in density.h. From the Lagrangian, with
+ *     psi_i = m_i P_i / rho_i^2  (Hopkins 2013, MNRAS 428, 2840; m_j - X_i = m / Omega for equal masses)
+ *     m_i dv_i/dt = - sum_j [psi_i (m_j - X_i) grad_i W(H_i) + psi_j (m_i - X_j) grad_i W(H_j)
+ *                            + m_i m_j Pi_ij grad_i W_mean]                                            (3)
+ *     m_i du_i/dt =   sum_j [psi_i (m_j - X_i) v_ij . grad_i W(H_i)
+ *                            + (1/2) m_i m_j Pi_ij v_ij . grad_i W_mean]                               (4)
+ *     Pi_ij = s_mean (-alpha c_mean mu + beta mu^2) / rho_mean,
+ *     mu as in viscosity.h  (Monaghan 1997, JCoPh 136, 298)                                            (5)
+ * viscosity `cullen-dehnen`: the switch s follows the compression rate (Cullen and Dehnen 2010, MNRAS 408,
+ *     669; in the form of Price et al. 2018, PASA 35, e031, eqs. 45-48): with h = 2 sigma and
+ *     A = max(0, -d(div v)/dt) (div v)^2 / ((div v)^2 + (curl v)^2) where div v < 0,
+ *     s_local = min(1, 10 h^2 A / c^2); s rises to it at once and decays to it in the time
+ *     h / (0.1 v_signal).                                                                              (6)
+ * Balsara's factor multiplies s (Balsara 1995, JCoPh 121, 357). conduction a_u: the heat
+ *     m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
+ *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
+ *
+ * Passes: density -> equation of state, switches -> ghosts -> packing -> force [pairs] -> ghosts -> work. */
 #include <math.h>
+#include "physics/passes/density.h"
+#include "physics/passes/force.h"
+#include "physics/viscosity.h"
+
+#define BALSARA_LIST(X) X(NONE, none) X(FACTOR, balsara) X(SQUARED, squared)
+enum balsara {
+#define X(name, word) BALSARA_##name,
+  BALSARA_LIST(X)
+#undef X
+};
+struct sph_settings {
+  struct kith_viscosity_settings viscosity; /* first: tests read it */
+  enum balsara balsara;
+  double conduction;
+};
+#define AS_CHOICE(name, word) "|" #word
+static const struct kith_param viscosity_params[] = {
+    KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST(KITH_AS_LISTED_CHOICE)),
+    {"balsara", KITH_PARAM_CHOICE, "none", BALSARA_LIST(AS_CHOICE),
+     "Balsara's factor, for less viscosity in shear; squared is sharper",
+     KITH_INTO(struct sph_settings, balsara)},
+    {0}};
+static const struct kith_param params[] = {
+    {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
+    {"conduction", KITH_PARAM_NUMBER, "0", "[0, inf)", "of heat, where pressure jumps; 1 is usual",
+     KITH_INTO(struct sph_settings, conduction)},
+    {0}};
+
+/* The fields of a packed particle. */
+enum {
+  SPH_INVERSE = KITH_PACKED_OWN, /* 1 / H */
+  SPH_PSI,                       /* m P / rho^2 */
+  SPH_GRAD_H_TERM,               /* X */
+  SPH_MASS,
+  SPH_DENSITY,
+  SPH_SOUND,
+  SPH_GRADIENT, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
+  SPH_SIMPLE = SPH_GRADIENT + KITH_SYMMETRIC_SIZE, /* fields without switches */
+  SPH_SWITCH = SPH_SIMPLE,                         /* s */
+  SPH_ENERGY,
+  SPH_FULL /* all fields */
+};
+
+struct sph {
+  struct kith_density_ghosts ghosts;
+  struct kith_force_scratch force;
+  bool full; /* the scene needs switches or conduction: particles are packed with all fields */
+  struct kith_field *grad_h_term, *shear, *curl, *compression; /* NULL unless needed; grad_h_term always is */
+  struct kith_field *viscosity_switch, *factor;                /* s of (6), state; s with Balsara's factor */
+};
+
+/* What all pairs share. */
+struct sph_constants {
+  struct kith_viscosity_constants viscosity;
+  double conduction;
+  double kernel; /* C of the kernel */
+};
+
+/* --- the pair function --- */
+
+/* C / H^(d + 2) g(q): the factor of x_ij in grad_i W. */
+KITH_INLINE double gradient_factor(enum kith_kernel kernel, double constant, double q,
+                                   double inverse_support) {
+  double w, g;
+  kith_kernel_value(kernel, q, &w, &g);
+  return constant * g * kith_pow_dim(inverse_support) * inverse_support * inverse_support;
+}
+
+/* One pair: (3) - (5), (7). */
+KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_constants *c,
+                          const double *restrict i, const double *restrict j, double *restrict out) {
+  enum { Y = NDIM > 1 ? 1 : 0, Z = NDIM > 2 ? 2 : 0 };
+  const double x = i[KITH_PACKED_X] - J(KITH_PACKED_X), y = i[KITH_PACKED_X + Y] - J(KITH_PACKED_X + Y),
+               z = i[KITH_PACKED_X + Z] - J(KITH_PACKED_X + Z);
+  double r2 = 0, vx = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
+    r2 += d * d;
+    vx += d * (i[KITH_PACKED_V + a] - J(KITH_PACKED_V + a));
+  }
+  const double r = sqrt(r2), inverse_r = 1 / KITH_MAX(r, 1e-30);
+  const double qi = r * i[SPH_INVERSE], qj = r * J(SPH_INVERSE);
+  const double gi = gradient_factor(kernel, c->kernel, qi, i[SPH_INVERSE]);
+  const double gj = gradient_factor(kernel, c->kernel, qj, J(SPH_INVERSE));
+
+  const double mu = kith_viscosity_mu(&c->viscosity, vx, kith_symmetric_form(i + SPH_GRADIENT, 1, x, y, z),
+                                      kith_symmetric_form(&J(SPH_GRADIENT), KITH_STRIDE, x, y, z),
+                                      KITH_MAX(qi, qj), inverse_r);
+  const double sound = 0.5 * (i[SPH_SOUND] + J(SPH_SOUND)), densities = i[SPH_DENSITY] + J(SPH_DENSITY);
+  double viscosity = (c->viscosity.beta * mu - c->viscosity.alpha * sound) * mu / densities; /* (5): Pi / 2 */
+  if (full) viscosity *= 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH));
+
+  /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
+  const double masses = i[SPH_MASS] * J(SPH_MASS);
+  const double fi = -i[SPH_PSI] * (J(SPH_MASS) - i[SPH_GRAD_H_TERM]) * gi,
+               fj = -J(SPH_PSI) * (i[SPH_MASS] - J(SPH_GRAD_H_TERM)) * gj,
+               fq = -masses * viscosity * (gi + gj);
+  const double force = fi + fj + fq;
+  for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * (i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a));
+
+  /* (4): i takes the share (fi + fq / 2) / force of the work; where forces cancel, the rest is exchanged. */
+  const double heat = fi + 0.5 * fq, total = fabs(fi) + fabs(fj) + fq;
+  const double share = fabs(force) > 1e-10 * total ? heat / force : 0.5;
+  double exchange = (share * force - heat) * vx;
+  if (full) { /* (7) */
+    const double pi = i[SPH_PSI] * i[SPH_DENSITY] * i[SPH_DENSITY] / i[SPH_MASS],
+                 pj = J(SPH_PSI) * J(SPH_DENSITY) * J(SPH_DENSITY) / J(SPH_MASS);
+    const double speed = sqrt(2 * fabs(pi - pj) / densities);
+    exchange += c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * r * (gi + gj) / densities;
+  }
+  OUT(KITH_ENERGY_SHARE) = share;
+  OUT(KITH_EXCHANGE) = exchange;
+  OUT(KITH_SIGNAL) = r2 > 0 && gi + gj < 0 ? kith_viscosity_signal(&c->viscosity, sound, mu) : 0;
+}
+
+KITH_INLINE void pair_simple(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                             const double *restrict j, double *restrict out) {
+  sph_pair(kernel, false, constants, i, j, out);
+}
+KITH_INLINE void pair_full(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                           const double *restrict j, double *restrict out) {
+  sph_pair(kernel, true, constants, i, j, out);
+}
+KITH_INLINE void simple(enum kith_kernel kernel, const struct kith_force_pass *pass, kith_index i, size_t n,
+                        struct kith_scratch *s) {
+  kith_force_evaluate(pair_simple, kernel, SPH_SIMPLE, 0, pass, i, n, s);
+}
+KITH_INLINE void full(enum kith_kernel kernel, const struct kith_force_pass *pass, kith_index i, size_t n,
+                      struct kith_scratch *s) {
+  kith_force_evaluate(pair_full, kernel, SPH_FULL, 0, pass, i, n, s);
+}
+KITH_FORCE_BLOCKS(simple)
+KITH_FORCE_BLOCKS(full)
+
+static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
+  const struct kith_hydro *hydro = package->hydro;
+  const struct sph *sph = package->self;
+  const double density = hydro->density->f64[i], mass = hydro->mass->f64[i];
+  kith_force_pack(hydro, i, packed);
+  packed[SPH_INVERSE] = 1 / hydro->nodes->support->f64[i];
+  packed[SPH_PSI] = mass * hydro->pressure->f64[i] / (density * density);
+  packed[SPH_GRAD_H_TERM] = sph->grad_h_term->f64[i];
+  packed[SPH_MASS] = mass;
+  packed[SPH_DENSITY] = density;
+  packed[SPH_SOUND] = hydro->sound_speed->f64[i];
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
+    packed[SPH_GRADIENT + k] = sph->shear != NULL ? sph->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
+  if (!sph->full) return;
+  packed[SPH_SWITCH] = sph->factor != NULL ? sph->factor->f64[i] : 1;
+  packed[SPH_ENERGY] = hydro->energy->f64[i];
+}
+
+static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
+                          const struct kith_kick *kick) {
+  struct sph *sph = package->self;
+  const struct sph_settings *settings = package->settings;
+  const struct sph_constants constants = {
+      .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
+      .conduction = settings->conduction,
+      .kernel = kith_kernel_constant(package->kernel)};
+  struct kith_force_pass pass = {.package = package,
+                                 .scratch = &sph->force,
+                                 .kick = kick,
+                                 .pack = pack,
+                                 .connectivity = connectivity,
+                                 .rows = &connectivity->rows,
+                                 .constants = &constants};
+  return sph->full ? kith_force(&pass, full_of[package->kernel], SPH_FULL, 0)
+                   : kith_force(&pass, simple_of[package->kernel], SPH_SIMPLE, 0);
+}
+
+/* --- fields, switches, passes --- */
 
 static kith_status register_fields(struct kith_package *package, struct sph *sph) {
   struct kith_nodes *nodes = package->hydro->nodes;
-  const bool limited = package->viscosity == KITH_VISCOSITY_LIMITED;
-  const bool rising = package->viscosity == KITH_VISCOSITY_CULLEN_DEHNEN;
-  const bool balsara = package->balsara != KITH_BALSARA_NONE;
+  const struct sph_settings *settings = package->settings;
+  const bool limited = settings->viscosity.name == KITH_VISCOSITY_LIMITED;
+  const bool rising = settings->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
+  const bool balsara = settings->balsara != BALSARA_NONE;
   const struct {
     bool wanted;
     struct kith_field_spec spec;
     struct kith_field **field;
   } table[] = {
-      {true, {"excess", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"}, &sph->excess},
+      {true, {"grad_h_term", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"}, &sph->grad_h_term},
       {limited,
        {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
        &sph->shear},
       {rising || balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &sph->curl},
       {rising, {"compression", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "d(div v)/dt"}, &sph->compression},
       {rising,
-       {"viscosity", KITH_SCALAR, KITH_F64, KITH_KEPT, "Viscosity", "strength of the viscosity"},
-       &sph->strength},
+       {"viscosity", KITH_SCALAR, KITH_F64, KITH_KEPT, "Viscosity", "viscosity switch"},
+       &sph->viscosity_switch},
       {rising || balsara,
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &sph->factor},
   };
   for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
     if (table[k].wanted) KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
-  sph->full = sph->factor != NULL || package->conduction > 0;
+  sph->full = sph->factor != NULL || settings->conduction > 0;
   return KITH_OK;
 }
 
@@ -39,6 +230,9 @@ static kith_status sph_create(struct kith_package *package) {
 }
 
 static void sph_destroy(struct kith_package *package) {
+  struct sph *sph = package->self;
+  kith_free(&sph->ghosts.needed);
+  kith_force_clear(&sph->force);
   kith_free(&package->self);
 }
 
@@ -47,63 +241,87 @@ static struct kith_requirements sph_requirements(const struct kith_package *pack
       .rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS, .ghost_rows = package->recompute};
 }
 
-/* (6): the strength of node i, which was s when it was last evaluated. */
-static double strength(const struct kith_package *package, kith_index i, double s) {
+/* (6): the viscosity switch of node i, which was s when it was last evaluated, a time dt ago. */
+static double viscosity_switch(const struct kith_package *package, double dt, kith_index i, double s) {
   const struct sph *sph = package->self;
   const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
-  const double c = package->hydro->sound_speed->f64[i], divergence = package->expansion->f64[i];
+  const double c = package->hydro->sound_speed->f64[i], divergence = package->velocity_divergence->f64[i];
   const double d2 = divergence * divergence, curl = sph->curl->f64[i];
   const double rate = divergence < 0 ? fmax(0, -sph->compression->f64[i]) * d2 / (d2 + curl * curl) : 0;
   const double wanted = fmin(1, 10 * h * h * rate / fmax(c * c, 1e-300));
   if (wanted >= s) return wanted;
   const double signal = fmax(package->signal->f64[i], c);
-  return wanted + (s - wanted) * exp(-0.1 * signal * package->interval / h);
+  return wanted + (s - wanted) * exp(-0.1 * signal * dt / h);
 }
 
+/* Balsara's factor: |div v| / (|div v| + |curl v| + 1e-4 c / h). */
 static double balsara(const struct kith_package *package, kith_index i) {
   const struct sph *sph = package->self;
   const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
-  const double divergence = fabs(package->expansion->f64[i]);
+  const double divergence = fabs(package->velocity_divergence->f64[i]);
   const double sum = divergence + sph->curl->f64[i] + 1e-4 * package->hydro->sound_speed->f64[i] / h;
   const double factor = sum > 0 ? divergence / sum : 1;
-  return package->balsara == KITH_BALSARA_SQUARED ? factor * factor : factor;
+  return ((const struct sph_settings *)package->settings)->balsara == BALSARA_SQUARED ? factor * factor
+                                                                                      : factor;
 }
 
 /* What multiplies the viscosity of nodes begin .. end - 1. */
-static void set_factors(struct kith_package *package, kith_index begin, kith_index end) {
+static void set_factors(struct kith_package *package, double dt, kith_index begin, kith_index end) {
   const struct sph *sph = package->self;
+  const struct sph_settings *settings = package->settings;
   if (sph->factor == NULL) return;
 #pragma omp parallel for schedule(static)
   for (kith_index i = begin; i < end; ++i) {
     double factor = 1;
-    if (sph->strength != NULL) factor = sph->strength->f64[i] = strength(package, i, sph->strength->f64[i]);
-    if (package->balsara != KITH_BALSARA_NONE) factor *= balsara(package, i);
+    if (sph->viscosity_switch != NULL)
+      factor = sph->viscosity_switch->f64[i] =
+          viscosity_switch(package, dt, i, sph->viscosity_switch->f64[i]);
+    if (settings->balsara != BALSARA_NONE) factor *= balsara(package, i);
     sph->factor->f64[i] = factor;
   }
 }
 
-static kith_status sph_evaluate(struct kith_package *package, struct kith_connectivity *connectivity) {
+static kith_status sph_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
+                                const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
-  const struct sph *sph = package->self;
-  const struct kith_density_wanted wanted = {
-      .excess = sph->excess, .shear = sph->shear, .curl = sph->curl, .compression = sph->compression};
-  KITH_TRY(kith_connectivity_fresh(connectivity, hydro->nodes));
-  if (sph->compression != NULL) kith_package_post(package, 1, &(struct kith_field *){hydro->acceleration});
+  struct sph *sph = package->self;
+  const struct kith_density_wanted wanted = {.grad_h_term = sph->grad_h_term,
+                                             .shear = sph->shear,
+                                             .curl = sph->curl,
+                                             .compression = sph->compression,
+                                             .ghosts = package->recompute ? &sph->ghosts : NULL};
+  KITH_TRY(kith_connectivity_provides(connectivity, hydro->nodes, package->ops->requirements(package)));
+  if (sph->compression != NULL)
+    kith_package_start_refresh(package, 1, &(struct kith_field *){hydro->acceleration});
   KITH_TRY(kith_density(package, connectivity, &wanted));
-  kith_hydro_close(hydro);
-  set_factors(package, 0, hydro->nodes->n_internal);
+  kith_hydro_evaluate_eos(hydro);
+  set_factors(package, kick->evaluation_dt, 0, hydro->nodes->n_internal);
   struct kith_field *between[7] = {hydro->nodes->support, hydro->density, hydro->pressure, hydro->sound_speed,
-                                   sph->excess};
+                                   sph->grad_h_term};
   int n = 5;
   if (sph->shear != NULL) between[n++] = sph->shear;
   if (sph->factor != NULL) between[n++] = sph->factor;
   if (package->recompute) {
-    kith_hydro_close_remote(hydro);
-    set_factors(package, kith_nodes_first_remote(hydro->nodes), kith_nodes_count(hydro->nodes));
+    kith_hydro_evaluate_eos_remote(hydro);
+    set_factors(package, kick->evaluation_dt, kith_nodes_first_remote(hydro->nodes),
+                kith_nodes_count(hydro->nodes));
     kith_nodes_refresh_images(hydro->nodes, between, n);
   } else
-    kith_package_post(package, n, between);
-  return sph_pairs(package, connectivity);
+    kith_package_start_refresh(package, n, between);
+  return forces(package, connectivity, kick);
+}
+
+static struct kith_package_bytes sph_bytes(const struct kith_package *package) {
+  const struct sph *sph = package->self;
+  struct kith_package_bytes bytes = kith_force_bytes(&sph->force);
+  bytes.other += sph->ghosts.capacity;
+  return bytes;
+}
+
+static struct kith_package_traits sph_traits(const void *settings) {
+  const bool rising = ((const struct sph_settings *)settings)->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
+  return (struct kith_package_traits){.recomputes = true,
+                                      .history = rising ? "viscosity cullen-dehnen" : NULL};
 }
 
 const struct kith_package_ops kith_package_sph = {
@@ -113,4 +331,7 @@ const struct kith_package_ops kith_package_sph = {
     .destroy = sph_destroy,
     .requirements = sph_requirements,
     .evaluate = sph_evaluate,
+    .bytes = sph_bytes,
+    .traits = sph_traits,
+    KITH_SETTINGS(params, sph_settings),
 };

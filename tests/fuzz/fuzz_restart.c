@@ -2,8 +2,8 @@
  * else.
  *
  * Run as it is, it changes a good file by a generator with a fixed seed; half of the inputs get right
- * checksums again, so that what lies behind them is tried too. With clang -fsanitize=fuzzer -DKITH_LIBFUZZER the
- * main is libFuzzer's. */
+ * checksums again, so that what lies behind them is tried too. With clang -fsanitize=fuzzer -DKITH_LIBFUZZER
+ * the main is libFuzzer's. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* memfd_create */
 #endif
@@ -80,8 +80,8 @@ static void seal(uint8_t *place, const uint8_t *from, size_t bytes) {
   memcpy(place, &h, sizeof h);
 }
 
-/* Right checksums, as far as the offsets found in the file lie inside of it. Sometimes also the right size.
- */
+/* Right checksums, as far as the offsets found in the file lie inside of it. Sometimes also the right
+ * size. */
 static void reseal(uint8_t *data, size_t size, bool resize) {
   const uint64_t claimed = size;
   if (size < HEADER) return;

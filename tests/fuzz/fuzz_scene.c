@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include "app/scene.h"
+#include "app/scene/scene.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -58,23 +58,33 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
 static const char *const seeds[] = {
     "scene: sod\ndimension: {1d: 1, 2d: 2, 3d: 3}\nresolution: 60 # comment\n"
     "domain: {lower: [-1, 0, 0], upper: [1, 0.2, 0.2], across: 8}\n"
-    "boundaries: {x: reflecting, y: periodic, z: [open, reflecting]}\nmaterials:\n  gas: {eos: ideal, gamma: 1.4}\n"
+    "boundaries: {x: reflecting, y: periodic, z: [open, reflecting]}\nmaterials:\n  gas: {eos: ideal, "
+    "gamma: 1.4}\n"
     "regions:\n  - {material: gas, where: {x: [-1, 0]}, lattice: bcc, density: 1.0,   pressure: 1.0}\n"
-    "  - {material: gas, where: {x: [0, 1]},  lattice: {2d: hcp, 3d: fcc, 1d: cubic}, density: 0.125, pressure: 0.1}\n"
-    "method: {package: sph, kernel: wendland-c2, neighbors: 60, energy: compatible, viscosity: {name: limited, alpha: 1, "
-    "beta: 2}}\nscheme: {name: leapfrog, cfl: 0.3}\nuntil: 0.2\nexact: {name: riemann, window: {x: [-0.5, 0.5]}}\n"
+    "  - {material: gas, where: {x: [0, 1]},  lattice: {2d: hcp, 3d: fcc, 1d: cubic}, density: 0.125, "
+    "pressure: 0.1}\n"
+    "method: {package: sph, kernel: wendland-c2, neighbors: 60, energy: compatible, viscosity: {name: "
+    "limited, alpha: 1, "
+    "beta: 2}}\nscheme: {name: leapfrog, cfl: 0.3}\nuntil: 0.2\nexact: {name: riemann, window: {x: [-0.5, "
+    "0.5]}}\n"
     "output: {every: 0.05}\n",
     "dimension: {1d: 1, 2d: 2, 3d: 3}\nresolution: 20\nuntil: 0.05\nreproducible: true\ntraversal: pairs\n"
-    "domain:\n  lower: [0, 0, 0]\n  upper: [1, 1, 1]\nboundaries:\n  x: reflecting\n  y: reflecting\n  z: reflecting\n"
-    "materials:\n  air:\n    gamma: 1.6666666666666667\nregions:\n- material: air\n  density: 1\n  energy: 1e-6\n"
+    "domain:\n  lower: [0, 0, 0]\n  upper: [1, 1, 1]\nboundaries:\n  x: reflecting\n  y: reflecting\n  z: "
+    "reflecting\n"
+    "materials:\n  air:\n    gamma: 1.6666666666666667\nregions:\n- material: air\n  density: 1\n  "
+    "energy: 1e-6\n"
     "  jitter: 0.1\n  seed: 7\nenergy:\n  energy: 0.125\n  center: [0, 0, 0]\n  over: kernel\n  spacings: 2\n"
     "exact:\n  name: sedov\n  window:\n    r: [0.1, 0.9]\nneighbor: {search: tree, storage: csr}\n"
     "connectivity: {rebuild: displacement | entity-change, skin: 0.2, cull: false, reorder: 10}\n",
-    "@scheme.cfl=0.1\ndimension: {1d: 1, 2d: 2, 3d: 3}\nresolution: 10\nuntil: 1\narrangement: equal-spacing\n"
-    "domain: {lower: [-1, -1, -1], upper: [1, 1, 1]}\nmaterials: {a: {eos: stiffened, stiffness: 3}, b: {eos: isothermal, "
-    "sound_speed: 2}}\nregions:\n  - {material: a, density: '1 + 0.1*sin(pi*x)', pressure: \"2 - r^2\", velocity: "
+    "@scheme.cfl=0.1\ndimension: {1d: 1, 2d: 2, 3d: 3}\nresolution: 10\nuntil: 1\narrangement: "
+    "equal-spacing\n"
+    "domain: {lower: [-1, -1, -1], upper: [1, 1, 1]}\nmaterials: {a: {eos: stiffened, stiffness: 3}, b: "
+    "{eos: isothermal, "
+    "sound_speed: 2}}\nregions:\n  - {material: a, density: '1 + 0.1*sin(pi*x)', pressure: \"2 - r^2\", "
+    "velocity: "
     "['-x/(r+1)', '-y', 0], where: {ball: {center: [0, 0, 0], radius: 0.5}}}\n"
-    "  - {material: b, density: 1, pressure: 1, spacing: 0.1, frozen: yes, where: {outside-ball: {center: [0, 0, 0], radius: "
+    "  - {material: b, density: 1, pressure: 1, spacing: 0.1, frozen: yes, where: {outside-ball: {center: "
+    "[0, 0, 0], radius: "
     "0.5}, half-space: {point: [0, 0, 0], normal: [1, 1, 0]}, inside: 'x > 0 && y < 1'}}\n"
     "energy: [{energy: 1, over: ball, radius: 0.1}, {energy: 2}]\n"
     "exact: {name: acoustic-wave, density: 1, pressure: 1, gamma: 1.4, amplitude: 0.01}\n"

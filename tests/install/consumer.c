@@ -1,3 +1,4 @@
+/* consumer.c - a program that uses the installed libraries. */
 #include <stdlib.h>
 #include "lib/core/base.h"
 #include "lib/nodes/nodes.h"

@@ -1,5 +1,6 @@
-/* compare A B TOLERANCE: all fields of two snapshots, node by node by id. The difference of a field is the largest over its nodes, in units
- * of its largest value in A. Prints the worst field; fails if it is beyond the tolerance. TOLERANCE "bytes": files are equal. */
+/* compare A B TOLERANCE: all fields of two snapshots, node by node by id. The difference of a field is the
+ * largest over its nodes, in units of its largest value in A. Prints the worst field; fails if it is beyond
+ * the tolerance. TOLERANCE "bytes": files are equal. */
 #include <hdf5.h>
 #include <math.h>
 #include <stdbool.h>

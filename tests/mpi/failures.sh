@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# failures.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY CASE: what befalls one of 3 ranks in the middle of a run ends all of them within seconds, and
-# the last checkpoint goes on, on 2 ranks and on 1, as the run that nothing befell. Skipped (77) where the case cannot be made.
-#   full-disk   a file system that is full for real, while a snapshot is written and while a checkpoint is
+# failures.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY CASE: when one of 3 ranks fails in the middle of a run,
+# all of them end within seconds, and restarts from the last checkpoint, on 2 ranks and on 1, give what an
+# uninterrupted run gives. Skipped (77) where the case cannot be made.
+#   full-disk   the file system is full, while a snapshot is written and while a checkpoint is written
 #   file-size   the same where no file system can be made: files may not grow
 #   no-memory   a rank gets no more memory
 #   killed      a rank is killed
@@ -23,7 +24,8 @@ skip() {
 go() {
   local ranks=$1 directory=$2
   shift 2
-  timeout 100 $mpirun -n "$ranks" "$program" run "$source_of_scene" "${settings[@]}" -o "$directory" "$@" >log 2>&1 ||
+  timeout 100 $mpirun -n "$ranks" "$program" run "$source_of_scene" "${settings[@]}" -o "$directory" "$@" \
+    >log 2>&1 ||
     wrong "failed on $ranks ranks: $* $(cat log)"
 }
 step_of() { tail -1 "$1/history.csv" | cut -d, -f1; }
@@ -31,19 +33,22 @@ last() { ls "$1"/snapshot_*.hdf | tail -1; }
 
 # ended WHAT CODE TEXT: with exit code 1 and one line; nothing half-written is left.
 ended() {
-  [[ $2 == 1 && $(grep -c '^kith:' stderr) == 1 ]] && grep -q "^kith:.*$3" stderr || wrong "$1: ended with $2: $(<stderr)"
+  [[ $2 == 1 && $(grep -c '^kith:' stderr) == 1 ]] && grep -q "^kith:.*$3" stderr ||
+    wrong "$1: ended with $2: $(<stderr)"
   ! compgen -G 'run/*.partial' >/dev/null || wrong "$1: half-written: $(ls run/*.partial)"
 }
 
-# goes_on WHAT: the checkpoint of `run` on other numbers of ranks. Round-off grows with the steps.
+# goes_on WHAT: the checkpoint of `run` on the numbers of ranks in `restarts`. Round-off grows with the steps.
+restarts="2 1"
 goes_on() {
   [[ -s run/checkpoint.kith ]] || { wrong "$1: no checkpoint"; return; }
   local steps=$(($(step_of run) + 20)) ranks
   go 3 whole --steps "$steps" "${@:2}"
-  for ranks in 2 1; do
+  for ranks in $restarts; do
     rm -rf again
     go $ranks again --steps "$steps" --restart run/checkpoint.kith "${@:2}"
-    "$compare" "$(last whole)" "$(last again)" 1e-11 >log 2>&1 || wrong "$1: the restart on $ranks ranks differs: $(cat log)"
+    "$compare" "$(last whole)" "$(last again)" 1e-11 >log 2>&1 ||
+      wrong "$1: the restart on $ranks ranks differs: $(cat log)"
   done
   rm -rf whole again
 }
@@ -52,7 +57,8 @@ goes_on() {
 self='echo $$ >pid.$OMPI_COMM_WORLD_RANK; exec "$@"'
 start() {
   rm -rf run pid.*
-  timeout 100 $mpirun --quiet -n 3 sh -c "$self" sh "$program" run "$source_of_scene" "${settings[@]}" -o run "$@" >stdout 2>stderr &
+  timeout 100 $mpirun --quiet -n 3 sh -c "$self" sh "$program" run "$source_of_scene" "${settings[@]}" \
+    -o run "$@" >stdout 2>stderr &
   job=$!
 }
 # Until there is a checkpoint and the run is beyond it.
@@ -74,7 +80,9 @@ finish() {
   code=$?
   kill $watch 2>/dev/null || wrong "$1: not over within 20 seconds"
   for rank in 0 1 2; do
-    for ((tries = 0; tries < 50; ++tries)); do is_there "$(<pid.$rank)" && sleep 0.1; done # mpirun ends before those that it kills
+    for ((tries = 0; tries < 50; ++tries)); do # mpirun ends before the processes that it kills
+      is_there "$(<pid.$rank)" && sleep 0.1
+    done
     ! is_there "$(<pid.$rank)" || wrong "$1: rank $rank is still there"
   done
 }
@@ -86,7 +94,8 @@ full() {
   for setting; do words+=(--set "$setting"); done
   rm -rf run small && mkdir small
   timeout 60 unshare -rm bash -c 'mount -t tmpfs -o size=$1k tmpfs small && cd small && shift || exit 77
-    "$@"; code=$?; cp -r run ..; exit $code' - "$room" $mpirun --quiet -n 3 "$program" run "$source_of_scene" "${settings[@]}" -o run \
+    "$@"; code=$?; cp -r run ..; exit $code' - "$room" $mpirun --quiet -n 3 "$program" run \
+    "$source_of_scene" "${settings[@]}" -o run \
     "${words[@]}" >stdout 2>stderr
   local code=$?
   [[ $code != 77 ]] || skip "no tmpfs here"
@@ -119,18 +128,21 @@ case $6 in
   file-size)
     command -v prlimit >/dev/null || skip "no prlimit here"
     limited 0 checkpoint.kith "File too large" output.checkpoint=20
+    restarts=2 # the checkpoint was written before the snapshot failed, as in any run
     # Room is claimed before HDF5 begins; the limit may come when that is done.
     limited 0 snapshot_ "\(File too large\|HDF5 failed at the values\)" output.checkpoint=20 output.every=1e-4
     limited 1 snapshot_ "HDF5 failed at the values" output.checkpoint=20 output.every=1e-4
     ;;
   no-memory)
     command -v prlimit >/dev/null || skip "no prlimit here"
-    # Of equal lengths of the tube the dense half is two thirds: rank 2 gets nodes with every look at the balance.
-    grow=(--set output.checkpoint=20 --set resolution=40000 --set scheme.dt=1e-6 --set partition.name=diffusion --set partition.every=1
+    # The dense half of the tube has two thirds of the nodes: rank 2 gets nodes with every balance check.
+    grow=(--set output.checkpoint=20 --set resolution=40000 --set scheme.dt=1e-6
+      --set partition.name=diffusion --set partition.every=1
       --set partition.imbalance=1 --set partition.cells=100)
     start "${grow[@]}"
     wait_for_steps
-    prlimit --pid "$(<pid.2)" --as=$(($(awk '/^VmSize/ {print $2}' "/proc/$(<pid.2)/status") * 1024 + 1000000)) || skip "no limits here"
+    size=$(awk '/^VmSize/ {print $2}' "/proc/$(<pid.2)/status")
+    prlimit --pid "$(<pid.2)" --as=$((size * 1024 + 1000000)) || skip "no limits here"
     finish "no memory"
     ended "no memory" $code "rank 2: cannot get [0-9]* bytes of memory"
     goes_on "no memory" "${grow[@]}"

@@ -1,23 +1,31 @@
 #!/usr/bin/env bash
-# planned.sh MPIRUN PROGRAM SCENE RANKS FOLDER SETTING...: the ghosts, messages and bytes that `plan --ranks` tells of are those of a run, of which
-# profile and trace show all ranks.
+# planned.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY RANKS SETTING...: ghosts, messages and bytes in `plan
+# --ranks` are those of a run, whose profile and trace show all ranks.
 set -euo pipefail
-mpirun=$1 program=$2 scene=$3 ranks=$4 out=$5
-shift 5
+mpirun=$1 program=$2 scene=$4 out=$5 ranks=$6
+shift 6
 settings=()
 for setting in "$@"; do settings+=(--set "$setting"); done
 rm -rf "$out" && mkdir -p "$out"
-$mpirun -n "$ranks" "$program" run "$scene" "${settings[@]}" --set output.plot=false --steps 4 --quiet --profile --trace "$out/trace" -o "$out" >"$out/profile"
+$mpirun -n "$ranks" "$program" run "$scene" "${settings[@]}" --set output.plot=false --steps 4 --quiet \
+  --profile --trace "$out/trace" -o "$out" >"$out/profile"
 "$program" plan "$scene" "${settings[@]}" --ranks "$ranks" --quiet >"$out/plan"
 # number KEY: the mean of all ranks, or the number itself.
-number() { sed -n "s/.*\"$1\": \({\"min\": [^,]*, \"mean\": \)\?\([-+.e0-9]*\).*/\2/p" "$out/report.json" | tail -1; }
+number() {
+  awk -v key="\"$1\":" '
+    $1 == key {inner = $2 == "{"; if (!inner) value = $2}
+    inner && $1 == "\"mean\":" {value = $2; inner = 0}
+    END {print value + 0}' "$out/report.json"
+}
 # near WHAT RUN PLAN SHARE MORE: they differ by no more than this share, and so much more.
 near() {
-  awk -v run="$2" -v plan="$3" -v share="$4" -v more="$5" 'BEGIN {d = run - plan; exit !(run > 0 && (d < 0 ? -d : d) <= more + share * run)}' ||
+  awk -v run="$2" -v plan="$3" -v share="$4" -v more="$5" \
+    'BEGIN {d = run - plan; exit !(run > 0 && (d < 0 ? -d : d) <= more + share * run)}' ||
     { echo "$1: $2 in the run, $3 in the plan" && exit 1; }
 }
 for ((rank = 0; rank < ranks; ++rank)); do
-  (($(grep -c "\"ph\":\"X\",\"pid\":$rank,.*\"path\":\"step/lifecycle\"" "$out/trace") >= 4)) || { echo "the trace lacks rank $rank" && exit 1; }
+  (($(grep -c "\"ph\":\"X\",\"pid\":$rank,.*\"path\":\"step/lifecycle\"" "$out/trace") >= 4)) ||
+    { echo "the trace lacks rank $rank" && exit 1; }
 done
 [[ $(head -1 "$out/trace")$(tail -1 "$out/trace") == "[]" ]] || { echo "the trace is not whole" && exit 1; }
 grep -q "strictly needed" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
@@ -26,13 +34,18 @@ case "$*" in # after culling nothing is left that no row has
   *) near "ghosts needed" "$(number remote_ghosts_last)" "$(number remote_ghosts_last_needed)" 0 0 ;;
 esac
 planned() { awk -v column="$1" '$1 == "kd" {print $column}' "$out/plan"; }
-of_a_list() { awk -v all="$(number "$1")" -v lists="$(number lifecycles)" -v n="$ranks" 'BEGIN {print all / lists / n}'; }
+of_a_list() {
+  awk -v all="$(number "$1")" -v lists="$(number lifecycles)" -v n="$ranks" 'BEGIN {print all / lists / n}'
+}
 # The plan rounds to whole nodes a rank; steps move a node in a hundred across a face.
 near "ghosts made" "$(of_a_list remote_ghosts_created)" "$(planned 3)" 0.01 1
 near "ghosts kept" "$(of_a_list remote_ghosts_kept)" "$(planned 4)" 0.01 1
 # Each peer is sent the same messages every step, but for a node that moves to another rank, once in a while.
 near messages "$(number messages_per_step)" "$(planned 6)" 0 0.5
-# As the ghosts, and 8 bytes more for each field of bytes and message, up to which it is padded; a tenth of a KiB is rounded.
-near bytes "$(number bytes_per_step)" "$(awk -v kib="$(planned 7)" 'BEGIN {print kib * 1024}')" 0.01 "$(awk -v m="$(planned 6)" 'BEGIN {print 51 + 16 * m}')"
+# As the ghosts, and 8 bytes more for the padding of each field of bytes in a message; rounded to a tenth of a
+# KiB.
+near bytes "$(number bytes_per_step)" "$(awk -v kib="$(planned 7)" 'BEGIN {print kib * 1024}')" 0.01 \
+  "$(awk -v m="$(planned 6)" 'BEGIN {print 51 + 16 * m}')"
 # An agreement more or less in a stage does not matter, twice as many would.
-near collectives "$(number collectives_per_step)" "$(awk '/collective calls/ {print $(NF - 2)}' "$out/plan")" 0.25 0
+near collectives "$(number collectives_per_step)" \
+  "$(awk '/collective calls/ {print $(NF - 2)}' "$out/plan")" 0.25 0

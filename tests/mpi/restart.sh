@@ -1,6 +1,7 @@
 #!/bin/sh
-# restart.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY SETTING...: 3 ranks write a checkpoint after step 10 and are carried on to step 20: by 3 ranks bit for bit as if they
-# had never stopped, by 1, 2 and 4 to round-off; all bit for bit if SETTINGs say reproducible=true.
+# restart.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY SETTING...: 3 ranks write a checkpoint after step 10.
+# Restarted and run to step 20, 3 ranks give bitwise what an uninterrupted run gives, 1 and 4 ranks give it to
+# round-off, and all of them bitwise if SETTINGs say reproducible=true.
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5
 shift 5
 words=
@@ -10,16 +11,18 @@ run() { # directory ranks words...
   directory=$1 ranks=$2
   shift 2
   rm -f "$directory"/snapshot_*.hdf
-  $mpirun -n "$ranks" "$program" run "$scene" --set output.plot=false --set output.checkpoint=10 $words -q -o "$directory" "$@" > "$directory.log" 2>&1 && return
+  $mpirun -n "$ranks" "$program" run "$scene" --set output.plot=false --set output.checkpoint=10 $words \
+    -q -o "$directory" "$@" > "$directory.log" 2>&1 && return
   echo "failed: $ranks ranks $*"; cat "$directory.log"; exit 1
 }
 last() { ls "$1"/snapshot_*.hdf | tail -1; }
 run "$out/whole" 3 --steps 20
 run "$out/first" 3 --steps 10
-for ranks in 3 1 2 4; do
+for ranks in 3 1 4; do
   run "$out/on$ranks" $ranks --steps 20 --restart "$out/first/checkpoint.kith"
   tolerance=1e-11
   [ $ranks = 3 ] && tolerance=0
   case " $words " in *" reproducible=true "*) tolerance=0 ;; esac
-  "$compare" "$(last "$out/whole")" "$(last "$out/on$ranks")" $tolerance || { echo "restart on $ranks ranks differs"; exit 1; }
+  "$compare" "$(last "$out/whole")" "$(last "$out/on$ranks")" $tolerance ||
+    { echo "restart on $ranks ranks differs"; exit 1; }
 done

@@ -1,9 +1,11 @@
 #!/bin/sh
-# restart_map.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY SETTING...: with every partitioner, the map is looked at, and made anew, whenever lists are: 3 ranks write a
-# checkpoint after step 6 and are carried on to step 12, bit for bit as if they had never stopped, map, order of nodes and ledger included: the checkpoints of step
-# 12 are the same file.
-mpirun=$1 program=$2 compare=$3 scene=$4 out=$5
-shift 5
+# restart_map.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY PARTITIONERS SETTING...: with each of the PARTITIONERS
+# (in quotes; "all": those that are available), the balance is checked, and nodes are redistributed, whenever
+# lists are rebuilt. 3 ranks write a checkpoint after step 6. Restarted and run to step 12, they give bitwise
+# what an uninterrupted run gives, map, order of nodes and ledger included: the checkpoints of step 12 are the
+# same file.
+mpirun=$1 program=$2 compare=$3 scene=$4 out=$5 names=$6
+shift 6
 words="--set output.plot=false --set output.checkpoint=6 --set partition.every=1 --set partition.imbalance=1"
 for setting; do words="$words --set $setting"; done
 [ -f "$scene" ] && mkdir -p "$out" || { echo "restart_map.sh: wrong words"; exit 1; }
@@ -15,15 +17,22 @@ run() { # directory words...
   echo "failed: $*"; cat "$out/log"; exit 1
 }
 last() { ls "$1"/snapshot_*.hdf | tail -1; }
-failed=0 tried=0
-for name in $("$program" list partitioner | awk '/^    / && !/not available/ {print $1}') diffusion:second-order,fixed,morton; do
+failed=0 tried=0 count=0
+[ "$names" != all ] ||
+  names="diffusion:second-order,fixed,morton $("$program" list partitioner |
+    awk '/^    / && !/not available/ {print $1}')"
+for name in $names; do
   run "$out/whole" --steps 12 --set partition.name=$name
   run "$out/first" --steps 6 --set partition.name=$name
   run "$out/second" --steps 12 --set partition.name=$name --restart "$out/first/checkpoint.kith"
-  "$compare" "$(last "$out/whole")" "$(last "$out/second")" 0 > "$out/log" || { echo "$name: the state differs: $(cat "$out/log")"; failed=1; }
-  "$compare" "$out/whole/checkpoint.kith" "$out/second/checkpoint.kith" bytes || { echo "$name: the checkpoints differ"; failed=1; }
+  "$compare" "$(last "$out/whole")" "$(last "$out/second")" 0 > "$out/log" ||
+    { echo "$name: the state differs: $(cat "$out/log")"; failed=1; }
+  "$compare" "$out/whole/checkpoint.kith" "$out/second/checkpoint.kith" bytes ||
+    { echo "$name: the checkpoints differ"; failed=1; }
   made=$(sed -n '/"repartitions"/ {s/.*: \([0-9]*\).*/\1/p; q}' "$out/whole/report.json")
-  [ "$made" -eq 0 ] || tried=$((tried + 1)) # cart never makes one, others may be at rest
+  count=$((count + 1))
+  [ "$made" -eq 0 ] || tried=$((tried + 1)) # cart never makes one, others may have converged
 done
-[ $tried -ge 6 ] || { echo "only $tried partitioners made a map"; failed=1; }
+[ $tried -ge $((count * 6 / 10)) ] && [ $tried -ge 2 ] ||
+  { echo "only $tried partitioners made a map"; failed=1; }
 exit $failed

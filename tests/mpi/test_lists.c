@@ -1,11 +1,13 @@
-/* Run by mpirun. Every rank also runs the whole scene by itself; in reproducible mode both agree to the last bit, so rows can be compared
- * entry by entry, by id and image, and the ghosts that a rank must have can be counted from the rows of the whole. */
-#include "lib/core/ranks.h"
+/* Run by mpirun. Every rank also runs the whole scene by itself; in reproducible mode both agree to the last
+ * bit, so rows can be compared entry by entry, by id and image, and the ghosts that a rank must have can be
+ * counted from the rows of the whole. */
+#include "lib/comm/ranks.h"
 #include "tests/unit/scenario.h"
 
 static struct kith_ranks *ranks;
 
-/* Periodic, reflecting and open sides, two materials, supports that differ, nodes that stream from rank to rank. */
+/* Periodic, reflecting and open sides, two materials, supports that differ, nodes that stream from rank to
+ * rank. */
 static const char box[] =
     "scene: box\n"
     "dimension: 3\n"
@@ -14,8 +16,10 @@ static const char box[] =
     "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
     "materials: {gas: {gamma: 1.4}, other: {gamma: 1.6666666666666667}}\n"
     "regions:\n"
-    "  - {material: gas, where: {x: [0, 0.5]}, jitter: 0.3, seed: 5, lattice: cubic, density: 1, pressure: 0.1, velocity: [0.7, -0.4, 0.2]}\n"
-    "  - {material: other, where: {x: [0.5, 1]}, jitter: 0.3, seed: 6, lattice: cubic, density: 0.3, pressure: 0.2, velocity: [0.7, -0.4, 0.2]}\n"
+    "  - {material: gas, where: {x: [0, 0.5]}, jitter: 0.3, seed: 5, lattice: cubic, density: 1, "
+    "pressure: 0.1, velocity: [0.7, -0.4, 0.2]}\n"
+    "  - {material: other, where: {x: [0.5, 1]}, jitter: 0.3, seed: 6, lattice: cubic, "
+    "density: 0.3, pressure: 0.2, velocity: [0.7, -0.4, 0.2]}\n"
     "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: ball, radius: 0.25}\n"
     "until: 1\n";
 
@@ -28,12 +32,13 @@ static const char thin[] =
     "boundaries: {x: reflecting, y: periodic, z: reflecting}\n"
     "materials: {gas: {gamma: 1.4}}\n"
     "regions:\n"
-    "  - {material: gas, jitter: 0.2, seed: 5, lattice: cubic, density: 1, pressure: 0.1, velocity: [0.3, 0.4, 0.2]}\n"
+    "  - {material: gas, jitter: 0.2, seed: 5, lattice: cubic, density: 1, pressure: 0.1, "
+    "velocity: [0.3, 0.4, 0.2]}\n"
     "until: 1\n";
 
 static bool open_shared(struct scenario *s, const char *yaml, const char *settings) {
   if (!scenario_open(s, yaml, "%s", settings)) return false;
-  CHECK_OK(kith_model_share(s->model, ranks));
+  CHECK_OK(kith_simulation_distribute(s->simulation, ranks));
   return check_failures == 0;
 }
 
@@ -45,7 +50,7 @@ static int owner_of(const int32_t *owner, const struct kith_nodes *nodes, kith_i
 static int32_t *owners(const struct scenario *shared, kith_index n) {
   double *of = calloc((size_t)n + 1, sizeof *of);
   int32_t *owner = calloc((size_t)n + 1, sizeof *owner);
-  const struct kith_nodes *nodes = shared->model->nodes;
+  const struct kith_nodes *nodes = shared->simulation->nodes;
   for (kith_index i = 0; i < nodes->n_internal; ++i) of[nodes->id->i64[i]] += 1 + kith_ranks_rank(ranks);
   kith_ranks_sum(ranks, of, n);
   for (kith_index id = 0; id < n; ++id) {
@@ -59,8 +64,9 @@ static int32_t *owners(const struct scenario *shared, kith_index n) {
 /* The same partners, by id and image, in the same order. */
 static bool same_row(const struct scenario *whole, kith_index i, const struct scenario *shared,
                      kith_index k) {
-  const struct kith_rows *a = &whole->model->connectivity->rows, *b = &shared->model->connectivity->rows;
-  const struct kith_nodes *m = whole->model->nodes, *n = shared->model->nodes;
+  const struct kith_rows *a = &whole->simulation->connectivity->rows,
+                         *b = &shared->simulation->connectivity->rows;
+  const struct kith_nodes *m = whole->simulation->nodes, *n = shared->simulation->nodes;
   const size_t count = a->first[i + 1] - a->first[i];
   if (b->first[k + 1] - b->first[k] != count) return false;
   for (size_t e = 0; e < count; ++e) {
@@ -75,13 +81,13 @@ static bool same_row(const struct scenario *whole, kith_index i, const struct sc
 
 /* The same by distances alone. */
 static bool interacts(const struct kith_nodes *nodes, kith_index i, kith_index j) {
-  const double reach = fmax(nodes->reach->f64[i], nodes->reach->f64[j]);
+  const double search_radius = fmax(nodes->search_radius->f64[i], nodes->search_radius->f64[j]);
   double d2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     const double d = nodes->position->f64[(size_t)i * NDIM + a] - nodes->position->f64[(size_t)j * NDIM + a];
     d2 += d * d;
   }
-  return d2 <= reach * reach;
+  return d2 <= search_radius * search_radius;
 }
 
 static bool in_row(const struct kith_rows *rows, kith_index i, kith_index j) {
@@ -90,18 +96,19 @@ static bool in_row(const struct kith_rows *rows, kith_index i, kith_index j) {
   return false;
 }
 
-/* Nodes and images of others, in the whole, that this rank's nodes interact with: what it must have as remote ghosts, and no more. By brute
- * force where the lists are of the present positions, else from the rows of the whole. */
+/* Nodes and images of others, in the whole, that this rank's nodes interact with: what it must have as remote
+ * ghosts, and no more. By brute force where the lists are of the present positions, else from the rows of the
+ * whole. */
 static kith_index needed(const struct scenario *whole, const int32_t *owner) {
-  const struct kith_nodes *nodes = whole->model->nodes;
-  const bool lasting = kith_rebuilds_lasting(&whole->model->rebuilds);
+  const struct kith_nodes *nodes = whole->simulation->nodes;
+  const bool lasting = kith_rebuilds_lasting(&whole->simulation->rebuilds);
   const int me = kith_ranks_rank(ranks);
   kith_index count = 0;
   for (kith_index j = 0; j < kith_nodes_count(nodes); ++j) {
     bool wanted = false;
     for (kith_index i = 0; owner_of(owner, nodes, j) != me && i < nodes->n_internal && !wanted; ++i)
       wanted = owner_of(owner, nodes, i) == me &&
-               (lasting ? in_row(&whole->model->connectivity->rows, i, j) : interacts(nodes, i, j));
+               (lasting ? in_row(&whole->simulation->connectivity->rows, i, j) : interacts(nodes, i, j));
     count += wanted;
   }
   return count;
@@ -116,7 +123,7 @@ static kith_index remote(const struct kith_nodes *nodes) {
 
 /* A pair of scenarios at the same step. */
 static void compare(const struct scenario *whole, const struct scenario *shared, const char *what) {
-  const struct kith_nodes *all = whole->model->nodes, *mine = shared->model->nodes;
+  const struct kith_nodes *all = whole->simulation->nodes, *mine = shared->simulation->nodes;
   int64_t most;
   kith_index *place = scenario_places(whole, &most), wrong = 0;
   int32_t *owner = owners(shared, all->n_internal);
@@ -141,12 +148,12 @@ static void follow(const char *yaml, const char *settings, int steps) {
     for (int k = 0; k < steps && check_failures == 0; ++k) {
       CHECK_OK(scenario_steps(&whole, 1));
       CHECK_OK(scenario_steps(&shared, 1));
-      CHECK(whole.model->integrator.dt == shared.model->integrator.dt);
+      CHECK(whole.simulation->integrator.dt == shared.simulation->integrator.dt);
       compare(&whole, &shared, settings);
     }
-    const struct kith_ledger all = kith_ledger_of_all(&shared.model->integrator.ledger, ranks);
-    CHECK(all.created == all.culled + all.kept);
-    CHECK(all.row_entries == whole.model->integrator.ledger.row_entries);
+    const struct kith_ledger all = kith_ledger_of_all(&shared.simulation->integrator.ledger, ranks);
+    CHECK(kith_ledger_closes(&all));
+    CHECK(all.row_entries == whole.simulation->integrator.ledger.row_entries);
     scenario_close(&shared);
   }
   scenario_close(&whole);
@@ -171,10 +178,10 @@ static void one_fails(void) {
   if (!open_shared(&s, box, "")) return;
   CHECK_OK(scenario_start(&s));
   CHECK_OK(scenario_steps(&s, 1));
-  if (kith_ranks_rank(ranks) == bad) s.model->hydro.velocity->f64[0] = NAN;
+  if (kith_ranks_rank(ranks) == bad) s.simulation->hydro.velocity->f64[0] = NAN;
   CHECK_STATUS(KITH_DIVERGED, scenario_steps(&s, 1));
   snprintf(words, sizeof words, "rank %d: node", bad);
-  CHECK(strncmp(kith_failure(), words, strlen(words)) == 0 && kith_ranks_agreed(ranks));
+  CHECK(strncmp(kith_failure(), words, strlen(words)) == 0 && kith_ranks_status_is_shared(ranks));
   scenario_close(&s);
 }
 

@@ -1,9 +1,9 @@
-/* Run by mpirun: nodes that lie on several ranks, some of which have none, in files. What rank 0 reads back, and what it writes when all nodes are
- * its own, is known from their ids alone. */
+/* Run by mpirun: nodes that lie on several ranks, some of which have none, in files. What rank 0 reads back,
+ * and what it writes when all nodes are its own, is known from their ids alone. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#include "lib/domain/migrate.h"
+#include "lib/nodes/migrate.h"
 #include "lib/io/checkpoint.h"
 #include "lib/io/snapshot.h"
 #include "tests/check.h"
@@ -115,7 +115,7 @@ static void failing_checkpoint(const char *path, const struct world *w) {
   CHECK_OK(kith_checkpoint_put_nodes(c, w->nodes));
   const kith_status status = kith_checkpoint_put_field(c, w->nodes, w->extra);
   CHECK(status == (first ? KITH_INTERNAL : KITH_OK));
-  CHECK_STATUS(KITH_INTERNAL, kith_ranks_agree(ranks, status));
+  CHECK_STATUS(KITH_INTERNAL, kith_ranks_allreduce_status(ranks, status));
   if (first) CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_commit(&c));
   CHECK(access(path, F_OK) != 0);
 }
@@ -165,7 +165,7 @@ static void edges(const char *path, const char *nowhere) {
   w.nodes->ranks = ranks;
   CHECK_OK(kith_snapshot_write(path, w.nodes, &info));
   CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_write(nowhere, w.nodes, &info));
-  CHECK(kith_ranks_agreed(ranks));
+  CHECK(kith_ranks_status_is_shared(ranks));
   kith_nodes_destroy(&w.nodes);
   if (kith_ranks_rank(ranks) == 0) unlink(path);
 }

@@ -53,7 +53,9 @@ refused() {
 }
 
 # Everything in a directory, with its contents.
-seen() { if [[ -e $1 ]]; then (cd "$1" && find . -type f -exec cksum {} + | sort && find . -type d | sort); fi; }
+seen() {
+  [[ ! -e $1 ]] || (cd "$1" && find . -type f -exec cksum {} + | sort && find . -type d | sort)
+}
 
 # ok COMMAND...: ends with 0 and says nothing on stderr.
 ok() {

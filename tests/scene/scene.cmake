@@ -1,9 +1,9 @@
-# Runs a shipped scene through the program, small and for a few steps: exit code, report, snapshot.
+# scene.cmake - runs a shipped scene, small and for a few steps: exit code, report, snapshot.
 #   cmake -D program=kith-2d -D scene=sod.yaml -D dimension=2 -D resolution=16 -D out=DIR -P scene.cmake
 file(REMOVE_RECURSE ${out})
 execute_process(
-  COMMAND ${program} run ${scene} --set dimension=${dimension} --set resolution=${resolution} --set output.plot=false
-    --check --steps 8 --quiet -o ${out}
+  COMMAND ${program} run ${scene} --set dimension=${dimension} --set resolution=${resolution}
+    --set output.plot=false --check --steps 8 --quiet -o ${out}
   RESULT_VARIABLE code OUTPUT_VARIABLE text ERROR_VARIABLE text)
 if(NOT code EQUAL 0)
   message(FATAL_ERROR "exit code ${code}\n${text}")

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# test_bad_input.sh PROGRAMS: whatever is wrong with the command line, the scene, the output directory or the checkpoint
-# gives one line on stderr and code 2, and nothing is created or changed.
+# test_bad_input.sh PROGRAMS: whatever is wrong with the command line, the scene, the output directory or the
+# checkpoint gives one line on stderr and code 2, and nothing is created or changed.
 source "$(dirname "$0")/common.sh"
 
 # ---- the command line
-refused "no verb; one of run, plan, list" "$kith"
+refused "no verb; one of run, plan, bench, list" "$kith"
 refused "rum: unknown verb; did you mean 'run'?" "$kith" rum tiny.yaml
 refused "unknown verb; one of" "$kith" xyzzy
-refused "run: no scene" "$kith" run
-refused "plan: no scene" "$kith" plan
+refused "run: SCENE is missing" "$kith" run
+refused "plan: SCENE is missing" "$kith" plan
 refused "b: one argument too many" "$kith" run tiny.yaml b
 refused "--stesp: unknown option; did you mean '--steps'?" "$kith" run tiny.yaml --stesp 3
 refused "--xyzzy: unknown option" "$kith" run tiny.yaml --xyzzy=1
@@ -29,12 +29,13 @@ refused "--network: '1e-6' is not SECONDS,BYTES_PER_SECOND" "$kith" plan tiny.ya
 refused "--network: '-1' is not a number of at least 0" "$kith" plan tiny.yaml --network=-1,1e9
 refused "--network: '0' is not a number of at least 1" "$kith" plan tiny.yaml --network 1e-6,0
 refused "a scene is for --ranks N" "$kith" bench tiny.yaml
-refused "list is of one process" "$kith" list --ranks 2
+refused "--ranks: not an option of list, but of run, plan, bench" "$kith" list --ranks 2
 refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run tiny.yaml
 refused "'kernl' is no family; did you mean 'kernel'?" "$kith" list kernl
 refused "there are package, kernel," "$kith" list xyzzy
 
-refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3
+refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml \
+  --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3
 
 # ---- the scene: key=value | what the line must hold
 while IFS='|' read -r set text; do
@@ -76,7 +77,7 @@ dimension=4|4 is out of range [1, 3]
 dimension=2.5|'2.5' is not a whole number
 dimension=|missing
 scheme.cfl=2|2 is out of range (0, 1]
-scheme.name=rk4|--set scheme.name: rk4 cannot keep energy compatible: energies that follow from kicks are no rate of the state
+scheme.name=rk4|--set scheme.name: rk4 cannot keep energy compatible: energies that follow from kicks
 scheme.name=arkode|give it method.energy=thermal
 scheme.name=implicit|give it method.energy=thermal
 scheme.table=[1]|--set scheme.table: a list where a single value belongs
@@ -116,8 +117,11 @@ domain={lower: [-1]}|missing; it is required
 END
 
 # ---- what cannot work together
-refused "integrated faces reach beyond the pairs that a barrier region cuts" "$kith" plan "$2/plate.yaml" --set method.faces=integrated
-refused "cullen-dehnen has a history, and arkode tries steps" "$kith" plan tiny.yaml --set scheme.name=arkode --set method.energy=thermal \
+refused "integrated faces reach beyond the pairs that a barrier region cuts" "$kith" plan "$2/plate.yaml" \
+  --set method.package=mfm \
+  --set method.faces=integrated
+refused "cullen-dehnen has a history, and arkode may reject a step" "$kith" plan tiny.yaml \
+  --set scheme.name=arkode --set method.energy=thermal \
   --set method.viscosity.name=cullen-dehnen
 refused "--set boundaries.x.a: unknown key" "$kith" run tiny.yaml --quiet --set 'boundaries.x={a: 1}'
 
@@ -128,7 +132,8 @@ sed 's/x: \[0, 1\]/x: [-0.5, 1]/' tiny.yaml >wrong.yaml
 refused "wrong.yaml:9: region: overlaps the region of line 10" "$kith" run wrong.yaml
 sed '/^resolution/d' tiny.yaml >wrong.yaml
 refused "resolution: missing; it is required" "$kith" run wrong.yaml
-sed 's/x: reflecting/x: periodic/; s/upper: \[1,/upper: [-1,/' tiny.yaml >wrong.yaml # a periodic axis without length
+# a periodic axis without length
+sed 's/x: reflecting/x: periodic/; s/upper: \[1,/upper: [-1,/' tiny.yaml >wrong.yaml
 refused "wrong.yaml:4: domain.upper: -1 along x is not above lower" "$kith" run wrong.yaml
 printf 'until: [\n' >wrong.yaml
 refused "wrong.yaml:2: not YAML" "$kith" run wrong.yaml
@@ -179,11 +184,13 @@ refused "snapshot_0000.hdf: not a checkpoint" "$kith" run tiny.yaml "$@" out/sna
 refused "folder: not a regular file" "$kith" run tiny.yaml "$@" folder
 refused "/dev/null: not a regular file" "$kith" run tiny.yaml "$@" /dev/null
 refused "a 1-D checkpoint, this program is 2-D" "$kith" run tiny.yaml "$@" $good --set dimension=2
-refused "of another scene or with other settings" "$kith" run tiny.yaml "$@" $good --set until=1
-refused "of another scene or with other settings" "$kith" run tiny.yaml "$@" $good --set regions.0.density=2
+refused "of another scene or with other settings: until differs" "$kith" run tiny.yaml "$@" $good \
+  --set until=1
+refused "of another scene or with other settings: regions.0.density differs" "$kith" run tiny.yaml \
+  "$@" $good --set regions.0.density=2
 cp out/history.csv kept.csv
 printf 'not a history\n' >out/history.csv
-refused "history.csv: not the history of a 1-D run" "$kith" run tiny.yaml "$@" $good
+refused "history.csv: its columns are not step,time,dt," "$kith" run tiny.yaml "$@" $good
 mv kept.csv out/history.csv
 ok "$kith" run tiny.yaml "$@" $good
 

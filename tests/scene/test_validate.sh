@@ -1,21 +1,28 @@
 #!/usr/bin/env bash
-# test_validate.sh PROGRAMS: `kith validate` on files of one's own: what passes, what does not, and what is wrong in a file.
+# test_validate.sh PROGRAMS: `kith validate` on files of one's own: what passes, what does not, and what is
+# wrong in a file.
 inputs=$(readlink -f "$2")
 # Of what MPI leaks itself sanitizers say nothing: tests/mpi.
-export LSAN_OPTIONS=suppressions=$(readlink -f "$(dirname "$0")/../mpi/leaks.supp"):print_suppressions=0 ASAN_OPTIONS=fast_unwind_on_malloc=0
+leaks=$(readlink -f "$(dirname "$0")/../mpi/leaks.supp")
+export LSAN_OPTIONS=suppressions=$leaks:print_suppressions=0 ASAN_OPTIONS=fast_unwind_on_malloc=0
 source "$(dirname "$0")/common.sh"
 ln -s "$inputs" inputs
 
 row='name: short, dimension: 1, scene: sod, settings: "resolution=50 until=0.05", measure: norms.density.l1'
 rows() { printf 'rows:\n' >own.yaml && printf '  - {%s}\n' "$@" >>own.yaml; }
 
-rows "$row, at_most: 0.1, source: a guess" 'name: drift, measure: energy_drift, at_most: 1e-12' 'name: end, measure: time, at_least: 0.05'
+rows "$row, at_most: 0.1, source: a guess" 'name: drift, measure: energy_drift, at_most: 1e-12' \
+  'name: end, measure: time, at_least: 0.05'
 ok "$kith" validate own.yaml -o v
-grep -q "^3 rows, 0 out of tolerance; 1-D .* s, 2-D 0 s, 3-D 0 s" stdout || wrong "the sums: $(tail -1 stdout)"
-[[ $(head -1 v/validation.csv) == row,measured,relation,bound,verdict,seconds,source,density.l1,* ]] || wrong "the table's head"
-awk -F, '/^short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"")}' v/validation.csv || wrong "the table: $(cat v/validation.csv)"
+grep -q "^3 rows, 0 out of tolerance; [0-9]* s$" stdout || wrong "the sums: $(tail -1 stdout)"
+[[ $(head -1 v/validation.csv) == row,measured,relation,bound,verdict,seconds,source,density.l1,* ]] ||
+  wrong "the table's head"
+awk -F, '/^short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"")}' v/validation.csv ||
+  wrong "the table: $(cat v/validation.csv)"
 
-rows "$row, at_most: 1e-9" "name: twice, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', measure: norms.density.l1, at_most: 1" \
+rows "$row, at_most: 1e-9" \
+  "name: twice, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', measure: norms.density.l1,
+    at_most: 1" \
   'name: slope, measure: order 2, at_least: 0.5' 'name: steep, measure: order 2, at_least: 9'
 "$kith" validate own.yaml -o v >stdout 2>stderr && wrong "a bound that is not held is no success"
 grep -q "^4 rows, 2 out of tolerance" stdout || wrong "two of four: $(cat stdout)"
@@ -44,24 +51,31 @@ stopped 2 "missing.yaml: No such file" "$kith" validate missing.yaml
 tube='dimension: 1, scene: sod, settings: "resolution=50 until=0.05"'
 rows "name: short, $tube, measure: steps / lifecycles_are_in_the_ledger, at_most: 1"
 "$kith" validate own.yaml -o v >stdout 2>stderr && wrong "a ratio with what is not there"
-rows "name: short, $tube, measure: ledger.lifecycles / steps, at_least: 1" "name: two, $tube, ranks: 2, threads: 1, same: 1e-11, like: short" \
-  'name: sharper, dimension: 1, scene: sod, settings: "resolution=50 until=0.05 scheme.cfl=0.2", same: 1e-11, like: short' \
+rows "name: short, $tube, measure: ledger.lifecycles / steps, at_least: 1" \
+  "name: two, $tube, ranks: 2, threads: 1, same: 1e-11, like: short" \
+  'name: sharper, dimension: 1, scene: sod, settings: "resolution=50 until=0.05 scheme.cfl=0.2", same: 1e-11,
+    like: short' \
   'name: sooner, dimension: 1, scene: sod, settings: "resolution=50 until=0.04", same: bits, like: short'
 "$kith" validate own.yaml -o v >stdout 2>stderr
 (($? == 3)) || wrong "two rows differ: $(cat stdout stderr)"
 grep -q "^two .* ok .* same as short" stdout || wrong "two ranks and one: $(grep two stdout)"
-grep -q "^sharper .* FAILED .* DIFFERS FROM short by .* in [A-Z]" stdout || wrong "another step: $(grep sharper stdout)"
+grep -q "^sharper .* FAILED .* DIFFERS FROM short by .* in [A-Z]" stdout ||
+  wrong "another step: $(grep sharper stdout)"
 grep -q "^sooner .* FAILED .* DIFFERS FROM short by inf" stdout || wrong "another time: $(grep sooner stdout)"
 grep -q "^1 of 3 runs end in the same state" stdout || wrong "how many are the same: $(tail -1 stdout)"
 
-group() { rows "over: {$1}, same: bits, settings: reproducible=true, rows: [{name: a, $tube}, {name: b, $tube}]"; }
-group 'ranks: [1, 2, 3], threads: [1, 2], partition.name: [kd, hilbert]' # pairs of rows and ranks: 2 x 3; ranks and names: 3 x 2
+group() {
+  rows "over: {$1}, same: bits, settings: reproducible=true, rows: [{name: a, $tube}, {name: b, $tube}]"
+}
+# each of 2 rows with each of 3 numbers of ranks
+group 'ranks: [1, 2, 3], threads: [1, 2], partition.name: [kd, hilbert]'
 ok "$kith" validate own.yaml -o v
-grep -Eq "^([6-9]|1[0-2]) of \1 runs end in the same state" stdout || wrong "a group: $(tail -1 stdout)"
+grep -q "^6 of 6 runs end in the same state" stdout || wrong "a group: $(tail -1 stdout)"
 grep -Eq "^a\.[123]x[12]\.(kd|hilbert) .* same as a$" stdout || wrong "names of a group: $(cat stdout)"
-awk -F, '/^b\.[123]x/ {n += ($14 > 0 && $15 > 0 && $16 != "" && $17 == "b" && $18 == 0)} END {exit !(n >= 3)}' v/validation.csv || wrong "the table: $(cat v/validation.csv)"
+awk -F, '/^b\.[123]x/ {n += ($14 > 0 && $15 > 0 && $16 != "" && $17 == "b" && $18 == 0)}
+  END {exit !(n >= 3)}' v/validation.csv || wrong "the table: $(cat v/validation.csv)"
 group ''
-stopped 2 "a group needs rows, and 1 to 7 factors" "$kith" validate own.yaml
+stopped 2 "a group needs rows and factors" "$kith" validate own.yaml
 group 'ranks: []'
 stopped 2 "a factor without values" "$kith" validate own.yaml
 group 'ranks: [0]'

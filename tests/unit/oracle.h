@@ -1,7 +1,7 @@
 /* oracle.h - nodes to test connectivity with, and slow answers straight from the definitions: no search, no
  * rows. */
-#ifndef KITH_TESTS_ORACLE_H
-#define KITH_TESTS_ORACLE_H
+#ifndef KITH_TEST_ORACLE_H
+#define KITH_TEST_ORACLE_H
 
 #include <stdlib.h>
 #include <string.h>
@@ -21,8 +21,8 @@ static inline double oracle_distance2(const struct kith_nodes *nodes, int i, int
 }
 /* Node k lies in the support of i. */
 static inline bool oracle_holds(const struct kith_nodes *nodes, int i, int k) {
-  const double reach = nodes->reach->f64[i];
-  return oracle_distance2(nodes, i, k) <= reach * reach;
+  const double search_radius = nodes->search_radius->f64[i];
+  return oracle_distance2(nodes, i, k) <= search_radius * search_radius;
 }
 static inline bool oracle_rejected(const struct kith_excluder *chain, const struct kith_nodes *nodes, int i,
                                    int j) {
@@ -76,17 +76,32 @@ static inline bool oracle_common(const struct kith_nodes *nodes, const struct ki
     CHECK(oracle_same_ &&oracle_e_ == (rows)->first[(row) + 1]);                                             \
   } while (0)
 
+/* The pairs of the first `n` rows: the upper part of each, in order; and each entry knows its pair. */
+static inline void oracle_check_pairs(const struct kith_rows *rows, const struct kith_pairs *pairs,
+                                      kith_index n) {
+  size_t p = 0;
+  for (kith_index i = 0; i < n; ++i) {
+    CHECK(pairs->first[i] == p);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const kith_index j = rows->node[e], *ends = pairs->node[pairs->of_row[e]];
+      CHECK(ends[0] == KITH_MIN(i, j) && ends[1] == KITH_MAX(i, j));
+      if (j > i) CHECK(pairs->of_row[e] == p++);
+    }
+  }
+  CHECK(p == pairs->n && pairs->first[n] == p);
+}
+
 /* Everything that is built, against the definitions. O(N^3). */
 static inline void oracle_check(const struct kith_connectivity *c, const struct kith_nodes *nodes,
                                 const struct kith_excluder *chain) {
   const int n = kith_nodes_count(nodes), stored = c->built.ghost_rows ? n : nodes->n_internal;
-  CHECK(c->rows.n == n);
-  for (int i = 0; i < n; ++i)
-    ORACLE_ROW(&c->rows, i, n, j, i < stored && oracle_neighbors(nodes, chain, i, j));
+  CHECK(c->rows.n == stored);
+  for (int i = 0; i < stored; ++i) ORACLE_ROW(&c->rows, i, n, j, oracle_neighbors(nodes, chain, i, j));
   if (c->built.overlap)
-    for (int i = 0; i < n; ++i)
-      ORACLE_ROW(&c->overlap, i, n, j, i < stored && oracle_overlap(nodes, chain, i, j));
+    for (int i = 0; i < stored; ++i) ORACLE_ROW(&c->overlap, i, n, j, oracle_overlap(nodes, chain, i, j));
+  if (c->built.overlap_pairs) oracle_check_pairs(&c->overlap, &c->overlap_pairs, nodes->n_internal);
   if (!c->built.pairs) return;
+  oracle_check_pairs(&c->rows, &c->pairs, stored);
   size_t p = 0;
   for (int i = 0; i < stored; ++i) {
     CHECK(c->pairs.first[i] == p);
@@ -102,12 +117,6 @@ static inline void oracle_check(const struct kith_connectivity *c, const struct 
       ++p;
     }
   }
-  CHECK(p == c->pairs.n && c->pairs.first[n] == p);
-  for (int i = 0; i < n; ++i)
-    for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e) {
-      const kith_index *ends = c->pairs.node[c->pairs.of_row[e]], j = c->rows.node[e];
-      CHECK(ends[0] == KITH_MIN(i, j) && ends[1] == KITH_MAX(i, j));
-    }
 }
 
 /* Are two connectivities the same, byte for byte? */
@@ -120,6 +129,10 @@ static inline bool oracle_same_rows(const struct kith_rows *a, const struct kith
 static inline bool oracle_same(const struct kith_connectivity *a, const struct kith_connectivity *b) {
   if (!oracle_same_rows(&a->rows, &b->rows) || !oracle_same_rows(&a->overlap, &b->overlap)) return false;
   if (!oracle_same_rows(&a->intersection, &b->intersection) || a->pairs.n != b->pairs.n) return false;
+  if (a->overlap_pairs.n != b->overlap_pairs.n) return false;
+  if (a->overlap_pairs.n > 0 && memcmp(a->overlap_pairs.node, b->overlap_pairs.node,
+                                       a->overlap_pairs.n * sizeof *a->overlap_pairs.node) != 0)
+    return false;
   if (!a->built.pairs) return true;
   return memcmp(a->pairs.first, b->pairs.first, ((size_t)a->rows.n + 1) * sizeof *a->pairs.first) == 0 &&
          (a->pairs.n == 0 || (memcmp(a->pairs.node, b->pairs.node, a->pairs.n * sizeof *a->pairs.node) == 0 &&
@@ -127,10 +140,10 @@ static inline bool oracle_same(const struct kith_connectivity *a, const struct k
                                      a->rows.first[a->rows.n] * sizeof *a->pairs.of_row) == 0));
 }
 
-/* `count[l]` nodes at random places in the unit box for each list; reach between `reach` and `reach` * ratio.
- */
-static inline struct kith_nodes *oracle_random(int n_lists, const int *count, double reach, double ratio,
-                                               uint64_t *state) {
+/* `count[l]` nodes at random places in the unit box for each list; search radii between
+ * `search_radius` and `search_radius` * ratio. */
+static inline struct kith_nodes *oracle_random(int n_lists, const int *count, double search_radius,
+                                               double ratio, uint64_t *state) {
   static const char *const names[] = {"gas", "dust", "rock"};
   struct kith_nodes *nodes;
   CHECK_OK(kith_nodes_create(&nodes, n_lists, names));
@@ -139,7 +152,7 @@ static inline struct kith_nodes *oracle_random(int n_lists, const int *count, do
     CHECK_OK(kith_nodes_append(nodes, l, count[l], &first));
     for (int i = first; i < first + count[l]; ++i) {
       for (int a = 0; a < NDIM; ++a) nodes->position->f64[i * NDIM + a] = check_random(state);
-      nodes->reach->f64[i] = reach * pow(ratio, check_random(state));
+      nodes->search_radius->f64[i] = search_radius * pow(ratio, check_random(state));
       nodes->id->i64[i] = 1000 * l + i - first;
     }
   }
@@ -147,14 +160,14 @@ static inline struct kith_nodes *oracle_random(int n_lists, const int *count, do
   return nodes;
 }
 
-/* Every list's nodes on a lattice of n^NDIM cells of 1 / n, all with this reach; lists are dealt out in turn.
- */
-static inline struct kith_nodes *oracle_lattice(int n_lists, int n, double reach) {
+/* Every list's nodes on a lattice of n^NDIM cells of 1 / n, all with this search radius; nodes are
+ * dealt out to the lists in turn. */
+static inline struct kith_nodes *oracle_lattice(int n_lists, int n, double search_radius) {
   int total = 1, count[3] = {0};
   for (int a = 0; a < NDIM; ++a) total *= n;
   for (int k = 0; k < total; ++k) ++count[k % n_lists];
   uint64_t state = 1;
-  struct kith_nodes *nodes = oracle_random(n_lists, count, reach, 1, &state);
+  struct kith_nodes *nodes = oracle_random(n_lists, count, search_radius, 1, &state);
   int next[3] = {0};
   for (int k = 0; k < total; ++k) {
     const int i = nodes->lists[k % n_lists].first + next[k % n_lists]++;

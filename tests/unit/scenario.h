@@ -1,17 +1,17 @@
 /* scenario.h - a model from a few lines of YAML: run for some steps, and compared with another one, by id. */
-#ifndef KITH_TESTS_SCENARIO_H
-#define KITH_TESTS_SCENARIO_H
+#ifndef KITH_TEST_SCENARIO_H
+#define KITH_TEST_SCENARIO_H
 
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include "app/model.h"
+#include "app/simulation/simulation.h"
 #include "tests/check.h"
 
 /* Owns scene and model. `model` is NULL if it could not be made (a failed check says why). */
 struct scenario {
   struct kith_scene *scene;
-  struct kith_model *model;
+  struct kith_simulation *simulation;
   struct kith_totals start;
 };
 
@@ -33,8 +33,8 @@ static inline bool scenario_make(struct scenario *s, const char *yaml, char *set
     overrides[n++] = word;
   CHECK_OK(kith_scene_parse(&s->scene, "scenario.yaml", yaml, strlen(yaml), n, overrides));
   if (s->scene == NULL) return false;
-  CHECK_OK(kith_model_create(&s->model, s->scene, NULL, true));
-  return s->model != NULL;
+  CHECK_OK(kith_simulation_create(&s->simulation, s->scene, NULL, true));
+  return s->simulation != NULL;
 }
 
 static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...) {
@@ -47,20 +47,20 @@ static inline bool scenario_open(struct scenario *s, const char *yaml, const cha
 }
 
 static inline void scenario_close(struct scenario *s) {
-  kith_model_destroy(&s->model);
+  kith_simulation_destroy(&s->simulation);
   kith_scene_destroy(&s->scene);
 }
 
 /* First rates; what drifts are measured by. */
 static inline kith_status scenario_start(struct scenario *s) {
-  const kith_status status = kith_model_start(s->model);
-  s->start = kith_hydro_totals(&s->model->hydro);
+  const kith_status status = kith_simulation_start(s->simulation);
+  s->start = kith_hydro_totals(&s->simulation->hydro);
   return status;
 }
 
 /* Up to `steps` more steps, or to the scene's end. */
 static inline kith_status scenario_steps(struct scenario *s, int steps) {
-  struct kith_integrator *it = &s->model->integrator;
+  struct kith_integrator *it = &s->simulation->integrator;
   for (int k = 0; k < steps && it->time < s->scene->until; ++k)
     KITH_TRY(kith_integrator_step(it, s->scene->until));
   return KITH_OK;
@@ -68,7 +68,7 @@ static inline kith_status scenario_steps(struct scenario *s, int steps) {
 
 /* All of it; false (and a failed check) if something went wrong. */
 static inline bool scenario_run(struct scenario *s, int steps) {
-  if (s->model == NULL) return false;
+  if (s->simulation == NULL) return false;
   const int before = check_failures;
   CHECK_OK(scenario_start(s));
   if (check_failures == before) CHECK_OK(scenario_steps(s, steps));
@@ -77,14 +77,14 @@ static inline bool scenario_run(struct scenario *s, int steps) {
 
 /* The last setting wins: keys of a field in a scenario, by name. NULL fails a check. */
 static inline struct kith_field *scenario_field(const struct scenario *s, const char *name) {
-  struct kith_field *field = kith_nodes_field_named(s->model->nodes, name);
+  struct kith_field *field = kith_nodes_field_named(s->simulation->nodes, name);
   CHECK(field != NULL);
   return field;
 }
 
 /* place[id] = index, for ids 0 .. most. Owned by the caller. */
 static inline kith_index *scenario_places(const struct scenario *s, int64_t *most) {
-  const struct kith_nodes *nodes = s->model->nodes;
+  const struct kith_nodes *nodes = s->simulation->nodes;
   *most = -1;
   for (kith_index i = 0; i < nodes->n_internal; ++i) *most = KITH_MAX(*most, nodes->id->i64[i]);
   kith_index *place = malloc((size_t)(*most + 2) * sizeof *place);
@@ -96,7 +96,7 @@ static inline kith_index *scenario_places(const struct scenario *s, int64_t *mos
 /* The first STATE field whose bits differ between nodes of the same id, or NULL. Fields that only one of them
  * has do not count. "id" if they do not have the same nodes. */
 static inline const char *scenario_difference(const struct scenario *a, const struct scenario *b) {
-  const struct kith_nodes *m = a->model->nodes, *n = b->model->nodes;
+  const struct kith_nodes *m = a->simulation->nodes, *n = b->simulation->nodes;
   const char *different = NULL;
   int64_t most, other;
   kith_index *of_a = scenario_places(a, &most), *of_b = scenario_places(b, &other);
@@ -138,9 +138,9 @@ static inline double scenario_distance(const struct scenario *a, const struct sc
 /* Says which comparison failed: a line of CHECK alone would not. */
 static inline void scenario_same(const struct scenario *a, const struct scenario *b, const char *what) {
   const char *different = scenario_difference(a, b);
-  const bool same_clock = a->model->integrator.time == b->model->integrator.time &&
-                          a->model->integrator.dt == b->model->integrator.dt &&
-                          a->model->integrator.step == b->model->integrator.step;
+  const bool same_clock = a->simulation->integrator.time == b->simulation->integrator.time &&
+                          a->simulation->integrator.dt == b->simulation->integrator.dt &&
+                          a->simulation->integrator.step == b->simulation->integrator.step;
   if (different == NULL && same_clock) return;
   ++check_failures;
   fprintf(stderr, "%d-D, %s: %s differs\n", NDIM, what, different != NULL ? different : "the clock");
@@ -148,12 +148,12 @@ static inline void scenario_same(const struct scenario *a, const struct scenario
 
 /* |E - E0| / E0 and |p - p0| / sum m |v|. */
 static inline double scenario_energy_drift(const struct scenario *s) {
-  const struct kith_totals now = kith_hydro_totals(&s->model->hydro);
+  const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
   const double e0 = s->start.kinetic + s->start.internal;
   return fabs(now.kinetic + now.internal - e0) / e0;
 }
 static inline double scenario_momentum_drift(const struct scenario *s) {
-  const struct kith_totals now = kith_hydro_totals(&s->model->hydro);
+  const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
   double largest = 0;
   for (int a = 0; a < NDIM; ++a) largest = fmax(largest, fabs(now.momentum[a] - s->start.momentum[a]));
   return largest / fmax(now.momentum_scale, s->start.momentum_scale);

@@ -1,0 +1,259 @@
+/* options.c - parsing of the command line and its help, from the tables of options.h. */
+#include "app/cli/options.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "app/cli/text.h"
+#include "app/cli/version.h"
+#include "lib/core/choices.h"
+
+#define X(name, runs, argument, doc) {#name, KITH_RUNS_##runs, argument, doc},
+static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
+#undef X
+
+enum kind { FLAG, COUNT, NUMBER, TEXT, NETWORK, SETTING };
+struct row {
+  const char *name;
+  int letter;
+  const char *argument;
+  enum kind kind;
+  double least, most;
+  size_t offset, size;
+  unsigned verbs; /* a bit of each verb that takes it */
+  const char *doc;
+};
+#define F(verb) 1u << KITH_VERB_##verb
+#define X(name, letter, argument, kind, least, most, member, verbs, doc) \
+  {#name,                                                                \
+   letter,                                                               \
+   argument,                                                             \
+   kind,                                                                 \
+   least,                                                                \
+   most,                                                                 \
+   offsetof(struct kith_options, member),                                \
+   sizeof(((struct kith_options *)0)->member),                           \
+   verbs,                                                                \
+   doc},
+static const struct row rows[] = {KITH_OPTION_LIST(X)};
+#undef X
+#undef F
+enum { N_ROWS = sizeof rows / sizeof rows[0], HELP = N_ROWS, VERSION, N_KNOWN, OPTION = 256 };
+
+static const char VERBS[] = "" /* "|run|plan..." */
+#define X(name, runs, argument, doc) "|" #name
+    KITH_VERB_LIST(X);
+#undef X
+
+/* One line, and code 2. */
+__attribute__((noreturn, format(printf, 1, 2))) static void refuse(const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  fputs("kith: ", stderr);
+  vfprintf(stderr, format, arguments);
+  fputc('\n', stderr);
+  va_end(arguments);
+  exit(KITH_EXIT_USAGE);
+}
+
+/* ---- values ---- */
+
+static double number(const struct row *row, const char *text) {
+  char *end;
+  const double value = strtod(text, &end);
+  if (end == text || *end != '\0' || !isfinite(value) || value < row->least)
+    refuse("--%s: '%.60s' is not a number of at least %g", row->name, text, row->least);
+  if (row->kind == COUNT && value != floor(value))
+    refuse("--%s: '%.60s' is not a whole number", row->name, text);
+  if (value > row->most) refuse("--%s: '%.60s' is more than %.15g", row->name, text, row->most);
+  return value;
+}
+
+/* "2e-6,1e10" */
+static struct kith_network network(const struct row *row, const char *text) {
+  const struct row latency = {.name = row->name, .kind = NUMBER, .most = HUGE_VAL},
+                   bandwidth = {.name = row->name, .kind = NUMBER, .least = 1, .most = HUGE_VAL};
+  char seconds[64] = "";
+  const char *comma = strchr(text, ',');
+  if (comma == NULL) refuse("--network: '%.60s' is not SECONDS,BYTES_PER_SECOND", text);
+  snprintf(seconds, sizeof seconds, "%.*s", (int)KITH_MIN(comma - text, 63), text);
+  return (struct kith_network){number(&latency, seconds), number(&bandwidth, comma + 1)};
+}
+
+static void add_override(struct kith_options *o, const char *text) {
+  if (strchr(text, '=') == NULL) refuse("--set: '%.60s' is not KEY=VALUE", text);
+  if (o->n_overrides == KITH_MAX_OVERRIDES) refuse("--set: more than %d of them", KITH_MAX_OVERRIDES);
+  o->overrides[o->n_overrides++] = text;
+}
+
+static void take_value(const struct row *row, const char *text, struct kith_options *o) {
+  void *into = (char *)o + row->offset;
+  const double value = row->kind == COUNT || row->kind == NUMBER ? number(row, text) : 0;
+  switch (row->kind) {
+    case FLAG:
+      *(bool *)into = true;
+      break;
+    case COUNT:
+      if (row->size == sizeof(int))
+        *(int *)into = (int)value;
+      else
+        *(long *)into = (long)value;
+      break;
+    case NUMBER:
+      *(double *)into = value;
+      break;
+    case TEXT:
+      *(const char **)into = text;
+      break;
+    case NETWORK:
+      *(struct kith_network *)into = network(row, text);
+      break;
+    case SETTING:
+      add_override(o, text);
+      break;
+  }
+}
+
+/* ---- help ---- */
+
+/* "run, plan": the verbs that take an option. */
+static const char *takers(const struct row *row, char text[128]) {
+  int n = 0;
+  for (int v = 0; v < KITH_N_VERBS; ++v)
+    if (row->verbs >> v & 1)
+      n += snprintf(text + n, (size_t)(128 - n), "%s%s", n > 0 ? ", " : "", verbs[v].name);
+  return text;
+}
+
+static void print_option(const struct row *row, bool of_all) {
+  char label[64], text[512], names[128];
+  char letter[8] = "    ";
+  if (row->letter != 0) snprintf(letter, sizeof letter, "-%c, ", row->letter);
+  snprintf(label, sizeof label, "  %s--%s%s%s", letter, row->name, row->argument != NULL ? " " : "",
+           row->argument != NULL ? row->argument : "");
+  snprintf(text, sizeof text, of_all ? "%s [%s]" : "%s", row->doc, takers(row, names));
+  kith_text_wrapped(stdout, 26, label, text);
+}
+
+/* `verb` NULL: everything. */
+static void print_help(const struct kith_verb *verb) {
+  printf("usage: kith %s%s%s [OPTION]...\n\n", verb != NULL ? verb->name : "VERB",
+         verb == NULL || verb->argument[0] != '\0' ? " " : "", verb != NULL ? verb->argument : "[ARGUMENT]");
+  if (verb != NULL) printf("%s\n\noptions:\n", verb->doc);
+  if (verb == NULL)
+    printf("A time-stepping SPH mini-application: the lifecycle of particle connectivity.\n\nverbs:\n");
+  for (const struct kith_verb *v = verbs; verb == NULL && v < verbs + KITH_N_VERBS; ++v) {
+    char label[64];
+    snprintf(label, sizeof label, "  %s %s", v->name, v->argument);
+    kith_text_wrapped(stdout, 26, label, v->doc);
+  }
+  if (verb == NULL) printf("\noptions, with the verbs that take them:\n");
+  for (int k = 0; k < N_ROWS; ++k)
+    if (verb == NULL || rows[k].verbs >> (verb - verbs) & 1) print_option(&rows[k], verb == NULL);
+  printf(
+      "  -h, --help              this help; kith VERB --help: that of a verb\n"
+      "  -V, --version           version, compiler and flags\n\n"
+      "exit codes: 0 ok, 1 the run or the build failed, 2 usage or scene, 3 out of tolerance\n");
+}
+
+/* ---- parsing ---- */
+
+static const struct kith_verb *find_verb(const char *name) {
+  char told[256], near[64];
+  kith_choices_format(VERBS, told, sizeof told);
+  if (name == NULL) refuse("no verb; one of %s (see kith --help)", told);
+  for (int v = 0; v < KITH_N_VERBS; ++v)
+    if (strcmp(verbs[v].name, name) == 0) return &verbs[v];
+  if (kith_choices_suggest(VERBS, name, near, sizeof near))
+    refuse("%.60s: unknown verb; did you mean '%s'?", name, near);
+  refuse("%.60s: unknown verb; one of %s", name, told);
+}
+
+/* As getopt_long wants them; `letters` gives all arguments in their order, and ':' for a missing value. */
+static void list_options(struct option known[N_KNOWN + 1], char letters[64]) {
+  static const struct row own[] = {{.name = "help", .letter = 'h'}, {.name = "version", .letter = 'V'}};
+  int n = snprintf(letters, 64, "-:");
+  for (int k = 0; k < N_KNOWN; ++k) {
+    const struct row *row = k < N_ROWS ? &rows[k] : &own[k - N_ROWS];
+    known[k] =
+        (struct option){row->name, row->argument != NULL ? required_argument : no_argument, NULL, OPTION + k};
+    if (row->letter != 0)
+      n += snprintf(letters + n, (size_t)(64 - n), "%c%s", row->letter, row->argument != NULL ? ":" : "");
+  }
+  known[N_KNOWN] = (struct option){0};
+}
+
+/* Which option a code of getopt_long stands for. */
+static int row_of(int code) {
+  if (code >= OPTION) return code - OPTION;
+  for (int k = 0; k < N_ROWS; ++k)
+    if (rows[k].letter == code) return k;
+  return code == 'h' ? HELP : VERSION;
+}
+
+/* An option that is not known, or has a value without taking one. */
+__attribute__((noreturn)) static void refuse_option(const char *given, const struct option *known) {
+  char names[512] = "", near[64], name[64];
+  if (optopt >= OPTION) refuse("%.60s: this option takes no value", given);
+  if (optopt != 0) refuse("-%c: unknown option (see kith --help)", optopt);
+  for (; known->name != NULL; ++known)
+    snprintf(names + strlen(names), sizeof names - strlen(names), "|%s", known->name);
+  snprintf(name, sizeof name, "%.*s", (int)KITH_MIN(strcspn(given + 2, "="), sizeof name - 1), given + 2);
+  if (kith_choices_suggest(names, name, near, sizeof near))
+    refuse("--%s: unknown option; did you mean '--%s'?", name, near);
+  refuse("--%s: unknown option (see kith --help)", name);
+}
+
+static void take_word(struct kith_options *o, const char *word) {
+  if (o->verb == NULL)
+    o->verb = find_verb(word);
+  else if (o->subject == NULL && o->verb->argument[0] != '\0')
+    o->subject = word;
+  else
+    refuse("%.60s: one argument too many", word);
+}
+
+/* What the verb and the options must be together. */
+static void check_together(const struct kith_options *o, const bool *given) {
+  char names[128];
+  const struct kith_verb *verb = find_verb(o->verb != NULL ? o->verb->name : NULL);
+  for (int k = 0; k < N_ROWS; ++k)
+    if (given[k] && !(rows[k].verbs >> (verb - verbs) & 1))
+      refuse("--%s: not an option of %s, but of %s", rows[k].name, verb->name, takers(&rows[k], names));
+  if (o->subject == NULL && verb->argument[0] != '\0' && verb->argument[0] != '[')
+    refuse("%s: %s is missing (see kith %s --help)", verb->name, verb->argument, verb->name);
+}
+
+enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **argv) {
+  struct option known[N_KNOWN + 1];
+  char letters[64];
+  bool given[N_KNOWN] = {false};
+  list_options(known, letters);
+  *o = (struct kith_options){.until = -1, .steps = -1, .network = KITH_NETWORK, .arguments = argv};
+  opterr = 0;
+  for (int c; (c = getopt_long(argc, argv, letters, known, NULL)) != -1;) {
+    if (c == ':') refuse("%.60s: its value is missing", argv[optind - 1]);
+    if (c == '?') refuse_option(argv[KITH_MAX(optind - 1, 1)], known);
+    if (c == 1) {
+      take_word(o, optarg);
+      continue;
+    }
+    const int k = row_of(c);
+    given[k] = true;
+    if (k < N_ROWS) take_value(&rows[k], optarg, o);
+  }
+  if (given[VERSION]) {
+    printf("kith %s (%s)\n", kith_version(), kith_build_text());
+    exit(KITH_EXIT_OK);
+  }
+  if (given[HELP]) {
+    print_help(o->verb);
+    exit(KITH_EXIT_OK);
+  }
+  for (; optind < argc; ++optind) take_word(o, argv[optind]); /* behind "--" */
+  check_together(o, given);
+  return (enum kith_verb_id)(o->verb - verbs);
+}

@@ -1,0 +1,109 @@
+/* options.h - the command line: the table of verbs and the table of options.
+ *
+ * Everything that is said about verbs and options follows from the two lists below: parsing (options.c, by
+ * getopt_long), `kith --help` and `kith VERB --help`, the refusal of an option that a verb does not take, and
+ * the dispatch in app/kith.c and app/main.c. A verb is one line here and a function kith_<verb>; an option is
+ * one line here and a member of struct kith_options. */
+#ifndef KITH_APP_CLI_OPTIONS_H
+#define KITH_APP_CLI_OPTIONS_H
+
+#include "lib/core/base.h"
+
+/* name, what runs it, its argument, doc. What runs it: SCENE the program of the scene's dimension (kith-1d,
+ * kith-2d, kith-3d); STUDY the program kith itself, which starts those; LAUNCHER the script ./kith of the
+ * source tree. An argument in brackets may be left out. */
+#define KITH_VERB_LIST(X)                                                                                 \
+  X(run, SCENE, "SCENE", "run a scene and compare it with its exact solution")                            \
+  X(plan, SCENE, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
+  X(bench, SCENE, "[SCENE]",                                                                              \
+    "node updates per second, stage by stage, beside reference loops; with --ranks: the cost of ranks")   \
+  X(list, SCENE, "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene")          \
+  X(validate, STUDY, "[SUITE|FILE]",                                                                      \
+    "run scenes and judge their errors by tolerances; 'validate list': the suites")                       \
+  X(chart, STUDY, "SCENE|SUITE", "error against cost of many methods; 'chart list': the suites")          \
+  X(stress, STUDY, "[SWEEP|FILE]",                                                                        \
+    "where methods stop working, one parameter at a time; 'stress list': the sweeps")                     \
+  X(build, LAUNCHER, "", "build the programs")                                                            \
+  X(test, LAUNCHER, "[quick]",                                                                            \
+    "build with gcc, with sanitizers and with clang, and test each (quick: gcc only); more words go to ctest")
+
+enum kith_verb_runs { KITH_RUNS_SCENE, KITH_RUNS_STUDY, KITH_RUNS_LAUNCHER };
+enum kith_verb_id {
+#define X(name, runs, argument, doc) KITH_VERB_##name,
+  KITH_VERB_LIST(X)
+#undef X
+      KITH_N_VERBS
+};
+struct kith_verb {
+  const char *name;
+  enum kith_verb_runs runs;
+  const char *argument, *doc;
+};
+
+enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024, KITH_MAX_RANKS = 1000000 };
+
+/* Between ranks: seconds that a message takes however short it is, bytes per second. The default is a common
+ * cluster network: 100 Gbit/s, one rank on each computer. */
+struct kith_network {
+  double latency, bandwidth;
+};
+#define KITH_NETWORK      \
+  (struct kith_network) { \
+    2e-6, 1e10            \
+  }
+
+struct kith_options {
+  const struct kith_verb *verb;
+  const char *subject; /* scene file, family, suite; NULL if not given */
+  int n_overrides;
+  const char *overrides[KITH_MAX_OVERRIDES]; /* key=value */
+  const char *directory;                     /* NULL: the verb's default */
+  const char *restart;                       /* checkpoint file or NULL */
+  const char *trace;                         /* file or NULL */
+  double until;                              /* < 0: the scene's */
+  long steps;                                /* < 0: no limit */
+  int threads;                               /* 0: not given */
+  int ranks;                                 /* 0: as many as were started */
+  struct kith_network network;
+  bool check, profile, quiet;
+  char **arguments; /* as given, with the program first, ended by NULL */
+};
+
+/* name, letter or 0, argument, kind, least and most of a value, member, verbs that take it, doc. Kinds: FLAG
+ * (bool), COUNT (int or long), NUMBER (double), TEXT, NETWORK ("seconds,bytes per second"), SETTING
+ * ("key=value", may be repeated). */
+#define KITH_OPTION_LIST(X)                                                                                \
+  X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),     \
+    "use VALUE for KEY of the scene (dotted: method.kernel=cubic); may be repeated")                       \
+  X(output, 'o', "DIR", TEXT, 0, 0, directory, F(run) | F(bench) | F(validate) | F(chart) | F(stress),     \
+    "write results to DIR (default: below out)")                                                           \
+  X(ranks, 0, "N", COUNT, 1, KITH_MAX_RANKS, ranks, F(run) | F(plan) | F(bench),                           \
+    "processes, started by mpirun (default: 1, or those of mpirun -n N kith run); plan: of a run on N")    \
+  X(threads, 0, "N", COUNT, 1, KITH_MAX_THREADS, threads,                                                  \
+    F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                    \
+    "threads of a process (default: all cores, shared among ranks; runs of chart and stress: 1)")          \
+  X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                            \
+  X(steps, 0, "N", COUNT, 0, 1e15, steps, F(run) | F(bench), "stop after step N")                          \
+  X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                         \
+  X(check, 0, 0, FLAG, 0, 0, check, F(run) | F(plan), "verify all structures after every rebuild")         \
+  X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks") \
+  X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                           \
+    "write trace events of all ranks for Perfetto or a browser's tracing page")                            \
+  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(plan) | F(bench) | F(chart) | F(stress),                  \
+    "no progress, only the results")                                                                       \
+  X(network, 0, "S,B", NETWORK, 0, 0, network, F(plan) | F(bench),                                         \
+    "ranks whose messages take S seconds and B bytes per second (default: 2e-6,1e10)")
+
+/* Exit codes of the program. */
+enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
+
+/* What carries out a verb. */
+#define X(name, runs, argument, doc) enum kith_exit kith_##name(const struct kith_options *options);
+KITH_VERB_LIST(X)
+#undef X
+
+/* Returns the verb. Ends the process with code 2 and one line on stderr if the command line is wrong; with 0
+ * for --help and --version. `argv` stays in its order. */
+enum kith_verb_id kith_options_parse(struct kith_options *options, int argc, char **argv);
+
+#endif

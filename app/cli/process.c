@@ -1,0 +1,120 @@
+/* process.c - child processes by fork and execv, reports read by jansson, pictures by gnuplot. */
+#include "app/cli/process.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <jansson.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+kith_status kith_programs_find(struct kith_programs *p) {
+  char self[KITH_PATH - 32];
+  const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+  if (length <= 0) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
+  self[length] = '\0';
+  *strrchr(self, '/') = '\0';
+  snprintf(p->prefix, sizeof p->prefix, "%s/kith-", self);
+  static const char *const places[] = {"../inputs", "../../inputs", "../../../inputs",
+                                       "../share/kith/inputs"};
+  for (size_t k = 0; k < sizeof places / sizeof *places; ++k) {
+    snprintf(p->inputs, sizeof p->inputs, "%s/%s", self, places[k]);
+    if (access(p->inputs, R_OK) == 0) return KITH_OK;
+  }
+  snprintf(p->inputs, sizeof p->inputs, "inputs");
+  return KITH_OK;
+}
+
+kith_status kith_directory_make(const char *path) {
+  char part[KITH_PATH];
+  struct stat status;
+  if ((size_t)snprintf(part, sizeof part, "%s", path) >= sizeof part)
+    KITH_FAIL(BAD_FILE, "%.60s...: the path is too long", path);
+  for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
+    *slash = '\0';
+    mkdir(part, 0777);
+    *slash = '/';
+  }
+  if (mkdir(part, 0777) != 0 && errno != EEXIST) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));
+  if (stat(path, &status) != 0 || !S_ISDIR(status.st_mode)) KITH_FAIL(BAD_FILE, "%s: not a directory", path);
+  return KITH_OK;
+}
+
+/* In the child: output goes to the log, then another program takes over. */
+static void become(char *const *words, const char *log, double cpu_limit) {
+  const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0666);
+  if (file >= 0) dup2(file, STDOUT_FILENO), dup2(file, STDERR_FILENO);
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (cpu_limit > 0) {
+    const rlim_t seconds = (rlim_t)ceil(cpu_limit);
+    setrlimit(RLIMIT_CPU, &(struct rlimit){seconds, seconds + 5});
+  }
+  execv(words[0], words);
+  _exit(127);
+}
+
+kith_status kith_process_run(char *const *words, const char *log, double cpu_limit, int *code) {
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child < 0) KITH_FAIL(BAD_FILE, "cannot start %s: %s", words[0], strerror(errno));
+  if (child == 0) become(words, log, cpu_limit);
+  int result;
+  while (waitpid(child, &result, 0) < 0)
+    if (errno != EINTR) KITH_FAIL(BAD_FILE, "lost %s: %s", words[0], strerror(errno));
+  *code = WIFEXITED(result) ? WEXITSTATUS(result) : -WTERMSIG(result);
+  return KITH_OK;
+}
+
+/* The value below `object` at a dotted path; NULL if there is none. Borrowed. */
+static const json_t *at(const json_t *object, const char *path) {
+  for (const char *key = path; object != NULL && *key != '\0';) {
+    const size_t length = strcspn(key, ".");
+    object = json_object_getn(object, key, length);
+    key += length + (key[length] == '.');
+  }
+  return object;
+}
+
+kith_status kith_report_number(const char *path, const char *key, double *value) {
+  json_error_t error;
+  json_t *report = json_load_file(path, 0, &error);
+  *value = NAN;
+  if (report == NULL) KITH_FAIL(BAD_FILE, "%s:%d: %s", path, error.line, error.text);
+  const json_t *number = at(report, key);
+  const bool found = json_is_number(number);
+  if (found) *value = json_number_value(number);
+  json_decref(report);
+  if (!found) KITH_FAIL(BAD_FILE, "%s: no %s", path, key);
+  return KITH_OK;
+}
+
+/* The last line of a log. */
+static void last_line(const char *log, char line[256]) {
+  FILE *file = fopen(log, "r");
+  for (line[0] = '\0'; file != NULL && fgets(line, 256, file) != NULL;) line[strcspn(line, "\n")] = '\0';
+  if (file != NULL) fclose(file);
+}
+
+kith_status kith_gnuplot_run(const char *directory, const char *name) {
+  char script[64], log[KITH_PATH + 64], line[256];
+  char *const words[] = {"/usr/bin/env", "-C", (char *)(uintptr_t)directory, "gnuplot", script, NULL};
+  int code;
+  if (access(directory, X_OK) != 0) KITH_FAIL(BAD_FILE, "%s: no directory to draw in", directory);
+  snprintf(script, sizeof script, "%s.gp", name);
+  snprintf(log, sizeof log, "%.*s/%s.log", KITH_PATH, directory, name);
+  unlink(log);
+  KITH_TRY(kith_process_run(words, log, 0, &code));
+  last_line(log, line);
+  if (code != 0 && code != 127) KITH_FAIL(BAD_FILE, "no picture, gnuplot failed: %s; see %s", line, log);
+  unlink(log);
+  if (code == 127)
+    KITH_FAIL(UNSUPPORTED, "no picture: gnuplot cannot be run; %s is in %s", script, directory);
+  return KITH_OK;
+}

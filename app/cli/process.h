@@ -1,0 +1,32 @@
+/* process.h - child processes: where the programs kith-1d, kith-2d and kith-3d are, running one of them, the
+ * numbers in its report, and gnuplot. */
+#ifndef KITH_APP_CLI_PROCESS_H
+#define KITH_APP_CLI_PROCESS_H
+
+#include "lib/core/base.h"
+
+enum { KITH_PATH = 768 };
+
+struct kith_programs {
+  char prefix[KITH_PATH]; /* ".../kith-": "1d" and so on follow */
+  char inputs[KITH_PATH]; /* ".../inputs" */
+};
+
+/* The programs beside this one; `inputs` above it, below share/kith, or else in the working directory. */
+kith_status kith_programs_find(struct kith_programs *programs);
+/* Creates a directory and its parents where they do not exist. */
+kith_status kith_directory_make(const char *path);
+
+/* Runs the command words[0], words[1]... (ended by NULL), appends its output to the file `log`, and waits for
+ * it. *code: its exit code, or minus the signal that ended it; 127: it could not be started. cpu_limit:
+ * seconds of processor time after which SIGXCPU ends it; 0: none. It ends when this process ends. */
+kith_status kith_process_run(char *const *words, const char *log, double cpu_limit, int *code);
+
+/* The number at a dotted path of a report ("norms.density.l1"). BAD_FILE if there is none, or it is null. */
+kith_status kith_report_number(const char *path, const char *key, double *value);
+
+/* Runs gnuplot on DIRECTORY/NAME.gp, which draws the pictures that it names there. UNSUPPORTED if there is no
+ * gnuplot; BAD_FILE if it fails: what it says is left in NAME.log. */
+kith_status kith_gnuplot_run(const char *directory, const char *name);
+
+#endif

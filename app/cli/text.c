@@ -1,0 +1,41 @@
+/* text.c - wrapped text, and quantities with units. */
+#include "app/cli/text.h"
+
+#include <string.h>
+
+void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text) {
+  const size_t room = (size_t)(KITH_TEXT_WIDTH - indent);
+  const char *p = text;
+  do {
+    size_t length = strlen(p);
+    if (length > room) {
+      for (length = room; length > 0 && p[length] != ' ';) --length;
+      if (length == 0) length = room; /* a word that is too long is cut */
+    }
+    fprintf(out, "%-*s%.*s\n", indent, p == text ? label : "", (int)length, p);
+    p += length;
+    p += strspn(p, " ");
+  } while (*p != '\0');
+}
+
+const char *kith_text_bytes(char text[32], double bytes) {
+  static const char *const unit[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  int u = 0;
+  for (; u < 4 && bytes >= 1024; ++u) bytes /= 1024;
+  snprintf(text, 32, "%.*f %s", u == 0 ? 0 : 1, bytes, unit[u]);
+  return text;
+}
+
+const char *kith_text_seconds(char text[32], double seconds) {
+  if (seconds < 1e-3)
+    snprintf(text, 32, "%.3g us", 1e6 * seconds);
+  else if (seconds < 1)
+    snprintf(text, 32, "%.3g ms", 1e3 * seconds);
+  else if (seconds < 120)
+    snprintf(text, 32, "%.3g s", seconds);
+  else if (seconds < 7200)
+    snprintf(text, 32, "%.1f min", seconds / 60);
+  else
+    snprintf(text, 32, "%.1f h", seconds / 3600);
+  return text;
+}

@@ -1,0 +1,20 @@
+/* deposit.h - blast energy shared among the nodes around a center.
+ *
+ * Node i at distance r_i from the center gets the part w_i m_i / sum_j w_j m_j of the energy:
+ *   point    w = 1 for the nearest node, or nodes, where several are nearest within round-off
+ *   ball     w = 1 for r <= radius
+ *   kernel   w = M4(2 r / radius), the cubic spline 1 - 3/2 q^2 + 3/4 q^3 (q < 1), (2 - q)^3 / 4 (q < 2)
+ *            (Monaghan and Lattanzio 1985); the radius is that of its support, 2 h
+ * Distances take the nearest image across periodic faces. `spacings` are
+ * in (m / rho)^(1/NDIM) of the nearest node. */
+#ifndef KITH_APP_INITIAL_DEPOSIT_H
+#define KITH_APP_INITIAL_DEPOSIT_H
+
+#include "app/scene/scene.h"
+
+/* Adds to the specific energy of the internal nodes. BAD_INPUT with the deposit's line if no node is within
+ * the radius. */
+kith_status kith_deposit_add(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                             const struct kith_hydro *hydro);
+
+#endif

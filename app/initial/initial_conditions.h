@@ -1,0 +1,50 @@
+/* initial_conditions.h - from a scene to nodes: lattices cut to regions, masses, state, deposited energy.
+ *
+ * A lattice (lattice.h: cubic, bcc, fcc, hcp) fills a region's box, cut with the domain, with whole cells;
+ * sites outside of the region's ball, half-space or expression are left out. A site stands for the volume v =
+ * box / all sites, its mass is rho(x) v: the density is exact, and so is the mass of a box of constant
+ * density. Nodes of two boxes that touch stand half a layer each from the common face.
+ *
+ *   equal-mass     v = rho_max / (rho resolution^NDIM), rho the mean density of the region: a node has about
+ *                  the same mass in every region. The number of cells is rounded; outside of the densest
+ *                  region the longest axis makes up for the rounding of the others (kith_lattice_balance).
+ *   equal-spacing  v = resolution^-NDIM in all regions; the mass follows the density
+ *
+ * A displacement moves a node too, and stretches its volume as it stretches the lattice there. A region's own
+ * `spacing` stands instead, and its density does not count for the others. Jitter moves a node after this
+ * choice, by a function of seed and id alone; state and mass are taken where it then is. Energy comes from
+ * the pressure through the equation of state. Support: H = (neighbors / ball * v)^(1/NDIM), a first guess.
+ *
+ * BAD_INPUT, with file and line: a region outside of the domain, without a node, or with a site inside
+ * another region; density <= 0, pressure < 0, energy < 0 or values that are not finite, with the place; a
+ * scene without a node, or beyond 1e9.
+ *
+ * Regions in equilibrium: a package computes the density by its own sum, and with that the pressure would not
+ * be the one that the scene gives. Their energy is set when this density is known, after the first
+ * evaluation, by kith_initial_conditions_equilibrium; then the deposits are added.
+ *
+ * With several ranks each creates all nodes, and then keeps its own (kith_simulation_distribute): this needs
+ * no message and gives the same ids, but the memory of all nodes on every rank at the start.
+ *
+ * Nodes are created region by region within their list, id = index: 0 .. n - 1. Use kith_nodes_curve_order
+ * after. Serial, a few 1e6 nodes per second (formulas of a region share one parser). */
+#ifndef KITH_APP_INITIAL_INITIAL_CONDITIONS_H
+#define KITH_APP_INITIAL_INITIAL_CONDITIONS_H
+
+#include "app/scene/scene.h"
+#include "physics/hydro.h"
+
+/* Creates the nodes with their lists, registers the hydro fields and fills center, position, velocity, mass,
+ * energy, density, support, id. frozen[i] (one byte per internal node, kith_resize memory, owned by the
+ * caller, NULL if no region is frozen). */
+kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro *hydro,
+                                    const struct kith_scene *scene, double neighbors, uint8_t **frozen);
+
+/* Has the scene a region in equilibrium? */
+bool kith_initial_conditions_pending(const struct kith_scene *scene);
+/* Energies of such regions from their pressure and hydro->density, and the deposits of the scene. The rates
+ * must be evaluated again. */
+kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
+                                                const struct kith_hydro *hydro);
+
+#endif

@@ -1,0 +1,115 @@
+/* Lattices: cells that fit a box, their sites, jitter. */
+#include "app/initial/lattice.h"
+
+/* Sides for unit volume of a node, and sites; n = 0: not in this dimension. */
+struct cell {
+  double side[NDIM];
+  int n;
+  double site[4][NDIM];
+};
+
+static const struct cell cells[] = {
+#if KITH_NDIM == 1
+    [KITH_LATTICE_CUBIC... KITH_LATTICE_HCP] = {{1}, 1, {{0.5}}},
+#elif KITH_NDIM == 2
+    [KITH_LATTICE_CUBIC] = {{1, 1}, 1, {{0.5, 0.5}}},
+    [KITH_LATTICE_BCC] = {{1.4142135623730950488, 1.4142135623730950488}, 2, {{0.25, 0.25}, {0.75, 0.75}}},
+    [KITH_LATTICE_FCC] = {{0}, 0, {{0}}},
+    [KITH_LATTICE_HCP] = {{1.0745699318235418522, 1.8612097182041991979}, 2, {{0.25, 0.25}, {0.75, 0.75}}},
+#else
+    [KITH_LATTICE_CUBIC] = {{1, 1, 1}, 1, {{0.5, 0.5, 0.5}}},
+    [KITH_LATTICE_BCC] = {{1.2599210498948731648, 1.2599210498948731648, 1.2599210498948731648},
+                          2,
+                          {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}}},
+    [KITH_LATTICE_FCC] = {{1.5874010519681994748, 1.5874010519681994748, 1.5874010519681994748},
+                          4,
+                          {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.25}, {0.75, 0.25, 0.75}, {0.25, 0.75, 0.75}}},
+    [KITH_LATTICE_HCP] =
+        {{1.1224620483093729814, 1.9441612972396656054, 1.8329728493314701685},
+         4,
+         {{0.25, 5. / 6, 0.25}, {0.75, 1. / 3, 0.25}, {0.25, 1. / 6, 0.75}, {0.75, 2. / 3, 0.75}}},
+#endif
+};
+
+static double extent(const struct kith_box *box, int axis) {
+  return box->upper[axis] - box->lower[axis];
+}
+
+/* A half rounds up whatever the round-off of the quotient; KITH_MAX_SITES is enough to be refused. */
+static int64_t whole(double cells_wanted) {
+  const double n = floor(cells_wanted * (1 + 1e-9) + 0.5);
+  return n < 1 ? 1 : n > KITH_MAX_SITES ? KITH_MAX_SITES : (int64_t)n;
+}
+
+static kith_status count_sites(struct kith_lattice_fit *fit) {
+  double sites = cells[fit->kind].n, volume = 1;
+  for (int a = 0; a < NDIM; ++a) {
+    sites *= (double)fit->cells[a];
+    volume *= extent(&fit->box, a);
+  }
+  if (sites >= KITH_MAX_SITES)
+    KITH_FAIL(BAD_INPUT, "%.3g nodes are more than the %.0e allowed", sites, (double)KITH_MAX_SITES);
+  fit->sites = (int64_t)sites;
+  fit->site_volume = volume / sites;
+  return KITH_OK;
+}
+
+kith_status kith_lattice_fit(struct kith_lattice_fit *out, enum kith_lattice kind, const struct kith_box *box,
+                             double spacing) {
+  if (cells[kind].n == 0) KITH_FAIL(BAD_INPUT, "this lattice does not exist in %d-D", NDIM);
+  out->kind = kind;
+  out->box = *box;
+  for (int a = 0; a < NDIM; ++a) out->cells[a] = whole(extent(box, a) / (cells[kind].side[a] * spacing));
+  return count_sites(out);
+}
+
+/* The axis with more than twice the cells of any other, where those have at least 2; or -1. */
+static int long_axis(const struct kith_lattice_fit *fit) {
+  int longest = 0;
+  for (int a = 1; a < NDIM; ++a)
+    if (fit->cells[a] > fit->cells[longest]) longest = a;
+  for (int a = 0; a < NDIM; ++a)
+    if (a != longest && (fit->cells[a] < 2 || 2 * fit->cells[a] >= fit->cells[longest])) return -1;
+  return longest;
+}
+
+kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume) {
+  const int axis = long_axis(fit);
+  if (axis < 0) return KITH_OK;
+  fit->cells[axis] = whole((double)fit->cells[axis] * fit->site_volume / volume);
+  return count_sites(fit);
+}
+
+/* Counted from the middle of the box, so that sites on both sides of it mirror each other exactly. */
+void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x) {
+  const struct cell *cell = &cells[fit->kind];
+  const double *offset = cell->site[site % cell->n];
+  int64_t rest = site / cell->n;
+  for (int a = NDIM - 1; a >= 0; --a) {
+    const double n = (double)fit->cells[a], at = (double)(rest % fit->cells[a]) + offset[a];
+    x[a] = 0.5 * (fit->box.lower[a] + fit->box.upper[a]) + extent(&fit->box, a) * ((2 * at - n) / (2 * n));
+    rest /= fit->cells[a];
+  }
+}
+
+/* The finalizer of splitmix64. */
+static uint64_t mixed(uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+/* Uniform in [-1, 1): a function of its arguments, without a state. */
+static double draw(uint64_t seed, int64_t id, int axis) {
+  const uint64_t counter = 3 * (uint64_t)id + (uint64_t)axis + 1;
+  return (double)(mixed(mixed(seed) + 0x9e3779b97f4a7c15u * counter) >> 11) * 0x1p-52 - 1;
+}
+
+void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uint64_t seed, int64_t id,
+                         double *x) {
+  for (int a = 0; a < NDIM; ++a) {
+    x[a] += largest * draw(seed, id, a);
+    if (x[a] < fit->box.lower[a]) x[a] = 2 * fit->box.lower[a] - x[a];
+    if (x[a] > fit->box.upper[a]) x[a] = 2 * fit->box.upper[a] - x[a];
+  }
+}

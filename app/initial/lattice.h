@@ -1,0 +1,54 @@
+/* lattice.h - sites of a lattice that fits a box with a whole number of cells along every axis.
+ *
+ * Cells are rectangular. With s^NDIM the volume of a node, their ideal sides and the sites (in cells) are
+ *
+ *   1-D all    s                                    1/2
+ *   2-D cubic  s, s                                 (1/2 1/2)
+ *       bcc    a, a             a = 2^(1/2) s       (1/4 1/4) (3/4 3/4)
+ *       hcp    a, 3^(1/2) a     a^2 = 2 s^2/3^(1/2) (1/4 1/4) (3/4 3/4), rows along x
+ *   3-D cubic  s, s, s                              (1/2 1/2 1/2)
+ *       bcc    a, a, a          a = 2^(1/3) s       (1/4 1/4 1/4) (3/4 3/4 3/4)
+ *       fcc    a, a, a          a = 4^(1/3) s       (1/4 1/4 1/4) (3/4 3/4 1/4) (3/4 1/4 3/4) (1/4 3/4 3/4)
+ *       hcp    a, 3^(1/2) a,    a = 2^(1/6) s       (1/4 5/6 1/4) (3/4 1/3 1/4) (1/4 1/6 3/4) (3/4 2/3 3/4),
+ *              (8/3)^(1/2) a                        rows along x, layers along z
+ *
+ * An axis has extent / side cells, rounded (a half rounds up whatever the round-off), at least 1; cells are
+ * stretched to fit. So every lattice continues exactly across periodic faces, and no site is on a face.
+ *
+ * Mirrors. Along each axis the layers of sites lie symmetric about the middle of the box. Only cubic
+ * continues exactly through a reflecting face. The others continue by a glide: layers keep their distance,
+ * but the image is off sideways, by half a cell along y and z (bcc), along one of them (fcc), along the other
+ * axis (2-D), and for hcp by half a cell along y (x faces), along z (y faces) and a third along y, up or down
+ * (z faces). In bcc, fcc and hcp no plane between layers is a mirror: to do better, sites would have to be on
+ * the face. */
+#ifndef KITH_APP_INITIAL_LATTICE_H
+#define KITH_APP_INITIAL_LATTICE_H
+
+#include "app/scene/scene.h"
+
+enum { KITH_MAX_SITES = 1000000000 }; /* of one fit, and nodes of a scene */
+
+struct kith_lattice_fit {
+  enum kith_lattice kind;
+  struct kith_box box;
+  int64_t cells[NDIM];
+  int64_t sites;      /* in all */
+  double site_volume; /* volume of the box / sites */
+};
+
+/* Cells for a finite box that is not empty, so that a site has about the volume spacing^NDIM.
+ * BAD_INPUT beyond KITH_MAX_SITES, or for a lattice that does not exist. */
+kith_status kith_lattice_fit(struct kith_lattice_fit *out, enum kith_lattice kind, const struct kith_box *box,
+                             double spacing);
+/* Brings site_volume closer to `volume` by the number of cells along an axis with more than twice the cells
+ * of any other, where the others have at least 2. Elsewhere there is no axis to choose, and nothing
+ * changes. */
+kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume);
+/* Place of site 0 .. sites - 1. */
+void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x);
+/* Moves x by up to `largest` along each axis, uniformly; mirrored at the faces of the fit's box. Depends on
+ * seed and id only. */
+void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uint64_t seed, int64_t id,
+                         double *x);
+
+#endif

@@ -1,0 +1,59 @@
+/* history.h - DIR/history.csv, a row for each step, and DIR/balance.csv, a row for each check of the balance
+ * of several ranks; readable by gnuplot and pandas as they are.
+ *
+ * A restart continues both: they read like those of the uninterrupted run. */
+#ifndef KITH_APP_OUTPUT_HISTORY_H
+#define KITH_APP_OUTPUT_HISTORY_H
+
+#include "app/simulation/simulation.h"
+#include "lib/io/csv.h"
+
+/* Columns: name, least dimension that has it, how it is printed (REAL: 17 digits), value, unit, doc. A
+ * value is an expression of it (integrator), now (totals), all (sums over ranks), d (decomposition),
+ * seconds. */
+#define KITH_HISTORY_LIST(X)                                                                                 \
+  X(step, 1, COUNT, it->step, "", "since the start of the scene")                                            \
+  X(time, 1, REAL, it->time, "scene", "at the end of the step")                                              \
+  X(dt, 1, REAL, it->dt, "scene", "length of the step")                                                      \
+  X(limiter, 1, TEXT, kith_limit_name(it->limiter), "", "what limited dt")                                   \
+  X(kinetic, 1, REAL, now->kinetic, "scene", "kinetic energy")                                               \
+  X(internal, 1, REAL, now->internal, "scene", "internal energy")                                            \
+  X(potential, 1, REAL, now->potential, "scene", "energy in external forces")                                \
+  X(work, 1, REAL, now->work, "scene", "work of moving walls (hydro.h)")                                     \
+  X(total, 1, REAL, now->kinetic + now->internal + now->potential - now->work, "scene", "what is conserved") \
+  X(momentum_x, 1, REAL, now->momentum[0], "scene", "")                                                      \
+  X(momentum_y, 2, REAL, component(now->momentum, 1), "scene", "")                                           \
+  X(momentum_z, 3, REAL, component(now->momentum, 2), "scene", "")                                           \
+  X(angular_x, 3, REAL, now->angular[0], "scene", "angular momentum about the center (hydro.h)")             \
+  X(angular_y, 3, REAL, now->angular[1], "scene", "")                                                        \
+  X(angular_z, 2, REAL, now->angular[2], "scene", "")                                                        \
+  X(velocity_over_sound, 1, REAL, now->velocity_over_sound, "", "largest |v| / c of a node")                 \
+  X(nodes, 1, COUNT, all->nodes, "", "internal nodes")                                                       \
+  X(ghosts, 1, COUNT, all->ghosts, "", "ghost nodes")                                                        \
+  X(entries, 1, COUNT, all->row_entries, "", "neighbors in the rows of internal nodes")                      \
+  X(rebuilds, 1, COUNT, it->ledger.lifecycles, "", "neighbor lists rebuilt, since the start of the run")     \
+  X(seconds, 1, BRIEF, seconds, "s", "wall time since the start of the process")
+
+#define KITH_BALANCE_LIST(X)                                                                               \
+  X(step, 1, COUNT, it->step, "", "since the start of the scene")                                          \
+  X(time, 1, REAL, it->time, "scene", "")                                                                  \
+  X(imbalance, 1, BRIEF, d->last_imbalance, "", "work of the busiest rank over the mean, before a change") \
+  X(repartitions, 1, COUNT, d->repartitions, "", "partitions changed so far")                              \
+  X(migrated, 1, COUNT, all->migrated, "", "nodes that changed their rank so far")
+
+struct kith_history {
+  struct kith_csv_log steps, balance; /* of rank 0 */
+  uint64_t balance_checks;            /* that have a row */
+  double started;                     /* kith_seconds */
+};
+
+/* On rank 0. `restarted`: rows up to the step of the simulation are kept. BAD_FILE if those files are no
+ * history of this dimension. */
+kith_status kith_history_open(struct kith_history *history, const char *directory,
+                              const struct kith_simulation *simulation, bool restarted);
+/* After a step. Collective; all ranks learn of a failure. */
+kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *simulation,
+                              const struct kith_totals *now);
+kith_status kith_history_close(struct kith_history *history);
+
+#endif

@@ -1,0 +1,92 @@
+/* The directory of a run: snapshots and their series. */
+#include "app/output/output.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include "app/cli/process.h"
+#include "app/cli/version.h"
+#include "lib/io/atomic_file.h"
+#include "lib/io/snapshot.h"
+#include "lib/nodes/migrate.h"
+
+static void path_in(const struct kith_output *output, const char *name, char path[640]) {
+  snprintf(path, 640, "%s/%s", output->directory, name);
+}
+
+/* Who writes. */
+static bool writes(const struct kith_simulation *simulation) {
+  return kith_ranks_rank(simulation->nodes->ranks) == 0;
+}
+
+kith_status kith_output_directory(struct kith_output *output, const char *directory, bool create) {
+  if (directory[0] == '\0') KITH_FAIL(BAD_INPUT, "-o: a directory without a name");
+  if (snprintf(output->directory, sizeof output->directory, "%s", directory) >=
+      (int)sizeof output->directory - 64)
+    KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
+  if (!create) return KITH_OK;
+  KITH_TRY(kith_directory_make(directory));
+  if (access(directory, W_OK | X_OK) != 0)
+    KITH_FAIL(BAD_FILE, "%s: cannot write there: %s", directory, strerror(errno));
+  return KITH_OK;
+}
+
+static void snapshot_name(int number, char name[32]) {
+  snprintf(name, 32, "snapshot_%04d.hdf", number);
+}
+
+/* Of the snapshots that are there: a restart may have begun in another directory. */
+static kith_status write_series(const struct kith_output *output) {
+  struct kith_atomic_file *file;
+  char path[640], name[32];
+  json_t *files = json_array();
+  path_in(output, "snapshots.hdf.series", path);
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  for (int k = 0; k < output->n_snapshots; ++k) {
+    snapshot_name(k, name);
+    path_in(output, name, path);
+    if (access(path, F_OK) == 0)
+      json_array_append_new(files, json_pack("{s:s, s:f}", "name", name, "time", output->times[k]));
+  }
+  json_t *series = json_pack("{s:s, s:o}", "file-series-version", "1.0", "files", files);
+  json_dumpf(series, file->stream, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+  fputc('\n', file->stream);
+  json_decref(series);
+  return kith_atomic_file_commit(&file, false);
+}
+
+kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
+  const struct kith_integrator *it = &simulation->integrator;
+  char build[256];
+  snprintf(build, sizeof build, "%d-D, %s", NDIM, kith_build_text());
+  const struct kith_note notes[] = {{"Program", "kith"},
+                                    {"Version", kith_version()},
+                                    {"Build", build},
+                                    {"SceneName", simulation->scene->name},
+                                    {"Scene", simulation->scene->text},
+                                    {NULL, NULL}};
+  const struct kith_snapshot_info info = {it->time, it->step, simulation->scene->domain, notes};
+  char name[32], path[640];
+  if (output->n_snapshots == output->capacity) {
+    KITH_TRY(kith_resize(&output->times, (size_t)output->capacity, (size_t)output->capacity + 64,
+                         sizeof *output->times));
+    output->capacity += 64;
+  }
+  snapshot_name(output->n_snapshots, name);
+  path_in(output, name, path);
+  struct kith_nodes *dealt = NULL;
+  if (simulation->scene->reproducible) KITH_TRY(kith_nodes_deal(simulation->nodes, &dealt));
+  const kith_status status = kith_snapshot_write(path, dealt != NULL ? dealt : simulation->nodes, &info);
+  kith_nodes_destroy(&dealt);
+  KITH_TRY(status);
+  output->times[output->n_snapshots++] = it->time;
+  return kith_ranks_allreduce_status(simulation->nodes->ranks,
+                                     writes(simulation) ? write_series(output) : KITH_OK);
+}
+
+kith_status kith_output_close(struct kith_output *output) {
+  kith_free(&output->times);
+  return kith_history_close(&output->history);
+}

@@ -1,0 +1,40 @@
+/* output.h - what a run leaves in its directory.
+ *
+ *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)
+ *   DIR/report.json  DIR/plot.*                      DIR/balance.csv, of several ranks
+ *
+ * All of several ranks write snapshots together (snapshot.h): nodes list by list, rank by rank, or, if the
+ * order must be the same for any number of ranks, by id. Checkpoints are written by rank 0, with the number
+ * of nodes of each rank: on the same number of ranks a restart is bitwise identical, on another number
+ * nodes go to the rank of their cell. All of these are collective. */
+#ifndef KITH_APP_OUTPUT_OUTPUT_H
+#define KITH_APP_OUTPUT_OUTPUT_H
+
+#include "app/output/history.h"
+#include "app/simulation/conservation_baseline.h"
+
+struct kith_output {
+  char directory[512];
+  int n_snapshots, capacity;
+  double *times; /* of the snapshots written */
+  double next;   /* time of the next snapshot */
+  struct kith_history history;
+};
+
+/* Where results go. `create`: with its parents; BAD_FILE if it cannot be written. */
+kith_status kith_output_directory(struct kith_output *output, const char *directory, bool create);
+/* Snapshot under the next number, and the series of those that are there. */
+kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
+kith_status kith_output_close(struct kith_output *output);
+
+/* ---- restart.c ---- */
+
+kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *simulation,
+                                   const struct kith_conservation_baseline *baseline);
+/* Fills a fresh simulation from a checkpoint: fields, clock, neighbor lists. BAD_FILE if it is damaged,
+ * BAD_INPUT if it is of another dimension or scene. `output` gets its snapshot times. */
+kith_status kith_output_restore(struct kith_output *output, const char *path,
+                                struct kith_simulation *simulation,
+                                struct kith_conservation_baseline *baseline);
+
+#endif

@@ -1,0 +1,31 @@
+/* plot.h - the picture of a run: density, velocity, pressure and specific energy of the nodes over the exact
+ * curve.
+ *
+ * Written to the directory: profile.dat (a row a node: place, density, velocity, pressure, energy), exact.dat
+ * (the same columns of the exact solution, dense) and plot.gp (figure.h), from which gnuplot makes plot.png
+ * and plot.svg; it can be changed and run again there by hand. The place is x; for a radial solution the
+ * distance from its center, as far as 1.6 radii of the exact shock, and the velocity is the one along that.
+ * Of more than 20000 nodes profile.dat has 20000, one from each of as many equal stretches of the node order,
+ * picked by a fixed hash: the same in every run.
+ *
+ * A picture is no reason to lose a run: what goes wrong with gnuplot is a warning on stderr, and the caller
+ * shows a failure to write the files as one. */
+#ifndef KITH_APP_OUTPUT_PLOT_H
+#define KITH_APP_OUTPUT_PLOT_H
+
+#include "validation/norms.h"
+
+/* All borrowed. */
+struct kith_plot {
+  const char *scene;
+  double time, resolution; /* resolution: nodes per unit length, 0: not shown */
+  struct kith_profile_view nodes;
+  const struct kith_exact_ops *exact; /* NULL: no exact solution */
+  const void *solution;
+  const struct kith_norms *norms; /* NULL: not shown */
+};
+
+/* Writes the data and the script, and runs gnuplot. BAD_FILE: a file that cannot be written. */
+kith_status kith_plot_write(const struct kith_plot *plot, const char *directory);
+
+#endif

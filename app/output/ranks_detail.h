@@ -1,0 +1,62 @@
+/* ranks_detail.h - what each of several ranks did and exchanged: part of the profile and of the report.
+ *
+ * A stage in which ranks exchange data (refresh, ghosts, control, ...) includes the time a rank waits for
+ * others: the minimum over the ranks is an upper bound of packing and sending, what the others have more is
+ * waiting. */
+#ifndef KITH_APP_OUTPUT_RANKS_DETAIL_H
+#define KITH_APP_OUTPUT_RANKS_DETAIL_H
+
+#include <stdio.h>
+#include "app/simulation/simulation.h"
+
+/* Over all ranks. */
+struct kith_spread {
+  double min, mean, max;
+};
+
+/* Members that each rank has a value of: name, doc. Nodes, entries and ghosts: of the last neighbor lists. */
+#define KITH_RANKS_SPREAD_LIST(X)                                                        \
+  X(nodes, "nodes")                                                                      \
+  X(row_entries, "row entries")                                                          \
+  X(remote_ghosts, "ghosts of other ranks")                                              \
+  X(messages_per_step, "messages sent a step")                                           \
+  X(bytes_per_step, "bytes sent a step")                                                 \
+  X(compute_cpu_seconds, "processor seconds of stages without communication, all steps") \
+  X(exchange_cpu_seconds, "processor seconds of the other stages, waiting included")
+
+/* Members that are totals of all ranks: name, doc. */
+#define KITH_RANKS_TOTAL_LIST(X)                                                          \
+  X(collectives_per_step, "collective calls a step")                                      \
+  X(remote_ghosts_created, "ghosts of other ranks created, all neighbor lists")           \
+  X(remote_ghosts_culled, "of them culled")                                               \
+  X(remote_ghosts_kept, "of them kept")                                                   \
+  X(remote_ghosts_last, "ghosts of other ranks at the end")                               \
+  X(remote_ghosts_last_needed, "of them strictly needed: in the row of an internal node") \
+  X(nodes_migrated, "nodes migrated")                                                     \
+  X(repartitions, "partitions changed")
+
+struct kith_ranks_detail {
+#define X(name, doc) struct kith_spread name;
+  KITH_RANKS_SPREAD_LIST(X)
+#undef X
+#define X(name, doc) double name;
+  KITH_RANKS_TOTAL_LIST(X)
+#undef X
+  int n_stages;
+  struct kith_spread
+      *stage; /* seconds of the stages of rank 0, in its order; 0 where a rank lacks one; owned */
+};
+
+/* `before`, `after`: traffic when the steps began and ended. Processor seconds are those of the first thread,
+ * if the profile measures them (kith_profile_clock_cpu), else zero. compute: stages in which no rank waits;
+ * exchange: all other stages of the steps, where a waiting rank may spin, so the minimum is that of the rank
+ * which waits least. Collective; n_stages is 0 with one process. */
+kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_simulation *simulation,
+                              const struct kith_traffic *before, const struct kith_traffic *after,
+                              uint64_t steps);
+void kith_ranks_detail_clear(struct kith_ranks_detail *detail);
+/* The stages of rank 0 with their seconds on all ranks, then the members above. */
+void kith_ranks_detail_print(const struct kith_ranks_detail *detail, const struct kith_profile *profile,
+                             FILE *out);
+
+#endif

@@ -1,0 +1,203 @@
+/* The report of a run: collected from its objects, written as JSON. */
+#include "app/output/report.h"
+
+#include <math.h>
+#include <omp.h>
+#include <string.h>
+#include "app/cli/version.h"
+#include "lib/io/atomic_file.h"
+
+/* ---- JSON ---- */
+
+static json_t *text(const char *value) {
+  json_t *json = value != NULL ? json_string(value) : NULL;
+  return json != NULL ? json : json_null(); /* also what is not UTF-8 */
+}
+
+/* Whole numbers without a decimal point. */
+static json_t *number(double value) {
+  if (!isfinite(value)) return json_null();
+  return value == rint(value) && fabs(value) < 0x1p53 ? json_integer((json_int_t)value) : json_real(value);
+}
+
+/* At a dotted path, whose objects are created. */
+static void put(json_t *object, const char *path, json_t *value) {
+  const char *dot = strchr(path, '.');
+  if (dot == NULL) {
+    json_object_set_new(object, path, value);
+    return;
+  }
+  json_t *inner = json_object_getn(object, path, (size_t)(dot - path));
+  if (inner == NULL) json_object_setn_new(object, path, (size_t)(dot - path), inner = json_object());
+  put(inner, dot + 1, value);
+}
+
+/* ---- collecting ---- */
+
+/* Sums over ranks of what each has done, and what all of them did together. */
+static void put_exchange(json_t *ledger, const struct kith_simulation *m) {
+  const struct kith_decomposition *decomposition = m->decomposition;
+  if (decomposition == NULL) return;
+  const struct kith_traffic traffic = kith_ranks_traffic(m->nodes->ranks);
+  uint64_t sum[] = {traffic.messages, traffic.bytes};
+  kith_ranks_sum_counts(m->nodes->ranks, sum, 2);
+  put(ledger, "messages", number((double)sum[0]));
+  put(ledger, "message_bytes", number((double)sum[1]));
+  put(ledger, "collective_calls", number((double)traffic.collectives));
+  put(ledger, "balance_checks", number((double)decomposition->balance_checks));
+  put(ledger, "repartitions", number((double)decomposition->repartitions));
+  put(ledger, "work_imbalance", number(decomposition->last_imbalance));
+  put(ledger, "cells", number((double)decomposition->cells.n));
+}
+
+static json_t *collect_ledger(const struct kith_simulation *m) {
+  struct kith_ranks *ranks = m->nodes->ranks;
+  const struct kith_ledger l = kith_ledger_of_all(&m->integrator.ledger, ranks);
+  json_t *ledger = json_object();
+  struct kith_ledger_entry entry;
+  for (int k = 0; kith_ledger_entry(&l, k, &entry); ++k) put(ledger, entry.name, number(entry.value));
+  uint64_t done[] = {m->package.support_iterations, m->package.fallbacks};
+  kith_ranks_sum_counts(ranks, done, 2);
+  put(ledger, "support_iterations", number((double)done[0]));
+  put(ledger, "gradient_fallbacks", number((double)done[1]));
+  struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
+  kith_simulation_bytes(m, bytes);
+  for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
+    char name[64];
+    double sum = (double)bytes[k].bytes;
+    kith_ranks_sum(ranks, &sum, 1);
+    snprintf(name, sizeof name, "bytes_%s", bytes[k].name);
+    put(ledger, name, number(sum));
+  }
+  put_exchange(ledger, m);
+  return ledger;
+}
+
+void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
+                         const struct kith_conservation_baseline *b, uint64_t first_step, double wall_seconds,
+                         double cpu_seconds) {
+  const struct kith_integrator *it = &m->integrator;
+  const struct kith_totals now = kith_hydro_totals(&m->hydro);
+  double sum[] = {(double)m->nodes->n_internal, (double)it->ledger.last_row_entries,
+                  (double)m->package.pair_evaluations, cpu_seconds};
+  kith_ranks_sum(m->nodes->ranks, sum, 4);
+  *r = (struct kith_report){
+      .scene = m->scene->name,
+      .dimension = NDIM,
+      .package = m->package.ops->name,
+      .kernel = kith_kernel_facts[m->package.kernel].name,
+      .scheme = it->scheme->name,
+      .ranks = kith_ranks_size(m->nodes->ranks),
+      .threads = omp_get_max_threads(),
+      .nodes = (int64_t)sum[0],
+      .steps = (int64_t)it->step,
+      .time = it->time,
+      .wall_seconds = wall_seconds,
+      .cpu_seconds = sum[3],
+      .node_updates_per_second = sum[0] * (double)(it->step - first_step) / fmax(wall_seconds, 1e-9),
+      .pairs_per_node = 0.5 * sum[1] / fmax(sum[0], 1),
+      .pair_evaluations = sum[2],
+      .energy_drift = b->energy_drift,
+      .momentum_drift = b->momentum_drift,
+      .angular_momentum_drift = b->angular_drift,
+      .kinetic_start = b->totals.kinetic,
+      .kinetic_end = now.kinetic,
+      .kinetic_rebound = b->totals.kinetic > 0 ? b->kinetic_rebound / b->totals.kinetic : NAN,
+      .largest_mach = b->velocity_over_sound,
+      .final_mach = now.velocity_over_sound,
+      .version = kith_version(),
+      .compiler = kith_compiler(),
+      .flags = kith_flags(),
+      .measured = m->scene->measure.wanted,
+      .ledger = collect_ledger(m)};
+  r->n_stages = kith_profile_stages(m->profile, &r->stages);
+}
+
+void kith_report_clear(struct kith_report *report) {
+  json_decref(report->ledger);
+  report->ledger = NULL;
+}
+
+/* ---- the file ---- */
+
+static void put_norms(json_t *root, const struct kith_report *r) {
+#define FIELDS(X) X(density) X(velocity) X(pressure) X(energy) X(speed)
+#define NUMBERS(X) \
+  X(nodes) X(contact_pressure_error) X(shock_radius) X(shock_exact) X(density_peak) X(speed_peak)
+  const struct kith_norms *n = &r->norms;
+  if (!r->compared) {
+    put(root, "norms", json_null());
+    return;
+  }
+#define X(name)                                        \
+  put(root, "norms." #name ".l1", number(n->name.l1)); \
+  put(root, "norms." #name ".l2", number(n->name.l2)); \
+  put(root, "norms." #name ".linf", number(n->name.linf));
+  FIELDS(X)
+#undef X
+#define X(name) put(root, "norms." #name, number(n->name));
+  NUMBERS(X)
+#undef X
+}
+
+static void put_spread(json_t *object, const struct kith_spread *spread) {
+  put(object, "min", number(spread->min));
+  put(object, "mean", number(spread->mean));
+  put(object, "max", number(spread->max));
+}
+
+/* The path of a stage is one key, whatever is in it. */
+static json_t *stages_of(const struct kith_report *r) {
+  json_t *stages = json_object();
+  for (int s = 0; s < r->n_stages; ++s) {
+    json_t *stage = json_object();
+    put(stage, "seconds", json_real(r->stages[s].seconds));
+    put(stage, "calls", json_integer((json_int_t)r->stages[s].calls));
+    if (r->ranks_detail != NULL && s < r->ranks_detail->n_stages)
+      put_spread(stage, &r->ranks_detail->stage[s]);
+    json_object_set_new(stages, r->stages[s].path, stage);
+  }
+  return stages;
+}
+
+static json_t *detail_of(const struct kith_ranks_detail *d) {
+  if (d == NULL) return json_null();
+  json_t *detail = json_object(), *inner;
+#define X(name, doc) json_object_set_new(detail, #name, inner = json_object()), put_spread(inner, &d->name);
+  KITH_RANKS_SPREAD_LIST(X)
+#undef X
+#define X(name, doc) put(detail, #name, number(d->name));
+  KITH_RANKS_TOTAL_LIST(X)
+#undef X
+  return detail;
+}
+
+static json_t *json_of(const struct kith_report *r) {
+  json_t *root = json_object();
+#define JSON_TEXT(value) text(value)
+#define JSON_COUNT(value) json_integer((json_int_t)(value))
+#define JSON_REAL(value) number(value)
+#define X(kind, member, key, unit, doc) put(root, key, JSON_##kind(r->member));
+  KITH_REPORT_LIST(X)
+#undef X
+  put_norms(root, r);
+  put(root, "measures", json_object());
+  for (int k = 0; k < KITH_N_MEASURES; ++k)
+    if (r->measured != NULL && r->measured[k])
+      json_object_set_new(json_object_get(root, "measures"), kith_measure_names[k], number(r->measure[k]));
+  put(root, "stages", stages_of(r));
+  put(root, "ledger", r->ledger != NULL ? json_incref(r->ledger) : json_object());
+  put(root, "ranks_detail", detail_of(r->ranks_detail));
+  return root;
+}
+
+kith_status kith_report_write(const struct kith_report *report, const char *path) {
+  struct kith_atomic_file *file;
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  json_t *json = json_of(report);
+  json_dumpf(json, file->stream,
+             JSON_INDENT(2) | JSON_REAL_PRECISION(17)); /* a short write fails at commit */
+  fputc('\n', file->stream);
+  json_decref(json);
+  return kith_atomic_file_commit(&file, false);
+}

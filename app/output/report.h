@@ -1,0 +1,81 @@
+/* report.h - what a run was, what it cost and how accurate it is: DIR/report.json for programs, a table for
+ * people.
+ *
+ * Single values are the list below; beside them the file has
+ *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}, and the other members of norms.h; null
+ *                                        without an exact solution
+ *   measures.<name>                      those the scene requests (measure.h)
+ *   stages.<path>.{seconds,calls}        of rank 0; of several ranks also {min,mean,max} of their seconds
+ *   ledger.<name>                        counts of the connectivity lifecycle, of all ranks, and bytes
+ *   ranks_detail.<name>[.{min,mean,max}] ranks_detail.h
+ * A number that is not finite is null. */
+#ifndef KITH_APP_OUTPUT_REPORT_H
+#define KITH_APP_OUTPUT_REPORT_H
+
+#include <jansson.h>
+#include <stdio.h>
+#include "app/output/ranks_detail.h"
+#include "app/simulation/conservation_baseline.h"
+#include "validation/measure.h"
+#include "validation/norms.h"
+
+/* kind, member, key, unit, doc. Changes and drifts: the largest over the run (conservation_baseline.h). */
+#define KITH_REPORT_LIST(X)                                                                           \
+  X(TEXT, scene, "scene", "", "name of the scene")                                                    \
+  X(COUNT, dimension, "dimension", "", "1, 2 or 3")                                                   \
+  X(TEXT, package, "package", "", "hydro package")                                                    \
+  X(TEXT, kernel, "kernel", "", "")                                                                   \
+  X(TEXT, scheme, "scheme", "", "time integration")                                                   \
+  X(COUNT, ranks, "ranks", "", "processes")                                                           \
+  X(COUNT, threads, "threads", "", "of each process")                                                 \
+  X(COUNT, nodes, "nodes", "", "internal nodes of all ranks, at the end")                             \
+  X(COUNT, steps, "steps", "", "since the start of the scene")                                        \
+  X(REAL, time, "time", "scene", "at the end")                                                        \
+  X(REAL, wall_seconds, "wall_seconds", "s", "since the start or restart")                            \
+  X(REAL, cpu_seconds, "cpu_seconds", "s", "processor time of all ranks and threads")                 \
+  X(REAL, node_updates_per_second, "node_updates_per_second", "1/s", "nodes * steps / wall_seconds")  \
+  X(REAL, pairs_per_node, "pairs_per_node", "", "half the row entries per node, at the end")          \
+  X(REAL, pair_evaluations, "pair_evaluations", "", "evaluations of a pair function")                 \
+  X(REAL, energy_drift, "energy_drift", "", "relative change of the total energy")                    \
+  X(REAL, momentum_drift, "momentum_drift", "", "change of momentum over sum m |v|")                  \
+  X(REAL, angular_momentum_drift, "angular_momentum_drift", "", "the same about the center")          \
+  X(REAL, kinetic_start, "kinetic.start", "scene", "kinetic energy")                                  \
+  X(REAL, kinetic_end, "kinetic.end", "scene", "kinetic energy")                                      \
+  X(REAL, kinetic_rebound, "kinetic.rebound", "",                                                     \
+    "largest rise above an earlier minimum, over the start; null if that is 0")                       \
+  X(REAL, largest_mach, "velocity_over_sound.largest", "", "largest |v| / c of a node, over the run") \
+  X(REAL, final_mach, "velocity_over_sound.end", "", "the same at the end")                           \
+  X(COUNT, floors, "floors", "", "values raised to a floor: 0, a run stops instead and says where")   \
+  X(TEXT, version, "version", "", "of kith")                                                          \
+  X(TEXT, compiler, "compiler", "", "")                                                               \
+  X(TEXT, flags, "flags", "", "of the compiler")
+
+/* Texts and arrays are borrowed. A text that is NULL is null in the file. */
+struct kith_report {
+#define KITH_REPORT_TEXT const char *
+#define KITH_REPORT_COUNT int64_t
+#define KITH_REPORT_REAL double
+#define X(kind, member, key, unit, doc) KITH_REPORT_##kind member;
+  KITH_REPORT_LIST(X)
+#undef X
+  bool compared; /* with an exact solution: norms are there */
+  struct kith_norms norms;
+  const bool *measured; /* [KITH_N_MEASURES]; NULL: nothing is */
+  double measure[KITH_N_MEASURES];
+  int n_stages;
+  const struct kith_stage *stages; /* of the profile, in tree order */
+  const struct kith_ranks_detail *ranks_detail;
+  json_t *ledger; /* object of numbers; owned, may be NULL */
+};
+
+/* All but norms, measures and ranks_detail. The run began at `first_step`. Collective. */
+void kith_report_collect(struct kith_report *out, const struct kith_simulation *simulation,
+                         const struct kith_conservation_baseline *baseline, uint64_t first_step,
+                         double wall_seconds, double cpu_seconds);
+void kith_report_clear(struct kith_report *report);
+/* DIR/report.json, whole or not at all. */
+kith_status kith_report_write(const struct kith_report *report, const char *path);
+/* The closing table of at most 100 columns; names that are too long are cut. (report_print.c) */
+void kith_report_print(const struct kith_report *report, FILE *out);
+
+#endif

@@ -1,0 +1,120 @@
+/* The closing table of a run, for people. */
+#include <inttypes.h>
+#include <string.h>
+#include "app/output/report.h"
+
+/* Of the ledger; 0 if it is not there. */
+static double entry(const struct kith_report *r, const char *name) {
+  return json_number_value(json_object_get(r->ledger, name));
+}
+
+static const char *shown(const char *text) {
+  return text != NULL ? text : "-";
+}
+
+static void print_run(const struct kith_report *r, FILE *f) {
+  fprintf(f, "%.60s  %" PRId64 "-D, %" PRId64 " nodes, %" PRId64 " steps to t = %.6g", shown(r->scene),
+          r->dimension, r->nodes, r->steps, r->time);
+  if (entry(r, "rejected_steps") > 0) fprintf(f, ", %.0f more rejected", entry(r, "rejected_steps"));
+  fputc('\n', f);
+  fprintf(f, "  %.20s, %.20s, %.20s; %" PRId64 " rank%s x %" PRId64 " thread%s\n", shown(r->package),
+          shown(r->kernel), shown(r->scheme), r->ranks, r->ranks == 1 ? "" : "s", r->threads,
+          r->threads == 1 ? "" : "s");
+}
+
+static void print_norms(const struct kith_norms *n, FILE *f) {
+  const struct {
+    const char *name;
+    const struct kith_norm *norm;
+  } rows[] = {{"density", &n->density},
+              {"velocity", &n->velocity},
+              {"pressure", &n->pressure},
+              {"energy", &n->energy},
+              {"azimuthal", &n->speed}};
+  fprintf(f, "\n  against exact %18s %12s %12s   (%" PRId64 " nodes)\n", "L1", "L2", "Linf",
+          (int64_t)n->nodes);
+  for (int k = 0; k < (n->vortex ? 5 : 4); ++k)
+    fprintf(f, "    %-16s %13.4e %12.4e %12.4e\n", rows[k].name, rows[k].norm->l1, rows[k].norm->l2,
+            rows[k].norm->linf);
+  if (n->shock_exact > 0 && n->shock_radius <= 0)
+    fprintf(f, "    no shock found, exact %.5g\n", n->shock_exact);
+  if (n->shock_exact > 0 && n->shock_radius > 0)
+    fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%)\n", n->shock_radius, n->shock_exact,
+            100 * (n->shock_radius / n->shock_exact - 1));
+  if (n->contact_pressure_error > 0)
+    fprintf(f, "    pressure error at the contact %.2f %%\n", 100 * n->contact_pressure_error);
+  if (n->vortex) fprintf(f, "    peak of the azimuthal velocity %.5g\n", n->speed_peak);
+  if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
+}
+
+static void print_measures(const struct kith_report *r, FILE *f) {
+  for (int k = 0; k < KITH_N_MEASURES; ++k)
+    if (r->measured != NULL && r->measured[k])
+      fprintf(f, "    %s %.5g\n", kith_measure_names[k], r->measure[k]);
+}
+
+/* Gas at rest that no shock will move. */
+static bool at_rest(const struct kith_report *r) {
+  return r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
+}
+
+/* Beyond energy and momentum, only what the scene is about. */
+static void print_conservation(const struct kith_report *r, FILE *f) {
+  const bool vortex = r->compared && r->norms.vortex;
+  fprintf(f, "\n  relative drift: energy %.2e, momentum %.2e", r->energy_drift, r->momentum_drift);
+  if (vortex)
+    fprintf(f, ", angular momentum %.2e\n  kinetic energy %.4g of %.4g, rebound %.2e",
+            r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);
+  if (at_rest(r))
+    fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->largest_mach, r->final_mach);
+  if (r->floors > 0) fprintf(f, "\n  %" PRId64 " values raised to a floor", r->floors);
+  fputc('\n', f);
+}
+
+/* The upper levels; --profile shows all. Names are indented by depth, and cut where they are too long. */
+static void print_stages(const struct kith_report *r, FILE *f) {
+  enum { WIDTH = 36 };
+  const struct kith_spread *spread = r->ranks_detail != NULL ? r->ranks_detail->stage : NULL;
+  if (r->n_stages == 0) return;
+  fprintf(f, "\n  %-*s %12s %12s %8s %12s%s\n", WIDTH, "stage", "calls", "seconds", "share", "ns/update",
+          spread != NULL ? "  max/mean" : "");
+  const double updates = (double)r->nodes * (double)r->steps;
+  for (int s = 0; s < r->n_stages; ++s) {
+    const struct kith_stage *stage = &r->stages[s];
+    if (stage->depth > 2 || (stage->depth > 0 && strncmp(stage->path, "step/", 5) != 0)) continue;
+    const int indent = KITH_MIN(2 * stage->depth, WIDTH - 8), room = WIDTH - indent;
+    fprintf(f, "  %*s%-*.*s %12" PRIu64 " %12.4f %6.1f %% %12.1f", indent, "", room, room, stage->name,
+            stage->calls, stage->seconds, r->wall_seconds > 0 ? 100 * stage->seconds / r->wall_seconds : 0.0,
+            updates > 0 ? 1e9 * stage->seconds / updates : 0.0);
+    if (spread != NULL && spread[s].mean > 0) fprintf(f, "%10.2f", spread[s].max / spread[s].mean);
+    fputc('\n', f);
+  }
+}
+
+static void print_cost(const struct kith_report *r, FILE *f) {
+  fprintf(f, "\n  %.3f s wall, %.3f s cpu; %.3g node updates/s, %.1f pairs per node, %.3g pair evaluations\n",
+          r->wall_seconds, r->cpu_seconds, r->node_updates_per_second, r->pairs_per_node,
+          r->pair_evaluations);
+}
+
+static void print_ranks(const struct kith_report *r, FILE *f) {
+  const struct kith_ranks_detail *d = r->ranks_detail;
+  if (r->ranks == 1 || d == NULL) return;
+  fprintf(f, "  %.4g messages of %.4g bytes in the mean; remote ghosts: %.4g created, %.4g kept\n",
+          entry(r, "messages"), entry(r, "message_bytes") / KITH_MAX(entry(r, "messages"), 1),
+          d->remote_ghosts_created, d->remote_ghosts_kept);
+  fprintf(f, "  %.4g nodes migrated, %.4g repartitions", d->nodes_migrated, d->repartitions);
+  if (entry(r, "work_imbalance") > 0)
+    fprintf(f, ", work of the busiest rank %.3f of the mean", entry(r, "work_imbalance"));
+  fputc('\n', f);
+}
+
+void kith_report_print(const struct kith_report *report, FILE *out) {
+  print_run(report, out);
+  if (report->compared) print_norms(&report->norms, out);
+  print_measures(report, out);
+  print_conservation(report, out);
+  print_stages(report, out);
+  print_cost(report, out);
+  print_ranks(report, out);
+}

@@ -1,0 +1,398 @@
+/* The scaling model: what each of many ranks would have, send and wait for. */
+#include "app/plan/forecast.h"
+
+#include <math.h>
+#include <string.h>
+#include "lib/domain/cell_bounds.h"
+#include "lib/domain/decomposition.h"
+#include "lib/domain/halo.h"
+#include "lib/domain/partition/shell.h"
+
+enum { MOST_RANKS = 16384, MOST_RANKS_OF_A_NODE = 512 };
+
+/* ---- traffic of a step ---- */
+
+/* Collective calls, counted in the code of the stages (tests/mpi/planned.sh compares their sum with runs): of
+ * a rebuild, more for each boundary, and for the motion within a step of several stages; of an evaluation,
+ * and more of one that first checks that the lists still cover it; of a step with its output. */
+enum {
+  OF_A_LIST = 19,
+  OF_A_BOUNDARY = 2,
+  OF_A_MOTION = 4,
+  OF_AN_EVALUATION = 4,
+  OF_A_STAGE = 6,
+  OF_A_STEP = 9
+};
+
+/* What the exchanges of one evaluation amount to, with rebuilt lists or, as in an inner stage of a step, with
+ * those that are there. A halo without peers sends nothing, and counts. */
+static kith_status count_exchanges(struct kith_simulation *m, bool rebuilt, struct kith_halo_traffic *out) {
+  struct kith_halo *halo = NULL;
+  KITH_TRY(kith_halo_create(&halo, NULL, NULL));
+  m->hydro.halo = halo;
+  if (rebuilt) m->integrator.due = KITH_BECAUSE_requested;
+  const kith_status status =
+      rebuilt ? kith_integrator_rates(&m->integrator) : kith_integrator_evaluate(&m->integrator);
+  m->hydro.halo = NULL;
+  *out = kith_halo_traffic(halo);
+  kith_halo_destroy(&halo);
+  return status;
+}
+
+kith_status kith_step_traffic(struct kith_simulation *m, double lists, struct kith_step_traffic *out) {
+  const double evaluations = m->integrator.evaluations, later = evaluations - lists;
+  const struct kith_requirements *built = &m->connectivity->built;
+  const bool stages = m->integrator.scheme->stages;
+  struct kith_field *fields[KITH_MAX_FIELDS];
+  struct kith_halo_traffic fresh, kept = {0};
+  KITH_TRY(count_exchanges(m, true, &fresh));
+  if (later > 0) KITH_TRY(count_exchanges(m, false, &kept));
+  *out = (struct kith_step_traffic){
+      .lists = lists,
+      .refreshes = lists * (double)fresh.exchanges + later * (double)kept.exchanges,
+      .refresh_bytes = lists * (double)fresh.node_bytes + later * (double)kept.node_bytes,
+      .collectives = lists * (OF_A_LIST + OF_A_BOUNDARY * m->boundaries.n + (stages ? OF_A_MOTION : 0)) +
+                     evaluations * OF_AN_EVALUATION + (stages ? later * OF_A_STAGE : 0) + OF_A_STEP,
+      .culls = m->integrator.cull && !built->ghost_rows && !built->overlap};
+  const int n = kith_nodes_ghost_fields(m->nodes, fields);
+  for (int f = 0; f < n; ++f) out->creation_bytes += (double)kith_field_node_size(fields[f]);
+  return KITH_OK;
+}
+
+/* ---- the model ---- */
+
+struct kith_scaling_model {
+  const struct kith_simulation *simulation;
+  struct kith_cells cells;
+  int64_t *home;                   /* [n_internal] the cell of each node */
+  struct kith_cell_bounds *bounds; /* [cells.n] */
+  double *work;                    /* [cells.n] */
+  double search_radius;            /* the largest of all */
+  double factor;                   /* f of cell_bounds.h */
+  double occupied;                 /* cells that have nodes */
+  double test;                     /* seconds to test whether a node is near a cell */
+  int n_ranks;
+};
+
+int64_t kith_scaling_model_cells(const struct kith_scaling_model *o) {
+  return o->cells.n;
+}
+
+/* What a rank would have. */
+struct load {
+  double nodes, made, kept;
+  double sent, sent_kept;          /* nodes, each as often as it goes */
+  double to, from, to_kept, peers; /* ranks */
+};
+
+static kith_status fill_cells(struct kith_scaling_model *o) {
+  const struct kith_nodes *nodes = o->simulation->nodes;
+  const size_t *first = o->simulation->connectivity->rows.first;
+  KITH_TRY(kith_resize(&o->home, 0, (size_t)nodes->n_internal, sizeof *o->home));
+  KITH_TRY(kith_resize(&o->work, 0, (size_t)o->cells.n, sizeof *o->work));
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    o->home[i] = kith_cells_of(&o->cells, nodes->position->f64 + (size_t)i * NDIM);
+    o->work[o->home[i]] += 1 + (double)(first[i + 1] - first[i]);
+    o->search_radius = fmax(o->search_radius, nodes->search_radius->f64[i]);
+  }
+  return kith_cell_bounds_of_nodes(nodes, o->home, (size_t)o->cells.n, &o->bounds);
+}
+
+static void time_tests(struct kith_scaling_model *o) {
+  const double start = kith_seconds();
+  volatile bool near = false; /* so that the tests are made */
+  for (int64_t c = 0; c < o->cells.n; ++c) {
+    o->occupied += o->bounds[c].search_radius >= 0;
+    near = kith_cell_bounds_near(&o->bounds[c], o->cells.lower, 0, o->factor);
+  }
+  (void)near;
+  o->test = (kith_seconds() - start) / (double)o->cells.n;
+}
+
+static kith_status look(struct kith_scaling_model *o, int n_ranks) {
+  const struct kith_simulation *m = o->simulation;
+  bool periodic[NDIM];
+  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
+  KITH_TRY(kith_decomposition_cells(&o->cells, m->nodes, &m->scene->domain, periodic,
+                                    (int64_t)m->scene->partition.cells * n_ranks));
+  o->n_ranks = n_ranks;
+  o->factor = m->connectivity->built.overlap ? 2 : 1;
+  KITH_TRY(fill_cells(o));
+  time_tests(o);
+  return KITH_OK;
+}
+
+kith_status kith_scaling_model_create(struct kith_scaling_model **out,
+                                      const struct kith_simulation *simulation, int n_ranks) {
+  *out = NULL;
+  if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
+  if (simulation->scene->partition.recompute)
+    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  (*out)->simulation = simulation;
+  const kith_status status = look(*out, n_ranks);
+  if (status != KITH_OK) kith_scaling_model_destroy(out);
+  return status;
+}
+
+void kith_scaling_model_destroy(struct kith_scaling_model **o) {
+  if (*o == NULL) return;
+  kith_free(&(*o)->home);
+  kith_free(&(*o)->bounds);
+  kith_free(&(*o)->work);
+  kith_free(o);
+}
+
+/* ---- who is sent where ---- */
+
+struct targets {
+  int n;
+  bool full; /* there are more */
+  struct {
+    int32_t rank;
+    int shift[NDIM];
+  } of[MOST_RANKS_OF_A_NODE];
+};
+
+static void aim(struct targets *t, int32_t rank, const int *shift) {
+  for (int k = 0; k < t->n; ++k)
+    if (t->of[k].rank == rank && memcmp(t->of[k].shift, shift, sizeof t->of[k].shift) == 0) return;
+  t->full = t->n == MOST_RANKS_OF_A_NODE;
+  if (t->full) return;
+  t->of[t->n].rank = rank;
+  memcpy(t->of[t->n++].shift, shift, sizeof t->of[0].shift);
+}
+
+/* Is the image of x that is displaced by -shift lengths, so that it stands where cell c sees it, near c? */
+static bool is_near(const struct kith_scaling_model *o, const double *x, double search_radius, int64_t c,
+                    const int *shift) {
+  double y[NDIM];
+  for (int a = 0; a < NDIM; ++a) y[a] = x[a] - shift[a] * (o->cells.upper[a] - o->cells.lower[a]);
+  return kith_cell_bounds_near(&o->bounds[c], y, search_radius, o->factor);
+}
+
+/* The ranks that node x is sent to: all cells around it are tested, also images of cells across periodic
+ * faces. */
+static void find_targets(const struct kith_scaling_model *o, const int32_t *owner, const double *x,
+                         double search_radius, int32_t own, struct targets *t) {
+  const struct kith_cells *g = &o->cells;
+  int64_t low[NDIM], high[NDIM], k[NDIM];
+  t->n = 0, t->full = false;
+  for (int a = 0; a < NDIM; ++a) {
+    low[a] = (int64_t)floor((x[a] - o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
+    high[a] = (int64_t)floor((x[a] + o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
+    if (!g->periodic[a]) { /* images are outside */
+      low[a] = KITH_MIN(KITH_MAX(low[a], 0), g->count[a] - 1);
+      high[a] = KITH_MAX(KITH_MIN(high[a], g->count[a] - 1), 0);
+    }
+    k[a] = low[a];
+  }
+  for (bool more = true; more;) {
+    int64_t inside[NDIM];
+    int shift[NDIM];
+    for (int a = 0; a < NDIM; ++a) {
+      shift[a] = (int)floor((double)k[a] / (double)g->count[a]);
+      inside[a] = k[a] - shift[a] * g->count[a];
+    }
+    const int64_t c = kith_cells_at(g, inside);
+    if (owner[c] != own && is_near(o, x, search_radius, c, shift)) aim(t, owner[c], shift);
+    more = false;
+    for (int a = 0; a < NDIM && !more; ++a) {
+      more = k[a] < high[a];
+      k[a] = more ? k[a] + 1 : low[a];
+    }
+  }
+}
+
+enum { MADE = 1, KEPT = 2 }; /* of a pair of ranks */
+
+/* The rank of every node and image; -1: of a frozen one, which all have. */
+static void find_ranks(const struct kith_scaling_model *o, const int32_t *owner, int32_t *rank) {
+  const struct kith_nodes *nodes = o->simulation->nodes;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) rank[i] = owner[o->home[i]];
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    for (kith_index k = 0; k < block->count; ++k)
+      rank[block->first + k] = block->control != NULL ? rank[block->control[k]] : -1;
+  }
+}
+
+/* Periodic images are found from their nodes, as many as there are; mirror images are those in the lists. */
+static void mark_periodic(const struct kith_simulation *m, uint8_t *periodic) {
+  for (int b = 0; b < m->nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &m->nodes->blocks[b];
+    const bool all = m->boundaries.boundary[block->boundary]->ops->wraps;
+    for (kith_index k = 0; k < block->count; ++k)
+      periodic[block->first + k] = all || (block->control != NULL && periodic[block->control[k]]);
+  }
+}
+
+static kith_status count_made(const struct kith_scaling_model *o, const int32_t *owner, const int32_t *rank,
+                              const uint8_t *periodic, struct load *load, uint8_t *meets) {
+  const struct kith_nodes *nodes = o->simulation->nodes;
+  for (kith_index i = 0; i < kith_nodes_count(nodes); ++i) {
+    struct targets t;
+    if (rank[i] < 0 || periodic[i]) continue;
+    struct load *own = &load[rank[i]];
+    find_targets(o, owner, nodes->position->f64 + (size_t)i * NDIM, nodes->search_radius->f64[i], rank[i],
+                 &t);
+    if (t.full) KITH_FAIL(UNSUPPORTED, "a node is sent to more than %d ranks", MOST_RANKS_OF_A_NODE);
+    own->nodes += i < nodes->n_internal, own->sent += t.n;
+    for (int k = 0; k < t.n; ++k) {
+      load[t.of[k].rank].made += 1;
+      meets[(size_t)rank[i] * (size_t)o->n_ranks + (size_t)t.of[k].rank] |= MADE;
+    }
+  }
+  return KITH_OK;
+}
+
+/* ---- who is kept ---- */
+
+/* The nodes, rank by rank. */
+static void sort_by_rank(const struct kith_scaling_model *o, const int32_t *rank, const struct load *load,
+                         kith_index *order, kith_index *first) {
+  first[0] = 0;
+  for (int r = 0; r < o->n_ranks; ++r) first[r + 1] = first[r] + (kith_index)load[r].nodes;
+  for (kith_index i = 0; i < o->simulation->nodes->n_internal; ++i) order[first[rank[i]]++] = i;
+  for (int r = o->n_ranks; r > 0; --r) first[r] = first[r - 1];
+  first[0] = 0;
+}
+
+/* Rank by rank all neighbors that other ranks own, each once: visited[j] is 1 + the last rank that met j. */
+static void count_rows(const struct kith_scaling_model *o, const int32_t *rank, const kith_index *order,
+                       int32_t *visited, struct load *load, uint8_t *meets) {
+  const struct kith_rows *rows = &o->simulation->connectivity->rows;
+  for (kith_index k = 0; k < o->simulation->nodes->n_internal; ++k) {
+    const kith_index i = order[k];
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const kith_index j = rows->node[e];
+      if (rank[j] < 0 || rank[j] == rank[i] || visited[j] == rank[i] + 1) continue;
+      visited[j] = rank[i] + 1;
+      load[rank[i]].kept += 1, load[rank[j]].sent_kept += 1;
+      meets[(size_t)rank[j] * (size_t)o->n_ranks + (size_t)rank[i]] |= KEPT;
+    }
+  }
+}
+
+/* Scratch, a value for each node and image but for `first`. */
+struct marks {
+  int32_t *rank, *visited;
+  uint8_t *periodic;
+  kith_index *order, *first; /* first: [ranks + 1] */
+};
+
+static kith_status marks_room(const struct kith_scaling_model *o, struct marks *m) {
+  const size_t n = (size_t)kith_nodes_count(o->simulation->nodes);
+  KITH_TRY(kith_resize(&m->rank, 0, n, sizeof *m->rank));
+  KITH_TRY(kith_resize(&m->visited, 0, n, sizeof *m->visited));
+  KITH_TRY(kith_resize(&m->periodic, 0, n, 1));
+  KITH_TRY(kith_resize(&m->order, 0, n, sizeof *m->order));
+  return kith_resize(&m->first, 0, (size_t)o->n_ranks + 1, sizeof *m->first);
+}
+
+static void marks_clear(struct marks *m) {
+  kith_free(&m->rank);
+  kith_free(&m->visited);
+  kith_free(&m->periodic);
+  kith_free(&m->order);
+  kith_free(&m->first);
+}
+
+static kith_status count_ghosts(const struct kith_scaling_model *o, const int32_t *owner, bool culls,
+                                struct load *load, uint8_t *meets) {
+  struct marks m = {0};
+  kith_status status = marks_room(o, &m);
+  if (status == KITH_OK) {
+    find_ranks(o, owner, m.rank);
+    mark_periodic(o->simulation, m.periodic);
+    status = count_made(o, owner, m.rank, m.periodic, load, meets);
+  }
+  if (status == KITH_OK && culls) {
+    sort_by_rank(o, m.rank, load, m.order, m.first);
+    count_rows(o, m.rank, m.order, m.visited, load, meets);
+  }
+  marks_clear(&m);
+  return status;
+}
+
+static void count_peers(const struct kith_scaling_model *o, const uint8_t *meets, struct load *load) {
+  const size_t n = (size_t)o->n_ranks;
+  for (size_t k = 0; k < n * n; ++k) {
+    const uint8_t there = meets[k], back = meets[k % n * n + k / n];
+    load[k / n].to += (there & MADE) != 0, load[k / n].from += (back & MADE) != 0;
+    load[k / n].to_kept += (there & KEPT) != 0;
+    load[k / n].peers += (there | back) != 0;
+  }
+}
+
+static kith_status load_ranks(const struct kith_scaling_model *o, const int32_t *owner, bool culls,
+                              struct load *load) {
+  const size_t n = (size_t)o->n_ranks;
+  uint8_t *meets = NULL; /* [from][to] */
+  KITH_TRY(kith_resize(&meets, 0, n * n, 1));
+  memset(load, 0, n * sizeof *load);
+  const kith_status status = count_ghosts(o, owner, culls, load, meets);
+  count_peers(o, meets, load);
+  for (size_t r = 0; !culls && r < n; ++r)
+    load[r].kept = load[r].made, load[r].sent_kept = load[r].sent, load[r].to_kept = load[r].to;
+  kith_free(&meets);
+  return status;
+}
+
+/* ---- one partitioner ---- */
+
+static void add_up(const struct kith_scaling_model *o, const struct load *load,
+                   const struct kith_step_traffic *h, struct kith_forecast *f) {
+  for (int r = 0; r < o->n_ranks; ++r) {
+    const struct load *l = &load[r];
+    const double messages = h->lists * (l->to + (h->culls ? l->from : 0)) + h->refreshes * l->to_kept;
+    const double bytes =
+        h->lists * (l->sent * h->creation_bytes + (h->culls ? l->made : 0)) + h->refresh_bytes * l->sent_kept;
+    f->made += l->made / o->n_ranks, f->most_made = fmax(f->most_made, l->made);
+    f->kept += l->kept / o->n_ranks, f->most_peers = fmax(f->most_peers, l->peers);
+    f->messages += messages / o->n_ranks, f->most_messages = fmax(f->most_messages, messages);
+    f->bytes += bytes / o->n_ranks, f->most_bytes = fmax(f->most_bytes, bytes);
+  }
+}
+
+static void take_time(const struct kith_scaling_model *o, const struct kith_step_traffic *h,
+                      const struct kith_costs *c, struct kith_forecast *f) {
+  const struct kith_network *net = &c->network;
+  const double bounds = h->lists * o->occupied;
+  f->seconds.work = c->work * f->work;
+  f->seconds.ghosts = c->ghost * f->most_made;
+  f->seconds.bounds = bounds * (sizeof(struct kith_cell_bounds) / net->bandwidth + o->test);
+  f->seconds.network =
+      net->latency * (f->most_messages + h->collectives * log2(o->n_ranks)) + f->most_bytes / net->bandwidth;
+  f->seconds.step = f->seconds.work + f->seconds.ghosts + f->seconds.bounds + f->seconds.network;
+}
+
+static kith_status look_at_map(const struct kith_scaling_model *o, const struct kith_partition *partition,
+                               const struct kith_step_traffic *traffic, struct kith_forecast *out) {
+  struct kith_partition_figures all;
+  struct kith_rank_figures *rank = NULL;
+  struct load *load = NULL;
+  kith_status status = kith_resize(&load, 0, (size_t)o->n_ranks, sizeof *load);
+  if (status == KITH_OK) status = kith_resize(&rank, 0, (size_t)o->n_ranks, sizeof *rank);
+  if (status == KITH_OK) status = kith_partition_figures(partition, o->work, NULL, rank, &all);
+  if (status == KITH_OK) status = load_ranks(o, partition->owner, traffic->culls, load);
+  if (status == KITH_OK) {
+    *out = (struct kith_forecast){.imbalance = all.imbalance, .work = all.largest_weight};
+    add_up(o, load, traffic, out);
+  }
+  kith_free(&load);
+  kith_free(&rank);
+  return status;
+}
+
+kith_status kith_scaling_model_forecast(const struct kith_scaling_model *o, const char *partitioner,
+                                        const struct kith_step_traffic *traffic,
+                                        const struct kith_costs *costs, struct kith_forecast *out) {
+  struct kith_partition *partition = NULL;
+  KITH_TRY(kith_partition_create(&partition, &o->cells, o->n_ranks, partitioner));
+  kith_status status = kith_partition_converge(partition, o->work);
+  if (status == KITH_OK) status = look_at_map(o, partition, traffic, out);
+  if (status == KITH_OK) take_time(o, traffic, costs, out);
+  kith_partition_destroy(&partition);
+  return status;
+}

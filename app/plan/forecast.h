@@ -1,0 +1,74 @@
+/* forecast.h - the scaling model: what N ranks would have of a scene, send and wait for, from one process.
+ *
+ * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
+ * start, as a run measures it. A partitioner makes its first map and continues until it changes nothing (at
+ * most 20 times). Then
+ *   ghosts made   every node, for every rank that has a cell which it is near (lib/domain/cell_bounds.h), as
+ *                 a periodic image too, and every mirror image that the lists of one process have: what the
+ *                 halo sends before culling
+ *   ghosts kept   every node or image of another rank's node that is in the row of a node of the rank; those
+ *                 made if nothing is culled
+ *   messages      of a list: one to every rank that is sent ghosts, and one back that tells which are kept;
+ *                 one for every refresh
+ *   bytes         the fields that a new ghost has, a byte back for each, the fields of every refresh
+ * Fields and refreshes are measured: rates are evaluated with a halo that has no peers and counts its
+ * traffic.
+ *
+ * Seconds of a step, of a rank that has the most of everything:
+ *   T = c_w W + c_g G + L P (p / b + c_p) + m l + B / b + C l log2 N
+ * W nodes and row entries, G ghosts made, m messages, B bytes, C collective calls, l latency, b bandwidth; L
+ * lists a step, for each of which every rank gets the bounds of all occupied cells (P of p bytes each) and
+ * tests them (c_p seconds each). Every rank has as many threads as this process. */
+#ifndef KITH_APP_PLAN_FORECAST_H
+#define KITH_APP_PLAN_FORECAST_H
+
+#include "app/simulation/simulation.h"
+#include "app/cli/options.h"
+
+/* What a ghost of another rank costs, from the search for who needs it to its place in the lists, in row
+ * entries: `kith bench --ranks` measures it (validation/results/scaling.md). */
+#define KITH_GHOST_WORK 40.0
+/* Of a step. */
+struct kith_step_traffic {
+  double lists;                    /* made */
+  double refreshes, refresh_bytes; /* of ghosts that were kept; bytes of a node, in all of them */
+  double creation_bytes;           /* of a new ghost */
+  double collectives;
+  bool culls;
+};
+/* Notes what rates say. lists: of a step, at most its evaluations. The model has no ranks; it is evaluated
+ * once or twice. */
+kith_status kith_step_traffic(struct kith_simulation *simulation, double lists,
+                              struct kith_step_traffic *out);
+
+/* Seconds. */
+struct kith_costs {
+  double work; /* of a node or row entry */
+  double ghost;
+  struct kith_network network;
+};
+
+struct kith_forecast {
+  double imbalance;                                  /* most work over the mean */
+  double work;                                       /* nodes and row entries of the busiest rank */
+  double made, most_made, kept, most_peers;          /* ghosts of a rank; ranks that it exchanges with */
+  double messages, bytes, most_messages, most_bytes; /* of a rank and step */
+  struct {
+    double work, ghosts, bounds, network, step; /* bounds: telling and testing those of all cells */
+  } seconds;
+};
+
+struct kith_scaling_model; /* opaque */
+
+/* Of a model that was started, without ranks; borrowed. BAD_INPUT: more than 16384 ranks, or ghosts that
+ * compute their own values. */
+kith_status kith_scaling_model_create(struct kith_scaling_model **out,
+                                      const struct kith_simulation *simulation, int n_ranks);
+void kith_scaling_model_destroy(struct kith_scaling_model **model);
+int64_t kith_scaling_model_cells(const struct kith_scaling_model *model);
+/* partitioner: as in a scene. */
+kith_status kith_scaling_model_forecast(const struct kith_scaling_model *model, const char *partitioner,
+                                        const struct kith_step_traffic *traffic,
+                                        const struct kith_costs *costs, struct kith_forecast *out);
+
+#endif

@@ -1,0 +1,428 @@
+/* plan.c - `kith plan SCENE`: what a scene will build and why, memory, time step and expected cost; with
+ * --ranks N what each partitioner would make of it (forecast.h). Nothing is written.
+ *
+ * The objects are those of a run: nodes are created and the rates at the start are evaluated, once to have
+ * them (time step, neighbors, memory) and up to three times more to measure their time. What costs more
+ * than a second is calibrated by two short runs with fewer nodes (calibration.h).
+ *
+ * USAGE with one line if the scene is wrong; FAILED if its rates cannot be evaluated. */
+#include "app/cli/options.h"
+
+#include <math.h>
+#include <omp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include "app/cli/text.h"
+#include "app/plan/calibration.h"
+#include "app/plan/forecast.h"
+#include "integrator/lifecycle.h"
+
+struct plan {
+  struct kith_scene *scene;
+  struct kith_profile *profile;
+  struct kith_simulation *simulation;
+  double full_dt; /* the limit by the first rates; the first step takes a fraction of it */
+  struct kith_evaluation evaluation;
+  double step, lists; /* of a mean step: seconds, neighbor lists built */
+};
+
+/* ---- text ---- */
+
+/* "  label         text". An empty label continues the line above. */
+__attribute__((format(printf, 2, 3))) static void line(const char *label, const char *format, ...) {
+  char text[2048], indented[32];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  snprintf(indented, sizeof indented, "  %s", label);
+  kith_text_wrapped(stdout, 16, indented, text);
+}
+
+/* Appends to a text, `between` items. */
+__attribute__((format(printf, 4, 5))) static void add(char *text, size_t size, const char *between,
+                                                      const char *format, ...) {
+  size_t used = strlen(text);
+  va_list arguments;
+  if (used > 0) used += (size_t)snprintf(text + used, size - used, "%s", between);
+  if (used >= size) return;
+  va_start(arguments, format);
+  vsnprintf(text + used, size - used, format, arguments);
+  va_end(arguments);
+}
+
+/* ---- the scene ---- */
+
+static const char *side_name(const struct kith_boundary_ops *side) {
+  return side != NULL ? side->name : "open";
+}
+
+static void show_domain(const struct kith_scene *scene) {
+  const struct kith_external_force *force = &scene->external_force;
+  char forces[256] = "";
+  for (int a = 0; a < NDIM; ++a) {
+    const struct kith_boundary_ops *lower = scene->boundary[a].lower, *upper = scene->boundary[a].upper;
+    const bool same = lower == upper;
+    line(a == 0 ? "domain" : "", "%c in [%.6g, %.6g], %s%s%s", "xyz"[a], scene -> domain.lower[a],
+         scene->domain.upper[a], side_name(lower), same ? "" : " below, ", same ? "" : side_name(upper));
+  }
+  for (int a = 0; a < NDIM; ++a) {
+    if (force->gravity[a] != 0)
+      add(forces, sizeof forces, "; ", "gravity %.6g along %c", force->gravity[a], "xyz"[a]);
+    if (scene->boundary[a].velocity != 0)
+      add(forces, sizeof forces, "; ", "piston velocity %.6g along %c", scene->boundary[a].velocity,
+          "xyz"[a]);
+  }
+  if (force->mass > 0)
+    add(forces, sizeof forces, "; ", "point mass, G M = %.6g, softening %.6g", force->mass, force->softening);
+  if (forces[0] != '\0') line("forces", "%s", forces);
+}
+
+static void show_materials(const struct kith_simulation *m) {
+  const struct kith_nodes *nodes = m->nodes;
+  for (int l = 0; l < nodes->n_lists; ++l) {
+    const struct kith_material *material = &m->scene->material[l];
+    char eos[128], value[32];
+    snprintf(eos, sizeof eos, "%s", material->eos->name);
+    for (const struct kith_param *p = material->eos->params; p != NULL && p->key != NULL; ++p) {
+      kith_param_format(p, material->settings, value, sizeof value);
+      add(eos, sizeof eos, ", ", "%s %s", p->key, value);
+    }
+    line(l == 0 ? "materials" : "", "%-12s %9d nodes; %s", nodes->lists[l].name, nodes->lists[l].count, eos);
+  }
+  for (int b = 0; b < m->boundaries.n; ++b) {
+    const struct kith_boundary *boundary = m->boundaries.boundary[b];
+    const struct kith_nodes *held =
+        boundary->ops->held_nodes != NULL ? boundary->ops->held_nodes(boundary) : NULL;
+    if (held != NULL)
+      line("", "%-12s %9d nodes; boundary %s", "frozen", held->n_internal, boundary->ops->name);
+  }
+}
+
+static void show_regions(const struct kith_scene *scene) {
+#define WORD(name, word, doc) #word,
+  static const char *const lattice[] = {KITH_LATTICE_LIST(WORD)};
+#undef WORD
+  for (int k = 0; k < scene->n_regions; ++k) {
+    const struct kith_region *r = &scene->region[k];
+    char text[128] = "";
+    if (r->spacing > 0)
+      add(text, sizeof text, "", "spacing %.6g", r->spacing);
+    else
+      add(text, sizeof text, "", "equal %s", scene->arrangement == KITH_EQUAL_MASS ? "masses" : "spacing");
+    if (r->jitter > 0) add(text, sizeof text, ", ", "jitter %.3g", r->jitter);
+    if (r->frozen || r->barrier) add(text, sizeof text, ", ", r->barrier ? "barrier" : "frozen");
+    line(k == 0 ? "regions" : "", "%-12s %s, %s", scene->material_name[r->material], lattice[r->lattice],
+         text);
+  }
+  line("", "%.6g nodes per unit length where it is densest", scene->resolution);
+}
+
+/* ---- connectivity ---- */
+
+static void structure(const char *name, bool built, const char *amount, const char *why) {
+  printf("    %-13s %-8s  %-17s  %s\n", name, built ? "built" : "left out", built ? amount : "", why);
+}
+
+static void show_requirements(const struct kith_simulation *m) {
+#define NEEDS(need) \
+  { (need).rows, (need).pairs, (need).ghost_rows, (need).overlap, (need).overlap_pairs, (need).intersection }
+  enum { STRUCTURES = 6 };
+  static const char *const name[STRUCTURES] = {"rows",    "pairs",         "ghost rows",
+                                               "overlap", "overlap pairs", "intersection"};
+  const struct kith_connectivity *c = m->connectivity;
+  const struct kith_package *p = &m->package;
+  const double n = fmax(m->nodes->n_internal, 1), pairs = fmax((double)c->pairs.n, 1);
+  const double amounts[STRUCTURES] = {
+      c->rows.n > 0 ? (double)c->rows.first[c->rows.n] / n : 0,
+      (double)c->pairs.n / n,
+      (double)m->nodes->n_ghost / n,
+      c->overlap.n > 0 ? (double)c->overlap.first[c->overlap.n] / n : 0,
+      (double)c->overlap_pairs.n / n,
+      c->intersection.n > 0 ? (double)c->intersection.first[c->intersection.n] / pairs : 0};
+  const bool built[STRUCTURES] = NEEDS(c->built);
+  const double values = (double)(kith_package_bytes(p).pairwise / sizeof(double)) / pairs;
+  struct kith_demand demand[KITH_DEMANDS];
+  char amount[64];
+  kith_lifecycle_demands(&m->integrator, demand);
+  printf("\n  connectivity: only what is required is built\n");
+  for (int k = 0; k < STRUCTURES; ++k) {
+    char why[256] = "";
+    for (int d = 0; d < KITH_DEMANDS; ++d) {
+      const bool required[STRUCTURES] = NEEDS(demand[d].need);
+      if (required[k]) add(why, sizeof why, ", ", "%s (%s)", demand[d].who, demand[d].why);
+    }
+    snprintf(amount, sizeof amount, "%.1f a %s", amounts[k], k == STRUCTURES - 1 ? "pair" : "node");
+    structure(name[k], built[k], amount, why[0] != '\0' ? why : "not requested");
+  }
+  structure("f_couple", c->pairs.f_couple != NULL, "1 factor a pair",
+            c->pairs.f_couple != NULL ? "coupling (barriers)" : "no barrier cuts a pair");
+  snprintf(amount, sizeof amount, "%.0f values a pair", floor(values));
+  structure("pairwise", values >= 1, amount, values >= 1 ? p->ops->name : "no values of pairs are stored");
+  putchar('\n');
+#undef NEEDS
+}
+
+static void show_lifecycle(const struct kith_simulation *m) {
+  const struct kith_integrator *it = &m->integrator;
+  const struct kith_ledger *l = &it->ledger;
+  const double lifecycles = fmax((double)l->lifecycles, 1);
+  char text[512] = "";
+  line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
+  for (int k = 0; k < m->rebuilds.n; ++k)
+    add(text, sizeof text, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name,
+        m->rebuilds.policy[k].ops->doc);
+  line("rebuild", "%s; skin %.3g of the support", text, it->skin);
+  if (m->boundaries.n == 0)
+    line("ghosts", "none: no boundary creates any");
+  else
+    line("ghosts", "%.0f created at the start, %.0f culled, %.0f kept%s",
+         (double)l->ghosts_created / lifecycles, (double)l->ghosts_culled / lifecycles,
+         (double)l->ghosts_kept / lifecycles, it->cull ? "" : "; culling is off");
+  if (it->reorder_every > 0)
+    line("reordering", "along the space-filling curve, checked every %d lifecycles", it->reorder_every);
+  else
+    line("reordering", "never");
+}
+
+/* ---- method ---- */
+
+/* The stages directly below the package's: its passes in the order of their first call, per evaluation. */
+static void show_passes(const struct plan *plan) {
+  const struct kith_stage *stage;
+  const int n = kith_profile_stages(plan->profile, &stage);
+  char text[1024] = "", time[32];
+  for (int s = 0; s < n; ++s) {
+    const int parent = stage[s].parent, calls = (int)stage[s].calls / plan->evaluation.measured;
+    if (parent < 0 || stage[parent].depth != 0 || kith_package_find(stage[parent].name) == NULL) continue;
+    add(text, sizeof text, ", ", "%s", stage[s].name);
+    if (calls > 1) add(text, sizeof text, " ", "x %d", calls);
+    add(text, sizeof text, " ", "%s", kith_text_seconds(time, stage[s].seconds / plan->evaluation.measured));
+  }
+  line("passes", "%s", text);
+}
+
+static const char *traversal_reason(const struct kith_simulation *m) {
+  if (m->scene->traversal[0] != '\0') return "as the scene says";
+  if (m->package.ops->expensive) return "the default: the force of a pair is expensive and is stored";
+  if (!m->package.compatible) return "the default: each force is needed once";
+  return NDIM == 1
+             ? "the default: compatible energy needs each force twice; with few neighbors storing is faster"
+             : "the default: with many neighbors evaluating twice is faster than storing";
+}
+
+/* The parameters of the package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
+static void show_settings(const char *label, const struct kith_param *params, const void *settings) {
+  char text[256] = "", value[64];
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
+    if (p->kind == KITH_PARAM_MAP) {
+      show_settings(p->key, p->params, settings);
+      continue;
+    }
+    kith_param_format(p, settings, value, sizeof value);
+    add(text, sizeof text, ", ", "%s %s", p->key, value);
+  }
+  if (text[0] != '\0') line(label, "%s", text);
+}
+
+static void show_method(const struct plan *plan) {
+  const struct kith_simulation *m = plan->simulation;
+  const struct kith_package *p = &m->package;
+  line("method", "%s: %s", p->ops->name, p->ops->doc);
+  line("kernel", "%s, %.4g neighbors (%s)", kith_kernel_facts[p->kernel].name, p->neighbors,
+       m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this kernel");
+  show_settings("settings", p->ops->params, p->settings);
+  line("energy", "%s",
+       p->compatible ? "compatible: from the work of pairs, conserved to round-off"
+                     : "thermal: its own equation");
+  line("traversal", "%s (%s)", p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather", traversal_reason(m));
+  show_passes(plan);
+  line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
+}
+
+/* ---- cost ---- */
+
+static void show_memory(const struct plan *plan) {
+  struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
+  const double n = fmax(plan->simulation->nodes->n_internal, 1);
+  double total = 0;
+  char text[32];
+  kith_simulation_bytes(plan->simulation, bytes);
+  printf("\n  %-12s  %12s  %14s\n", "memory", "in all", "bytes per node");
+  for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
+    total += (double)bytes[k].bytes;
+    printf("    %-10s  %12s  %14.1f\n", bytes[k].name, kith_text_bytes(text, (double)bytes[k].bytes),
+           (double)bytes[k].bytes / n);
+  }
+  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n);
+}
+
+static void show_dt(const struct plan *plan) {
+  const struct kith_integrator *it = &plan->simulation->integrator;
+  const struct kith_timestep_limit *limit = &it->timestep_limit;
+  if (it->fixed_dt > 0)
+    line("first dt", "%.4g, as the scene says; Courant number %.3g would allow %.4g (%s, node %lld)",
+         it->fixed_dt, it->cfl, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
+  else
+    line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s, Courant number %.3g)",
+         limit->dt, plan->full_dt, (long long)limit->node, kith_limit_name(limit->reason), it->cfl);
+}
+
+/* Steps that grow as the integrator lets them (KITH_GROWTH) up to the full dt, which then stays. */
+static double expected_steps(double first, double full, double until) {
+  double steps = 0, time = 0;
+  for (double dt = first; dt < full && time < until; dt *= KITH_GROWTH) time += dt, steps += 1;
+  return steps + (time < until ? ceil((until - time) / full) : 0);
+}
+
+/* Scenes that cost more than a second are calibrated: the larger those runs are, the more reliable. */
+static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
+  const struct kith_integrator *it = &plan->simulation->integrator;
+  const bool fixed = it->fixed_dt > 0;
+  const double evaluation = it->evaluations * plan->evaluation.seconds;
+  struct kith_calibration c = {.growth = 1};
+  char time[32], all[32];
+  double steps = expected_steps(fixed ? it->fixed_dt : it->timestep_limit.dt,
+                                fixed ? it->fixed_dt : plan->full_dt, until);
+  const double guess = steps * evaluation;
+  const bool calibrated =
+      guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
+                                         fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
+  if (!calibrated) c.growth = c.lists = 1; /* a run that failed leaves neither */
+  if (calibrated && !fixed) steps = kith_calibration_steps(&c, plan->scene->resolution);
+  if (calibrated)
+    line("steps", "about %.0f to t = %.6g; two calibration runs took %.0f at resolution %.4g, %.0f at %.4g",
+         steps, until, c.steps[0], c.resolution[0], c.steps[1], c.resolution[1]);
+  else
+    line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
+         fixed ? "all of the same length" : "dt grows by a quarter a step and then stays as it is now");
+  plan->lists = fmin(c.lists, it->evaluations), plan->step = evaluation * c.growth;
+  line("cost", "about %s: %.0f steps of %d evaluation%s of %s%s; %d thread%s",
+       kith_text_seconds(all, steps * plan->step), steps, it->evaluations, it->evaluations == 1 ? "" : "s",
+       kith_text_seconds(time, plan->evaluation.seconds * c.growth),
+       calibrated || !kith_rebuilds_lasting(it->rebuilds) ? "" : " at most: Verlet lists save rebuilds",
+       omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
+}
+
+/* Model no more than a scene needs: settings that save time, and their trade-off. */
+static void show_cheaper(const struct plan *plan) {
+  const struct kith_simulation *m = plan->simulation;
+  const char *cheaper = kith_package_traits(m->package.ops, m->package.settings).cheaper;
+  const struct {
+    bool applies;
+    const char *text;
+  } settings[] = {
+      {!kith_rebuilds_lasting(&m->rebuilds),
+       "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces"},
+      {m->package.compatible, "method.energy=thermal: one pass over the pairs less; a larger energy drift"},
+      {cheaper != NULL, cheaper}};
+  const char *label = "cheaper";
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
+    if (settings[k].applies) line(label, "%s", settings[k].text), label = "";
+}
+
+/* ---- ranks ---- */
+
+static void print_ranks_head(const struct kith_scaling_model *model, const struct kith_simulation *m,
+                             int n_ranks, const struct kith_step_traffic *h, const struct kith_network *net) {
+  printf("\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank; ", n_ranks,
+         (long long)kith_scaling_model_cells(model), (double)m->nodes->n_internal / n_ranks,
+         (double)m->integrator.ledger.last_row_entries / n_ranks);
+  printf("a network of %.3g us, %.3g GB/s\n", 1e6 * net->latency, 1e-9 * net->bandwidth);
+  printf("  a step: %.3g rebuilds of lists, %.0f bytes a new ghost; %.3g refreshes, %.0f bytes a ghost; ",
+         h->lists, h->creation_bytes, h->refreshes, h->refresh_bytes);
+  printf("%.0f collective calls\n\n", h->collectives);
+  printf("  %-11s %6s %15s %5s %8s %17s   %s\n", "", "work", "ghosts of a rank", "peers", "messages",
+         "KiB sent a step", "ms a step of the busiest rank");
+  printf("  %-11s %6s %7s %8s %5s %8s %8s %8s %7s %7s %7s %7s %7s %6s\n", "partitioner", "imbal.", "made",
+         "kept", "most", "a step", "mean", "most", "work", "ghosts", "bounds", "network", "step", "effic.");
+}
+
+/* Efficiency: of as many ranks as one process, which has all the work and no ghosts of others. */
+static void print_partitioner(const char *name, int n_ranks, double seconds, const struct kith_forecast *f) {
+  printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n", name,
+         f->imbalance, f->made, f->kept, f->most_peers, f->messages, f->bytes / 1024, f->most_bytes / 1024,
+         1e3 * f->seconds.work, 1e3 * f->seconds.ghosts, 1e3 * f->seconds.bounds, 1e3 * f->seconds.network,
+         1e3 * f->seconds.step, seconds / (n_ranks * f->seconds.step));
+}
+
+static kith_status show_partitioners(const struct kith_scaling_model *model,
+                                     const struct kith_step_traffic *traffic, const struct kith_costs *costs,
+                                     int n_ranks, double seconds) {
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    struct kith_forecast f;
+    if ((*p)->needs != NULL) continue;
+    KITH_TRY(kith_scaling_model_forecast(model, (*p)->name, traffic, costs, &f));
+    print_partitioner((*p)->name, n_ranks, seconds, &f);
+  }
+  return KITH_OK;
+}
+
+/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). */
+static kith_status show_ranks(struct plan *plan, int n_ranks, const struct kith_network *network) {
+  struct kith_simulation *m = plan->simulation;
+  struct kith_scaling_model *model = NULL;
+  struct kith_step_traffic traffic;
+  KITH_TRY(kith_step_traffic(m, plan->lists, &traffic));
+  const struct kith_rows *rows = &m->connectivity->rows;
+  const double all = (double)m->nodes->n_internal + (double)rows->first[m->nodes->n_internal];
+  const struct kith_costs costs = {plan->step / all, KITH_GHOST_WORK * plan->step / all, *network};
+  KITH_TRY(kith_scaling_model_create(&model, m, n_ranks));
+  print_ranks_head(model, m, n_ranks, &traffic, network);
+  const kith_status status = show_partitioners(model, &traffic, &costs, n_ranks, plan->step);
+  kith_scaling_model_destroy(&model);
+  return status;
+}
+
+/* ---- the verb ---- */
+
+static void show(struct plan *plan, const struct kith_options *options, double until) {
+  printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);
+  show_domain(plan->scene);
+  show_materials(plan->simulation);
+  show_regions(plan->scene);
+  show_requirements(plan->simulation);
+  show_lifecycle(plan->simulation);
+  show_method(plan);
+  show_memory(plan);
+  show_dt(plan);
+  show_cost(plan, options, until);
+  show_cheaper(plan);
+  fflush(stdout);
+  if (options->ranks > 1 && show_ranks(plan, options->ranks, &options->network) != KITH_OK)
+    fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
+}
+
+static kith_status make(struct plan *plan, const struct kith_options *o) {
+  KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
+  KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
+  return kith_simulation_create(&plan->simulation, plan->scene, plan->profile, o->check);
+}
+
+/* The rates at the start, and how long they take. */
+static kith_status measure(struct plan *plan) {
+  struct kith_simulation *m = plan->simulation;
+  KITH_TRY(kith_simulation_start(m));
+  plan->full_dt = kith_package_timestep_limit(&m->package, &m->integrator.kick, m->integrator.cfl).dt;
+  kith_simulation_warn(m);
+  return kith_evaluation_measure(m, &plan->evaluation);
+}
+
+enum kith_exit kith_plan(const struct kith_options *options) {
+  struct plan plan = {0};
+  enum kith_exit code = KITH_EXIT_USAGE;
+  kith_status status = make(&plan, options);
+  if (status == KITH_OK) {
+    status = measure(&plan);
+    code = status == KITH_OK ? KITH_EXIT_OK : KITH_EXIT_FAILED;
+  }
+  if (status == KITH_OK)
+    show(&plan, options, options->until >= 0 ? options->until : plan.scene->until);
+  else
+    fprintf(stderr, "kith: %s\n", kith_failure());
+  kith_simulation_destroy(&plan.simulation);
+  kith_profile_destroy(&plan.profile);
+  kith_scene_destroy(&plan.scene);
+  return code;
+}

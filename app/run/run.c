@@ -1,0 +1,323 @@
+/* run.c - a scene from start to end: steps, progress, snapshots, history, checkpoints, comparison, report,
+ * picture. Of several ranks all run this; rank 0 speaks and writes.
+ *
+ * Exit code: 0, 1 (the run failed; a snapshot of where it failed is in the directory) or 2 (scene, files). */
+#include "app/cli/options.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <omp.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+#include "app/cli/screen.h"
+#include "app/output/output.h"
+#include "app/output/trace.h"
+#include "app/run/comparison.h"
+#include "lib/io/atomic_file.h"
+
+struct run {
+  const struct kith_options *options;
+  struct kith_ranks *ranks; /* NULL: one process */
+  struct kith_scene *scene;
+  struct kith_profile *profile;
+  struct kith_simulation *simulation;
+  struct kith_comparison comparison;
+  struct kith_output output;
+  struct kith_conservation_baseline baseline;
+  struct kith_screen screen;
+  struct kith_traffic before_steps, after_steps;
+  double until, started, cpu_started;
+  uint64_t first_step;
+  bool stopped; /* by a signal */
+};
+
+/* ---- processes ---- */
+
+/* Becomes mpirun with the same command line. Ranks are not bound to cores: the threads of a rank would all
+ * have to share one. */
+static kith_status become_mpirun(const struct kith_options *options) {
+  enum { MOST_WORDS = 512 };
+  char self[PATH_MAX], number[16], *words[MOST_WORDS];
+  const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+  if (length <= 0) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
+  self[length] = '\0';
+  snprintf(number, sizeof number, "%d", options->ranks);
+  char *const first[] = {"mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "-n", number, self};
+  int n = 0;
+  for (; n < (int)(sizeof first / sizeof *first); ++n) words[n] = first[n];
+  for (char **word = options->arguments + 1; *word != NULL; ++word) {
+    if (n + 1 == MOST_WORDS) KITH_FAIL(BAD_INPUT, "more than %d words", MOST_WORDS);
+    words[n++] = *word;
+  }
+  words[n] = NULL;
+  fflush(NULL);
+  execvp(words[0], words);
+  KITH_FAIL(UNSUPPORTED, "--ranks %d: mpirun cannot be started: %s", options->ranks, strerror(errno));
+}
+
+/* An equal share of the cores, but no more than this rank was bound to. */
+static int threads_of_rank(int beside) {
+  const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN);
+  return KITH_MIN(omp_get_num_procs(), KITH_MAX(1, cores / beside));
+}
+
+/* *ranks: the processes of this run, NULL if there is one. If --ranks requires several and they have not been
+ * started, this process becomes mpirun with the same command line and does not return. BAD_INPUT: another
+ * number was started than required. Without --threads and OMP_NUM_THREADS the ranks of a computer share its
+ * cores. */
+static kith_status launch(struct kith_ranks **ranks, const struct kith_options *options) {
+  *ranks = NULL;
+  if (options->ranks > 1 && kith_ranks_launched() == 1) return become_mpirun(options);
+  KITH_TRY(kith_ranks_create(ranks));
+  const int size = kith_ranks_size(*ranks);
+  if (size > 1 && options->threads == 0 && getenv("OMP_NUM_THREADS") == NULL)
+    omp_set_num_threads(threads_of_rank(kith_ranks_on_this_machine(*ranks)));
+  if (options->ranks > 0 && options->ranks != size)
+    return kith_ranks_allreduce_status(
+        *ranks, kith_fail(KITH_BAD_INPUT, "--ranks %d, but %d processes were started", options->ranks, size));
+  return KITH_OK;
+}
+
+/* ---- signals and clocks ---- */
+
+/* The only mutable global, for signal handlers: checked between steps. */
+static volatile sig_atomic_t stop_signal;
+
+static void on_signal(int number) {
+  stop_signal = number;
+}
+
+static void catch_signals(void) {
+  struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
+  sigaction(SIGINT, &action, NULL);
+  sigaction(SIGTERM, &action, NULL);
+  sigaction(SIGUSR1, &action, NULL);
+  /* A file that may not grow further is an error of its write. */
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGXFSZ, &action, NULL);
+}
+
+static double cpu_seconds(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static bool speaks(const struct run *run) {
+  return kith_ranks_rank(run->ranks) == 0;
+}
+
+/* ---- start: all that can be found wrong before the first step ---- */
+
+/* Can it be written? Better to know now than at the end. */
+static kith_status try_file(const char *path) {
+  struct kith_atomic_file *file;
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  kith_atomic_file_abandon(&file);
+  return KITH_OK;
+}
+
+static kith_status open_output(struct run *run) {
+  const struct kith_options *o = run->options;
+  char directory[256];
+  snprintf(directory, sizeof directory, "out/%s", run->scene->name);
+  KITH_TRY(kith_output_directory(&run->output, o->directory != NULL ? o->directory : directory, speaks(run)));
+  if (speaks(run) && o->trace != NULL) KITH_TRY(try_file(o->trace));
+  return kith_history_open(&run->output.history, run->output.directory, run->simulation, o->restart != NULL);
+}
+
+/* The scene and its nodes: the same on every rank, which then keeps its own. */
+static kith_status create(struct run *run) {
+  const struct kith_options *o = run->options;
+  KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
+  run->until = o->until >= 0 ? o->until : run->scene->until;
+  KITH_TRY(kith_scene_lasts(run->scene, run->until));
+  KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
+  if (o->profile) kith_profile_clock_cpu(run->profile);
+  KITH_TRY(kith_comparison_init(&run->comparison, run->scene));
+  KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->profile, o->check));
+  return kith_simulation_distribute(run->simulation, run->ranks);
+}
+
+static kith_status prepare(struct run *run) {
+  const char *restart = run->options->restart;
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, create(run)));
+  kith_profile_align(run->profile); /* all ranks leave the reduction together */
+  if (restart != NULL) KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));
+  return kith_ranks_allreduce_status(run->ranks, open_output(run));
+}
+
+/* ---- steps ---- */
+
+/* First rates of a new run, and what its drifts are measured against. */
+static kith_status begin(struct run *run) {
+  run->started = kith_seconds();
+  run->cpu_started = cpu_seconds();
+  run->first_step = run->simulation->integrator.step;
+  if (speaks(run)) kith_simulation_warn(run->simulation);
+  if (run->options->restart != NULL) return KITH_OK;
+  KITH_TRY(kith_simulation_start(run->simulation));
+  const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
+  run->baseline = kith_conservation_baseline_of(&first);
+  KITH_TRY(kith_comparison_start(&run->comparison, run->simulation, &run->baseline));
+  KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
+  run->output.next = run->scene->output.every;
+  return KITH_OK;
+}
+
+/* The time the next step must not pass: the next snapshot, unless only a tiny last step would follow it. */
+static double step_end(const struct run *run) {
+  const double every = run->scene->output.every, next = run->output.next;
+  return every <= 0 || next > run->until - 1e-9 * every ? run->until : next;
+}
+
+static kith_status after_step(struct run *run) {
+  const struct kith_integrator *it = &run->simulation->integrator;
+  const struct kith_totals totals = kith_hydro_totals(&run->simulation->hydro);
+  kith_conservation_baseline_update(&run->baseline, run->simulation, &totals);
+  KITH_TRY(kith_history_step(&run->output.history, run->simulation, &totals));
+  const double every = run->scene->output.every;
+  if (every > 0 && it->time > run->output.next - 1e-9 * every) {
+    KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
+    run->output.next += every;
+  }
+  const int steps_between = run->scene->output.checkpoint;
+  if (steps_between > 0 && it->step % (uint64_t)steps_between == 0)
+    KITH_TRY(kith_output_checkpoint(&run->output, run->simulation, &run->baseline));
+  return KITH_OK;
+}
+
+/* A signal may have reached some ranks only. */
+static bool finished(struct run *run) {
+  const struct kith_integrator *it = &run->simulation->integrator;
+  run->stopped = kith_ranks_any(run->ranks, stop_signal != 0);
+  return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) ||
+         run->stopped;
+}
+
+static kith_status steps(struct run *run) {
+  struct kith_integrator *it = &run->simulation->integrator;
+  kith_screen_init(&run->screen, stderr, run->options->quiet || !speaks(run), it->time, run->until);
+  run->before_steps = kith_ranks_traffic(run->ranks);
+  for (bool end = finished(run); !end;) {
+    KITH_TRY(kith_integrator_step(it, step_end(run)));
+    KITH_TRY(after_step(run));
+    end = finished(run);
+    kith_screen_step(&run->screen, it, end);
+  }
+  run->after_steps = kith_ranks_traffic(run->ranks);
+  return KITH_OK;
+}
+
+/* ---- end ---- */
+
+/* The checkpoint comes first: the last snapshot is not one that a longer run would write. */
+static kith_status write_state(struct run *run) {
+  const double time = run->simulation->integrator.time;
+  if (run->scene->output.checkpoint_at_end || run->stopped)
+    KITH_TRY(kith_output_checkpoint(&run->output, run->simulation, &run->baseline));
+  if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
+    KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
+  return kith_comparison_gather(&run->comparison, run->simulation);
+}
+
+static kith_status write_report(struct run *run, struct kith_report *report) {
+  char path[640];
+  KITH_TRY(kith_comparison_report(&run->comparison, run->simulation, &run->baseline, report));
+  snprintf(path, sizeof path, "%s/report.json", run->output.directory);
+  return kith_report_write(report, path);
+}
+
+static void print(const struct run *run, const struct kith_report *report) {
+  const double updates = (double)report->nodes * (double)(report->steps - (int64_t)run->first_step);
+  kith_report_print(report, stdout);
+  if (run->options->profile && run->ranks == NULL) kith_profile_print(run->profile, stdout, updates);
+  if (run->options->profile && run->ranks != NULL)
+    kith_ranks_detail_print(report->ranks_detail, run->profile, stdout);
+  printf("results in %s\n", run->output.directory);
+  if (run->stopped)
+    fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,
+            run->output.directory);
+}
+
+static kith_status finish(struct run *run, struct kith_report *report, struct kith_ranks_detail *detail) {
+  kith_report_collect(report, run->simulation, &run->baseline, run->first_step, kith_seconds() - run->started,
+                      cpu_seconds() - run->cpu_started);
+  KITH_TRY(kith_ranks_detail(detail, run->simulation, &run->before_steps, &run->after_steps,
+                             run->simulation->integrator.step - run->first_step));
+  report->ranks_detail = detail;
+  KITH_TRY(write_state(run));
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, speaks(run) ? write_report(run, report) : KITH_OK));
+  if (run->options->trace != NULL) KITH_TRY(kith_trace_write(run->ranks, run->profile, run->options->trace));
+  if (!speaks(run)) return KITH_OK;
+  kith_comparison_draw(&run->comparison, run->simulation, report, run->output.directory);
+  print(run, report);
+  return KITH_OK;
+}
+
+/* The last failure, said once. If the other ranks do not know of it they wait for this one: then all end
+ * here. */
+static enum kith_exit complain(const struct run *run, enum kith_exit code) {
+  const bool agreed = kith_ranks_status_is_shared(run->ranks);
+  if (!agreed) fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(run->ranks), kith_failure());
+  if (!agreed) kith_ranks_abort(run->ranks, code);
+  if (speaks(run)) fprintf(stderr, "kith: %s\n", kith_failure());
+  return code;
+}
+
+static enum kith_exit end(struct run *run) {
+  struct kith_report report = {0};
+  struct kith_ranks_detail detail = {0};
+  kith_screen_end(&run->screen);
+  const kith_status status = finish(run, &report, &detail);
+  kith_report_clear(&report);
+  kith_ranks_detail_clear(&detail);
+  if (status != KITH_OK) return complain(run, KITH_EXIT_FAILED);
+  return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
+}
+
+/* The reason, and a snapshot of where it happened, unless it is writing that failed. */
+static enum kith_exit fail(struct run *run, kith_status status) {
+  char reason[1024], where[640] = "";
+  snprintf(reason, sizeof reason, "%s", kith_failure());
+  kith_screen_end(&run->screen);
+  if (!kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
+  const struct kith_integrator *it = &run->simulation->integrator;
+  const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
+  const kith_status kept = writing ? KITH_OK : kith_output_snapshot(&run->output, run->simulation);
+  if (kept != KITH_OK && !kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
+  if (!writing && kept == KITH_OK)
+    snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
+             run->output.n_snapshots - 1);
+  if (!speaks(run)) return KITH_EXIT_FAILED;
+  fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
+          (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
+  return KITH_EXIT_FAILED;
+}
+
+enum kith_exit kith_run(const struct kith_options *options) {
+  struct run run = {.options = options};
+  catch_signals();
+  kith_status status = launch(&run.ranks, options);
+  if (status == KITH_OK) status = prepare(&run);
+  enum kith_exit code = status == KITH_OK ? KITH_EXIT_OK : complain(&run, KITH_EXIT_USAGE);
+  if (code == KITH_EXIT_OK) {
+    status = begin(&run);
+    if (status == KITH_OK) status = steps(&run);
+    code = status == KITH_OK ? end(&run) : fail(&run, status);
+  }
+  if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {
+    fprintf(stderr, "kith: %s\n", kith_failure());
+    code = KITH_EXIT_FAILED;
+  }
+  kith_comparison_clear(&run.comparison);
+  kith_simulation_destroy(&run.simulation);
+  kith_profile_destroy(&run.profile);
+  kith_scene_destroy(&run.scene);
+  kith_ranks_destroy(&run.ranks);
+  return code;
+}

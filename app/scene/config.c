@@ -1,0 +1,432 @@
+/* YAML as a tree: messages with file and line, nodes, reading, overrides, bases. */
+#include "app/scene/config.h"
+#include "lib/core/choices.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <yaml.h>
+
+enum { DEEPEST = 32, MOST_KEYS = 256, LARGEST = 1 << 20 };
+
+kith_status kith_text_copy(char **out, const char *text, size_t length) {
+  KITH_TRY(kith_resize(out, 0, length + 1, 1));
+  memcpy(*out, text, length);
+  return KITH_OK;
+}
+
+/* --- messages --- */
+
+void kith_config_path(const struct kith_config_node *node, const char *key, char *path, size_t size) {
+  char index[16];
+  path[0] = '\0';
+  if (node->parent != NULL) {
+    snprintf(index, sizeof index, "%d", node->index);
+    kith_config_path(node->parent, node->key != NULL ? node->key : index, path, size);
+  }
+  const size_t used = strlen(path);
+  if (key != NULL) snprintf(path + used, size - used, "%s%.64s", used > 0 ? "." : "", key);
+}
+
+/* A message is one line, whatever the file holds. */
+static kith_status refuse(char *line) {
+  for (char *p = line; *p != '\0'; ++p)
+    if ((unsigned char)*p < ' ' || *p == 0x7f) *p = '?';
+  KITH_FAIL(BAD_INPUT, "%s", line);
+}
+
+kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...) {
+  char path[256], message[512], line[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(message, sizeof message, format, arguments);
+  va_end(arguments);
+  kith_config_path(node, key, path, sizeof path);
+  const char *colon = path[0] != '\0' ? ": " : "";
+  if (node->location.line > 0)
+    snprintf(line, sizeof line, "%.200s:%d: %s%s%s", node->location.file, node->location.line, path, colon,
+             message);
+  else
+    snprintf(line, sizeof line, "--set %s%s%s", path, colon, message);
+  return refuse(line);
+}
+
+kith_status kith_config_fail_word(const struct kith_config_node *node, const char *words) {
+  char all[256], near[64];
+  kith_choices_format(words, all, sizeof all);
+  if (kith_choices_suggest(words, node->text, near, sizeof near))
+    return kith_config_fail(node, NULL, "'%.60s' is not one of %s; did you mean '%s'?", node->text, all,
+                            near);
+  return kith_config_fail(node, NULL, "'%.60s' is not one of %s", node->text, all);
+}
+
+/* --- the tree --- */
+
+static void node_destroy(struct kith_config_node **node);
+
+/* Leaves a null. */
+static void node_clear(struct kith_config_node *node) {
+  for (struct kith_config_node *child = node->first, *next; child != NULL; child = next) {
+    next = child->next;
+    node_destroy(&child);
+  }
+  kith_free(&node->text);
+  node->kind = KITH_CONFIG_SCALAR, node->null = true, node->quoted = false;
+  node->first = node->last = NULL, node->n = 0;
+}
+
+static void node_destroy(struct kith_config_node **node) {
+  if (*node == NULL) return;
+  node_clear(*node);
+  kith_free(&(*node)->key);
+  kith_free(node);
+}
+
+/* A null. The new child takes *key. */
+static kith_status node_add(struct kith_config_node **out, struct kith_config_node *parent, char **key,
+                            struct kith_source_location location) {
+  *out = NULL;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  **out = (struct kith_config_node){.null = true, .parent = parent, .location = location};
+  if (parent == NULL) return KITH_OK;
+  (*out)->key = *key;
+  *key = NULL;
+  (*out)->index = parent->n++;
+  if (parent->last != NULL) parent->last->next = *out;
+  if (parent->first == NULL) parent->first = *out;
+  parent->last = *out;
+  return KITH_OK;
+}
+
+static struct kith_config_node *child_of(const struct kith_config_node *node, const char *key,
+                                         size_t length) {
+  for (struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    char number[16];
+    if (child->key == NULL) snprintf(number, sizeof number, "%d", child->index);
+    const char *name = child->key != NULL ? child->key : number;
+    if (strncmp(name, key, length) == 0 && name[length] == '\0') return child;
+  }
+  return NULL;
+}
+
+const struct kith_config_node *kith_config_child(const struct kith_config_node *node, const char *key) {
+  const struct kith_config_node *child = node == NULL ? NULL : child_of(node, key, strlen(key));
+  return child == NULL || child->null ? NULL : child;
+}
+
+const struct kith_config_node *kith_config_at(const struct kith_config *config, const char *path) {
+  const struct kith_config_node *node = config->root;
+  while (node != NULL) {
+    const size_t length = strcspn(path, ".");
+    node = child_of(node, path, length);
+    if (path[length] == '\0') break;
+    path += length + 1;
+  }
+  return node == NULL || node->null ? NULL : node;
+}
+
+/* --- parsing: libyaml's events become nodes --- */
+
+struct reader {
+  yaml_parser_t parser;
+  yaml_event_t event; /* the present one; empty before the first */
+  const char *file, *text;
+  size_t length;
+  bool has_lines;                        /* false: an override */
+  const struct kith_config_node *target; /* gets the document */
+};
+
+static struct kith_source_location event_location(const struct reader *r) {
+  return (struct kith_source_location){r->file, r->has_lines ? (int)r->event.start_mark.line + 1 : 0};
+}
+
+/* At the event, with the path of the node or of its child `key`. */
+static kith_status fail_event(const struct reader *r, const struct kith_config_node *node, const char *key,
+                              const char *what) {
+  struct kith_config_node here = *node;
+  here.location = event_location(r);
+  return kith_config_fail(&here, key, "%s", what);
+}
+
+/* libyaml's complaint with its line; what it could not even decode has an offset only. */
+static kith_status fail_syntax(const struct reader *r) {
+  const yaml_parser_t *p = &r->parser;
+  if (p->error == YAML_MEMORY_ERROR) KITH_FAIL(NO_MEMORY, "no memory to parse %.200s", r->file);
+  size_t line = p->problem_mark.line;
+  if (p->error == YAML_READER_ERROR) {
+    line = 0;
+    for (size_t i = 0; i < KITH_MIN(p->problem_offset, r->length); ++i) line += r->text[i] == '\n';
+  }
+  struct kith_config_node here = *r->target;
+  here.location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0};
+  const char *problem = p->problem != NULL ? p->problem : "cannot be read";
+  return p->context == NULL ? kith_config_fail(&here, NULL, "not YAML: %s", problem)
+                            : kith_config_fail(&here, NULL, "not YAML: %s %s", problem, p->context);
+}
+
+static kith_status next_event(struct reader *r) {
+  yaml_event_delete(&r->event);
+  return yaml_parser_parse(&r->parser, &r->event) ? KITH_OK : fail_syntax(r);
+}
+
+/* Only what every reader of YAML knows: no anchor, no tag. */
+static kith_status check_plain(const struct reader *r, const struct kith_config_node *node, const char *key) {
+  const yaml_event_t *e = &r->event;
+  const bool scalar = e->type == YAML_SCALAR_EVENT, map = e->type == YAML_MAPPING_START_EVENT;
+  const yaml_char_t *anchor = scalar ? e->data.scalar.anchor
+                              : map  ? e->data.mapping_start.anchor
+                                     : e->data.sequence_start.anchor;
+  const yaml_char_t *tag = scalar ? e->data.scalar.tag
+                           : map  ? e->data.mapping_start.tag
+                                  : e->data.sequence_start.tag;
+  if (anchor != NULL || e->type == YAML_ALIAS_EVENT)
+    return fail_event(r, node, key, "anchors and aliases are not supported");
+  return tag != NULL ? fail_event(r, node, key, "tags are not supported") : KITH_OK;
+}
+
+/* The key that the event is, in a map. */
+static kith_status read_key(const struct reader *r, const struct kith_config_node *map, char **key) {
+  const char *text = (const char *)r->event.data.scalar.value;
+  const size_t length = r->event.type == YAML_SCALAR_EVENT ? r->event.data.scalar.length : 0;
+  char what[64] = "duplicate key";
+  if (length > 0) KITH_TRY(check_plain(r, map, NULL));
+  if (length == 0 || strlen(text) != length) return fail_event(r, map, NULL, "a key must be a word");
+  if (map->n >= MOST_KEYS) return fail_event(r, map, text, "more than 256 keys in one map");
+  const struct kith_config_node *first = child_of(map, text, length);
+  if (first == NULL) return kith_text_copy(key, text, length);
+  if (r->has_lines) snprintf(what, sizeof what, "duplicate key, first on line %d", first->location.line);
+  return fail_event(r, map, text, what);
+}
+
+static kith_status read_node(struct reader *r, struct kith_config_node *node, int depth);
+
+/* The entries of a map or a list, up to its end. */
+static kith_status read_children(struct reader *r, struct kith_config_node *node, int depth) {
+  if (depth > DEEPEST) return fail_event(r, node, NULL, "nested deeper than 32 levels");
+  for (;;) {
+    struct kith_config_node *child;
+    char *key = NULL;
+    KITH_TRY(next_event(r));
+    if (r->event.type == YAML_MAPPING_END_EVENT || r->event.type == YAML_SEQUENCE_END_EVENT) return KITH_OK;
+    if (node->kind == KITH_CONFIG_MAP) KITH_TRY(read_key(r, node, &key));
+    const kith_status status = node_add(&child, node, &key, event_location(r));
+    kith_free(&key);
+    KITH_TRY(status);
+    if (node->kind == KITH_CONFIG_MAP) KITH_TRY(next_event(r));
+    KITH_TRY(read_node(r, child, depth));
+  }
+}
+
+/* The value that the event begins. */
+static kith_status read_node(struct reader *r, struct kith_config_node *node, int depth) {
+  const yaml_event_t *e = &r->event;
+  KITH_TRY(check_plain(r, node, NULL));
+  if (e->type != YAML_SCALAR_EVENT) {
+    node->kind = e->type == YAML_MAPPING_START_EVENT ? KITH_CONFIG_MAP : KITH_CONFIG_LIST;
+    node->null = false;
+    return read_children(r, node, depth + 1);
+  }
+  const char *text = (const char *)e->data.scalar.value;
+  if (strlen(text) != e->data.scalar.length) return fail_event(r, node, NULL, "a NUL character in a value");
+  node->quoted = e->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
+  node->null = !node->quoted && (text[0] == '\0' || strcmp(text, "~") == 0 || strcmp(text, "null") == 0);
+  return kith_text_copy(&node->text, text, strlen(text));
+}
+
+static kith_status read_stream(struct reader *r, struct kith_config_node *node, int depth) {
+  int documents = 0;
+  do {
+    KITH_TRY(next_event(r));
+    if (r->event.type != YAML_DOCUMENT_START_EVENT) continue;
+    if (++documents > 1) return fail_event(r, node, NULL, "a second document begins; one is read");
+    KITH_TRY(next_event(r));
+    node->location = event_location(r);
+    KITH_TRY(read_node(r, node, depth));
+  } while (r->event.type != YAML_STREAM_END_EVENT);
+  return KITH_OK;
+}
+
+/* Fills the node, which holds nothing yet and lies `depth` levels deep. */
+static kith_status read_document(struct reader *r, struct kith_config_node *node, int depth) {
+  if (!yaml_parser_initialize(&r->parser)) KITH_FAIL(NO_MEMORY, "no memory for a YAML parser");
+  yaml_parser_set_input_string(&r->parser, (const unsigned char *)r->text, r->length);
+  r->target = node;
+  const kith_status status = read_stream(r, node, depth);
+  yaml_event_delete(&r->event);
+  yaml_parser_delete(&r->parser);
+  return status;
+}
+
+static kith_status parse(struct kith_config *config, const char *text, size_t length) {
+  const struct kith_source_location top = {config->file, 1};
+  KITH_TRY(node_add(&config->root, NULL, NULL, top));
+  struct reader r = {.file = config->file, .text = text, .length = length, .has_lines = true};
+  KITH_TRY(read_document(&r, config->root, 0));
+  if (config->root->null) return kith_config_fail(config->root, NULL, "the scene is empty");
+  if (config->root->kind == KITH_CONFIG_MAP) return KITH_OK;
+  return kith_config_fail(config->root, NULL, "a %s where a map of keys belongs",
+                          config->root->kind == KITH_CONFIG_LIST ? "list" : "single value");
+}
+
+kith_status kith_config_parse(struct kith_config **out, const char *name, const char *text, size_t length) {
+  *out = NULL;
+  struct kith_config *config = NULL;
+  KITH_TRY(kith_resize(&config, 0, 1, sizeof *config));
+  kith_status status = kith_text_copy(&config->file, name, strlen(name));
+  if (status == KITH_OK) status = parse(config, text, length);
+  if (status != KITH_OK) kith_config_destroy(&config);
+  *out = config;
+  return status;
+}
+
+void kith_config_destroy(struct kith_config **config) {
+  if (*config == NULL) return;
+  node_destroy(&(*config)->root);
+  kith_config_destroy(&(*config)->base);
+  kith_free(&(*config)->file);
+  kith_free(config);
+}
+
+static kith_status fail_file(const char *path, const char *what) {
+  char line[512];
+  snprintf(line, sizeof line, "%.300s: %s", path, what);
+  return refuse(line);
+}
+
+static kith_status read_file(FILE *file, const char *path, char *text, size_t *length) {
+  *length = fread(text, 1, LARGEST + 1, file);
+  if (ferror(file)) return fail_file(path, "cannot be read");
+  return *length > LARGEST ? fail_file(path, "larger than 1 MiB, too large for a scene") : KITH_OK;
+}
+
+/* One file, without its base. */
+static kith_status read_one(struct kith_config **out, const char *path) {
+  *out = NULL;
+  struct stat status;
+  if (stat(path, &status) != 0) return fail_file(path, strerror(errno));
+  if (S_ISDIR(status.st_mode)) return fail_file(path, "is a directory, not a scene");
+  FILE *file = fopen(path, "rb");
+  if (file == NULL) return fail_file(path, strerror(errno));
+  char *text = NULL;
+  size_t length = 0;
+  kith_status result = kith_resize(&text, 0, LARGEST + 1, 1);
+  if (result == KITH_OK) result = read_file(file, path, text, &length);
+  fclose(file);
+  if (result == KITH_OK) result = kith_config_parse(out, path, text, length);
+  kith_free(&text);
+  return result;
+}
+
+/* --- overrides --- */
+
+static const char override_file[] = "--set";
+
+static const struct kith_source_location override_place = {override_file, 0};
+
+/* To the entry `part` of a map, made if need be; an entry of a list must be there. Nothing becomes a map. */
+static kith_status step(struct kith_config_node **node, const char *part, size_t length,
+                        struct kith_source_location location) {
+  struct kith_config_node *here = *node, shown = *here;
+  shown.location = location;
+  if (here->null)
+    node_clear(here), here->kind = KITH_CONFIG_MAP, here->null = false, here->location = location;
+  if (here->kind == KITH_CONFIG_SCALAR)
+    return kith_config_fail(&shown, NULL, "has no keys, it is '%.60s'", here->text);
+  *node = child_of(here, part, length);
+  if (*node != NULL) return KITH_OK;
+  char *key = NULL;
+  KITH_TRY(kith_text_copy(&key, part, length));
+  kith_status status;
+  if (here->kind == KITH_CONFIG_LIST)
+    status = kith_config_fail(&shown, key, "no such entry, the list has %d (counted from 0)", here->n);
+  else
+    status = node_add(node, here, &key, location);
+  kith_free(&key);
+  return status;
+}
+
+kith_status kith_config_override(struct kith_config *config, const char *assignment) {
+  char line[256];
+  const char *equals = strchr(assignment, '=');
+  snprintf(line, sizeof line, "--set %.100s: write it as key=value", assignment);
+  if (equals == NULL || equals == assignment) return refuse(line);
+  struct kith_config_node *node = config->root;
+  int depth = 0;
+  for (const char *part = assignment; part <= equals;) {
+    const size_t length = strcspn(part, ".=");
+    if (length == 0) return refuse(line);
+    if (++depth > DEEPEST) return kith_config_fail(node, NULL, "nested deeper than 32 levels");
+    KITH_TRY(step(&node, part, length, override_place));
+    part += length + 1;
+  }
+  node_clear(node);
+  node->location = override_place;
+  struct reader r = {.file = override_file, .text = equals + 1, .length = strlen(equals + 1)};
+  return read_document(&r, node, depth);
+}
+
+/* --- bases --- */
+
+/* The value of `from`, which is left a null. */
+static void node_take(struct kith_config_node *node, struct kith_config_node *from) {
+  node_clear(node);
+  node->kind = from->kind, node->null = from->null, node->quoted = from->quoted;
+  node->text = from->text, node->first = from->first, node->last = from->last, node->n = from->n;
+  node->location = from->location;
+  for (struct kith_config_node *child = node->first; child != NULL; child = child->next) child->parent = node;
+  from->text = NULL, from->first = from->last = NULL;
+  node_clear(from);
+}
+
+/* A key of a scene with a base: to the place that its dots lead to. */
+static kith_status put_over(struct kith_config_node *root, struct kith_config_node *given) {
+  struct kith_config_node *node = root;
+  for (const char *part = given->key;; ++part) {
+    const size_t length = strcspn(part, ".");
+    if (length == 0) return kith_config_fail(given, NULL, "an empty word between dots");
+    KITH_TRY(step(&node, part, length, given->location));
+    part += length;
+    if (*part == '\0') break;
+  }
+  node_take(node, given);
+  return KITH_OK;
+}
+
+static kith_status read_with_base(struct kith_config **out, const char *path, int deep);
+
+static kith_status take_base(struct kith_config *config, int deep) {
+  enum { LONGEST_CHAIN = 8 };
+  struct kith_config_node *name = child_of(config->root, "base", strlen("base"));
+  if (name == NULL || name->null) return KITH_OK;
+  char path[4096];
+  const char *slash = strrchr(config->file, '/');
+  const int folder = slash != NULL ? (int)(slash + 1 - config->file) : 0;
+  if (name->kind != KITH_CONFIG_SCALAR) return kith_config_fail(name, NULL, "not the name of a file");
+  if (deep == LONGEST_CHAIN)
+    return kith_config_fail(name, NULL, "the %dth base in a row; do they go round?", LONGEST_CHAIN);
+  snprintf(path, sizeof path, "%.*s%s", name->text[0] == '/' ? 0 : folder, config->file, name->text);
+  if (access(path, R_OK) != 0) return kith_config_fail(name, NULL, "%.200s: %s", path, strerror(errno));
+  KITH_TRY(read_with_base(&config->base, path, deep + 1));
+  struct kith_config_node *root = config->base->root;
+  for (struct kith_config_node *child = root->first; child != NULL; child = child->next)
+    if (strcmp(child->key, "scene") == 0) node_clear(child);
+  for (struct kith_config_node *child = config->root->first; child != NULL; child = child->next)
+    if (child != name) KITH_TRY(put_over(root, child));
+  config->base->root = config->root;
+  config->root = root;
+  return KITH_OK;
+}
+
+static kith_status read_with_base(struct kith_config **out, const char *path, int deep) {
+  KITH_TRY(read_one(out, path));
+  const kith_status status = take_base(*out, deep);
+  if (status != KITH_OK) kith_config_destroy(out);
+  return status;
+}
+
+kith_status kith_config_read(struct kith_config **out, const char *path) {
+  return read_with_base(out, path, 0);
+}

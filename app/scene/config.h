@@ -1,0 +1,80 @@
+/* config.h - a YAML file as a tree with line numbers, overrides, and one clear line for what is wrong.
+ *
+ *   file.yaml:12: method.kernl: unknown key; did you mean 'kernel'?
+ *   file.yaml:7: scheme.cfl: -1 is out of range (0, 1]
+ *   --set scheme.cfl: -1 is out of range (0, 1]
+ *
+ * Parsed by libyaml. Overrides "a.b.c=value" (value is YAML; entries of lists are counted from 0:
+ * regions.0.density=2) replace a value or add it; their location reads "--set a.b.c". Typed reading is in
+ * params.h.
+ *
+ * A scene may begin with `base: other.yaml` (found from its own folder): it is then that other scene, but for
+ * its name, with every further key put over it as by --set, dots and all: `regions.0.pressure: 1000`. The
+ * base may have a base.
+ *
+ * Refused: what libyaml refuses, anchors, aliases and tags, more than one document, keys that are not words,
+ * the same key twice, control characters, more than 256 keys in a map, nesting deeper than 32, files above 1
+ * MiB. */
+#ifndef KITH_APP_SCENE_CONFIG_H
+#define KITH_APP_SCENE_CONFIG_H
+
+#include "lib/core/base.h"
+
+/* Where a value stands, for messages: view of the config's strings. */
+struct kith_source_location {
+  const char *file;
+  int line; /* from 1; 0: not in a file but in an override */
+};
+
+enum kith_config_kind { KITH_CONFIG_SCALAR, KITH_CONFIG_LIST, KITH_CONFIG_MAP };
+
+struct kith_config_node {
+  enum kith_config_kind kind;
+  char *key;  /* in a map, else NULL */
+  char *text; /* of a scalar, else NULL */
+  bool null;  /* nothing, ~ or null without quotes: as if it were not given */
+  bool quoted;
+  int index;     /* among the children of the parent */
+  int n;         /* children */
+  int dimension; /* of the root: which entry of {1d: .., 2d: .., 3d: ..} counts; 0: such maps are refused */
+  struct kith_config_node *parent, *first, *last, *next;
+  struct kith_source_location location;
+};
+
+struct kith_config {
+  char *file;
+  struct kith_config_node *root; /* a map */
+  struct kith_config *base; /* owned: what it was put over, as some places are in its file; NULL: nothing */
+};
+
+/* BAD_INPUT with one line for whatever is wrong, also for a file that cannot be read. */
+kith_status kith_config_read(struct kith_config **out, const char *path);
+/* The same from memory; `name` stands for the file in messages. */
+kith_status kith_config_parse(struct kith_config **out, const char *name, const char *text, size_t length);
+void kith_config_destroy(struct kith_config **config);
+
+/* Applies "a.b.c=value". Whether the key means anything is found when the tree is read. */
+kith_status kith_config_override(struct kith_config *config, const char *assignment);
+/* The tree as YAML: file order, one way of writing each value, no comments. *text: kith_resize memory, owned
+ * by the caller. */
+kith_status kith_config_emit(const struct kith_config *config, char **text);
+
+/* The child of a map (or, by number, of a list); NULL if it is not there or null, or if `node` is NULL. */
+const struct kith_config_node *kith_config_child(const struct kith_config_node *node, const char *key);
+/* The value at a dotted path from the root, or NULL. */
+const struct kith_config_node *kith_config_at(const struct kith_config *config, const char *path);
+
+/* "regions.0.density": the path of a node, or of its child `key`. */
+void kith_config_path(const struct kith_config_node *node, const char *key, char *path, size_t size);
+/* Records "location: path: message" and returns BAD_INPUT. `key`: of a child of `node` that is not there;
+ * NULL: the node itself. */
+kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+/* The same with "is not one of ...; did you mean ...?" for a word that is none of `words`
+ * (lib/core/choices.h). */
+kith_status kith_config_fail_word(const struct kith_config_node *node, const char *words);
+
+/* A copy of a string in kith_resize memory. */
+kith_status kith_text_copy(char **out, const char *text, size_t length);
+
+#endif

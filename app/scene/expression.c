@@ -1,0 +1,109 @@
+/* expression.c - formulas of a scene by muParser. */
+#include "app/scene/expression.h"
+
+#include <math.h>
+#include <muParserDLL.h>
+#include <string.h>
+
+struct kith_expression {
+  muParserHandle_t parser; /* owned */
+  char *formula;           /* owned, on one line */
+  muFloat_t x[3], r;       /* the parser's variables point here */
+  bool constant;
+};
+
+static kith_status refused(const struct kith_expression *self) {
+  KITH_FAIL(BAD_INPUT, "formula '%s': %s", self->formula, mupGetErrorMsg(self->parser));
+}
+
+static kith_status copy_on_one_line(struct kith_expression *self, const char *formula) {
+  const size_t length = strlen(formula);
+  KITH_TRY(kith_resize(&self->formula, 0, length + 1, 1));
+  for (size_t i = 0; i < length; ++i)
+    self->formula[i] = formula[i] == '\n' || formula[i] == '\r' ? ' ' : formula[i];
+  return KITH_OK;
+}
+
+static void define_names(struct kith_expression *self) {
+  mupDefineVar(self->parser, "x", &self->x[0]);
+  mupDefineVar(self->parser, "y", &self->x[1]);
+  mupDefineVar(self->parser, "z", &self->x[2]);
+  mupDefineVar(self->parser, "r", &self->r);
+  mupDefineConst(self->parser, "pi", 3.14159265358979323846);
+  mupDefineConst(self->parser, "e", 2.71828182845904523536);
+}
+
+/* The parser would take `x = 0` as an assignment and give 0: always a slip for `==`. */
+static kith_status no_assignment(const struct kith_expression *self) {
+  const char *f = self->formula;
+  for (size_t i = 0; f[i]; ++i) {
+    if (f[i] != '=') continue;
+    if (f[i + 1] == '=')
+      ++i;
+    else if (i == 0 || !strchr("<>!", f[i - 1]))
+      KITH_FAIL(BAD_INPUT, "formula '%s': assignment at position %zu; did you mean '=='?", f, i);
+  }
+  return KITH_OK;
+}
+
+/* The parser reads the formula at the first evaluation; its value does not matter here. */
+static kith_status parse(struct kith_expression *self) {
+  KITH_TRY(no_assignment(self));
+  mupSetExpr(self->parser, self->formula);
+  if (mupError(self->parser)) return refused(self);
+  int values = 1;
+  mupEvalMulti(self->parser, &values);
+  if (mupError(self->parser)) return refused(self);
+  if (values != 1) KITH_FAIL(BAD_INPUT, "formula '%s': %d values, wanted one", self->formula, values);
+  self->constant = mupGetExprVarNum(self->parser) == 0;
+  return KITH_OK;
+}
+
+static kith_status build(struct kith_expression *self, const char *formula) {
+  KITH_TRY(copy_on_one_line(self, formula));
+  self->parser = mupCreate(muBASETYPE_FLOAT);
+  if (!self->parser) KITH_FAIL(NO_MEMORY, "formula '%s': no parser", self->formula);
+  define_names(self);
+  return parse(self);
+}
+
+kith_status kith_expression_create(struct kith_expression **out, const char *formula) {
+  *out = NULL;
+  struct kith_expression *self = NULL;
+  KITH_TRY(kith_resize(&self, 0, 1, sizeof *self));
+  const kith_status status = build(self, formula);
+  if (status != KITH_OK) kith_expression_destroy(&self);
+  *out = self;
+  return status;
+}
+
+void kith_expression_destroy(struct kith_expression **expression) {
+  struct kith_expression *self = *expression;
+  if (!self) return;
+  if (self->parser) mupRelease(self->parser);
+  kith_free(&self->formula);
+  kith_free(expression);
+}
+
+kith_status kith_expression_at(struct kith_expression *self, int n, const double *x, double *value) {
+  double r2 = 0;
+  for (int a = 0; a < n; ++a) {
+    self->x[a] = x[a];
+    r2 += x[a] * x[a];
+  }
+  self->r = sqrt(r2);
+  *value = mupEval(self->parser);
+  if (mupError(self->parser)) {
+    const kith_status status = refused(self);
+    mupErrorReset(self->parser);
+    return status;
+  }
+  if (!isfinite(*value))
+    KITH_FAIL(BAD_INPUT, "formula '%s' is %g at (%g, %g, %g)", self->formula, *value, self->x[0], self->x[1],
+              self->x[2]);
+  return KITH_OK;
+}
+
+bool kith_expression_constant(const struct kith_expression *self) {
+  return self->constant;
+}

@@ -1,0 +1,18 @@
+/* expression.h - a number or a formula in x, y, z, r from a scene, evaluated by muParser. */
+#ifndef KITH_APP_SCENE_EXPRESSION_H
+#define KITH_APP_SCENE_EXPRESSION_H
+
+#include "lib/core/base.h"
+
+struct kith_expression; /* opaque */
+
+/* BAD_INPUT with the parser's reason and the place in the formula. x, y, z, r, pi, e and muParser's functions
+ * are known. In a dimension below 3, y and z are 0. r = |x|. */
+kith_status kith_expression_create(struct kith_expression **out, const char *formula);
+void kith_expression_destroy(struct kith_expression **expression);
+/* Value at x[n], n from 1 to 3; BAD_INPUT if it is not finite. Not thread-safe on one object. */
+kith_status kith_expression_at(struct kith_expression *expression, int n, const double *x, double *value);
+/* A formula without variables: a constant? */
+bool kith_expression_constant(const struct kith_expression *expression);
+
+#endif

@@ -1,0 +1,139 @@
+/* list.c - `kith list`: what a scene can choose from, family by family, with the doc of each member from its
+ * own table.
+ *
+ * Subject: none (all families), the name of a family, or `scene` (every key of a scene). USAGE for anything
+ * else. */
+#include "app/cli/options.h"
+
+#include <stdio.h>
+#include <string.h>
+#include "app/scene/scene.h"
+#include "app/cli/text.h"
+#include "lib/core/choices.h"
+#include "integrator/integrator.h"
+#include "integrator/schemes/arkode.h"
+#include "lib/connectivity/excluder.h"
+#include "physics/viscosity.h"
+
+static void member(const char *name, const char *doc) {
+  char label[32] = "    ";
+  kith_choices_format(name, label + 4, sizeof label - 4); /* '_' as '-' */
+  kith_text_wrapped(stdout, 26, label, doc);
+}
+
+/* Appends "; key (default): what it means" of each parameter, those of a map as "map.key". */
+static void add_params(char *text, size_t size, const char *map, const struct kith_param *params) {
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
+    const size_t used = strlen(text);
+    if (p->kind == KITH_PARAM_MAP)
+      add_params(text, size, p->key, p->params);
+    else
+      snprintf(text + used, size - used, "; %s%s%s (%s): %s", map, map[0] != '\0' ? "." : "", p->key,
+               p->fallback != NULL ? p->fallback : "required", p->doc);
+  }
+}
+
+static void print_member(struct kith_member m) {
+  char text[1024];
+  snprintf(text, sizeof text, "%s", m.doc);
+  add_params(text, sizeof text, "", m.params);
+  member(m.name, text);
+}
+
+static void print_kernel(void) {
+  for (int k = 0; k < KITH_N_KERNELS; ++k) member(kith_kernel_facts[k].name, kith_kernel_facts[k].doc);
+}
+
+#define MEMBER(name, doc) member(#name, doc);
+#define LISTED(name, word, doc) member(#word, doc);
+static void print_excluder(void) {
+  KITH_EXCLUDER_LIST(MEMBER)
+}
+static void print_viscosity(void) {
+  KITH_VISCOSITY_LIST(LISTED)
+}
+static void print_lattice(void) {
+  KITH_LATTICE_LIST(LISTED)
+}
+
+/* Keys as they are written: with '_'. */
+#define KEY(name, doc) kith_text_wrapped(stdout, 26, "    " #name, doc);
+static void print_measure(void) {
+  KITH_MEASURE_LIST(KEY)
+}
+
+static void print_one_table(const char *name) {
+  struct kith_table table;
+  char doc[64], error[32] = "no error estimate", label[40] = "    ";
+  if (kith_table_read(&table, name) != KITH_OK) return;
+  if (table.embedded > 0) snprintf(error, sizeof error, "errors by order %d", table.embedded);
+  snprintf(doc, sizeof doc, "order %d, %s; %d evaluations a step", table.order, error, table.evaluations);
+  kith_choices_format(name, label + 4, sizeof label - 4);
+  kith_text_wrapped(stdout, 28, label, doc);
+}
+#define TABLE(constant, word) print_one_table(#word);
+static void print_table(void) {
+  KITH_TABLE_LIST(TABLE)
+}
+
+static const struct family {
+  const char *name, *doc, *key; /* key of a scene that chooses */
+  void (*print)(void);          /* what is no family of objects */
+  kith_family *family;
+} families[] = {
+    {"package", "what is computed on pairs", "method.package", .family = kith_package_member},
+    {"kernel", "interpolation", "method.kernel", .print = print_kernel},
+    {"viscosity", "what makes shocks", "method.viscosity.name", .print = print_viscosity},
+    {"eos", "equation of state", "materials.NAME.eos", .family = kith_eos_member},
+    {"scheme", "how the state is advanced", "scheme.name", .family = kith_scheme_member},
+    {"table", "Runge-Kutta tables of arkode", "scheme.table", .print = print_table},
+    {"search", "neighbor search", "neighbor.search", .family = kith_search_member},
+    {"partitioner", "which rank has which cell", "partition.name", .family = kith_partitioner_member},
+    {"rebuild", "when neighbor lists are rebuilt, joined by |", "connectivity.rebuild",
+     .family = kith_rebuild_member},
+    {"excluder", "pairs that are left out", "for packages", .print = print_excluder},
+    {"boundary", "where ghosts come from", "boundaries.x", .family = kith_boundary_member},
+    {"lattice", "how a region is filled", "regions.N.lattice", .print = print_lattice},
+    {"exact", "what a run is compared with", "exact.name", .family = kith_exact_member},
+    {"measure", "what a scene is about, where that is no distance from a solution", "measure.NAME",
+     .print = print_measure},
+};
+enum { FAMILIES = sizeof families / sizeof families[0] };
+
+static void print_family(const struct family *family) {
+  printf("  %-11s %s (%s)\n", family->name, family->doc, family->key);
+  if (family->print != NULL) family->print();
+  for (int k = 0; family->family != NULL && family->family(k).name != NULL; ++k)
+    print_member(family->family(k));
+}
+
+static enum kith_exit refuse(const char *name) {
+  char words[512] = "", told[512], near[64];
+  for (int f = 0; f < FAMILIES; ++f) {
+    strcat(words, families[f].name);
+    strcat(words, "|");
+  }
+  strcat(words, "scene");
+  if (kith_choices_suggest(words, name, near, sizeof near)) {
+    fprintf(stderr, "kith: list: '%.60s' is no family; did you mean '%s'?\n", name, near);
+  } else {
+    kith_choices_format(words, told, sizeof told);
+    fprintf(stderr, "kith: list: '%.60s' is no family; there are %s\n", name, told);
+  }
+  return KITH_EXIT_USAGE;
+}
+
+enum kith_exit kith_list(const struct kith_options *options) {
+  const char *subject = options->subject;
+  int n = 0;
+  if (subject != NULL && strcmp(subject, "scene") == 0) {
+    kith_scene_reference(stdout);
+    return KITH_EXIT_OK;
+  }
+  for (int f = 0; f < FAMILIES; ++f) {
+    if (subject != NULL && strcmp(subject, families[f].name) != 0) continue;
+    if (n++ > 0) putchar('\n');
+    print_family(&families[f]);
+  }
+  return n > 0 ? KITH_EXIT_OK : refuse(subject);
+}

@@ -1,0 +1,417 @@
+/* Parameters of a scene: maps of the YAML tree, read by tables. */
+#include "app/scene/params.h"
+
+#include <math.h>
+#include <string.h>
+#include "app/scene/expression.h"
+#include "lib/core/choices.h"
+
+enum { LONGEST_FORMULA = 1000, ROOM = 256 };
+
+static const char *const dimension_keys[] = {"1d", "2d", "3d"};
+
+/* --- one value --- */
+
+/* A number is handed on with all its digits. */
+static kith_status read_expression(const struct kith_config_node *node, void *into) {
+  static const struct kith_param number = {.kind = KITH_PARAM_NUMBER, .allowed = ""};
+  struct kith_expression *expression = NULL;
+  char digits[32] = "";
+  double value;
+  if (strlen(node->text) > LONGEST_FORMULA)
+    return kith_config_fail(node, NULL, "a formula of more than %d characters", LONGEST_FORMULA);
+  if (kith_param_parse(&number, node->text, &value) == KITH_OK)
+    snprintf(digits, sizeof digits, "%.17g", value);
+  else if (strstr(kith_failure(), "finite") != NULL)
+    return kith_config_fail(node, NULL, "%s", kith_failure());
+  if (kith_expression_create(&expression, digits[0] != '\0' ? digits : node->text) != KITH_OK)
+    return kith_config_fail(node, NULL, "%s", kith_failure());
+  memcpy(into, &expression, sizeof expression);
+  return KITH_OK;
+}
+
+static kith_status read_scalar(const struct kith_param *param, const struct kith_config_node *node,
+                               void *into) {
+  if (node->kind != KITH_CONFIG_SCALAR)
+    return kith_config_fail(node, NULL, "a %s where a single value belongs",
+                            node->kind == KITH_CONFIG_MAP ? "map" : "list");
+  if (node->null) return kith_config_fail(node, NULL, "has no value");
+  if (param->kind == KITH_PARAM_EXPRESSION) return read_expression(node, into);
+  const kith_status status = kith_param_parse(param, node->text, into);
+  return status == KITH_BAD_INPUT ? kith_config_fail(node, NULL, "%s", kith_failure()) : status;
+}
+
+/* {1d: .., 2d: .., 3d: ..}: the value of this dimension; those of the others are checked as far as they need
+ * no memory. */
+static kith_status read_by_dimension(const struct kith_param *param, const struct kith_config_node *node,
+                                     void *into) {
+  char unused[ROOM];
+  const bool owned = param->kind == KITH_PARAM_TEXT || param->kind == KITH_PARAM_EXPRESSION;
+  const struct kith_config_node *root = node;
+  while (root->parent != NULL) root = root->parent;
+  if (root->dimension == 0) return kith_config_fail(node, NULL, "a map where a single value belongs");
+  const char *key = dimension_keys[root->dimension - 1];
+  const struct kith_config_node *mine = kith_config_child(node, key);
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    if (kith_choices_index("1d|2d|3d", child->key) < 0)
+      return kith_config_fail(child, NULL, "unknown key; 1d, 2d and 3d tell dimensions apart");
+    if (child == mine || !(owned || child->null))
+      KITH_TRY(read_scalar(param, child, child == mine ? into : unused));
+  }
+  if (mine != NULL) return KITH_OK;
+  return kith_config_fail(node, key, "missing, and the scene is %d-D", root->dimension);
+}
+
+/* --- several values --- */
+
+static kith_status check_entries(const struct kith_config_node *node, int least, int most) {
+  KITH_TRY(kith_config_want_list(node));
+  if (node->n >= least && node->n <= most) return KITH_OK;
+  return least == most ? kith_config_fail(node, NULL, "%d entries, wanted %d", node->n, most)
+                       : kith_config_fail(node, NULL, "%d entries, wanted %d to %d", node->n, least, most);
+}
+
+static kith_status read_expressions(const struct kith_param *param, const struct kith_config_node *node,
+                                    struct kith_expression **into) {
+  static const struct kith_param entry = {.kind = KITH_PARAM_EXPRESSION};
+  const int n = (int)(param->size / sizeof *into);
+  KITH_TRY(check_entries(node, n, 3));
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    struct kith_expression *unused = NULL;
+    KITH_TRY(read_scalar(&entry, child, child->index < n ? &into[child->index] : &unused));
+    kith_expression_destroy(&unused);
+  }
+  return KITH_OK;
+}
+
+/* n to `most` entries, of which the first n are kept; all are checked. */
+static kith_status read_numbers(const struct kith_param *param, const struct kith_config_node *node, int n,
+                                int most, double *into) {
+  const struct kith_param number = {
+      .key = param->key, .kind = KITH_PARAM_NUMBER, .allowed = param->allowed, .size = sizeof(double)};
+  KITH_TRY(check_entries(node, n, most));
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    double value;
+    KITH_TRY(read_scalar(&number, child, &value));
+    if (child->index < n) into[child->index] = value;
+  }
+  return KITH_OK;
+}
+
+static kith_status read_interval(const struct kith_param *param, const struct kith_config_node *node,
+                                 double *into) {
+  KITH_TRY(read_numbers(param, node, 2, 2, into));
+  if (into[0] < into[1]) return KITH_OK;
+  return kith_config_fail(node, NULL, "[%g, %g] is empty: the first must be below the second", into[0],
+                          into[1]);
+}
+
+static kith_status read_sides(const struct kith_param *param, const struct kith_config_node *node,
+                              double *into) {
+  if (node->kind == KITH_CONFIG_LIST) return read_numbers(param, node, 2, 2, into);
+  struct kith_param number = *param;
+  number.kind = KITH_PARAM_NUMBER;
+  KITH_TRY(kith_param_value(&number, node, into));
+  into[1] = into[0];
+  return KITH_OK;
+}
+
+/* --- rows --- */
+
+static kith_status want(const struct kith_config_node *node, enum kith_config_kind kind) {
+  static const char *const names[] = {[KITH_CONFIG_MAP] = "a map", [KITH_CONFIG_LIST] = "a list"};
+  if (node->kind == kind) return KITH_OK;
+  if (node->kind == KITH_CONFIG_SCALAR)
+    return kith_config_fail(node, NULL, "'%.60s' where %s belongs", node->null ? "" : node->text,
+                            names[kind]);
+  return kith_config_fail(node, NULL, "%s where %s belongs", names[node->kind], names[kind]);
+}
+
+kith_status kith_config_want_map(const struct kith_config_node *node) {
+  return want(node, KITH_CONFIG_MAP);
+}
+
+kith_status kith_config_want_list(const struct kith_config_node *node) {
+  return want(node, KITH_CONFIG_LIST);
+}
+
+kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node,
+                             void *into) {
+  switch (param->kind) {
+    case KITH_PARAM_VECTOR:
+      return read_numbers(param, node, (int)(param->size / sizeof(double)), 3, into);
+    case KITH_PARAM_INTERVAL:
+      return read_interval(param, node, into);
+    case KITH_PARAM_SIDES:
+      return read_sides(param, node, into);
+    case KITH_PARAM_EXPRESSIONS:
+      return read_expressions(param, node, into);
+    default:
+      return node->kind == KITH_CONFIG_MAP ? read_by_dimension(param, node, into)
+                                           : read_scalar(param, node, into);
+  }
+}
+
+static kith_status read_default(const struct kith_param *param, void *into) {
+  if (param->fallback == NULL || param->fallback[0] == '\0') return KITH_OK;
+  if (param->kind != KITH_PARAM_EXPRESSION && param->kind != KITH_PARAM_EXPRESSIONS)
+    return kith_param_parse(param, param->fallback, into);
+  char text[ROOM];
+  struct kith_expression **expression = into;
+  snprintf(text, sizeof text, "%s", param->fallback);
+  for (char *rest = text, *word; (word = strtok_r(rest, "[], ", &rest)) != NULL; ++expression) {
+    if ((size_t)((char *)expression - (char *)into) >= param->size) break;
+    const struct kith_config_node node = {.text = word, .location = {"default", 1}};
+    KITH_TRY(read_expression(&node, expression));
+  }
+  return KITH_OK;
+}
+
+kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base) {
+  const struct kith_config_node *node = kith_config_child(map, param->key);
+  void *into = (char *)base + param->offset;
+  if (node == NULL && param->fallback == NULL && map != NULL)
+    return kith_config_fail(map, param->key, "missing; it is required");
+  if (param->kind == KITH_PARAM_OTHER) return KITH_OK;
+  if (param->kind == KITH_PARAM_MAP) return kith_params_read(param->params, node, base);
+  return node == NULL ? read_default(param, into) : kith_param_value(param, node, into);
+}
+
+/* Choices make no difference between '_' and '-'; keys do. */
+static const char *spelled(const struct kith_param *const *tables, const char *choice) {
+  for (; *tables != NULL; ++tables)
+    for (const struct kith_param *p = *tables; p->key != NULL; ++p)
+      if (kith_choices_index(p->key, choice) == 0) return p->key;
+  return choice;
+}
+
+/* BAD_INPUT for a key that is in none of the tables. Members may share keys: each is shown once. */
+static kith_status refuse_unknown(const struct kith_param *const *tables,
+                                  const struct kith_config_node *child) {
+  char choices[512] = "", all[512] = "", near[64];
+  for (const struct kith_param *const *table = tables; *table != NULL; ++table) {
+    if (kith_params_find(*table, child->key) != NULL) return KITH_OK;
+    for (const struct kith_param *p = *table; p->key != NULL; ++p) {
+      if (kith_choices_index(choices, p->key) >= 0) continue;
+      snprintf(choices + strlen(choices), sizeof choices - strlen(choices), "|%s", p->key);
+      snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", all[0] != '\0' ? ", " : "", p->key);
+    }
+  }
+  if (kith_choices_suggest(choices, child->key, near, sizeof near))
+    return kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", spelled(tables, near));
+  return kith_config_fail(child, NULL, "unknown key; known are %s", all);
+}
+
+static kith_status check_keys(const struct kith_param *const *tables, const struct kith_config_node *map) {
+  if (map == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want_map(map));
+  for (const struct kith_config_node *child = map->first; child != NULL; child = child->next)
+    KITH_TRY(refuse_unknown(tables, child));
+  return KITH_OK;
+}
+
+static kith_status read_rows(const struct kith_param *params, const struct kith_config_node *map,
+                             void *base) {
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
+    KITH_TRY(kith_param_read(p, map, base));
+  return KITH_OK;
+}
+
+/* The row that chooses a member, or NULL. */
+static const struct kith_param *find_chooser(const struct kith_param *params) {
+  for (; params->key != NULL; ++params)
+    if (params->kind == KITH_PARAM_MEMBER) return params;
+  return NULL;
+}
+
+/* Values of parameters that the chosen member has not, but an other one: checked as the first of these reads
+ * them, and dropped. */
+static kith_status check_others(struct kith_member chosen, kith_family *family,
+                                const struct kith_config_node *child) {
+  char *unused = NULL;
+  const struct kith_param *param = kith_params_find(chosen.params, child->key);
+  if (param != NULL || child->null) return KITH_OK;
+  int k = -1;
+  while (param == NULL && family(++k).name != NULL) param = kith_params_find(family(k).params, child->key);
+  if (param == NULL) return KITH_OK;
+  KITH_TRY(kith_resize(&unused, 0, family(k).settings_size, 1));
+  const kith_status status = kith_param_read(param, child->parent, unused);
+  kith_params_clear(family(k).params, unused);
+  kith_free(&unused);
+  return status;
+}
+
+/* The rows of the member that was chosen, from the same map. */
+static kith_status read_member(const struct kith_param *chooser, const struct kith_config_node *map,
+                               struct kith_selected *selected) {
+  const struct kith_member chosen = kith_family_member(chooser->family, selected->name);
+  for (const struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL;
+       child = child->next)
+    KITH_TRY(check_others(chosen, chooser->family, child));
+  const bool made = selected->settings == NULL;
+  if (made) KITH_TRY(kith_settings_create(&selected->settings, chosen, NULL));
+  for (const struct kith_param *p = chosen.params; p != NULL && p->key != NULL; ++p)
+    if (made || kith_config_child(map, p->key) != NULL) KITH_TRY(kith_param_read(p, map, selected->settings));
+  return KITH_OK;
+}
+
+kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map,
+                             void *base) {
+  enum { MOST = 32 };
+  const struct kith_param *tables[MOST + 2] = {params};
+  const struct kith_param *chooser = find_chooser(params);
+  for (int k = 0, n = 1; chooser != NULL && k < MOST && chooser->family(k).name != NULL; ++k)
+    if (chooser->family(k).params != NULL) tables[n++] = chooser->family(k).params;
+  KITH_TRY(check_keys(tables, map));
+  KITH_TRY(read_rows(params, map, base));
+  if (chooser == NULL) return KITH_OK;
+  return read_member(chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
+}
+
+/* --- comparison --- */
+
+struct difference {
+  const struct kith_config_node *map; /* where; NULL: there is none */
+  const char *key;
+};
+
+/* A text as the row reads it: one way of writing each value. */
+static void normalize(const struct kith_param *param, const char *text, char *out) {
+  union {
+    double number;
+    char bytes[ROOM];
+  } value = {0};
+  struct kith_param row = {.kind = KITH_PARAM_NUMBER, .allowed = "", .size = sizeof(double)};
+  if (param != NULL && (param->kind < KITH_PARAM_TEXT || param->kind == KITH_PARAM_MEMBER)) row = *param;
+  row.offset = 0;
+  snprintf(out, ROOM, "%s", text);
+  if (text[0] == '\0' || row.size > sizeof value || kith_param_parse(&row, text, &value) != KITH_OK) return;
+  kith_param_format(&row, &value, out, ROOM);
+  if (row.kind != KITH_PARAM_NUMBER)
+    for (char *c = out; *c != '\0'; ++c) *c = *c == '_' ? '-' : *c;
+}
+
+static bool same_text(const struct kith_param *param, const char *a, const char *b) {
+  char x[ROOM], y[ROOM];
+  if (strlen(a) >= ROOM || strlen(b) >= ROOM) return strcmp(a, b) == 0;
+  normalize(param, a, x), normalize(param, b, y);
+  return strcmp(x, y) == 0;
+}
+
+static bool same_rows(const struct kith_param *params, const struct kith_config_node *a,
+                      const struct kith_config_node *b, struct difference *found);
+
+/* Values of a row; NULL: not given. `param` NULL: no row says what it is. */
+static bool same_values(const struct kith_param *param, const struct kith_config_node *a,
+                        const struct kith_config_node *b, struct difference *found) {
+  const bool rows = param != NULL && param->params != NULL;
+  if (a == NULL && b == NULL) return true;
+  if (rows && param->form <= KITH_FORM_MAP && (a == NULL || a->kind == KITH_CONFIG_MAP) &&
+      (b == NULL || b->kind == KITH_CONFIG_MAP))
+    return same_rows(param->params, a, b, found);
+  if ((a == NULL || a->kind == KITH_CONFIG_SCALAR) && (b == NULL || b->kind == KITH_CONFIG_SCALAR)) {
+    const char *fallback = param != NULL && param->fallback != NULL ? param->fallback : "";
+    return same_text(param, a != NULL ? a->text : fallback, b != NULL ? b->text : fallback);
+  }
+  if (a == NULL || b == NULL || a->kind != b->kind || a->n != b->n) return false;
+  for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
+    char key[16];
+    snprintf(key, sizeof key, "%d", child->index);
+    const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : key);
+    if (other == NULL && !child->null) return false;
+    if (rows ? !same_rows(param->params, child, other, found) : !same_values(NULL, child, other, found))
+      return false;
+  }
+  return true;
+}
+
+static bool same_table(const struct kith_param *params, const struct kith_config_node *a,
+                       const struct kith_config_node *b, struct difference *found) {
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
+    if (same_values(p, kith_config_child(a, p->key), kith_config_child(b, p->key), found)) continue;
+    if (found->map == NULL) *found = (struct difference){a != NULL ? a : b, p->key};
+    return false;
+  }
+  return true;
+}
+
+/* The rows of a table, and those of the member that is chosen. */
+static bool same_rows(const struct kith_param *params, const struct kith_config_node *a,
+                      const struct kith_config_node *b, struct difference *found) {
+  const struct kith_param *chooser = find_chooser(params);
+  if (!same_table(params, a, b, found) || chooser == NULL) return found->map == NULL;
+  const struct kith_config_node *name = kith_config_child(a, chooser->key);
+  const char *chosen = name != NULL ? name->text : chooser->fallback;
+  return chosen == NULL || same_table(kith_family_member(chooser->family, chosen).params, a, b, found);
+}
+
+bool kith_params_equal(const struct kith_param *params, const struct kith_config_node *a,
+                       const struct kith_config_node *b, char *path, size_t size) {
+  struct difference found = {NULL, NULL};
+  if (same_rows(params, a, b, &found)) return true;
+  kith_config_path(found.map, found.key, path, size);
+  return false;
+}
+
+/* --- the reference --- */
+
+static void print_params(const struct kith_param *params, int indent, bool item, FILE *file);
+
+/* Members of the family that have the parameter, "mfm, sph"; empty for those of all. Is `first` of them its
+ * table? */
+static bool list_owners(const struct kith_param *param, kith_family *family, const struct kith_param *table,
+                        char *names, size_t size) {
+  bool first = true;
+  names[0] = '\0';
+  for (int k = 0; family != NULL && family(k).name != NULL; ++k) {
+    if (kith_params_find(family(k).params, param->key) == NULL) continue;
+    if (names[0] == '\0') first = family(k).params == table;
+    snprintf(names + strlen(names), size - strlen(names), "%s%s", names[0] != '\0' ? ", " : "",
+             family(k).name);
+  }
+  return first;
+}
+
+/* "required; what it means (unit; of a, b); in (0, 1]" */
+static void print_comment(const struct kith_param *param, const char *owners, int written, FILE *file) {
+  char members[ROOM] = "", choices[ROOM];
+  const char *unit = param->unit != NULL ? param->unit : "";
+  if (param->family != NULL) kith_family_choices(param->family, members, sizeof members);
+  const char *allowed = param->family != NULL ? members : param->allowed;
+  const bool range = allowed[0] == '(' || allowed[0] == '[';
+  kith_choices_format(allowed, choices, sizeof choices);
+  fprintf(file, "%*s# %s%s", KITH_MAX(1, 36 - written), "", param->fallback == NULL ? "required; " : "",
+          param->doc);
+  if (unit[0] != '\0' || owners[0] != '\0')
+    fprintf(file, " (%s%s%s)", unit, unit[0] != '\0' && owners[0] != '\0' ? "; " : "", owners);
+  fprintf(file, "%s%s\n", allowed[0] == '\0' ? "" : range ? "; in " : "; one of ", choices);
+}
+
+static void print_param(const struct kith_param *param, const char *owners, int indent, bool item,
+                        FILE *file) {
+  const char *value = param->fallback == NULL ? "" : param->fallback;
+  const int written = fprintf(file, "%*s%s%s:%s%s", item ? indent - 2 : indent, "", item ? "- " : "",
+                              param->key, value[0] != '\0' ? " " : "", value);
+  print_comment(param, owners, written, file);
+  if (param->params == NULL) return;
+  if (param->form == KITH_FORM_NAMED) fprintf(file, "%*sNAME:\n", indent + 2, "");
+  print_params(param->params, indent + (param->form <= KITH_FORM_MAP ? 2 : 4), param->form == KITH_FORM_LIST,
+               file);
+}
+
+/* The rows of the table, then those of each member that can be chosen, but each key once. */
+static void print_params(const struct kith_param *params, int indent, bool item, FILE *file) {
+  char owners[ROOM];
+  const struct kith_param *chooser = find_chooser(params);
+  kith_family *family = chooser != NULL ? chooser->family : NULL;
+  for (const struct kith_param *p = params; p->key != NULL; ++p)
+    print_param(p, "", indent, item && p == params, file);
+  for (int k = 0; family != NULL && family(k).name != NULL; ++k)
+    for (const struct kith_param *p = family(k).params; p != NULL && p->key != NULL; ++p)
+      if (list_owners(p, family, family(k).params, owners, sizeof owners))
+        print_param(p, owners, indent, false, file);
+}
+
+void kith_params_reference(const struct kith_param *params, FILE *file) {
+  print_params(params, 0, false, file);
+}

@@ -1,0 +1,37 @@
+/* params.h - reading the parameters of a table (lib/core/param.h) from a map of a scene.
+ *
+ * A map is checked against the table, keys that are not in it are refused, and the table is printed as the
+ * reference of the scene. Any single value may also be given by dimension: {1d: 100, 2d: 40, 3d: 20}. */
+#ifndef KITH_APP_SCENE_PARAMS_H
+#define KITH_APP_SCENE_PARAMS_H
+
+#include <stdio.h>
+#include "app/scene/config.h"
+#include "lib/core/param.h"
+
+/* Reads all rows from a map into *base (zero where nothing was read before). map NULL: every default. What
+ * *base owns stays, to be freed by its owner, also after a failure.
+ *
+ * A table with a row of kind MEMBER reads the parameters of the chosen member too. If its settings are there
+ * already, they are what holds where the map gives nothing. Parameters of other members of the family are
+ * checked as these members read them, and have no effect, so that one scene serves all. */
+kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map, void *base);
+/* One row of it. */
+kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base);
+/* One value as a row says; also for values that are entries of a list. */
+kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node, void *into);
+
+/* BAD_INPUT unless it is a map, or a list. NULL is neither. */
+kith_status kith_config_want_map(const struct kith_config_node *node);
+kith_status kith_config_want_list(const struct kith_config_node *node);
+
+/* Do two maps say the same, if what they do not give has its default? If not, the path of the first parameter
+ * that differs. Numbers are compared by value, names without regard to '-' and '_', formulas as text. */
+bool kith_params_equal(const struct kith_param *params, const struct kith_config_node *a,
+                       const struct kith_config_node *b, char *path, size_t size);
+
+/* Commented YAML: every key with default, range and meaning. It is itself a scene, but for the required
+ * keys. */
+void kith_params_reference(const struct kith_param *params, FILE *file);
+
+#endif

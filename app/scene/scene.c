@@ -1,0 +1,250 @@
+/* A scene: the tables of its parts, reading them in order, comparison with a checkpoint. */
+#include "app/scene/scene.h"
+#include "app/scene/scene_parts.h"
+#include "lib/core/choices.h"
+#include "integrator/integrator.h"
+#include "lib/connectivity/policies/rebuild.h"
+#include "lib/domain/partition/partition.h"
+#include "physics/package.h"
+
+#include <string.h>
+
+#define IN(member) KITH_INTO(struct kith_scene, member)
+
+#define KERNEL_CHOICE(name, word, ...) "|" word
+static const struct kith_param method_params[] = {
+    {"package", KITH_PARAM_MEMBER, "sph", "", "hydro package (kith list package)", IN(method.package),
+     .family = kith_package_member},
+    {"kernel", KITH_PARAM_CHOICE, "wendland-c2", KITH_KERNEL_LIST(KERNEL_CHOICE),
+     "interpolation kernel (kith list kernel)", IN(method.kernel)},
+    {"neighbors", KITH_PARAM_NUMBER, "0", "[0, 1000]", "nodes in a support; 0: the default of the kernel",
+     IN(method.neighbors)},
+    {"energy", KITH_PARAM_CHOICE, "compatible", "thermal|compatible",
+     "energy from the work of pairs, or from its own equation", IN(method.compatible)},
+    {0}};
+
+static const struct kith_param scheme_params[] = {
+    {"name", KITH_PARAM_MEMBER, "leapfrog", "", "time integration (kith list scheme)", IN(scheme.member),
+     .family = kith_scheme_member},
+    {"cfl", KITH_PARAM_NUMBER, "0.3", "(0, 1000]", "Courant number; above 1 for implicit only",
+     IN(scheme.cfl)},
+    {"dt", KITH_PARAM_NUMBER, "0", "[0, inf)", "fixed step; 0: by the Courant number", IN(scheme.dt)},
+    {0}};
+
+static const struct kith_param neighbor_params[] = {
+    {"search", KITH_PARAM_MEMBER, "tree", "", "neighbor search", IN(neighbor.search),
+     .family = kith_search_member},
+    {"storage", KITH_PARAM_CHOICE, "csr", "csr", "storage of neighbor lists", IN(neighbor.storage)},
+    {0}};
+
+static const struct kith_param connectivity_params[] = {
+    {"rebuild", KITH_PARAM_NAME, "always", "",
+     "when neighbor lists are rebuilt: policies joined by | (kith list rebuild)", IN(connectivity.rebuild),
+     .family = kith_rebuild_member},
+    {"skin", KITH_PARAM_NUMBER, "", "[0, inf)",
+     "search radius of Verlet lists beyond the support, as a part of it; none: the default of the policy",
+     IN(connectivity.skin)},
+    {"cull", KITH_PARAM_BOOL, "true", "", "drop ghosts that no node needs", IN(connectivity.cull)},
+    {"reorder", KITH_PARAM_INTEGER, "20", "[0, inf)",
+     "lifecycles between reorderings of the nodes along the curve, the first one included; 0: never",
+     IN(connectivity.reorder)},
+    {0}};
+
+static const struct kith_param partition_params[] = {
+    {"name", KITH_PARAM_NAME, "kd", "",
+     "partitioner (kith list partitioner), with its options after a colon: diffusion:fixed,morton",
+     IN(partition.name), .family = kith_partitioner_member},
+    {"every", KITH_PARAM_INTEGER, "20", "[0, inf)",
+     "rebuilds of neighbor lists between checks of the balance; 0: never", IN(partition.every)},
+    {"imbalance", KITH_PARAM_NUMBER, "1.05", "[1, inf)",
+     "work of the busiest rank over the mean that is tolerated", IN(partition.imbalance)},
+    {"cells", KITH_PARAM_INTEGER, "256", "[1, 1000000]", "cells per rank that the partitioner distributes",
+     IN(partition.cells)},
+    {"ghosts", KITH_PARAM_CHOICE, "exchange", "exchange|recompute",
+     "values of ghosts between the passes of a package: sent by their owners, or computed again from two "
+     "layers of ghosts (sph; not if reproducible)",
+     IN(partition.recompute)},
+    {0}};
+
+static const struct kith_param measure_params[] = {
+#define X(name, doc) {#name, KITH_PARAM_BOOL, "false", "", doc, IN(measure.wanted[KITH_MEASURE_##name])},
+    KITH_MEASURE_LIST(X)
+#undef X
+        {0}};
+
+static const struct kith_param output_params[] = {
+    {"every", KITH_PARAM_NUMBER, "0", "[0, inf)", "time between snapshots; 0: first and last only",
+     IN(output.every)},
+    {"plot", KITH_PARAM_BOOL, "true", "", "plot the result beside the exact solution", IN(output.plot)},
+    {"checkpoint", KITH_PARAM_INTEGER, "0", "[0, inf)", "steps between checkpoints; 0: on a signal only",
+     IN(output.checkpoint)},
+    {"checkpoint_at_end", KITH_PARAM_BOOL, "false", "", "one more checkpoint after the last step",
+     IN(output.checkpoint_at_end)},
+    {0}};
+
+static const struct kith_param scene_params[] = {
+    {"base", KITH_PARAM_OTHER, "", "",
+     "another scene file, whose keys are replaced by those that follow; these may have dots", .params = NULL},
+    {"scene", KITH_PARAM_TEXT, "", "", "its name; none: the name of the file", IN(name)},
+    {KITH_DIMENSION_PARAM, IN(dimension)},
+    {"resolution", KITH_PARAM_NUMBER, NULL, "(0, inf)", "nodes per unit length in the densest region",
+     IN(resolution)},
+    {"arrangement", KITH_PARAM_CHOICE, "equal-mass", "equal-mass|equal-spacing",
+     "what the nodes of all regions have in common", IN(arrangement)},
+    {"domain", KITH_PARAM_OTHER, NULL, "", "the box that regions fill", KITH_BELOW(kith_domain_params, MAP)},
+    {"boundaries", KITH_PARAM_OTHER, "", "", "what is beyond each face",
+     KITH_BELOW(kith_boundaries_params, MAP)},
+    {"materials", KITH_PARAM_OTHER, NULL, "", "by name; the nodes of each are a list",
+     KITH_BELOW(kith_materials_params, NAMED)},
+    {"gravity", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "uniform acceleration, not along periodic axes",
+     IN(external_force.gravity)},
+    {"potential", KITH_PARAM_MAP, "", "", "gravity of a point mass", KITH_BELOW(kith_potential_params, MAP)},
+    {"regions", KITH_PARAM_OTHER, NULL, "", "what fills the domain", KITH_BELOW(kith_region_params, LIST)},
+    {"energy", KITH_PARAM_OTHER, "", "", "blast energies: one map, or a list",
+     KITH_BELOW(kith_deposit_params, LIST)},
+    {"method", KITH_PARAM_MAP, "", "", "hydrodynamics", KITH_BELOW(method_params, MAP)},
+    {"scheme", KITH_PARAM_MAP, "", "", "time integration", KITH_BELOW(scheme_params, MAP)},
+    {"neighbor", KITH_PARAM_MAP, "", "", "neighbor search", KITH_BELOW(neighbor_params, MAP)},
+    {"connectivity", KITH_PARAM_MAP, "", "", "neighbor lists", KITH_BELOW(connectivity_params, MAP)},
+    {"reproducible", KITH_PARAM_BOOL, "false", "",
+     "bitwise identical results for any number of ranks and threads, any partitioner and search",
+     IN(reproducible)},
+    {"partition", KITH_PARAM_MAP, "", "", "distribution over ranks", KITH_BELOW(partition_params, MAP)},
+    {"traversal", KITH_PARAM_NAME, "", "pairs|gather",
+     "how passes traverse pairs; none: the default of each pass", IN(traversal)},
+    {"until", KITH_PARAM_NUMBER, NULL, "[0, inf)", "time at the end", IN(until)},
+    {"exact", KITH_PARAM_OTHER, "", "", "the exact solution to compare with",
+     KITH_BELOW(kith_exact_params, MAP)},
+    {"measure", KITH_PARAM_MAP, "", "", "what is measured at the end, beside the exact solution",
+     KITH_BELOW(measure_params, MAP)},
+    {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP)},
+    {0}};
+
+static kith_status check_dimension(const struct kith_scene *scene) {
+  if (scene->dimension == NDIM) return KITH_OK;
+  return kith_config_fail(kith_config_child(scene->config->root, "dimension"), NULL,
+                          "%d, but this program is the %d-D one", scene->dimension, NDIM);
+}
+
+/* The name of the file without folders and ending. */
+static kith_status default_name(struct kith_scene *scene) {
+  const char *slash = strrchr(scene->config->file, '/');
+  const char *stem = slash != NULL ? slash + 1 : scene->config->file;
+  const char *dot = strrchr(stem, '.');
+  return kith_text_copy(&scene->name, stem, dot != NULL && dot != stem ? (size_t)(dot - stem) : strlen(stem));
+}
+
+/* Results go to out/NAME unless told otherwise. */
+static kith_status check_name(const struct kith_scene *scene) {
+  enum { LONGEST = 100 };
+  const char *name = scene->name;
+  if (name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL && strlen(name) <= LONGEST)
+    return KITH_OK;
+  const struct kith_config_node *given = kith_config_at(scene->config, "scene"), *root = scene->config->root;
+  return kith_config_fail(given != NULL ? given : root, given != NULL ? NULL : "scene",
+                          "'%.60s' cannot name a directory: 1 to %d letters, no '/', no '.' in front", name,
+                          LONGEST);
+}
+
+kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
+  for (int a = 0; a < NDIM; ++a) {
+    char path[] = "boundaries.x";
+    path[sizeof path - 2] = "xyz"[a];
+    const double length = scene->domain.upper[a] - scene->domain.lower[a], u = scene->boundary[a].velocity;
+    const double inwards = scene->boundary[a].lower != NULL ? u : -u;
+    if (inwards * until >= length)
+      return kith_config_fail(
+          kith_config_at(scene->config, path), NULL,
+          "a %s with velocity %g is through the domain at time %g, and the run goes until %g",
+          (u == inwards ? scene->boundary[a].lower : scene->boundary[a].upper)->name, u, length / inwards,
+          until);
+  }
+  return KITH_OK;
+}
+
+static kith_status read_parts(struct kith_scene *scene) {
+  const struct kith_config_node *root = scene->config->root;
+  if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
+    return kith_config_fail(kith_config_child(root, "base"), NULL, "only a scene in a file has a base");
+  KITH_TRY(kith_param_read(kith_params_find(scene_params, "dimension"), root, scene));
+  KITH_TRY(check_dimension(scene));
+  scene->connectivity.skin = -1;
+  KITH_TRY(kith_params_read(scene_params, root, scene));
+  if (scene->name == NULL) KITH_TRY(default_name(scene));
+  KITH_TRY(check_name(scene));
+  KITH_TRY(kith_scene_domain(scene, kith_config_child(root, "domain")));
+  KITH_TRY(kith_scene_boundaries(scene, kith_config_child(root, "boundaries")));
+  KITH_TRY(kith_scene_lasts(scene, scene->until));
+  KITH_TRY(kith_scene_forces(scene, root));
+  KITH_TRY(kith_scene_materials(scene, kith_config_child(root, "materials")));
+  KITH_TRY(kith_scene_regions(scene, kith_config_child(root, "regions")));
+  KITH_TRY(kith_scene_deposits(scene, kith_config_child(root, "energy")));
+  return kith_scene_exact(scene, kith_config_child(root, "exact"));
+}
+
+static kith_status apply(struct kith_config *config, int n_overrides, const char *const *overrides) {
+  for (int i = 0; i < n_overrides; ++i) KITH_TRY(kith_config_override(config, overrides[i]));
+  return KITH_OK;
+}
+
+/* Takes the config. */
+static kith_status read_scene(struct kith_scene **out, struct kith_config *config, int n_overrides,
+                              const char *const *overrides) {
+  struct kith_scene *scene = NULL;
+  kith_status status = kith_resize(&scene, 0, 1, sizeof *scene);
+  if (status != KITH_OK) kith_config_destroy(&config);
+  KITH_TRY(status);
+  scene->config = config;
+  config->root->dimension = NDIM;
+  status = apply(config, n_overrides, overrides);
+  if (status == KITH_OK) status = read_parts(scene);
+  if (status == KITH_OK) status = kith_config_emit(config, &scene->text);
+  if (status != KITH_OK) kith_scene_destroy(&scene);
+  *out = scene;
+  return status;
+}
+
+kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_overrides,
+                            const char *const *overrides) {
+  *out = NULL;
+  struct kith_config *config;
+  KITH_TRY(kith_config_read(&config, path));
+  return read_scene(out, config, n_overrides, overrides);
+}
+
+kith_status kith_scene_parse(struct kith_scene **out, const char *name, const char *text, size_t length,
+                             int n_overrides, const char *const *overrides) {
+  *out = NULL;
+  struct kith_config *config;
+  KITH_TRY(kith_config_parse(&config, name, text, length));
+  return read_scene(out, config, n_overrides, overrides);
+}
+
+void kith_scene_destroy(struct kith_scene **scene) {
+  if (*scene == NULL) return;
+  kith_scene_regions_clear(*scene);
+  kith_free(&(*scene)->deposit);
+  kith_params_clear(scene_params, *scene);
+  kith_free(&(*scene)->exact.settings);
+  for (int a = 0; a < NDIM; ++a) kith_free(&(*scene)->boundary[a].settings);
+  for (int m = 0; m < (*scene)->n_materials; ++m) kith_free(&(*scene)->material[m].settings);
+  kith_free(&(*scene)->text);
+  kith_config_destroy(&(*scene)->config);
+  kith_free(scene);
+}
+
+kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text) {
+  struct kith_config *config;
+  char path[256] = "";
+  KITH_TRY(kith_config_parse(&config, "checkpoint", text, strlen(text)));
+  config->root->dimension = NDIM;
+  const bool same = kith_params_equal(scene_params, scene->config->root, config->root, path, sizeof path);
+  kith_config_destroy(&config);
+  if (same) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "written by a run of another scene or with other settings: %s differs", path);
+}
+
+void kith_scene_reference(FILE *file) {
+  fprintf(file, "# Every key of a scene: its default, what it means, what it may be.\n");
+  kith_params_reference(scene_params, file);
+}

@@ -1,0 +1,38 @@
+/* scene.h - a scene file, read and checked: what the rest of the program is built from.
+ *
+ * Each key is read in one place, by a row of a table (lib/core/param.h) with default, range and meaning; the
+ * reference of a scene (kith list scene), the error messages and the comparison with a checkpoint come from
+ * the same tables. Everything that can be wrong in the file is found here, before anything runs, but for what
+ * needs nodes (empty or overlapping regions: app/initial).
+ *
+ * One file serves all dimensions: vectors may have more entries than NDIM, axes beyond NDIM are ignored, and
+ * any single value may be {1d: .., 2d: .., 3d: ..}. A key without a value (`skin:`, `--set skin=`) is as if
+ * it were not given.
+ *
+ * An exact solution derives its parameters from the rest of the scene (validation/exact/exact.h), as far as
+ * that is constant in space; values under `exact` replace derived ones, and what cannot be derived is
+ * required. */
+#ifndef KITH_APP_SCENE_SCENE_H
+#define KITH_APP_SCENE_SCENE_H
+
+#include <stdio.h>
+#include "app/scene/dimension.h"
+#include "app/scene/scene_data.h"
+
+/* Reads and checks. overrides: n strings "key=value" (dotted keys). BAD_INPUT: one line with file:line, key,
+ * value, allowed, nearest. */
+kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_overrides,
+                            const char *const *overrides);
+/* The same from memory; `name` stands for the file. */
+kith_status kith_scene_parse(struct kith_scene **out, const char *name, const char *text, size_t length,
+                             int n_overrides, const char *const *overrides);
+void kith_scene_destroy(struct kith_scene **scene);
+/* BAD_INPUT if a piston is through the domain before `until`. */
+kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
+/* BAD_INPUT that names the first parameter of which `text`, the scene of a checkpoint, gives another
+ * value. */
+kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text);
+/* Every key with default, range and meaning, as commented YAML. */
+void kith_scene_reference(FILE *file);
+
+#endif

@@ -1,0 +1,139 @@
+/* scene_data.h - what a scene says, as plain data: the structs that reading a scene fills.
+ *
+ * Lengths, times, ... are in the scene's own units. Strings, expressions and settings are owned by the scene;
+ * the scene outlives all that is made from it. */
+#ifndef KITH_APP_SCENE_SCENE_DATA_H
+#define KITH_APP_SCENE_SCENE_DATA_H
+
+#include "app/scene/config.h"
+#include "app/scene/expression.h"
+#include "boundaries/boundary.h"
+#include "lib/core/vec.h"
+#include "lib/neighbor/search.h"
+#include "physics/eos.h"
+#include "physics/package.h"
+#include "validation/exact/exact.h"
+#include "validation/measure.h"
+#include "validation/norms.h"
+
+/* name, word of the scene, doc */
+#define KITH_LATTICE_LIST(X)                                                              \
+  X(CUBIC, cubic, "squares, cubes: the only one that continues through reflecting faces") \
+  X(BCC, bcc, "body-centered cubic; squares on their tips in 2-D")                        \
+  X(FCC, fcc, "face-centered cubic; not in 2-D")                                          \
+  X(HCP, hcp, "hexagonal close packing; triangles in 2-D")
+enum kith_lattice {
+#define X(name, word, doc) KITH_LATTICE_##name,
+  KITH_LATTICE_LIST(X)
+#undef X
+};
+enum kith_arrangement { KITH_EQUAL_MASS, KITH_EQUAL_SPACING };
+
+/* Where a region is: all given conditions together; none: the whole domain. Faces of boxes are half-open
+ * [lower, upper). */
+struct kith_where {
+  struct kith_box box;         /* infinite where not given */
+  bool has_ball, outside_ball; /* ball: inside, or outside of it */
+  double center[NDIM], radius;
+  bool has_half_space; /* (x - point) . normal >= 0 */
+  double point[NDIM], normal[NDIM];
+  struct kith_expression *inside; /* nonzero is inside; NULL if not given */
+};
+
+/* A number or an expression in x, y, z, r. */
+struct kith_region {
+  int material; /* index: node list */
+  struct kith_where where;
+  enum kith_lattice lattice;
+  double jitter; /* largest displacement of a node along an axis, in spacings, [0, 0.5] */
+  uint64_t seed;
+  struct kith_expression *density, *pressure,
+      *energy; /* exactly one of pressure and energy; the other NULL */
+  struct kith_expression *velocity[NDIM];
+  struct kith_expression *displacement[NDIM]; /* of the sites; NULL: they stay */
+  double spacing;                             /* 0: from resolution and arrangement */
+  bool frozen;                                /* boundary `constant`: its nodes never move */
+  bool barrier;                               /* frozen, and a wall between nodes on both sides of it */
+  bool equilibrium;                           /* the pressure holds with the density that the package sums */
+  struct kith_source_location location;       /* line in the file, for messages */
+};
+
+enum kith_deposit_shape { KITH_DEPOSIT_POINT, KITH_DEPOSIT_BALL, KITH_DEPOSIT_KERNEL };
+struct kith_deposit { /* blast energy added to the nodes around a center, shared by weight; sums exactly to
+                         `energy` */
+  double energy;      /* in the whole domain, as the sum over its nodes */
+  double center[NDIM];
+  enum kith_deposit_shape shape;
+  double radius;   /* ball, kernel: radius of the support; */
+  double spacings; /* instead of radius: in node spacings at the center (kernel: h, the support is 2 h of a
+                      cubic spline) */
+  struct kith_source_location location;
+};
+
+struct kith_scene {
+  struct kith_config *config; /* owned: source locations point into it */
+  int dimension;              /* NDIM */
+  char *name;
+  char *text;        /* the effective scene: file with overrides applied, as YAML; what a checkpoint stores */
+  double resolution; /* nodes per unit length in the densest region */
+  enum kith_arrangement arrangement;
+  struct kith_box domain;
+  struct {                                         /* per axis */
+    const struct kith_boundary_ops *lower, *upper; /* NULL: open */
+    const void *settings;                          /* owned */
+    double velocity;                               /* of a face that moves, else 0 */
+  } boundary[NDIM];
+  struct kith_external_force external_force; /* force from outside */
+  int n_materials;
+  char material_name[KITH_MAX_LISTS][32];
+  struct kith_material material[KITH_MAX_LISTS]; /* settings owned */
+  int n_regions;
+  struct kith_region *region;
+  int n_deposits;
+  struct kith_deposit *deposit;
+  struct {
+    struct kith_selected package;
+    enum kith_kernel kernel;
+    double neighbors; /* 0: the default of kernel and dimension */
+    bool compatible;  /* energy: compatible | thermal */
+  } method;
+  struct {
+    struct kith_selected member;
+    double cfl, dt; /* dt > 0: fixed step */
+  } scheme;
+  struct {
+    struct kith_selected search;
+    int storage; /* there is one: csr */
+  } neighbor;
+  struct {
+    char rebuild[128];
+    double skin; /* < 0: the default of the policy */
+    bool cull;
+    int reorder; /* steps between reorderings by curve, 0: never */
+  } connectivity;
+  bool reproducible;
+  struct {
+    char name[64]; /* and its options: lib/domain/partition/partition.h */
+    int every, cells;
+    double imbalance;
+    bool recompute;
+  } partition;
+  char traversal[16]; /* "", "pairs", "gather" */
+  double until;
+  struct {
+    const struct kith_exact_ops *ops; /* NULL: no exact solution */
+    const void *settings;             /* owned */
+    struct kith_window window;
+  } exact;
+  struct {
+    bool wanted[KITH_N_MEASURES];
+  } measure;
+  struct {
+    double every; /* time between snapshots, 0: only first and last */
+    bool plot;
+    int checkpoint; /* steps between checkpoints, 0: only on a signal */
+    bool checkpoint_at_end;
+  } output;
+};
+
+#endif

@@ -1,0 +1,155 @@
+/* Domain, boundaries and materials of a scene. */
+#include <string.h>
+#include "app/scene/scene_parts.h"
+#include "lib/core/choices.h"
+
+struct domain {
+  double lower[NDIM], upper[NDIM];
+  int across;
+};
+
+#define IN(member) KITH_INTO(struct domain, member)
+const struct kith_param kith_domain_params[] = {
+    {"lower", KITH_PARAM_VECTOR, NULL, "", "corner", IN(lower)},
+    {"upper", KITH_PARAM_VECTOR, NULL, "", "opposite corner", IN(upper)},
+    {"across", KITH_PARAM_INTEGER, "", "[1, inf)",
+     "upper on all axes but x: this many spacings of the densest region above lower", IN(across)},
+    {0}};
+#undef IN
+
+kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config_node *node) {
+  struct domain d = {.across = 0};
+  KITH_TRY(kith_params_read(kith_domain_params, node, &d));
+  for (int a = 0; a < NDIM; ++a) {
+    if (a > 0 && d.across > 0) d.upper[a] = d.lower[a] + d.across / scene->resolution;
+    if (!(d.lower[a] < d.upper[a]))
+      return kith_config_fail(kith_config_child(node, "upper"), NULL, "%g along %c is not above lower, %g",
+                              d.upper[a], "xyz"[a], d.lower[a]);
+    scene->domain.lower[a] = d.lower[a];
+    scene->domain.upper[a] = d.upper[a];
+  }
+  return KITH_OK;
+}
+
+#define SIDES                                                                                  \
+  "open or a boundary (kith list boundary), with its settings {kind: NAME, key: value}, or a " \
+  "pair [lower, upper] of these"
+const struct kith_param kith_boundaries_params[] = {
+    {"x", KITH_PARAM_OTHER, "open", "", SIDES, .params = NULL},
+    {"y", KITH_PARAM_OTHER, "open", "", SIDES, .params = NULL},
+    {"z", KITH_PARAM_OTHER, "open", "", SIDES, .params = NULL},
+    {0}};
+
+/* What a side of the domain can be: open, or a boundary that acts on sides. */
+static struct kith_member side_member(int k) {
+  if (k == 0) return (struct kith_member){.name = "open"};
+  for (const struct kith_boundary_ops *const *p = kith_boundary_all(); *p != NULL; ++p)
+    if ((*p)->has_faces && --k == 0)
+      return (struct kith_member){(*p)->name, (*p)->doc, (*p)->params, (*p)->settings_size};
+  return (struct kith_member){.name = NULL};
+}
+static const struct kith_param side_params[] = {
+    {"kind", KITH_PARAM_MEMBER, NULL, "", "boundary", .family = side_member}, {0}};
+
+/* A name, or a map {kind: name, ...} with settings. */
+static kith_status read_side(const struct kith_config_node *node, struct kith_selected *side) {
+  const struct kith_config_node *kind = kith_config_child(node, "kind");
+  const bool map = node->kind == KITH_CONFIG_MAP && kind != NULL;
+  if (map) KITH_TRY(kith_params_read(side_params, node, side));
+  if (!map) KITH_TRY(kith_param_value(side_params, node, side));
+  const struct kith_param *params = kith_family_member(side_member, side->name).params;
+  if (map && params == NULL && node->n > 1)
+    return kith_config_fail(kind, NULL, "%s has no settings", side->name);
+  for (; !map && params != NULL && params->key != NULL; ++params)
+    if (params->fallback == NULL)
+      return kith_config_fail(node, NULL, "a %s has a %s: {kind: %s, %s: 1}", side->name, params->key,
+                              side->name, params->key);
+  if (map || params == NULL) return KITH_OK;
+  return kith_settings_create(&side->settings, kith_family_member(side_member, side->name), NULL);
+}
+
+/* One boundary acts on an axis: on both of its sides, with the same settings, or on one. */
+static kith_status check_sides(const struct kith_boundary_ops *lower, const struct kith_boundary_ops *upper,
+                               const struct kith_selected side[2], const struct kith_config_node *node) {
+  const struct kith_boundary_ops *alone = lower != NULL && lower->one_side   ? lower
+                                          : upper != NULL && upper->one_side ? upper
+                                                                             : NULL;
+  const struct kith_boundary_ops *other = alone == lower ? upper : lower;
+  if (kith_boundary_wraps(lower) != kith_boundary_wraps(upper))
+    return kith_config_fail(node, NULL, "periodic on one side only; it must be on both");
+  if (alone != NULL && other == alone)
+    return kith_config_fail(node, NULL, "two %ss; one acts on a side, opposite to an open one", alone->name);
+  if (alone != NULL && other != NULL)
+    return kith_config_fail(node, NULL,
+                            "a %s opposite to a %s side: it must be open, or what the %s does could not be "
+                            "told from it",
+                            alone->name, other->name, alone->name);
+  if (lower != NULL && upper != NULL &&
+      (lower != upper ||
+       (side[1].settings != NULL && memcmp(side[0].settings, side[1].settings, lower->settings_size) != 0)))
+    return kith_config_fail(node, NULL, "%s and %s: both sides must be the same, or one be open", lower->name,
+                            upper->name);
+  return KITH_OK;
+}
+
+static kith_status read_sides(const struct kith_config_node *node, struct kith_selected side[2]) {
+  if (node == NULL) return KITH_OK;
+  if (node->kind != KITH_CONFIG_LIST) {
+    KITH_TRY(read_side(node, &side[0]));
+    memcpy(side[1].name, side[0].name, sizeof side[1].name);
+    return KITH_OK;
+  }
+  if (node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
+  KITH_TRY(read_side(node->first, &side[0]));
+  return read_side(node->last, &side[1]);
+}
+
+static kith_status read_axis(struct kith_scene *scene, int axis, const struct kith_config_node *node) {
+  struct kith_selected side[2] = {{.name = "open"}, {.name = "open"}};
+  kith_status status = read_sides(node, side);
+  const struct kith_boundary_ops *lower = kith_boundary_find(side[0].name),
+                                 *upper = kith_boundary_find(side[1].name);
+  if (status == KITH_OK) status = check_sides(lower, upper, side, node);
+  const int used = lower == NULL ? 1 : 0;
+  if (status == KITH_OK && axis < NDIM) {
+    scene->boundary[axis].lower = lower, scene->boundary[axis].upper = upper;
+    scene->boundary[axis].settings = side[used].settings;
+    scene->boundary[axis].velocity =
+        kith_boundary_face_velocity(used == 0 ? lower : upper, side[used].settings);
+    side[used].settings = NULL;
+  }
+  kith_free(&side[0].settings), kith_free(&side[1].settings);
+  return status;
+}
+
+kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
+  static const char *const axes[] = {"x", "y", "z"};
+  KITH_TRY(kith_params_read(kith_boundaries_params, node, scene));
+  for (int a = 0; a < 3; ++a) KITH_TRY(read_axis(scene, a, kith_config_child(node, axes[a])));
+  return KITH_OK;
+}
+
+const struct kith_param kith_materials_params[] = {
+    {"eos", KITH_PARAM_MEMBER, "ideal", "", "equation of state", .family = kith_eos_member}, {0}};
+
+static kith_status read_material(struct kith_scene *scene, const struct kith_config_node *node) {
+  const int m = scene->n_materials;
+  const size_t room = sizeof scene->material_name[m];
+  struct kith_selected eos = {.name = ""};
+  if (m == KITH_MAX_LISTS) return kith_config_fail(node, NULL, "more than %d materials", KITH_MAX_LISTS);
+  if (strlen(node->key) >= room)
+    return kith_config_fail(node, NULL, "a name longer than %zu letters", room - 1);
+  const kith_status status = kith_params_read(kith_materials_params, node->null ? NULL : node, &eos);
+  snprintf(scene->material_name[m], room, "%s", node->key);
+  scene->material[m] = (struct kith_material){kith_eos_find(eos.name), eos.settings};
+  ++scene->n_materials;
+  return status;
+}
+
+kith_status kith_scene_materials(struct kith_scene *scene, const struct kith_config_node *node) {
+  KITH_TRY(kith_config_want_map(node));
+  if (node->n == 0) return kith_config_fail(node, NULL, "no material; one is required");
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    KITH_TRY(read_material(scene, child));
+  return KITH_OK;
+}

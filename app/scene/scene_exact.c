@@ -1,0 +1,129 @@
+/* The exact solution of a scene: its settings, derived from the scene unless they are given. */
+#include <string.h>
+#include "app/scene/scene_parts.h"
+
+struct window {
+  double x[2], r[2];
+};
+
+static const struct kith_param window_params[] = {
+    {"x", KITH_PARAM_INTERVAL, "", "", "a <= x <= b", KITH_INTO(struct window, x)},
+    {"r", KITH_PARAM_INTERVAL, "", "[0, inf)", "a <= |position - center| <= b", KITH_INTO(struct window, r)},
+    {0}};
+const struct kith_param kith_exact_params[] = {
+    {"name", KITH_PARAM_MEMBER, NULL, "", "the solution; what follows from the scene need not be given",
+     .family = kith_exact_member},
+    {"window", KITH_PARAM_OTHER, "", "", "where the norms are taken; none: everywhere",
+     KITH_BELOW(window_params, MAP)},
+    {0}};
+
+/* --- what the scene says; what is not constant is NaN --- */
+
+static double pressure_of(const struct kith_material *m, const struct kith_region *region) {
+  if (region->pressure != NULL) return kith_constant_value(region->pressure);
+  const double density = kith_constant_value(region->density), energy = kith_constant_value(region->energy);
+  double pressure, sound_speed;
+  m->eos->state(m->settings, 1, &density, &energy, &pressure, &sound_speed);
+  return pressure;
+}
+
+static void describe_region(const struct kith_scene *scene, const struct kith_region *region,
+                            struct kith_exact_region *out) {
+  const struct kith_material *m = &scene->material[region->material];
+  out->gamma = m->eos->gamma_law ? m->eos->effective_gamma(m->settings) : NAN;
+  out->density = kith_constant_value(region->density);
+  out->pressure = pressure_of(m, region);
+  for (int a = 0; a < NDIM; ++a) {
+    out->velocity[a] = kith_constant_value(region->velocity[a]);
+    out->lower[a] = region->where.box.lower[a], out->upper[a] = region->where.box.upper[a];
+  }
+}
+
+static void velocity_at(const void *context, const double *x, double *velocity) {
+  const struct kith_scene *scene = context;
+  for (int a = 0; a < NDIM; ++a)
+    if (kith_expression_at(scene->region[0].velocity[a], NDIM, x, &velocity[a]) != KITH_OK) velocity[a] = NAN;
+}
+
+static struct kith_exact_scene describe(const struct kith_scene *scene) {
+  struct kith_exact_scene out = {.until = scene->until,
+                                 .n_regions = scene->n_regions,
+                                 .n_deposits = scene->n_deposits,
+                                 .velocity = velocity_at,
+                                 .context = scene};
+  for (int a = 0; a < NDIM; ++a) {
+    const struct kith_boundary_ops *const side[] = {scene->boundary[a].lower, scene->boundary[a].upper};
+    out.lower[a] = scene->domain.lower[a], out.upper[a] = scene->domain.upper[a];
+    out.axis[a].periodic = kith_boundary_wraps(side[0]);
+    for (int s = 0; s < 2; ++s) {
+      out.axis[a].open[s] = side[s] == NULL;
+      out.axis[a].mirror[s] =
+          side[s] != NULL && side[s]->enforce != NULL && !side[s]->wraps && !side[s]->one_side;
+    }
+    if (scene->n_deposits > 0) out.deposit_center[a] = scene->deposit[0].center[a];
+  }
+  if (scene->n_deposits > 0) out.deposit_energy = scene->deposit[0].energy;
+  for (int r = 0; r < KITH_MIN(scene->n_regions, 2); ++r)
+    describe_region(scene, &scene->region[r], &out.region[r]);
+  return out;
+}
+
+static kith_status check_complete(const struct kith_exact_ops *ops, const void *settings,
+                                  const struct kith_config_node *node) {
+  for (const struct kith_param *p = ops->params; p != NULL && p->key != NULL; ++p) {
+    const double *value = (const double *)((const char *)settings + p->offset);
+    for (size_t i = 0; i < p->size / sizeof *value; ++i)
+      if (!isfinite(value[i]))
+        return kith_config_fail(node, p->key, "missing; it does not follow from this scene");
+  }
+  return KITH_OK;
+}
+
+/* --- window --- */
+
+static kith_status read_window(struct kith_scene *scene, const struct kith_config_node *node) {
+  struct kith_window *out = &scene->exact.window;
+  const struct kith_param *center = kith_params_find(scene->exact.ops->params, "center");
+  struct window w = {0};
+  out->kind = KITH_WINDOW_ALL;
+  if (node == NULL) return KITH_OK;
+  KITH_TRY(kith_params_read(window_params, node, &w));
+  const bool along = kith_config_child(node, "x") != NULL, radial = kith_config_child(node, "r") != NULL;
+  if (along && radial) return kith_config_fail(kith_config_child(node, "r"), NULL, "not together with x");
+  if (along) {
+    out->kind = KITH_WINDOW_SLAB;
+    out->center[0] = (w.x[0] + w.x[1]) / 2;
+    out->outer = (w.x[1] - w.x[0]) / 2;
+  } else if (radial) {
+    out->kind = KITH_WINDOW_BALL;
+    if (center != NULL)
+      memcpy(out->center, (const char *)scene->exact.settings + center->offset, sizeof out->center);
+    out->inner = w.r[0], out->outer = w.r[1];
+  }
+  return KITH_OK;
+}
+
+/* Would the member take them? Better to know before anything runs. */
+static kith_status try_exact(const struct kith_scene *scene, const struct kith_config_node *node) {
+  void *solution = NULL;
+  if (kith_exact_create(&solution, scene->exact.ops, scene->exact.settings) != KITH_OK)
+    return kith_config_fail(node, NULL, "%s", kith_failure());
+  kith_exact_destroy(scene->exact.ops, &solution);
+  return KITH_OK;
+}
+
+kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node) {
+  struct kith_selected exact = {.name = ""};
+  if (node == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_param_read(&kith_exact_params[0], node, &exact));
+  scene->exact.ops = kith_exact_find(exact.name);
+  KITH_TRY(kith_settings_create(&exact.settings, kith_family_member(kith_exact_member, exact.name), NULL));
+  const struct kith_exact_scene description = describe(scene);
+  if (scene->exact.ops->derive != NULL) scene->exact.ops->derive(exact.settings, &description);
+  scene->exact.settings = exact.settings;
+  KITH_TRY(kith_params_read(kith_exact_params, node, &exact));
+  KITH_TRY(check_complete(scene->exact.ops, exact.settings, node));
+  KITH_TRY(read_window(scene, kith_config_child(node, "window")));
+  return try_exact(scene, node);
+}

@@ -1,0 +1,28 @@
+/* scene_parts.h - the parts of a scene: their tables of parameters, and the functions that read them. Private
+ * to app/scene/scene*.c. */
+#ifndef KITH_APP_SCENE_SCENE_PARTS_H
+#define KITH_APP_SCENE_SCENE_PARTS_H
+
+#include "app/scene/params.h"
+#include "app/scene/scene_data.h"
+
+extern const struct kith_param kith_domain_params[], kith_boundaries_params[], kith_materials_params[];
+extern const struct kith_param kith_potential_params[];
+extern const struct kith_param kith_region_params[], kith_deposit_params[], kith_exact_params[];
+
+/* Each reads the part below `node` into the scene; what it depends on (domain, materials, ...) was read
+ * before. */
+kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config_node *node);
+kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node);
+/* External force: checks gravity and potential, which were read before. */
+kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config_node *root);
+kith_status kith_scene_materials(struct kith_scene *scene, const struct kith_config_node *node);
+kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_config_node *node);
+kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_config_node *node);
+kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node);
+void kith_scene_regions_clear(struct kith_scene *scene);
+
+/* The value of a constant expression; NaN if it depends on the place. */
+double kith_constant_value(struct kith_expression *expression);
+
+#endif

@@ -1,0 +1,229 @@
+/* Regions and deposits of a scene. */
+#include <string.h>
+#include "app/scene/scene_parts.h"
+#include "lib/core/choices.h"
+
+#if NDIM == 1
+#define DEFAULT_LATTICE "cubic"
+#elif NDIM == 2
+#define DEFAULT_LATTICE "hcp"
+#else
+#define DEFAULT_LATTICE "bcc"
+#endif
+
+double kith_constant_value(struct kith_expression *expression) {
+  const double origin[NDIM] = {0};
+  double value;
+  const bool known = expression != NULL && kith_expression_constant(expression) &&
+                     kith_expression_at(expression, NDIM, origin, &value) == KITH_OK;
+  return known ? value : NAN;
+}
+
+/* --- where --- */
+
+struct where {
+  struct kith_where where;
+  double extent[3][2];
+};
+
+#define IN(member) KITH_INTO(struct where, member)
+static const struct kith_param ball_params[] = {
+    {"center", KITH_PARAM_VECTOR, NULL, "", "its center", IN(where.center)},
+    {"radius", KITH_PARAM_NUMBER, NULL, "(0, inf)", "its radius", IN(where.radius)},
+    {0}};
+static const struct kith_param half_space_params[] = {
+    {"point", KITH_PARAM_VECTOR, NULL, "", "on its face", IN(where.point)},
+    {"normal", KITH_PARAM_VECTOR, NULL, "", "into the half-space", IN(where.normal)},
+    {0}};
+static const struct kith_param where_params[] = {
+    {"x", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(extent[0])},
+    {"y", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(extent[1])},
+    {"z", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(extent[2])},
+    {"ball", KITH_PARAM_MAP, "", "", "inside of a ball", KITH_BELOW(ball_params, MAP)},
+    {"outside-ball", KITH_PARAM_MAP, "", "", "outside of a ball", KITH_BELOW(ball_params, MAP)},
+    {"half-space", KITH_PARAM_MAP, "", "", "one side of a plane", KITH_BELOW(half_space_params, MAP)},
+    {"inside", KITH_PARAM_EXPRESSION, "", "", "a formula in x, y, z, r that is nonzero inside",
+     IN(where.inside)},
+    {0}};
+#undef IN
+
+static kith_status read_where(struct kith_where *out, const struct kith_config_node *node) {
+  struct where w = {.extent = {{-INFINITY, INFINITY}, {-INFINITY, INFINITY}, {-INFINITY, INFINITY}}};
+  const struct kith_config_node *half = kith_config_child(node, "half-space"),
+                                *ball = kith_config_child(node, "ball"),
+                                *outside = kith_config_child(node, "outside-ball");
+  const kith_status status = kith_params_read(where_params, node, &w);
+  w.where.has_half_space = half != NULL;
+  w.where.has_ball = ball != NULL || outside != NULL;
+  w.where.outside_ball = outside != NULL;
+  for (int a = 0; a < NDIM; ++a) w.where.box.lower[a] = w.extent[a][0], w.where.box.upper[a] = w.extent[a][1];
+  *out = w.where; /* the expression too: its owner frees it */
+  KITH_TRY(status);
+  if (ball != NULL && outside != NULL)
+    return kith_config_fail(outside, NULL, "not together with ball; write a shell as inside: \"...\"");
+  if (half != NULL && !(kith_norm(w.where.normal) > 0))
+    return kith_config_fail(kith_config_child(half, "normal"), NULL, "has no direction in %d-D", NDIM);
+  return KITH_OK;
+}
+
+/* --- regions --- */
+
+#define IN(member) KITH_INTO(struct kith_region, member)
+const struct kith_param kith_region_params[] = {
+    {"material", KITH_PARAM_OTHER, NULL, "", "one of materials", .params = NULL},
+    {"where", KITH_PARAM_OTHER, "", "", "all that is given, together; none: the whole domain",
+     KITH_BELOW(where_params, MAP)},
+    {"lattice", KITH_PARAM_CHOICE, DEFAULT_LATTICE, KITH_LATTICE_LIST(KITH_AS_LISTED_CHOICE),
+     "arrangement of the nodes; not fcc in 2-D", IN(lattice)},
+    {"jitter", KITH_PARAM_NUMBER, "0", "[0, 0.5]", "largest random displacement along an axis, in spacings",
+     IN(jitter)},
+    {"seed", KITH_PARAM_INTEGER, "0", "[0, inf)", "of the jitter", IN(seed)},
+    {"density", KITH_PARAM_EXPRESSION, NULL, "", "number or formula in x, y, z, r; above 0", IN(density)},
+    {"pressure", KITH_PARAM_EXPRESSION, "", "", "number or formula; this or energy", IN(pressure)},
+    {"energy", KITH_PARAM_EXPRESSION, "", "", "per unit mass, number or formula; this or pressure",
+     IN(energy)},
+    {"velocity", KITH_PARAM_EXPRESSIONS, "[0, 0, 0]", "", "numbers or formulas", IN(velocity)},
+    {"displacement", KITH_PARAM_EXPRESSIONS, "", "",
+     "numbers or formulas: from its lattice site to the place of a node, whose volume is stretched as the "
+     "lattice is",
+     IN(displacement)},
+    {"spacing", KITH_PARAM_NUMBER, "0", "[0, inf)", "of the nodes; 0: from resolution and arrangement",
+     IN(spacing)},
+    {"frozen", KITH_PARAM_BOOL, "false", "", "its nodes never move", IN(frozen)},
+    {"barrier", KITH_PARAM_BOOL, "false", "",
+     "its nodes never move and are a wall: they reflect, and cut the pairs that cross them", IN(barrier)},
+    {"equilibrium", KITH_PARAM_BOOL, "false", "",
+     "the pressure is what the method will see: the energy follows from it with the density that the method "
+     "finds, not with this one",
+     IN(equilibrium)},
+    {0}};
+#undef IN
+
+static kith_status read_region_material(const struct kith_scene *scene, const struct kith_config_node *node,
+                                        int *material) {
+  char words[KITH_MAX_LISTS * 33] = "";
+  for (int m = 0; m < scene->n_materials; ++m) {
+    const size_t used = strlen(words);
+    snprintf(words + used, sizeof words - used, "|%s", scene->material_name[m]);
+  }
+  const struct kith_param key = {"material", KITH_PARAM_CHOICE, NULL, words, "", .size = sizeof *material};
+  return kith_param_value(&key, node, material);
+}
+
+static kith_status check_lattice(const struct kith_region *region, const struct kith_config_node *node) {
+  if (NDIM != 2 || region->lattice != KITH_LATTICE_FCC) return KITH_OK;
+  return kith_config_fail(kith_config_child(node, "lattice"), NULL,
+                          "fcc does not exist in 2-D; cubic, bcc and hcp do");
+}
+
+/* It needs a pressure to hold, gas whose density is found, and one that takes pressure from energy. */
+static kith_status check_equilibrium(const struct kith_scene *scene, const struct kith_region *region,
+                                     const struct kith_config_node *node) {
+  const struct kith_config_node *equilibrium = kith_config_child(node, "equilibrium");
+  if (!region->equilibrium) return KITH_OK;
+  if (region->pressure == NULL) return kith_config_fail(equilibrium, NULL, "needs pressure, not energy");
+  if (region->frozen || region->barrier)
+    return kith_config_fail(equilibrium, NULL, "not together with frozen: their density stays as given");
+  const struct kith_eos_ops *eos = scene->material[region->material].eos;
+  if (eos->energy_positive) return KITH_OK;
+  return kith_config_fail(equilibrium, NULL, "not for eos %s: its pressure takes nothing from energy",
+                          eos->name);
+}
+
+/* What can be said of constants without nodes. */
+static kith_status check_state(const struct kith_scene *scene, const struct kith_region *region,
+                               const struct kith_config_node *node) {
+  const struct kith_config_node *pressure = kith_config_child(node, "pressure"),
+                                *energy = kith_config_child(node, "energy");
+  if (pressure == NULL && energy == NULL)
+    return kith_config_fail(node, "pressure", "missing; pressure or energy is required");
+  if (pressure != NULL && energy != NULL) return kith_config_fail(energy, NULL, "not together with pressure");
+  const struct kith_material *m = &scene->material[region->material];
+  const double density = kith_constant_value(region->density), p = kith_constant_value(region->pressure);
+  const double u =
+      energy != NULL ? kith_constant_value(region->energy) : m->eos->energy(m->settings, density, p);
+  if (density <= 0)
+    return kith_config_fail(kith_config_child(node, "density"), NULL, "%g is out of range (0, inf)", density);
+  if (!m->eos->energy_positive || !(u < 0)) return KITH_OK;
+  if (energy != NULL) return kith_config_fail(energy, NULL, "%g is out of range [0, inf)", u);
+  return kith_config_fail(pressure, NULL, "%g needs a negative energy, %g", p, u);
+}
+
+static kith_status read_region(const struct kith_scene *scene, struct kith_region *region,
+                               const struct kith_config_node *node) {
+  region->location = node->location;
+  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_params_read(kith_region_params, node, region));
+  KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
+  KITH_TRY(read_where(&region->where, kith_config_child(node, "where")));
+  KITH_TRY(check_lattice(region, node));
+  KITH_TRY(check_state(scene, region, node));
+  return check_equilibrium(scene, region, node);
+}
+
+kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_config_node *node) {
+  KITH_TRY(kith_config_want_list(node));
+  if (node->n == 0) return kith_config_fail(node, NULL, "no region; one is required");
+  KITH_TRY(kith_resize(&scene->region, 0, (size_t)node->n, sizeof *scene->region));
+  scene->n_regions = node->n;
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    KITH_TRY(read_region(scene, &scene->region[child->index], child));
+  return KITH_OK;
+}
+
+void kith_scene_regions_clear(struct kith_scene *scene) {
+  for (int i = 0; i < scene->n_regions; ++i) {
+    struct kith_region *region = &scene->region[i];
+    kith_expression_destroy(&region->where.inside);
+    kith_expression_destroy(&region->density);
+    kith_expression_destroy(&region->pressure);
+    kith_expression_destroy(&region->energy);
+    for (int a = 0; a < NDIM; ++a) {
+      kith_expression_destroy(&region->velocity[a]);
+      kith_expression_destroy(&region->displacement[a]);
+    }
+  }
+  kith_free(&scene->region);
+  scene->n_regions = 0;
+}
+
+/* --- deposits --- */
+
+#define IN(member) KITH_INTO(struct kith_deposit, member)
+const struct kith_param kith_deposit_params[] = {
+    {"energy", KITH_PARAM_NUMBER, NULL, "[0, inf)", "in the whole domain", IN(energy)},
+    {"center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "of the blast", IN(center)},
+    {"over", KITH_PARAM_CHOICE, "point", "point|ball|kernel",
+     "the nearest nodes, those in a ball, or weighted by a cubic spline", IN(shape)},
+    {"radius", KITH_PARAM_NUMBER, "0", "[0, inf)", "of the ball, or of the spline's support", IN(radius)},
+    {"spacings", KITH_PARAM_NUMBER, "0", "[0, inf)",
+     "instead: radius of the ball, or half of the support, in node spacings", IN(spacings)},
+    {0}};
+#undef IN
+
+static kith_status read_deposit(struct kith_deposit *deposit, const struct kith_config_node *node) {
+  deposit->location = node->location;
+  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_params_read(kith_deposit_params, node, deposit));
+  const bool point = deposit->shape == KITH_DEPOSIT_POINT, radius = deposit->radius > 0,
+             spacings = deposit->spacings > 0;
+  const char *key = radius ? "radius" : "spacings";
+  if (point && (radius || spacings))
+    return kith_config_fail(node, key, "means nothing for a point; add over: ball or kernel");
+  if (!point && !radius && !spacings)
+    return kith_config_fail(node, "radius", "missing; radius or spacings is required");
+  if (radius && spacings) return kith_config_fail(node, "spacings", "not together with radius");
+  return KITH_OK;
+}
+
+kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_config_node *node) {
+  if (node == NULL) return KITH_OK;
+  const bool list = node->kind == KITH_CONFIG_LIST;
+  const int n = list ? node->n : 1;
+  KITH_TRY(kith_resize(&scene->deposit, 0, (size_t)n, sizeof *scene->deposit));
+  scene->n_deposits = n;
+  if (!list) return read_deposit(scene->deposit, node);
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    KITH_TRY(read_deposit(&scene->deposit[child->index], child));
+  return KITH_OK;
+}

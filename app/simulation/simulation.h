@@ -1,0 +1,48 @@
+/* simulation.h - all objects of a run, created from a scene: nodes, boundaries, search, connectivity,
+ * package, integrator. */
+#ifndef KITH_APP_SIMULATION_SIMULATION_H
+#define KITH_APP_SIMULATION_SIMULATION_H
+
+#include "app/scene/scene.h"
+#include "integrator/step.h"
+
+struct kith_simulation {
+  const struct kith_scene *scene; /* borrowed */
+  struct kith_nodes *nodes;
+  struct kith_hydro hydro;
+  struct kith_package package;
+  struct kith_boundaries boundaries;
+  struct kith_search *search;
+  struct kith_connectivity *connectivity;
+  struct kith_rebuilds rebuilds;
+  struct kith_integrator integrator;
+  struct kith_decomposition *decomposition; /* NULL: all nodes are in this process */
+  struct kith_halo *halo;                   /* the same */
+  struct kith_profile *profile;             /* NULL: not profiled */
+};
+
+/* Creates everything, in memory that *out owns; the nodes have their initial state. Call
+ * kith_simulation_start, or restore and resume. `profile` is borrowed and may be NULL. BAD_INPUT with file
+ * and line for what only shows when nodes are created. */
+kith_status kith_simulation_create(struct kith_simulation **out, const struct kith_scene *scene,
+                                   struct kith_profile *profile, bool check);
+/* Of a fresh simulation, on every rank of a run: keeps the nodes of this rank, and joins the others. All
+ * ranks have created the same scene. No communication, but everything after it is collective. NULL ranks:
+ * nothing to do. */
+kith_status kith_simulation_distribute(struct kith_simulation *simulation, struct kith_ranks *ranks);
+/* First rates, and what needs them (initial_conditions.h: regions in equilibrium). DIVERGED as a step. */
+kith_status kith_simulation_start(struct kith_simulation *simulation);
+/* One line on stderr for settings that are allowed but likely to go wrong. */
+void kith_simulation_warn(const struct kith_simulation *simulation);
+void kith_simulation_destroy(struct kith_simulation **simulation);
+
+/* Bytes by structure, for plan, report and bench. */
+struct kith_bytes {
+  const char *name;
+  size_t bytes;
+};
+enum { KITH_SIMULATION_STRUCTURES = 6 };
+void kith_simulation_bytes(const struct kith_simulation *simulation,
+                           struct kith_bytes out[KITH_SIMULATION_STRUCTURES]);
+
+#endif

@@ -1,0 +1,249 @@
+/* chart.c - error against cost: `kith chart SCENE|SUITE`, and `kith chart list`.
+ *
+ * Runs every method of a suite (suite.h) at every resolution, one run at a time so that they do not share
+ * caches and memory, with one thread unless --threads says otherwise. Before anything runs, `kith plan`
+ * checks the settings of every method. A run that fails is a point with a reason; an interrupted chart goes
+ * on when it is started again (campaign.h). DIR: -o, or out/chart/NAME.
+ *
+ *   DIR/chart.md             for each norm a table: observed orders, the cost at a given error, who is on the
+ *                            Pareto front (nothing is both cheaper and more accurate), which points of other
+ *                            codes lie above that front; and the runs that failed. Also on stdout.
+ *   DIR/chart.png, chart.svg errors against CPU-seconds, against pair evaluations (the same on any machine)
+ *                            and against resolution, by gnuplot from DIR/chart.gp
+ *   DIR/points.csv           all points
+ *
+ * Exit code: 0; 1 if a run failed or the results cannot be written; 2 if the suite or the command line is
+ * wrong. */
+#include "app/cli/options.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "app/cli/version.h"
+#include "app/output/figure.h"
+#include "app/study/pareto_front.h"
+#include "app/study/study.h"
+
+enum { COSTS = 2, POINTS = KITH_SUITE_METHODS * KITH_SUITE_VALUES };
+static const int cost_column[COSTS] = {KITH_CPU_SECONDS, KITH_PAIR_EVALUATIONS};
+
+/* All points of one measure: [m * n_values + v]; NaN: failed. */
+struct cloud {
+  const struct kith_suite *suite;
+  int n, measure;
+  double resolution[POINTS], error[POINTS], cost[COSTS][POINTS];
+  bool on[COSTS][POINTS]; /* the Pareto front */
+};
+
+static void fill(struct cloud *c, const struct kith_study *s, int measure) {
+  c->suite = s->suite, c->measure = measure, c->n = s->suite->n_methods * s->suite->n_values;
+  for (int k = 0; k < c->n; ++k) {
+    c->resolution[k] = s->suite->job[k].x;
+    c->error[k] = s->point[0][k].value[KITH_MEASURES + measure];
+    for (int a = 0; a < COSTS; ++a) c->cost[a][k] = s->point[0][k].value[cost_column[a]];
+  }
+  for (int a = 0; a < COSTS; ++a) kith_pareto_front(c->n, c->cost[a], c->error, c->on[a]);
+}
+
+/* ---- the text ---- */
+
+/* Method m at an error. */
+struct offer {
+  int m;
+  struct kith_cost_at_error at[COSTS];
+};
+
+static int by_cost(const void *a, const void *b) {
+  const double x = ((const struct offer *)a)->at[0].cost, y = ((const struct offer *)b)->at[0].cost;
+  return isnan(x) != isnan(y) ? isnan(x) - isnan(y) : (x > y) - (x < y);
+}
+
+static void put_number(FILE *f, const char *format, double value) {
+  if (isfinite(value))
+    fprintf(f, format, value);
+  else
+    fputs(" - |", f);
+}
+
+static void put_method(FILE *f, const struct cloud *c, const struct offer *offer) {
+  const int n = c->suite->n_values, first = offer->m * n, last = first + n - 2;
+  fprintf(f, "| %s |", c->suite->job[first].label);
+  put_number(f, " %.2f |", kith_order(n, c->resolution + first, c->error + first));
+  put_number(f, " %.2f |", n > 1 ? kith_order(2, c->resolution + last, c->error + last) : NAN);
+  for (int a = 0; a < COSTS; ++a) put_number(f, " %.3g |", offer->at[a].cost);
+  put_number(f, offer->at[0].between ? " %.3g |" : " %.3g (coarsest) |", offer->at[0].resolution);
+  for (int a = 0; a < COSTS; ++a) {
+    for (int k = first; k < first + n; ++k)
+      if (c->on[a][k]) fprintf(f, " %s", c->suite->job[k].value);
+    fputs(" |", f);
+  }
+  fputc('\n', f);
+}
+
+/* A method for a line, the cheapest at the error first. */
+static void put_methods(FILE *f, const struct cloud *c, double target) {
+  struct offer offer[KITH_SUITE_METHODS];
+  const int n = c->suite->n_values, n_methods = c->suite->n_methods;
+  for (int m = 0; m < n_methods; ++m) {
+    offer[m].m = m;
+    for (int a = 0; a < COSTS; ++a)
+      offer[m].at[a] =
+          kith_cost_at_error_of(n, c->resolution + m * n, c->cost[a] + m * n, c->error + m * n, target);
+  }
+  qsort(offer, (size_t)n_methods, sizeof *offer, by_cost);
+  for (int m = 0; m < n_methods; ++m) put_method(f, c, &offer[m]);
+}
+
+/* Above the front: a point of ours has at most the cost and at most the error. */
+static void put_codes(FILE *f, const struct cloud *c) {
+  int n = 0;
+  for (int j = 0; j < c->suite->n_codes; ++j) {
+    const struct kith_reference_code *code = &c->suite->code[j];
+    const double error = code->norm[c->measure];
+    bool above = false;
+    if (isnan(error)) continue;
+    for (int k = 0; k < c->n; ++k) above |= c->cost[0][k] <= code->cpu_seconds && c->error[k] <= error;
+    if (n++ == 0)
+      fputs(
+          "\nOther codes, measured elsewhere:\n\n| code | version | resolution | error | CPU-s | machine | "
+          "above the front |\n|---|---|---|---|---|---|---|\n",
+          f);
+    fprintf(f, "| %s | %s | %.4g | %.4g | %.3g | %s | %s |\n", code->name, code->version, code->resolution,
+            error, code->cpu_seconds, code->machine, above ? "yes" : "no");
+  }
+}
+
+static void put_machine(FILE *f) {
+  char line[256];
+  FILE *file = fopen("/proc/cpuinfo", "r");
+  while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+    if (strncmp(line, "model name", strlen("model name")) != 0 || strchr(line, ':') == NULL) continue;
+    line[strcspn(line, "\n")] = '\0';
+    fprintf(f, " of%s", strchr(line, ':') + 1);
+    break;
+  }
+  if (file != NULL) fclose(file);
+}
+
+static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
+  const struct kith_suite *s = study->suite;
+  struct cloud c;
+  fprintf(f,
+          "# %s: error against cost\n\nScene %s in %d-D, %d methods at %d resolutions. kith %s, one run at a "
+          "time on %d thread%s",
+          s->name, s->scene, s->dimension, s->n_methods, s->n_values, kith_version(), s->job->threads,
+          s->job->threads == 1 ? "" : "s");
+  put_machine(f);
+  fputs(
+      ". Norms are weighted by volume, against the exact solution. A method is on the front at a resolution "
+      "if no run is both cheaper and more accurate.\n",
+      f);
+  for (int measure = 0; measure < s->n_measures; ++measure) {
+    fill(&c, study, measure);
+    const double target =
+        s->target[measure] > 0 ? s->target[measure] : kith_target(s->n_methods, s->n_values, c.error);
+    fprintf(
+        f,
+        "\n## %s\n\n| method | order | of the last two | CPU-s at error %.3g | pair evaluations | resolution "
+        "| on the front in CPU-s | in pair evaluations |\n|---|---|---|---|---|---|---|---|\n",
+        s->measure[measure], target);
+    put_methods(f, &c, target);
+    put_codes(f, &c);
+  }
+  if (study->campaign.n_failed > 0) fputs("\n## Failed runs\n\n", f);
+  for (int k = 0; k < s->n_methods * s->n_values; ++k)
+    if (study->point[0][k].failed)
+      fprintf(f, "- %s at %s: %s\n", s->job[k].label, s->job[k].value, study->point[0][k].why);
+  if (to_file) fputs("\n![error against cost](chart.png)\n", f);
+}
+
+/* ---- the figure ---- */
+
+/* a: against a cost; COSTS: against resolution. */
+static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {
+  static const char *const labels[] = {"CPU-seconds", "pair evaluations",
+                                       "resolution (nodes per unit length)"};
+  const struct kith_suite *s = c->suite;
+  const double *x = a < COSTS ? c->cost[a] : c->resolution;
+  const char *last = "";
+  kith_figure_panel(g, s->measure[c->measure], labels[a], "error", true, 0, NULL);
+  if (a < COSTS) kith_figure_series(g, KITH_SERIES_FRONT, "Pareto front");
+  for (int k = 0; k < c->n && a < COSTS; ++k)
+    if (c->on[a][k]) kith_figure_point(g, x[k], c->error[k], " ");
+  for (int k = 0; k < c->n; ++k) {
+    if (k % s->n_values == 0) kith_figure_series(g, KITH_SERIES_CURVE, s->job[k].label);
+    kith_figure_point(g, x[k], c->error[k], "%s at %s: %.3g, %.3g CPU-s, %.3g pair evaluations",
+                      s->job[k].label, s->job[k].value, c->error[k], c->cost[0][k], c->cost[1][k]);
+  }
+  for (int k = 0; k < s->n_codes && a == 0; ++k) {
+    const struct kith_reference_code *code = &s->code[k];
+    if (strcmp(code->name, last) != 0) kith_figure_series(g, KITH_SERIES_REFERENCE, code->name);
+    kith_figure_point(g, code->cpu_seconds, code->norm[c->measure], "%s at %.4g: %.3g, %.3g CPU-s",
+                      code->name, code->resolution, code->norm[c->measure], code->cpu_seconds);
+    last = code->name;
+  }
+  if (s->target[c->measure] > 0) {
+    kith_figure_series(g, KITH_SERIES_LEVEL, "target");
+    kith_figure_point(g, 1, s->target[c->measure], " ");
+  }
+  kith_figure_draw(g);
+}
+
+static kith_status draw(const struct kith_study *s) {
+  struct kith_figure g;
+  struct cloud c;
+  char title[160];
+  snprintf(title, sizeof title, "%s, %d-D: error against cost", s->suite->name, s->suite->dimension);
+  KITH_TRY(kith_figure_open(&g, s->campaign.directory, "chart", title, s->suite->n_measures, COSTS + 1));
+  for (int measure = 0; measure < s->suite->n_measures; ++measure) {
+    fill(&c, s, measure);
+    for (int a = 0; a <= COSTS; ++a) draw_panel(&g, &c, a);
+  }
+  return kith_figure_close(&g);
+}
+
+/* ---- the verb ---- */
+
+/* `kith plan` looks at every method at its coarsest resolution. */
+static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {
+  int n_refused = 0, line = 0;
+  char why[256] = "", label[KITH_JOB_LABEL] = "";
+  for (int m = 0; m < s->n_methods; ++m) {
+    const struct kith_job *job = &s->job[m * s->n_values];
+    const kith_status status = kith_job_check(programs, job);
+    if (status != KITH_OK && status != KITH_BAD_INPUT) return status;
+    if (status == KITH_OK || n_refused++ > 0) continue;
+    snprintf(why, sizeof why, "%s", kith_failure());
+    snprintf(label, sizeof label, "%s", job->label);
+    line = job->line;
+  }
+  if (n_refused == 0) return KITH_OK;
+  if (n_refused == s->n_methods) KITH_FAIL(BAD_INPUT, "%s: no method can run: %s", s->file, why);
+  KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, line, label, why);
+}
+
+static kith_status read_suite(struct kith_study *s, bool listing) {
+  const struct kith_options *o = s->options;
+  if (listing) return KITH_OK;
+  if (o->subject == NULL) KITH_FAIL(BAD_INPUT, "chart: no scene or suite; 'kith chart list' has them");
+  KITH_TRY(kith_resize(&s->suite, 0, 1, sizeof *s->suite));
+  KITH_TRY(kith_suite_read(s->suite, &s->campaign.programs, o->subject, o->n_overrides, o->overrides));
+  s->n = 1;
+  snprintf(s->campaign.directory, sizeof s->campaign.directory, "%s%.700s",
+           o->directory != NULL ? "" : "out/chart/", o->directory != NULL ? o->directory : s->suite->name);
+  return check(s->suite, &s->campaign.programs);
+}
+
+static void list(const struct kith_study *s) {
+  kith_suite_list(&s->campaign.programs);
+}
+
+static enum kith_exit verdict(const struct kith_study *s) {
+  return s->campaign.n_failed == 0 ? KITH_EXIT_OK : KITH_EXIT_FAILED;
+}
+
+enum kith_exit kith_chart(const struct kith_options *options) {
+  static const struct kith_study_verb verb = {
+      .name = "chart", .list = list, .read = read_suite, .draw = draw, .put = put_text, .verdict = verdict};
+  return kith_study_run(&verb, options);
+}

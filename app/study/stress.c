@@ -1,0 +1,202 @@
+/* stress.c - which values of sweeps pass. */
+#include "app/study/stress.h"
+
+#include <math.h>
+#include <string.h>
+#include "app/output/figure.h"
+#include "app/study/study.h"
+
+/* ---- verdicts ---- */
+
+void kith_sweep_judge(const struct kith_suite *s, const struct kith_point *point, bool *pass, double *shown) {
+  for (int v = 0; v < s->n_values; ++v) {
+    const double value = point[v].value[KITH_MEASURES], first = point[0].value[KITH_MEASURES];
+    shown[v] = point[v].failed ? NAN : !s->of_first ? value : value == first ? 1 : value / first;
+    pass[v] = isnan(s->at_most) ? shown[v] >= s->at_least : shown[v] <= s->at_most;
+  }
+}
+
+/* "to 0.6", "12, 20 - 40": the stretches of values that pass. */
+static void answer_values(const struct kith_suite *s, const bool *pass, char text[128]) {
+  size_t used = 0;
+  for (int v = 0, next; v < s->n_values && used < 100; v = next) {
+    next = v + 1;
+    if (!pass[v]) continue;
+    while (next < s->n_values && pass[next]) ++next;
+    const char *comma = used > 0 ? ", " : "", *from = s->job[v].value, *to = s->job[next - 1].value;
+    if (next == v + 1)
+      snprintf(text + used, 128 - used, "%s%s", comma, from);
+    else
+      snprintf(text + used, 128 - used, "%s%s%s%s", comma, v == 0 ? "" : from, v == 0 ? "to " : " - ", to);
+    used = strlen(text);
+  }
+}
+
+void kith_sweep_answer(const struct kith_suite *s, const bool *pass, char text[128]) {
+  int good = 0;
+  for (int v = 0; v < s->n_values; ++v) good += pass[v];
+  if (good == 0)
+    snprintf(text, 128, "none");
+  else if (s->named_values)
+    snprintf(text, 128, good == s->n_values ? "all %d" : "%d of %d", good, s->n_values);
+  else if (good == s->n_values)
+    snprintf(text, 128, "all (%s)", s->job[s->n_values - 1].value);
+  else
+    answer_values(s, pass, text);
+}
+
+/* Method m of sweep k. */
+struct judged {
+  const struct kith_point *point; /* by value */
+  bool pass[KITH_SUITE_VALUES];
+  double shown[KITH_SUITE_VALUES];
+};
+
+static void judge(const struct kith_study *w, int k, int m, struct judged *j) {
+  j->point = w->point[k] + (size_t)m * w->suite[k].n_values;
+  kith_sweep_judge(&w->suite[k], j->point, j->pass, j->shown);
+}
+
+/* ---- the text ---- */
+
+static void put_bound(FILE *f, const struct kith_suite *s) {
+  const bool most = isnan(s->at_least);
+  fprintf(f, "%s %s %.6g%s", s->measure[0], most ? "at most" : "at least", most ? s->at_most : s->at_least,
+          s->of_first ? " times that of the first value" : "");
+}
+
+static void put_table(FILE *f, const struct kith_study *w) {
+  char text[128];
+  struct judged j;
+  fprintf(f, "| %-22s |", "passes");
+  for (int m = 0; m < w->suite->n_methods; ++m)
+    fprintf(f, " %-14s |", w->suite->job[m * w->suite->n_values].label);
+  fputs("\n|---|", f);
+  for (int m = 0; m < w->suite->n_methods; ++m) fputs("---|", f);
+  for (int k = 0; k < w->n; ++k) {
+    fprintf(f, "\n| %-22s |", w->suite[k].name);
+    for (int m = 0; m < w->suite[k].n_methods; ++m) {
+      judge(w, k, m, &j);
+      kith_sweep_answer(&w->suite[k], j.pass, text);
+      fprintf(f, " %-14s |", text);
+    }
+  }
+  fputc('\n', f);
+}
+
+/* What did not pass. */
+static void put_sweep(FILE *f, const struct kith_study *w, int k) {
+  const struct kith_suite *s = &w->suite[k];
+  struct judged j;
+  fprintf(f, "\n## %s\n\n%s, scene %s in %d-D; passes: ", s->name, s->parameter, s->scene, s->dimension);
+  put_bound(f, s);
+  fprintf(f, " (%s).\n\n", s->reason);
+  for (int m = 0; m < s->n_methods; ++m) {
+    judge(w, k, m, &j);
+    for (int v = 0; v < s->n_values; ++v) {
+      if (j.pass[v]) continue;
+      fprintf(f, "- %s at %s: ", s->job[m * s->n_values + v].label, s->job[v].value);
+      if (j.point[v].failed)
+        fprintf(f, "failed, %s\n", j.point[v].why);
+      else
+        fprintf(f, "%.4g\n", j.shown[v]);
+    }
+  }
+}
+
+static void put_text(FILE *f, const struct kith_study *w, bool to_file) {
+  if (to_file)
+    fputs("# Where methods stop working\n\nOne parameter at a time, from mild to hard: values that pass.\n\n",
+          f);
+  put_table(f, w);
+  if (to_file) fputs("\n![the measures](stress.png)\n", f);
+  for (int k = 0; k < w->n && to_file; ++k) put_sweep(f, w, k);
+}
+
+/* ---- the figure ---- */
+
+/* Values above 0 that span much are best seen on a logarithmic axis. */
+static bool is_logarithmic(const struct kith_suite *s) {
+  const double first = s->job[0].x, last = s->job[s->n_values - 1].x;
+  return fmin(first, last) > 0 && fmax(first, last) >= 5 * fmin(first, last);
+}
+
+static void draw_sweep(struct kith_figure *g, const struct kith_study *w, int k) {
+  const struct kith_suite *s = &w->suite[k];
+  const char *names[KITH_SUITE_VALUES];
+  struct judged j;
+  char y_label[128];
+  for (int v = 0; v < s->n_values; ++v) names[v] = s->job[v].value;
+  snprintf(y_label, sizeof y_label, "%s%s", s->measure[0], s->of_first ? " over its first value" : "");
+  kith_figure_panel(g, s->name, s->parameter, y_label, is_logarithmic(s), s->named_values ? s->n_values : 0,
+                    names);
+  for (int m = 0; m < s->n_methods; ++m) {
+    const char *label = s->job[m * s->n_values].label;
+    kith_figure_series(g, KITH_SERIES_CURVE, label);
+    judge(w, k, m, &j);
+    for (int v = 0; v < s->n_values; ++v)
+      kith_figure_point(g, s->job[v].x, j.shown[v], "%s at %s: %.4g, %s", label, names[v], j.shown[v],
+                        j.pass[v] ? "passes" : "does not pass");
+  }
+  kith_figure_series(g, KITH_SERIES_LEVEL, "bound");
+  kith_figure_point(g, s->job[0].x, isnan(s->at_most) ? s->at_least : s->at_most, " ");
+  kith_figure_draw(g);
+}
+
+static kith_status draw(const struct kith_study *w) {
+  enum { ACROSS = 3 };
+  struct kith_figure g;
+  const int columns = KITH_MIN(w->n, ACROSS);
+  KITH_TRY(kith_figure_open(&g, w->campaign.directory, "stress", "where methods stop working",
+                            (w->n + columns - 1) / columns, columns));
+  for (int k = 0; k < w->n; ++k) draw_sweep(&g, w, k);
+  return kith_figure_close(&g);
+}
+
+/* ---- the verb ---- */
+
+static void list(const struct kith_study *w) {
+  for (int k = 0; k < w->n; ++k) {
+    const struct kith_suite *s = &w->suite[k];
+    printf("%-22s %s, %s in %d-D\n%22s ", s->name, s->parameter, s->scene, s->dimension, "");
+    put_bound(stdout, s);
+    printf(": %s\n", s->reason);
+  }
+}
+
+/* What the command line sets must make sense to one run at least, before any is started. */
+static kith_status read_sweeps(struct kith_study *w, bool listing) {
+  const struct kith_options *o = w->options;
+  const struct kith_programs *programs = &w->campaign.programs;
+  const bool own = o->subject != NULL && kith_suite_is_path(o->subject);
+  char path[2 * KITH_PATH];
+  snprintf(path, sizeof path, "%s%.700s", own ? "" : programs->inputs,
+           own ? o->subject : "/stress/sweeps.yaml");
+  KITH_TRY(kith_sweeps_read(&w->suite, &w->n, programs, path, own || listing ? NULL : o->subject,
+                            listing ? 0 : o->n_overrides, o->overrides));
+  snprintf(w->campaign.directory, sizeof w->campaign.directory, "%.700s",
+           o->directory != NULL ? o->directory : "out/stress");
+  return o->n_overrides > 0 && !listing ? kith_job_check(programs, w->suite->job) : KITH_OK;
+}
+
+/* 3: a method that does not even pass the mildest value. */
+static enum kith_exit verdict(const struct kith_study *w) {
+  struct judged j;
+  for (int k = 0; k < w->n; ++k)
+    for (int m = 0; m < w->suite[k].n_methods; ++m) {
+      judge(w, k, m, &j);
+      if (!j.pass[0]) return KITH_EXIT_TOLERANCE;
+    }
+  return KITH_EXIT_OK;
+}
+
+enum kith_exit kith_stress(const struct kith_options *options) {
+  static const struct kith_study_verb verb = {.name = "stress",
+                                              .cpu_limit = 120,
+                                              .list = list,
+                                              .read = read_sweeps,
+                                              .draw = draw,
+                                              .put = put_text,
+                                              .verdict = verdict};
+  return kith_study_run(&verb, options);
+}

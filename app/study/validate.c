@@ -1,0 +1,386 @@
+/* validate.c - runs with their tolerances: `kith validate [SUITE|FILE]`.
+ *
+ *   quick   the quick rows of inputs/validation/targets.yaml: 1-D and small 2-D runs, a minute or two; the
+ *           default
+ *   full    all rows of it, 3-D too
+ *   gates   inputs/validation/gates.yaml: what must hold for each package
+ *   ranks   inputs/validation/ranks.yaml: runs of many processes against those of one
+ *   FILE    rows of one's own, see validate_rows.h
+ *
+ * A row starts the program of its dimension, which stands beside this one, on a scene of the directory
+ * `inputs` (looked for beside the program and above it, then in the working directory), and reads what it
+ * measures from the report.
+ *
+ * One line per row on stdout, with the energy conservation error and the floors of its run, and whether it
+ * ends in the same state as the row that it is compared with; and in DIR/validation.csv (-o, out/validate by
+ * default), with all norms and where the bound comes from; what the runs print is in DIR/ROW.log.
+ *
+ * Exit code: 0; 3 if a row is out of tolerance; 1 if a run failed or the results cannot be written; 2 for an
+ * unknown suite or a wrong file. `list` prints the suites. */
+#include "app/cli/options.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include "app/scene/config.h"
+#include "lib/io/csv.h"
+#include "app/study/pareto_front.h"
+#include "app/study/snapshot_diff.h"
+#include "app/study/validate_rows.h"
+#include "lib/core/choices.h"
+#include "lib/core/profile.h"
+#include "lib/io/atomic_file.h"
+
+enum { PATH = KITH_PATH + 2 * KITH_JOB_LABEL };
+
+/* One pass through a suite. */
+struct validation {
+  const char *directory;
+  struct kith_programs programs;
+  int n;
+  struct kith_row *rows;                /* owned */
+  bool quick;                           /* only those rows */
+  const struct kith_row *last, *before; /* the last two that ran; NULL: none */
+  int n_compared, n_same;               /* with another row */
+  int n_done, n_wrong, n_failed;
+  int width;                  /* of a name */
+  int n_errors;               /* of the rows so far that have a resolution, for orders */
+  double *error, *resolution; /* owned */
+  FILE *table;
+};
+
+/* ---- one run ---- */
+
+/* DIR/RUN/FILE */
+static const char *in_run(const struct validation *v, const char *run, const char *file, char path[PATH]) {
+  snprintf(path, PATH, "%.700s/%s/%s", v->directory, run, file);
+  return path;
+}
+
+static kith_status run(const struct validation *v, const struct kith_job *job) {
+  char out[PATH], log[PATH + 8], why[256];
+  int code;
+  snprintf(out, sizeof out, "%.700s/%s", v->directory, job->label);
+  snprintf(log, sizeof log, "%s.log", out);
+  KITH_TRY(kith_job_run(&v->programs, job, "run", out, log, 0, &code, why));
+  return code == 0 ? KITH_OK : kith_fail(KITH_DIVERGED, "the run failed: %s; see %s", why, log);
+}
+
+/* ---- what is measured ---- */
+
+static kith_status report_value(const struct validation *v, const struct kith_row *row, const char *measure,
+                                double *value) {
+  char path[PATH];
+  return kith_report_measure(in_run(v, row->job.label, "report.json", path), measure, value);
+}
+
+/* The first check is of a decomposition that was made before anything was measured. */
+static kith_status balance(const struct validation *v, double *value) {
+  char path[PATH];
+  struct kith_csv csv;
+  KITH_TRY(kith_csv_read(&csv, in_run(v, v->last->job.label, "balance.csv", path)));
+  const int column = kith_csv_column(&csv, "imbalance"), n = csv.n_rows;
+  *value = 0;
+  for (int k = 1; k < n && column >= 0; ++k)
+    *value = fmax(*value, strtod(kith_csv_at(&csv, k, column), NULL));
+  kith_csv_clear(&csv);
+  if (n < 2 || column < 0) KITH_FAIL(BAD_FILE, "%s: %d checks of the balance, wanted two", path, n);
+  return KITH_OK;
+}
+
+static kith_status same_norms(const struct validation *v, double *value) {
+  static const char *const keys[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
+                                     "norms.density_peak"};
+  *value = 0;
+  if (v->before == NULL) KITH_FAIL(BAD_INPUT, "same norms as what: there is no run before");
+  for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k) {
+    double a, b;
+    KITH_TRY(report_value(v, v->before, keys[k], &a));
+    KITH_TRY(report_value(v, v->last, keys[k], &b));
+    *value = fmax(*value, fabs(a / b - 1));
+  }
+  return KITH_OK;
+}
+
+static kith_status different_bytes(const char *a, const char *b, double *value) {
+  FILE *one = fopen(a, "r"), *other = fopen(b, "r");
+  const bool good = one != NULL && other != NULL;
+  *value = 0;
+  for (int x = 0, y = 0; good && (x != EOF || y != EOF); *value += x != y) x = getc(one), y = getc(other);
+  if (one != NULL) fclose(one);
+  if (other != NULL) fclose(other);
+  return good ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s or %s: cannot read", a, b);
+}
+
+/* Rows of history that differ in anything but what is counted by process, and what limited the step: after a
+ * restart it says so. */
+static double different_rows(const struct kith_csv *a, const struct kith_csv *b) {
+  static const char ignored[] = "limiter|nodes|ghosts|entries|rebuilds|seconds";
+  int n = 0;
+  if (a->n_columns != b->n_columns) return INFINITY;
+  for (int r = 0; r < KITH_MIN(a->n_rows, b->n_rows); ++r) {
+    bool differ = false;
+    for (int c = 0; c < a->n_columns; ++c)
+      differ |= kith_choices_index(ignored, kith_csv_at(a, -1, c)) < 0 &&
+                strcmp(kith_csv_at(a, r, c), kith_csv_at(b, r, c)) != 0;
+    n += differ;
+  }
+  return n + abs(a->n_rows - b->n_rows);
+}
+
+static kith_status different_histories(const char *a, const char *b, double *value) {
+  struct kith_csv one = {0}, other = {0};
+  kith_status status = kith_csv_read(&one, a);
+  if (status == KITH_OK) status = kith_csv_read(&other, b);
+  if (status == KITH_OK) *value = different_rows(&one, &other);
+  kith_csv_clear(&one);
+  kith_csv_clear(&other);
+  return status;
+}
+
+/* The job of a row, with a checkpoint at its end and a run of its own. */
+static kith_status special_job(const struct kith_row *row, const char *suffix, struct kith_job *job) {
+  *job = row->job;
+  snprintf(job->label, sizeof job->label, "%.100s-%s", row->job.label, suffix);
+  return kith_job_set(job, "output.checkpoint_at_end=true");
+}
+
+static kith_status threads(const struct validation *v, const struct kith_row *row, double *value) {
+  struct kith_job job[2];
+  char path[2][PATH];
+  for (int k = 0; k < 2; ++k) {
+    KITH_TRY(special_job(row, k == 0 ? "1" : "2", &job[k]));
+    job[k].threads = k + 1;
+    KITH_TRY(run(v, &job[k]));
+    in_run(v, job[k].label, "checkpoint.kith", path[k]);
+  }
+  return different_bytes(path[0], path[1], value);
+}
+
+static kith_status restart(const struct validation *v, const struct kith_row *row, double *value) {
+  struct kith_job whole, parts;
+  char path[2][PATH];
+  KITH_TRY(special_job(row, "whole", &whole));
+  KITH_TRY(run(v, &whole));
+  KITH_TRY(special_job(row, "parts", &parts));
+  parts.steps = row->number;
+  KITH_TRY(run(v, &parts));
+  parts.steps = 0;
+  in_run(v, parts.label, "checkpoint.kith", parts.restart);
+  KITH_TRY(run(v, &parts));
+  return different_histories(in_run(v, whole.label, "history.csv", path[0]),
+                             in_run(v, parts.label, "history.csv", path[1]), value);
+}
+
+/* ---- the same as another row ---- */
+
+/* The last file that a run's list of snapshots names: older runs may have left more. */
+static kith_status last_snapshot(const struct validation *v, const char *label, char path[PATH]) {
+  struct kith_config *series = NULL;
+  KITH_TRY(kith_config_read(&series, in_run(v, label, "snapshots.hdf.series", path)));
+  const struct kith_config_node *files = kith_config_at(series, "files");
+  const struct kith_config_node *name = files == NULL ? NULL : kith_config_child(files->last, "name");
+  if (name != NULL)
+    in_run(v, label, name->text, path);
+  else
+    kith_fail(KITH_BAD_FILE, "%s: no snapshot", path);
+  kith_config_destroy(&series);
+  return name != NULL ? KITH_OK : KITH_BAD_FILE;
+}
+
+static kith_status compare(const struct validation *v, const struct kith_row *row,
+                           struct kith_snapshot_diff *same) {
+  char path[2][PATH], report[PATH];
+  double entries[2];
+  *same = (struct kith_snapshot_diff){.difference = NAN};
+  if (row->like[0] == '\0') return KITH_OK;
+  KITH_TRY(last_snapshot(v, row->like, path[0]));
+  KITH_TRY(last_snapshot(v, v->last->job.label, path[1]));
+  KITH_TRY(kith_snapshot_diff_files(path[0], path[1], row->tolerance > 0, same));
+  if (row->tolerance > 0) return KITH_OK;
+  /* Connectivity in one number: entries of all rows of all ranks, over the whole run. */
+  KITH_TRY(
+      kith_report_measure(in_run(v, row->like, "report.json", report), "ledger.row_entries", &entries[0]));
+  KITH_TRY(report_value(v, v->last, "ledger.row_entries", &entries[1]));
+  if (entries[0] != entries[1]) *same = (struct kith_snapshot_diff){INFINITY, "rows"};
+  return KITH_OK;
+}
+
+/* ---- rows ---- */
+
+static kith_status measure_value(struct validation *v, const struct kith_row *row, double *value) {
+  KITH_TRY(report_value(v, v->last, row->measure, value));
+  const char *resolution = strstr(row->job.settings, "resolution=");
+  if (resolution == NULL) return KITH_OK;
+  v->error[v->n_errors] = *value;
+  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
+  return KITH_OK;
+}
+
+static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
+  const int first = KITH_MAX(v->n_errors - row->number, 0);
+  if (row->kind == KITH_ROW_THREADS) return threads(v, row, value);
+  if (row->kind == KITH_ROW_RESTART) return restart(v, row, value);
+  if (row->job.dimension > 0) {
+    struct kith_job job = row->job;
+    if (job.threads == 0 && row->quick) job.threads = 1;
+    KITH_TRY(run(v, &job));
+    v->before = v->last, v->last = row;
+  }
+  if (row->kind == KITH_ROW_SAME_NORMS) return same_norms(v, value);
+  if (row->kind == KITH_ROW_BALANCE) return balance(v, value);
+  if (row->kind == KITH_ROW_VALUE) return measure_value(v, row, value);
+  if (row->kind == KITH_ROW_ORDER)
+    *value = kith_order(v->n_errors - first, v->resolution + first, v->error + first);
+  return KITH_OK;
+}
+
+/* What the report says of the last run, NaN if there is none: for the table. */
+static double last_value(const struct validation *v, const struct kith_row *row, const char *key) {
+  double value;
+  const bool ran = row->kind != KITH_ROW_THREADS && row->kind != KITH_ROW_RESTART && v->last != NULL;
+  return ran && report_value(v, v->last, key, &value) == KITH_OK ? value : NAN;
+}
+
+/* What a row has come to. */
+struct outcome {
+  double value, seconds;
+  struct kith_snapshot_diff same; /* NaN: not required */
+  bool failed, good;
+};
+
+static bool has_lower_bound(const struct kith_row *row) {
+  return !isnan(row->at_least);
+}
+
+static double bound(const struct kith_row *row) {
+  return has_lower_bound(row) ? row->at_least : row->at_most;
+}
+
+static void print_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
+  char limit[32] = "";
+  const bool same = o->same.difference <= row->tolerance;
+  if (row->kind != KITH_ROW_NOTHING)
+    snprintf(limit, sizeof limit, "%s %-10.4g", has_lower_bound(row) ? ">=" : "<=", bound(row));
+  printf("%-*s %12.5g  %-13s %-6s %9.1e %7.0f %7.1f s", v->width, row->job.label, o->value, limit,
+         o->good ? "ok" : "FAILED", last_value(v, row, "energy_drift"), last_value(v, row, "floors"),
+         o->seconds);
+  if (o->same.difference == 0) printf("  same as %s", row->like);
+  if (o->same.difference > 0)
+    printf("  %s %s %s%.2g in %s", same ? "same as" : "DIFFERS FROM", row->like, same ? "to " : "by ",
+           o->same.difference, o->same.field);
+  putchar('\n');
+}
+
+static void put_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
+  static const char *const also[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
+                                     "energy_drift",     "momentum_drift",    "floors"};
+  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->job.label, o->value,
+          has_lower_bound(row) ? ">=" : "<=", bound(row), o->good ? "ok" : "FAILED", o->seconds, row->source);
+  for (size_t k = 0; k < sizeof also / sizeof *also; ++k)
+    fprintf(v->table, ",%.17g", last_value(v, row, also[k]));
+  fprintf(v->table, ",%d,%d,%s,%s,%.17g\n", KITH_MAX(row->job.ranks, 1), row->job.threads, row->varied,
+          row->like, o->same.difference);
+}
+
+static bool is_good(const struct kith_row *row, const struct outcome *o) {
+  const bool measured = row->kind == KITH_ROW_NOTHING ||
+                        (has_lower_bound(row) ? o->value >= bound(row) : o->value <= bound(row));
+  return !o->failed && measured && !(o->same.difference > row->tolerance);
+}
+
+static void do_row(struct validation *v, const struct kith_row *row) {
+  struct outcome o = {.value = NAN, .same.difference = NAN};
+  const double begun = kith_seconds();
+  char why[256];
+  o.failed = measure(v, row, &o.value) != KITH_OK || compare(v, row, &o.same) != KITH_OK;
+  o.good = is_good(row, &o);
+  o.seconds = kith_seconds() - begun;
+  snprintf(why, sizeof why, "%s", kith_failure());
+  print_row(v, row, &o);
+  put_row(v, row, &o);
+  if (o.failed) printf("    %s\n", why);
+  fflush(stdout);
+  ++v->n_done, v->n_wrong += !o.good, v->n_failed += o.failed;
+  v->n_compared += row->like[0] != '\0', v->n_same += o.same.difference <= row->tolerance;
+}
+
+static enum kith_exit do_rows(struct validation *v) {
+  const double begun = kith_seconds();
+  v->width = 28;
+  for (int k = 0; k < v->n; ++k) v->width = KITH_MAX(v->width, (int)strlen(v->rows[k].job.label));
+  printf("%-*s %12s  %-13s %-6s %9s %7s\n", v->width, "row", "measured", "bound", "", "energy", "floors");
+  for (int k = 0; k < v->n; ++k)
+    if (!v->quick || v->rows[k].quick) do_row(v, &v->rows[k]);
+  printf("%d rows, %d out of tolerance%s; %.0f s\n", v->n_done, v->n_wrong,
+         v->n_failed > 0 ? ", and some runs failed" : "", kith_seconds() - begun);
+  if (v->n_compared > 0)
+    printf("%d of %d runs end in the same state as the row they are compared with\n", v->n_same,
+           v->n_compared);
+  return v->n_failed > 0 ? KITH_EXIT_FAILED : v->n_wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
+}
+
+/* ---- suites ---- */
+
+static void list(void) {
+  puts(
+      "quick  1-D and small 2-D runs, minutes; the default\n"
+      "full   all rows of quick, and larger ones\n"
+      "gates  what must hold for each package, with the known exemptions\n"
+      "ranks  runs of 1 to 8 processes against one: bitwise identical, balance, ghosts; minutes\n"
+      "The rows are in inputs/validation; a file of one's own may have others.");
+}
+
+/* quick and full are of targets.yaml; other names are files beside it, or paths. */
+static kith_status read_rows(struct validation *v, const char *suite) {
+  char path[PATH];
+  const bool is_path = strpbrk(suite, "/.") != NULL;
+  v->quick = strcmp(suite, "quick") == 0;
+  if (v->quick || strcmp(suite, "full") == 0) suite = "targets";
+  snprintf(path, sizeof path, "%s", suite);
+  if (!is_path) snprintf(path, sizeof path, "%s/validation/%.100s.yaml", v->programs.inputs, suite);
+  if (!is_path && access(path, R_OK) != 0)
+    KITH_FAIL(BAD_INPUT, "validate: no suite '%.60s'; quick, full, gates, ranks, list, or a file of rows",
+              suite);
+  KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, v->programs.inputs));
+  KITH_TRY(kith_resize(&v->error, 0, (size_t)v->n, sizeof *v->error));
+  return kith_resize(&v->resolution, 0, (size_t)v->n, sizeof *v->resolution);
+}
+
+static kith_status validate(struct validation *v, enum kith_exit *code) {
+  char path[PATH];
+  struct kith_atomic_file *file;
+  KITH_TRY(kith_directory_make(v->directory));
+  snprintf(path, sizeof path, "%s/validation.csv", v->directory);
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  v->table = file->stream;
+  fputs(
+      "row,measured,relation,bound,verdict,seconds,source,density.l1,velocity.l1,pressure.l1,energy_drift,"
+      "momentum_drift,floors,ranks,threads,varied,like,difference\n",
+      v->table);
+  setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
+  *code = do_rows(v);
+  const kith_status status = kith_atomic_file_commit(&file, false);
+  if (status != KITH_OK) *code = KITH_EXIT_FAILED;
+  return status;
+}
+
+enum kith_exit kith_validate(const struct kith_options *options) {
+  const char *suite = options->subject != NULL ? options->subject : "quick";
+  struct validation v = {.directory = options->directory != NULL ? options->directory : "out/validate"};
+  enum kith_exit code = KITH_EXIT_OK;
+  if (strcmp(suite, "list") == 0) {
+    list();
+    return code;
+  }
+  kith_status status = kith_programs_find(&v.programs);
+  if (status == KITH_OK) status = read_rows(&v, suite);
+  code = status == KITH_OK ? KITH_EXIT_FAILED : KITH_EXIT_USAGE;
+  if (status == KITH_OK) status = validate(&v, &code);
+  if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  kith_free(&v.rows);
+  kith_free(&v.error);
+  kith_free(&v.resolution);
+  return code;
+}

@@ -1,0 +1,211 @@
+/* validate_rows.c - reads rows and groups of rows. */
+#include "app/study/validate_rows.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "app/scene/params.h"
+
+/* What the table reads; the settings and the scene then go into the job. */
+struct entry {
+  struct kith_row row;
+  char scene[64], settings[512];
+};
+#define IN(member) KITH_INTO(struct entry, member)
+static const struct kith_param row_params[] = {
+    {"name", KITH_PARAM_NAME, "", "", "what it is called, and its directory", IN(row.job.label)},
+    {"quick", KITH_PARAM_BOOL, "", "", "takes seconds", IN(row.quick)},
+    {"dimension", KITH_PARAM_INTEGER, "", "[0, 3]", "of the scene", IN(row.job.dimension)},
+    {"scene", KITH_PARAM_NAME, "", "", "one of inputs; none: the run of the row before", IN(scene)},
+    {"settings", KITH_PARAM_NAME, "", "", "key=value, separated by blanks", IN(settings)},
+    {"ranks", KITH_PARAM_INTEGER, "", "[0, 1000]", "processes", IN(row.job.ranks)},
+    {"threads", KITH_PARAM_INTEGER, "", "[0, 1000]", "threads of each", IN(row.job.threads)},
+    {"measure", KITH_PARAM_NAME, "", "", "what is measured", IN(row.measure)},
+    {"at_most", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_most)},
+    {"at_least", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_least)},
+    {"same", KITH_PARAM_NAME, "", "", "bits, or a fraction of the largest value of a field", IN(row.same)},
+    {"like", KITH_PARAM_NAME, "", "", "the row whose last snapshot is the same", IN(row.like)},
+    {"source", KITH_PARAM_NAME, "", "", "of the bound", IN(row.source)},
+    {"over", KITH_PARAM_OTHER, "", "", "of a group: its factors and their values", KITH_BELOW(NULL, MAP)},
+    {"rows", KITH_PARAM_OTHER, "", "", "of a group: its rows", KITH_BELOW(NULL, LIST)},
+    {0}};
+
+struct rows {
+  const char *inputs;
+  struct kith_row *row;
+  int n, room;
+};
+
+/* ---- a row ---- */
+
+static void read_measure(struct kith_row *row) {
+  static const char *const words[] = {
+      [KITH_ROW_ORDER] = "order %d",  [KITH_ROW_SAME_NORMS] = "same norms", [KITH_ROW_BALANCE] = "balance",
+      [KITH_ROW_THREADS] = "threads", [KITH_ROW_RESTART] = "restart %d",    [KITH_ROW_NOTHING] = ""};
+  row->kind = KITH_ROW_VALUE;
+  for (int k = KITH_ROW_ORDER; k <= KITH_ROW_NOTHING; ++k)
+    if (strchr(words[k], '%') != NULL ? sscanf(row->measure, words[k], &row->number) == 1
+                                      : strcmp(row->measure, words[k]) == 0)
+      row->kind = (enum kith_row_kind)k;
+}
+
+static kith_status check_row(const struct kith_config_node *node, const struct kith_row *row) {
+  const char *name = row->job.label;
+  if (name[0] == '\0') return kith_config_fail(node, "name", "missing");
+  if (kith_config_child(node, "over") != NULL || kith_config_child(node, "rows") != NULL)
+    return kith_config_fail(node, NULL, "row %s is no group: over and rows belong to one", name);
+  if (row->kind == KITH_ROW_NOTHING && row->same[0] == '\0')
+    return kith_config_fail(node, NULL, "row %s needs a measure or same", name);
+  if (row->kind != KITH_ROW_NOTHING && isnan(row->at_most) == isnan(row->at_least))
+    return kith_config_fail(node, NULL, "row %s needs one bound, at_most or at_least", name);
+  if ((row->job.scene[0] != '\0') != (row->job.dimension > 0))
+    return kith_config_fail(node, NULL, "row %s: scene and dimension come together", name);
+  if (row->same[0] != '\0' && (row->kind == KITH_ROW_THREADS || row->kind == KITH_ROW_RESTART))
+    return kith_config_fail(node, "same", "'%s' has runs of its own: none of them is compared", row->measure);
+  if ((row->kind == KITH_ROW_ORDER || row->kind == KITH_ROW_RESTART) && row->number < 1)
+    return kith_config_fail(node, "measure", "'%s': the number must be positive", row->measure);
+  return KITH_OK;
+}
+
+/* `row` holds what its group says. */
+static kith_status read_row(const struct rows *rows, const struct kith_config_node *node,
+                            struct kith_row *row) {
+  struct entry entry = {.row = *row};
+  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_params_read(row_params, node, &entry));
+  *row = entry.row;
+  if (entry.scene[0] != '\0')
+    snprintf(row->job.scene, sizeof row->job.scene, "%s/%s.yaml", rows->inputs, entry.scene);
+  KITH_TRY(kith_job_set_words(&row->job, entry.settings));
+  read_measure(row);
+  if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;
+  char *end;
+  row->tolerance = strtod(row->same, &end);
+  if (*end != '\0' || !(row->tolerance > 0 && row->tolerance < 1))
+    return kith_config_fail(node, "same", "'%s' is neither bits nor a number between 0 and 1", row->same);
+  return KITH_OK;
+}
+
+static kith_status add_row(struct rows *rows, const struct kith_row *row) {
+  if (rows->n == rows->room) {
+    rows->room = 2 * rows->room + 64;
+    KITH_TRY(kith_resize(&rows->row, (size_t)rows->n, (size_t)rows->room, sizeof *rows->row));
+  }
+  rows->row[rows->n++] = *row;
+  return KITH_OK;
+}
+
+/* ---- a group ---- */
+
+/* Gives a row the value of a factor. */
+static kith_status vary(struct kith_row *row, const struct kith_config_node *value) {
+  static const struct kith_param count = {"", KITH_PARAM_INTEGER, NULL, "[1, 1000]", "", .size = sizeof(int)};
+  const char *factor = value->parent->key;
+  char text[160];
+  if (value->kind != KITH_CONFIG_SCALAR || value->null)
+    return kith_config_fail(value, NULL, "a value of a factor is one word or number");
+  if (strcmp(factor, "ranks") == 0) return kith_param_value(&count, value, &row->job.ranks);
+  if (strcmp(factor, "threads") == 0) return kith_param_value(&count, value, &row->job.threads);
+  const size_t used = strlen(row->varied);
+  if (used + strlen(value->text) + 2 > sizeof row->varied || strlen(factor) > 80)
+    return kith_config_fail(value, NULL, "too much to set in one row");
+  snprintf(row->varied + used, sizeof row->varied - used, "%s%s", used > 0 ? " " : "", value->text);
+  snprintf(text, sizeof text, "%s=%s", factor, value->text);
+  return kith_job_set(&row->job, text);
+}
+
+static const struct kith_config_node *value_of(const struct kith_config_node *factor, int index) {
+  const struct kith_config_node *value = factor->first;
+  for (index %= factor->n; index > 0; --index) value = value->next;
+  return value;
+}
+
+/* Run k of row i; it is called sod.4x2.kd.grid, a directory too. */
+static kith_status add_varied(struct rows *rows, const struct kith_row *like, int i, int k,
+                              const struct kith_config_node *over, const struct kith_config_node *longest) {
+  struct kith_row row = *like;
+  char *name = row.job.label;
+  const size_t used = strlen(name);
+  snprintf(row.like, sizeof row.like, "%s", like->job.label);
+  for (const struct kith_config_node *factor = over->first; factor != NULL; factor = factor->next)
+    KITH_TRY(vary(&row, value_of(factor, factor == longest ? k : i + k)));
+  if (used + strlen(row.varied) + 12 > sizeof row.job.label)
+    return kith_config_fail(over, NULL, "row %s: the name is too long with its values", like->job.label);
+  snprintf(name + used, sizeof row.job.label - used, ".%dx%d%s%s", row.job.ranks, row.job.threads,
+           row.varied[0] != '\0' ? "." : "", row.varied);
+  for (char *c = name; *c != '\0'; ++c)
+    if (*c == ' ' || *c == ':' || *c == ',') *c = '.';
+  return add_row(rows, &row);
+}
+
+static kith_status read_group(const struct kith_config_node *node, struct kith_row *group,
+                              struct rows *rows) {
+  const struct kith_config_node *list = kith_config_child(node, "rows"),
+                                *over = kith_config_child(node, "over");
+  KITH_TRY(kith_config_want_list(list));
+  if (over == NULL) return kith_config_fail(node, "over", "missing: what a group is run over");
+  KITH_TRY(kith_config_want_map(over));
+  if (list->n == 0 || over->n == 0) return kith_config_fail(node, NULL, "a group needs rows and factors");
+  const struct kith_config_node *longest = over->first;
+  for (const struct kith_config_node *factor = over->first; factor != NULL; factor = factor->next) {
+    KITH_TRY(kith_config_want_list(factor));
+    if (factor->n == 0) return kith_config_fail(factor, NULL, "a factor without values");
+    if (factor->n > longest->n) longest = factor;
+  }
+  KITH_TRY(read_row(rows, node, group));
+  for (const struct kith_config_node *child = list->first; child != NULL; child = child->next) {
+    struct kith_row row = *group;
+    KITH_TRY(read_row(rows, child, &row));
+    KITH_TRY(check_row(child, &row));
+    if (row.job.dimension == 0) return kith_config_fail(child, "scene", "missing: a row of a group is a run");
+    row.job.ranks = row.job.threads = 1;
+    KITH_TRY(add_row(rows, &row));
+    for (int k = 0; k < longest->n; ++k) KITH_TRY(add_varied(rows, &row, child->index, k, over, longest));
+  }
+  return KITH_OK;
+}
+
+/* ---- a file ---- */
+
+static bool is_there(const struct rows *rows, const char *name) {
+  for (int k = 0; k < rows->n; ++k)
+    if (strcmp(rows->row[k].job.label, name) == 0) return true;
+  return false;
+}
+
+static kith_status read_single(const struct kith_config_node *node, struct kith_row *row, struct rows *rows) {
+  KITH_TRY(read_row(rows, node, row));
+  KITH_TRY(check_row(node, row));
+  if (rows->n == 0 && row->job.dimension == 0)
+    return kith_config_fail(node, NULL, "row %s: there is no run before it", row->job.label);
+  if ((row->same[0] != '\0') != (row->like[0] != '\0'))
+    return kith_config_fail(node, NULL, "row %s: same and like come together", row->job.label);
+  if (row->like[0] != '\0' && !is_there(rows, row->like))
+    return kith_config_fail(node, "like", "there is no row '%s' above", row->like);
+  return add_row(rows, row);
+}
+
+static kith_status read_rows(struct rows *rows, const struct kith_config *config) {
+  const struct kith_config_node *list = kith_config_at(config, "rows");
+  if (list == NULL)
+    return kith_config_fail(config->root, NULL, "no rows: a file for validation has a list of them");
+  KITH_TRY(kith_config_want_list(list));
+  for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
+    struct kith_row row = {.at_most = NAN, .at_least = NAN};
+    KITH_TRY(kith_config_child(node, "rows") != NULL ? read_group(node, &row, rows)
+                                                     : read_single(node, &row, rows));
+  }
+  return KITH_OK;
+}
+
+kith_status kith_rows_read_file(struct kith_row **out, int *n, const char *path, const char *inputs) {
+  struct kith_config *config = NULL;
+  struct rows rows = {.inputs = inputs};
+  KITH_TRY(kith_config_read(&config, path));
+  const kith_status status = read_rows(&rows, config);
+  kith_config_destroy(&config);
+  if (status != KITH_OK) kith_free(&rows.row);
+  *out = rows.row;
+  *n = status == KITH_OK ? rows.n : 0;
+  return status;
+}

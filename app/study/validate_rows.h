@@ -1,0 +1,67 @@
+/* validate_rows.h - what is validated: rows of a file, each a run and what is required of it.
+ *
+ *   rows:
+ *     - {name: sod-100, dimension: 1, scene: sod, settings: "resolution=100 arrangement=equal-spacing",
+ *        measure: norms.velocity.l1, at_most: 0.02, source: where the bound comes from}
+ *     - {name: sod-order, measure: order 4, at_least: 0.9}
+ *     - {name: sod-4, dimension: 1, scene: sod, ranks: 4, same: 1e-11, like: sod-100}
+ *
+ * Settings are those of --set, separated by blanks. A row without a scene measures the last run once more.
+ * Measures: those of campaign.h, and
+ *   order N       of convergence through the last N values that rows with a resolution have measured
+ *   same norms    largest relative difference of the L1 norms between the last two runs
+ *   balance       largest imbalance (busiest rank over mean) of all checks but the first
+ *   threads       how many bytes of a checkpoint differ between 1 and 2 threads
+ *   restart N     how many lines of history differ if the run is restarted after step N
+ * `same` is required beside a measure, or instead of one: the last snapshot equals that of the row `like`, an
+ * earlier one. `bits`: every field bitwise, as it is stored, and as many row entries in the whole run; a
+ * number: node by node by id, within this fraction of the largest value of a field.
+ *
+ * A group of rows is run over values of factors: settings, `ranks` and `threads`.
+ *
+ *     - over: {ranks: [1, 2, 4], threads: [1, 2], partition.name: [kd, cart, morton, hilbert, graph]}
+ *       same: bits
+ *       settings: "reproducible=true"
+ *       rows:
+ *         - {name: sod, dimension: 1, scene: sod}
+ *         - {name: noh, dimension: 1, scene: noh, settings: "resolution=50"}
+ *
+ * What the group says holds for its rows where they say nothing; its settings come before theirs. Every row
+ * is run as it is, on one process with one thread; then once for each value of the longest factor, where run
+ * k of row i takes value (i + k) mod n of every other factor with n values. So every row meets every value of
+ * the longest factor, and with enough rows two values of any two factors meet, if the numbers of values of
+ * the other factors have no common divisor. These runs are called ROW.RxT.VALUE..., and compared with the
+ * row. */
+#ifndef KITH_APP_STUDY_VALIDATE_ROWS_H
+#define KITH_APP_STUDY_VALIDATE_ROWS_H
+
+#include "app/study/campaign.h"
+
+enum kith_row_kind {
+  KITH_ROW_VALUE, /* a measure of campaign.h */
+  KITH_ROW_ORDER,
+  KITH_ROW_SAME_NORMS,
+  KITH_ROW_BALANCE,
+  KITH_ROW_THREADS,
+  KITH_ROW_RESTART,
+  KITH_ROW_NOTHING /* but `same` */
+};
+
+struct kith_row {
+  struct kith_job job; /* label: the row's name; dimension 0: no run of its own; threads 0: all */
+  char measure[96], source[256];
+  bool quick;                /* in the suite of minutes */
+  double at_most, at_least;  /* one of them; the other is NaN */
+  enum kith_row_kind kind;   /* of the measure */
+  int number;                /* N of the measure */
+  char same[32];             /* as written */
+  char like[KITH_JOB_LABEL]; /* "": nothing is compared */
+  double tolerance;          /* of `same`; 0: bitwise */
+  char varied[64];           /* values of its group's factors but ranks and threads; else "" */
+};
+
+/* Reads a file; scenes are those of `inputs`. *rows is memory of kith_resize, in the order of the runs.
+ * BAD_INPUT with file, line and key. */
+kith_status kith_rows_read_file(struct kith_row **rows, int *n, const char *path, const char *inputs);
+
+#endif

@@ -1,8 +1,0 @@
-/* version.h - what this program is and how it was built. */
-#ifndef KITH_APP_VERSION_H
-#define KITH_APP_VERSION_H
-const char *kith_version(void);  /* "0.1.0" */
-const char *kith_build(void);    /* dimension, build type, compiler */
-const char *kith_compiler(void); /* name and version */
-const char *kith_flags(void);
-#endif

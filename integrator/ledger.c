@@ -1,0 +1,62 @@
+/* The ledger: sums over ranks, its entries for the report, whether it closes. */
+#include "integrator/ledger.h"
+
+#include <string.h>
+
+enum { WORDS = sizeof(struct kith_ledger) / sizeof(uint64_t) };
+
+/* What all ranks do together. */
+static void copy_common(struct kith_ledger *to, const struct kith_ledger *from) {
+#define COPY_EACH(name)
+#define COPY_TOGETHER(name) to->name = from->name;
+#define X(name, how, doc) COPY_##how(name)
+  KITH_LEDGER_LIST(X)
+#undef X
+  memcpy(to->because, from->because, sizeof to->because);
+}
+
+struct kith_ledger kith_ledger_of_all(const struct kith_ledger *ledger, struct kith_ranks *ranks) {
+  uint64_t word[WORDS];
+  struct kith_ledger all;
+  memcpy(word, ledger, sizeof word);
+  kith_ranks_sum_counts(ranks, word, WORDS);
+  memcpy(&all, word, sizeof all);
+  copy_common(&all, ledger);
+  return all;
+}
+
+struct kith_ledger kith_ledger_of_rank(const struct kith_ledger *all, const struct kith_ranks *ranks) {
+  struct kith_ledger mine = {0};
+  if (kith_ranks_rank(ranks) == 0) return *all;
+  copy_common(&mine, all);
+  return mine;
+}
+
+bool kith_ledger_closes(const struct kith_ledger *ledger) {
+  struct kith_ledger_boundary sum = {0};
+  uint64_t lifecycles = 0;
+  bool closes = true;
+  for (int b = 0; b < KITH_MAX_BOUNDARIES; ++b) {
+    const struct kith_ledger_boundary *own = &ledger->boundary[b];
+    closes = closes && own->created == own->culled + own->kept;
+    sum.created += own->created, sum.culled += own->culled, sum.kept += own->kept;
+  }
+  for (int r = 0; r < KITH_REBUILD_REASONS; ++r) lifecycles += ledger->because[r];
+  return closes && sum.created == ledger->ghosts_created && sum.culled == ledger->ghosts_culled &&
+         sum.kept == ledger->ghosts_kept && lifecycles == ledger->lifecycles;
+}
+
+bool kith_ledger_entry(const struct kith_ledger *ledger, int k, struct kith_ledger_entry *out) {
+  const struct kith_ledger_entry entries[KITH_LEDGER_ENTRIES] = {
+#define X(name, how, doc) {#name, doc, (double)ledger->name},
+      KITH_LEDGER_LIST(X)
+#undef X
+#define X(name, ...) \
+  {"rebuilds_because_" #name, "lifecycles for this reason", (double)ledger->because[KITH_BECAUSE_##name]},
+          KITH_REBUILD_CAUSE_LIST(X) KITH_REBUILD_LIST(X)
+#undef X
+  };
+  if (k < 0 || k >= KITH_LEDGER_ENTRIES) return false;
+  *out = entries[k];
+  return true;
+}

@@ -1,0 +1,64 @@
+/* ledger.h - what happened, summed over the run: one table for the counters, the report and the sums over
+ * ranks.
+ *
+ * Ghosts are counted where things happen: created by the boundaries when they make them, culled by the cull,
+ * kept from the blocks that are left. So created = culled + kept is a check, for each boundary and for all
+ * (kith_ledger_closes). */
+#ifndef KITH_INTEGRATOR_LEDGER_H
+#define KITH_INTEGRATOR_LEDGER_H
+
+#include "boundaries/boundary.h"
+#include "lib/connectivity/policies/rebuild.h"
+
+/* Counter (its name in report.json, after "ledger."), how ranks combine, what it counts. EACH: ranks are
+ * summed (a pair between ranks counts twice); TOGETHER: all ranks do it together, and it counts once. */
+#define KITH_LEDGER_LIST(X)                                                                     \
+  X(lifecycles, TOGETHER, "rebuilds of ghosts, searches and connectivity")                      \
+  X(reorders, EACH, "reorderings of the nodes along the curve")                                 \
+  X(evaluations, TOGETHER, "evaluations of the rates")                                          \
+  X(rejected_steps, TOGETHER, "attempts that were repeated with a shorter step")                \
+  X(refreshes, TOGETHER, "evaluations that only refreshed the ghosts' values")                  \
+  X(ghosts_created, EACH, "ghosts made by the boundaries")                                      \
+  X(ghosts_culled, EACH, "ghosts removed because no internal node needs them")                  \
+  X(ghosts_kept, EACH, "ghosts left after the cull")                                            \
+  X(candidates, EACH, "nodes that the search offered as neighbors")                             \
+  X(row_entries, EACH, "neighbors in the rows of internal nodes")                               \
+  X(pairs, EACH, "flattened pairs")                                                             \
+  X(overlap_pairs, EACH, "flattened pairs of nodes whose supports overlap")                     \
+  X(pairs_cut, EACH, "pairs that barriers cut")                                                 \
+  X(last_ghosts, EACH, "ghosts after the last lifecycle")                                       \
+  X(last_row_entries, EACH, "neighbors in the rows of internal nodes after the last lifecycle") \
+  X(last_pairs, EACH, "pairs after the last lifecycle")
+
+/* Nothing but uint64_t: a checkpoint stores it as words. */
+struct kith_ledger {
+#define X(name, ...) uint64_t name;
+  KITH_LEDGER_LIST(X)
+#undef X
+  uint64_t because[KITH_REBUILD_REASONS]; /* lifecycles by reason */
+  struct kith_ledger_boundary {
+    uint64_t created, culled, kept;
+  } boundary[KITH_MAX_BOUNDARIES];
+};
+
+/* Of all ranks. Collective. */
+struct kith_ledger kith_ledger_of_all(const struct kith_ledger *ledger, struct kith_ranks *ranks);
+/* What this rank keeps of the ledger of all, so that their sum is that: sums are kept by rank 0. */
+struct kith_ledger kith_ledger_of_rank(const struct kith_ledger *all, const struct kith_ranks *ranks);
+/* created = culled + kept for each boundary, the boundaries add up, and lifecycles to their reasons. */
+bool kith_ledger_closes(const struct kith_ledger *ledger);
+
+/* Entry k of the report: counters, then rebuilds_because_<reason>. False beyond the last. */
+struct kith_ledger_entry {
+  const char *name, *doc;
+  double value;
+};
+bool kith_ledger_entry(const struct kith_ledger *ledger, int k, struct kith_ledger_entry *out);
+#define X(...) +1
+enum {
+  KITH_LEDGER_COUNTERS = 0 KITH_LEDGER_LIST(X),
+  KITH_LEDGER_ENTRIES = KITH_LEDGER_COUNTERS + KITH_REBUILD_REASONS - 1
+};
+#undef X
+
+#endif

@@ -1,0 +1,35 @@
+/* lifecycle.h - the lifecycle of ghosts, searches and connectivity, in one function.
+ *
+ *   requirements -> nodes put back, migrated, reordered -> search radii -> ghosts -> neighbors ->
+ *   connectivity -> cull -> patch -> ready
+ *
+ * Search radii. R_i = (1 + skin + g_i) H_i + m_i, where g_i = 2 dt |div v| / d is twice the relative change
+ * of the support in a step (the last one, or the one ahead if that is longer), at most 0.1. For lists that
+ * must serve a step of several stages (integrator->ahead = dt > 0) m_i covers the motion within it,
+ *     m_i = 1.01 dt (w_i + max_k w_k),    w = |v - c| + dt |a| / 2,   at most H_i / 4,
+ * with c the mean velocity along axes where a common drift is no displacement (policies/cover.h). Too little
+ * costs a rebuild within the step, too much costs pairs. */
+#ifndef KITH_INTEGRATOR_LIFECYCLE_H
+#define KITH_INTEGRATOR_LIFECYCLE_H
+
+#include "integrator/integrator.h"
+
+/* Who requires what, and why: what the connectivity is built from. */
+struct kith_demand {
+  const char *who, *why;
+  struct kith_requirements need;
+};
+enum { KITH_DEMANDS = 3 };
+void kith_lifecycle_demands(const struct kith_integrator *integrator,
+                            struct kith_demand demand[KITH_DEMANDS]);
+
+/* The whole of it, from the present positions. Where integrator->holding, nodes stay in their places.
+ * Collective. */
+kith_status kith_lifecycle(struct kith_integrator *integrator, enum kith_rebuild_reason reason);
+
+/* Rebuilds the lists that were made from integrator->built, bitwise identical. The two fields (NDIM and 1
+ * numbers a node) are overwritten. Collective. */
+kith_status kith_lifecycle_remake(struct kith_integrator *integrator, struct kith_field *vector_scratch,
+                                  struct kith_field *scalar_scratch);
+
+#endif

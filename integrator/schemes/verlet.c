@@ -1,0 +1,34 @@
+/* Scheme verlet: drift, kick, drift, and one evaluation in the middle, with velocities and energies that the
+ * rates of the last middle predict for it. Both drifts end with the velocity of their end of the step, so the
+ * scheme without viscosity is reversible (position Verlet). */
+#include "integrator/step.h"
+
+static void predict(struct kith_integrator *it, double dt) {
+  struct kith_hydro *hydro = it->hydro;
+  struct kith_field *base = it->kick.velocity_base;
+  kith_field_copy(it->nodes, base, hydro->velocity);
+  kith_field_copy(it->nodes, it->energy_base, hydro->energy);
+  kith_drift(it, base, 0.5 * dt);
+  kith_kick_energy(it, 0.5 * dt);
+  kith_kick_velocity(it, 0.5 * dt);
+}
+
+static kith_status advance(struct kith_integrator *it, double *step) {
+  const double dt = *step;
+  struct kith_hydro *hydro = it->hydro;
+  KITH_TRY(kith_integrator_evaluate(it));
+  kith_field_copy(it->nodes, hydro->velocity, it->kick.velocity_base);
+  kith_field_copy(it->nodes, hydro->energy, it->energy_base);
+  it->kick.time = 0;
+  kith_kick_energy(it, dt);
+  kith_kick_velocity(it, dt);
+  kith_drift(it, hydro->velocity, 0.5 * dt);
+  return KITH_OK;
+}
+
+const struct kith_scheme_ops kith_scheme_verlet = {
+    .name = "verlet",
+    .doc = "position Verlet: drift, kick, drift; one evaluation a step, in its middle",
+    .evaluations = 1,
+    .predict = predict,
+    .advance = advance};

@@ -1,0 +1,295 @@
+/* Everything that calls MPI. */
+#include "lib/comm/ranks.h"
+
+#include <limits.h>
+#include <mpi.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct kith_ranks {
+  MPI_Comm all;
+  int rank, size, beside;
+  char agreed[1024]; /* the failure that all ranks agreed on; empty: none */
+  struct kith_traffic traffic;
+  MPI_Request *request; /* [2 size] of the pending exchange */
+  int n_requests;
+};
+
+/* ---- life ---- */
+
+int kith_ranks_launched(void) {
+  static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
+  for (size_t k = 0; k < sizeof sizes / sizeof *sizes; ++k) {
+    const char *size = getenv(sizes[k]);
+    if (size != NULL && atoi(size) > 1) return atoi(size);
+  }
+  return 1;
+}
+
+static kith_status start(struct kith_ranks *ranks) {
+  int level;
+  MPI_Comm beside;
+  if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level) != MPI_SUCCESS)
+    KITH_FAIL(UNSUPPORTED, "MPI cannot be started");
+  if (level < MPI_THREAD_FUNNELED) KITH_FAIL(UNSUPPORTED, "this MPI library does not support threads");
+  MPI_Comm_dup(MPI_COMM_WORLD, &ranks->all);
+  MPI_Comm_rank(ranks->all, &ranks->rank);
+  MPI_Comm_size(ranks->all, &ranks->size);
+  MPI_Comm_split_type(ranks->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &beside);
+  MPI_Comm_size(beside, &ranks->beside);
+  MPI_Comm_free(&beside);
+  return kith_resize(&ranks->request, 0, 2 * (size_t)ranks->size, sizeof *ranks->request);
+}
+
+kith_status kith_ranks_create(struct kith_ranks **out) {
+  *out = NULL;
+  const int launched = kith_ranks_launched();
+  if (launched == 1) return KITH_OK;
+  struct kith_ranks *ranks = NULL;
+  KITH_TRY(kith_resize(&ranks, 0, 1, sizeof *ranks));
+  const kith_status status = start(ranks);
+  *out = ranks;
+  const bool alone = status == KITH_OK && ranks->size == 1;
+  if (status != KITH_OK || alone) kith_ranks_destroy(out);
+  if (alone)
+    KITH_FAIL(
+        UNSUPPORTED,
+        "%d processes were started, but they do not see each other: does the launcher belong to another MPI "
+        "library?",
+        launched);
+  return status;
+}
+
+void kith_ranks_destroy(struct kith_ranks **ranks) {
+  if (*ranks == NULL) return;
+  kith_free(&(*ranks)->request);
+  if ((*ranks)->size > 0) {
+    MPI_Comm_free(&(*ranks)->all);
+    MPI_Finalize();
+  }
+  kith_free(ranks);
+}
+
+void kith_ranks_abort(struct kith_ranks *ranks, int code) {
+  if (ranks != NULL) MPI_Abort(ranks->all, code);
+  exit(code);
+}
+
+int kith_ranks_rank(const struct kith_ranks *ranks) {
+  return ranks != NULL ? ranks->rank : 0;
+}
+int kith_ranks_size(const struct kith_ranks *ranks) {
+  return ranks != NULL ? ranks->size : 1;
+}
+int kith_ranks_on_this_machine(const struct kith_ranks *ranks) {
+  return ranks != NULL ? ranks->beside : 1;
+}
+int kith_ranks_communicator(const struct kith_ranks *ranks) {
+  return ranks != NULL ? MPI_Comm_c2f(ranks->all) : 0;
+}
+
+/* ---- agreement ---- */
+
+/* Broadcasts the message of the rank that failed, with "rank N: " in front unless it has that already or all
+ * ranks failed. */
+static void tell(struct kith_ranks *ranks, int root, bool alone) {
+  char *line = ranks->agreed;
+  const bool told = !alone || strncmp(kith_failure(), "rank ", 5) == 0;
+  if (ranks->rank == root && told) snprintf(line, sizeof ranks->agreed, "%s", kith_failure());
+  if (ranks->rank == root && !told)
+    snprintf(line, sizeof ranks->agreed, "rank %d: %.1000s", root, kith_failure());
+  MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all);
+}
+
+kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status status) {
+  if (ranks == NULL) return status;
+  struct {
+    int code, rank;
+  } mine = {status == KITH_OK ? INT_MAX : (int)status, ranks->rank}, first;
+  MPI_Allreduce(&mine, &first, 1, MPI_2INT, MPI_MINLOC, ranks->all);
+  ++ranks->traffic.collectives;
+  if (first.code == INT_MAX) return KITH_OK;
+  uint64_t failed = status != KITH_OK;
+  kith_ranks_sum_counts(ranks, &failed, 1);
+  tell(ranks, first.rank, failed < (uint64_t)ranks->size);
+  return kith_fail((kith_status)first.code, "%s", ranks->agreed);
+}
+
+bool kith_ranks_status_is_shared(const struct kith_ranks *ranks) {
+  return ranks == NULL || (ranks->agreed[0] != '\0' && strcmp(ranks->agreed, kith_failure()) == 0);
+}
+
+/* ---- reductions ---- */
+
+static void reduce(struct kith_ranks *ranks, void *values, int n, MPI_Datatype type, MPI_Op op) {
+  if (ranks == NULL) return;
+  MPI_Allreduce(MPI_IN_PLACE, values, n, type, op, ranks->all);
+  ++ranks->traffic.collectives;
+}
+
+bool kith_ranks_any(struct kith_ranks *ranks, bool mine) {
+  int any = mine;
+  reduce(ranks, &any, 1, MPI_INT, MPI_MAX);
+  return any != 0;
+}
+
+void kith_ranks_max(struct kith_ranks *ranks, double *values, int n) {
+  reduce(ranks, values, n, MPI_DOUBLE, MPI_MAX);
+}
+
+void kith_ranks_min(struct kith_ranks *ranks, double *values, int n) {
+  reduce(ranks, values, n, MPI_DOUBLE, MPI_MIN);
+}
+
+void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
+  reduce(ranks, values, n, MPI_UINT64_T, MPI_SUM);
+}
+
+/* The few bytes of every rank, in their order. Without them no rank can continue. */
+static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, void *all) {
+  if (kith_resize(all, 0, (size_t)ranks->size, bytes) != KITH_OK) {
+    fprintf(stderr, "kith: rank %d: %s\n", ranks->rank, kith_failure());
+    kith_ranks_abort(ranks, 1);
+  }
+  void *into;
+  memcpy(&into, all, sizeof into);
+  MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all);
+  ++ranks->traffic.collectives;
+}
+
+/* All terms go to all ranks, so that each adds them in the same order. */
+void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n) {
+  double *all = NULL;
+  if (ranks == NULL || n == 0) return;
+  collect(ranks, values, (size_t)n * sizeof *values, &all);
+  for (int k = 0; k < n; ++k) {
+    values[k] = 0;
+    for (int r = 0; r < ranks->size; ++r) values[k] += all[(size_t)r * (size_t)n + (size_t)k];
+  }
+  kith_free(&all);
+}
+
+int kith_ranks_minloc(struct kith_ranks *ranks, double value, int64_t tie) {
+  struct {
+    double value;
+    int64_t tie;
+  } mine = {value, tie}, *all = NULL;
+  int least = 0;
+  if (ranks == NULL) return 0;
+  collect(ranks, &mine, sizeof mine, &all);
+  for (int r = 1; r < ranks->size; ++r)
+    if (all[r].value < all[least].value || (all[r].value == all[least].value && all[r].tie < all[least].tie))
+      least = r;
+  kith_free(&all);
+  return least;
+}
+
+void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {
+  enum { MOST = 1 << 30 };
+  for (size_t at = 0; ranks != NULL && at < bytes; at += MOST) {
+    MPI_Bcast((char *)data + at, (int)KITH_MIN(bytes - at, (size_t)MOST), MPI_BYTE, root, ranks->all);
+    ++ranks->traffic.collectives;
+  }
+}
+
+/* ---- between ranks ---- */
+
+void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t *from, int n) {
+  if (ranks == NULL) {
+    memcpy(from, to, (size_t)n * sizeof *from);
+    return;
+  }
+  MPI_Alltoall(to, n, MPI_INT64_T, from, n, MPI_INT64_T, ranks->all);
+  ++ranks->traffic.collectives;
+}
+
+void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, size_t bytes) {
+  enum { TAG = 9 };
+  if (ranks == NULL || from == 0 || bytes == 0) return;
+  if (ranks->rank == 0) MPI_Recv(data, (int)bytes, MPI_BYTE, from, TAG, ranks->all, MPI_STATUS_IGNORE);
+  if (ranks->rank == from) MPI_Send(data, (int)bytes, MPI_BYTE, 0, TAG, ranks->all);
+}
+
+static kith_status gather_parts(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
+                                int *count, int *place, size_t *part) {
+  int length = (int)bytes;
+  MPI_Allgather(&length, 1, MPI_INT, count, 1, MPI_INT, ranks->all);
+  size_t total = 0;
+  for (int r = 0; r < ranks->size; ++r) {
+    place[r] = (int)total;
+    if (part != NULL) part[r] = total;
+    total += (size_t)count[r];
+  }
+  if (part != NULL) part[ranks->size] = total;
+  if (total > INT_MAX) KITH_FAIL(UNSUPPORTED, "%zu bytes are too many for all ranks", total);
+  KITH_TRY(kith_ranks_allreduce_status(ranks, kith_resize(all, 0, total, 1)));
+  MPI_Allgatherv(mine, length, MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all);
+  ranks->traffic.collectives += 2;
+  return KITH_OK;
+}
+
+kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
+                              size_t *part) {
+  *all = NULL;
+  if (ranks == NULL) {
+    KITH_TRY(kith_resize(all, 0, bytes, 1));
+    if (bytes > 0) memcpy(*all, mine, bytes);
+    if (part != NULL) part[0] = 0, part[1] = bytes;
+    return KITH_OK;
+  }
+  int *count = NULL;
+  kith_status status = kith_resize(&count, 0, 2 * (size_t)ranks->size, sizeof *count);
+  if (bytes > INT_MAX) status = kith_fail(KITH_UNSUPPORTED, "%zu bytes are too many for all ranks", bytes);
+  status = kith_ranks_allreduce_status(ranks, status);
+  if (status == KITH_OK) status = gather_parts(ranks, mine, bytes, all, count, count + ranks->size, part);
+  kith_free(&count);
+  return status;
+}
+
+kith_status kith_ranks_start_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out,
+                                      int n_in, const struct kith_message *in) {
+  enum { TAG = 1 };
+  if (ranks == NULL) return KITH_OK;
+  if (ranks->n_requests > 0) KITH_FAIL(INTERNAL, "an exchange is pending already");
+  if (n_out > ranks->size || n_in > ranks->size) KITH_FAIL(INTERNAL, "more messages than ranks");
+  for (int k = 0; k < n_out + n_in; ++k) {
+    const struct kith_message *m = k < n_in ? &in[k] : &out[k - n_in];
+    if (m->bytes == 0) continue;
+    if (m->bytes / 8 > INT_MAX) KITH_FAIL(UNSUPPORTED, "a message of %zu bytes", m->bytes);
+    const int words = (int)(m->bytes / 8);
+    MPI_Request *request = &ranks->request[ranks->n_requests++];
+    if (k < n_in) {
+      MPI_Irecv(m->data, words, MPI_INT64_T, m->rank, TAG, ranks->all, request);
+      continue;
+    }
+    MPI_Isend(m->data, words, MPI_INT64_T, m->rank, TAG, ranks->all, request);
+    ++ranks->traffic.messages;
+    ranks->traffic.bytes += m->bytes;
+  }
+  return KITH_OK;
+}
+
+void kith_ranks_progress(struct kith_ranks *ranks) {
+  int done = 0;
+  if (ranks == NULL || ranks->n_requests == 0) return;
+  MPI_Testall(ranks->n_requests, ranks->request, &done, MPI_STATUSES_IGNORE);
+  if (done) ranks->n_requests = 0;
+}
+
+void kith_ranks_finish_exchange(struct kith_ranks *ranks) {
+  if (ranks == NULL) return;
+  MPI_Waitall(ranks->n_requests, ranks->request, MPI_STATUSES_IGNORE);
+  ranks->n_requests = 0;
+}
+
+kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
+                                const struct kith_message *in) {
+  KITH_TRY(kith_ranks_start_exchange(ranks, n_out, out, n_in, in));
+  kith_ranks_finish_exchange(ranks);
+  return KITH_OK;
+}
+
+struct kith_traffic kith_ranks_traffic(const struct kith_ranks *ranks) {
+  return ranks != NULL ? ranks->traffic : (struct kith_traffic){0};
+}

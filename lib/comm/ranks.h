@@ -1,0 +1,91 @@
+/* ranks.h - the processes (MPI ranks) of one run and their communication. All MPI calls are in ranks.c.
+ *
+ * The communicator is passed down like any object. NULL stands for a run of one process: every function
+ * accepts it and returns what it was given, and MPI is never started. With several ranks every function is
+ * collective: all ranks call it, in the same order. Exceptions are functions that only tell something about
+ * this rank, kith_ranks_send_to_root and kith_ranks_abort.
+ *
+ * Errors. A stage in which only some ranks can fail ends with kith_ranks_allreduce_status: all ranks get the
+ * failure with the smallest code (of the lowest rank, if several have it) with that rank's message, and
+ * return together. A failure where no such agreement follows (no memory between two exchanges) ends all ranks
+ * through kith_ranks_abort, which the program calls if a failure was not agreed on.
+ *
+ * Sums of doubles are added in the order of the ranks: they are bitwise identical on every rank and in every
+ * run, but differ with the number of ranks. Sums that the state of a run depends on are exact (sum.h).
+ * Maxima, minima and sums of integers do not depend on an order. */
+#ifndef KITH_COMM_RANKS_H
+#define KITH_COMM_RANKS_H
+
+#include "lib/core/base.h"
+
+struct kith_ranks; /* opaque */
+
+/* Processes that were started together with this one (by mpirun, mpiexec, srun), according to the
+ * environment. */
+int kith_ranks_launched(void);
+/* Starts MPI, once per process. *out is NULL if there is only one process. UNSUPPORTED if MPI knows of fewer
+ * processes than were started. */
+kith_status kith_ranks_create(struct kith_ranks **out);
+/* Ends MPI when all ranks have called it. Accepts a pointer to NULL. */
+void kith_ranks_destroy(struct kith_ranks **ranks);
+/* Ends all ranks immediately. */
+__attribute__((noreturn)) void kith_ranks_abort(struct kith_ranks *ranks, int code);
+
+int kith_ranks_rank(const struct kith_ranks *ranks); /* 0 .. size - 1; 0 if NULL */
+int kith_ranks_size(const struct kith_ranks *ranks); /* 1 if NULL */
+/* Ranks on this machine, which share its cores. */
+int kith_ranks_on_this_machine(const struct kith_ranks *ranks);
+/* The communicator as the handle that MPI_Comm_f2c takes, for libraries that communicate by themselves; 0 if
+ * NULL. */
+int kith_ranks_communicator(const struct kith_ranks *ranks);
+
+/* The status of all ranks: see above. */
+kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status status);
+/* Is the last failure of this process one that all ranks agreed on? */
+bool kith_ranks_status_is_shared(const struct kith_ranks *ranks);
+
+bool kith_ranks_any(struct kith_ranks *ranks, bool mine);
+void kith_ranks_max(struct kith_ranks *ranks, double *values, int n);
+void kith_ranks_min(struct kith_ranks *ranks, double *values, int n);
+void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n);
+void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n);
+/* The rank with the smallest value; of several, the one with the smallest tie. */
+int kith_ranks_minloc(struct kith_ranks *ranks, double value, int64_t tie);
+void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes);
+
+/* MPI_Alltoall: from[r * n .. ] is what rank r had in to[me * n .. ]. */
+void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t *from, int n);
+/* MPI_Allgatherv: the data of all ranks, one after the other. *all is kith_resize memory owned by the caller;
+ * part (may be NULL): [size + 1] where the data of each rank begin, in bytes. The status is agreed on. NULL
+ * ranks: a copy. */
+kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
+                              size_t *part);
+
+/* `bytes` at `data` of rank `from`, at most INT_MAX, are copied to `data` of rank 0. Called by these two
+ * ranks only; nothing to do if `from` is 0. */
+void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, size_t bytes);
+
+/* Messages between pairs of ranks, started together and completed together. Both sides know the sizes, which
+ * are multiples of 8 bytes; empty messages are not sent. */
+struct kith_message {
+  int rank;
+  void *data;
+  size_t bytes;
+};
+kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
+                                const struct kith_message *in);
+/* The same in two halves, one exchange at a time; the data must not be touched in between. Code that computes
+ * meanwhile calls kith_ranks_progress now and then, from the thread that started MPI: most MPI libraries make
+ * progress only inside of calls. */
+kith_status kith_ranks_start_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out,
+                                      int n_in, const struct kith_message *in);
+void kith_ranks_progress(struct kith_ranks *ranks);
+void kith_ranks_finish_exchange(struct kith_ranks *ranks);
+
+/* Since the start: messages and bytes that this rank sent in exchanges, and its collective calls. */
+struct kith_traffic {
+  uint64_t messages, bytes, collectives;
+};
+struct kith_traffic kith_ranks_traffic(const struct kith_ranks *ranks);
+
+#endif

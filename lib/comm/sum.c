@@ -1,0 +1,69 @@
+/* Carries, sums over ranks and the rounding of exact sums. */
+#include "lib/comm/sum.h"
+
+#include <math.h>
+
+/* All digits but the last, which has the sign, become 0 .. 2^32 - 1. */
+void kith_sum_carry(struct kith_sum *sum) {
+  for (int k = 0; k + 1 < KITH_SUM_DIGITS; ++k) {
+    const int64_t carry = sum->word[k] >> 32;
+    sum->word[k] &= 0xffffffff;
+    sum->word[k + 1] += carry;
+  }
+  sum->terms = 0;
+}
+
+void kith_sum_odd(struct kith_sum *sum, double term) {
+  sum->word[isnan(term) ? KITH_SUM_NAN : term > 0 ? KITH_SUM_INFINITE : KITH_SUM_NEGATIVE] += 1;
+}
+
+void kith_sum_join(struct kith_sum *to, const struct kith_sum *from) {
+  struct kith_sum carried = *from;
+  kith_sum_carry(&carried);
+  for (int k = 0; k < KITH_SUM_WORDS; ++k) to->word[k] += carried.word[k];
+  kith_sum_carry(to);
+}
+
+/* Digits below 2^32 of up to 2^31 ranks add up to less than 2^63. */
+void kith_sum_ranks(struct kith_ranks *ranks, struct kith_sum *sums, int n) {
+  enum { MANY = 16 };
+  uint64_t words[MANY * KITH_SUM_WORDS];
+  for (int from = 0; ranks != NULL && from < n; from += MANY) {
+    const int here = KITH_MIN(n - from, MANY);
+    for (int s = 0; s < here; ++s) {
+      kith_sum_carry(&sums[from + s]);
+      memcpy(words + s * KITH_SUM_WORDS, sums[from + s].word, sizeof sums->word);
+    }
+    kith_ranks_sum_counts(ranks, words, here * KITH_SUM_WORDS);
+    for (int s = 0; s < here; ++s) {
+      memcpy(sums[from + s].word, words + s * KITH_SUM_WORDS, sizeof sums->word);
+      kith_sum_carry(&sums[from + s]);
+    }
+  }
+}
+
+/* The value of non-negative digits. The three highest digits have at least 65 significant bits, which the
+ * conversion to double rounds to 53, ties to even; all lower digits are represented by one sticky bit. A
+ * result with fewer bits (a subnormal number) is exact. */
+static double round_once(const int64_t *digit) {
+  int top = KITH_SUM_DIGITS - 1;
+  while (top > 0 && digit[top] == 0) --top;
+  unsigned __int128 bits = 0;
+  for (int k = top; k > top - 3; --k) bits = bits << 32 | (k >= 0 ? (uint64_t)digit[k] : 0);
+  bool more = false;
+  for (int k = top - 3; k >= 0; --k) more = more || digit[k] != 0;
+  return ldexp((double)(bits | more), 32 * (top - 2) - 1075);
+}
+
+double kith_sum_value(const struct kith_sum *sum) {
+  struct kith_sum s = *sum;
+  if (s.word[KITH_SUM_NAN] > 0 || (s.word[KITH_SUM_INFINITE] > 0 && s.word[KITH_SUM_NEGATIVE] > 0))
+    return NAN;
+  if (s.word[KITH_SUM_INFINITE] > 0) return INFINITY;
+  if (s.word[KITH_SUM_NEGATIVE] > 0) return -INFINITY;
+  kith_sum_carry(&s);
+  const bool negative = s.word[KITH_SUM_DIGITS - 1] < 0;
+  for (int k = 0; negative && k < KITH_SUM_DIGITS; ++k) s.word[k] = -s.word[k];
+  if (negative) kith_sum_carry(&s);
+  return negative ? -round_once(s.word) : round_once(s.word);
+}

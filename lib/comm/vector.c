@@ -1,0 +1,256 @@
+/* Vectors of SUNDIALS over a few arrays: operations on elements, exact sums. */
+#include "lib/comm/vector.h"
+
+#include <math.h>
+#include <string.h>
+#include "lib/comm/sum.h"
+
+struct content {
+  struct kith_vectors *set;
+  double *own[KITH_VECTOR_MAX_PARTS]; /* NULL: the caller's */
+};
+
+static struct content *content_of(N_Vector v) {
+  return v->content;
+}
+
+double *kith_vector_numbers(N_Vector v, int part) {
+  const struct content *c = content_of(v);
+  return c->own[part] != NULL ? c->own[part] : *c->set->part[part].numbers;
+}
+
+static int parts(N_Vector v) {
+  return content_of(v)->set->parts;
+}
+
+static int64_t length(N_Vector v, int part) {
+  return content_of(v)->set->part[part].length;
+}
+
+/* ---- life ---- */
+
+static void destroy(N_Vector v) {
+  struct content *c = content_of(v);
+  if (c != NULL && c->own[0] != NULL) c->set->bytes -= (size_t)c->set->own * sizeof(double);
+  for (int part = 0; c != NULL && part < c->set->parts; ++part) kith_free(&c->own[part]);
+  kith_free(&v->content);
+  N_VFreeEmpty(v);
+}
+
+/* A vector without numbers of its own. */
+static N_Vector make(struct kith_vectors *set) {
+  N_Vector v = N_VNewEmpty(set->context);
+  if (v == NULL) return NULL;
+  if (kith_resize(&v->content, 0, 1, sizeof(struct content)) != KITH_OK) {
+    N_VFreeEmpty(v);
+    return NULL;
+  }
+  content_of(v)->set = set;
+  return v;
+}
+
+static N_Vector clone(N_Vector of) {
+  N_Vector v = make(content_of(of)->set);
+  if (v == NULL) return NULL;
+  kith_status status = N_VCopyOps(of, v) == 0 ? KITH_OK : KITH_NO_MEMORY;
+  /* One number more: an empty set has vectors too. */
+  for (int part = 0; status == KITH_OK && part < parts(v); ++part)
+    status = kith_resize(&content_of(v)->own[part], 0, (size_t)length(v, part) + 1, sizeof(double));
+  if (status == KITH_OK) {
+    content_of(v)->set->bytes += (size_t)content_of(v)->set->own * sizeof(double);
+    return v;
+  }
+  for (int part = 0; part < parts(v); ++part) kith_free(&content_of(v)->own[part]);
+  destroy(v);
+  return NULL;
+}
+
+static N_Vector_ID identity(N_Vector v) {
+  (void)v;
+  return SUNDIALS_NVEC_CUSTOM;
+}
+
+static sunindextype count(N_Vector v) {
+  return content_of(v)->set->length;
+}
+
+/* ---- element by element ---- */
+
+/* z[k] = expression in k and, as declared, x[k] and y[k]; all may be the same vector. */
+#define ELEMENTS(z_vector, declare, expression)                                                          \
+  for (int part = 0; part < parts(z_vector); ++part) {                                                   \
+    double *z = kith_vector_numbers(z_vector, part);                                                     \
+    const int64_t n = length(z_vector, part);                                                            \
+    declare;                                                                                             \
+    _Pragma("omp parallel for simd schedule(static)") for (int64_t k = 0; k < n; ++k) z[k] = expression; \
+  }
+#define X_ONLY const double *x = kith_vector_numbers(xv, part)
+#define X_AND_Y const double *x = kith_vector_numbers(xv, part), *y = kith_vector_numbers(yv, part)
+
+static void linear_sum(double a, N_Vector xv, double b, N_Vector yv, N_Vector zv) {
+  ELEMENTS(zv, X_AND_Y, a * x[k] + b * y[k])
+}
+static void constant(double c, N_Vector zv) {
+  ELEMENTS(zv, (void)0, c)
+}
+static void product(N_Vector xv, N_Vector yv, N_Vector zv) {
+  ELEMENTS(zv, X_AND_Y, x[k] * y[k])
+}
+static void quotient(N_Vector xv, N_Vector yv, N_Vector zv) {
+  ELEMENTS(zv, X_AND_Y, x[k] / y[k])
+}
+static void scaled(double c, N_Vector xv, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, c * x[k])
+}
+static void magnitude(N_Vector xv, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, fabs(x[k]))
+}
+static void inverse(N_Vector xv, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, 1 / x[k])
+}
+static void shifted(N_Vector xv, double b, N_Vector zv) {
+  ELEMENTS(zv, X_ONLY, x[k] + b)
+}
+
+/* z = sum of c_j x_j, in the order of j; z may be x_0. */
+static int combination(int n_vectors, double *c, N_Vector *xv, N_Vector zv) {
+  enum { RUN = 512 };
+  for (int part = 0; part < parts(zv); ++part) {
+    double *z = kith_vector_numbers(zv, part);
+    const int64_t n = length(zv, part), runs = (n + RUN - 1) / RUN;
+#pragma omp parallel for schedule(static)
+    for (int64_t r = 0; r < runs; ++r) {
+      const int64_t begin = r * RUN;
+      const int here = (int)KITH_MIN(n - begin, RUN);
+      double sum[RUN] = {0};
+      for (int j = 0; j < n_vectors; ++j) {
+        const double *x = kith_vector_numbers(xv[j], part) + begin;
+        for (int k = 0; k < here; ++k) sum[k] += c[j] * x[k];
+      }
+      memcpy(z + begin, sum, (size_t)here * sizeof *sum);
+    }
+  }
+  return 0;
+}
+
+/* ---- over all elements ---- */
+
+enum { FEW = 4096 }; /* numbers: for fewer, waking threads costs more than they save */
+
+/* sum of x y, (x y)^2 or |x| over all numbers. */
+enum sum { PRODUCTS, SQUARES, MAGNITUDES };
+static void sum_part(enum sum what, const double *x, const double *y, int64_t n, struct kith_sum *total) {
+#pragma omp parallel if (n > FEW)
+  {
+    struct kith_sum mine = {0};
+#pragma omp for schedule(static) nowait
+    for (int64_t k = 0; k < n; ++k) {
+      const double term = what == MAGNITUDES ? fabs(x[k]) : x[k] * y[k];
+      kith_sum_add(&mine, what == SQUARES ? term * term : term);
+    }
+#pragma omp critical(kith_vector_sum)
+    kith_sum_join(total, &mine);
+  }
+}
+
+static double sum(enum sum what, N_Vector xv, N_Vector yv) {
+  struct kith_sum total = {0};
+  for (int part = 0; part < parts(xv); ++part)
+    sum_part(what, kith_vector_numbers(xv, part), kith_vector_numbers(yv, part), length(xv, part), &total);
+  kith_sum_ranks(content_of(xv)->set->ranks, &total, 1);
+  return kith_sum_value(&total);
+}
+
+static double dot(N_Vector x, N_Vector y) {
+  return sum(PRODUCTS, x, y);
+}
+static double l1_norm(N_Vector x) {
+  return sum(MAGNITUDES, x, x);
+}
+static double weighted_norm(N_Vector x, N_Vector w) {
+  return sqrt(sum(SQUARES, x, w));
+}
+static double mean_norm(N_Vector x, N_Vector w) {
+  return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(content_of(x)->set->length, 1));
+}
+
+static double largest(N_Vector xv) {
+  double most = 0;
+  for (int part = 0; part < parts(xv); ++part) {
+    const double *x = kith_vector_numbers(xv, part);
+    const int64_t n = length(xv, part);
+#pragma omp parallel for simd schedule(static) reduction(max : most)
+    for (int64_t k = 0; k < n; ++k) most = KITH_MAX(most, fabs(x[k]));
+  }
+  kith_ranks_max(content_of(xv)->set->ranks, &most, 1);
+  return most;
+}
+
+static double least(N_Vector xv) {
+  double fewest = INFINITY;
+  for (int part = 0; part < parts(xv); ++part) {
+    const double *x = kith_vector_numbers(xv, part);
+    const int64_t n = length(xv, part);
+#pragma omp parallel for simd schedule(static) reduction(min : fewest)
+    for (int64_t k = 0; k < n; ++k) fewest = KITH_MIN(fewest, x[k]);
+  }
+  kith_ranks_min(content_of(xv)->set->ranks, &fewest, 1);
+  return fewest;
+}
+
+/* ---- the set ---- */
+
+static void fill_ops(N_Vector v) {
+  const struct _generic_N_Vector_Ops ops = {.nvgetvectorid = identity,
+                                            .nvclone = clone,
+                                            .nvdestroy = destroy,
+                                            .nvgetlength = count,
+                                            .nvlinearsum = linear_sum,
+                                            .nvconst = constant,
+                                            .nvprod = product,
+                                            .nvdiv = quotient,
+                                            .nvscale = scaled,
+                                            .nvabs = magnitude,
+                                            .nvinv = inverse,
+                                            .nvaddconst = shifted,
+                                            .nvdotprod = dot,
+                                            .nvmaxnorm = largest,
+                                            .nvwrmsnorm = mean_norm,
+                                            .nvmin = least,
+                                            .nvwl2norm = weighted_norm,
+                                            .nvl1norm = l1_norm,
+                                            .nvlinearcombination = combination};
+  *v->ops = ops;
+}
+
+kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ranks, int n_parts,
+                                const struct kith_vector_part *part) {
+  *out = NULL;
+  struct kith_vectors *set = NULL;
+  KITH_TRY(kith_resize(&set, 0, 1, sizeof *set));
+  set->ranks = ranks;
+  set->parts = n_parts;
+  for (int p = 0; p < n_parts; ++p) set->part[p] = part[p], set->own += part[p].length;
+  uint64_t all = (uint64_t)set->own;
+  kith_ranks_sum_counts(ranks, &all, 1);
+  set->length = (int64_t)all;
+  if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
+  if (set->view == NULL) {
+    kith_vectors_destroy(&set);
+    KITH_FAIL(NO_MEMORY, "no vectors of SUNDIALS");
+  }
+  fill_ops(set->view);
+  *out = set;
+  return KITH_OK;
+}
+
+void kith_vectors_destroy(struct kith_vectors **vectors) {
+  if (*vectors == NULL) return;
+  if ((*vectors)->view != NULL) destroy((*vectors)->view);
+  if ((*vectors)->context != NULL) SUNContext_Free(&(*vectors)->context);
+  kith_free(vectors);
+}
+
+N_Vector kith_vector_clone(const struct kith_vectors *vectors) {
+  return clone(vectors->view);
+}

@@ -1,0 +1,75 @@
+/* packed.h - packed nodes and their distance test; what the builders of lists have in common.
+ *
+ * Exact ties. Every distance of this room is the plain sum of squared differences, axis 0 first, and is
+ * compared by <=. The sources here are compiled without contraction to fused multiply-add (CMakeLists.txt),
+ * so d2(i, j) = d2(j, i) bitwise, on every instruction set, and a lattice whose spacing equals the search
+ * radius is decided the same way everywhere. */
+#ifndef KITH_CONNECTIVITY_PACKED_H
+#define KITH_CONNECTIVITY_PACKED_H
+
+#include "lib/connectivity/excluder.h"
+#include "lib/neighbor/search.h"
+
+/* A few hundred nodes side by side, ascending in node index. Slots beyond n, up to 64 * words, hold NaN,
+ * which no test accepts. */
+struct kith_packed {
+  int n, words, capacity; /* words = ceil(n / 64) */
+  kith_index *node;
+  double *coordinate[NDIM], *radius2;
+};
+kith_status kith_packed_reserve(struct kith_packed *packed, size_t n);
+/* Sets n and words, and fills the rest of the last word. */
+void kith_packed_close(struct kith_packed *packed, int n);
+/* Bit p of hit[words]: d2(x, p) <= max(radius2, radius2_p). Returns the number of bits set. */
+int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit);
+/* Keeps the bits of nodes whose closest point on the segment from x to y lies strictly between the ends:
+ * (x_p - x).(y - x) > 0 and (x_p - y).(x - y) > 0. Returns how many are left. */
+int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit);
+/* Writes the nodes of the bits set, ascending. */
+void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out);
+/* Writes the slots of a run within range of the box, d2(box, slot) <= max(radius2, radius2_slot), ascending;
+ * returns how many. Rounding is monotone, so d2(box, slot) <= d2(x, slot), as computed, for all x in the box:
+ * no neighbor is lost. */
+size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
+                      double radius2, kith_index *slot);
+
+enum { KITH_FEW = 1000 }; /* nodes: for fewer, waking threads costs more than they save */
+
+/* Scratch memory of one thread, kept from build to build. */
+struct kith_worker {
+  struct kith_runs runs;
+  struct kith_packed near;
+  uint64_t *key[3]; /* candidates as node << 32 | slot: internal, ghost, spare for merging */
+  kith_index *slot; /* [keys_capacity] */
+  size_t keys_capacity;
+  uint64_t *hit, *allowed; /* [near.words] */
+  size_t hit_capacity, allowed_capacity;
+  uint64_t *bitmap, *touched; /* a set of nodes, and which words of it are not 0; both 0 between uses */
+  size_t bitmap_capacity, touched_capacity;
+  size_t candidates;
+};
+struct kith_workers {
+  int n;
+  struct kith_worker *worker; /* [n] */
+};
+/* For at least as many threads as may run now. */
+kith_status kith_workers_reserve(struct kith_workers *workers);
+void kith_workers_clear(struct kith_workers *workers);
+size_t kith_workers_bytes(const struct kith_workers *workers);
+
+/* Memory for `count` elements, with a little to spare if it must grow; contents are lost. */
+kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size);
+
+/* What every builder is given. */
+struct kith_build {
+  const struct kith_nodes *nodes;
+  const struct kith_search *search;
+  const struct kith_excluder *excluders; /* chain or NULL */
+  struct kith_workers *workers;
+};
+/* Clears the bits of nodes that the chain rejects as partners of i in this phase; returns how many are left.
+ * `node`: those of the bits, 64 for each word. */
+int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
+                       const kith_index *node, int words, uint64_t *hit);
+
+#endif

@@ -1,0 +1,49 @@
+/* cover.h - do the neighbor lists still hold every pair that is significant now?
+ *
+ * The lists were made with search radii R_i at positions x0_i: they hold every pair with |x0_ij| <= max(R_i,
+ * R_j), for all images of the nodes. With d = x - x0 - c up to whole periods, c any vector common to all
+ * nodes, a pair that is significant now, |x_ij| <= max(H_i, H_j) = H_i say, had
+ *     |x0_ij| <= |x_ij| + |d_i - d_j| <= H_i + |d_i| + max_k |d_k|,
+ * so no pair is missing if, for every i,
+ *     H_i + |d_i| + max_k |d_k| <= R_i.                                                              (1)
+ * The maximum goes over all nodes of all ranks: a maximum over neighbors would miss a fast node that comes
+ * from outside the rows. Growth of a support counts as displacement; a periodic wrap or a uniform motion does
+ * not.
+ *
+ * c is the mean displacement. A mirror image moves by S d, as far as d itself, but by S c where all nodes
+ * move by c: so c is 0 along axes that some image mirrors, and along all of them if there are ghosts that do
+ * not follow a node. Its sum is exact (sum.h), so that all numbers of threads and ranks decide alike.
+ *
+ * Rounding: positions and distance tests are good to a few units in the last place of |x| and H. A node that
+ * has moved at all counts as moved by that much more; where nothing moved, the tests are repeated on the same
+ * numbers.
+ *
+ * Lists that must serve a whole step are asked beforehand: with `ahead` > 0 positions and supports are first
+ * drifted by that time.
+ *
+ * Memory: NDIM + 2 numbers for each internal node. Time: two passes over the nodes. */
+#ifndef KITH_CONNECTIVITY_POLICIES_COVER_H
+#define KITH_CONNECTIVITY_POLICIES_COVER_H
+
+#include "lib/nodes/nodes.h"
+
+struct kith_cover {
+  kith_index n, capacity;
+  /* Set by the caller. */
+  double period[NDIM];                                     /* length of a periodic axis, 0 for the others */
+  double ahead;                                            /* time; 0: the present positions */
+  const struct kith_field *velocity, *velocity_divergence; /* borrowed; for `ahead` */
+
+  bool drifts[NDIM];             /* a common drift along this axis is no displacement */
+  double *position;              /* [n][NDIM] */
+  double *search_radius, *moved; /* [n] */
+};
+
+/* Remembers the internal nodes, with which the lists were just made. Collective. */
+kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes);
+/* Equation (1) for the nodes of this rank: callers combine the answers of all ranks (kith_rebuilds_covered).
+ * False on all ranks if the number of internal nodes changed on one. Collective. */
+bool kith_cover_holds(const struct kith_cover *cover, const struct kith_nodes *nodes);
+void kith_cover_clear(struct kith_cover *cover);
+
+#endif

@@ -1,0 +1,100 @@
+/* rebuild.h - when ghosts, searches and connectivity are rebuilt: a family of policies, joined by OR.
+ *
+ *   always         at every step
+ *   never          only when there is nothing yet
+ *   entity-change  nodes were added, deleted or reordered: the sequence of ids and lists differs
+ *   displacement   Verlet lists with a skin: rebuilt when they could miss a pair (policies/cover.h)
+ *
+ * A member is a file in policies/ and an entry of KITH_REBUILD_LIST; the enum of reasons, the ledger and its
+ * report are sized by that list. Where no policy of an OR promises that the lists hold every significant pair
+ * (`never` and `entity-change` do not), the check ends the run with STALE as soon as they may not: a run
+ * never continues with lists that miss pairs. */
+#ifndef KITH_CONNECTIVITY_POLICIES_REBUILD_H
+#define KITH_CONNECTIVITY_POLICIES_REBUILD_H
+
+#include "lib/connectivity/policies/cover.h"
+#include "lib/core/param.h"
+
+#ifndef KITH_REBUILD_LIST /* a test adds a member */
+#define KITH_REBUILD_LIST(X) X(always) X(never) X(entity_change) X(displacement)
+#endif
+
+/* Reasons that are no policy. Token, what it means. */
+#define KITH_REBUILD_CAUSE_LIST(X)                  \
+  X(first_build, "there are no lists yet")          \
+  X(support, "a support outgrew its search radius") \
+  X(stage, "nodes or a face moved within a step")   \
+  X(requested, "the caller requested it")
+
+enum kith_rebuild_reason {
+  KITH_BECAUSE_none,
+#define X(name, ...) KITH_BECAUSE_##name,
+  KITH_REBUILD_CAUSE_LIST(X) KITH_REBUILD_LIST(X)
+#undef X
+      KITH_REBUILD_REASONS
+};
+#define X(name) +1
+enum { KITH_REBUILD_POLICIES = 0 KITH_REBUILD_LIST(X) };
+#undef X
+
+struct kith_rebuild;
+
+struct kith_rebuild_ops {
+  const char *name, *doc;
+  const struct kith_param *params; /* its own parameters, NULL: none */
+  size_t settings_size;
+  bool covers;     /* fires before the lists could miss a pair */
+  bool every_step; /* fires whatever happened */
+  /* Private state in policy->self. NULL: none. */
+  kith_status (*create)(struct kith_rebuild *policy);
+  void (*destroy)(struct kith_rebuild *policy);
+  /* What this rank wants; the family joins the ranks. Never called before a snapshot. */
+  bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_cover *cover,
+                        const struct kith_nodes *nodes);
+  /* Remembers what the lists were made from. NULL: nothing to remember. */
+  kith_status (*snapshot)(struct kith_rebuild *policy, const struct kith_nodes *nodes);
+};
+
+struct kith_rebuild {
+  const struct kith_rebuild_ops *ops;
+  enum kith_rebuild_reason reason; /* for which it fires */
+  void *self;
+};
+
+#define X(name) extern const struct kith_rebuild_ops kith_rebuild_##name;
+KITH_REBUILD_LIST(X)
+#undef X
+const struct kith_rebuild_ops *kith_rebuild_find(const char *name); /* '-' and '_' are the same */
+const struct kith_rebuild_ops *const *kith_rebuild_all(void);
+struct kith_member kith_rebuild_member(int k); /* as members of any family: lib/core/param.h */
+const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason);
+
+/* An OR of policies. */
+struct kith_rebuilds {
+  int n;
+  struct kith_rebuild policy[KITH_REBUILD_POLICIES];
+  struct kith_cover cover;
+  bool keeps_cover; /* some policy lets lists last, or the caller asks kith_rebuilds_covered */
+  bool snapshot_taken;
+};
+/* From words joined by "|": "displacement | entity-change". BAD_INPUT for an unknown word. `period` (NDIM;
+ * NULL: none): lengths of periodic axes, 0 for the others. */
+kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period);
+void kith_rebuilds_clear(struct kith_rebuilds *rebuilds);
+/* Is a rebuild due, and why? *reason: the first policy that fires, first_build if there is no snapshot, none.
+ * STALE if none fires, none covers, and the lists may miss a pair. Collective: due on one rank is due on all.
+ * */
+kith_status kith_rebuilds_check(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                                enum kith_rebuild_reason *reason);
+/* Do the lists hold every significant pair? Wants keeps_cover. Collective. */
+bool kith_rebuilds_covered(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
+/* After a rebuild: all policies take a new snapshot, also those that were not asked. Collective. */
+kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
+/* The next check says first_build. */
+void kith_rebuilds_invalidate(struct kith_rebuilds *rebuilds);
+/* Do lists outlive a step under these policies? */
+bool kith_rebuilds_lasting(const struct kith_rebuilds *rebuilds);
+/* Does some policy fire before the lists could miss a pair? */
+bool kith_rebuilds_cover(const struct kith_rebuilds *rebuilds);
+
+#endif

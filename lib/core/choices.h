@@ -1,0 +1,23 @@
+/* choices.h - lists of choices "a|b|c": the position of one, the nearest one to a misspelled word,
+ * formatting.
+ *
+ * '-' and '_' are the same letter, '-' is what is shown; empty choices (a leading '|') do not count. */
+#ifndef KITH_CORE_CHOICES_H
+#define KITH_CORE_CHOICES_H
+
+#include "lib/core/base.h"
+
+/* Joins the names of a family list: KITH_SEARCH_LIST(KITH_AS_CHOICE) is "|tree|grid|brute". */
+#define KITH_AS_CHOICE(name) "|" #name
+/* The same for lists of (name, word, doc). */
+#define KITH_AS_LISTED_CHOICE(name, word, doc) "|" #word
+
+/* Position of a choice, or -1. */
+int kith_choices_index(const char *choices, const char *word);
+/* The choice with the fewest letters changed, left out, added or swapped with their neighbor (optimal string
+ * alignment), if these are at most a third of the letters. false: none is near. */
+bool kith_choices_suggest(const char *choices, const char *word, char *out, size_t size);
+/* "a, b, c" */
+void kith_choices_format(const char *choices, char *out, size_t size);
+
+#endif

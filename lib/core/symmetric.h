@@ -1,0 +1,39 @@
+/* symmetric.h - symmetric matrices of NDIM x NDIM, stored as their upper triangle: xx, xy, xz, yy, yz, zz. */
+#ifndef KITH_CORE_SYMMETRIC_H
+#define KITH_CORE_SYMMETRIC_H
+
+#include "lib/core/base.h"
+
+enum { KITH_SYMMETRIC_SIZE = NDIM * (NDIM + 1) / 2 };
+
+/* x.G.x, the entries of G `stride` apart; y, z: anything in fewer dimensions. */
+KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, double x, double y, double z) {
+  return NDIM == 1   ? g[0] * x * x
+         : NDIM == 2 ? g[0] * x * x + g[2 * stride] * y * y + 2 * (g[stride] * x * y)
+                     : g[0] * x * x + g[3 * stride] * y * y + g[5 * stride] * z * z +
+                           2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
+}
+
+/* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
+KITH_INLINE bool kith_invert_symmetric(const double *m, double *inverse) {
+#if NDIM == 1
+  if (!(m[0] > 0)) return false;
+  inverse[0] = 1 / m[0];
+  return true;
+#elif NDIM == 2
+  const double det = m[0] * m[2] - m[1] * m[1], trace = m[0] + m[2];
+  if (!(det > 1e-6 * trace * trace)) return false;
+  inverse[0] = m[2] / det, inverse[1] = -m[1] / det, inverse[2] = m[0] / det;
+  return true;
+#else
+  const double c0 = m[3] * m[5] - m[4] * m[4], c1 = m[2] * m[4] - m[1] * m[5], c2 = m[1] * m[4] - m[2] * m[3];
+  const double det = m[0] * c0 + m[1] * c1 + m[2] * c2, trace = m[0] + m[3] + m[5];
+  if (!(det > 1e-6 * trace * trace * trace)) return false;
+  inverse[0] = c0 / det, inverse[1] = c1 / det, inverse[2] = c2 / det;
+  inverse[3] = (m[0] * m[5] - m[2] * m[2]) / det, inverse[4] = (m[1] * m[2] - m[0] * m[4]) / det;
+  inverse[5] = (m[0] * m[3] - m[1] * m[1]) / det;
+  return true;
+#endif
+}
+
+#endif

@@ -1,0 +1,189 @@
+/* Bounds of cells, and the candidates that are near them. */
+#include "lib/domain/cell_bounds.h"
+
+#include <omp.h>
+#include <string.h>
+
+enum { GROUP_SIZE = 64 }; /* candidates tested together */
+
+static const struct kith_cell_bounds nowhere = {.search_radius = -1};
+
+static void include(struct kith_cell_bounds *to, const struct kith_cell_bounds *from) {
+  if (!(from->search_radius >= 0)) return;
+  if (!(to->search_radius >= 0)) to->box = kith_box_empty();
+  kith_box_include(&to->box, from->box.lower);
+  kith_box_include(&to->box, from->box.upper);
+  to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
+}
+
+static struct kith_cell_bounds bounds_of_node(const struct kith_nodes *nodes, kith_index i) {
+  struct kith_cell_bounds p = {nodes->search_radius->f64[i], kith_box_empty()};
+  kith_box_include(&p.box, nodes->position->f64 + (size_t)i * NDIM);
+  return p;
+}
+
+/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include. */
+kith_status kith_cell_bounds_of_nodes(const struct kith_nodes *nodes, const int64_t *home, size_t n,
+                                      struct kith_cell_bounds **bounds) {
+  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
+  const size_t all = n * (size_t)threads;
+  struct kith_cell_bounds *cell = NULL;
+  KITH_TRY(kith_resize(&cell, 0, all, sizeof *cell));
+  for (size_t c = 0; c < all; ++c) cell[c] = nowhere;
+#pragma omp parallel num_threads(threads)
+  {
+    struct kith_cell_bounds *mine = cell + n * (size_t)omp_get_thread_num();
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      const struct kith_cell_bounds p = bounds_of_node(nodes, i);
+      include(&mine[home[i]], &p);
+    }
+#pragma omp for schedule(static)
+    for (size_t c = 0; c < n; ++c)
+      for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
+  }
+  *bounds = cell;
+  return KITH_OK;
+}
+
+size_t kith_cell_bounds_compact(struct kith_cell_bounds *bounds, size_t n) {
+  size_t left = 0;
+  for (size_t c = 0; c < n; ++c)
+    if (bounds[c].search_radius >= 0) bounds[left++] = bounds[c];
+  return left;
+}
+
+static double box_distance2(const struct kith_box *a, const struct kith_box *b) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) {
+    const double gap = KITH_MAX(KITH_MAX(a->lower[k] - b->upper[k], b->lower[k] - a->upper[k]), 0.0);
+    s += gap * gap;
+  }
+  return s;
+}
+
+/* The rule of kith_cell_bounds_near for a group of nodes: d^2 is that of the boxes. */
+static bool is_within(double d2, double factor, double r) {
+  return d2 <= factor * factor * r * r * (1 + 1e-14);
+}
+
+/* May a node of the group be near the cell? */
+static bool may_be_near(const struct kith_cell_bounds *group, const struct kith_cell_bounds *cell,
+                        double factor) {
+  return group->search_radius >= 0 && is_within(box_distance2(&group->box, &cell->box), factor,
+                                                KITH_MAX(group->search_radius, cell->search_radius));
+}
+
+/* Square of the distance between boxes, or images of them. */
+static double image_distance2(const struct kith_cells *cells, const struct kith_box *a,
+                              const struct kith_box *b) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) {
+    const double length = cells->upper[k] - cells->lower[k];
+    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
+    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
+    if (cells->periodic[k]) gap = KITH_MIN(gap, KITH_MAX(length + KITH_MIN(up, down), 0.0));
+    s += gap * gap;
+  }
+  return s;
+}
+
+double kith_cell_bounds_widest(const struct kith_cell_bounds *own, const struct kith_cells *cells,
+                               const struct kith_cell_bounds *all, size_t n) {
+  double search_radius = own->search_radius;
+  for (size_t k = 0; k < n; ++k)
+    if (all[k].search_radius > search_radius &&
+        is_within(image_distance2(cells, &own->box, &all[k].box), 1, all[k].search_radius))
+      search_radius = all[k].search_radius;
+  return search_radius;
+}
+
+/* ---- who is sent where ---- */
+
+static void mark_frozen(const struct kith_nodes *nodes, uint8_t *frozen) {
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+#pragma omp parallel for schedule(static) if (block->count > 10000)
+    for (kith_index k = 0; k < block->count; ++k)
+      frozen[block->first + k] = block->control == NULL || frozen[block->control[k]];
+  }
+}
+
+kith_status kith_candidates_gather(struct kith_candidates *c, const struct kith_nodes *nodes) {
+  c->n = kith_nodes_count(nodes);
+  c->groups = (c->n + GROUP_SIZE - 1) / GROUP_SIZE;
+  c->all = nowhere;
+  KITH_TRY(kith_resize(&c->hit, 0, (size_t)c->groups, 1));
+  KITH_TRY(kith_resize(&c->mark, 0, (size_t)c->n, 1));
+  KITH_TRY(kith_resize(&c->group, 0, (size_t)c->groups, sizeof *c->group));
+  mark_frozen(nodes, c->mark);
+#pragma omp parallel for schedule(static) if (c->groups > 64)
+  for (int g = 0; g < c->groups; ++g) {
+    c->group[g] = nowhere;
+    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+      const struct kith_cell_bounds p = bounds_of_node(nodes, i);
+      if (!c->mark[i]) include(&c->group[g], &p);
+    }
+  }
+  for (int g = 0; g < c->groups; ++g) include(&c->all, &c->group[g]);
+  return KITH_OK;
+}
+
+static void mark_group(const struct kith_candidates *c, const struct kith_nodes *nodes, int g,
+                       const struct kith_cell_bounds *cell, int n, double factor) {
+  c->hit[g] = 0;
+  for (int k = 0; k < n; ++k) {
+    if (!may_be_near(&c->group[g], &cell[k], factor)) continue;
+    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i)
+      if (c->mark[i] == 0 && kith_cell_bounds_near(&cell[k], nodes->position->f64 + (size_t)i * NDIM,
+                                                   nodes->search_radius->f64[i], factor))
+        c->mark[i] = 2, c->hit[g] = 1;
+  }
+}
+
+/* Counts the marked ones of each list (send NULL), or stores them: next[list] is where the next one goes. */
+static void sweep(const struct kith_candidates *c, const struct kith_nodes *nodes, int64_t *next,
+                  kith_index *send) {
+  for (int g = 0; g < c->groups; ++g)
+    for (kith_index i = g * GROUP_SIZE; c->hit[g] && i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+      if (c->mark[i] != 2) continue;
+      const int64_t at = next[nodes->list->u8[i]]++;
+      if (send == NULL) continue;
+      send[at] = i;
+      c->mark[i] = 0;
+    }
+}
+
+/* The marked ones, list by list; the marks go. */
+static kith_status collect(struct kith_candidates *c, const struct kith_nodes *nodes, kith_index **send,
+                           kith_index *n_send, int64_t *count) {
+  int64_t next[KITH_MAX_LISTS], total = 0;
+  sweep(c, nodes, count, NULL);
+  for (int l = 0; l < nodes->n_lists; ++l) next[l] = total, total += count[l];
+  KITH_TRY(kith_resize(send, 0, (size_t)total, sizeof **send));
+  sweep(c, nodes, next, *send);
+  *n_send = (kith_index)total;
+  return KITH_OK;
+}
+
+/* Cells that are far from all candidates are skipped, and groups that are far from all cells. */
+kith_status kith_candidates_near(struct kith_candidates *c, const struct kith_nodes *nodes,
+                                 struct kith_cell_bounds *cell, size_t n, double factor, kith_index **send,
+                                 kith_index *n_send, int64_t *count) {
+  int near = 0;
+  struct kith_cell_bounds whole = nowhere;
+  for (size_t k = 0; k < n; ++k)
+    if (may_be_near(&c->all, &cell[k], factor)) include(&whole, &cell[k]), cell[near++] = cell[k];
+  *n_send = 0;
+  if (near == 0) return KITH_OK;
+#pragma omp parallel for schedule(dynamic, 16) if (c->groups > 64)
+  for (int g = 0; g < c->groups; ++g)
+    mark_group(c, nodes, g, cell, may_be_near(&c->group[g], &whole, factor) ? near : 0, factor);
+  return collect(c, nodes, send, n_send, count);
+}
+
+void kith_candidates_clear(struct kith_candidates *c) {
+  kith_free(&c->mark);
+  kith_free(&c->group);
+  kith_free(&c->hit);
+}

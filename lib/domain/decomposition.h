@@ -1,0 +1,84 @@
+/* decomposition.h - the domain decomposition: which rank owns which cell, which nodes must move to another
+ * rank, and when the load is balanced again.
+ *
+ * Every rank lays out the whole scene and keeps the nodes in its cells (kith_decomposition_keep_own). Later,
+ * nodes follow their cells when neighbor lists are rebuilt (kith_decomposition_redistribute), and only then.
+ * `home` of a node is the index, among the cells of this rank, of the cell that it was in at the last
+ * redistribution; n_own stands for any other cell, where a node may be after a restart until it is
+ * redistributed.
+ *
+ * Load balance. The work of a node is the number of entries of its last row, and 1 for the node itself. At
+ * every `every`-th redistribution the work is summed by cells over all ranks; if the busiest rank has more
+ * than `imbalance` times the mean, the partitioner is asked for a new map, which it may refuse. All ranks
+ * compute the same map from the same weights.
+ *
+ * A restart on the same number of ranks is bitwise identical to an uninterrupted run: the work is a field of
+ * the nodes, and the map and the state of the partitioner are stored. On another number of ranks, the map is
+ * the first one of the scene. */
+#ifndef KITH_DOMAIN_DECOMPOSITION_H
+#define KITH_DOMAIN_DECOMPOSITION_H
+
+#include "lib/domain/partition/partition.h"
+#include "lib/nodes/nodes.h"
+
+struct kith_decomposition {
+  struct kith_ranks *ranks; /* borrowed */
+  struct kith_cells cells;
+  struct kith_partition *partition; /* owned */
+  struct kith_field *home;          /* I64: 0 .. n_own */
+  struct kith_field *work;          /* I64: entries of the node's last row */
+  int64_t n_own;
+  int64_t *own;     /* [n_own] cells of this rank, ascending; owned */
+  int32_t *place;   /* [cells.n] index of a cell among the own ones; n_own: of another rank; owned */
+  uint64_t map;     /* generation of the map that they belong to */
+  int every;        /* redistributions between balance checks; 0: never */
+  double imbalance; /* tolerated: largest work of a rank over the mean */
+  uint64_t redistributions, balance_checks, repartitions; /* counted over the run */
+  uint64_t migrated;                                      /* nodes that left this rank */
+  double last_imbalance;                                  /* at the last check; 0: none yet */
+};
+
+/* The settings of a scene. */
+struct kith_decomposition_options {
+  const char *partitioner; /* name and options: partition.h */
+  int every;
+  double imbalance;
+  int cells; /* per rank, about */
+};
+
+/* The cells to assign, at most `most`: none smaller than half the smallest support, so that a layer of cells
+ * is not thinner than a layer of nodes. */
+kith_status kith_decomposition_cells(struct kith_cells *cells, const struct kith_nodes *nodes,
+                                     const struct kith_box *box, const bool *periodic, int64_t most);
+/* Cells over the box, and a first map that balances the number of nodes. `nodes` are those of the whole
+ * scene, with nodes->ranks set. */
+kith_status kith_decomposition_create(struct kith_decomposition **out, struct kith_nodes *nodes,
+                                      const struct kith_box *box, const bool *periodic,
+                                      const struct kith_decomposition_options *options);
+void kith_decomposition_destroy(struct kith_decomposition **decomposition);
+
+/* Deletes the nodes of other ranks' cells; all nodes of the run are present before. No communication. */
+kith_status kith_decomposition_keep_own(struct kith_decomposition *decomposition, struct kith_nodes *nodes);
+/* Balances the load if a check is due, then sends nodes to the ranks that own their cells. Collective. */
+kith_status kith_decomposition_redistribute(struct kith_decomposition *decomposition,
+                                            struct kith_nodes *nodes);
+/* After lists were rebuilt: row_first[i + 1] - row_first[i] entries are the work of node i from now on. */
+void kith_decomposition_measure(struct kith_decomposition *decomposition, const struct kith_nodes *nodes,
+                                const size_t *row_first);
+
+/* For checkpoints, which store nodes list by list and rank by rank: the number of nodes of each rank and
+ * list, the map, and the state of the partitioner. `work` is stored with the nodes. Collective; the words are
+ * owned by the caller. */
+struct kith_decomposition_state {
+  size_t n;
+  int64_t *word; /* kith_resize memory */
+};
+kith_status kith_decomposition_describe(const struct kith_decomposition *decomposition,
+                                        const struct kith_nodes *nodes, struct kith_decomposition_state *out);
+/* All nodes are present as they were stored, with their work. With the same numbers of ranks and cells, this
+ * rank keeps the nodes that it had, and the map; otherwise those in its cells. BAD_FILE if the state does not
+ * belong to these nodes. */
+kith_status kith_decomposition_restore(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
+                                       const struct kith_decomposition_state *state);
+
+#endif

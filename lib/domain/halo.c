@@ -1,0 +1,323 @@
+/* Send lists, remote ghosts and their values. */
+#include "lib/domain/halo.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "lib/domain/cell_bounds.h"
+
+struct peer {
+  int rank;
+  kith_index n_send, n_recv, first; /* ghosts from it: first .. first + n_recv - 1 */
+  kith_index *send;                 /* [n_send] nodes and images, by list and index; owned */
+};
+
+struct kith_halo {
+  struct kith_ranks *ranks;                       /* borrowed */
+  const struct kith_decomposition *decomposition; /* borrowed */
+  int n_peers;
+  struct peer *peer; /* [n_peers] ascending ranks: those that are sent to or send */
+  /* One message to and from each peer, in parts of whole 8-byte words: part k has size[k] bytes a node. */
+  int n_parts;
+  size_t size[KITH_MAX_FIELDS];
+  struct kith_field *field[KITH_MAX_FIELDS]; /* whose values are exchanged */
+  struct kith_message *out, *in;
+  char *buffer;
+  size_t capacity;
+  bool pending;
+  struct kith_halo_traffic traffic;
+};
+
+static void forget_peers(struct kith_halo *halo) {
+  for (int p = 0; p < halo->n_peers; ++p) kith_free(&halo->peer[p].send);
+  halo->n_peers = 0;
+}
+
+kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
+                             const struct kith_decomposition *decomposition) {
+  const size_t size = (size_t)kith_ranks_size(ranks);
+  *out = NULL;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  struct kith_halo *halo = *out;
+  halo->ranks = ranks;
+  halo->decomposition = decomposition;
+  kith_status status = kith_resize(&halo->peer, 0, size, sizeof *halo->peer);
+  if (status == KITH_OK) status = kith_resize(&halo->out, 0, size, sizeof *halo->out);
+  if (status == KITH_OK) status = kith_resize(&halo->in, 0, size, sizeof *halo->in);
+  if (status != KITH_OK) kith_halo_destroy(out);
+  return status;
+}
+
+void kith_halo_destroy(struct kith_halo **halo) {
+  if (*halo == NULL) return;
+  forget_peers(*halo);
+  kith_free(&(*halo)->peer);
+  kith_free(&(*halo)->out);
+  kith_free(&(*halo)->in);
+  kith_free(&(*halo)->buffer);
+  kith_free(halo);
+}
+
+/* ---- messages ---- */
+
+static size_t part_size(const struct kith_halo *halo, int part, kith_index n) {
+  return ((size_t)n * halo->size[part] + 7) / 8 * 8;
+}
+
+static size_t message_size(const struct kith_halo *halo, kith_index n) {
+  size_t bytes = 0;
+  for (int k = 0; k < halo->n_parts; ++k) bytes += part_size(halo, k, n);
+  return bytes;
+}
+
+/* Divides the buffer among all messages that go out and come in. */
+static kith_status lay_out(struct kith_halo *halo) {
+  size_t total = 0, at = 0;
+  for (int p = 0; p < halo->n_peers; ++p)
+    total += message_size(halo, halo->peer[p].n_send) + message_size(halo, halo->peer[p].n_recv);
+  if (total > halo->capacity) {
+    halo->capacity = 0;
+    KITH_TRY(kith_resize(&halo->buffer, 0, total + total / 8, 1));
+    halo->capacity = total + total / 8;
+  }
+  for (int way = 0; way < 2; ++way)
+    for (int p = 0; p < halo->n_peers; ++p) {
+      const struct peer *peer = &halo->peer[p];
+      const size_t bytes = message_size(halo, way == 0 ? peer->n_send : peer->n_recv);
+      *(way == 0 ? &halo->out[p] : &halo->in[p]) =
+          (struct kith_message){peer->rank, total > 0 ? halo->buffer + at : NULL, bytes};
+      at += bytes;
+    }
+  return KITH_OK;
+}
+
+static void pack_peer(const struct kith_halo *halo, const struct peer *peer, char *to) {
+  for (int f = 0; f < halo->n_parts; ++f) {
+    const size_t size = halo->size[f];
+    const char *from = halo->field[f]->data;
+#pragma omp parallel for schedule(static) if ((size_t)peer->n_send * size > 1 << 16)
+    for (kith_index k = 0; k < peer->n_send; ++k)
+      memcpy(to + (size_t)k * size, from + (size_t)peer->send[k] * size, size);
+    to += part_size(halo, f, peer->n_send);
+  }
+}
+
+static void unpack_peer(const struct kith_halo *halo, const struct peer *peer, const char *from) {
+  for (int f = 0; f < halo->n_parts && peer->n_recv > 0; ++f) {
+    memcpy((char *)halo->field[f]->data + (size_t)peer->first * halo->size[f], from,
+           (size_t)peer->n_recv * halo->size[f]);
+    from += part_size(halo, f, peer->n_recv);
+  }
+}
+
+static kith_status send_values(struct kith_halo *halo) {
+  KITH_TRY(lay_out(halo));
+  for (int p = 0; p < halo->n_peers; ++p) pack_peer(halo, &halo->peer[p], halo->out[p].data);
+  return kith_ranks_start_exchange(halo->ranks, halo->n_peers, halo->out, halo->n_peers, halo->in);
+}
+
+/* Other ranks wait for these values: without memory for them all ranks must end. */
+static void start_values(struct kith_halo *halo, struct kith_field *const *fields, int n_fields) {
+  halo->n_parts = n_fields;
+  for (int f = 0; f < n_fields; ++f) {
+    halo->field[f] = fields[f];
+    halo->size[f] = kith_field_node_size(fields[f]);
+  }
+  halo->pending = true;
+  if (send_values(halo) == KITH_OK) return;
+  fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(halo->ranks), kith_failure());
+  kith_ranks_abort(halo->ranks, 1);
+}
+
+void kith_halo_start_exchange(struct kith_halo *halo, struct kith_nodes *nodes,
+                              struct kith_field *const *fields, int n_fields) {
+  kith_halo_finish_exchange(halo);
+  kith_nodes_refresh_images(nodes, fields, n_fields);
+  if (halo == NULL) return;
+  halo->traffic.exchanges += 1;
+  for (int f = 0; f < n_fields; ++f) halo->traffic.node_bytes += kith_field_node_size(fields[f]);
+  start_values(halo, fields, n_fields);
+}
+
+void kith_halo_finish_exchange(struct kith_halo *halo) {
+  if (!kith_halo_pending(halo)) return;
+  kith_ranks_finish_exchange(halo->ranks);
+  for (int p = 0; p < halo->n_peers; ++p) unpack_peer(halo, &halo->peer[p], halo->in[p].data);
+  halo->pending = false;
+}
+
+void kith_halo_refresh(struct kith_halo *halo, struct kith_nodes *nodes, struct kith_field *const *fields,
+                       int n_fields) {
+  kith_halo_start_exchange(halo, nodes, fields, n_fields);
+  kith_halo_finish_exchange(halo);
+}
+
+bool kith_halo_pending(const struct kith_halo *halo) {
+  return halo != NULL && halo->pending;
+}
+
+struct kith_halo_traffic kith_halo_traffic(const struct kith_halo *halo) {
+  return halo != NULL ? halo->traffic : (struct kith_halo_traffic){0};
+}
+
+/* ---- ghosts ---- */
+
+/* What is needed while ghosts are made. */
+struct scratch {
+  struct kith_candidates candidates;
+  struct kith_cell_bounds *own;
+  size_t n_own;
+  char *bounds;       /* of the cells of all ranks */
+  size_t *part;       /* [ranks + 1] where those of each rank begin, in bytes */
+  int64_t *to, *from; /* [rank][list] ghosts */
+};
+
+static void scratch_clear(struct scratch *s) {
+  kith_candidates_clear(&s->candidates);
+  kith_free(&s->own);
+  kith_free(&s->bounds);
+  kith_free(&s->part);
+  kith_free(&s->to);
+  kith_free(&s->from);
+}
+
+/* The bounds of the cells of all ranks. */
+static kith_status gather_bounds(const struct kith_halo *halo, const struct kith_nodes *nodes,
+                                 struct scratch *s, bool compact) {
+  s->n_own = (size_t)halo->decomposition->n_own + 1;
+  kith_status status = kith_resize(&s->part, 0, (size_t)kith_ranks_size(halo->ranks) + 1, sizeof *s->part);
+  if (status == KITH_OK)
+    status = kith_cell_bounds_of_nodes(nodes, halo->decomposition->home->i64, s->n_own, &s->own);
+  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, status));
+  if (compact) s->n_own = kith_cell_bounds_compact(s->own, s->n_own);
+  return kith_ranks_gather(halo->ranks, s->own, s->n_own * sizeof *s->own, &s->bounds, s->part);
+}
+
+/* The nodes and images that each rank gets, and how many of each list. */
+static kith_status make_send_lists(struct kith_halo *halo, const struct kith_nodes *nodes, double factor,
+                                   struct scratch *s) {
+  const size_t size = (size_t)kith_ranks_size(halo->ranks), lists = (size_t)nodes->n_lists;
+  KITH_TRY(kith_resize(&s->to, 0, size * lists, sizeof *s->to));
+  KITH_TRY(kith_resize(&s->from, 0, size * lists, sizeof *s->from));
+  KITH_TRY(kith_candidates_gather(&s->candidates, nodes));
+  for (int r = 0; r < (int)size; ++r) {
+    struct peer *peer = &halo->peer[halo->n_peers++];
+    *peer = (struct peer){.rank = r};
+    if (r == kith_ranks_rank(halo->ranks)) continue;
+    KITH_TRY(kith_candidates_near(&s->candidates, nodes, (struct kith_cell_bounds *)(s->bounds + s->part[r]),
+                                  (s->part[r + 1] - s->part[r]) / sizeof *s->own, factor, &peer->send,
+                                  &peer->n_send, s->to + (size_t)r * lists));
+  }
+  return KITH_OK;
+}
+
+/* Blocks of remote ghosts as the other ranks announced them; peers without a message are dropped. */
+static kith_status add_blocks(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
+                              const int64_t *from) {
+  int left = 0;
+  for (int p = 0; p < halo->n_peers; ++p) {
+    struct peer peer = halo->peer[p];
+    peer.first = kith_nodes_count(nodes);
+    for (int l = 0; l < nodes->n_lists; ++l) {
+      const int64_t count = from[(size_t)peer.rank * (size_t)nodes->n_lists + (size_t)l];
+      const struct kith_ghost_block block = {
+          .kind = KITH_GHOST_REMOTE, .boundary = boundary, .list = l, .count = (kith_index)count};
+      KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
+    }
+    peer.n_recv = kith_nodes_count(nodes) - peer.first;
+    halo->peer[p].send = NULL; /* it has one owner, whatever fails */
+    if (peer.n_send + peer.n_recv > 0) halo->peer[left++] = peer;
+  }
+  halo->n_peers = left;
+  return KITH_OK;
+}
+
+static kith_status add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary, double factor,
+                              struct scratch *s) {
+  struct kith_field *fields[KITH_MAX_FIELDS];
+  KITH_TRY(gather_bounds(halo, nodes, s, true));
+  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, make_send_lists(halo, nodes, factor, s)));
+  kith_ranks_all_to_all(halo->ranks, s->to, s->from, nodes->n_lists);
+  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, add_blocks(halo, nodes, boundary, s->from)));
+  start_values(halo, fields, kith_nodes_ghost_fields(nodes, fields));
+  kith_halo_finish_exchange(halo);
+  return KITH_OK;
+}
+
+kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
+                                 double factor) {
+  struct scratch s = {0};
+  if (halo == NULL) return KITH_OK;
+  forget_peers(halo);
+  const kith_status status = add_ghosts(halo, nodes, boundary, factor, &s);
+  scratch_clear(&s);
+  return status;
+}
+
+kith_status kith_halo_extend(const struct kith_halo *halo, struct kith_nodes *nodes) {
+  struct scratch s = {0};
+  if (halo == NULL) return KITH_OK;
+  const kith_status status = gather_bounds(halo, nodes, &s, false);
+  if (status == KITH_OK) {
+    const struct kith_decomposition *d = halo->decomposition;
+    const size_t n_all = s.part[kith_ranks_size(halo->ranks)] / sizeof *s.own;
+#pragma omp parallel
+    {
+#pragma omp for schedule(dynamic, 16)
+      for (size_t c = 0; c < s.n_own; ++c)
+        if (s.own[c].search_radius >= 0)
+          s.own[c].search_radius =
+              kith_cell_bounds_widest(&s.own[c], &d->cells, (struct kith_cell_bounds *)s.bounds, n_all);
+#pragma omp for schedule(static)
+      for (kith_index i = 0; i < nodes->n_internal; ++i)
+        nodes->search_radius->f64[i] = s.own[d->home->i64[i]].search_radius;
+    }
+  }
+  scratch_clear(&s);
+  return status;
+}
+
+/* ---- culling ---- */
+
+/* Shortens the send list to what its receiver keeps; images on it stay. */
+static void trim_list(struct peer *peer, const struct kith_nodes *nodes, const uint8_t *wanted,
+                      uint8_t *keep) {
+  kith_index left = 0;
+  for (kith_index k = 0; k < peer->n_send; ++k) {
+    if (!wanted[k]) continue;
+    const kith_index i = peer->send[k];
+    if (i >= nodes->n_internal) keep[i - nodes->n_internal] = 1;
+    peer->send[left++] = i;
+  }
+  peer->n_send = left;
+}
+
+/* A flag for each ghost goes back to where its node came from: `in` is sent, `out` received. */
+kith_status kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep) {
+  if (halo == NULL) return KITH_OK;
+  halo->n_parts = 1, halo->size[0] = 1;
+  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, lay_out(halo)));
+  for (int p = 0; p < halo->n_peers; ++p) {
+    const struct kith_message *flags = &halo->in[p];
+    const struct peer *peer = &halo->peer[p];
+    if (flags->bytes > 0) memset(flags->data, 0, flags->bytes);
+    if (peer->n_recv > 0) memcpy(flags->data, keep + (peer->first - nodes->n_internal), (size_t)peer->n_recv);
+  }
+  KITH_TRY(kith_ranks_exchange(halo->ranks, halo->n_peers, halo->in, halo->n_peers, halo->out));
+  for (int p = 0; p < halo->n_peers; ++p) trim_list(&halo->peer[p], nodes, halo->out[p].data, keep);
+  return KITH_OK;
+}
+
+void kith_halo_remap(struct kith_halo *halo, const kith_index *renumber) {
+  for (int p = 0; halo != NULL && p < halo->n_peers; ++p) {
+    struct peer *peer = &halo->peer[p];
+    kith_index left = 0, first = peer->first;
+    for (kith_index k = 0; k < peer->n_send; ++k) peer->send[k] = renumber[peer->send[k]];
+    for (kith_index k = 0; k < peer->n_recv; ++k) {
+      const kith_index now = renumber[peer->first + k];
+      if (now >= 0 && left++ == 0) first = now;
+    }
+    peer->first = first;
+    peer->n_recv = left;
+  }
+}

@@ -1,0 +1,67 @@
+/* halo.h - ghosts of nodes that other ranks own, and the exchange of their values.
+ *
+ * Who is sent. Every rank tells all others, for each of its cells, the box around the nodes in it and their
+ * largest search radius. Node or image j is sent to rank s if it is near a cell of s, as cell_bounds.h says,
+ * so that whatever a node of s may interact with is there. Frozen nodes and their images are not sent: every
+ * rank has all of them. A corner between ranks needs no special case, because images are sent like nodes.
+ * Remote ghosts are the last ghosts: rank by rank, and list by list, in the order of their nodes.
+ *
+ * Culling. A rank tells the owners which of its ghosts it keeps; the owners shorten their send lists, and
+ * keep the images that are on them.
+ *
+ * Pairs between ranks. Both ranks evaluate such a pair, each for its own node, and so do all sums over rows.
+ * A ghost never receives a contribution. Pairs are counted on both ranks.
+ *
+ * Values. Refreshing any set of fields takes one message to each rank with which ghosts are shared, after the
+ * images have their values.
+ *
+ * A halo of NULL stands for one process: there are no remote ghosts, images alone are refreshed. All
+ * functions but kith_halo_remap, kith_halo_pending and kith_halo_traffic are collective. */
+#ifndef KITH_DOMAIN_HALO_H
+#define KITH_DOMAIN_HALO_H
+
+#include "lib/domain/decomposition.h"
+
+struct kith_halo; /* opaque */
+
+/* decomposition (borrowed) has the cells and knows in which one a node is; NULL for a halo that makes no
+ * ghosts and only counts its traffic. */
+kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
+                             const struct kith_decomposition *decomposition);
+void kith_halo_destroy(struct kith_halo **halo);
+
+/* Appends the remote ghosts, as blocks of this boundary. factor: f of cell_bounds.h. */
+kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
+                                 double factor);
+/* For ghosts whose rows are complete: raises the search radius of each internal node i to the largest R_j
+ * that a node j within max(R_i, R_j) of it may have. Ghosts made with it and with f = 2 then hold all
+ * partners of i, and all that lie within R_j of a partner j,
+ *     d(x_k, x_i) <= max(R_i, R_j) + R_j <= 2 R'_i.
+ * Every own cell is compared with all cells of all ranks. */
+kith_status kith_halo_extend(const struct kith_halo *halo, struct kith_nodes *nodes);
+
+/* Before a cull, keep[ghost] is what this rank needs; afterwards it includes the images that others need. */
+kith_status kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep);
+/* After the cull: renumber[old index] is the new index or -1. */
+void kith_halo_remap(struct kith_halo *halo, const kith_index *renumber);
+
+/* Gives all ghosts the values of these fields that their nodes have: image ghosts as
+ * kith_nodes_refresh_images does, then remote ghosts. Bitwise identical for any number of threads. */
+void kith_halo_refresh(struct kith_halo *halo, struct kith_nodes *nodes, struct kith_field *const *fields,
+                       int n_fields);
+/* The same in two halves. After start, image ghosts have their values; after finish (which does nothing if no
+ * exchange is pending), remote ghosts too. In between, these fields of remote ghosts must not be read. A
+ * start finishes an earlier exchange first. */
+void kith_halo_start_exchange(struct kith_halo *halo, struct kith_nodes *nodes,
+                              struct kith_field *const *fields, int n_fields);
+void kith_halo_finish_exchange(struct kith_halo *halo);
+/* Was an exchange started and not finished? */
+bool kith_halo_pending(const struct kith_halo *halo);
+
+/* Counted since the halo was created: exchanges that were started, and bytes of one node in all of them. */
+struct kith_halo_traffic {
+  uint64_t exchanges, node_bytes;
+};
+struct kith_halo_traffic kith_halo_traffic(const struct kith_halo *halo);
+
+#endif

@@ -1,0 +1,55 @@
+/* curve.c - partitions that cut a curve through all cells into pieces of equal weight. */
+#include "lib/domain/partition/partition.h"
+
+#include "lib/core/sfc_key.h"
+
+void kith_partition_cut(int64_t n, const kith_index *order, const double *weight, int n_ranks,
+                        int32_t *owner) {
+  double total = 0, before = 0;
+  for (int64_t k = 0; k < n; ++k) total += weight == NULL ? 1 : weight[order[k]];
+  for (int64_t k = 0; k < n; ++k) {
+    const double w = weight == NULL ? 1 : weight[order[k]];
+    const double interval = (before + 0.5 * w) / total * n_ranks;
+    owner[order[k]] = (int32_t)KITH_MIN(interval, n_ranks - 1);
+    before += w;
+  }
+}
+
+kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *key, int32_t *owner) {
+  struct kith_curve *curve = partition->self;
+  const int64_t n = partition->cells->n;
+  KITH_TRY(kith_resize(&curve->order, 0, (size_t)n, sizeof *curve->order));
+  KITH_TRY(kith_sfc_key_sort((size_t)n, key, NULL, curve->order));
+  kith_partition_cut(n, curve->order, NULL, partition->n_ranks, owner);
+  return KITH_OK;
+}
+
+kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
+                              const double *face_weight, int32_t *owner) {
+  (void)face_weight;
+  const struct kith_curve *curve = partition->self;
+  kith_partition_cut(partition->cells->n, curve->order, weight, partition->n_ranks, owner);
+  return KITH_OK;
+}
+
+void kith_curve_clear(struct kith_partition *partition) {
+  struct kith_curve *curve = partition->self;
+  kith_free(&curve->order);
+}
+
+kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (*key_of)(const uint64_t *k),
+                                    int32_t *owner) {
+  const struct kith_cells *cells = partition->cells;
+  uint64_t *key = NULL;
+  KITH_TRY(kith_resize(&key, 0, (size_t)cells->n, sizeof *key));
+  for (int64_t c = 0; c < cells->n; ++c) {
+    int64_t k[NDIM];
+    uint64_t at[NDIM];
+    kith_cells_coordinates(cells, c, k);
+    for (int a = 0; a < NDIM; ++a) at[a] = (uint64_t)k[a];
+    key[c] = key_of(at);
+  }
+  const kith_status status = kith_curve_first(partition, key, owner);
+  kith_free(&key);
+  return status;
+}

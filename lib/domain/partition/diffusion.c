@@ -1,0 +1,305 @@
+/* diffusion.c - load diffuses between neighboring ranks: cells at their border change owner.
+ *
+ * One update is one step of diffusion, simulated for all ranks on the replicated map: the loads l_p of the
+ * ranks; the work f_pq that is to flow between neighbors; then every rank in turn gives border cells away,
+ * those with the most neighbors at the receiver first, until the flow is used up (to the nearest cell; the
+ * rest is added to the flow to its next neighbor). Only border cells move, so nodes go to ranks that already
+ * know them as ghosts, and a large-scale gradient of load takes many updates.
+ *
+ *   schornbaum    f = sum over iterations of (l_p - l_q) / (1 + the larger number of neighbors), with loads
+ *                 updated; the default, as it needs the fewest updates (Schornbaum and Ruede, SIAM J. Sci.
+ *                 Comput. 38, C96 (2016))
+ *   willebeek     f_pq = (l_p - m_p) d_q / sum d, m_p the mean of p and its neighbors, d_q = max(0, m_p -
+ *                 l_q) (Willebeek-LeMair and Reeves, IEEE Trans. Parallel Distrib. Syst. 4, 979 (1993))
+ *   second-order  as schornbaum, with momentum: f(t) = (beta - 1) f(t - 1) + beta (l_p - l_q) / (1 + ...),
+ *                 beta = 1.8 (Muthukrishnan, Ghosh and Schultz, Theory Comput. Syst. 31, 331 (1998))
+ *
+ * A cell goes only to a rank that has less load than the giver even afterwards, so the largest load never
+ * rises and the sum of squares falls with every moved cell. A rank keeps its last cell, since a rank without
+ * cells has no border. */
+#include "lib/domain/partition/diffusion.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ITERATIONS = 10, NO_FACE = 32, SCORES = 64 };
+static const double BETA = 1.8;
+
+/* Ranks p, q that share faces, ascending; entries first .. end - 1 are p's cells with a face to q, best
+ * first. */
+struct pair {
+  int32_t p, q;
+  int64_t first, end;
+  double flow, last_flow;
+};
+
+/* A cell and another rank that it touches. */
+struct entry {
+  uint64_t key; /* (p n_ranks + q) SCORES + score: NO_FACE, and lower the more neighbors belong to q */
+  int64_t cell;
+};
+
+struct border {
+  int64_t n_entries, capacity, n_pairs;
+  struct entry *entry; /* [n_entries] ascending */
+  struct pair *pair;   /* [n_pairs] */
+};
+
+static void border_clear(struct border *border) {
+  kith_free(&border->entry);
+  kith_free(&border->pair);
+}
+
+/* The entry of a cell for a pair, among those from `begin` on; made if there is none. */
+static struct entry *entry_of(struct border *border, int64_t begin, uint64_t pair, int64_t c) {
+  int64_t e = begin;
+  while (e < border->n_entries && border->entry[e].key / SCORES != pair) ++e;
+  if (e == border->n_entries)
+    border->entry[border->n_entries++] = (struct entry){pair * SCORES + SCORES - 1, c};
+  return &border->entry[e];
+}
+
+/* One entry for every other rank beside cell c. */
+static kith_status add_entries(struct border *border, const struct kith_cells *cells, const int32_t *owner,
+                               int n_ranks, int64_t c) {
+  const int64_t begin = border->n_entries;
+  if (begin + KITH_CELL_NEIGHBORS > border->capacity) {
+    border->capacity = 2 * begin + 1024;
+    KITH_TRY(kith_resize(&border->entry, (size_t)begin, (size_t)border->capacity, sizeof *border->entry));
+  }
+  struct kith_cell_image image[KITH_CELL_NEIGHBORS];
+  const int n_images = kith_cells_neighbors(cells, c, image, NULL);
+  const uint64_t own = (uint64_t)owner[c] * (uint64_t)n_ranks;
+  for (int k = 0; k < n_images; ++k) {
+    const int32_t q = owner[image[k].cell];
+    if (q != owner[c]) --entry_of(border, begin, own + (uint64_t)q, c)->key;
+  }
+  for (int side = 0; side < 2 * NDIM; ++side) {
+    const int64_t d = kith_cells_beside(cells, c, side / 2, side % 2 == 0 ? -1 : 1);
+    if (d < 0 || owner[d] == owner[c]) continue;
+    entry_of(border, begin, own + (uint64_t)owner[d], c)->key &= ~(uint64_t)NO_FACE;
+  }
+  return KITH_OK;
+}
+
+static int ascending(const void *a, const void *b) {
+  const struct entry *p = a, *q = b;
+  if (p->key != q->key) return p->key < q->key ? -1 : 1;
+  return (p->cell > q->cell) - (p->cell < q->cell);
+}
+
+/* A pair for every two ranks that share faces. */
+static void find_pairs(struct border *border, uint64_t n_ranks) {
+  uint64_t last = UINT64_MAX;
+  for (int64_t i = 0; i < border->n_entries; ++i) {
+    const uint64_t pair = border->entry[i].key / SCORES;
+    if (border->entry[i].key & NO_FACE) continue;
+    if (pair != last)
+      border->pair[border->n_pairs++] =
+          (struct pair){.p = (int32_t)(pair / n_ranks), .q = (int32_t)(pair % n_ranks), .first = i};
+    border->pair[border->n_pairs - 1].end = i + 1;
+    last = pair;
+  }
+}
+
+static kith_status border_find(struct border *border, const struct kith_cells *cells, const int32_t *owner,
+                               int n_ranks) {
+  for (int64_t c = 0; c < cells->n; ++c) KITH_TRY(add_entries(border, cells, owner, n_ranks, c));
+  const size_t n = (size_t)border->n_entries;
+  if (n > 0) qsort(border->entry, n, sizeof *border->entry, ascending);
+  KITH_TRY(kith_resize(&border->pair, 0, n, sizeof *border->pair));
+  find_pairs(border, (uint64_t)n_ranks);
+  return KITH_OK;
+}
+
+/* ---- flow ---- */
+
+/* The pairs of one rank are row .. end - 1; returns end. */
+static int64_t row_end(const struct border *border, int64_t row) {
+  int64_t end = row;
+  while (end < border->n_pairs && border->pair[end].p == border->pair[row].p) ++end;
+  return end;
+}
+
+static void flow_willebeek(struct border *border, const double *load) {
+  for (int64_t row = 0, end; row < border->n_pairs; row = end) {
+    end = row_end(border, row);
+    struct pair *pair = border->pair;
+    const double own = load[pair[row].p];
+    double mean = own, deficit = 0;
+    for (int64_t e = row; e < end; ++e) mean += load[pair[e].q];
+    mean /= (double)(end - row + 1);
+    for (int64_t e = row; e < end; ++e) deficit += KITH_MAX(mean - load[pair[e].q], 0);
+    if (own <= mean || deficit <= 0) continue;
+    for (int64_t e = row; e < end; ++e)
+      pair[e].flow = (own - mean) * KITH_MAX(mean - load[pair[e].q], 0) / deficit;
+  }
+}
+
+/* load[] follows the flow; neighbors[] is scratch. */
+static void flow_iterated(struct border *border, int n_ranks, double beta, double *load, double *neighbors) {
+  for (int p = 0; p < n_ranks; ++p) neighbors[p] = 0;
+  for (int64_t e = 0; e < border->n_pairs; ++e) ++neighbors[border->pair[e].p];
+  for (int t = 0; t < ITERATIONS; ++t) {
+    const double now = t == 0 ? 1 : beta; /* no momentum yet */
+    for (int64_t e = 0; e < border->n_pairs; ++e) {
+      struct pair *pair = &border->pair[e];
+      const double alpha = 1 / (1 + KITH_MAX(neighbors[pair->p], neighbors[pair->q]));
+      pair->last_flow = (now - 1) * pair->last_flow + now * alpha * (load[pair->p] - load[pair->q]);
+      pair->flow += pair->last_flow;
+    }
+    for (int64_t e = 0; e < border->n_pairs; ++e) load[border->pair[e].p] -= border->pair[e].last_flow;
+  }
+}
+
+/* ---- cells ---- */
+
+struct wave {
+  const struct kith_cells *cells;
+  const struct kith_diffusion *self;
+  const double *weight;
+  int n_ranks;
+  int32_t *owner;
+  double *load;     /* [n_ranks] */
+  double *cells_of; /* [n_ranks] numbers */
+};
+
+static int compare_pairs(const void *a, const void *b) {
+  const uint64_t p = *(const uint64_t *)a, q = *(const uint64_t *)b;
+  return (p > q) - (p < q);
+}
+
+/* Would rank q with cell c have a neighboring rank that it did not have in the first map? */
+static bool makes_neighbors(const struct wave *wave, int32_t q, int64_t c) {
+  const struct kith_diffusion *self = wave->self;
+  struct kith_cell_image image[KITH_CELL_NEIGHBORS];
+  const int n = kith_cells_neighbors(wave->cells, c, image, NULL);
+  for (int k = 0; k < n; ++k) {
+    const int32_t other = image[k].cell == c ? q : wave->owner[image[k].cell];
+    const uint64_t pair = (uint64_t)q * (uint64_t)wave->n_ranks + (uint64_t)other;
+    if (other != q &&
+        bsearch(&pair, self->allowed, (size_t)self->n_allowed, sizeof pair, compare_pairs) == NULL)
+      return true;
+  }
+  return false;
+}
+
+/* Moves cells from p to q for `budget` of work; returns what is left of it (slightly negative if the last
+ * cell was rounded up). */
+static double give(const struct wave *wave, const struct border *border, const struct pair *pair,
+                   double budget) {
+  const int32_t p = pair->p, q = pair->q;
+  for (int64_t i = pair->first; i < pair->end && budget > 0 && wave->cells_of[p] > 1; ++i) {
+    const int64_t c = border->entry[i].cell;
+    const double w = wave->weight[c];
+    if (wave->owner[c] != p || 0.5 * w > budget || !(wave->load[q] + w < wave->load[p])) continue;
+    if (wave->self->fixed && makes_neighbors(wave, q, c)) continue;
+    wave->owner[c] = q;
+    wave->load[p] -= w, wave->load[q] += w;
+    --wave->cells_of[p], ++wave->cells_of[q];
+    budget -= w;
+  }
+  return budget;
+}
+
+static void measure(const struct wave *wave) {
+  for (int p = 0; p < wave->n_ranks; ++p) wave->load[p] = wave->cells_of[p] = 0;
+  for (int64_t c = 0; c < wave->cells->n; ++c) {
+    wave->load[wave->owner[c]] += wave->weight[c];
+    ++wave->cells_of[wave->owner[c]];
+  }
+}
+
+static void run(const struct wave *wave, struct border *border) {
+  measure(wave);
+  if (wave->self->flow == KITH_WILLEBEEK) {
+    flow_willebeek(border, wave->load);
+  } else {
+    flow_iterated(border, wave->n_ranks, wave->self->flow == KITH_SECOND_ORDER ? BETA : 1, wave->load,
+                  wave->cells_of);
+    measure(wave); /* both arrays were scratch */
+  }
+  for (int64_t row = 0, end; row < border->n_pairs; row = end) {
+    end = row_end(border, row);
+    double left = 0;
+    for (int64_t e = row; e < end; ++e)
+      if (border->pair[e].flow > 0) left = give(wave, border, &border->pair[e], left + border->pair[e].flow);
+  }
+}
+
+/* ---- the member ---- */
+
+/* The pairs of ranks that touch. */
+static void note_neighbors(struct kith_diffusion *self, const struct border *border) {
+  self->n_allowed = 0;
+  for (int64_t i = 0; i < border->n_entries; ++i) {
+    const uint64_t pair = border->entry[i].key / SCORES;
+    if (self->n_allowed == 0 || self->allowed[self->n_allowed - 1] != pair)
+      self->allowed[self->n_allowed++] = pair;
+  }
+}
+
+/* The start map, and its neighborhood. */
+static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
+  const struct kith_cells *cells = partition->cells;
+  struct kith_diffusion *self = partition->self;
+  struct kith_partition *map = NULL;
+  KITH_TRY(kith_partition_create(&map, cells, partition->n_ranks, self->on_morton ? "morton" : "cart"));
+  memcpy(owner, map->owner, (size_t)cells->n * sizeof *owner);
+  kith_partition_destroy(&map);
+  struct border border = {0};
+  kith_status status = border_find(&border, cells, owner, partition->n_ranks);
+  if (status == KITH_OK)
+    status = kith_resize(&self->allowed, 0, (size_t)border.n_entries, sizeof *self->allowed);
+  if (status == KITH_OK) note_neighbors(self, &border);
+  if (status == KITH_OK) self->restart = false;
+  border_clear(&border);
+  return status;
+}
+
+static kith_status diffusion_update(struct kith_partition *partition, const double *weight,
+                                    const double *face_weight, int32_t *owner) {
+  (void)face_weight;
+  struct kith_diffusion *self = partition->self;
+  if (self->restart) KITH_TRY(diffusion_first(partition, owner));
+  struct border border = {0};
+  struct wave wave = {partition->cells, self, weight, partition->n_ranks, owner, NULL, NULL};
+  KITH_TRY(kith_resize(&wave.load, 0, 2 * (size_t)wave.n_ranks, sizeof *wave.load));
+  wave.cells_of = wave.load + wave.n_ranks;
+  const kith_status status = border_find(&border, wave.cells, owner, wave.n_ranks);
+  if (status == KITH_OK) run(&wave, &border);
+  kith_free(&wave.load);
+  border_clear(&border);
+  return status;
+}
+
+static void diffusion_command(struct kith_partition *partition, int word) {
+  struct kith_diffusion *self = partition->self;
+  if (word <= KITH_SECOND_ORDER)
+    self->flow = (enum kith_diffusion_flow)word;
+  else if (word <= KITH_SECOND_ORDER + 2)
+    self->fixed = word == KITH_SECOND_ORDER + 1;
+  else
+    self->on_morton = word == KITH_SECOND_ORDER + 4, self->restart = true;
+}
+
+static void diffusion_clear(struct kith_partition *partition) {
+  struct kith_diffusion *self = partition->self;
+  kith_free(&self->allowed);
+}
+
+/* The flows in the order of their enumeration; then the neighborhood, `fixed` to that of the start; then the
+ * start. */
+static const char *const WORDS[] = {"schornbaum", "willebeek", "second-order", "fixed",
+                                    "free",       "cart",      "morton",       NULL};
+
+const struct kith_partitioner_ops kith_partitioner_diffusion = {
+    .name = "diffusion",
+    .doc = "cells flow to neighbor ranks that have less to do, one layer an update",
+    .words = WORDS,
+    .state_size = sizeof(struct kith_diffusion),
+    .command = diffusion_command,
+    .first = diffusion_first,
+    .update = diffusion_update,
+    .clear = diffusion_clear,
+};

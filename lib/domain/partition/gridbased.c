@@ -1,0 +1,390 @@
+/* gridbased.c - a Cartesian mesh of ranks whose corners move: the topology stays, the shapes follow the load.
+ *
+ * Begau and Sutmann, Comput. Phys. Commun. 190, 51 (2015). Every corner is pulled towards the centers of the
+ * up to 2^NDIM ranks around it, more strongly by those with more than their mean load, so that they shrink:
+ *
+ *   move = step / n  sum over the n ranks r around of (load_r / mean - 1) (unit vector to the center of r)
+ *
+ * in units of the regular spacing of each axis; half of that, and so on, until the mesh is valid. A corner on
+ * a face of the box stays in it, periodic or not: the mesh need not match across. An update has 2^NDIM
+ * rounds, one for each color of corners (odd and even positions along the axes), so that no two corners of a
+ * rank's edge move at once. A round that raises the sum of squares of the loads is undone, and the step of
+ * the color halved; otherwise it is doubled, up to 2.
+ *
+ * The shape of a rank consists of NDIM! simplices about one diagonal (the same diagonal everywhere, so that
+ * faces match). The mesh is valid if all of them have a positive volume: then they cover the box exactly
+ * once. A cell belongs to the first rank whose closed shape contains its midpoint. All this is computed in
+ * integers, in units of 1/unit of a cell: exact, without rounding. */
+#include "lib/domain/partition/partition.h"
+
+#include <string.h>
+
+enum { SHAPE_CORNERS = 1 << NDIM, SIMPLICES = NDIM == 3 ? 6 : NDIM, HALVINGS = 3 };
+/* The box has this many bits at most: sums of products of NDIM lengths fit into 63. */
+enum { LENGTH_BITS = NDIM == 3 ? 20 : NDIM == 2 ? 30 : 50, UNIT_BITS = 20 };
+
+static const double LEAST_STEP = 1.0 / 8, MOST_STEP = 2; /* larger ones overshoot, and cut more faces */
+
+/* The order of axes along which a simplex goes from corner to corner; the second half is left-handed. */
+#if NDIM == 1
+static const int PATH[SIMPLICES][NDIM] = {{0}};
+#elif NDIM == 2
+static const int PATH[SIMPLICES][NDIM] = {{0, 1}, {1, 0}};
+#else
+static const int PATH[SIMPLICES][NDIM] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}};
+#endif
+
+struct mesh {
+  int64_t ranks[NDIM], corners[NDIM], n_corners;
+  int64_t unit, length[NDIM]; /* of a cell; of the box */
+  int64_t *corner, *trial;    /* [n_corners][NDIM] owned */
+  double step[SHAPE_CORNERS]; /* of each color */
+};
+
+struct shape {
+  int64_t corner[SHAPE_CORNERS][NDIM];
+};
+
+/* ---- geometry ---- */
+
+/* NDIM! times the signed volume. */
+static int64_t volume(const int64_t *const *v) {
+  int64_t d[NDIM][NDIM];
+  for (int k = 0; k < NDIM; ++k)
+    for (int a = 0; a < NDIM; ++a) d[k][a] = v[k + 1][a] - v[0][a];
+#if NDIM == 1
+  return d[0][0];
+#elif NDIM == 2
+  return d[0][0] * d[1][1] - d[0][1] * d[1][0];
+#else
+  return d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) +
+         d[0][1] * (d[1][2] * d[2][0] - d[1][0] * d[2][2]) +
+         d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+#endif
+}
+
+/* The vertices of simplex s; returns its orientation in a regular mesh. */
+static int simplex(const struct shape *shape, int s, const int64_t **v) {
+  int at = 0;
+  v[0] = shape->corner[0];
+  for (int k = 0; k < NDIM; ++k) {
+    at |= 1 << PATH[s][k];
+    v[k + 1] = shape->corner[at];
+  }
+  return NDIM > 1 && s >= SIMPLICES / 2 ? -1 : 1;
+}
+
+static bool is_valid(const struct shape *shape) {
+  for (int s = 0; s < SIMPLICES; ++s) {
+    const int64_t *v[NDIM + 1];
+    const int orientation = simplex(shape, s, v);
+    if (orientation * volume(v) <= 0) return false;
+  }
+  return true;
+}
+
+static bool contains(const struct shape *shape, const int64_t *x) {
+  for (int s = 0; s < SIMPLICES; ++s) {
+    const int64_t *v[NDIM + 1];
+    const int orientation = simplex(shape, s, v);
+    bool inside = true;
+    for (int k = 0; k <= NDIM && inside; ++k) {
+      const int64_t *vertex = v[k];
+      v[k] = x;
+      inside = orientation * volume(v) >= 0;
+      v[k] = vertex;
+    }
+    if (inside) return true;
+  }
+  return false;
+}
+
+/* ---- the mesh ---- */
+
+static void place_of(const int64_t *counts, int64_t number, int64_t *i) {
+  for (int a = 0; a < NDIM; ++a) {
+    i[a] = number % counts[a];
+    number /= counts[a];
+  }
+}
+
+static int64_t number_of(const int64_t *counts, const int64_t *i) {
+  int64_t number = 0;
+  for (int a = NDIM - 1; a >= 0; --a) number = number * counts[a] + i[a];
+  return number;
+}
+
+/* The shape of the rank at position i of the mesh. */
+static struct shape shape_at(const struct mesh *mesh, const int64_t *corner, const int64_t *i) {
+  struct shape shape;
+  for (int k = 0; k < SHAPE_CORNERS; ++k) {
+    int64_t at[NDIM];
+    for (int a = 0; a < NDIM; ++a) at[a] = i[a] + (k >> a & 1);
+    memcpy(shape.corner[k], &corner[number_of(mesh->corners, at) * NDIM], sizeof shape.corner[k]);
+  }
+  return shape;
+}
+
+/* Is there a rank number k around corner i? Then its position in the mesh. */
+static bool place_around(const struct mesh *mesh, const int64_t *i, int k, int64_t *place) {
+  bool inside = true;
+  for (int a = 0; a < NDIM; ++a) {
+    place[a] = i[a] - (k >> a & 1);
+    inside = inside && place[a] >= 0 && place[a] < mesh->ranks[a];
+  }
+  return inside;
+}
+
+/* ---- cells ---- */
+
+/* Assigns to the rank all cells without an owner whose midpoint is in its shape. */
+static void fill(const struct mesh *mesh, const struct kith_cells *cells, const struct shape *shape, int rank,
+                 int32_t *owner) {
+  int64_t first[NDIM], extent[NDIM], n = 1; /* of the bounding box, in cells */
+  for (int a = 0; a < NDIM; ++a) {
+    int64_t low = INT64_MAX, high = INT64_MIN;
+    for (int k = 0; k < SHAPE_CORNERS; ++k) {
+      low = KITH_MIN(low, shape->corner[k][a]);
+      high = KITH_MAX(high, shape->corner[k][a]);
+    }
+    first[a] = low / mesh->unit;
+    n *= extent[a] = KITH_MIN(high / mesh->unit + 1, cells->count[a]) - first[a];
+  }
+  for (int64_t number = 0; number < n; ++number) {
+    int64_t k[NDIM], x[NDIM];
+    place_of(extent, number, k);
+    for (int a = 0; a < NDIM; ++a) {
+      k[a] += first[a];
+      x[a] = k[a] * mesh->unit + mesh->unit / 2;
+    }
+    const int64_t c = kith_cells_at(cells, k);
+    if (owner[c] < 0 && contains(shape, x)) owner[c] = rank;
+  }
+}
+
+static void fill_all(const struct mesh *mesh, const int64_t *corner, const struct kith_cells *cells,
+                     int n_ranks, int32_t *owner) {
+  for (int64_t c = 0; c < cells->n; ++c) owner[c] = -1;
+  for (int rank = 0; rank < n_ranks; ++rank) {
+    int64_t i[NDIM];
+    place_of(mesh->ranks, rank, i);
+    const struct shape shape = shape_at(mesh, corner, i);
+    fill(mesh, cells, &shape, rank, owner);
+  }
+}
+
+/* ---- moves ---- */
+
+/* The displacement of corner i. */
+static void pull_of(const struct mesh *mesh, const double *load, const int64_t *i, double step,
+                    double *move) {
+  const int64_t *here = &mesh->corner[number_of(mesh->corners, i) * NDIM];
+  int64_t place[NDIM];
+  double spacing[NDIM], mean = 0, n = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    spacing[a] = (double)mesh->length[a] / (double)mesh->ranks[a];
+    move[a] = 0;
+  }
+  for (int k = 0; k < SHAPE_CORNERS; ++k)
+    if (place_around(mesh, i, k, place)) mean += load[number_of(mesh->ranks, place)], ++n;
+  mean /= n;
+  for (int k = 0; k < SHAPE_CORNERS && mean > 0; ++k) {
+    if (!place_around(mesh, i, k, place)) continue;
+    const struct shape shape = shape_at(mesh, mesh->corner, place);
+    double to[NDIM] = {0}; /* the middle */
+    for (int j = 0; j < SHAPE_CORNERS * NDIM; ++j)
+      to[j % NDIM] +=
+          (double)(shape.corner[j / NDIM][j % NDIM] - here[j % NDIM]) / SHAPE_CORNERS / spacing[j % NDIM];
+    const double pull = step / n * (load[number_of(mesh->ranks, place)] / mean - 1) / kith_norm(to);
+    for (int a = 0; a < NDIM; ++a) move[a] += pull * to[a] * spacing[a];
+  }
+  for (int a = 0; a < NDIM; ++a)
+    if (i[a] == 0 || i[a] == mesh->ranks[a]) move[a] = 0; /* a face of the box */
+}
+
+static bool valid_around(const struct mesh *mesh, const int64_t *i) {
+  for (int k = 0; k < SHAPE_CORNERS; ++k) {
+    int64_t place[NDIM];
+    if (!place_around(mesh, i, k, place)) continue;
+    const struct shape shape = shape_at(mesh, mesh->trial, place);
+    if (!is_valid(&shape)) return false;
+  }
+  return true;
+}
+
+/* Moves a corner of the trial mesh by `move`, or a half or a quarter of it, or not at all. */
+static void move_corner(const struct mesh *mesh, const int64_t *i, double *move) {
+  const int64_t number = number_of(mesh->corners, i);
+  const int64_t *from = &mesh->corner[number * NDIM];
+  int64_t *to = &mesh->trial[number * NDIM];
+  for (int halving = 0; halving < HALVINGS; ++halving) {
+    for (int a = 0; a < NDIM; ++a) {
+      const double x = (double)from[a] + move[a];
+      to[a] = (int64_t)KITH_MIN(KITH_MAX(x, 0), (double)mesh->length[a]);
+      move[a] *= 0.5;
+    }
+    if (valid_around(mesh, i)) return;
+  }
+  for (int a = 0; a < NDIM; ++a) to[a] = from[a];
+}
+
+/* Odd and even places along the axes: corners of the same color have no rank in common. */
+static int color_of(const int64_t *i) {
+  int color = 0;
+  for (int a = 0; a < NDIM; ++a) color |= (int)(i[a] & 1) << a;
+  return color;
+}
+
+/* Moves the corners of one color of the trial mesh. */
+static void move_color(const struct mesh *mesh, const double *load, int color) {
+  for (int64_t k = 0; k < mesh->n_corners * NDIM; ++k) mesh->trial[k] = mesh->corner[k];
+  for (int64_t number = 0; number < mesh->n_corners; ++number) {
+    int64_t i[NDIM];
+    double move[NDIM];
+    place_of(mesh->corners, number, i);
+    if (color_of(i) != color) continue;
+    pull_of(mesh, load, i, mesh->step[color], move);
+    move_corner(mesh, i, move);
+  }
+}
+
+/* The work of every rank; returns the sum of its squares. */
+static double loads_of(const struct kith_partition *partition, const double *weight, const int32_t *owner,
+                       double *load) {
+  double squares = 0;
+  for (int r = 0; r < partition->n_ranks; ++r) load[r] = 0;
+  for (int64_t c = 0; c < partition->cells->n; ++c) load[owner[c]] += weight[c];
+  for (int r = 0; r < partition->n_ranks; ++r) squares += load[r] * load[r];
+  return squares;
+}
+
+/* One round: moves all corners of a color, or none if that does not help. load[] and `squares` follow. */
+static void round_of(const struct kith_partition *partition, const double *weight, int color, int32_t *owner,
+                     double *load, double *trial_load, double *squares) {
+  struct mesh *mesh = partition->self;
+  move_color(mesh, load, color);
+  fill_all(mesh, mesh->trial, partition->cells, partition->n_ranks, owner);
+  const double trial = loads_of(partition, weight, owner, trial_load);
+  const bool gain = trial <= *squares;
+  mesh->step[color] =
+      gain ? KITH_MIN(2 * mesh->step[color], MOST_STEP) : KITH_MAX(0.5 * mesh->step[color], LEAST_STEP);
+  if (!gain) return;
+  *squares = trial;
+  memcpy(load, trial_load, sizeof *load * (size_t)partition->n_ranks);
+  int64_t *moved = mesh->trial;
+  mesh->trial = mesh->corner;
+  mesh->corner = moved;
+}
+
+/* ---- the member ---- */
+
+static kith_status gridbased_first(struct kith_partition *partition, int32_t *owner) {
+  struct mesh *mesh = partition->self;
+  const struct kith_cells *cells = partition->cells;
+  int ranks[NDIM], bits = UNIT_BITS;
+  kith_partition_mesh(cells, partition->n_ranks, ranks);
+  mesh->n_corners = 1;
+  for (int color = 0; color < SHAPE_CORNERS; ++color) mesh->step[color] = 1;
+  for (int a = 0; a < NDIM; ++a) {
+    mesh->ranks[a] = ranks[a];
+    mesh->n_corners *= mesh->corners[a] = ranks[a] + 1;
+    while (bits > 0 && cells->count[a] << bits > INT64_C(1) << LENGTH_BITS) --bits;
+  }
+  mesh->unit = INT64_C(1) << bits;
+  for (int a = 0; a < NDIM; ++a) {
+    mesh->length[a] = cells->count[a] * mesh->unit;
+    if (bits == 0 || mesh->length[a] < mesh->ranks[a])
+      KITH_FAIL(UNSUPPORTED,
+                "partitioner 'gridbased': %d ranks on %lld cells of axis %d are more than it can resolve",
+                ranks[a], (long long)cells->count[a], a);
+  }
+  const size_t n = (size_t)mesh->n_corners * NDIM;
+  KITH_TRY(kith_resize(&mesh->corner, 0, n, sizeof *mesh->corner));
+  KITH_TRY(kith_resize(&mesh->trial, 0, n, sizeof *mesh->trial));
+  for (int64_t number = 0; number < mesh->n_corners; ++number) {
+    int64_t *i = &mesh->corner[number * NDIM];
+    place_of(mesh->corners, number, i);
+    for (int a = 0; a < NDIM; ++a) i[a] = i[a] * mesh->length[a] / mesh->ranks[a];
+  }
+  fill_all(mesh, mesh->corner, cells, partition->n_ranks, owner);
+  return KITH_OK;
+}
+
+static kith_status gridbased_update(struct kith_partition *partition, const double *weight,
+                                    const double *face_weight, int32_t *owner) {
+  (void)face_weight;
+  const struct mesh *mesh = partition->self;
+  double *load = NULL;
+  KITH_TRY(kith_resize(&load, 0, 2 * (size_t)partition->n_ranks, sizeof *load));
+  double squares = loads_of(partition, weight, owner, load);
+  for (int color = 0; color < SHAPE_CORNERS; ++color)
+    round_of(partition, weight, color, owner, load, load + partition->n_ranks, &squares);
+  /* The last trial may have been undone. */
+  fill_all(mesh, mesh->corner, partition->cells, partition->n_ranks, owner);
+  kith_free(&load);
+  return KITH_OK;
+}
+
+/* Corners and steps. */
+static size_t gridbased_state(const struct kith_partition *partition, int64_t *word) {
+  const struct mesh *mesh = partition->self;
+  const size_t n = (size_t)mesh->n_corners * NDIM;
+  if (word != NULL) memcpy(word, mesh->corner, n * sizeof *word);
+  if (word != NULL) memcpy(word + n, mesh->step, sizeof mesh->step);
+  return n + SHAPE_CORNERS;
+}
+
+/* Are these the corners of a mesh that covers the box exactly once? */
+static bool is_mesh(const struct mesh *mesh, const int64_t *corner) {
+  bool covers = true;
+  for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
+    int64_t i[NDIM];
+    place_of(mesh->corners, number, i);
+    for (int a = 0; a < NDIM; ++a) {
+      const int64_t x = corner[number * NDIM + a];
+      covers = covers && x >= 0 && x <= mesh->length[a] && (i[a] > 0 || x == 0) &&
+               (i[a] < mesh->ranks[a] || x == mesh->length[a]);
+    }
+  }
+  for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
+    int64_t i[NDIM];
+    bool last = false;
+    place_of(mesh->corners, number, i);
+    for (int a = 0; a < NDIM; ++a) last = last || i[a] == mesh->ranks[a];
+    if (last) continue;
+    const struct shape shape = shape_at(mesh, corner, i);
+    covers = is_valid(&shape);
+  }
+  return covers;
+}
+
+static kith_status gridbased_restore(struct kith_partition *partition, const int64_t *word) {
+  struct mesh *mesh = partition->self;
+  const size_t n = (size_t)mesh->n_corners * NDIM;
+  double step[SHAPE_CORNERS];
+  memcpy(step, word + n, sizeof step);
+  bool sound = is_mesh(mesh, word);
+  for (int color = 0; color < SHAPE_CORNERS; ++color)
+    sound = sound && step[color] >= LEAST_STEP && step[color] < INFINITY;
+  if (!sound) KITH_FAIL(BAD_FILE, "partitioner 'gridbased': the corners of its mesh are damaged");
+  memcpy(mesh->corner, word, n * sizeof *word);
+  memcpy(mesh->step, step, sizeof step);
+  return KITH_OK;
+}
+
+static void gridbased_clear(struct kith_partition *partition) {
+  struct mesh *mesh = partition->self;
+  kith_free(&mesh->corner);
+  kith_free(&mesh->trial);
+}
+
+const struct kith_partitioner_ops kith_partitioner_gridbased = {
+    .name = "gridbased",
+    .doc = "a Cartesian mesh of ranks whose corners move",
+    .state_size = sizeof(struct mesh),
+    .first = gridbased_first,
+    .update = gridbased_update,
+    .state = gridbased_state,
+    .restore = gridbased_restore,
+    .clear = gridbased_clear,
+};

@@ -1,0 +1,58 @@
+/* hybrid.c - partitioned as a graph once, then balanced by diffusion.
+ *
+ * The first map and the first update are those of `graph`; all later updates diffuse, until an option
+ * requests a graph again. `toggle` requests the one of the two that would not be next. */
+#include "lib/domain/partition/diffusion.h"
+
+struct hybrid {
+  struct kith_diffusion diffusion; /* must come first: `diffusion` uses this part */
+  bool diffuse;                    /* at the next update */
+};
+
+static kith_status hybrid_update(struct kith_partition *partition, const double *weight,
+                                 const double *face_weight, int32_t *owner) {
+  struct hybrid *self = partition->self;
+  if (self->diffuse) return kith_partitioner_diffusion.update(partition, weight, face_weight, owner);
+  KITH_TRY(kith_partitioner_graph.update(partition, weight, face_weight, owner));
+  self->diffuse = true;
+  return KITH_OK;
+}
+
+static kith_status hybrid_first(struct kith_partition *partition, int32_t *owner) {
+  return kith_partitioner_graph.first(partition, owner);
+}
+
+static void hybrid_command(struct kith_partition *partition, int word) {
+  struct hybrid *self = partition->self;
+  self->diffuse = word == 2 ? !self->diffuse : word == 1;
+}
+
+static size_t hybrid_state(const struct kith_partition *partition, int64_t *word) {
+  const struct hybrid *self = partition->self;
+  if (word != NULL) *word = self->diffuse;
+  return 1;
+}
+
+static kith_status hybrid_restore(struct kith_partition *partition, const int64_t *word) {
+  struct hybrid *self = partition->self;
+  if (*word != 0 && *word != 1) KITH_FAIL(BAD_FILE, "partitioner 'hybrid': its state is damaged");
+  self->diffuse = *word == 1;
+  return KITH_OK;
+}
+
+static const char *const WORDS[] = {"graph", "diffusion", "toggle", NULL};
+
+const struct kith_partitioner_ops kith_partitioner_hybrid = {
+    .name = "hybrid",
+    .doc = "partitioned as a graph once, then diffusion",
+#ifndef KITH_SCOTCH
+    .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
+#endif
+    .words = WORDS,
+    .state_size = sizeof(struct hybrid),
+    .command = hybrid_command,
+    .first = hybrid_first,
+    .update = hybrid_update,
+    .state = hybrid_state,
+    .restore = hybrid_restore,
+};

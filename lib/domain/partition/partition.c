@@ -1,0 +1,161 @@
+/* Selecting a partitioner, its options, weights and updates. */
+#include "lib/domain/partition/partition.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "lib/core/family.h"
+
+#define X(name) &kith_partitioner_##name,
+KITH_FAMILY(kith_partitioner, KITH_PARTITIONER_LIST(X))
+#undef X
+
+/* ---- names and options ---- */
+
+/* Adds ", name" to the end of a list of names. */
+static void add_name(char *list, size_t size, const char *name) {
+  const size_t used = strlen(list);
+  snprintf(list + used, size - used, "%s%s", used > 0 ? ", " : "", name);
+}
+
+static kith_status find_member(const char *text, size_t length, const struct kith_partitioner_ops **found) {
+  char names[256] = "";
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    add_name(names, sizeof names, (*p)->name);
+    if (!kith_name_is((*p)->name, text, length)) continue;
+    if ((*p)->needs != NULL)
+      KITH_FAIL(UNSUPPORTED, "partitioner '%s': this kith was built without %s", (*p)->name, (*p)->needs);
+    *found = *p;
+    return KITH_OK;
+  }
+  KITH_FAIL(BAD_INPUT, "unknown partitioner '%.*s': %s", (int)length, text, names);
+}
+
+static kith_status take_word(struct kith_partition *partition, const char *word, size_t length) {
+  const struct kith_partitioner_ops *ops = partition->ops;
+  char names[256] = "";
+  for (int k = 0; ops->words != NULL && ops->words[k] != NULL; ++k) {
+    add_name(names, sizeof names, ops->words[k]);
+    if (!kith_name_is(ops->words[k], word, length)) continue;
+    ops->command(partition, k);
+    return KITH_OK;
+  }
+  KITH_FAIL(BAD_INPUT, "partitioner '%s' does not know '%.*s': %s%s", ops->name, (int)length, word,
+            names[0] == '\0' ? "it has no variants and takes no commands" : "it knows ", names);
+}
+
+kith_status kith_partition_command(struct kith_partition *partition, const char *words) {
+  for (;;) {
+    const size_t length = strcspn(words, ",");
+    KITH_TRY(take_word(partition, words, length));
+    if (words[length] == '\0') return KITH_OK;
+    words += length + 1;
+  }
+}
+
+/* ---- life ---- */
+
+static kith_status start(struct kith_partition *partition, const char *text) {
+  const struct kith_partitioner_ops *ops = partition->ops;
+  KITH_TRY(kith_resize(&partition->owner, 0, (size_t)partition->cells->n, sizeof *partition->owner));
+  if (ops->state_size > 0) KITH_TRY(kith_resize(&partition->self, 0, 1, ops->state_size));
+  const char *colon = strchr(text, ':');
+  if (colon != NULL) KITH_TRY(kith_partition_command(partition, colon + 1));
+  return ops->first(partition, partition->owner);
+}
+
+kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
+                                  const char *text) {
+  const struct kith_partitioner_ops *ops = NULL;
+  KITH_TRY(find_member(text, strcspn(text, ":"), &ops));
+  if (n_ranks < 1) KITH_FAIL(BAD_INPUT, "a partition for %d ranks", n_ranks);
+  struct kith_partition *made = NULL;
+  KITH_TRY(kith_resize(&made, 0, 1, sizeof *made));
+  *made = (struct kith_partition){.ops = ops, .cells = cells, .n_ranks = n_ranks, .generation = 1};
+  const kith_status status = start(made, text);
+  if (status == KITH_OK)
+    *out = made;
+  else
+    kith_partition_destroy(&made);
+  return status;
+}
+
+void kith_partition_destroy(struct kith_partition **partition) {
+  struct kith_partition *p = *partition;
+  if (p == NULL) return;
+  if (p->self != NULL && p->ops->clear != NULL) p->ops->clear(p);
+  kith_free(&p->self);
+  kith_free(&p->owner);
+  kith_free(partition);
+}
+
+/* ---- update ---- */
+
+static kith_status check_weights(const char *what, const double *weight, int64_t n) {
+  for (int64_t c = 0; weight != NULL && c < n; ++c)
+    if (!(weight[c] >= 0 && weight[c] < INFINITY))
+      KITH_FAIL(BAD_INPUT, "%s %lld is %g: not a finite number of at least 0", what, (long long)c, weight[c]);
+  return KITH_OK;
+}
+
+/* Weights with the work of an empty cell added, of mean 1; exactly 1 if all are equal, so that the present
+ * map is kept. */
+static void effective_weights(const double *weight, int64_t n, double *effective) {
+  double largest = 0, sum = 0;
+  for (int64_t c = 0; weight != NULL && c < n; ++c) largest = KITH_MAX(largest, weight[c]);
+  for (int64_t c = 0; c < n; ++c) sum += effective[c] = largest > 0 ? weight[c] / largest : 1;
+  const double mean = sum / (double)n;
+  for (int64_t c = 0; c < n; ++c)
+    effective[c] = (effective[c] / mean + KITH_EMPTY_CELL) / (1 + KITH_EMPTY_CELL);
+}
+
+static kith_status update_into(struct kith_partition *partition, const double *weight,
+                               const double *face_weight, double *effective, int32_t *owner, bool *changed) {
+  const int64_t n = partition->cells->n;
+  effective_weights(weight, n, effective);
+  memcpy(owner, partition->owner, (size_t)n * sizeof *owner);
+  KITH_TRY(partition->ops->update(partition, effective, face_weight, owner));
+  *changed = memcmp(owner, partition->owner, (size_t)n * sizeof *owner) != 0;
+  if (!*changed) return KITH_OK;
+  memcpy(partition->owner, owner, (size_t)n * sizeof *owner);
+  ++partition->generation;
+  return KITH_OK;
+}
+
+kith_status kith_partition_update(struct kith_partition *partition, const double *weight,
+                                  const double *face_weight, bool *changed) {
+  const int64_t n = partition->cells->n;
+  *changed = false;
+  KITH_TRY(check_weights("weight of cell", weight, n));
+  KITH_TRY(check_weights("weight of face", face_weight, n * NDIM));
+  if (partition->ops->update == NULL || partition->n_ranks == 1) return KITH_OK;
+  double *effective = NULL;
+  int32_t *owner = NULL;
+  kith_status status = kith_resize(&effective, 0, (size_t)n, sizeof *effective);
+  if (status == KITH_OK) status = kith_resize(&owner, 0, (size_t)n, sizeof *owner);
+  if (status == KITH_OK) status = update_into(partition, weight, face_weight, effective, owner, changed);
+  kith_free(&effective);
+  kith_free(&owner);
+  return status;
+}
+
+/* ---- restarts ---- */
+
+size_t kith_partition_state(const struct kith_partition *partition, int64_t *word) {
+  return partition->ops->state != NULL ? partition->ops->state(partition, word) : 0;
+}
+
+kith_status kith_partition_restore(struct kith_partition *partition, const int64_t *word, size_t n) {
+  if (n != kith_partition_state(partition, NULL))
+    KITH_FAIL(BAD_FILE, "partitioner '%s' has a state of %zu words; the file has %zu", partition->ops->name,
+              kith_partition_state(partition, NULL), n);
+  return n > 0 ? partition->ops->restore(partition, word) : KITH_OK;
+}
+
+kith_status kith_partition_converge(struct kith_partition *partition, const double *weight) {
+  enum { MOST_MAPS = 20 };
+  bool changed = true;
+  for (int k = 0; k < MOST_MAPS && changed; ++k)
+    KITH_TRY(kith_partition_update(partition, weight, NULL, &changed));
+  return KITH_OK;
+}

@@ -1,0 +1,119 @@
+/* partition.h - the map of cells to ranks. One family of partitioners: cart, kd, morton, hilbert, graph,
+ * p4est, diffusion, gridbased, hybrid.
+ *
+ * Every rank holds the whole map, owner[cell], and computes it by itself: a partitioner is a deterministic
+ * function of the cells, the number of ranks, the present map and the weights, which are replicated. Nothing
+ * here communicates; ranks cannot disagree; the rank of any position is one table lookup; and a map for 4096
+ * ranks can be inspected in one process. Memory: 4 bytes per cell on every rank, 8 for curves; more during an
+ * update.
+ *
+ * A partitioner is selected by a text: its name, and after a colon options, separated by commas, that choose
+ * a variant or give a command: `cart`, `diffusion:willebeek`, `diffusion:fixed,morton`. Options can also be
+ * given later. An option that the member does not have is refused.
+ *
+ * Weights w_c >= 0 are the work of the cells. KITH_EMPTY_CELL times their mean (1 if all are zero) is added
+ * to each, so that empty regions are divided evenly too. A rank may be left without a cell. */
+#ifndef KITH_DOMAIN_PARTITION_PARTITION_H
+#define KITH_DOMAIN_PARTITION_PARTITION_H
+
+#include "lib/core/param.h"
+#include "lib/domain/cells.h"
+
+#define KITH_EMPTY_CELL 1e-3 /* work of an empty cell, in mean weights */
+
+struct kith_partition;
+
+struct kith_partitioner_ops {
+  const char *name, *doc;
+  const struct kith_param *params; /* its own parameters, NULL: none */
+  size_t settings_size;
+  const char *needs;        /* the library that is missing in this build; NULL: available */
+  const char *const *words; /* options: variants and commands, ended by NULL; NULL: none */
+  size_t state_size;        /* bytes of private state at partition->self, initially zero */
+  /* Applies option words[word], which takes effect at the next map. NULL without options. */
+  void (*command)(struct kith_partition *partition, int word);
+  /* The first map, without weights, after the options of the text: writes owner[n]. */
+  kith_status (*first)(struct kith_partition *partition, int32_t *owner);
+  /* The next map: `owner` holds the present one. Weights are positive; face_weight may be NULL. NULL: the map
+   * never changes. */
+  kith_status (*update)(struct kith_partition *partition, const double *weight, const double *face_weight,
+                        int32_t *owner);
+  /* For restarts: what the next map depends on besides the present one, the weights and the text. Returns the
+   * number of words, and writes them unless `word` is NULL. NULL: nothing. */
+  size_t (*state)(const struct kith_partition *partition, int64_t *word);
+  /* Restores as many words as `state` returns. BAD_FILE if they are not valid. NULL without `state`. */
+  kith_status (*restore)(struct kith_partition *partition, const int64_t *word);
+  void (*clear)(struct kith_partition *partition); /* frees what the private state owns; NULL: nothing */
+};
+
+struct kith_partition {
+  const struct kith_partitioner_ops *ops;
+  const struct kith_cells *cells; /* borrowed; must not change */
+  int n_ranks;
+  int32_t *owner;      /* [cells->n] 0 .. n_ranks - 1; owned; never moves */
+  uint64_t generation; /* of the map: 1, incremented by every change */
+  void *self;
+};
+
+#define KITH_PARTITIONER_LIST(X) \
+  X(cart) X(kd) X(morton) X(hilbert) X(graph) X(p4est) X(diffusion) X(gridbased) X(hybrid)
+#define X(name) extern const struct kith_partitioner_ops kith_partitioner_##name;
+KITH_PARTITIONER_LIST(X)
+#undef X
+const struct kith_partitioner_ops *kith_partitioner_find(const char *name); /* NULL if there is none */
+const struct kith_partitioner_ops *const *kith_partitioner_all(void);       /* ended by NULL */
+struct kith_member kith_partitioner_member(int k); /* as members of any family: lib/core/param.h */
+
+/* A partition with its first map. BAD_INPUT: an unknown name or option (the message lists the valid ones),
+ * n_ranks < 1; UNSUPPORTED: built without the library that it needs. */
+kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
+                                  const char *text);
+void kith_partition_destroy(struct kith_partition **partition);
+
+/* Options as after the colon, separated by commas. BAD_INPUT at the first unknown one; those before it
+ * apply. */
+kith_status kith_partition_command(struct kith_partition *partition, const char *words);
+
+/* A new map from the present one. weight[cells->n]: the work of each cell, in any unit; NULL: equal.
+ * face_weight[cells->n][NDIM]: the cost of cutting the face between a cell and the next one along the axis,
+ * in any unit; NULL: equal; used by `graph` and `hybrid`. *changed = false: no entry of the map changed.
+ * BAD_INPUT: a weight that is negative or not finite. After a failure the map is unchanged. */
+kith_status kith_partition_update(struct kith_partition *partition, const double *weight,
+                                  const double *face_weight, bool *changed);
+/* The same until the map does not change any more, at most 20 times. */
+kith_status kith_partition_converge(struct kith_partition *partition, const double *weight);
+
+/* For restarts: the private state of the member as words (written unless NULL; their number is returned), and
+ * how it is restored. The map, `owner`, is restored by the caller. BAD_FILE: the words do not belong to this
+ * member, these cells and this number of ranks. */
+size_t kith_partition_state(const struct kith_partition *partition, int64_t *word);
+kith_status kith_partition_restore(struct kith_partition *partition, const int64_t *word, size_t n);
+
+/* The rank that owns the cell of a position; -1 if it is not finite. */
+static inline int kith_partition_rank_of(const struct kith_partition *partition, const double *x) {
+  const int64_t c = kith_cells_of(partition->cells, x);
+  return c < 0 ? -1 : partition->owner[c];
+}
+
+/* ---- for members ---- */
+
+/* Ranks per axis, whose product is n_ranks: the fewest cut faces among those whose largest block is within 10
+ * % of the smallest possible. */
+void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks);
+/* Cuts a curve through all cells: the rank of a cell is the one of n_ranks equal intervals of the accumulated
+ * weight in which the middle of the cell's weight lies, so that no rank exceeds the mean by more than one
+ * cell. weight NULL: equal. */
+void kith_partition_cut(int64_t n, const kith_index *order, const double *weight, int n_ranks,
+                        int32_t *owner);
+/* For members that cut an order of the cells (private state: struct kith_curve, filled by their `first`). */
+struct kith_curve {
+  kith_index *order; /* [cells->n] cells along the curve; owned */
+};
+kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *key, int32_t *owner);
+kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (*key_of)(const uint64_t *k),
+                                    int32_t *owner); /* keys of the cells' coordinates */
+kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
+                              const double *face_weight, int32_t *owner);
+void kith_curve_clear(struct kith_partition *partition);
+
+#endif

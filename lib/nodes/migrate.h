@@ -1,0 +1,26 @@
+/* migrate.h - nodes move to other ranks with all registered fields, whatever their role, since a scheme may
+ * be in the middle of a step. Any distance. The total number of nodes is checked: INTERNAL if one is lost or
+ * doubled. */
+#ifndef KITH_NODES_MIGRATE_H
+#define KITH_NODES_MIGRATE_H
+
+#include "lib/nodes/nodes.h"
+
+/* Internal node i goes to rank to[i]. Ghosts are dropped. Nodes that stay keep their order; after them, list
+ * by list, come the arriving ones, rank by rank in the order they had there. *moved (may be NULL): how many
+ * left this rank. Collective. */
+kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint64_t *moved);
+
+/* counts[rank][list] of the nodes of all ranks: kith_resize memory owned by the caller. Collective. */
+kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts);
+
+/* Copies with the fields of snapshots (those with an `output` name, and the fields that all nodes have),
+ * owned by the caller. Collective. */
+
+/* In an order that does not depend on the number of ranks: list by list, rank by rank, ids ascend. Each rank
+ * gets an equal range of ids. */
+kith_status kith_nodes_deal(const struct kith_nodes *nodes, struct kith_nodes **dealt);
+/* All nodes on rank 0 (which needs the memory for them), each list by id; NULL on the other ranks. */
+kith_status kith_nodes_gather(const struct kith_nodes *nodes, struct kith_nodes **whole);
+
+#endif

@@ -1,0 +1,38 @@
+/* Equation of state of an isothermal gas: P = c0^2 rho, c = c0. The energy has no effect. */
+#include "physics/eos.h"
+
+struct isothermal {
+  double sound_speed;
+};
+static const struct kith_param params[] = {{"sound_speed", KITH_PARAM_NUMBER, "1", "(0, inf)", "c0",
+                                            KITH_INTO(struct isothermal, sound_speed), .unit = "velocity"},
+                                           {0}};
+
+static void state(const void *settings, kith_index n, const double *density, const double *energy,
+                  double *pressure, double *sound_speed) {
+  (void)energy;
+  const double c0 = ((const struct isothermal *)settings)->sound_speed;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index i = 0; i < n; ++i) {
+    pressure[i] = c0 * c0 * density[i];
+    sound_speed[i] = c0;
+  }
+}
+
+/* The pressure does not depend on the energy: zero is as good as any. */
+static double energy_of(const void *settings, double density, double pressure) {
+  (void)settings, (void)density, (void)pressure;
+  return 0;
+}
+
+static double effective_gamma(const void *settings) {
+  (void)settings;
+  return 1;
+}
+
+const struct kith_eos_ops kith_eos_isothermal = {.name = "isothermal",
+                                                 .doc = "isothermal gas",
+                                                 KITH_SETTINGS(params, isothermal),
+                                                 .state = state,
+                                                 .energy = energy_of,
+                                                 .effective_gamma = effective_gamma};

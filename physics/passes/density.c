@@ -1,0 +1,357 @@
+/* The density pass: supports by Newton's method, sums of masses, velocity gradients. */
+#include "physics/passes/density.h"
+
+#include <string.h>
+#include "lib/core/lanes.h"
+
+/* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
+enum { SEPARATION = 0, DIFFERENCE = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
+enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
+
+/* Of the last but one ln H, where Omega is taken; its noise is below a sound wave of amplitude 1e-6. */
+static const double tolerance = 1e-7;
+static const int max_iterations = 60;
+
+/* What the chunks read. */
+struct density_pass {
+  struct kith_package *package;
+  const struct kith_connectivity *connectivity;
+  struct kith_density_wanted wanted;
+  double constant;        /* of the kernel */
+  bool equal_masses;      /* of all nodes */
+  const uint8_t *barrier; /* NULL: there is none */
+};
+
+/* Separations and distances of the row of i; padding stands far outside of any support. Functions that do not
+ * depend on the kernel are not inlined: they would be compiled once per kernel. */
+KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i,
+                                struct kith_scratch *s) {
+  const kith_index *restrict row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
+  const double *restrict x = nodes->position->f64;
+  double *restrict r = kith_scratch_lane(s, DISTANCE);
+  for (size_t k = 0; k < n; ++k) r[k] = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double xi = x[(size_t)i * NDIM + a];
+    double *restrict d = kith_scratch_lane(s, SEPARATION + a);
+#pragma omp simd
+    for (size_t k = 0; k < n; ++k) {
+      d[k] = x[row[k] * NDIM + a] - xi;
+      r[k] += d[k] * d[k];
+    }
+    for (size_t k = n; k < padded; ++k) d[k] = 0;
+  }
+#pragma omp simd
+  for (size_t k = 0; k < n; ++k) r[k] = sqrt(r[k]);
+  for (size_t k = n; k < padded; ++k) r[k] = 16 * nodes->search_radius->f64[i];
+  return padded;
+}
+
+/* What barriers add to the sums of a node with support h, beyond their own terms: a barrier of volume V
+ * counts as V / V_i nodes like i, and V_i grows with h. masses: weights of the nodes; NULL: 1. */
+KITH_INLINE void wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
+                           const double *restrict masses, const struct kith_scratch *s, double *sum_w,
+                           double *sum_q2g) {
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const double *restrict support = pass->package->hydro->nodes->support->f64, *restrict r = kith_scratch_lane(
+                                                                                  s, DISTANCE);
+  if (pass->barrier == NULL) return;
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+    const kith_index k = rows->node[e];
+    if (!pass->barrier[k]) continue;
+    double w, g;
+    const double q = r[e - rows->first[i]] / h, wall = kith_pow_dim(support[k] / h);
+    const double like_i = masses != NULL ? wall * masses[i] : wall, own = masses != NULL ? masses[k] : 1;
+    kith_kernel_value(kernel, q, &w, &g);
+    *sum_w += (like_i - own) * w;
+    *sum_q2g += (like_i - own) * q * q * g; /* so that a uniform gas beside a wall is at rest */
+  }
+}
+
+/* sum w and sum q^2 g over the row and the node itself; weight[k] = -g >= 0, for the gradients. */
+KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, const double *restrict r,
+                             double *restrict weight, double inverse_support, double *sum_w,
+                             double *sum_q2g) {
+  double w0, g0, sw = 0, sg = 0;
+  kith_kernel_value(kernel, 0, &w0, &g0);
+#pragma omp simd reduction(+ : sw, sg)
+  for (size_t k = 0; k < n; ++k) {
+    double w, g;
+    const double q = r[k] * inverse_support;
+    kith_kernel_value(kernel, q, &w, &g);
+    weight[k] = -g;
+    sw += w;
+    sg += q * q * g;
+  }
+  *sum_w = self * w0 + sw;
+  *sum_q2g = sg;
+}
+
+/* Solves (1) for H in (0, search radius], from the guess *support. C sum w(r / H) grows with H, so the root
+ * is unique. false: it lies beyond the search radius, and *support is what to try with new connectivity; or
+ * there is none, and *support is NaN. */
+KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
+                               size_t n, double search_radius, double *support, double *sum_w,
+                               double *sum_q2g, struct kith_scratch *s) {
+  const double wanted = pass->package->neighbors / (kith_ball() * pass->constant);
+  double lower = 0, upper = search_radius, h = KITH_MIN(*support, search_radius);
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE),
+                kith_scratch_lane(s, WEIGHT), 1 / h, sum_w, sum_q2g);
+    wall_sums(kernel, pass, i, h, NULL, s, sum_w, sum_q2g);
+    const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
+    if (fabs(step) < tolerance) { /* the step is made: its error is its square, and so is that of the sum */
+      *support = KITH_MIN(h * (1 + step), search_radius);
+      *sum_w = wanted;
+      return true;
+    }
+    s->count[COUNT_ITERATIONS] += 1;
+    if (step > 0)
+      lower = h;
+    else
+      upper = h;
+    const double newton = h * (1 + KITH_MAX(-0.3, KITH_MIN(step, 0.4)));
+    if (step > 0 && h >= search_radius) {
+      *support = newton;
+      return false;
+    }
+    h = newton > lower && newton < upper                    ? newton
+        : newton >= search_radius && upper >= search_radius ? search_radius
+                                                            : 0.5 * (lower + upper);
+  }
+  *support = NAN;
+  return false;
+}
+
+/* sum m w and sum m q^2 g over the row and the node itself. */
+KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
+                           double inverse_support, struct kith_scratch *s, double *sum_mw, double *sum_mq2g) {
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const kith_index *restrict row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i];
+  const double *restrict mass = pass->package->hydro->mass->f64, *restrict r = kith_scratch_lane(s, DISTANCE);
+  double w0, g0, sw = 0, sg = 0;
+  kith_kernel_value(kernel, 0, &w0, &g0);
+#pragma omp simd reduction(+ : sw, sg)
+  for (size_t k = 0; k < n; ++k) {
+    double w, g;
+    const double q = r[k] * inverse_support, m = mass[row[k]];
+    kith_kernel_value(kernel, q, &w, &g);
+    sw += m * w;
+    sg += m * q * q * g;
+  }
+  *sum_mw = mass[i] * pass->package->self_weight * w0 + sw;
+  *sum_mq2g = sg;
+  wall_sums(kernel, pass, i, 1 / inverse_support, mass, s, sum_mw, sum_mq2g);
+}
+
+/* Differences of a vector field over the row. A barrier has the mirror image of the vector of i: the
+ * difference is twice the component along x_ij, reversed. */
+KITH_INLINE void load_differences(const struct density_pass *pass, const struct kith_field *field,
+                                  kith_index i, size_t padded, struct kith_scratch *s) {
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const kith_index *restrict row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i];
+  const double *restrict v = field->f64;
+  for (int a = 0; a < NDIM; ++a) {
+    const double vi = v[(size_t)i * NDIM + a];
+    double *restrict d = kith_scratch_lane(s, DIFFERENCE + a);
+#pragma omp simd
+    for (size_t k = 0; k < n; ++k) d[k] = v[row[k] * NDIM + a] - vi;
+    for (size_t k = n; k < padded; ++k) d[k] = 0;
+  }
+  for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
+    if (!pass->barrier[row[k]]) continue;
+    const double r = kith_scratch_lane(s, DISTANCE)[k];
+    double along = 0;
+    for (int a = 0; a < NDIM; ++a) along += v[(size_t)i * NDIM + a] * kith_scratch_lane(s, SEPARATION + a)[k];
+    for (int a = 0; a < NDIM; ++a)
+      kith_scratch_lane(s, DIFFERENCE + a)[k] =
+          -2 * along * kith_scratch_lane(s, SEPARATION + a)[k] / (r * r);
+  }
+}
+
+/* The gradient of the field whose differences are loaded. */
+KITH_INLINE bool linear_gradient(size_t padded, const struct kith_scratch *s, double *gradient) {
+  kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, flux[NDIM][NDIM] = {{{0}}};
+  for (size_t k = 0; k < padded; k += KITH_LANES) {
+    const kith_lanes w = *(const kith_lanes *)(kith_scratch_lane(s, WEIGHT) + k);
+    kith_lanes x[NDIM], wx[NDIM];
+    for (int a = 0; a < NDIM; ++a) {
+      x[a] = *(const kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
+      wx[a] = w * x[a];
+    }
+    for (int a = 0, m = 0; a < NDIM; ++a)
+      for (int b = a; b < NDIM; ++b) moment[m++] += wx[a] * x[b];
+    for (int a = 0; a < NDIM; ++a) {
+      const kith_lanes v = *(const kith_lanes *)(kith_scratch_lane(s, DIFFERENCE + a) + k);
+      for (int b = 0; b < NDIM; ++b) flux[a][b] += v * wx[b];
+    }
+  }
+  double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], full[NDIM][NDIM];
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) m[k] = kith_lanes_total(&moment[k]);
+  const bool regular = kith_invert_symmetric(m, inverse);
+  for (int a = 0, k = 0; a < NDIM; ++a)
+    for (int b = a; b < NDIM; ++b) full[a][b] = full[b][a] = regular ? inverse[k++] : 0;
+  for (int a = 0; a < NDIM; ++a)
+    for (int b = 0; b < NDIM; ++b) {
+      double sum = 0;
+      for (int c = 0; c < NDIM; ++c) sum += kith_lanes_total(&flux[a][c]) * full[c][b];
+      gradient[a * NDIM + b] = sum;
+    }
+  return regular;
+}
+
+/* Density and X of node i from its sums; if all masses are equal, without another loop over the row. */
+KITH_INLINE void set_density(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
+                             double support, double sum_w, double sum_q2g, struct kith_scratch *s) {
+  const double mass = pass->package->hydro->mass->f64[i], omega = -sum_q2g / (NDIM * sum_w);
+  double sum_mw = mass * sum_w, sum_mq2g = mass * sum_q2g;
+  if (pass->wanted.grad_h_term != NULL) {
+    if (!pass->equal_masses) mass_sums(kernel, pass, i, 1 / support, s, &sum_mw, &sum_mq2g);
+    pass->wanted.grad_h_term->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
+  }
+  pass->package->hydro->density->f64[i] = pass->constant * sum_mw / kith_pow_dim(support);
+}
+
+static double curl_of(const double *g) {
+#if NDIM == 1
+  (void)g;
+  return 0;
+#elif NDIM == 2
+  return fabs(g[2] - g[1]);
+#else
+  const double x = g[7] - g[5], y = g[2] - g[6], z = g[3] - g[1];
+  return sqrt(x * x + y * y + z * z);
+#endif
+}
+
+/* The parts of the velocity gradient that are wanted. */
+KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i, size_t padded,
+                                   struct kith_scratch *s) {
+  const struct kith_density_wanted *wanted = &pass->wanted;
+  double gradient[NDIM * NDIM], divergence = 0;
+  load_differences(pass, pass->package->hydro->velocity, i, padded, s);
+  if (!linear_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
+  for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
+  pass->package->velocity_divergence->f64[i] = divergence;
+  if (wanted->curl != NULL) wanted->curl->f64[i] = curl_of(gradient);
+  if (wanted->shear != NULL) {
+    double *shear = wanted->shear->f64 + (size_t)i * KITH_SYMMETRIC_SIZE;
+    for (int a = 0; a < NDIM; ++a)
+      for (int b = a; b < NDIM; ++b) *shear++ = 0.5 * (gradient[a * NDIM + b] + gradient[b * NDIM + a]);
+  }
+  for (int k = 0; wanted->gradient != NULL && k < NDIM * NDIM; ++k)
+    wanted->gradient->f64[(size_t)i * (NDIM * NDIM) + k] = gradient[k];
+  if (wanted->compression == NULL) return;
+  double rate = 0, change[NDIM * NDIM];
+  for (int a = 0; a < NDIM; ++a)
+    for (int b = 0; b < NDIM; ++b) rate -= gradient[a * NDIM + b] * gradient[b * NDIM + a];
+  load_differences(pass, pass->package->hydro->acceleration, i, padded, s);
+  linear_gradient(padded, s, change);
+  for (int a = 0; a < NDIM; ++a) rate += change[a * NDIM + a];
+  wanted->compression->f64[i] = rate;
+}
+
+KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pass *pass, kith_index begin,
+                               kith_index end, struct kith_scratch *s) {
+  const struct kith_nodes *nodes = pass->package->hydro->nodes;
+  for (kith_index i = begin; i < end; ++i) {
+    if (i >= nodes->n_internal && !pass->wanted.ghosts->needed[i - nodes->n_internal]) continue;
+    double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0;
+    const size_t padded = load_row(nodes, &pass->connectivity->rows, i, s);
+    s->count[COUNT_EVALUATIONS] += padded;
+    if (!solve_support(kernel, pass, i, padded, nodes->search_radius->f64[i], support, &sum_w, &sum_q2g, s)) {
+      s->count[COUNT_OUTGROWN] += 1;
+      continue;
+    }
+    set_density(kernel, pass, i, *support, sum_w, sum_q2g, s);
+    set_gradients(pass, i, padded, s);
+  }
+}
+
+KITH_KERNEL_CHUNKS(density_chunk)
+
+/* Names the first node without a solution: one whose support does not converge, else one whose support has to
+ * grow beyond its search radius. */
+static kith_status unsolved(const struct kith_nodes *nodes) {
+  const double *support = nodes->support->f64, *search_radius = nodes->search_radius->f64;
+  kith_index first = -1;
+  for (kith_index i = 0; i < nodes->n_internal && (first < 0 || !isnan(support[first])); ++i)
+    if (isnan(support[i]) || (first < 0 && support[i] > search_radius[i])) first = i;
+  if (first < 0) KITH_FAIL(INTERNAL, "a support was counted as unsolved, and all are solved");
+  const double *x = nodes->position->f64 + (size_t)first * NDIM;
+  const kith_status status = isnan(support[first]) ? KITH_DIVERGED : KITH_OUTGROWN;
+  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g", (long long)nodes->id->i64[first],
+                   x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0,
+                   isnan(support[first]) ? "does not converge within" : "outgrew", search_radius[first]);
+}
+
+/* Are the masses of all nodes of all ranks equal? All ranks have to sum in the same way. */
+static bool equal_masses(const struct kith_hydro *hydro) {
+  const kith_index n = kith_nodes_count(hydro->nodes);
+  const double *m = hydro->mass->f64;
+  bool equal = true;
+#pragma omp parallel for simd schedule(static) reduction(&& : equal)
+  for (kith_index i = 0; i < n; ++i) equal = equal && m[i] == m[0];
+  if (hydro->nodes->ranks == NULL) return equal;
+  double range[] = {n > 0 ? m[0] : -INFINITY, n > 0 ? -m[0] : -INFINITY, !equal}; /* largest, - smallest */
+  kith_ranks_max(hydro->nodes->ranks, range, 3);
+  return range[2] == 0 && range[0] == -range[1];
+}
+
+/* Chunks of remote ghosts. */
+static void ghosts_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct density_pass *pass = context;
+  const kith_index first = kith_nodes_first_remote(pass->package->hydro->nodes);
+  density_chunk_of[pass->package->kernel](context, first + begin, first + end, s);
+}
+
+/* Remote ghosts that internal nodes read, computed as their owners do, from their own rows. Their failures
+ * are reported by the owners. */
+static kith_status recompute(struct density_pass *pass, size_t longest) {
+  struct kith_package *package = pass->package;
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  const kith_index n = kith_nodes_count(nodes) - kith_nodes_first_remote(nodes);
+  uint64_t count[4];
+  struct kith_density_ghosts *ghosts = pass->wanted.ghosts;
+  if ((size_t)nodes->n_ghost > ghosts->capacity) {
+    ghosts->capacity = 0;
+    KITH_TRY(kith_resize(&ghosts->needed, 0, (size_t)nodes->n_ghost + (size_t)nodes->n_ghost / 8, 1));
+    ghosts->capacity = (size_t)nodes->n_ghost + (size_t)nodes->n_ghost / 8;
+  }
+  if (nodes->n_ghost > 0) memset(ghosts->needed, 0, (size_t)nodes->n_ghost);
+  kith_connectivity_mark_ghosts(pass->connectivity, nodes, ghosts->needed);
+  kith_profile_begin(package->profile, "recompute");
+  const kith_status status = kith_traverse(n, ghosts_chunk, pass, LANES, longest, count, package->profile);
+  kith_profile_end(package->profile);
+  package->pair_evaluations += count[COUNT_EVALUATIONS];
+  return status;
+}
+
+kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
+                         const struct kith_density_wanted *wanted) {
+  struct density_pass pass = {.package = package,
+                              .connectivity = connectivity,
+                              .wanted = *wanted,
+                              .constant = kith_kernel_constant(package->kernel),
+                              .equal_masses = equal_masses(package->hydro),
+                              .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
+  const struct kith_node_sweep sweep = {.stage = "density",
+                                        .rows = &connectivity->rows,
+                                        .chunk = density_chunk_of[package->kernel],
+                                        .context = &pass,
+                                        .lanes = LANES,
+                                        .width = kith_rows_longest(&connectivity->rows),
+                                        .counter = "iterations",
+                                        .counted = COUNT_ITERATIONS};
+  uint64_t count[4];
+  kith_status status = kith_package_sweep(package, &sweep, count);
+  if (status == KITH_OK && wanted->ghosts != NULL) status = recompute(&pass, sweep.width);
+  package->pair_evaluations += count[COUNT_EVALUATIONS];
+  package->support_iterations += count[COUNT_ITERATIONS];
+  package->fallbacks += count[COUNT_FALLBACKS];
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  if (status == KITH_OK && count[COUNT_OUTGROWN] > 0) status = unsolved(nodes);
+  return kith_ranks_allreduce_status(nodes->ranks, status);
+}

@@ -1,0 +1,43 @@
+/* density.h - the first pass of every package: supports, density, gradients of the velocity.
+ *
+ * Number density n_i = sum_j W(r_ij, H_i), self included (with its weight: kernel.h); the support solves
+ *     ball H_i^d n_i = neighbors                                                          (1)
+ * by Newton's method in ln H inside a bracket. So supports follow the nodes and not their masses, and the
+ * volume of a node is V_i = 1 / n_i = ball H_i^d / neighbors.
+ * Density rho_i = m_i n_i, or the sum of masses, sum_j m_j W(r_ij, H_i), if its dependence on H is required
+ * too:
+ *     X_i = H_i / (d n_i Omega_i) drho_i/dH_i,  Omega_i = 1 + H_i / (d n_i) dn_i/dH_i      (2)
+ * G_ab = dv_a/dx_b = [sum_j w dv_a dx_c] [sum_j w dx dx]^-1_cb, w = -g(q) (kernel.h): exact for linear fields
+ * on any nodes. */
+#ifndef KITH_PHYSICS_PASSES_DENSITY_H
+#define KITH_PHYSICS_PASSES_DENSITY_H
+
+#include "lib/core/symmetric.h"
+#include "physics/package.h"
+
+/* What is computed beside support, density and the divergence of the velocity; NULL: not. Fields over the
+ * nodes, filled for internal nodes, and with `ghosts` for the remote ghosts that they read. */
+struct kith_density_wanted {
+  struct kith_field *grad_h_term; /* X; and the density is the sum of masses */
+  struct kith_field *shear;       /* symmetric part of G, upper triangle */
+  struct kith_field *gradient;    /* G, [a][b] */
+  struct kith_field *curl;        /* |curl v|; 0 in 1-D */
+  struct kith_field
+      *compression; /* d(div v)/dt = div a - G_ab G_ba, from the accelerations of the last evaluation */
+  struct kith_density_ghosts *ghosts; /* scratch: compute the remote ghosts too that internal nodes read,
+                                       * from their own rows */
+};
+/* Which ghosts are computed. Zero at first; kith_free(&needed). */
+struct kith_density_ghosts {
+  uint8_t *needed; /* [n_ghost] */
+  size_t capacity;
+};
+
+/* Collective: all ranks agree on the status. OUTGROWN if a support has to grow beyond its search radius:
+ * supports are set to what they need at least. DIVERGED names the first node whose support does not converge.
+ * Counts pair evaluations, iterations and fallbacks (nodes whose gradient has no inverse: zero) in the
+ * package. */
+kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
+                         const struct kith_density_wanted *wanted);
+
+#endif

@@ -1,0 +1,129 @@
+/* force.h - the force pass of every package: packed particles, rows of partners in lanes, and the sums of a
+ * pair function in both traversals.
+ *
+ * A package writes one function of a pair and compiles kith_force_evaluate with it, once per kernel
+ * (KITH_FORCE_BLOCKS): the loop over the pairs of a block. What loads the partners before it and sums the
+ * rows behind it is the same for all and stands in force.c. The function reads
+ *     i[m]      field m of the packed particle i
+ *     J(m)      field m of its partner j; behind these the values of the edge from i to j, if there are any
+ * and gives, through OUT(m),
+ *     KITH_FORCE + a    f_a: the force on i; j gets -f
+ *     KITH_ENERGY_SHARE e: the part of i in the work f . (v_j - v_i) of the pair; j gets 1 - e
+ *     KITH_EXCHANGE     g: heat that i gets from j besides; j gets -g
+ *     KITH_SIGNAL       the signal speed of the pair
+ * Exchanging i and j must give -f, 1 - e, -g to round-off. Then
+ *     m_i dv_i/dt = sum_j f,   m_i du_i/dt = sum_j e f . (v_j - v_i) + g
+ * conserve momentum and energy whatever the forces are; see package.h for both forms of the energy.
+ *
+ * Traversal `pairs` evaluates each pair once, stores KITH_PAIR_VALUES doubles, and each node then sums its
+ * row; `gather` evaluates the whole row of each node. Both sum in row order, so no result depends on the
+ * number of threads. Canonical pairs (connectivity.h) may start at a ghost, which is packed like a node.
+ *
+ * A barrier node (package.h) is a wall to its neighbors: as a partner of i it has the state of i, with the
+ * velocity along the line that joins them reversed; it does no work and conducts no heat. */
+#ifndef KITH_PHYSICS_PASSES_FORCE_H
+#define KITH_PHYSICS_PASSES_FORCE_H
+
+#include "lib/connectivity/traversal.h"
+#include "physics/package.h"
+
+/* The first fields of every packed particle. */
+enum { KITH_PACKED_X = 0, KITH_PACKED_V = NDIM, KITH_PACKED_OWN = 2 * NDIM };
+enum { KITH_FORCE, KITH_ENERGY_SHARE = NDIM, KITH_EXCHANGE, KITH_SIGNAL, KITH_PAIR_VALUES };
+
+/* Rows are processed in blocks; a lane holds one field of all partners of a block. The stride is not a power
+ * of two, for then lanes would share cache sets. */
+enum { KITH_BLOCK = 128, KITH_STRIDE = KITH_BLOCK + 8, KITH_MOST_PACKED = 48 };
+/* Lanes behind those of fields and edge: values of the pair, differences of velocity and of acceleration. */
+enum {
+  KITH_VELOCITY_DIFFERENCE = KITH_PAIR_VALUES,
+  KITH_ACCELERATION_DIFFERENCE = KITH_VELOCITY_DIFFERENCE + NDIM,
+  KITH_FORCE_LANES = KITH_ACCELERATION_DIFFERENCE + NDIM
+};
+
+KITH_INLINE double *kith_lane(const struct kith_scratch *s, int k) {
+  return s->lane + (size_t)k * KITH_STRIDE;
+}
+
+#define J(m) j[(m)*KITH_STRIDE]
+#define OUT(m) out[(m)*KITH_STRIDE]
+typedef void kith_pair_function(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                                const double *restrict j, double *restrict out);
+
+/* Packs node or ghost i. */
+typedef void kith_force_packed(const struct kith_package *package, kith_index i, double *restrict packed);
+
+/* Scratch that a package keeps for the pass. Zero at first; freed by kith_force_clear. */
+struct kith_force_scratch {
+  double *packed;            /* packed particles, [nodes and ghosts][n_packed] */
+  size_t capacity;           /* doubles */
+  struct kith_pairwise pair; /* values of pairs, traversal `pairs` */
+};
+void kith_force_clear(struct kith_force_scratch *scratch);
+struct kith_package_bytes kith_force_bytes(const struct kith_force_scratch *scratch);
+
+struct kith_force_pass;
+/* Evaluates n <= KITH_BLOCK pairs of i whose partners are in the lanes. */
+typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i, size_t n,
+                              struct kith_scratch *scratch);
+
+/* One evaluation of all pairs. */
+struct kith_force_pass {
+  struct kith_package *package;
+  struct kith_force_scratch *scratch;
+  const struct kith_kick *kick;
+  kith_force_packed *pack;
+  const struct kith_connectivity *connectivity;
+  const struct kith_rows *rows; /* the neighbors; traversal `pairs`: the rows of the connectivity */
+  const void *constants;        /* handed to the pair function */
+  /* Values of edges, NULL without: of the entries of rows [entries][edges], for traversal `gather`; of the
+   * pairs [pairs][edges], for traversal `pairs` */
+  const double *edge, *pair_edge;
+  bool walls_known; /* the pair function accounts for the size of a barrier */
+  /* The rest is filled by kith_force. */
+  kith_force_block *evaluate;
+  int n_packed, edges;
+  const uint8_t *barrier; /* [nodes] or NULL */
+  bool work;              /* sums rate and slope of the compatible energy instead of accelerations */
+};
+
+/* The first fields of packed particle i. */
+static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i, double *restrict packed) {
+  for (int a = 0; a < NDIM; ++a) {
+    packed[KITH_PACKED_X + a] = hydro->nodes->position->f64[(size_t)i * NDIM + a];
+    packed[KITH_PACKED_V + a] = hydro->velocity->f64[(size_t)i * NDIM + a];
+  }
+}
+
+/* n <= KITH_BLOCK pairs of i, into the lanes behind fields and edges. In canonical order whole vectors are
+ * evaluated, with stale values behind the last pair: the compiler may contract products and sums differently
+ * in the remainder of a loop, and the values of a pair must not depend on its position, which depends on the
+ * ranks. */
+KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, int n_packed,
+                                     int edges, const struct kith_force_pass *pass, kith_index i, size_t n,
+                                     struct kith_scratch *s) {
+  const double *restrict self = pass->scratch->packed + (size_t)i * n_packed, *restrict j = s->lane;
+  double *restrict out = kith_lane(s, n_packed + edges);
+  const size_t lanes = pass->connectivity->canonical ? (n + 7) / 8 * 8 : n;
+#pragma omp simd
+  for (size_t k = 0; k < lanes; ++k) pair(kernel, pass->constants, self, j + k, out + k);
+  s->count[0] += n;
+}
+
+/* Compiles BLOCK(kernel, pass, i, n, scratch), which calls kith_force_evaluate, once per kernel, so that the
+ * kernel is a constant in the loop over pairs; BLOCK_of[kernel] are the functions for kith_force. */
+#define KITH_FORCE_BLOCKS(block)                  \
+  KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, block) \
+  static kith_force_block *const block##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, block)};
+#define KITH_FORCE_BLOCK_(block, name, ...)                                                       \
+  KITH_HOT static void block##_##name(const struct kith_force_pass *pass, kith_index i, size_t n, \
+                                      struct kith_scratch *s) {                                   \
+    block(KITH_KERNEL_##name, pass, i, n, s);                                                     \
+  }
+
+/* Packs the particles and runs the passes: forces (accelerations, signal speeds, thermal energy rates), then,
+ * if the energy is compatible, ghosts and the work. evaluate: of the kernel of the package; n_packed, edges:
+ * as it was compiled with. UNSUPPORTED if there are 2^31 packed doubles. */
+kith_status kith_force(struct kith_force_pass *pass, kith_force_block *evaluate, int n_packed, int edges);
+
+#endif

@@ -1,0 +1,56 @@
+/* Regions whose lattice is stretched: places, masses, and what is refused. */
+#include "tests/unit/scenario.h"
+
+static const char box[] =
+    "dimension: 1\nscene: box\n"
+    "resolution: {1d: 40, 2d: 20, 3d: 10}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: reflecting, y: reflecting, z: reflecting}\n"
+    "materials: {gas: {gamma: 1.4}}\n"
+    "regions: [{material: gas, lattice: cubic, density: 1 + x, pressure: 1}]\n"
+    "until: 1\n";
+
+/* x -> x^2, y -> y + x (1 - y) / 2, z -> z: volumes are stretched by 2 x (1 - x / 2). Differences over 1e-3
+ * of a spacing are exact for polynomials of second order, but for rounding. */
+static void stretched(void) {
+  struct scenario plain, moved;
+  if (scenario_open(&plain, box, "connectivity.reorder=0") &&
+      scenario_open(&moved, box, "connectivity.reorder=0 regions.0.displacement=[x*x-x,x*(1-y)/2,0]")) {
+    const kith_index n = plain.simulation->nodes->n_internal;
+    const double *x = scenario_field(&plain, "position")->f64, *y = scenario_field(&moved, "position")->f64;
+    const double *m = scenario_field(&plain, "mass")->f64, *w = scenario_field(&moved, "mass")->f64;
+    CHECK(n == moved.simulation->nodes->n_internal);
+    for (kith_index i = 0; i < n; ++i) {
+      const double *p = x + i * NDIM, *q = y + i * NDIM, across = NDIM > 1 ? p[NDIM > 1] : 0;
+      CHECK_CLOSE(q[0], p[0] * p[0], 1e-15);
+      if (NDIM > 1) CHECK_CLOSE(q[NDIM > 1], across + p[0] * (1 - across) / 2, 1e-15);
+      const double stretch = 2 * p[0] * (NDIM > 1 ? 1 - p[0] / 2 : 1);
+      CHECK_CLOSE(w[i] / m[i], stretch * (1 + q[0]) / (1 + p[0]), 1e-10);
+    }
+  }
+  scenario_close(&moved);
+  scenario_close(&plain);
+}
+
+static void refused(const char *displacement, const char *message) {
+  struct kith_scene *scene;
+  struct kith_simulation *simulation = NULL;
+  const char *overrides[] = {NDIM == 1   ? "dimension=1"
+                             : NDIM == 2 ? "dimension=2"
+                                         : "dimension=3",
+                             displacement};
+  CHECK_OK(kith_scene_parse(&scene, "box.yaml", box, strlen(box), 2, overrides));
+  if (scene == NULL) return;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_simulation_create(&simulation, scene, NULL, true));
+  CHECK(simulation == NULL && strstr(kith_failure(), "box.yaml:7: ") != NULL &&
+        strstr(kith_failure(), message) != NULL);
+  kith_scene_destroy(&scene);
+}
+
+int main(void) {
+  stretched();
+  refused("regions.0.displacement=[-2*x, 0, 0]", "displacement folds the lattice");
+  refused("regions.0.displacement=[0.5, 0, 0]", "displacement leaves the domain");
+  refused("regions.0.displacement=[1/(x-x), 0, 0]", "displacement");
+  return check_failed();
+}

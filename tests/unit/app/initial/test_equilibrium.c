@@ -1,0 +1,150 @@
+/* What stands when a run begins: regions in equilibrium, and what the origin of a run remembers of it. */
+#include "app/output/output.h"
+#include "tests/unit/scenario.h"
+
+/* The pressure varies, and on shaken nodes the density that the package sums is not 1. */
+static const char shaken[] =
+    "scene: shaken\n"
+    "dimension: 3\n"
+    "resolution: {1d: 40, 2d: 14, 3d: 8}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}, water: {eos: stiffened, gamma: 4, stiffness: 2}}\n"
+    "regions:\n"
+    "  - {material: gas, where: {x: [0, 0.5]}, lattice: cubic, jitter: 0.3, seed: 5, density: 1, "
+    "pressure: 1 + 0.5*x}\n"
+    "  - {material: water, where: {x: [0.5, 1]}, lattice: cubic, jitter: 0.3, density: 1, pressure: 0.7}\n"
+    "until: 1\n";
+
+/* The supports are solved twice, each time until a step of Newton's is below 1e-7: the densities differ by
+ * the square of it, times the slopes of 3 dimensions and the 10 units that a stiffened gas cancels. */
+static const double same = 1e-12;
+
+static double wanted(const struct scenario *s, kith_index i) {
+  return s->simulation->nodes->list->u8[i] == 0 ? 1 + 0.5 * s->simulation->nodes->position->f64[i * NDIM]
+                                                : 0.7;
+}
+
+/* Largest deviation of the pressure of the start from the wanted one, of the nodes of a list. */
+static double deviation(const struct scenario *s, int list) {
+  double worst = 0;
+  for (kith_index i = 0; i < s->simulation->nodes->n_internal; ++i)
+    if (s->simulation->nodes->list->u8[i] == list)
+      worst = fmax(worst, fabs(s->simulation->hydro.pressure->f64[i] - wanted(s, i)));
+  return worst;
+}
+
+/* Where it is asked for, for any order of nodes; far off elsewhere. */
+static void holds(void) {
+  static const char *const settings[] = {"regions.0.equilibrium=true regions.1.equilibrium=true",
+                                         "regions.1.equilibrium=true connectivity.reorder=1",
+                                         "connectivity.reorder=1"};
+  for (int k = 0; k < 3; ++k) {
+    struct scenario s;
+    if (scenario_open(&s, shaken, "%s", settings[k])) {
+      CHECK_OK(scenario_start(&s));
+      CHECK(k == 0 ? deviation(&s, 0) < same : deviation(&s, 0) > 0.01);
+      CHECK(k <= 1 ? deviation(&s, 1) < same : deviation(&s, 1) > 0.01);
+      CHECK((kith_nodes_field_named(s.simulation->nodes, "wanted_pressure") != NULL) == (k <= 1));
+      CHECK_OK(scenario_steps(&s, 3));
+      /* What was set is the start: its energy is kept from there on. */
+      CHECK(scenario_energy_drift(&s) < 1e-13);
+    }
+    scenario_close(&s);
+  }
+}
+
+/* A deposit comes on top, whole. */
+static void deposits_come_after(void) {
+  struct scenario s, t;
+  if (scenario_open(&s, shaken, "regions.0.equilibrium=true") &&
+      scenario_open(&t, shaken,
+                    "regions.0.equilibrium=true "
+                    "energy={'energy':3,'center':[0.25,0.5,0.5],'over':'ball','radius':0.2}")) {
+    CHECK_OK(scenario_start(&s));
+    CHECK_OK(scenario_start(&t));
+    CHECK_CLOSE(t.start.internal - s.start.internal, 3, 1e-13); /* sums of some 500 terms, of 2 and 5 */
+    CHECK(deviation(&t, 0) > 1);
+    scenario_close(&t);
+  }
+  scenario_close(&s);
+}
+
+/* The same everywhere: the box that a method with closed faces leaves at rest. */
+static void uniform_pressure(void) {
+  struct scenario s;
+  if (scenario_open(&s, shaken,
+                    "regions.0.pressure=0.7 regions.0.equilibrium=true regions.1.material=gas "
+                    "regions.1.equilibrium=true")) {
+    CHECK_OK(scenario_start(&s));
+    double low = INFINITY, high = 0;
+    for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i) {
+      low = fmin(low, s.simulation->hydro.pressure->f64[i]);
+      high = fmax(high, s.simulation->hydro.pressure->f64[i]);
+    }
+    CHECK(high - low < same);
+  }
+  scenario_close(&s);
+}
+
+/* ---- the origin ---- */
+
+static struct kith_totals totals(double kinetic, double along, double turn, double fast) {
+  struct kith_totals t = {.mass = 1,
+                          .kinetic = kinetic,
+                          .internal = 10 - kinetic,
+                          .momentum_scale = 2,
+                          .angular_scale = 4,
+                          .velocity_over_sound = fast};
+  t.momentum[0] = along, t.angular[2] = turn;
+  return t;
+}
+
+/* Kinetic energy 4, 1, 3, 2, 0.5, 2: the largest rise above the least until then is 2. */
+static void follows(void) {
+  static const double kinetic[] = {4, 1, 3, 2, 0.5, 2}, turn[] = {1, 0.9, 0.5, 0.8, 0.9, 1},
+                      fast[] = {0.1, 0.4, 0.2, 0.1, 0.1, 0.1};
+  struct scenario s;
+  if (scenario_open(&s, shaken, "materials.water.stiffness=2")) {
+    const struct kith_totals first = totals(kinetic[0], 0.5, turn[0], fast[0]);
+    struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&first);
+    for (int k = 0; k < 6; ++k) {
+      const struct kith_totals now = totals(kinetic[k], k == 3 ? 0.7 : 0.5, turn[k], fast[k]);
+      kith_conservation_baseline_update(&baseline, s.simulation, &now);
+    }
+    CHECK_CLOSE(baseline.kinetic_rebound, 2, 1e-15);
+    CHECK(baseline.kinetic_least == 0.5 && baseline.velocity_over_sound == 0.4 && baseline.energy_drift == 0);
+    CHECK_CLOSE(baseline.momentum_drift, 0.1, 1e-15);
+    if (NDIM == 1)
+      CHECK(isnan(baseline.angular_drift)); /* nothing turns on a line */
+    else
+      CHECK_CLOSE(baseline.angular_drift, 0.125, 1e-15);
+  }
+  scenario_close(&s);
+}
+
+/* A wall, or frozen nodes, take angular momentum: no drift is told. */
+static void walls_turn_the_gas(void) {
+  static const char *const settings[] = {"boundaries.x=reflecting", "boundaries.x=[open,reflecting]",
+                                         "regions.1.frozen=true"};
+  for (int k = 0; k < 3; ++k) {
+    struct scenario s;
+    if (scenario_open(&s, shaken, "%s", settings[k])) {
+      const struct kith_totals first = totals(1, 0, 1, 1);
+      struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&first);
+      kith_conservation_baseline_update(&baseline, s.simulation, &first);
+      CHECK(isnan(baseline.angular_drift));
+      CHECK(baseline.momentum_drift == 0 && baseline.kinetic_rebound == 0);
+    }
+    scenario_close(&s);
+  }
+}
+
+int main(void) {
+  holds();
+  deposits_come_after();
+  uniform_pressure();
+  follows();
+  walls_turn_the_gas();
+  return check_failed();
+}

@@ -1,0 +1,474 @@
+/* Nodes of scenes: masses, places, states, regions, deposits, jitter, displacement and what is refused. */
+#include <stdlib.h>
+#include <string.h>
+#include "app/initial/deposit.h"
+#include "app/initial/initial_conditions.h"
+#include "tests/check.h"
+#include "tests/unit/materials.h"
+
+enum { MAX = 4 };
+
+/* A scene by hand, and what setup makes of it. */
+struct stage {
+  struct kith_scene scene;
+  struct kith_region region[MAX];
+  struct kith_deposit deposit[MAX];
+  struct kith_nodes *nodes;
+  struct kith_hydro hydro;
+  uint8_t *frozen;
+};
+
+static struct kith_expression *formula(const char *text) {
+  struct kith_expression *f = NULL;
+  CHECK_OK(kith_expression_create(&f, text));
+  return f;
+}
+
+/* A cube [lower, upper]^NDIM of one ideal gas, no region yet. */
+static void open_stage(struct stage *s, double lower, double upper, double resolution) {
+  memset(s, 0, sizeof *s);
+  s->scene.resolution = resolution;
+  s->scene.region = s->region;
+  s->scene.deposit = s->deposit;
+  for (int a = 0; a < NDIM; ++a) s->scene.domain.lower[a] = lower, s->scene.domain.upper[a] = upper;
+  s->scene.n_materials = 2;
+  for (int m = 0; m < 2; ++m) {
+    snprintf(s->scene.material_name[m], sizeof s->scene.material_name[m], "gas%d", m);
+    s->scene.material[m] = material_of("ideal", m == 0 ? "gamma=1.4" : "gamma=1.6666666666666667");
+  }
+}
+
+/* Adds a region: the whole domain, at rest, P = 1. */
+static struct kith_region *add(struct stage *s, enum kith_lattice lattice, const char *density) {
+  struct kith_region *region = &s->region[s->scene.n_regions++];
+  region->lattice = lattice;
+  region->density = formula(density);
+  region->pressure = formula("1");
+  for (int a = 0; a < NDIM; ++a) {
+    region->where.box.lower[a] = -INFINITY, region->where.box.upper[a] = INFINITY;
+    region->velocity[a] = formula("0");
+  }
+  region->location = (struct kith_source_location){"hand.yaml", 10 * s->scene.n_regions};
+  return region;
+}
+
+static void replace(struct kith_expression **old, const char *text) {
+  kith_expression_destroy(old);
+  *old = text ? formula(text) : NULL;
+}
+
+static kith_status run(struct stage *s) {
+  return kith_initial_conditions(&s->nodes, &s->hydro, &s->scene, 50, &s->frozen);
+}
+
+/* Without nodes there is nothing to look at. */
+static void must_run(struct stage *s) {
+  CHECK_OK(run(s));
+  if (!s->nodes) exit(check_failed());
+}
+
+static void close_stage(struct stage *s) {
+  for (int k = 0; k < s->scene.n_regions; ++k) {
+    kith_expression_destroy(&s->region[k].density);
+    kith_expression_destroy(&s->region[k].pressure);
+    kith_expression_destroy(&s->region[k].energy);
+    kith_expression_destroy(&s->region[k].where.inside);
+    for (int a = 0; a < NDIM; ++a) kith_expression_destroy(&s->region[k].velocity[a]);
+  }
+  kith_nodes_destroy(&s->nodes);
+  kith_free(&s->frozen);
+}
+
+/* The next setup fails with BAD_INPUT, says all of these, and leaves nothing behind. */
+static void refuses(struct stage *s, const char *first, const char *second) {
+  CHECK_STATUS(KITH_BAD_INPUT, run(s));
+  if (!strstr(kith_failure(), first) || !strstr(kith_failure(), second)) {
+    ++check_failures;
+    fprintf(stderr, "got '%s', wanted '%s' and '%s'\n", kith_failure(), first, second);
+  }
+  CHECK(!s->nodes && !s->frozen);
+  close_stage(s);
+}
+
+static double mass_of(const struct stage *s, kith_index first, kith_index count) {
+  double sum = 0, lost = 0; /* compensated: the test's own round-off does not count */
+  for (kith_index i = first; i < first + count; ++i) {
+    const double m = s->hydro.mass->f64[i] - lost, next = sum + m;
+    lost = (next - sum) - m;
+    sum = next;
+  }
+  return sum;
+}
+
+/* One region: count, mass, ids, support, energy from the pressure. */
+static void one_region(void) {
+  struct stage s;
+  open_stage(&s, -0.5, 0.5, NDIM == 3 ? 12 : 48);
+  add(&s, KITH_LATTICE_CUBIC, "2");
+  replace(&s.region[0].velocity[0], "x + r");
+  must_run(&s);
+  const kith_index n = s.nodes->n_internal;
+  CHECK(n == (NDIM == 1 ? 48 : NDIM == 2 ? 48 * 48 : 12 * 12 * 12));
+  CHECK(s.nodes->lists[0].count == n && s.nodes->lists[1].count == 0);
+  CHECK(strcmp(s.nodes->lists[1].name, "gas1") == 0);
+  CHECK_CLOSE(mass_of(&s, 0, n), 2, 1e-12);
+  CHECK(!s.frozen);
+  for (kith_index i = 0; i < n; ++i) {
+    const double *x = s.nodes->position->f64 + i * NDIM;
+    CHECK(s.nodes->id->i64[i] == i);
+    CHECK(s.hydro.density->f64[i] == 2);
+    CHECK_CLOSE(s.hydro.energy->f64[i], 1 / (0.4 * 2), 1e-14);
+    CHECK_CLOSE(s.hydro.velocity->f64[i * NDIM], x[0] + kith_norm(x), 1e-15);
+    /* 50 nodes in the ball of radius H, each of volume 1 / n */
+    CHECK_CLOSE(kith_ball() * kith_pow_dim(s.nodes->support->f64[i]) * n, 50, 1e-11);
+  }
+  CHECK(material_value(&s.hydro.material[1], "gamma") == 5. / 3);
+  close_stage(&s);
+}
+
+static const double jump_resolution = NDIM == 1 ? 999 : NDIM == 2 ? 150 : 60;
+
+/* Density 8 : 1 in two halves of a long box, `across` spacings wide. */
+static void open_jump(struct stage *s, enum kith_lattice lattice, enum kith_arrangement arrangement,
+                      double across) {
+  open_stage(s, -1, 1, jump_resolution);
+  s->scene.arrangement = arrangement;
+  for (int a = 1; a < NDIM; ++a)
+    s->scene.domain.lower[a] = 0, s->scene.domain.upper[a] = across / jump_resolution;
+  add(s, lattice, "1")->where.box.upper[0] = 0;
+  add(s, lattice, "0.125")->where.box.lower[0] = 0;
+}
+
+/* A fit has half a layer of cells to spare: with 25 layers on the sparse side (at worst, bcc in 3-D) 2 %. */
+static void equal_masses(enum kith_lattice lattice, double across) {
+  struct stage s;
+  open_jump(&s, lattice, KITH_EQUAL_MASS, across);
+  must_run(&s);
+  const kith_index n = s.nodes->n_internal;
+  const double volume = pow(across / jump_resolution, NDIM - 1), wanted = pow(jump_resolution, -NDIM);
+  double low = INFINITY, high = 0;
+  for (kith_index i = 0; i < n; ++i) {
+    low = fmin(low, s.hydro.mass->f64[i]);
+    high = fmax(high, s.hydro.mass->f64[i]);
+  }
+  CHECK(high / low < 1.02);
+  CHECK_CLOSE(mass_of(&s, 0, n), 1.125 * volume, 1e-12 * volume);
+  CHECK_CLOSE(low / wanted, 1, 0.15); /* 8 cells across: each of two axes rounds by up to 1/16 */
+  close_stage(&s);
+}
+
+static void equal_spacings(enum kith_lattice lattice, double across) {
+  struct stage s;
+  open_jump(&s, lattice, KITH_EQUAL_SPACING, across);
+  must_run(&s);
+  const kith_index half = s.nodes->n_internal / 2;
+  for (kith_index i = 0; i < half; ++i) {
+    CHECK(s.hydro.mass->f64[i] == 8 * s.hydro.mass->f64[i + half]);
+    const double *x = s.nodes->position->f64 + i * NDIM, *y = x + half * NDIM;
+    CHECK_CLOSE(x[0], y[0] - 1, 1e-15); /* places of order 1 */
+    for (int a = 1; a < NDIM; ++a) CHECK(x[a] == y[a]);
+  }
+  close_stage(&s);
+}
+
+/* A ball and what is around it tile the domain: no node twice, none missing in equal spacing. */
+static void ball_and_rest(void) {
+  struct stage s;
+  open_stage(&s, 0, 1, NDIM == 1 ? 101 : 21);
+  s.scene.arrangement = KITH_EQUAL_SPACING;
+  for (int k = 0; k < 2; ++k) {
+    struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, k == 0 ? "1" : "3");
+    region->material = 1 - k;
+    region->where.has_ball = true, region->where.outside_ball = k == 1;
+    region->where.radius = 5. / 21; /* through sites */
+    for (int a = 0; a < NDIM; ++a) region->where.center[a] = 0.5;
+  }
+  s.region[1].frozen = true;
+  must_run(&s);
+  const kith_index n = s.nodes->n_internal;
+  CHECK(n == (NDIM == 1 ? 101 : NDIM == 2 ? 21 * 21 : 21 * 21 * 21));
+  CHECK(s.nodes->lists[0].count > 0 && s.nodes->lists[1].count > 0);
+  for (kith_index i = 0; i < n; ++i) {
+    double r2 = 0;
+    for (int a = 0; a < NDIM; ++a) r2 += pow(s.nodes->position->f64[i * NDIM + a] - 0.5, 2);
+    const bool outer = i < s.nodes->lists[0].count;
+    CHECK(outer ? sqrt(r2) > 5. / 21 - 1e-9 : sqrt(r2) < 5. / 21 + 1e-9);
+    CHECK_CLOSE(s.hydro.mass->f64[i] * n, outer ? 3 : 1, 1e-13);
+    CHECK(s.frozen[i] == outer);
+    CHECK(s.nodes->list->u8[i] == !outer);
+    CHECK_CLOSE(s.hydro.energy->f64[i], outer ? 1 / (0.4 * 3) : 1.5, 1e-14);
+  }
+  close_stage(&s);
+}
+
+/* Half-spaces that share their plane, with sites on it, and expressions that complement each other. */
+static void complements(void) {
+  for (int how = 0; how < 2; ++how) {
+    struct stage s;
+    open_stage(&s, -1, 1, NDIM == 1 ? 50.5 : 7.5); /* odd counts: sites at 0 */
+    for (int k = 0; k < 2; ++k) {
+      struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, "1");
+      if (how == 0) {
+        region->where.has_half_space = true;
+        region->where.normal[NDIM - 1] = k ? 1 : -1;
+      } else {
+        region->where.inside = formula(k ? "x + y >= 0" : "x + y < 0");
+      }
+    }
+    must_run(&s);
+    CHECK(s.nodes->n_internal == (NDIM == 1 ? 101 : NDIM == 2 ? 225 : 3375));
+    close_stage(&s);
+  }
+}
+
+/* rho(x) * cell volume; the mean sets the spacing against another region. */
+static void graded(void) {
+  struct stage s;
+  open_stage(&s, 0, 2, NDIM == 3 ? 16 : 64);
+  add(&s, KITH_LATTICE_CUBIC, "1 + 0.5*sin(2*pi*x)")->where.box.upper[0] = 1;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 1;
+  must_run(&s);
+  const kith_index n = s.nodes->n_internal, half = n / 2;
+  CHECK(n == (NDIM == 1 ? 128 : NDIM == 2 ? 128 * 128 : 32 * 32 * 32)); /* the mean is 1 */
+  for (kith_index i = 0; i < half; ++i) {
+    const double rho = 1 + 0.5 * sin(2 * acos(-1.0) * s.nodes->position->f64[i * NDIM]);
+    CHECK_CLOSE(s.hydro.mass->f64[i] / s.hydro.mass->f64[half], rho, 1e-13);
+    CHECK_CLOSE(s.hydro.density->f64[i], rho, 1e-14);
+  }
+  CHECK_CLOSE(mass_of(&s, 0, n), pow(2, NDIM),
+              1e-12 * 8); /* the midpoint sum of a sine over its period is exact */
+  close_stage(&s);
+}
+
+static void jittered(void) {
+  struct stage plain, moved, again;
+  struct stage *all[3] = {&plain, &moved, &again};
+  for (int k = 0; k < 3; ++k) {
+    open_stage(all[k], 0, 1, NDIM == 1 ? 200 : 15);
+    struct kith_region *region = add(all[k], KITH_LATTICE_BCC, "1");
+    region->jitter = k == 0 ? 0 : 0.5;
+    region->seed = 42;
+    must_run(all[k]);
+  }
+  const kith_index n = plain.nodes->n_internal;
+  const double spacing = pow(1. / n, 1. / NDIM);
+  bool any = false;
+  for (kith_index i = 0; i < n * NDIM; ++i) {
+    const double x = moved.nodes->position->f64[i], off = fabs(x - plain.nodes->position->f64[i]);
+    CHECK(off <= 0.5 * spacing * (1 + 1e-12));
+    CHECK(x >= 0 && x <= 1);
+    CHECK(x == again.nodes->position->f64[i]);
+    any = any || off > 0.45 * spacing;
+  }
+  CHECK(any);
+  for (int k = 0; k < 3; ++k) close_stage(all[k]);
+}
+
+static void own_spacing(void) {
+  struct stage s;
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.upper[0] = 0.5;
+  add(&s, KITH_LATTICE_CUBIC, "7")->where.box.lower[0] = 0.5;
+  s.region[1].spacing = 0.05; /* denser, but does not count for the others */
+  must_run(&s);
+  const kith_index first = NDIM == 1 ? 5 : NDIM == 2 ? 50 : 500;
+  CHECK(s.nodes->n_internal == first + 10 * (NDIM == 1 ? 1 : NDIM == 2 ? 20 : 400));
+  close_stage(&s);
+}
+
+/* Energy in all nodes less the background. */
+static double deposited(const struct stage *s) {
+  double sum = 0;
+  for (kith_index i = 0; i < s->nodes->n_internal; ++i)
+    sum += s->hydro.mass->f64[i] * s->hydro.energy->f64[i];
+  return sum;
+}
+
+static struct kith_deposit *blast(struct stage *s, enum kith_deposit_shape shape, double center) {
+  struct kith_deposit *deposit = &s->deposit[s->scene.n_deposits++];
+  *deposit = (struct kith_deposit){.energy = 3, .shape = shape, .location = {"hand.yaml", 77}};
+  for (int a = 0; a < NDIM; ++a) deposit->center[a] = center;
+  return deposit;
+}
+
+/* How many nodes got energy; the sum is right and the energies are the same at mirrored places about 0. */
+static int heated(struct stage *s) {
+  must_run(s);
+  CHECK_CLOSE(deposited(s), 3, 3e-14); /* 1e-14 of the energy: round-off of the sums */
+  int count = 0;
+  const kith_index n = s->nodes->n_internal;
+  for (kith_index i = 0; i < n; ++i) {
+    count += s->hydro.energy->f64[i] > 0;
+    CHECK_CLOSE(s->hydro.energy->f64[i], s->hydro.energy->f64[n - 1 - i], 1e-13 * s->hydro.energy->f64[i]);
+  }
+  return count;
+}
+
+static struct kith_deposit *cold_box(struct stage *s, double resolution, enum kith_deposit_shape shape,
+                                     double center) {
+  open_stage(s, -0.5, 0.5, resolution);
+  add(s, KITH_LATTICE_CUBIC, "1");
+  replace(&s->region[0].pressure, "0");
+  return blast(s, shape, center);
+}
+
+static void deposits(void) {
+  static const kith_index corners[3] = {2, 4, 8};
+  static const struct kith_boundary_ops periodic = {.name = "periodic", .wraps = true};
+  struct stage s;
+  cold_box(&s, 15, KITH_DEPOSIT_POINT, 0);
+  CHECK(heated(&s) == 1); /* a node at the center */
+  close_stage(&s);
+  cold_box(&s, 14, KITH_DEPOSIT_POINT, 0);
+  CHECK(heated(&s) == corners[NDIM - 1]); /* all the nearest */
+  close_stage(&s);
+  cold_box(&s, 14, KITH_DEPOSIT_POINT, 0.5);
+  for (int a = 0; a < NDIM; ++a) s.scene.boundary[a].lower = s.scene.boundary[a].upper = &periodic;
+  CHECK(heated(&s) == corners[NDIM - 1]); /* also around a corner of a periodic box */
+  close_stage(&s);
+  cold_box(&s, 15, KITH_DEPOSIT_BALL, 0)->radius = 3. / 15;    /* nodes exactly on the sphere are in */
+  CHECK(heated(&s) == (NDIM == 1 ? 7 : NDIM == 2 ? 29 : 123)); /* lattice points with |k| <= 3 */
+  close_stage(&s);
+  cold_box(&s, 15, KITH_DEPOSIT_BALL, 0)->spacings = 3;
+  CHECK(heated(&s) == (NDIM == 1 ? 7 : NDIM == 2 ? 29 : 123));
+  close_stage(&s);
+}
+
+/* Away from 0 equal distances differ by round-off: shells of nodes stay whole all the same. */
+static void whole_shells(void) {
+  static const int in_ball[3] = {7, 29, 123}, corners[3] = {2, 4, 8};
+  for (int n = 9; n <= 24; ++n) {
+    struct stage s;
+    open_stage(&s, 0.1, 1.1, n);
+    add(&s, KITH_LATTICE_CUBIC, "1");
+    replace(&s.region[0].pressure, "0");
+    blast(&s, n % 2 ? KITH_DEPOSIT_BALL : KITH_DEPOSIT_POINT, 0.6)->radius = 3. / n;
+    CHECK(heated(&s) == (n % 2 ? in_ball : corners)[NDIM - 1]);
+    close_stage(&s);
+  }
+}
+
+/* The specific energy is the cubic spline of the distance, whose support is 2 h = 4.8 spacings. */
+static void kernel_deposit(void) {
+  struct stage s;
+  cold_box(&s, 15, KITH_DEPOSIT_KERNEL, 0)->spacings = 2.4;
+  heated(&s);
+  double center = 0;
+  for (kith_index i = 0; i < s.nodes->n_internal; ++i)
+    if (kith_norm(s.nodes->position->f64 + i * NDIM) < 1e-9) center = s.hydro.energy->f64[i];
+  CHECK(center > 0);
+  for (kith_index i = 0; i < s.nodes->n_internal; ++i) {
+    const double q = kith_norm(s.nodes->position->f64 + i * NDIM) * 15 / 2.4;
+    const double w = (pow(fmax(2 - q, 0), 3) - 4 * pow(fmax(1 - q, 0), 3)) / 4; /* M4 by truncated powers */
+    CHECK_CLOSE(s.hydro.energy->f64[i] / center, w, 1e-13);
+  }
+  close_stage(&s);
+  cold_box(&s, 14, KITH_DEPOSIT_KERNEL, 0)->radius = 0.34;
+  heated(&s);
+  for (kith_index i = 0; i < s.nodes->n_internal; ++i)
+    CHECK((s.hydro.energy->f64[i] > 0) == (kith_norm(s.nodes->position->f64 + i * NDIM) < 0.34));
+  close_stage(&s);
+  cold_box(&s, 14, KITH_DEPOSIT_BALL, 0)->radius = 0.01;
+  refuses(&s, "hand.yaml:77", "no node is within 0.01");
+}
+
+static void state_errors(void) {
+  static const struct {
+    const char *density, *pressure, *energy, *line, *says;
+  } wrong[] = {
+      {"x - 0.2", "1", NULL, "hand.yaml:10", "density is"},
+      {"0", "1", NULL, "hand.yaml:10", "density is 0"},
+      {"1/(x - x)", "1", NULL, "hand.yaml:10", "density: formula"},
+      {"1", "-1", NULL, "hand.yaml:10", "pressure is -1 at ("},
+      {"1", "log(x - 0.5)", NULL, "hand.yaml:10", "pressure: formula"},
+      {"1", NULL, "x - 0.5", "hand.yaml:10", "energy is -"},
+      {"1", NULL, "sqrt(x - 0.5)", "hand.yaml:10", "energy: formula"},
+      {"1e-308", "1e10", NULL, "hand.yaml:10", "energy is inf"},
+  };
+  for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
+    struct stage s;
+    open_stage(&s, 0, 1, 10);
+    add(&s, KITH_LATTICE_CUBIC, wrong[k].density);
+    replace(&s.region[0].pressure, wrong[k].pressure);
+    replace(&s.region[0].energy, wrong[k].energy);
+    refuses(&s, wrong[k].line, wrong[k].says);
+  }
+  struct stage s;
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  replace(&s.region[0].velocity[NDIM - 1], "1/0");
+  refuses(&s, "hand.yaml:10", "velocity along");
+}
+
+static void overlaps(void) {
+  struct stage s;
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "x - 2")->location = (struct kith_source_location){"--set", 0};
+  refuses(&s, "--set region: ", "density is -"); /* no line in an override */
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.upper[0] = 0.52; /* less than a node's spacing too far */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 0.42;
+  refuses(&s, "hand.yaml:10", "line 20");
+  open_stage(&s, 0, 1, 10);
+  struct kith_region *ball = add(&s, KITH_LATTICE_CUBIC, "1");
+  ball->where.has_ball = true, ball->where.radius = 0.3;
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  refuses(&s, "hand.yaml:10", "line 20");
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  refuses(&s, "hand.yaml:10", "line 20");
+}
+
+static void empty_and_absurd(void) {
+  struct stage s;
+  open_stage(&s, 0, 1, 10);
+  refuses(&s, "no node", "no region");
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 1; /* beside the domain */
+  refuses(&s, "hand.yaml:20", "domain");
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x > 3");
+  refuses(&s, "hand.yaml:10", "no node");
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1 + x")->where.inside = formula("x > 3");
+  refuses(&s, "hand.yaml:10", "too thin");
+  open_stage(&s, 0, 1, 1e30);
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  refuses(&s, "hand.yaml:10", "more than");
+  open_stage(&s, 0, 1, 10);
+  s.scene.domain.upper[0] = INFINITY;
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  refuses(&s, "hand.yaml:10", "not bounded");
+  open_stage(&s, 0, 1, NDIM == 1 ? 7e8 : NDIM == 2 ? 27000 : 890); /* either fits, together they do not */
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  refuses(&s, "nodes", "more than");
+  if (NDIM != 2) return;
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_FCC, "1");
+  refuses(&s, "hand.yaml:10", "2-D");
+}
+
+int main(void) {
+  one_region();
+  const double widths[] = {12, 12.6, 16, 20};
+  const enum kith_lattice lattice[] = {KITH_LATTICE_CUBIC, KITH_LATTICE_BCC, KITH_LATTICE_HCP};
+  for (int k = 0; k < 12; ++k) {
+    equal_masses(lattice[k % 3], widths[k / 3]);
+    equal_spacings(lattice[k % 3], widths[k / 3]);
+  }
+  ball_and_rest();
+  complements();
+  graded();
+  jittered();
+  own_spacing();
+  deposits();
+  whole_shells();
+  kernel_deposit();
+  state_errors();
+  overlaps();
+  empty_and_absurd();
+  return check_failed();
+}

@@ -1,0 +1,295 @@
+/* Lattices: sites, volumes, mirrors, jitter and what is refused. */
+#include "app/initial/lattice.h"
+#include "tests/check.h"
+
+static const enum kith_lattice every[4] = {KITH_LATTICE_CUBIC, KITH_LATTICE_BCC, KITH_LATTICE_FCC,
+                                           KITH_LATTICE_HCP};
+enum { N_KINDS = 4 };
+
+static struct kith_box box_of(double lower, const double *side) {
+  struct kith_box box;
+  for (int a = 0; a < NDIM; ++a) {
+    box.lower[a] = lower;
+    box.upper[a] = lower + side[a];
+  }
+  return box;
+}
+
+/* Sides of a cell of volume sites per cell * 1, from its geometry alone: see the facts in each line. */
+static int ideal_cell(enum kith_lattice kind, double *side) {
+  for (int a = 0; a < 3; ++a) side[a] = 1;
+  if (NDIM == 1 || kind == KITH_LATTICE_CUBIC) return 1;
+  if (NDIM == 2) {
+    const double a =
+        kind == KITH_LATTICE_BCC ? sqrt(2.0) : sqrt(2 / sqrt(3.0)); /* triangular: area sqrt(3)/2 a^2 */
+    side[0] = a, side[1] = kind == KITH_LATTICE_BCC ? a : sqrt(3.0) * a;
+    return 2;
+  }
+  if (kind == KITH_LATTICE_HCP) { /* close packed spheres of diameter a: volume a^3 / sqrt(2) each */
+    const double a = pow(2, 1. / 6);
+    side[0] = a, side[1] = sqrt(3.0) * a, side[2] = sqrt(8. / 3) * a;
+    return 4;
+  }
+  const int n = kind == KITH_LATTICE_BCC ? 2 : 4;
+  for (int a = 0; a < 3; ++a) side[a] = cbrt(n);
+  return n;
+}
+
+/* Distance to the nearest other site across periodic faces, and how many are there. */
+static double nearest(const struct kith_lattice_fit *fit, int64_t i, int *count) {
+  double x[NDIM], y[NDIM], least = INFINITY;
+  kith_lattice_site(fit, i, x);
+  *count = 0;
+  for (int64_t j = 0; j < fit->sites; ++j) {
+    if (j == i) continue;
+    kith_lattice_site(fit, j, y);
+    double r2 = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double side = fit->box.upper[a] - fit->box.lower[a], d = x[a] - y[a];
+      r2 += (d - side * round(d / side)) * (d - side * round(d / side));
+    }
+    const double r = sqrt(r2);
+    if (r < least * (1 - 1e-9)) *count = 0;
+    if (r < least * (1 + 1e-9)) ++*count;
+    least = KITH_MIN(least, r);
+  }
+  return least;
+}
+
+/* Nearest neighbors of the ideal lattices: 2 on the line, 4 and 6 in the plane, 6, 8, 12, 12 in space. */
+static void ideal(enum kith_lattice kind, double s) {
+  static const double distance[3][N_KINDS] = {
+      {1, 1, 1, 1},
+      {1, 1, 0, 1.0745699318235418},
+      {1, 1.0911236359717214, 1.1224620483093730, 1.1224620483093730}};
+  static const int neighbors[3][N_KINDS] = {{2, 2, 2, 2}, {4, 4, 0, 6}, {6, 8, 12, 12}};
+  double side[3];
+  const int per_cell = ideal_cell(kind, side);
+  for (int a = 0; a < 3; ++a) side[a] *= (3 + a) * s;
+  const struct kith_box box = box_of(-0.37, side);
+  struct kith_lattice_fit fit;
+  CHECK_OK(kith_lattice_fit(&fit, kind, &box, s));
+  CHECK(fit.sites == per_cell * (NDIM == 1 ? 3 : NDIM == 2 ? 12 : 60));
+  CHECK_CLOSE(fit.site_volume, kith_pow_dim(s), 1e-14 * kith_pow_dim(s)); /* round-off of a few products */
+  for (int64_t i = 0; i < fit.sites; ++i) {
+    int count;
+    CHECK_CLOSE(nearest(&fit, i, &count), distance[NDIM - 1][kind] * s, 1e-13 * s); /* places of order 30 s */
+    CHECK(count == neighbors[NDIM - 1][kind]);
+  }
+}
+
+/* Sum of a kernel over all images within its support, at x: brute force. */
+static double kernel_sum(const struct kith_lattice_fit *fit, const double *x, double support) {
+  double sum = 0, y[NDIM];
+  int images[3] = {0, 0, 0};
+  for (int a = 0; a < NDIM; ++a) images[a] = 1 + (int)(support / (fit->box.upper[a] - fit->box.lower[a]));
+  for (int64_t j = 0; j < fit->sites; ++j) {
+    kith_lattice_site(fit, j, y);
+    for (int ix = -images[0]; ix <= images[0]; ++ix)
+      for (int iy = -images[1]; iy <= images[1]; ++iy)
+        for (int iz = -images[2]; iz <= images[2]; ++iz) {
+          const int image[3] = {ix, iy, iz};
+          double r2 = 0;
+          for (int a = 0; a < NDIM; ++a) {
+            const double d = y[a] + image[a] * (fit->box.upper[a] - fit->box.lower[a]) - x[a];
+            r2 += d * d;
+          }
+          const double q = sqrt(r2) / support;
+          if (q < 1) sum += (1 - q) * (1 - q) * (1 - q) * (1 - q) * (1 + 4 * q);
+        }
+  }
+  return sum;
+}
+
+/* Every site sees the same lattice across periodic faces, also when the cells are stretched. */
+static void continues(enum kith_lattice kind) {
+  const double side[3] = {1.0, 0.83, 0.71};
+  const struct kith_box box = box_of(0.2, side);
+  struct kith_lattice_fit fit;
+  CHECK_OK(kith_lattice_fit(&fit, kind, &box, NDIM == 1 ? 0.07 : 0.21));
+  double x[NDIM];
+  kith_lattice_site(&fit, 0, x);
+  const double first = kernel_sum(&fit, x, 0.5);
+  for (int64_t i = 0; i < fit.sites; ++i) {
+    kith_lattice_site(&fit, i, x);
+    CHECK_CLOSE(kernel_sum(&fit, x, 0.5), first, 1e-12 * first); /* some hundred terms */
+  }
+}
+
+/* Is x, moved into the box, a site? */
+static bool is_site(const struct kith_lattice_fit *fit, const double *x) {
+  double y[NDIM];
+  for (int64_t j = 0; j < fit->sites; ++j) {
+    double off = 0;
+    kith_lattice_site(fit, j, y);
+    for (int a = 0; a < NDIM; ++a) {
+      const double side = fit->box.upper[a] - fit->box.lower[a], d = x[a] - y[a];
+      off = fmax(off, fabs(d - side * round(d / side)));
+    }
+    if (off < 1e-12) return true; /* sides are of order 1 */
+  }
+  return false;
+}
+
+/* The sites, mirrored along `axis` and moved sideways by `glide` cells, are the sites. */
+static void mirrored(enum kith_lattice kind, int axis, const double *glide) {
+  const double side[3] = {1.0, 0.83, 0.71};
+  const struct kith_box box = box_of(0.2, side);
+  struct kith_lattice_fit fit;
+  CHECK_OK(kith_lattice_fit(&fit, kind, &box, NDIM == 1 ? 0.07 : 0.17));
+  for (int64_t i = 0; i < fit.sites; ++i) {
+    double x[NDIM];
+    kith_lattice_site(&fit, i, x);
+    x[axis] = box.lower[axis] + box.upper[axis] - x[axis];
+    for (int a = 0; a < NDIM; ++a) x[a] += glide[a] * (box.upper[a] - box.lower[a]) / (double)fit.cells[a];
+    CHECK(is_site(&fit, x));
+  }
+}
+
+static void mirrors(void) {
+  static const double none[3] = {0, 0, 0}, y[3] = {0, 0.5, 0}, x[3] = {0.5, 0, 0}, z[3] = {0, 0, 0.5};
+  for (int a = 0; a < NDIM; ++a) mirrored(KITH_LATTICE_CUBIC, a, none);
+#if KITH_NDIM == 2
+  mirrored(KITH_LATTICE_BCC, 0, y);
+  mirrored(KITH_LATTICE_BCC, 1, x);
+  mirrored(KITH_LATTICE_HCP, 0, y);
+  mirrored(KITH_LATTICE_HCP, 1, x);
+#elif KITH_NDIM == 3
+  static const double bcc[3][3] = {{0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}};
+  for (int a = 0; a < NDIM; ++a) mirrored(KITH_LATTICE_BCC, a, bcc[a]);
+  mirrored(KITH_LATTICE_FCC, 0, y);
+  mirrored(KITH_LATTICE_FCC, 1, z);
+  mirrored(KITH_LATTICE_FCC, 2, x);
+  mirrored(KITH_LATTICE_HCP, 0, y);
+  mirrored(KITH_LATTICE_HCP, 1, z);
+#endif
+  (void)x, (void)y, (void)z;
+}
+
+/* Layers along each axis lie symmetric about the middle, off the faces; in a box about 0, cubic bit by
+ * bit. */
+static void centered(enum kith_lattice kind) {
+  struct kith_box box;
+  for (int a = 0; a < NDIM; ++a) box.upper[a] = 0.5 + 0.1 * a, box.lower[a] = -box.upper[a];
+  struct kith_lattice_fit fit;
+  CHECK_OK(kith_lattice_fit(&fit, kind, &box, 0.09));
+  double sum[NDIM] = {0}, x[NDIM], y[NDIM];
+  for (int64_t i = 0; i < fit.sites; ++i) {
+    kith_lattice_site(&fit, i, x);
+    for (int a = 0; a < NDIM; ++a) {
+      sum[a] += x[a];
+      CHECK(x[a] > box.lower[a] + 0.01 && x[a] < box.upper[a] - 0.01);
+    }
+    kith_lattice_site(&fit, fit.sites - 1 - i, y);
+    for (int a = 0; a < NDIM; ++a) CHECK(kind != KITH_LATTICE_CUBIC || x[a] == -y[a]);
+  }
+  for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(sum[a], 0, 1e-12 * (double)fit.sites);
+}
+
+/* L / dx is off a whole number by round-off: the count must not be. */
+static void exact_counts(void) {
+  static const double spacing[] = {0.1,     0.05,    0.02,    0.01,     0.003, 1. / 3, 1. / 7,
+                                   1. / 48, 1. / 49, 1. / 60, 1. / 121, 0.7,   1e-5};
+  static const double lower[] = {0, -0.5, 0.1, -1. / 3, 7.3};
+  for (size_t k = 0; k < sizeof spacing / sizeof spacing[0]; ++k) {
+    double sum = 0;
+    for (int n = 1; n <= 300; ++n) {
+      sum += spacing[k]; /* another round-off than n * spacing */
+      for (size_t l = 0; l < sizeof lower / sizeof lower[0]; ++l) {
+        struct kith_box box;
+        for (int a = 0; a < NDIM; ++a) {
+          box.lower[a] = lower[l];
+          box.upper[a] = lower[l] + (a == 0 ? n * spacing[k] : sum);
+        }
+        struct kith_lattice_fit fit;
+        CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, spacing[k]));
+        for (int a = 0; a < NDIM; ++a) CHECK(fit.cells[a] == n);
+      }
+    }
+  }
+}
+
+/* A half rounds up on both sides of a jump, whatever the round-off. */
+static void halves(void) {
+  for (int n = 1; n <= 200; ++n) {
+    struct kith_box box;
+    for (int a = 0; a < NDIM; ++a) box.lower[a] = 0.3, box.upper[a] = 0.3 + (n + 0.5) * 0.01;
+    struct kith_lattice_fit fit;
+    CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, 0.01));
+    for (int a = 0; a < NDIM; ++a) CHECK(fit.cells[a] == n + 1);
+  }
+}
+
+static void balanced(void) {
+  struct kith_box box;
+  struct kith_lattice_fit fit;
+  for (int a = 0; a < NDIM; ++a) box.lower[a] = 0, box.upper[a] = a == 0 ? 1 : 0.0435;
+  CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, 0.01));
+  CHECK_OK(kith_lattice_balance(&fit, 1e-2 * 1e-2 * 1e-2));
+  if (NDIM == 3) CHECK(fit.cells[0] == 118); /* 100 * 4.35^2 / 4^2 = 118.3 */
+  if (NDIM == 3) CHECK(fit.sites == 118 * 16);
+  for (int a = 0; a < NDIM; ++a) box.upper[a] = 1.005;
+  CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, 0.05));
+  const int64_t before = fit.sites;
+  CHECK_OK(kith_lattice_balance(&fit, 1e-3 * kith_pow_dim(0.05))); /* no long axis but in 1-D */
+  CHECK(NDIM == 1 ? fit.sites > before : fit.sites == before);
+}
+
+static void jitter(void) {
+  const double side[3] = {1, 1, 1};
+  const struct kith_box box = box_of(0, side);
+  struct kith_lattice_fit fit;
+  CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, 0.5));
+  double sum = 0, square = 0, largest = 0;
+  const int n = 20000;
+  for (int id = 0; id < n; ++id) {
+    double x[NDIM], again[NDIM], other[NDIM];
+    for (int a = 0; a < NDIM; ++a) x[a] = again[a] = other[a] = 0.5;
+    kith_lattice_jitter(&fit, 0.25, 7, id, x);
+    kith_lattice_jitter(&fit, 0.25, 7, id, again);
+    kith_lattice_jitter(&fit, 0.25, 8, id, other);
+    for (int a = 0; a < NDIM; ++a) {
+      CHECK(x[a] == again[a]);
+      CHECK(x[a] != other[a]);
+      sum += x[a] - 0.5;
+      square += (x[a] - 0.5) * (x[a] - 0.5);
+      largest = fmax(largest, fabs(x[a] - 0.5));
+    }
+  }
+  CHECK(largest <= 0.25 && largest > 0.249);
+  CHECK_CLOSE(sum / (n * NDIM), 0, 5 * 0.25 / sqrt(3.0 * n)); /* 5 standard deviations of the mean */
+  CHECK_CLOSE(square / (n * NDIM), 0.25 * 0.25 / 3, 0.03 * 0.25 * 0.25); /* uniform: a^2 / 3; 10 deviations */
+  double edge[NDIM];
+  for (int id = 0; id < 100; ++id) {
+    for (int a = 0; a < NDIM; ++a) edge[a] = id % 2 ? 0.99 : 0.01;
+    kith_lattice_jitter(&fit, 0.25, 1, id, edge);
+    for (int a = 0; a < NDIM; ++a) CHECK(edge[a] >= 0 && edge[a] <= 1);
+  }
+}
+
+static void refusals(void) {
+  const double side[3] = {1, 1, 1};
+  const struct kith_box box = box_of(0, side);
+  struct kith_lattice_fit fit;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, 1e-12));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, 1e-300));
+  CHECK_STATUS(NDIM == 2 ? KITH_BAD_INPUT : KITH_OK, kith_lattice_fit(&fit, KITH_LATTICE_FCC, &box, 0.1));
+  CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_BCC, &box, 50)); /* coarser than the box: one cell */
+  for (int a = 0; a < NDIM; ++a) CHECK(fit.cells[a] == 1);
+}
+
+int main(void) {
+  for (int k = 0; k < N_KINDS; ++k) {
+    if (NDIM == 2 && every[k] == KITH_LATTICE_FCC) continue;
+    ideal(every[k], 0.3);
+    continues(every[k]);
+    centered(every[k]);
+  }
+  mirrors();
+  exact_counts();
+  halves();
+  balanced();
+  jitter();
+  refusals();
+  return check_failed();
+}

@@ -1,0 +1,129 @@
+/* history.csv, read by the names of its columns: every value is that of the objects; a restart continues it.
+ * And the series of snapshots. */
+#include <jansson.h>
+#include <unistd.h>
+#include "app/output/output.h"
+#include "tests/unit/scenario.h"
+
+static char directory[] = "history_XXXXXX";
+
+static const char box[] =
+    "scene: box\n"
+    "dimension: 3\n"
+    "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}}\n"
+    "regions: [{material: gas, jitter: 0.3, lattice: cubic, density: 1, pressure: 1, velocity: [0.3, 0.2, "
+    "0.1]}]\n"
+    "until: 1\n";
+
+static const char *in(const char *name) {
+  static char path[128];
+  snprintf(path, sizeof path, "%s/%s", directory, name);
+  return path;
+}
+
+static const char *cell(const struct kith_csv *csv, int row, const char *name) {
+  const int column = kith_csv_column(csv, name);
+  if (column < 0) fprintf(stderr, "no column %s\n", name);
+  CHECK(column >= 0 && row < csv->n_rows);
+  return column >= 0 && row < csv->n_rows ? kith_csv_at(csv, row, column) : "";
+}
+
+static double value(const struct kith_csv *csv, int row, const char *name) {
+  return strtod(cell(csv, row, name), NULL);
+}
+
+/* The row of a step beside the objects at its end. */
+static void check_row(const struct kith_csv *csv, int row, const struct scenario *s,
+                      const struct kith_totals *now) {
+  static const char *const momentum[] = {"momentum_x", "momentum_y", "momentum_z"}, *const angular[] = {
+                                                                                        "angular_x",
+                                                                                        "angular_y",
+                                                                                        "angular_z"};
+  const struct kith_simulation *m = s->simulation;
+  const struct kith_integrator *it = &m->integrator;
+  CHECK(value(csv, row, "step") == (double)it->step && value(csv, row, "time") == it->time);
+  CHECK(value(csv, row, "dt") == it->dt);
+  CHECK(strcmp(cell(csv, row, "limiter"), kith_limit_name(it->limiter)) == 0);
+  CHECK(value(csv, row, "kinetic") == now->kinetic && value(csv, row, "internal") == now->internal);
+  CHECK(value(csv, row, "potential") == now->potential && value(csv, row, "work") == now->work);
+  CHECK(value(csv, row, "total") == now->kinetic + now->internal + now->potential - now->work);
+  for (int a = 0; a < 3; ++a) {
+    CHECK((kith_csv_column(csv, momentum[a]) >= 0) == (a < NDIM));
+    CHECK((kith_csv_column(csv, angular[a]) >= 0) == (NDIM == 3 || (NDIM == 2 && a == 2)));
+    if (a < NDIM) CHECK(value(csv, row, momentum[a]) == now->momentum[a]);
+    if (kith_csv_column(csv, angular[a]) >= 0) CHECK(value(csv, row, angular[a]) == now->angular[a]);
+  }
+  CHECK(value(csv, row, "velocity_over_sound") == now->velocity_over_sound);
+  CHECK(value(csv, row, "nodes") == m->nodes->n_internal && value(csv, row, "ghosts") == m->nodes->n_ghost);
+  CHECK(value(csv, row, "entries") == (double)it->ledger.last_row_entries);
+  CHECK(value(csv, row, "rebuilds") == (double)it->ledger.lifecycles && value(csv, row, "seconds") >= 0);
+  int columns = 0;
+#define X(name, least, ...) columns += NDIM >= (least);
+  KITH_HISTORY_LIST(X)
+#undef X
+  CHECK(csv->n_columns == columns);
+}
+
+static void steps(void) {
+  struct scenario s;
+  struct kith_history history = {0};
+  struct kith_csv csv;
+  struct kith_totals now;
+  if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 0)) {
+    CHECK_OK(kith_history_open(&history, directory, s.simulation, false));
+    for (int k = 0; k < 4; ++k) {
+      CHECK_OK(scenario_steps(&s, 1));
+      now = kith_hydro_totals(&s.simulation->hydro);
+      CHECK_OK(kith_history_step(&history, s.simulation, &now));
+      CHECK_OK(kith_csv_read(&csv, in("history.csv")));
+      CHECK(csv.n_rows == k + 1);
+      check_row(&csv, k, &s, &now);
+      kith_csv_clear(&csv);
+    }
+    CHECK_OK(kith_history_close(&history));
+    s.simulation->integrator.step = 2; /* a restart from there */
+    CHECK_OK(kith_history_open(&history, directory, s.simulation, true));
+    CHECK_OK(kith_history_close(&history));
+    CHECK_OK(kith_csv_read(&csv, in("history.csv")));
+    CHECK(csv.n_rows == 2 && value(&csv, 1, "step") == 2);
+    kith_csv_clear(&csv);
+  }
+  scenario_close(&s);
+  CHECK(access(in("balance.csv"), F_OK) != 0); /* one process */
+}
+
+/* Names and times of those that are there. */
+static void series(void) {
+  struct scenario s;
+  struct kith_output output = {0};
+  json_error_t error;
+  if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
+    CHECK_OK(kith_output_directory(&output, directory, true));
+    for (int k = 0; k < 3; ++k) CHECK_OK(kith_output_snapshot(&output, s.simulation));
+    unlink(in("snapshot_0001.hdf"));
+    CHECK_OK(kith_output_snapshot(&output, s.simulation));
+    json_t *json = json_load_file(in("snapshots.hdf.series"), 0, &error);
+    const json_t *files = json_object_get(json, "files"), *last = json_array_get(files, 2);
+    CHECK(strcmp(json_string_value(json_object_get(json, "file-series-version")), "1.0") == 0);
+    CHECK(json_array_size(files) == 3);
+    CHECK(strcmp(json_string_value(json_object_get(last, "name")), "snapshot_0003.hdf") == 0);
+    CHECK(json_number_value(json_object_get(last, "time")) == s.simulation->integrator.time);
+    json_decref(json);
+    CHECK_OK(kith_output_close(&output));
+  }
+  scenario_close(&s);
+}
+
+int main(void) {
+  static const char *const files[] = {"history.csv", "snapshots.hdf.series", "snapshot_0000.hdf",
+                                      "snapshot_0002.hdf", "snapshot_0003.hdf"};
+  CHECK(mkdtemp(directory) != NULL);
+  steps();
+  series();
+  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in(files[k]));
+  CHECK(rmdir(directory) == 0);
+  return check_failed();
+}

@@ -1,0 +1,175 @@
+/* The picture's data and script: what is in the files, names that would do harm, a missing gnuplot. */
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include "app/cli/process.h"
+#include "app/output/plot.h"
+#include "tests/check.h"
+
+static char directory[] = "plot-test-XXXXXX";
+static char text[4 << 20];
+
+static const char *in(const char *name) {
+  static char path[2][128];
+  static int turn;
+  char *p = path[turn++ % 2];
+  snprintf(p, sizeof path[0], "%s/%s", directory, name);
+  return p;
+}
+
+static const char *load(const char *name) {
+  FILE *f = fopen(in(name), "r");
+  CHECK(f != NULL);
+  text[f != NULL ? fread(text, 1, sizeof text - 1, f) : 0] = '\0';
+  if (f != NULL) fclose(f);
+  return text;
+}
+
+/* Rows of five numbers behind one title; the last of them, the smallest and the largest place. */
+static int rows(const char *name, double last[5], double *least, double *most) {
+  int n = 0;
+  *least = INFINITY, *most = -INFINITY;
+  for (const char *line = strchr(load(name), '\n') + 1; *line != '\0'; line = strchr(line, '\n') + 1, ++n) {
+    CHECK(sscanf(line, "%lf %lf %lf %lf %lf", last, last + 1, last + 2, last + 3, last + 4) == 5);
+    *least = fmin(*least, last[0]), *most = fmax(*most, last[0]);
+  }
+  return n;
+}
+
+/* A solution made for this test: radial about (1, 0, 0), v = r outwards, density 1 + r. */
+static const double middle[3] = {1, 0, 0};
+static const double *center(const void *self) {
+  (void)self;
+  return middle;
+}
+static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
+  double r = 0;
+  (void)self, (void)time;
+  for (int a = 0; a < NDIM; ++a) r += (x[a] - middle[a]) * (x[a] - middle[a]);
+  *out = (struct kith_exact_state){.density = 1 + sqrt(r), .pressure = 2, .energy = 3};
+  for (int a = 0; a < NDIM; ++a) out->velocity[a] = x[a] - middle[a];
+}
+static double shock(const void *self, double time) {
+  return (void)self, time;
+}
+static const struct kith_exact_ops radial = {
+    .name = "radial", .state = state, .shock = shock, .center = center};
+static const struct kith_exact_ops turning = {
+    .name = "turning", .state = state, .center = center, .vortex = true};
+static const struct kith_exact_ops planar = {.name = "planar", .state = state};
+
+enum { MANY = 50001 };
+static double *position, *velocity, *scalar;
+
+static struct kith_plot sample(kith_index n, const struct kith_exact_ops *exact) {
+  for (size_t k = 0; k < (size_t)n * NDIM; ++k) position[k] = velocity[k] = 0;
+  for (kith_index i = 0; i < n; ++i) {
+    position[(size_t)i * NDIM] = 1 + (i + 0.5) / n, velocity[(size_t)i * NDIM] = -2, scalar[i] = 1 + i % 2;
+  }
+  return (struct kith_plot){.scene = "test",
+                            .time = 0.5,
+                            .resolution = 10,
+                            .exact = exact,
+                            .nodes = {n, position, velocity, scalar, scalar, scalar, scalar}};
+}
+
+static void contents(void) {
+  double last[5], least, most;
+  struct kith_plot p = sample(100, &radial);
+  CHECK_OK(kith_plot_write(&p, directory));
+  CHECK(rows("profile.dat", last, &least, &most) == 100);
+  CHECK_CLOSE(last[0], 0.995, 1e-7); /* 8 digits are written */
+  CHECK(last[1] == 2 && fabs(last[2] + 2) < 1e-7 && last[4] == 2);
+  CHECK(rows("exact.dat", last, &least, &most) > 1000);
+  CHECK_CLOSE(least, 0, 0);
+  CHECK_CLOSE(most, 0.8, 1e-7); /* 1.6 shocks */
+  CHECK_CLOSE(last[1], 1.8, 1e-7);
+  CHECK_CLOSE(last[2], 0.8, 1e-7);
+  for (int a = 1; a < NDIM; ++a) /* 3 along y beside the axis is around it, along z is not */
+    for (int i = 0; i < 100; ++i) velocity[(size_t)i * NDIM + a] = a == 1 ? 3 : 50;
+  p.exact = &turning;
+  CHECK_OK(kith_plot_write(&p, directory));
+  CHECK(strstr(load("plot.gp"), "azimuthal velocity") != NULL);
+  rows("profile.dat", last, &least, &most);
+  CHECK_CLOSE(last[0], 0.995, 1e-7);
+  if (NDIM > 1) CHECK_CLOSE(last[2], 3, 1e-7);
+  rows("exact.dat", last, &least, &most);
+  CHECK_CLOSE(most, 0.995, 1e-7);               /* no shock to end it */
+  if (NDIM > 1) CHECK_CLOSE(last[2], 0, 1e-15); /* this solution moves outwards */
+  p.exact = &planar;
+  CHECK_OK(kith_plot_write(&p, directory));
+  rows("exact.dat", last, &least, &most);
+  CHECK_CLOSE(least, 1.005, 1e-7); /* where the nodes are */
+  CHECK_CLOSE(most, 1.995, 1e-7);
+}
+
+/* 20000 of many, no two of the same, from end to end, the same again. */
+static void thinned(void) {
+  double last[5], least, most, before = -INFINITY;
+  const struct kith_plot p = sample(MANY, NULL);
+  CHECK_OK(kith_plot_write(&p, directory));
+  CHECK(rows("profile.dat", last, &least, &most) == 20000 && least < 1.0001 && most > 1.9999);
+  char *first = strdup(load("profile.dat"));
+  for (const char *line = strchr(text, '\n') + 1; *line != '\0'; line = strchr(line, '\n') + 1) {
+    const double place = strtod(line, NULL);
+    CHECK(place > before);
+    before = place;
+  }
+  CHECK_OK(kith_plot_write(&p, directory));
+  CHECK(strcmp(first, load("profile.dat")) == 0);
+  CHECK(rows("exact.dat", last, &least, &most) == 0);
+  free(first);
+}
+
+/* gnuplot draws; whatever the scene is called, however odd the values; and without it there is one line. */
+static void drawing(void) {
+  struct kith_plot p = sample(50, &radial);
+  char *path = strdup(getenv("PATH") != NULL ? getenv("PATH") : "");
+  p.scene = "it's `touch plot-was-here` \"$(x)\" \\ {/=9 a} \n @x %d";
+  CHECK_OK(kith_plot_write(&p, directory));
+  kith_status status = kith_gnuplot_run(directory, "plot");
+  struct stat png = {0}, svg = {0};
+  if (status == KITH_OK) { /* else there is none here */
+    CHECK(stat(in("plot.png"), &png) == 0 && png.st_size > 10000);
+    CHECK(stat(in("plot.svg"), &svg) == 0 && svg.st_size > 10000 && access(in("plot.log"), F_OK) != 0);
+    CHECK(strstr(load("plot.svg"), "touch plot-was-here") != NULL); /* as a text */
+    CHECK(access(in("plot-was-here"), F_OK) != 0);
+    for (kith_index n = 0; n < 3; ++n) { /* no node; one; not a number; nothing to show at all */
+      p = sample(n, n == 1 ? &planar : n == 2 ? NULL : &radial);
+      if (n == 2) scalar[0] = NAN, scalar[1] = INFINITY;
+      CHECK_OK(kith_plot_write(&p, directory));
+      CHECK_OK(kith_gnuplot_run(directory, "plot"));
+    }
+    p = sample(0, NULL);
+    CHECK_OK(kith_plot_write(&p, directory));
+    CHECK_OK(kith_gnuplot_run(directory, "plot"));
+    FILE *f = fopen(in("plot.gp"), "w");
+    CHECK(f != NULL && fputs("plot nonsense(\n", f) >= 0 && fclose(f) == 0);
+    CHECK_STATUS(KITH_BAD_FILE, kith_gnuplot_run(directory, "plot"));
+    CHECK(strstr(kith_failure(), "plot.log") != NULL && strlen(load("plot.log")) > 0);
+  } else {
+    CHECK(status == KITH_UNSUPPORTED);
+  }
+  setenv("PATH", "/nonexistent", 1);
+  CHECK_STATUS(KITH_UNSUPPORTED, kith_gnuplot_run(directory, "plot"));
+  CHECK(strstr(kith_failure(), "gnuplot cannot be run") != NULL && access(in("plot.log"), F_OK) != 0);
+  setenv("PATH", path, 1);
+  CHECK_STATUS(KITH_BAD_FILE, kith_gnuplot_run("no/such/place", "plot"));
+  free(path);
+}
+
+int main(void) {
+  static const char *const files[] = {"profile.dat", "exact.dat", "plot.gp", "plot.png", "plot.svg"};
+  CHECK(mkdtemp(directory) != NULL);
+  CHECK_OK(kith_resize(&position, 0, MANY * NDIM, sizeof *position));
+  CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));
+  CHECK_OK(kith_resize(&scalar, 0, MANY, sizeof *scalar));
+  contents();
+  thinned();
+  drawing();
+  kith_free(&position), kith_free(&velocity), kith_free(&scalar);
+  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in(files[k]));
+  CHECK(rmdir(directory) == 0);
+  return check_failed();
+}

@@ -1,0 +1,256 @@
+/* report.json, read by name; what is collected from a simulation; the width of the table. */
+#include <math.h>
+#include <stdlib.h>
+#include <unistd.h>
+#include "app/cli/process.h"
+#include "app/output/report.h"
+#include "tests/unit/scenario.h"
+
+static char path[] = "report-test-XXXXXX";
+
+static json_t *written(const struct kith_report *report) {
+  json_error_t error;
+  CHECK_OK(kith_report_write(report, path));
+  json_t *json = json_load_file(path, JSON_REJECT_DUPLICATES, &error);
+  if (json == NULL) fprintf(stderr, "%d: %s\n", error.line, error.text);
+  CHECK(json != NULL);
+  return json;
+}
+
+/* At a path whose parts are separated by '|'. */
+static const json_t *at(const json_t *json, const char *key) {
+  char part[128];
+  for (const char *next = key; json != NULL && next != NULL; key = next + 1) {
+    next = strchr(key, '|');
+    snprintf(part, sizeof part, "%.*s", (int)(next != NULL ? next - key : (long)strlen(key)), key);
+    json = json_object_get(json, part);
+  }
+  if (json == NULL) fprintf(stderr, "no key %s\n", key);
+  CHECK(json != NULL);
+  return json;
+}
+
+static void check_number(const json_t *json, const char *key, double value) {
+  const json_t *number = at(json, key);
+  const bool right = isfinite(value) ? json_number_value(number) == value && json_is_number(number)
+                                     : json_is_null(number);
+  if (!right) fprintf(stderr, "%s is not %.17g\n", key, value);
+  CHECK(right);
+}
+
+static const struct kith_stage stages[] = {
+    {.path = "step", .name = "step", .calls = 210, .seconds = 12.25},
+    {.path = "step/connectivity", .name = "connectivity", .depth = 1, .calls = 35, .seconds = 3.5},
+    {.path = "step/connectivity/a name that is far too long for the table it stands in",
+     .name = "a name that is far too long for the table it stands in",
+     .depth = 2,
+     .calls = INT64_MAX,
+     .seconds = 9.75},
+};
+static const bool measured[KITH_N_MEASURES] = {
+    [KITH_MEASURE_mcnally] = true, [KITH_MEASURE_separation] = true};
+
+static struct kith_report sample(void) {
+  return (struct kith_report){.scene = "so\"d\\ \n\t\x01 \xc3\xa9",
+                              .package = "sph",
+                              .kernel = "wendland-c2",
+                              .scheme = "leapfrog",
+                              .dimension = NDIM,
+                              .ranks = 1,
+                              .threads = 2,
+                              .nodes = 24000,
+                              .steps = 210,
+                              .time = 0.2,
+                              .wall_seconds = 12.5,
+                              .cpu_seconds = 24.5,
+                              .node_updates_per_second = 4.1e5,
+                              .pairs_per_node = 30.25,
+                              .pair_evaluations = 3.1e9,
+                              .energy_drift = -1.5e-13,
+                              .momentum_drift = INFINITY,
+                              .angular_momentum_drift = 0.0625,
+                              .kinetic_start = 0.5,
+                              .kinetic_end = 0.25,
+                              .kinetic_rebound = NAN,
+                              .largest_mach = 0.75,
+                              .final_mach = 0.125,
+                              .measured = measured,
+                              .measure = {[KITH_MEASURE_mcnally] = 0.125, [KITH_MEASURE_separation] = NAN},
+                              .compared = true,
+                              .norms = {.density = {0.1, 0.2, 0.3},
+                                        .velocity = {1e-300, 5e-324, 1.7e308},
+                                        .pressure = {NAN, 0, -0.0},
+                                        .energy = {1.0 / 3, 2, 3},
+                                        .speed = {7, 8, 9},
+                                        .speed_peak = 0.875,
+                                        .nodes = 23000,
+                                        .contact_pressure_error = 0.01,
+                                        .shock_radius = 0.349,
+                                        .shock_exact = 0.35,
+                                        .density_peak = 3.9},
+                              .n_stages = 3,
+                              .stages = stages,
+                              .ledger = json_pack("{s:f, s:i}", "ghosts_created", 5e12, "odd \"name\"", 3),
+                              .floors = INT64_MAX,
+                              .version = "0.1.0",
+                              .compiler = NULL,
+                              .flags = ""};
+}
+
+/* Every value of the list stands at its key. */
+static void keys(void) {
+  struct kith_report r = sample();
+  json_t *json = written(&r);
+#define CHECK_TEXT(key, value) \
+  CHECK((value) == NULL ? json_is_null(at(json, key)) : strcmp(json_string_value(at(json, key)), value) == 0)
+#define CHECK_COUNT(key, value) CHECK(json_integer_value(at(json, key)) == (value))
+#define CHECK_REAL(key, value) check_number(json, key, value)
+#define X(kind, member, key, unit, doc)            \
+  {                                                \
+    char parts[] = key, *dot = strchr(parts, '.'); \
+    if (dot != NULL) *dot = '|';                   \
+    CHECK_##kind(parts, r.member);                 \
+  }
+  KITH_REPORT_LIST(X)
+#undef X
+  check_number(json, "velocity_over_sound|end", 0.125);
+  check_number(json, "measures|mcnally", 0.125), check_number(json, "measures|separation", NAN);
+  CHECK(json_object_size(at(json, "measures")) == 2);
+  check_number(json, "norms|density|l1", 0.1), check_number(json, "norms|density|linf", 0.3);
+  check_number(json, "norms|velocity|l1", 1e-300), check_number(json, "norms|velocity|l2", 5e-324);
+  check_number(json, "norms|velocity|linf", 1.7e308), check_number(json, "norms|pressure|l1", NAN);
+  check_number(json, "norms|energy|l1", 1.0 / 3), check_number(json, "norms|speed|l1", 7);
+  check_number(json, "norms|speed_peak", 0.875), check_number(json, "norms|nodes", 23000);
+  check_number(json, "norms|contact_pressure_error", 0.01), check_number(json, "norms|density_peak", 3.9);
+  check_number(json, "norms|shock_radius", 0.349), check_number(json, "norms|shock_exact", 0.35);
+  check_number(json, "stages|step|seconds", 12.25), check_number(json, "stages|step|calls", 210);
+  check_number(json, "stages|step/connectivity|calls", 35);
+  check_number(json, "ledger|ghosts_created", 5e12), check_number(json, "ledger|odd \"name\"", 3);
+  CHECK(json_is_null(at(json, "ranks_detail")));
+  json_decref(json);
+  double value;
+  CHECK_OK(kith_report_number(path, "norms.density.l2", &value));
+  CHECK(value == 0.2);
+  CHECK_OK(kith_report_number(path, "stages.step/connectivity.seconds", &value));
+  CHECK(value == 3.5);
+  CHECK_STATUS(KITH_BAD_FILE, kith_report_number(path, "norms.pressure.l1", &value));
+  CHECK(isnan(value));
+  CHECK_STATUS(KITH_BAD_FILE, kith_report_number(path, "norms.density", &value));
+  CHECK_STATUS(KITH_BAD_FILE, kith_report_number(path, "scene.l1", &value));
+  CHECK_STATUS(KITH_BAD_FILE, kith_report_number("no/such/report.json", "steps", &value));
+  kith_report_clear(&r);
+}
+
+/* Several ranks: each stage has the seconds of all. */
+static void ranks(void) {
+  struct kith_spread spread[3] = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  const struct kith_ranks_detail detail = {.nodes = {10, 11, 12},
+                                           .messages_per_step = {1.5, 2.5, 3.5},
+                                           .remote_ghosts_kept = 77,
+                                           .n_stages = 3,
+                                           .stage = spread};
+  struct kith_report r = sample();
+  r.ranks_detail = &detail;
+  json_t *json = written(&r);
+  check_number(json, "stages|step/connectivity|mean", 5), check_number(json, "stages|step|max", 3);
+  check_number(json, "ranks_detail|nodes|min", 10),
+      check_number(json, "ranks_detail|messages_per_step|mean", 2.5);
+  check_number(json, "ranks_detail|remote_ghosts_kept", 77);
+  json_decref(json);
+  kith_report_clear(&r);
+}
+
+static void bare(void) {
+  const struct kith_report report = {.scene = "odd \xff"};
+  json_t *json = written(&report);
+  CHECK(json_is_null(at(json, "norms")) && json_is_null(at(json, "package")) &&
+        json_is_null(at(json, "scene")));
+  CHECK(json_object_size(at(json, "stages")) == 0 && json_object_size(at(json, "ledger")) == 0);
+  json_decref(json);
+  CHECK_STATUS(KITH_BAD_FILE, kith_report_write(&report, "no/such/report.json"));
+  CHECK_STATUS(KITH_BAD_FILE, kith_report_write(&report, "/dev/full"));
+}
+
+/* From the objects of a run. */
+static void collected(void) {
+  static const char box[] =
+      "scene: box\n"
+      "dimension: 3\n"
+      "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
+      "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+      "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
+      "materials: {gas: {gamma: 1.4}}\n"
+      "regions: [{material: gas, jitter: 0.3, lattice: cubic, density: 1, pressure: 1}]\n"
+      "until: 1\n";
+  struct scenario s;
+  struct kith_report r;
+  if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 3)) {
+    const struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&s.start);
+    const struct kith_ledger *l = &s.simulation->integrator.ledger;
+    kith_report_collect(&r, s.simulation, &baseline, 1, 2.0, 3.0);
+    json_t *json = written(&r);
+    const double n = s.simulation->nodes->n_internal;
+    check_number(json, "steps", 3), check_number(json, "nodes", n), check_number(json, "cpu_seconds", 3);
+    check_number(json, "node_updates_per_second", n * 2 / 2.0), check_number(json, "dimension", NDIM);
+    check_number(json, "kinetic|start", s.start.kinetic);
+    check_number(json, "ledger|pairs", (double)l->pairs),
+        check_number(json, "ledger|lifecycles", (double)l->lifecycles);
+    check_number(json, "ledger|rebuilds_because_first_build", 1);
+    CHECK(json_number_value(at(json, "ledger|rebuilds_because_always")) >= 3); /* steps */
+    const double created = json_number_value(at(json, "ledger|ghosts_created"));
+    CHECK(created > 0 && created == json_number_value(at(json, "ledger|ghosts_culled")) +
+                                        json_number_value(at(json, "ledger|ghosts_kept")));
+    CHECK(json_number_value(at(json, "ledger|bytes_nodes")) > 8 * n);
+    json_decref(json);
+    kith_report_clear(&r);
+  }
+  scenario_close(&s);
+}
+
+/* No line beyond 100 columns, no trailing blanks, columns aligned by their right edge. */
+static void table(void) {
+  struct kith_report report = sample();
+  char *text = NULL;
+  size_t size = 0;
+  struct kith_report plain = report;
+  plain.scene = "a scene whose name is so long that nobody would ever type it twice in a row, or even once";
+  FILE *f = open_memstream(&text, &size);
+  kith_report_print(&plain, f);
+  const long tube = ftell(f);
+  plain.norms.vortex = true;
+  kith_report_print(&plain, f);
+  plain.norms = (struct kith_norms){.nodes = 1};
+  plain.kinetic_start = 0;
+  kith_report_print(&plain, f);
+  plain.compared = false, plain.n_stages = 0, plain.scene = NULL;
+  kith_report_print(&plain, f);
+  fclose(f);
+  for (const char *line = text; *line != '\0';) {
+    const size_t length = strcspn(line, "\n");
+    if (length > 100) fprintf(stderr, "%zu columns: %.*s\n", length, (int)length, line);
+    CHECK(length <= 100 && (length == 0 || line[length - 1] != ' '));
+    line += length + (line[length] == '\n');
+  }
+  CHECK(strstr(text, "density") != NULL && strstr(text, "1.0000e-01") != NULL && strstr(text, "210") != NULL);
+  /* Only what the scene is about: a vortex turns, gas at rest may begin to move. */
+  const char *vortex = strstr(text, "angular momentum 6.25e-02"),
+             *rest = strstr(text, "velocity 7.50e-01 of sound");
+  CHECK(vortex != NULL && vortex > text + tube && strstr(vortex + 1, "angular momentum") == NULL);
+  CHECK(rest != NULL && rest > vortex && strstr(rest + 30, "of sound") == NULL);
+  CHECK(strstr(text, "azimuthal") > text + tube && strstr(text, "0.25 of 0.5") != NULL);
+  CHECK(strstr(text, "    connectivity") != NULL || strstr(text, "  connectivity") != NULL);
+  if (getenv("SHOW") != NULL) fputs(text, stdout);
+  free(text);
+  kith_report_clear(&report);
+}
+
+int main(void) {
+  CHECK(mkstemp(path) >= 0);
+  keys();
+  ranks();
+  bare();
+  collected();
+  table();
+  unlink(path);
+  return check_failed();
+}

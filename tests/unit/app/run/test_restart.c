@@ -1,0 +1,152 @@
+/* Restart: a run that is stopped, written, read and carried on is the uninterrupted one, to the last bit. */
+#include <omp.h>
+#include <unistd.h>
+#include "app/output/output.h"
+#include "tests/unit/scenario.h"
+
+static char directory[] = "restart_XXXXXX";
+
+/* Fast nodes that cross faces and meet walls; two materials; a part may be frozen. */
+static const char box[] =
+    "scene: box\n"
+    "dimension: 3\n"
+    "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}, other: {gamma: 1.6666666666666667}}\n"
+    "regions:\n"
+    "  - {material: gas, where: {x: [0, 0.5]}, jitter: 0.3, seed: 5, lattice: cubic, density: 1, "
+    "pressure: 0.1, velocity: [0.7, -0.4, 0.2]}\n"
+    "  - {material: other, where: {x: [0.5, 1]}, jitter: 0.3, seed: 6, lattice: cubic, density: 1, "
+    "pressure: 0.2, velocity: [0.7, -0.4, 0.2]}\n"
+    "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: ball, radius: 0.25}\n"
+    "until: 1\n";
+
+/* Cold gas that streams through itself: nodes hit the walls hard, at every step. */
+static const char streams[] =
+    "scene: streams\n"
+    "dimension: 3\n"
+    "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: reflecting, y: reflecting, z: reflecting}\n"
+    "materials: {gas: {eos: isothermal, sound_speed: 0.05}}\n"
+    "regions:\n"
+    "  - {material: gas, lattice: cubic, jitter: 0.3, density: 1, energy: 1, velocity: [sin(40*x), "
+    "cos(50*y), sin(60*z)]}\n"
+    "method: {viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
+    "until: 10\n";
+
+static void in(char path[64], const char *name) {
+  snprintf(path, 64, "%s/%s", directory, name);
+}
+
+/* `steps` steps at a stretch, against a run that is written after `stop` of them and carried on by another
+ * model. */
+static void carries_on(const char *yaml, const char *settings, int steps, int stop) {
+  struct scenario whole, first, second;
+  struct kith_output output = {0}, later = {0};
+  struct kith_conservation_baseline baseline = {0}, back = {0};
+  char path[64];
+  in(path, "checkpoint.kith");
+  if (scenario_open(&whole, yaml, "%s", settings)) scenario_run(&whole, steps);
+  if (scenario_open(&first, yaml, "%s", settings) && scenario_run(&first, stop)) {
+    baseline.totals = first.start;
+    kith_conservation_baseline_update(&baseline, first.simulation, &first.start);
+    CHECK_OK(kith_output_directory(&output, directory, true));
+    CHECK_OK(kith_history_open(&output.history, directory, first.simulation, false));
+    CHECK_OK(kith_output_checkpoint(&output, first.simulation, &baseline));
+    CHECK_OK(kith_output_close(&output));
+  }
+  scenario_close(&first);
+  if (scenario_open(&second, yaml, "%s", settings)) {
+    CHECK_OK(kith_output_restore(&later, path, second.simulation, &back));
+    CHECK(memcmp(&baseline, &back, sizeof baseline) == 0);
+    CHECK(second.simulation->integrator.step == (uint64_t)stop);
+    CHECK_OK(scenario_steps(&second, steps - stop));
+    scenario_same(&whole, &second, settings);
+    kith_free(&later.times);
+  }
+  scenario_close(&second);
+  scenario_close(&whole);
+}
+
+/* The setting that a scheme needs, if any. */
+static const char *energy(int scheme) {
+  return kith_scheme_all()[scheme]->incompatible != NULL ? "method.energy=thermal" : "";
+}
+
+static void all_policies(void) {
+  static const char *const rebuild[] = {"always", "displacement", "entity-change|displacement"};
+  static const int reorder[] = {1, 5, 0};
+  char settings[256];
+  for (int p = 0; p < 3; ++p)
+    for (int s = 0; kith_scheme_all()[s] != NULL; ++s)
+      for (int r = 0; r < 3; ++r)
+        for (int frozen = 0; frozen < 2; ++frozen) {
+          snprintf(settings, sizeof settings,
+                   "connectivity.rebuild=%s scheme.name=%s connectivity.reorder=%d regions.1.frozen=%s %s",
+                   rebuild[p], kith_scheme_all()[s]->name, reorder[r], frozen ? "true" : "false", energy(s));
+          if (kith_scheme_all()[s]->implicit && r != p) continue; /* it is slow */
+          carries_on(box, settings, 10, 5);
+        }
+}
+
+/* Nodes that were mirrored since the lists were made. Where the run stops matters: every step is tried. */
+static void mirrored(void) {
+  char settings[256];
+  for (int s = 0; kith_scheme_all()[s] != NULL; ++s)
+    for (int stop = 1; stop < 12; stop += kith_scheme_all()[s]->implicit ? 3 : 1) {
+      snprintf(settings, sizeof settings,
+               "connectivity.rebuild=displacement connectivity.skin=0.5 scheme.dt=0.01 scheme.name=%s %s",
+               kith_scheme_all()[s]->name, energy(s));
+      carries_on(streams, settings, 12, stop);
+    }
+}
+
+/* The other switches of a run. */
+static void other_settings(void) {
+  static const char *const settings[] = {
+      "method.energy=thermal",
+      "method.energy=thermal traversal=pairs connectivity.rebuild=displacement",
+      "traversal=gather",
+      "connectivity.cull=false connectivity.rebuild=displacement",
+      "neighbor.search=grid",
+      "neighbor.search=brute",
+      "method.viscosity.name=monaghan connectivity.rebuild=displacement",
+      "method.viscosity.name=cullen-dehnen method.viscosity.balsara=squared",
+      "method.package=crk",
+      "method.package=crk connectivity.rebuild=displacement",
+      "method.package=mfm",
+      "method.package=mfm method.faces=integrated method.closed=true connectivity.rebuild=displacement",
+      "scheme.dt=0.002",
+      "connectivity.rebuild=displacement connectivity.skin=0.05",
+      "boundaries.x=[open,reflecting] connectivity.rebuild=displacement",
+      "connectivity.rebuild=never connectivity.skin=0.5",
+      "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
+      "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 connectivity.rebuild=displacement",
+      "scheme.name=arkode method.energy=thermal scheme.table=dormand-prince-7-4-5 scheme.adaptive=no",
+      "scheme.name=implicit method.energy=thermal scheme.method=backward-euler scheme.cfl=1.5"};
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k) carries_on(box, settings[k], 10, 5);
+  carries_on(box, "connectivity.rebuild=displacement", 10, 0); /* before the first step */
+  carries_on(box, "connectivity.rebuild=displacement", 10, 9);
+}
+
+static void clean_up(void) {
+  static const char *const files[] = {"checkpoint.kith", "checkpoint.kith.previous", "history.csv"};
+  char path[64];
+  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) {
+    in(path, files[k]);
+    unlink(path);
+  }
+  CHECK(rmdir(directory) == 0);
+}
+
+int main(void) {
+  omp_set_num_threads(1);
+  CHECK(mkdtemp(directory) != NULL);
+  all_policies();
+  mirrored();
+  other_settings();
+  clean_up();
+  return check_failed();
+}

@@ -1,0 +1,307 @@
+/* YAML as a tree: what is refused and on which line, overrides, writing and reading again, nearest words. */
+#include "app/scene/config.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include "lib/core/choices.h"
+#include "tests/check.h"
+
+static void check_message(const char *what, kith_status status, const char *wanted) {
+  if (status == KITH_BAD_INPUT && strcmp(kith_failure(), wanted) == 0) return;
+  ++check_failures;
+  fprintf(stderr, "%s\n  gave   %s: %s\n  wanted %s\n", what, kith_status_text(status),
+          status == KITH_OK ? "" : kith_failure(), wanted);
+}
+
+static void refused(const char *text, const char *wanted) {
+  struct kith_config *config;
+  check_message(text, kith_config_parse(&config, "f", text, strlen(text)), wanted);
+  CHECK(config == NULL);
+}
+
+static void syntax(void) {
+  refused("", "f:1: the scene is empty");
+  refused("# nothing\n\n", "f:1: the scene is empty");
+  refused("---\n~\n", "f:2: the scene is empty");
+  refused("- a\n- b\n", "f:1: a list where a map of keys belongs");
+  refused("\nword\n", "f:2: a single value where a map of keys belongs");
+  refused("a: 1\nb: 2\na: 3\n", "f:3: a: duplicate key, first on line 1");
+  refused("m:\n  a: 1\n  a: 2\n", "f:3: m.a: duplicate key, first on line 2");
+  refused("m: {x: 1,\n  \"x\": 2}\n", "f:2: m.x: duplicate key, first on line 1");
+  refused("a: 1\nb: [1, 2\nc: 3\n",
+          "f:3: not YAML: did not find expected ',' or ']' while parsing a flow sequence");
+  refused("a: 1\n\tb: 2\n",
+          "f:2: not YAML: found a tab character that violates indentation while scanning a plain scalar");
+  refused("a: 'x\n", "f:2: not YAML: found unexpected end of stream while scanning a quoted scalar");
+  refused("a: b: c\n", "f:1: not YAML: mapping values are not allowed in this context");
+  refused("a: 1\nb: \x01\n", "f:2: not YAML: control characters are not allowed");
+  refused("a: 1\n\nb: \xff\xfe\n", "f:3: not YAML: invalid leading UTF-8 octet");
+  refused("a: &x 1\nb: *x\n", "f:1: a: anchors and aliases are not supported");
+  refused("m: &x {}\n", "f:1: m: anchors and aliases are not supported");
+  refused("a: 1\nb: *x\n", "f:2: b: anchors and aliases are not supported");
+  refused("l:\n  - !!str 5\n", "f:2: l.0: tags are not supported");
+  refused("a: !!seq [1]\n", "f:1: a: tags are not supported");
+  refused("a: 1\n---\nb: 1\n", "f:2: a second document begins; one is read");
+  refused("{[1]: 2}\n", "f:1: a key must be a word");
+  refused("{{a: 1}: 2}\n", "f:1: a key must be a word");
+  refused("'': 2\n", "f:1: a key must be a word");
+  refused("a: \"x\\0y\"\n", "f:1: a: a NUL character in a value");
+  refused("\"a\\0b\": 1\n", "f:1: a key must be a word");
+  refused("\"a\\nb\": 1\n\"a\\nb\": 2\n",
+          "f:2: a?b: duplicate key, first on line 1"); /* one line, whatever the key */
+}
+
+static void limits(void) {
+  char text[8192] = "a: ";
+  struct kith_config *config;
+  for (int i = 0; i < 31; ++i) strcat(text, "[");
+  for (int i = 0; i < 31; ++i) strcat(text, "]"); /* with the map itself 32 levels */
+  CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
+  kith_config_destroy(&config);
+  snprintf(text, sizeof text, "a:\n ");
+  for (int i = 0; i < 32; ++i) strcat(text, "{b: ");
+  CHECK_STATUS(KITH_BAD_INPUT, kith_config_parse(&config, "f", text, strlen(text)));
+  CHECK(strncmp(kith_failure(), "f:2: a.b.b", 10) == 0 &&
+        strstr(kith_failure(), "nested deeper than 32 levels") != NULL);
+  size_t used = 0;
+  for (int i = 0; i < 257; ++i) used += (size_t)snprintf(text + used, sizeof text - used, "k%d: 1\n", i);
+  refused(text, "f:257: k256: more than 256 keys in one map");
+}
+
+static void tree(void) {
+  const char *text = "# comment\na: 1\nm:\n  x: [1, two, {z: 3}]\n  n:\nq: 'null'\n";
+  struct kith_config *config;
+  CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
+  const struct kith_config_node *m = kith_config_child(config->root, "m"),
+                                *z = kith_config_at(config, "m.x.2.z");
+  CHECK(m != NULL && m->kind == KITH_CONFIG_MAP && m->n == 2 && m->location.line == 3);
+  CHECK(z != NULL && strcmp(z->text, "3") == 0 && z->location.line == 4);
+  CHECK(kith_config_child(m, "n") == NULL && kith_config_child(m, "y") == NULL);
+  CHECK(kith_config_child(NULL, "n") == NULL && kith_config_at(config, "m.x.3") == NULL);
+  CHECK(kith_config_child(config->root, "q") != NULL); /* quoted: a word */
+  check_message("fail", kith_config_fail(z, NULL, "is %d", 3), "f:4: m.x.2.z: is 3");
+  check_message("fail", kith_config_fail(m, "k", "two\nlines"), "f:3: m.k: two?lines");
+  kith_config_destroy(&config);
+  CHECK(config == NULL);
+}
+
+static void overridden(const char *text, const char *assignment, const char *wanted) {
+  struct kith_config *config;
+  char *out = NULL;
+  CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
+  CHECK_OK(kith_config_override(config, assignment));
+  CHECK_OK(kith_config_emit(config, &out));
+  if (strcmp(out, wanted) != 0) {
+    ++check_failures;
+    fprintf(stderr, "--set %s gave\n%swanted\n%s", assignment, out, wanted);
+  }
+  kith_free(&out);
+  kith_config_destroy(&config);
+}
+
+static void not_overridden(const char *assignment, const char *wanted) {
+  const char *text = "a: 1\nm: {x: 1}\nl: [{z: 1}, 2]\n";
+  struct kith_config *config;
+  CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
+  check_message(assignment, kith_config_override(config, assignment), wanted);
+  kith_config_destroy(&config);
+}
+
+static void overrides(void) {
+  overridden("a: 1\nb: 2\n", "a=3", "a: 3\nb: 2\n");
+  overridden("a: 1\n", "b=x y", "a: 1\nb: x y\n");
+  overridden("a: 1\n", "m.x.y=2", "a: 1\nm:\n  x:\n    y: 2\n");
+  overridden("m:\n", "m.x=2", "m:\n  x: 2\n");
+  overridden("m: {x: 1, y: 2}\n", "m.x={z: [1, 2]}", "m:\n  x:\n    z: [1, 2]\n  y: 2\n");
+  overridden("m: {x: 1}\n", "m=5", "m: 5\n");
+  overridden("l: [{z: 1}, 2]\n", "l.0.z=7", "l:\n- z: 7\n- 2\n");
+  overridden("a: 1\n", "a=", "a: null\n");
+  overridden("a: 1\n", "a=b=c", "a: b=c\n");
+  overridden("a: 1\n", "a='-x/r'", "a: '-x/r'\n");
+  not_overridden("a", "--set a: write it as key=value");
+  not_overridden("=1", "--set =1: write it as key=value");
+  not_overridden("", "--set : write it as key=value");
+  not_overridden("a..b=1", "--set a..b=1: write it as key=value");
+  not_overridden("m.=1", "--set m.=1: write it as key=value");
+  not_overridden("a.b=1", "--set a: has no keys, it is '1'");
+  not_overridden("l.2=1", "--set l.2: no such entry, the list has 2 (counted from 0)");
+  not_overridden("l.1.x=1", "--set l.1: has no keys, it is '2'");
+  not_overridden("m.x=[1",
+                 "--set m.x: not YAML: did not find expected ',' or ']' while parsing a flow sequence");
+  not_overridden("m.x={a: 1, a: 2}", "--set m.x.a: duplicate key");
+  not_overridden("m.x=*y", "--set m.x: anchors and aliases are not supported");
+  char deep[200] = "";
+  for (int i = 0; i < 40; ++i) strcat(deep, "m.");
+  strcat(deep, "m=1");
+  struct kith_config *config;
+  CHECK_OK(kith_config_parse(&config, "f", "m: {}", 5));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_config_override(config, deep));
+  CHECK(strstr(kith_failure(), "nested deeper than 32 levels") != NULL);
+  kith_config_destroy(&config);
+}
+
+/* What was written reads as the same tree, so writing it again gives the same text. */
+static void written(const char *text) {
+  struct kith_config *config, *again;
+  char *first = NULL, *second = NULL;
+  CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
+  CHECK_OK(kith_config_emit(config, &first));
+  CHECK_OK(kith_config_parse(&again, "f", first, strlen(first)));
+  CHECK_OK(kith_config_emit(again, &second));
+  CHECK(strcmp(first, second) == 0);
+  kith_free(&first);
+  kith_free(&second);
+  kith_config_destroy(&config);
+  kith_config_destroy(&again);
+}
+
+static void writing(void) {
+  written("a: 1.0\nb: [1, 2, 'x: y', \"t\\tn\\n\"]\nc: {}\nd: []\ne: ~\nf: 'null'\n");
+  written("a: |\n  two\n  lines\nb: >\n  folded\n  words\nc: plain on\n  two lines\n");
+  written("l:\n- - 1\n  - [2]\n- {x: 1, y: {z: }}\n");
+  written("'a b': ''\n\"c: d\": '# no comment'\n'-': \"- x\"\n'{': \"é\"\n");
+}
+
+static void file_refused(const char *path, const char *what) {
+  struct kith_config *config;
+  char wanted[256];
+  snprintf(wanted, sizeof wanted, "%s: %s", path, what);
+  check_message(path, kith_config_read(&config, path), wanted);
+  CHECK(config == NULL);
+}
+
+static void files(void) {
+  char folder[] = "config_XXXXXX", path[64];
+  CHECK(mkdtemp(folder) != NULL);
+  file_refused(folder, "is a directory, not a scene");
+  snprintf(path, sizeof path, "%s/scene.yaml", folder);
+  file_refused(path, "No such file or directory");
+  FILE *file = fopen(path, "wb");
+  for (int i = 0; i < (1 << 20) + 1; ++i) fputc(i % 64 == 63 ? '\n' : '#', file);
+  fclose(file);
+  file_refused(path, "larger than 1 MiB, too large for a scene");
+  file = fopen(path, "wb");
+  fwrite(
+      "\x7f"
+      "ELF\x02\x01\x01\0\0\0",
+      1, 10, file);
+  fclose(file);
+  struct kith_config *config;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_config_read(&config, path));
+  CHECK(strstr(kith_failure(), ":1: not YAML: control characters are not allowed") != NULL);
+  file = fopen(path, "wb");
+  fputs("a: 1\n", file);
+  fclose(file);
+  CHECK_OK(kith_config_read(&config, path));
+  kith_config_destroy(&config);
+  remove(path);
+  rmdir(folder);
+}
+
+static void put_file(const char *folder, const char *name, const char *text) {
+  char path[96];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  FILE *file = fopen(path, "wb");
+  fputs(text, file);
+  fclose(file);
+}
+
+/* A scene over base.yaml of the same folder: what it becomes, or the message (behind the folder's name). */
+static void based(const char *folder, const char *text, const char *wanted, const char *message) {
+  struct kith_config *config;
+  char path[96], *out = NULL, line[256];
+  put_file(folder, "s.yaml", text);
+  snprintf(path, sizeof path, "%s/s.yaml", folder);
+  if (message != NULL) {
+    snprintf(line, sizeof line, "%s/%s", folder, message);
+    check_message(text, kith_config_read(&config, path), line);
+    CHECK(config == NULL);
+    return;
+  }
+  CHECK_OK(kith_config_read(&config, path));
+  CHECK_OK(kith_config_emit(config, &out));
+  if (strcmp(out, wanted) != 0) {
+    ++check_failures;
+    fprintf(stderr, "%s\ngave\n%swanted\n%s", text, out, wanted);
+  }
+  kith_free(&out);
+  kith_config_destroy(&config);
+}
+
+static void bases(void) {
+  char folder[] = "config_XXXXXX", path[96];
+  CHECK(mkdtemp(folder) != NULL);
+  put_file(folder, "base.yaml", "scene: b\na: 1\nm: {x: 1, y: 2}\nl: [{z: 1}, 2]\n");
+  put_file(folder, "middle.yaml", "base: base.yaml\n\nm.x: 5\n");
+  put_file(folder, "round.yaml", "base: s.yaml\n");
+  based(folder, "base: base.yaml\n", "scene: null\na: 1\nm:\n  x: 1\n  y: 2\nl:\n- z: 1\n- 2\n", NULL);
+  based(folder, "m.x: {q: [1, 2]}\nbase: base.yaml\nscene: s\nl.0.z: 7\nn.o: ~\na: 'x y'\n",
+        "scene: s\na: 'x y'\nm:\n  x:\n    q: [1, 2]\n  y: 2\nl:\n- z: 7\n- 2\nn:\n  o: null\n", NULL);
+  based(folder, "base: middle.yaml\nm.y: 6\nl: 3\n", "scene: null\na: 1\nm:\n  x: 5\n  y: 6\nl: 3\n", NULL);
+  based(folder, "base: base.yaml\n\nl.2.z: 1\n", NULL,
+        "s.yaml:3: l.2: no such entry, the list has 2 (counted from 0)");
+  based(folder, "base: base.yaml\na.b: 1\n", NULL, "s.yaml:2: a: has no keys, it is '1'");
+  based(folder, "base: base.yaml\na..b: 1\n", NULL, "s.yaml:2: a..b: an empty word between dots");
+  based(folder, "base: base.yaml\nm.: 1\n", NULL, "s.yaml:2: m.: an empty word between dots");
+  based(folder, "base: [1]\n", NULL, "s.yaml:1: base: not the name of a file");
+  based(folder, "a: 1\nbase: round.yaml\n", NULL, "s.yaml:2: base: the 8th base in a row; do they go round?");
+  snprintf(path, sizeof path, "s.yaml:2: base: %s/none.yaml: No such file or directory", folder);
+  based(folder, "\nbase: none.yaml\n", NULL, path);
+  /* Places are those of the file that a value stands in. */
+  struct kith_config *config;
+  put_file(folder, "s.yaml", "base: middle.yaml\n\n\nm.y: {u: 6}\n");
+  snprintf(path, sizeof path, "%s/s.yaml", folder);
+  CHECK_OK(kith_config_read(&config, path));
+  static const char *const at[] = {"m.y.u", "m.x", "a"}, *const told[] = {"s.yaml:4: m.y.u: no",
+                                                                          "middle.yaml:3: m.x: no",
+                                                                          "base.yaml:2: a: no"};
+  for (int k = 0; k < 3; ++k) {
+    snprintf(path, sizeof path, "%s/%s", folder, told[k]);
+    check_message(at[k], kith_config_fail(kith_config_at(config, at[k]), NULL, "no"), path);
+  }
+  kith_config_destroy(&config);
+  static const char *const made[] = {"base.yaml", "middle.yaml", "round.yaml", "s.yaml"};
+  for (int k = 0; k < 4; ++k) {
+    snprintf(path, sizeof path, "%s/%s", folder, made[k]);
+    remove(path);
+  }
+  rmdir(folder);
+}
+
+static void near(const char *words, const char *word, const char *wanted) {
+  char found[32] = "none";
+  kith_choices_suggest(words, word, found, sizeof found);
+  CHECK(strcmp(found, wanted) == 0);
+}
+
+static void words(void) {
+  char all[32];
+  CHECK(kith_choices_index("|a|b_c|d", "b-c") == 1 && kith_choices_index("a|b", "") == -1 &&
+        kith_choices_index("", "a") == -1);
+  CHECK(kith_choices_index("tree|grid", "tre") == -1 && kith_choices_index("tree|grid", "trees") == -1);
+  kith_choices_format("|tree|two_words|x", all, sizeof all);
+  CHECK(strcmp(all, "tree, two-words, x") == 0);
+  kith_choices_format("tree|two_words|and many many more words", all, 12);
+  CHECK(strcmp(all, "tree, two-w") == 0);
+  near("kernel|neighbors|energy", "kernl", "kernel");
+  near("kernel|neighbors|energy", "neigbours", "neighbors");
+  near("kernel|energy", "krenel", "kernel");
+  near("cubic|bcc|fcc|hcp", "fc", "fcc");
+  near("cubic|bcc|fcc|hcp", "simple", "none");
+  near("ball|outside_ball", "outside ball", "outside-ball");
+  near("kernel", "", "none");
+  near("kernel", "a word that is much longer than any key", "none");
+}
+
+int main(void) {
+  syntax();
+  limits();
+  tree();
+  overrides();
+  writing();
+  files();
+  bases();
+  words();
+  return check_failed();
+}

@@ -1,0 +1,110 @@
+/* Formulas of scenes: values, constants, and what is refused. */
+#include <string.h>
+#include "app/scene/expression.h"
+#include "tests/check.h"
+
+static const double place[3] = {0.3, -0.4, 1.2};
+
+static double value_of(const char *formula) {
+  struct kith_expression *f = NULL;
+  double value = NAN;
+  CHECK_OK(kith_expression_create(&f, formula));
+  if (f) CHECK_OK(kith_expression_at(f, NDIM, place, &value));
+  kith_expression_destroy(&f);
+  CHECK(!f);
+  return value;
+}
+
+static void values(void) {
+  const double y = NDIM > 1 ? place[1] : 0, z = NDIM > 2 ? place[2] : 0;
+  const double r = sqrt(place[0] * place[0] + y * y + z * z);
+  CHECK(value_of("1.25") == 1.25);
+  CHECK(value_of("-1e-6") == -1e-6);
+  CHECK(value_of("x") == place[0]);
+  CHECK(value_of("y") == y); /* 0 below the second dimension */
+  CHECK(value_of("z") == z);
+  CHECK_CLOSE(value_of("r"), r, 1e-15); /* one rounding of a value near 1 */
+  CHECK_CLOSE(value_of("sin(2*pi*x) + e^y"), sin(2 * acos(-1.0) * place[0]) + exp(y),
+              4e-15); /* a few roundings */
+  CHECK(value_of("x < 0.5 ? 2 : 3") == 2);
+  CHECK(value_of("x == 0.3 && y <= 0 && z != 7") == 1);
+  CHECK(value_of("1 +\n 2") == 3);
+  CHECK(value_of("sqrt(4) + min(1, 2) + abs(-3)") == 6);
+}
+
+static void refuses(const char *formula, const char *reason) {
+  struct kith_expression *f = NULL;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_expression_create(&f, formula));
+  CHECK(!f);
+  if (!strstr(kith_failure(), reason)) {
+    ++check_failures;
+    fprintf(stderr, "%s: %s\n", formula, kith_failure());
+  }
+  CHECK(!strchr(kith_failure(), '\n'));
+  kith_expression_destroy(&f);
+}
+
+static void refused_formulas(void) {
+  refuses("", "formula");
+  refuses("1 +", "formula");
+  refuses("1 + * 2", "position");
+  refuses("q + 1", "q");
+  refuses("sin(x", "formula");
+  refuses("1, 2", "2 values");
+  refuses("x = 3", "==");
+  refuses("y +=\n 3", "==");
+  refuses("vx", "vx");
+}
+
+static void not_finite(void) {
+  struct kith_expression *f = NULL;
+  const double zero[3] = {0, 0, 0}, one[3] = {1, 0, 0};
+  double value;
+  CHECK_OK(kith_expression_create(&f, "-x/r"));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_expression_at(f, NDIM, zero, &value));
+  CHECK_OK(kith_expression_at(f, NDIM, one, &value)); /* a failure does not stick */
+  CHECK(value == -1);
+  kith_expression_destroy(&f);
+}
+
+static bool constant(const char *formula) {
+  struct kith_expression *f = NULL;
+  CHECK_OK(kith_expression_create(&f, formula));
+  const bool is = f && kith_expression_constant(f);
+  kith_expression_destroy(&f);
+  return is;
+}
+
+static void constants(void) {
+  CHECK(constant("1"));
+  CHECK(constant("2*pi + e"));
+  CHECK(!constant("x"));
+  CHECK(!constant("1 + 0*r"));
+}
+
+/* Two objects keep their own variables. */
+static void apart(void) {
+  struct kith_expression *f = NULL, *g = NULL;
+  const double here[3] = {1, 0, 0}, there[3] = {2, 0, 0};
+  double a = 0, b = 0;
+  CHECK_OK(kith_expression_create(&f, "x"));
+  CHECK_OK(kith_expression_create(&g, "10*x"));
+  CHECK_OK(kith_expression_at(f, NDIM, here, &a));
+  CHECK_OK(kith_expression_at(g, NDIM, there, &b));
+  CHECK(a == 1 && b == 20);
+  CHECK_OK(kith_expression_at(f, NDIM, there, &a));
+  CHECK(a == 2);
+  kith_expression_destroy(&f);
+  kith_expression_destroy(&g);
+}
+
+int main(void) {
+  values();
+  refused_formulas();
+  not_finite();
+  constants();
+  apart();
+  struct kith_expression *none = NULL;
+  kith_expression_destroy(&none);
+  return check_failed();
+}

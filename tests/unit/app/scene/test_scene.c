@@ -1,0 +1,383 @@
+/* Scenes that are right: every value where it belongs, in every dimension; derived exact parameters; the
+ * reference. */
+#include "app/scene/scene.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include "app/scene/params.h"
+#include "tests/check.h"
+#include "tests/unit/materials.h"
+#include "tests/unit/exact_settings.h"
+#include "physics/viscosity.h"
+
+/* The settings of package sph begin with these. */
+static const struct kith_viscosity_settings *viscosity_of(const struct kith_scene *scene) {
+  return scene->method.package.settings;
+}
+
+static void check_message(const char *what, kith_status status, const char *wanted) {
+  if (status == KITH_BAD_INPUT && strcmp(kith_failure(), wanted) == 0) return;
+  ++check_failures;
+  fprintf(stderr, "%s\n  gave   %s: %s\n  wanted %s\n", what, kith_status_text(status),
+          status == KITH_OK ? "" : kith_failure(), wanted);
+}
+
+/* Overrides that every dimension needs: the scene below is written once. */
+static const char *dimension_override(void) {
+  return NDIM == 1 ? "dimension=1" : NDIM == 2 ? "dimension=2" : "dimension=3";
+}
+
+static kith_status read_text(struct kith_scene **scene, const char *text, const char *override_) {
+  const char *overrides[] = {dimension_override(), override_};
+  return kith_scene_parse(scene, "f", text, strlen(text), override_ == NULL ? 1 : 2, overrides);
+}
+
+/* --- a scene that is right --- */
+
+static const char sod[] =
+    "scene: sod\n"
+    "dimension: 3\n"
+    "resolution: 60                    # nodes per unit length in the densest region\n"
+    "domain: {lower: [-1, 0, 0], upper: [1, 0.2, 0.2]}\n"
+    "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
+    "materials:\n"
+    "  gas: {eos: ideal, gamma: 1.4}\n"
+    "regions:\n"
+    "  - {material: gas, where: {x: [-1, 0]}, lattice: bcc, density: 1.0,   pressure: 1.0}\n"
+    "  - {material: gas, where: {x: [0, 1]},  lattice: bcc, density: 0.125, pressure: 0.1}\n"
+    "method: {package: sph, kernel: wendland-c2, neighbors: 60, energy: compatible, viscosity: {name: "
+    "limited, alpha: 1, beta: 2}}\n"
+    "scheme: {name: leapfrog, cfl: 0.3}\n"
+    "until: 0.2\n"
+    "exact: {name: riemann}\n"
+    "output: {every: 0.05}\n";
+
+static void sod_regions(const struct kith_scene *s) {
+  const double origin[NDIM] = {0};
+  double value;
+  CHECK(s->n_regions == 2 && s->n_materials == 1 && strcmp(s->material_name[0], "gas") == 0);
+  CHECK(s->material[0].eos == &kith_eos_ideal && material_value(&s->material[0], "gamma") == 1.4);
+  const struct kith_region *right = &s->region[1];
+  CHECK(right->where.box.lower[0] == 0 && right->where.box.upper[0] == 1 && !right->where.has_ball);
+  CHECK(NDIM == 1 || isinf(right->where.box.lower[NDIM - 1]));
+  CHECK(right->lattice == KITH_LATTICE_BCC && right->material == 0 && right->energy == NULL &&
+        !right->frozen);
+  CHECK(right->location.line == 10 && strcmp(right->location.file, "f") == 0);
+  CHECK_OK(kith_expression_at(right->density, NDIM, origin, &value));
+  CHECK(value == 0.125);
+  CHECK_OK(kith_expression_at(right->velocity[NDIM - 1], NDIM, origin, &value));
+  CHECK(value == 0);
+}
+
+static void sod_rest(const struct kith_scene *s) {
+  CHECK(strcmp(s->name, "sod") == 0 && s->dimension == NDIM && s->resolution == 60 && s->until == 0.2);
+  CHECK(s->arrangement == KITH_EQUAL_MASS && !s->reproducible && s->traversal[0] == '\0');
+  CHECK(s->domain.lower[0] == -1 && s->domain.upper[0] == 1 &&
+        (NDIM == 1 || s->domain.upper[NDIM - 1] == 0.2));
+  CHECK(s->boundary[0].lower == kith_boundary_find("reflecting") &&
+        s->boundary[0].upper == s->boundary[0].lower);
+  CHECK(NDIM == 1 || s->boundary[NDIM - 1].upper == kith_boundary_find("periodic"));
+  CHECK(strcmp(s->method.package.name, "sph") == 0 && s->method.kernel == KITH_KERNEL_wendland_c2);
+  CHECK(s->method.neighbors == 60 && s->method.compatible && viscosity_of(s)->name == KITH_VISCOSITY_LIMITED);
+  CHECK(viscosity_of(s)->alpha == 1 && viscosity_of(s)->beta == 2);
+  CHECK(strcmp(s->scheme.member.name, "leapfrog") == 0 && s->scheme.cfl == 0.3 && s->scheme.dt == 0);
+  CHECK(strcmp(s->neighbor.search.name, "tree") == 0 && strcmp(s->connectivity.rebuild, "always") == 0);
+  CHECK(s->connectivity.skin < 0 && s->connectivity.cull && s->connectivity.reorder == 20);
+  CHECK(s->output.every == 0.05 && s->output.plot && s->output.checkpoint == 0 &&
+        !s->output.checkpoint_at_end);
+  const struct exact_parameters held = exact_parameters_of(s->exact.ops, s->exact.settings), *p = &held;
+  CHECK(s->exact.ops == kith_exact_find("riemann") && s->exact.window.kind == KITH_WINDOW_ALL);
+  CHECK(p->gamma[0] == 1.4 && p->gamma[1] == 1.4 && p->density[0] == 1 && p->density[1] == 0.125);
+  CHECK(p->pressure[0] == 1 && p->pressure[1] == 0.1 && p->velocity[0] == 0 && p->interface_position == 0);
+}
+
+static void example(void) {
+  struct kith_scene *s;
+  CHECK_OK(read_text(&s, sod, NULL));
+  if (s == NULL) return;
+  sod_regions(s);
+  sod_rest(s);
+  struct kith_scene *again; /* its text is the same scene, and the same text */
+  CHECK_OK(kith_scene_parse(&again, "g", s->text, strlen(s->text), 0, NULL));
+  CHECK(again != NULL && strcmp(again->text, s->text) == 0);
+  kith_scene_destroy(&again);
+  kith_scene_destroy(&s);
+  CHECK(s == NULL);
+}
+
+static void reads_overrides(void) {
+  struct kith_scene *s;
+  const char *overrides[] = {dimension_override(),
+                             "scheme.cfl=0.1",
+                             "method.viscosity.name=monaghan",
+                             "scheme.cfl=0.2",
+                             "regions.1.pressure=0.2",
+                             "connectivity.rebuild= displacement | entity-change",
+                             "neighbor.search=brute",
+                             "method.neighbors={1d: 11, 2d: 22, 3d: 33}",
+                             "output.plot=no",
+                             "arrangement=equal-spacing",
+                             "method.energy=thermal",
+                             "scene="};
+  CHECK_OK(kith_scene_parse(&s, "a/b.c.yaml", sod, strlen(sod), sizeof overrides / sizeof overrides[0],
+                            overrides));
+  if (s == NULL) return;
+  CHECK(s->scheme.cfl == 0.2 && viscosity_of(s)->name == KITH_VISCOSITY_MONAGHAN &&
+        s->method.neighbors == 11 * NDIM);
+  CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).pressure[1] == 0.2 &&
+        strcmp(s->neighbor.search.name, "brute") == 0);
+  CHECK(strcmp(s->connectivity.rebuild, "displacement | entity-change") == 0 && !s->output.plot);
+  CHECK(s->arrangement == KITH_EQUAL_SPACING && !s->method.compatible && strcmp(s->name, "b.c") == 0);
+  CHECK(strstr(s->text, "cfl: 0.2\n") != NULL && strstr(s->text, "cfl: 0.1\n") == NULL);
+  kith_scene_destroy(&s);
+}
+
+/* --- derived exact solutions --- */
+
+#define BASE                                                            \
+  "scene: base\n"                                                       \
+  "dimension: 3\n"                                                      \
+  "resolution: 20\n"                                                    \
+  "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"                      \
+  "boundaries: {x: reflecting, y: reflecting, z: [reflecting, open]}\n" \
+  "materials: {gas: {gamma: 1.5}}\n"                                    \
+  "until: 0.2\n"
+
+static struct kith_scene *read_exact(const char *rest) {
+  char text[2048];
+  struct kith_scene *scene;
+  snprintf(text, sizeof text, "%s%s", BASE, rest);
+  CHECK_OK(read_text(&scene, text, NULL));
+  return scene;
+}
+
+static void derives_sedov(void) {
+  struct kith_scene *s = read_exact(
+      "regions: [{material: gas, density: 2, energy: 1e-3}]\n"
+      "energy: {energy: 0.125, center: [0, 0, 0], over: kernel, spacings: 2}\n"
+      "exact: {name: sedov, window: {r: [0.1, 0.7]}}\n");
+  if (s == NULL) return;
+  const struct exact_parameters held = exact_parameters_of(s->exact.ops, s->exact.settings), *p = &held;
+  CHECK(p->gamma[0] == 1.5 && p->density[0] == 2 && p->blast_energy == 0.125 * (1 << NDIM));
+  CHECK_CLOSE(p->pressure[0], 1e-3, 1e-18); /* 0.5 * 2 * 1e-3, rounded */
+  CHECK(s->exact.window.kind == KITH_WINDOW_BALL && s->exact.window.inner == 0.1 &&
+        s->exact.window.outer == 0.7);
+  CHECK(s->n_deposits == 1 && s->deposit->shape == KITH_DEPOSIT_KERNEL && s->deposit->spacings == 2);
+  CHECK(s->deposit->location.line == 9);
+  kith_scene_destroy(&s);
+  s = read_exact(/* on no face but the upper one of x: two halves */
+                 "regions: [{material: gas, density: 2, pressure: 1e-3}]\n"
+                 "energy:\n  - {energy: 1, center: [1, 0.5, 0.5]}\n"
+                 "exact: {name: sedov}\n");
+  if (s == NULL) return;
+  CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).blast_energy == 2 &&
+        exact_parameters_of(s->exact.ops, s->exact.settings).center[0] == 1);
+  CHECK(s->deposit->shape == KITH_DEPOSIT_POINT && s->deposit->location.line == 10);
+  kith_scene_destroy(&s);
+}
+
+static void derives_others(void) {
+  struct kith_scene *s = read_exact(
+      "regions: [{material: gas, density: 1, pressure: 1e-6, velocity: ['-2*x/r', '-2*y/r', '-2*z/r']}]\n"
+      "exact: {name: noh, window: {x: [0.25, 0.75]}}\n");
+  if (s != NULL)
+    CHECK_CLOSE(exact_parameters_of(s->exact.ops, s->exact.settings).velocity[0], 2,
+                1e-14); /* a root of a sum of squares */
+  if (s != NULL) CHECK(s->exact.window.kind == KITH_WINDOW_SLAB && s->exact.window.center[0] == 0.5);
+  if (s != NULL) CHECK(s->exact.window.inner == 0 && s->exact.window.outer == 0.25);
+  kith_scene_destroy(&s);
+  s = read_exact(
+      "regions: [{material: gas, density: 1, pressure: 2, velocity: [1, 2, 3]}]\nexact: {name: uniform}\n");
+  if (s != NULL)
+    CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).uniform_velocity[NDIM - 1] == NDIM &&
+          exact_parameters_of(s->exact.ops, s->exact.settings).pressure[0] == 2);
+  kith_scene_destroy(&s);
+  s = read_exact(
+      "regions: [{material: gas, density: '1+0.01*sin(2*pi*x)', pressure: 2}]\n"
+      "exact: {name: acoustic-wave, amplitude: 0.01, density: 1, pressure: 2, wavelength: 0.5}\n");
+  if (s != NULL)
+    CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).wavelength == 0.5 &&
+          exact_parameters_of(s->exact.ops, s->exact.settings).origin == 0);
+  if (s != NULL)
+    CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).gamma[0] == 1.5 &&
+          exact_parameters_of(s->exact.ops, s->exact.settings).uniform_velocity[0] == 0);
+  kith_scene_destroy(&s);
+  s = read_exact(
+      "regions:\n  - {material: gas, density: 1, pressure: 2, where: {x: [0.25, 1]}, velocity: [3, 0, 0]}\n"
+      "  - {material: gas, density: 4, pressure: 5, where: {x: [0, 0.25]}}\n"
+      "exact: {name: riemann, pressure: [6, 7], gamma: 2}\n");
+  if (s != NULL)
+    CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).density[0] == 4 &&
+          exact_parameters_of(s->exact.ops, s->exact.settings).velocity[1] == 3);
+  if (s != NULL)
+    CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).pressure[0] == 6 &&
+          exact_parameters_of(s->exact.ops, s->exact.settings).gamma[1] == 2);
+  if (s != NULL) CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).interface_position == 0.25);
+  kith_scene_destroy(&s);
+}
+
+/* A vortex: gamma, density, and what carries it round; the pressure varies, so it must be given. */
+static void derives_gresho(void) {
+  static const char rest[] =
+      "regions: [{material: gas, density: 3, pressure: 5 + x, equilibrium: true}]\n"
+      "exact: {name: gresho, pressure: 5, uniform_velocity: [1, 2, 3], window: {r: [0, 0.5]}}\n";
+  char text[2048];
+  struct kith_scene *s;
+  snprintf(text, sizeof text, "%s%s", BASE, rest);
+  if (NDIM == 1) {
+    check_message("1-D", read_text(&s, text, "boundaries.x=periodic"),
+                  "f:9: exact: exact solution gresho: a vortex needs 2 or 3 dimensions");
+    return;
+  }
+  CHECK_OK(read_text(&s, text, "boundaries.x=periodic"));
+  if (s == NULL) return;
+  const struct exact_parameters held = exact_parameters_of(s->exact.ops, s->exact.settings), *p = &held;
+  CHECK(s->exact.ops == &kith_exact_gresho && p->gamma[0] == 1.5 && p->density[0] == 3 &&
+        p->pressure[0] == 5);
+  CHECK(p->period[0] == 1 && p->period[NDIM - 1] == 0 && p->uniform_velocity[NDIM - 1] == NDIM);
+  CHECK(s->exact.window.kind == KITH_WINDOW_BALL && s->region[0].equilibrium);
+  kith_scene_destroy(&s);
+}
+
+/* --- shapes and values --- */
+
+static void reads_shapes(void) {
+  struct kith_scene *s = read_exact(
+      "regions:\n"
+      "  - {material: gas, density: 1, pressure: 1, lattice: {1d: fcc, 2d: cubic, 3d: fcc}, jitter: 0.5,\n"
+      "     seed: 18446744073709551615, spacing: 0.1, frozen: true, where: {ball: {center: [1, 2, 3], "
+      "radius: 4}}}\n"
+      "  - {material: gas, density: 1, pressure: 1, where: {outside-ball: {center: [0, 0, 0], radius: 1}, "
+      "z: [0, 1],\n"
+      "     half-space: {point: [1, 1, 1], normal: [2, 0, 0]}, inside: 'x > y'}}\n");
+  if (s == NULL) return;
+  const struct kith_region *r = s->region;
+  CHECK(r[0].where.has_ball && !r[0].where.outside_ball && r[0].where.radius == 4 &&
+        r[0].where.center[NDIM - 1] == NDIM);
+  CHECK(r[0].lattice == (NDIM == 2 ? KITH_LATTICE_CUBIC : KITH_LATTICE_FCC) && r[0].jitter == 0.5);
+  CHECK(r[0].seed == UINT64_MAX && r[0].spacing == 0.1 && r[0].frozen && !r[0].equilibrium);
+  CHECK(r[1].where.has_ball && r[1].where.outside_ball && r[1].where.has_half_space &&
+        r[1].where.inside != NULL);
+  CHECK(r[1].where.normal[0] == 2 && isinf(r[1].where.box.upper[0]) && r[1].where.box.upper[NDIM - 1] >= 1);
+  CHECK(r[1].lattice == (NDIM == 1 ? KITH_LATTICE_CUBIC : NDIM == 2 ? KITH_LATTICE_HCP : KITH_LATTICE_BCC));
+  CHECK(s->boundary[0].upper != NULL && (NDIM < 3 || s->boundary[NDIM - 1].upper == NULL));
+  kith_scene_destroy(&s);
+}
+
+static void reads_across(void) {
+  struct kith_scene *s = read_exact("regions: [{material: gas, density: 1, pressure: 1}]\n");
+  kith_scene_destroy(&s);
+  char text[2048];
+  snprintf(text, sizeof text, "%sregions: [{material: gas, density: 1, pressure: 1}]\n", BASE);
+  CHECK_OK(read_text(&s, text, "domain.across=8"));
+  if (s == NULL) return;
+  CHECK(s->domain.upper[0] == 1 && (NDIM == 1 || s->domain.upper[NDIM - 1] == 8 / 20.0));
+  kith_scene_destroy(&s);
+}
+
+/* --- the rest --- */
+
+static void reads_files(void) {
+  char folder[] = "scene_XXXXXX", path[64];
+  CHECK(mkdtemp(folder) != NULL);
+  snprintf(path, sizeof path, "%s/sod.yaml", folder);
+  FILE *file = fopen(path, "w");
+  fputs(sod, file);
+  fclose(file);
+  struct kith_scene *scene;
+  const char *overrides[] = {dimension_override(), "dimension=1.5"};
+  int dimension = 0;
+  CHECK_OK(kith_scene_dimension(path, 0, NULL, &dimension));
+  CHECK(dimension == 3);
+  CHECK_OK(kith_scene_dimension(path, 1, overrides, &dimension));
+  CHECK(dimension == NDIM);
+  check_message("1.5", kith_scene_dimension(path, 2, overrides, &dimension),
+                "--set dimension: '1.5' is not a whole number");
+  CHECK_OK(kith_scene_read(&scene, path, 1, overrides));
+  kith_scene_destroy(&scene);
+  remove(path);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_scene_read(&scene, path, 0, NULL));
+  CHECK(scene == NULL);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_scene_dimension(path, 0, NULL, &dimension));
+  rmdir(folder);
+}
+
+/* The reference is a scene once what is required is filled in: so every key in it is known, and every default
+ * is allowed. */
+static void reference(void) {
+  char text[16384] = "";
+  FILE *file = tmpfile();
+  kith_scene_reference(file);
+  rewind(file);
+  const size_t length = fread(text, 1, sizeof text, file);
+  fclose(file);
+  const char *overrides[] = {dimension_override(),      "resolution=1",
+                             "domain.lower=[0, 0, 0]",  "domain.upper=[1, 1, 1]",
+                             "regions.0.material=NAME", "regions.0.density=1",
+                             "regions.0.pressure=1",    "regions.0.where=",
+                             "energy.0.energy=1",       "until=1",
+                             "exact.name=uniform"};
+  struct kith_scene *s;
+  CHECK_OK(kith_scene_parse(&s, "f", text, length, sizeof overrides / sizeof overrides[0], overrides));
+  CHECK(s != NULL && s->n_regions == 1 && s->n_deposits == 1 && s->scheme.cfl == 0.3);
+  kith_scene_destroy(&s);
+}
+
+/* The scene of a checkpoint is the same if its values are, however they are written. */
+static void compares(void) {
+  static const struct {
+    const char *setting, *differs; /* NULL: nothing */
+  } tries[] = {{"method.kernel=wendland_c2", NULL},
+               {"scheme.cfl=3.0e-1", NULL},
+               {"output.plot=yes", NULL},
+               {"neighbor.storage=csr", NULL},
+               {"materials.gas.gamma=1.40", NULL},
+               {"materials.gas.eos=ideal", NULL},
+               {"regions.0.density=1.0", NULL},
+               {"scheme.rtol=1e-3", NULL}, /* leapfrog has no tolerance */
+               {"until=0.20001", "until"},
+               {"scheme.cfl=0.31", "scheme.cfl"},
+               {"scheme.name=verlet", "scheme.name"},
+               {"method.viscosity.alpha=1.5", "method.viscosity.alpha"},
+               {"materials.gas.gamma=1.5", "materials.gas.gamma"},
+               {"materials.gas.eos=isothermal", "materials.gas.eos"},
+               {"regions.1.velocity=[1,0,0]", "regions.1.velocity"},
+               {"regions.1.where.inside=x||y", "regions.1.where.inside"},
+               {"boundaries.x=open", "boundaries.x"},
+               {"exact.window.x=[0,1]", "exact.window.x"},
+               {"output.checkpoint=3", "output.checkpoint"}};
+  struct kith_scene *s;
+  CHECK_OK(read_text(&s, sod, NULL));
+  if (s == NULL) return;
+  for (size_t k = 0; k < sizeof tries / sizeof tries[0]; ++k) {
+    struct kith_config *other;
+    char *text, wanted[128];
+    CHECK_OK(kith_config_parse(&other, "g", s->text, strlen(s->text)));
+    CHECK_OK(kith_config_override(other, tries[k].setting));
+    CHECK_OK(kith_config_emit(other, &text));
+    snprintf(wanted, sizeof wanted, "written by a run of another scene or with other settings: %s differs",
+             tries[k].differs != NULL ? tries[k].differs : "");
+    const kith_status status = kith_scene_check_same(s, text);
+    if (tries[k].differs != NULL) check_message(tries[k].setting, status, wanted);
+    if (tries[k].differs == NULL) CHECK_OK(status);
+    kith_free(&text);
+    kith_config_destroy(&other);
+  }
+  kith_scene_destroy(&s);
+}
+
+int main(void) {
+  compares();
+  example();
+  reads_overrides();
+  derives_sedov();
+  derives_others();
+  derives_gresho();
+  reads_shapes();
+  reads_across();
+  reads_files();
+  reference();
+  return check_failed();
+}

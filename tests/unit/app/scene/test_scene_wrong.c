@@ -1,0 +1,415 @@
+/* Scenes that are wrong: one message for each way, with its line. */
+#include "app/scene/scene.h"
+#include <stdio.h>
+#include <string.h>
+#include "tests/check.h"
+
+static void check_message(const char *what, kith_status status, const char *wanted) {
+  if (status == KITH_BAD_INPUT && strcmp(kith_failure(), wanted) == 0) return;
+  ++check_failures;
+  fprintf(stderr, "%s\n  gave   %s: %s\n  wanted %s\n", what, kith_status_text(status),
+          status == KITH_OK ? "" : kith_failure(), wanted);
+}
+
+static const char *dimension_override(void) {
+  return NDIM == 1 ? "dimension=1" : NDIM == 2 ? "dimension=2" : "dimension=3";
+}
+
+/* Line 2 is the dimension; the tables below put other lines in the place of one, or behind the last (11). */
+static const char *const lines[] = {
+    "scene: base",
+    "dimension: {1d: 1, 2d: 2, 3d: 3}",
+    "resolution: 20",
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}",
+    "boundaries: {x: reflecting, y: periodic, z: periodic}",
+    "materials: {gas: {gamma: 1.4}}",
+    "regions:",
+    "  - {material: gas, where: {x: [0, 0.5]}, density: 1, pressure: 1}",
+    "  - {material: gas, where: {x: [0.5, 1]}, density: 0.125, pressure: 0.1}",
+    "until: 0.2",
+    ""};
+enum { N_LINES = sizeof lines / sizeof lines[0] };
+
+struct wrong {
+  int line;
+  const char *text, *message;
+};
+
+static void base_with(char *text, size_t size, int line, const char *replacement) {
+  size_t used = 0;
+  for (int i = 0; i < N_LINES; ++i)
+    used += (size_t)snprintf(text + used, size - used, "%s\n", i + 1 == line ? replacement : lines[i]);
+}
+
+static void refuse(const struct wrong *wrong, int n) {
+  for (int i = 0; i < n; ++i) {
+    char text[4096];
+    struct kith_scene *scene;
+    base_with(text, sizeof text, wrong[i].line, wrong[i].text);
+    check_message(wrong[i].text, kith_scene_parse(&scene, "f", text, strlen(text), 0, NULL),
+                  wrong[i].message);
+    CHECK(scene == NULL);
+  }
+}
+#define REFUSE(table) refuse(table, sizeof(table) / sizeof(table)[0])
+
+static const struct wrong keys[] = {
+    {1, "scen: base", "f:1: scen: unknown key; did you mean 'scene'?"},
+    {11, "outputs: {}", "f:11: outputs: unknown key; did you mean 'output'?"},
+    {11, "method: {kernl: cubic}", "f:11: method.kernl: unknown key; did you mean 'kernel'?"},
+    {11, "method:\n  package: sph\n  viscosity:\n    alfa: 1",
+     "f:14: method.viscosity.alfa: unknown key; did you mean 'alpha'?"},
+    {11, "scheme: {order_of_accuracy: 2}",
+     "f:11: scheme.order_of_accuracy: unknown key; known are name, cfl, dt, table, adaptive, rtol, "
+     "atol, method"},
+    {8, "  - {material: gas, densty: 1}", "f:8: regions.0.densty: unknown key; did you mean 'density'?"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: {outside_bal: 1}}",
+     "f:8: regions.0.where.outside_bal: unknown key; did you mean 'outside-ball'?"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: {ball: {centre: [0, 0, 0], radius: 1}}}",
+     "f:8: regions.0.where.ball.centre: unknown key; did you mean 'center'?"},
+    {5, "boundaries: {w: open}", "f:5: boundaries.w: unknown key; known are x, y, z"},
+    {6, "materials: {gas: {gama: 1.4}}", "f:6: materials.gas.gama: unknown key; did you mean 'gamma'?"},
+    {11, "energy: {enrgy: 1}", "f:11: energy.enrgy: unknown key; did you mean 'energy'?"},
+    {11, "exact: {name: riemann, windw: {}}", "f:11: exact.windw: unknown key; did you mean 'window'?"},
+    {3, "resolution: {1d: 1, 2d: 1, 3d: 1, 4d: 1}",
+     "f:3: resolution.4d: unknown key; 1d, 2d and 3d tell dimensions apart"},
+    {11, "until: 3", "f:11: until: duplicate key, first on line 10"},
+    {11, "<<: {a: 1}",
+     "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
+     "materials, gravity, potential, regions, energy, method, scheme, neighbor, connectivity, "
+     "reproducible, partition, traversal, "
+     "until, exact, measure, output"},
+};
+
+#if NDIM == 1
+#define DIMENSIONS "1 to "
+#elif NDIM == 2
+#define DIMENSIONS "2 to "
+#else
+#define DIMENSIONS ""
+#endif
+#define PISTON "{kind: piston, velocity: 1}"
+static const struct wrong forces[] = {
+    {11, "gravity: -0.5", "f:11: gravity: '-0.5' where a list belongs"},
+    {11, "gravity: [0, g, 0]", "f:11: gravity.1: 'g' is not a number"},
+#if NDIM == 1
+    {11, "gravity: [0, -0.5, 0]", "f:11: gravity: -0.5 along y: there is no such axis in 1-D"},
+#else
+    {11, "gravity: [0, -0.5, 0]", "f:11: gravity: -0.5 along y, which is periodic: gas would fall for ever"},
+#endif
+#if NDIM == 2
+    {11, "gravity: [0, 0, 9.81]", "f:11: gravity: 9.81 along z: there is no such axis in 2-D"},
+#endif
+    {11, "potential: {mass: -1}", "f:11: potential.mass: -1 is out of range [0, inf)"},
+    {11, "potential: {mass: 1, softening: -0.1}", "f:11: potential.softening: -0.1 is out of range [0, inf)"},
+    {11, "potential: {mas: 1}", "f:11: potential.mas: unknown key; did you mean 'mass'?"},
+    {5, "boundaries: {x: periodic}\npotential: {mass: 1}",
+     "f:6: potential: its pull does not repeat, but the domain does along x"},
+    {5, "boundaries: {x: piston}", "f:5: boundaries.x: a piston has a velocity: {kind: piston, velocity: 1}"},
+    {5, "boundaries: {x: [{kind: piston}, open]}", "f:5: boundaries.x.0.velocity: missing; it is required"},
+    {5, "boundaries: {x: [{kind: piston, speed: 1}, open]}",
+     "f:5: boundaries.x.0.speed: unknown key; known are kind, velocity"},
+    {5, "boundaries: {x: [{kind: pistn, velocity: 1}, open]}",
+     "f:5: boundaries.x.0.kind: 'pistn' is not one of open, reflecting, piston, periodic; did you mean "
+     "'piston'?"},
+    {5, "boundaries: {x: {kind: open, velocity: 1}}", "f:5: boundaries.x.kind: open has no settings"},
+    {5, "boundaries: {x: " PISTON "}",
+     "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
+    {5, "boundaries: {x: [" PISTON ", " PISTON "]}",
+     "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
+    {5, "boundaries: {x: [" PISTON ", reflecting]}",
+     "f:5: boundaries.x: a piston opposite to a reflecting side: it must be open, or what the piston does "
+     "could "
+     "not be told from it"},
+    {5, "boundaries: {x: [{kind: piston, velocity: 6}, open]}",
+     "f:5: boundaries.x: a piston with velocity 6 is through the domain at time 0.166667, and the run "
+     "goes until 0.2"},
+    {5, "boundaries: {x: [open, {kind: piston, velocity: -6}]}",
+     "f:5: boundaries.x: a piston with velocity -6 is through the domain at time 0.166667, and the run "
+     "goes until 0.2"},
+    {5, "boundaries: {x: [" PISTON ", open]}\ngravity: [1, 0, 0]",
+     "f:6: gravity: not together with a piston along x, whose work could not be told from it"},
+    {5, "boundaries: {x: [" PISTON ", open]}\npotential: {mass: 1}",
+     "f:6: potential: not together with a piston along x, whose work could not be told from it"},
+    {8, "  - {material: gas, density: 1, pressure: 1, displacement: 0.1}",
+     "f:8: regions.0.displacement: '0.1' where a list belongs"},
+    {8, "  - {material: gas, density: 1, pressure: 1, displacement: [0, 0, 0, 0]}",
+     "f:8: regions.0.displacement: 4 entries, wanted " DIMENSIONS "3"},
+};
+
+static const struct wrong missing[] = {
+    {2, "", "f:1: dimension: missing; it is required"},
+    {3, "", "f:1: resolution: missing; it is required"},
+    {3, "resolution:", "f:1: resolution: missing; it is required"},
+    {4, "", "f:1: domain: missing; it is required"},
+    {4, "domain: {upper: [1, 1, 1]}", "f:4: domain.lower: missing; it is required"},
+    {6, "", "f:1: materials: missing; it is required"},
+    {6, "materials: {}", "f:6: materials: no material; one is required"},
+    {10, "", "f:1: until: missing; it is required"},
+    {8, "  - {density: 1, pressure: 1}", "f:8: regions.0.material: missing; it is required"},
+    {9, "  - {material: gas, pressure: 1}", "f:9: regions.1.density: missing; it is required"},
+    {9, "  - {material: gas, density: 1}",
+     "f:9: regions.1.pressure: missing; pressure or energy is required"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: {ball: {center: [0, 0, 0]}}}",
+     "f:8: regions.0.where.ball.radius: missing; it is required"},
+    {8, "  - {material: gas, density: 1, energy: 1, equilibrium: true}",
+     "f:8: regions.0.equilibrium: needs pressure, not energy"},
+    {8, "  - {material: gas, density: 1, pressure: 1, equilibrium: true, frozen: true}",
+     "f:8: regions.0.equilibrium: not together with frozen: their density stays as given"},
+    {11, "energy: {center: [0, 0, 0]}", "f:11: energy.energy: missing; it is required"},
+    {11, "energy: [{energy: 1, over: ball}]",
+     "f:11: energy.0.radius: missing; radius or spacings is required"},
+    {11, "exact: {}", "f:11: exact.name: missing; it is required"},
+    {11, "exact: {name: sedov}", "f:11: exact.blast_energy: missing; it does not follow from this scene"},
+    {11, "exact: {name: acoustic_wave}", "f:11: exact.density: missing; it does not follow from this scene"},
+};
+
+static const struct wrong types[] = {
+    {3, "resolution: many", "f:3: resolution: 'many' is not a number"},
+    {3, "resolution: 20 cells", "f:3: resolution: '20 cells' is not a number"},
+    {3, "resolution: ''", "f:3: resolution: '' is not a number"},
+    {3, "resolution: [20]", "f:3: resolution: a list where a single value belongs"},
+    {3, "resolution: {1d: [2], 2d: [2], 3d: [2]}", "f:3: resolution.1d: a list where a single value belongs"},
+    {3, "resolution: {1d: x, 2d: x, 3d: x}", "f:3: resolution.1d: 'x' is not a number"},
+    {2, "dimension: 2.5", "f:2: dimension: '2.5' is not a whole number"},
+    {2, "dimension: two", "f:2: dimension: 'two' is not a number"},
+    {1, "scene: {a: 1}", "f:1: scene.a: unknown key; 1d, 2d and 3d tell dimensions apart"},
+    {4, "domain: [0, 1]", "f:4: domain: a list where a map belongs"},
+    {4, "domain: 1", "f:4: domain: '1' where a map belongs"},
+    {4, "domain: {lower: 0, upper: [1, 1, 1]}", "f:4: domain.lower: '0' where a list belongs"},
+    {4, "domain: {lower: [0, 0, 0], upper: [1, 1, x]}", "f:4: domain.upper.2: 'x' is not a number"},
+    {4, "domain: {lower: [0, 0, 0], upper: [1, 1, ~]}", "f:4: domain.upper.2: has no value"},
+    {5, "boundaries: reflecting", "f:5: boundaries: 'reflecting' where a map belongs"},
+    {5, "boundaries: {x: {lower: open}}",
+     "f:5: boundaries.x.lower: unknown key; 1d, 2d and 3d tell dimensions apart"},
+    {5, "boundaries: {x: [open]}", "f:5: boundaries.x: 1 entries, wanted [lower, upper]"},
+    {6, "materials: [gas]", "f:6: materials: a list where a map belongs"},
+    {6, "materials: {gas: ideal}", "f:6: materials.gas: 'ideal' where a map belongs"},
+    {8, "  - gas", "f:8: regions.0: 'gas' where a map belongs"},
+    {8, "  -", "f:8: regions.0: '' where a map belongs"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: [0, 1]}",
+     "f:8: regions.0.where: a list where a map belongs"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: {x: 0}}",
+     "f:8: regions.0.where.x: '0' where a list belongs"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: {x: [0, 1, 2]}}",
+     "f:8: regions.0.where.x: 3 entries, wanted 2"},
+    {8, "  - {material: gas, density: [1], pressure: 1}",
+     "f:8: regions.0.density: a list where a single value belongs"},
+    {8, "  - {material: gas, density: 1, pressure: 1, velocity: 1}",
+     "f:8: regions.0.velocity: '1' where a list belongs"},
+    {8, "  - {material: gas, density: 1, pressure: 1, seed: 1e3}",
+     "f:8: regions.0.seed: '1e3' is not a whole number"},
+    {8, "  - {material: gas, density: 1, pressure: 1, frozen: 1}",
+     "f:8: regions.0.frozen: '1' is not one of true, false"},
+    {11, "method: [sph]", "f:11: method: a list where a map belongs"},
+    {11, "method: {viscosity: limited}", "f:11: method.viscosity: 'limited' where a map belongs"},
+    {11, "reproducible: treu", "f:11: reproducible: 'treu' is not one of true, false; did you mean 'true'?"},
+    {11, "exact: riemann", "f:11: exact: 'riemann' where a map belongs"},
+    {11, "exact: {name: riemann, density: [1, 2, 3]}", "f:11: exact.density: 3 entries, wanted 2"},
+    {11, "output: {checkpoint: 0.5}", "f:11: output.checkpoint: '0.5' is not a whole number"},
+};
+
+static const struct wrong ranges[] = {
+    {2, "dimension: 4", "f:2: dimension: 4 is out of range [1, 3]"},
+    {3, "resolution: 0", "f:3: resolution: 0 is out of range (0, inf)"},
+    {3, "resolution: -20", "f:3: resolution: -20 is out of range (0, inf)"},
+    {3, "resolution: .nan", "f:3: resolution: .nan is not a finite number"},
+    {3, "resolution: .inf", "f:3: resolution: .inf is not a finite number"},
+    {3, "resolution: nan", "f:3: resolution: nan is not a finite number"},
+    {3, "resolution: 1e999", "f:3: resolution: 1e999 is not a finite number"},
+    {10, "until: -1", "f:10: until: -1 is out of range [0, inf)"},
+    {10, "until: -.inf", "f:10: until: -.inf is not a finite number"},
+    {4, "domain: {lower: [0, 0, 0], upper: [0, 1, 1]}", "f:4: domain.upper: 0 along x is not above lower, 0"},
+    {4, "domain: {lower: [2, 0, 0], upper: [1, 1, 1]}", "f:4: domain.upper: 1 along x is not above lower, 2"},
+    {4, "domain: {lower: [0, 0, 0], upper: [1, 1, .inf]}",
+     "f:4: domain.upper.2: .inf is not a finite number"},
+    {4, "domain: {lower: [0, 0, 0], upper: [1, 1, 1], across: 0}",
+     "f:4: domain.across: 0 is out of range [1, inf)"},
+    {6, "materials: {gas: {gamma: 1}}", "f:6: materials.gas.gamma: 1 is out of range (1, inf)"},
+    {6, "materials: {gas: {eos: isothermal, sound_speed: 0}}",
+     "f:6: materials.gas.sound_speed: 0 is out of range (0, inf)"},
+    {6, "materials: {gas: {}, a-name-that-is-longer-than-any-other: {}}",
+     "f:6: materials.a-name-that-is-longer-than-any-other: a name longer than 31 letters"},
+    {8, "  - {material: gas, density: 0, pressure: 1}", "f:8: regions.0.density: 0 is out of range (0, inf)"},
+    {8, "  - {material: gas, density: 1e999, pressure: 1}",
+     "f:8: regions.0.density: 1e999 is not a finite number"},
+    {8, "  - {material: gas, density: 1, pressure: .nan}",
+     "f:8: regions.0.pressure: .nan is not a finite number"},
+    {8, "  - {material: gas, density: 1, energy: -2}", "f:8: regions.0.energy: -2 is out of range [0, inf)"},
+    {8, "  - {material: gas, density: 1, pressure: -1}",
+     "f:8: regions.0.pressure: -1 needs a negative energy, -2.5"},
+    {8, "  - {material: gas, density: 1, pressure: 1, jitter: 0.6}",
+     "f:8: regions.0.jitter: 0.6 is out of range [0, 0.5]"},
+    {8, "  - {material: gas, density: 1, pressure: 1, seed: -1}",
+     "f:8: regions.0.seed: -1 is out of range [0, inf)"},
+    {8, "  - {material: gas, density: 1, pressure: 1, seed: 99999999999999999999}",
+     "f:8: regions.0.seed: 99999999999999999999 does not fit a 64-bit integer"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: {x: [1, 1]}}",
+     "f:8: regions.0.where.x: [1, 1] is empty: the first must be below the second"},
+    {8, "  - {material: gas, density: 1, pressure: 1, where: {ball: {center: [0, 0, 0], radius: 0}}}",
+     "f:8: regions.0.where.ball.radius: 0 is out of range (0, inf)"},
+    {11, "scheme: {cfl: -1}", "f:11: scheme.cfl: -1 is out of range (0, 1000]"},
+    {11, "scheme: {cfl: 1000.1}", "f:11: scheme.cfl: 1000.1 is out of range (0, 1000]"},
+    {11, "method: {neighbors: -4}", "f:11: method.neighbors: -4 is out of range [0, 1000]"},
+    {11, "connectivity: {reorder: 9999999999}",
+     "f:11: connectivity.reorder: 9999999999 does not fit a 32-bit integer"},
+    {11, "connectivity: {skin: -1}", "f:11: connectivity.skin: -1 is out of range [0, inf)"},
+    {11, "energy: {energy: -1}", "f:11: energy.energy: -1 is out of range [0, inf)"},
+    {11, "exact: {name: riemann, gamma: [1.4, 1]}", "f:11: exact.gamma.1: 1 is out of range (1, inf)"},
+    {11, "exact: {name: riemann, window: {r: [-1, 1]}}",
+     "f:11: exact.window.r.0: -1 is out of range [0, inf)"},
+};
+
+static const struct wrong meanings[] = {
+    {5, "boundaries: {x: [periodic, open]}",
+     "f:5: boundaries.x: periodic on one side only; it must be on both"},
+    {5, "boundaries: {z: [reflecting, periodic]}",
+     "f:5: boundaries.z: periodic on one side only; it must be on both"},
+    {6, "materials: {gas: {eos: idael}}",
+     "f:6: materials.gas.eos: 'idael' is not one of ideal, isothermal, stiffened; did you mean 'ideal'?"},
+    {8, "  - {material: gsa, density: 1, pressure: 1}",
+     "f:8: regions.0.material: 'gsa' is not one of gas; did you mean 'gas'?"},
+    {8, "  - {material: water, density: 1, pressure: 1}",
+     "f:8: regions.0.material: 'water' is not one of gas"},
+    {8, "  - {material: gas, density: 1, pressure: 1, lattice: fc}",
+     "f:8: regions.0.lattice: 'fc' is not one of cubic, bcc, fcc, hcp; did you mean 'fcc'?"},
+    {8, "  - {material: gas, density: 1, pressure: 1, energy: 1}",
+     "f:8: regions.0.energy: not together with pressure"},
+    {8,
+     "  - {material: gas, density: 1, pressure: 1, where: {ball: {center: [0, 0, 0], radius: 1},\n"
+     "     outside-ball: {center: [0, 0, 0], radius: 2}}}",
+     "f:9: regions.0.where.outside-ball: not together with ball; write a shell as inside: \"...\""},
+    {11, "arrangement: equal", "f:11: arrangement: 'equal' is not one of equal-mass, equal-spacing"},
+    {11, "traversal: pair", "f:11: traversal: 'pair' is not one of pairs, gather; did you mean 'pairs'?"},
+    {11, "method: {energy: thermals}",
+     "f:11: method.energy: 'thermals' is not one of thermal, compatible; did you mean 'thermal'?"},
+    {11, "method: {viscosity: {name: limted}}",
+     "f:11: method.viscosity.name: 'limted' is not one of none, monaghan, limited, cullen-dehnen; did you "
+     "mean 'limited'?"},
+    {11, "scheme: {table: a-name-that-is-longer-than-any-other}",
+     "f:11: scheme.table: 'a-name-that-is-longer-than-any-other' is longer than 31 letters"},
+    {11, "connectivity: {rebuild: always | nevr}",
+     "f:11: connectivity.rebuild: 'nevr' is not one of always, never, entity-change, displacement; did "
+     "you mean 'never'?"},
+    {11, "connectivity: {rebuild: always |}",
+     "f:11: connectivity.rebuild: '' is not one of always, never, entity-change, displacement"},
+    {11, "connectivity: {rebuild: always never}",
+     "f:11: connectivity.rebuild: 'always never' is not one of always, never, entity-change, displacement"},
+    {11, "neighbor: {storage: crs}", "f:11: neighbor.storage: 'crs' is not one of csr; did you mean 'csr'?"},
+    {11, "energy: {energy: 1, over: bal, radius: 1}",
+     "f:11: energy.over: 'bal' is not one of point, ball, kernel; did you mean 'ball'?"},
+    {11, "energy: {energy: 1, radius: 1}",
+     "f:11: energy.radius: means nothing for a point; add over: ball or kernel"},
+    {11, "energy: {energy: 1, over: ball, radius: 1, spacings: 1}",
+     "f:11: energy.spacings: not together with radius"},
+    {11, "exact: {name: reimann}",
+     "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, yee, acoustic-wave, "
+     "entropy-wave, square, two-blasts, uniform; did you mean 'riemann'?"},
+    {11, "exact: {name: riemann, window: {x: [0, 1], r: [0, 1]}}",
+     "f:11: exact.window.r: not together with x"},
+};
+
+/* Messages whose words depend on the dimension, or on another room: that they are there, and where. */
+static void refused_at(int line, const char *replacement, const char *start, const char *part) {
+  char text[4096];
+  struct kith_scene *scene;
+  base_with(text, sizeof text, line, replacement);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_scene_parse(&scene, "f", text, strlen(text), 0, NULL));
+  if (strncmp(kith_failure(), start, strlen(start)) == 0 && strstr(kith_failure(), part) != NULL) return;
+  ++check_failures;
+  fprintf(stderr, "%s\n  gave %s\n  wanted %s ... %s\n", replacement, kith_failure(), start, part);
+}
+
+static void refused_elsewhere(void) {
+  refused_at(4, "domain: {lower: [0, 0, 0], upper: [1, 1, 1, 1]}", "f:4: domain.upper: 4 entries, wanted ",
+             "3");
+  refused_at(4, "domain: {lower: [], upper: [1, 1, 1]}", "f:4: domain.lower: 0 entries, wanted ", "3");
+  refused_at(5, "boundaries: {y: periodik}", "f:5: boundaries.y: 'periodik' is not one of open, ",
+             "; did you mean 'periodic'?");
+  refused_at(5, "boundaries: {x: constant}", "f:5: boundaries.x: 'constant' is not one of open, ",
+             "periodic");
+  refused_at(8, "  - {material: gas, density: 1, pressure: 1, velocity: [1, 0, 0, 0]}",
+             "f:8: regions.0.velocity: 4 entries, wanted ", "3");
+  refused_at(8, "  - {material: gas, density: '1 +', pressure: 1}", "f:8: regions.0.density: formula '1 +'",
+             "");
+  refused_at(8, "  - {material: gas, density: q, pressure: 1}", "f:8: regions.0.density: formula 'q'", "");
+  refused_at(8, "  - {material: gas, density: '', pressure: 1}", "f:8: regions.0.density: formula ''", "");
+  refused_at(8, "  - {material: gas, density: 1, pressure: 1, velocity: [x, y, 'z)']}",
+             "f:8: regions.0.velocity.2: formula 'z)'", ""); /* beyond the dimension too */
+  refused_at(8, "  - {material: gas, density: 1, pressure: 1,\n     where: {inside: 'x <'}}",
+             "f:9: regions.0.where.inside: formula 'x <'", "");
+  refused_at(
+      8,
+      "  - {material: gas, density: 1, pressure: 1, where: {half-space: {point: [0, 0, 0], normal: [0, 0, "
+      "0]}}}",
+      "f:8: regions.0.where.half-space.normal: has no direction in ", "-D");
+  refused_at(11, "exact: {name: noh}",
+             "f:11: exact: ", "velocity"); /* at rest: the solution itself refuses */
+  refused_at(11, "neighbor: {search: tre}", "f:11: neighbor.search: 'tre' is not one of ",
+             "did you mean 'tree'?");
+  refused_at(11, "exact: {name: riemann, density: 1, pressure: [-1, 0]}",
+             "f:11: exact.pressure.0: -1 is out of range", "");
+}
+
+static void refuses_long_formulas(void) {
+  char line[2048] = "  - {material: gas, pressure: 1, density: '1";
+  for (int i = 0; i < 500; ++i) strcat(line, "+1");
+  strcat(line, "'}");
+  refused_at(8, line, "f:8: regions.0.density: a formula of more than 1000 characters", "");
+}
+
+static void refuses_overrides(void) {
+  char text[4096];
+  base_with(text, sizeof text, 11, "");
+  struct kith_scene *scene;
+  const char *wrong = NDIM == 1 ? "dimension=2" : "dimension=1",
+             *overrides[] = {wrong, "q=1", "until", "until=-3"};
+  char wanted[128];
+  snprintf(wanted, sizeof wanted, "--set dimension: %c, but this program is the %d-D one", wrong[10], NDIM);
+  check_message(wrong, kith_scene_parse(&scene, "f", text, strlen(text), 1, overrides), wanted);
+  overrides[0] = dimension_override();
+  check_message("q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
+                "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, "
+                "boundaries, materials, "
+                "gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, "
+                "partition, traversal, until, exact, measure, output");
+  overrides[1] = "untill=1";
+  check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
+                "--set untill: unknown key; did you mean 'until'?");
+  check_message("until", kith_scene_parse(&scene, "f", text, strlen(text), 1, overrides + 2),
+                "--set until: write it as key=value");
+  overrides[2] = dimension_override();
+  check_message("until", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides + 2),
+                "--set until: -3 is out of range [0, inf)");
+  overrides[3] = "regions=[]";
+  check_message("regions", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides + 2),
+                "--set regions: no region; one is required");
+}
+
+static void refuses_by_dimension(void) {
+  if (NDIM == 2)
+    refused_at(9, "  - {material: gas, density: 1, pressure: 1,\n     lattice: fcc}",
+               "f:10: regions.1.lattice: fcc does not exist in 2-D; cubic, bcc and hcp do", "");
+  refused_at(3, NDIM == 1 ? "resolution: {2d: 1}" : "resolution: {1d: 1}",
+             NDIM == 1   ? "f:3: resolution.1d: missing, and the scene is 1-D"
+             : NDIM == 2 ? "f:3: resolution.2d: missing, and the scene is 2-D"
+                         : "f:3: resolution.3d: missing, and the scene is 3-D",
+             "");
+  if (NDIM > 1)
+    refused_at(4, "domain: {lower: [0, 0, 0], upper: [1, 0, 0]}",
+               "f:4: domain.upper: 0 along y is not above lower, 0", "");
+}
+
+int main(void) {
+  REFUSE(keys);
+  REFUSE(missing);
+  REFUSE(forces);
+  REFUSE(types);
+  REFUSE(ranges);
+  REFUSE(meanings);
+  refused_elsewhere();
+  refuses_long_formulas();
+  refuses_overrides();
+  refuses_by_dimension();
+  return check_failed();
+}

@@ -1,0 +1,665 @@
+/* The contract of the family of boundaries, for every member of its list.
+ *
+ * Ghosts: against all images, listed by repeated reflection and shifting in a range that is larger than any
+ * search radius. Every image that is significant for an internal node is there once, and none is there but by
+ * the rule of boundary.h. Boxes much larger than the supports, as large, and several times thinner; nodes on
+ * faces, edges and corners, outside of the box, or a single one; every combination of boundaries of the axes.
+ * Culling: ghosts created are those kept and those culled, boundary by boundary.
+ * Enforcing: every node ends inside, as one of its images. Bad settings are refused. */
+#include "tests/check.h"
+#include "boundaries/boundary.h"
+#include "lib/core/param.h"
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_NODES = 80, MOST_WORDS = 80, MOST_SIDES = 32 };
+
+/* What an axis may have: each member with faces on the sides that it can act on. side[0]: open. */
+struct side {
+  const struct kith_boundary_ops *ops; /* NULL: open */
+  bool at_lower, at_upper;
+  void *settings;
+  double velocity; /* of the face */
+};
+static struct side side[MOST_SIDES];
+static int n_sides;
+
+static void add_side(const struct kith_boundary_ops *ops, bool at_lower, bool at_upper) {
+  char assignments[128] = "";
+  struct side *s = &side[n_sides++];
+  *s = (struct side){ops, at_lower, at_upper, NULL, 0};
+  for (const struct kith_param *p = ops->params; p != NULL && p->key != NULL; ++p)
+    if (p->fallback == NULL)
+      snprintf(assignments + strlen(assignments), sizeof assignments - strlen(assignments), "%s%s=0.3",
+               assignments[0] != '\0' ? " " : "", p->key);
+  const struct kith_member member = {ops->name, ops->doc, ops->params, ops->settings_size};
+  CHECK_OK(kith_settings_create(&s->settings, member, assignments));
+  s->velocity = kith_boundary_face_velocity(ops, s->settings);
+}
+
+static void list_sides(void) {
+  n_sides = 1;
+  for (const struct kith_boundary_ops *const *p = kith_boundary_all(); *p != NULL; ++p) {
+    if (!(*p)->has_faces) continue;
+    CHECK(n_sides + 3 <= MOST_SIDES);
+    if (!(*p)->one_side) add_side(*p, true, true);
+    if (!(*p)->wraps) add_side(*p, true, false), add_side(*p, false, true);
+  }
+  CHECK(n_sides > 5);
+}
+
+/* One image along one axis: x -> sign x + shift; `beyond` is -1 or 1 for the face it lies behind, 0 for the
+ * node itself. */
+struct word {
+  double sign, shift;
+  int beyond;
+};
+struct words {
+  int n;
+  struct word word[MOST_WORDS];
+};
+
+static void add_word(struct words *words, double sign, double shift, int beyond) {
+  if (words->n < MOST_WORDS) words->word[words->n] = (struct word){sign, shift, beyond};
+  ++words->n;
+}
+
+/* Reflections in turn at one face, then the other: r_1 x, r_2 r_1 x, ... Those starting at the upper face
+ * with an odd number of reflections lie above; with an even number, starting above ends below: x -> 2 u - x
+ * -> 2 l - 2 u + x. */
+static void add_turns(struct words *words, double lower, double upper, bool start_upper, int turns) {
+  double sign = 1, shift = 0;
+  bool at_upper = start_upper;
+  for (int k = 1; k <= turns; ++k, at_upper = !at_upper) {
+    sign = -sign;
+    shift = 2 * (at_upper ? upper : lower) - shift;
+    add_word(words, sign, shift, (k % 2 == 1) == start_upper ? 1 : -1);
+  }
+}
+
+static struct words list_words(const struct side *on, double lower, double upper, double search_radius) {
+  struct words words = {0};
+  const int range = (int)ceil(search_radius / (upper - lower)) + 4;
+  add_word(&words, 1, 0, 0);
+  for (int k = 1; on->ops != NULL && on->ops->wraps && k <= range; ++k) {
+    add_word(&words, 1, k * (upper - lower), 1);
+    add_word(&words, 1, -k * (upper - lower), -1);
+  }
+  if (on->ops != NULL && !on->ops->wraps) {
+    const int turns = on->at_lower && on->at_upper ? range : 1;
+    if (on->at_lower) add_turns(&words, lower, upper, false, turns);
+    if (on->at_upper) add_turns(&words, lower, upper, true, turns);
+  }
+  CHECK(words.n <= MOST_WORDS);
+  return words;
+}
+
+struct scene {
+  int side[NDIM]; /* of `side` */
+  double lower[NDIM], upper[NDIM], factor;
+  int n, n_lists;
+  double x[MOST_NODES][NDIM], radius[MOST_NODES], v[MOST_NODES][NDIM];
+  int list[MOST_NODES]; /* ascending */
+  struct words words[NDIM];
+};
+
+static struct kith_nodes *make_nodes(const struct scene *s) {
+  static const char *const names[] = {"a", "b", "c"};
+  static const struct kith_field_spec velocity = {"velocity", KITH_VELOCITY, KITH_F64, KITH_STATE, NULL, ""};
+  struct kith_nodes *nodes = NULL;
+  struct kith_field *v = NULL;
+  CHECK_OK(kith_nodes_create(&nodes, s->n_lists, names));
+  CHECK_OK(kith_nodes_field(nodes, &velocity, &v));
+  for (int i = 0; i < s->n; ++i) {
+    kith_index k = -1;
+    CHECK_OK(kith_nodes_append(nodes, s->list[i], 1, &k));
+    CHECK(k == i);
+    memcpy(nodes->position->f64 + k * NDIM, s->x[i], sizeof s->x[i]);
+    memcpy(v->f64 + k * NDIM, s->v[i], sizeof s->v[i]);
+    nodes->search_radius->f64[k] = s->radius[i];
+    nodes->id->i64[k] = i;
+  }
+  return nodes;
+}
+
+static const double now = 0.25; /* when faces are at lower and upper */
+
+/* The order of the axes does not matter. */
+static struct kith_boundaries make_boundaries(const struct scene *s) {
+  struct kith_boundaries all = {0};
+  for (int a = NDIM - 1; a >= 0; --a) {
+    const struct side *on = &side[s->side[a]];
+    if (on->ops == NULL) continue;
+    const double moved = on->velocity * now;
+    CHECK_OK(kith_boundaries_add(&all, on->ops, a, s->lower[a] - (on->at_lower ? moved : 0),
+                                 s->upper[a] - (on->at_upper ? moved : 0), on->at_lower, on->at_upper));
+    all.boundary[all.n - 1]->settings = on->settings;
+  }
+  kith_boundaries_move(&all, now);
+  return all;
+}
+
+/* What a ghost is: its root, and its way there as one word per axis. */
+struct origin {
+  kith_index root;
+  double sign[NDIM], shift[NDIM];
+};
+
+static void find_origins(const struct kith_nodes *nodes, struct origin *origin) {
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    origin[i].root = i;
+    for (int a = 0; a < NDIM; ++a) origin[i].sign[a] = 1, origin[i].shift[a] = 0;
+  }
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    CHECK(block->count > 0);
+    for (kith_index k = 0; k < block->count; ++k) {
+      const kith_index c = block->control[k], g = block->first + k;
+      CHECK(c < block->first && (k == 0 || block->control[k - 1] < c));
+      CHECK(nodes->list->u8[c] == block->list && nodes->list->u8[g] == block->list &&
+            nodes->id->i64[g] == nodes->id->i64[c]);
+      origin[g].root = origin[c].root;
+      for (int a = 0; a < NDIM; ++a) {
+        origin[g].sign[a] = block->image.sign[a] * origin[c].sign[a];
+        origin[g].shift[a] = block->image.sign[a] * origin[c].shift[a] + block->image.shift[a];
+      }
+    }
+  }
+}
+
+/* The word with this sign and shift. 1e-9: rounding of a few shifts of order 10 is far less, other words are
+ * 0.1 away. */
+static int find_word(const struct words *words, double sign, double shift) {
+  for (int w = 0; w < words->n; ++w)
+    if (words->word[w].sign == sign && fabs(words->word[w].shift - shift) < 1e-9) return w;
+  return -1;
+}
+
+/* Number of a root and its words. */
+static size_t key_of(const struct scene *s, kith_index root, const int *w) {
+  size_t key = (size_t)root;
+  for (int a = 0; a < NDIM; ++a) key = key * (size_t)s->words[a].n + (size_t)w[a];
+  return key;
+}
+
+static void count_ghosts(const struct scene *s, const struct kith_nodes *nodes, uint8_t *count) {
+  const kith_index n = kith_nodes_count(nodes);
+  const double *v = kith_nodes_field_named(nodes, "velocity")->f64;
+  struct origin *origin = malloc(sizeof *origin * (size_t)n);
+  find_origins(nodes, origin);
+  int bad = 0;
+  for (kith_index g = nodes->n_internal; g < n; ++g) {
+    const struct origin *o = &origin[g];
+    int w[NDIM];
+    bool known = true;
+    for (int a = 0; a < NDIM; ++a) {
+      w[a] = find_word(&s->words[a], o->sign[a], o->shift[a]);
+      known = known && w[a] >= 0;
+      const double place = o->sign[a] * s->x[o->root][a] + o->shift[a];
+      bad += !(fabs(nodes->position->f64[g * NDIM + a] - place) <=
+               1e-12); /* coordinates of order 10, few roundings */
+      bad += v[g * NDIM + a] !=
+             o->sign[a] * s->v[o->root][a] + (o->sign[a] < 0 ? 2 * side[s->side[a]].velocity : 0);
+    }
+    bad += !known;
+    if (known) ++count[key_of(s, o->root, w)];
+  }
+  CHECK(bad == 0);
+  free(origin);
+}
+
+/* Does the rule of boundary.h make this image on axis a? 1, 0, or -1: too close to tell. */
+static int by_rule(const struct scene *s, int a, const struct word *word, kith_index root) {
+  if (word->beyond == 0) return 1;
+  const double face = word->beyond > 0 ? s->upper[a] : s->lower[a];
+  const double depth = word->beyond * (word->sign * s->x[root][a] + word->shift - face);
+  double out = 0, wanted = -INFINITY;
+  for (int i = 0; i < s->n; ++i) {
+    const double inside = word->beyond * (face - s->x[i][a]);
+    wanted = fmax(wanted, s->factor * s->radius[i] - inside);
+    out = fmax(out, -inside);
+  }
+  const double limit = fmax(s->factor * s->radius[root] + out, wanted);
+  return fabs(depth - limit) < 1e-9 ? -1 : depth < limit;
+}
+
+static bool is_significant(const struct scene *s, const double *x, double radius) {
+  for (int i = 0; i < s->n; ++i) {
+    const double r = s->factor * fmax(radius, s->radius[i]);
+    if (kith_distance2(x, s->x[i]) <= r * r) return true;
+  }
+  return false;
+}
+
+static void check_counts(const struct scene *s, const uint8_t *count, size_t n_keys) {
+  static int8_t made[MOST_NODES][NDIM][MOST_WORDS];
+  for (kith_index root = 0; root < s->n; ++root)
+    for (int a = 0; a < NDIM; ++a)
+      for (int w = 0; w < s->words[a].n; ++w)
+        made[root][a][w] = (int8_t)by_rule(s, a, &s->words[a].word[w], root);
+  int missing = 0, wrong = 0;
+  size_t key = 0;
+  for (kith_index root = 0; root < s->n; ++root) {
+    int w[NDIM] = {0};
+    bool more = true;
+    for (; more; ++key) {
+      double x[NDIM];
+      bool itself = true;
+      int rule = 1;
+      for (int a = 0; a < NDIM; ++a) {
+        const struct word *word = &s->words[a].word[w[a]];
+        x[a] = word->sign * s->x[root][a] + word->shift;
+        itself = itself && w[a] == 0;
+        const int here = made[root][a][w[a]];
+        rule = rule == 0 || here == 0 ? 0 : rule < 0 || here < 0 ? -1 : 1;
+      }
+      if (itself) rule = 0;
+      missing += !itself && count[key] != 1 && is_significant(s, x, s->radius[root]);
+      wrong += rule >= 0 ? count[key] != rule : count[key] > 1;
+      more = false; /* the next combination of words, last axis fastest */
+      for (int a = NDIM - 1; a >= 0 && !more; --a) {
+        w[a] = (w[a] + 1) % s->words[a].n;
+        more = w[a] != 0;
+      }
+    }
+  }
+  CHECK(key == n_keys);
+  if (missing + wrong > 0) {
+    fprintf(stderr, "factor %g:", s->factor);
+    for (int a = 0; a < NDIM; ++a)
+      fprintf(stderr, " side %d in %g..%g", s->side[a], s->lower[a], s->upper[a]);
+    fprintf(stderr, ": %d missing, %d against the rule\n", missing, wrong);
+  }
+  CHECK(missing == 0);
+  CHECK(wrong == 0);
+}
+
+/* Culls what is not drawn: drawn ghosts and their controls are left, as they were. */
+static void check_cull(const struct kith_boundaries *all, struct kith_nodes *nodes, uint64_t *seed) {
+  const kith_index n = kith_nodes_count(nodes), n_ghost = nodes->n_ghost;
+  int created[NDIM] = {0}, kept[NDIM] = {0}, culled[NDIM] = {0}, wrong = 0;
+  uint8_t *keep = calloc((size_t)n_ghost + 1, 1), *needed = calloc((size_t)n, 1);
+  kith_index *renumber = malloc((size_t)n * sizeof *renumber);
+  double *x = malloc((size_t)n * sizeof(double[NDIM]));
+  memcpy(x, nodes->position->f64, (size_t)n * sizeof(double[NDIM]));
+  for (kith_index g = 0; g < n_ghost; ++g) keep[g] = needed[nodes->n_internal + g] = check_random(seed) < 0.3;
+  for (int b = nodes->n_blocks - 1; b >= 0; --b)
+    for (kith_index k = 0; k < nodes->blocks[b].count; ++k)
+      needed[nodes->blocks[b].control[k]] |= needed[nodes->blocks[b].first + k];
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    CHECK(block->boundary >= 0 && block->boundary < all->n);
+    created[block->boundary] += block->count;
+    for (kith_index k = 0; k < block->count; ++k) culled[block->boundary] += !needed[block->first + k];
+  }
+  CHECK_OK(kith_nodes_cull_ghosts(nodes, keep, renumber));
+  for (int b = 0; b < nodes->n_blocks; ++b) kept[nodes->blocks[b].boundary] += nodes->blocks[b].count;
+  for (int b = 0; b < all->n; ++b) CHECK(created[b] == culled[b] + kept[b]);
+  for (int round = 0; round < 2; ++round) { /* as they were moved, and as they follow their controls */
+    for (kith_index i = nodes->n_internal; i < n; ++i)
+      wrong += (renumber[i] >= 0) != needed[i] ||
+               (needed[i] && memcmp(nodes->position->f64 + (size_t)renumber[i] * NDIM, x + (size_t)i * NDIM,
+                                    sizeof(double[NDIM])) != 0);
+    kith_nodes_refresh_images(nodes, &nodes->position, 1);
+  }
+  CHECK(wrong == 0);
+  free(keep), free(needed), free(renumber), free(x);
+}
+
+static void check_scene(struct scene *s) {
+  static uint64_t seed = 9;
+  double most = 0;
+  for (int i = 0; i < s->n; ++i) most = fmax(most, s->radius[i]);
+  size_t n_keys = (size_t)s->n;
+  for (int a = 0; a < NDIM; ++a) {
+    s->words[a] = list_words(&side[s->side[a]], s->lower[a], s->upper[a], s->factor * most);
+    n_keys *= (size_t)s->words[a].n;
+  }
+  struct kith_nodes *nodes = make_nodes(s);
+  struct kith_boundaries all = make_boundaries(s);
+  CHECK_OK(kith_boundaries_ghosts(&all, nodes, s->factor, NULL));
+  CHECK_OK(kith_boundaries_ghosts(&all, nodes, s->factor, NULL)); /* drops those of the first */
+  uint8_t *count = calloc(n_keys, 1);
+  count_ghosts(s, nodes, count);
+  check_counts(s, count, n_keys);
+  free(count);
+  check_cull(&all, nodes, &seed);
+  kith_boundaries_clear(&all);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Radii 8 : 1. `out`: how far nodes may stick out of the box, in lengths. Every third node is on a face, edge
+ * or corner. */
+static void fill_random(struct scene *s, int n, double search_radius, double out, uint64_t *seed) {
+  s->n = n;
+  for (int i = 0; i < n; ++i) {
+    s->radius[i] = i == 0   ? search_radius
+                   : i == 1 ? search_radius / 8
+                            : search_radius * (0.125 + 0.875 * check_random(seed));
+    for (int a = 0; a < NDIM; ++a) {
+      const double u = check_random(seed) * (1 + 2 * out) - out, pick = check_random(seed);
+      s->x[i][a] = s->lower[a] + u * (s->upper[a] - s->lower[a]);
+      if (i % 3 == 0 && pick < 0.6) s->x[i][a] = pick < 0.3 ? s->lower[a] : s->upper[a];
+    }
+  }
+}
+
+/* 3 nodes an axis: lower face, the middle, upper face. */
+static void fill_lattice(struct scene *s, double search_radius) {
+  s->n = NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27;
+  for (int i = 0; i < s->n; ++i) {
+    s->radius[i] = i % 5 == 0 ? search_radius : search_radius / 8;
+    for (int a = 0, k = i; a < NDIM; ++a, k /= 3)
+      s->x[i][a] = s->lower[a] + (s->upper[a] - s->lower[a]) * (k % 3) / 2;
+  }
+}
+
+static void finish(struct scene *s, uint64_t *seed) {
+  s->n_lists = 3;
+  for (int i = 0; i < s->n; ++i) {
+    s->list[i] = 2 * (i > s->n / 2); /* list 1 is empty */
+    for (int a = 0; a < NDIM; ++a) s->v[i][a] = check_random(seed) - 0.5;
+  }
+}
+
+/* In 3-D, of the combinations with a one-sided member a fifth. */
+static bool is_skipped(const struct scene *s, int c) {
+  bool one_side = false;
+  for (int a = 0; a < NDIM; ++a) one_side = one_side || (s->side[a] > 0 && side[s->side[a]].ops->one_side);
+  return NDIM == 3 && one_side && c % 5 != 0;
+}
+
+static void check_combinations(void) {
+  const double length[] = {20, 1.1, 0.3}; /* for supports up to 1 */
+  uint64_t seed = 1;
+  int combinations = 1;
+  for (int a = 0; a < NDIM; ++a) combinations *= n_sides;
+  for (int c = 0; c < combinations; ++c)
+    for (int l = 0; l < 3; ++l)
+      for (int kind = 0; kind < 4; ++kind) {
+        if (NDIM == 3 && l == 2 && (c + kind) % 3 != 0)
+          continue; /* the most expensive ones: a third of them */
+        struct scene s = {.factor = 1};
+        for (int a = 0, k = c; a < NDIM; ++a, k /= n_sides) {
+          s.side[a] = k % n_sides;
+          s.lower[a] = a == 0 ? -0.7 : a == 1 ? 0 : 0.1;
+          s.upper[a] = s.lower[a] + length[l] * (1 + 0.1 * a);
+        }
+        if (is_skipped(&s, c)) continue;
+        if (kind == 0) fill_random(&s, 8, 1, 0, &seed);
+        if (kind == 1) fill_random(&s, 8, 1, l == 0 ? 0.01 : 0.4, &seed);
+        if (kind == 2)
+          fill_lattice(&s, l == 0 ? 10 : l == 1 ? 0.55 : 0.6); /* whole spacings on axis 0: exact ties */
+        if (kind == 3) fill_random(&s, 1, 1, 0, &seed);
+        finish(&s, &seed);
+        check_scene(&s);
+        s.factor = 2;
+        if (NDIM < 3 || l < 2 || c % 7 == 0) check_scene(&s);
+      }
+}
+
+/* One sheet of mixed boxes: thin on one axis, wide on the others. */
+static void check_mixed_lengths(void) {
+  uint64_t seed = 2;
+  for (int thin = 0; thin < NDIM; ++thin)
+    for (int k = 0; k < n_sides * n_sides; ++k) {
+      struct scene s = {.factor = 1};
+      for (int a = 0; a < NDIM; ++a) {
+        s.side[a] = a == thin ? k / n_sides : k % n_sides;
+        s.lower[a] = 0, s.upper[a] = a == thin ? 0.1 : 3;
+      }
+      fill_random(&s, 12, 1, 0, &seed);
+      finish(&s, &seed);
+      check_scene(&s);
+    }
+}
+
+/* All nodes far below the box, or far above it: the image that matters is not the first one. */
+static void check_far_out(void) {
+  uint64_t seed = 3;
+  for (int k = 1; k < n_sides; ++k)
+    for (int above = 0; above < 2; ++above) {
+      struct scene s = {.factor = 1};
+      for (int a = 0; a < NDIM; ++a) s.side[a] = k, s.lower[a] = -1, s.upper[a] = 1;
+      fill_random(&s, 8, 0.3, 0, &seed);
+      for (int i = 0; i < s.n; ++i) s.x[i][0] = above ? 2.7 + 0.1 * s.x[i][0] : -2.7 + 0.1 * s.x[i][0];
+      finish(&s, &seed);
+      check_scene(&s);
+    }
+}
+
+/* sum of (1 - (r/R)^2)^3 over all nodes and ghosts within R of x. */
+static double density(const struct kith_nodes *nodes, const double *x, double radius, int *within) {
+  double sum = 0;
+  *within = 0;
+  for (kith_index j = 0; j < kith_nodes_count(nodes); ++j) {
+    const double q = kith_distance2(x, nodes->position->f64 + j * NDIM) / (radius * radius);
+    if (q > 1) continue;
+    sum += (1 - q) * (1 - q) * (1 - q);
+    ++*within;
+  }
+  return sum;
+}
+
+/* The same by counting lattice vectors. */
+static double lattice_density(double radius, double spacing, int *within) {
+  const int range = (int)(radius / spacing) + 1, edge = 2 * range + 1;
+  double sum = 0;
+  *within = 0;
+  for (int k = 0; k < (NDIM == 1 ? edge : NDIM == 2 ? edge * edge : edge * edge * edge); ++k) {
+    int square = 0;
+    for (int a = 0, rest = k; a < NDIM; ++a, rest /= edge)
+      square += (rest % edge - range) * (rest % edge - range);
+    const double q = square * spacing * spacing / (radius * radius);
+    if (q > 1) continue;
+    sum += (1 - q) * (1 - q) * (1 - q);
+    ++*within;
+  }
+  return sum;
+}
+
+/* A periodic lattice of `cells` nodes an axis: all nodes see the same, as if space were filled. cells = 1 is
+ * one node, thinner in every direction than its own support. */
+static void check_lattice_density(int cells, double search_radius) {
+  static const char *const names[] = {"only"};
+  const double spacing = 1.0 / cells;
+  struct kith_nodes *nodes = NULL;
+  struct kith_boundaries all = {0};
+  CHECK_OK(kith_nodes_create(&nodes, 1, names));
+  const kith_index n = NDIM == 1 ? cells : NDIM == 2 ? cells * cells : cells * cells * cells;
+  CHECK_OK(kith_nodes_append(nodes, 0, n, NULL));
+  for (kith_index i = 0; i < n; ++i) {
+    nodes->search_radius->f64[i] = search_radius * spacing;
+    for (int a = 0, k = i; a < NDIM; ++a, k /= cells)
+      nodes->position->f64[i * NDIM + a] = (k % cells) * spacing;
+  }
+  for (int a = 0; a < NDIM; ++a)
+    CHECK_OK(kith_boundaries_add(&all, &kith_boundary_periodic, a, 0, 1, true, true));
+  CHECK_OK(kith_boundaries_ghosts(&all, nodes, 1, NULL));
+  int wanted, within;
+  const double rho = lattice_density(search_radius * spacing, spacing, &wanted);
+  for (kith_index i = 0; i < n; ++i) {
+    CHECK_CLOSE(density(nodes, nodes->position->f64 + i * NDIM, search_radius * spacing, &within) / rho, 1,
+                1e-12); /* round-off of sums */
+    CHECK(within == wanted);
+  }
+  kith_boundaries_clear(&all);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Values follow moved controls through the chain; ghosts of many chunks are the same with any number of
+ * threads. */
+static struct kith_nodes *crowd(int threads, struct kith_boundaries *all) {
+  static const char *const names[] = {"a", "b", "c"};
+  struct kith_nodes *nodes = NULL;
+  uint64_t seed = 77;
+  omp_set_num_threads(threads);
+  CHECK_OK(kith_nodes_create(&nodes, 3, names));
+  for (int l = 0; l < 3; ++l) CHECK_OK(kith_nodes_append(nodes, l, 9001, NULL));
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    nodes->id->i64[i] = i;
+    nodes->search_radius->f64[i] = 0.02 + 0.05 * check_random(&seed);
+    for (int a = 0; a < NDIM; ++a) nodes->position->f64[i * NDIM + a] = check_random(&seed);
+  }
+  for (int a = 0; a < NDIM; ++a)
+    CHECK_OK(kith_boundaries_add(all, a == 0 ? &kith_boundary_reflecting : &kith_boundary_periodic, a, 0, 1,
+                                 true, true));
+  CHECK_OK(kith_boundaries_ghosts(all, nodes, 1, NULL));
+  for (kith_index i = 0; i < nodes->n_internal * NDIM; ++i)
+    nodes->position->f64[i] += 0.01 * (check_random(&seed) - 0.5);
+  kith_nodes_refresh_images(nodes, &nodes->position, 1);
+  return nodes;
+}
+
+static void check_threads(void) {
+  struct kith_boundaries all[2] = {0};
+  struct kith_nodes *one = crowd(1, &all[0]), *two = crowd(2, &all[1]);
+  const size_t n = (size_t)kith_nodes_count(one);
+  CHECK(one->n_ghost > 2000 && one->n_ghost == two->n_ghost && one->n_blocks == two->n_blocks);
+  CHECK(memcmp(one->position->f64, two->position->f64, n * NDIM * sizeof(double)) == 0);
+  CHECK(memcmp(one->id->i64, two->id->i64, n * sizeof(int64_t)) == 0);
+  struct origin *origin = malloc(sizeof *origin * n);
+  find_origins(one, origin);
+  double worst = 0;
+  for (size_t i = 0; i < n; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      const double x = one->position->f64[(size_t)origin[i].root * NDIM + a];
+      worst =
+          fmax(worst, fabs(origin[i].sign[a] * x + origin[i].shift[a] - one->position->f64[i * NDIM + a]));
+    }
+  CHECK(worst <= 1e-15); /* one rounding of a number below 2 */
+  free(origin);
+  for (int k = 0; k < 2; ++k) kith_boundaries_clear(&all[k]);
+  kith_nodes_destroy(&one);
+  kith_nodes_destroy(&two);
+}
+
+/* ---- enforcing ---- */
+
+/* Nodes up to three lengths off the box, on the last axis: each ends inside, as the one of its images that is
+ * there; those that were inside stay as they are. */
+static void check_enforce(const struct side *on, uint64_t *seed) {
+  enum { N = 40, A = NDIM - 1 };
+  struct scene s = {.n = N, .n_lists = 1};
+  struct kith_boundaries all = {0};
+  const double lower = -0.3, upper = 0.9;
+  fill_random(&s, 0, 1, 0, seed);
+  s.n = N;
+  for (int i = 0; i < N; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      s.x[i][a] = lower + (upper - lower) * (i % 4 == 0 ? check_random(seed) : 7 * check_random(seed) - 3);
+      s.v[i][a] = check_random(seed) - 0.5;
+    }
+  struct kith_nodes *nodes = make_nodes(&s);
+  struct kith_field *v = kith_nodes_field_named(nodes, "velocity");
+  CHECK_OK(kith_boundaries_add(&all, on->ops, A, lower, upper, on->at_lower, on->at_upper));
+  struct kith_boundary *boundary = all.boundary[0];
+  boundary->settings = on->settings;
+  double moved[N][NDIM] = {0};
+  const uint64_t generation = nodes->positions;
+  CHECK(boundary->ops->violated(boundary, nodes));
+  CHECK_OK(kith_boundaries_enforce(&all, nodes, moved[0], false));
+  CHECK(!boundary->ops->violated(boundary, nodes) && nodes->positions == generation + 1);
+  const struct words words = list_words(on, lower, upper, 3 * (upper - lower));
+  for (int i = 0; i < N; ++i) {
+    const double x = s.x[i][A], y = nodes->position->f64[i * NDIM + A];
+    const bool was_inside = (x >= lower || !on->at_lower) && (x <= upper || !on->at_upper);
+    int found = -1;
+    for (int w = 0; w < words.n && found < 0; ++w)
+      if (fabs(words.word[w].sign * x + words.word[w].shift - y) < 1e-13) found = w;
+    CHECK(found >= 0 && (y >= lower || !on->at_lower) && (y <= upper || !on->at_upper));
+    if (found < 0) continue;
+    const double sign = words.word[found].sign;
+    if (was_inside) CHECK(y == x && sign == 1);
+    CHECK(v->f64[i * NDIM + A] == sign * s.v[i][A] + (sign < 0 ? 2 * on->velocity : 0));
+    CHECK(moved[i][A] == (on->ops->wraps ? y - x : 0));
+    for (int a = 0; a < A; ++a)
+      CHECK(nodes->position->f64[i * NDIM + a] == s.x[i][a] && v->f64[i * NDIM + a] == s.v[i][a]);
+  }
+  CHECK_OK(kith_boundaries_enforce(&all, nodes, NULL, false));
+  CHECK(nodes->positions == generation + 1); /* nothing was left to do */
+  nodes->position->f64[5 * NDIM + A] = NAN;
+  nodes->position->f64[7 * NDIM + A] = on->at_lower ? lower - 0.1 : upper + 0.1;
+  CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, NULL, false));
+  CHECK(strstr(kith_failure(), "node 5") != NULL);
+  nodes->position->f64[5 * NDIM + A] = 0;
+  CHECK(!boundary->ops->violated(boundary, nodes)); /* the others are put back */
+  kith_boundaries_clear(&all);
+  kith_nodes_destroy(&nodes);
+}
+
+/* ---- what all members have in common ---- */
+
+static void refuse(const struct kith_boundary_ops *ops, int axis, double lower, double upper, bool at_lower,
+                   bool at_upper) {
+  struct kith_boundaries all = {0};
+  CHECK_STATUS(ops->has_faces ? KITH_BAD_INPUT : KITH_OK,
+               kith_boundaries_add(&all, ops, axis, lower, upper, at_lower, at_upper));
+  CHECK(all.n == !ops->has_faces);
+  kith_boundaries_clear(&all);
+}
+
+static void check_member(const struct kith_boundary_ops *ops) {
+  static const char *const names[] = {"only"};
+  struct kith_boundaries all = {0};
+  struct kith_nodes *nobody = NULL;
+  const bool both = !ops->one_side;
+  CHECK(ops->doc != NULL && ops->ghosts != NULL && kith_boundary_find(ops->name) == ops);
+  CHECK(!(ops->wraps && ops->one_side) && (ops->has_faces || !(ops->wraps || ops->one_side)));
+  CHECK((ops->enforce != NULL) == ops->has_faces && (ops->violated != NULL) == ops->has_faces);
+  CHECK(!(ops->wraps && ops->keeps_lists)); /* a wrap takes a node away from its neighbors */
+  refuse(ops, NDIM, 0, 1, true, both);
+  refuse(ops, -1, 0, 1, true, both);
+  refuse(ops, 0, 1, 1, true, both);
+  refuse(ops, 0, NAN, 1, true, both);
+  refuse(ops, 0, 0, INFINITY, true, both);
+  refuse(ops, 0, 0, 1, false, false);
+  if (ops->wraps) refuse(ops, 0, 0, 1, true, false);
+  if (ops->one_side) refuse(ops, 0, 0, 1, true, true);
+  /* Without a node; then a second one on the axis. */
+  CHECK_OK(kith_nodes_create(&nobody, 1, names));
+  CHECK_OK(kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
+  CHECK_OK(kith_boundaries_ghosts(&all, nobody, 1, NULL));
+  CHECK_OK(kith_boundaries_enforce(&all, nobody, NULL, false));
+  CHECK(nobody->n_ghost == 0 && nobody->n_blocks == 0);
+  CHECK_STATUS(ops->has_faces ? KITH_BAD_INPUT : KITH_OK,
+               kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
+  kith_boundaries_clear(&all);
+  CHECK(all.n == 0);
+  kith_nodes_destroy(&nobody);
+}
+
+static void check_members(void) {
+  struct kith_boundaries all = {0};
+  kith_status status = KITH_OK;
+  const struct kith_boundary_ops *many = NULL;
+  CHECK(kith_boundary_find("perodic") == NULL);
+  for (const struct kith_boundary_ops *const *p = kith_boundary_all(); *p != NULL; ++p) {
+    check_member(*p);
+    if (!(*p)->has_faces) many = *p;
+  }
+  for (int k = 0; k < 99 && status == KITH_OK; ++k)
+    status = kith_boundaries_add(&all, many, 0, 0, 0, false, false);
+  CHECK(status == KITH_BAD_INPUT && all.n == 2 * NDIM + 8);
+  kith_boundaries_clear(&all);
+}
+
+int main(void) {
+  uint64_t seed = 12;
+  omp_set_num_threads(1); /* small scenes */
+  list_sides();
+  check_members();
+  for (int k = 1; k < n_sides; ++k) check_enforce(&side[k], &seed);
+  check_combinations();
+  check_mixed_lengths();
+  check_far_out();
+  check_lattice_density(1, 2.5);
+  check_lattice_density(1, 0.5);
+  check_lattice_density(2, 3.3);
+  check_lattice_density(5, 2.43);
+  check_lattice_density(7, 1.9);
+  check_threads();
+  for (int k = 0; k < n_sides; ++k) kith_free(&side[k].settings);
+  return check_failed();
+}

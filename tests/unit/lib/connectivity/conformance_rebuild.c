@@ -1,0 +1,317 @@
+/* Rebuild policies at their thresholds; and that a quiet displacement policy never loses a pair. */
+#include "lib/connectivity/policies/rebuild.h"
+
+#include <omp.h>
+#include <string.h>
+
+#include "tests/unit/oracle.h"
+
+static const double unit[3] = {1, 1, 1};
+
+static bool due(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes, const char *wanted) {
+  enum kith_rebuild_reason reason = KITH_REBUILD_REASONS;
+  CHECK_OK(kith_rebuilds_check(rebuilds, nodes, &reason));
+  return strcmp(kith_rebuild_reason_name(reason), wanted == NULL ? "none" : wanted) == 0;
+}
+
+/* 40 nodes in two lists, H = 0.1, R = (1 + 0.5) H: skin 0.05. */
+static struct kith_nodes *scene(void) {
+  uint64_t state = 2;
+  const int count[3] = {30, 10, 0};
+  struct kith_nodes *nodes = oracle_random(2, count, 0, 1, &state);
+  for (int i = 0; i < 40; ++i) nodes->support->f64[i] = 0.1, nodes->search_radius->f64[i] = 0.15;
+  return nodes;
+}
+
+static void words(void) {
+  struct kith_rebuilds r;
+  CHECK_OK(kith_rebuilds_create(&r, "displacement | entity_change|  never ", unit));
+  CHECK(r.n == 3 && r.policy[0].ops == &kith_rebuild_displacement &&
+        r.policy[1].ops == &kith_rebuild_entity_change);
+  CHECK(r.policy[2].ops == &kith_rebuild_never && kith_rebuilds_lasting(&r) && !r.snapshot_taken);
+  kith_rebuilds_clear(&r);
+  CHECK_OK(kith_rebuilds_create(&r, "never|always|never|always|never|always", NULL));
+  CHECK(r.n == 2 && !kith_rebuilds_lasting(&r) && r.cover.period[0] == 0);
+  kith_rebuilds_clear(&r);
+  const char *const bad[] = {"",
+                             "sometimes",
+                             "never|",
+                             "|never",
+                             "never||always",
+                             "never always",
+                             "displacement|always-",
+                             "entity change"};
+  for (int k = 0; k < (int)(sizeof bad / sizeof *bad); ++k) {
+    CHECK_STATUS(KITH_BAD_INPUT, kith_rebuilds_create(&r, bad[k], unit));
+    CHECK(r.n == 0);
+  }
+  CHECK(kith_rebuild_find("entity_change") == &kith_rebuild_entity_change &&
+        kith_rebuild_find("entity-change") == &kith_rebuild_entity_change);
+  CHECK(kith_rebuild_find("entity") == NULL && kith_rebuild_find("entity-changes") == NULL);
+  for (const struct kith_rebuild_ops *const *ops = kith_rebuild_all(); *ops; ++ops)
+    CHECK(kith_rebuild_find((*ops)->name) == *ops && (*ops)->doc != NULL);
+}
+
+static void trivial(void) {
+  struct kith_nodes *nodes = scene();
+  struct kith_rebuilds r;
+  for (int always = 0; always < 2; ++always) {
+    CHECK_OK(kith_rebuilds_create(&r, always ? "always" : "never", unit));
+    CHECK(due(&r, nodes, "first_build"));
+    CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+    CHECK(due(&r, nodes, always ? "always" : NULL));
+    kith_rebuilds_invalidate(&r);
+    CHECK(due(&r, nodes, "first_build"));
+    kith_rebuilds_clear(&r);
+  }
+  kith_nodes_destroy(&nodes);
+}
+
+/* Policies that do not promise to cover the motion: the check stops the run where the lists may miss a pair,
+ * not before, and not if another policy of the OR rebuilds them. */
+static void guarded(void) {
+  static const char *const policy[] = {"never", "entity-change", "never|entity-change", "never|displacement"};
+  for (int k = 0; k < 4; ++k) {
+    struct kith_nodes *nodes = scene();
+    struct kith_rebuilds r;
+    enum kith_rebuild_reason reason;
+    CHECK_OK(kith_rebuilds_create(&r, policy[k], unit));
+    CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+    nodes->position->f64[0] += 0.024, nodes->position->f64[NDIM] -= 0.024;
+    CHECK(due(&r, nodes, NULL));
+    nodes->position->f64[0] += 0.002, nodes->position->f64[NDIM] -= 0.002;
+    if (k < 3)
+      CHECK_STATUS(KITH_STALE, kith_rebuilds_check(&r, nodes, &reason));
+    else
+      CHECK(due(&r, nodes, "displacement"));
+    nodes->position->f64[0] -= 0.026, nodes->position->f64[NDIM] += 0.026;
+    nodes->support->f64[3] = 0.151; /* growth alone */
+    if (k < 3)
+      CHECK_STATUS(KITH_STALE, kith_rebuilds_check(&r, nodes, &reason));
+    else
+      CHECK(due(&r, nodes, "displacement"));
+    kith_rebuilds_clear(&r);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+static void entity_change(void) {
+  struct kith_nodes *nodes = scene();
+  struct kith_rebuilds r;
+  CHECK_OK(kith_rebuilds_create(&r, "entity-change", unit));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  nodes->position->f64[0] += 10; /* not its business */
+  oracle_ghosts(nodes, 0, false, 0.2);
+  CHECK(due(&r, nodes, NULL));
+  kith_index order[40], first;
+  for (int i = 0; i < 40; ++i) order[i] = i;
+  CHECK_OK(kith_nodes_reorder(nodes, order));
+  CHECK(due(&r, nodes, NULL));
+  order[3] = 4, order[4] = 3; /* a swap at constant count */
+  CHECK_OK(kith_nodes_reorder(nodes, order));
+  CHECK(due(&r, nodes, "entity_change"));
+  CHECK_OK(kith_nodes_reorder(nodes, order));
+  CHECK(due(&r, nodes, NULL));
+  CHECK_OK(kith_nodes_append(nodes, 1, 1, &first));
+  CHECK(due(&r, nodes, "entity_change"));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  CHECK(due(&r, nodes, NULL));
+  uint8_t dead[41] = {0};
+  dead[7] = 1;
+  CHECK_OK(kith_nodes_delete(nodes, dead));
+  CHECK(due(&r, nodes, "entity_change"));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  /* The same ids, but one moved to the other list. */
+  --nodes->lists[0].count, --nodes->lists[1].first, ++nodes->lists[1].count;
+  CHECK(due(&r, nodes, "entity_change"));
+  ++nodes->lists[0].count, ++nodes->lists[1].first, --nodes->lists[1].count;
+  CHECK(due(&r, nodes, NULL));
+  memset(dead, 1, sizeof dead); /* to none, and none again */
+  CHECK_OK(kith_nodes_delete(nodes, dead));
+  CHECK(due(&r, nodes, "entity_change"));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  CHECK(due(&r, nodes, NULL));
+  kith_rebuilds_clear(&r);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Two opposite movers: no common drift; each may go half the skin, 0.025. 1e-9: far above the rounding of
+ * positions of order 1, far below the skin. */
+static void threshold(void) {
+  struct kith_nodes *nodes = scene();
+  struct kith_rebuilds r;
+  CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  CHECK(due(&r, nodes, NULL));
+  double *x = nodes->position->f64, *support = nodes->support->f64;
+  for (int a = 0; a < NDIM; ++a)
+    for (int k = 0; k < 3; ++k) {
+      const double d = 0.025 + (k == 0   ? -0.001
+                                : k == 1 ? -1e-9
+                                         : 1e-9),
+                   before[2] = {x[5 * NDIM + a], x[9 * NDIM + a]};
+      x[5 * NDIM + a] += d, x[9 * NDIM + a] -= d;
+      CHECK(due(&r, nodes, k < 2 ? NULL : "displacement"));
+      x[5 * NDIM + a] += 1, x[9 * NDIM + a] -= 3; /* wrapped across a face, thrice even */
+      CHECK(due(&r, nodes, k < 2 ? NULL : "displacement"));
+      x[5 * NDIM + a] = before[0], x[9 * NDIM + a] = before[1];
+    }
+  /* Growth of the support: the whole skin is for it if nothing moves. */
+  support[3] = nextafter(0.15, 0);
+  CHECK(due(&r, nodes, NULL));
+  support[3] = 0.15;
+  CHECK(due(&r, nodes, NULL));
+  support[3] = nextafter(0.15, 1);
+  CHECK(due(&r, nodes, "displacement"));
+  /* Growth and motion share it: H_i + |d_i| + max |d_j|, whoever the mover is. */
+  support[3] = 0.13;
+  const double grown[] = {0.01, 0.02};
+  for (int k = 0; k < 4; ++k) {
+    const int mover = k < 2 ? 3 : 5, other = 9;
+    const double d = grown[k / 2] + (k % 2 ? 1e-9 : -1e-9), before[2] = {x[mover * NDIM], x[other * NDIM]};
+    x[mover * NDIM] += d, x[other * NDIM] -= d;
+    CHECK(due(&r, nodes, k % 2 ? "displacement" : NULL));
+    x[mover * NDIM] = before[0], x[other * NDIM] = before[1];
+  }
+  support[3] = NAN; /* a run that went wrong is not quiet */
+  CHECK(due(&r, nodes, "displacement"));
+  kith_rebuilds_clear(&r);
+  kith_nodes_destroy(&nodes);
+}
+
+static void boost_all(const struct kith_nodes *nodes, double by) {
+  for (int i = 0; i < nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      double *x = &nodes->position->f64[i * NDIM + a];
+      *x += (a + 1) * by;
+      *x -= floor(*x); /* wraps */
+    }
+}
+
+/* A uniform motion is none in a periodic or open box; between mirrors it is. */
+static void boost(void) {
+  for (int mirror = 0; mirror < 3; ++mirror) {
+    struct kith_nodes *nodes = scene();
+    struct kith_rebuilds r;
+    CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
+    if (mirror < 2) oracle_ghosts(nodes, NDIM - 1, mirror, 0.2);
+    CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+    boost_all(nodes, 0.3);
+    CHECK(due(&r, nodes, mirror == 1 ? "displacement" : NULL));
+    boost_all(nodes, 0.3); /* beyond half a period */
+    CHECK(due(&r, nodes, mirror == 1 ? "displacement" : NULL));
+    kith_rebuilds_clear(&r);
+    kith_nodes_destroy(&nodes);
+  }
+  /* Ghosts that stay where they are: every motion counts. */
+  struct kith_nodes *nodes = scene();
+  struct kith_rebuilds r;
+  CHECK_OK(kith_nodes_add_ghosts(nodes, &(struct kith_ghost_block){.kind = KITH_GHOST_FROZEN, .count = 1}));
+  CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  boost_all(nodes, 0.3);
+  CHECK(due(&r, nodes, "displacement"));
+  kith_rebuilds_clear(&r);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Random walks with growing supports: as long as the policy is quiet, every present pair was within R at the
+ * snapshot, for all images of a periodic box. And it is not always due. */
+static void never_misses(void) {
+  uint64_t state = 77;
+  struct kith_nodes *nodes = scene();
+  struct kith_rebuilds r;
+  CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
+  int quiet = 0, loud = 0;
+  double old[40 * NDIM];
+  for (int round = 0; round < 60; ++round) {
+    CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+    memcpy(old, nodes->position->f64, sizeof old);
+    for (int step = 0; step < 20; ++step) {
+      boost_all(nodes, 0.07);
+      for (int i = 0; i < 40 * NDIM; ++i) nodes->position->f64[i] += 0.008 * (check_random(&state) - 0.5);
+      for (int i = 0; i < 40; ++i) nodes->support->f64[i] = 0.1 + 0.02 * check_random(&state);
+      if (!due(&r, nodes, NULL)) {
+        ++loud;
+        break;
+      }
+      ++quiet;
+      for (int i = 0; i < 40; ++i)
+        for (int j = 0; j < i; ++j) {
+          double now = 0, then = 0; /* the closest images decide: R is below half a period */
+          for (int a = 0; a < NDIM; ++a) {
+            const double d = nodes->position->f64[i * NDIM + a] - nodes->position->f64[j * NDIM + a],
+                         e = old[i * NDIM + a] - old[j * NDIM + a];
+            now += pow(d - nearbyint(d), 2), then += pow(e - nearbyint(e), 2);
+          }
+          CHECK(!(sqrt(now) <= KITH_MAX(nodes->support->f64[i], nodes->support->f64[j])) ||
+                sqrt(then) <= 0.15);
+        }
+    }
+  }
+  CHECK(quiet > 100 && loud > 10);
+  kith_rebuilds_clear(&r);
+  kith_nodes_destroy(&nodes);
+}
+
+/* After a build all members have a new snapshot, also those that were not asked. */
+static void together(void) {
+  struct kith_nodes *nodes = scene();
+  struct kith_rebuilds r;
+  CHECK_OK(kith_rebuilds_create(&r, "entity-change|displacement", unit));
+  CHECK(due(&r, nodes, "first_build"));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  CHECK(due(&r, nodes, NULL));
+  nodes->id->i64[0] = 12345;
+  nodes->position->f64[0] += 0.2;
+  CHECK(due(&r, nodes, "entity_change"));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  CHECK(due(&r, nodes, NULL));
+  nodes->position->f64[0] += 0.2;
+  CHECK(due(&r, nodes, "displacement"));
+  kith_rebuilds_clear(&r);
+  kith_nodes_destroy(&nodes);
+}
+
+/* The decision does not depend on the number of threads: 3 blocks of the sum, a hair from the threshold. */
+static void threads(void) {
+  uint64_t state = 4;
+  const int count[3] = {10000, 0, 0};
+  struct kith_nodes *nodes = oracle_random(1, count, 0, 1, &state);
+  struct kith_rebuilds r;
+  CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
+  for (int i = 0; i < 10000; ++i) nodes->support->f64[i] = 0.1, nodes->search_radius->f64[i] = 0.15;
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  for (int i = 0; i < 10000 * NDIM; ++i) nodes->position->f64[i] += 0.02 * check_random(&state);
+  double low = 0.1, high = 0.15; /* find the threshold in H to the last bit, then ask with other threads */
+  while (nextafter(low, 1) < high) {
+    const double middle = 0.5 * (low + high);
+    nodes->support->f64[0] = middle;
+    if (due(&r, nodes, NULL))
+      low = middle;
+    else
+      high = middle;
+  }
+  for (int t = 1; t <= 3; ++t) {
+    omp_set_num_threads(t);
+    nodes->support->f64[0] = low;
+    CHECK(due(&r, nodes, NULL));
+    nodes->support->f64[0] = high;
+    CHECK(due(&r, nodes, "displacement"));
+  }
+  kith_rebuilds_clear(&r);
+  kith_nodes_destroy(&nodes);
+}
+
+int main(void) {
+  words();
+  trivial();
+  guarded();
+  entity_change();
+  threshold();
+  boost();
+  never_misses();
+  together();
+  threads();
+  return check_failed();
+}

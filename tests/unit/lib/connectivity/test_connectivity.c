@@ -1,0 +1,273 @@
+/* Rows, pairs, overlap and intersection against the definitions, for every search; ties, thin boxes, ghosts.
+ * Excluders: conformance_excluder.c; use that must be refused: test_failure_modes.c. */
+#include "tests/unit/oracle.h"
+
+#include <omp.h>
+
+#include "boundaries/boundary.h"
+
+static const struct kith_requirements everything = {
+    .rows = true, .pairs = true, .overlap_pairs = true, .intersection = true};
+
+static struct kith_connectivity *build(const struct kith_nodes *nodes, const struct kith_search_ops *ops,
+                                       struct kith_requirements need, const struct kith_excluder *chain) {
+  struct kith_search *search;
+  struct kith_connectivity *connectivity;
+  CHECK_OK(kith_search_create(&search, ops, nodes));
+  CHECK_OK(kith_search_update(search));
+  CHECK_OK(kith_connectivity_create(&connectivity));
+  CHECK_OK(kith_connectivity_build(connectivity, nodes, search, need, chain, NULL));
+  CHECK_OK(kith_connectivity_valid(connectivity, nodes));
+  kith_search_destroy(&search);
+  return connectivity;
+}
+
+/* All searches give the same bytes, and the right ones. Variant: ghost rows off or on; both kinds of
+ * intersection. */
+static void check_variant(const struct kith_nodes *nodes, const struct kith_excluder *chain, int variant) {
+  struct kith_requirements need = everything;
+  need.ghost_rows = variant & 1, need.on_segment = variant & 2;
+  struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, chain);
+  oracle_check(first, nodes, chain);
+  for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
+    struct kith_connectivity *other = build(nodes, *ops, need, chain);
+    CHECK(oracle_same(first, other));
+    kith_connectivity_destroy(&other);
+  }
+  kith_connectivity_destroy(&first);
+}
+
+static void check_all(const struct kith_nodes *nodes, const struct kith_excluder *chain) {
+  for (int variant = 0; variant < 4; ++variant) check_variant(nodes, chain, variant);
+}
+
+static void add_ghosts(struct kith_nodes *nodes, int kinds, double depth) {
+  for (int a = 0; a < NDIM; ++a, kinds /= 3)
+    if (kinds % 3 > 0) oracle_ghosts(nodes, a, kinds % 3 == 2, depth);
+}
+
+static void random_nodes(void) {
+  const int counts[][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {40, 0, 0}, {25, 0, 15}, {0, 20, 7}, {70, 1, 1}};
+  uint64_t state = 7;
+  for (int c = 0; c < (int)(sizeof counts / sizeof *counts); ++c)
+    for (int lists = 1; lists <= 3; lists += 2) {
+      /* supports 8:1 between neighbors */
+      struct kith_nodes *nodes = oracle_random(lists, counts[c], NDIM == 3 ? 0.06 : 0.03, 8, &state);
+      check_all(nodes, NULL);
+      kith_nodes_destroy(&nodes);
+    }
+}
+
+/* Nothing (0), periodic (1), mirror (2) for each axis: all combinations, with corners. */
+static void ghosts(void) {
+  uint64_t state = 11;
+  const int count[3] = {14, 6, 0};
+  int kinds = 1;
+  for (int a = 0; a < NDIM; ++a) kinds *= 3;
+  for (int k = 0; k < kinds; ++k) {
+    struct kith_nodes *nodes = oracle_random(3, count, 0.08, 3, &state);
+    add_ghosts(nodes, k, 0.24);
+    check_all(nodes, NULL);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+/* The same with the ghosts of boundaries, twice as deep for overlap: open, periodic, reflecting on each
+ * axis. */
+static void boundary_ghosts(void) {
+  uint64_t state = 19;
+  const int count[3] = {4, 0, 2};
+  int kinds = 1;
+  for (int a = 0; a < NDIM; ++a) kinds *= 3;
+  for (int k = 0; k < kinds; ++k) {
+    struct kith_nodes *nodes = oracle_random(3, count, 0.1, 2, &state);
+    struct kith_boundaries boundaries = {0};
+    for (int a = 0, rest = k; a < NDIM; ++a, rest /= 3)
+      if (rest % 3 > 0)
+        CHECK_OK(kith_boundaries_add(&boundaries,
+                                     rest % 3 == 1 ? &kith_boundary_periodic : &kith_boundary_reflecting, a,
+                                     0, 1, true, true));
+    CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 2, NULL));
+    check_variant(nodes, NULL, k % 4);
+    kith_boundaries_clear(&boundaries);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+/* A periodic lattice of 2 cells with R = h: every node has 2 NDIM neighbors, two images of each partner among
+ * them. */
+static void thin_box(void) {
+  struct kith_nodes *nodes = oracle_lattice(2, 2, 0.5);
+  struct kith_boundaries boundaries = {0};
+  for (int a = 0; a < NDIM; ++a)
+    CHECK_OK(kith_boundaries_add(&boundaries, &kith_boundary_periodic, a, 0, 1, true, true));
+  CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 2, NULL));
+  check_variant(nodes, NULL, 0);
+  struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    CHECK(c->rows.first[i + 1] - c->rows.first[i] == 2 * NDIM);
+  kith_connectivity_destroy(&c);
+  kith_boundaries_clear(&boundaries);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Search radius exactly a lattice distance: h, sqrt(2) h (irrational: decided by rounding, but alike
+ * everywhere), 2 h. Boxes of 1, 2 and 4 cells; a periodic box of one cell has its own images as neighbors. */
+static void lattices(void) {
+  for (int n = 1; n <= 4; n *= 2)
+    for (int kind = 0; kind < 3; ++kind)
+      for (int lists = 1; lists <= 2; ++lists) {
+        const double h = 1.0 / n, search_radius = kind == 0 ? h : kind == 1 ? 2 * h : sqrt(2) * h;
+        struct kith_nodes *nodes = oracle_lattice(lists, n, search_radius);
+        if (n < 4) add_ghosts(nodes, 1 + 3 + 9, h); /* one layer more than the box, periodic */
+        check_all(nodes, NULL);
+        kith_nodes_destroy(&nodes);
+      }
+  /* By hand: an inner node of a lattice with R = h has 2 NDIM neighbors; with R just below none. */
+  for (int below = 0; below < 2; ++below) {
+    struct kith_nodes *nodes = oracle_lattice(1, 4, below ? nextafter(0.25, 0) : 0.25);
+    struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
+    const kith_index inner = NDIM == 1 ? 1 : NDIM == 2 ? 5 : 21;
+    CHECK(c->rows.first[inner + 1] - c->rows.first[inner] == (below ? 0 : 2 * NDIM));
+    kith_connectivity_destroy(&c);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+/* Ten nodes in one place, some with search radius 0; and a far node outside of everything. */
+static void coincident(void) {
+  uint64_t state = 3;
+  const int count[3] = {12, 0, 0};
+  struct kith_nodes *nodes = oracle_random(1, count, 0.1, 1, &state);
+  for (int i = 0; i < 10 * NDIM; ++i) nodes->position->f64[i] = 0.5;
+  for (int i = 0; i < 5; ++i) nodes->search_radius->f64[i] = 0;
+  for (int a = 0; a < NDIM; ++a) nodes->position->f64[10 * NDIM + a] = 1e6;
+  ++nodes->positions;
+  check_all(nodes, NULL);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Enough nodes for many groups, chunks and shares: any number of threads and any search gives the same
+ * bytes. */
+static void threads(void) {
+  uint64_t state = 23;
+  const int count[3] = {900, 300, 0};
+  struct kith_requirements need = everything;
+  need.ghost_rows = true;
+  struct kith_nodes *nodes = oracle_random(2, count, NDIM == 1 ? 0.005 : NDIM == 2 ? 0.03 : 0.07, 2, &state);
+  add_ghosts(nodes, 1, 0.2);
+  struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, NULL);
+  for (int t = 1; t <= 3; ++t) {
+    omp_set_num_threads(t);
+    for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
+      struct kith_connectivity *other = build(nodes, *ops, need, NULL);
+      CHECK(oracle_same(first, other));
+      kith_connectivity_destroy(&other);
+    }
+  }
+  omp_set_num_threads(2);
+  for (int i = 0; i < kith_nodes_count(nodes); ++i)
+    ORACLE_ROW(&first->rows, i, kith_nodes_count(nodes), j, oracle_neighbors(nodes, NULL, i, j));
+  kith_connectivity_destroy(&first);
+  kith_nodes_destroy(&nodes);
+}
+
+/* --- reuse of memory, breaches, requirements --- */
+
+static void reuse(void) {
+  uint64_t state = 13;
+  const int count[3] = {50, 10, 0};
+  struct kith_nodes *nodes = oracle_random(2, count, 0.2, 2, &state);
+  add_ghosts(nodes, 1, 0.2);
+  struct kith_search *search;
+  struct kith_connectivity *c;
+  CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
+  CHECK_OK(kith_search_update(search));
+  CHECK_OK(kith_connectivity_create(&c));
+  omp_set_num_threads(1);
+  CHECK_OK(kith_connectivity_build(c, nodes, search, everything, NULL, NULL));
+  CHECK_OK(kith_pairs_couple(&c->pairs));
+  const size_t bytes = kith_connectivity_bytes(c);
+  const void *const where[] = {c->rows.first,   c->rows.node,    c->pairs.node,
+                               c->pairs.of_row, c->overlap.node, c->intersection.node};
+  CHECK_OK(kith_connectivity_build(c, nodes, search, everything, NULL, NULL));
+  const void *const now[] = {c->rows.first,   c->rows.node,    c->pairs.node,
+                             c->pairs.of_row, c->overlap.node, c->intersection.node};
+  CHECK(kith_connectivity_bytes(c) == bytes && memcmp(where, now, sizeof now) == 0);
+  CHECK(c->pairs.f_couple == NULL && bytes > c->pairs.n * sizeof(kith_index[2]));
+  /* Less is less: what is not asked for is not there. */
+  CHECK_OK(kith_connectivity_build(c, nodes, search, (struct kith_requirements){.rows = true}, NULL, NULL));
+  CHECK(c->pairs.n == 0 && c->overlap.n == 0 && c->intersection.n == 0 && !c->built.pairs &&
+        c->rows.n == nodes->n_internal);
+  CHECK(kith_connectivity_pair(c, 0, 1) == 0);
+  CHECK_OK(kith_connectivity_build(c, nodes, search, (struct kith_requirements){0}, NULL, NULL));
+  CHECK(c->rows.n == 0 && !c->built.rows);
+  CHECK_OK(kith_connectivity_valid(c, nodes));
+  omp_set_num_threads(2);
+  kith_connectivity_destroy(&c);
+  kith_search_destroy(&search);
+  kith_nodes_destroy(&nodes);
+}
+
+static void breach(const struct kith_connectivity *c, const struct kith_nodes *nodes, kith_index *place,
+                   kith_index wrong) {
+  const kith_index right = *place;
+  CHECK(right != wrong);
+  *place = wrong;
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(c, nodes));
+  *place = right;
+  CHECK_OK(kith_connectivity_valid(c, nodes));
+}
+
+/* One wrong number anywhere is found. */
+static void breaches(void) {
+  struct kith_nodes *nodes = oracle_lattice(1, 4, 0.5);
+  struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
+  CHECK_OK(kith_pairs_couple(&c->pairs));
+  const kith_index n = kith_nodes_count(nodes);
+  breach(c, nodes, &c->rows.node[0], n);
+  breach(c, nodes, &c->rows.node[0], 0);
+  breach(c, nodes, &c->rows.node[1], c->rows.node[0]);
+  breach(c, nodes, &c->rows.node[c->rows.first[1] - 1], n - 1);
+  breach(c, nodes, &c->pairs.node[1][1], c->pairs.node[0][1]);
+  breach(c, nodes, &c->pairs.node[0][0], 1);
+  breach(c, nodes, (kith_index *)&c->pairs.of_row[1], 0);
+  breach(c, nodes, &c->overlap_pairs.node[1][1], c->overlap_pairs.node[0][1]);
+  breach(c, nodes, (kith_index *)&c->overlap_pairs.of_row[1], 0);
+  breach(c, nodes, &c->overlap.node[0], 0);
+  breach(c, nodes, &c->overlap.node[1], -1);
+  breach(c, nodes, &c->intersection.node[0], -1);
+  breach(c, nodes, &c->intersection.node[1], n - 1);
+  --c->rows.first[2];
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(c, nodes));
+  ++c->rows.first[2];
+  --c->pairs.n;
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(c, nodes));
+  ++c->pairs.n;
+  c->pairs.f_couple[0] = NAN;
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(c, nodes));
+  kith_connectivity_destroy(&c);
+  kith_nodes_destroy(&nodes);
+}
+
+static void requirements(void) {
+  const struct kith_requirements none = {0}, pairs = {.pairs = true}, all = {.intersection = true},
+                                 segment = {.intersection = true, .on_segment = true};
+  CHECK(kith_requirements_or(none, pairs).pairs && !kith_requirements_or(none, pairs).rows);
+  CHECK(kith_requirements_or(segment, none).on_segment && kith_requirements_or(pairs, segment).on_segment);
+  CHECK(!kith_requirements_or(segment, all).on_segment && kith_requirements_or(segment, all).intersection);
+}
+
+int main(void) {
+  random_nodes();
+  ghosts();
+  boundary_ghosts();
+  thin_box();
+  lattices();
+  coincident();
+  threads();
+  reuse();
+  breaches();
+  requirements();
+  return check_failed();
+}

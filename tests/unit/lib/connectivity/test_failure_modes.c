@@ -1,0 +1,204 @@
+/* test_failure_modes.c - the common failure modes of code that uses connectivity: each is refused by name, or
+ * cannot happen. */
+#include "tests/unit/oracle.h"
+
+static const struct kith_requirements everything = {
+    .rows = true, .pairs = true, .overlap_pairs = true, .intersection = true};
+
+/* Nodes, a search and a connectivity, not yet built. */
+struct world {
+  struct kith_nodes *nodes;
+  struct kith_search *search;
+  struct kith_connectivity *c;
+};
+
+static void open_world(struct world *w) {
+  const int count[3] = {20, 5, 0};
+  uint64_t state = 9;
+  w->nodes = oracle_random(2, count, 0.25, 1.5, &state);
+  CHECK_OK(kith_nodes_number_images(w->nodes));
+  oracle_ghosts(w->nodes, 0, false, 0.5);
+  for (kith_index g = w->nodes->n_internal; g < kith_nodes_count(w->nodes); ++g)
+    w->nodes->image->i64[g] = w->nodes->position->f64[g * NDIM] < 0.5 ? -1 : 1;
+  CHECK_OK(kith_search_create(&w->search, kith_search_find("tree"), w->nodes));
+  CHECK_OK(kith_connectivity_create(&w->c));
+}
+
+static void build(struct world *w, struct kith_requirements need) {
+  CHECK_OK(kith_search_update(w->search));
+  CHECK_OK(kith_connectivity_build(w->c, w->nodes, w->search, need, NULL, NULL));
+}
+
+static void close_world(struct world *w) {
+  kith_connectivity_destroy(&w->c);
+  kith_search_destroy(&w->search);
+  kith_nodes_destroy(&w->nodes);
+}
+
+static void using_connectivity_before_neighbors_are_updated(void) {
+  struct world w;
+  open_world(&w);
+  CHECK_STATUS(KITH_STALE, kith_connectivity_fresh(w.c, w.nodes)); /* nothing was built */
+  CHECK_STATUS(KITH_STALE, kith_connectivity_build(w.c, w.nodes, w.search, everything, NULL, NULL));
+  build(&w, everything);
+  ++w.nodes
+        ->positions; /* nodes may move while Verlet lists are kept, but no list is built from an old search */
+  CHECK_OK(kith_connectivity_fresh(w.c, w.nodes));
+  CHECK_STATUS(KITH_STALE, kith_connectivity_build(w.c, w.nodes, w.search, everything, NULL, NULL));
+  oracle_ghosts(w.nodes, 0, true, 0.1);
+  CHECK_STATUS(KITH_STALE, kith_connectivity_fresh(w.c, w.nodes));
+  CHECK_STATUS(KITH_STALE,
+               kith_connectivity_provides(w.c, w.nodes, (struct kith_requirements){.rows = true}));
+  CHECK_STATUS(KITH_STALE, kith_connectivity_valid(w.c, w.nodes));
+  CHECK_STATUS(KITH_STALE, kith_connectivity_build(w.c, w.nodes, w.search, everything, NULL, NULL));
+  close_world(&w);
+}
+
+static void retaining_pairwise_fields_across_rebuilds(void) {
+  struct world w;
+  struct kith_pairwise field = {0};
+  kith_index renumber[512];
+  uint8_t keep[512] = {0};
+  open_world(&w);
+  build(&w, everything);
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c)); /* never prepared */
+  CHECK_OK(kith_pairwise_prepare(&field, w.c, 4));
+  CHECK_OK(kith_pairwise_fresh(&field, w.c));
+  CHECK(field.n == w.c->pairs.n && field.n > 0 && field.components == 4 && field.capacity >= 4 * field.n);
+  const double *const before = field.value;
+  CHECK_OK(kith_pairwise_prepare(&field, w.c, 3));
+  CHECK(field.value == before); /* memory is reused */
+  build(&w, everything);
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c));
+  CHECK_OK(kith_pairwise_prepare(&field, w.c, 1));
+  const kith_index old_count = kith_nodes_count(w.nodes);
+  kith_connectivity_mark_ghosts(w.c, w.nodes, keep);
+  CHECK_OK(kith_nodes_cull_ghosts(w.nodes, keep, renumber));
+  CHECK_OK(kith_connectivity_patch(w.c, w.nodes, renumber, old_count));
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c)); /* a patch numbers the pairs anew as well */
+  CHECK_OK(kith_pairwise_prepare(&field, w.c, 1));
+  CHECK_OK(kith_connectivity_canonical(w.c, w.nodes));
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c));
+  kith_pairwise_clear(&field);
+  CHECK(field.value == NULL && field.n == 0);
+  close_world(&w);
+}
+
+static void assuming_ghost_connectivity_exists(void) {
+  static const struct {
+    struct kith_requirements need;
+    const char *name;
+  } missing[] = {{{.ghost_rows = true}, "rows of ghosts"},   {{.overlap = true}, "overlap rows"},
+                 {{.overlap_pairs = true}, "overlap pairs"}, {{.pairs = true}, "pairs"},
+                 {{.intersection = true}, "intersections"},  {{.rows = true}, "rows"}};
+  const int n = (int)(sizeof missing / sizeof missing[0]);
+  struct world w;
+  open_world(&w);
+  build(&w, (struct kith_requirements){.rows = true});
+  CHECK(w.nodes->n_ghost > 0 && w.c->rows.n == w.nodes->n_internal); /* no row, not an empty one */
+  for (int k = 0; k < n; ++k) {
+    if (k == n - 1) build(&w, (struct kith_requirements){0});
+    CHECK_STATUS(KITH_UNSUPPORTED, kith_connectivity_provides(w.c, w.nodes, missing[k].need));
+    CHECK(strstr(kith_failure(), missing[k].name) != NULL);
+  }
+  /* The overlap needs rows of ghosts while it is built; nobody else may read them. */
+  build(&w, everything);
+  CHECK_STATUS(KITH_UNSUPPORTED,
+               kith_connectivity_provides(w.c, w.nodes, (struct kith_requirements){.ghost_rows = true}));
+  CHECK_OK(kith_connectivity_provides(w.c, w.nodes, everything));
+  build(&w, (struct kith_requirements){.ghost_rows = true});
+  CHECK_OK(kith_connectivity_provides(w.c, w.nodes, (struct kith_requirements){.ghost_rows = true}));
+  CHECK(w.c->rows.n == kith_nodes_count(w.nodes));
+  close_world(&w);
+}
+
+/* Each interaction is in the list once, and kith_connectivity_pair finds it from both ends; in both
+ * orders. */
+static void double_counting_pair_interactions(void) {
+  for (int canonical = 0; canonical < 2; ++canonical) {
+    struct world w;
+    open_world(&w);
+    build(&w, everything);
+    if (canonical) CHECK_OK(kith_connectivity_canonical(w.c, w.nodes));
+    const kith_index n = kith_nodes_count(w.nodes);
+    size_t interactions = 0;
+    uint8_t *counted = calloc(w.c->pairs.n + 1, 1);
+    for (kith_index i = 0; i < n; ++i)
+      for (kith_index j = i; j < n; ++j) {
+        const bool here = i < w.nodes->n_internal && oracle_neighbors(w.nodes, NULL, i, j);
+        const size_t p = kith_connectivity_pair(w.c, i, j);
+        CHECK(kith_connectivity_pair(w.c, j, i) == p && (p < w.c->pairs.n) == here);
+        if (!here || p >= w.c->pairs.n) continue;
+        const kith_index *ends = w.c->pairs.node[p];
+        CHECK((ends[0] == i && ends[1] == j) || (ends[0] == j && ends[1] == i));
+        CHECK(counted[p]++ == 0);
+        ++interactions;
+      }
+    CHECK(interactions == w.c->pairs.n && interactions > 0);
+    CHECK(kith_connectivity_pair(w.c, -1, 0) == w.c->pairs.n);
+    CHECK(kith_connectivity_pair(w.c, n, n + 1) == w.c->pairs.n);
+    free(counted);
+    close_world(&w);
+  }
+}
+
+/* Order by index is for patches and validation; whoever has canonical order is refused both. */
+static void breaking_deterministic_order(void) {
+  struct world w;
+  kith_index renumber[512];
+  open_world(&w);
+  build(&w, everything);
+  CHECK_OK(kith_connectivity_canonical(w.c, w.nodes));
+  const kith_index n = kith_nodes_count(w.nodes);
+  for (kith_index i = 0; i < n; ++i) renumber[i] = i;
+  CHECK_STATUS(KITH_UNSUPPORTED, kith_connectivity_patch(w.c, w.nodes, renumber, n));
+  CHECK_STATUS(KITH_UNSUPPORTED, kith_connectivity_valid(w.c, w.nodes));
+  CHECK_STATUS(KITH_UNSUPPORTED,
+               kith_connectivity_provides(w.c, w.nodes, (struct kith_requirements){.intersection = true}));
+  for (kith_index i = 0; i < w.nodes->n_internal; ++i)
+    for (size_t e = w.c->rows.first[i] + 1; e < w.c->rows.first[i + 1]; ++e) {
+      const kith_index j = w.c->rows.node[e - 1], k = w.c->rows.node[e];
+      CHECK(w.nodes->id->i64[j] < w.nodes->id->i64[k] ||
+            (w.nodes->id->i64[j] == w.nodes->id->i64[k] && w.nodes->image->i64[j] < w.nodes->image->i64[k]));
+    }
+  /* Ghosts are not the tail of such rows; they are still found. */
+  uint8_t *keep = calloc((size_t)w.nodes->n_ghost, 1);
+  kith_connectivity_mark_ghosts(w.c, w.nodes, keep);
+  for (kith_index g = w.nodes->n_internal; g < n; ++g) {
+    bool needed = false;
+    for (kith_index i = 0; i < w.nodes->n_internal; ++i) needed |= oracle_neighbors(w.nodes, NULL, i, g);
+    CHECK(keep[g - w.nodes->n_internal] == needed);
+  }
+  free(keep);
+  close_world(&w);
+}
+
+/* What was not required costs nothing: it is not there, not even from the build before. */
+static void ignoring_overlap_and_intersection_cost(void) {
+  struct world w;
+  open_world(&w);
+  build(&w, everything);
+  CHECK(w.c->overlap.n > 0 && w.c->overlap_pairs.n > 0 && w.c->intersection.n > 0);
+  build(&w, (struct kith_requirements){.rows = true, .pairs = true});
+  CHECK(w.c->overlap.n == 0 && w.c->overlap_pairs.n == 0 && w.c->intersection.n == 0);
+  CHECK(!w.c->built.overlap && !w.c->built.overlap_pairs && !w.c->built.intersection && w.c->built.pairs);
+  struct kith_connectivity *lean;
+  CHECK_OK(kith_connectivity_create(&lean));
+  CHECK_OK(
+      kith_connectivity_build(lean, w.nodes, w.search, (struct kith_requirements){.rows = true}, NULL, NULL));
+  CHECK(lean->overlap.entries_capacity == 0 && lean->intersection.entries_capacity == 0);
+  CHECK(lean->pairs.capacity == 0 && lean->overlap_pairs.capacity == 0 && lean->spans.first_capacity == 0);
+  CHECK(kith_connectivity_bytes(lean) < kith_connectivity_bytes(w.c));
+  kith_connectivity_destroy(&lean);
+  close_world(&w);
+}
+
+int main(void) {
+  using_connectivity_before_neighbors_are_updated();
+  retaining_pairwise_fields_across_rebuilds();
+  assuming_ghost_connectivity_exists();
+  double_counting_pair_interactions();
+  breaking_deterministic_order();
+  ignoring_overlap_and_intersection_cost();
+  return check_failed();
+}

@@ -1,0 +1,144 @@
+/* A patch after a cull is a build on the culled nodes, byte for byte. */
+#include "tests/unit/oracle.h"
+
+enum { LIMIT = 4096 }; /* more nodes than any test here has */
+
+static struct kith_connectivity *build(const struct kith_nodes *nodes, const char *name,
+                                       struct kith_requirements need) {
+  struct kith_search *search;
+  struct kith_connectivity *connectivity;
+  CHECK_OK(kith_search_create(&search, kith_search_find(name), nodes));
+  CHECK_OK(kith_search_update(search));
+  CHECK_OK(kith_connectivity_create(&connectivity));
+  CHECK_OK(kith_connectivity_build(connectivity, nodes, search, need, NULL, NULL));
+  kith_search_destroy(&search);
+  return connectivity;
+}
+
+/* Factors that name their pair by the positions of its ends, so that each can be found again. */
+static double factor(const struct kith_nodes *nodes, const kith_index *pair) {
+  const double *x = nodes->position->f64;
+  return x[pair[0] * NDIM] + 3 * x[pair[1] * NDIM] + 7 * x[pair[0] * NDIM + NDIM - 1] +
+         11 * x[pair[1] * NDIM + NDIM - 1];
+}
+
+static void cull_patch_compare(struct kith_nodes *nodes, struct kith_connectivity *c, uint8_t *keep) {
+  kith_index renumber[LIMIT];
+  const kith_index old_count = kith_nodes_count(nodes);
+  const uint64_t generation = c->generation;
+  CHECK(old_count <= LIMIT);
+  if (c->built.pairs) CHECK_OK(kith_pairs_couple(&c->pairs));
+  for (size_t p = 0; p < c->pairs.n; ++p) c->pairs.f_couple[p] = factor(nodes, c->pairs.node[p]);
+  CHECK_OK(kith_nodes_cull_ghosts(nodes, keep, renumber));
+  CHECK_OK(kith_connectivity_patch(c, nodes, renumber, old_count));
+  CHECK(c->generation > generation);
+  CHECK_OK(kith_connectivity_fresh(c, nodes));
+  CHECK_OK(kith_connectivity_valid(c, nodes));
+  struct kith_connectivity *fresh = build(nodes, "brute", c->built);
+  CHECK(oracle_same(c, fresh));
+  for (size_t p = 0; p < c->pairs.n; ++p) CHECK(c->pairs.f_couple[p] == factor(nodes, c->pairs.node[p]));
+  kith_connectivity_destroy(&fresh);
+}
+
+static struct kith_nodes *scene(int kinds, double depth, uint64_t seed) {
+  const int count[3] = {16, 0, 9};
+  struct kith_nodes *nodes = oracle_random(3, count, 0.1, 2.5, &seed);
+  for (int a = 0; a < NDIM; ++a, kinds /= 3)
+    if (kinds % 3 > 0) oracle_ghosts(nodes, a, kinds % 3 == 2, depth);
+  return nodes;
+}
+
+/* The rule of the lifecycle: what no internal row needs goes. Holds for everything but overlap with ghost
+ * rows. */
+static void unneeded_ghosts(void) {
+  int kinds = 1, culled = 0;
+  for (int a = 0; a < NDIM; ++a) kinds *= 3;
+  for (int k = 0; k < kinds; ++k)
+    for (int variant = 0; variant < 6; ++variant) {
+      struct kith_requirements need = {.rows = true, .pairs = variant > 0, .intersection = variant > 1};
+      need.on_segment = variant == 3, need.ghost_rows = variant == 4, need.overlap_pairs = variant == 5;
+      struct kith_nodes *nodes = scene(k, 0.5, (uint64_t)k);
+      struct kith_connectivity *c = build(nodes, "tree", need);
+      uint8_t keep[LIMIT] = {0};
+      kith_connectivity_mark_ghosts(c, nodes, keep);
+      /* The marks are the ghosts that some internal node interacts with. */
+      for (int g = nodes->n_internal; g < kith_nodes_count(nodes); ++g) {
+        bool needed = false;
+        for (int i = 0; i < nodes->n_internal; ++i) needed = needed || oracle_neighbors(nodes, NULL, i, g);
+        CHECK(keep[g - nodes->n_internal] == needed);
+        culled += !needed;
+      }
+      cull_patch_compare(nodes, c, keep);
+      kith_connectivity_destroy(&c);
+      kith_nodes_destroy(&nodes);
+    }
+  CHECK(culled > 0);
+}
+
+/* Any ghosts may go, needed or not, where no overlap is stored; twice in a row. */
+static void any_ghosts(void) {
+  uint64_t state = 21;
+  for (int round = 0; round < 12; ++round) {
+    struct kith_requirements need = {.rows = true, .pairs = round % 4 > 0, .intersection = round % 4 > 1};
+    need.on_segment = round % 4 == 3, need.ghost_rows = round >= 6;
+    struct kith_nodes *nodes = scene(1 + 3 * (round % 3), 0.4, state);
+    struct kith_connectivity *c = build(nodes, "tree", need);
+    for (int again = 0; again < 2; ++again) {
+      uint8_t keep[LIMIT];
+      const double kept = round % 5 == 0 ? 0 : 0.6;
+      for (int g = 0; g < nodes->n_ghost; ++g) keep[g] = check_random(&state) < kept;
+      cull_patch_compare(nodes, c, keep);
+    }
+    kith_connectivity_destroy(&c);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+/* Overlap with ghost rows: a removed ghost may have been the only node that two supports share, unless it is
+ * in no row of a kept node. Sets closed in this way: whole clusters. Here: the nodes near, and a cluster far
+ * off. */
+static void closed_sets(void) {
+  const struct kith_requirements need = {
+      .pairs = true, .ghost_rows = true, .overlap_pairs = true, .intersection = true};
+  for (int cut = 0; cut < 2; ++cut) {
+    struct kith_nodes *nodes = scene(1, 0.4, 33);
+    struct kith_ghost_block far = {.kind = KITH_GHOST_IMAGE, .count = nodes->lists[0].count};
+    CHECK_OK(kith_resize(&far.control, 0, (size_t)far.count, sizeof *far.control));
+    for (int a = 0; a < NDIM; ++a) far.image.sign[a] = 1, far.image.shift[a] = 100;
+    for (kith_index k = 0; k < far.count; ++k) far.control[k] = k;
+    const int near = nodes->n_ghost;
+    CHECK_OK(kith_nodes_add_ghosts(nodes, &far));
+    struct kith_connectivity *c = build(nodes, "tree", need);
+    uint8_t keep[LIMIT];
+    for (int g = 0; g < nodes->n_ghost; ++g) keep[g] = cut ? g < near : 1;
+    cull_patch_compare(nodes, c, keep);
+    kith_connectivity_destroy(&c);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+static void refusals(void) {
+  struct kith_nodes *nodes = scene(1, 0.4, 5);
+  struct kith_connectivity *c = build(nodes, "tree", (struct kith_requirements){.pairs = true});
+  kith_index renumber[LIMIT];
+  const kith_index n = kith_nodes_count(nodes);
+  for (kith_index i = 0; i < n; ++i) renumber[i] = i;
+  CHECK_STATUS(KITH_STALE, kith_connectivity_patch(c, nodes, renumber, n - 1));
+  renumber[0] = 1, renumber[1] = 0;
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_patch(c, nodes, renumber, n));
+  renumber[0] = 0, renumber[1] = 1, renumber[n - 1] = -1;
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_patch(c, nodes, renumber, n));
+  renumber[n - 1] = n - 1;
+  CHECK_OK(kith_connectivity_patch(c, nodes, renumber, n));
+  CHECK_OK(kith_connectivity_valid(c, nodes));
+  kith_connectivity_destroy(&c);
+  kith_nodes_destroy(&nodes);
+}
+
+int main(void) {
+  unneeded_ghosts();
+  any_ghosts();
+  closed_sets();
+  refusals();
+  return check_failed();
+}

@@ -1,0 +1,630 @@
+/* The contract of the family of partitioners, for every member of its list with each of its options, on grids
+ * of every kind (thinner than a cell, one and two cells on a periodic axis, more ranks than cells).
+ *
+ * Maps: every cell has one owner in range; own cells and ghost cells of all ranks against brute force, in
+ * ascending order, and the same from both sides of each exchange; forward halves meet every pair of cells
+ * once; the rank of any position. Two runs give the same maps; `changed` and the generation are right; only
+ * the ratio of weights counts. Names and options: unknown ones are refused with the list of valid ones.
+ * Weights that are negative or not finite are refused, and what is refused changes nothing. Restarts: a
+ * member that gets the state and the map of another one continues as that one does; damaged state is
+ * refused. */
+#include "lib/domain/partition/shell.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/unit/lib/domain/partition_world.h"
+
+enum { UPDATES = 4, MOST_RUN_CELLS = 1024 };
+enum { MOST_RANKS = 64, MOST_CELLS = 64, MOST_TEXTS = 40, SHIFTS = NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27 };
+
+/* ---- a world in whole numbers: cells have edge 1, the box begins at 0 ---- */
+
+/* Does cell d, displaced by `shift` boxes, touch cell c, and is it not c itself? */
+static bool touches(const struct kith_cells *cells, int64_t c, int64_t d, const int *shift) {
+  bool same = true;
+  for (int a = 0; a < NDIM; ++a) {
+    const int64_t m = cells->count[a], apart = d % m + shift[a] * m - c % m;
+    if (llabs(apart) > 1 || (shift[a] != 0 && !cells->periodic[a])) return false;
+    same = same && apart == 0;
+    c /= m, d /= m;
+  }
+  return !same;
+}
+
+static void shift_of(int code, int *shift) {
+  for (int a = 0; a < NDIM; ++a, code /= 3) shift[a] = code % 3 - 1;
+}
+
+static int code_of(const int *shift) {
+  int code = 0;
+  for (int a = NDIM - 1; a >= 0; --a) code = 3 * code + shift[a] + 1;
+  return code;
+}
+
+/* near[c][d]: some image of d touches c. */
+static void find_near(const struct kith_cells *cells, bool (*near)[MOST_CELLS]) {
+  for (int64_t c = 0; c < cells->n; ++c)
+    for (int64_t d = 0; d < cells->n; ++d) {
+      near[c][d] = false;
+      for (int code = 0; code < SHIFTS; ++code) {
+        int shift[NDIM];
+        shift_of(code, shift);
+        near[c][d] = near[c][d] || touches(cells, c, d, shift);
+      }
+    }
+}
+
+/* ---- members and words ---- */
+
+/* Every available member, alone and with each of its words. */
+static int find_texts(char (*text)[64]) {
+  int n = 0;
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    if ((*p)->needs != NULL) continue;
+    snprintf(text[n++], 64, "%s", (*p)->name);
+    for (int w = 0; (*p)->words != NULL && (*p)->words[w] != NULL; ++w)
+      snprintf(text[n++], 64, "%s:%s", (*p)->name, (*p)->words[w]);
+  }
+  snprintf(text[n++], 64, "diffusion:willebeek,fixed");
+  snprintf(text[n++], 64, "diffusion:second-order,fixed,morton");
+  CHECK(n <= MOST_TEXTS);
+  return n;
+}
+
+static struct kith_partition *make(const struct kith_cells *cells, int n_ranks, const char *text) {
+  struct kith_partition *partition = NULL;
+  CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
+  if (partition == NULL) exit(1);
+  return partition;
+}
+
+static bool same_map(const struct kith_partition *p, const int32_t *owner) {
+  return memcmp(p->owner, owner, (size_t)p->cells->n * sizeof *owner) == 0;
+}
+
+static void keep_map(const struct kith_partition *p, int32_t *owner) {
+  memcpy(owner, p->owner, (size_t)p->cells->n * sizeof *owner);
+}
+
+/* ---- maps ---- */
+
+static void check_totals(const struct kith_cells *cells, const struct kith_shell *shell, int n_ranks) {
+  int64_t product = 1, sum = 0;
+  for (int a = 0; a < NDIM; ++a) product *= cells->count[a];
+  for (int r = 0; r < n_ranks; ++r) sum += shell[r].n_cells;
+  CHECK(sum == product);
+}
+
+/* A ghost is every foreign cell that touches an own one, once, in the list of its owner; nothing else. */
+static void check_ghosts(const struct kith_partition *partition, const struct kith_shell *shell,
+                         bool (*near)[MOST_CELLS]) {
+  int times[MOST_CELLS] = {0};
+  for (int64_t i = 0; i < shell->n_cells; ++i) {
+    CHECK(i == 0 || shell->cell[i] > shell->cell[i - 1]);
+    CHECK(partition->owner[shell->cell[i]] == shell->rank);
+  }
+  for (int k = 0; k < shell->n_neighbors; ++k) {
+    CHECK(shell->neighbor[k] != shell->rank && (k == 0 || shell->neighbor[k] > shell->neighbor[k - 1]));
+    for (int64_t i = shell->receive_first[k]; i < shell->receive_first[k + 1]; ++i) {
+      ++times[shell->receive[i]];
+      CHECK(i == shell->receive_first[k] || shell->receive[i] > shell->receive[i - 1]);
+      CHECK(partition->owner[shell->receive[i]] == shell->neighbor[k]);
+    }
+  }
+  for (int64_t d = 0; d < partition->cells->n; ++d) {
+    bool wanted = false;
+    for (int64_t i = 0; i < shell->n_cells && partition->owner[d] != shell->rank; ++i)
+      wanted = wanted || near[shell->cell[i]][d];
+    CHECK(times[d] == wanted);
+  }
+}
+
+/* All ranks sweep their own cells over the forward half: each unordered pair of images is met once, by one of
+ * them. */
+static void check_half_shells(const struct kith_cells *cells, const struct kith_shell *shell, int n_ranks) {
+  static int8_t met[MOST_CELLS][MOST_CELLS][SHIFTS];
+  memset(met, 0, sizeof met);
+  for (int r = 0; r < n_ranks; ++r)
+    for (int64_t i = 0; i < shell[r].n_cells; ++i) {
+      struct kith_cell_image image[KITH_CELL_NEIGHBORS];
+      int n_forward = 0;
+      kith_cells_neighbors(cells, shell[r].cell[i], image, &n_forward);
+      for (int k = 0; k < n_forward; ++k) ++met[shell[r].cell[i]][image[k].cell][code_of(image[k].shift)];
+    }
+  for (int64_t c = 0; c < cells->n; ++c)
+    for (int64_t d = 0; d < cells->n; ++d)
+      for (int code = 0; code < SHIFTS; ++code) {
+        int shift[NDIM];
+        shift_of(code, shift);
+        CHECK(met[c][d][code] + met[d][c][SHIFTS - 1 - code] == touches(cells, c, d, shift));
+      }
+}
+
+/* The cell of a position in whole numbers: wrapped or clamped; -1: no number. */
+static int64_t cell_of(const struct kith_cells *cells, const double *x) {
+  int64_t c = 0;
+  for (int a = NDIM - 1; a >= 0; --a) {
+    const int64_t m = cells->count[a];
+    if (!isfinite(x[a])) return -1;
+    int64_t k = (int64_t)floor(x[a]);
+    if (cells->periodic[a]) k = (k % m + m) % m;
+    c = c * m + KITH_MIN(KITH_MAX(k, 0), m - 1);
+  }
+  return c;
+}
+
+static void check_positions(const struct kith_partition *partition, const struct kith_shell *shell) {
+  const struct kith_cells *cells = partition->cells;
+  uint64_t random = 5;
+  for (int k = 0; k < 200; ++k) {
+    double x[NDIM];
+    for (int a = 0; a < NDIM; ++a) {
+      const double end = (double)cells->count[a], face = floor(check_random(&random) * (end + 1));
+      const double kinds[] = {check_random(&random) * end,          face, nextafter(face, INFINITY),
+                              nextafter(KITH_MAX(face, 1), 0),      -0.5, end + 0.25,
+                              (3 * check_random(&random) - 1) * end};
+      x[a] = kinds[(size_t)(check_random(&random) * 7)];
+    }
+    if (k == 7) x[0] = NAN;
+    if (k == 8) x[NDIM - 1] = -INFINITY;
+    const int64_t c = cell_of(cells, x);
+    int owners = 0, owner = -1;
+    for (int r = 0; r < partition->n_ranks; ++r)
+      for (int64_t i = 0; i < shell[r].n_cells; ++i)
+        if (shell[r].cell[i] == c) ++owners, owner = r;
+    CHECK(owners == (c >= 0) && kith_partition_rank_of(partition, x) == owner);
+  }
+}
+
+static void check_map(const struct kith_partition *partition, bool (*near)[MOST_CELLS]) {
+  struct kith_shell shell[MOST_RANKS] = {{0}};
+  for (int r = 0; r < partition->n_ranks; ++r) {
+    CHECK_OK(kith_shell_build(&shell[r], partition, r));
+    check_ghosts(partition, &shell[r], near);
+  }
+  check_totals(partition->cells, shell, partition->n_ranks);
+  check_both_sides(shell, partition->n_ranks);
+  check_half_shells(partition->cells, shell, partition->n_ranks);
+  check_positions(partition, shell);
+  for (int r = 0; r < partition->n_ranks; ++r) kith_shell_clear(&shell[r]);
+}
+
+/* Two weights that pull to different ends. */
+static void weights(const struct kith_cells *cells, int kind, double *weight) {
+  for (int64_t c = 0; c < cells->n; ++c) {
+    const double at = (double)(kind == 0 ? c : cells->n - 1 - c) / (double)cells->n;
+    weight[c] = 1 + 20 * exp(-6 * at);
+  }
+}
+
+static void check_text(const struct kith_cells *cells, int n_ranks, const char *text) {
+  static bool near[MOST_CELLS][MOST_CELLS];
+  double weight[MOST_CELLS];
+  find_near(cells, near);
+  struct kith_partition *partition = make(cells, n_ranks, text);
+  check_map(partition, near);
+  for (int kind = 0; kind < 2; ++kind) {
+    bool changed;
+    weights(cells, kind, weight);
+    CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+    check_map(partition, near);
+  }
+  if (check_failures > 0) {
+    fprintf(stderr, "  %s, %d ranks, %d cells\n", text, n_ranks, (int)cells->n);
+    exit(1);
+  }
+  kith_partition_destroy(&partition);
+}
+
+/* 1, 2, 3 and more cells an axis, open and periodic; more ranks than cells. */
+static void test_maps(void) {
+  const struct {
+    int count[3], periodic;
+  } world[] = {{{1, 1, 1}, 7}, {{2, 2, 2}, 7}, {{3, 3, 3}, 7},
+               {{3, 2, 1}, 5}, {{6, 3, 2}, 0}, {{5, 1, 4}, 2}};
+  const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
+  char text[MOST_TEXTS][64];
+  const int n_texts = find_texts(text);
+  for (size_t w = 0; w < sizeof world / sizeof world[0]; ++w) {
+    const struct kith_cells cells = grid(world[w].count, world[w].periodic);
+    for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; ++r)
+      for (int t = 0; t < n_texts; ++t) check_text(&cells, ranks[r], text[t]);
+  }
+}
+
+/* ---- what is refused changes nothing ---- */
+
+static void test_refused(void) {
+  const int count[] = {5, 4, 3};
+  const struct kith_cells cells = grid(count, 2);
+  const double bad[] = {-1, -1e-300, NAN, INFINITY};
+  char text[MOST_TEXTS][64];
+  const int n_texts = find_texts(text);
+  double weight[MOST_CELLS], face_weight[MOST_CELLS * NDIM];
+  for (int t = 0; t < n_texts; ++t) {
+    struct kith_partition *partition = make(&cells, 3, text[t]), *twin = make(&cells, 3, text[t]);
+    int32_t before[MOST_CELLS], *const place = partition->owner;
+    bool changed;
+    keep_map(partition, before);
+    for (int k = 0; k < 4; ++k) {
+      weights(&cells, 0, weight);
+      weight[cells.n / 2] = bad[k];
+      CHECK_STATUS(KITH_BAD_INPUT, kith_partition_update(partition, weight, NULL, &changed));
+      CHECK(!changed);
+      for (int64_t f = 0; f < cells.n * NDIM; ++f) face_weight[f] = 1;
+      face_weight[cells.n * NDIM - 1] = bad[k];
+      CHECK_STATUS(KITH_BAD_INPUT, kith_partition_update(partition, NULL, face_weight, &changed));
+      CHECK(!changed);
+    }
+    CHECK(partition->owner == place && partition->generation == 1 && same_map(partition, before));
+    weights(&cells, 0, weight); /* nor does it matter later that something was refused */
+    CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(twin, weight, NULL, &changed));
+    CHECK(same_map(partition, twin->owner));
+    kith_partition_destroy(&partition);
+    kith_partition_destroy(&twin);
+  }
+}
+
+/* Only members that divide a graph look at the weights of faces; for the others they might as well not be
+ * there. */
+static void test_faces(void) {
+  const int count[] = {5, 4, 3};
+  const struct kith_cells cells = grid(count, 0);
+  uint64_t random = 9;
+  double weight[MOST_CELLS], face_weight[MOST_CELLS * NDIM];
+  weights(&cells, 0, weight);
+  for (int64_t f = 0; f < cells.n * NDIM; ++f) face_weight[f] = check_random(&random);
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    if ((*p)->needs != NULL || *p == &kith_partitioner_graph || *p == &kith_partitioner_hybrid) continue;
+    struct kith_partition *with = make(&cells, 4, (*p)->name), *without = make(&cells, 4, (*p)->name);
+    bool changed;
+    CHECK_OK(kith_partition_update(with, weight, face_weight, &changed));
+    CHECK_OK(kith_partition_update(without, weight, NULL, &changed));
+    CHECK(same_map(with, without->owner));
+    kith_partition_destroy(&with);
+    kith_partition_destroy(&without);
+  }
+}
+
+/* ---- names, options, first maps ---- */
+
+static void check_unknown(const struct kith_cells *cells, const char *text, const char *what,
+                          const char *named) {
+  struct kith_partition *partition = NULL;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_partition_create(&partition, cells, 2, text));
+  CHECK(partition == NULL && strstr(kith_failure(), what) != NULL && strstr(kith_failure(), named) != NULL);
+}
+
+/* What a partition calls itself makes another like it; what is no name is refused, with all names. */
+static void test_names(void) {
+  const int count[] = {4, 4, 4};
+  const struct kith_cells cells = grid(count, 0);
+  const char *const wrong[] = {"metis", "", "KD", "kd ", "kdd", "k", ":fixed"};
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    CHECK(kith_partitioner_find((*p)->name) == *p);
+    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k)
+      check_unknown(&cells, wrong[k], "unknown partitioner", (*p)->name);
+    if ((*p)->needs != NULL) continue;
+    struct kith_partition *made = make(&cells, 2, (*p)->name), *again = make(&cells, 2, made->ops->name);
+    CHECK(made->ops == *p && again->ops == *p && same_map(made, again->owner));
+    kith_partition_destroy(&made);
+    kith_partition_destroy(&again);
+  }
+}
+
+/* Words that a member knows are taken, any other is refused with those that it knows, and nothing changes at
+ * once. */
+static void test_words(void) {
+  const int count[] = {4, 4, 4};
+  const struct kith_cells cells = grid(count, 0);
+  const char *const wrong[] = {"", "fast", "set mu 3", "fixed ", "cart,", "synchronize"};
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    if ((*p)->needs != NULL) continue;
+    const bool has_words = (*p)->words != NULL;
+    struct kith_partition *partition = make(&cells, 3, (*p)->name);
+    int32_t before[MOST_CELLS];
+    keep_map(partition, before);
+    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
+      char text[80];
+      const char *named = has_words ? (*p)->words[0] : "takes no commands";
+      snprintf(text, sizeof text, "%s:%s", (*p)->name, wrong[k]);
+      check_unknown(&cells, text, (*p)->name, named);
+      CHECK_STATUS(KITH_BAD_INPUT, kith_partition_command(partition, wrong[k]));
+      CHECK(strstr(kith_failure(), named) != NULL);
+    }
+    for (int w = 0; has_words && (*p)->words[w] != NULL; ++w)
+      CHECK_OK(kith_partition_command(partition, (*p)->words[w]));
+    CHECK(same_map(partition, before) && partition->generation == 1);
+    kith_partition_destroy(&partition);
+  }
+}
+
+/* Members that begin with the map of another one. */
+static void test_start_maps(void) {
+  const int count[] = {7, 3, 2};
+  const struct kith_cells cells = grid(count, 0);
+  const char *const like[][2] = {
+      {"diffusion", "cart"}, {"diffusion:cart", "cart"}, {"diffusion:morton", "morton"}, {"hybrid", "graph"}};
+  for (size_t k = 0; k < sizeof like / sizeof like[0]; ++k)
+    for (int n_ranks = 1; n_ranks <= 8; ++n_ranks) {
+      if (k == 3 && kith_partitioner_graph.needs != NULL) continue;
+      struct kith_partition *one = make(&cells, n_ranks, like[k][0]),
+                            *other = make(&cells, n_ranks, like[k][1]);
+      CHECK(same_map(one, other->owner));
+      kith_partition_destroy(&one);
+      kith_partition_destroy(&other);
+    }
+}
+
+/* A word for what is next is obeyed at the next update: ownership is the same right after it. A graph is
+ * followed by diffusion. */
+static void test_switch(void) {
+  if (kith_partitioner_hybrid.needs != NULL) return;
+  const struct {
+    const char *word;
+    bool graph;
+  } turn[] = {{"toggle", false}, {"toggle", true}, {NULL, false},
+              {"graph", true},   {"toggle", true}, {"diffusion", false}};
+  const int count[] = {6, 4, 2};
+  const struct kith_cells cells = grid(count, 0);
+  double weight[MOST_CELLS];
+  int32_t before[MOST_CELLS];
+  bool changed;
+  struct kith_partition *hybrid = make(&cells, 4, "hybrid"), *graph = make(&cells, 4, "graph"),
+                        *diffusion = make(&cells, 4, "diffusion");
+  for (size_t k = 0; k < sizeof turn / sizeof turn[0]; ++k) {
+    weights(&cells, k % 2, weight);
+    keep_map(hybrid, before);
+    if (turn[k].word != NULL) CHECK_OK(kith_partition_command(hybrid, turn[k].word));
+    CHECK(same_map(hybrid, before));
+    struct kith_partition *next = turn[k].graph ? graph : diffusion; /* goes on from the same map */
+    memcpy(next->owner, before, (size_t)cells.n * sizeof *before);
+    CHECK_OK(kith_partition_update(hybrid, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(next, weight, NULL, &changed));
+    CHECK(same_map(hybrid, next->owner));
+  }
+  kith_partition_destroy(&hybrid);
+  kith_partition_destroy(&graph);
+  kith_partition_destroy(&diffusion);
+}
+
+/* ---- repeated runs, scales of weights ---- */
+
+/* Equal, a blast in a corner, by lot with ten orders of magnitude between them, all zero. */
+static void weights_of_kind(const struct kith_cells *cells, int kind, double *weight) {
+  uint64_t random = 11;
+  for (int64_t c = 0; c < cells->n; ++c) {
+    const struct kith_box box = kith_cells_box(cells, c);
+    double r2 = 0;
+    for (int a = 0; a < NDIM; ++a) r2 += box.lower[a] * box.lower[a] / (cells->upper[a] * cells->upper[a]);
+    const double values[] = {3, 100 * exp(-20 * r2), pow(10, 10 * check_random(&random) - 5), 0};
+    weight[c] = values[kind];
+  }
+}
+
+static void check_owners(const struct kith_partition *partition) {
+  int64_t bad = 0;
+  for (int64_t c = 0; c < partition->cells->n; ++c)
+    bad += partition->owner[c] < 0 || partition->owner[c] >= partition->n_ranks;
+  CHECK(bad == 0);
+}
+
+/* Runs one partitioner through all weights and writes its maps, one after the other. */
+static void run(const struct kith_cells *cells, int n_ranks, const char *text, int32_t *maps) {
+  struct kith_partition *partition = NULL;
+  CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
+  if (partition == NULL) return;
+  const size_t size = (size_t)cells->n * sizeof *maps;
+  const int32_t *const place = partition->owner;
+  double weight[MOST_RUN_CELLS];
+  CHECK(partition->generation == 1);
+  check_owners(partition);
+  memcpy(maps, partition->owner, size);
+  for (int k = 0; k < UPDATES; ++k) {
+    const uint64_t before = partition->generation;
+    bool changed = true;
+    weights_of_kind(cells, k, weight);
+    CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+    check_owners(partition);
+    CHECK(partition->owner == place);
+    CHECK(changed == (memcmp(partition->owner, maps, size) != 0));
+    CHECK(partition->generation == before + changed);
+    maps += cells->n;
+    memcpy(maps, partition->owner, size);
+  }
+  kith_partition_destroy(&partition);
+  CHECK(partition == NULL);
+}
+
+static void check_repeats(const struct kith_cells *cells, int n_ranks, const char *text) {
+  static int32_t maps[2][(UPDATES + 1) * MOST_RUN_CELLS];
+  const size_t size = (size_t)cells->n * (UPDATES + 1) * sizeof maps[0][0];
+  run(cells, n_ranks, text, maps[0]);
+  run(cells, n_ranks, text, maps[1]);
+  CHECK(memcmp(maps[0], maps[1], size) == 0);
+  if (check_failures > 0) fprintf(stderr, "  %s, %d ranks, %d cells\n", text, n_ranks, (int)cells->n);
+}
+
+/* Also thinner than a cell, 1 and 2 cells on a periodic axis, and more ranks than cells. */
+static void test_repeats(void) {
+  const int count[][3] = {{1, 1, 1}, {1, 2, 2}, {2, 1, 9}, {8, 8, 6}, {13, 5, 3}};
+  const int ranks[] = {1, 2, 3, 4, 7, 8, 64, 4096};
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    if ((*p)->needs != NULL) continue;
+    for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g) {
+      const struct kith_cells cells = grid(count[g], (int)(0x5a >> g & 7));
+      for (size_t r = 0; r < sizeof ranks / sizeof ranks[0] && check_failures == 0; ++r) {
+        check_repeats(&cells, ranks[r], (*p)->name);
+        for (int w = 0; (*p)->words != NULL && (*p)->words[w] != NULL; ++w) {
+          char text[64];
+          snprintf(text, sizeof text, "%s:%s", (*p)->name, (*p)->words[w]);
+          check_repeats(&cells, ranks[r], text);
+        }
+      }
+    }
+  }
+}
+
+/* Huge and tiny weights are weights: what counts is their ratio. */
+static void test_scale(void) {
+  const int count[] = {16, 4, 4};
+  const struct kith_cells cells = grid(count, 0);
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    if ((*p)->needs != NULL) continue;
+    int32_t first[MOST_RUN_CELLS];
+    const double unit[] = {1, 0x1p-1000, 0x1p1010}; /* powers of two: no rounding */
+    for (int k = 0; k < 3; ++k) {
+      struct kith_partition *partition = NULL;
+      double weight[MOST_RUN_CELLS];
+      bool changed;
+      CHECK_OK(kith_partition_create(&partition, &cells, 4, (*p)->name));
+      weights_of_kind(&cells, 1, weight);
+      for (int64_t c = 0; c < cells.n; ++c) weight[c] = ceil(weight[c]) * unit[k];
+      CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+      if (k == 0) memcpy(first, partition->owner, (size_t)cells.n * sizeof *first);
+      CHECK(memcmp(first, partition->owner, (size_t)cells.n * sizeof *first) == 0);
+      kith_partition_destroy(&partition);
+    }
+  }
+}
+
+/* A partitioner without its library is in the list, and choosing it says what is missing. */
+static void test_unavailable(void) {
+  const int count[] = {4, 4, 4};
+  const struct kith_cells cells = grid(count, 0);
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    struct kith_partition *partition = NULL;
+    if ((*p)->needs == NULL) continue;
+    CHECK_STATUS(KITH_UNSUPPORTED, kith_partition_create(&partition, &cells, 2, (*p)->name));
+    CHECK(strstr(kith_failure(), (*p)->needs) != NULL);
+  }
+}
+
+/* Lists of options: an empty or unknown one is refused wherever it stands; '-' and '_' are the same
+ * letter. */
+static void test_option_lists(void) {
+  const int count[] = {4, 4, 4};
+  const struct kith_cells cells = grid(count, 0);
+  const char *const wrong[] = {"diffusion:fixed,", "diffusion:,fixed", "diffusion:fixed:morton"};
+  for (int k = 0; k < 3; ++k) check_unknown(&cells, wrong[k], "diffusion", "schornbaum");
+  struct kith_partition *partition = make(&cells, 2, "diffusion:second_order,fixed");
+  CHECK_OK(kith_partition_command(partition, "willebeek,free"));
+  kith_partition_destroy(&partition);
+  kith_partition_destroy(&partition);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_partition_create(&partition, &cells, 0, "kd"));
+}
+
+/* ---- restarts ---- */
+
+enum { RANKS = 6, ROUNDS = 5 };
+
+static const struct kith_cells *make_cells(void) {
+  static struct kith_cells cells;
+  static const double lower[3] = {0, 0, 0}, upper[3] = {1, 1.5, 1};
+  static const bool periodic[3] = {true, false, false};
+  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, NDIM == 1 ? 0.004 : NDIM == 2 ? 0.05 : 0.1, 5000));
+  return &cells;
+}
+
+/* A peak that moves. */
+static void moving_weights(const struct kith_cells *cells, int round, double *weight) {
+  for (int64_t c = 0; c < cells->n; ++c) {
+    const struct kith_box box = kith_cells_box(cells, c);
+    double d2 = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double d = box.lower[a] - (0.2 + 0.12 * round) * (a == 1 ? 0.5 : 1);
+      d2 += d * d;
+    }
+    weight[c] = 1 + 40 * exp(-20 * d2);
+  }
+}
+
+static int64_t *state_of(const struct kith_partition *partition, size_t *n) {
+  *n = kith_partition_state(partition, NULL);
+  int64_t *word = calloc(*n + 1, sizeof *word);
+  word[*n] = 77;
+  CHECK(kith_partition_state(partition, word) == *n && word[*n] == 77);
+  return word;
+}
+
+/* The other one was made at the same time, and has seen other weights since. */
+static void check_continues(const char *name) {
+  const struct kith_cells *cells = make_cells();
+  struct kith_partition *one = NULL, *other = NULL;
+  double *weight = calloc((size_t)cells->n, sizeof *weight);
+  bool changed;
+  size_t n;
+  CHECK_OK(kith_partition_create(&one, cells, RANKS, name));
+  CHECK_OK(kith_partition_create(&other, cells, RANKS, name));
+  CHECK_OK(kith_partition_update(other, NULL, NULL, &changed));
+  for (int round = 0; round < ROUNDS; ++round) {
+    moving_weights(cells, round, weight);
+    CHECK_OK(kith_partition_update(one, weight, NULL, &changed));
+  }
+  int64_t *word = state_of(one, &n);
+  CHECK_OK(kith_partition_restore(other, word, n));
+  CHECK_STATUS(KITH_BAD_FILE, kith_partition_restore(other, word, n + 1));
+  memcpy(other->owner, one->owner, (size_t)cells->n * sizeof *one->owner);
+  for (int round = ROUNDS; round < 2 * ROUNDS; ++round) {
+    moving_weights(cells, round, weight);
+    CHECK_OK(kith_partition_update(one, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(other, weight, NULL, &changed));
+    if (memcmp(one->owner, other->owner, (size_t)cells->n * sizeof *one->owner) != 0) {
+      fprintf(stderr, "%d-D, %s: the maps of round %d differ\n", NDIM, name, round);
+      ++check_failures;
+    }
+  }
+  free(word);
+  free(weight);
+  kith_partition_destroy(&one);
+  kith_partition_destroy(&other);
+}
+
+/* One word is damaged at a time: refused, and nothing changes. */
+static void check_damage(const char *name) {
+  const struct kith_cells *cells = make_cells();
+  static const int64_t wrong[] = {-1, INT64_MIN, INT64_MAX, INT64_C(1) << 49, 0x7ff8000000000000};
+  struct kith_partition *partition = NULL;
+  bool changed;
+  size_t n;
+  CHECK_OK(kith_partition_create(&partition, cells, RANKS, name));
+  int64_t *word = state_of(partition, &n);
+  for (size_t k = 0; k < n; ++k)
+    for (int w = 0; w < 5; ++w) {
+      const int64_t right = word[k];
+      word[k] = wrong[w];
+      CHECK_STATUS(KITH_BAD_FILE, kith_partition_restore(partition, word, n));
+      word[k] = right;
+    }
+  CHECK_OK(kith_partition_update(partition, NULL, NULL, &changed));
+  for (int64_t c = 0; c < cells->n; ++c) CHECK(partition->owner[c] >= 0 && partition->owner[c] < RANKS);
+  free(word);
+  kith_partition_destroy(&partition);
+}
+
+static void test_state(void) {
+  for (int k = 0; kith_partitioner_all()[k] != NULL; ++k) {
+    if (kith_partitioner_all()[k]->needs != NULL) continue;
+    check_continues(kith_partitioner_all()[k]->name);
+    check_damage(kith_partitioner_all()[k]->name);
+  }
+  check_continues("diffusion:second-order,fixed,morton");
+}
+
+int main(void) {
+  test_maps();
+  test_refused();
+  test_faces();
+  test_names();
+  test_words();
+  test_start_maps();
+  test_switch();
+  test_repeats();
+  test_scale();
+  test_unavailable();
+  test_option_lists();
+  test_state();
+  return check_failed();
+}

@@ -1,0 +1,113 @@
+/* The mesh of `gridbased` itself, for every number of ranks up to 64: its colors, and that its shapes cover
+ * the box exactly once, however the load pulls. The member is compiled into this test: what it keeps is
+ * private. */
+#include "lib/domain/partition/gridbased.c"
+
+#include <stdlib.h>
+
+#include "tests/check.h"
+
+enum { MOST_RANKS = 64, MOST_CELLS = 2048, UPDATES = 3 };
+
+static struct kith_cells grid(const int *count, bool is_periodic) {
+  double lower[NDIM], upper[NDIM];
+  bool periodic[NDIM];
+  for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = count[a], periodic[a] = is_periodic;
+  struct kith_cells cells = {0};
+  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, MOST_CELLS));
+  return cells;
+}
+
+/* Corners c and d belong to a common rank if they are one place apart at most along every axis, ranks being
+ * the gaps between. */
+static void check_colors(const struct mesh *mesh) {
+  bool covered[SHAPE_CORNERS] = {false};
+  for (int64_t c = 0; c < mesh->n_corners; ++c) {
+    int64_t i[NDIM];
+    place_of(mesh->corners, c, i);
+    CHECK(number_of(mesh->corners, i) == c);
+    CHECK(color_of(i) >= 0 && color_of(i) < SHAPE_CORNERS);
+    covered[color_of(i)] = true;
+    for (int64_t d = 0; d < c; ++d) {
+      int64_t j[NDIM], apart = 0;
+      place_of(mesh->corners, d, j);
+      for (int a = 0; a < NDIM; ++a) apart = KITH_MAX(apart, llabs((long long)(i[a] - j[a])));
+      if (apart <= 1) CHECK(color_of(i) != color_of(j));
+    }
+  }
+  for (int color = 0; color < SHAPE_CORNERS; ++color)
+    CHECK(covered[color]); /* there are two places along any axis */
+}
+
+/* Corners on a face of the box are on it still; volumes are positive and sum to that of the box; every
+ * midpoint of a cell is in the shape of its owner. In whole numbers, so exactly. */
+static void check_cover(const struct kith_partition *partition) {
+  const struct mesh *mesh = partition->self;
+  int64_t sum = 0, box = NDIM == 3 ? 6 : NDIM;
+  for (int a = 0; a < NDIM; ++a) box *= mesh->length[a];
+  for (int64_t c = 0; c < mesh->n_corners; ++c) {
+    int64_t i[NDIM];
+    place_of(mesh->corners, c, i);
+    for (int a = 0; a < NDIM; ++a) {
+      const int64_t x = mesh->corner[c * NDIM + a];
+      CHECK(x >= 0 && x <= mesh->length[a]);
+      CHECK((i[a] != 0 || x == 0) && (i[a] != mesh->ranks[a] || x == mesh->length[a]));
+    }
+  }
+  for (int r = 0; r < partition->n_ranks; ++r) {
+    int64_t i[NDIM];
+    place_of(mesh->ranks, r, i);
+    const struct shape shape = shape_at(mesh, mesh->corner, i);
+    for (int s = 0; s < SIMPLICES; ++s) {
+      const int64_t *v[NDIM + 1];
+      const int64_t signed_volume = simplex(&shape, s, v) * volume(v);
+      CHECK(signed_volume > 0);
+      sum += signed_volume;
+    }
+    for (int64_t c = 0; c < partition->cells->n; ++c) {
+      int64_t k[NDIM];
+      if (partition->owner[c] != r) continue;
+      kith_cells_coordinates(partition->cells, c, k);
+      for (int a = 0; a < NDIM; ++a) k[a] = k[a] * mesh->unit + mesh->unit / 2;
+      CHECK(contains(&shape, k));
+    }
+  }
+  CHECK(sum == box);
+}
+
+/* A peak in a corner, then one in the middle: the mesh is pulled one way and back. */
+static void pull(struct kith_partition *partition, int k) {
+  static double weight[MOST_CELLS];
+  bool changed;
+  for (int64_t c = 0; c < partition->cells->n; ++c) {
+    int64_t at[NDIM];
+    double r2 = 0;
+    kith_cells_coordinates(partition->cells, c, at);
+    for (int a = 0; a < NDIM; ++a) {
+      const double x = (double)at[a] / (double)partition->cells->count[a] - (k < UPDATES ? 0 : 0.5);
+      r2 += x * x;
+    }
+    weight[c] = 1 + 100 * exp(-20 * r2);
+  }
+  CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+}
+
+int main(void) {
+  const int count[][3] = {{15, 10, 7}, {3, 3, 3}, {1, 64, 2}};
+  for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g)
+    for (int n_ranks = 1; n_ranks <= MOST_RANKS && check_failures == 0; ++n_ranks) {
+      const struct kith_cells cells = grid(count[g], g % 2 == 1);
+      struct kith_partition *partition = NULL;
+      CHECK_OK(kith_partition_create(&partition, &cells, n_ranks, "gridbased"));
+      if (partition == NULL) return 1;
+      check_colors(partition->self);
+      check_cover(partition);
+      for (int k = 0; k < 2 * UPDATES; ++k) {
+        pull(partition, k);
+        check_cover(partition);
+      }
+      if (check_failures > 0) fprintf(stderr, "  %d ranks, %d cells\n", n_ranks, (int)cells.n);
+      kith_partition_destroy(&partition);
+    }
+  return check_failed();
+}

@@ -1,0 +1,466 @@
+/* conformance_search.c - every neighbor search against loops over all nodes that use none of its code:
+ * nothing within range is missed, queries at a position are exact, slots and groups are sound, and the order
+ * of slots does not depend on the number of threads. On lattices with exact ties, clusters, coincident nodes,
+ * radii that differ by 100 and 1000, none to three nodes, a box thinner than a support; after motion, growth,
+ * a cull, and selected updates. */
+#include "tests/check.h"
+
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+#include "lib/neighbor/search.h"
+
+static uint64_t seed = 20;
+static double uniform(double lower, double upper) {
+  return lower + (upper - lower) * check_random(&seed);
+}
+static kith_index below(kith_index n) {
+  return (kith_index)(check_random(&seed) * n);
+}
+
+/* The oracle. Ties count: <=. */
+static bool interact(const double *x, double radius, const double *y, double other,
+                     enum kith_search_mode mode) {
+  double d2 = 0;
+  for (int a = 0; a < NDIM; ++a) d2 += (x[a] - y[a]) * (x[a] - y[a]);
+  return (mode != KITH_SCATTER && d2 <= radius * radius) || (mode != KITH_GATHER && d2 <= other * other);
+}
+
+static const double *place(const struct kith_nodes *nodes, kith_index i) {
+  return nodes->position->f64 + (size_t)i * NDIM;
+}
+
+static bool same_node(const struct kith_search *s, kith_index p, kith_index q) {
+  const kith_index i = s->node[p], j = s->node[q], internal = s->nodes->n_internal;
+  for (int a = 0; a < NDIM; ++a)
+    if (s->coordinate[a][p] != s->coordinate[a][q]) return false;
+  return s->radius2[p] == s->radius2[q] && (i < internal) == (j < internal);
+}
+
+/* Slots are a permutation, ascending where nothing else tells nodes apart, packed as the nodes are; groups
+ * hold every node once and never mix. */
+static void check_slots(const struct kith_search *s, kith_index *slot_of) {
+  const struct kith_nodes *nodes = s->nodes;
+  const kith_index n = kith_nodes_count(nodes);
+  CHECK(s->n == n);
+  for (kith_index i = 0; i < n; ++i) slot_of[i] = -1;
+  int wrong = 0;
+  for (kith_index slot = 0; slot < n; ++slot) {
+    const kith_index i = s->node[slot];
+    if (i < 0 || i >= n || slot_of[i] >= 0) {
+      ++wrong;
+      continue;
+    }
+    slot_of[i] = slot;
+    for (int a = 0; a < NDIM; ++a) wrong += s->coordinate[a][slot] != place(nodes, i)[a];
+    wrong += slot > 0 && same_node(s, slot - 1, slot) && s->node[slot - 1] > i;
+    wrong += s->radius2[slot] != nodes->search_radius->f64[i] * nodes->search_radius->f64[i];
+  }
+  CHECK(wrong == 0);
+  kith_index targets = 0;
+  uint8_t *visited = calloc((size_t)n + 1, 1);
+  for (int g = 0; g < s->n_groups; ++g) {
+    const struct kith_run run = s->group[g];
+    CHECK(run.count > 0 && run.first >= 0 && run.first + run.count <= n);
+    const bool ghosts = s->node[run.first] >= nodes->n_internal;
+    for (kith_index slot = run.first; slot < run.first + run.count; ++slot) {
+      wrong += visited[slot]++ != 0 || (s->node[slot] >= nodes->n_internal) != ghosts;
+      targets += !ghosts;
+    }
+  }
+  free(visited);
+  CHECK(wrong == 0 && targets == nodes->n_internal);
+}
+
+static void check_group(const struct kith_search *s, int g, const kith_index *slot_of,
+                        struct kith_runs *runs) {
+  const struct kith_nodes *nodes = s->nodes;
+  const struct kith_run group = s->group[g];
+  struct kith_box box = kith_box_empty(), told;
+  double radius = 0, told_radius;
+  for (kith_index slot = group.first; slot < group.first + group.count; ++slot) {
+    kith_box_include(&box, place(nodes, s->node[slot]));
+    radius = KITH_MAX(radius, nodes->search_radius->f64[s->node[slot]]);
+  }
+  kith_search_group_box(s, g, &told, &told_radius);
+  CHECK(memcmp(&box, &told, sizeof box) == 0);
+  /* The root of a rounded square: two roundings. */
+  CHECK_CLOSE(told_radius, radius, 4e-16 * radius);
+  for (enum kith_search_mode mode = KITH_GATHER; mode <= KITH_GATHER_SCATTER; ++mode) {
+    runs->n = 0;
+    CHECK_OK(s->ops->coarse(s, &told, told_radius, mode, runs));
+    int wrong = 0, missed = 0;
+    uint8_t *found = calloc((size_t)s->n, 1);
+    for (int r = 0; r < runs->n; ++r) {
+      const struct kith_run run = runs->run[r];
+      wrong += run.count <= 0 || run.first < 0 || run.first + run.count > s->n;
+      wrong += r > 0 && run.first <= runs->run[r - 1].first + runs->run[r - 1].count;
+      memset(found + run.first, 1, (size_t)run.count);
+    }
+    for (kith_index slot = group.first; slot < group.first + group.count; ++slot)
+      for (kith_index j = 0; j < s->n; ++j)
+        missed += interact(place(nodes, s->node[slot]), nodes->search_radius->f64[s->node[slot]],
+                           place(nodes, j), nodes->search_radius->f64[j], mode) &&
+                  !found[slot_of[j]];
+    free(found);
+    CHECK(wrong == 0);
+    CHECK(missed == 0);
+  }
+}
+
+static void check_at(const struct kith_search *s, const double *x, double radius) {
+  const struct kith_nodes *nodes = s->nodes;
+  kith_index *found = NULL, capacity = 0, count = -1;
+  for (enum kith_search_mode mode = KITH_GATHER; mode <= KITH_GATHER_SCATTER; ++mode) {
+    CHECK_OK(kith_search_at(s, x, radius, mode, &found, &capacity, &count));
+    kith_index k = 0, wrong = 0;
+    for (kith_index j = 0; j < s->n; ++j)
+      if (interact(x, radius, place(nodes, j), nodes->search_radius->f64[j], mode))
+        wrong += k >= count || found[k++] != j;
+    CHECK(wrong == 0 && k == count);
+  }
+  kith_free(&found);
+}
+
+/* Everything, for at most `groups` groups. */
+static void check_search(const struct kith_search *s, int groups) {
+  const struct kith_nodes *nodes = s->nodes;
+  kith_index *slot_of = malloc(sizeof *slot_of * (size_t)(s->n + 1));
+  CHECK_OK(kith_search_fresh(s));
+  check_slots(s, slot_of);
+  struct kith_runs runs = {0};
+  const int step = s->n_groups / groups + 1;
+  for (int g = 0; g < s->n_groups; g += step) check_group(s, g, slot_of, &runs);
+  kith_runs_clear(&runs);
+  free(slot_of);
+  for (int k = 0; k < 6; ++k) {
+    double x[NDIM];
+    for (int a = 0; a < NDIM; ++a) x[a] = k == 0 ? -50 : k == 1 ? 1e6 : uniform(-0.2, 1.2);
+    check_at(s, x, k < 2 ? 60 : uniform(0, 0.3));
+    if (s->n > 0) check_at(s, place(nodes, below(s->n)), nodes->search_radius->f64[below(s->n)]);
+  }
+  CHECK(kith_search_bytes(s) >= sizeof *s);
+}
+
+/* Sets of nodes. */
+
+enum arrangement {
+  RANDOM,
+  LATTICE,
+  CLUSTERED,
+  COINCIDENT,
+  EIGHT_TO_ONE,
+  HUNDRED_TO_ONE,
+  THOUSAND_TO_ONE,
+  ALL_AT_ONE_PLACE,
+  ARRANGEMENTS
+};
+
+static kith_index lattice_side(kith_index n) {
+  kith_index side = 1;
+  while (kith_pow_dim(side + 1) <= n) ++side;
+  return side;
+}
+
+static double spacing(kith_index n) {
+  return pow(n, -1.0 / NDIM);
+}
+
+/* Lattice: powers of two, so that distances and squares are exact, and radii that are lattice distances
+ * (cells of half the largest radius then end where nodes are). */
+static void put_on_lattice(double *x, double *radius, kith_index i, kith_index n) {
+  const kith_index side = lattice_side(n);
+  kith_index rest = i;
+  for (int a = 0; a < NDIM; ++a) x[a] = 0.0625 * (rest % side), rest /= side;
+  static const double multiple[3] = {1, 2, 4};
+  *radius = 0.0625 * multiple[i % 3];
+}
+
+static void put(double *x, double *radius, enum arrangement how, kith_index i, kith_index n) {
+  for (int a = 0; a < NDIM; ++a) x[a] = uniform(0, 1);
+  *radius = uniform(1, 1.5) * spacing(n);
+  if (how == LATTICE) put_on_lattice(x, radius, i, n);
+  if (how == CLUSTERED)
+    for (int a = 0; a < NDIM; ++a) x[a] = pow(x[a], 12);
+  if (how == COINCIDENT)
+    for (int a = 0; a < NDIM; ++a) x[a] = floor(4 * x[a]) / 4;
+  if (how == EIGHT_TO_ONE && i % 2 == 0) *radius *= 8;
+  if (how == HUNDRED_TO_ONE && i % 40 == 0) *radius *= 100;
+  if (how == THOUSAND_TO_ONE) *radius = spacing(n) * pow(1000, uniform(-1, 0)) * (i % 50 ? 1 : 5);
+  if (how == ALL_AT_ONE_PLACE) {
+    for (int a = 0; a < NDIM; ++a) x[a] = 0.3;
+    *radius = 0.1;
+  }
+}
+
+static struct kith_nodes *make_nodes(enum arrangement how, kith_index n, int lists) {
+  static const char *const names[] = {"one", "two", "three"};
+  struct kith_nodes *nodes = NULL;
+  CHECK_OK(kith_nodes_create(&nodes, lists, names));
+  for (int l = 0; l < lists; ++l) {
+    kith_index first;
+    const kith_index count = n * (l + 1) / lists - n * l / lists;
+    if (count > 0) CHECK_OK(kith_nodes_append(nodes, l, count, &first));
+  }
+  for (kith_index i = 0; i < n; ++i) {
+    put(nodes->position->f64 + (size_t)i * NDIM, &nodes->search_radius->f64[i], how, i, n);
+    nodes->id->i64[i] = i;
+  }
+  ++nodes->positions;
+  return nodes;
+}
+
+/* Images of every third node, mirrored at 0 or shifted by 1 along an axis; ghosts of ghosts too. */
+static void add_ghosts(struct kith_nodes *nodes, int axis, bool mirror) {
+  struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE};
+  const kith_index n = kith_nodes_count(nodes);
+  CHECK_OK(kith_resize(&block.control, 0, (size_t)n + 1, sizeof *block.control));
+  for (kith_index i = 0; i < n; i += 3)
+    if (nodes->list->u8[i] == 0) block.control[block.count++] = i;
+  for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = 0;
+  if (mirror)
+    block.image.sign[axis] = -1;
+  else
+    block.image.shift[axis] = 1;
+  CHECK_OK(kith_nodes_add_ghosts(nodes, &block));
+}
+
+/* Life. */
+
+static void test_one_life(const struct kith_search_ops *ops, enum arrangement how, kith_index n, int lists) {
+  struct kith_nodes *nodes = make_nodes(how, n, lists);
+  struct kith_search *s = NULL;
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 40);
+  for (int a = 0; a < NDIM; ++a) {
+    add_ghosts(nodes, a, a == 0);
+    if (n > 0) CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
+    CHECK_OK(kith_search_append(s));
+    check_search(s, 20);
+  }
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 20);
+  kith_nodes_drop_ghosts(nodes);
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 20);
+  kith_search_destroy(&s);
+  CHECK(s == NULL);
+  kith_nodes_destroy(&nodes);
+}
+
+static void test_sets_of_nodes(const struct kith_search_ops *ops) {
+  for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) test_one_life(ops, how, 400, 1 + how % 3);
+  for (kith_index n = 0; n < 4; ++n) test_one_life(ops, RANDOM, n, 1);
+  test_one_life(ops, COINCIDENT, 2, 2);
+}
+
+/* A periodic box thinner than a support: many images of each node, three layers on each side of axis 0. */
+static void test_thin_box(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(RANDOM, 60, 1);
+  struct kith_search *s = NULL;
+  for (kith_index i = 0; i < 60; ++i) nodes->search_radius->f64[i] = uniform(1.5, 2.5);
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  for (int image = -3; image <= 3; ++image) {
+    struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .count = 60};
+    if (image == 0) continue;
+    CHECK_OK(kith_resize(&block.control, 0, 60, sizeof *block.control));
+    for (kith_index i = 0; i < 60; ++i) block.control[i] = i;
+    for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1;
+    block.image.shift[0] = image;
+    CHECK_OK(kith_nodes_add_ghosts(nodes, &block));
+  }
+  CHECK_OK(kith_search_append(s));
+  check_search(s, 20);
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 20);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+/* After a cull a search is refused by name, also when as many ghosts were added as went; appending is a full
+ * update then. */
+static void test_cull(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(RANDOM, 90, 2);
+  struct kith_search *s = NULL;
+  kith_index *found = NULL, capacity = 0, count = 0, renumber[512], moved = 0;
+  uint8_t keep[512];
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  for (int round = 0; round < 3; ++round) {
+    const double x[NDIM] = {0};
+    add_ghosts(nodes, 0, true);
+    CHECK_OK(round == 0 ? kith_search_update(s) : kith_search_append(s));
+    for (kith_index g = 0; g < nodes->n_ghost; ++g) keep[g] = (g + round) % 2 == 0;
+    CHECK_OK(kith_nodes_cull_ghosts(nodes, keep, renumber));
+    if (round == 2) add_ghosts(nodes, NDIM - 1, false);
+    CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
+    CHECK(strstr(kith_failure(), ops->name) != NULL);
+    CHECK_STATUS(KITH_STALE, kith_search_at(s, x, 0.5, KITH_GATHER, &found, &capacity, &count));
+    CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, &moved, 1));
+    CHECK_OK(kith_search_append(s));
+    check_search(s, 20);
+  }
+  kith_free(&found);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+static void jolt(struct kith_nodes *nodes, kith_index i, int round) {
+  /* Mostly small steps; sometimes across the box, or far out of it. */
+  const double far = round % 7 == 6 ? 30 : round % 3 == 2 ? 1 : 0.02;
+  for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] += uniform(-far, far);
+  /* Back to where many are. */
+  if (round % 4 == 1)
+    for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] = 0.3;
+  if (round % 4 == 1)
+    nodes->search_radius->f64[i] = 0.1;
+  else if (below(2))
+    nodes->search_radius->f64[i] *= round % 5 == 4 ? uniform(0.1, 6) : uniform(0.95, 1.05);
+}
+
+static void test_motion(const struct kith_search_ops *ops, enum arrangement how) {
+  struct kith_nodes *nodes = make_nodes(how, 500, 2);
+  add_ghosts(nodes, 0, true);
+  struct kith_search *s = NULL;
+  kith_index *moved = calloc(1000, sizeof *moved);
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  for (int round = 0; round < 16; ++round) {
+    /* A few nodes, some named twice; none; ghosts too. */
+    const kith_index count = round == 3 ? 0 : round == 5 ? 600 : 1 + below(40);
+    for (kith_index k = 0; k < count; ++k) jolt(nodes, moved[k] = below(s->n), round);
+    ++nodes->positions;
+    CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
+    CHECK_STATUS(KITH_STALE, kith_search_append(s));
+    CHECK_OK(kith_search_update_selected(s, moved, count));
+    check_search(s, 25);
+    if (round == 9) {
+      add_ghosts(nodes, NDIM - 1, false);
+      CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, moved, 1));
+      CHECK_OK(kith_search_append(s));
+      check_search(s, 25);
+    }
+  }
+  free(moved);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Radii grow, nodes stay: whoever keeps a largest radius must hear of it. */
+static void test_growth(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(RANDOM, 150, 1);
+  struct kith_search *s = NULL;
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  for (int round = 0; round < 60; ++round) {
+    const kith_index grown = round < 50 ? below(s->n) : 7;
+    nodes->search_radius->f64[grown] *= 1.3;
+    ++nodes->positions;
+    CHECK_OK(kith_search_update_selected(s, &grown, 1));
+    check_search(s, 30);
+  }
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+/* A second swarm beyond anything that cells can count: clamped, but complete. */
+static void test_far_off(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(RANDOM, 200, 1);
+  struct kith_search *s = NULL;
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  kith_index moved[100];
+  for (kith_index k = 0; k < 100; ++k) {
+    moved[k] = 2 * k;
+    for (int a = 0; a < NDIM; ++a)
+      nodes->position->f64[(size_t)moved[k] * NDIM + a] += k % 4 < 2 ? 1e10 : -1e10;
+  }
+  ++nodes->positions;
+  CHECK_OK(kith_search_update_selected(s, moved, 100));
+  check_search(s, 40);
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 40);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Large enough for all threads to have work. `along`: nodes along the curve of the tree, and a few that
+ * strayed. */
+static void test_threads(const struct kith_search_ops *ops, bool along) {
+  const kith_index n = 30000, strays = along ? 300 : 0;
+  struct kith_nodes *nodes = make_nodes(CLUSTERED, n, 1);
+  if (along) {
+    double lower[NDIM], upper[NDIM];
+    bool sorted;
+    kith_index *order = malloc(sizeof *order * (size_t)n);
+    kith_search_cube(nodes->position->f64, n, lower, upper);
+    CHECK_OK(kith_nodes_curve_order(nodes, lower, upper, order, &sorted));
+    CHECK_OK(kith_nodes_reorder(nodes, order));
+    free(order);
+  }
+  add_ghosts(nodes, 0, true);
+  kith_index *one = malloc(sizeof *one * (size_t)n * 2), *moved = malloc(sizeof *moved * 300);
+  for (kith_index k = 0; k < 300; ++k) moved[k] = below(n);
+  for (kith_index k = 0; k < strays; ++k) jolt(nodes, moved[k], 2);
+  struct kith_search *s[3] = {NULL, NULL, NULL};
+  for (int stage = 0; stage < 2; ++stage) {
+    for (int threads = 1; threads <= 3; ++threads) {
+      omp_set_num_threads(threads);
+      if (stage == 0) CHECK_OK(kith_search_create(&s[threads - 1], ops, nodes));
+      CHECK_OK(stage == 0 ? kith_search_update(s[threads - 1])
+                          : kith_search_update_selected(s[threads - 1], moved, 300));
+      CHECK(s[threads - 1]->n_groups == s[0]->n_groups);
+      CHECK(memcmp(s[threads - 1]->node, s[0]->node, sizeof(kith_index) * (size_t)s[0]->n) == 0);
+      CHECK(memcmp(s[threads - 1]->group, s[0]->group, sizeof(struct kith_run) * (size_t)s[0]->n_groups) ==
+            0);
+    }
+    check_search(s[2], ops == &kith_search_brute ? 3 : 25);
+    for (kith_index k = 0; k < 300; ++k) jolt(nodes, moved[k], 1);
+    ++nodes->positions;
+  }
+  free(one);
+  free(moved);
+  for (int k = 0; k < 3; ++k) kith_search_destroy(&s[k]);
+  kith_nodes_destroy(&nodes);
+}
+
+static void test_runs(void) {
+  struct kith_runs runs = {0};
+  CHECK_OK(kith_runs_add(&runs, 10, 5));
+  CHECK_OK(kith_runs_add(&runs, 15, 1));
+  CHECK(runs.n == 1 && runs.run[0].first == 10 && runs.run[0].count == 6);
+  for (kith_index k = 0; k < 200; ++k) CHECK_OK(kith_runs_add(&runs, 1000 - 4 * k, k % 2 ? 4 : 2));
+  CHECK_OK(kith_runs_add(&runs, 12, 2));
+  kith_runs_sort(&runs);
+  for (int r = 1; r < runs.n; ++r) CHECK(runs.run[r].first > runs.run[r - 1].first + runs.run[r - 1].count);
+  /* 10-15 holds 12-13; of the 200, every second one touches its neighbor. */
+  kith_index sum = 0;
+  for (int r = 0; r < runs.n; ++r) sum += runs.run[r].count;
+  CHECK(runs.n == 101 && sum == 6 + 100 * 4 + 100 * 2);
+  kith_runs_clear(&runs);
+  CHECK(runs.n == 0 && runs.run == NULL);
+}
+
+static void test_family(void) {
+  for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops)
+    CHECK(kith_search_find((*ops)->name) == *ops && (*ops)->doc[0] != 0);
+  CHECK(kith_search_find("oracle") == NULL);
+}
+
+int main(void) {
+  test_runs();
+  test_family();
+  for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
+    test_sets_of_nodes(*ops);
+    for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) test_motion(*ops, how);
+    test_thin_box(*ops);
+    test_cull(*ops);
+    test_growth(*ops);
+    test_far_off(*ops);
+    test_threads(*ops, false);
+    test_threads(*ops, true);
+  }
+  return check_failed();
+}

@@ -1,0 +1,37 @@
+/* materials.h - materials for tests: settings of an equation of state from "key=value" text, and back by
+ * key. */
+#ifndef KITH_TESTS_MATERIALS_H
+#define KITH_TESTS_MATERIALS_H
+
+#include <string.h>
+#include "physics/hydro.h"
+#include "tests/check.h"
+
+/* Its settings are static: the same ones are kept once. */
+static inline struct kith_material material_of(const char *eos, const char *assignments) {
+  enum { MOST = 64 };
+  static struct {
+    double value[8];
+  } settings[MOST];
+  static const struct kith_eos_ops *of[MOST];
+  const struct kith_member member = kith_family_member(kith_eos_member, eos);
+  void *made;
+  int k = 0;
+  CHECK_OK(kith_settings_create(&made, member, assignments));
+  while (k < MOST - 1 && of[k] != NULL &&
+         (of[k] != kith_eos_find(eos) || memcmp(&settings[k], made, member.settings_size) != 0))
+    ++k;
+  CHECK(k < MOST - 1 && member.settings_size <= sizeof settings[0]);
+  of[k] = kith_eos_find(eos);
+  memcpy(&settings[k], made, member.settings_size);
+  kith_free(&made);
+  return (struct kith_material){of[k], &settings[k]};
+}
+
+/* The value of a parameter; 0 if the equation of state has no such one. */
+static inline double material_value(const struct kith_material *material, const char *key) {
+  const struct kith_param *param = kith_params_find(material->eos->params, key);
+  return param == NULL ? 0 : *(const double *)((const char *)material->settings + param->offset);
+}
+
+#endif

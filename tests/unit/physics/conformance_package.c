@@ -1,0 +1,354 @@
+/* Conformance of the family of packages: every package of the list, with its default settings and with every
+ * choice of its parameter table, keeps what the equations of motion keep, and does not depend on how the
+ * nodes are numbered, evaluated or imaged. New members and choices are covered. */
+#include <omp.h>
+#include "tests/unit/physics/sph_world.h"
+
+/* Divisible by 3, for three lists of a third each; thinner than the supports along one axis. */
+static const int box[3] = {NDIM == 1 ? 15 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 3};
+
+/* A package with settings, and how it is run. */
+struct variant {
+  const char *package, *settings;
+  struct method method;
+};
+
+static void create(struct world *w, const struct variant *v, const int *cells, enum side side,
+                   double jitter) {
+  world_create(w, cells, side, jitter, &v->method, 77);
+  world_package(w, v->package, &v->method, v->settings);
+}
+
+/* Rates of all nodes, the support first. Kicks start from the present velocity. */
+static void evaluate(struct world *w) {
+  world_base(w);
+  CHECK_OK(kith_integrator_rates(&w->it));
+}
+
+/* What a package gives, by global id. */
+struct rates {
+  int n;
+  uint64_t evaluations;
+  double acceleration[MOST * NDIM], rate[MOST], signal[MOST], density[MOST];
+};
+
+static void take(struct rates *r, const struct world *w) {
+  memset(r, 0, sizeof *r);
+  r->n = w->nodes->n_internal;
+  r->evaluations = w->package.pair_evaluations;
+  for (int i = 0; i < r->n; ++i) {
+    const int at = (int)w->nodes->id->i64[i] - 100;
+    for (int a = 0; a < NDIM; ++a) r->acceleration[at * NDIM + a] = w->hydro.acceleration->f64[i * NDIM + a];
+    r->rate[at] = w->hydro.energy_rate->f64[i];
+    r->signal[at] = w->package.signal->f64[i];
+    r->density[at] = w->hydro.density->f64[i];
+  }
+}
+
+/* Round-off of sums in another order, and the residual of closed faces: relative to the largest value. */
+static const double round_off = 1e-10;
+
+static void compare(const char *what, double tolerance, const struct variant *v, const struct rates *got,
+                    const struct rates *wanted) {
+  const int before = check_failures;
+  CHECK(got->n == wanted->n);
+  CHECK_FIELD(got->acceleration, wanted->acceleration, wanted->n * NDIM, tolerance);
+  CHECK_FIELD(got->rate, wanted->rate, wanted->n, tolerance);
+  CHECK_FIELD(got->signal, wanted->signal, wanted->n, tolerance);
+  CHECK_FIELD(got->density, wanted->density, wanted->n, tolerance);
+  if (check_failures > before)
+    fprintf(stderr, "%s: package %s %s, %s, %s energy\n", what, v->package, v->settings,
+            v->method.traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
+            v->method.compatible ? "compatible" : "thermal");
+}
+
+/* The rates of the box that all others are compared with. */
+static struct rates rates_of(const struct variant *v) {
+  struct world w;
+  struct rates r;
+  create(&w, v, box, PERIODIC, 0.3);
+  evaluate(&w);
+  take(&r, &w);
+  world_destroy(&w);
+  return r;
+}
+
+/* --- what is kept --- */
+
+static double mechanical_energy(const struct world *w) {
+  const struct kith_totals t = kith_hydro_totals(&w->hydro);
+  return t.kinetic + t.internal;
+}
+
+/* sum m a = 0 and sum m (du/dt + v . a) = 0. With `gather` each end evaluates the pair for itself, so this is
+ * the symmetry of the pair function under exchange of i and j: -f, 1 - e, -g. Then kicks of any length keep
+ * sum m (v^2 / 2 + u), compatible energies to round-off. */
+static void check_kept(const struct variant *v, enum side side) {
+  struct world w;
+  create(&w, v, box, side, 0.3);
+  evaluate(&w);
+  if (side != REFLECTING) world_momentum(&w, 1, 1e-12); /* walls take momentum */
+  double rate = 0, size = 0;
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const double mass = w.hydro.mass->f64[i];
+    rate += mass * w.hydro.energy_rate->f64[i], size += mass * fabs(w.hydro.energy_rate->f64[i]);
+    for (int a = 0; a < NDIM; ++a) {
+      const double power =
+          mass * w.hydro.velocity->f64[i * NDIM + a] * w.hydro.acceleration->f64[i * NDIM + a];
+      rate += power, size += fabs(power);
+    }
+  }
+  CHECK_CLOSE(rate, 0, 1e-13 * size);
+  const double before = mechanical_energy(&w), parts[] = {0.3, 0.1, 0.2};
+  for (int k = 0; v->method.compatible && k < 3; ++k) {
+    kith_kick_energy(&w.it, parts[k]);
+    kith_kick_velocity(&w.it, parts[k]);
+    CHECK_CLOSE(mechanical_energy(&w) / before, 1, 1e-13);
+  }
+  world_destroy(&w);
+}
+
+/* Whole steps of a scheme keep compatible energies and momentum. */
+static void check_steps(const struct variant *v, const char *scheme, enum side side) {
+  struct world w;
+  create(&w, v, box, side, 0.2);
+  w.it.scheme = kith_scheme_find(scheme);
+  CHECK_OK(kith_integrator_start(&w.it));
+  const struct kith_totals before = kith_hydro_totals(&w.hydro);
+  for (int k = 0; k < (NDIM == 3 ? 3 : 8); ++k) CHECK_OK(kith_integrator_step(&w.it, 10));
+  const struct kith_totals after = kith_hydro_totals(&w.hydro);
+  const double energy = before.kinetic + before.internal;
+  CHECK_CLOSE((after.kinetic + after.internal) / energy, 1, 1e-13);
+  CHECK(fabs(after.kinetic - before.kinetic) > 1e-6 * energy); /* the nodes were accelerated */
+  for (int a = 0; a < NDIM && side != REFLECTING; ++a)
+    CHECK_CLOSE(after.momentum[a], before.momentum[a], 1e-13 * before.momentum_scale);
+  world_destroy(&w);
+}
+
+/* --- what nothing depends on --- */
+
+/* A common velocity. */
+static void check_galilean(const struct variant *v, const struct rates *wanted) {
+  const double common[3] = {3, -2, 1};
+  struct world w;
+  struct rates r;
+  create(&w, v, box, PERIODIC, 0.3);
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] += common[a];
+  evaluate(&w);
+  take(&r, &w);
+  compare("Galilean invariance", round_off, v, &r, wanted);
+  world_destroy(&w);
+}
+
+/* The order of the nodes: reversed within each list, so that pairs start at the other end. */
+static void check_permutation(const struct variant *v, const struct rates *wanted) {
+  struct world w, from;
+  struct rates r;
+  create(&w, v, box, PERIODIC, 0.3);
+  create(&from, v, box, PERIODIC, 0.3);
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const struct kith_node_list *list = &w.nodes->lists[w.nodes->list->u8[i]];
+    const int k = list->first + list->count - 1 - (i - list->first);
+    w.nodes->id->i64[i] = 100 + k;
+    w.hydro.mass->f64[i] = from.hydro.mass->f64[k], w.hydro.energy->f64[i] = from.hydro.energy->f64[k];
+    for (int a = 0; a < NDIM; ++a) {
+      w.nodes->position->f64[i * NDIM + a] = from.nodes->position->f64[k * NDIM + a];
+      w.hydro.velocity->f64[i * NDIM + a] = from.hydro.velocity->f64[k * NDIM + a];
+    }
+  }
+  evaluate(&w);
+  take(&r, &w);
+  compare("permutation", round_off, v, &r, wanted);
+  world_destroy(&from);
+  world_destroy(&w);
+}
+
+/* The number of threads, bitwise, through whole steps. */
+static void check_threads(const struct variant *v) {
+  const int threads = omp_get_max_threads();
+  struct world w[2];
+  for (int k = 0; k < 2; ++k) {
+    omp_set_num_threads(k + 1);
+    create(&w[k], v, box, PERIODIC, 0.3);
+    CHECK_OK(kith_integrator_start(&w[k].it));
+    for (int step = 0; step < 2; ++step) CHECK_OK(kith_integrator_step(&w[k].it, 10));
+  }
+  omp_set_num_threads(threads);
+  const size_t n = (size_t)w[0].nodes->n_internal;
+  CHECK(memcmp(w[0].nodes->position->f64, w[1].nodes->position->f64, n * NDIM * sizeof(double)) == 0);
+  CHECK(memcmp(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM * sizeof(double)) == 0);
+  CHECK(memcmp(w[0].hydro.energy->f64, w[1].hydro.energy->f64, n * sizeof(double)) == 0);
+  for (int k = 0; k < 2; ++k) world_destroy(&w[k]);
+}
+
+/* Ghosts: a periodic box is half of one that is twice as long, and a reflecting one half of a periodic one
+ * with its mirror image. */
+static void check_doubled(const struct variant *v, enum side side) {
+  const int twice[3] = {2 * box[0], box[1], box[2]};
+  struct world w, d;
+  struct rates one, two;
+  create(&w, v, box, side, 0.3);
+  create(&d, v, twice, PERIODIC, 0.3);
+  const int n = w.nodes->n_internal;
+  CHECK(n % 3 == 0 &&
+        d.nodes->n_internal == 2 * n); /* nodes 2 i and 2 i + 1 of d are images of node i of w */
+  for (int k = 0; k < 2 * n; ++k) {
+    const int i = k / 2, image = k % 2;
+    d.hydro.mass->f64[k] = w.hydro.mass->f64[i], d.hydro.energy->f64[k] = w.hydro.energy->f64[i];
+    for (int a = 0; a < NDIM; ++a) {
+      const double x = w.nodes->position->f64[i * NDIM + a], u = w.hydro.velocity->f64[i * NDIM + a];
+      const bool mirrored = side == REFLECTING && a == 0 && image == 1;
+      d.nodes->position->f64[k * NDIM + a] = mirrored               ? d.length[0] - x
+                                             : a == 0 && image == 1 ? x + w.length[0]
+                                                                    : x;
+      d.hydro.velocity->f64[k * NDIM + a] = mirrored ? -u : u;
+    }
+    d.nodes->id->i64[k] = 100 + image * n + i;
+  }
+  evaluate(&w);
+  evaluate(&d);
+  take(&one, &w);
+  take(&two, &d);
+  two.n = n; /* the first half; ids of w are those of its nodes */
+  compare(side == PERIODIC ? "doubled box" : "mirrored box", round_off, v, &two, &one);
+  world_destroy(&d);
+  world_destroy(&w);
+}
+
+/* --- the smallest worlds --- */
+
+/* No node; one without neighbors, which has no support; one among its own images, which nothing moves. */
+static void check_few(const struct variant *v) {
+  const int none[3] = {0, 1, 1}, one[3] = {1, 1, 1};
+  struct world w;
+  create(&w, v, none, OPEN, 0);
+  evaluate(&w);
+  CHECK_OK(kith_integrator_start(&w.it));
+  world_destroy(&w);
+  create(&w, v, one, OPEN, 0);
+  CHECK_STATUS(KITH_DIVERGED, kith_integrator_start(&w.it));
+  CHECK(strstr(kith_failure(), "support") != NULL);
+  world_destroy(&w);
+  create(&w, v, one, PERIODIC, 0);
+  evaluate(&w);
+  for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(w.hydro.acceleration->f64[a], 0, 1e-13);
+  CHECK_CLOSE(w.hydro.energy_rate->f64[0], 0, 1e-13);
+  world_destroy(&w);
+}
+
+/* The same nodes of one material in one list or another, the other lists empty: bitwise the same. */
+static void check_empty_lists(const struct variant *v) {
+  struct rates r[3];
+  int n = 1;
+  for (int a = 0; a < NDIM; ++a) n *= box[a];
+  for (int l = 0; l < 3; ++l) {
+    const int counts[3] = {l == 0 ? n : 0, l == 1 ? n : 0, l == 2 ? n : 0};
+    struct world w;
+    world_create_lists(&w, box, counts, PERIODIC, 0.3, &v->method, 5);
+    world_package(&w, v->package, &v->method, v->settings);
+    for (int k = 0; k < 3; ++k) w.hydro.material[k] = material_of("ideal", "gamma=1.4");
+    evaluate(&w);
+    take(&r[l], &w);
+    world_destroy(&w);
+  }
+  CHECK(memcmp(&r[0], &r[1], sizeof r[0]) == 0 && memcmp(&r[0], &r[2], sizeof r[0]) == 0);
+}
+
+/* --- consistency --- */
+
+/* A long wave of pressure on a lattice: dv/dt is -grad P / rho, and in a long wave of velocity du/dt is
+ * -P div v / rho, both but for what smoothing over a support takes away. */
+static void check_wave(const struct variant *v) {
+  const int cells[3] = {24, NDIM == 2 ? 6 : 2, 2};
+  const double k = 2 * M_PI / cells[0];
+  struct world w;
+  double sum[2] = {0}, norm[2] = {0};
+  create(&w, v, cells, PERIODIC, 0);
+  for (int l = 0; l < 3; ++l) w.hydro.material[l] = material_of("ideal", "gamma=1.4");
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const double x = w.nodes->position->f64[i * NDIM];
+    w.hydro.mass->f64[i] = 2;
+    w.hydro.energy->f64[i] = 1 + 0.01 * sin(k * x);
+    for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = a == 0 ? 0.001 * sin(k * x) : 0;
+  }
+  evaluate(&w);
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const double phase = cos(k * w.nodes->position->f64[i * NDIM]);
+    const double wanted[] = {-0.4 * 0.01 * k * phase, -0.4 * w.hydro.energy->f64[i] * 0.001 * k * phase};
+    const double got[] = {w.hydro.acceleration->f64[i * NDIM], w.hydro.energy_rate->f64[i]};
+    for (int q = 0; q < 2; ++q) sum[q] += got[q] * wanted[q], norm[q] += wanted[q] * wanted[q];
+  }
+  for (int q = 0; q < 2; ++q) CHECK_CLOSE(sum[q] / norm[q], 1, 0.15);
+  world_destroy(&w);
+}
+
+/* --- all of it --- */
+
+static void check_variant(const char *package, const char *settings, int number) {
+  static const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2", "verlet"};
+  const int before = check_failures;
+  struct variant v = {
+      package, settings, {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0}};
+  const struct rates gather = rates_of(&v);
+  check_kept(&v, (enum side)((number + 1) % 3));
+  check_kept(&v, PERIODIC);
+  check_threads(&v);
+  v.method.compatible = false;
+  check_kept(&v, PERIODIC);
+  check_wave(&v);
+  v.method.compatible = true, v.method.traversal = KITH_TRAVERSE_PAIRS;
+  const struct rates pairs = rates_of(&v);
+  const bool solved = strstr(v.settings, "closed=true") != NULL; /* by a solver, to its residual */
+  compare("traversals", solved ? round_off : 1e-13, &v, &pairs, &gather);
+  CHECK(pairs.evaluations < gather.evaluations); /* pairs are evaluated once */
+  check_kept(&v, (enum side)(number % 3));
+  check_threads(&v);
+  check_steps(&v, schemes[number % 4], (enum side)((number + 2) % 3));
+  check_steps(&v, schemes[(number + 1) % 4], PERIODIC);
+  check_galilean(&v, &pairs);
+  check_permutation(&v, &pairs);
+  check_doubled(&v, PERIODIC);
+  if (NDIM == 1) check_doubled(&v, REFLECTING); /* walls across all axes: oracles of each package */
+  check_few(&v);
+  check_empty_lists(&v);
+  if (check_failures > before) fprintf(stderr, "package %s, settings '%s'\n", package, settings);
+}
+
+/* Every choice of every row: one at a time, on top of the defaults; `all`: the last choice of each. */
+static void check_choices(const char *package, const char *prefix, const struct kith_param *params,
+                          int *number, char *all, size_t size) {
+  char text[256], choice[64];
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
+    if (p->kind == KITH_PARAM_MAP) {
+      snprintf(text, sizeof text, "%s%s.", prefix, p->key);
+      check_choices(package, text, p->params, number, all, size);
+      continue;
+    }
+    const char *rest = p->kind == KITH_PARAM_CHOICE ? p->allowed
+                       : p->kind == KITH_PARAM_BOOL ? "true"
+                       : p->fallback != NULL && strcmp(p->fallback, "0") == 0
+                           ? "1" /* an effect that is off by default */
+                           : "";
+    while (*rest != '\0') {
+      rest += *rest == '|';
+      const int length = (int)strcspn(rest, "|");
+      snprintf(choice, sizeof choice, "%.*s", length, rest);
+      snprintf(text, sizeof text, "%s%s=%s", prefix, p->key, choice);
+      if (strcmp(choice, p->fallback) != 0) check_variant(package, text, (*number)++);
+      if (rest[length] == '\0') snprintf(all + strlen(all), size - strlen(all), " %s", text);
+      rest += length;
+    }
+  }
+}
+
+int main(void) {
+  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
+    int number = 1;
+    char all[512] = "";
+    check_variant((*p)->name, "", 0);
+    check_choices((*p)->name, "", (*p)->params, &number, all, sizeof all);
+    if (number > 2) check_variant((*p)->name, all, number);
+  }
+  return check_failed();
+}

@@ -1,0 +1,392 @@
+/* Package crk against sums over all images of all nodes, from the equations alone: corrected kernels by
+ * elimination of the whole moment matrix and of its derivative, forces and work by the sums that the header
+ * writes. */
+#include <omp.h>
+#include "tests/unit/physics/sph_world.h"
+
+static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};
+
+/* Sums of a few hundred terms, and moment matrices of random nodes with conditions of 1e2 and more. */
+static const double round_off = 1e-10;
+
+/* Coefficients c of W^R = (c_0 + c . x) W, and their derivatives along each axis. */
+enum { ROWS = NDIM + 1 };
+struct kernels {
+  double c[MOST][ROWS], dc[MOST][NDIM][ROWS];
+};
+
+/* A world whose package is crk. */
+static void create(struct world *w, const int *cells, enum side side, double jitter, const struct method *m,
+                   uint64_t seed) {
+  world_create(w, cells, side, jitter, m, seed);
+  world_viscous(w, "crk", m);
+}
+
+/* ---- the sums ---- */
+
+static double volume(const struct world *w, double support) {
+  return oracle_ball() * pow(support, NDIM) / w->package.neighbors;
+}
+
+/* W and the factor of x in its gradient: means of both supports. */
+static void kernel_of(const struct world *w, double hi, double hj, double r, double *value, double *factor) {
+  const double c = w->kernel.constant;
+  *value =
+      c / 2 * (oracle_w(&w->kernel, r / hi) / pow(hi, NDIM) + oracle_w(&w->kernel, r / hj) / pow(hj, NDIM));
+  *factor =
+      c / 2 *
+      (oracle_g(&w->kernel, r / hi) / pow(hi, NDIM + 2) + oracle_g(&w->kernel, r / hj) / pow(hj, NDIM + 2));
+}
+
+/* A y = b by elimination with pivots; A is used up. */
+static void solve(double a[ROWS][ROWS], double *b) {
+  for (int c = 0; c < ROWS; ++c) {
+    int pivot = c;
+    for (int r = c + 1; r < ROWS; ++r)
+      if (fabs(a[r][c]) > fabs(a[pivot][c])) pivot = r;
+    for (int k = 0; k < ROWS; ++k) {
+      const double t = a[c][k];
+      a[c][k] = a[pivot][k], a[pivot][k] = t;
+    }
+    const double t = b[c];
+    b[c] = b[pivot], b[pivot] = t;
+    for (int r = 0; r < ROWS; ++r) {
+      if (r == c) continue;
+      const double f = a[r][c] / a[c][c];
+      for (int k = c; k < ROWS; ++k) a[r][k] -= f * a[c][k];
+      b[r] -= f * b[c];
+    }
+  }
+  for (int r = 0; r < ROWS; ++r) b[r] /= a[r][r];
+}
+
+/* c solves M c = (1, 0..), M = sum_j V_j W p p with p = (1, x); dc solves M dc = - dM c. */
+static void truth_kernel(const struct world *w, const struct truth *t, int i, struct kernels *out) {
+  double m[ROWS][ROWS] = {{0}}, dm[NDIM][ROWS][ROWS] = {{{0}}}, copy[ROWS][ROWS];
+  m[0][0] = 2 * t->self * volume(w, t->support[i]) * w->kernel.constant / pow(t->support[i], NDIM) *
+            oracle_w(&w->kernel, 0);
+  const double own = m[0][0];
+  for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
+    const struct partner *p = &t->partners.partner[k];
+    double value, factor, base[ROWS] = {1};
+    kernel_of(w, t->support[i], t->support[p->node], p->r, &value, &factor);
+    value *= volume(w, t->support[p->node]), factor *= volume(w, t->support[p->node]);
+    for (int a = 0; a < NDIM; ++a) base[a + 1] = p->x[a];
+    for (int a = 0; a < ROWS; ++a)
+      for (int b = 0; b < ROWS; ++b) {
+        m[a][b] += value * base[a] * base[b];
+        for (int c = 0; c < NDIM; ++c)
+          dm[c][a][b] += factor * base[c + 1] * base[a] * base[b] +
+                         value * ((a == c + 1) * base[b] + (b == c + 1) * base[a]);
+      }
+  }
+  for (int c = 0; c < NDIM; ++c) dm[c][0][c + 1] += own, dm[c][c + 1][0] += own; /* x W of i itself */
+  memset(out->c[i], 0, sizeof out->c[i]);
+  out->c[i][0] = 1;
+  memcpy(copy, m, sizeof m);
+  solve(copy, out->c[i]);
+  for (int c = 0; c < NDIM; ++c) {
+    for (int a = 0; a < ROWS; ++a) {
+      out->dc[i][c][a] = 0;
+      for (int b = 0; b < ROWS; ++b) out->dc[i][c][a] -= dm[c][a][b] * out->c[i][b];
+    }
+    memcpy(copy, m, sizeof m);
+    solve(copy, out->dc[i][c]);
+  }
+}
+
+/* Gradient of the corrected kernel of a node with coefficients c, dc, whose image has these signs, at x from
+ * it. */
+static void corrected(const double *c, double (*dc)[ROWS], const double *sign, const double *x, double value,
+                      double factor, double *gradient) {
+  double crk_a = c[0];
+  for (int a = 0; a < NDIM; ++a) crk_a += c[a + 1] * sign[a] * x[a];
+  for (int a = 0; a < NDIM; ++a) {
+    double change = dc[a][0] + c[a + 1];
+    for (int b = 0; b < NDIM; ++b) change += dc[a][b + 1] * sign[b] * x[b];
+    gradient[a] = sign[a] * change * value + crk_a * factor * x[a];
+  }
+}
+
+/* Force, rate and slope. more: with accelerations known, the work too. */
+static void crk_rates(const struct world *w, struct truth *t, struct kernels *kernels, bool more) {
+  const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
+  const double *u = (w->package.compatible ? w->it.kick.velocity_base : w->hydro.velocity)->f64;
+  const bool viscous = w->viscosity.name != KITH_VISCOSITY_NONE;
+  const double alpha = viscous ? w->viscosity.alpha : 0, beta = viscous ? w->viscosity.beta : 0;
+  for (int i = 0; i < w->nodes->n_internal; ++i) {
+    double force[NDIM] = {0}, rate = 0, slope = 0, signal = t->sound[i];
+    for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
+      const struct partner *p = &t->partners.partner[k];
+      const int j = p->node;
+      double value, factor, gi[NDIM], gj[NDIM], back[NDIM], f[NDIM], ff = 0, vv = 0, fv = 0, work = 0,
+                                                                     jerk = 0;
+      if (p->r >= fmax(t->support[i], t->support[j])) continue;
+      kernel_of(w, t->support[i], t->support[j], p->r, &value, &factor);
+      for (int a = 0; a < NDIM; ++a) back[a] = -p->x[a];
+      corrected(kernels->c[i], kernels->dc[i], one, p->x, value, factor, gi);
+      corrected(kernels->c[j], kernels->dc[j], p->sign, back, value, factor, gj);
+      const double mu = truth_jump(w, t, i, p), sound = (t->sound[i] + t->sound[j]) / 2;
+      const double rho = 2 / (1 / t->density[i] + 1 / t->density[j]);
+      const double q = rho * (beta * mu * mu - alpha * sound * mu);
+      const double total = t->pressure[i] + t->pressure[j] + q;
+      for (int a = 0; a < NDIM; ++a) {
+        f[a] = -0.5 * volume(w, t->support[i]) * volume(w, t->support[j]) * total * (gi[a] - gj[a]);
+        const double jump = p->sign[a] * v[j * NDIM + a] - v[i * NDIM + a];
+        force[a] += f[a];
+        ff += f[a] * f[a], vv += jump * jump, fv += f[a] * jump;
+        work += f[a] * (p->sign[a] * u[j * NDIM + a] - u[i * NDIM + a]);
+        if (more) jerk += f[a] * (p->sign[a] * t->acceleration[j][a] - t->acceleration[i][a]);
+      }
+      const double cosine = ff * vv > 0 ? fv / sqrt(ff) / sqrt(vv) : 0;
+      const double decomposition = (total + cosine * (t->pressure[j] - t->pressure[i])) / (2 * total);
+      rate += decomposition * work, slope += decomposition * jerk;
+      if (p->r > 0) signal = fmax(signal, fmax(1, alpha) * sound - beta * mu);
+    }
+    const double mass = w->hydro.mass->f64[i];
+    for (int a = 0; a < NDIM && !more; ++a) t->acceleration[i][a] = force[a] / mass;
+    t->rate[i] = rate / mass, t->slope[i] = slope / mass, t->signal[i] = signal;
+  }
+}
+
+static void crk_truth(const struct world *w, struct truth *t, struct kernels *kernels) {
+  truth_density(w, t);
+  for (int i = 0; i < w->nodes->n_internal; ++i)
+    t->density[i] = w->hydro.mass->f64[i] / volume(w, t->support[i]);
+  truth_close(w, t);
+  truth_gradient(w, t);
+  for (int i = 0; i < w->nodes->n_internal; ++i) truth_kernel(w, t, i, kernels);
+  crk_rates(w, t, kernels, false);
+  crk_rates(w, t, kernels, true);
+}
+
+/* ---- comparisons ---- */
+
+static const double *field(const struct world *w, const char *name) {
+  return kith_nodes_field_named(w->nodes, name)->f64;
+}
+
+static void check_kernels(const struct world *w, const struct kernels *k) {
+  static double crk_a[MOST], slope[MOST * NDIM], gradient[MOST * NDIM], tensor[MOST * NDIM * NDIM];
+  const int n = w->nodes->n_internal;
+  for (int i = 0; i < n; ++i) {
+    crk_a[i] = k->c[i][0];
+    for (int a = 0; a < NDIM; ++a) {
+      slope[i * NDIM + a] = k->c[i][a + 1];
+      gradient[i * NDIM + a] = k->dc[i][a][0] + k->c[i][a + 1];
+      for (int b = 0; b < NDIM; ++b) tensor[(i * NDIM + b) * NDIM + a] = k->dc[i][a][b + 1];
+    }
+  }
+  CHECK_FIELD(field(w, "kernel_scale"), crk_a, n, round_off);
+  CHECK_FIELD(field(w, "kernel_slope"), slope, n * NDIM, round_off);
+  CHECK_FIELD(field(w, "kernel_scale_gradient"), gradient, n * NDIM, round_off);
+  CHECK_FIELD(field(w, "kernel_slope_gradient"), tensor, n * NDIM * NDIM, round_off);
+}
+
+/* sum V W^R = 1, sum V W^R x = 0, sum V grad W^R = 0, sum V grad W^R x = - 1, with the coefficients of the
+ * package. */
+static void check_exact(const struct world *w, const struct truth *t) {
+  const double *A = field(w, "kernel_scale"), *C = field(w, "kernel_slope"),
+               *dA = field(w, "kernel_scale_gradient"), *dC = field(w, "kernel_slope_gradient");
+  for (int i = 0; i < w->nodes->n_internal; ++i) {
+    const double h = w->nodes->support->f64[i],
+                 one = oracle_w(&w->kernel, 0) * w->kernel.constant / pow(h, NDIM);
+    double sum = 2 * t->self * volume(w, h) * one * A[i], first[NDIM] = {0}, g[NDIM] = {0},
+           gx[NDIM][NDIM] = {{0}};
+    double size = 1 / h;
+    for (int a = 0; a < NDIM; ++a)
+      g[a] = 2 * t->self * volume(w, h) * one * dA[i * NDIM + a], size += fabs(g[a]);
+    for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
+      const struct partner *p = &t->partners.partner[k];
+      const double hj = w->nodes->support->f64[p->node], v = volume(w, hj);
+      double value, factor, crk_a = A[i];
+      kernel_of(w, h, hj, p->r, &value, &factor);
+      for (int a = 0; a < NDIM; ++a) crk_a += C[i * NDIM + a] * p->x[a];
+      sum += v * crk_a * value;
+      for (int a = 0; a < NDIM; ++a) {
+        double change = dA[i * NDIM + a];
+        for (int b = 0; b < NDIM; ++b) change += dC[(i * NDIM + b) * NDIM + a] * p->x[b];
+        const double one_of = v * (change * value + crk_a * factor * p->x[a]);
+        first[a] += v * crk_a * value * p->x[a];
+        g[a] += one_of;
+        size += fabs(one_of);
+        for (int b = 0; b < NDIM; ++b) gx[a][b] += one_of * p->x[b];
+      }
+    }
+    CHECK_CLOSE(sum, 1, 1e-12);
+    for (int a = 0; a < NDIM; ++a) {
+      CHECK_CLOSE(first[a], 0, 1e-12 * h);
+      CHECK_CLOSE(g[a], 0, 1e-12 * size); /* rounded as the largest of its terms */
+      for (int b = 0; b < NDIM; ++b) CHECK_CLOSE(gx[a][b], a == b ? -1 : 0, 1e-12 * size * h);
+    }
+  }
+}
+
+static void check_world(const struct method *m, enum side side, const int *cells, uint64_t seed) {
+  static struct kernels kernels;
+  struct world w;
+  struct truth t = {0};
+  create(&w, cells, side, 0.3, m, seed);
+  for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b) /* one is on a face */
+    w.nodes->position->f64[b] = b == 0 ? 0 : 0.5 * w.length[b];
+  truth_density(&w, &t);
+  world_root(&w, &t);
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) /* kicks from another velocity than the force sees */
+    w.it.kick.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
+  crk_truth(&w, &t, &kernels);
+  CHECK_OK(world_evaluate(&w));
+  const int n = w.nodes->n_internal;
+  check_kernels(&w, &kernels);
+  check_exact(&w, &t);
+  CHECK_FIELD(w.hydro.density->f64, t.density, n, round_off);
+  CHECK_FIELD(w.hydro.acceleration->f64, &t.acceleration[0][0], n * NDIM, round_off);
+  CHECK_FIELD(w.hydro.energy_rate->f64, t.rate, n, round_off);
+  CHECK_FIELD(field(&w, "signal"), t.signal, n, round_off);
+  if (m->compatible) CHECK_FIELD(w.package.energy_slope->f64, t.slope, n, round_off);
+  CHECK(w.package.fallbacks == 0);
+  if (side != REFLECTING) world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+static void check_worlds(void) {
+  static const enum kith_viscosity viscosity[] = {KITH_VISCOSITY_MONAGHAN, KITH_VISCOSITY_LIMITED,
+                                                  KITH_VISCOSITY_NONE, KITH_VISCOSITY_LIMITED};
+  uint64_t seed = 1;
+  for (int k = 0; k < KITH_N_KERNELS; ++k)
+    for (int side = OPEN; side <= REFLECTING; ++side)
+      for (int form = 0; form < 8; ++form) {
+        const struct method m = {
+            (enum kith_kernel)k, viscosity[form % 4],  form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
+            (form & 4) != 0,     form & 1 ? 1.7 : 0.6, form & 4 ? 2.2 : 0};
+        const int *cells = boxes[(form + k) % 2];
+        if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them is time enough */
+        if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
+        check_world(&m, (enum side)side, cells, ++seed);
+      }
+}
+
+/* Walls are mirrors: the reflecting box is one of the 2^d images in a periodic box of twice its size. */
+static void check_mirror(void) {
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
+  const int box[3] = {NDIM == 1 ? 12 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 5 : 3, 3};
+  const int twice[3] = {2 * box[0], 2 * box[1], 2 * box[2]}, images = 1 << NDIM;
+  struct world w, d;
+  create(&w, box, REFLECTING, 0.3, &m, 5);
+  create(&d, twice, PERIODIC, 0.3, &m, 5);
+  const int n =
+      w.nodes->n_internal; /* three lists of n / 3: node i is the nodes images i .. images i + images - 1 */
+  CHECK(n % 3 == 0 && d.nodes->n_internal == images * n);
+  for (int k = 0; k < images * n; ++k) {
+    const int i = k / images;
+    d.hydro.mass->f64[k] = w.hydro.mass->f64[i], d.hydro.energy->f64[k] = w.hydro.energy->f64[i];
+    for (int a = 0; a < NDIM; ++a) {
+      const bool mirrored = (k % images >> a & 1) != 0;
+      const double x = w.nodes->position->f64[i * NDIM + a], v = w.hydro.velocity->f64[i * NDIM + a];
+      d.nodes->position->f64[k * NDIM + a] = mirrored ? d.length[a] - x : x;
+      d.hydro.velocity->f64[k * NDIM + a] = mirrored ? -v : v;
+    }
+  }
+  CHECK_OK(kith_integrator_start(&w.it));
+  CHECK_OK(kith_integrator_start(&d.it));
+  const double most = largest(w.hydro.acceleration->f64, n * NDIM),
+               rate = largest(w.hydro.energy_rate->f64, n);
+  for (int k = 0; k < images * n; ++k) {
+    for (int a = 0; a < NDIM; ++a)
+      CHECK_CLOSE(d.hydro.acceleration->f64[k * NDIM + a] * (k % images >> a & 1 ? -1 : 1),
+                  w.hydro.acceleration->f64[k / images * NDIM + a], 1e-12 * most); /* sums in another order */
+    CHECK_CLOSE(d.hydro.energy_rate->f64[k], w.hydro.energy_rate->f64[k / images], 1e-12 * rate);
+  }
+  world_destroy(&d);
+  world_destroy(&w);
+}
+
+/* A uniform gas on a lattice is at rest; off it, forces are small beside P / (rho spacing) = 2/3. */
+static void check_rest(double jitter, double most) {
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
+  struct world w;
+  create(&w, boxes[0], PERIODIC, jitter, &m, 3);
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    w.hydro.mass->f64[i] = 2;
+    for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0;
+    w.hydro.energy->f64[i] = 1;
+  }
+  for (int l = 0; l < 3; ++l) w.hydro.material[l] = w.hydro.material[0];
+  CHECK_OK(kith_integrator_start(&w.it));
+  CHECK(largest(w.hydro.acceleration->f64, w.nodes->n_internal * NDIM) <= most);
+  world_destroy(&w);
+}
+
+/* Every other node off its place by 1e-6 is pulled back: what the self weight is for. */
+static void check_sawtooth(void) {
+  for (int k = 0; k < KITH_N_KERNELS; ++k) {
+    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0};
+    const int cells[3] = {8, 4, 4};
+    struct world w;
+    create(&w, cells, PERIODIC, 0, &m, 3);
+    for (int i = 0; i < w.nodes->n_internal; ++i) {
+      double *x = &w.nodes->position->f64[i * NDIM];
+      w.hydro.mass->f64[i] = 1;
+      w.hydro.energy->f64[i] = 1;
+      for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0;
+      x[0] += (int)floor(x[0]) % 2 == 0 ? 1e-6 : -1e-6;
+    }
+    for (int l = 0; l < 3; ++l) w.hydro.material[l] = w.hydro.material[0];
+    CHECK_OK(kith_integrator_start(&w.it));
+    for (int i = 0; i < w.nodes->n_internal; ++i)
+      CHECK((int)floor(w.nodes->position->f64[i * NDIM]) % 2 == 0 ? w.hydro.acceleration->f64[i * NDIM] < 0
+                                                                  : w.hydro.acceleration->f64[i * NDIM] > 0);
+    world_destroy(&w);
+  }
+}
+
+/* Nodes on a line in the plane or in space: no second moment has an inverse, all is finite, and it is
+ * counted. */
+static void check_collinear(void) {
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
+  const int line[3] = {40, 1, 1};
+  struct world w;
+  create(&w, line, OPEN, 0, &m, 3);
+  CHECK_OK(kith_integrator_start(&w.it));
+  w.package.fallbacks = 0;
+  CHECK_OK(world_evaluate(&w));
+  CHECK(w.package.fallbacks == (NDIM == 1 ? 0u : 2u * 40)); /* of the velocity, and of the kernel */
+  for (int k = 0; k < 40 * NDIM; ++k) CHECK(isfinite(w.hydro.acceleration->f64[k]));
+  world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
+  world_destroy(&w);
+}
+
+/* Two nodes among their images. */
+static void check_two(void) {
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  const int two[3] = {2, 1, 1};
+  struct world w;
+  create(&w, two, PERIODIC, 0.1, &m, 1);
+  CHECK_OK(kith_integrator_start(&w.it));
+  world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
+  world_destroy(&w);
+}
+
+/* What it does not have is refused. */
+static void check_refused(void) {
+  static const char *const wrong[] = {"viscosity.name=cullen-dehnen", "viscosity.balsara=balsara",
+                                      "conduction=1"};
+  for (int k = 0; k < 3; ++k) {
+    void *settings = NULL;
+    CHECK_STATUS(KITH_BAD_INPUT,
+                 kith_settings_create(&settings, kith_family_member(kith_package_member, "crk"), wrong[k]));
+    CHECK(settings == NULL && strstr(kith_failure(), "crk") != NULL);
+  }
+}
+
+int main(void) {
+  check_worlds();
+  check_mirror();
+  check_rest(0, 1e-12);
+  check_rest(0.2, 0.3);
+  check_sawtooth();
+  check_collinear();
+  check_two();
+  check_refused();
+  return check_failed();
+}

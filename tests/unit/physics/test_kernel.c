@@ -1,0 +1,120 @@
+/* Kernels against B-splines by recurrence, Wendland functions by integration, quadrature and lattice sums. */
+#include <string.h>
+#include "tests/unit/physics/kernel_oracle.h"
+#include "tests/check.h"
+
+static double value(enum kith_kernel k, double q) {
+  double w, g;
+  kith_kernel_value(k, q, &w, &g);
+  return w;
+}
+
+static double slope(enum kith_kernel k, double q) {
+  double w, g;
+  kith_kernel_value(k, q, &w, &g);
+  return g;
+}
+
+static double value_of(const void *kernel, double q) {
+  return value(*(const enum kith_kernel *)kernel, q);
+}
+
+/* Both sides are sums of at most 12 products of order 1. */
+static void check_shape(enum kith_kernel k, const struct oracle_kernel *oracle) {
+  CHECK_CLOSE(value(k, 0), oracle_w(oracle, 0), 1e-14);
+  for (int s = 1; s <= 1200; ++s) {
+    const double q = s / 1000.0, d = 1e-4;
+    CHECK_CLOSE(value(k, q), oracle_w(oracle, q), 1e-13);
+    CHECK_CLOSE(q * slope(k, q), q * oracle_g(oracle, q), 1e-13);
+    CHECK(slope(k, q) <= 0);
+    CHECK(value(k, q) >= 0 && value(k, q) <= value(k, q - 1e-3));
+    /* Truncation d^2 w''' / 6 with w''' up to 400, also across knots. */
+    CHECK_CLOSE((value(k, q + d) - value(k, q - d)) / (2 * d), q * slope(k, q), 1e-6);
+  }
+}
+
+static void check_edges(enum kith_kernel k) {
+  const double outside[] = {1, nextafter(1, 2), 1.5, 16, 1e6};
+  for (int s = 0; s < 5; ++s) {
+    CHECK(value(k, outside[s]) == 0);
+    CHECK(slope(k, outside[s]) == 0);
+  }
+  const double knots[] = {0.2, 1. / 3, 0.5, 0.6, 2. / 3, 1};
+  for (int s = 0; s < 6; ++s) { /* w', g and g' stay below 200 */
+    CHECK_CLOSE(value(k, knots[s] - 1e-13), value(k, knots[s] + 1e-13), 1e-10);
+    CHECK_CLOSE(slope(k, knots[s] - 1e-13), slope(k, knots[s] + 1e-13), 1e-10);
+  }
+  const double tiny[] = {0, 1e-300, 1e-18, 1e-14, 1e-10, 1e-6};
+  for (int s = 0; s < 6; ++s) { /* what a pair takes of it is q g: vanishes */
+    CHECK(isfinite(slope(k, tiny[s])));
+    CHECK(fabs(tiny[s] * slope(k, tiny[s])) <= 100 * tiny[s] + 1e-14);
+  }
+}
+
+static void check_constants(enum kith_kernel k, const struct oracle_kernel *oracle) {
+  CHECK_CLOSE(oracle_sphere() * kith_kernel_constant(k) * oracle_quadrature(value_of, &k, NDIM - 1), 1,
+              1e-13);
+  CHECK_CLOSE(kith_kernel_constant(k), oracle->constant, 1e-13 * oracle->constant);
+  CHECK_CLOSE(kith_kernel_support(k), oracle->spread, 0.51e-6);     /* six digits are given */
+  const double most = k == KITH_KERNEL_quartic ? 1.247978 : 1.2544; /* 67 in 3-D and not 68 */
+  CHECK_CLOSE(kith_kernel_neighbors(k), oracle_ball() * pow(most * oracle->spread, NDIM),
+              4e-6 * kith_kernel_neighbors(k));
+}
+
+/* The lattice with one node per unit volume has density 1. */
+static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *oracle) {
+  const double usual = kith_kernel_neighbors(k);
+  for (int s = 0; s < 6; ++s) {
+    const double neighbors = usual * (0.9 + 0.25 * s), support = pow(neighbors / oracle_ball(), 1.0 / NDIM);
+    const double weight = kith_kernel_self_weight(k, neighbors);
+    const double sum = weight * oracle_w(oracle, 0) + oracle_lattice_others(oracle, support);
+    CHECK_CLOSE(sum * oracle->constant / pow(support, NDIM), 1, 1e-12);
+    /* What is solved for is the density of the node alone, W(0) = C / H^d of it: a few per cent of it, most
+     * with few neighbors. */
+    CHECK(weight > 0.5 && weight < 1.2);
+    if (k <= KITH_KERNEL_quintic) CHECK_CLOSE(weight, 1, 0.1);
+  }
+}
+
+/* 2 sigma of the kernel holds as many nodes in any dimension. */
+static void check_pairing(void) {
+  static const double most[] = {55, 67, 190};
+  for (int k = 0; k < KITH_N_KERNELS; ++k) {
+    const struct oracle_kernel oracle = oracle_kernel((enum kith_kernel)k);
+    const double got = kith_kernel_most_neighbors((enum kith_kernel)k);
+    CHECK(kith_kernel_neighbors((enum kith_kernel)k) <= got);
+    if (k > KITH_KERNEL_quintic) CHECK(isinf(got));
+    if (k > KITH_KERNEL_quintic) continue;
+    if (NDIM == 3) CHECK_CLOSE(got, most[k], 1e-9);
+    /* H / spacing over 2 sigma: back to the 3-D number, with the six digits of both spreads. */
+    const double spacings = pow(got / oracle_ball(), 1. / NDIM) / oracle.spread;
+    CHECK_CLOSE(4 * M_PI / 3 * pow(spacings * kith_kernel_facts[k].support[2], 3), most[k], 1e-5 * most[k]);
+  }
+  CHECK(kith_kernel_unpaired(1) == KITH_KERNEL_wendland_c2);
+  CHECK(kith_kernel_unpaired(kith_kernel_neighbors(KITH_KERNEL_wendland_c4)) == KITH_KERNEL_wendland_c4);
+  CHECK(kith_kernel_unpaired(1000) == KITH_KERNEL_wendland_c6);
+}
+
+static void check_names(void) {
+  static const char *const names[] = {"cubic",       "quartic",     "quintic",
+                                      "wendland-c2", "wendland-c4", "wendland-c6"};
+  CHECK(KITH_N_KERNELS == 6);
+  for (int k = 0; k < 6; ++k)
+    CHECK(kith_kernel_find(names[k]) == (enum kith_kernel)k &&
+          strcmp(kith_kernel_facts[k].name, names[k]) == 0);
+  CHECK(kith_kernel_find("gauss") == KITH_N_KERNELS && kith_kernel_find("") == KITH_N_KERNELS);
+  if (NDIM == 3) CHECK_CLOSE(kith_kernel_neighbors(KITH_KERNEL_wendland_c2), 60, 0.1);
+}
+
+int main(void) {
+  check_names();
+  check_pairing();
+  for (int k = 0; k < KITH_N_KERNELS; ++k) {
+    const struct oracle_kernel oracle = oracle_kernel((enum kith_kernel)k);
+    check_shape((enum kith_kernel)k, &oracle);
+    check_edges((enum kith_kernel)k);
+    check_constants((enum kith_kernel)k, &oracle);
+    check_self_weight((enum kith_kernel)k, &oracle);
+  }
+  return check_failed();
+}

@@ -1,0 +1,299 @@
+/* Package mfm against sums over the faces of each node with every image of every node; what it keeps at
+ * rest. */
+#include "physics/mfm/mfm.h"
+#include "physics/mfm/riemann.h"
+#include "tests/unit/physics/sph_world.h"
+
+/* The second is thinner than most supports. */
+static const int boxes[][3] = {{NDIM == 1   ? 14
+                                : NDIM == 2 ? 7
+                                            : 4,
+                                NDIM == 2 ? 6 : 4, 3},
+                               {3, NDIM == 3 ? 2 : 3, 3}};
+
+struct form {
+  enum mfm_faces_form faces;
+  bool closed, compatible;
+  enum kith_traversal traversal;
+  enum kith_kernel kernel;
+};
+
+/* The world of package sph, with another package. */
+static void mfm_create(struct world *w, const int *cells, enum side side, double jitter, const struct form *f,
+                       uint64_t seed) {
+  const struct method m = {f->kernel, KITH_VISCOSITY_NONE, f->traversal, f->compatible, 0, 0};
+  world_create(w, cells, side, jitter, &m, seed);
+  char text[64];
+  snprintf(text, sizeof text, "faces=%s closed=%s",
+           f->faces == MFM_FACES_ONE_POINT ? "one-point" : "integrated", f->closed ? "true" : "false");
+  world_package(w, "mfm", &m, text);
+}
+
+static const struct mfm *mfm_of(const struct world *w) {
+  return w->package.self;
+}
+
+/* ---- the sums ---- */
+
+struct mfm_truth {
+  struct truth t;
+  struct partners far; /* of overlap */
+  double density_slope[MOST][NDIM], pressure_slope[MOST][NDIM], exchange[MOST];
+};
+
+static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const double *q, double *slope) {
+  const struct partners *p = &m->t.partners;
+  double moment[NDIM][NDIM] = {{0}}, flux[NDIM][NDIM] = {{0}};
+  for (size_t k = p->first[i]; k < p->first[i + 1]; ++k) {
+    const struct partner *one = &p->partner[k];
+    const double weight = oracle_w(&w->kernel, one->r / m->t.support[i]);
+    for (int a = 0; a < NDIM; ++a) {
+      flux[a][0] -= weight * (q[one->node] - q[i]) * one->x[a];
+      for (int b = 0; b < NDIM; ++b) moment[a][b] += weight * one->x[a] * one->x[b];
+    }
+  }
+  double upper[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE];
+  for (int a = 0, k = 0; a < NDIM; ++a)
+    for (int b = a; b < NDIM; ++b) upper[k++] = moment[a][b];
+  const bool regular = mfm_invert(upper, inverse); /* its threshold is the package's own */
+  if (regular) truth_solve(moment, flux);
+  for (int a = 0; a < NDIM; ++a) slope[a] = regular ? flux[a][0] : 0;
+}
+
+/* L of equation (4), from what it is for. */
+static double limit(double slope, double difference) {
+  const double low = fmin(-difference, 1.5 * difference), high = fmax(-difference, 1.5 * difference);
+  return fmin(fmax(slope, low), high);
+}
+
+/* State of `node`, an image of it with these signs, on its way along d towards values further by `change`. */
+static struct mfm_side state_of(const struct world *w, const struct mfm_truth *m, int node,
+                                const double *sign, const double *d, const double *n, const double *change) {
+  const struct kith_material *material = &w->hydro.material[w->nodes->list->u8[node]];
+  double rho = 0, pressure = 0, u = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    rho += m->density_slope[node][a] * sign[a] * d[a];
+    pressure += m->pressure_slope[node][a] * sign[a] * d[a];
+    for (int b = 0; b < NDIM; ++b) u += n[a] * sign[a] * m->t.gradient[node][a][b] * sign[b] * d[b];
+  }
+  struct mfm_side s = {
+      .gamma = material_value(material, "sound_speed") > 0 ? 1 : material_value(material, "gamma")};
+  const double elastic = m->t.density[node] * m->t.sound[node] * m->t.sound[node] / s.gamma; /* P + P0 */
+  s.density = m->t.density[node] + fmax(0.5 * limit(rho, change[0]), -0.5 * m->t.density[node]);
+  const double more = fmax(0.5 * limit(pressure, change[1]), -0.5 * elastic);
+  s.pressure = m->t.pressure[node] + more;
+  s.sound = sqrt(s.gamma * (elastic + more) / s.density);
+  s.velocity = -0.5 * change[2] + 0.5 * limit(u, change[2]);
+  return s;
+}
+
+/* The partner of i at row entry e. */
+static const struct partner *partner_at(const struct world *w, const struct mfm_truth *m, int i,
+                                        kith_index j) {
+  const double *x = w->nodes->position->f64;
+  const int node = (int)(w->nodes->id->i64[j] - 100);
+  for (size_t k = m->far.first[i]; k < m->far.first[i + 1]; ++k) {
+    if (m->far.partner[k].node != node) continue;
+    double miss = 0;
+    for (int a = 0; a < NDIM; ++a) miss += fabs(x[i * NDIM + a] - x[j * NDIM + a] - m->far.partner[k].x[a]);
+    if (miss < 1e-9) return &m->far.partner[k];
+  }
+  CHECK(false);
+  return NULL;
+}
+
+static double stiffness_of(const struct world *w, int i) {
+  return material_value(&w->hydro.material[w->nodes->list->u8[i]], "stiffness");
+}
+
+/* Equations (1) to (3). The faces are the package's: they have a test of their own. */
+static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool slopes) {
+  const struct mfm_faces *f = &mfm_of(w)->faces;
+  const double *v = w->hydro.velocity->f64, *base = w->it.kick.velocity_base->f64, one[3] = {1, 1, 1};
+  double force[NDIM] = {0}, rate = 0, slope = 0, signal = m->t.sound[i];
+  for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e) {
+    const kith_index j = f->graph.rows.node[e];
+    double area[NDIM], n[NDIM], d[NDIM], back[NDIM], du = 0;
+    for (int a = 0; a < NDIM; ++a) area[a] = (j > i ? 1 : -1) * f->area[f->graph.pairs.of_row[e] * NDIM + a];
+    const double size = kith_norm(area);
+    if (size == 0) continue;
+    const struct partner *p = partner_at(w, m, i, j);
+    if (p == NULL) return;
+    for (int a = 0; a < NDIM; ++a) {
+      n[a] = area[a] / size, d[a] = -p->x[a], back[a] = p->x[a];
+      du += n[a] * (p->sign[a] * v[p->node * NDIM + a] - v[i * NDIM + a]);
+    }
+    const double drho = m->t.density[p->node] - m->t.density[i],
+                 dp = m->t.pressure[p->node] - m->t.pressure[i];
+    const double there[] = {drho, dp, du}, from[] = {-drho, -dp, -du};
+    const struct mfm_side l = state_of(w, m, i, one, d, n, there),
+                          r = state_of(w, m, p->node, p->sign, back, n, from);
+    const struct mfm_star star = mfm_riemann(l, r);
+    signal = fmax(signal, 0.5 * (l.sound + r.sound) + fmax(0, -du));
+    double heat = 0, heat_j = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double push = -star.pressure * area[a], vj = p->sign[a] * v[p->node * NDIM + a];
+      const double mean = (v[i * NDIM + a] + vj) / 2, star_v = mean + star.velocity * n[a];
+      force[a] += push;
+      heat += push * (star_v - v[i * NDIM + a]), heat_j += push * (vj - star_v);
+      if (!w->package.compatible) {
+        rate += push * (star_v - v[i * NDIM + a]);
+        continue;
+      }
+      rate += push * ((p->sign[a] * base[p->node * NDIM + a] - base[i * NDIM + a]) / 2 + star_v - mean);
+      if (slopes) slope += push * (p->sign[a] * m->t.acceleration[p->node][a] - m->t.acceleration[i][a]) / 2;
+    }
+    /* (3) */
+    const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
+    const double pi = m->t.pressure[i] + zero_i, pj = m->t.pressure[p->node] + zero_j;
+    if (heat < 0 && star.pressure + zero_i > 4 * pi) rate -= heat * (1 - 4 * pi / (star.pressure + zero_i));
+    if (heat_j < 0 && star.pressure + zero_j > 4 * pj)
+      rate += heat_j * (1 - 4 * pj / (star.pressure + zero_j));
+  }
+  for (int a = 0; !slopes && a < NDIM; ++a) m->t.acceleration[i][a] = force[a] / w->hydro.mass->f64[i];
+  m->t.rate[i] = rate / w->hydro.mass->f64[i];
+  m->t.slope[i] = slope / w->hydro.mass->f64[i];
+  m->t.signal[i] = signal;
+}
+
+/* All but the faces. */
+static void truth_states(const struct world *w, struct mfm_truth *m) {
+  const int n = w->nodes->n_internal;
+  double widest = 0;
+  for (int i = 0; i < n; ++i) {
+    m->t.density[i] = w->hydro.mass->f64[i] * m->t.number[i];
+    widest = fmax(widest, m->t.support[i]);
+  }
+  truth_close(w, &m->t);
+  truth_gradient(w, &m->t);
+  partners_find(&m->far, w, 2.3 * widest);
+  for (int i = 0; i < n; ++i) {
+    gradient_of(w, m, i, m->t.density, m->density_slope[i]);
+    gradient_of(w, m, i, m->t.pressure, m->pressure_slope[i]);
+  }
+}
+
+static void truth_clear_all(struct mfm_truth *m) {
+  free(m->far.partner);
+  truth_clear(&m->t);
+}
+
+/* ---- the checks ---- */
+
+static const double round_off = 1e-11; /* as of package sph */
+
+static void check_world(const struct form *form, enum side side, const int *cells, uint64_t seed) {
+  struct world w;
+  static struct mfm_truth m;
+  memset(&m, 0, sizeof m);
+  mfm_create(&w, cells, side, 0.3, form, seed);
+  truth_density(&w, &m.t);
+  world_root(&w, &m.t);
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k)
+    w.it.kick.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
+  CHECK_OK(world_evaluate(&w));
+  truth_states(&w, &m);
+  const int n = w.nodes->n_internal;
+  for (int i = 0; i < n; ++i) sum_faces(&w, &m, i, false);
+  for (int i = 0; i < n && form->compatible; ++i) sum_faces(&w, &m, i, true);
+  CHECK_FIELD(w.hydro.density->f64, m.t.density, n, round_off);
+  CHECK_FIELD(w.hydro.pressure->f64, m.t.pressure, n, round_off);
+  CHECK_FIELD(mfm_of(&w)->density_slope->f64, &m.density_slope[0][0], n * NDIM, round_off);
+  CHECK_FIELD(mfm_of(&w)->pressure_slope->f64, &m.pressure_slope[0][0], n * NDIM, round_off);
+  CHECK_FIELD(w.hydro.acceleration->f64, &m.t.acceleration[0][0], n * NDIM, round_off);
+  CHECK_FIELD(w.hydro.energy_rate->f64, m.t.rate, n, round_off);
+  CHECK_FIELD(w.package.signal->f64, m.t.signal, n, round_off);
+  if (form->compatible) CHECK_FIELD(w.package.energy_slope->f64, m.t.slope, n, round_off);
+  if (side == PERIODIC)
+    world_momentum(&w, 0, form->closed ? 1e-11 : 1e-12); /* closed: to what the solver leaves */
+  truth_clear_all(&m);
+  world_destroy(&w);
+}
+
+static void check_worlds(void) {
+  uint64_t seed = 1;
+  for (int side = OPEN; side <= REFLECTING; ++side)
+    for (int k = 0; k < 16; ++k) {
+      const struct form form = {(enum mfm_faces_form)(k & 1), (k & 2) != 0, (k & 4) != 0,
+                                k & 8 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
+                                (enum kith_kernel)((k + side) % KITH_N_KERNELS)};
+      const int *cells = boxes[side != OPEN && (k + side) % 3 == 0];
+      if (NDIM == 3 && (k + k / 4 + side) % 4 != 0) continue; /* a quarter of them is time enough */
+      check_world(&form, side, cells, ++seed);
+    }
+}
+
+/* All lists an ideal gas, of this pressure p + g . x where nodes stand; at rest. */
+static void make_gas(struct world *w, double pressure, const double *g) {
+  const struct kith_material gas = material_of("ideal", "gamma=1.6666666666666667");
+  for (int l = 0; l < 3; ++l) w->hydro.material[l] = gas;
+  memset(w->hydro.velocity->f64, 0, (size_t)(w->nodes->n_internal * NDIM) * sizeof(double));
+  world_base(w);
+  CHECK_OK(kith_integrator_start(&w->it)); /* densities */
+  for (int i = 0; i < w->nodes->n_internal; ++i) {
+    double p = pressure;
+    for (int a = 0; a < NDIM; ++a) p += g[a] * w->nodes->position->f64[i * NDIM + a];
+    w->hydro.energy->f64[i] = p / (2. / 3 * w->hydro.density->f64[i]);
+  }
+  CHECK_OK(world_evaluate(w));
+}
+
+/* Even pressure on any nodes: closed faces hold it, between walls and periodic faces; others do not. */
+static void check_even(enum mfm_faces_form faces, enum side side) {
+  const double none[3] = {0};
+  for (int closed = 0; closed < 2; ++closed) {
+    const struct form form = {faces, closed, true, KITH_TRAVERSE_PAIRS, KITH_KERNEL_wendland_c2};
+    struct world w;
+    mfm_create(&w, boxes[0], side, 0.3, &form, 3);
+    make_gas(&w, 2, none);
+    for (int i = 0; i < w.nodes->n_internal; ++i) {
+      double whole = 0;
+      const struct mfm_faces *f = &mfm_of(&w)->faces;
+      for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e)
+        whole += 2 * kith_norm(f->area + f->graph.pairs.of_row[e] * NDIM);
+      const double force = w.hydro.mass->f64[i] * kith_norm(w.hydro.acceleration->f64 + i * NDIM);
+      if (closed)
+        CHECK_CLOSE(force / whole, 0, 5e-13); /* what the solver leaves: 1e-14 in the mean of squares */
+      CHECK_CLOSE(w.hydro.energy_rate->f64[i], 0, 1e-12);
+    }
+    if (!closed) CHECK(largest(w.hydro.acceleration->f64, w.nodes->n_internal * NDIM) > 0.01);
+    world_destroy(&w);
+  }
+}
+
+/* Linear pressure: its gradient is exact on any nodes, also on the edge of an open box. */
+static void check_linear(enum kith_kernel kernel) {
+  const double g[3] = {0.07, -0.05, 0.03};
+  const struct form form = {MFM_FACES_ONE_POINT, false, true, KITH_TRAVERSE_PAIRS, kernel};
+  struct world w;
+  mfm_create(&w, boxes[0], OPEN, 0.2, &form, 5);
+  make_gas(&w, 2, g);
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a)
+      CHECK_CLOSE(mfm_of(&w)->pressure_slope->f64[i * NDIM + a], g[a], 1e-12); /* 1e-16 P, condition 60 */
+  CHECK(w.package.fallbacks == 0);
+  world_destroy(&w);
+}
+
+/* Nodes on a line have no gradient beyond 1-D; faces of SPH push them. */
+static void check_line(void) {
+  const int cells[3] = {9, 1, 1};
+  const struct form form = {MFM_FACES_ONE_POINT, false, true, KITH_TRAVERSE_PAIRS, KITH_KERNEL_cubic};
+  struct world w;
+  mfm_create(&w, cells, OPEN, 0, &form, 5);
+  CHECK_OK(kith_integrator_start(&w.it));
+  CHECK(NDIM == 1 ? w.package.fallbacks == 0 : w.package.fallbacks >= 9);
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK(isfinite(w.hydro.acceleration->f64[k]));
+  world_destroy(&w);
+}
+
+int main(void) {
+  check_worlds();
+  for (int faces = MFM_FACES_ONE_POINT; faces <= MFM_FACES_INTEGRATED; ++faces) {
+    check_even((enum mfm_faces_form)faces, PERIODIC);
+    check_even((enum mfm_faces_form)faces, REFLECTING);
+  }
+  for (int k = 0; k < KITH_N_KERNELS; ++k) check_linear((enum kith_kernel)k);
+  check_line();
+  return check_failed();
+}

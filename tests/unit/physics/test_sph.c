@@ -1,0 +1,218 @@
+/* Package sph against sums over all images of all nodes: supports, densities, gradients, rates. */
+#include "tests/unit/physics/sph_world.h"
+
+/* The second is thinner than most supports. */
+static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};
+
+/* Sums of a few hundred terms; C, self weight and roots of the oracle carry 1e-15 to 1e-13 of their own. */
+static const double round_off = 1e-11;
+
+static void check_against(struct world *w, struct truth *t) {
+  const int n = w->nodes->n_internal;
+  const double *shear =
+      w->viscosity.name == KITH_VISCOSITY_LIMITED ? kith_nodes_field_named(w->nodes, "shear")->f64 : NULL;
+  double symmetric[MOST * NDIM * NDIM];
+  double divergence[MOST] = {0};
+  for (int i = 0; i < n; ++i) {
+    CHECK_CLOSE(w->nodes->support->f64[i], t->support[i], 1e-13 * t->support[i]);
+    for (int a = 0, k = 0; a < NDIM; ++a) {
+      divergence[i] += t->gradient[i][a][a];
+      for (int b = a; b < NDIM; ++b)
+        symmetric[i * (NDIM * (NDIM + 1) / 2) + k++] = (t->gradient[i][a][b] + t->gradient[i][b][a]) / 2;
+    }
+  }
+  CHECK_FIELD(w->hydro.density->f64, t->density, n, round_off);
+  CHECK_FIELD(kith_nodes_field_named(w->nodes, "grad_h_term")->f64, t->grad_h_term, n, round_off);
+  CHECK_FIELD(w->hydro.pressure->f64, t->pressure, n, round_off);
+  CHECK_FIELD(w->hydro.sound_speed->f64, t->sound, n, round_off);
+  CHECK_FIELD(w->package.velocity_divergence->f64, divergence, n, round_off);
+  if (shear != NULL) CHECK_FIELD(shear, symmetric, n * (NDIM * (NDIM + 1) / 2), round_off);
+  CHECK_FIELD(w->hydro.acceleration->f64, &t->acceleration[0][0], n * NDIM, round_off);
+  CHECK_FIELD(w->hydro.energy_rate->f64, t->rate, n, round_off);
+  CHECK_FIELD(kith_nodes_field_named(w->nodes, "signal")->f64, t->signal, n, round_off);
+  if (w->package.compatible) CHECK_FIELD(w->package.energy_slope->f64, t->slope, n, round_off);
+}
+
+static void check_world(const struct method *m, enum side side, const int *cells, bool equal_masses,
+                        uint64_t seed) {
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, cells, side, 0.3, m, seed);
+  for (int i = 0; equal_masses && i < w.nodes->n_internal; ++i) w.hydro.mass->f64[i] = 3.5;
+  /* On the face its own image is at the same place: on a line these two are all the neighbors that are
+   * wanted, and close to an edge all of them may stand on it. */
+  for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b)
+    w.nodes->position->f64[b] = b == 0 ? 0 : 0.5 * w.length[b];
+  truth_density(&w, &t);
+  world_root(&w, &t);
+  for (int k = 0; k < w.nodes->n_internal * NDIM;
+       ++k) /* kicks started from another velocity than the force sees */
+    w.it.kick.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
+  truth_all(&w, &t);
+  CHECK_OK(world_evaluate(&w));
+  check_against(&w, &t);
+  CHECK(w.package.fallbacks == 0);
+  if (side == PERIODIC) world_momentum(&w, 0, 1e-13); /* a row of 300 forces cancels to a tenth of them */
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+static void check_worlds(void) {
+  uint64_t seed = 1;
+  for (int k = 0; k < KITH_N_KERNELS; ++k)
+    for (int side = OPEN; side <= REFLECTING; ++side)
+      for (int form = 0; form < 8; ++form) {
+        const struct method m = {(enum kith_kernel)k,
+                                 form & 1 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN,
+                                 form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
+                                 (form & 4) != 0,
+                                 form & 1 ? 1.7 : 0.6,
+                                 form & 4 ? 2.2 : 0};
+        const int *cells = boxes[(form + k) % 2];
+        if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them is time enough */
+        if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
+        check_world(&m, (enum side)side, cells, (form + side) % 4 == 3, ++seed);
+      }
+}
+
+/* v = A x + b: G = A at every node of an open box, on its edge too. */
+static void check_linear(enum kith_kernel kernel) {
+  const struct method m = {kernel, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 1, 2};
+  const double matrix[9] = {-0.7, 1.3, 0.4, -2.1, 0.9, 0.6, 1.1, -0.5, -1.6};
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, boxes[0], OPEN, 0.3, &m, 5);
+  truth_density(&w, &t);
+  world_root(&w, &t);
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      double *v = &w.hydro.velocity->f64[i * NDIM + a];
+      *v = 0.5;
+      for (int b = 0; b < NDIM; ++b) *v += matrix[3 * a + b] * w.nodes->position->f64[i * NDIM + b];
+    }
+  world_base(&w);
+  CHECK_OK(world_evaluate(&w));
+  const double *shear = kith_nodes_field_named(w.nodes, "shear")->f64;
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    double trace = 0;
+    for (int a = 0, k = i * (NDIM * (NDIM + 1) / 2); a < NDIM; ++a) {
+      trace += matrix[4 * a];
+      for (int b = a; b < NDIM; ++b, ++k)
+        CHECK_CLOSE(shear[k], (matrix[3 * a + b] + matrix[3 * b + a]) / 2,
+                    1e-10); /* 1e-15 |v| times a condition of 1e3 */
+    }
+    CHECK_CLOSE(w.package.velocity_divergence->f64[i], trace, 1e-10);
+  }
+  CHECK(w.package.fallbacks == 0);
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+/* The last Newton step, of 1e-5 of ln H at most, is made: its square is left, times the curvature of the sum,
+ * which is of order 10. */
+static const double solved = 1e-9;
+
+/* Roots are found from any guess. Densities are those of the supports that are found. */
+static void check_root(double guess, enum side side, bool equal_masses) {
+  const struct method m = {KITH_KERNEL_quintic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, boxes[0], side, 0.3, &m, 9);
+  for (int i = 0; equal_masses && i < w.nodes->n_internal; ++i) w.hydro.mass->f64[i] = 3.5;
+  truth_density(&w, &t);
+  for (int i = 0; i < w.nodes->n_internal; ++i) w.nodes->support->f64[i] = guess * t.support[i];
+  world_base(&w);
+  if (guess < 0.9) CHECK_STATUS(KITH_OUTGROWN, world_evaluate(&w));
+  if (guess < 0.9)
+    CHECK(w.nodes->support->f64[3] > guess * t.support[3] && strstr(kith_failure(), "outgrew") != NULL);
+  CHECK_OK(kith_integrator_rates(&w.it));
+  CHECK(guess < 0.5 ? w.it.ledger.because[KITH_BECAUSE_support] > 0
+                    : w.it.ledger.because[KITH_BECAUSE_support] == 0);
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const double h = w.nodes->support->f64[i];
+    double slope, sum = truth_sum(&w, &t, i, h, &slope);
+    CHECK_CLOSE(log(h / t.support[i]), 0, solved);
+    CHECK_CLOSE(w.package.neighbors / (oracle_ball() * w.kernel.constant * sum), 1,
+                NDIM * solved); /* d Omega ln H */
+    CHECK_CLOSE(w.hydro.density->f64[i] / t.density[i], 1, 2 * NDIM * solved);
+    CHECK(h <= w.nodes->search_radius->f64[i]);
+  }
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+/* A node far from all others reaches them; a node alone has no support, and that is said. */
+static void check_isolated(void) {
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  struct world w;
+  struct truth t = {0};
+  world_create(&w, boxes[0], OPEN, 0.3, &m, 13);
+  w.nodes->position->f64[2 * NDIM] = -50;
+  truth_density(&w, &t);
+  CHECK(t.support[2] > 45);
+  CHECK_OK(kith_integrator_start(&w.it));
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    CHECK_CLOSE(log(w.nodes->support->f64[i] / t.support[i]), 0, solved);
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK(isfinite(w.hydro.acceleration->f64[k]));
+  truth_clear(&t);
+  world_destroy(&w);
+
+  const int one[3] = {1, 1, 1};
+  world_create(&w, one, OPEN, 0, &m, 1);
+  CHECK_STATUS(KITH_DIVERGED, kith_integrator_start(&w.it));
+  CHECK(strstr(kith_failure(), "support") != NULL);
+  world_destroy(&w);
+
+  world_create(&w, one, PERIODIC, 0, &m, 1); /* among its own images: the cubic lattice, and no force */
+  truth_density(&w, &t);
+  CHECK_OK(kith_integrator_start(&w.it));
+  CHECK_CLOSE(log(w.nodes->support->f64[0] / t.support[0]), 0, solved);
+  for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(w.hydro.acceleration->f64[a], 0, 1e-13);
+  CHECK_CLOSE(w.hydro.energy_rate->f64[0], 0, 1e-13);
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+/* Two nodes at one place on a line are more than all the neighbors that are wanted: there is no support, and
+ * the run stops. */
+static void check_coincident(void) {
+  for (int k = 0; k < KITH_N_KERNELS; ++k) {
+    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+    struct world w;
+    world_create(&w, boxes[0], REFLECTING, 0.3, &m, 13);
+    for (int a = 0; a < NDIM; ++a) w.nodes->position->f64[a] = a == 0 ? 0 : 0.5 * w.length[a]; /* on a face */
+    CHECK_STATUS(NDIM == 1 ? KITH_DIVERGED : KITH_OK, kith_integrator_start(&w.it));
+    if (NDIM == 1)
+      CHECK(strstr(kith_failure(), "node 100 ") != NULL &&
+            strstr(kith_failure(), "does not converge") != NULL);
+    world_destroy(&w);
+  }
+}
+
+/* Refused: so few neighbors that the node alone is enough. */
+static void check_few(void) {
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  const int one[3] = {1, 1, 1};
+  struct world w;
+  world_create(&w, one, OPEN, 0, &m, 1);
+  struct kith_package few = {.ops = w.package.ops, .hydro = &w.hydro, .kernel = m.kernel};
+  few.neighbors = 1.19 * oracle_ball() * w.kernel.constant * oracle_w(&w.kernel, 0);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_package_init(&few));
+  few.neighbors = NAN;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_package_init(&few));
+  kith_package_clear(&few);
+  world_destroy(&w);
+}
+
+int main(void) {
+  check_worlds();
+  for (int k = 0; k < KITH_N_KERNELS; ++k) check_linear((enum kith_kernel)k);
+  const double guesses[] = {0.3, 0.8, 1.0, 1.5, 4.0};
+  for (int g = 0; g < 5; ++g)
+    for (int side = OPEN; side <= REFLECTING; ++side)
+      check_root(guesses[g], (enum side)side, (g + side) % 2 == 0);
+  check_isolated();
+  check_coincident();
+  check_few();
+  return check_failed();
+}

@@ -1,0 +1,227 @@
+/* Viscosity of package sph pair by pair, linear flows, and what limits the time step. */
+#include <omp.h>
+#include "tests/unit/physics/sph_world.h"
+
+static const int box[3] = {NDIM == 1 ? 14 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 6 : 4, 4};
+
+/* Heating by viscosity alone: rates with it less rates without. */
+static void viscous_rates(struct world *w, double alpha, double beta, double *rate) {
+  const int n = w->nodes->n_internal;
+  struct kith_viscosity_settings *settings = w->settings; /* they begin with these */
+  settings->alpha = settings->beta = 0;
+  CHECK_OK(world_evaluate(w));
+  for (int i = 0; i < n; ++i) rate[i] = -w->hydro.energy_rate->f64[i];
+  settings->alpha = alpha, settings->beta = beta;
+  CHECK_OK(world_evaluate(w));
+  for (int i = 0; i < n; ++i) rate[i] += w->hydro.energy_rate->f64[i];
+}
+
+/* Only node k moves: what another node gains is what its one pair gives it. Heated if the pair approaches,
+ * exactly as before if not; the limited viscosity gives no more than the other. */
+static void check_pairs(const struct method *m, int k, uint64_t seed) {
+  struct world w[2];
+  struct truth t = {0};
+  double rate[2][MOST];
+  int heated = 0, untouched = 0;
+  for (int limited = 0; limited < 2; ++limited) {
+    struct method mine = *m;
+    const uint64_t same = seed;
+    uint64_t state = seed;
+    mine.viscosity = limited ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN;
+    world_create(&w[limited], box, OPEN, 0.3, &mine, same);
+    if (limited == 0) truth_density(&w[0], &t);
+    world_root(&w[limited], &t);
+    for (int i = 0; i < w[0].nodes->n_internal; ++i)
+      for (int a = 0; a < NDIM; ++a)
+        w[limited].hydro.velocity->f64[i * NDIM + a] = i == k ? 2 * check_random(&state) - 1 : 0;
+    world_base(&w[limited]);
+    viscous_rates(&w[limited], m->alpha, m->beta, rate[limited]);
+  }
+  const double scale = largest(rate[0], w[0].nodes->n_internal),
+               zero = 1e-13 * largest(w[0].hydro.energy_rate->f64, w[0].nodes->n_internal);
+  for (int i = 0; i < w[0].nodes->n_internal; ++i) {
+    double vx = 0, r2 = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double x = w[0].nodes->position->f64[i * NDIM + a] - w[0].nodes->position->f64[k * NDIM + a];
+      vx -= w[0].hydro.velocity->f64[k * NDIM + a] * x;
+      r2 += x * x;
+    }
+    if (i == k) continue;
+    const bool meets = vx < 0 && sqrt(r2) < fmax(t.support[i], t.support[k]);
+    CHECK(meets ? rate[0][i] >= -zero : fabs(rate[0][i]) <= zero);
+    CHECK(meets ? rate[1][i] >= -zero : fabs(rate[1][i]) <= zero);
+    CHECK(rate[1][i] <= rate[0][i] + zero); /* differences of rates: their rounding is left */
+    heated += rate[0][i] > 1e-3 * scale, untouched += !meets;
+  }
+  CHECK(heated > 0 && untouched > 0);
+  truth_clear(&t);
+  for (int limited = 0; limited < 2; ++limited) world_destroy(&w[limited]);
+}
+
+/* No node is cooled by viscosity, whatever the velocities. */
+static void check_heats(const struct method *m, enum side side) {
+  struct world w;
+  double rate[MOST];
+  world_create(&w, box, side, 0.3, m, 31);
+  world_base(&w);
+  CHECK_OK(kith_integrator_rates(&w.it)); /* supports */
+  viscous_rates(&w, m->alpha, m->beta, rate);
+  const double zero = 1e-13 * largest(w.hydro.energy_rate->f64, w.nodes->n_internal);
+  double sum = 0;
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    CHECK(rate[i] >= -zero);
+    sum += rate[i];
+  }
+  CHECK(sum > 0);
+  world_destroy(&w);
+}
+
+/* Every other cell of 7 x 6 x 6: the face-centered lattice, whose neighbors are farther away than the mean
+ * spacing. */
+static void spread_out(struct world *w) {
+  for (int i = 0, cell = 0; i < w->nodes->n_internal; ++cell) {
+    const int place[3] = {cell % 7, cell / 7 % 6, cell / 42};
+    if ((place[0] + place[1] + place[2]) % 2 != 0) continue;
+    for (int a = 0; a < NDIM; ++a) w->nodes->position->f64[i * NDIM + a] = place[a] + 0.05 * sin(i + 9 * a);
+    ++i;
+  }
+}
+
+/* A lattice that is compressed linearly: `limited` finds no jump for nodes whose pairs all lie at the mean
+ * spacing or beyond (that of the denser end). */
+static void check_linear(enum kith_traversal traversal) {
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, traversal, false, 1, 2};
+  const double spacings = pow(kith_kernel_neighbors(m.kernel) / oracle_ball(), 1.0 / NDIM);
+  const double matrix[9] = {-0.7, 0.3, 0.2, -0.1, -0.9, 0.1, 0.1, -0.2, -0.6};
+  struct world w;
+  struct truth t = {0};
+  double rate[MOST];
+  int away = 0, close = 0;
+  world_create(&w, NDIM == 3 ? (const int[3]){7, 6, 3} : box, OPEN, 0.2, &m, 4);
+  if (NDIM == 3) spread_out(&w);
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    for (int a = 0; a < NDIM; ++a) {
+      w.hydro.velocity->f64[i * NDIM + a] = 3;
+      for (int b = 0; b < NDIM; ++b)
+        w.hydro.velocity->f64[i * NDIM + a] += matrix[3 * a + b] * w.nodes->position->f64[i * NDIM + b];
+    }
+  truth_density(&w, &t);
+  world_root(&w, &t);
+  world_base(&w);
+  viscous_rates(&w, 1, 2, rate);
+  const double scale = largest(rate, w.nodes->n_internal);
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    bool all = true;
+    for (size_t k = t.partners.first[i]; k < t.partners.first[i + 1]; ++k) {
+      const struct partner *p = &t.partners.partner[k];
+      if (p->r * spacings < fmin(t.support[i], t.support[p->node]) * (1 - 1e-9)) all = false;
+    }
+    if (all) CHECK_CLOSE(rate[i], 0, 1e-12 * scale); /* G is exact to 1e-13, rates are differences */
+    away += all, close += !all;
+  }
+  CHECK(away > 0 && close > 0);
+  truth_clear(&t);
+  world_destroy(&w);
+}
+
+/* ---- time-step limits ---- */
+
+static const double cfl = 0.37;
+
+/* The time-step limit from the fields, by the definition: h = 2 sigma. */
+static void expect_limit(const struct world *w, const char *reason, int node) {
+  const double *signal = kith_nodes_field_named(w->nodes, "signal")->f64;
+  double best = INFINITY;
+  int who = -1;
+  for (int i = 0; i < w->nodes->n_internal; ++i) {
+    double a2 = 0;
+    for (int a = 0; a < NDIM; ++a)
+      a2 += w->hydro.acceleration->f64[i * NDIM + a] * w->hydro.acceleration->f64[i * NDIM + a];
+    const double h = w->nodes->support->f64[i] / w->kernel.spread, u = w->hydro.energy->f64[i];
+    double loss = -w->hydro.energy_rate->f64[i];
+    if (w->package.energy_slope != NULL) loss -= w->it.kick.time * w->package.energy_slope->f64[i];
+    double dt = fmin(cfl * h / signal[i], 0.8 * cfl * sqrt(h / sqrt(a2)));
+    dt = fmin(dt, cfl / fabs(w->package.velocity_divergence->f64[i]));
+    if (u > 0 && loss > 0 && w->nodes->list->u8[i] != 1) dt = fmin(dt, cfl * u / loss); /* 1: isothermal */
+    if (dt < best) best = dt, who = i;
+  }
+  const struct kith_timestep_limit timestep_limit =
+      kith_package_timestep_limit(&w->package, &w->it.kick, cfl);
+  CHECK_CLOSE(timestep_limit.dt, best, 1e-6 * best); /* 2 sigma is given to six digits */
+  CHECK(timestep_limit.node == w->nodes->id->i64[who] &&
+        strcmp(kith_limit_name(timestep_limit.reason), reason) == 0);
+  CHECK(who == node || node < 0);
+}
+
+static void check_limits(bool compatible) {
+  const struct method m = {
+      KITH_KERNEL_quartic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, compatible, 1, 2};
+  struct world w;
+  world_create(&w, box, PERIODIC, 0.3, &m, 6);
+  CHECK(kith_integrator_start(&w.it) == KITH_OK);
+  const int n = w.nodes->n_internal;
+  struct kith_hydro *h = &w.hydro;
+  double *signal = kith_nodes_field_named(w.nodes, "signal")->f64;
+  for (int i = 0; i < n; ++i) {
+    for (int a = 0; a < NDIM; ++a) h->acceleration->f64[i * NDIM + a] *= 1e-3;
+    h->energy_rate->f64[i] *= 1e-3, w.package.velocity_divergence->f64[i] *= 1e-3;
+    if (compatible) w.package.energy_slope->f64[i] *= 1e-3;
+  }
+  expect_limit(&w, "courant", -1);
+  h->acceleration->f64[3 * NDIM + NDIM - 1] = -1e4;
+  expect_limit(&w, "acceleration", 3);
+  w.package.velocity_divergence->f64[5] = -1e5; /* compressed or torn apart: the support has to follow */
+  expect_limit(&w, "compression", 5);
+  w.package.velocity_divergence->f64[7] = 2e5;
+  expect_limit(&w, "compression", 7);
+  h->energy_rate->f64[4] = 1e9; /* heated: no matter */
+  expect_limit(&w, "compression", 7);
+  for (int i = 0; i < n; ++i) /* the pressure of an isothermal gas does not follow its energy */
+    if (w.nodes->list->u8[i] == 1) h->energy_rate->f64[i] = -1e9;
+  expect_limit(&w, "compression", 7);
+  int cold = 6;
+  while (w.nodes->list->u8[cold] == 1) ++cold;
+  h->energy_rate->f64[cold] = -1e8;
+  expect_limit(&w, "cooling", cold);
+  h->energy->f64[cold] = 0; /* nothing to lose */
+  expect_limit(&w, "compression", 7);
+  if (compatible) {
+    w.it.kick.time = 0.25, w.package.energy_slope->f64[2] = -1e9; /* what the kick has done already */
+    expect_limit(&w, "cooling", 2);
+    h->energy_rate->f64[2] = 0.25e9; /* and what makes up for it */
+    expect_limit(&w, "compression", 7);
+  }
+  for (int i = 0; i < n; ++i) { /* a tie: the smallest id, not the first index */
+    signal[i] = 1e12, w.nodes->support->f64[i] = 1, w.nodes->id->i64[i] = 1000 - i;
+    for (int a = 0; a < NDIM; ++a) h->acceleration->f64[i * NDIM + a] = 0;
+    w.package.velocity_divergence->f64[i] = 0;
+    h->energy_rate->f64[i] = 0;
+  }
+  for (int k = 1; k <= 3; ++k) {
+    omp_set_num_threads(k);
+    CHECK(kith_package_timestep_limit(&w.package, &w.it.kick, cfl).node == 1000 - (n - 1));
+  }
+  omp_set_num_threads(2);
+  world_destroy(&w);
+}
+
+int main(void) {
+  for (int k = 0; k < KITH_N_KERNELS; k += NDIM) {
+    const struct method m = {(enum kith_kernel)k,
+                             KITH_VISCOSITY_MONAGHAN,
+                             k % 2 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS,
+                             k % 2 == 0,
+                             1.2,
+                             2};
+    const struct method limited = {
+        (enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 0.8, 1.5};
+    for (int node = 0; node < 5; ++node) check_pairs(&m, 2 * node + 1, 60 + (uint64_t)node);
+    for (int side = OPEN; side <= REFLECTING; ++side)
+      check_heats(&m, (enum side)side), check_heats(&limited, (enum side)side);
+  }
+  check_linear(KITH_TRAVERSE_PAIRS);
+  check_linear(KITH_TRAVERSE_GATHER);
+  check_limits(true);
+  check_limits(false);
+  return check_failed();
+}

@@ -1,0 +1,112 @@
+/* exact.h - exact solutions a run is compared with: one family, chosen by name from the scene.
+ *
+ * A solution gives the state at a place and a time. Space is always given as x[NDIM]; radial solutions use r
+ * = |x - center|, vortices the distance from the axis that runs through the center along axis 2. Gases are
+ * ideal: pressure = (gamma - 1) density energy. Each member's mathematics, source, limits and parameters
+ * stand in its file; what a scene need not give, because it follows from the rest of the scene, the member
+ * derives.
+ *
+ *   riemann        two half spaces, planar along axis 0; either side may have its own gamma or be a vacuum
+ *   sedov          point explosion in NDIM dimensions (a plane, a line, a point), gas uniform or with a
+ *                  density that falls as a power of r
+ *   noh            cold gas imploding onto a plane, a line or a point
+ *   gresho         steady vortex, 2-D and 3-D
+ *   yee            another steady vortex, a smooth one
+ *   acoustic-wave  travelling wave along axis 0; linear theory: differs from the Euler equations by
+ *                  O(amplitude^2)
+ *   entropy-wave   a wave of density alone, carried along axis 0
+ *   square         a denser box in gas of the same pressure
+ *   two-blasts     two blasts that meet between walls: no exact solution, a reference of our own finite
+ *                  volumes (lagrange.h)
+ *   uniform        the same state everywhere and always
+ *
+ * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
+ * status. After create a solution is read-only: any number of threads may ask it. */
+#ifndef KITH_VALIDATION_EXACT_EXACT_H
+#define KITH_VALIDATION_EXACT_EXACT_H
+
+#include "lib/core/param.h"
+
+/* What every solution yields; energy is per unit mass, without kinetic energy. */
+struct kith_exact_state {
+  double density, velocity[NDIM], pressure, energy;
+};
+
+/* What a scene says about itself, for members to derive their settings from. Values that are not constant in
+ * space are NaN. */
+struct kith_exact_scene {
+  double lower[NDIM], upper[NDIM], until; /* domain; end of the run */
+  struct {
+    bool open[2], mirror[2], periodic; /* lower and upper side: nothing, or an immovable mirror */
+  } axis[NDIM];
+  int n_regions;
+  struct kith_exact_region {
+    double gamma, density, pressure, velocity[NDIM];
+    double lower[NDIM], upper[NDIM]; /* its box; infinite where the scene gives none */
+  } region[2];                       /* the first two */
+  int n_deposits;
+  double deposit_energy, deposit_center[NDIM]; /* of the first one */
+  /* Velocity of the first region at x, also where it is not constant; NaN where it is not defined. */
+  void (*velocity)(const void *context, const double *x, double *velocity);
+  const void *context;
+};
+
+/* What a Riemann problem makes of its two states, between the outer waves. [0]: the left-running wave and the
+ * gas left of the contact, [1]: the right ones. A shock has tail = head. In a vacuum pressure and density are
+ * 0 and the velocity is between its two edges. */
+struct kith_exact_star {
+  double pressure, velocity, density[2];
+  double head[2], tail[2]; /* speeds dx/dt of the outer and inner edge of each wave */
+  double interface;        /* x[0] of the jump at t = 0: the contact is at interface + velocity t */
+};
+
+struct kith_exact_ops {
+  const char *name, *doc;
+  const struct kith_param *params; /* its own parameters, NULL: none; `settings` below are their values */
+  size_t settings_size;
+  /* Sets what follows from the scene; what does not follow stays as it is. NULL: nothing follows. */
+  void (*derive)(void *settings, const struct kith_exact_scene *scene);
+  /* BAD_INPUT "exact solution NAME: ..." for values that do not fit together; each by itself is in its range.
+   * NULL: all do. */
+  kith_status (*check)(const void *settings);
+  /* *self owned by the caller, freed by destroy. NULL: *self is a copy of the settings. */
+  kith_status (*create)(void **self, const void *settings);
+  void (*destroy)(void **self); /* NULL: *self is one block of memory */
+  /* State at x[NDIM] and time >= 0; time 0 gives the initial state. Cheap (a table look-up or a closed form):
+   * called once per node. All values are finite; a vacuum has density, pressure and energy 0. */
+  void (*state)(const void *self, const double *x, double time, struct kith_exact_state *out);
+  /* Radius (or position along axis 0) of the leading shock at `time`: the right-going one of a Riemann
+   * problem, else the left-going one; 0 if these states make none. NULL if the member never has one. */
+  double (*shock)(const void *self, double time);
+  /* View of center[NDIM] of a radial solution; NULL for members that vary along axis 0 only. */
+  const double *(*center)(const void *self);
+  struct kith_exact_star (*star)(const void *self); /* NULL: the member is no Riemann problem */
+  bool vortex; /* it turns about an axis through the center, along axis 2 */
+};
+
+#define KITH_EXACT_LIST(X) \
+  X(riemann)               \
+  X(sedov) X(noh) X(gresho) X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform)
+#define X(name) extern const struct kith_exact_ops kith_exact_##name;
+KITH_EXACT_LIST(X)
+#undef X
+
+/* The member called `name` ('-' and '_' are the same), or NULL. */
+const struct kith_exact_ops *kith_exact_find(const char *name);
+/* All members, ended by NULL. */
+const struct kith_exact_ops *const *kith_exact_all(void);
+struct kith_member kith_exact_member(int k); /* as members of any family: lib/core/param.h */
+
+/* Settings out of range, or that do not fit together, are BAD_INPUT with the parameter's name. */
+kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, const void *settings);
+void kith_exact_destroy(const struct kith_exact_ops *ops, void **self);
+
+/* Where x stands on the line that a member varies along: distance from the center, or from the axis of a
+ * vortex; center NULL: x[0]. */
+double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x);
+/* The component of a velocity at x that the member has: outwards, around the axis of a vortex
+ * (counterclockwise), or along axis 0. At the center itself 0. */
+double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
+                        const double *velocity);
+
+#endif

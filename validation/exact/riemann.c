@@ -1,0 +1,299 @@
+/* riemann: two uniform half spaces meet at x[0] = interface_position at t = 0. E. F. Toro, Riemann Solvers
+ * and Numerical Methods for Fluid Dynamics, chapter 4, with a gamma for each side (each gas keeps its own up
+ * to the contact).
+ *
+ * Pressure p and velocity are equal on both sides of the contact. Wave K changes the velocity by
+ *
+ *   p > p_K, a shock:     f_K(p) = (p - p_K) sqrt(A / (p + B)),  A = 2 / ((g + 1) rho_K),
+ *                         B = (g - 1) / (g + 1) p_K
+ *   else, a rarefaction:  f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)
+ *
+ * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed in ln p, then Brent's method. If
+ * the left side is not negative at p = 0 there is no such p: the gases part and leave a vacuum, whose
+ * velocity is set to x / t.
+ *
+ * The right-running wave is sampled as it is and the left-running one in the mirror, so one code does
+ * both. */
+#include <float.h>
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_roots.h>
+#include "validation/exact/exact_parameters.h"
+
+struct settings {
+  double gamma[2], density[2], pressure[2], velocity[2], interface_position;
+};
+static const struct kith_param params[] = {
+    {"gamma", KITH_PARAM_SIDES, NULL, "(1, inf)", "ratio of specific heats: [left, right]",
+     KITH_INTO(struct settings, gamma)},
+    {"density", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0: vacuum",
+     KITH_INTO(struct settings, density), .unit = "density"},
+    {"velocity", KITH_PARAM_SIDES, NULL, "", "[left, right]", KITH_INTO(struct settings, velocity),
+     .unit = "velocity"},
+    {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0 in a vacuum",
+     KITH_INTO(struct settings, pressure), .unit = "pressure"},
+    {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the jump",
+     KITH_INTO(struct settings, interface_position), .unit = "length"},
+    {0}};
+
+static void derive_side(struct settings *s, int side, const struct kith_exact_region *region) {
+  s->gamma[side] = region->gamma;
+  s->density[side] = region->density;
+  s->pressure[side] = region->pressure;
+  s->velocity[side] = region->velocity[0];
+}
+
+/* One region, with nothing between it and an open face: a vacuum. */
+static void derive_vacuum(struct settings *s, const struct kith_exact_scene *scene) {
+  const struct kith_exact_region *gas = &scene->region[0];
+  const bool full_below = gas->lower[0] <= scene->lower[0], full_above = gas->upper[0] >= scene->upper[0];
+  const bool above = full_below && !full_above && scene->axis[0].open[1];
+  if (!above && !(full_above && !full_below && scene->axis[0].open[0])) return;
+  derive_side(s, above ? 0 : 1, gas);
+  const int empty = above ? 1 : 0;
+  s->interface_position = above ? gas->upper[0] : gas->lower[0];
+  s->gamma[empty] = s->gamma[!empty];
+  s->density[empty] = s->velocity[empty] = s->pressure[empty] = 0;
+}
+
+/* Two regions that touch along x. */
+static void derive(void *settings, const struct kith_exact_scene *scene) {
+  struct settings *s = settings;
+  const struct kith_exact_region *left = &scene->region[0], *right = &scene->region[1];
+  if (scene->n_regions == 1) derive_vacuum(s, scene);
+  if (scene->n_regions != 2) return;
+  if (left->lower[0] > right->lower[0] || left->upper[0] > right->upper[0]) {
+    right = left;
+    left = &scene->region[1];
+  }
+  const double a = left->upper[0], b = right->lower[0], length = scene->upper[0] - scene->lower[0];
+  if (!(fabs(a - b) <= 1e-12 * length)) return; /* they do not touch, or are not split along x */
+  s->interface_position = a;
+  derive_side(s, 0, left);
+  derive_side(s, 1, right);
+}
+
+/* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas. */
+struct side {
+  double gamma, density, velocity, pressure, sound;
+  double star_density, head, tail;
+  bool shock;
+};
+
+struct riemann {
+  struct side side[2];
+  double pressure, velocity, interface; /* star state */
+};
+
+static const double mirror[2] = {-1, 1};
+
+/* A pressure step below this is a sound wave: the star pressure is good to some 1e-15. */
+static const double weakest_shock = 1e-9;
+
+static double jump(const struct side *s, double p) {
+  const double g = s->gamma;
+  if (p <= s->pressure && s->pressure == 0) return 0; /* cold gas does not expand */
+  if (p <= s->pressure) return 2 * s->sound / (g - 1) * expm1((g - 1) / (2 * g) * log(p / s->pressure));
+  const double a = 2 / ((g + 1) * s->density), b = (g - 1) / (g + 1) * s->pressure;
+  return (p - s->pressure) * sqrt(a / (p + b));
+}
+
+/* Inner edge, u + c, of a rarefaction down to p, as u - 2 c / (g - 1) is kept; of a vacuum if p is 0. */
+static double rarefaction_tail(const struct side *s, double p) {
+  return s->velocity + s->sound + (s->gamma + 1) / 2 * jump(s, p);
+}
+
+struct search {
+  const struct riemann *problem;
+  double scale;
+};
+
+/* Positive if p = scale exp(q) is above the star pressure. */
+static double mismatch(double q, void *context) {
+  const struct search *search = context;
+  const struct side *side = search->problem->side;
+  const double p = search->scale * exp(q);
+  return jump(&side[0], p) + jump(&side[1], p) + side[0].velocity + side[1].velocity;
+}
+
+static kith_status converge(gsl_root_fsolver *solver, double *root) {
+  for (int i = 0; i < 200; ++i) {
+    const int error = gsl_root_fsolver_iterate(solver);
+    if (error != GSL_SUCCESS) KITH_FAIL(DIVERGED, "exact solution riemann: %s", gsl_strerror(error));
+    *root = gsl_root_fsolver_root(solver);
+    const double lower = gsl_root_fsolver_x_lower(solver), upper = gsl_root_fsolver_x_upper(solver);
+    if (gsl_root_test_interval(lower, upper, 1e-15, 4 * DBL_EPSILON) == GSL_SUCCESS) return KITH_OK;
+  }
+  KITH_FAIL(DIVERGED, "exact solution riemann: the star pressure did not converge in 200 steps");
+}
+
+static kith_status bracketed_root(gsl_function *f, double lower, double upper, double *root) {
+  gsl_root_fsolver *solver = gsl_root_fsolver_alloc(gsl_root_fsolver_brent);
+  if (solver == NULL) KITH_FAIL(NO_MEMORY, "exact solution riemann: no memory for the root finder");
+  const int error = gsl_root_fsolver_set(solver, f, lower, upper);
+  const kith_status status =
+      error == GSL_SUCCESS ? converge(solver, root)
+                           : kith_fail(KITH_DIVERGED, "exact solution riemann: %s", gsl_strerror(error));
+  gsl_root_fsolver_free(solver);
+  return status;
+}
+
+/* The star pressure, or with `found` false a lower one than which no double can serve: 1e-260 of the given
+ * ones. */
+static kith_status star_pressure(const struct riemann *problem, double *pressure, bool *found) {
+  const struct side *side = problem->side;
+  const double closing = side[0].velocity + side[1].velocity;
+  struct search search = {problem, KITH_MAX(side[0].pressure, side[1].pressure)};
+  if (search.scale == 0) search.scale = KITH_MIN(side[0].density, side[1].density) * closing * closing;
+  const double least = KITH_MAX(-600.0, log(1e-300 / search.scale));
+  double lower = -1, upper = 1, root = least;
+  while (lower > least && mismatch(lower, &search) >= 0) lower = KITH_MAX(2 * lower, least);
+  while (upper < 600 && mismatch(upper, &search) <= 0) upper *= 2;
+  *found = mismatch(lower, &search) < 0;
+  gsl_function f = {mismatch, &search};
+  if (*found) KITH_TRY(bracketed_root(&f, lower, upper, &root));
+  *pressure = search.scale * exp(root);
+  return KITH_OK;
+}
+
+static void finish_side(struct side *s, double p) {
+  const double g = s->gamma;
+  s->shock = p > s->pressure * (1 + weakest_shock);
+  if (p > s->pressure) {
+    s->star_density =
+        s->density * (p * (g + 1) + s->pressure * (g - 1)) / (p * (g - 1) + s->pressure * (g + 1));
+    s->head = s->velocity + sqrt((p * (g + 1) + s->pressure * (g - 1)) / (2 * s->density));
+    s->tail = s->head;
+  } else {
+    s->star_density = s->density * pow(p / s->pressure, 1 / g);
+    s->head = s->velocity + s->sound;
+    s->tail = rarefaction_tail(s, p);
+  }
+}
+
+/* Nothing between the waves: both sides have expanded to `least`, which is 0 or as good as 0. */
+static void finish_vacuum(struct riemann *problem, double least) {
+  struct side *side = problem->side;
+  double edge[2] = {0, 0};
+  for (int k = 0; k < 2; ++k) {
+    if (side[k].density == 0) continue;
+    side[k].head = side[k].velocity + side[k].sound;
+    side[k].tail = side[k].pressure > least ? rarefaction_tail(&side[k], least) : side[k].head;
+    edge[k] = mirror[k] * side[k].tail;
+  }
+  if (side[0].density == 0) edge[0] = edge[1];
+  if (side[1].density == 0) edge[1] = edge[0];
+  problem->velocity = (edge[0] + edge[1]) / 2;
+  for (int k = 0; k < 2; ++k)
+    if (side[k].density == 0) side[k].head = side[k].tail = mirror[k] * problem->velocity;
+}
+
+static kith_status solve(struct riemann *problem) {
+  struct side *side = problem->side;
+  double p = 0;
+  bool found = false;
+  const bool empty = side[0].density == 0 || side[1].density == 0;
+  if (!empty && rarefaction_tail(&side[0], 0) + rarefaction_tail(&side[1], 0) < 0)
+    KITH_TRY(star_pressure(problem, &p, &found));
+  if (!found) {
+    finish_vacuum(problem, p);
+    return KITH_OK;
+  }
+  const double left = side[0].velocity + jump(&side[0], p), right = side[1].velocity + jump(&side[1], p);
+  problem->velocity = (right - left) / 2;
+  problem->pressure = p;
+  for (int k = 0; k < 2; ++k) finish_side(&side[k], p);
+  return KITH_OK;
+}
+
+static kith_status check(const void *settings) {
+  const struct settings *p = settings;
+  for (int k = 0; k < 2; ++k)
+    if (p->density[k] == 0 && p->pressure[k] != 0)
+      KITH_FAIL(BAD_INPUT, "exact solution riemann: pressure[%d] is %g, must be 0 where the density is 0", k,
+                p->pressure[k]);
+  if (p->density[0] > 0 || p->density[1] > 0) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "exact solution riemann: density[1] is 0, must be above 0 if density[0] is 0");
+}
+
+static kith_status riemann_create(void **self, const void *settings) {
+  const struct settings *p = settings;
+  gsl_set_error_handler_off();
+  struct riemann problem = {.interface = p->interface_position};
+  for (int k = 0; k < 2; ++k) {
+    struct side *s = &problem.side[k];
+    s->gamma = p->gamma[k], s->density = p->density[k], s->pressure = p->pressure[k];
+    s->velocity = mirror[k] * p->velocity[k];
+    s->sound = s->density > 0 ? sqrt(s->gamma * s->pressure / s->density) : 0;
+  }
+  KITH_TRY(solve(&problem));
+  struct riemann *owned = NULL;
+  KITH_TRY(kith_resize(&owned, 0, 1, sizeof *owned));
+  *owned = problem;
+  *self = owned;
+  return KITH_OK;
+}
+
+/* Inside a rarefaction, at speed xi in the side's frame. */
+static void fan(const struct side *s, double xi, double *density, double *velocity, double *pressure) {
+  const double g = s->gamma;
+  const double c = 2 / (g + 1) - (g - 1) / (g + 1) * (s->velocity - xi) / s->sound; /* in units of c_K */
+  const double ratio = KITH_MAX(c, 0.0); /* round-off at the edge of a vacuum */
+  *velocity = 2 / (g + 1) * (xi - s->sound + (g - 1) / 2 * s->velocity);
+  *density = s->density * pow(ratio, 2 / (g - 1));
+  *pressure = s->pressure * pow(ratio, 2 * g / (g - 1));
+}
+
+static void sample(const struct riemann *problem, int k, double speed, struct kith_exact_state *out) {
+  const struct side *s = &problem->side[k];
+  const double xi = mirror[k] * speed;
+  double density = s->density, velocity = s->velocity, pressure = s->pressure;
+  if (xi < s->head && xi > s->tail) {
+    fan(s, xi, &density, &velocity, &pressure);
+  } else if (xi < s->head) {
+    density = s->star_density, pressure = problem->pressure;
+    velocity = density > 0 ? mirror[k] * problem->velocity : xi;
+  }
+  *out =
+      (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
+  out->energy = kith_exact_energy(s->gamma, density, pressure);
+}
+
+static void riemann_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
+  const struct riemann *problem = self;
+  const double d = x[0] - problem->interface;
+  if (time > 0)
+    sample(problem, d < problem->velocity * time ? 0 : 1, d / time, out);
+  else
+    sample(problem, d < 0 ? 0 : 1, d < 0 ? -INFINITY : INFINITY, out);
+}
+
+static double riemann_shock(const void *self, double time) {
+  const struct riemann *problem = self;
+  for (int k = 1; k >= 0; --k)
+    if (problem->side[k].shock) return problem->interface + mirror[k] * problem->side[k].head * time;
+  return 0;
+}
+
+static struct kith_exact_star riemann_star(const void *self) {
+  const struct riemann *problem = self;
+  struct kith_exact_star star = {
+      .pressure = problem->pressure, .velocity = problem->velocity, .interface = problem->interface};
+  for (int k = 0; k < 2; ++k) {
+    star.density[k] = problem->side[k].star_density;
+    star.head[k] = mirror[k] * problem->side[k].head;
+    star.tail[k] = mirror[k] * problem->side[k].tail;
+  }
+  return star;
+}
+
+const struct kith_exact_ops kith_exact_riemann = {
+    .name = "riemann",
+    .doc = "two half spaces of ideal gas, each with its gamma, or a vacuum",
+    KITH_SETTINGS(params, settings),
+    .derive = derive,
+    .check = check,
+    .create = riemann_create,
+    .state = riemann_state,
+    .shock = riemann_shock,
+    .star = riemann_star,
+};

@@ -1,0 +1,311 @@
+/* sedov: energy E is released at time 0 on a plane, a line or a point (NDIM = j = 1, 2, 3) of a gas of
+ * density D r^-omega. L. I. Sedov, Similarity and Dimensional Methods in Mechanics, chapter IV; J. Kamm and
+ * F. Timmes, LA-UR-07-2849.
+ *
+ *   R(t) = (E t^2 / (alpha D))^(1/n),  n = j + 2 - omega,  U = 2 R / (n t),  x = r / R
+ *   velocity = U x V(x),  rho = D R^-omega g(x),  P = D R^-omega U^2 h(x);
+ *   at the shock  V = 2/(gamma+1),  g = (gamma+1)/(gamma-1)
+ *
+ * Mass, momentum and the energy integral (no energy crosses a surface of constant x) leave, with
+ * w = gamma V - 1,
+ *
+ *   d ln w / d ln x = gamma V (n - V (2 + j (gamma-1))) / (gamma (gamma-1) V^2 - 2 (1-V) w)
+ *   d ln g / d ln x = (dV / d ln x + j V - omega) / (1 - V)
+ *   h = g x^2 V^2 (1-V) (gamma-1) / (2 w)
+ *
+ * Three cases, by how n compares with (2 + j (gamma-1)) V at the shock:
+ *   standard  more:  gas fills the sphere; w and g become powers of x at the center. Tabulated in ln x.
+ *   singular  equal: V is the same everywhere, g and h are powers of x.
+ *                    omega = (j (3-gamma) + 2 gamma - 2) / (gamma+1).
+ *   vacuum    less:  V rises to 1 at some x_v, inside of which there is nothing. Integrated along the path of
+ *                    ln x and z = -ln(1-V), which is smooth up to there, and tabulated in ln(ln x - ln x_v),
+ *                    of which ln g and z are straight lines near the edge.
+ *
+ * They are integrated inwards once (gsl_odeiv2), with alpha = (2/n)^2 S_j int (g x^2 V^2 / 2 + h / (gamma-1))
+ * x^(j-1) dx beside them (S_j = 2, 2 pi, 4 pi: E counts both sides of a plane), densely at the shock; state()
+ * interpolates with cubics.
+ *
+ * Limits: the shock is taken as strong: the ambient pressure is returned ahead of it but neglected in the
+ * solution. omega < j, so that mass is finite. Without a gradient density falls to 0 at the center and energy
+ * diverges there, in 3-D so fast that its L1 norm does: g is floored at 1e-100 and x at e^-30 to keep them
+ * finite; so is r of the undisturbed density, at 1e-9. */
+#include "lib/core/vec.h"
+#include "validation/exact/exact_parameters.h"
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_odeiv2.h>
+
+struct settings {
+  double gamma, density, pressure, blast_energy, omega, center[NDIM];
+};
+static const struct kith_param params[] = {
+    KITH_EXACT_GAMMA(settings),
+    KITH_EXACT_DENSITY(settings, "D: undisturbed, at r = 1"),
+    KITH_EXACT_PRESSURE(settings, "[0, inf)", "ahead of the shock"),
+    {"blast_energy", KITH_PARAM_NUMBER, NULL, "(0, inf)", "E, on all sides of the center",
+     KITH_INTO(struct settings, blast_energy), .unit = "energy"},
+    {"omega", KITH_PARAM_NUMBER, "0", "[0, 3)",
+     "the undisturbed density falls as r^-omega; below the dimension", KITH_INTO(struct settings, omega)},
+    KITH_EXACT_CENTER(settings),
+    {0}};
+
+/* A mirror through the center stands for the energy of the image. */
+static void derive(void *settings, const struct kith_exact_scene *scene) {
+  struct settings *s = settings;
+  s->gamma = scene->region[0].gamma;
+  s->density = scene->region[0].density;
+  s->pressure = scene->region[0].pressure;
+  if (scene->n_deposits != 1) return;
+  s->blast_energy = scene->deposit_energy;
+  for (int a = 0; a < NDIM; ++a) {
+    const double lower = scene->lower[a], upper = scene->upper[a], close = 1e-12 * (upper - lower);
+    s->center[a] = scene->deposit_center[a];
+    if (scene->axis[a].mirror[0] && fabs(s->center[a] - lower) <= close) s->blast_energy *= 2;
+    if (scene->axis[a].mirror[1] && fabs(s->center[a] - upper) <= close) s->blast_energy *= 2;
+  }
+}
+
+enum { ROWS = 4096 };            /* intervals of the table */
+static const double depth = 30;  /* the table spans -depth <= ln x <= 0 */
+static const double thin = -230; /* ln of the floor of g */
+static const double edge_z =
+    19; /* vacuum: 1 - V = e^-19 at the end of the table; ln x_v is known to its square */
+static const double least_r = 1e-9;
+
+enum kind { STANDARD, SINGULAR, VACUUM };
+
+/* [0] ln w, or z in a vacuum; [1] ln g; and their slopes in the coordinate of the table. */
+struct row {
+  double at, value[2], slope[2];
+};
+
+struct sedov {
+  enum kind kind;
+  double gamma, density, pressure, omega, radius1; /* radius1: R at time 1 */
+  double ln_void;                                  /* vacuum: ln x_v */
+  double center[NDIM];
+  int rows; /* intervals in use */
+  struct row row[ROWS + 1];
+};
+
+/* n */
+static double power(const struct sedov *s) {
+  return NDIM + 2 - s->omega;
+}
+
+/* h at ln x = y. From logarithms: near the center g x^2 / w is a number when its parts are not. */
+static double similarity_pressure(double gamma, double y, double v, double ln_w, double ln_g) {
+  return exp(ln_g + 2 * y - ln_w) * v * v * (1 - v) * (gamma - 1) / 2;
+}
+
+/* dV / d ln x = w times this. */
+static double rise(const struct sedov *s, double v, double w) {
+  const double gamma = s->gamma;
+  if (s->kind == SINGULAR) return 0; /* rounding would grow */
+  return v * (power(s) - v * (2 + NDIM * (gamma - 1))) / (gamma * (gamma - 1) * v * v - 2 * (1 - v) * w);
+}
+
+/* d(energy integral) / d ln x. */
+static double energy_density(const struct sedov *s, double y, double v, double ln_w, double ln_g) {
+  const double x = exp(y), thermal = similarity_pressure(s->gamma, y, v, ln_w, ln_g) / (s->gamma - 1);
+  return (exp(ln_g) * x * x * v * v / 2 + thermal) * kith_pow_dim(x);
+}
+
+/* By ln x: q = ln w, ln g, energy integral. */
+static int slopes(double y, const double *q, double *dq, void *context) {
+  const struct sedov *s = context;
+  const double w = exp(q[0]), v = (1 + w) / s->gamma, dv = w * rise(s, v, w);
+  dq[0] = s->gamma * rise(s, v, w);
+  dq[1] = (dv + NDIM * v - s->omega) / (1 - v);
+  dq[2] = energy_density(s, y, v, q[0], q[1]);
+  return GSL_SUCCESS;
+}
+
+/* By the length of a path in ln x and z = -ln(1 - V): q = ln x, ln g, energy integral, z. Near the singular
+ * case x runs while V stands, near the edge V runs while x stands. */
+static int slopes_of_void(double path, const double *q, double *dq, void *context) {
+  const struct sedov *s = context;
+  const double left = exp(-q[3]), v = 1 - left, w = s->gamma * v - 1, dv = w * rise(s, v, w);
+  (void)path;
+  dq[0] = -left / (left - dv); /* dv < 0: x falls as V rises */
+  dq[3] = -dv / (left - dv);
+  dq[1] = -(dv + NDIM * v - s->omega) / (left - dv);
+  dq[2] = energy_density(s, q[0], v, log(w), q[1]) * dq[0];
+  return GSL_SUCCESS;
+}
+
+static kith_status advance(gsl_odeiv2_driver *driver, const struct sedov *s, double *from, double to,
+                           double *q) {
+  const int error = to == *from ? GSL_SUCCESS : gsl_odeiv2_driver_apply(driver, from, to, q);
+  if (error == GSL_SUCCESS) return KITH_OK;
+  KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, omega %g, at %g: %s", s->gamma, s->omega, *from,
+            gsl_strerror(error));
+}
+
+static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
+  double y = 0, q[3] = {log((s->gamma - 1) / (s->gamma + 1)), log((s->gamma + 1) / (s->gamma - 1)), 0};
+  for (int k = 0; k <= ROWS; ++k) {
+    double dq[3];
+    KITH_TRY(advance(driver, s, &y, -depth * ((double)k / ROWS) * ((double)k / ROWS), q));
+    slopes(y, q, dq, s);
+    s->row[k] = (struct row){y, {q[0], q[1]}, {dq[0], dq[1]}};
+  }
+  s->rows = ROWS;
+  *energy = -q[2];
+  return KITH_OK;
+}
+
+/* First ln x by row, then, when the edge is known, the coordinate. */
+static kith_status fill_void(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
+  const double start = log((s->gamma + 1) / (s->gamma - 1)); /* 1 - V = (gamma-1)/(gamma+1) at the shock */
+  double path = 0, q[4] = {0, start, 0, start}, dq[4];
+  s->rows = -1;
+  for (int k = 0; k <= ROWS && q[3] < edge_z; ++k) {
+    KITH_TRY(advance(driver, s, &path, (depth + edge_z) * k / ROWS, q));
+    slopes_of_void(path, q, dq, s);
+    s->row[k] = (struct row){q[0], {q[3], q[1]}, {dq[3] / dq[0], dq[1] / dq[0]}};
+    s->rows = k;
+  }
+  KITH_TRY(advance(driver, s, &path, path + edge_z, q));
+  s->ln_void = q[0];
+  *energy = -q[2];
+  for (int k = 0; k <= s->rows; ++k) {
+    const double off = s->row[k].at - s->ln_void;
+    s->row[k].at = log(off);
+    for (int c = 0; c < 2; ++c) s->row[k].slope[c] *= off;
+  }
+  return KITH_OK;
+}
+
+static kith_status integrate(struct sedov *s, double *energy) {
+  gsl_odeiv2_system system = {s->kind == VACUUM ? slopes_of_void : slopes, NULL, s->kind == VACUUM ? 4 : 3,
+                              s};
+  gsl_odeiv2_driver *driver = gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd,
+                                                            s->kind == VACUUM ? 1e-6 : -1e-6, 1e-13, 1e-13);
+  if (driver == NULL) KITH_FAIL(NO_MEMORY, "exact solution sedov: no memory for the integrator");
+  const kith_status status = (s->kind == VACUUM ? fill_void : fill_table)(s, driver, energy);
+  gsl_odeiv2_driver_free(driver);
+  return status;
+}
+
+/* V at the shock against the V that would stay. */
+static enum kind kind_of(double gamma, double omega) {
+  const double n = NDIM + 2 - omega, moving = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1);
+  if (fabs(n - moving) < 1e-9 * n) return SINGULAR;
+  return n > moving ? STANDARD : VACUUM;
+}
+
+static kith_status check(const void *settings) {
+  const struct settings *p = settings;
+  if (p->omega < NDIM) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "exact solution sedov: omega is %g, must be at least 0 and below the dimension",
+            p->omega);
+}
+
+static kith_status sedov_create(void **self, const void *settings) {
+  const struct settings *p = settings;
+  gsl_set_error_handler_off();
+  struct sedov *sedov = NULL;
+  KITH_TRY(kith_resize(&sedov, 0, 1, sizeof *sedov));
+  sedov->gamma = p->gamma, sedov->density = p->density, sedov->pressure = p->pressure;
+  sedov->omega = p->omega, sedov->kind = kind_of(p->gamma, p->omega);
+  for (int a = 0; a < NDIM; ++a) sedov->center[a] = p->center[a];
+  double energy = 0;
+  const kith_status status = integrate(sedov, &energy);
+  if (status != KITH_OK) {
+    kith_free(&sedov);
+    return status;
+  }
+  const double n = power(sedov), alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
+  sedov->radius1 = pow(p->blast_energy / (alpha * p->density), 1 / n);
+  *self = sedov;
+  return KITH_OK;
+}
+
+/* Cubic through the values and slopes at two rows of the table. */
+static double cubic(const struct row *front, const struct row *back, int c, double s, double length) {
+  const double rise = front->value[c] - back->value[c];
+  const double a = back->slope[c] * length - rise, b = rise - front->slope[c] * length;
+  return back->value[c] + s * (rise + (1 - s) * (a * (1 - s) + b * s));
+}
+
+/* Both values where the coordinate is `at`; beyond the end of the table along its tangent. Coordinates
+ * descend. */
+static void look_up(const struct sedov *sedov, double at, double value[2]) {
+  int low = 0, high = sedov->rows; /* row[low].at >= at > row[high].at */
+  const struct row *last = &sedov->row[sedov->rows];
+  if (at <= last->at) {
+    for (int c = 0; c < 2; ++c) value[c] = last->value[c] + (at - last->at) * last->slope[c];
+    return;
+  }
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    *(sedov->row[middle].at >= at ? &low : &high) = middle;
+  }
+  const struct row *front = &sedov->row[low], *back = &sedov->row[high];
+  const double length = front->at - back->at, s = (at - back->at) / length;
+  for (int c = 0; c < 2; ++c) value[c] = cubic(front, back, c, s, length);
+}
+
+/* V, ln w and ln g at ln x = y <= 0; false: there is nothing. */
+static bool similarity(const struct sedov *s, double y, double *v, double *ln_w, double *ln_g) {
+  double value[2];
+  if (s->kind == VACUUM) {
+    const double off = y - s->ln_void;
+    if (off <= 0) return false;
+    look_up(s, log(off), value);
+    *v = -expm1(-value[0]);
+    *ln_w = log(s->gamma * *v - 1);
+  } else {
+    look_up(s, KITH_MAX(y, -depth), value);
+    *v = (1 + exp(value[0])) / s->gamma;
+    *ln_w = value[0];
+  }
+  *ln_g = value[1];
+  return true;
+}
+
+static double sedov_shock(const void *self, double time) {
+  const struct sedov *sedov = self;
+  return sedov->radius1 * pow(time, 2 / power(sedov));
+}
+
+static const double *sedov_center(const void *self) {
+  return ((const struct sedov *)self)->center;
+}
+
+static void behind(const struct sedov *s, const double *x, double r, double shock, double time,
+                   struct kith_exact_state *out) {
+  const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (power(s) * time);
+  const double density = s->density * pow(shock, -s->omega);
+  double v, ln_w, ln_g;
+  *out = (struct kith_exact_state){0};
+  if (!similarity(s, y, &v, &ln_w, &ln_g)) return;
+  out->density = density * exp(KITH_MAX(ln_g, thin));
+  out->pressure = density * speed * speed * similarity_pressure(s->gamma, y, v, ln_w, ln_g);
+  for (int a = 0; a < NDIM; ++a) out->velocity[a] = speed * v * (x[a] - s->center[a]) / shock;
+}
+
+static void sedov_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
+  const struct sedov *sedov = self;
+  const double r = sqrt(kith_distance2(x, sedov->center)), shock = sedov_shock(self, time);
+  if (r < shock) {
+    behind(sedov, x, r, shock, time, out);
+  } else {
+    const double crowding = sedov->omega > 0 ? pow(KITH_MAX(r, least_r), -sedov->omega) : 1;
+    *out = (struct kith_exact_state){.density = sedov->density * crowding, .pressure = sedov->pressure};
+  }
+  out->energy = kith_exact_energy(sedov->gamma, out->density, out->pressure);
+}
+
+const struct kith_exact_ops kith_exact_sedov = {
+    .name = "sedov",
+    .doc = "point explosion on a plane, a line or a point, in gas that is uniform or falls as a power of r",
+    KITH_SETTINGS(params, settings),
+    .derive = derive,
+    .check = check,
+    .create = sedov_create,
+    .state = sedov_state,
+    .shock = sedov_shock,
+    .center = sedov_center,
+};
