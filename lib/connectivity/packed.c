@@ -134,15 +134,6 @@ size_t kith_box_slots(const struct kith_search *search, struct kith_run run, con
 
 /* --- scratch --- */
 
-kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size) {
-  if (count <= *capacity) return KITH_OK;
-  const size_t more = *capacity == 0 ? count : count + count / 16;
-  *capacity = 0;
-  KITH_TRY(kith_resize(p, 0, more, size));
-  *capacity = more;
-  return KITH_OK;
-}
-
 kith_status kith_workers_reserve(struct kith_workers *workers) {
   const int threads = omp_get_max_threads();
   if (threads <= workers->n) return KITH_OK;

@@ -57,9 +57,6 @@ kith_status kith_workers_reserve(struct kith_workers *workers);
 void kith_workers_clear(struct kith_workers *workers);
 size_t kith_workers_bytes(const struct kith_workers *workers);
 
-/* Memory for `count` elements, with a little to spare if it must grow; contents are lost. */
-kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size);
-
 /* What every builder is given. */
 struct kith_build {
   const struct kith_nodes *nodes;

@@ -58,6 +58,15 @@ kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
   return KITH_OK;
 }
 
+kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size) {
+  if (count <= *capacity) return KITH_OK;
+  const size_t more = *capacity == 0 ? count : count + count / 16;
+  *capacity = 0;
+  KITH_TRY(kith_resize(p, 0, more, size));
+  *capacity = more;
+  return KITH_OK;
+}
+
 void kith_free(void *p) {
   void *old;
   memcpy(&old, p, sizeof old);
