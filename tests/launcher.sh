@@ -83,7 +83,6 @@ for dim in 1 2 3; do
   check 0 "${dim}d run -- $dim.yaml" "$kith" run -- $dim.yaml
   check 0 "${dim}d run" \
     "$kith" run --set dimension=2 3.yaml --set method.dimension=1 --set=dimension=$dim --quiet
-  check 0 "${dim}d bench $dim.yaml" "$kith" bench $dim.yaml
 done
 check 0 "bind close" env OMP_PROC_BIND=close "$kith" run 1.yaml
 check 0 "3d list a" "$kith" list a

@@ -4,16 +4,14 @@
  * The case: 3-D Sedov, 100^3 nodes (--set resolution=N), every node each step, double, adaptive supports of
  * 60 neighbors, Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve order. Rows of the
  * table: thermal energy with neighbor lists rebuilt each step, and with other settings; the other packages.
- * Rows with a table of stages run on one thread and on all, the others on one. With --ranks N:
- * bench_ranks.h. Absolute figures hold for one machine and one moment; ratios to the reference loops can be
- * compared. */
+ * Rows with a table of stages run on one thread and on all, the others on one. Absolute figures hold for one
+ * machine and one moment; ratios to the reference loops can be compared. */
 #include "app/cli/options.h"
 
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
-#include "app/bench/bench_ranks.h"
 #include "app/cli/version.h"
 #include "app/simulation/simulation.h"
 
@@ -277,12 +275,6 @@ static kith_status bench(const struct kith_options *options, int all) {
 }
 
 enum kith_exit kith_bench(const struct kith_options *options) {
-  if (options->ranks > 1) return kith_bench_ranks(options);
-  if (options->subject != NULL) {
-    fprintf(stderr, "kith: bench %.60s: a scene is for --ranks N; without, the case is always the same\n",
-            options->subject);
-    return KITH_EXIT_USAGE;
-  }
   if (bench(options, omp_get_max_threads()) == KITH_OK) return KITH_EXIT_OK;
   fprintf(stderr, "kith: %s\n", kith_failure());
   return KITH_EXIT_FAILED;

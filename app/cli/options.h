@@ -15,8 +15,7 @@
 #define KITH_VERB_LIST(X)                                                                                 \
   X(run, SCENE, "SCENE", "run a scene and compare it with its exact solution")                            \
   X(plan, SCENE, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
-  X(bench, SCENE, "[SCENE]",                                                                              \
-    "node updates per second, stage by stage, beside reference loops; with --ranks: the cost of ranks")   \
+  X(bench, SCENE, "", "node updates per second, stage by stage, beside reference loops")                  \
   X(list, SCENE, "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene")          \
   X(validate, STUDY, "[SUITE|FILE]",                                                                      \
     "run scenes and judge their errors by tolerances; 'validate list': the suites")                       \
@@ -75,9 +74,9 @@ struct kith_options {
 #define KITH_OPTION_LIST(X)                                                                                \
   X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),     \
     "use VALUE for KEY of the scene (dotted: method.kernel=cubic); may be repeated")                       \
-  X(output, 'o', "DIR", TEXT, 0, 0, directory, F(run) | F(bench) | F(validate) | F(chart) | F(stress),     \
+  X(output, 'o', "DIR", TEXT, 0, 0, directory, F(run) | F(validate) | F(chart) | F(stress),                \
     "write results to DIR (default: below out)")                                                           \
-  X(ranks, 0, "N", COUNT, 1, KITH_MAX_RANKS, ranks, F(run) | F(plan) | F(bench),                           \
+  X(ranks, 0, "N", COUNT, 1, KITH_MAX_RANKS, ranks, F(run) | F(plan),                                      \
     "processes, started by mpirun (default: 1, or those of mpirun -n N kith run); plan: of a run on N")    \
   X(threads, 0, "N", COUNT, 1, KITH_MAX_THREADS, threads,                                                  \
     F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                    \
@@ -89,9 +88,9 @@ struct kith_options {
   X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks") \
   X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                           \
     "write trace events of all ranks for Perfetto or a browser's tracing page")                            \
-  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(plan) | F(bench) | F(chart) | F(stress),                  \
+  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(plan) | F(chart) | F(stress),                             \
     "no progress, only the results")                                                                       \
-  X(network, 0, "S,B", NETWORK, 0, 0, network, F(plan) | F(bench),                                         \
+  X(network, 0, "S,B", NETWORK, 0, 0, network, F(plan),                                                    \
     "ranks whose messages take S seconds and B bytes per second (default: 2e-6,1e10)")
 
 /* Exit codes of the program. */

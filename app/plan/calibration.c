@@ -4,6 +4,7 @@
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 #include "integrator/lifecycle.h"
 
@@ -48,24 +49,16 @@ static kith_status steps_of(struct kith_simulation *m, int k, double until, doub
   return KITH_OK;
 }
 
-kith_status kith_scene_at_resolution(struct kith_scene **out, const char *path, const struct kith_options *o,
-                                     double resolution) {
-  const char *overrides[KITH_MAX_OVERRIDES + 2];
-  char dimension[32], setting[64];
-  int n = 0;
-  snprintf(dimension, sizeof dimension, "dimension=%d", NDIM);
-  snprintf(setting, sizeof setting, "resolution=%.10g", resolution);
-  overrides[n++] = dimension;
-  for (int k = 0; k < o->n_overrides; ++k) overrides[n++] = o->overrides[k];
-  if (resolution > 0) overrides[n++] = setting;
-  return kith_scene_read(out, path, n, overrides);
-}
-
 static kith_status run(const struct kith_options *o, int k, double until, double limit,
                        struct kith_calibration *out) {
+  const char *overrides[KITH_MAX_OVERRIDES + 1];
+  char resolution[64];
   struct kith_scene *scene = NULL;
   struct kith_simulation *m = NULL;
-  KITH_TRY(kith_scene_at_resolution(&scene, o->subject, o, out->resolution[k]));
+  memcpy(overrides, o->overrides, sizeof o->overrides);
+  snprintf(resolution, sizeof resolution, "resolution=%.10g", out->resolution[k]);
+  overrides[o->n_overrides] = resolution;
+  KITH_TRY(kith_scene_read(&scene, o->subject, o->n_overrides + 1, overrides));
   kith_status status = kith_simulation_create(&m, scene, NULL, false);
   if (status == KITH_OK) status = steps_of(m, k, until, limit, out);
   kith_simulation_destroy(&m);

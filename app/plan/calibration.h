@@ -22,11 +22,6 @@ struct kith_evaluation {
 };
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, struct kith_evaluation *out);
 
-/* The scene with the overrides of `options`, in this program's dimension, and at another resolution if that
- * is above 0. */
-kith_status kith_scene_at_resolution(struct kith_scene **out, const char *path,
-                                     const struct kith_options *options, double resolution);
-
 struct kith_calibration {
   double resolution[2], steps[2]; /* of the two runs */
   double growth;
