@@ -58,13 +58,16 @@ kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
   return KITH_OK;
 }
 
-kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size) {
+kith_status kith_grow(void *p, size_t *capacity, size_t keep, size_t count, size_t size) {
   if (count <= *capacity) return KITH_OK;
-  const size_t more = *capacity == 0 ? count : count + count / 16;
-  *capacity = 0;
-  KITH_TRY(kith_resize(p, 0, more, size));
-  *capacity = more;
+  const size_t wanted = *capacity == 0 ? count : count + count / 16 + 8;
+  KITH_TRY(kith_resize(p, keep, wanted, size));
+  *capacity = wanted;
   return KITH_OK;
+}
+
+kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size) {
+  return kith_grow(p, capacity, 0, count, size);
 }
 
 void kith_free(void *p) {

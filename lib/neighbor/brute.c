@@ -3,15 +3,6 @@
 
 enum { GROUP = 32 };
 
-static kith_status brute_create(struct kith_search *search) {
-  (void)search;
-  return KITH_OK;
-}
-
-static void brute_destroy(struct kith_search *search) {
-  (void)search;
-}
-
 /* Slots are nodes; groups are blocks of nodes, internal ones first. */
 static kith_status brute_append(struct kith_search *search, kith_index old_n) {
   for (kith_index i = old_n; i < search->n; ++i) search->node[i] = i;
@@ -41,19 +32,11 @@ static kith_status brute_coarse(const struct kith_search *search, const struct k
   return search->n > 0 ? kith_runs_add(runs, 0, search->n) : KITH_OK;
 }
 
-static size_t brute_bytes(const struct kith_search *search) {
-  (void)search;
-  return 0;
-}
-
 const struct kith_search_ops kith_search_brute = {
     .name = "brute",
     .doc = "every node is a candidate: O(n^2), the reference of the others",
-    .create = brute_create,
-    .destroy = brute_destroy,
     .update = brute_update,
     .append = brute_append,
     .update_selected = brute_update_selected,
     .coarse = brute_coarse,
-    .bytes = brute_bytes,
 };

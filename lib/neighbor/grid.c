@@ -19,18 +19,13 @@
 
 #define EDGE 0.5 /* of a cell, in largest radii of its level */
 
-static kith_status grid_create(struct kith_search *search) {
-  return kith_resize(&search->self, 0, 1, sizeof(struct kith_grid));
-}
-
-static void grid_destroy(struct kith_search *search) {
+static void grid_clear(struct kith_search *search) {
   struct kith_grid *grid = search->self;
   for (int k = 0; k < 2; ++k) kith_free(&grid->item[k]), kith_free(&grid->entering[k]);
   kith_free(&grid->slot_of);
   kith_free(&grid->cell);
   kith_free(&grid->row);
   kith_free(&grid->table);
-  kith_free(&search->self);
 }
 
 /* Keys. */
@@ -78,22 +73,9 @@ static void choose_frame(struct kith_search *search) {
 
 /* Slots. */
 
-static kith_status reserve_items(struct kith_grid *grid, kith_index n) {
-  if (n <= grid->capacity) return KITH_OK;
-  const size_t keep = (size_t)grid->capacity, wanted_capacity = (size_t)n + (size_t)n / 8;
-  for (int k = 0; k < 2; ++k)
-    KITH_TRY(kith_resize(&grid->item[k], keep, wanted_capacity, sizeof **grid->item));
-  KITH_TRY(kith_resize(&grid->slot_of, keep, wanted_capacity, sizeof *grid->slot_of));
-  grid->capacity = (kith_index)wanted_capacity;
-  return KITH_OK;
-}
-
-static kith_status reserve_entering(struct kith_grid *grid, kith_index n) {
-  if (n <= grid->entering_capacity) return KITH_OK;
-  for (int k = 0; k < 2; ++k)
-    KITH_TRY(kith_resize(&grid->entering[k], 0, (size_t)n, sizeof **grid->entering));
-  grid->entering_capacity = n;
-  return KITH_OK;
+static kith_status grow_items(struct kith_grid *grid, kith_index old_n, kith_index n) {
+  KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, (size_t)old_n, (size_t)n));
+  return kith_grow(&grid->slot_of, &grid->slots_capacity, (size_t)old_n, (size_t)n, sizeof *grid->slot_of);
 }
 
 static void fill_slots(struct kith_search *search, kith_index begin, kith_index end) {
@@ -114,7 +96,7 @@ static void find_items(const struct kith_search *search, kith_index first, kith_
 
 static kith_status grid_update(struct kith_search *search) {
   struct kith_grid *grid = search->self;
-  KITH_TRY(reserve_items(grid, search->n));
+  KITH_TRY(grow_items(grid, 0, search->n));
   choose_frame(search);
   find_items(search, 0, search->n, grid->item[0]);
   KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], (size_t)search->n));
@@ -125,8 +107,8 @@ static kith_status grid_update(struct kith_search *search) {
 static kith_status grid_append(struct kith_search *search, kith_index old_n) {
   struct kith_grid *grid = search->self;
   const kith_index more = search->n - old_n;
-  KITH_TRY(reserve_items(grid, search->n));
-  KITH_TRY(reserve_entering(grid, more));
+  KITH_TRY(grow_items(grid, old_n, search->n));
+  KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)more));
   find_items(search, old_n, more, grid->entering[0]);
   KITH_TRY(kith_keyed_sort(grid->entering[0], grid->entering[1], (size_t)more));
   const kith_index begin = kith_keyed_place(grid->item[0], old_n, grid->entering[0][0].key);
@@ -174,7 +156,7 @@ static kith_status sort_entering(struct kith_search *search, kith_index n) {
 static kith_status grid_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
   struct kith_grid *grid = search->self;
-  KITH_TRY(reserve_entering(grid, count));
+  KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)count));
   kith_index begin = search->n, end = 0;
   const kith_index leaving = collect_leaving(search, nodes, count, &begin, &end);
   if (leaving == 0) return KITH_OK;
@@ -321,17 +303,16 @@ static kith_status grid_coarse(const struct kith_search *search, const struct ki
 
 static size_t grid_bytes(const struct kith_search *search) {
   const struct kith_grid *grid = search->self;
-  const size_t item = 2 * sizeof **grid->item;
-  return sizeof *grid + (size_t)grid->capacity * (item + sizeof *grid->slot_of) +
-         (size_t)grid->entering_capacity * item + (size_t)grid->cells_capacity * sizeof *grid->cell +
-         (size_t)grid->rows_capacity * sizeof *grid->row + grid->table_size * sizeof *grid->table;
+  return 2 * (grid->items_capacity + grid->entering_capacity) * sizeof **grid->item +
+         grid->slots_capacity * sizeof *grid->slot_of + grid->cells_capacity * sizeof *grid->cell +
+         grid->rows_capacity * sizeof *grid->row + grid->table_size * sizeof *grid->table;
 }
 
 const struct kith_search_ops kith_search_grid = {
     .name = "grid",
     .doc = "nested levels of cells by radius: for radii that differ much; cheap updates of a few moved nodes",
-    .create = grid_create,
-    .destroy = grid_destroy,
+    .state_size = sizeof(struct kith_grid),
+    .clear = grid_clear,
     .update = grid_update,
     .append = grid_append,
     .update_selected = grid_update_selected,

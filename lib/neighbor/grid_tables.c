@@ -8,15 +8,6 @@ enum {
   SPAN = 4,   /* most cells of a row between the first and the last of a group */
 };
 
-static kith_status reserve_cells(struct kith_grid *grid, kith_index cells) {
-  if (cells <= grid->cells_capacity) return KITH_OK;
-  const kith_index wanted_capacity = cells + cells / 4;
-  KITH_TRY(
-      kith_resize(&grid->cell, (size_t)grid->cells_capacity, (size_t)wanted_capacity, sizeof *grid->cell));
-  grid->cells_capacity = wanted_capacity;
-  return KITH_OK;
-}
-
 /* Lists the cells from the n_cells-th one on, which begins at slot `begin`. */
 static kith_status list_cells(const struct kith_search *search, kith_index begin) {
   struct kith_grid *grid = search->self;
@@ -24,7 +15,8 @@ static kith_status list_cells(const struct kith_search *search, kith_index begin
   kith_index cells = grid->n_cells;
 #pragma omp parallel for schedule(static) reduction(+ : cells)
   for (kith_index s = begin; s < search->n; ++s) cells += s == begin || item[s].key != item[s - 1].key;
-  KITH_TRY(reserve_cells(grid, cells + 1));
+  KITH_TRY(kith_grow(&grid->cell, &grid->cells_capacity, (size_t)grid->n_cells, (size_t)cells + 1,
+                     sizeof *grid->cell));
   kith_index c = grid->n_cells;
   for (kith_index s = begin; s < search->n; ++s) {
     const double radius2 = search->radius2[s];
@@ -47,12 +39,8 @@ static kith_status list_rows(struct kith_grid *grid, kith_index begin) {
   kith_index rows = grid->n_rows;
   for (kith_index c = begin; c < grid->n_cells; ++c)
     rows += c == begin || row_key(grid, c) != row_key(grid, c - 1);
-  if (rows >= grid->rows_capacity) {
-    const kith_index wanted_capacity = rows + rows / 4 + 1;
-    KITH_TRY(
-        kith_resize(&grid->row, (size_t)grid->rows_capacity, (size_t)wanted_capacity, sizeof *grid->row));
-    grid->rows_capacity = wanted_capacity;
-  }
+  KITH_TRY(
+      kith_grow(&grid->row, &grid->rows_capacity, (size_t)grid->n_rows, (size_t)rows + 1, sizeof *grid->row));
   for (kith_index c = begin; c < grid->n_cells; ++c) {
     const uint64_t key = row_key(grid, c);
     if (c == begin || key != grid->row[grid->n_rows - 1].key)

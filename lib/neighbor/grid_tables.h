@@ -3,7 +3,7 @@
 #ifndef KITH_NEIGHBOR_GRID_TABLES_H
 #define KITH_NEIGHBOR_GRID_TABLES_H
 
-#include "lib/neighbor/keyed.h"
+#include "lib/core/keyed.h"
 #include "lib/neighbor/search.h"
 
 enum {
@@ -35,7 +35,8 @@ struct kith_grid_layer {
 struct kith_grid {
   double origin[NDIM], bound;     /* of level 0 */
   double per_length[GRID_LEVELS]; /* cells */
-  kith_index capacity, entering_capacity, cells_capacity, rows_capacity, n_cells, n_rows;
+  kith_index n_cells, n_rows;
+  size_t items_capacity, slots_capacity, entering_capacity, cells_capacity, rows_capacity;
   struct kith_keyed *item[2];     /* [n] by slot; scratch */
   struct kith_keyed *entering[2]; /* items on their way into the slots; scratch */
   kith_index *slot_of;            /* [n] by node */

@@ -5,38 +5,9 @@
 
 #include <stdlib.h>
 
-/* Runs. */
-
-kith_status kith_runs_grow(struct kith_runs *runs) {
-  const int capacity = runs->capacity > 0 ? 2 * runs->capacity : 64;
-  KITH_TRY(kith_resize(&runs->run, (size_t)runs->n, (size_t)capacity, sizeof *runs->run));
-  runs->capacity = capacity;
-  return KITH_OK;
-}
-
-static int compare_runs(const void *a, const void *b) {
-  const kith_index p = ((const struct kith_run *)a)->first, q = ((const struct kith_run *)b)->first;
-  return (p > q) - (p < q);
-}
-
-void kith_runs_sort(struct kith_runs *runs) {
-  if (runs->n < 2) return;
-  qsort(runs->run, (size_t)runs->n, sizeof *runs->run, compare_runs);
-  int last = 0;
-  for (int k = 1; k < runs->n; ++k) {
-    struct kith_run *a = &runs->run[last];
-    const struct kith_run b = runs->run[k];
-    if (b.first > a->first + a->count)
-      runs->run[++last] = b;
-    else
-      a->count = KITH_MAX(a->count, b.first + b.count - a->first);
-  }
-  runs->n = last + 1;
-}
-
 void kith_runs_clear(struct kith_runs *runs) {
   kith_free(&runs->run);
-  runs->n = runs->capacity = 0;
+  *runs = (struct kith_runs){0};
 }
 
 /* The family. */
@@ -53,23 +24,23 @@ static void mark_stale(struct kith_search *search) {
 
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
                                const struct kith_nodes *nodes) {
-  struct kith_search *search = NULL;
-  KITH_TRY(kith_resize(&search, 0, 1, sizeof *search));
+  *out = NULL;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  struct kith_search *search = *out;
   search->ops = ops;
   search->nodes = nodes;
   mark_stale(search);
-  const kith_status status = ops->create(search);
-  if (status != KITH_OK)
-    kith_free(&search);
-  else
-    *out = search;
+  const kith_status status =
+      ops->state_size > 0 ? kith_resize(&search->self, 0, 1, ops->state_size) : KITH_OK;
+  if (status != KITH_OK) kith_free(out);
   return status;
 }
 
 void kith_search_destroy(struct kith_search **search) {
   struct kith_search *s = *search;
   if (!s) return;
-  s->ops->destroy(s);
+  if (s->ops->clear != NULL) s->ops->clear(s);
+  kith_free(&s->self);
   kith_free(&s->node);
   for (int a = 0; a < NDIM; ++a) kith_free(&s->coordinate[a]);
   kith_free(&s->radius2);
@@ -131,20 +102,6 @@ kith_status kith_search_fresh(const struct kith_search *search) {
 
 /* Queries. */
 
-void kith_search_group_box(const struct kith_search *search, int group, struct kith_box *box,
-                           double *radius) {
-  const struct kith_run run = search->group[group];
-  for (int a = 0; a < NDIM; ++a) {
-    const double *x = search->coordinate[a] + run.first;
-    double lower = x[0], upper = x[0];
-    for (kith_index k = 1; k < run.count; ++k) lower = KITH_MIN(lower, x[k]), upper = KITH_MAX(upper, x[k]);
-    box->lower[a] = lower, box->upper[a] = upper;
-  }
-  double radius2 = 0;
-  for (kith_index k = 0; k < run.count; ++k) radius2 = KITH_MAX(radius2, search->radius2[run.first + k]);
-  *radius = sqrt(radius2);
-}
-
 static bool within(const struct kith_search *search, kith_index slot, const double *x, double radius2,
                    enum kith_search_mode mode) {
   double y[NDIM];
@@ -159,28 +116,22 @@ static int compare_indices(const void *a, const void *b) {
 }
 
 static kith_status at_runs(const struct kith_search *search, const struct kith_runs *runs, const double *x,
-                           double radius2, enum kith_search_mode mode, kith_index **found,
-                           kith_index *capacity, kith_index *count) {
-  kith_index n = 0;
+                           double radius2, enum kith_search_mode mode, kith_index **found, size_t *capacity,
+                           kith_index *count) {
+  size_t n = 0;
   for (int r = 0; r < runs->n; ++r) {
     const struct kith_run run = runs->run[r];
-    for (kith_index slot = run.first; slot < run.first + run.count; ++slot) {
-      if (!within(search, slot, x, radius2, mode)) continue;
-      if (n == *capacity) {
-        const kith_index more = KITH_MAX(64, 2 * n);
-        KITH_TRY(kith_resize(found, (size_t)n, (size_t)more, sizeof **found));
-        *capacity = more;
-      }
-      (*found)[n++] = search->node[slot];
-    }
+    KITH_TRY(kith_grow(found, capacity, n, n + (size_t)run.count, sizeof **found));
+    for (kith_index slot = run.first; slot < run.first + run.count; ++slot)
+      if (within(search, slot, x, radius2, mode)) (*found)[n++] = search->node[slot];
   }
-  if (n > 1) qsort(*found, (size_t)n, sizeof **found, compare_indices);
-  *count = n;
+  if (n > 1) qsort(*found, n, sizeof **found, compare_indices);
+  *count = (kith_index)n;
   return KITH_OK;
 }
 
 kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
-                           enum kith_search_mode mode, kith_index **found, kith_index *capacity,
+                           enum kith_search_mode mode, kith_index **found, size_t *capacity,
                            kith_index *count) {
   KITH_TRY(kith_search_fresh(search));
   struct kith_box box;
@@ -194,8 +145,9 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
 
 size_t kith_search_bytes(const struct kith_search *search) {
   const size_t slot = sizeof *search->node + (NDIM + 1) * sizeof(double);
-  return sizeof *search + (size_t)search->capacity * slot +
-         (size_t)search->groups_capacity * sizeof *search->group + search->ops->bytes(search);
+  return sizeof *search + search->ops->state_size + (size_t)search->capacity * slot +
+         search->groups_capacity * sizeof *search->group +
+         (search->ops->bytes != NULL ? search->ops->bytes(search) : 0);
 }
 
 void kith_search_cube(const double *x, kith_index n, double *lower, double *upper) {
@@ -245,11 +197,8 @@ void kith_search_pack(struct kith_search *search, kith_index first, kith_index c
 }
 
 kith_status kith_search_group(struct kith_search *search, kith_index first, kith_index count) {
-  if (search->n_groups == search->groups_capacity) {
-    const int capacity = KITH_MAX(64, 2 * search->groups_capacity);
-    KITH_TRY(kith_resize(&search->group, (size_t)search->n_groups, (size_t)capacity, sizeof *search->group));
-    search->groups_capacity = capacity;
-  }
+  const size_t n = (size_t)search->n_groups;
+  KITH_TRY(kith_grow(&search->group, &search->groups_capacity, n, n + 1, sizeof *search->group));
   search->group[search->n_groups++] = (struct kith_run){first, count};
   return KITH_OK;
 }

@@ -36,10 +36,10 @@ struct kith_run {
 /* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own; {0} is
  * empty, n = 0 empties it and keeps the memory. */
 struct kith_runs {
-  int n, capacity;
+  int n;
+  size_t capacity;
   struct kith_run *run; /* owned */
 };
-kith_status kith_runs_grow(struct kith_runs *runs); /* room for one more */
 static inline kith_status kith_runs_add(struct kith_runs *runs, kith_index first, kith_index count) {
   if (runs->n > 0) {
     struct kith_run *last = &runs->run[runs->n - 1];
@@ -48,12 +48,11 @@ static inline kith_status kith_runs_add(struct kith_runs *runs, kith_index first
       return KITH_OK;
     }
   }
-  if (runs->n == runs->capacity) KITH_TRY(kith_runs_grow(runs));
+  const size_t n = (size_t)runs->n;
+  if (n == runs->capacity) KITH_TRY(kith_grow(&runs->run, &runs->capacity, n, n + 1, sizeof *runs->run));
   runs->run[runs->n++] = (struct kith_run){first, count};
   return KITH_OK;
 }
-/* Sorts by slot and merges; for searches that find their cells in another order. */
-void kith_runs_sort(struct kith_runs *runs);
 void kith_runs_clear(struct kith_runs *runs); /* frees */
 
 struct kith_search;
@@ -62,9 +61,8 @@ struct kith_search_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
-  /* Required. Private state in search->self. */
-  kith_status (*create)(struct kith_search *search);
-  void (*destroy)(struct kith_search *search);
+  size_t state_size;                         /* bytes of private state at search->self, initially zero */
+  void (*clear)(struct kith_search *search); /* frees what the private state owns; NULL: nothing */
   /* Builds from nodes 0 .. search->n - 1; fills slot arrays and groups. */
   kith_status (*update)(struct kith_search *search);
   /* Adds to `runs`, which is empty, the runs that may interact with a box of targets of largest radius
@@ -75,7 +73,7 @@ struct kith_search_ops {
   kith_status (*append)(struct kith_search *search, kith_index old_n);
   /* Optional. Only these nodes moved or changed their radius; NULL: update. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
-  size_t (*bytes)(const struct kith_search *search); /* private state */
+  size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */
 };
 
 struct kith_search {
@@ -91,7 +89,8 @@ struct kith_search {
   double *coordinate[NDIM]; /* [n] by slot */
   double *radius2;          /* [n] squared search radius by slot */
   /* Groups of targets: runs of slots. */
-  int n_groups, groups_capacity;
+  int n_groups;
+  size_t groups_capacity;
   struct kith_run *group;
 };
 
@@ -119,14 +118,10 @@ kith_status kith_search_update_selected(struct kith_search *search, const kith_i
 /* STALE, by name, unless the search was made from the present positions and ghosts: after a cull, too. */
 kith_status kith_search_fresh(const struct kith_search *search);
 
-/* The box of the targets of a group, and their largest radius: the arguments of coarse. */
-void kith_search_group_box(const struct kith_search *search, int group, struct kith_box *box, double *radius);
-
 /* Neighbors of any position (no node needed) with radius `radius`: coarse, then refined by the exact
- * distance test of the mode. Node indices, ascending, into *found (kith_resize memory, grown as needed,
- * *capacity with it). */
+ * distance test of the mode. Node indices, ascending, into *found, which kith_grow moves. */
 kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
-                           enum kith_search_mode mode, kith_index **found, kith_index *capacity,
+                           enum kith_search_mode mode, kith_index **found, size_t *capacity,
                            kith_index *count);
 
 size_t kith_search_bytes(const struct kith_search *search);

@@ -14,7 +14,7 @@
  * Internal nodes are one part, all ghosts another; append adds a part. Each part is a tree of its own.
  * update O(n); coarse O(log n + found). */
 #include "lib/core/sfc_key.h"
-#include "lib/neighbor/keyed.h"
+#include "lib/core/keyed.h"
 #include "lib/neighbor/search.h"
 
 enum {
@@ -35,16 +35,18 @@ struct part {
 };
 
 struct tree {
-  int n_parts, parts_capacity;
+  int n_parts;
+  size_t parts_capacity;
   struct part *part;
-  kith_index n_octets, octets_capacity;
+  kith_index n_octets, n_leaves;
+  size_t octets_capacity, children_capacity, leaves_capacity;
   struct octet *octet; /* level by level, and an empty one behind each */
-  kith_index
-      *child; /* of octet o: octets of the level below, at level 0 leaves, child[o] .. child[o + 1] - 1 */
-  kith_index n_leaves, leaves_capacity;
-  kith_index *leaf; /* its slots: leaf[l] .. leaf[l + 1] - 1; an empty one behind those of a part */
+  kith_index *child;   /* of octet o: octets of the level below, at level 0 leaves,
+                        * child[o] .. child[o + 1] - 1 */
+  kith_index *leaf;    /* its slots: leaf[l] .. leaf[l + 1] - 1; an empty one behind those of a part */
   /* Scratch of an update. */
-  kith_index capacity, sort_capacity;
+  kith_index capacity;
+  size_t sort_capacity;
   uint64_t *key;
   uint16_t *rank; /* of the cut behind a slot or cell: the higher the earlier */
   uint8_t *cut;   /* it ends a cell of the next level */
@@ -52,11 +54,7 @@ struct tree {
   struct kith_keyed *item[2];
 };
 
-static kith_status tree_create(struct kith_search *search) {
-  return kith_resize(&search->self, 0, 1, sizeof(struct tree));
-}
-
-static void tree_destroy(struct kith_search *search) {
+static void tree_clear(struct kith_search *search) {
   struct tree *tree = search->self;
   kith_free(&tree->part);
   kith_free(&tree->octet);
@@ -67,7 +65,6 @@ static void tree_destroy(struct kith_search *search) {
   kith_free(&tree->cut);
   kith_free(&tree->slice);
   for (int k = 0; k < 2; ++k) kith_free(&tree->item[k]);
-  kith_free(&search->self);
 }
 
 /* Order. */
@@ -94,16 +91,9 @@ static kith_index count_steps_back(const uint64_t *key, kith_index n) {
   return back;
 }
 
-static kith_status reserve_sort(struct tree *tree, kith_index n) {
-  if (n <= tree->sort_capacity) return KITH_OK;
-  for (int k = 0; k < 2; ++k) KITH_TRY(kith_resize(&tree->item[k], 0, (size_t)n, sizeof **tree->item));
-  tree->sort_capacity = n;
-  return KITH_OK;
-}
-
 static kith_status sort_slots(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
-  KITH_TRY(reserve_sort(tree, n));
+  KITH_TRY(kith_keyed_grow(tree->item, &tree->sort_capacity, 0, (size_t)n));
   struct kith_keyed *item = tree->item[0];
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < n; ++i) item[i] = (struct kith_keyed){tree->key[i], begin + i};
@@ -197,32 +187,13 @@ static kith_status reserve_scratch(struct tree *tree, kith_index n) {
   return KITH_OK;
 }
 
-static kith_status reserve_leaves(struct tree *tree, kith_index wanted) {
-  if (wanted <= tree->leaves_capacity) return KITH_OK;
-  const kith_index wanted_capacity = wanted + wanted / 4;
-  KITH_TRY(
-      kith_resize(&tree->leaf, (size_t)tree->leaves_capacity, (size_t)wanted_capacity, sizeof *tree->leaf));
-  tree->leaves_capacity = wanted_capacity;
-  return KITH_OK;
-}
-
-static kith_status reserve_octets(struct tree *tree, kith_index wanted) {
-  if (wanted <= tree->octets_capacity) return KITH_OK;
-  const kith_index wanted_capacity = wanted + wanted / 4;
-  KITH_TRY(
-      kith_resize(&tree->octet, (size_t)tree->octets_capacity, (size_t)wanted_capacity, sizeof *tree->octet));
-  KITH_TRY(
-      kith_resize(&tree->child, (size_t)tree->octets_capacity, (size_t)wanted_capacity, sizeof *tree->child));
-  tree->octets_capacity = wanted_capacity;
-  return KITH_OK;
-}
-
 /* Leaves of slots begin .. begin + n - 1. */
 static kith_status cut_leaves(struct tree *tree, kith_index begin, kith_index n, kith_index *leaves) {
 #pragma omp parallel for schedule(static) if (n > SLICE)
   for (kith_index i = 0; i < n - 1; ++i) tree->rank[i] = rank_of(tree->key, i);
   *leaves = cut_ranges(tree, n, BUCKET);
-  KITH_TRY(reserve_leaves(tree, tree->n_leaves + *leaves + 1));
+  const size_t old_n = (size_t)tree->n_leaves, new_n = old_n + (size_t)*leaves + 1;
+  KITH_TRY(kith_grow(&tree->leaf, &tree->leaves_capacity, old_n, new_n, sizeof *tree->leaf));
   list_ranges(tree, n, begin, tree->leaf + tree->n_leaves);
   tree->n_leaves += *leaves + 1;
   return KITH_OK;
@@ -261,7 +232,9 @@ static kith_status add_level(const struct kith_search *search, int level, kith_i
   const kith_index first = tree->n_octets;
   *octets = cut_ranges(tree, n, WIDTH);
   tree->n_octets += *octets + 1;
-  KITH_TRY(reserve_octets(tree, tree->n_octets));
+  const size_t old_n = (size_t)first, new_n = (size_t)tree->n_octets;
+  KITH_TRY(kith_grow(&tree->octet, &tree->octets_capacity, old_n, new_n, sizeof *tree->octet));
+  KITH_TRY(kith_grow(&tree->child, &tree->children_capacity, old_n, new_n, sizeof *tree->child));
   list_ranges(tree, n, below, tree->child + first);
 #pragma omp parallel for schedule(static) if (*octets > 64)
   for (kith_index o = first; o < first + *octets; ++o)
@@ -291,11 +264,8 @@ static kith_status build_levels(struct kith_search *search, kith_index leaf, kit
 static kith_status add_part(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
   if (n == 0) return KITH_OK;
-  if (tree->n_parts == tree->parts_capacity) {
-    const int capacity = KITH_MAX(8, 2 * tree->parts_capacity);
-    KITH_TRY(kith_resize(&tree->part, (size_t)tree->n_parts, (size_t)capacity, sizeof *tree->part));
-    tree->parts_capacity = capacity;
-  }
+  const size_t parts = (size_t)tree->n_parts;
+  KITH_TRY(kith_grow(&tree->part, &tree->parts_capacity, parts, parts + 1, sizeof *tree->part));
   KITH_TRY(reserve_scratch(tree, n));
   KITH_TRY(order_slots(search, begin, n));
   kith_search_pack(search, begin, n);
@@ -405,17 +375,16 @@ static kith_status tree_coarse(const struct kith_search *search, const struct ki
 static size_t tree_bytes(const struct kith_search *search) {
   const struct tree *tree = search->self;
   const size_t scratch = sizeof *tree->key + sizeof *tree->rank + sizeof *tree->cut;
-  return sizeof *tree + (size_t)tree->parts_capacity * sizeof *tree->part +
-         (size_t)tree->octets_capacity * sizeof *tree->octet +
-         (size_t)tree->leaves_capacity * sizeof *tree->leaf + (size_t)tree->capacity * scratch +
-         2 * (size_t)tree->sort_capacity * sizeof **tree->item;
+  return tree->parts_capacity * sizeof *tree->part + tree->octets_capacity * sizeof *tree->octet +
+         tree->children_capacity * sizeof *tree->child + tree->leaves_capacity * sizeof *tree->leaf +
+         (size_t)tree->capacity * scratch + 2 * tree->sort_capacity * sizeof **tree->item;
 }
 
 const struct kith_search_ops kith_search_tree = {
     .name = "tree",
     .doc = "space-filling-curve order, leaves of a few nodes, tight boxes in a tree eight wide: the default",
-    .create = tree_create,
-    .destroy = tree_destroy,
+    .state_size = sizeof(struct tree),
+    .clear = tree_clear,
     .update = tree_update,
     .append = tree_append,
     .coarse = tree_coarse,

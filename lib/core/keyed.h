@@ -1,9 +1,9 @@
 /* keyed.h - nodes with a key, and their stable sort: by key, equal keys in their original order.
  *
  * A radix sort: the most significant digits first, then each bin on its own, in cache; short or constant bins
- * cost nearly nothing. Unlike kith_sfc_key_sort it works in memory that its owner keeps from step to step. */
-#ifndef KITH_NEIGHBOR_KEYED_H
-#define KITH_NEIGHBOR_KEYED_H
+ * cost nearly nothing. The memory is the caller's. */
+#ifndef KITH_CORE_KEYED_H
+#define KITH_CORE_KEYED_H
 
 #include "lib/core/base.h"
 
@@ -11,6 +11,9 @@ struct kith_keyed {
   uint64_t key;
   kith_index node;
 };
+
+/* Room for n items in both arrays, which have *capacity; the first `keep` of item[0] survive. */
+kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t keep, size_t n);
 
 /* Sorts item[n]; scratch[n] is overwritten. The same result for any number of threads. O(n). */
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n);

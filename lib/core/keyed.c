@@ -1,10 +1,16 @@
 /* keyed.c - a stable parallel radix sort by key, and merges of what is sorted. */
-#include "lib/neighbor/keyed.h"
+#include "lib/core/keyed.h"
 
 #include <omp.h>
 #include <string.h>
 
 enum { SHORT = 20, DIGIT = 8, BINS = 1 << DIGIT, TOP_DIGIT = 11, TOP_BINS = 1 << TOP_DIGIT, MAX_CHUNKS = 64 };
+
+kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t keep, size_t n) {
+  size_t of_scratch = *capacity;
+  KITH_TRY(kith_grow(&item[1], &of_scratch, 0, n, sizeof **item));
+  return kith_grow(&item[0], capacity, keep, n, sizeof **item);
+}
 
 static inline int bit_length(uint64_t v) {
   return v ? 64 - __builtin_clzll(v) : 0;
