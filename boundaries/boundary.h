@@ -49,6 +49,7 @@ struct kith_boundary_ops {
   const struct kith_nodes *(*held_nodes)(const struct kith_boundary *boundary);
   /* Properties that callers test, instead of names. */
   bool has_faces;    /* acts on sides of the domain; false: on nodes, wherever they are */
+  bool mirrors;      /* an immovable mirror */
   bool wraps;        /* a node that leaves on one side comes back on the other: acts on both sides */
   bool one_side;     /* acts on one side, whose opposite side must be open */
   bool keeps_lists;  /* enforcing it leaves neighbor lists valid; false: it is done before a rebuild only */

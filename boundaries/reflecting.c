@@ -102,6 +102,7 @@ const struct kith_boundary_ops kith_boundary_reflecting = {
     .violated = violated,
     .enforce = enforce,
     .has_faces = true,
+    .mirrors = true,
     .keeps_lists = true,
 };
 

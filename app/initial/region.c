@@ -150,6 +150,10 @@ kith_status kith_region_state_at(const struct kith_region *region, const struct 
     KITH_TRY(value_at(region, region->pressure, "pressure", x, &state->pressure));
     if (state->pressure < 0) return refused(region, "pressure", state->pressure, x);
     state->energy = material->eos->energy(material->settings, state->density, state->pressure);
+    if (!material->eos->energy_positive &&
+        !kith_pressure_holds(kith_material_pressure(material, state->density, state->energy),
+                             state->pressure))
+      return refused(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   }
   const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
   return possible ? KITH_OK : refused(region, "energy", state->energy, x);

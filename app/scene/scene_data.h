@@ -58,6 +58,17 @@ struct kith_region {
   struct kith_source_location location;       /* line in the file, for messages */
 };
 
+static inline double kith_material_pressure(const struct kith_material *material, double density,
+                                            double energy) {
+  double pressure, sound_speed;
+  material->eos->state(material->settings, 1, &density, &energy, &pressure, &sound_speed);
+  return pressure;
+}
+/* Is a pressure the one that was asked for? Some equations of state take nothing from the energy. */
+static inline bool kith_pressure_holds(double pressure, double asked) {
+  return !(fabs(pressure - asked) > 1e-9 * fabs(asked));
+}
+
 enum kith_deposit_shape { KITH_DEPOSIT_POINT, KITH_DEPOSIT_BALL, KITH_DEPOSIT_KERNEL };
 struct kith_deposit { /* blast energy added to the nodes around a center, shared by weight; sums exactly to
                          `energy` */

@@ -21,10 +21,7 @@ const struct kith_param kith_exact_params[] = {
 
 static double pressure_of(const struct kith_material *m, const struct kith_region *region) {
   if (region->pressure != NULL) return kith_constant_value(region->pressure);
-  const double density = kith_constant_value(region->density), energy = kith_constant_value(region->energy);
-  double pressure, sound_speed;
-  m->eos->state(m->settings, 1, &density, &energy, &pressure, &sound_speed);
-  return pressure;
+  return kith_material_pressure(m, kith_constant_value(region->density), kith_constant_value(region->energy));
 }
 
 static void describe_region(const struct kith_scene *scene, const struct kith_region *region,
@@ -57,8 +54,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     out.axis[a].periodic = kith_boundary_wraps(side[0]);
     for (int s = 0; s < 2; ++s) {
       out.axis[a].open[s] = side[s] == NULL;
-      out.axis[a].mirror[s] =
-          side[s] != NULL && side[s]->enforce != NULL && !side[s]->wraps && !side[s]->one_side;
+      out.axis[a].mirror[s] = side[s] != NULL && side[s]->mirrors;
     }
     if (scene->n_deposits > 0) out.deposit_center[a] = scene->deposit[0].center[a];
   }

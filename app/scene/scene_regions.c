@@ -144,6 +144,11 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
       energy != NULL ? kith_constant_value(region->energy) : m->eos->energy(m->settings, density, p);
   if (density <= 0)
     return kith_config_fail(kith_config_child(node, "density"), NULL, "%g is out of range (0, inf)", density);
+  if (!m->eos->energy_positive && pressure != NULL && density > 0 &&
+      !kith_pressure_holds(kith_material_pressure(m, density, u), p))
+    return kith_config_fail(pressure, NULL,
+                            "%g cannot be set: eos %s has %.10g at this density; give that, or energy: 0", p,
+                            m->eos->name, kith_material_pressure(m, density, u));
   if (!m->eos->energy_positive || !(u < 0)) return KITH_OK;
   if (energy != NULL) return kith_config_fail(energy, NULL, "%g is out of range [0, inf)", u);
   return kith_config_fail(pressure, NULL, "%g needs a negative energy, %g", p, u);

@@ -90,7 +90,8 @@ static kith_status make_integrator(struct kith_simulation *m, bool check) {
 
 /* Rebuild policies do not know how far the images in a moving face have gone; and what goes through it
  * within a step needs a velocity of the face in every sum of a scheme. */
-static kith_status check_piston(const struct kith_scene *scene) {
+static kith_status check_piston(const struct kith_simulation *m) {
+  const struct kith_scene *scene = m->scene;
   const struct kith_config_node *rebuild = kith_config_at(scene->config, "connectivity.rebuild"),
                                 *name = kith_config_at(scene->config, "scheme.name");
   bool moves = false, frozen = false;
@@ -98,7 +99,7 @@ static kith_status check_piston(const struct kith_scene *scene) {
   for (int k = 0; k < scene->n_regions; ++k)
     frozen = frozen || scene->region[k].frozen || scene->region[k].barrier;
   if (!moves) return KITH_OK;
-  if (strcmp(scene->connectivity.rebuild, "always") != 0)
+  if (kith_rebuilds_lasting(&m->rebuilds))
     return kith_config_fail(rebuild, NULL, "a piston requires that neighbor lists are rebuilt always");
   if (kith_scheme_find(scene->scheme.member.name)->incompatible != NULL)
     return kith_config_fail(name, NULL, "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do",
@@ -168,12 +169,13 @@ static kith_status check_recompute(const struct kith_scene *scene) {
 static kith_status check_combination(const struct kith_scene *scene) {
   KITH_TRY(check_method(scene));
   KITH_TRY(check_recompute(scene));
-  KITH_TRY(check_scheme(scene));
-  return check_piston(scene);
+  return check_scheme(scene);
 }
 
 static kith_status make(struct kith_simulation *m, bool check) {
   KITH_TRY(check_combination(m->scene));
+  KITH_TRY(make_rebuilds(m));
+  KITH_TRY(check_piston(m));
   const enum kith_kernel kernel = m->scene->method.kernel;
   const double neighbors =
       m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
@@ -182,7 +184,6 @@ static kith_status make(struct kith_simulation *m, bool check) {
   if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
   if (status == KITH_OK) status = make_package(m);
-  if (status == KITH_OK) status = make_rebuilds(m);
   if (status == KITH_OK)
     status = kith_search_create(&m->search, kith_search_find(m->scene->neighbor.search.name), m->nodes);
   if (status == KITH_OK) status = kith_connectivity_create(&m->connectivity);

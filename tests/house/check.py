@@ -189,7 +189,8 @@ def compared_members(root, files, code):
                 if name in members and os.path.dirname(path) not in homes[members[name][0]]:
                     yield f"{path}:{n}: {line.strip()}"
             if re.search(r"(strn?cmp|kith_name_is|_index)\([^;]*\b(ops|scheme|member)->name\b", line) or \
-               re.search(r"(strn?cmp|kith_name_is)\([^;]*->name, \"", line):
+               re.search(r"(strn?cmp|kith_name_is)\([^;]*->name, \"", line) or \
+               re.search(r"strcmp\([^;]*connectivity\.rebuild", line):
                 yield f"{path}:{n}: {line.strip()}"
 
 

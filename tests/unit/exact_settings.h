@@ -1,8 +1,10 @@
-/* exact_settings.h - for tests: the parameters of all exact solutions in one struct; a member's settings from
- * it and back, by key. */
+/* exact_settings.h - for tests: the parameters that tests of exact solutions name, in one struct; a member's
+ * settings from it and back, by key. What a member has beside these comes from its own table. */
 #ifndef KITH_TESTS_EXACT_SETTINGS_H
 #define KITH_TESTS_EXACT_SETTINGS_H
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include "tests/check.h"
 #include "validation/exact/exact.h"
@@ -32,16 +34,36 @@ static const struct kith_param exact_rows[] = {EXACT_ROW(gamma),
                                                EXACT_ROW(origin),
                                                {0}};
 
-/* As create of the family, from the parameters that the member has. */
-static inline kith_status exact_create(void **self, const struct kith_exact_ops *ops,
-                                       const struct exact_parameters *p) {
-  double settings[64] = {0};
-  CHECK(ops->settings_size <= sizeof settings);
+enum { EXACT_NUMBERS = 64 };
+
+/* A number of a range "(a, b]", where one end at most is infinite. */
+static inline double exact_in_range(const char *range) {
+  if (range[0] == '\0') return 0.5;
+  const double lower = strtod(range + 1, NULL), upper = strtod(strchr(range, ',') + 1, NULL);
+  return isinf(upper) ? lower + 0.5 : isinf(lower) ? upper - 0.5 : 0.5 * (lower + upper);
+}
+
+/* The member's settings; keys that are not in the struct have their default, or some value of their range. */
+static inline void exact_fill(double settings[EXACT_NUMBERS], const struct kith_exact_ops *ops,
+                              const struct exact_parameters *p) {
+  memset(settings, 0, EXACT_NUMBERS * sizeof *settings);
+  CHECK(ops->settings_size <= EXACT_NUMBERS * sizeof *settings);
+  CHECK_OK(kith_params_defaults(ops->params, settings));
   for (const struct kith_param *row = ops->params; row->key != NULL; ++row) {
     const struct kith_param *from = kith_params_find(exact_rows, row->key);
-    CHECK(from != NULL && from->size >= row->size);
-    if (from != NULL) memcpy((char *)settings + row->offset, (const char *)p + from->offset, row->size);
+    double *into = (double *)((char *)settings + row->offset);
+    CHECK(from == NULL || from->size >= row->size);
+    if (from != NULL) memcpy(into, (const char *)p + from->offset, row->size);
+    for (size_t k = 0; from == NULL && row->fallback == NULL && k < row->size / sizeof *into; ++k)
+      into[k] = exact_in_range(row->allowed);
   }
+}
+
+/* As create of the family. */
+static inline kith_status exact_create(void **self, const struct kith_exact_ops *ops,
+                                       const struct exact_parameters *p) {
+  double settings[EXACT_NUMBERS];
+  exact_fill(settings, ops, p);
   return kith_exact_create(self, ops, settings);
 }
 
@@ -51,7 +73,7 @@ static inline struct exact_parameters exact_parameters_of(const struct kith_exac
   struct exact_parameters p = {0};
   for (const struct kith_param *row = ops->params; row->key != NULL; ++row) {
     const struct kith_param *to = kith_params_find(exact_rows, row->key);
-    CHECK(to != NULL && to->size >= row->size);
+    CHECK(to == NULL || to->size >= row->size);
     if (to != NULL) memcpy((char *)&p + to->offset, (const char *)settings + row->offset, row->size);
   }
   return p;

@@ -148,7 +148,8 @@ static void every_member(void) {
 static double way_back(const char *name, int steps) {
   struct scenario start = {0}, run = {0};
   double left = INFINITY;
-  const char *settings = "materials.gas={\"eos\":isothermal} scheme.dt=0.004 until=1";
+  const char *settings =
+      "materials.gas={\"eos\":isothermal} regions.0.pressure=1+0.1*sin(2*pi*x) scheme.dt=0.004 until=1";
   if (scenario_open(&start, wave, "%s", settings) &&
       scenario_open(&run, wave, "scheme.name=%s %s", name, settings)) {
     CHECK_OK(scenario_start(&start));

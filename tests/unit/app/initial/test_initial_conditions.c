@@ -398,6 +398,10 @@ static void state_errors(void) {
   add(&s, KITH_LATTICE_CUBIC, "1");
   replace(&s.region[0].velocity[NDIM - 1], "1/0");
   refuses(&s, "hand.yaml:10", "velocity along");
+  open_stage(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1");
+  s.scene.material[0] = material_of("isothermal", "sound_speed=2"); /* has 4 there */
+  refuses(&s, "hand.yaml:10", "pressure is not what its eos has");
 }
 
 static void overlaps(void) {

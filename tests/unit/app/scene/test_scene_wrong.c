@@ -238,6 +238,9 @@ static const struct wrong ranges[] = {
     {8, "  - {material: gas, density: 1, energy: -2}", "f:8: regions.0.energy: -2 is out of range [0, inf)"},
     {8, "  - {material: gas, density: 1, pressure: -1}",
      "f:8: regions.0.pressure: -1 needs a negative energy, -2.5"},
+    {6, "materials: {gas: {eos: isothermal, sound_speed: 2}}",
+     "f:8: regions.0.pressure: 1 cannot be set: eos isothermal has 4 at this density; give that, or energy: "
+     "0"},
     {8, "  - {material: gas, density: 1, pressure: 1, jitter: 0.6}",
      "f:8: regions.0.jitter: 0.6 is out of range [0, 0.5]"},
     {8, "  - {material: gas, density: 1, pressure: 1, seed: -1}",
