@@ -1,4 +1,4 @@
-/* ranks_detail.h - what each of several ranks did and exchanged: part of the profile and of the report.
+/* ranks_detail.h - what each of several ranks did and exchanged: part of the report.
  *
  * A stage in which ranks exchange data (refresh, ghosts, control, ...) includes the time a rank waits for
  * others: the minimum over the ranks is an upper bound of packing and sending, what the others have more is
@@ -6,7 +6,6 @@
 #ifndef KITH_APP_OUTPUT_RANKS_DETAIL_H
 #define KITH_APP_OUTPUT_RANKS_DETAIL_H
 
-#include <stdio.h>
 #include "app/simulation/simulation.h"
 
 /* Over all ranks. */
@@ -43,8 +42,7 @@ struct kith_ranks_detail {
   KITH_RANKS_TOTAL_LIST(X)
 #undef X
   int n_stages;
-  struct kith_spread
-      *stage; /* seconds of the stages of rank 0, in its order; 0 where a rank lacks one; owned */
+  struct kith_spread *stage; /* [n_stages] seconds of rank 0's stages; 0 where a rank lacks one; owned */
 };
 
 /* `before`, `after`: traffic when the steps began and ended. Processor seconds are those of the first thread,
@@ -55,8 +53,4 @@ kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_s
                               const struct kith_traffic *before, const struct kith_traffic *after,
                               uint64_t steps);
 void kith_ranks_detail_clear(struct kith_ranks_detail *detail);
-/* The stages of rank 0 with their seconds on all ranks, then the members above. */
-void kith_ranks_detail_print(const struct kith_ranks_detail *detail, const struct kith_profile *profile,
-                             FILE *out);
-
 #endif

@@ -74,43 +74,19 @@ static json_t *collect_ledger(const struct kith_simulation *m) {
 }
 
 void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
-                         const struct kith_conservation_baseline *b, uint64_t first_step, double wall_seconds,
-                         double cpu_seconds) {
+                         const struct kith_conservation_baseline *b, uint64_t first_step, double wall,
+                         double cpu) {
   const struct kith_integrator *it = &m->integrator;
   const struct kith_totals now = kith_hydro_totals(&m->hydro);
   double sum[] = {(double)m->nodes->n_internal, (double)it->ledger.last_row_entries,
-                  (double)m->package.pair_evaluations, cpu_seconds};
+                  (double)m->package.pair_evaluations, cpu};
   kith_ranks_sum(m->nodes->ranks, sum, 4);
-  *r = (struct kith_report){
-      .scene = m->scene->name,
-      .dimension = NDIM,
-      .package = m->package.ops->name,
-      .kernel = kith_kernel_facts[m->package.kernel].name,
-      .scheme = it->scheme->name,
-      .ranks = kith_ranks_size(m->nodes->ranks),
-      .threads = omp_get_max_threads(),
-      .nodes = (int64_t)sum[0],
-      .steps = (int64_t)it->step,
-      .time = it->time,
-      .wall_seconds = wall_seconds,
-      .cpu_seconds = sum[3],
-      .node_updates_per_second = sum[0] * (double)(it->step - first_step) / fmax(wall_seconds, 1e-9),
-      .pairs_per_node = 0.5 * sum[1] / fmax(sum[0], 1),
-      .pair_evaluations = sum[2],
-      .energy_drift = b->energy_drift,
-      .momentum_drift = b->momentum_drift,
-      .angular_momentum_drift = b->angular_drift,
-      .kinetic_start = b->totals.kinetic,
-      .kinetic_end = now.kinetic,
-      .kinetic_rebound = b->totals.kinetic > 0 ? b->kinetic_rebound / b->totals.kinetic : NAN,
-      .largest_mach = b->velocity_over_sound,
-      .final_mach = now.velocity_over_sound,
-      .version = kith_version(),
-      .compiler = kith_compiler(),
-      .flags = kith_flags(),
-      .measured = m->scene->measure.wanted,
-      .ledger = collect_ledger(m)};
+#define X(kind, member, key, value, unit, doc) .member = (value),
+  *r = (struct kith_report){KITH_REPORT_LIST(X).measured = m->scene->measure.wanted,
+                            .ledger = collect_ledger(m)};
+#undef X
   r->n_stages = kith_profile_stages(m->profile, &r->stages);
+  r->n_counters = kith_profile_counters(m->profile, &r->counters);
 }
 
 void kith_report_clear(struct kith_report *report) {
@@ -177,7 +153,7 @@ static json_t *json_of(const struct kith_report *r) {
 #define JSON_TEXT(value) text(value)
 #define JSON_COUNT(value) json_integer((json_int_t)(value))
 #define JSON_REAL(value) number(value)
-#define X(kind, member, key, unit, doc) put(root, key, JSON_##kind(r->member));
+#define X(kind, member, key, value, unit, doc) put(root, key, JSON_##kind(r->member));
   KITH_REPORT_LIST(X)
 #undef X
   put_norms(root, r);

@@ -19,51 +19,61 @@
 #include "validation/measure.h"
 #include "validation/norms.h"
 
-/* kind, member, key, unit, doc. Changes and drifts: the largest over the run (conservation_baseline.h). */
-#define KITH_REPORT_LIST(X)                                                                           \
-  X(TEXT, scene, "scene", "", "name of the scene")                                                    \
-  X(COUNT, dimension, "dimension", "", "1, 2 or 3")                                                   \
-  X(TEXT, package, "package", "", "hydro package")                                                    \
-  X(TEXT, kernel, "kernel", "", "")                                                                   \
-  X(TEXT, scheme, "scheme", "", "time integration")                                                   \
-  X(COUNT, ranks, "ranks", "", "processes")                                                           \
-  X(COUNT, threads, "threads", "", "of each process")                                                 \
-  X(COUNT, nodes, "nodes", "", "internal nodes of all ranks, at the end")                             \
-  X(COUNT, steps, "steps", "", "since the start of the scene")                                        \
-  X(REAL, time, "time", "scene", "at the end")                                                        \
-  X(REAL, wall_seconds, "wall_seconds", "s", "since the start or restart")                            \
-  X(REAL, cpu_seconds, "cpu_seconds", "s", "processor time of all ranks and threads")                 \
-  X(REAL, node_updates_per_second, "node_updates_per_second", "1/s", "nodes * steps / wall_seconds")  \
-  X(REAL, pairs_per_node, "pairs_per_node", "", "half the row entries per node, at the end")          \
-  X(REAL, pair_evaluations, "pair_evaluations", "", "evaluations of a pair function")                 \
-  X(REAL, energy_drift, "energy_drift", "", "relative change of the total energy")                    \
-  X(REAL, momentum_drift, "momentum_drift", "", "change of momentum over sum m |v|")                  \
-  X(REAL, angular_momentum_drift, "angular_momentum_drift", "", "the same about the center")          \
-  X(REAL, kinetic_start, "kinetic.start", "scene", "kinetic energy")                                  \
-  X(REAL, kinetic_end, "kinetic.end", "scene", "kinetic energy")                                      \
-  X(REAL, kinetic_rebound, "kinetic.rebound", "",                                                     \
-    "largest rise above an earlier minimum, over the start; null if that is 0")                       \
-  X(REAL, largest_mach, "velocity_over_sound.largest", "", "largest |v| / c of a node, over the run") \
-  X(REAL, final_mach, "velocity_over_sound.end", "", "the same at the end")                           \
-  X(COUNT, floors, "floors", "", "values raised to a floor: 0, a run stops instead and says where")   \
-  X(TEXT, version, "version", "", "of kith")                                                          \
-  X(TEXT, compiler, "compiler", "", "")                                                               \
-  X(TEXT, flags, "flags", "", "of the compiler")
+/* kind, member, key, value, unit, doc. A value is an expression of m (simulation), it (integrator), b
+ * (baseline), now (totals), sum (over ranks: nodes, row entries, pair
+ * evaluations, processor seconds), wall (seconds) and first_step. Changes and drifts: the largest
+ * over the run (conservation_baseline.h). */
+#define KITH_REPORT_LIST(X)                                                                             \
+  X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \
+  X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                               \
+  X(TEXT, package, "package", m->package.ops->name, "", "hydro package")                                \
+  X(TEXT, kernel, "kernel", kith_kernel_facts[m->package.kernel].name, "", "")                          \
+  X(TEXT, scheme, "scheme", it->scheme->name, "", "time integration")                                   \
+  X(COUNT, ranks, "ranks", kith_ranks_size(m->nodes->ranks), "", "processes")                           \
+  X(COUNT, threads, "threads", omp_get_max_threads(), "", "of each process")                            \
+  X(COUNT, nodes, "nodes", (int64_t)sum[0], "", "internal nodes of all ranks, at the end")              \
+  X(COUNT, steps, "steps", (int64_t)it->step, "", "since the start of the scene")                       \
+  X(REAL, time, "time", it->time, "scene", "at the end")                                                \
+  X(REAL, wall_seconds, "wall_seconds", wall, "s", "since the start or restart")                        \
+  X(REAL, cpu_seconds, "cpu_seconds", sum[3], "s", "processor time of all ranks and threads")           \
+  X(REAL, node_updates_per_second, "node_updates_per_second",                                           \
+    sum[0] * (double)(it->step - first_step) / fmax(wall, 1e-9), "1/s",                                 \
+    "nodes * steps of this process / wall_seconds")                                                     \
+  X(REAL, pairs_per_node, "pairs_per_node", 0.5 * sum[1] / fmax(sum[0], 1), "",                         \
+    "half the row entries per node, at the end")                                                        \
+  X(REAL, pair_evaluations, "pair_evaluations", sum[2], "", "evaluations of a pair function")           \
+  X(REAL, energy_drift, "energy_drift", b->energy_drift, "", "relative change of the total energy")     \
+  X(REAL, momentum_drift, "momentum_drift", b->momentum_drift, "", "change of momentum over sum m |v|") \
+  X(REAL, angular_momentum_drift, "angular_momentum_drift", b->angular_drift, "",                       \
+    "the same about the center")                                                                        \
+  X(REAL, kinetic_start, "kinetic.start", b->totals.kinetic, "scene", "kinetic energy")                 \
+  X(REAL, kinetic_end, "kinetic.end", now.kinetic, "scene", "kinetic energy")                           \
+  X(REAL, kinetic_rebound, "kinetic.rebound",                                                           \
+    b->totals.kinetic > 0 ? b->kinetic_rebound / b->totals.kinetic : NAN, "",                           \
+    "largest rise above an earlier minimum, over the start; null if that is 0")                         \
+  X(REAL, largest_mach, "velocity_over_sound.largest", b->velocity_over_sound, "",                      \
+    "largest |v| / c of a node, over the run")                                                          \
+  X(REAL, final_mach, "velocity_over_sound.end", now.velocity_over_sound, "", "the same at the end")    \
+  X(COUNT, floors, "floors", 0, "", "values raised to a floor: 0, a run stops instead and says where")  \
+  X(TEXT, version, "version", kith_version(), "", "of kith")                                            \
+  X(TEXT, compiler, "compiler", kith_compiler(), "", "")                                                \
+  X(TEXT, flags, "flags", kith_flags(), "", "of the compiler")
 
 /* Texts and arrays are borrowed. A text that is NULL is null in the file. */
 struct kith_report {
 #define KITH_REPORT_TEXT const char *
 #define KITH_REPORT_COUNT int64_t
 #define KITH_REPORT_REAL double
-#define X(kind, member, key, unit, doc) KITH_REPORT_##kind member;
+#define X(kind, member, key, value, unit, doc) KITH_REPORT_##kind member;
   KITH_REPORT_LIST(X)
 #undef X
   bool compared; /* with an exact solution: norms are there */
   struct kith_norms norms;
   const bool *measured; /* [KITH_N_MEASURES]; NULL: nothing is */
   double measure[KITH_N_MEASURES];
-  int n_stages;
+  int n_stages, n_counters;
   const struct kith_stage *stages; /* of the profile, in tree order */
+  const struct kith_counter *counters;
   const struct kith_ranks_detail *ranks_detail;
   json_t *ledger; /* object of numbers; owned, may be NULL */
 };
@@ -75,7 +85,8 @@ void kith_report_collect(struct kith_report *out, const struct kith_simulation *
 void kith_report_clear(struct kith_report *report);
 /* DIR/report.json, whole or not at all. */
 kith_status kith_report_write(const struct kith_report *report, const char *path);
-/* The closing table of at most 100 columns; names that are too long are cut. (report_print.c) */
-void kith_report_print(const struct kith_report *report, FILE *out);
+/* The closing table of at most 100 columns; names that are too long are cut. `all`: of all stages, with their
+ * counters and those of every rank, and what ranks_detail has. (report_print.c) */
+void kith_report_print(const struct kith_report *report, bool all, FILE *out);
 
 #endif

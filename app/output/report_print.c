@@ -67,28 +67,43 @@ static void print_conservation(const struct kith_report *r, FILE *f) {
             r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);
   if (at_rest(r))
     fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->largest_mach, r->final_mach);
-  if (r->floors > 0) fprintf(f, "\n  %" PRId64 " values raised to a floor", r->floors);
   fputc('\n', f);
 }
 
-/* The upper levels; --profile shows all. Names are indented by depth, and cut where they are too long. */
-static void print_stages(const struct kith_report *r, FILE *f) {
+static void print_counters(const struct kith_report *r, const struct kith_stage *stage, FILE *f) {
+  const char *path = stage != NULL ? stage->path : "";
+  for (int c = 0; c < r->n_counters; ++c)
+    if (strcmp(r->counters[c].path, path) == 0)
+      fprintf(f, "  %*s. %s %.10g\n", stage != NULL ? 2 * stage->depth + 2 : 0, "", r->counters[c].name,
+              r->counters[c].total);
+}
+
+/* The upper levels, or all: with the imbalance of threads, or the seconds of all ranks, and counters. Names
+ * are indented by depth, and cut where they are too long. */
+static void print_stages(const struct kith_report *r, bool all, FILE *f) {
   enum { WIDTH = 36 };
   const struct kith_spread *spread = r->ranks_detail != NULL ? r->ranks_detail->stage : NULL;
+  const double updates = r->node_updates_per_second * r->wall_seconds;
   if (r->n_stages == 0) return;
-  fprintf(f, "\n  %-*s %12s %12s %8s %12s%s\n", WIDTH, "stage", "calls", "seconds", "share", "ns/update",
-          spread != NULL ? "  max/mean" : "");
-  const double updates = (double)r->nodes * (double)r->steps;
+  fprintf(f, "\n  %-*s %9s %11s %7s %10s", WIDTH, "stage", "calls", "seconds", "share", "ns/update");
+  if (all && spread == NULL) fprintf(f, " %9s", "imbalance");
+  if (all && spread != NULL) fprintf(f, " %11s %11s %11s", "min", "mean", "max");
+  fprintf(f, "%s\n", spread != NULL ? "  max/mean" : "");
   for (int s = 0; s < r->n_stages; ++s) {
     const struct kith_stage *stage = &r->stages[s];
-    if (stage->depth > 2 || (stage->depth > 0 && strncmp(stage->path, "step/", 5) != 0)) continue;
+    if (!all && (stage->depth > 2 || (stage->depth > 0 && strncmp(stage->path, "step/", 5) != 0))) continue;
     const int indent = KITH_MIN(2 * stage->depth, WIDTH - 8), room = WIDTH - indent;
-    fprintf(f, "  %*s%-*.*s %12" PRIu64 " %12.4f %6.1f %% %12.1f", indent, "", room, room, stage->name,
+    fprintf(f, "  %*s%-*.*s %9" PRIu64 " %11.5f %5.1f %% %10.1f", indent, "", room, room, stage->name,
             stage->calls, stage->seconds, r->wall_seconds > 0 ? 100 * stage->seconds / r->wall_seconds : 0.0,
             updates > 0 ? 1e9 * stage->seconds / updates : 0.0);
+    if (all && spread == NULL && stage->imbalance > 0) fprintf(f, " %9.2f", stage->imbalance);
+    if (all && spread != NULL)
+      fprintf(f, " %11.5f %11.5f %11.5f", spread[s].min, spread[s].mean, spread[s].max);
     if (spread != NULL && spread[s].mean > 0) fprintf(f, "%10.2f", spread[s].max / spread[s].mean);
     fputc('\n', f);
+    if (all) print_counters(r, stage, f);
   }
+  if (all) print_counters(r, NULL, f);
 }
 
 static void print_cost(const struct kith_report *r, FILE *f) {
@@ -109,12 +124,29 @@ static void print_ranks(const struct kith_report *r, FILE *f) {
   fputc('\n', f);
 }
 
-void kith_report_print(const struct kith_report *report, FILE *out) {
+static void print_spread(const char *doc, const struct kith_spread *s, FILE *f) {
+  if (s->max > 0)
+    fprintf(f, "  %-62s %10.5g %10.5g %10.5g %9.3f\n", doc, s->min, s->mean, s->max, s->max / s->mean);
+}
+
+static void print_ranks_detail(const struct kith_ranks_detail *d, FILE *f) {
+  fprintf(f, "\n  %-62s %10s %10s %10s %9s\n", "of a rank", "min", "mean", "max", "max/mean");
+#define X(name, doc) print_spread(doc, &d->name, f);
+  KITH_RANKS_SPREAD_LIST(X)
+#undef X
+  fprintf(f, "\n  %-62s %10s\n", "of all ranks", "total");
+#define X(name, doc) fprintf(f, "  %-62s %10.10g\n", doc, d->name);
+  KITH_RANKS_TOTAL_LIST(X)
+#undef X
+}
+
+void kith_report_print(const struct kith_report *report, bool all, FILE *out) {
   print_run(report, out);
   if (report->compared) print_norms(&report->norms, out);
   print_measures(report, out);
   print_conservation(report, out);
-  print_stages(report, out);
+  print_stages(report, all, out);
   print_cost(report, out);
   print_ranks(report, out);
+  if (all && report->ranks > 1) print_ranks_detail(report->ranks_detail, out);
 }

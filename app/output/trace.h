@@ -5,8 +5,9 @@
 #include "lib/core/profile.h"
 #include "lib/comm/ranks.h"
 
-/* Written by rank 0, which asks the others for their events one by one. Their clocks were aligned
- * (kith_profile_align). Collective; all learn of a failure. */
+/* A JSON array of the events of all ranks, one after the other: each appends its own to the file, which must
+ * be visible to all. Their clocks were aligned (kith_profile_align). The file appears whole or not at all.
+ * Collective; all learn of a failure. */
 kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile *profile, const char *path);
 
 #endif

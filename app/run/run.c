@@ -233,11 +233,7 @@ static kith_status write_report(struct run *run, struct kith_report *report) {
 }
 
 static void print(const struct run *run, const struct kith_report *report) {
-  const double updates = (double)report->nodes * (double)(report->steps - (int64_t)run->first_step);
-  kith_report_print(report, stdout);
-  if (run->options->profile && run->ranks == NULL) kith_profile_print(run->profile, stdout, updates);
-  if (run->options->profile && run->ranks != NULL)
-    kith_ranks_detail_print(report->ranks_detail, run->profile, stdout);
+  kith_report_print(report, run->options->profile, stdout);
   printf("results in %s\n", run->output.directory);
   if (run->stopped)
     fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,

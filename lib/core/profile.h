@@ -8,7 +8,7 @@
  * outside of parallel regions; inside one, each thread reports its busy time with kith_profile_thread, from
  * which the imbalance follows. A stage that is still open is shown as if it ended now. An end without a begin
  * is ignored (the message of kith_failure says so). begin and end cost about 60 ns each. A NULL profile is
- * allowed everywhere and costs nothing. Names are string constants (borrowed). */
+ * allowed everywhere and costs nothing. Names are string constants (borrowed) without quotes. */
 #ifndef KITH_CORE_PROFILE_H
 #define KITH_CORE_PROFILE_H
 
@@ -31,7 +31,7 @@ struct kith_stage {
 
 struct kith_counter {
   const char *name; /* "candidates", "pairs", ... */
-  int stage;        /* where it was counted, -1: outside of any */
+  const char *path; /* of the stage in which it was counted, "": outside of any */
   double total;
 };
 
@@ -54,15 +54,13 @@ void kith_profile_thread(struct kith_profile *profile, int thread, double start,
 /* Adds to a counter of the present stage. */
 void kith_profile_count(struct kith_profile *profile, const char *counter, double amount);
 
-/* Views in tree order (children behind their parent), valid until the next begin. */
+/* Views, valid until the next begin or count: stages in tree order (children behind their parent), counters
+ * in the order of their first count. */
 int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out);
 int kith_profile_counters(const struct kith_profile *profile, const struct kith_counter **out);
 
-/* Table: calls, seconds, share of the root, ns per `node_steps`, imbalance; counters behind their stage. */
-void kith_profile_print(const struct kith_profile *profile, FILE *out, double node_steps);
-/* Trace events (JSON array format; Perfetto and a browser's tracing page open it), one row per thread. */
-kith_status kith_profile_write_trace(const struct kith_profile *profile, const char *path);
-/* The events alone, as one process of many: objects separated by commas, for whoever writes the brackets. */
+/* Trace events as those of one process, one row per thread: JSON objects separated by commas. Perfetto and a
+ * browser's tracing page open an array of them. */
 void kith_profile_write_events(const struct kith_profile *profile, int process, FILE *out);
 
 /* Seconds of a monotonic clock. */

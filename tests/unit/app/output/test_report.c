@@ -4,6 +4,7 @@
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "app/output/report.h"
+#include "app/output/trace.h"
 #include "tests/unit/scenario.h"
 
 static char path[] = "report-test-XXXXXX";
@@ -32,8 +33,8 @@ static const json_t *at(const json_t *json, const char *key) {
 
 static void check_number(const json_t *json, const char *key, double value) {
   const json_t *number = at(json, key);
-  const bool right = isfinite(value) ? json_number_value(number) == value && json_is_number(number)
-                                     : json_is_null(number);
+  const bool right =
+      isfinite(value) ? json_number_value(number) == value && json_is_number(number) : json_is_null(number);
   if (!right) fprintf(stderr, "%s is not %.17g\n", key, value);
   CHECK(right);
 }
@@ -47,6 +48,7 @@ static const struct kith_stage stages[] = {
      .calls = INT64_MAX,
      .seconds = 9.75},
 };
+static const struct kith_counter counters[] = {{"pairs", "step/connectivity", 4.25e6}, {"restarts", "", 2}};
 static const bool measured[KITH_N_MEASURES] = {
     [KITH_MEASURE_mcnally] = true, [KITH_MEASURE_separation] = true};
 
@@ -90,6 +92,8 @@ static struct kith_report sample(void) {
                                         .density_peak = 3.9},
                               .n_stages = 3,
                               .stages = stages,
+                              .n_counters = 2,
+                              .counters = counters,
                               .ledger = json_pack("{s:f, s:i}", "ghosts_created", 5e12, "odd \"name\"", 3),
                               .floors = INT64_MAX,
                               .version = "0.1.0",
@@ -105,7 +109,7 @@ static void keys(void) {
   CHECK((value) == NULL ? json_is_null(at(json, key)) : strcmp(json_string_value(at(json, key)), value) == 0)
 #define CHECK_COUNT(key, value) CHECK(json_integer_value(at(json, key)) == (value))
 #define CHECK_REAL(key, value) check_number(json, key, value)
-#define X(kind, member, key, unit, doc)            \
+#define X(kind, member, key, value, unit, doc)     \
   {                                                \
     char parts[] = key, *dot = strchr(parts, '.'); \
     if (dot != NULL) *dot = '|';                   \
@@ -215,15 +219,15 @@ static void table(void) {
   struct kith_report plain = report;
   plain.scene = "a scene whose name is so long that nobody would ever type it twice in a row, or even once";
   FILE *f = open_memstream(&text, &size);
-  kith_report_print(&plain, f);
+  kith_report_print(&plain, false, f);
   const long tube = ftell(f);
   plain.norms.vortex = true;
-  kith_report_print(&plain, f);
+  kith_report_print(&plain, false, f);
   plain.norms = (struct kith_norms){.nodes = 1};
   plain.kinetic_start = 0;
-  kith_report_print(&plain, f);
+  kith_report_print(&plain, false, f);
   plain.compared = false, plain.n_stages = 0, plain.scene = NULL;
-  kith_report_print(&plain, f);
+  kith_report_print(&plain, false, f);
   fclose(f);
   for (const char *line = text; *line != '\0';) {
     const size_t length = strcspn(line, "\n");
@@ -244,6 +248,49 @@ static void table(void) {
   kith_report_clear(&report);
 }
 
+/* All stages, also those of other roots, with threads and counters or with the seconds of all ranks. */
+static void profile(void) {
+  struct kith_report r = sample();
+  struct kith_stage start = {.path = "start/rows", .name = "rows", .depth = 1, .calls = 7, .imbalance = 1.5};
+  struct kith_spread spread = {0.25, 0.5, 0.75};
+  struct kith_ranks_detail detail = {.nodes = {10, 11, 12}, .n_stages = 1, .stage = &spread};
+  char *text = NULL;
+  size_t size = 0;
+  FILE *f = open_memstream(&text, &size);
+  kith_report_print(&r, true, f);
+  r.n_stages = 1, r.stages = &start, r.ranks_detail = &detail, r.ranks = 2;
+  kith_report_print(&r, false, f);
+  fflush(f);
+  CHECK(strstr(text, ". pairs 4250000\n") != NULL && strstr(text, "\n  . restarts 2\n") != NULL);
+  CHECK(strstr(text, "    rows ") == NULL && strstr(text, "of all ranks") == NULL);
+  r.wall_seconds = 0; /* no division by zero */
+  kith_report_print(&r, true, f);
+  r.ranks_detail = NULL, r.ranks = 1;
+  kith_report_print(&r, true, f);
+  fclose(f);
+  const char *row = strstr(text, "    rows ");
+  CHECK(row != NULL && strstr(row, " 0.25000     0.50000     0.75000      1.50\n") != NULL);
+  CHECK(strstr(row, "strictly needed") != NULL && strstr(row, "  0.0 %        0.0 ") != NULL);
+  row = strstr(row + 1, "    rows ");
+  CHECK(row != NULL && strstr(row, " 1.50\n") != NULL);
+  free(text);
+  kith_report_clear(&r);
+}
+
+/* The file appears whole or not at all. */
+static void trace(void) {
+  struct kith_profile *p = NULL;
+  CHECK_OK(kith_profile_create(&p, 2, true));
+  kith_profile_begin(p, "step");
+  CHECK_OK(kith_trace_write(NULL, p, path));
+  json_t *json = json_load_file(path, JSON_REJECT_DUPLICATES, NULL);
+  CHECK(json_array_size(json) == 4); /* names of the process and of its threads, one event */
+  json_decref(json);
+  CHECK_STATUS(KITH_BAD_FILE, kith_trace_write(NULL, p, "no/such/folder/trace.json"));
+  CHECK_STATUS(KITH_BAD_FILE, kith_trace_write(NULL, p, "/dev/full"));
+  kith_profile_destroy(&p);
+}
+
 int main(void) {
   CHECK(mkstemp(path) >= 0);
   keys();
@@ -251,6 +298,8 @@ int main(void) {
   bare();
   collected();
   table();
+  profile();
+  trace();
   unlink(path);
   return check_failed();
 }
