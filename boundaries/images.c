@@ -5,6 +5,9 @@
 
 enum { CHUNK = 4096 };
 
+/* f R - depth; -depth, at least 0. */
+enum { WANTED, OUT };
+
 /* The nodes along the axis of one boundary. Sides: 0 lower, 1 upper. */
 struct line {
   const struct kith_boundary *boundary;
@@ -12,8 +15,7 @@ struct line {
   double factor;        /* f */
   double x_min, x_max;  /* of all present nodes */
   double search_radius; /* max f R of all present nodes */
-  double wanted[2];     /* max over internal nodes of f R - depth */
-  double sticks_out[2]; /* max over internal nodes of -depth, at least 0 */
+  double most[2][2];    /* over internal nodes of all ranks, [WANTED or OUT][side] */
   double slack;
 };
 
@@ -23,21 +25,18 @@ struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node;     /* [n] */
   kith_index *count;    /* [chunks] */
-  kith_index *offset;   /* [chunks] where those of one list begin */
 };
 
 static kith_status hits_create(struct hits *hits, kith_index n) {
   hits->n = n;
   hits->chunks = (n + CHUNK - 1) / CHUNK;
   KITH_TRY(kith_resize(&hits->node, 0, (size_t)n, sizeof *hits->node));
-  KITH_TRY(kith_resize(&hits->count, 0, (size_t)hits->chunks, sizeof *hits->count));
-  return kith_resize(&hits->offset, 0, (size_t)hits->chunks, sizeof *hits->offset);
+  return kith_resize(&hits->count, 0, (size_t)hits->chunks, sizeof *hits->count);
 }
 
 static void hits_clear(struct hits *hits) {
   kith_free(&hits->node);
   kith_free(&hits->count);
-  kith_free(&hits->offset);
 }
 
 /* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
@@ -61,26 +60,17 @@ static bool measure(struct line *line, const struct kith_nodes *nodes, kith_inde
   }
   line->x_min = -left, line->x_max = high, line->search_radius = search_radius;
   if (internal) {
-    line->wanted[0] = below, line->wanted[1] = above;
-    line->sticks_out[0] = KITH_MAX(lower + left, 0.0), line->sticks_out[1] = KITH_MAX(high - upper, 0.0);
+    line->most[WANTED][0] = below, line->most[WANTED][1] = above;
+    line->most[OUT][0] = KITH_MAX(lower + left, 0.0), line->most[OUT][1] = KITH_MAX(high - upper, 0.0);
   }
   return !lost;
-}
-
-/* What internal nodes of any rank need; everything else depends on the nodes of this rank, whose images these
- * are. */
-static void reduce_line(struct line *line, struct kith_ranks *ranks) {
-  double most[] = {line->wanted[0], line->wanted[1], line->sticks_out[0], line->sticks_out[1]};
-  kith_ranks_max(ranks, most, 4);
-  line->wanted[0] = most[0], line->wanted[1] = most[1];
-  line->sticks_out[0] = most[2], line->sticks_out[1] = most[3];
 }
 
 static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
   line->x_min = INFINITY, line->x_max = -INFINITY;
   const bool internal = measure(line, nodes, 0, nodes->n_internal, true);
   const bool finite = internal && measure(line, nodes, nodes->n_internal, kith_nodes_count(nodes), false);
-  reduce_line(line, nodes->ranks);
+  kith_ranks_max(nodes->ranks, line->most[0], 4); /* all else depends on the nodes of this rank */
   if (!finite) return false;
   line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + line->search_radius);
   return true;
@@ -98,7 +88,8 @@ static bool is_needed(const struct line *line, int n) {
   const double depth =
       KITH_MIN(depth_of(line, n, sign * line->x_min + shift), depth_of(line, n, sign * line->x_max + shift));
   const int side = n > 0;
-  return depth <= KITH_MAX(line->wanted[side], line->search_radius + line->sticks_out[side]) + line->slack;
+  return depth <=
+         KITH_MAX(line->most[WANTED][side], line->search_radius + line->most[OUT][side]) + line->slack;
 }
 
 /* Every second image of a side is 2 L farther: if two in a row are not needed, none beyond is. */
@@ -120,8 +111,8 @@ static struct test test_of(const struct line *line, int n) {
   const double face = side ? line->boundary->upper : line->boundary->lower;
   return (struct test){.sign = side ? sign : -sign,
                        .shift = side ? shift - face : face - shift,
-                       .wanted = line->wanted[side] + line->slack,
-                       .out = line->sticks_out[side] + line->slack};
+                       .wanted = line->most[WANTED][side] + line->slack,
+                       .out = line->most[OUT][side] + line->slack};
 }
 
 static inline bool passes(const struct test *test, double x, double r) {
@@ -152,31 +143,20 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
   }
 }
 
-/* The hits of one list, ascending: counted, placed, filled. *control is owned by the caller. */
+/* The hits of one list, ascending. *control is owned by the caller. */
 static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of, int list,
                                 kith_index **control, kith_index *total) {
-#pragma omp parallel for schedule(static) if (hits->chunks > 1)
-  for (kith_index c = 0; c < hits->chunks; ++c) {
-    const kith_index *hit = hits->node + (size_t)c * CHUNK;
-    kith_index count = 0;
-    for (kith_index k = 0; k < hits->count[c]; ++k) count += list_of[hit[k]] == list;
-    hits->offset[c] = count;
-  }
-  kith_index sum = 0;
-  for (kith_index c = 0; c < hits->chunks; ++c) {
-    const kith_index count = hits->offset[c];
-    hits->offset[c] = sum;
-    sum += count;
-  }
-  *total = sum;
-  KITH_TRY(kith_resize(control, 0, (size_t)sum, sizeof **control));
-  if (sum == 0) return KITH_OK;
-#pragma omp parallel for schedule(static) if (hits->chunks > 1)
-  for (kith_index c = 0; c < hits->chunks; ++c) {
-    const kith_index *hit = hits->node + (size_t)c * CHUNK;
-    kith_index place = hits->offset[c];
-    for (kith_index k = 0; k < hits->count[c]; ++k)
-      if (list_of[hit[k]] == list) (*control)[place++] = hit[k];
+  *total = 0;
+  for (int fill = 0; fill < 2; ++fill) {
+    kith_index n = 0;
+    for (kith_index c = 0; c < hits->chunks; ++c)
+      for (const kith_index *hit = hits->node + c * CHUNK, *end = hit + hits->count[c]; hit < end; ++hit) {
+        if (list_of[*hit] != list) continue;
+        if (fill) (*control)[n] = *hit;
+        ++n;
+      }
+    *total = n;
+    if (!fill) KITH_TRY(kith_resize(control, 0, (size_t)n, sizeof **control));
   }
   return KITH_OK;
 }
@@ -241,9 +221,52 @@ kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith
   return status;
 }
 
-kith_status kith_images_lost(const struct kith_boundary *boundary, const struct kith_nodes *nodes,
-                             kith_index i) {
-  KITH_FAIL(DIVERGED, "node %lld is at %g on axis %d, far outside of [%g, %g]", (long long)nodes->id->i64[i],
-            nodes->position->f64[(size_t)i * NDIM + boundary->axis], boundary->axis, boundary->lower,
-            boundary->upper);
+/* ---- enforcing ---- */
+
+/* The interval for nodes: unbounded on a side that does not act, half-open if the boundary wraps. */
+static void interval_of(const struct kith_boundary *boundary, double *low, double *high) {
+  const double upper = boundary->upper;
+  *low = boundary->at_lower ? boundary->lower : -INFINITY;
+  *high = !boundary->at_upper ? INFINITY : boundary->ops->wraps ? nextafter(upper, -INFINITY) : upper;
+}
+
+bool kith_images_violated(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
+  const double *x = nodes->position->f64 + boundary->axis;
+  double low, high;
+  bool any = false;
+  interval_of(boundary, &low, &high);
+#pragma omp parallel for schedule(static) reduction(|| : any)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    any = any || !(x[(size_t)i * NDIM] >= low && x[(size_t)i * NDIM] <= high);
+  return any;
+}
+
+kith_status kith_images_enforce(const struct kith_boundary *boundary, struct kith_nodes *nodes,
+                                kith_put_back *put_back, double *moved_by) {
+  const double *x = nodes->position->f64 + boundary->axis;
+  const double far = KITH_MOST_IMAGES * fabs(boundary->upper - boundary->lower);
+  double low, high;
+  kith_index lost = INT32_MAX;
+  bool any = false;
+  interval_of(boundary, &low, &high);
+  if (!(low < high))
+    KITH_FAIL(DIVERGED, "the faces of the %s boundary on axis %d are at %g and %g: no room for nodes",
+              boundary->ops->name, boundary->axis, boundary->lower, boundary->upper);
+#pragma omp parallel for schedule(static) reduction(min : lost) reduction(|| : any)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double xi = x[(size_t)i * NDIM];
+    if (xi >= low && xi <= high) continue;
+    if (!(xi >= low - far && xi <= high + far)) {
+      lost = KITH_MIN(lost, i);
+      continue;
+    }
+    put_back(boundary, nodes, i, moved_by);
+    any = true;
+  }
+  if (any) ++nodes->positions;
+  if (lost < INT32_MAX)
+    KITH_FAIL(DIVERGED, "node %lld is at %g on axis %d, far outside of [%g, %g]",
+              (long long)nodes->id->i64[lost], x[(size_t)lost * NDIM], boundary->axis, boundary->lower,
+              boundary->upper);
+  return KITH_OK;
 }

@@ -2,8 +2,6 @@
  * (odd). Piston: a mirror on one side, whose face moves. */
 #include "boundaries/images.h"
 
-#include <math.h>
-
 /* Odd images are computed from their own face, so that a node on the face has its nearest image exactly
  * there. */
 static bool image_of(const struct kith_boundary *boundary, int n, double *sign, double *shift) {
@@ -18,88 +16,36 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
   return kith_images_ghosts(boundary, nodes, radius_factor, image_of);
 }
 
-/* The interval for nodes: unbounded on a side that does not act. */
-static double lowest(const struct kith_boundary *boundary) {
-  return boundary->at_lower ? boundary->lower : -INFINITY;
-}
-static double highest(const struct kith_boundary *boundary) {
-  return boundary->at_upper ? boundary->upper : INFINITY;
-}
-
-static bool violated(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
-  const double *x = nodes->position->f64 + boundary->axis;
-  const double low = lowest(boundary), high = highest(boundary);
-  bool any = false;
-#pragma omp parallel for schedule(static) reduction(|| : any)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    any = any || !(x[(size_t)i * NDIM] >= low && x[(size_t)i * NDIM] <= high);
-  return any;
-}
-
-/* The reflections that bring x between low and high, as one map x -> sign * x + shift. */
-static void fold(double x, double low, double high, double *sign, double *shift) {
-  *sign = 1, *shift = 0;
-  while (x < low || x > high) {
-    const double face = x < low ? low : high;
+/* The reflections that bring the node between the faces, as one map of all its fields, also of positions and
+ * velocities that schemes keep from the start of a step. */
+static void fold(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
+                 double *moved_by) {
+  (void)moved_by; /* a mirrored node has moved with the flow */
+  const int axis = boundary->axis;
+  struct kith_image image = {.velocity = {0}};
+  double x = nodes->position->f64[(size_t)i * NDIM + axis], sign = 1, shift = 0;
+  for (bool below;
+       (below = boundary->at_lower && x < boundary->lower) || (boundary->at_upper && x > boundary->upper);) {
+    const double face = below ? boundary->lower : boundary->upper;
     x = 2 * face - x;
-    *sign = -*sign;
-    *shift = 2 * face - *shift;
+    sign = -sign;
+    shift = 2 * face - shift;
   }
-}
-
-/* Maps all fields of the node, also positions and velocities that schemes keep from the start of a step. */
-static void mirror(struct kith_nodes *nodes, kith_index i, int axis, double sign, double shift,
-                   double velocity) {
-  for (int f = 0; f < nodes->n_fields; ++f) {
-    double *value = nodes->fields[f]->f64;
-    const enum kith_kind kind = nodes->fields[f]->spec.kind;
-    if (kind == KITH_POSITION) value[(size_t)i * NDIM + axis] = sign * value[(size_t)i * NDIM + axis] + shift;
-    if (kind == KITH_VECTOR) value[(size_t)i * NDIM + axis] *= sign;
-    if (kind == KITH_VELOCITY)
-      value[(size_t)i * NDIM + axis] = sign * value[(size_t)i * NDIM + axis] + (sign < 0 ? 2 * velocity : 0);
-    if (kind == KITH_SYMMETRIC)
-      for (int a = 0, c = 0; a < NDIM; ++a)
-        for (int b = a; b < NDIM; ++b, ++c)
-          if ((a == axis) != (b == axis)) value[(size_t)i * (NDIM * (NDIM + 1) / 2) + c] *= sign;
-    if (kind == KITH_TENSOR)
-      for (int b = 0; b < NDIM; ++b) {
-        if (b == axis) continue;
-        value[((size_t)i * NDIM + axis) * NDIM + b] *= sign;
-        value[((size_t)i * NDIM + b) * NDIM + axis] *= sign;
-      }
-  }
+  for (int a = 0; a < NDIM; ++a) image.sign[a] = a == axis ? sign : 1;
+  image.shift[axis] = shift;
+  if (sign < 0) image.velocity[axis] = 2 * kith_boundary_face_velocity(boundary->ops, boundary->settings);
+  kith_nodes_map(nodes, i, &image);
 }
 
 static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
-  (void)moved_by; /* a mirrored node has moved with the flow */
-  const double *x = nodes->position->f64 + boundary->axis;
-  const double low = lowest(boundary), high = highest(boundary);
-  const double velocity = kith_boundary_face_velocity(boundary->ops, boundary->settings);
-  const double far = KITH_MOST_IMAGES * fabs(boundary->upper - boundary->lower);
-  kith_index lost = INT32_MAX;
-  bool any = false;
-#pragma omp parallel for schedule(static) reduction(min : lost) reduction(|| : any)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const double xi = x[(size_t)i * NDIM];
-    if (xi >= low && xi <= high) continue;
-    if (!(xi >= low - far && xi <= high + far)) {
-      lost = KITH_MIN(lost, i);
-      continue;
-    }
-    double sign, shift;
-    fold(xi, low, high, &sign, &shift);
-    mirror(nodes, i, boundary->axis, sign, shift, velocity);
-    any = true;
-  }
-  if (any) ++nodes->positions;
-  return lost < INT32_MAX ? kith_images_lost(boundary, nodes, lost) : KITH_OK;
+  return kith_images_enforce(boundary, nodes, fold, moved_by);
 }
 
 const struct kith_boundary_ops kith_boundary_reflecting = {
     .name = "reflecting",
     .doc = "a mirror: no flow through the face",
     .ghosts = ghosts,
-    .violated = violated,
+    .violated = kith_images_violated,
     .enforce = enforce,
     .has_faces = true,
     .mirrors = true,
@@ -130,7 +76,7 @@ const struct kith_boundary_ops kith_boundary_piston = {
         "other",
     KITH_SETTINGS(piston_params, piston),
     .ghosts = ghosts,
-    .violated = violated,
+    .violated = kith_images_violated,
     .enforce = enforce,
     .move = move,
     .face_velocity = face_velocity,

@@ -22,42 +22,54 @@ static inline void copy_plain(int64_t *restrict out, const int64_t *in, const ki
   for (kith_index k = begin; k < end; ++k) out[k] = in[control[k]];
 }
 
+/* The sign of each component of a field of this kind. */
+static void signs_of(enum kith_kind kind, const double *axis, double *sign) {
+  const bool two = kind == KITH_TENSOR || kind == KITH_SYMMETRIC; /* indices */
+  for (int a = 0; a < NDIM; ++a) {
+    if (!two) *sign++ = axis[a];
+    for (int b = kind == KITH_TENSOR ? 0 : a; two && b < NDIM; ++b) *sign++ = axis[a] * axis[b];
+  }
+}
+
+/* What is added to each component; NULL: nothing. */
+static const double *shift_of(enum kith_kind kind, const struct kith_image *image) {
+  return kind == KITH_POSITION ? image->shift : kind == KITH_VELOCITY ? image->velocity : NULL;
+}
+
 /* Ghosts begin .. end of the block get their values of one field. */
 static void refresh_part(struct kith_field *field, const struct kith_ghost_block *block, kith_index begin,
                          kith_index end) {
   const size_t first = (size_t)block->first * (size_t)field->components;
-  const double *sign = block->image.sign;
-  switch (field->spec.kind) {
-    case KITH_SCALAR:
-      if (field->spec.type == KITH_U8)
-        for (kith_index k = begin; k < end; ++k) field->u8[first + (size_t)k] = field->u8[block->control[k]];
-      else /* doubles are copied as words too: bitwise */
-        copy_plain(field->i64 + first, field->i64, block->control, begin, end);
-      break;
-    case KITH_VECTOR:
-      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM, sign, NULL);
-      break;
-    case KITH_POSITION:
-      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM, sign, block->image.shift);
-      break;
-    case KITH_VELOCITY:
-      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM, sign,
-                  block->image.velocity);
-      break;
-    case KITH_TENSOR: {
-      double product[NDIM * NDIM];
-      for (int c = 0; c < NDIM * NDIM; ++c) product[c] = sign[c / NDIM] * sign[c % NDIM];
-      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM * NDIM, product, NULL);
-      break;
-    }
-    case KITH_SYMMETRIC: {
-      double product[NDIM * (NDIM + 1) / 2];
-      for (int a = 0, c = 0; a < NDIM; ++a)
-        for (int b = a; b < NDIM; ++b) product[c++] = sign[a] * sign[b];
-      copy_signed(field->f64 + first, field->f64, block->control, begin, end, NDIM * (NDIM + 1) / 2, product,
-                  NULL);
-      break;
-    }
+  const kith_index *control = block->control;
+  if (field->spec.type == KITH_U8) {
+    for (kith_index k = begin; k < end; ++k) field->u8[first + (size_t)k] = field->u8[control[k]];
+  } else if (field->spec.kind == KITH_SCALAR) { /* doubles are copied as words too: bitwise */
+    copy_plain(field->i64 + first, field->i64, control, begin, end);
+  } else {
+    double sign[NDIM * NDIM], *to = field->f64 + first;
+    const double *shift = shift_of(field->spec.kind, &block->image);
+    signs_of(field->spec.kind, block->image.sign, sign);
+    if (shift != NULL)
+      copy_signed(to, field->f64, control, begin, end, NDIM, sign, shift);
+    else if (field->components == NDIM)
+      copy_signed(to, field->f64, control, begin, end, NDIM, sign, NULL);
+    else if (field->components == NDIM * NDIM)
+      copy_signed(to, field->f64, control, begin, end, NDIM * NDIM, sign, NULL);
+    else
+      copy_signed(to, field->f64, control, begin, end, NDIM * (NDIM + 1) / 2, sign, NULL);
+  }
+}
+
+void kith_nodes_map(struct kith_nodes *nodes, kith_index i, const struct kith_image *image) {
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    const struct kith_field *field = nodes->fields[f];
+    if (field->spec.kind == KITH_SCALAR) continue;
+    double sign[NDIM * NDIM], *value = field->f64 + (size_t)i * (size_t)field->components;
+    const double *shift = shift_of(field->spec.kind, image);
+    signs_of(field->spec.kind, image->sign, sign);
+    for (int c = 0; c < field->components; ++c)
+      if (sign[c] < 0 || (shift != NULL && shift[c] != 0))
+        value[c] = sign[c] * value[c] + (shift != NULL ? shift[c] : -0.0); /* + -0 changes nothing */
   }
 }
 
@@ -114,12 +126,9 @@ static kith_status check_block(const struct kith_nodes *nodes, const struct kith
 }
 
 static kith_status reserve_block(struct kith_nodes *nodes, kith_index count) {
+  const size_t n = (size_t)nodes->n_blocks;
   KITH_TRY(kith_nodes_grow(nodes, count));
-  if (nodes->n_blocks < nodes->blocks_capacity) return KITH_OK;
-  const int capacity = 2 * nodes->blocks_capacity + 16;
-  KITH_TRY(kith_resize(&nodes->blocks, (size_t)nodes->n_blocks, (size_t)capacity, sizeof *nodes->blocks));
-  nodes->blocks_capacity = capacity;
-  return KITH_OK;
+  return kith_grow(&nodes->blocks, &nodes->blocks_capacity, n, n + 1, sizeof *nodes->blocks);
 }
 
 static void clear_values(struct kith_nodes *nodes, kith_index first, kith_index count) {

@@ -199,7 +199,7 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
 }
 
 size_t kith_nodes_bytes(const struct kith_nodes *nodes) {
-  size_t bytes = sizeof *nodes + (size_t)nodes->blocks_capacity * sizeof *nodes->blocks;
+  size_t bytes = sizeof *nodes + nodes->blocks_capacity * sizeof *nodes->blocks;
   for (int f = 0; f < nodes->n_fields; ++f)
     bytes += sizeof *nodes->fields[f] + (size_t)nodes->capacity * kith_field_node_size(nodes->fields[f]);
   for (int b = 0; b < nodes->n_blocks; ++b)

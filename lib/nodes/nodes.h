@@ -103,7 +103,8 @@ struct kith_nodes {
    * its node; with the id it identifies every partner, on all ranks. */
   struct kith_field *image;
 
-  int n_blocks, blocks_capacity;
+  int n_blocks;
+  size_t blocks_capacity;
   struct kith_ghost_block *blocks; /* creation order */
 
   struct kith_ranks *ranks; /* of the other nodes of the run; NULL: one process has all nodes. Borrowed */
@@ -178,6 +179,8 @@ int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **
  * fields. Bitwise identical for any number of threads. Remote ghosts get theirs by kith_halo_refresh, which
  * calls this first. */
 void kith_nodes_refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
+/* All values of internal node i become those of this image of it, in all fields. */
+void kith_nodes_map(struct kith_nodes *nodes, kith_index i, const struct kith_image *image);
 /* The first remote ghost; all from here on are. kith_nodes_count if there is none. */
 kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
 /* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is

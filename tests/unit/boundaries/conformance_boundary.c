@@ -25,16 +25,22 @@ struct side {
 static struct side side[MOST_SIDES];
 static int n_sides;
 
-static void add_side(const struct kith_boundary_ops *ops, bool at_lower, bool at_upper) {
+/* Defaults, and 0.3 where there is none. */
+static void *settings_of(const struct kith_boundary_ops *ops) {
   char assignments[128] = "";
-  struct side *s = &side[n_sides++];
-  *s = (struct side){ops, at_lower, at_upper, NULL, 0};
+  void *settings = NULL;
   for (const struct kith_param *p = ops->params; p != NULL && p->key != NULL; ++p)
     if (p->fallback == NULL)
       snprintf(assignments + strlen(assignments), sizeof assignments - strlen(assignments), "%s%s=0.3",
                assignments[0] != '\0' ? " " : "", p->key);
   const struct kith_member member = {ops->name, ops->doc, ops->params, ops->settings_size};
-  CHECK_OK(kith_settings_create(&s->settings, member, assignments));
+  CHECK_OK(kith_settings_create(&settings, member, assignments));
+  return settings;
+}
+
+static void add_side(const struct kith_boundary_ops *ops, bool at_lower, bool at_upper) {
+  struct side *s = &side[n_sides++];
+  *s = (struct side){ops, at_lower, at_upper, settings_of(ops), 0};
   s->velocity = kith_boundary_face_velocity(ops, s->settings);
 }
 
@@ -429,112 +435,6 @@ static void check_far_out(void) {
     }
 }
 
-/* sum of (1 - (r/R)^2)^3 over all nodes and ghosts within R of x. */
-static double density(const struct kith_nodes *nodes, const double *x, double radius, int *within) {
-  double sum = 0;
-  *within = 0;
-  for (kith_index j = 0; j < kith_nodes_count(nodes); ++j) {
-    const double q = kith_distance2(x, nodes->position->f64 + j * NDIM) / (radius * radius);
-    if (q > 1) continue;
-    sum += (1 - q) * (1 - q) * (1 - q);
-    ++*within;
-  }
-  return sum;
-}
-
-/* The same by counting lattice vectors. */
-static double lattice_density(double radius, double spacing, int *within) {
-  const int range = (int)(radius / spacing) + 1, edge = 2 * range + 1;
-  double sum = 0;
-  *within = 0;
-  for (int k = 0; k < (NDIM == 1 ? edge : NDIM == 2 ? edge * edge : edge * edge * edge); ++k) {
-    int square = 0;
-    for (int a = 0, rest = k; a < NDIM; ++a, rest /= edge)
-      square += (rest % edge - range) * (rest % edge - range);
-    const double q = square * spacing * spacing / (radius * radius);
-    if (q > 1) continue;
-    sum += (1 - q) * (1 - q) * (1 - q);
-    ++*within;
-  }
-  return sum;
-}
-
-/* A periodic lattice of `cells` nodes an axis: all nodes see the same, as if space were filled. cells = 1 is
- * one node, thinner in every direction than its own support. */
-static void check_lattice_density(int cells, double search_radius) {
-  static const char *const names[] = {"only"};
-  const double spacing = 1.0 / cells;
-  struct kith_nodes *nodes = NULL;
-  struct kith_boundaries all = {0};
-  CHECK_OK(kith_nodes_create(&nodes, 1, names));
-  const kith_index n = NDIM == 1 ? cells : NDIM == 2 ? cells * cells : cells * cells * cells;
-  CHECK_OK(kith_nodes_append(nodes, 0, n, NULL));
-  for (kith_index i = 0; i < n; ++i) {
-    nodes->search_radius->f64[i] = search_radius * spacing;
-    for (int a = 0, k = i; a < NDIM; ++a, k /= cells)
-      nodes->position->f64[i * NDIM + a] = (k % cells) * spacing;
-  }
-  for (int a = 0; a < NDIM; ++a)
-    CHECK_OK(kith_boundaries_add(&all, &kith_boundary_periodic, a, 0, 1, true, true));
-  CHECK_OK(kith_boundaries_ghosts(&all, nodes, 1, NULL));
-  int wanted, within;
-  const double rho = lattice_density(search_radius * spacing, spacing, &wanted);
-  for (kith_index i = 0; i < n; ++i) {
-    CHECK_CLOSE(density(nodes, nodes->position->f64 + i * NDIM, search_radius * spacing, &within) / rho, 1,
-                1e-12); /* round-off of sums */
-    CHECK(within == wanted);
-  }
-  kith_boundaries_clear(&all);
-  kith_nodes_destroy(&nodes);
-}
-
-/* Values follow moved controls through the chain; ghosts of many chunks are the same with any number of
- * threads. */
-static struct kith_nodes *crowd(int threads, struct kith_boundaries *all) {
-  static const char *const names[] = {"a", "b", "c"};
-  struct kith_nodes *nodes = NULL;
-  uint64_t seed = 77;
-  omp_set_num_threads(threads);
-  CHECK_OK(kith_nodes_create(&nodes, 3, names));
-  for (int l = 0; l < 3; ++l) CHECK_OK(kith_nodes_append(nodes, l, 9001, NULL));
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    nodes->id->i64[i] = i;
-    nodes->search_radius->f64[i] = 0.02 + 0.05 * check_random(&seed);
-    for (int a = 0; a < NDIM; ++a) nodes->position->f64[i * NDIM + a] = check_random(&seed);
-  }
-  for (int a = 0; a < NDIM; ++a)
-    CHECK_OK(kith_boundaries_add(all, a == 0 ? &kith_boundary_reflecting : &kith_boundary_periodic, a, 0, 1,
-                                 true, true));
-  CHECK_OK(kith_boundaries_ghosts(all, nodes, 1, NULL));
-  for (kith_index i = 0; i < nodes->n_internal * NDIM; ++i)
-    nodes->position->f64[i] += 0.01 * (check_random(&seed) - 0.5);
-  kith_nodes_refresh_images(nodes, &nodes->position, 1);
-  return nodes;
-}
-
-static void check_threads(void) {
-  struct kith_boundaries all[2] = {0};
-  struct kith_nodes *one = crowd(1, &all[0]), *two = crowd(2, &all[1]);
-  const size_t n = (size_t)kith_nodes_count(one);
-  CHECK(one->n_ghost > 2000 && one->n_ghost == two->n_ghost && one->n_blocks == two->n_blocks);
-  CHECK(memcmp(one->position->f64, two->position->f64, n * NDIM * sizeof(double)) == 0);
-  CHECK(memcmp(one->id->i64, two->id->i64, n * sizeof(int64_t)) == 0);
-  struct origin *origin = malloc(sizeof *origin * n);
-  find_origins(one, origin);
-  double worst = 0;
-  for (size_t i = 0; i < n; ++i)
-    for (int a = 0; a < NDIM; ++a) {
-      const double x = one->position->f64[(size_t)origin[i].root * NDIM + a];
-      worst =
-          fmax(worst, fabs(origin[i].sign[a] * x + origin[i].shift[a] - one->position->f64[i * NDIM + a]));
-    }
-  CHECK(worst <= 1e-15); /* one rounding of a number below 2 */
-  free(origin);
-  for (int k = 0; k < 2; ++k) kith_boundaries_clear(&all[k]);
-  kith_nodes_destroy(&one);
-  kith_nodes_destroy(&two);
-}
-
 /* ---- enforcing ---- */
 
 /* Nodes up to three lengths off the box, on the last axis: each ends inside, as the one of its images that is
@@ -585,6 +485,11 @@ static void check_enforce(const struct side *on, uint64_t *seed) {
   CHECK(strstr(kith_failure(), "node 5") != NULL);
   nodes->position->f64[5 * NDIM + A] = 0;
   CHECK(!boundary->ops->violated(boundary, nodes)); /* the others are put back */
+  if (on->at_lower && on->at_upper) {
+    boundary->lower = boundary->upper; /* faces that have met */
+    CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, NULL, false));
+    CHECK(strstr(kith_failure(), "no room") != NULL);
+  }
   kith_boundaries_clear(&all);
   kith_nodes_destroy(&nodes);
 }
@@ -605,6 +510,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   struct kith_boundaries all = {0};
   struct kith_nodes *nobody = NULL;
   const bool both = !ops->one_side;
+  void *settings = settings_of(ops);
   CHECK(ops->doc != NULL && ops->ghosts != NULL && kith_boundary_find(ops->name) == ops);
   CHECK(!(ops->wraps && ops->one_side) && (ops->has_faces || !(ops->wraps || ops->one_side)));
   CHECK((ops->enforce != NULL) == ops->has_faces && (ops->violated != NULL) == ops->has_faces);
@@ -612,6 +518,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   refuse(ops, NDIM, 0, 1, true, both);
   refuse(ops, -1, 0, 1, true, both);
   refuse(ops, 0, 1, 1, true, both);
+  refuse(ops, 0, 1, 0, true, both);
   refuse(ops, 0, NAN, 1, true, both);
   refuse(ops, 0, 0, INFINITY, true, both);
   refuse(ops, 0, 0, 1, false, false);
@@ -620,6 +527,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   /* Without a node; then a second one on the axis. */
   CHECK_OK(kith_nodes_create(&nobody, 1, names));
   CHECK_OK(kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
+  all.boundary[0]->settings = settings;
   CHECK_OK(kith_boundaries_ghosts(&all, nobody, 1, NULL));
   CHECK_OK(kith_boundaries_enforce(&all, nobody, NULL, false));
   CHECK(nobody->n_ghost == 0 && nobody->n_blocks == 0);
@@ -628,6 +536,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   kith_boundaries_clear(&all);
   CHECK(all.n == 0);
   kith_nodes_destroy(&nobody);
+  kith_free(&settings);
 }
 
 static void check_members(void) {
@@ -654,12 +563,6 @@ int main(void) {
   check_combinations();
   check_mixed_lengths();
   check_far_out();
-  check_lattice_density(1, 2.5);
-  check_lattice_density(1, 0.5);
-  check_lattice_density(2, 3.3);
-  check_lattice_density(5, 2.43);
-  check_lattice_density(7, 1.9);
-  check_threads();
   for (int k = 0; k < n_sides; ++k) kith_free(&side[k].settings);
   return check_failed();
 }
