@@ -3,7 +3,7 @@
  * Runs every method of a suite (suite.h) at every resolution, one run at a time so that they do not share
  * caches and memory, with one thread unless --threads says otherwise. Before anything runs, `kith plan`
  * checks the settings of every method. A run that fails is a point with a reason; an interrupted chart goes
- * on when it is started again (campaign.h). DIR: -o, or out/chart/NAME.
+ * on when it is started again (study.h). DIR: -o, or out/chart/NAME.
  *
  *   DIR/chart.md             for each norm a table: observed orders, the cost at a given error, who is on the
  *                            Pareto front (nothing is both cheaper and more accurate), which points of other
@@ -39,8 +39,8 @@ static void fill(struct cloud *c, const struct kith_study *s, int measure) {
   c->suite = s->suite, c->measure = measure, c->n = s->suite->n_methods * s->suite->n_values;
   for (int k = 0; k < c->n; ++k) {
     c->resolution[k] = s->suite->job[k].x;
-    c->error[k] = s->point[0][k].value[KITH_MEASURES + measure];
-    for (int a = 0; a < COSTS; ++a) c->cost[a][k] = s->point[0][k].value[cost_column[a]];
+    c->error[k] = s->suite->point[k].value[KITH_MEASURES + measure];
+    for (int a = 0; a < COSTS; ++a) c->cost[a][k] = s->suite->point[k].value[cost_column[a]];
   }
   for (int a = 0; a < COSTS; ++a) kith_pareto_front(c->n, c->cost[a], c->error, c->on[a]);
 }
@@ -140,8 +140,9 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
       f);
   for (int measure = 0; measure < s->n_measures; ++measure) {
     fill(&c, study, measure);
-    const double target =
-        s->target[measure] > 0 ? s->target[measure] : kith_target(s->n_methods, s->n_values, c.error);
+    const double target = s->target[measure] > 0
+                              ? s->target[measure]
+                              : kith_target(s->n_methods, s->n_values, c.resolution, c.error);
     fprintf(
         f,
         "\n## %s\n\n| method | order | of the last two | CPU-s at error %.3g | pair evaluations | resolution "
@@ -150,10 +151,9 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
     put_methods(f, &c, target);
     put_codes(f, &c);
   }
-  if (study->campaign.n_failed > 0) fputs("\n## Failed runs\n\n", f);
+  if (study->n_failed > 0) fputs("\n## Failed runs\n\n", f);
   for (int k = 0; k < s->n_methods * s->n_values; ++k)
-    if (study->point[0][k].failed)
-      fprintf(f, "- %s at %s: %s\n", s->job[k].label, s->job[k].value, study->point[0][k].why);
+    if (s->point[k].failed) fprintf(f, "- %s at %s: %s\n", s->job[k].label, s->job[k].value, s->point[k].why);
   if (to_file) fputs("\n![error against cost](chart.png)\n", f);
 }
 
@@ -194,7 +194,7 @@ static kith_status draw(const struct kith_study *s) {
   struct cloud c;
   char title[160];
   snprintf(title, sizeof title, "%s, %d-D: error against cost", s->suite->name, s->suite->dimension);
-  KITH_TRY(kith_figure_open(&g, s->campaign.directory, "chart", title, s->suite->n_measures, COSTS + 1));
+  KITH_TRY(kith_figure_open(&g, s->directory, "chart", title, s->suite->n_measures, COSTS + 1));
   for (int measure = 0; measure < s->suite->n_measures; ++measure) {
     fill(&c, s, measure);
     for (int a = 0; a <= COSTS; ++a) draw_panel(&g, &c, a);
@@ -206,40 +206,39 @@ static kith_status draw(const struct kith_study *s) {
 
 /* `kith plan` looks at every method at its coarsest resolution. */
 static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {
-  int n_refused = 0, line = 0;
-  char why[256] = "", label[KITH_JOB_LABEL] = "";
+  const struct kith_job *refused = NULL;
+  int n_refused = 0;
+  char why[256] = "";
   for (int m = 0; m < s->n_methods; ++m) {
     const struct kith_job *job = &s->job[m * s->n_values];
     const kith_status status = kith_job_check(programs, job);
     if (status != KITH_OK && status != KITH_BAD_INPUT) return status;
     if (status == KITH_OK || n_refused++ > 0) continue;
     snprintf(why, sizeof why, "%s", kith_failure());
-    snprintf(label, sizeof label, "%s", job->label);
-    line = job->line;
+    refused = job;
   }
   if (n_refused == 0) return KITH_OK;
   if (n_refused == s->n_methods) KITH_FAIL(BAD_INPUT, "%s: no method can run: %s", s->file, why);
-  KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, line, label, why);
+  KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, refused->line, refused->label, why);
 }
 
-static kith_status read_suite(struct kith_study *s, bool listing) {
+static kith_status read_suite(struct kith_study *s) {
   const struct kith_options *o = s->options;
-  if (listing) return KITH_OK;
-  if (o->subject == NULL) KITH_FAIL(BAD_INPUT, "chart: no scene or suite; 'kith chart list' has them");
   KITH_TRY(kith_resize(&s->suite, 0, 1, sizeof *s->suite));
-  KITH_TRY(kith_suite_read(s->suite, &s->campaign.programs, o->subject, o->n_overrides, o->overrides));
+  KITH_TRY(kith_suite_read(s->suite, &s->programs, o->subject, o));
   s->n = 1;
-  snprintf(s->campaign.directory, sizeof s->campaign.directory, "%s%.700s",
-           o->directory != NULL ? "" : "out/chart/", o->directory != NULL ? o->directory : s->suite->name);
-  return check(s->suite, &s->campaign.programs);
+  snprintf(s->directory, sizeof s->directory, "%s%.700s", o->directory != NULL ? "" : "out/chart/",
+           o->directory != NULL ? o->directory : s->suite->name);
+  return check(s->suite, &s->programs);
 }
 
-static void list(const struct kith_study *s) {
-  kith_suite_list(&s->campaign.programs);
+static kith_status list(struct kith_study *s) {
+  kith_suite_list(&s->programs);
+  return KITH_OK;
 }
 
 static enum kith_exit verdict(const struct kith_study *s) {
-  return s->campaign.n_failed == 0 ? KITH_EXIT_OK : KITH_EXIT_FAILED;
+  return s->n_failed == 0 ? KITH_EXIT_OK : KITH_EXIT_FAILED;
 }
 
 enum kith_exit kith_chart(const struct kith_options *options) {

@@ -46,28 +46,16 @@ struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution,
                                      true};
 }
 
-/* Has the method a point above, and does it end at or below? */
-static bool reaches(int n, const double *error, double level) {
-  bool above = false, below = false;
-  for (int k = 0; k < n; ++k) {
-    if (!(isfinite(error[k]) && error[k] > 0)) continue;
-    above |= error[k] > level;
-    below = error[k] <= level;
-  }
-  return above && below;
-}
-
-double kith_target(int methods, int n, const double *error) {
+double kith_target(int methods, int n, const double *resolution, const double *error) {
   static const double digits[] = {1, 2, 5};
   double best = 0;
   int most = 0;
-  for (int decade = -16; decade <= 8; ++decade) {
-    for (int d = 0; d < 3; ++d) {
-      const double level = digits[d] * pow(10, decade);
-      int count = 0;
-      for (int m = 0; m < methods; ++m) count += reaches(n, error + (size_t)m * n, level);
-      if (count > most) most = count, best = level;
-    }
+  for (int k = 3 * -16; k < 3 * 9; ++k) {
+    const double level = digits[(k + 3 * 16) % 3] * pow(10, floor(k / 3.0));
+    int count = 0;
+    for (int m = 0; m < methods; ++m)
+      count += kith_cost_at_error_of(n, resolution, resolution, error + (size_t)m * (size_t)n, level).between;
+    if (count > most) most = count, best = level;
   }
   return best;
 }

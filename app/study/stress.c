@@ -1,6 +1,17 @@
-/* stress.c - which values of sweeps pass. */
-#include "app/study/stress.h"
-
+/* stress.c - where a method stops working: `kith stress [SWEEP|FILE]`, all sweeps of
+ * inputs/stress/sweeps.yaml by default; `kith stress list`.
+ *
+ * A sweep varies one parameter of one scene, from mild to hard, for every method; a bound on a measure says
+ * what still counts as working. The answer is which values pass: up to which one, as a rule. A run that
+ * fails, or takes more than two minutes of processor time, does not pass, and the reason is kept. Sweeps and
+ * methods are data (suite.h). What was interrupted goes on when it is started again (study.h).
+ *
+ * On stdout, and in DIR/stress.md (-o, out/stress by default): a table, sweep by method; the file has also
+ * the bounds, and why runs did not pass. DIR/points.csv has all runs, DIR/stress.png and stress.svg the
+ * measures.
+ *
+ * Exit code: 0; 3 if a method does not even pass the first value of a sweep; 1 if the results cannot be
+ * written; 2 for an unknown sweep, or settings that no run takes. */
 #include <math.h>
 #include <string.h>
 #include "app/output/figure.h"
@@ -45,16 +56,16 @@ void kith_sweep_answer(const struct kith_suite *s, const bool *pass, char text[1
     answer_values(s, pass, text);
 }
 
-/* Method m of sweep k. */
+/* Method m of a sweep. */
 struct judged {
   const struct kith_point *point; /* by value */
   bool pass[KITH_SUITE_VALUES];
   double shown[KITH_SUITE_VALUES];
 };
 
-static void judge(const struct kith_study *w, int k, int m, struct judged *j) {
-  j->point = w->point[k] + (size_t)m * w->suite[k].n_values;
-  kith_sweep_judge(&w->suite[k], j->point, j->pass, j->shown);
+static void judge(const struct kith_suite *s, int m, struct judged *j) {
+  j->point = s->point + (size_t)m * (size_t)s->n_values;
+  kith_sweep_judge(s, j->point, j->pass, j->shown);
 }
 
 /* ---- the text ---- */
@@ -73,11 +84,11 @@ static void put_table(FILE *f, const struct kith_study *w) {
     fprintf(f, " %-14s |", w->suite->job[m * w->suite->n_values].label);
   fputs("\n|---|", f);
   for (int m = 0; m < w->suite->n_methods; ++m) fputs("---|", f);
-  for (int k = 0; k < w->n; ++k) {
-    fprintf(f, "\n| %-22s |", w->suite[k].name);
-    for (int m = 0; m < w->suite[k].n_methods; ++m) {
-      judge(w, k, m, &j);
-      kith_sweep_answer(&w->suite[k], j.pass, text);
+  for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s) {
+    fprintf(f, "\n| %-22s |", s->name);
+    for (int m = 0; m < s->n_methods; ++m) {
+      judge(s, m, &j);
+      kith_sweep_answer(s, j.pass, text);
       fprintf(f, " %-14s |", text);
     }
   }
@@ -85,14 +96,13 @@ static void put_table(FILE *f, const struct kith_study *w) {
 }
 
 /* What did not pass. */
-static void put_sweep(FILE *f, const struct kith_study *w, int k) {
-  const struct kith_suite *s = &w->suite[k];
+static void put_sweep(FILE *f, const struct kith_suite *s) {
   struct judged j;
   fprintf(f, "\n## %s\n\n%s, scene %s in %d-D; passes: ", s->name, s->parameter, s->scene, s->dimension);
   put_bound(f, s);
   fprintf(f, " (%s).\n\n", s->reason);
   for (int m = 0; m < s->n_methods; ++m) {
-    judge(w, k, m, &j);
+    judge(s, m, &j);
     for (int v = 0; v < s->n_values; ++v) {
       if (j.pass[v]) continue;
       fprintf(f, "- %s at %s: ", s->job[m * s->n_values + v].label, s->job[v].value);
@@ -110,7 +120,7 @@ static void put_text(FILE *f, const struct kith_study *w, bool to_file) {
           f);
   put_table(f, w);
   if (to_file) fputs("\n![the measures](stress.png)\n", f);
-  for (int k = 0; k < w->n && to_file; ++k) put_sweep(f, w, k);
+  for (int k = 0; k < w->n && to_file; ++k) put_sweep(f, &w->suite[k]);
 }
 
 /* ---- the figure ---- */
@@ -121,8 +131,7 @@ static bool is_logarithmic(const struct kith_suite *s) {
   return fmin(first, last) > 0 && fmax(first, last) >= 5 * fmin(first, last);
 }
 
-static void draw_sweep(struct kith_figure *g, const struct kith_study *w, int k) {
-  const struct kith_suite *s = &w->suite[k];
+static void draw_sweep(struct kith_figure *g, const struct kith_suite *s) {
   const char *names[KITH_SUITE_VALUES];
   struct judged j;
   char y_label[128];
@@ -133,7 +142,7 @@ static void draw_sweep(struct kith_figure *g, const struct kith_study *w, int k)
   for (int m = 0; m < s->n_methods; ++m) {
     const char *label = s->job[m * s->n_values].label;
     kith_figure_series(g, KITH_SERIES_CURVE, label);
-    judge(w, k, m, &j);
+    judge(s, m, &j);
     for (int v = 0; v < s->n_values; ++v)
       kith_figure_point(g, s->job[v].x, j.shown[v], "%s at %s: %.4g, %s", label, names[v], j.shown[v],
                         j.pass[v] ? "passes" : "does not pass");
@@ -147,44 +156,44 @@ static kith_status draw(const struct kith_study *w) {
   enum { ACROSS = 3 };
   struct kith_figure g;
   const int columns = KITH_MIN(w->n, ACROSS);
-  KITH_TRY(kith_figure_open(&g, w->campaign.directory, "stress", "where methods stop working",
+  KITH_TRY(kith_figure_open(&g, w->directory, "stress", "where methods stop working",
                             (w->n + columns - 1) / columns, columns));
-  for (int k = 0; k < w->n; ++k) draw_sweep(&g, w, k);
+  for (int k = 0; k < w->n; ++k) draw_sweep(&g, &w->suite[k]);
   return kith_figure_close(&g);
 }
 
 /* ---- the verb ---- */
 
-static void list(const struct kith_study *w) {
-  for (int k = 0; k < w->n; ++k) {
-    const struct kith_suite *s = &w->suite[k];
+/* What the command line sets must make sense to one run at least, before any is started. */
+static kith_status read_sweeps(struct kith_study *w) {
+  const struct kith_options *o = w->options;
+  const bool own = o->subject != NULL && kith_suite_is_path(o->subject);
+  char path[2 * KITH_PATH];
+  snprintf(path, sizeof path, "%s%.700s", own ? "" : w->programs.inputs,
+           own ? o->subject : "/stress/sweeps.yaml");
+  KITH_TRY(kith_sweeps_read(&w->suite, &w->n, &w->programs, path, own ? NULL : o->subject, o));
+  snprintf(w->directory, sizeof w->directory, "%.700s", o->directory != NULL ? o->directory : "out/stress");
+  return o->n_overrides > 0 ? kith_job_check(&w->programs, w->suite->job) : KITH_OK;
+}
+
+static kith_status list(struct kith_study *w) {
+  static const struct kith_options all; /* whatever the command line says */
+  w->options = &all;
+  KITH_TRY(read_sweeps(w));
+  for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s) {
     printf("%-22s %s, %s in %d-D\n%22s ", s->name, s->parameter, s->scene, s->dimension, "");
     put_bound(stdout, s);
     printf(": %s\n", s->reason);
   }
-}
-
-/* What the command line sets must make sense to one run at least, before any is started. */
-static kith_status read_sweeps(struct kith_study *w, bool listing) {
-  const struct kith_options *o = w->options;
-  const struct kith_programs *programs = &w->campaign.programs;
-  const bool own = o->subject != NULL && kith_suite_is_path(o->subject);
-  char path[2 * KITH_PATH];
-  snprintf(path, sizeof path, "%s%.700s", own ? "" : programs->inputs,
-           own ? o->subject : "/stress/sweeps.yaml");
-  KITH_TRY(kith_sweeps_read(&w->suite, &w->n, programs, path, own || listing ? NULL : o->subject,
-                            listing ? 0 : o->n_overrides, o->overrides));
-  snprintf(w->campaign.directory, sizeof w->campaign.directory, "%.700s",
-           o->directory != NULL ? o->directory : "out/stress");
-  return o->n_overrides > 0 && !listing ? kith_job_check(programs, w->suite->job) : KITH_OK;
+  return KITH_OK;
 }
 
 /* 3: a method that does not even pass the mildest value. */
 static enum kith_exit verdict(const struct kith_study *w) {
   struct judged j;
-  for (int k = 0; k < w->n; ++k)
-    for (int m = 0; m < w->suite[k].n_methods; ++m) {
-      judge(w, k, m, &j);
+  for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s)
+    for (int m = 0; m < s->n_methods; ++m) {
+      judge(s, m, &j);
       if (!j.pass[0]) return KITH_EXIT_TOLERANCE;
     }
   return KITH_EXIT_OK;

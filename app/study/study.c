@@ -1,86 +1,205 @@
-/* study.c - from suites to points, then to what is written. */
+/* study.c - from suites to points, what is kept of runs, and what is written. */
 #include "app/study/study.h"
 
+#include <dirent.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
+#include "app/cli/version.h"
 #include "lib/io/atomic_file.h"
 
-static kith_status prepare(struct kith_study *s, const struct kith_study_verb *verb) {
-  static const char *const several[] = {"measure"};
-  const char *measure[KITH_SUITE_MEASURES];
-  double weight = 0;
-  int n_jobs = 0;
-  KITH_TRY(verb->read(s, false));
-  KITH_TRY(kith_resize(&s->point, 0, (size_t)s->n, sizeof *s->point));
-  for (int k = 0; k < s->n; ++k) {
-    const int n = s->suite[k].n_methods * s->suite[k].n_values;
-    KITH_TRY(kith_resize(&s->point[k], 0, (size_t)n, sizeof **s->point));
-    for (int j = 0; j < n; ++j) {
-      s->suite[k].job[j].threads = KITH_MAX(s->options->threads, 1);
-      weight += s->suite[k].job[j].weight;
-    }
-    n_jobs += n;
+/* ---- what is kept of runs ---- */
+
+/* FNV-1a, 64 bits. */
+static uint64_t hash(uint64_t h, const char *text) {
+  for (; *text != '\0'; ++text) h = (h ^ (unsigned char)*text) * UINT64_C(0x100000001b3);
+  return h;
+}
+
+/* DIR/runs/sph-limited-100-0123456789abcdef */
+static void run_directory(const struct kith_study *s, const struct kith_job *job, char path[KITH_JOB_PATH]) {
+  char text[4096], *name = path + snprintf(path, KITH_JOB_PATH, "%s/runs/", s->directory);
+  uint64_t key = UINT64_C(0xcbf29ce484222325);
+  FILE *scene = fopen(job->scene, "r");
+  while (scene != NULL && fgets(text, sizeof text, scene) != NULL) key = hash(key, text);
+  if (scene != NULL) fclose(scene);
+  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version(), job->dimension, job->threads,
+           KITH_MAX(job->ranks, 1));
+  key = hash(hash(key, text), job->settings);
+  snprintf(name, KITH_JOB_PATH - (size_t)(name - path), "%s-%s-%016" PRIx64, job->label, job->value, key);
+  for (char *c = name; *c != '\0'; ++c)
+    if (strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-+", *c) == NULL) *c = '-';
+  if (name[0] == '.') name[0] = '-';
+}
+
+/* Snapshots of a hundred runs fill a disk. */
+static void remove_snapshots(const char *directory) {
+  DIR *entries = opendir(directory);
+  if (entries == NULL) return;
+  for (struct dirent *e; (e = readdir(entries)) != NULL;)
+    if (strncmp(e->d_name, "snapshot", strlen("snapshot")) == 0) unlinkat(dirfd(entries), e->d_name, 0);
+  closedir(entries);
+}
+
+/* Runs the job into PATH.part, and names it PATH; of a failure the reason is kept. */
+static kith_status run_new(const struct kith_study *s, double cpu_limit, const struct kith_job *job,
+                           const char *path, const char *failure, struct kith_point *p) {
+  char part[KITH_JOB_PATH + 8], log[KITH_JOB_PATH + 8];
+  int code;
+  snprintf(part, sizeof part, "%s.part", path);
+  snprintf(log, sizeof log, "%s.log", path);
+  KITH_TRY(kith_job_run(&s->programs, job, "run", part, log, cpu_limit, &code, p->why));
+  remove_snapshots(part);
+  p->failed = code != 0;
+  FILE *file = p->failed ? fopen(failure, "w") : NULL;
+  const bool kept =
+      p->failed ? file != NULL && fputs(p->why, file) != EOF && fclose(file) == 0 : rename(part, path) == 0;
+  return kept ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s: %s", p->failed ? failure : path, strerror(errno));
+}
+
+static bool earlier_failure(const char *path, char why[256]) {
+  FILE *file = fopen(path, "r");
+  if (file == NULL) return false;
+  why[fread(why, 1, 255, file)] = '\0';
+  fclose(file);
+  return true;
+}
+
+/* ---- the table and the progress ---- */
+
+static void put_quoted(FILE *out, const char *text) {
+  fputc('"', out);
+  for (const char *s = text; *s != '\0'; ++s) {
+    if (*s == '"') fputc('"', out);
+    fputc((unsigned char)*s < ' ' ? ' ' : *s, out);
   }
-  for (int k = 0; k < s->suite->n_measures; ++k) measure[k] = s->suite->measure[k];
-  s->campaign.quiet = s->options->quiet, s->campaign.cpu_limit = verb->cpu_limit;
-  return kith_campaign_open(&s->campaign, s->suite->n_measures, s->n == 1 ? measure : several, n_jobs,
-                            weight);
+  fputc('"', out);
+}
+
+static void put_point(FILE *table, const struct kith_suite *suite, const struct kith_job *job,
+                      const struct kith_point *p) {
+  const char *const texts[] = {job->label, job->value, p->failed ? "failed" : "ok", p->why, job->settings};
+  for (size_t k = 0; k < sizeof texts / sizeof *texts; ++k) {
+    if (k > 0) fputc(',', table);
+    put_quoted(table, texts[k]);
+  }
+  for (int k = 0; k < KITH_MEASURES + suite->n_measures; ++k) fprintf(table, ",%.9g", p->value[k]);
+  fputc('\n', table);
+  fflush(table);
+}
+
+/* "[3/12] sph at 100: norms.density.l1 0.0203, 0.01 CPU-s"; p NULL: it has begun. */
+static void show_progress(const struct kith_study *s, const struct kith_suite *suite,
+                          const struct kith_job *job, const struct kith_point *p) {
+  const bool terminal = isatty(STDERR_FILENO);
+  if (s->options->quiet || (p == NULL && !terminal)) return;
+  fprintf(stderr, "%s[%d/%d] %s at %s", terminal ? "\r\033[K" : "", s->n_done + (p == NULL), s->n_jobs,
+          job->label, job->value);
+  if (p != NULL && p->failed)
+    fprintf(stderr, " failed: %s\n", p->why);
+  else if (p != NULL)
+    fprintf(stderr, ": %s %.4g, %.3g CPU-s\n", suite->measure[0], p->value[KITH_MEASURES],
+            p->value[KITH_CPU_SECONDS]);
+  fflush(stderr);
+}
+
+/* ---- running ---- */
+
+static const char *const common[KITH_MEASURES] = {"cpu_seconds", "pair_evaluations", "nodes", "steps",
+                                                  "energy_drift"};
+
+static kith_status prepare(struct kith_study *s) {
+  char path[KITH_PATH + 16];
+  snprintf(path, sizeof path, "%s/runs", s->directory);
+  KITH_TRY(kith_directory_make(path));
+  snprintf(path, sizeof path, "%s/points.csv", s->directory);
+  s->table = fopen(path, "w");
+  if (s->table == NULL) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));
+  fputs("method,value,status,why,settings", s->table);
+  for (int k = 0; k < KITH_MEASURES; ++k) fprintf(s->table, ",%s", common[k]);
+  for (int k = 0; k < s->suite->n_measures; ++k)
+    fprintf(s->table, ",%s", s->n > 1 ? "measure" : s->suite->measure[k]);
+  fputc('\n', s->table);
+  for (int k = 0; k < s->n; ++k) s->n_jobs += s->suite[k].n_methods * s->suite[k].n_values;
+  setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
+  return KITH_OK;
+}
+
+/* Runs a job, or reads what an earlier study has of it. A run that fails is a point; an error is what keeps
+ * points from being made. */
+static kith_status run_job(struct kith_study *s, double cpu_limit, const struct kith_suite *suite,
+                           struct kith_job *job, struct kith_point *p) {
+  char path[KITH_JOB_PATH], failure[KITH_JOB_PATH + 16], report[KITH_JOB_PATH + 16];
+  job->threads = KITH_MAX(s->options->threads, 1);
+  run_directory(s, job, path);
+  snprintf(failure, sizeof failure, "%s.failed", path);
+  snprintf(report, sizeof report, "%s/report.json", path);
+  p->failed = earlier_failure(failure, p->why);
+  const bool found = p->failed || access(report, R_OK) == 0;
+  if (!found) {
+    show_progress(s, suite, job, NULL);
+    KITH_TRY(run_new(s, cpu_limit, job, path, failure, p));
+  }
+  for (int k = 0; k < KITH_MEASURES + suite->n_measures; ++k) {
+    const char *measure = k < KITH_MEASURES ? common[k] : suite->measure[k - KITH_MEASURES];
+    if (p->failed || kith_report_measure(report, measure, &p->value[k]) != KITH_OK) p->value[k] = NAN;
+  }
+  ++s->n_done, s->n_failed += p->failed;
+  put_point(s->table, suite, job, p);
+  if (!found) show_progress(s, suite, job, p);
+  return KITH_OK;
+}
+
+static kith_status close_table(struct kith_study *s) {
+  if (s->table == NULL) return KITH_OK;
+  const bool written = ferror(s->table) == 0, closed = fclose(s->table) == 0;
+  s->table = NULL;
+  return written && closed ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s/points.csv: cannot write", s->directory);
 }
 
 /* The first values of all methods first: what is interrupted has something of each. */
-static kith_status run_all(struct kith_study *s) {
-  for (int k = 0; k < s->n; ++k) {
-    const struct kith_suite *suite = &s->suite[k];
-    for (int a = 0; a < suite->n_measures; ++a) s->campaign.column[KITH_MEASURES + a] = suite->measure[a];
+static kith_status run_all(struct kith_study *s, double cpu_limit) {
+  for (struct kith_suite *suite = s->suite; suite < s->suite + s->n; ++suite)
     for (int v = 0; v < suite->n_values; ++v)
       for (int j = v; j < suite->n_methods * suite->n_values; j += suite->n_values)
-        KITH_TRY(kith_campaign_run(&s->campaign, &suite->job[j], &s->point[k][j]));
-  }
-  return kith_campaign_close(&s->campaign);
+        KITH_TRY(run_job(s, cpu_limit, suite, &suite->job[j], &suite->point[j]));
+  return close_table(s);
 }
 
 static kith_status write_all(const struct kith_study *s, const struct kith_study_verb *verb) {
   char path[KITH_PATH + 16];
   struct kith_atomic_file *file;
   KITH_TRY(verb->draw(s));
-  snprintf(path, sizeof path, "%s/%s.md", s->campaign.directory, verb->name);
+  snprintf(path, sizeof path, "%s/%s.md", s->directory, verb->name);
   KITH_TRY(kith_atomic_file_open(&file, path));
   verb->put(file->stream, s, true);
   KITH_TRY(kith_atomic_file_commit(&file, false));
   verb->put(stdout, s, false);
-  printf("\n%d runs, %d failed; %s\n", s->campaign.n_jobs, s->campaign.n_failed, path);
+  printf("\n%d runs, %d failed; %s\n", s->n_jobs, s->n_failed, path);
   return KITH_OK;
-}
-
-static void clear(struct kith_study *s) {
-  kith_campaign_close(&s->campaign);
-  for (int k = 0; k < s->n; ++k) {
-    kith_suite_clear(&s->suite[k]);
-    if (s->point != NULL) kith_free(&s->point[k]);
-  }
-  kith_free(&s->suite);
-  kith_free(&s->point);
 }
 
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options) {
   struct kith_study s = {.options = options};
   enum kith_exit code = KITH_EXIT_USAGE;
-  kith_status status = kith_programs_find(&s.campaign.programs);
-  if (status == KITH_OK && options->subject != NULL && strcmp(options->subject, "list") == 0) {
-    status = verb->read(&s, true);
-    if (status == KITH_OK) verb->list(&s);
-    code = KITH_EXIT_OK;
-  } else if (status == KITH_OK) {
-    status = prepare(&s, verb);
-    if (status == KITH_OK) {
-      status = run_all(&s);
-      if (status == KITH_OK) status = write_all(&s, verb);
-      code = status == KITH_OK ? verb->verdict(&s) : KITH_EXIT_FAILED;
-    }
+  const bool listing = options->subject != NULL && strcmp(options->subject, "list") == 0;
+  kith_status status = kith_programs_find(&s.programs);
+  if (status == KITH_OK) status = listing ? verb->list(&s) : verb->read(&s);
+  if (status == KITH_OK && !listing) status = prepare(&s);
+  if (status == KITH_OK && !listing) {
+    code = KITH_EXIT_FAILED;
+    status = run_all(&s, verb->cpu_limit);
+    if (status == KITH_OK) status = write_all(&s, verb);
   }
-  if (status != KITH_OK) {
+  if (status == KITH_OK)
+    code = listing ? KITH_EXIT_OK : verb->verdict(&s);
+  else
     fprintf(stderr, "kith: %s\n", kith_failure());
-    if (code == KITH_EXIT_OK) code = KITH_EXIT_USAGE;
-  }
-  clear(&s);
+  close_table(&s);
+  for (int k = 0; k < s.n; ++k) kith_suite_clear(&s.suite[k]);
+  kith_free(&s.suite);
   return code;
 }

@@ -3,7 +3,7 @@
 
 #include <dirent.h>
 #include <math.h>
-#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -15,8 +15,7 @@
 /* What all readers of this file share. */
 struct context {
   const struct kith_programs *programs;
-  int n_overrides;
-  const char *const *overrides;
+  const struct kith_options *options;
 };
 
 /* ---- tables ---- */
@@ -73,68 +72,67 @@ static const struct kith_param code_params[] = {
     {"cpu_seconds", KITH_PARAM_NUMBER, NULL, "(0, inf)", "cores times wall time", OF_CODE(cpu_seconds)},
     {"norms", KITH_PARAM_OTHER, NULL, "", "as density.l1", KITH_BELOW(NULL, MAP)},
     {0}};
-static const struct kith_param positive = {"", KITH_PARAM_NUMBER,     NULL, "(0, inf)",
-                                           "", .size = sizeof(double)};
+static const struct kith_param positive = {"resolution", KITH_PARAM_NUMBER,     NULL, "(0, inf)",
+                                           "",           .size = sizeof(double)};
+static const char norm_choices[] =
+    "density.l1|density.l2|density.linf|velocity.l1|velocity.l2|velocity.linf|pressure.l1|pressure.l2|"
+    "pressure.linf|energy.l1|energy.l2|energy.linf|speed.l1|speed.l2|speed.linf|"
+    "contact_pressure_error|density_peak";
+static const struct kith_param norm_param = {"", KITH_PARAM_NAME, NULL, norm_choices, "", .size = 32};
 
 /* ---- settings ---- */
 
-struct text {
-  char *to;
-  size_t room;
-};
-
-__attribute__((format(printf, 2, 3))) static void put(struct text *t, const char *format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  const int n = vsnprintf(t->to, t->room, format, arguments);
-  va_end(arguments);
-  const size_t used = KITH_MIN((size_t)KITH_MAX(n, 0), t->room - 1);
-  t->to += used, t->room -= used;
-}
-
-/* A value on one line, as YAML has it. */
-static void put_value(struct text *t, const struct kith_config_node *node) {
+static void put_value(FILE *f, const struct kith_config_node *node) {
   const bool map = node->kind == KITH_CONFIG_MAP;
   if (node->kind == KITH_CONFIG_SCALAR) {
-    put(t, "%s", node->quoted ? "'" : node->null ? "null" : "");
-    for (const char *c = node->null ? "" : node->text; *c != '\0'; ++c)
-      put(t, *c == '\'' && node->quoted ? "''" : "%c", *c);
-    put(t, "%s", node->quoted ? "'" : "");
+    const char *quote = node->quoted ? "'" : "";
+    fputs(quote, f);
+    for (const char *c = node->null ? "null" : node->text; *c != '\0'; ++c)
+      fprintf(f, *c == '\'' && node->quoted ? "''" : "%c", *c);
+    fputs(quote, f);
     return;
   }
-  put(t, map ? "{" : "[");
+  fputc(map ? '{' : '[', f);
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    if (child != node->first) put(t, ", ");
-    if (map) put(t, "%s: ", child->key);
-    put_value(t, child);
+    if (child != node->first) fputs(", ", f);
+    if (map) fprintf(f, "%s: ", child->key);
+    put_value(f, child);
   }
-  put(t, map ? "}" : "]");
+  fputc(map ? '}' : ']', f);
 }
 
-/* Sets `key` to the value of `node`, or, if that is a map (but no value by dimension), key.entry to each of
- * its entries. */
+/* A value on one line, as YAML has it, behind `before`. BAD_INPUT if there is no room for it. */
+static kith_status format_value(const char *before, const struct kith_config_node *node, char *text,
+                                size_t size) {
+  memset(text, 0, size);
+  FILE *f = fmemopen(text, size - 1, "w");
+  if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for a setting");
+  fputs(before, f);
+  put_value(f, node);
+  fclose(f);
+  return strlen(text) < size - 2 ? KITH_OK : kith_config_fail(node, NULL, "more than %zu letters", size - 3);
+}
+
+/* Sets `key` to the value of `node`, or, if that is a map, key.entry to each of its entries. */
 static kith_status set_all(struct kith_job *job, const char *key, const struct kith_config_node *node) {
-  char text[1024];
-  const bool by_dimension = node->kind == KITH_CONFIG_MAP && node->first != NULL &&
-                            kith_choices_index("1d|2d|3d", node->first->key) >= 0;
-  if (node->kind != KITH_CONFIG_MAP || by_dimension) {
-    struct text t = {text, sizeof text};
-    put(&t, "%s=", key);
-    put_value(&t, node);
-    if (t.room == 1) return kith_config_fail(node, NULL, "a value of more than a thousand letters");
+  char before[256], text[1024];
+  if (node->kind != KITH_CONFIG_MAP) {
+    snprintf(before, sizeof before, "%s=", key);
+    KITH_TRY(format_value(before, node, text, sizeof text));
     return kith_job_set(job, text);
   }
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    snprintf(text, sizeof text, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);
-    KITH_TRY(set_all(job, text, child));
+    snprintf(before, sizeof before, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);
+    KITH_TRY(set_all(job, before, child));
   }
   return KITH_OK;
 }
 
 /* What --set sets must not be what is varied (by values of `varied`, if that is not NULL). */
-static kith_status apply_overrides(struct kith_job *job, const struct context *c, const char *varied) {
-  for (int k = 0; k < c->n_overrides; ++k) {
-    const char *text = c->overrides[k];
+static kith_status apply_overrides(struct kith_job *job, const struct kith_options *options,
+                                   const char *varied) {
+  for (int k = 0; k < options->n_overrides; ++k) {
+    const char *text = options->overrides[k];
     if (varied != NULL && strncmp(text, varied, strlen(varied)) == 0 && text[strlen(varied)] == '=')
       KITH_FAIL(BAD_INPUT, "--set %s: this is what is varied", varied);
     if (strncmp(text, "dimension=", strlen("dimension=")) != 0) KITH_TRY(kith_job_set(job, text));
@@ -144,12 +142,16 @@ static kith_status apply_overrides(struct kith_job *job, const struct context *c
 
 /* ---- methods and values ---- */
 
+static kith_status check_list(const struct kith_config_node *list, int most) {
+  KITH_TRY(kith_config_want_list(list));
+  if (list->n == 0) return kith_config_fail(list, NULL, "an empty list");
+  return list->n <= most ? KITH_OK : kith_config_fail(list, NULL, "more than %d", most);
+}
+
 /* Entries {name or value, settings}, none called like another. */
 static kith_status check_named(const struct kith_config_node *list, const struct kith_param *params,
                                int most) {
-  KITH_TRY(kith_config_want_list(list));
-  if (list->n == 0) return kith_config_fail(list, NULL, "an empty list");
-  if (list->n > most) return kith_config_fail(list, NULL, "more than %d", most);
+  KITH_TRY(check_list(list, most));
   for (const struct kith_config_node *one = list->first; one != NULL; one = one->next) {
     struct named head;
     const struct kith_config_node *settings = kith_config_child(one, "settings");
@@ -163,19 +165,12 @@ static kith_status check_named(const struct kith_config_node *list, const struct
   return KITH_OK;
 }
 
-static kith_status check_values(const struct kith_config_node *list) {
-  KITH_TRY(kith_config_want_list(list));
-  if (list->n == 0) return kith_config_fail(list, NULL, "an empty list");
-  return list->n > KITH_SUITE_VALUES ? kith_config_fail(list, NULL, "more than %d", KITH_SUITE_VALUES)
-                                     : KITH_OK;
-}
-
 /* One value: of `key`, or, if that is NULL, with a name and settings. */
 static kith_status set_value(struct kith_suite *s, struct kith_job *job, const char *key,
                              const struct kith_config_node *value) {
-  struct text t = {job->value, sizeof job->value};
   char *end;
-  put_value(&t, key == NULL ? kith_config_child(value, "value") : value);
+  KITH_TRY(format_value("", key == NULL ? kith_config_child(value, "value") : value, job->value,
+                        sizeof job->value));
   job->x = strtod(job->value, &end);
   if (*end != '\0') s->named_values = true, job->x = value->index;
   return set_all(job, key == NULL ? "" : key, key == NULL ? kith_config_child(value, "settings") : value);
@@ -186,7 +181,9 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_job *common
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {
   s->n_methods = methods != NULL ? methods->n : 1, s->n_values = values->n;
-  KITH_TRY(kith_resize(&s->job, 0, (size_t)s->n_methods * s->n_values, sizeof *s->job));
+  const size_t n_jobs = (size_t)s->n_methods * (size_t)s->n_values;
+  KITH_TRY(kith_resize(&s->job, 0, n_jobs, sizeof *s->job));
+  KITH_TRY(kith_resize(&s->point, 0, n_jobs, sizeof *s->point));
   struct kith_job *job = s->job;
   const struct kith_config_node *method = methods != NULL ? methods->first : NULL;
   for (int m = 0; m < s->n_methods; ++m, method = method != NULL ? method->next : NULL)
@@ -247,13 +244,14 @@ static kith_status find_scene(const struct kith_config_node *node, const struct 
 
 /* The dimension is that of --set, else of the suite, else of the scene. */
 static kith_status set_scene(struct kith_suite *s, const struct context *c, struct kith_job *job) {
-  int own;
-  bool given = s->dimension == 0;
+  const char *overrides[KITH_MAX_OVERRIDES + 1];
+  char own[32];
+  const int first = s->dimension > 0;
+  snprintf(own, sizeof own, "dimension=%d", s->dimension);
+  overrides[0] = own;
+  memcpy(overrides + first, c->options->overrides, sizeof c->options->overrides);
   stem_of(job->scene, s->scene, sizeof s->scene);
-  KITH_TRY(kith_scene_dimension(job->scene, c->n_overrides, c->overrides, &own));
-  for (int k = 0; k < c->n_overrides; ++k)
-    given |= strncmp(c->overrides[k], "dimension=", strlen("dimension=")) == 0;
-  if (given) s->dimension = own;
+  KITH_TRY(kith_scene_dimension(job->scene, first + c->options->n_overrides, overrides, &s->dimension));
   job->dimension = s->dimension;
   return KITH_OK;
 }
@@ -274,15 +272,13 @@ static kith_status make_common(struct kith_suite *s, const struct kith_config_no
 static kith_status read_norms(struct kith_suite *s, const struct kith_config *config) {
   const struct kith_config_node *norms = kith_config_at(config, "norms"),
                                 *targets = kith_config_at(config, "targets");
-  if (norms == NULL) snprintf(s->measure[s->n_measures++], sizeof s->measure[0], "norms.density.l1");
-  if (norms != NULL) KITH_TRY(kith_config_want_list(norms));
-  if (norms != NULL && (norms->n == 0 || norms->n > KITH_SUITE_MEASURES))
-    return kith_config_fail(norms, NULL, "%d norms; 1 to %d can be charted", norms->n, KITH_SUITE_MEASURES);
+  s->n_measures = norms != NULL ? norms->n : 1;
+  snprintf(s->measure[0], sizeof s->measure[0], "norms.density.l1");
+  if (norms != NULL) KITH_TRY(check_list(norms, KITH_SUITE_MEASURES));
   for (const struct kith_config_node *n = norms != NULL ? norms->first : NULL; n != NULL; n = n->next) {
-    if (n->kind != KITH_CONFIG_SCALAR) return kith_config_fail(n, NULL, "a norm is a word, as density.l1");
-    if (kith_choices_index(kith_norm_choices, n->text) < 0)
-      return kith_config_fail_word(n, kith_norm_choices);
-    snprintf(s->measure[s->n_measures++], sizeof s->measure[0], "norms.%s", n->text);
+    char norm[32];
+    KITH_TRY(kith_param_value(&norm_param, n, norm));
+    snprintf(s->measure[n->index], sizeof s->measure[0], "norms.%s", norm);
   }
   if (targets == NULL) return KITH_OK;
   KITH_TRY(kith_config_want_list(targets));
@@ -306,7 +302,7 @@ static kith_status read_codes(struct kith_suite *s, const struct kith_config_nod
     for (const struct kith_config_node *norm = norms->first; norm != NULL; norm = norm->next) {
       double value;
       KITH_TRY(kith_param_value(&positive, norm, &value));
-      if (kith_choices_index(kith_norm_choices, norm->key) < 0)
+      if (kith_choices_index(norm_choices, norm->key) < 0)
         return kith_config_fail(norm, NULL, "none of our norms, which are as density.l1");
       for (int k = 0; k < s->n_measures; ++k)
         if (strcmp(norm->key, s->measure[k] + strlen("norms.")) == 0) code->norm[k] = value;
@@ -315,28 +311,33 @@ static kith_status read_codes(struct kith_suite *s, const struct kith_config_nod
   return KITH_OK;
 }
 
-static kith_status read_suite(struct kith_suite *s, const struct kith_config *config,
-                              const struct context *c) {
-  struct kith_job job = {0};
+/* What is charted: of a suite, or of what stands for one. `job`: what all have in common. */
+static kith_status read_methods(struct kith_suite *s, const struct kith_config *config,
+                                const struct kith_options *options, struct kith_job *job) {
   const struct kith_config_node *methods = kith_config_at(config, "methods"),
-                                *resolution = kith_config_at(config, "resolution"),
-                                *codes = kith_config_at(config, "reference_codes");
-  stem_of(config->file, s->name, sizeof s->name);
-  KITH_TRY(kith_params_read(suite_params, config->root, s));
-  if (strchr(s->name, '/') != NULL || s->name[0] == '.')
-    return kith_config_fail(kith_config_at(config, "suite"), NULL, "'%.60s' cannot name a directory",
-                            s->name);
-  KITH_TRY(make_common(s, config->root, c, &job));
-  KITH_TRY(apply_overrides(&job, c, "resolution"));
+                                *resolution = kith_config_at(config, "resolution");
+  KITH_TRY(apply_overrides(job, options, "resolution"));
   if (methods != NULL) KITH_TRY(check_named(methods, method_params, KITH_SUITE_METHODS));
-  KITH_TRY(check_values(resolution));
+  KITH_TRY(check_list(resolution, KITH_SUITE_VALUES));
   double last = 0, next;
   for (const struct kith_config_node *r = resolution->first; r != NULL; r = r->next, last = next) {
     KITH_TRY(kith_param_value(&positive, r, &next));
     if (next <= last) return kith_config_fail(r, NULL, "%g after %g: resolutions ascend", next, last);
   }
-  KITH_TRY(make_jobs(s, &job, methods, "resolution", resolution));
-  KITH_TRY(read_norms(s, config));
+  KITH_TRY(make_jobs(s, job, methods, "resolution", resolution));
+  return read_norms(s, config);
+}
+
+static kith_status read_suite(struct kith_suite *s, const struct kith_config *config,
+                              const struct context *c) {
+  struct kith_job job = {0};
+  const struct kith_config_node *codes = kith_config_at(config, "reference_codes");
+  KITH_TRY(kith_params_read(suite_params, config->root, s));
+  if (strchr(s->name, '/') != NULL || s->name[0] == '.')
+    return kith_config_fail(kith_config_at(config, "suite"), NULL, "'%.60s' cannot name a directory",
+                            s->name);
+  KITH_TRY(make_common(s, config->root, c, &job));
+  KITH_TRY(read_methods(s, config, c->options, &job));
   return codes != NULL ? read_codes(s, codes) : KITH_OK;
 }
 
@@ -346,8 +347,7 @@ static double even(double x) {
 }
 
 /* Every package at three resolutions of a scene. */
-static kith_status suite_of_scene(struct kith_suite *s, const struct kith_config *config,
-                                  const struct context *c) {
+static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *config, const struct context *c) {
 #define METHOD(name) "  - {name: " #name ", settings: {method.package: " #name "}}\n"
   static const char format[] =
       "resolution: [%g, %g, %g]\nnorms: [density.l1, velocity.l1, pressure.l1]\nmethods:\n" KITH_PACKAGE_LIST(
@@ -356,24 +356,18 @@ static kith_status suite_of_scene(struct kith_suite *s, const struct kith_config
   char text[sizeof format + 100];
   struct kith_config *suite = NULL;
   struct kith_job job = {0};
+  double own;
   if (kith_config_at(config, "exact") == NULL)
     return kith_config_fail(config->root, "exact",
                             "none: a scene without an exact solution has no errors to chart");
   snprintf(job.scene, sizeof job.scene, "%s", config->file);
   KITH_TRY(set_scene(s, c, &job));
-  KITH_TRY(apply_overrides(&job, c, "resolution"));
-  stem_of(config->file, s->name, sizeof s->name);
-  const char by[] = {(char)('0' + s->dimension), 'd', '\0'};
-  const struct kith_config_node *node = kith_config_at(config, "resolution");
-  if (node != NULL && node->kind == KITH_CONFIG_MAP) node = kith_config_child(node, by);
-  const double own = node != NULL && node->kind == KITH_CONFIG_SCALAR ? strtod(node->text, NULL) : 0;
-  if (!(own > 0)) return kith_config_fail(config->root, "resolution", "no number for %d-D", s->dimension);
+  config->root->dimension = s->dimension;
+  KITH_TRY(kith_param_read(&positive, config->root, &own));
   const double factor = s->dimension == 3 ? sqrt(2) : 2;
   snprintf(text, sizeof text, format, even(own / factor), even(own), even(own * factor));
   KITH_TRY(kith_config_parse(&suite, config->file, text, strlen(text)));
-  kith_status status =
-      make_jobs(s, &job, kith_config_at(suite, "methods"), "resolution", kith_config_at(suite, "resolution"));
-  if (status == KITH_OK) status = read_norms(s, suite);
+  const kith_status status = read_methods(s, suite, c->options, &job);
   kith_config_destroy(&suite);
   return status;
 }
@@ -410,23 +404,23 @@ static kith_status locate(const struct kith_programs *programs, const char *subj
 }
 
 kith_status kith_suite_read(struct kith_suite *s, const struct kith_programs *programs, const char *subject,
-                            int n_overrides, const char *const *overrides) {
-  const struct context c = {programs, n_overrides, overrides};
+                            const struct kith_options *options) {
+  const struct context c = {programs, options};
   struct kith_config *config = NULL;
   *s = (struct kith_suite){0};
   KITH_TRY(locate(programs, subject, s->file));
   KITH_TRY(kith_config_read(&config, s->file));
-  kith_status status =
+  stem_of(config->file, s->name, sizeof s->name);
+  const kith_status status =
       kith_config_at(config, "regions") != NULL ? suite_of_scene(s, config, &c) : read_suite(s, config, &c);
   kith_config_destroy(&config);
-  for (int k = 0; k < s->n_methods * s->n_values && status == KITH_OK; ++k)
-    s->job[k].weight = pow(s->job[k].x, s->dimension + 1); /* nodes times steps */
   if (status != KITH_OK) kith_suite_clear(s);
   return status;
 }
 
 void kith_suite_clear(struct kith_suite *s) {
   kith_free(&s->job);
+  kith_free(&s->point);
   kith_free(&s->code);
 }
 
@@ -443,7 +437,7 @@ void kith_suite_list(const struct kith_programs *programs) {
 
 static kith_status read_sweep(struct kith_suite *s, const struct kith_config_node *node,
                               const struct kith_config_node *methods, const struct context *c) {
-  struct kith_job job = {.weight = 1};
+  struct kith_job job = {0};
   const struct kith_config_node *values = kith_config_child(node, "values");
   *s = (struct kith_suite){.at_most = NAN, .at_least = NAN, .n_measures = 1};
   KITH_TRY(kith_config_want_map(node));
@@ -455,8 +449,9 @@ static kith_status read_sweep(struct kith_suite *s, const struct kith_config_nod
   if (one_key && values->n != 1)
     return kith_config_fail(values, NULL, "%d keys; a sweep varies one", values->n);
   if (one_key) values = values->first;
-  KITH_TRY(one_key ? check_values(values) : check_named(values, value_params, KITH_SUITE_VALUES));
-  KITH_TRY(apply_overrides(&job, c, one_key ? values->key : NULL));
+  KITH_TRY(one_key ? check_list(values, KITH_SUITE_VALUES)
+                   : check_named(values, value_params, KITH_SUITE_VALUES));
+  KITH_TRY(apply_overrides(&job, c->options, one_key ? values->key : NULL));
   return make_jobs(s, &job, methods, one_key ? values->key : NULL, values);
 }
 
@@ -480,9 +475,8 @@ static kith_status read_sweeps(struct kith_suite **sweeps, int *n, const struct 
 }
 
 kith_status kith_sweeps_read(struct kith_suite **sweeps, int *n, const struct kith_programs *programs,
-                             const char *path, const char *only, int n_overrides,
-                             const char *const *overrides) {
-  const struct context c = {programs, n_overrides, overrides};
+                             const char *path, const char *only, const struct kith_options *options) {
+  const struct context c = {programs, options};
   struct kith_config *config = NULL;
   KITH_TRY(kith_config_read(&config, path));
   const kith_status status = read_sweeps(sweeps, n, config, only, &c);

@@ -1,4 +1,5 @@
-/* suite.h - what a chart or a stress sweep runs: a scene, methods, and values of what is varied.
+/* suite.h - what a chart or a stress sweep runs: a scene, methods, and values of what is varied; and what came
+ * of it.
  *
  * A suite for `kith chart` is a small YAML file:
  *
@@ -23,7 +24,7 @@
  *     scene: sod
  *     dimension: 1
  *     settings: {resolution: 100}            # for every run
- *     measure: norms.density.l1              # as in campaign.h
+ *     measure: norms.density.l1              # as in job.h
  *     at_most: 1.1                           # or at_least: what still counts as working
  *     of_first: true                         # the measure over its value at the first value of the method
  *     reason: errors of the steps stay below a tenth of those of the nodes
@@ -33,9 +34,18 @@
 #ifndef KITH_APP_STUDY_SUITE_H
 #define KITH_APP_STUDY_SUITE_H
 
-#include "app/study/campaign.h"
+#include "app/cli/options.h"
+#include "app/study/job.h"
 
 enum { KITH_SUITE_MEASURES = 8, KITH_SUITE_METHODS = 100, KITH_SUITE_VALUES = 64 };
+
+/* What the report of a run says: these columns, then the measures of the suite. */
+enum { KITH_CPU_SECONDS, KITH_PAIR_EVALUATIONS, KITH_NODES, KITH_STEPS, KITH_ENERGY_DRIFT, KITH_MEASURES };
+struct kith_point {
+  bool failed;
+  char why[256];                                     /* of the failure */
+  double value[KITH_MEASURES + KITH_SUITE_MEASURES]; /* NaN: not in the report */
+};
 
 struct kith_reference_code {
   char name[64], version[48], machine[96];
@@ -46,8 +56,9 @@ struct kith_reference_code {
 struct kith_suite {
   char file[KITH_JOB_PATH], name[100], scene[256]; /* scene: its name */
   int dimension, n_methods, n_values;
-  bool named_values;    /* a value is a word, and x its position */
-  struct kith_job *job; /* owned; job[m * n_values + v] */
+  bool named_values;        /* a value is a word, and x its position */
+  struct kith_job *job;     /* owned; job[m * n_values + v] */
+  struct kith_point *point; /* owned; of the same jobs, zero until they have run (study.h) */
   int n_measures, n_codes;
   char measure[KITH_SUITE_MEASURES][64];
   double target[KITH_SUITE_MEASURES]; /* 0: chosen from the points */
@@ -58,14 +69,14 @@ struct kith_suite {
   bool of_first;
 };
 
-/* A suite or a scene, by path or by name: NAME.yaml of inputs/suites, then of inputs. BAD_INPUT with one line
- * for whatever is wrong in the file itself; what scenes say of their settings, kith_job_check tells. */
+/* A suite or a scene, by path or by name: NAME.yaml of inputs/suites, then of inputs. Of the options the
+ * overrides count. BAD_INPUT with one line for whatever is wrong in the file itself; what scenes say of their
+ * settings, kith_job_check tells. */
 kith_status kith_suite_read(struct kith_suite *out, const struct kith_programs *programs, const char *subject,
-                            int n_overrides, const char *const *overrides);
-/* The sweeps of a file, or the one called `only`; *sweeps is kith_resize memory. */
+                            const struct kith_options *options);
+/* The sweeps of a file, or the one called `only`; *sweeps is kith_resize memory, also after a failure. */
 kith_status kith_sweeps_read(struct kith_suite **sweeps, int *n, const struct kith_programs *programs,
-                             const char *path, const char *only, int n_overrides,
-                             const char *const *overrides);
+                             const char *path, const char *only, const struct kith_options *options);
 /* Accepts one of zeros. */
 void kith_suite_clear(struct kith_suite *suite);
 /* Prints the suites there are. */

@@ -20,6 +20,7 @@
 #include "app/cli/options.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -113,32 +114,6 @@ static kith_status different_bytes(const char *a, const char *b, double *value) 
   return good ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s or %s: cannot read", a, b);
 }
 
-/* Rows of history that differ in anything but what is counted by process, and what limited the step: after a
- * restart it says so. */
-static double different_rows(const struct kith_csv *a, const struct kith_csv *b) {
-  static const char ignored[] = "limiter|nodes|ghosts|entries|rebuilds|seconds";
-  int n = 0;
-  if (a->n_columns != b->n_columns) return INFINITY;
-  for (int r = 0; r < KITH_MIN(a->n_rows, b->n_rows); ++r) {
-    bool differ = false;
-    for (int c = 0; c < a->n_columns; ++c)
-      differ |= kith_choices_index(ignored, kith_csv_at(a, -1, c)) < 0 &&
-                strcmp(kith_csv_at(a, r, c), kith_csv_at(b, r, c)) != 0;
-    n += differ;
-  }
-  return n + abs(a->n_rows - b->n_rows);
-}
-
-static kith_status different_histories(const char *a, const char *b, double *value) {
-  struct kith_csv one = {0}, other = {0};
-  kith_status status = kith_csv_read(&one, a);
-  if (status == KITH_OK) status = kith_csv_read(&other, b);
-  if (status == KITH_OK) *value = different_rows(&one, &other);
-  kith_csv_clear(&one);
-  kith_csv_clear(&other);
-  return status;
-}
-
 /* The job of a row, with a checkpoint at its end and a run of its own. */
 static kith_status special_job(const struct kith_row *row, const char *suffix, struct kith_job *job) {
   *job = row->job;
@@ -160,7 +135,7 @@ static kith_status threads(const struct validation *v, const struct kith_row *ro
 
 static kith_status restart(const struct validation *v, const struct kith_row *row, double *value) {
   struct kith_job whole, parts;
-  char path[2][PATH];
+  char path[PATH];
   KITH_TRY(special_job(row, "whole", &whole));
   KITH_TRY(run(v, &whole));
   KITH_TRY(special_job(row, "parts", &parts));
@@ -169,8 +144,7 @@ static kith_status restart(const struct validation *v, const struct kith_row *ro
   parts.steps = 0;
   in_run(v, parts.label, "checkpoint.kith", parts.restart);
   KITH_TRY(run(v, &parts));
-  return different_histories(in_run(v, whole.label, "history.csv", path[0]),
-                             in_run(v, parts.label, "history.csv", path[1]), value);
+  return different_bytes(in_run(v, whole.label, "checkpoint.kith", path), parts.restart, value);
 }
 
 /* ---- the same as another row ---- */

@@ -2,6 +2,7 @@
 #include "app/study/validate_rows.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include "app/scene/params.h"

@@ -7,12 +7,12 @@
  *     - {name: sod-4, dimension: 1, scene: sod, ranks: 4, same: 1e-11, like: sod-100}
  *
  * Settings are those of --set, separated by blanks. A row without a scene measures the last run once more.
- * Measures: those of campaign.h, and
+ * Measures: those of job.h, and
  *   order N       of convergence through the last N values that rows with a resolution have measured
  *   same norms    largest relative difference of the L1 norms between the last two runs
  *   balance       largest imbalance (busiest rank over mean) of all checks but the first
- *   threads       how many bytes of a checkpoint differ between 1 and 2 threads
- *   restart N     how many lines of history differ if the run is restarted after step N
+ *   threads       how many bytes of the last checkpoint differ between 1 and 2 threads
+ *   restart N     the same between a run and one that is restarted after step N
  * `same` is required beside a measure, or instead of one: the last snapshot equals that of the row `like`, an
  * earlier one. `bits`: every field bitwise, as it is stored, and as many row entries in the whole run; a
  * number: node by node by id, within this fraction of the largest value of a field.
@@ -35,10 +35,10 @@
 #ifndef KITH_APP_STUDY_VALIDATE_ROWS_H
 #define KITH_APP_STUDY_VALIDATE_ROWS_H
 
-#include "app/study/campaign.h"
+#include "app/study/job.h"
 
 enum kith_row_kind {
-  KITH_ROW_VALUE, /* a measure of campaign.h */
+  KITH_ROW_VALUE, /* a measure of job.h */
   KITH_ROW_ORDER,
   KITH_ROW_SAME_NORMS,
   KITH_ROW_BALANCE,

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "app/study/pareto_front.h"
-#include "app/study/stress.h"
+#include "app/study/study.h"
 #include "tests/check.h"
 
 enum { MOST = 60 };
@@ -67,13 +67,13 @@ static void check_costs(void) {
 }
 
 static void check_targets(void) {
-  const double error[] = {0.3, 0.09, 0.04, 0.015}; /* two methods */
-  CHECK(fabs(kith_target(2, 2, error) - 0.02) <
+  const double resolution[] = {10, 20}, error[] = {0.3, 0.09, 0.04, 0.015}; /* two methods */
+  CHECK(fabs(kith_target(2, 2, resolution, error) - 0.02) <
         1e-15); /* 0.1 and 0.2 cross one, 0.02 the other: the smallest of the best */
   const double both[] = {0.3, 0.02, 0.08, 0.015};
-  CHECK(fabs(kith_target(2, 2, both) - 0.02) < 1e-15);
-  CHECK(kith_target(1, 1, error) == 0);
-  CHECK(kith_target(1, 2, (const double[]){NAN, NAN}) == 0);
+  CHECK(fabs(kith_target(2, 2, resolution, both) - 0.02) < 1e-15);
+  CHECK(kith_target(1, 1, resolution, error) == 0);
+  CHECK(kith_target(1, 2, resolution, (const double[]){NAN, NAN}) == 0);
 }
 
 static void check_answer(const struct kith_suite *s, const struct kith_point *point, const char *wanted) {
