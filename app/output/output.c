@@ -69,11 +69,8 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
                                     {NULL, NULL}};
   const struct kith_snapshot_info info = {it->time, it->step, simulation->scene->domain, notes};
   char name[32], path[640];
-  if (output->n_snapshots == output->capacity) {
-    KITH_TRY(kith_resize(&output->times, (size_t)output->capacity, (size_t)output->capacity + 64,
-                         sizeof *output->times));
-    output->capacity += 64;
-  }
+  const size_t n = (size_t)output->n_snapshots;
+  KITH_TRY(kith_grow(&output->times, &output->capacity, n, n + 1, sizeof *output->times));
   snapshot_name(output->n_snapshots, name);
   path_in(output, name, path);
   struct kith_nodes *dealt = NULL;

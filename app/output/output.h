@@ -15,7 +15,8 @@
 
 struct kith_output {
   char directory[512];
-  int n_snapshots, capacity;
+  int n_snapshots;
+  size_t capacity;
   double *times; /* of the snapshots written */
   double next;   /* time of the next snapshot */
   struct kith_history history;

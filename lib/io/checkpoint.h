@@ -47,14 +47,13 @@ kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct ki
  * above. */
 kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct kith_nodes *nodes,
                                       const struct kith_field *field);
-kith_status kith_checkpoint_put_f64(struct kith_checkpoint *c, const char *name, const double *values,
-                                    size_t n);
-kith_status kith_checkpoint_put_i64(struct kith_checkpoint *c, const char *name, const int64_t *values,
-                                    size_t n);
+/* A named array. */
+kith_status kith_checkpoint_put(struct kith_checkpoint *c, const char *name, enum kith_type type,
+                                const void *values, size_t n);
 /* Closes, syncs, renames; frees *c in any case. */
 kith_status kith_checkpoint_commit(struct kith_checkpoint **c);
-/* Removes the temporary file; frees *c. */
-void kith_checkpoint_abandon(struct kith_checkpoint **c);
+/* After reading; a file that is being written is given up. Frees *c; accepts a pointer to NULL. */
+void kith_checkpoint_close(struct kith_checkpoint **c);
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path);
 const char *kith_checkpoint_scene(const struct kith_checkpoint *c); /* view */
@@ -65,9 +64,8 @@ const char *kith_checkpoint_scene(const struct kith_checkpoint *c); /* view */
 kith_status kith_checkpoint_nodes(struct kith_checkpoint *c, struct kith_nodes *nodes);
 /* Length of a named array, SIZE_MAX if it is not there. */
 size_t kith_checkpoint_length(const struct kith_checkpoint *c, const char *name);
-/* `n` must be the array's length (else BAD_FILE). */
-kith_status kith_checkpoint_f64(struct kith_checkpoint *c, const char *name, double *values, size_t n);
-kith_status kith_checkpoint_i64(struct kith_checkpoint *c, const char *name, int64_t *values, size_t n);
-void kith_checkpoint_close(struct kith_checkpoint **c);
+/* `type` and `n` must be those of the array (else BAD_FILE). */
+kith_status kith_checkpoint_get(struct kith_checkpoint *c, const char *name, enum kith_type type,
+                                void *values, size_t n);
 
 #endif

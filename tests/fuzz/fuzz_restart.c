@@ -45,7 +45,7 @@ static void restart(const char *path) {
     }
     const size_t n = kith_checkpoint_length(c, "extra");
     double *extra = n <= MOST ? calloc(n + 1, sizeof *extra) : NULL;
-    if (extra != NULL) (void)kith_checkpoint_f64(c, "extra", extra, n);
+    if (extra != NULL) (void)kith_checkpoint_get(c, "extra", KITH_F64, extra, n);
     free(extra);
   } else if (c != NULL || kith_failure()[0] == '\0' || strchr(kith_failure(), '\n') != NULL) {
     abort();
@@ -108,7 +108,7 @@ static size_t good_file(uint8_t *data) {
   struct kith_checkpoint *c = NULL;
   if (fd < 0 || kith_checkpoint_open_new(&c, path, "scene: fuzz\n") != KITH_OK ||
       kith_checkpoint_put_nodes(c, nodes) != KITH_OK ||
-      kith_checkpoint_put_f64(c, "extra", extra, 2) != KITH_OK || kith_checkpoint_commit(&c) != KITH_OK)
+      kith_checkpoint_put(c, "extra", KITH_F64, extra, 2) != KITH_OK || kith_checkpoint_commit(&c) != KITH_OK)
     abort();
   close(fd);
   FILE *f = fopen(path, "rb");

@@ -96,7 +96,7 @@ static void checkpoint(const char *path, const struct world *w, int64_t step) {
   make(&back, -2, 1);
   CHECK_OK(kith_checkpoint_open(&c, path));
   CHECK_OK(kith_checkpoint_nodes(c, back.nodes));
-  CHECK_OK(kith_checkpoint_i64(c, "extra", back.extra->i64, N));
+  CHECK_OK(kith_checkpoint_get(c, "extra", KITH_I64, back.extra->i64, N));
   kith_checkpoint_close(&c);
   check_stored(&back, step);
   kith_nodes_destroy(&back.nodes);
@@ -110,7 +110,7 @@ static void failing_checkpoint(const char *path, const struct world *w) {
   const bool first = kith_ranks_rank(ranks) == 0;
   if (first) {
     CHECK_OK(kith_checkpoint_open_new(&c, path, "scene"));
-    CHECK_OK(kith_checkpoint_put_f64(c, "extra", &x, 1)); /* the name is taken */
+    CHECK_OK(kith_checkpoint_put(c, "extra", KITH_F64, &x, 1)); /* the name is taken */
   }
   CHECK_OK(kith_checkpoint_put_nodes(c, w->nodes));
   const kith_status status = kith_checkpoint_put_field(c, w->nodes, w->extra);
