@@ -13,44 +13,24 @@ static void destroy(struct kith_boundary *boundary) {
   boundary->self = NULL;
 }
 
-/* Copies one node's values between fields of the same kind and type. */
-static void copy_node(const struct kith_field *from, kith_index i, struct kith_field *to, kith_index j) {
-  const size_t size = kith_field_node_size(from);
-  memcpy((char *)to->data + (size_t)j * size, (const char *)from->data + (size_t)i * size, size);
-}
-
-/* Copies the chosen nodes of one list behind those that `held` has in it. `held` has the fields of `nodes`,
- * in order. */
-static kith_status hold_list(const struct kith_nodes *nodes, int list, const uint8_t *chosen,
-                             struct kith_nodes *held) {
-  const kith_index begin = nodes->lists[list].first, end = begin + nodes->lists[list].count;
-  kith_index count = 0;
-  for (kith_index i = begin; i < end; ++i) {
-    if (!chosen[i]) continue;
-    if (nodes->id->i64[i] < 0) KITH_FAIL(INTERNAL, "a constant boundary needs ids: node %d has none", i);
-    ++count;
-  }
-  kith_index place;
-  KITH_TRY(kith_nodes_append(held, list, count, &place));
-  for (kith_index i = begin; i < end; ++i) {
-    if (!chosen[i]) continue;
-    for (int f = 0; f < nodes->n_fields; ++f) copy_node(nodes->fields[f], i, held->fields[f], place);
-    ++place;
-  }
-  return KITH_OK;
-}
-
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                const uint8_t *chosen) {
   if (boundary->ops->held_nodes != held_nodes)
     KITH_FAIL(INTERNAL, "a %s boundary takes no nodes", boundary->ops->name);
   if (boundary->self != NULL) KITH_FAIL(INTERNAL, "the constant boundary holds its nodes already");
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (chosen[i] && nodes->id->i64[i] < 0)
+      KITH_FAIL(INTERNAL, "a constant boundary needs ids: node %d has none", i);
   struct kith_nodes *held = NULL;
-  KITH_TRY(kith_nodes_create_like(&held, nodes));
-  kith_status status = KITH_OK;
-  for (int l = 0; l < nodes->n_lists && status == KITH_OK; ++l) status = hold_list(nodes, l, chosen, held);
+  uint8_t *others = NULL;
+  kith_status status = kith_resize(&others, 0, (size_t)nodes->n_internal, 1);
+  for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i) others[i] = !chosen[i];
+  if (status == KITH_OK) status = kith_nodes_copy(&held, nodes, true);
+  if (status == KITH_OK) status = kith_nodes_delete(held, others);
+  if (status == KITH_OK) status = kith_nodes_shrink(held);
   if (status == KITH_OK) status = kith_nodes_delete(nodes, chosen);
   if (status != KITH_OK) kith_nodes_destroy(&held);
+  kith_free(&others);
   boundary->self = held;
   return status;
 }

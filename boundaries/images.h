@@ -23,8 +23,8 @@ kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith
                                bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign,
                                                 double *shift));
 
-/* `violated` and `enforce` of boundary.h for members with faces. put_back moves internal node i, which is outside.
- * DIVERGED also if the faces leave no room for nodes. */
+/* `violated` and `enforce` of boundary.h for members with faces. put_back moves internal node i, which
+ * is outside. DIVERGED also if the faces leave no room for nodes. */
 typedef void kith_put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
                            double *moved_by);
 bool kith_images_violated(const struct kith_boundary *boundary, const struct kith_nodes *nodes);

@@ -128,7 +128,7 @@ static kith_status count_nodes(struct setup *s) {
 static kith_status append_nodes(struct setup *s) {
   kith_index total = 0;
   for (int k = 0; k < s->scene->n_regions; ++k) total += s->plan[k].count;
-  KITH_TRY(kith_nodes_reserve(s->nodes, total));
+  KITH_TRY(kith_nodes_grow(s->nodes, total));
   for (int list = 0; list < s->scene->n_materials; ++list)
     for (int k = 0; k < s->scene->n_regions; ++k)
       if (s->plan[k].region->material == list)

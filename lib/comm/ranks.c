@@ -211,19 +211,25 @@ void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, siz
   if (ranks->rank == from) MPI_Send(data, (int)bytes, MPI_BYTE, 0, TAG, ranks->all);
 }
 
-static kith_status gather_parts(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
-                                int *count, int *place, size_t *part) {
-  int length = (int)bytes;
-  MPI_Allgather(&length, 1, MPI_INT, count, 1, MPI_INT, ranks->all);
+static kith_status gather_parts(struct kith_ranks *ranks, const void *mine, int length, char **all,
+                                int *count, size_t *part) {
+  const int size = kith_ranks_size(ranks);
+  int *place = count + size;
   size_t total = 0;
-  for (int r = 0; r < ranks->size; ++r) {
+  count[0] = length;
+  if (ranks != NULL) MPI_Allgather(&length, 1, MPI_INT, count, 1, MPI_INT, ranks->all);
+  for (int r = 0; r < size; ++r) {
     place[r] = (int)total;
     if (part != NULL) part[r] = total;
     total += (size_t)count[r];
   }
-  if (part != NULL) part[ranks->size] = total;
+  if (part != NULL) part[size] = total;
   if (total > INT_MAX) KITH_FAIL(UNSUPPORTED, "%zu bytes are too many for all ranks", total);
   KITH_TRY(kith_ranks_allreduce_status(ranks, kith_resize(all, 0, total, 1)));
+  if (ranks == NULL) {
+    if (total > 0) memcpy(*all, mine, total);
+    return KITH_OK;
+  }
   MPI_Allgatherv(mine, length, MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all);
   ranks->traffic.collectives += 2;
   return KITH_OK;
@@ -231,18 +237,12 @@ static kith_status gather_parts(struct kith_ranks *ranks, const void *mine, size
 
 kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
                               size_t *part) {
+  int *count = NULL; /* and places */
   *all = NULL;
-  if (ranks == NULL) {
-    KITH_TRY(kith_resize(all, 0, bytes, 1));
-    if (bytes > 0) memcpy(*all, mine, bytes);
-    if (part != NULL) part[0] = 0, part[1] = bytes;
-    return KITH_OK;
-  }
-  int *count = NULL;
-  kith_status status = kith_resize(&count, 0, 2 * (size_t)ranks->size, sizeof *count);
+  kith_status status = kith_resize(&count, 0, 2 * (size_t)kith_ranks_size(ranks), sizeof *count);
   if (bytes > INT_MAX) status = kith_fail(KITH_UNSUPPORTED, "%zu bytes are too many for all ranks", bytes);
   status = kith_ranks_allreduce_status(ranks, status);
-  if (status == KITH_OK) status = gather_parts(ranks, mine, bytes, all, count, count + ranks->size, part);
+  if (status == KITH_OK) status = gather_parts(ranks, mine, (int)bytes, all, count, part);
   kith_free(&count);
   return status;
 }

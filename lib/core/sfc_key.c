@@ -1,7 +1,17 @@
-/* The order of space-filling-curve keys, with ties broken by a second number. */
+/* Keys of positions, and the order of space-filling-curve keys, with ties broken by a second number. */
 #include "lib/core/sfc_key.h"
 
 #include "lib/core/keyed.h"
+
+void kith_sfc_keys(const double *x, kith_index n, const double *lower, const double *upper, uint64_t *key) {
+  double inverse_cell[NDIM];
+  for (int a = 0; a < NDIM; ++a)
+    inverse_cell[a] =
+        upper[a] > lower[a] ? (double)(UINT64_C(1) << KITH_SFC_KEY_BITS) / (upper[a] - lower[a]) : 0;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < n; ++i)
+    key[i] = kith_sfc_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
+}
 
 static inline bool in_order(const uint64_t *key, const int64_t *tie, size_t a, size_t b) {
   return key[a] < key[b] || (key[a] == key[b] && (tie == NULL || tie[a] <= tie[b]));

@@ -50,6 +50,9 @@ static inline uint64_t kith_sfc_key_of_position(const double *x, const double *l
   return kith_sfc_key_of_cell(c);
 }
 
+/* Keys of x[n][NDIM] in the box lower .. upper, by threads; an axis without length has one cell. */
+void kith_sfc_keys(const double *x, kith_index n, const double *lower, const double *upper, uint64_t *key);
+
 /* Sorts `n` items by key, ties by tie[item] (NULL: by item number); order[n] is written. Radix sort, O(n). */
 kith_status kith_sfc_key_sort(size_t n, const uint64_t *key, const int64_t *tie, kith_index *order);
 

@@ -69,17 +69,6 @@ static void tree_clear(struct kith_search *search) {
 
 /* Order. */
 
-static void find_keys(const struct kith_search *search, kith_index begin, kith_index n, uint64_t *key) {
-  const double *x = search->nodes->position->f64 + (size_t)begin * NDIM;
-  double lower[NDIM], upper[NDIM], inverse_cell[NDIM];
-  kith_search_cube(x, n, lower, upper);
-  for (int a = 0; a < NDIM; ++a)
-    inverse_cell[a] = (double)(UINT64_C(1) << KITH_SFC_KEY_BITS) / (upper[a] - lower[a]);
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < n; ++i)
-    key[i] = kith_sfc_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
-}
-
 /* Steps back along the curve: between adjacent slots, and over ever longer strides, so that rows of a
  * lattice, each of which follows the curve, are not taken for the curve. */
 static kith_index count_steps_back(const uint64_t *key, kith_index n) {
@@ -106,7 +95,10 @@ static kith_status sort_slots(struct kith_search *search, kith_index begin, kith
 /* Fills slots begin .. begin + n - 1 with the nodes of these numbers, along the curve. */
 static kith_status order_slots(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
-  find_keys(search, begin, n, tree->key);
+  const double *x = search->nodes->position->f64 + (size_t)begin * NDIM;
+  double lower[NDIM], upper[NDIM];
+  kith_search_cube(x, n, lower, upper);
+  kith_sfc_keys(x, n, lower, upper, tree->key);
   if (count_steps_back(tree->key, n) > n / MESSY) return sort_slots(search, begin, n);
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < n; ++i) search->node[begin + i] = begin + i;

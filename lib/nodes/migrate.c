@@ -1,7 +1,6 @@
 /* Packing, sending and unpacking of nodes; copies of all nodes ordered by id. */
 #include "lib/nodes/migrate.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* A packed node: its fields, one after the other, each padded to 8-byte words. */
@@ -174,64 +173,23 @@ kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint
 /* ---- copies ---- */
 
 kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts) {
-  const size_t all = (size_t)kith_ranks_size(nodes->ranks) * (size_t)nodes->n_lists;
-  int64_t *mine = NULL; /* the same for everybody */
-  *counts = NULL;
-  kith_status status = kith_resize(counts, 0, all, sizeof **counts);
-  if (status == KITH_OK) status = kith_resize(&mine, 0, all, sizeof *mine);
-  status = kith_ranks_allreduce_status(nodes->ranks, status);
-  if (status == KITH_OK) {
-    for (size_t k = 0; k < all; ++k) mine[k] = nodes->lists[k % (size_t)nodes->n_lists].count;
-    kith_ranks_all_to_all(nodes->ranks, mine, *counts, nodes->n_lists);
-  } else {
-    kith_free(counts);
-  }
-  kith_free(&mine);
+  int64_t mine[KITH_MAX_LISTS];
+  for (int l = 0; l < nodes->n_lists; ++l) mine[l] = nodes->lists[l].count;
+  char *all = NULL;
+  const kith_status status =
+      kith_ranks_gather(nodes->ranks, mine, (size_t)nodes->n_lists * sizeof *mine, &all, NULL);
+  *counts = (int64_t *)all;
   return status;
-}
-
-/* The fields of snapshots of the nodes that are here, in their order. */
-static kith_status copy_output(const struct kith_nodes *nodes, struct kith_nodes **out) {
-  const char *names[KITH_MAX_LISTS];
-  for (int l = 0; l < nodes->n_lists; ++l) names[l] = nodes->lists[l].name;
-  KITH_TRY(kith_nodes_create(out, nodes->n_lists, names));
-  (*out)->ranks = nodes->ranks;
-  for (int l = 0; l < nodes->n_lists; ++l) KITH_TRY(kith_nodes_append(*out, l, nodes->lists[l].count, NULL));
-  for (int f = 0; f < nodes->n_fields; ++f) {
-    const struct kith_field *field = nodes->fields[f];
-    struct kith_field *copy;
-    if (field->spec.output == NULL) continue;
-    KITH_TRY(kith_nodes_field(*out, &field->spec, &copy));
-    if (nodes->n_internal > 0)
-      memcpy(copy->data, field->data, (size_t)nodes->n_internal * kith_field_node_size(field));
-  }
-  return KITH_OK;
-}
-
-struct numbered {
-  int64_t id;
-  kith_index node;
-};
-
-static int by_id(const void *a, const void *b) {
-  const int64_t p = ((const struct numbered *)a)->id, q = ((const struct numbered *)b)->id;
-  return (p > q) - (p < q);
 }
 
 /* Each list by id. */
 static kith_status sort_by_id(struct kith_nodes *whole) {
-  struct numbered *number = NULL;
   kith_index *order = NULL;
-  kith_status status = kith_resize(&number, 0, (size_t)whole->n_internal, sizeof *number);
-  if (status == KITH_OK) status = kith_resize(&order, 0, (size_t)whole->n_internal, sizeof *order);
-  for (int l = 0; status == KITH_OK && l < whole->n_lists; ++l) {
-    const kith_index first = whole->lists[l].first, count = whole->lists[l].count;
-    for (kith_index i = first; i < first + count; ++i) number[i] = (struct numbered){whole->id->i64[i], i};
-    if (count > 1) qsort(number + first, (size_t)count, sizeof *number, by_id);
-    for (kith_index i = first; i < first + count; ++i) order[i] = number[i].node;
-  }
-  if (status == KITH_OK && whole->n_internal > 0) status = kith_nodes_reorder(whole, order);
-  kith_free(&number);
+  bool sorted = true;
+  kith_status status = kith_resize(&order, 0, (size_t)whole->n_internal, sizeof *order);
+  if (status == KITH_OK)
+    status = kith_nodes_order_by(whole, (const uint64_t *)whole->id->i64, order, &sorted);
+  if (status == KITH_OK && !sorted) status = kith_nodes_reorder(whole, order);
   kith_free(&order);
   return status;
 }
@@ -274,7 +232,8 @@ static kith_status send_by_id(struct kith_nodes *copy, int ranges) {
 
 static kith_status copy_by_id(const struct kith_nodes *nodes, int ranges, struct kith_nodes **out) {
   *out = NULL;
-  kith_status status = kith_ranks_allreduce_status(nodes->ranks, copy_output(nodes, out));
+  kith_status status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_copy(out, nodes, false));
+  if (status == KITH_OK) (*out)->ranks = nodes->ranks;
   if (status == KITH_OK && nodes->ranks != NULL) status = send_by_id(*out, ranges);
   if (status == KITH_OK) status = kith_ranks_allreduce_status(nodes->ranks, sort_by_id(*out));
   if (status != KITH_OK) kith_nodes_destroy(out);

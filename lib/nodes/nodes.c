@@ -61,14 +61,24 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
   return KITH_OK;
 }
 
-kith_status kith_nodes_create_like(struct kith_nodes **out, const struct kith_nodes *model) {
+static kith_status copy_fields(struct kith_nodes *copy, const struct kith_nodes *nodes, bool all_fields) {
+  for (int l = 0; l < nodes->n_lists; ++l) KITH_TRY(kith_nodes_append(copy, l, nodes->lists[l].count, NULL));
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    const struct kith_field *from = nodes->fields[f];
+    struct kith_field *to;
+    if (!all_fields && from->spec.output == NULL) continue;
+    KITH_TRY(kith_nodes_field(copy, &from->spec, &to));
+    if (nodes->n_internal > 0)
+      memcpy(to->data, from->data, (size_t)nodes->n_internal * kith_field_node_size(from));
+  }
+  return KITH_OK;
+}
+
+kith_status kith_nodes_copy(struct kith_nodes **out, const struct kith_nodes *nodes, bool all_fields) {
   const char *names[KITH_MAX_LISTS];
-  for (int l = 0; l < model->n_lists; ++l) names[l] = model->lists[l].name;
-  KITH_TRY(kith_nodes_create(out, model->n_lists, names));
-  kith_status status = KITH_OK;
-  struct kith_field *field;
-  for (int f = 0; f < model->n_fields && status == KITH_OK; ++f)
-    status = kith_nodes_field(*out, &model->fields[f]->spec, &field);
+  for (int l = 0; l < nodes->n_lists; ++l) names[l] = nodes->lists[l].name;
+  KITH_TRY(kith_nodes_create(out, nodes->n_lists, names));
+  const kith_status status = copy_fields(*out, nodes, all_fields);
   if (status != KITH_OK) kith_nodes_destroy(out);
   return status;
 }
@@ -139,14 +149,12 @@ kith_status kith_nodes_number_images(struct kith_nodes *nodes) {
   return kith_nodes_field(nodes, &image, &nodes->image);
 }
 
-kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity) {
-  if (capacity <= nodes->capacity) return KITH_OK;
+static kith_status move_fields(struct kith_nodes *nodes, kith_index capacity) {
+  const size_t keep = (size_t)kith_nodes_count(nodes);
   for (int f = 0; f < nodes->n_fields; ++f) {
     struct kith_field *field = nodes->fields[f];
-    KITH_TRY(kith_resize(&field->data, (size_t)kith_nodes_count(nodes), (size_t)capacity,
-                         kith_field_node_size(field)));
+    KITH_TRY(kith_resize(&field->data, keep, (size_t)capacity, kith_field_node_size(field)));
   }
-  nodes->capacity = capacity;
   return KITH_OK;
 }
 
@@ -154,11 +162,7 @@ kith_status kith_nodes_shrink(struct kith_nodes *nodes) {
   const kith_index count = kith_nodes_count(nodes), wanted = count + count / 4;
   if (wanted >= nodes->capacity) return KITH_OK;
   nodes->capacity = wanted; /* a field that cannot be moved has more */
-  for (int f = 0; f < nodes->n_fields; ++f) {
-    struct kith_field *field = nodes->fields[f];
-    KITH_TRY(kith_resize(&field->data, (size_t)count, (size_t)wanted, kith_field_node_size(field)));
-  }
-  return KITH_OK;
+  return move_fields(nodes, wanted);
 }
 
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more) {
@@ -166,7 +170,10 @@ kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more) {
   if (wanted > INT32_MAX) KITH_FAIL(UNSUPPORTED, "%lld nodes: more than an index counts", (long long)wanted);
   if (wanted <= nodes->capacity) return KITH_OK;
   const int64_t ahead = KITH_MAX(wanted, (int64_t)nodes->capacity + nodes->capacity / 4);
-  return kith_nodes_reserve(nodes, (kith_index)KITH_MIN(ahead, INT32_MAX));
+  const kith_index capacity = (kith_index)KITH_MIN(ahead, INT32_MAX);
+  KITH_TRY(move_fields(nodes, capacity));
+  nodes->capacity = capacity;
+  return KITH_OK;
 }
 
 /* Inserts `count` zeros at index `at` of one field with n nodes. */

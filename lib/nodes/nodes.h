@@ -118,8 +118,9 @@ struct kith_nodes {
 /* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are
  * registered. */
 kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names);
-/* An empty set with the same lists and fields, in the same order. */
-kith_status kith_nodes_create_like(struct kith_nodes **out, const struct kith_nodes *model);
+/* A copy of the internal nodes, which belong to no ranks, with all fields, in the same order, or with those that
+ * have an output and those that all nodes have. */
+kith_status kith_nodes_copy(struct kith_nodes **out, const struct kith_nodes *nodes, bool all_fields);
 void kith_nodes_destroy(struct kith_nodes **nodes);
 
 static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) {
@@ -145,8 +146,6 @@ static inline bool kith_field_lasts(const struct kith_field *field) {
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
-/* Memory for `capacity` nodes in all fields. Values of present nodes are kept. */
-kith_status kith_nodes_reserve(struct kith_nodes *nodes, kith_index capacity);
 /* Memory for `more` nodes behind the present ones, and a quarter of the capacity beyond if fields must
  * move. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more);
@@ -161,8 +160,11 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead);
 /* New internal node k is old node order[k]: a permutation that keeps every node in its list. Ghosts are
  * dropped. */
 kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order);
-/* The permutation that sorts each list by space-filling curve (key, then id) of `position` in `lower..upper`.
- * order[n_internal], written. *sorted: the nodes are in this order already. */
+/* The permutation that sorts each list by key[n_internal], then id: order[n_internal], written. *sorted: the
+ * nodes are in this order already. */
+kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *key, kith_index *order,
+                                bool *sorted);
+/* By the space-filling curve of `position` in `lower..upper`. */
 kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
                                    kith_index *order, bool *sorted);
 

@@ -107,30 +107,27 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
   return KITH_OK;
 }
 
-kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
-                                   kith_index *order, bool *sorted) {
-  const kith_index n = nodes->n_internal;
-  double inverse_cell[NDIM];
-  for (int a = 0; a < NDIM; ++a)
-    inverse_cell[a] =
-        upper[a] > lower[a] ? (double)(UINT64_C(1) << KITH_SFC_KEY_BITS) / (upper[a] - lower[a]) : 0;
-  uint64_t *key = NULL;
-  KITH_TRY(kith_resize(&key, 0, (size_t)n, sizeof *key));
-  const double *x = nodes->position->f64;
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < n; ++i)
-    key[i] = kith_sfc_key_of_position(x + (size_t)i * NDIM, lower, inverse_cell);
-  kith_status status = KITH_OK;
+kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *key, kith_index *order,
+                                bool *sorted) {
   *sorted = true;
-  for (int l = 0; l < nodes->n_lists && status == KITH_OK; ++l) {
+  for (int l = 0; l < nodes->n_lists; ++l) {
     const kith_index first = nodes->lists[l].first, count = nodes->lists[l].count;
     if (count == 0) continue;
-    status = kith_sfc_key_sort((size_t)count, key + first, nodes->id->i64 + first, order + first);
-    for (kith_index k = first; status == KITH_OK && k < first + count; ++k) {
+    KITH_TRY(kith_sfc_key_sort((size_t)count, key + first, nodes->id->i64 + first, order + first));
+    for (kith_index k = first; k < first + count; ++k) {
       order[k] += first;
       if (order[k] != k) *sorted = false;
     }
   }
+  return KITH_OK;
+}
+
+kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
+                                   kith_index *order, bool *sorted) {
+  uint64_t *key = NULL;
+  KITH_TRY(kith_resize(&key, 0, (size_t)nodes->n_internal, sizeof *key));
+  kith_sfc_keys(nodes->position->f64, nodes->n_internal, lower, upper, key);
+  const kith_status status = kith_nodes_order_by(nodes, key, order, sorted);
   kith_free(&key);
   return status;
 }

@@ -163,7 +163,7 @@ static void check_growth(void) {
   CHECK(moves < 40);
   check_house(&f);
   const size_t bytes = kith_nodes_bytes(f.nodes);
-  CHECK_OK(kith_nodes_reserve(f.nodes, 2 * f.nodes->capacity));
+  CHECK_OK(kith_nodes_grow(f.nodes, 2 * f.nodes->capacity));
   CHECK(kith_nodes_bytes(f.nodes) > 3 * bytes / 2);
   check_house(&f);
   CHECK_STATUS(KITH_INTERNAL, kith_nodes_append(f.nodes, 3, 1, NULL));
