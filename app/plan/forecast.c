@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "lib/core/sfc_key.h"
 #include "lib/domain/cell_bounds.h"
 #include "lib/domain/decomposition.h"
 #include "lib/domain/halo.h"
@@ -80,7 +81,7 @@ int64_t kith_scaling_model_cells(const struct kith_scaling_model *o) {
 
 /* What a rank would have. */
 struct load {
-  double nodes, made, kept;
+  double made, kept;
   double sent, sent_kept;          /* nodes, each as often as it goes */
   double to, from, to_kept, peers; /* ranks */
 };
@@ -206,41 +207,41 @@ static void find_targets(const struct kith_scaling_model *o, const int32_t *owne
 
 enum { MADE = 1, KEPT = 2 }; /* of a pair of ranks */
 
-/* The rank of every node and image; -1: of a frozen one, which all have. */
-static void find_ranks(const struct kith_scaling_model *o, const int32_t *owner, int32_t *rank) {
+/* Of a node or image. */
+struct mark {
+  int32_t rank;    /* -1: of a frozen one, which all have */
+  int32_t visited; /* 1 + the last rank that met it */
+  bool periodic;   /* an image across periodic faces */
+};
+
+static void mark_nodes(const struct kith_scaling_model *o, const int32_t *owner, struct mark *mark) {
   const struct kith_nodes *nodes = o->simulation->nodes;
-  for (kith_index i = 0; i < nodes->n_internal; ++i) rank[i] = owner[o->home[i]];
+  for (kith_index i = 0; i < nodes->n_internal; ++i) mark[i].rank = owner[o->home[i]];
   for (int b = 0; b < nodes->n_blocks; ++b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
-    for (kith_index k = 0; k < block->count; ++k)
-      rank[block->first + k] = block->control != NULL ? rank[block->control[k]] : -1;
+    const bool wraps = o->simulation->boundaries.boundary[block->boundary]->ops->wraps;
+    for (kith_index k = 0; k < block->count; ++k) {
+      const struct mark *control = block->control != NULL ? &mark[block->control[k]] : NULL;
+      mark[block->first + k] = (struct mark){.rank = control != NULL ? control->rank : -1,
+                                             .periodic = wraps || (control != NULL && control->periodic)};
+    }
   }
 }
 
 /* Periodic images are found from their nodes, as many as there are; mirror images are those in the lists. */
-static void mark_periodic(const struct kith_simulation *m, uint8_t *periodic) {
-  for (int b = 0; b < m->nodes->n_blocks; ++b) {
-    const struct kith_ghost_block *block = &m->nodes->blocks[b];
-    const bool all = m->boundaries.boundary[block->boundary]->ops->wraps;
-    for (kith_index k = 0; k < block->count; ++k)
-      periodic[block->first + k] = all || (block->control != NULL && periodic[block->control[k]]);
-  }
-}
-
-static kith_status count_made(const struct kith_scaling_model *o, const int32_t *owner, const int32_t *rank,
-                              const uint8_t *periodic, struct load *load, uint8_t *meets) {
+static kith_status count_made(const struct kith_scaling_model *o, const int32_t *owner,
+                              const struct mark *mark, struct load *load, uint8_t *meets) {
   const struct kith_nodes *nodes = o->simulation->nodes;
   for (kith_index i = 0; i < kith_nodes_count(nodes); ++i) {
     struct targets t;
-    if (rank[i] < 0 || periodic[i]) continue;
-    struct load *own = &load[rank[i]];
-    find_targets(o, owner, nodes->position->f64 + (size_t)i * NDIM, nodes->search_radius->f64[i], rank[i],
-                 &t);
+    const int32_t rank = mark[i].rank;
+    if (rank < 0 || mark[i].periodic) continue;
+    find_targets(o, owner, nodes->position->f64 + (size_t)i * NDIM, nodes->search_radius->f64[i], rank, &t);
     if (t.full) KITH_FAIL(UNSUPPORTED, "a node is sent to more than %d ranks", MOST_RANKS_OF_A_NODE);
-    own->nodes += i < nodes->n_internal, own->sent += t.n;
+    load[rank].sent += t.n;
     for (int k = 0; k < t.n; ++k) {
       load[t.of[k].rank].made += 1;
-      meets[(size_t)rank[i] * (size_t)o->n_ranks + (size_t)t.of[k].rank] |= MADE;
+      meets[(size_t)rank * (size_t)o->n_ranks + (size_t)t.of[k].rank] |= MADE;
     }
   }
   return KITH_OK;
@@ -248,70 +249,46 @@ static kith_status count_made(const struct kith_scaling_model *o, const int32_t 
 
 /* ---- who is kept ---- */
 
-/* The nodes, rank by rank. */
-static void sort_by_rank(const struct kith_scaling_model *o, const int32_t *rank, const struct load *load,
-                         kith_index *order, kith_index *first) {
-  first[0] = 0;
-  for (int r = 0; r < o->n_ranks; ++r) first[r + 1] = first[r] + (kith_index)load[r].nodes;
-  for (kith_index i = 0; i < o->simulation->nodes->n_internal; ++i) order[first[rank[i]]++] = i;
-  for (int r = o->n_ranks; r > 0; --r) first[r] = first[r - 1];
-  first[0] = 0;
-}
-
-/* Rank by rank all neighbors that other ranks own, each once: visited[j] is 1 + the last rank that met j. */
-static void count_rows(const struct kith_scaling_model *o, const int32_t *rank, const kith_index *order,
-                       int32_t *visited, struct load *load, uint8_t *meets) {
+/* Rank by rank all neighbors that other ranks own, each once. `order`: of the nodes, by rank. */
+static void count_rows(const struct kith_scaling_model *o, const kith_index *order, struct mark *mark,
+                       struct load *load, uint8_t *meets) {
   const struct kith_rows *rows = &o->simulation->connectivity->rows;
   for (kith_index k = 0; k < o->simulation->nodes->n_internal; ++k) {
     const kith_index i = order[k];
+    const int32_t rank = mark[i].rank;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      const kith_index j = rows->node[e];
-      if (rank[j] < 0 || rank[j] == rank[i] || visited[j] == rank[i] + 1) continue;
-      visited[j] = rank[i] + 1;
-      load[rank[i]].kept += 1, load[rank[j]].sent_kept += 1;
-      meets[(size_t)rank[j] * (size_t)o->n_ranks + (size_t)rank[i]] |= KEPT;
+      struct mark *other = &mark[rows->node[e]];
+      if (other->rank < 0 || other->rank == rank || other->visited == rank + 1) continue;
+      other->visited = rank + 1;
+      load[rank].kept += 1, load[other->rank].sent_kept += 1;
+      meets[(size_t)other->rank * (size_t)o->n_ranks + (size_t)rank] |= KEPT;
     }
   }
 }
 
-/* Scratch, a value for each node and image but for `first`. */
-struct marks {
-  int32_t *rank, *visited;
-  uint8_t *periodic;
-  kith_index *order, *first; /* first: [ranks + 1] */
-};
-
-static kith_status marks_room(const struct kith_scaling_model *o, struct marks *m) {
-  const size_t n = (size_t)kith_nodes_count(o->simulation->nodes);
-  KITH_TRY(kith_resize(&m->rank, 0, n, sizeof *m->rank));
-  KITH_TRY(kith_resize(&m->visited, 0, n, sizeof *m->visited));
-  KITH_TRY(kith_resize(&m->periodic, 0, n, 1));
-  KITH_TRY(kith_resize(&m->order, 0, n, sizeof *m->order));
-  return kith_resize(&m->first, 0, (size_t)o->n_ranks + 1, sizeof *m->first);
-}
-
-static void marks_clear(struct marks *m) {
-  kith_free(&m->rank);
-  kith_free(&m->visited);
-  kith_free(&m->periodic);
-  kith_free(&m->order);
-  kith_free(&m->first);
+static kith_status count_kept(const struct kith_scaling_model *o, struct mark *mark, struct load *load,
+                              uint8_t *meets) {
+  const size_t n = (size_t)o->simulation->nodes->n_internal;
+  uint64_t *rank = NULL;
+  kith_index *order = NULL;
+  kith_status status = kith_resize(&rank, 0, n, sizeof *rank);
+  if (status == KITH_OK) status = kith_resize(&order, 0, n, sizeof *order);
+  for (size_t i = 0; status == KITH_OK && i < n; ++i) rank[i] = (uint64_t)mark[i].rank;
+  if (status == KITH_OK) status = kith_sfc_key_sort(n, rank, NULL, order);
+  if (status == KITH_OK) count_rows(o, order, mark, load, meets);
+  kith_free(&rank);
+  kith_free(&order);
+  return status;
 }
 
 static kith_status count_ghosts(const struct kith_scaling_model *o, const int32_t *owner, bool culls,
                                 struct load *load, uint8_t *meets) {
-  struct marks m = {0};
-  kith_status status = marks_room(o, &m);
-  if (status == KITH_OK) {
-    find_ranks(o, owner, m.rank);
-    mark_periodic(o->simulation, m.periodic);
-    status = count_made(o, owner, m.rank, m.periodic, load, meets);
-  }
-  if (status == KITH_OK && culls) {
-    sort_by_rank(o, m.rank, load, m.order, m.first);
-    count_rows(o, m.rank, m.order, m.visited, load, meets);
-  }
-  marks_clear(&m);
+  struct mark *mark = NULL;
+  KITH_TRY(kith_resize(&mark, 0, (size_t)kith_nodes_count(o->simulation->nodes), sizeof *mark));
+  mark_nodes(o, owner, mark);
+  kith_status status = count_made(o, owner, mark, load, meets);
+  if (status == KITH_OK && culls) status = count_kept(o, mark, load, meets);
+  kith_free(&mark);
   return status;
 }
 
