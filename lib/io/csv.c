@@ -15,13 +15,12 @@ static int count(const char *text, char what) {
 static kith_status load(struct kith_csv *csv, const char *path) {
   FILE *file = fopen(path, "rb");
   if (file == NULL) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));
-  const long size = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
-  rewind(file);
-  kith_status status = kith_resize(&csv->text, 0, (size_t)KITH_MAX(size, 0) + 1, 1);
-  if (status == KITH_OK && (size < 0 || fread(csv->text, 1, (size_t)size, file) != (size_t)size))
-    status = kith_fail(KITH_BAD_FILE, "%s: cannot be read", path);
+  size_t size = 0;
+  const bool empty = getdelim(&csv->text, &size, '\0', file) < 0, whole = !ferror(file);
   fclose(file);
-  return status;
+  if (!whole) KITH_FAIL(BAD_FILE, "%s: cannot be read", path);
+  if (empty) KITH_FAIL(BAD_FILE, "%s: no line of column names", path);
+  return KITH_OK;
 }
 
 static kith_status cut(struct kith_csv *csv, const char *path) {
@@ -73,25 +72,20 @@ static kith_status failed(const struct kith_csv_log *log) {
 
 /* Bytes of the names and of the rows up to the step `last`. */
 static kith_status kept_length(const char *path, const char *names, uint64_t last, size_t *kept) {
-  struct kith_csv csv;
-  KITH_TRY(kith_csv_read(&csv, path));
-  const int step = kith_csv_column(&csv, "step");
-  size_t at = 0, used = 0;
-  bool same = step >= 0;
-  for (int k = 0; k < csv.n_columns; ++k, ++at) { /* each name is followed by a comma or by the end */
-    const char *name = kith_csv_at(&csv, -1, k);
-    const size_t length = strlen(name);
-    same = same && strncmp(names + at, name, length) == 0;
-    at += same ? length : 0;
-    same = same && names[at] == (k + 1 < csv.n_columns ? ',' : '\0');
+  struct kith_csv csv = {0};
+  kith_status status = load(&csv, path);
+  *kept = strlen(names) + 1;
+  if (status == KITH_OK && (strncmp(csv.text, names, *kept - 1) != 0 || csv.text[*kept - 1] != '\n'))
+    status = kith_fail(KITH_BAD_FILE, "%s: its columns are not %s", path, names);
+  if (status == KITH_OK) status = cut(&csv, path);
+  const int step = status == KITH_OK ? kith_csv_column(&csv, "step") : -1;
+  for (int row = 0; step >= 0 && row < csv.n_rows; ++row) {
+    const char *end = kith_csv_at(&csv, row, csv.n_columns - 1);
+    if (strtoull(kith_csv_at(&csv, row, step), NULL, 10) > last) break;
+    *kept = (size_t)(end - csv.text) + strlen(end) + 1;
   }
-  for (int row = 0; same && row < csv.n_rows && strtoull(kith_csv_at(&csv, row, step), NULL, 10) <= last;
-       ++row)
-    used = (size_t)(kith_csv_at(&csv, row, csv.n_columns - 1) - csv.text);
-  *kept = used > 0 ? used + strlen(csv.text + used) + 1 : strlen(names) + 1;
   kith_csv_clear(&csv);
-  if (!same) KITH_FAIL(BAD_FILE, "%s: its columns are not %s", path, names);
-  return KITH_OK;
+  return status;
 }
 
 static kith_status open_log(struct kith_csv_log *log, const char *names, const uint64_t *last) {
@@ -109,14 +103,13 @@ static kith_status open_log(struct kith_csv_log *log, const char *names, const u
 
 kith_status kith_csv_log_open(struct kith_csv_log *out, const char *path, const char *names,
                               const uint64_t *last) {
-  *out = (struct kith_csv_log){0};
-  KITH_TRY(kith_resize(&out->path, 0, strlen(path) + 1, 1));
-  strcpy(out->path, path);
+  *out = (struct kith_csv_log){.path = strdup(path)};
+  if (out->path == NULL) KITH_FAIL(NO_MEMORY, "no memory for a path");
   const kith_status status = open_log(out, names, last);
   if (status == KITH_OK) return KITH_OK;
   if (out->file != NULL) fclose(out->file);
-  kith_free(&out->path);
   out->file = NULL;
+  kith_free(&out->path);
   return status;
 }
 

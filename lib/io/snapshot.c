@@ -36,15 +36,14 @@ static void attribute(struct writer *w, hid_t owner, const char *name, hid_t typ
   H5Sclose(space);
 }
 
-static void put_f64(struct writer *w, hid_t owner, const char *name, hsize_t n, const double *values) {
-  attribute(w, owner, name, H5T_NATIVE_DOUBLE, n, values);
-}
-static void put_i64(struct writer *w, hid_t owner, const char *name, hsize_t n, const int64_t *values) {
-  attribute(w, owner, name, H5T_NATIVE_INT64, n, values);
-}
-static void put_u32(struct writer *w, hid_t owner, const char *name, hsize_t n, const uint32_t *values) {
-  attribute(w, owner, name, H5T_NATIVE_UINT32, n, values);
-}
+/* n 0: a single value. The type of the attribute is that of `values`. */
+#define PUT(w, owner, name, n, values)             \
+  attribute(w, owner, name,                        \
+            _Generic(*(values), double             \
+                     : H5T_NATIVE_DOUBLE, uint32_t \
+                     : H5T_NATIVE_UINT32, int64_t  \
+                     : H5T_NATIVE_INT64),          \
+            n, values)
 
 /* Fixed length without the zero: what VTK's reader compares, and what every reader gets as bytes. */
 static hid_t text_type(const char *text) {
@@ -121,17 +120,11 @@ static void lay_out_field(struct writer *w, const struct kith_field *field, size
     note_failure(w, "link to", name);
 }
 
-static void lay_out_fields(struct writer *w, const struct kith_nodes *nodes, size_t n) {
-  for (int f = 0; f < nodes->n_fields; ++f)
-    if (nodes->fields[f]->spec.output != NULL) lay_out_field(w, nodes->fields[f], n);
-}
-
 /* One VERTEX cell (type 1 of VTK) a node. */
 static void lay_out_cells(struct writer *w, size_t n) {
+  static const char *const counts[] = {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"};
   const int64_t count = (int64_t)n;
-  put_data(w, w->vtk, "NumberOfPoints", H5T_NATIVE_INT64, &count);
-  put_data(w, w->vtk, "NumberOfCells", H5T_NATIVE_INT64, &count);
-  put_data(w, w->vtk, "NumberOfConnectivityIds", H5T_NATIVE_INT64, &count);
+  for (int k = 0; k < 3; ++k) put_data(w, w->vtk, counts[k], H5T_NATIVE_INT64, &count);
   close_data(w, new_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0), "Connectivity");
   close_data(w, new_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0), "Offsets");
   close_data(w, new_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0), "Types");
@@ -139,33 +132,25 @@ static void lay_out_cells(struct writer *w, size_t n) {
 
 /* Groups of attributes. */
 
-static void write_vtk(struct writer *w) {
-  const int64_t version[2] = {1, 0};
-  put_i64(w, w->vtk, "Version", 2, version);
-  put_text(w, w->vtk, "Type", "UnstructuredGrid");
-}
-
 /* Six particle types, of which type 0 is used. No attribute Code, no root group Parameters: yt stumbles over
  * them. */
 static void write_header(struct writer *w, size_t n, const struct kith_snapshot_info *info) {
+  static const char *const flags[] = {"Flag_Sfr",    "Flag_Cooling",  "Flag_StellarAge",
+                                      "Flag_Metals", "Flag_Feedback", "Flag_Entropy_ICs"};
+  static const char *const zeros[] = {"Redshift", "BoxSize", "Omega0", "OmegaLambda"};
   const hid_t header = group(w, w->file, "Header");
   const uint32_t low[6] = {(uint32_t)n}, high[6] = {(uint32_t)((uint64_t)n >> 32)};
   const int64_t flag = 0, files = 1;
-  const double mass[6] = {0}, nothing = 0, one = 1;
-  put_u32(w, header, "NumPart_ThisFile", 6, low);
-  put_u32(w, header, "NumPart_Total", 6, low);
-  put_u32(w, header, "NumPart_Total_HighWord", 6, high);
-  put_f64(w, header, "MassTable", 6, mass); /* 0: each particle has its own */
-  put_i64(w, header, "NumFilesPerSnapshot", 0, &files);
-  put_f64(w, header, "Time", 0, &info->time);
-  put_f64(w, header, "Redshift", 0, &nothing);
-  put_f64(w, header, "BoxSize", 0, &nothing);
-  put_f64(w, header, "Omega0", 0, &nothing);
-  put_f64(w, header, "OmegaLambda", 0, &nothing);
-  put_f64(w, header, "HubbleParam", 0, &one);
-  static const char *const flags[] = {"Flag_Sfr",    "Flag_Cooling",  "Flag_StellarAge",
-                                      "Flag_Metals", "Flag_Feedback", "Flag_Entropy_ICs"};
-  for (size_t k = 0; k < sizeof flags / sizeof *flags; ++k) put_i64(w, header, flags[k], 0, &flag);
+  const double mass[6] = {0}, one = 1; /* mass 0: each particle has its own */
+  PUT(w, header, "NumPart_ThisFile", 6, low);
+  PUT(w, header, "NumPart_Total", 6, low);
+  PUT(w, header, "NumPart_Total_HighWord", 6, high);
+  PUT(w, header, "MassTable", 6, mass);
+  PUT(w, header, "NumFilesPerSnapshot", 0, &files);
+  PUT(w, header, "Time", 0, &info->time);
+  for (size_t k = 0; k < sizeof zeros / sizeof *zeros; ++k) PUT(w, header, zeros[k], 0, mass);
+  PUT(w, header, "HubbleParam", 0, &one);
+  for (size_t k = 0; k < sizeof flags / sizeof *flags; ++k) PUT(w, header, flags[k], 0, &flag);
   close_group(header);
 }
 
@@ -181,7 +166,7 @@ static void write_units(struct writer *w) {
                                       "Unit temperature in cgs (U_T)"};
   const hid_t units = group(w, w->file, "Units");
   const double one = 1;
-  for (size_t k = 0; k < sizeof names / sizeof *names; ++k) put_f64(w, units, names[k], 0, &one);
+  for (size_t k = 0; k < sizeof names / sizeof *names; ++k) PUT(w, units, names[k], 0, &one);
   close_group(units);
 }
 
@@ -205,11 +190,11 @@ static void write_run(struct writer *w, const struct kith_nodes *nodes,
     if (l > 0) strcat(materials, "\n");
     strcat(materials, nodes->lists[l].name);
   }
-  put_i64(w, run, "Dimension", 0, &dimension);
-  put_i64(w, run, "Step", 0, &step);
-  put_f64(w, run, "Time", 0, &info->time);
-  put_f64(w, run, "BoxLower", NDIM, info->box.lower);
-  put_f64(w, run, "BoxUpper", NDIM, info->box.upper);
+  PUT(w, run, "Dimension", 0, &dimension);
+  PUT(w, run, "Step", 0, &step);
+  PUT(w, run, "Time", 0, &info->time);
+  PUT(w, run, "BoxLower", NDIM, info->box.lower);
+  PUT(w, run, "BoxUpper", NDIM, info->box.upper);
   put_text(w, run, "MaterialNames", materials);
   for (const struct kith_note *note = info->notes; note != NULL && note->name != NULL; ++note)
     write_note(w, run, note);
@@ -224,8 +209,10 @@ static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t
   write_header(w, n, info);
   write_units(w);
   write_run(w, nodes, info);
-  write_vtk(w);
-  lay_out_fields(w, nodes, n);
+  PUT(w, w->vtk, "Version", 2, ((const int64_t[]){1, 0}));
+  put_text(w, w->vtk, "Type", "UnstructuredGrid");
+  for (int f = 0; f < nodes->n_fields; ++f)
+    if (nodes->fields[f]->spec.output != NULL) lay_out_field(w, nodes->fields[f], n);
   lay_out_cells(w, n);
   close_group(w->point_data);
   close_group(w->vtk);
@@ -323,31 +310,29 @@ static kith_status fill_field(const struct filler *f, const struct kith_nodes *n
     pad(f->room, field, (size_t)nodes->n_internal, columns);
     values = f->room;
   }
-  const hid_t group = H5Gopen2(f->file, "PartType0", H5P_DEFAULT);
-  const hid_t data = H5Dopen2(group, field->spec.output, H5P_DEFAULT);
+  char path[64];
+  snprintf(path, sizeof path, "PartType0/%s", field->spec.output);
+  const hid_t data = H5Dopen2(f->file, path, H5P_DEFAULT);
   for (int l = 0; l < nodes->n_lists; ++l) {
     const size_t count = (size_t)nodes->lists[l].count;
     const void *first = count > 0 ? values + (size_t)nodes->lists[l].first * size : NULL;
     KITH_TRY(write_rows(f, data, native_type(field->spec.type), columns, part->first[l], count, first));
   }
   H5Dclose(data);
-  H5Gclose(group);
   return KITH_OK;
 }
 
 static kith_status fill_cells(const struct filler *f, size_t first, size_t n, bool last) {
-  static const char *const names[] = {"Connectivity", "Offsets", "Types"};
+  static const char *const names[] = {"VTKHDF/Connectivity", "VTKHDF/Offsets", "VTKHDF/Types"};
   int64_t *number = f->room;
-  const hid_t group = H5Gopen2(f->file, "VTKHDF", H5P_DEFAULT);
   for (size_t i = 0; i < n + last; ++i) number[i] = (int64_t)(first + i);
   for (int k = 0; k < 3; ++k) {
-    const hid_t data = H5Dopen2(group, names[k], H5P_DEFAULT);
+    const hid_t data = H5Dopen2(f->file, names[k], H5P_DEFAULT);
     if (k == 2) memset(f->room, 1, n);
     KITH_TRY(write_rows(f, data, k == 2 ? H5T_NATIVE_UINT8 : H5T_NATIVE_INT64, 0, first, n + (k == 1 && last),
                         f->room));
     H5Dclose(data);
   }
-  H5Gclose(group);
   return KITH_OK;
 }
 
