@@ -1,9 +1,9 @@
 /* chart.c - error against cost: `kith chart SCENE|SUITE`, and `kith chart list`.
  *
- * Runs every method of a suite (suite.h) at every resolution, one run at a time so that they do not share
+ * Runs every method of a suite (study.h) at every resolution, one run at a time so that they do not share
  * caches and memory, with one thread unless --threads says otherwise. Before anything runs, `kith plan`
  * checks the settings of every method. A run that fails is a point with a reason; an interrupted chart goes
- * on when it is started again (study.h). DIR: -o, or out/chart/NAME.
+ * on when it is started again. DIR: -o, or out/chart/NAME.
  *
  *   DIR/chart.md             for each norm a table: observed orders, the cost at a given error, who is on the
  *                            Pareto front (nothing is both cheaper and more accurate), which points of other
@@ -114,14 +114,12 @@ static void put_codes(FILE *f, const struct cloud *c) {
 }
 
 static void put_machine(FILE *f) {
-  char line[256];
+  char line[256], model[200];
+  bool found = false;
   FILE *file = fopen("/proc/cpuinfo", "r");
-  while (file != NULL && fgets(line, sizeof line, file) != NULL) {
-    if (strncmp(line, "model name", strlen("model name")) != 0 || strchr(line, ':') == NULL) continue;
-    line[strcspn(line, "\n")] = '\0';
-    fprintf(f, " of%s", strchr(line, ':') + 1);
-    break;
-  }
+  while (!found && file != NULL && fgets(line, sizeof line, file) != NULL)
+    found = sscanf(line, "model name : %199[^\n]", model) == 1;
+  if (found) fprintf(f, " of %s", model);
   if (file != NULL) fclose(file);
 }
 
@@ -224,9 +222,7 @@ static kith_status check(const struct kith_suite *s, const struct kith_programs 
 
 static kith_status read_suite(struct kith_study *s) {
   const struct kith_options *o = s->options;
-  KITH_TRY(kith_resize(&s->suite, 0, 1, sizeof *s->suite));
-  KITH_TRY(kith_suite_read(s->suite, &s->programs, o->subject, o));
-  s->n = 1;
+  KITH_TRY(kith_suite_read(s, o->subject));
   snprintf(s->directory, sizeof s->directory, "%s%.700s", o->directory != NULL ? "" : "out/chart/",
            o->directory != NULL ? o->directory : s->suite->name);
   return check(s->suite, &s->programs);

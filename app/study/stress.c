@@ -4,7 +4,7 @@
  * A sweep varies one parameter of one scene, from mild to hard, for every method; a bound on a measure says
  * what still counts as working. The answer is which values pass: up to which one, as a rule. A run that
  * fails, or takes more than two minutes of processor time, does not pass, and the reason is kept. Sweeps and
- * methods are data (suite.h). What was interrupted goes on when it is started again (study.h).
+ * methods are data (study.h). What was interrupted goes on when it is started again.
  *
  * On stdout, and in DIR/stress.md (-o, out/stress by default): a table, sweep by method; the file has also
  * the bounds, and why runs did not pass. DIR/points.csv has all runs, DIR/stress.png and stress.svg the
@@ -171,7 +171,7 @@ static kith_status read_sweeps(struct kith_study *w) {
   char path[2 * KITH_PATH];
   snprintf(path, sizeof path, "%s%.700s", own ? "" : w->programs.inputs,
            own ? o->subject : "/stress/sweeps.yaml");
-  KITH_TRY(kith_sweeps_read(&w->suite, &w->n, &w->programs, path, own ? NULL : o->subject, o));
+  KITH_TRY(kith_sweeps_read(w, path, own ? NULL : o->subject));
   snprintf(w->directory, sizeof w->directory, "%.700s", o->directory != NULL ? o->directory : "out/stress");
   return o->n_overrides > 0 ? kith_job_check(&w->programs, w->suite->job) : KITH_OK;
 }

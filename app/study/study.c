@@ -199,7 +199,6 @@ enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct k
   else
     fprintf(stderr, "kith: %s\n", kith_failure());
   close_table(&s);
-  for (int k = 0; k < s.n; ++k) kith_suite_clear(&s.suite[k]);
-  kith_free(&s.suite);
+  kith_study_clear(&s);
   return code;
 }

@@ -1,5 +1,36 @@
-/* study.h - what `kith chart` and `kith stress` have in common: the jobs of suites run one after the other,
- * and a text and a figure are written of the points.
+/* study.h - what `kith chart` and `kith stress` have in common: suites, each a scene with methods and values
+ * of what is varied, whose jobs run one after the other; a text and a figure are written of the points.
+ *
+ * A suite for `kith chart` is a small YAML file:
+ *
+ *   scene: sod                        # a scene of inputs, or a path, relative to the suite's folder
+ *   dimension: 1                      # none: the scene's
+ *   settings: {scheme.cfl: 0.2}       # for every run; keys as in --set, or nested; and `ranks`: processes
+ *   methods:                          # names for settings; none: one method, the scene's
+ *     - {name: sph alpha 1, settings: {method.viscosity.name: monaghan}}
+ *   resolution: [50, 100, 200]        # ascending
+ *   norms: [density.l1, velocity.l1]  # what is charted: norms of the report
+ *   targets: [0.01, 0.02]             # for each norm the error at which costs are compared; none: chosen
+ *   reference_codes:                  # points of other codes, measured elsewhere, that are shown beside
+ *     - {code: SWIFT, version: v1, machine: 2 cores, resolution: 50, cpu_seconds: 3, norms: {density.l1:
+ *     0.1}}
+ *
+ * Any scene is a suite too: every hydro package at three resolutions around the scene's own.
+ *
+ * A file of sweeps for `kith stress` has `methods` as above and `sweeps`, a list of
+ *
+ *   - name: cfl-sod
+ *     parameter: Courant number              # what is varied
+ *     scene: sod
+ *     dimension: 1
+ *     settings: {resolution: 100}            # for every run
+ *     measure: norms.density.l1              # as in job.h
+ *     at_most: 1.1                           # or at_least: what still counts as working
+ *     of_first: true                         # the measure over its value at the first value of the method
+ *     reason: errors of the steps stay below a tenth of those of the nodes
+ *     values: {scheme.cfl: [0.1, 0.2, 0.3]}  # from mild to hard; or a list of {value: 10, settings: {...}}
+ *
+ * The order in which settings apply: settings, --set of the command line, method, value.
  *
  * DIR/points.csv has one line for each job. A run goes to DIR/runs/NAME.part and gets the directory
  * DIR/runs/NAME once it has finished, without its snapshots; NAME ends with a hash of the scene's text, of
@@ -10,7 +41,40 @@
 #define KITH_APP_STUDY_STUDY_H
 
 #include <stdio.h>
-#include "app/study/suite.h"
+#include "app/cli/options.h"
+#include "app/study/job.h"
+
+enum { KITH_SUITE_MEASURES = 8, KITH_SUITE_METHODS = 100, KITH_SUITE_VALUES = 64 };
+
+/* What the report of a run says: these columns, then the measures of the suite. */
+enum { KITH_CPU_SECONDS, KITH_PAIR_EVALUATIONS, KITH_NODES, KITH_STEPS, KITH_ENERGY_DRIFT, KITH_MEASURES };
+struct kith_point {
+  bool failed;
+  char why[256];                                     /* of the failure */
+  double value[KITH_MEASURES + KITH_SUITE_MEASURES]; /* NaN: not in the report */
+};
+
+struct kith_reference_code {
+  char name[64], version[48], machine[96];
+  double resolution, cpu_seconds;
+  double norm[KITH_SUITE_MEASURES]; /* of the suite's measures; NaN: not known */
+};
+
+struct kith_suite {
+  char file[KITH_JOB_PATH], name[100], scene[256]; /* scene: its name */
+  int dimension, n_methods, n_values;
+  bool named_values;        /* a value is a word, and x its position */
+  struct kith_job *job;     /* owned; job[m * n_values + v] */
+  struct kith_point *point; /* owned; of the same jobs */
+  int n_measures, n_codes;
+  char measure[KITH_SUITE_MEASURES][64];
+  double target[KITH_SUITE_MEASURES]; /* 0: chosen from the points */
+  struct kith_reference_code *code;   /* owned */
+  /* of a sweep */
+  char parameter[64], reason[256];
+  double at_most, at_least; /* one of them; the other is NaN */
+  bool of_first;
+};
 
 struct kith_study {
   const struct kith_options *options;
@@ -21,6 +85,20 @@ struct kith_study {
   int n_jobs, n_done, n_failed;
   FILE *table; /* points.csv */
 };
+
+/* Both read `suite`, by `programs` and the overrides of `options`; what they have read is to be cleared, also
+ * after a failure. BAD_INPUT with one line for whatever is wrong in the file itself; what scenes say of their
+ * settings, kith_job_check tells.
+ * A suite or a scene, by path or by name: NAME.yaml of inputs/suites, then of inputs. */
+kith_status kith_suite_read(struct kith_study *study, const char *subject);
+/* The sweeps of a file, or the one called `only`. */
+kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);
+/* Prints the suites there are. */
+void kith_suite_list(const struct kith_programs *programs);
+/* Is it a path to a YAML file rather than a name? */
+bool kith_suite_is_path(const char *name);
+/* Frees the suites. */
+void kith_study_clear(struct kith_study *study);
 
 /* What differs. */
 struct kith_study_verb {

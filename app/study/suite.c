@@ -1,5 +1,5 @@
 /* suite.c - reading suites and sweeps: settings to text, methods and values to jobs. */
-#include "app/study/suite.h"
+#include "app/study/study.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -12,12 +12,6 @@
 #include "lib/core/choices.h"
 #include "physics/package_list.h"
 
-/* What all readers of this file share. */
-struct context {
-  const struct kith_programs *programs;
-  const struct kith_options *options;
-};
-
 /* ---- tables ---- */
 
 #define IN(member) KITH_INTO(struct kith_suite, member)
@@ -28,7 +22,6 @@ struct context {
   }
 static const struct kith_param suite_params[] = {
     COMMON,
-    {"suite", KITH_PARAM_NAME, "", "", "its name; none: the name of the file", IN(name)},
     {"methods", KITH_PARAM_OTHER, "", "", "names for settings", KITH_BELOW(NULL, LIST)},
     {"resolution", KITH_PARAM_OTHER, NULL, "", "ascending", KITH_BELOW(NULL, LIST)},
     {"norms", KITH_PARAM_OTHER, "", "", "what is charted", KITH_BELOW(NULL, LIST)},
@@ -211,11 +204,12 @@ bool kith_suite_is_path(const char *name) {
   return strchr(name, '/') != NULL || (dot != NULL && strcmp(dot, ".yaml") == 0);
 }
 
-/* "|noh|sedov|sod": the names of the YAML files of a folder, in alphabetical order. */
-static void names_in(const char *folder, char *names, size_t size) {
+/* Adds "|noh|sedov|sod" to names: the YAML files of a folder of inputs, in alphabetical order. */
+static void add_names(const struct kith_programs *programs, const char *folder, char *names, size_t size) {
+  char path[KITH_PATH + 16];
   struct dirent **entries;
-  const int n = scandir(folder, &entries, NULL, alphasort);
-  names[0] = '\0';
+  snprintf(path, sizeof path, "%s%s", programs->inputs, folder);
+  const int n = scandir(path, &entries, NULL, alphasort);
   for (int k = 0; k < n; ++k) {
     const char *dot = strrchr(entries[k]->d_name, '.');
     const size_t used = strlen(names);
@@ -227,14 +221,14 @@ static void names_in(const char *folder, char *names, size_t size) {
 }
 
 /* A path is relative to the folder of the file, or to here. */
-static kith_status find_scene(const struct kith_config_node *node, const struct context *c, const char *name,
-                              char path[KITH_JOB_PATH]) {
-  char names[2048];
+static kith_status find_scene(const struct kith_config_node *node, const struct kith_study *c,
+                              const char *name, char path[KITH_JOB_PATH]) {
+  char names[2048] = "";
   const char *from = node->location.file, *slash = strrchr(from, '/');
   if (!kith_suite_is_path(name)) {
-    names_in(c->programs->inputs, names, sizeof names);
+    add_names(&c->programs, "", names, sizeof names);
     if (kith_choices_index(names, name) < 0) return kith_config_fail_word(node, names);
-    snprintf(path, KITH_JOB_PATH, "%s/%.100s.yaml", c->programs->inputs, name);
+    snprintf(path, KITH_JOB_PATH, "%s/%.100s.yaml", c->programs.inputs, name);
     return KITH_OK;
   }
   snprintf(path, KITH_JOB_PATH, "%.*s%.255s", slash != NULL ? (int)(slash - from) + 1 : 0, from, name);
@@ -243,7 +237,7 @@ static kith_status find_scene(const struct kith_config_node *node, const struct 
 }
 
 /* The dimension is that of --set, else of the suite, else of the scene. */
-static kith_status set_scene(struct kith_suite *s, const struct context *c, struct kith_job *job) {
+static kith_status set_scene(struct kith_suite *s, const struct kith_study *c, struct kith_job *job) {
   const char *overrides[KITH_MAX_OVERRIDES + 1];
   char own[32];
   const int first = s->dimension > 0;
@@ -258,7 +252,7 @@ static kith_status set_scene(struct kith_suite *s, const struct context *c, stru
 
 /* The job that all have in common: scene, dimension, settings. */
 static kith_status make_common(struct kith_suite *s, const struct kith_config_node *map,
-                               const struct context *c, struct kith_job *job) {
+                               const struct kith_study *c, struct kith_job *job) {
   const struct kith_config_node *settings = kith_config_child(map, "settings");
   KITH_TRY(find_scene(kith_config_child(map, "scene"), c, s->scene, job->scene));
   KITH_TRY(set_scene(s, c, job));
@@ -329,13 +323,10 @@ static kith_status read_methods(struct kith_suite *s, const struct kith_config *
 }
 
 static kith_status read_suite(struct kith_suite *s, const struct kith_config *config,
-                              const struct context *c) {
+                              const struct kith_study *c) {
   struct kith_job job = {0};
   const struct kith_config_node *codes = kith_config_at(config, "reference_codes");
   KITH_TRY(kith_params_read(suite_params, config->root, s));
-  if (strchr(s->name, '/') != NULL || s->name[0] == '.')
-    return kith_config_fail(kith_config_at(config, "suite"), NULL, "'%.60s' cannot name a directory",
-                            s->name);
   KITH_TRY(make_common(s, config->root, c, &job));
   KITH_TRY(read_methods(s, config, c->options, &job));
   return codes != NULL ? read_codes(s, codes) : KITH_OK;
@@ -347,7 +338,8 @@ static double even(double x) {
 }
 
 /* Every package at three resolutions of a scene. */
-static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *config, const struct context *c) {
+static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *config,
+                                  const struct kith_study *c) {
 #define METHOD(name) "  - {name: " #name ", settings: {method.package: " #name "}}\n"
   static const char format[] =
       "resolution: [%g, %g, %g]\nnorms: [density.l1, velocity.l1, pressure.l1]\nmethods:\n" KITH_PACKAGE_LIST(
@@ -380,63 +372,58 @@ static kith_status unknown(const char *what, const char *name, const char *choic
   KITH_FAIL(BAD_INPUT, "%s '%.60s'; there are %s", what, name, told);
 }
 
-/* The names of suites, then of scenes. */
-static void all_names(const struct kith_programs *programs, char names[2][2048]) {
-  char folder[KITH_PATH + 16];
-  snprintf(folder, sizeof folder, "%s/suites", programs->inputs);
-  names_in(folder, names[0], sizeof names[0]);
-  names_in(programs->inputs, names[1], sizeof names[1]);
-}
+/* Of inputs: suites, then scenes. */
+static const char *const folders[] = {"/suites", ""};
 
 static kith_status locate(const struct kith_programs *programs, const char *subject,
                           char path[KITH_JOB_PATH]) {
-  char names[2][2048], all[4096];
+  char names[4096] = "";
   snprintf(path, KITH_JOB_PATH, "%.760s", subject);
   if (kith_suite_is_path(subject) || access(subject, R_OK) == 0) return KITH_OK;
-  all_names(programs, names);
-  const bool suite = kith_choices_index(names[0], subject) >= 0;
-  if (suite || kith_choices_index(names[1], subject) >= 0) {
-    snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, suite ? "/suites" : "", subject);
-    return KITH_OK;
+  for (int k = 0; k < 2; ++k) {
+    snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folders[k], subject);
+    if (access(path, R_OK) == 0) return KITH_OK;
+    add_names(programs, folders[k], names, sizeof names);
   }
-  snprintf(all, sizeof all, "%s%s", names[0], names[1]);
-  return unknown("chart: no suite or scene", subject, all);
+  return unknown("chart: no suite or scene", subject, names);
 }
 
-kith_status kith_suite_read(struct kith_suite *s, const struct kith_programs *programs, const char *subject,
-                            const struct kith_options *options) {
-  const struct context c = {programs, options};
+kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   struct kith_config *config = NULL;
-  *s = (struct kith_suite){0};
-  KITH_TRY(locate(programs, subject, s->file));
+  KITH_TRY(kith_resize(&c->suite, 0, 1, sizeof *c->suite));
+  struct kith_suite *s = &c->suite[c->n++];
+  KITH_TRY(locate(&c->programs, subject, s->file));
+  stem_of(s->file, s->name, sizeof s->name);
   KITH_TRY(kith_config_read(&config, s->file));
-  stem_of(config->file, s->name, sizeof s->name);
   const kith_status status =
-      kith_config_at(config, "regions") != NULL ? suite_of_scene(s, config, &c) : read_suite(s, config, &c);
+      kith_config_at(config, "regions") != NULL ? suite_of_scene(s, config, c) : read_suite(s, config, c);
   kith_config_destroy(&config);
-  if (status != KITH_OK) kith_suite_clear(s);
   return status;
 }
 
-void kith_suite_clear(struct kith_suite *s) {
-  kith_free(&s->job);
-  kith_free(&s->point);
-  kith_free(&s->code);
+void kith_study_clear(struct kith_study *study) {
+  for (struct kith_suite *s = study->suite; s < study->suite + study->n; ++s) {
+    kith_free(&s->job);
+    kith_free(&s->point);
+    kith_free(&s->code);
+  }
+  kith_free(&study->suite);
+  study->n = 0;
 }
 
 void kith_suite_list(const struct kith_programs *programs) {
-  char names[2][2048], told[2048];
-  all_names(programs, names);
-  kith_choices_format(names[0], told, sizeof told);
-  printf("suites  %s\n", told);
-  kith_choices_format(names[1], told, sizeof told);
-  printf("scenes  %s: every package at three resolutions\n", told);
+  for (int k = 0; k < 2; ++k) {
+    char names[2048] = "", told[2048];
+    add_names(programs, folders[k], names, sizeof names);
+    kith_choices_format(names, told, sizeof told);
+    printf(k == 0 ? "suites  %s\n" : "scenes  %s: every package at three resolutions\n", told);
+  }
 }
 
 /* ---- sweeps ---- */
 
 static kith_status read_sweep(struct kith_suite *s, const struct kith_config_node *node,
-                              const struct kith_config_node *methods, const struct context *c) {
+                              const struct kith_config_node *methods, const struct kith_study *c) {
   struct kith_job job = {0};
   const struct kith_config_node *values = kith_config_child(node, "values");
   *s = (struct kith_suite){.at_most = NAN, .at_least = NAN, .n_measures = 1};
@@ -455,31 +442,28 @@ static kith_status read_sweep(struct kith_suite *s, const struct kith_config_nod
   return make_jobs(s, &job, methods, one_key ? values->key : NULL, values);
 }
 
-static kith_status read_sweeps(struct kith_suite **sweeps, int *n, const struct kith_config *config,
-                               const char *only, const struct context *c) {
+static kith_status read_sweeps(struct kith_study *c, const struct kith_config *config, const char *only) {
   const struct kith_config_node *list = kith_config_at(config, "sweeps"),
                                 *methods = kith_config_at(config, "methods");
   char none, names[4096] = "";
   KITH_TRY(kith_params_read(file_params, config->root, &none));
   KITH_TRY(kith_config_want_list(list));
   if (methods != NULL) KITH_TRY(check_named(methods, method_params, KITH_SUITE_METHODS));
-  KITH_TRY(kith_resize(sweeps, 0, (size_t)list->n, sizeof **sweeps));
+  KITH_TRY(kith_resize(&c->suite, 0, (size_t)list->n, sizeof *c->suite));
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     const struct kith_config_node *child = kith_config_child(node, "name");
     const char *name = child != NULL && child->text != NULL ? child->text : "";
     const size_t used = strlen(names);
     snprintf(names + used, sizeof names - used, "|%s", name);
-    if (only == NULL || strcmp(name, only) == 0) KITH_TRY(read_sweep(&(*sweeps)[(*n)++], node, methods, c));
+    if (only == NULL || strcmp(name, only) == 0) KITH_TRY(read_sweep(&c->suite[c->n++], node, methods, c));
   }
-  return *n > 0 ? KITH_OK : unknown("stress: no sweep", only != NULL ? only : "", names);
+  return c->n > 0 ? KITH_OK : unknown("stress: no sweep", only != NULL ? only : "", names);
 }
 
-kith_status kith_sweeps_read(struct kith_suite **sweeps, int *n, const struct kith_programs *programs,
-                             const char *path, const char *only, const struct kith_options *options) {
-  const struct context c = {programs, options};
+kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only) {
   struct kith_config *config = NULL;
   KITH_TRY(kith_config_read(&config, path));
-  const kith_status status = read_sweeps(sweeps, n, config, only, &c);
+  const kith_status status = read_sweeps(study, config, only);
   kith_config_destroy(&config);
   return status;
 }

@@ -33,17 +33,17 @@
 #include "lib/core/profile.h"
 #include "lib/io/atomic_file.h"
 
-enum { PATH = KITH_PATH + 2 * KITH_JOB_LABEL };
+enum { PATH = KITH_JOB_PATH };
 
 /* One pass through a suite. */
 struct validation {
   const char *directory;
   struct kith_programs programs;
   int n;
-  struct kith_row *rows;                /* owned */
-  bool quick;                           /* only those rows */
-  const struct kith_row *last, *before; /* the last two that ran; NULL: none */
-  int n_compared, n_same;               /* with another row */
+  struct kith_row *rows;     /* owned */
+  bool quick;                /* only those rows */
+  const char *last, *before; /* the last two that ran, by name; NULL: none */
+  int n_compared, n_same;    /* with another row */
   int n_done, n_wrong, n_failed;
   int width;                  /* of a name */
   int n_errors;               /* of the rows so far that have a resolution, for orders */
@@ -70,17 +70,17 @@ static kith_status run(const struct validation *v, const struct kith_job *job) {
 
 /* ---- what is measured ---- */
 
-static kith_status report_value(const struct validation *v, const struct kith_row *row, const char *measure,
+static kith_status report_value(const struct validation *v, const char *run, const char *measure,
                                 double *value) {
   char path[PATH];
-  return kith_report_measure(in_run(v, row->job.label, "report.json", path), measure, value);
+  return kith_report_measure(in_run(v, run, "report.json", path), measure, value);
 }
 
 /* The first check is of a decomposition that was made before anything was measured. */
 static kith_status balance(const struct validation *v, double *value) {
   char path[PATH];
   struct kith_csv csv;
-  KITH_TRY(kith_csv_read(&csv, in_run(v, v->last->job.label, "balance.csv", path)));
+  KITH_TRY(kith_csv_read(&csv, in_run(v, v->last, "balance.csv", path)));
   const int column = kith_csv_column(&csv, "imbalance"), n = csv.n_rows;
   *value = 0;
   for (int k = 1; k < n && column >= 0; ++k)
@@ -114,37 +114,25 @@ static kith_status different_bytes(const char *a, const char *b, double *value) 
   return good ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s or %s: cannot read", a, b);
 }
 
-/* The job of a row, with a checkpoint at its end and a run of its own. */
-static kith_status special_job(const struct kith_row *row, const char *suffix, struct kith_job *job) {
-  *job = row->job;
-  snprintf(job->label, sizeof job->label, "%.100s-%s", row->job.label, suffix);
-  return kith_job_set(job, "output.checkpoint_at_end=true");
-}
-
-static kith_status threads(const struct validation *v, const struct kith_row *row, double *value) {
-  struct kith_job job[2];
+/* Bytes of the last checkpoint: with 1 and 2 threads, or in one run and after a restart behind step N. */
+static kith_status twice(const struct validation *v, const struct kith_row *row, double *value) {
+  struct kith_job job[2] = {row->job, row->job};
   char path[2][PATH];
   for (int k = 0; k < 2; ++k) {
-    KITH_TRY(special_job(row, k == 0 ? "1" : "2", &job[k]));
-    job[k].threads = k + 1;
-    KITH_TRY(run(v, &job[k]));
+    snprintf(job[k].label, sizeof job->label, "%.100s-%d", row->job.label, k + 1);
+    KITH_TRY(kith_job_set(&job[k], "output.checkpoint_at_end=true"));
     in_run(v, job[k].label, "checkpoint.kith", path[k]);
+    if (row->kind == KITH_ROW_THREADS) job[k].threads = k + 1;
   }
+  KITH_TRY(run(v, &job[0]));
+  if (row->kind == KITH_ROW_RESTART) {
+    job[1].steps = row->number;
+    KITH_TRY(run(v, &job[1]));
+    job[1].steps = 0;
+    memcpy(job[1].restart, path[1], sizeof job->restart);
+  }
+  KITH_TRY(run(v, &job[1]));
   return different_bytes(path[0], path[1], value);
-}
-
-static kith_status restart(const struct validation *v, const struct kith_row *row, double *value) {
-  struct kith_job whole, parts;
-  char path[PATH];
-  KITH_TRY(special_job(row, "whole", &whole));
-  KITH_TRY(run(v, &whole));
-  KITH_TRY(special_job(row, "parts", &parts));
-  parts.steps = row->number;
-  KITH_TRY(run(v, &parts));
-  parts.steps = 0;
-  in_run(v, parts.label, "checkpoint.kith", parts.restart);
-  KITH_TRY(run(v, &parts));
-  return different_bytes(in_run(v, whole.label, "checkpoint.kith", path), parts.restart, value);
 }
 
 /* ---- the same as another row ---- */
@@ -155,27 +143,24 @@ static kith_status last_snapshot(const struct validation *v, const char *label, 
   KITH_TRY(kith_config_read(&series, in_run(v, label, "snapshots.hdf.series", path)));
   const struct kith_config_node *files = kith_config_at(series, "files");
   const struct kith_config_node *name = files == NULL ? NULL : kith_config_child(files->last, "name");
-  if (name != NULL)
-    in_run(v, label, name->text, path);
-  else
-    kith_fail(KITH_BAD_FILE, "%s: no snapshot", path);
+  const kith_status status = name != NULL ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s: no snapshot", path);
+  if (name != NULL) in_run(v, label, name->text, path);
   kith_config_destroy(&series);
-  return name != NULL ? KITH_OK : KITH_BAD_FILE;
+  return status;
 }
 
 static kith_status compare(const struct validation *v, const struct kith_row *row,
                            struct kith_snapshot_diff *same) {
-  char path[2][PATH], report[PATH];
+  char path[2][PATH];
   double entries[2];
   *same = (struct kith_snapshot_diff){.difference = NAN};
   if (row->like[0] == '\0') return KITH_OK;
   KITH_TRY(last_snapshot(v, row->like, path[0]));
-  KITH_TRY(last_snapshot(v, v->last->job.label, path[1]));
+  KITH_TRY(last_snapshot(v, v->last, path[1]));
   KITH_TRY(kith_snapshot_diff_files(path[0], path[1], row->tolerance > 0, same));
   if (row->tolerance > 0) return KITH_OK;
   /* Connectivity in one number: entries of all rows of all ranks, over the whole run. */
-  KITH_TRY(
-      kith_report_measure(in_run(v, row->like, "report.json", report), "ledger.row_entries", &entries[0]));
+  KITH_TRY(report_value(v, row->like, "ledger.row_entries", &entries[0]));
   KITH_TRY(report_value(v, v->last, "ledger.row_entries", &entries[1]));
   if (entries[0] != entries[1]) *same = (struct kith_snapshot_diff){INFINITY, "rows"};
   return KITH_OK;
@@ -194,13 +179,12 @@ static kith_status measure_value(struct validation *v, const struct kith_row *ro
 
 static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
   const int first = KITH_MAX(v->n_errors - row->number, 0);
-  if (row->kind == KITH_ROW_THREADS) return threads(v, row, value);
-  if (row->kind == KITH_ROW_RESTART) return restart(v, row, value);
+  if (row->kind == KITH_ROW_THREADS || row->kind == KITH_ROW_RESTART) return twice(v, row, value);
   if (row->job.dimension > 0) {
     struct kith_job job = row->job;
     if (job.threads == 0 && row->quick) job.threads = 1;
     KITH_TRY(run(v, &job));
-    v->before = v->last, v->last = row;
+    v->before = v->last, v->last = row->job.label;
   }
   if (row->kind == KITH_ROW_SAME_NORMS) return same_norms(v, value);
   if (row->kind == KITH_ROW_BALANCE) return balance(v, value);
@@ -224,19 +208,15 @@ struct outcome {
   bool failed, good;
 };
 
-static bool has_lower_bound(const struct kith_row *row) {
-  return !isnan(row->at_least);
-}
-
 static double bound(const struct kith_row *row) {
-  return has_lower_bound(row) ? row->at_least : row->at_most;
+  return isnan(row->at_least) ? row->at_most : row->at_least;
 }
 
 static void print_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
   char limit[32] = "";
   const bool same = o->same.difference <= row->tolerance;
   if (row->kind != KITH_ROW_NOTHING)
-    snprintf(limit, sizeof limit, "%s %-10.4g", has_lower_bound(row) ? ">=" : "<=", bound(row));
+    snprintf(limit, sizeof limit, "%s %-10.4g", isnan(row->at_least) ? "<=" : ">=", bound(row));
   printf("%-*s %12.5g  %-13s %-6s %9.1e %7.0f %7.1f s", v->width, row->job.label, o->value, limit,
          o->good ? "ok" : "FAILED", last_value(v, row, "energy_drift"), last_value(v, row, "floors"),
          o->seconds);
@@ -251,7 +231,7 @@ static void put_row(const struct validation *v, const struct kith_row *row, cons
   static const char *const also[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
                                      "energy_drift",     "momentum_drift",    "floors"};
   fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->job.label, o->value,
-          has_lower_bound(row) ? ">=" : "<=", bound(row), o->good ? "ok" : "FAILED", o->seconds, row->source);
+          isnan(row->at_least) ? "<=" : ">=", bound(row), o->good ? "ok" : "FAILED", o->seconds, row->source);
   for (size_t k = 0; k < sizeof also / sizeof *also; ++k)
     fprintf(v->table, ",%.17g", last_value(v, row, also[k]));
   fprintf(v->table, ",%d,%d,%s,%s,%.17g\n", KITH_MAX(row->job.ranks, 1), row->job.threads, row->varied,
@@ -260,7 +240,7 @@ static void put_row(const struct validation *v, const struct kith_row *row, cons
 
 static bool is_good(const struct kith_row *row, const struct outcome *o) {
   const bool measured = row->kind == KITH_ROW_NOTHING ||
-                        (has_lower_bound(row) ? o->value >= bound(row) : o->value <= bound(row));
+                        (isnan(row->at_least) ? o->value <= row->at_most : o->value >= row->at_least);
   return !o->failed && measured && !(o->same.difference > row->tolerance);
 }
 

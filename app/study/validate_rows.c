@@ -34,7 +34,7 @@ static const struct kith_param row_params[] = {
 struct rows {
   const char *inputs;
   struct kith_row *row;
-  int n, room;
+  int n;
 };
 
 /* ---- a row ---- */
@@ -88,10 +88,9 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
 }
 
 static kith_status add_row(struct rows *rows, const struct kith_row *row) {
-  if (rows->n == rows->room) {
-    rows->room = 2 * rows->room + 64;
-    KITH_TRY(kith_resize(&rows->row, (size_t)rows->n, (size_t)rows->room, sizeof *rows->row));
-  }
+  enum { AT_ONCE = 64 };
+  const size_t n = (size_t)rows->n;
+  if (n % AT_ONCE == 0) KITH_TRY(kith_resize(&rows->row, n, n + AT_ONCE, sizeof *rows->row));
   rows->row[rows->n++] = *row;
   return KITH_OK;
 }
@@ -168,12 +167,6 @@ static kith_status read_group(const struct kith_config_node *node, struct kith_r
 
 /* ---- a file ---- */
 
-static bool is_there(const struct rows *rows, const char *name) {
-  for (int k = 0; k < rows->n; ++k)
-    if (strcmp(rows->row[k].job.label, name) == 0) return true;
-  return false;
-}
-
 static kith_status read_single(const struct kith_config_node *node, struct kith_row *row, struct rows *rows) {
   KITH_TRY(read_row(rows, node, row));
   KITH_TRY(check_row(node, row));
@@ -181,8 +174,9 @@ static kith_status read_single(const struct kith_config_node *node, struct kith_
     return kith_config_fail(node, NULL, "row %s: there is no run before it", row->job.label);
   if ((row->same[0] != '\0') != (row->like[0] != '\0'))
     return kith_config_fail(node, NULL, "row %s: same and like come together", row->job.label);
-  if (row->like[0] != '\0' && !is_there(rows, row->like))
-    return kith_config_fail(node, "like", "there is no row '%s' above", row->like);
+  bool found = row->like[0] == '\0';
+  for (int k = 0; k < rows->n && !found; ++k) found = strcmp(rows->row[k].job.label, row->like) == 0;
+  if (!found) return kith_config_fail(node, "like", "there is no row '%s' above", row->like);
   return add_row(rows, row);
 }
 

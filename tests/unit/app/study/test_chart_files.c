@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#include "app/study/suite.h"
+#include "app/study/study.h"
 #include "tests/check.h"
 
 static char place[] = "chart-test-XXXXXX";
@@ -18,25 +18,28 @@ static const char *put(const char *name, const char *text) {
   return path;
 }
 
+/* A suite; the study holds one at a time. */
+static kith_status read_suite(struct kith_study *study, const char *subject) {
+  kith_study_clear(study);
+  return kith_suite_read(study, subject);
+}
+
 static bool said(const char *words) {
   const bool found = strstr(kith_failure(), words) != NULL;
   if (!found) fprintf(stderr, "no '%s' in: %s\n", words, kith_failure());
   return found;
 }
 
-static void check_reference_codes(const struct kith_programs *programs) {
+static void check_reference_codes(struct kith_study *study) {
 #define WITH(code) \
   "scene: sod\nresolution: [5]\nnorms: [density.l1, pressure.l1]\nreference_codes:\n  - {" code "}\n"
-  struct kith_suite s;
   CHECK_OK(
-      kith_suite_read(&s, programs,
-                      put("o.yaml", WITH("code: A, machine: 'x, \"y\"', resolution: 10, cpu_seconds: 1.5, "
-                                         "norms: {density.l1: 0.1, velocity.l2: 3}")),
-                      &none));
+      read_suite(study, put("o.yaml", WITH("code: A, machine: 'x, \"y\"', resolution: 10, cpu_seconds: 1.5, "
+                                           "norms: {density.l1: 0.1, velocity.l2: 3}"))));
+  const struct kith_suite s = *study->suite;
   CHECK(s.n_codes == 1 && strcmp(s.code->name, "A") == 0 && strcmp(s.code->machine, "x, \"y\"") == 0);
   CHECK(s.code->cpu_seconds == 1.5 && s.code->norm[0] == 0.1 && isnan(s.code->norm[1]) &&
         s.code->version[0] == '\0');
-  kith_suite_clear(&s);
   static const char *const wrong[][2] = {
       {WITH("code: A, machine: m, resolution: 10, cpu_seconds: -1, norms: {density.l1: 1}"),
        "-1 is out of range"},
@@ -47,8 +50,7 @@ static void check_reference_codes(const struct kith_programs *programs) {
       {WITH("code: A, resolution: 10, cpu_seconds: 1, norms: {density.l1: 1}"),
        "o.yaml:5: reference_codes.0.machine"}};
   for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
-    CHECK(kith_suite_read(&s, programs, put("o.yaml", wrong[k][0]), &none) == KITH_BAD_INPUT &&
-          said(wrong[k][1]));
+    CHECK(read_suite(study, put("o.yaml", wrong[k][0])) == KITH_BAD_INPUT && said(wrong[k][1]));
 }
 
 static bool has(const struct kith_job *job, const char *setting) {
@@ -62,15 +64,16 @@ static int lines(const char *text) {
   return n;
 }
 
-static void check_suite(const struct kith_programs *programs) {
-  struct kith_suite s;
+static void check_suite(struct kith_study *study) {
   const struct kith_options options = {.n_overrides = 1, .overrides = {"scheme.cfl=0.25"}};
   put("s.yaml",
       "scene: sod\ndimension: 1\nsettings: {method: {viscosity: {alpha: 2}}, "
       "regions.0.velocity: [1, 'x + 1', 0]}\n"
       "methods:\n  - {name: one}\n  - {name: two, settings: {method.energy: thermal, ranks: 3}}\n"
       "resolution: [20, 50, 100]\nnorms: [contact_pressure_error, pressure.l2]\n");
-  CHECK_OK(kith_suite_read(&s, programs, path, &options));
+  study->options = &options;
+  CHECK_OK(read_suite(study, path));
+  struct kith_suite s = *study->suite;
   CHECK(s.n_methods == 2 && s.n_values == 3 && s.dimension == 1 && strcmp(s.name, "s") == 0);
   CHECK(s.n_measures == 2 && strcmp(s.measure[1], "norms.pressure.l2") == 0);
   const struct kith_job *job = &s.job[3];
@@ -79,14 +82,14 @@ static void check_suite(const struct kith_programs *programs) {
   CHECK(has(job, "method.viscosity.alpha=2") && has(job, "regions.0.velocity=[1, 'x + 1', 0]") &&
         has(job, "scheme.cfl=0.25"));
   CHECK(has(job, "method.energy=thermal") && has(&job[1], "resolution=50") && lines(job->settings) == 5);
-  kith_suite_clear(&s);
-  CHECK_OK(kith_suite_read(&s, programs, "sod", &none)); /* a scene */
+  study->options = &none;
+  CHECK_OK(read_suite(study, "sod")); /* a scene */
+  s = *study->suite;
   CHECK(s.n_methods >= 3 && s.n_values == 3 && s.n_measures == 3 && s.job[1].x == 2 * s.job[0].x);
   CHECK(has(&s.job[3], "method.package=crk") && strcmp(s.job[3].label, "crk") == 0);
-  kith_suite_clear(&s);
 }
 
-static void check_wrong_suites(const struct kith_programs *programs) {
+static void check_wrong_suites(struct kith_study *study) {
   static const char *const cases[][2] = {
       {"scene: sodd\nresolution: [5]\n", "s.yaml:1: scene: 'sodd'"},
       {"scene: sod\n\nresolution: []\n", "s.yaml:3: resolution: an empty list"},
@@ -101,27 +104,24 @@ static void check_wrong_suites(const struct kith_programs *programs) {
       {"scene: sod\nresolution: [5]\nnorms: [densty.l1]\n", "did you mean 'density.l1'"},
       {"scene: sod\nresolution: [5]\nnorms: [density.l1]\ntargets: [1, 2]\n", "2 targets for 1 norms"},
       {"scene: ./no.yaml\nresolution: [5]\n", "'./no.yaml' cannot be read"},
-      {"scene: sod\nresolution: [5]\nsuite: a/b\n", "cannot name a directory"},
       {"scene: sod\nresoluton: [5]\nresolution: [5]\n", "did you mean 'resolution'"},
       {"scene: sod\nresolution: [5]\nsettings: {ranks: 0}\n", "ranks=0: not one of 1 to"},
       {"scene: sod\nresolution: [5]\ndimension: 4\n", "4 is out of range"},
   };
   const struct kith_options options = {.n_overrides = 1, .overrides = {"resolution=6"}};
-  struct kith_suite s;
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
     put("s.yaml", cases[k][0]);
-    CHECK(kith_suite_read(&s, programs, path, &none) == KITH_BAD_INPUT && s.job == NULL && said(cases[k][1]));
+    CHECK(read_suite(study, path) == KITH_BAD_INPUT && said(cases[k][1]));
   }
   put("s.yaml", "scene: sod\nresolution: [5]\n");
-  CHECK(kith_suite_read(&s, programs, path, &options) == KITH_BAD_INPUT &&
-        said("--set resolution: this is what is varied"));
+  study->options = &options;
+  CHECK(read_suite(study, path) == KITH_BAD_INPUT && said("--set resolution: this is what is varied"));
+  study->options = &none;
 }
 
-static kith_status read_sweeps(const struct kith_programs *programs, const char *text, const char *only,
-                               struct kith_suite **sweeps, int *n) {
-  *sweeps = NULL, *n = 0;
-  put("w.yaml", text);
-  return kith_sweeps_read(sweeps, n, programs, path, only, &none);
+static kith_status read_sweeps(struct kith_study *study, const char *text, const char *only) {
+  kith_study_clear(study);
+  return kith_sweeps_read(study, put("w.yaml", text), only);
 }
 
 #define SWEEP(name, rest)                                                             \
@@ -129,7 +129,7 @@ static kith_status read_sweeps(const struct kith_programs *programs, const char 
   ", parameter: p, scene: sod, dimension: 1, measure: shock, at_most: 1, reason: r, " \
   "settings: {until: 1}, " rest "}\n"
 
-static void check_sweeps(const struct kith_programs *programs) {
+static void check_sweeps(struct kith_study *study) {
   static const char *const wrong[][2] = {
       {"methods: [{name: a}]\n", "sweeps: missing"},
       {"sweeps:\n" SWEEP("x", "at_least: 1, values: {scheme.cfl: [0.1]}"), "needs one bound"},
@@ -137,50 +137,34 @@ static void check_sweeps(const struct kith_programs *programs) {
       {"sweeps:\n" SWEEP("x", "values: {scheme.cfl: []}"), "an empty list"},
       {"sweeps:\n" SWEEP("x", "values: [{value: 1}]"), "settings: missing"},
       {"sweeps:\n" SWEEP("x", "valus: [1]"), "did you mean 'values'"}};
-  struct kith_suite *sweeps;
-  int n;
   CHECK_OK(
-      read_sweeps(programs,
+      read_sweeps(study,
                   "methods: [{name: a}, {name: b, settings: {scheme.dt: 1}}]\nsweeps:\n" SWEEP(
                       "one", "values: {scheme.cfl: [0.3, 0.2]}")
                       SWEEP("two", "of_first: true, values: [{value: u v, settings: {a: 1, b: [2, 3]}}]"),
-                  NULL, &sweeps, &n));
-  CHECK(n == 2 && sweeps[0].n_methods == 2 && sweeps[0].n_values == 2 && !sweeps[0].named_values);
+                  NULL));
+  const struct kith_suite *sweeps = study->suite;
+  CHECK(study->n == 2 && sweeps[0].n_methods == 2 && sweeps[0].n_values == 2 && !sweeps[0].named_values);
   CHECK(sweeps[0].job[3].x == 0.2 && strcmp(sweeps[0].job[3].label, "b") == 0 && isnan(sweeps[0].at_least));
   CHECK(has(&sweeps[0].job[3], "until=1") && has(&sweeps[0].job[3], "scheme.dt=1") &&
         has(&sweeps[0].job[3], "scheme.cfl=0.2"));
   CHECK(sweeps[1].named_values && sweeps[1].of_first && has(&sweeps[1].job[0], "b=[2, 3]"));
-  for (int k = 0; k < n; ++k) kith_suite_clear(&sweeps[k]);
-  kith_free(&sweeps);
-  CHECK(read_sweeps(programs, "sweeps:\n" SWEEP("one", "values: {until: [1]}"), "ones", &sweeps, &n) ==
-            KITH_BAD_INPUT &&
+  CHECK(read_sweeps(study, "sweeps:\n" SWEEP("one", "values: {until: [1]}"), "ones") == KITH_BAD_INPUT &&
         said("did you mean 'one'"));
-  kith_free(&sweeps);
-  for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k) {
-    CHECK(read_sweeps(programs, wrong[k][0], NULL, &sweeps, &n) == KITH_BAD_INPUT && said(wrong[k][1]));
-    for (int j = 0; j < n; ++j) kith_suite_clear(&sweeps[j]);
-    kith_free(&sweeps);
-  }
+  for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
+    CHECK(read_sweeps(study, wrong[k][0], NULL) == KITH_BAD_INPUT && said(wrong[k][1]));
 }
 
 /* The sweeps and the suites that are shipped can be read. */
-static void check_shipped(const struct kith_programs *programs) {
+static void check_shipped(struct kith_study *study) {
   static const char *const names[] = {"gresho-2d", "kernels-2d", "ranks", "sedov-3d", "sod-1d", "sod-3d"};
-  struct kith_suite suite, *sweeps = NULL;
-  int n = 0;
   char file[KITH_PATH + 32];
-  for (size_t k = 0; k < sizeof names / sizeof *names; ++k) {
-    CHECK_OK(kith_suite_read(&suite, programs, names[k], &none));
-    kith_suite_clear(&suite);
-  }
-  snprintf(file, sizeof file, "%s/stress/sweeps.yaml", programs->inputs);
-  CHECK_OK(kith_sweeps_read(&sweeps, &n, programs, file, NULL, &none));
-  CHECK(n >= 18);
-  for (int k = 0; k < n; ++k) {
-    CHECK(sweeps[k].n_methods >= 7 && sweeps[k].n_values >= 4);
-    kith_suite_clear(&sweeps[k]);
-  }
-  kith_free(&sweeps);
+  for (size_t k = 0; k < sizeof names / sizeof *names; ++k) CHECK_OK(read_suite(study, names[k]));
+  kith_study_clear(study);
+  snprintf(file, sizeof file, "%s/stress/sweeps.yaml", study->programs.inputs);
+  CHECK_OK(kith_sweeps_read(study, file, NULL));
+  CHECK(study->n >= 18);
+  for (int k = 0; k < study->n; ++k) CHECK(study->suite[k].n_methods >= 7 && study->suite[k].n_values >= 4);
 }
 
 static void check_measures(void) {
@@ -199,15 +183,16 @@ static void check_measures(void) {
 }
 
 int main(void) {
-  struct kith_programs programs;
+  struct kith_study study = {.options = &none};
   CHECK(mkdtemp(place) != NULL);
-  CHECK(kith_programs_find(&programs) == KITH_OK);
-  check_reference_codes(&programs);
-  check_suite(&programs);
-  check_wrong_suites(&programs);
-  check_sweeps(&programs);
-  check_shipped(&programs);
+  CHECK(kith_programs_find(&study.programs) == KITH_OK);
+  check_reference_codes(&study);
+  check_suite(&study);
+  check_wrong_suites(&study);
+  check_sweeps(&study);
+  check_shipped(&study);
   check_measures();
+  kith_study_clear(&study);
   char command[64];
   snprintf(command, sizeof command, "rm -rf %s", place);
   CHECK(system(command) == 0);
