@@ -195,7 +195,7 @@ static void find_targets(const struct kith_scaling_model *o, const int32_t *owne
       shift[a] = (int)floor((double)k[a] / (double)g->count[a]);
       inside[a] = k[a] - shift[a] * g->count[a];
     }
-    const int64_t c = kith_cells_at(g, inside);
+    const int64_t c = kith_grid_number(g->count, inside);
     if (owner[c] != own && is_near(o, x, search_radius, c, shift)) aim(t, owner[c], shift);
     more = false;
     for (int a = 0; a < NDIM && !more; ++a) {

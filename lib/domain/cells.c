@@ -65,43 +65,19 @@ int64_t kith_cells_of(const struct kith_cells *cells, const double *x) {
     if (!isfinite(x[a])) return -1;
     k[a] = cell_on_axis(cells, a, x[a]);
   }
-  return kith_cells_at(cells, k);
-}
-
-struct kith_box kith_cells_box(const struct kith_cells *cells, int64_t c) {
-  int64_t k[NDIM];
-  kith_cells_coordinates(cells, c, k);
-  struct kith_box box;
-  for (int a = 0; a < NDIM; ++a) {
-    box.lower[a] = kith_cells_face(cells, a, k[a]);
-    box.upper[a] = kith_cells_face(cells, a, k[a] + 1);
-  }
-  return box;
-}
-
-void kith_cells_coordinates(const struct kith_cells *cells, int64_t c, int64_t *k) {
-  for (int a = 0; a < NDIM; ++a) {
-    k[a] = c % cells->count[a];
-    c /= cells->count[a];
-  }
-}
-
-int64_t kith_cells_at(const struct kith_cells *cells, const int64_t *k) {
-  int64_t c = 0;
-  for (int a = NDIM - 1; a >= 0; --a) c = c * cells->count[a] + k[a];
-  return c;
+  return kith_grid_number(cells->count, k);
 }
 
 int64_t kith_cells_beside(const struct kith_cells *cells, int64_t c, int axis, int side) {
   const int64_t m = cells->count[axis];
   int64_t k[NDIM];
-  kith_cells_coordinates(cells, c, k);
+  kith_grid_place(cells->count, c, k);
   k[axis] += side;
   if (k[axis] < 0 || k[axis] >= m) {
     if (!cells->periodic[axis]) return -1;
     k[axis] = (k[axis] + m) % m;
   }
-  return kith_cells_at(cells, k);
+  return kith_grid_number(cells->count, k);
 }
 
 /* Offset number `code` in base 3, one digit an axis: the middle code is the cell itself, and its mirror image
@@ -115,7 +91,7 @@ static bool image_at(const struct kith_cells *cells, const int64_t *k, int code,
     if (image->shift[a] != 0 && !cells->periodic[a]) return false;
     there[a] -= image->shift[a] * cells->count[a];
   }
-  image->cell = kith_cells_at(cells, there);
+  image->cell = kith_grid_number(cells->count, there);
   return true;
 }
 
@@ -123,7 +99,7 @@ int kith_cells_neighbors(const struct kith_cells *cells, int64_t c, struct kith_
                          int *n_forward) {
   const int half = KITH_CELL_NEIGHBORS / 2;
   int64_t k[NDIM];
-  kith_cells_coordinates(cells, c, k);
+  kith_grid_place(cells->count, c, k);
   int n = 0;
   for (int d = 1; d <= half; ++d) n += image_at(cells, k, half + d, &image[n]);
   if (n_forward != NULL) *n_forward = n;

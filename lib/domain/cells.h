@@ -43,10 +43,19 @@ int64_t kith_cells_of(const struct kith_cells *cells, const double *x);
 
 /* The lower face of cell k of an axis; k = count: the upper face of the box. */
 double kith_cells_face(const struct kith_cells *cells, int axis, int64_t k);
-struct kith_box kith_cells_box(const struct kith_cells *cells, int64_t c);
 
-void kith_cells_coordinates(const struct kith_cells *cells, int64_t c, int64_t *k);
-int64_t kith_cells_at(const struct kith_cells *cells, const int64_t *k);
+/* Item `number` of a grid of count[NDIM] items has place k; axis 0 runs fastest. */
+static inline void kith_grid_place(const int64_t *count, int64_t number, int64_t *k) {
+  for (int a = 0; a < NDIM; ++a) {
+    k[a] = number % count[a];
+    number /= count[a];
+  }
+}
+static inline int64_t kith_grid_number(const int64_t *count, const int64_t *k) {
+  int64_t number = 0;
+  for (int a = NDIM - 1; a >= 0; --a) number = number * count[a] + k[a];
+  return number;
+}
 
 /* The cell across the face of c on side -1 or 1 of an axis (c itself if it is the only one on a periodic
  * axis); -1: none. */

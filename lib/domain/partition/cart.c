@@ -50,7 +50,7 @@ static kith_status cart_first(struct kith_partition *partition, int32_t *owner) 
   kith_partition_mesh(cells, partition->n_ranks, ranks);
   for (int64_t c = 0; c < cells->n; ++c) {
     int64_t k[NDIM], rank = 0;
-    kith_cells_coordinates(cells, c, k);
+    kith_grid_place(cells->count, c, k);
     for (int a = NDIM - 1; a >= 0; --a) rank = rank * ranks[a] + k[a] * ranks[a] / cells->count[a];
     owner[c] = (int32_t)rank;
   }

@@ -45,7 +45,7 @@ kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (
   for (int64_t c = 0; c < cells->n; ++c) {
     int64_t k[NDIM];
     uint64_t at[NDIM];
-    kith_cells_coordinates(cells, c, k);
+    kith_grid_place(cells->count, c, k);
     for (int a = 0; a < NDIM; ++a) at[a] = (uint64_t)k[a];
     key[c] = key_of(at);
   }

@@ -288,15 +288,13 @@ static void diffusion_clear(struct kith_partition *partition) {
   kith_free(&self->allowed);
 }
 
-/* The flows in the order of their enumeration; then the neighborhood, `fixed` to that of the start; then the
- * start. */
-static const char *const WORDS[] = {"schornbaum", "willebeek", "second-order", "fixed",
-                                    "free",       "cart",      "morton",       NULL};
-
 const struct kith_partitioner_ops kith_partitioner_diffusion = {
     .name = "diffusion",
     .doc = "cells flow to neighbor ranks that have less to do, one layer an update",
-    .words = WORDS,
+    .words =
+        "schornbaum|willebeek|second-order|" /* flows, in the order of their enumeration */
+        "fixed|free|"                        /* the neighborhood: that of the start, or any */
+        "cart|morton",                       /* the start */
     .state_size = sizeof(struct kith_diffusion),
     .command = diffusion_command,
     .first = diffusion_first,

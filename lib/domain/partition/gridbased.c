@@ -101,26 +101,13 @@ static bool contains(const struct shape *shape, const int64_t *x) {
 
 /* ---- the mesh ---- */
 
-static void place_of(const int64_t *counts, int64_t number, int64_t *i) {
-  for (int a = 0; a < NDIM; ++a) {
-    i[a] = number % counts[a];
-    number /= counts[a];
-  }
-}
-
-static int64_t number_of(const int64_t *counts, const int64_t *i) {
-  int64_t number = 0;
-  for (int a = NDIM - 1; a >= 0; --a) number = number * counts[a] + i[a];
-  return number;
-}
-
 /* The shape of the rank at position i of the mesh. */
 static struct shape shape_at(const struct mesh *mesh, const int64_t *corner, const int64_t *i) {
   struct shape shape;
   for (int k = 0; k < SHAPE_CORNERS; ++k) {
     int64_t at[NDIM];
     for (int a = 0; a < NDIM; ++a) at[a] = i[a] + (k >> a & 1);
-    memcpy(shape.corner[k], &corner[number_of(mesh->corners, at) * NDIM], sizeof shape.corner[k]);
+    memcpy(shape.corner[k], &corner[kith_grid_number(mesh->corners, at) * NDIM], sizeof shape.corner[k]);
   }
   return shape;
 }
@@ -133,6 +120,17 @@ static bool place_around(const struct mesh *mesh, const int64_t *i, int k, int64
     inside = inside && place[a] >= 0 && place[a] < mesh->ranks[a];
   }
   return inside;
+}
+
+/* Are all shapes around corner i valid, with these corners of the mesh? */
+static bool valid_around(const struct mesh *mesh, const int64_t *corner, const int64_t *i) {
+  for (int k = 0; k < SHAPE_CORNERS; ++k) {
+    int64_t place[NDIM];
+    if (!place_around(mesh, i, k, place)) continue;
+    const struct shape shape = shape_at(mesh, corner, place);
+    if (!is_valid(&shape)) return false;
+  }
+  return true;
 }
 
 /* ---- cells ---- */
@@ -152,12 +150,12 @@ static void fill(const struct mesh *mesh, const struct kith_cells *cells, const 
   }
   for (int64_t number = 0; number < n; ++number) {
     int64_t k[NDIM], x[NDIM];
-    place_of(extent, number, k);
+    kith_grid_place(extent, number, k);
     for (int a = 0; a < NDIM; ++a) {
       k[a] += first[a];
       x[a] = k[a] * mesh->unit + mesh->unit / 2;
     }
-    const int64_t c = kith_cells_at(cells, k);
+    const int64_t c = kith_grid_number(cells->count, k);
     if (owner[c] < 0 && contains(shape, x)) owner[c] = rank;
   }
 }
@@ -167,7 +165,7 @@ static void fill_all(const struct mesh *mesh, const int64_t *corner, const struc
   for (int64_t c = 0; c < cells->n; ++c) owner[c] = -1;
   for (int rank = 0; rank < n_ranks; ++rank) {
     int64_t i[NDIM];
-    place_of(mesh->ranks, rank, i);
+    kith_grid_place(mesh->ranks, rank, i);
     const struct shape shape = shape_at(mesh, corner, i);
     fill(mesh, cells, &shape, rank, owner);
   }
@@ -178,7 +176,7 @@ static void fill_all(const struct mesh *mesh, const int64_t *corner, const struc
 /* The displacement of corner i. */
 static void pull_of(const struct mesh *mesh, const double *load, const int64_t *i, double step,
                     double *move) {
-  const int64_t *here = &mesh->corner[number_of(mesh->corners, i) * NDIM];
+  const int64_t *here = &mesh->corner[kith_grid_number(mesh->corners, i) * NDIM];
   int64_t place[NDIM];
   double spacing[NDIM], mean = 0, n = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -186,7 +184,7 @@ static void pull_of(const struct mesh *mesh, const double *load, const int64_t *
     move[a] = 0;
   }
   for (int k = 0; k < SHAPE_CORNERS; ++k)
-    if (place_around(mesh, i, k, place)) mean += load[number_of(mesh->ranks, place)], ++n;
+    if (place_around(mesh, i, k, place)) mean += load[kith_grid_number(mesh->ranks, place)], ++n;
   mean /= n;
   for (int k = 0; k < SHAPE_CORNERS && mean > 0; ++k) {
     if (!place_around(mesh, i, k, place)) continue;
@@ -195,26 +193,16 @@ static void pull_of(const struct mesh *mesh, const double *load, const int64_t *
     for (int j = 0; j < SHAPE_CORNERS * NDIM; ++j)
       to[j % NDIM] +=
           (double)(shape.corner[j / NDIM][j % NDIM] - here[j % NDIM]) / SHAPE_CORNERS / spacing[j % NDIM];
-    const double pull = step / n * (load[number_of(mesh->ranks, place)] / mean - 1) / kith_norm(to);
+    const double pull = step / n * (load[kith_grid_number(mesh->ranks, place)] / mean - 1) / kith_norm(to);
     for (int a = 0; a < NDIM; ++a) move[a] += pull * to[a] * spacing[a];
   }
   for (int a = 0; a < NDIM; ++a)
     if (i[a] == 0 || i[a] == mesh->ranks[a]) move[a] = 0; /* a face of the box */
 }
 
-static bool valid_around(const struct mesh *mesh, const int64_t *i) {
-  for (int k = 0; k < SHAPE_CORNERS; ++k) {
-    int64_t place[NDIM];
-    if (!place_around(mesh, i, k, place)) continue;
-    const struct shape shape = shape_at(mesh, mesh->trial, place);
-    if (!is_valid(&shape)) return false;
-  }
-  return true;
-}
-
 /* Moves a corner of the trial mesh by `move`, or a half or a quarter of it, or not at all. */
 static void move_corner(const struct mesh *mesh, const int64_t *i, double *move) {
-  const int64_t number = number_of(mesh->corners, i);
+  const int64_t number = kith_grid_number(mesh->corners, i);
   const int64_t *from = &mesh->corner[number * NDIM];
   int64_t *to = &mesh->trial[number * NDIM];
   for (int halving = 0; halving < HALVINGS; ++halving) {
@@ -223,7 +211,7 @@ static void move_corner(const struct mesh *mesh, const int64_t *i, double *move)
       to[a] = (int64_t)KITH_MIN(KITH_MAX(x, 0), (double)mesh->length[a]);
       move[a] *= 0.5;
     }
-    if (valid_around(mesh, i)) return;
+    if (valid_around(mesh, mesh->trial, i)) return;
   }
   for (int a = 0; a < NDIM; ++a) to[a] = from[a];
 }
@@ -241,7 +229,7 @@ static void move_color(const struct mesh *mesh, const double *load, int color) {
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
     int64_t i[NDIM];
     double move[NDIM];
-    place_of(mesh->corners, number, i);
+    kith_grid_place(mesh->corners, number, i);
     if (color_of(i) != color) continue;
     pull_of(mesh, load, i, mesh->step[color], move);
     move_corner(mesh, i, move);
@@ -303,7 +291,7 @@ static kith_status gridbased_first(struct kith_partition *partition, int32_t *ow
   KITH_TRY(kith_resize(&mesh->trial, 0, n, sizeof *mesh->trial));
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
     int64_t *i = &mesh->corner[number * NDIM];
-    place_of(mesh->corners, number, i);
+    kith_grid_place(mesh->corners, number, i);
     for (int a = 0; a < NDIM; ++a) i[a] = i[a] * mesh->length[a] / mesh->ranks[a];
   }
   fill_all(mesh, mesh->corner, cells, partition->n_ranks, owner);
@@ -339,7 +327,7 @@ static bool is_mesh(const struct mesh *mesh, const int64_t *corner) {
   bool covers = true;
   for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
     int64_t i[NDIM];
-    place_of(mesh->corners, number, i);
+    kith_grid_place(mesh->corners, number, i);
     for (int a = 0; a < NDIM; ++a) {
       const int64_t x = corner[number * NDIM + a];
       covers = covers && x >= 0 && x <= mesh->length[a] && (i[a] > 0 || x == 0) &&
@@ -348,12 +336,8 @@ static bool is_mesh(const struct mesh *mesh, const int64_t *corner) {
   }
   for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
     int64_t i[NDIM];
-    bool last = false;
-    place_of(mesh->corners, number, i);
-    for (int a = 0; a < NDIM; ++a) last = last || i[a] == mesh->ranks[a];
-    if (last) continue;
-    const struct shape shape = shape_at(mesh, corner, i);
-    covers = is_valid(&shape);
+    kith_grid_place(mesh->corners, number, i);
+    covers = valid_around(mesh, corner, i);
   }
   return covers;
 }

@@ -40,15 +40,13 @@ static kith_status hybrid_restore(struct kith_partition *partition, const int64_
   return KITH_OK;
 }
 
-static const char *const WORDS[] = {"graph", "diffusion", "toggle", NULL};
-
 const struct kith_partitioner_ops kith_partitioner_hybrid = {
     .name = "hybrid",
     .doc = "partitioned as a graph once, then diffusion",
 #ifndef KITH_SCOTCH
     .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
 #endif
-    .words = WORDS,
+    .words = "graph|diffusion|toggle",
     .state_size = sizeof(struct hybrid),
     .command = hybrid_command,
     .first = hybrid_first,

@@ -19,17 +19,17 @@ static double weight_of(const struct bisection *b, kith_index c) {
 
 static int64_t coordinate(const struct kith_cells *cells, int64_t c, int axis) {
   int64_t k[NDIM];
-  kith_cells_coordinates(cells, c, k);
+  kith_grid_place(cells->count, c, k);
   return k[axis];
 }
 
 /* Of the bounding box of a set. */
 static int longest_axis(const struct bisection *b, kith_index first, kith_index end) {
   int64_t low[NDIM], high[NDIM], k[NDIM];
-  kith_cells_coordinates(b->cells, b->cell[first], low);
-  kith_cells_coordinates(b->cells, b->cell[first], high);
+  kith_grid_place(b->cells->count, b->cell[first], low);
+  kith_grid_place(b->cells->count, b->cell[first], high);
   for (kith_index i = first; i < end; ++i) {
-    kith_cells_coordinates(b->cells, b->cell[i], k);
+    kith_grid_place(b->cells->count, b->cell[i], k);
     for (int a = 0; a < NDIM; ++a) low[a] = KITH_MIN(low[a], k[a]), high[a] = KITH_MAX(high[a], k[a]);
   }
   int longest = 0;

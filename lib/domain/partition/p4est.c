@@ -41,7 +41,7 @@ static int64_t cell_of(const struct kith_cells *cells, const double *corner, int
   k[2] = quadrant.z;
 #endif
   for (int a = 0; a < NDIM; ++a) k[a] = (k[a] >> (P4EST_MAXLEVEL - depth)) + ((int64_t)corner[a] << depth);
-  return kith_cells_at(cells, k);
+  return kith_grid_number(cells->count, k);
 }
 
 static kith_status p4est_first(struct kith_partition *partition, int32_t *owner) {

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "lib/core/choices.h"
 #include "lib/core/family.h"
 
 #define X(name) &kith_partitioner_##name,
@@ -12,44 +13,31 @@ KITH_FAMILY(kith_partitioner, KITH_PARTITIONER_LIST(X))
 
 /* ---- names and options ---- */
 
-/* Adds ", name" to the end of a list of names. */
-static void add_name(char *list, size_t size, const char *name) {
-  const size_t used = strlen(list);
-  snprintf(list + used, size - used, "%s%s", used > 0 ? ", " : "", name);
-}
-
-static kith_status find_member(const char *text, size_t length, const struct kith_partitioner_ops **found) {
-  char names[256] = "";
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
-    add_name(names, sizeof names, (*p)->name);
-    if (!kith_name_is((*p)->name, text, length)) continue;
-    if ((*p)->needs != NULL)
-      KITH_FAIL(UNSUPPORTED, "partitioner '%s': this kith was built without %s", (*p)->name, (*p)->needs);
-    *found = *p;
-    return KITH_OK;
-  }
-  KITH_FAIL(BAD_INPUT, "unknown partitioner '%.*s': %s", (int)length, text, names);
-}
-
-static kith_status take_word(struct kith_partition *partition, const char *word, size_t length) {
-  const struct kith_partitioner_ops *ops = partition->ops;
-  char names[256] = "";
-  for (int k = 0; ops->words != NULL && ops->words[k] != NULL; ++k) {
-    add_name(names, sizeof names, ops->words[k]);
-    if (!kith_name_is(ops->words[k], word, length)) continue;
-    ops->command(partition, k);
-    return KITH_OK;
-  }
-  KITH_FAIL(BAD_INPUT, "partitioner '%s' does not know '%.*s': %s%s", ops->name, (int)length, word,
-            names[0] == '\0' ? "it has no variants and takes no commands" : "it knows ", names);
+static kith_status find_member(const char *text, const struct kith_partitioner_ops **found) {
+  char name[32], all[256];
+  snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
+  *found = kith_partitioner_find(name);
+  kith_choices_format(KITH_PARTITIONER_LIST(KITH_AS_CHOICE), all, sizeof all);
+  if (*found == NULL) KITH_FAIL(BAD_INPUT, "unknown partitioner '%s': %s", name, all);
+  if ((*found)->needs != NULL)
+    KITH_FAIL(UNSUPPORTED, "partitioner '%s': this kith was built without %s", name, (*found)->needs);
+  return KITH_OK;
 }
 
 kith_status kith_partition_command(struct kith_partition *partition, const char *words) {
-  for (;;) {
-    const size_t length = strcspn(words, ",");
-    KITH_TRY(take_word(partition, words, length));
+  const struct kith_partitioner_ops *ops = partition->ops;
+  const char *known = ops->words != NULL ? ops->words : "";
+  for (size_t length;; words += length + 1) {
+    char word[32], all[256];
+    length = strcspn(words, ",");
+    snprintf(word, sizeof word, "%.*s", (int)length, words);
+    const int k = kith_choices_index(known, word);
+    kith_choices_format(known, all, sizeof all);
+    if (k < 0)
+      KITH_FAIL(BAD_INPUT, "partitioner '%s' does not know '%s': %s%s", ops->name, word,
+                ops->words == NULL ? "it has no variants and takes no commands" : "it knows ", all);
+    ops->command(partition, k);
     if (words[length] == '\0') return KITH_OK;
-    words += length + 1;
   }
 }
 
@@ -67,7 +55,7 @@ static kith_status start(struct kith_partition *partition, const char *text) {
 kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
                                   const char *text) {
   const struct kith_partitioner_ops *ops = NULL;
-  KITH_TRY(find_member(text, strcspn(text, ":"), &ops));
+  KITH_TRY(find_member(text, &ops));
   if (n_ranks < 1) KITH_FAIL(BAD_INPUT, "a partition for %d ranks", n_ranks);
   struct kith_partition *made = NULL;
   KITH_TRY(kith_resize(&made, 0, 1, sizeof *made));

@@ -27,10 +27,10 @@ struct kith_partitioner_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
-  const char *needs;        /* the library that is missing in this build; NULL: available */
-  const char *const *words; /* options: variants and commands, ended by NULL; NULL: none */
-  size_t state_size;        /* bytes of private state at partition->self, initially zero */
-  /* Applies option words[word], which takes effect at the next map. NULL without options. */
+  const char *needs; /* the library that is missing in this build; NULL: available */
+  const char *words; /* options: variants and commands, "a|b|c"; NULL: none */
+  size_t state_size; /* bytes of private state at partition->self, initially zero */
+  /* Applies option number `word`, which takes effect at the next map. NULL without options. */
   void (*command)(struct kith_partition *partition, int word);
   /* The first map, without weights, after the options of the text: writes owner[n]. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);

@@ -3,87 +3,63 @@
 
 #include "lib/core/sfc_key.h"
 
-/* What is counted while a shell is built, then the place to write next. */
-struct tally {
-  int64_t ghosts, sent; /* from and to a rank */
-  int64_t last;         /* cell that was sent there: a cell may touch a rank often */
-};
+#include <stdlib.h>
 
-static kith_status find_own_cells(struct kith_shell *shell, const struct kith_partition *partition) {
-  shell->n_cells = 0;
-  for (int64_t c = 0; c < partition->cells->n; ++c) shell->n_cells += partition->owner[c] == shell->rank;
-  KITH_TRY(kith_resize(&shell->cell, 0, (size_t)shell->n_cells, sizeof *shell->cell));
-  for (int64_t c = 0, i = 0; c < partition->cells->n; ++c)
-    if (partition->owner[c] == shell->rank) shell->cell[i++] = c;
-  return KITH_OK;
+static int ascending(const void *a, const void *b) {
+  const int64_t p = *(const int64_t *)a, q = *(const int64_t *)b;
+  return (p > q) - (p < q);
 }
 
-/* Counts the cells of all lists; if `write`, tally[] has the places where they begin. Cells are met in
- * ascending order. */
-static void sweep(struct kith_shell *shell, const struct kith_partition *partition, struct tally *tally,
-                  uint8_t *is_ghost, bool write) {
-  for (int q = 0; q < partition->n_ranks; ++q) tally[q].last = -1;
-  for (int64_t i = 0; i < shell->n_cells; ++i) {
-    const int64_t c = shell->cell[i];
-    struct kith_cell_image image[KITH_CELL_NEIGHBORS];
-    const int n = kith_cells_neighbors(partition->cells, c, image, NULL);
-    for (int k = 0; k < n; ++k) {
-      const int32_t q = partition->owner[image[k].cell];
-      if (q == shell->rank) continue;
-      is_ghost[image[k].cell] = 1;
-      if (tally[q].last == c) continue;
-      if (write) shell->send[tally[q].sent] = c;
-      ++tally[q].sent;
-      tally[q].last = c;
-    }
-  }
-  for (int64_t d = 0; d < partition->cells->n; ++d) {
-    if (!is_ghost[d]) continue;
-    struct tally *from = &tally[partition->owner[d]];
-    if (write) shell->receive[from->ghosts] = d;
-    ++from->ghosts;
-  }
-}
-
-/* From counts to rows, and to the places where they begin. */
-static kith_status make_rows(struct kith_shell *shell, int n_ranks, struct tally *tally) {
+/* Entries, rank times cells + cell, become rows of cells: the row of neighbor k is cell[first[k]] ..
+ * cell[first[k + 1] - 1], ascending, each cell once. `neighbor` and `first` have room for all ranks. */
+static void make_rows(int64_t *entry, size_t n, int64_t cells, struct kith_shell *shell, int64_t *first) {
+  int64_t last = -1, left = 0;
   shell->n_neighbors = 0;
-  for (int q = 0; q < n_ranks; ++q) shell->n_neighbors += tally[q].ghosts > 0;
-  const size_t rows = (size_t)shell->n_neighbors;
-  KITH_TRY(kith_resize(&shell->neighbor, 0, rows, sizeof *shell->neighbor));
-  KITH_TRY(kith_resize(&shell->receive_first, 0, rows + 1, sizeof *shell->receive_first));
-  KITH_TRY(kith_resize(&shell->send_first, 0, rows + 1, sizeof *shell->send_first));
-  int64_t *received = shell->receive_first, *sent = shell->send_first;
-  int row = 0;
-  for (int q = 0; q < n_ranks; ++q) {
-    if (tally[q].ghosts == 0) continue;
-    shell->neighbor[row++] = q;
-    received[row] = received[row - 1] + tally[q].ghosts;
-    sent[row] = sent[row - 1] + tally[q].sent;
-    tally[q].ghosts = received[row - 1], tally[q].sent = sent[row - 1];
+  if (n > 0) qsort(entry, n, sizeof *entry, ascending);
+  for (size_t k = 0; k < n; last = entry[k++]) {
+    if (entry[k] == last) continue;
+    if (last < 0 || entry[k] / cells != last / cells) {
+      shell->neighbor[shell->n_neighbors] = (int32_t)(entry[k] / cells);
+      first[shell->n_neighbors++] = left;
+    }
+    entry[left++] = entry[k];
   }
-  shell->n_ghosts = received[row];
-  KITH_TRY(kith_resize(&shell->receive, 0, (size_t)received[row], sizeof *shell->receive));
-  return kith_resize(&shell->send, 0, (size_t)sent[row], sizeof *shell->send);
+  first[shell->n_neighbors] = left;
+  for (int64_t k = 0; k < left; ++k) entry[k] %= cells;
 }
 
 kith_status kith_shell_build(struct kith_shell *shell, const struct kith_partition *partition, int rank) {
+  const struct kith_cells *cells = partition->cells;
+  const size_t ranks = (size_t)partition->n_ranks;
   if (rank < 0 || rank >= partition->n_ranks)
     KITH_FAIL(BAD_INPUT, "shell of rank %d: there are %d", rank, partition->n_ranks);
+  kith_shell_clear(shell);
   shell->rank = rank;
-  KITH_TRY(find_own_cells(shell, partition));
-  struct tally *tally = NULL;
-  uint8_t *is_ghost = NULL;
-  kith_status status = kith_resize(&tally, 0, (size_t)partition->n_ranks, sizeof *tally);
-  if (status == KITH_OK) status = kith_resize(&is_ghost, 0, (size_t)partition->cells->n, sizeof *is_ghost);
-  if (status == KITH_OK) {
-    sweep(shell, partition, tally, is_ghost, false);
-    status = make_rows(shell, partition->n_ranks, tally);
+  for (int64_t c = 0; c < cells->n; ++c) shell->n_cells += partition->owner[c] == rank;
+  const size_t most = (size_t)shell->n_cells * KITH_CELL_NEIGHBORS;
+  KITH_TRY(kith_resize(&shell->cell, 0, (size_t)shell->n_cells, sizeof *shell->cell));
+  KITH_TRY(kith_resize(&shell->neighbor, 0, ranks, sizeof *shell->neighbor));
+  KITH_TRY(kith_resize(&shell->receive_first, 0, ranks + 1, sizeof *shell->receive_first));
+  KITH_TRY(kith_resize(&shell->send_first, 0, ranks + 1, sizeof *shell->send_first));
+  KITH_TRY(kith_resize(&shell->receive, 0, most, sizeof *shell->receive));
+  KITH_TRY(kith_resize(&shell->send, 0, most, sizeof *shell->send));
+  size_t n = 0;
+  for (int64_t c = 0, i = 0; c < cells->n; ++c) {
+    if (partition->owner[c] != rank) continue;
+    shell->cell[i++] = c;
+    struct kith_cell_image image[KITH_CELL_NEIGHBORS];
+    const int n_images = kith_cells_neighbors(cells, c, image, NULL);
+    for (int k = 0; k < n_images; ++k) {
+      const int64_t d = image[k].cell, q = partition->owner[d];
+      if (q == rank) continue;
+      shell->send[n] = q * cells->n + c;
+      shell->receive[n++] = q * cells->n + d;
+    }
   }
-  if (status == KITH_OK) sweep(shell, partition, tally, is_ghost, true);
-  kith_free(&tally);
-  kith_free(&is_ghost);
-  return status;
+  make_rows(shell->send, n, cells->n, shell, shell->send_first); /* both have the same neighbors */
+  make_rows(shell->receive, n, cells->n, shell, shell->receive_first);
+  shell->n_ghosts = shell->receive_first[shell->n_neighbors];
+  return KITH_OK;
 }
 
 void kith_shell_clear(struct kith_shell *shell) {

@@ -5,14 +5,14 @@
  * ascending order, and the same from both sides of each exchange; forward halves meet every pair of cells
  * once; the rank of any position. Two runs give the same maps; `changed` and the generation are right; only
  * the ratio of weights counts. Names and options: unknown ones are refused with the list of valid ones.
- * Weights that are negative or not finite are refused, and what is refused changes nothing. Restarts: a
- * member that gets the state and the map of another one continues as that one does; damaged state is
- * refused. */
+ * Weights that are negative or not finite are refused, and what is refused changes nothing.
+ * Restarts: test_partition_restart.c. */
 #include "lib/domain/partition/shell.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/unit/lib/domain/cell_box.h"
 #include "tests/unit/lib/domain/partition_world.h"
 
 enum { UPDATES = 4, MOST_RUN_CELLS = 1024 };
@@ -57,14 +57,22 @@ static void find_near(const struct kith_cells *cells, bool (*near)[MOST_CELLS]) 
 
 /* ---- members and words ---- */
 
+/* Word w of a member; false: it has no more. */
+static bool find_word(const struct kith_partitioner_ops *ops, int w, char *word) {
+  const char *at = ops->words;
+  for (; at != NULL && w > 0; --w) at = strchr(at, '|') == NULL ? NULL : strchr(at, '|') + 1;
+  if (at != NULL) snprintf(word, 64, "%.*s", (int)strcspn(at, "|"), at);
+  return at != NULL;
+}
+
 /* Every available member, alone and with each of its words. */
 static int find_texts(char (*text)[64]) {
   int n = 0;
+  char word[64];
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
     if ((*p)->needs != NULL) continue;
     snprintf(text[n++], 64, "%s", (*p)->name);
-    for (int w = 0; (*p)->words != NULL && (*p)->words[w] != NULL; ++w)
-      snprintf(text[n++], 64, "%s:%s", (*p)->name, (*p)->words[w]);
+    for (int w = 0; find_word(*p, w, word); ++w) snprintf(text[n++], 64, "%s:%.40s", (*p)->name, word);
   }
   snprintf(text[n++], 64, "diffusion:willebeek,fixed");
   snprintf(text[n++], 64, "diffusion:second-order,fixed,morton");
@@ -322,20 +330,19 @@ static void test_words(void) {
   const char *const wrong[] = {"", "fast", "set mu 3", "fixed ", "cart,", "synchronize"};
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
     if ((*p)->needs != NULL) continue;
-    const bool has_words = (*p)->words != NULL;
+    char word[64] = "takes no commands";
     struct kith_partition *partition = make(&cells, 3, (*p)->name);
     int32_t before[MOST_CELLS];
+    find_word(*p, 0, word);
     keep_map(partition, before);
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
       char text[80];
-      const char *named = has_words ? (*p)->words[0] : "takes no commands";
       snprintf(text, sizeof text, "%s:%s", (*p)->name, wrong[k]);
-      check_unknown(&cells, text, (*p)->name, named);
+      check_unknown(&cells, text, (*p)->name, word);
       CHECK_STATUS(KITH_BAD_INPUT, kith_partition_command(partition, wrong[k]));
-      CHECK(strstr(kith_failure(), named) != NULL);
+      CHECK(strstr(kith_failure(), word) != NULL);
     }
-    for (int w = 0; has_words && (*p)->words[w] != NULL; ++w)
-      CHECK_OK(kith_partition_command(partition, (*p)->words[w]));
+    for (int w = 0; find_word(*p, w, word); ++w) CHECK_OK(kith_partition_command(partition, word));
     CHECK(same_map(partition, before) && partition->generation == 1);
     kith_partition_destroy(&partition);
   }
@@ -396,7 +403,7 @@ static void test_switch(void) {
 static void weights_of_kind(const struct kith_cells *cells, int kind, double *weight) {
   uint64_t random = 11;
   for (int64_t c = 0; c < cells->n; ++c) {
-    const struct kith_box box = kith_cells_box(cells, c);
+    const struct kith_box box = cell_box(cells, c);
     double r2 = 0;
     for (int a = 0; a < NDIM; ++a) r2 += box.lower[a] * box.lower[a] / (cells->upper[a] * cells->upper[a]);
     const double values[] = {3, 100 * exp(-20 * r2), pow(10, 10 * check_random(&random) - 5), 0};
@@ -451,19 +458,12 @@ static void check_repeats(const struct kith_cells *cells, int n_ranks, const cha
 static void test_repeats(void) {
   const int count[][3] = {{1, 1, 1}, {1, 2, 2}, {2, 1, 9}, {8, 8, 6}, {13, 5, 3}};
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64, 4096};
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
-    if ((*p)->needs != NULL) continue;
-    for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g) {
-      const struct kith_cells cells = grid(count[g], (int)(0x5a >> g & 7));
-      for (size_t r = 0; r < sizeof ranks / sizeof ranks[0] && check_failures == 0; ++r) {
-        check_repeats(&cells, ranks[r], (*p)->name);
-        for (int w = 0; (*p)->words != NULL && (*p)->words[w] != NULL; ++w) {
-          char text[64];
-          snprintf(text, sizeof text, "%s:%s", (*p)->name, (*p)->words[w]);
-          check_repeats(&cells, ranks[r], text);
-        }
-      }
-    }
+  char text[MOST_TEXTS][64];
+  const int n_texts = find_texts(text);
+  for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g) {
+    const struct kith_cells cells = grid(count[g], (int)(0x5a >> g & 7));
+    for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; ++r)
+      for (int t = 0; t < n_texts && check_failures == 0; ++t) check_repeats(&cells, ranks[r], text[t]);
   }
 }
 
@@ -516,103 +516,6 @@ static void test_option_lists(void) {
   CHECK_STATUS(KITH_BAD_INPUT, kith_partition_create(&partition, &cells, 0, "kd"));
 }
 
-/* ---- restarts ---- */
-
-enum { RANKS = 6, ROUNDS = 5 };
-
-static const struct kith_cells *make_cells(void) {
-  static struct kith_cells cells;
-  static const double lower[3] = {0, 0, 0}, upper[3] = {1, 1.5, 1};
-  static const bool periodic[3] = {true, false, false};
-  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, NDIM == 1 ? 0.004 : NDIM == 2 ? 0.05 : 0.1, 5000));
-  return &cells;
-}
-
-/* A peak that moves. */
-static void moving_weights(const struct kith_cells *cells, int round, double *weight) {
-  for (int64_t c = 0; c < cells->n; ++c) {
-    const struct kith_box box = kith_cells_box(cells, c);
-    double d2 = 0;
-    for (int a = 0; a < NDIM; ++a) {
-      const double d = box.lower[a] - (0.2 + 0.12 * round) * (a == 1 ? 0.5 : 1);
-      d2 += d * d;
-    }
-    weight[c] = 1 + 40 * exp(-20 * d2);
-  }
-}
-
-static int64_t *state_of(const struct kith_partition *partition, size_t *n) {
-  *n = kith_partition_state(partition, NULL);
-  int64_t *word = calloc(*n + 1, sizeof *word);
-  word[*n] = 77;
-  CHECK(kith_partition_state(partition, word) == *n && word[*n] == 77);
-  return word;
-}
-
-/* The other one was made at the same time, and has seen other weights since. */
-static void check_continues(const char *name) {
-  const struct kith_cells *cells = make_cells();
-  struct kith_partition *one = NULL, *other = NULL;
-  double *weight = calloc((size_t)cells->n, sizeof *weight);
-  bool changed;
-  size_t n;
-  CHECK_OK(kith_partition_create(&one, cells, RANKS, name));
-  CHECK_OK(kith_partition_create(&other, cells, RANKS, name));
-  CHECK_OK(kith_partition_update(other, NULL, NULL, &changed));
-  for (int round = 0; round < ROUNDS; ++round) {
-    moving_weights(cells, round, weight);
-    CHECK_OK(kith_partition_update(one, weight, NULL, &changed));
-  }
-  int64_t *word = state_of(one, &n);
-  CHECK_OK(kith_partition_restore(other, word, n));
-  CHECK_STATUS(KITH_BAD_FILE, kith_partition_restore(other, word, n + 1));
-  memcpy(other->owner, one->owner, (size_t)cells->n * sizeof *one->owner);
-  for (int round = ROUNDS; round < 2 * ROUNDS; ++round) {
-    moving_weights(cells, round, weight);
-    CHECK_OK(kith_partition_update(one, weight, NULL, &changed));
-    CHECK_OK(kith_partition_update(other, weight, NULL, &changed));
-    if (memcmp(one->owner, other->owner, (size_t)cells->n * sizeof *one->owner) != 0) {
-      fprintf(stderr, "%d-D, %s: the maps of round %d differ\n", NDIM, name, round);
-      ++check_failures;
-    }
-  }
-  free(word);
-  free(weight);
-  kith_partition_destroy(&one);
-  kith_partition_destroy(&other);
-}
-
-/* One word is damaged at a time: refused, and nothing changes. */
-static void check_damage(const char *name) {
-  const struct kith_cells *cells = make_cells();
-  static const int64_t wrong[] = {-1, INT64_MIN, INT64_MAX, INT64_C(1) << 49, 0x7ff8000000000000};
-  struct kith_partition *partition = NULL;
-  bool changed;
-  size_t n;
-  CHECK_OK(kith_partition_create(&partition, cells, RANKS, name));
-  int64_t *word = state_of(partition, &n);
-  for (size_t k = 0; k < n; ++k)
-    for (int w = 0; w < 5; ++w) {
-      const int64_t right = word[k];
-      word[k] = wrong[w];
-      CHECK_STATUS(KITH_BAD_FILE, kith_partition_restore(partition, word, n));
-      word[k] = right;
-    }
-  CHECK_OK(kith_partition_update(partition, NULL, NULL, &changed));
-  for (int64_t c = 0; c < cells->n; ++c) CHECK(partition->owner[c] >= 0 && partition->owner[c] < RANKS);
-  free(word);
-  kith_partition_destroy(&partition);
-}
-
-static void test_state(void) {
-  for (int k = 0; kith_partitioner_all()[k] != NULL; ++k) {
-    if (kith_partitioner_all()[k]->needs != NULL) continue;
-    check_continues(kith_partitioner_all()[k]->name);
-    check_damage(kith_partitioner_all()[k]->name);
-  }
-  check_continues("diffusion:second-order,fixed,morton");
-}
-
 int main(void) {
   test_maps();
   test_refused();
@@ -625,6 +528,5 @@ int main(void) {
   test_scale();
   test_unavailable();
   test_option_lists();
-  test_state();
   return check_failed();
 }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "tests/check.h"
+#include "tests/unit/lib/domain/cell_box.h"
 
 enum { SHIFTS = NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27 };
 
@@ -98,7 +99,7 @@ static void test_unique(void) {
     }
     int owners = 0;
     for (int64_t c = 0; c < cells.n; ++c) {
-      const struct kith_box box = kith_cells_box(&cells, c);
+      const struct kith_box box = cell_box(&cells, c);
       if (!inside(&box, x, &cells)) continue;
       ++owners;
       CHECK(kith_cells_of(&cells, x) == c);
@@ -134,8 +135,8 @@ static void test_outside(void) {
 /* Is the image of d touching c, and not c itself? */
 static bool touches(const struct kith_cells *cells, int64_t c, int64_t d, const int *shift) {
   int64_t at_c[NDIM], at_d[NDIM];
-  kith_cells_coordinates(cells, c, at_c);
-  kith_cells_coordinates(cells, d, at_d);
+  kith_grid_place(cells->count, c, at_c);
+  kith_grid_place(cells->count, d, at_d);
   bool same = true;
   for (int a = 0; a < NDIM; ++a) {
     const int64_t apart = at_d[a] + shift[a] * cells->count[a] - at_c[a];
@@ -192,8 +193,8 @@ static void test_neighbors(void) {
     if (cells.n <= 27) check_neighbors(&cells); /* the oracle is quadratic */
     for (int64_t c = 0; c < cells.n; ++c) {
       int64_t k[NDIM];
-      kith_cells_coordinates(&cells, c, k);
-      CHECK(kith_cells_at(&cells, k) == c);
+      kith_grid_place(cells.count, c, k);
+      CHECK(kith_grid_number(cells.count, k) == c);
       for (int a = 0; a < NDIM; ++a)
         for (int side = -1; side <= 1; side += 2) {
           const int64_t d = kith_cells_beside(&cells, c, a, side);

@@ -24,13 +24,13 @@ static void check_colors(const struct mesh *mesh) {
   bool covered[SHAPE_CORNERS] = {false};
   for (int64_t c = 0; c < mesh->n_corners; ++c) {
     int64_t i[NDIM];
-    place_of(mesh->corners, c, i);
-    CHECK(number_of(mesh->corners, i) == c);
+    kith_grid_place(mesh->corners, c, i);
+    CHECK(kith_grid_number(mesh->corners, i) == c);
     CHECK(color_of(i) >= 0 && color_of(i) < SHAPE_CORNERS);
     covered[color_of(i)] = true;
     for (int64_t d = 0; d < c; ++d) {
       int64_t j[NDIM], apart = 0;
-      place_of(mesh->corners, d, j);
+      kith_grid_place(mesh->corners, d, j);
       for (int a = 0; a < NDIM; ++a) apart = KITH_MAX(apart, llabs((long long)(i[a] - j[a])));
       if (apart <= 1) CHECK(color_of(i) != color_of(j));
     }
@@ -47,7 +47,7 @@ static void check_cover(const struct kith_partition *partition) {
   for (int a = 0; a < NDIM; ++a) box *= mesh->length[a];
   for (int64_t c = 0; c < mesh->n_corners; ++c) {
     int64_t i[NDIM];
-    place_of(mesh->corners, c, i);
+    kith_grid_place(mesh->corners, c, i);
     for (int a = 0; a < NDIM; ++a) {
       const int64_t x = mesh->corner[c * NDIM + a];
       CHECK(x >= 0 && x <= mesh->length[a]);
@@ -56,7 +56,7 @@ static void check_cover(const struct kith_partition *partition) {
   }
   for (int r = 0; r < partition->n_ranks; ++r) {
     int64_t i[NDIM];
-    place_of(mesh->ranks, r, i);
+    kith_grid_place(mesh->ranks, r, i);
     const struct shape shape = shape_at(mesh, mesh->corner, i);
     for (int s = 0; s < SIMPLICES; ++s) {
       const int64_t *v[NDIM + 1];
@@ -67,7 +67,7 @@ static void check_cover(const struct kith_partition *partition) {
     for (int64_t c = 0; c < partition->cells->n; ++c) {
       int64_t k[NDIM];
       if (partition->owner[c] != r) continue;
-      kith_cells_coordinates(partition->cells, c, k);
+      kith_grid_place(partition->cells->count, c, k);
       for (int a = 0; a < NDIM; ++a) k[a] = k[a] * mesh->unit + mesh->unit / 2;
       CHECK(contains(&shape, k));
     }
@@ -82,7 +82,7 @@ static void pull(struct kith_partition *partition, int k) {
   for (int64_t c = 0; c < partition->cells->n; ++c) {
     int64_t at[NDIM];
     double r2 = 0;
-    kith_cells_coordinates(partition->cells, c, at);
+    kith_grid_place(partition->cells->count, c, at);
     for (int a = 0; a < NDIM; ++a) {
       const double x = (double)at[a] / (double)partition->cells->count[a] - (k < UPDATES ? 0 : 0.5);
       r2 += x * x;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "tests/check.h"
+#include "tests/unit/lib/domain/cell_box.h"
 
 enum { MOST_CELLS = 4096, MOST_RANKS = 64, KINDS = 4 };
 
@@ -23,7 +24,7 @@ static struct kith_cells grid(bool is_periodic) {
 static void weights(const struct kith_cells *cells, int kind, double *weight) {
   uint64_t random = 11;
   for (int64_t c = 0; c < cells->n; ++c) {
-    const struct kith_box box = kith_cells_box(cells, c);
+    const struct kith_box box = cell_box(cells, c);
     double r2 = 0;
     for (int a = 0; a < NDIM; ++a) r2 += box.lower[a] * box.lower[a] / (cells->upper[a] * cells->upper[a]);
     const double r = sqrt(r2), shell = (r - 0.5) / 0.1;
@@ -174,9 +175,9 @@ static void test_curves(void) {
     struct kith_partition *partition = make(&cells, (int)cells.n, names[k]);
     for (int64_t c = 0; c < cells.n; ++c) { /* blocks of 2^NDIM are 2^NDIM in a row */
       int64_t at[NDIM];
-      kith_cells_coordinates(&cells, c, at);
+      kith_grid_place(cells.count, c, at);
       for (int a = 0; a < NDIM; ++a) at[a] -= at[a] % 2;
-      CHECK(partition->owner[c] >> NDIM == partition->owner[kith_cells_at(&cells, at)] >> NDIM);
+      CHECK(partition->owner[c] >> NDIM == partition->owner[kith_grid_number(cells.count, at)] >> NDIM);
     }
     kith_partition_destroy(&partition);
   }
@@ -422,7 +423,7 @@ static const struct {
             {"hybrid", 5, {{1.05, 1.06}, {1.03, 1.05}, {1.03, 1.03}}}};
 
 static double peak(const struct kith_cells *cells, int64_t c) {
-  const struct kith_box box = kith_cells_box(cells, c);
+  const struct kith_box box = cell_box(cells, c);
   double r2 = 0;
   for (int a = 0; a < NDIM; ++a) r2 += 0.25 * (box.lower[a] + box.upper[a]) * (box.lower[a] + box.upper[a]);
   return 1 + 20 * exp(-r2 / 0.01);
