@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <hdf5.h>
+#include <hdf5_hl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,15 +30,12 @@ struct comparison {
 };
 
 static bool read_field(hid_t particles, const char *name, struct field *field) {
-  const hid_t data = H5Dopen2(particles, name, H5P_DEFAULT), space = H5Dget_space(data);
+  int rank;
   field->shape[0] = 0, field->shape[1] = 1;
-  const bool good =
-      H5Sget_simple_extent_ndims(space) <= 2 && H5Sget_simple_extent_dims(space, field->shape, NULL) >= 0 &&
-      kith_resize(&field->value, 0, field->shape[0] * field->shape[1], sizeof *field->value) == KITH_OK &&
-      H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, field->value) >= 0;
-  if (space >= 0) H5Sclose(space);
-  if (data >= 0) H5Dclose(data);
-  return good;
+  return H5LTget_dataset_ndims(particles, name, &rank) >= 0 && rank <= 2 &&
+         H5LTget_dataset_info(particles, name, field->shape, NULL, NULL) >= 0 &&
+         kith_resize(&field->value, 0, field->shape[0] * field->shape[1], sizeof *field->value) == KITH_OK &&
+         H5LTread_dataset_double(particles, name, field->value) >= 0;
 }
 
 static void note(struct comparison *c, double difference, const char *name) {
@@ -93,10 +91,7 @@ static bool find_order(struct comparison *c, int k, size_t *n) {
 
 static double time_of(hid_t file) {
   double time = NAN;
-  const hid_t attribute = H5Aopen_by_name(file, "Header", "Time", H5P_DEFAULT, H5P_DEFAULT);
-  if (attribute < 0) return time;
-  H5Aread(attribute, H5T_NATIVE_DOUBLE, &time);
-  H5Aclose(attribute);
+  H5LTget_attribute_double(file, "Header", "Time", &time);
   return time;
 }
 

@@ -182,6 +182,16 @@ static kith_status write_all(const struct kith_study *s, const struct kith_study
   return KITH_OK;
 }
 
+void kith_study_clear(struct kith_study *study) {
+  for (struct kith_suite *s = study->suite; s < study->suite + study->n; ++s) {
+    kith_free(&s->job);
+    kith_free(&s->point);
+    kith_free(&s->code);
+  }
+  kith_free(&study->suite);
+  study->n = 0;
+}
+
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options) {
   struct kith_study s = {.options = options};
   enum kith_exit code = KITH_EXIT_USAGE;

@@ -35,8 +35,8 @@
  * DIR/points.csv has one line for each job. A run goes to DIR/runs/NAME.part and gets the directory
  * DIR/runs/NAME once it has finished, without its snapshots; NAME ends with a hash of the scene's text, of
  * the settings and of the program's version. A job whose directory is there is read, not run again, so a
- * study that was interrupted goes on, and it may grow. A failed run leaves its reason in DIR/runs/NAME.failed;
- * remove that file to try it again. What a run prints is in DIR/runs/NAME.log. */
+ * study that was interrupted goes on, and it may grow. A failed run leaves its reason in
+ * DIR/runs/NAME.failed; remove that file to try it again. What a run prints is in DIR/runs/NAME.log. */
 #ifndef KITH_APP_STUDY_STUDY_H
 #define KITH_APP_STUDY_STUDY_H
 

@@ -401,16 +401,6 @@ kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   return status;
 }
 
-void kith_study_clear(struct kith_study *study) {
-  for (struct kith_suite *s = study->suite; s < study->suite + study->n; ++s) {
-    kith_free(&s->job);
-    kith_free(&s->point);
-    kith_free(&s->code);
-  }
-  kith_free(&study->suite);
-  study->n = 0;
-}
-
 void kith_suite_list(const struct kith_programs *programs) {
   for (int k = 0; k < 2; ++k) {
     char names[2048] = "", told[2048];
