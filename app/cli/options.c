@@ -10,6 +10,7 @@
 #include "app/cli/text.h"
 #include "app/cli/version.h"
 #include "lib/core/choices.h"
+#include "lib/core/param.h"
 
 #define X(name, runs, argument, doc) {#name, KITH_RUNS_##runs, argument, doc},
 static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
@@ -22,26 +23,17 @@ struct row {
   const char *argument;
   enum kind kind;
   double least, most;
-  size_t offset, size;
   unsigned verbs; /* a bit of each verb that takes it */
   const char *doc;
+  size_t offset, size;
 };
 #define F(verb) 1u << KITH_VERB_##verb
 #define X(name, letter, argument, kind, least, most, member, verbs, doc) \
-  {#name,                                                                \
-   letter,                                                               \
-   argument,                                                             \
-   kind,                                                                 \
-   least,                                                                \
-   most,                                                                 \
-   offsetof(struct kith_options, member),                                \
-   sizeof(((struct kith_options *)0)->member),                           \
-   verbs,                                                                \
-   doc},
+  {#name, letter, argument, kind, least, most, verbs, doc, KITH_INTO(struct kith_options, member)},
 static const struct row rows[] = {KITH_OPTION_LIST(X)};
 #undef X
 #undef F
-enum { N_ROWS = sizeof rows / sizeof rows[0], HELP = N_ROWS, VERSION, N_KNOWN, OPTION = 256 };
+enum { N_ROWS = sizeof rows / sizeof rows[0], OPTION = 256 };
 
 static const char VERBS[] = "" /* "|run|plan..." */
 #define X(name, runs, argument, doc) "|" #name
@@ -134,7 +126,7 @@ static void print_option(const struct row *row, bool of_all) {
   if (row->letter != 0) snprintf(letter, sizeof letter, "-%c, ", row->letter);
   snprintf(label, sizeof label, "  %s--%s%s%s", letter, row->name, row->argument != NULL ? " " : "",
            row->argument != NULL ? row->argument : "");
-  snprintf(text, sizeof text, of_all ? "%s [%s]" : "%s", row->doc, takers(row, names));
+  snprintf(text, sizeof text, of_all && row->verbs != ~0u ? "%s [%s]" : "%s", row->doc, takers(row, names));
   kith_text_wrapped(stdout, 26, label, text);
 }
 
@@ -153,10 +145,7 @@ static void print_help(const struct kith_verb *verb) {
   if (verb == NULL) printf("\noptions, with the verbs that take them:\n");
   for (int k = 0; k < N_ROWS; ++k)
     if (verb == NULL || rows[k].verbs >> (verb - verbs) & 1) print_option(&rows[k], verb == NULL);
-  printf(
-      "  -h, --help              this help; kith VERB --help: that of a verb\n"
-      "  -V, --version           version, compiler and flags\n\n"
-      "exit codes: 0 ok, 1 the run or the build failed, 2 usage or scene, 3 out of tolerance\n");
+  printf("\nexit codes: 0 ok, 1 the run or the build failed, 2 usage or scene, 3 out of tolerance\n");
 }
 
 /* ---- parsing ---- */
@@ -173,25 +162,22 @@ static const struct kith_verb *find_verb(const char *name) {
 }
 
 /* As getopt_long wants them; `letters` gives all arguments in their order, and ':' for a missing value. */
-static void list_options(struct option known[N_KNOWN + 1], char letters[64]) {
-  static const struct row own[] = {{.name = "help", .letter = 'h'}, {.name = "version", .letter = 'V'}};
+static void list_options(struct option known[N_ROWS + 1], char letters[64]) {
   int n = snprintf(letters, 64, "-:");
-  for (int k = 0; k < N_KNOWN; ++k) {
-    const struct row *row = k < N_ROWS ? &rows[k] : &own[k - N_ROWS];
-    known[k] =
-        (struct option){row->name, row->argument != NULL ? required_argument : no_argument, NULL, OPTION + k};
-    if (row->letter != 0)
-      n += snprintf(letters + n, (size_t)(64 - n), "%c%s", row->letter, row->argument != NULL ? ":" : "");
+  for (int k = 0; k < N_ROWS; ++k) {
+    const bool valued = rows[k].argument != NULL;
+    known[k] = (struct option){rows[k].name, valued ? required_argument : no_argument, NULL, OPTION + k};
+    if (rows[k].letter != 0)
+      n += snprintf(letters + n, (size_t)(64 - n), "%c%s", rows[k].letter, valued ? ":" : "");
   }
-  known[N_KNOWN] = (struct option){0};
+  known[N_ROWS] = (struct option){0};
 }
 
 /* Which option a code of getopt_long stands for. */
 static int row_of(int code) {
-  if (code >= OPTION) return code - OPTION;
-  for (int k = 0; k < N_ROWS; ++k)
-    if (rows[k].letter == code) return k;
-  return code == 'h' ? HELP : VERSION;
+  int k = 0;
+  while (code < OPTION && rows[k].letter != code) ++k;
+  return code < OPTION ? k : code - OPTION;
 }
 
 /* An option that is not known, or has a value without taking one. */
@@ -228,9 +214,9 @@ static void check_together(const struct kith_options *o, const bool *given) {
 }
 
 enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **argv) {
-  struct option known[N_KNOWN + 1];
+  struct option known[N_ROWS + 1];
   char letters[64];
-  bool given[N_KNOWN] = {false};
+  bool given[N_ROWS] = {false};
   list_options(known, letters);
   *o = (struct kith_options){.until = -1, .steps = -1, .network = KITH_NETWORK, .arguments = argv};
   opterr = 0;
@@ -243,16 +229,11 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
     }
     const int k = row_of(c);
     given[k] = true;
-    if (k < N_ROWS) take_value(&rows[k], optarg, o);
+    take_value(&rows[k], optarg, o);
   }
-  if (given[VERSION]) {
-    printf("kith %s (%s)\n", kith_version(), kith_build_text());
-    exit(KITH_EXIT_OK);
-  }
-  if (given[HELP]) {
-    print_help(o->verb);
-    exit(KITH_EXIT_OK);
-  }
+  if (o->version) printf("kith %s (%s)\n", kith_version(), kith_build_text());
+  if (o->help && !o->version) print_help(o->verb);
+  if (o->version || o->help) exit(KITH_EXIT_OK);
   for (; optind < argc; ++optind) take_word(o, argv[optind]); /* behind "--" */
   check_together(o, given);
   return (enum kith_verb_id)(o->verb - verbs);

@@ -64,7 +64,7 @@ struct kith_options {
   int threads;                               /* 0: not given */
   int ranks;                                 /* 0: as many as were started */
   struct kith_network network;
-  bool check, profile, quiet;
+  bool check, profile, quiet, help, version;
   char **arguments; /* as given, with the program first, ended by NULL */
 };
 
@@ -91,7 +91,9 @@ struct kith_options {
   X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(plan) | F(chart) | F(stress),                             \
     "no progress, only the results")                                                                       \
   X(network, 0, "S,B", NETWORK, 0, 0, network, F(plan),                                                    \
-    "ranks whose messages take S seconds and B bytes per second (default: 2e-6,1e10)")
+    "ranks whose messages take S seconds and B bytes per second (default: 2e-6,1e10)")                     \
+  X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help: that of a verb")                    \
+  X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, compiler and flags")
 
 /* Exit codes of the program. */
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };

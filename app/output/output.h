@@ -11,7 +11,7 @@
 #define KITH_APP_OUTPUT_OUTPUT_H
 
 #include "app/output/history.h"
-#include "app/simulation/conservation_baseline.h"
+#include "app/simulation/simulation.h"
 
 struct kith_output {
   char directory[512];

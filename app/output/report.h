@@ -15,7 +15,7 @@
 #include <jansson.h>
 #include <stdio.h>
 #include "app/output/ranks_detail.h"
-#include "app/simulation/conservation_baseline.h"
+#include "app/simulation/simulation.h"
 #include "validation/measure.h"
 #include "validation/norms.h"
 

@@ -13,11 +13,18 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
-#include "app/cli/screen.h"
 #include "app/output/output.h"
+#include "app/output/plot.h"
+#include "app/output/report.h"
 #include "app/output/trace.h"
-#include "app/run/comparison.h"
 #include "lib/io/atomic_file.h"
+#include "lib/nodes/migrate.h"
+
+/* One redrawn line on a terminal, else a row now and then. */
+struct progress {
+  bool shown, terminal, begun;
+  double from, started, drawn; /* time and clock at the first step; clock when it was drawn */
+};
 
 struct run {
   const struct kith_options *options;
@@ -25,10 +32,12 @@ struct run {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  struct kith_comparison comparison;
+  void *exact; /* solution; NULL: the scene has none */
+  struct kith_nodes
+      *whole; /* the nodes of all ranks, on rank 0; NULL: not gathered, or this is the only one */
   struct kith_output output;
   struct kith_conservation_baseline baseline;
-  struct kith_screen screen;
+  struct progress progress;
   struct kith_traffic before_steps, after_steps;
   double until, started, cpu_started;
   uint64_t first_step;
@@ -138,7 +147,8 @@ static kith_status create(struct run *run) {
   KITH_TRY(kith_scene_lasts(run->scene, run->until));
   KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
   if (o->profile) kith_profile_clock_cpu(run->profile);
-  KITH_TRY(kith_comparison_init(&run->comparison, run->scene));
+  if (run->scene->exact.ops != NULL)
+    KITH_TRY(kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings));
   KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->profile, o->check));
   return kith_simulation_distribute(run->simulation, run->ranks);
 }
@@ -151,7 +161,92 @@ static kith_status prepare(struct run *run) {
   return kith_ranks_allreduce_status(run->ranks, open_output(run));
 }
 
+/* ---- comparison: norms and measures of all nodes, on rank 0 ---- */
+
+/* Fields have their names from kith_hydro_init. */
+static struct kith_profile_view view_of(const struct run *run) {
+  const struct kith_nodes *nodes = run->whole != NULL ? run->whole : run->simulation->nodes;
+#define VALUES(name) kith_nodes_field_named(nodes, name)->f64
+  return (struct kith_profile_view){nodes->n_internal, VALUES("position"), VALUES("velocity"), VALUES("mass"),
+                                    VALUES("density"), VALUES("pressure"), VALUES("energy")};
+#undef VALUES
+}
+
+static bool measures(const struct kith_scene *scene) {
+  bool wanted = false;
+  for (int k = 0; k < KITH_N_MEASURES; ++k) wanted = wanted || scene->measure.wanted[k];
+  return wanted;
+}
+
+/* start: what was measured then; NULL: this is the start. */
+static kith_status measure(const struct run *run, const double *start, double *value) {
+  const struct kith_profile_view view = view_of(run);
+  struct kith_measured measured = {.nodes = &view,
+                                   .domain = run->scene->domain,
+                                   .time = run->simulation->integrator.time,
+                                   .kinetic_start = run->baseline.totals.kinetic,
+                                   .start = start};
+  memcpy(measured.center, run->simulation->hydro.center, sizeof measured.center);
+  for (int k = 0; k < KITH_N_MEASURES; ++k)
+    if (run->scene->measure.wanted[k])
+      KITH_TRY(kith_measure_take((enum kith_measure)k, &measured, &value[k]));
+  return KITH_OK;
+}
+
+static kith_status gather(struct run *run) {
+  return run->ranks != NULL ? kith_nodes_gather(run->simulation->nodes, &run->whole) : KITH_OK;
+}
+
+/* What measures are compared with at the end. */
+static kith_status measure_start(struct run *run) {
+  if (!measures(run->scene)) return KITH_OK;
+  KITH_TRY(gather(run));
+  const kith_status status = speaks(run) ? measure(run, NULL, run->baseline.measure) : KITH_OK;
+  kith_nodes_destroy(&run->whole);
+  return kith_ranks_allreduce_status(run->ranks, status);
+}
+
+/* A picture that cannot be drawn is a warning. */
+static void draw(const struct run *run, const struct kith_report *report) {
+  const struct kith_plot plot = {.scene = run->scene->name,
+                                 .time = report->time,
+                                 .resolution = run->scene->resolution,
+                                 .nodes = view_of(run),
+                                 .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
+                                 .solution = run->exact,
+                                 .norms = report->compared ? &report->norms : NULL};
+  if (kith_plot_write(&plot, run->output.directory) != KITH_OK)
+    fprintf(stderr, "kith: warning: %s\n", kith_failure());
+}
+
 /* ---- steps ---- */
+
+/* After a step: what is due, 10 times a second on a terminal, every 2 seconds otherwise, and the last one. */
+static void show_progress(struct run *run, bool last) {
+  struct progress *p = &run->progress;
+  const struct kith_integrator *it = &run->simulation->integrator;
+  const double now = kith_seconds();
+  if (!p->shown || (!last && now - p->drawn < (p->terminal ? 0.1 : 2.0))) return;
+  p->drawn = now;
+  const double done = run->until > p->from ? (it->time - p->from) / (run->until - p->from) : 1;
+  const long left = done > 0 ? (long)((now - p->started) * (1 - done) / done + 0.5) : 0;
+  const bool hours = left >= 3600;
+  if (!p->begun)
+    fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
+            "ghosts", "done", "ETA");
+  p->begun = true;
+  fprintf(stderr, "%s%8llu  %-12.6g %-11.4g %-14s %12lld %10d %5.1f%%  %ld%c%02ld%c  %s",
+          p->terminal ? "\r" : "", (unsigned long long)it->step, it->time, it->dt,
+          kith_limit_name(it->limiter), (long long)it->limiting_node, it->nodes->n_ghost, 100 * done,
+          hours ? left / 3600 : left / 60, hours ? 'h' : 'm', hours ? left / 60 % 60 : left % 60,
+          hours ? 'm' : 's', p->terminal ? "" : "\n");
+  fflush(stderr);
+}
+
+/* What follows the redrawn line starts on a line of its own. */
+static void end_progress(const struct run *run) {
+  if (run->progress.begun && run->progress.terminal) fputc('\n', stderr);
+}
 
 /* First rates of a new run, and what its drifts are measured against. */
 static kith_status begin(struct run *run) {
@@ -163,7 +258,7 @@ static kith_status begin(struct run *run) {
   KITH_TRY(kith_simulation_start(run->simulation));
   const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
   run->baseline = kith_conservation_baseline_of(&first);
-  KITH_TRY(kith_comparison_start(&run->comparison, run->simulation, &run->baseline));
+  KITH_TRY(measure_start(run));
   KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
   run->output.next = run->scene->output.every;
   return KITH_OK;
@@ -201,13 +296,16 @@ static bool finished(struct run *run) {
 
 static kith_status steps(struct run *run) {
   struct kith_integrator *it = &run->simulation->integrator;
-  kith_screen_init(&run->screen, stderr, run->options->quiet || !speaks(run), it->time, run->until);
+  run->progress = (struct progress){.shown = !run->options->quiet && speaks(run),
+                                    .terminal = isatty(STDERR_FILENO) != 0,
+                                    .from = it->time,
+                                    .started = kith_seconds()};
   run->before_steps = kith_ranks_traffic(run->ranks);
   for (bool end = finished(run); !end;) {
     KITH_TRY(kith_integrator_step(it, step_end(run)));
     KITH_TRY(after_step(run));
     end = finished(run);
-    kith_screen_step(&run->screen, it, end);
+    show_progress(run, end);
   }
   run->after_steps = kith_ranks_traffic(run->ranks);
   return KITH_OK;
@@ -222,12 +320,18 @@ static kith_status write_state(struct run *run) {
     KITH_TRY(kith_output_checkpoint(&run->output, run->simulation, &run->baseline));
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
-  return kith_comparison_gather(&run->comparison, run->simulation);
+  const bool compared = run->exact != NULL || run->scene->output.plot || measures(run->scene);
+  return compared ? gather(run) : KITH_OK;
 }
 
 static kith_status write_report(struct run *run, struct kith_report *report) {
   char path[640];
-  KITH_TRY(kith_comparison_report(&run->comparison, run->simulation, &run->baseline, report));
+  const struct kith_profile_view view = view_of(run);
+  report->compared = run->exact != NULL;
+  if (report->compared)
+    KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, report->time,
+                                &run->scene->exact.window, &view));
+  KITH_TRY(measure(run, run->baseline.measure, report->measure));
   snprintf(path, sizeof path, "%s/report.json", run->output.directory);
   return kith_report_write(report, path);
 }
@@ -250,7 +354,7 @@ static kith_status finish(struct run *run, struct kith_report *report, struct ki
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, speaks(run) ? write_report(run, report) : KITH_OK));
   if (run->options->trace != NULL) KITH_TRY(kith_trace_write(run->ranks, run->profile, run->options->trace));
   if (!speaks(run)) return KITH_OK;
-  kith_comparison_draw(&run->comparison, run->simulation, report, run->output.directory);
+  if (run->scene->output.plot) draw(run, report);
   print(run, report);
   return KITH_OK;
 }
@@ -268,7 +372,7 @@ static enum kith_exit complain(const struct run *run, enum kith_exit code) {
 static enum kith_exit end(struct run *run) {
   struct kith_report report = {0};
   struct kith_ranks_detail detail = {0};
-  kith_screen_end(&run->screen);
+  end_progress(run);
   const kith_status status = finish(run, &report, &detail);
   kith_report_clear(&report);
   kith_ranks_detail_clear(&detail);
@@ -280,7 +384,7 @@ static enum kith_exit end(struct run *run) {
 static enum kith_exit fail(struct run *run, kith_status status) {
   char reason[1024], where[640] = "";
   snprintf(reason, sizeof reason, "%s", kith_failure());
-  kith_screen_end(&run->screen);
+  end_progress(run);
   if (!kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
   const struct kith_integrator *it = &run->simulation->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
@@ -310,7 +414,8 @@ enum kith_exit kith_run(const struct kith_options *options) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;
   }
-  kith_comparison_clear(&run.comparison);
+  if (run.exact != NULL) kith_exact_destroy(run.scene->exact.ops, &run.exact);
+  kith_nodes_destroy(&run.whole);
   kith_simulation_destroy(&run.simulation);
   kith_profile_destroy(&run.profile);
   kith_scene_destroy(&run.scene);

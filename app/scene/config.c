@@ -6,7 +6,6 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <yaml.h>
 
@@ -85,20 +84,18 @@ static void node_destroy(struct kith_config_node **node) {
   kith_free(node);
 }
 
-/* A null. The new child takes *key. */
-static kith_status node_add(struct kith_config_node **out, struct kith_config_node *parent, char **key,
-                            struct kith_source_location location) {
+/* A null; `key` is copied. */
+static kith_status node_add(struct kith_config_node **out, struct kith_config_node *parent, const char *key,
+                            size_t length, struct kith_source_location location) {
   *out = NULL;
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
   **out = (struct kith_config_node){.null = true, .parent = parent, .location = location};
   if (parent == NULL) return KITH_OK;
-  (*out)->key = *key;
-  *key = NULL;
   (*out)->index = parent->n++;
   if (parent->last != NULL) parent->last->next = *out;
   if (parent->first == NULL) parent->first = *out;
   parent->last = *out;
-  return KITH_OK;
+  return key != NULL ? kith_text_copy(&(*out)->key, key, length) : KITH_OK;
 }
 
 static struct kith_config_node *child_of(const struct kith_config_node *node, const char *key,
@@ -172,31 +169,25 @@ static kith_status next_event(struct reader *r) {
   return yaml_parser_parse(&r->parser, &r->event) ? KITH_OK : fail_syntax(r);
 }
 
-/* Only what every reader of YAML knows: no anchor, no tag. */
-static kith_status check_plain(const struct reader *r, const struct kith_config_node *node, const char *key) {
+/* Only what every reader of YAML knows: no anchor, no tag. They stand first in the data of all events that
+ * begin a value; an alias is an anchor alone. */
+static kith_status check_plain(const struct reader *r, const struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
-  const bool scalar = e->type == YAML_SCALAR_EVENT, map = e->type == YAML_MAPPING_START_EVENT;
-  const yaml_char_t *anchor = scalar ? e->data.scalar.anchor
-                              : map  ? e->data.mapping_start.anchor
-                                     : e->data.sequence_start.anchor;
-  const yaml_char_t *tag = scalar ? e->data.scalar.tag
-                           : map  ? e->data.mapping_start.tag
-                                  : e->data.sequence_start.tag;
-  if (anchor != NULL || e->type == YAML_ALIAS_EVENT)
-    return fail_event(r, node, key, "anchors and aliases are not supported");
-  return tag != NULL ? fail_event(r, node, key, "tags are not supported") : KITH_OK;
+  if (e->data.scalar.anchor != NULL)
+    return fail_event(r, node, NULL, "anchors and aliases are not supported");
+  return e->data.scalar.tag != NULL ? fail_event(r, node, NULL, "tags are not supported") : KITH_OK;
 }
 
-/* The key that the event is, in a map. */
-static kith_status read_key(const struct reader *r, const struct kith_config_node *map, char **key) {
+/* Is the event a key that the map has not yet? */
+static kith_status check_key(const struct reader *r, const struct kith_config_node *map) {
   const char *text = (const char *)r->event.data.scalar.value;
   const size_t length = r->event.type == YAML_SCALAR_EVENT ? r->event.data.scalar.length : 0;
   char what[64] = "duplicate key";
-  if (length > 0) KITH_TRY(check_plain(r, map, NULL));
+  if (length > 0) KITH_TRY(check_plain(r, map));
   if (length == 0 || strlen(text) != length) return fail_event(r, map, NULL, "a key must be a word");
   if (map->n >= MOST_KEYS) return fail_event(r, map, text, "more than 256 keys in one map");
   const struct kith_config_node *first = child_of(map, text, length);
-  if (first == NULL) return kith_text_copy(key, text, length);
+  if (first == NULL) return KITH_OK;
   if (r->has_lines) snprintf(what, sizeof what, "duplicate key, first on line %d", first->location.line);
   return fail_event(r, map, text, what);
 }
@@ -205,17 +196,16 @@ static kith_status read_node(struct reader *r, struct kith_config_node *node, in
 
 /* The entries of a map or a list, up to its end. */
 static kith_status read_children(struct reader *r, struct kith_config_node *node, int depth) {
+  const bool map = node->kind == KITH_CONFIG_MAP;
   if (depth > DEEPEST) return fail_event(r, node, NULL, "nested deeper than 32 levels");
   for (;;) {
     struct kith_config_node *child;
-    char *key = NULL;
     KITH_TRY(next_event(r));
     if (r->event.type == YAML_MAPPING_END_EVENT || r->event.type == YAML_SEQUENCE_END_EVENT) return KITH_OK;
-    if (node->kind == KITH_CONFIG_MAP) KITH_TRY(read_key(r, node, &key));
-    const kith_status status = node_add(&child, node, &key, event_location(r));
-    kith_free(&key);
-    KITH_TRY(status);
-    if (node->kind == KITH_CONFIG_MAP) KITH_TRY(next_event(r));
+    if (map) KITH_TRY(check_key(r, node));
+    KITH_TRY(node_add(&child, node, map ? (const char *)r->event.data.scalar.value : NULL,
+                      map ? r->event.data.scalar.length : 0, event_location(r)));
+    if (map) KITH_TRY(next_event(r));
     KITH_TRY(read_node(r, child, depth));
   }
 }
@@ -223,7 +213,7 @@ static kith_status read_children(struct reader *r, struct kith_config_node *node
 /* The value that the event begins. */
 static kith_status read_node(struct reader *r, struct kith_config_node *node, int depth) {
   const yaml_event_t *e = &r->event;
-  KITH_TRY(check_plain(r, node, NULL));
+  KITH_TRY(check_plain(r, node));
   if (e->type != YAML_SCALAR_EVENT) {
     node->kind = e->type == YAML_MAPPING_START_EVENT ? KITH_CONFIG_MAP : KITH_CONFIG_LIST;
     node->null = false;
@@ -262,7 +252,7 @@ static kith_status read_document(struct reader *r, struct kith_config_node *node
 
 static kith_status parse(struct kith_config *config, const char *text, size_t length) {
   const struct kith_source_location top = {config->file, 1};
-  KITH_TRY(node_add(&config->root, NULL, NULL, top));
+  KITH_TRY(node_add(&config->root, NULL, NULL, 0, top));
   struct reader r = {.file = config->file, .text = text, .length = length, .has_lines = true};
   KITH_TRY(read_document(&r, config->root, 0));
   if (config->root->null) return kith_config_fail(config->root, NULL, "the scene is empty");
@@ -290,81 +280,72 @@ void kith_config_destroy(struct kith_config **config) {
   kith_free(config);
 }
 
-static kith_status fail_file(const char *path, const char *what) {
-  char line[512];
-  snprintf(line, sizeof line, "%.300s: %s", path, what);
-  return refuse(line);
-}
-
-static kith_status read_file(FILE *file, const char *path, char *text, size_t *length) {
-  *length = fread(text, 1, LARGEST + 1, file);
-  if (ferror(file)) return fail_file(path, "cannot be read");
-  return *length > LARGEST ? fail_file(path, "larger than 1 MiB, too large for a scene") : KITH_OK;
-}
-
 /* One file, without its base. */
 static kith_status read_one(struct kith_config **out, const char *path) {
+  char *text = NULL, line[512];
+  const char *wrong = NULL;
   *out = NULL;
-  struct stat status;
-  if (stat(path, &status) != 0) return fail_file(path, strerror(errno));
-  if (S_ISDIR(status.st_mode)) return fail_file(path, "is a directory, not a scene");
+  KITH_TRY(kith_resize(&text, 0, LARGEST + 1, 1));
   FILE *file = fopen(path, "rb");
-  if (file == NULL) return fail_file(path, strerror(errno));
-  char *text = NULL;
-  size_t length = 0;
-  kith_status result = kith_resize(&text, 0, LARGEST + 1, 1);
-  if (result == KITH_OK) result = read_file(file, path, text, &length);
-  fclose(file);
-  if (result == KITH_OK) result = kith_config_parse(out, path, text, length);
+  const size_t length = file != NULL ? fread(text, 1, LARGEST + 1, file) : 0;
+  if (file == NULL || ferror(file))
+    wrong = errno == EISDIR ? "is a directory, not a scene" : strerror(errno);
+  else if (length > LARGEST)
+    wrong = "larger than 1 MiB, too large for a scene";
+  if (file != NULL) fclose(file);
+  if (wrong != NULL) snprintf(line, sizeof line, "%.300s: %s", path, wrong);
+  const kith_status status = wrong != NULL ? refuse(line) : kith_config_parse(out, path, text, length);
   kith_free(&text);
-  return result;
+  return status;
 }
 
 /* --- overrides --- */
 
-static const char override_file[] = "--set";
-
-static const struct kith_source_location override_place = {override_file, 0};
-
-/* To the entry `part` of a map, made if need be; an entry of a list must be there. Nothing becomes a map. */
-static kith_status step(struct kith_config_node **node, const char *part, size_t length,
-                        struct kith_source_location location) {
-  struct kith_config_node *here = *node, shown = *here;
-  shown.location = location;
-  if (here->null)
-    node_clear(here), here->kind = KITH_CONFIG_MAP, here->null = false, here->location = location;
-  if (here->kind == KITH_CONFIG_SCALAR)
-    return kith_config_fail(&shown, NULL, "has no keys, it is '%.60s'", here->text);
-  *node = child_of(here, part, length);
-  if (*node != NULL) return KITH_OK;
-  char *key = NULL;
-  KITH_TRY(kith_text_copy(&key, part, length));
-  kith_status status;
-  if (here->kind == KITH_CONFIG_LIST)
-    status = kith_config_fail(&shown, key, "no such entry, the list has %d (counted from 0)", here->n);
-  else
-    status = node_add(node, here, &key, location);
-  kith_free(&key);
-  return status;
+/* The node at a dotted path, which is made if need be: an entry of a list must be there, and a single value
+ * has no keys. *out: NULL if a word of the path is empty. */
+static kith_status reach(struct kith_config_node *root, const char *path, size_t length,
+                         struct kith_source_location location, struct kith_config_node **out, int *depth) {
+  struct kith_config_node *node = root;
+  *out = NULL, *depth = 0;
+  for (const char *part = path, *end = path + length; part <= end; ++part) {
+    const char *dot = memchr(part, '.', (size_t)(end - part));
+    const size_t n = (size_t)((dot != NULL ? dot : end) - part);
+    struct kith_config_node shown = *node, *child;
+    shown.location = location;
+    if (n == 0) return KITH_OK;
+    if (++*depth > DEEPEST) return kith_config_fail(&shown, NULL, "nested deeper than 32 levels");
+    if (node->null)
+      node_clear(node), node->kind = KITH_CONFIG_MAP, node->null = false, node->location = location;
+    if (node->kind == KITH_CONFIG_SCALAR)
+      return kith_config_fail(&shown, NULL, "has no keys, it is '%.60s'", node->text);
+    child = child_of(node, part, n);
+    if (child == NULL && node->kind == KITH_CONFIG_LIST) {
+      char key[64];
+      snprintf(key, sizeof key, "%.*s", (int)n, part);
+      return kith_config_fail(&shown, key, "no such entry, the list has %d (counted from 0)", node->n);
+    }
+    if (child == NULL) KITH_TRY(node_add(&child, node, part, n, location));
+    node = child, part += n;
+  }
+  *out = node;
+  return KITH_OK;
 }
 
 kith_status kith_config_override(struct kith_config *config, const char *assignment) {
-  char line[256];
+  const struct kith_source_location place = {"--set", 0};
   const char *equals = strchr(assignment, '=');
-  snprintf(line, sizeof line, "--set %.100s: write it as key=value", assignment);
-  if (equals == NULL || equals == assignment) return refuse(line);
-  struct kith_config_node *node = config->root;
+  struct kith_config_node *node = NULL;
   int depth = 0;
-  for (const char *part = assignment; part <= equals;) {
-    const size_t length = strcspn(part, ".=");
-    if (length == 0) return refuse(line);
-    if (++depth > DEEPEST) return kith_config_fail(node, NULL, "nested deeper than 32 levels");
-    KITH_TRY(step(&node, part, length, override_place));
-    part += length + 1;
+  if (equals != NULL)
+    KITH_TRY(reach(config->root, assignment, (size_t)(equals - assignment), place, &node, &depth));
+  if (node == NULL) {
+    char line[256];
+    snprintf(line, sizeof line, "--set %.100s: write it as key=value", assignment);
+    return refuse(line);
   }
   node_clear(node);
-  node->location = override_place;
-  struct reader r = {.file = override_file, .text = equals + 1, .length = strlen(equals + 1)};
+  node->location = place;
+  struct reader r = {.file = place.file, .text = equals + 1, .length = strlen(equals + 1)};
   return read_document(&r, node, depth);
 }
 
@@ -383,14 +364,10 @@ static void node_take(struct kith_config_node *node, struct kith_config_node *fr
 
 /* A key of a scene with a base: to the place that its dots lead to. */
 static kith_status put_over(struct kith_config_node *root, struct kith_config_node *given) {
-  struct kith_config_node *node = root;
-  for (const char *part = given->key;; ++part) {
-    const size_t length = strcspn(part, ".");
-    if (length == 0) return kith_config_fail(given, NULL, "an empty word between dots");
-    KITH_TRY(step(&node, part, length, given->location));
-    part += length;
-    if (*part == '\0') break;
-  }
+  struct kith_config_node *node;
+  int depth;
+  KITH_TRY(reach(root, given->key, strlen(given->key), given->location, &node, &depth));
+  if (node == NULL) return kith_config_fail(given, NULL, "an empty word between dots");
   node_take(node, given);
   return KITH_OK;
 }

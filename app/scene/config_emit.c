@@ -1,19 +1,12 @@
-/* Writing a tree as YAML: the way back, through libyaml's emitter. */
+/* Writing a tree as YAML: the way back, through libyaml's documents. */
 #include <stdio.h>
 #include <string.h>
 #include <yaml.h>
 #include "app/scene/config.h"
 
-static bool emit(yaml_emitter_t *emitter, yaml_event_t *event, int made) {
-  return made && yaml_emitter_emit(emitter, event);
-}
-
-static bool emit_text(yaml_emitter_t *emitter, const char *text, bool quoted) {
-  yaml_event_t event;
-  return emit(
-      emitter, &event,
-      yaml_scalar_event_initialize(&event, NULL, NULL, (const yaml_char_t *)text, (int)strlen(text), 1, 1,
-                                   quoted ? YAML_SINGLE_QUOTED_SCALAR_STYLE : YAML_PLAIN_SCALAR_STYLE));
+static int add_text(yaml_document_t *document, const char *text, bool quoted) {
+  return yaml_document_add_scalar(document, NULL, (const yaml_char_t *)text, (int)strlen(text),
+                                  quoted ? YAML_SINGLE_QUOTED_SCALAR_STYLE : YAML_PLAIN_SCALAR_STYLE);
 }
 
 /* Lists of numbers and words stay on one line. */
@@ -23,46 +16,44 @@ static bool flat(const struct kith_config_node *node) {
   return true;
 }
 
-static bool emit_node(yaml_emitter_t *emitter, const struct kith_config_node *node) {
-  yaml_event_t event;
-  if (node->kind == KITH_CONFIG_SCALAR)
-    return emit_text(emitter, node->null ? "null" : node->text, node->quoted);
+/* Its number in the document; 0: no memory. */
+static int add_node(yaml_document_t *document, const struct kith_config_node *node) {
   const bool map = node->kind == KITH_CONFIG_MAP;
-  const int made =
-      map ? yaml_mapping_start_event_initialize(&event, NULL, NULL, 1, YAML_BLOCK_MAPPING_STYLE)
-          : yaml_sequence_start_event_initialize(
-                &event, NULL, NULL, 1, flat(node) ? YAML_FLOW_SEQUENCE_STYLE : YAML_BLOCK_SEQUENCE_STYLE);
-  if (!emit(emitter, &event, made)) return false;
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    if (map && !emit_text(emitter, child->key, false)) return false;
-    if (!emit_node(emitter, child)) return false;
+  if (node->kind == KITH_CONFIG_SCALAR)
+    return add_text(document, node->null ? "null" : node->text, node->quoted);
+  const int id = map ? yaml_document_add_mapping(document, NULL, YAML_BLOCK_MAPPING_STYLE)
+                     : yaml_document_add_sequence(
+                           document, NULL, flat(node) ? YAML_FLOW_SEQUENCE_STYLE : YAML_BLOCK_SEQUENCE_STYLE);
+  for (const struct kith_config_node *child = node->first; id != 0 && child != NULL; child = child->next) {
+    const int key = map ? add_text(document, child->key, false) : id, value = add_node(document, child);
+    if (key == 0 || value == 0) return 0;
+    if (!(map ? yaml_document_append_mapping_pair(document, id, key, value)
+              : yaml_document_append_sequence_item(document, id, value)))
+      return 0;
   }
-  return emit(emitter, &event,
-              map ? yaml_mapping_end_event_initialize(&event) : yaml_sequence_end_event_initialize(&event));
+  return id;
 }
 
-static bool emit_all(yaml_emitter_t *emitter, const struct kith_config_node *root) {
-  yaml_event_t e;
-  return emit(emitter, &e, yaml_stream_start_event_initialize(&e, YAML_UTF8_ENCODING)) &&
-         emit(emitter, &e, yaml_document_start_event_initialize(&e, NULL, NULL, NULL, 1)) &&
-         emit_node(emitter, root) && emit(emitter, &e, yaml_document_end_event_initialize(&e, 1)) &&
-         emit(emitter, &e, yaml_stream_end_event_initialize(&e)) && yaml_emitter_flush(emitter);
+static bool emit(const struct kith_config_node *root, FILE *file) {
+  yaml_emitter_t emitter;
+  yaml_document_t document;
+  if (!yaml_emitter_initialize(&emitter)) return false;
+  yaml_emitter_set_output_file(&emitter, file);
+  yaml_emitter_set_unicode(&emitter, 1);
+  yaml_emitter_set_width(&emitter, -1);
+  bool done = yaml_document_initialize(&document, NULL, NULL, NULL, 1, 1);
+  if (done && add_node(&document, root) == 0) yaml_document_delete(&document), done = false;
+  done = done && yaml_emitter_dump(&emitter, &document) && yaml_emitter_close(&emitter);
+  yaml_emitter_delete(&emitter);
+  return done;
 }
 
 kith_status kith_config_emit(const struct kith_config *config, char **text) {
-  yaml_emitter_t emitter;
   size_t length;
   *text = NULL;
   FILE *file = open_memstream(text, &length);
   if (file == NULL) KITH_FAIL(NO_MEMORY, "no memory for the effective scene");
-  bool done = yaml_emitter_initialize(&emitter);
-  if (done) {
-    yaml_emitter_set_output_file(&emitter, file);
-    yaml_emitter_set_unicode(&emitter, 1);
-    yaml_emitter_set_width(&emitter, -1);
-    done = emit_all(&emitter, config->root);
-    yaml_emitter_delete(&emitter);
-  }
+  const bool done = emit(config->root, file);
   if (fclose(file) == 0 && done) return KITH_OK;
   kith_free(text);
   KITH_FAIL(INTERNAL, "the effective scene cannot be written as YAML");

@@ -268,89 +268,91 @@ kith_status kith_params_read(const struct kith_param *params, const struct kith_
   return read_member(chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
 }
 
-/* --- comparison --- */
+/* --- comparison: all that a map says, a value a line --- */
 
-struct difference {
-  const struct kith_config_node *map; /* where; NULL: there is none */
-  const char *key;
-};
-
-/* A text as the row reads it: one way of writing each value. */
-static void normalize(const struct kith_param *param, const char *text, char *out) {
+/* As the row reads it, so that a value is written in one way only. */
+static void write_text(const struct kith_param *param, const char *text, FILE *file) {
   union {
     double number;
     char bytes[ROOM];
   } value = {0};
+  char formatted[ROOM];
   struct kith_param row = {.kind = KITH_PARAM_NUMBER, .allowed = "", .size = sizeof(double)};
   if (param != NULL && (param->kind < KITH_PARAM_TEXT || param->kind == KITH_PARAM_MEMBER)) row = *param;
   row.offset = 0;
-  snprintf(out, ROOM, "%s", text);
-  if (text[0] == '\0' || row.size > sizeof value || kith_param_parse(&row, text, &value) != KITH_OK) return;
-  kith_param_format(&row, &value, out, ROOM);
-  if (row.kind != KITH_PARAM_NUMBER)
-    for (char *c = out; *c != '\0'; ++c) *c = *c == '_' ? '-' : *c;
+  const bool read =
+      text[0] != '\0' && row.size <= sizeof value && kith_param_parse(&row, text, &value) == KITH_OK;
+  const bool name = read && row.kind != KITH_PARAM_NUMBER;
+  if (read) kith_param_format(&row, &value, formatted, sizeof formatted);
+  for (const char *c = read ? formatted : text; *c != '\0'; ++c)
+    fputc(*c == '\n' ? ' ' : name && *c == '_' ? '-' : *c, file);
 }
 
-static bool same_text(const struct kith_param *param, const char *a, const char *b) {
-  char x[ROOM], y[ROOM];
-  if (strlen(a) >= ROOM || strlen(b) >= ROOM) return strcmp(a, b) == 0;
-  normalize(param, a, x), normalize(param, b, y);
-  return strcmp(x, y) == 0;
-}
-
-static bool same_rows(const struct kith_param *params, const struct kith_config_node *a,
-                      const struct kith_config_node *b, struct difference *found);
-
-/* Values of a row; NULL: not given. `param` NULL: no row says what it is. */
-static bool same_values(const struct kith_param *param, const struct kith_config_node *a,
-                        const struct kith_config_node *b, struct difference *found) {
-  const bool rows = param != NULL && param->params != NULL;
-  if (a == NULL && b == NULL) return true;
-  if (rows && param->form <= KITH_FORM_MAP && (a == NULL || a->kind == KITH_CONFIG_MAP) &&
-      (b == NULL || b->kind == KITH_CONFIG_MAP))
-    return same_rows(param->params, a, b, found);
-  if ((a == NULL || a->kind == KITH_CONFIG_SCALAR) && (b == NULL || b->kind == KITH_CONFIG_SCALAR)) {
-    const char *fallback = param != NULL && param->fallback != NULL ? param->fallback : "";
-    return same_text(param, a != NULL ? a->text : fallback, b != NULL ? b->text : fallback);
+/* A value that no rows describe; lists and maps on one line. */
+static void write_value(const struct kith_param *param, const struct kith_config_node *node, FILE *file) {
+  if (node->kind == KITH_CONFIG_SCALAR) return write_text(param, node->text, file);
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    fprintf(file, "%s=", child->key != NULL ? child->key : "");
+    if (!child->null) write_value(NULL, child, file);
+    fputc(',', file);
   }
-  if (a == NULL || b == NULL || a->kind != b->kind || a->n != b->n) return false;
-  for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
-    char key[16];
-    snprintf(key, sizeof key, "%d", child->index);
-    const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : key);
-    if (other == NULL && !child->null) return false;
-    if (rows ? !same_rows(param->params, child, other, found) : !same_values(NULL, child, other, found))
-      return false;
-  }
-  return true;
 }
 
-static bool same_table(const struct kith_param *params, const struct kith_config_node *a,
-                       const struct kith_config_node *b, struct difference *found) {
+/* "path: value" of each row, and of those of the member that is chosen. */
+static void write_rows(const struct kith_param *params, const struct kith_config_node *map, const char *path,
+                       FILE *file) {
+  char below[ROOM], entry[ROOM + 32];
+  const struct kith_param *chooser = params != NULL ? find_chooser(params) : NULL;
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
-    if (same_values(p, kith_config_child(a, p->key), kith_config_child(b, p->key), found)) continue;
-    if (found->map == NULL) *found = (struct difference){a != NULL ? a : b, p->key};
-    return false;
+    const struct kith_config_node *node = kith_config_child(map, p->key);
+    snprintf(below, sizeof below, "%s%s%s", path, path[0] != '\0' ? "." : "", p->key);
+    const enum kith_config_kind kind = node != NULL ? node->kind : KITH_CONFIG_MAP;
+    if (p->params == NULL || kind == KITH_CONFIG_SCALAR) {
+      fprintf(file, "%s: ", below);
+      if (node != NULL) write_value(p, node, file);
+      if (node == NULL) write_text(p, p->fallback != NULL ? p->fallback : "", file);
+      fputc('\n', file);
+    } else if (kind == KITH_CONFIG_MAP && p->form != KITH_FORM_NAMED) {
+      write_rows(p->params, node, below, file);
+    } else if (node != NULL) {
+      for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+        kith_config_path(child, NULL, entry, sizeof entry);
+        write_rows(p->params, child, entry, file);
+      }
+    }
   }
-  return true;
-}
-
-/* The rows of a table, and those of the member that is chosen. */
-static bool same_rows(const struct kith_param *params, const struct kith_config_node *a,
-                      const struct kith_config_node *b, struct difference *found) {
-  const struct kith_param *chooser = find_chooser(params);
-  if (!same_table(params, a, b, found) || chooser == NULL) return found->map == NULL;
-  const struct kith_config_node *name = kith_config_child(a, chooser->key);
+  if (chooser == NULL) return;
+  const struct kith_config_node *name = kith_config_child(map, chooser->key);
   const char *chosen = name != NULL ? name->text : chooser->fallback;
-  return chosen == NULL || same_table(kith_family_member(chooser->family, chosen).params, a, b, found);
+  if (chosen != NULL) write_rows(kith_family_member(chooser->family, chosen).params, map, path, file);
 }
 
-bool kith_params_equal(const struct kith_param *params, const struct kith_config_node *a,
-                       const struct kith_config_node *b, char *path, size_t size) {
-  struct difference found = {NULL, NULL};
-  if (same_rows(params, a, b, &found)) return true;
-  kith_config_path(found.map, found.key, path, size);
-  return false;
+/* NULL: no memory. */
+static char *values_of(const struct kith_param *params, const struct kith_config_node *map) {
+  char *text = NULL;
+  size_t length;
+  FILE *file = open_memstream(&text, &length);
+  if (file == NULL) return NULL;
+  write_rows(params, map, "", file);
+  if (fclose(file) != 0) kith_free(&text);
+  return text;
+}
+
+kith_status kith_params_compare(const struct kith_param *params, const struct kith_config_node *a,
+                                const struct kith_config_node *b, char *path, size_t size) {
+  char *one = values_of(params, a), *other = values_of(params, b);
+  const bool made = one != NULL && other != NULL;
+  size_t k = 0;
+  path[0] = '\0';
+  while (made && one[k] != '\0' && one[k] == other[k]) ++k;
+  if (made && one[k] != other[k]) {
+    const char *text = one[k] != '\0' ? one : other; /* the longer one where one is all of the other */
+    while (k > 0 && text[k - 1] != '\n') --k;
+    snprintf(path, size, "%.*s", (int)strcspn(text + k, ":"), text + k);
+  }
+  kith_free(&one), kith_free(&other);
+  if (!made) KITH_FAIL(NO_MEMORY, "no memory to compare scenes");
+  return KITH_OK;
 }
 
 /* --- the reference --- */

@@ -25,10 +25,11 @@ kith_status kith_param_value(const struct kith_param *param, const struct kith_c
 kith_status kith_config_want_map(const struct kith_config_node *node);
 kith_status kith_config_want_list(const struct kith_config_node *node);
 
-/* Do two maps say the same, if what they do not give has its default? If not, the path of the first parameter
- * that differs. Numbers are compared by value, names without regard to '-' and '_', formulas as text. */
-bool kith_params_equal(const struct kith_param *params, const struct kith_config_node *a,
-                       const struct kith_config_node *b, char *path, size_t size);
+/* Do two maps say the same, if what they do not give has its default? *path: of the first parameter that
+ * differs; empty: none does. Numbers are compared by value, names without regard to '-' and '_', formulas as
+ * text. */
+kith_status kith_params_compare(const struct kith_param *params, const struct kith_config_node *a,
+                                const struct kith_config_node *b, char *path, size_t size);
 
 /* Commented YAML: every key with default, range and meaning. It is itself a scene, but for the required
  * keys. */

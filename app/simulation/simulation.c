@@ -1,6 +1,7 @@
 /* The objects of a run, created from a scene. */
 #include "app/simulation/simulation.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include "app/initial/initial_conditions.h"
@@ -88,94 +89,85 @@ static kith_status make_integrator(struct kith_simulation *m, bool check) {
   return status == KITH_BAD_INPUT ? refuse_setting(scene) : status;
 }
 
+/* Where a key stands in the scene, or the whole of it. */
+static const struct kith_config_node *at(const struct kith_scene *scene, const char *path) {
+  const struct kith_config_node *node = kith_config_at(scene->config, path);
+  return node != NULL ? node : scene->config->root;
+}
+
+static bool any_region(const struct kith_scene *scene, bool barrier) {
+  bool any = false;
+  for (int k = 0; k < scene->n_regions; ++k)
+    any = any || scene->region[k].barrier || (!barrier && scene->region[k].frozen);
+  return any;
+}
+
 /* Rebuild policies do not know how far the images in a moving face have gone; and what goes through it
  * within a step needs a velocity of the face in every sum of a scheme. */
-static kith_status check_piston(const struct kith_simulation *m) {
+static kith_status check_piston(const struct kith_simulation *m, const struct kith_scheme_ops *scheme) {
   const struct kith_scene *scene = m->scene;
-  const struct kith_config_node *rebuild = kith_config_at(scene->config, "connectivity.rebuild"),
-                                *name = kith_config_at(scene->config, "scheme.name");
-  bool moves = false, frozen = false;
-  for (int a = 0; a < NDIM; ++a) moves = moves || scene->boundary[a].velocity != 0;
-  for (int k = 0; k < scene->n_regions; ++k)
-    frozen = frozen || scene->region[k].frozen || scene->region[k].barrier;
-  if (!moves) return KITH_OK;
   if (kith_rebuilds_lasting(&m->rebuilds))
-    return kith_config_fail(rebuild, NULL, "a piston requires that neighbor lists are rebuilt always");
-  if (kith_scheme_find(scene->scheme.member.name)->incompatible != NULL)
-    return kith_config_fail(name, NULL, "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do",
-                            scene->scheme.member.name);
-  if (frozen)
+    return kith_config_fail(at(scene, "connectivity.rebuild"), NULL,
+                            "a piston requires that neighbor lists are rebuilt always");
+  if (scheme->incompatible != NULL)
+    return kith_config_fail(at(scene, "scheme.name"), NULL,
+                            "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do",
+                            scheme->name);
+  if (any_region(scene, false))
     return kith_config_fail(
-        kith_config_at(scene->config, "regions"), NULL,
+        at(scene, "regions"), NULL,
         "frozen nodes and barriers change the momentum, from which the work of a piston is computed");
   return KITH_OK;
 }
 
-static struct kith_package_traits package_traits(const struct kith_scene *scene) {
-  return kith_package_traits(kith_package_find(scene->method.package.name), scene->method.package.settings);
-}
-
-/* A scheme and what the scene requires of it. */
-static kith_status check_scheme(const struct kith_scene *scene) {
-  const struct kith_config_node *root = scene->config->root,
-                                *name = kith_config_at(scene->config, "scheme.name");
-  const struct kith_scheme_ops *scheme = kith_scheme_find(scene->scheme.member.name);
-  if (scene->method.compatible && scheme->incompatible != NULL)
-    return kith_config_fail(name != NULL ? name : root, NULL,
-                            "%s cannot keep energy compatible: %s; give it method.energy=thermal",
-                            scheme->name, scheme->incompatible);
-  if (scene->scheme.cfl > 1 && !scheme->implicit)
-    return kith_config_fail(kith_config_at(scene->config, "scheme.cfl"), NULL,
-                            "%g is out of range (0, 1] of %s; more is for implicit", scene->scheme.cfl,
-                            scheme->name);
-  const char *history = package_traits(scene).history;
-  if (scheme->retries && history != NULL)
-    return kith_config_fail(name != NULL ? name : root, NULL,
-                            "%s has a history, and %s may reject a step after trying it", history,
-                            scheme->name);
-  return KITH_OK;
-}
-
-/* A package and what the scene requires of it. */
-static kith_status check_method(const struct kith_scene *scene) {
-  const struct kith_config_node *method = kith_config_at(scene->config, "method");
-  const char *uncut = package_traits(scene).uncut;
-  bool barrier = false;
-  for (int k = 0; k < scene->n_regions; ++k) barrier = barrier || scene->region[k].barrier;
-  if (barrier && uncut != NULL)
-    return kith_config_fail(method, NULL, "%s reach beyond the pairs that a barrier region cuts", uncut);
-  return KITH_OK;
-}
-
 /* Can a ghost compute its own values between the passes? */
-static kith_status check_recompute(const struct kith_scene *scene) {
-  const struct kith_config_node *key = kith_config_at(scene->config, "partition.ghosts");
-  const struct kith_package_traits traits = package_traits(scene);
-  if (!scene->partition.recompute) return KITH_OK;
-  if (!traits.recomputes)
+static kith_status check_recompute(const struct kith_scene *scene,
+                                   const struct kith_package_traits *package) {
+  const struct kith_config_node *key = at(scene, "partition.ghosts");
+  if (!package->recomputes)
     return kith_config_fail(key, NULL,
                             "package %s has two passes before its forces, which would need ghosts of ghosts "
                             "of ghosts; take exchange",
                             scene->method.package.name);
-  if (traits.history != NULL)
+  if (package->history != NULL)
     return kith_config_fail(key, NULL, "only the owner of a node keeps the history of %s; take exchange",
-                            traits.history);
+                            package->history);
   if (scene->reproducible)
     return kith_config_fail(
         key, NULL, "what is computed again is summed in another order; reproducible runs take exchange");
   return KITH_OK;
 }
 
-static kith_status check_combination(const struct kith_scene *scene) {
-  KITH_TRY(check_method(scene));
-  KITH_TRY(check_recompute(scene));
-  return check_scheme(scene);
+/* What scheme, package and boundaries require of each other. */
+static kith_status check_combination(const struct kith_simulation *m) {
+  const struct kith_scene *scene = m->scene;
+  const struct kith_scheme_ops *scheme = kith_scheme_find(scene->scheme.member.name);
+  const struct kith_package_traits package =
+      kith_package_traits(kith_package_find(scene->method.package.name), scene->method.package.settings);
+  bool piston = false;
+  for (int a = 0; a < NDIM; ++a) piston = piston || scene->boundary[a].velocity != 0;
+  if (package.uncut != NULL && any_region(scene, true))
+    return kith_config_fail(at(scene, "method"), NULL, "%s reach beyond the pairs that a barrier region cuts",
+                            package.uncut);
+  if (scene->partition.recompute) KITH_TRY(check_recompute(scene, &package));
+  if (scene->method.compatible && scheme->incompatible != NULL)
+    return kith_config_fail(at(scene, "scheme.name"), NULL,
+                            "%s cannot keep energy compatible: %s; give it method.energy=thermal",
+                            scheme->name, scheme->incompatible);
+  if (scene->scheme.cfl > 1 && !scheme->implicit)
+    return kith_config_fail(at(scene, "scheme.cfl"), NULL,
+                            "%g is out of range (0, 1] of %s; more is for implicit", scene->scheme.cfl,
+                            scheme->name);
+  if (scheme->retries && package.history != NULL)
+    return kith_config_fail(at(scene, "scheme.name"), NULL,
+                            "%s has a history, and %s may reject a step after trying it", package.history,
+                            scheme->name);
+  return piston ? check_piston(m, scheme) : KITH_OK;
 }
 
 static kith_status make(struct kith_simulation *m, bool check) {
-  KITH_TRY(check_combination(m->scene));
   KITH_TRY(make_rebuilds(m));
-  KITH_TRY(check_piston(m));
+  KITH_TRY(check_combination(m));
   const enum kith_kernel kernel = m->scene->method.kernel;
   const double neighbors =
       m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
@@ -208,7 +200,9 @@ kith_status kith_simulation_create(struct kith_simulation **out, const struct ki
   return KITH_OK;
 }
 
-static kith_status make_share(struct kith_simulation *m) {
+kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ranks *ranks) {
+  if (ranks == NULL) return KITH_OK;
+  m->nodes->ranks = ranks;
   bool periodic[NDIM];
   const struct kith_decomposition_options sharing = {m->scene->partition.name, m->scene->partition.every,
                                                      m->scene->partition.imbalance,
@@ -222,12 +216,6 @@ static kith_status make_share(struct kith_simulation *m) {
   m->hydro.halo = m->halo;
   m->package.recompute = m->scene->partition.recompute;
   return kith_decomposition_keep_own(m->decomposition, m->nodes);
-}
-
-kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ranks *ranks) {
-  if (ranks == NULL) return KITH_OK;
-  m->nodes->ranks = ranks;
-  return make_share(m);
 }
 
 kith_status kith_simulation_start(struct kith_simulation *m) {
@@ -272,4 +260,61 @@ void kith_simulation_bytes(const struct kith_simulation *m,
   out[3] = (struct kith_bytes){"package", package.other};
   out[4] = (struct kith_bytes){"pairwise", package.pairwise};
   out[5] = (struct kith_bytes){"integrator", kith_integrator_bytes(&m->integrator)};
+}
+
+/* --- conservation --- */
+
+struct kith_conservation_baseline kith_conservation_baseline_of(const struct kith_totals *first) {
+  return (struct kith_conservation_baseline){
+      .totals = *first, .kinetic_least = first->kinetic, .velocity_over_sound = first->velocity_over_sound};
+}
+
+static bool is_wall(const struct kith_boundary_ops *side) {
+  return side != NULL && !side->wraps;
+}
+
+/* Nothing but a point mass gives momentum along this axis. */
+static bool is_free(const struct kith_simulation *m, int axis) {
+  return !is_wall(m->scene->boundary[axis].lower) && !is_wall(m->scene->boundary[axis].upper) &&
+         m->hydro.external_force.gravity[axis] == 0;
+}
+
+static bool can_turn(const struct kith_simulation *m) {
+  bool can = NDIM > 1;
+  for (int a = 0; a < NDIM; ++a) can = can && is_free(m, a);
+  for (int k = 0; k < m->scene->n_regions; ++k) can = can && !m->scene->region[k].frozen;
+  return can;
+}
+
+/* sum m |.| of now or then, whichever is larger. */
+static double scale(double now, double then) {
+  return fmax(fmax(now, then), 1e-300);
+}
+
+/* What is kept: see hydro.h. */
+static double energy_of(const struct kith_totals *t) {
+  return t->kinetic + t->internal + t->potential - t->work;
+}
+
+void kith_conservation_baseline_update(struct kith_conservation_baseline *baseline,
+                                       const struct kith_simulation *simulation,
+                                       const struct kith_totals *now) {
+  const struct kith_totals *then = &baseline->totals;
+  const double e0 = energy_of(then), e = fmax(fabs(e0), fabs(now->work - then->work));
+  const double energy = fabs(energy_of(now) - e0) / (e > 0 ? e : 1);
+  double momentum = 0, angular2 = 0;
+  for (int a = 0; a < NDIM; ++a)
+    if (is_free(simulation, a) && simulation->hydro.external_force.mass == 0)
+      momentum = fmax(momentum, fabs(now->momentum[a] - then->momentum[a]));
+  for (int a = 0; a < 3; ++a)
+    angular2 += (now->angular[a] - then->angular[a]) * (now->angular[a] - then->angular[a]);
+  momentum /= scale(now->momentum_scale, then->momentum_scale);
+  const double angular =
+      can_turn(simulation) ? sqrt(angular2) / scale(now->angular_scale, then->angular_scale) : NAN;
+  baseline->energy_drift = fmax(baseline->energy_drift, energy);
+  baseline->momentum_drift = fmax(baseline->momentum_drift, momentum);
+  baseline->angular_drift = isnan(angular) ? NAN : fmax(baseline->angular_drift, angular);
+  baseline->kinetic_least = fmin(baseline->kinetic_least, now->kinetic);
+  baseline->kinetic_rebound = fmax(baseline->kinetic_rebound, now->kinetic - baseline->kinetic_least);
+  baseline->velocity_over_sound = fmax(baseline->velocity_over_sound, now->velocity_over_sound);
 }

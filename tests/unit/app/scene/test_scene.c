@@ -347,6 +347,7 @@ static void compares(void) {
                {"regions.1.where.inside=x||y", "regions.1.where.inside"},
                {"boundaries.x=open", "boundaries.x"},
                {"exact.window.x=[0,1]", "exact.window.x"},
+               {"energy={energy: 1}", "energy.energy"},
                {"output.checkpoint=3", "output.checkpoint"}};
   struct kith_scene *s;
   CHECK_OK(read_text(&s, sod, NULL));
