@@ -7,7 +7,7 @@
 #include <unistd.h>
 #include "app/cli/options.h"
 #include "app/cli/process.h"
-#include "app/scene/dimension.h"
+#include "app/scene/params.h"
 
 #define ACT_STUDY(name) [KITH_VERB_##name] = kith_##name,
 #define ACT_SCENE(name)

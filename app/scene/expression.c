@@ -16,23 +16,6 @@ static kith_status refused(const struct kith_expression *self) {
   KITH_FAIL(BAD_INPUT, "formula '%s': %s", self->formula, mupGetErrorMsg(self->parser));
 }
 
-static kith_status copy_on_one_line(struct kith_expression *self, const char *formula) {
-  const size_t length = strlen(formula);
-  KITH_TRY(kith_resize(&self->formula, 0, length + 1, 1));
-  for (size_t i = 0; i < length; ++i)
-    self->formula[i] = formula[i] == '\n' || formula[i] == '\r' ? ' ' : formula[i];
-  return KITH_OK;
-}
-
-static void define_names(struct kith_expression *self) {
-  mupDefineVar(self->parser, "x", &self->x[0]);
-  mupDefineVar(self->parser, "y", &self->x[1]);
-  mupDefineVar(self->parser, "z", &self->x[2]);
-  mupDefineVar(self->parser, "r", &self->r);
-  mupDefineConst(self->parser, "pi", 3.14159265358979323846);
-  mupDefineConst(self->parser, "e", 2.71828182845904523536);
-}
-
 /* The parser would take `x = 0` as an assignment and give 0: always a slip for `==`. */
 static kith_status no_assignment(const struct kith_expression *self) {
   const char *f = self->formula;
@@ -60,20 +43,25 @@ static kith_status parse(struct kith_expression *self) {
 }
 
 static kith_status build(struct kith_expression *self, const char *formula) {
-  KITH_TRY(copy_on_one_line(self, formula));
+  static const char *const names[] = {"x", "y", "z"};
+  const size_t length = strlen(formula);
+  KITH_TRY(kith_resize(&self->formula, 0, length + 1, 1));
+  for (size_t i = 0; i < length; ++i)
+    self->formula[i] = formula[i] == '\n' || formula[i] == '\r' ? ' ' : formula[i];
   self->parser = mupCreate(muBASETYPE_FLOAT);
   if (!self->parser) KITH_FAIL(NO_MEMORY, "formula '%s': no parser", self->formula);
-  define_names(self);
+  for (int a = 0; a < 3; ++a) mupDefineVar(self->parser, names[a], &self->x[a]);
+  mupDefineVar(self->parser, "r", &self->r);
+  mupDefineConst(self->parser, "pi", 3.14159265358979323846);
+  mupDefineConst(self->parser, "e", 2.71828182845904523536);
   return parse(self);
 }
 
 kith_status kith_expression_create(struct kith_expression **out, const char *formula) {
   *out = NULL;
-  struct kith_expression *self = NULL;
-  KITH_TRY(kith_resize(&self, 0, 1, sizeof *self));
-  const kith_status status = build(self, formula);
-  if (status != KITH_OK) kith_expression_destroy(&self);
-  *out = self;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  const kith_status status = build(*out, formula);
+  if (status != KITH_OK) kith_expression_destroy(out);
   return status;
 }
 

@@ -15,10 +15,12 @@
 #include "lib/connectivity/excluder.h"
 #include "physics/viscosity.h"
 
-static void member(const char *name, const char *doc) {
-  char label[32] = "    ";
-  kith_choices_format(name, label + 4, sizeof label - 4); /* '_' as '-' */
-  kith_text_wrapped(stdout, 26, label, doc);
+/* Names of members: '_' as '-'; keys as they are written. */
+static void print_label(const char *name, bool key, const char *doc, int column) {
+  char label[40];
+  snprintf(label, sizeof label, "    %s", name);
+  if (!key) kith_choices_format(name, label + 4, sizeof label - 4);
+  kith_text_wrapped(stdout, column, label, doc);
 }
 
 /* Appends "; key (default): what it means" of each parameter, those of a map as "map.key". */
@@ -33,43 +35,23 @@ static void add_params(char *text, size_t size, const char *map, const struct ki
   }
 }
 
-static void print_member(struct kith_member m) {
-  char text[1024];
-  snprintf(text, sizeof text, "%s", m.doc);
-  add_params(text, sizeof text, "", m.params);
-  member(m.name, text);
-}
-
-static void print_kernel(void) {
-  for (int k = 0; k < KITH_N_KERNELS; ++k) member(kith_kernel_facts[k].name, kith_kernel_facts[k].doc);
-}
-
-#define MEMBER(name, doc) member(#name, doc);
-#define LISTED(name, word, doc) member(#word, doc);
-static void print_excluder(void) {
-  KITH_EXCLUDER_LIST(MEMBER)
-}
-static void print_viscosity(void) {
-  KITH_VISCOSITY_LIST(LISTED)
-}
-static void print_lattice(void) {
-  KITH_LATTICE_LIST(LISTED)
-}
-
-/* Keys as they are written: with '_'. */
-#define KEY(name, doc) kith_text_wrapped(stdout, 26, "    " #name, doc);
-static void print_measure(void) {
-  KITH_MEASURE_LIST(KEY)
-}
+/* What is no family of objects. */
+#define NAMED(name, doc) {#name, doc, NULL, 0},
+#define LISTED(name, word, doc) {#word, doc, NULL, 0},
+#define KERNEL(name, word, doc, ...) {word, doc, NULL, 0},
+static const struct kith_member kernels[] = {KITH_KERNEL_LIST(KERNEL){NULL}},
+                                excluders[] = {KITH_EXCLUDER_LIST(NAMED){NULL}},
+                                viscosities[] = {KITH_VISCOSITY_LIST(LISTED){NULL}},
+                                lattices[] = {KITH_LATTICE_LIST(LISTED){NULL}},
+                                measures[] = {KITH_MEASURE_LIST(NAMED){NULL}};
 
 static void print_one_table(const char *name) {
   struct kith_table table;
-  char doc[64], error[32] = "no error estimate", label[40] = "    ";
+  char doc[64], error[32] = "no error estimate";
   if (kith_table_read(&table, name) != KITH_OK) return;
   if (table.embedded > 0) snprintf(error, sizeof error, "errors by order %d", table.embedded);
   snprintf(doc, sizeof doc, "order %d, %s; %d evaluations a step", table.order, error, table.evaluations);
-  kith_choices_format(name, label + 4, sizeof label - 4);
-  kith_text_wrapped(stdout, 28, label, doc);
+  print_label(name, false, doc, 28);
 }
 #define TABLE(constant, word) print_one_table(#word);
 static void print_table(void) {
@@ -78,12 +60,13 @@ static void print_table(void) {
 
 static const struct family {
   const char *name, *doc, *key; /* key of a scene that chooses */
-  void (*print)(void);          /* what is no family of objects */
   kith_family *family;
+  const struct kith_member *members;
+  void (*print)(void);
 } families[] = {
     {"package", "what is computed on pairs", "method.package", .family = kith_package_member},
-    {"kernel", "interpolation", "method.kernel", .print = print_kernel},
-    {"viscosity", "what makes shocks", "method.viscosity.name", .print = print_viscosity},
+    {"kernel", "interpolation", "method.kernel", .members = kernels},
+    {"viscosity", "what makes shocks", "method.viscosity.name", .members = viscosities},
     {"eos", "equation of state", "materials.NAME.eos", .family = kith_eos_member},
     {"scheme", "how the state is advanced", "scheme.name", .family = kith_scheme_member},
     {"table", "Runge-Kutta tables of arkode", "scheme.table", .print = print_table},
@@ -91,27 +74,32 @@ static const struct family {
     {"partitioner", "which rank has which cell", "partition.name", .family = kith_partitioner_member},
     {"rebuild", "when neighbor lists are rebuilt, joined by |", "connectivity.rebuild",
      .family = kith_rebuild_member},
-    {"excluder", "pairs that are left out", "for packages", .print = print_excluder},
+    {"excluder", "pairs that are left out", "for packages", .members = excluders},
     {"boundary", "where ghosts come from", "boundaries.x", .family = kith_boundary_member},
-    {"lattice", "how a region is filled", "regions.N.lattice", .print = print_lattice},
+    {"lattice", "how a region is filled", "regions.N.lattice", .members = lattices},
     {"exact", "what a run is compared with", "exact.name", .family = kith_exact_member},
     {"measure", "what a scene is about, where that is no distance from a solution", "measure.NAME",
-     .print = print_measure},
+     .members = measures},
 };
 enum { FAMILIES = sizeof families / sizeof families[0] };
 
 static void print_family(const struct family *family) {
   printf("  %-11s %s (%s)\n", family->name, family->doc, family->key);
-  if (family->print != NULL) family->print();
-  for (int k = 0; family->family != NULL && family->family(k).name != NULL; ++k)
-    print_member(family->family(k));
+  if (family->print != NULL) return family->print();
+  for (int k = 0;; ++k) {
+    const struct kith_member m = family->members != NULL ? family->members[k] : family->family(k);
+    char text[1024];
+    if (m.name == NULL) return;
+    snprintf(text, sizeof text, "%s", m.doc);
+    add_params(text, sizeof text, "", m.params);
+    print_label(m.name, family->members == measures, text, 26);
+  }
 }
 
 static enum kith_exit refuse(const char *name) {
   char words[512] = "", told[512], near[64];
   for (int f = 0; f < FAMILIES; ++f) {
-    strcat(words, families[f].name);
-    strcat(words, "|");
+    strcat(strcat(words, families[f].name), "|");
   }
   strcat(words, "scene");
   if (kith_choices_suggest(words, name, near, sizeof near)) {

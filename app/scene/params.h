@@ -9,6 +9,12 @@
 #include "app/scene/config.h"
 #include "lib/core/param.h"
 
+/* The row of the dimension, for the scene's own table too, and its value in a file with overrides applied,
+ * without reading the rest: it decides which program does. */
+#define KITH_DIMENSION_PARAM "dimension", KITH_PARAM_INTEGER, NULL, "[1, 3]", "number of dimensions"
+kith_status kith_scene_dimension(const char *path, int n_overrides, const char *const *overrides,
+                                 int *dimension);
+
 /* Reads all rows from a map into *base (zero where nothing was read before). map NULL: every default. What
  * *base owns stays, to be freed by its owner, also after a failure.
  *

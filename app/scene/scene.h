@@ -16,7 +16,7 @@
 #define KITH_APP_SCENE_SCENE_H
 
 #include <stdio.h>
-#include "app/scene/dimension.h"
+#include "app/scene/params.h"
 #include "app/scene/scene_data.h"
 
 /* Reads and checks. overrides: n strings "key=value" (dotted keys). BAD_INPUT: one line with file:line, key,

@@ -24,18 +24,6 @@ static double pressure_of(const struct kith_material *m, const struct kith_regio
   return kith_material_pressure(m, kith_constant_value(region->density), kith_constant_value(region->energy));
 }
 
-static void describe_region(const struct kith_scene *scene, const struct kith_region *region,
-                            struct kith_exact_region *out) {
-  const struct kith_material *m = &scene->material[region->material];
-  out->gamma = m->eos->gamma_law ? m->eos->effective_gamma(m->settings) : NAN;
-  out->density = kith_constant_value(region->density);
-  out->pressure = pressure_of(m, region);
-  for (int a = 0; a < NDIM; ++a) {
-    out->velocity[a] = kith_constant_value(region->velocity[a]);
-    out->lower[a] = region->where.box.lower[a], out->upper[a] = region->where.box.upper[a];
-  }
-}
-
 static void velocity_at(const void *context, const double *x, double *velocity) {
   const struct kith_scene *scene = context;
   for (int a = 0; a < NDIM; ++a)
@@ -59,8 +47,18 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     if (scene->n_deposits > 0) out.deposit_center[a] = scene->deposit[0].center[a];
   }
   if (scene->n_deposits > 0) out.deposit_energy = scene->deposit[0].energy;
-  for (int r = 0; r < KITH_MIN(scene->n_regions, 2); ++r)
-    describe_region(scene, &scene->region[r], &out.region[r]);
+  for (int r = 0; r < KITH_MIN(scene->n_regions, 2); ++r) {
+    const struct kith_region *region = &scene->region[r];
+    const struct kith_material *m = &scene->material[region->material];
+    out.region[r].gamma = m->eos->gamma_law ? m->eos->effective_gamma(m->settings) : NAN;
+    out.region[r].density = kith_constant_value(region->density);
+    out.region[r].pressure = pressure_of(m, region);
+    for (int a = 0; a < NDIM; ++a) {
+      out.region[r].velocity[a] = kith_constant_value(region->velocity[a]);
+      out.region[r].lower[a] = region->where.box.lower[a],
+      out.region[r].upper[a] = region->where.box.upper[a];
+    }
+  }
   return out;
 }
 
@@ -99,15 +97,6 @@ static kith_status read_window(struct kith_scene *scene, const struct kith_confi
   return KITH_OK;
 }
 
-/* Would the member take them? Better to know before anything runs. */
-static kith_status try_exact(const struct kith_scene *scene, const struct kith_config_node *node) {
-  void *solution = NULL;
-  if (kith_exact_create(&solution, scene->exact.ops, scene->exact.settings) != KITH_OK)
-    return kith_config_fail(node, NULL, "%s", kith_failure());
-  kith_exact_destroy(scene->exact.ops, &solution);
-  return KITH_OK;
-}
-
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node) {
   struct kith_selected exact = {.name = ""};
   if (node == NULL) return KITH_OK;
@@ -121,5 +110,10 @@ kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_
   KITH_TRY(kith_params_read(kith_exact_params, node, &exact));
   KITH_TRY(check_complete(scene->exact.ops, exact.settings, node));
   KITH_TRY(read_window(scene, kith_config_child(node, "window")));
-  return try_exact(scene, node);
+  /* Would the member take them? Better to know before anything runs. */
+  void *solution = NULL;
+  if (kith_exact_create(&solution, scene->exact.ops, scene->exact.settings) != KITH_OK)
+    return kith_config_fail(node, NULL, "%s", kith_failure());
+  kith_exact_destroy(scene->exact.ops, &solution);
+  return KITH_OK;
 }

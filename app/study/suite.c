@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#include "app/scene/dimension.h"
 #include "app/scene/params.h"
 #include "lib/core/choices.h"
 #include "physics/package_list.h"
