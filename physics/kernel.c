@@ -11,7 +11,7 @@ const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS] = {
 
 enum kith_kernel kith_kernel_find(const char *name) {
   for (int k = 0; k < KITH_N_KERNELS; ++k)
-    if (kith_name_is(kith_kernel_facts[k].name, name, kith_name_length(name))) return (enum kith_kernel)k;
+    if (kith_name_is(kith_kernel_facts[k].name, name, strlen(name))) return (enum kith_kernel)k;
   return KITH_N_KERNELS;
 }
 

@@ -43,15 +43,6 @@ static double place_of(const struct kith_plot *p, const double *center, kith_ind
   return kith_exact_place(p->exact, center, p->nodes.position + (size_t)i * NDIM);
 }
 
-static void node_row(const struct kith_plot *p, const double *center, kith_index i, double row[COLUMNS]) {
-  const double *x = p->nodes.position + (size_t)i * NDIM, *v = p->nodes.velocity + (size_t)i * NDIM;
-  row[0] = place_of(p, center, i);
-  row[1] = p->nodes.density[i];
-  row[2] = kith_exact_speed(p->exact, center, x, v);
-  row[3] = p->nodes.pressure[i];
-  row[4] = p->nodes.energy[i];
-}
-
 /* The node of stretch k of `stretches`: one of it, picked by the finisher of splitmix64. */
 static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
   const int64_t first = (int64_t)n * k / stretches, next = (int64_t)n * (k + 1) / stretches;
@@ -66,8 +57,11 @@ static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, c
   const kith_index n = p->nodes.n, shown = KITH_MIN(n, (kith_index)MOST_NODES);
   KITH_TRY(open_data(&file, frame, directory, "profile.dat"));
   for (kith_index k = 0; k < shown; ++k) {
-    double row[COLUMNS];
-    node_row(p, frame->center, picked(n, shown, k), row);
+    const kith_index i = picked(n, shown, k);
+    const double *x = p->nodes.position + (size_t)i * NDIM, *v = p->nodes.velocity + (size_t)i * NDIM;
+    const double row[COLUMNS] = {place_of(p, frame->center, i), p->nodes.density[i],
+                                 kith_exact_speed(p->exact, frame->center, x, v), p->nodes.pressure[i],
+                                 p->nodes.energy[i]};
     put_row(file->stream, row);
     for (int j = 0; j < PANELS && row[0] <= frame->place.upper; ++j) include(&frame->nodes[j], row[1 + j]);
   }
@@ -78,26 +72,21 @@ static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, c
 
 /* On a ray from the center it goes towards a corner: in a periodic box the images of the center are farthest
  * there. */
-static void curve_row(const struct kith_plot *p, const double *center, double place, double row[COLUMNS]) {
-  double x[NDIM] = {0};
-  struct kith_exact_state state;
-  for (int a = 0; a < NDIM && center != NULL; ++a) x[a] = center[a];
-  const bool diagonal = NDIM > 1 && center != NULL;
-  x[0] += diagonal ? M_SQRT1_2 * place : place;
-  if (diagonal) x[NDIM > 1] += M_SQRT1_2 * place;
-  p->exact->state(p->solution, x, p->time, &state);
-  const double speed = kith_exact_speed(p->exact, center, x, state.velocity);
-  const double values[COLUMNS] = {place, state.density, speed, state.pressure, state.energy};
-  memcpy(row, values, sizeof values);
-}
-
 static kith_status write_curve(const struct kith_plot *p, struct frame *frame, const char *directory) {
+  const double *center = frame->center, lower = center != NULL ? 0 : frame->place.lower;
   struct kith_atomic_file *file;
   KITH_TRY(open_data(&file, frame, directory, "exact.dat"));
   for (int k = 0; k <= CURVE && p->exact != NULL; ++k) {
-    double row[COLUMNS];
-    const double lower = frame->center != NULL ? 0 : frame->place.lower;
-    curve_row(p, frame->center, lower + (frame->place.upper - lower) * k / CURVE, row);
+    const double place = lower + (frame->place.upper - lower) * k / CURVE;
+    const bool diagonal = NDIM > 1 && center != NULL;
+    struct kith_exact_state state;
+    double x[NDIM] = {0};
+    for (int a = 0; a < NDIM && center != NULL; ++a) x[a] = center[a];
+    x[0] += diagonal ? M_SQRT1_2 * place : place;
+    if (diagonal) x[NDIM > 1] += M_SQRT1_2 * place;
+    p->exact->state(p->solution, x, p->time, &state);
+    const double row[COLUMNS] = {place, state.density, kith_exact_speed(p->exact, center, x, state.velocity),
+                                 state.pressure, state.energy};
     put_row(file->stream, row);
     for (int j = 0; j < PANELS; ++j) include(&frame->curve[j], row[1 + j]);
   }

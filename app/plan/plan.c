@@ -79,16 +79,23 @@ static void show_domain(const struct kith_scene *scene) {
   if (forces[0] != '\0') line("forces", "%s", forces);
 }
 
+/* The parameters of a table but for its maps: "gamma 1.4, stiffness 0". */
+static void add_settings(char *text, size_t size, const struct kith_param *params, const void *settings) {
+  char value[64];
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
+    if (p->kind == KITH_PARAM_MAP) continue;
+    kith_param_format(p, settings, value, sizeof value);
+    add(text, size, ", ", "%s %s", p->key, value);
+  }
+}
+
 static void show_materials(const struct kith_simulation *m) {
   const struct kith_nodes *nodes = m->nodes;
   for (int l = 0; l < nodes->n_lists; ++l) {
     const struct kith_material *material = &m->scene->material[l];
-    char eos[128], value[32];
+    char eos[128];
     snprintf(eos, sizeof eos, "%s", material->eos->name);
-    for (const struct kith_param *p = material->eos->params; p != NULL && p->key != NULL; ++p) {
-      kith_param_format(p, material->settings, value, sizeof value);
-      add(eos, sizeof eos, ", ", "%s %s", p->key, value);
-    }
+    add_settings(eos, sizeof eos, material->eos->params, material->settings);
     line(l == 0 ? "materials" : "", "%-12s %9d nodes; %s", nodes->lists[l].name, nodes->lists[l].count, eos);
   }
   for (int b = 0; b < m->boundaries.n; ++b) {
@@ -214,15 +221,10 @@ static const char *traversal_reason(const struct kith_simulation *m) {
 
 /* The parameters of the package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
 static void show_settings(const char *label, const struct kith_param *params, const void *settings) {
-  char text[256] = "", value[64];
-  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
-    if (p->kind == KITH_PARAM_MAP) {
-      show_settings(p->key, p->params, settings);
-      continue;
-    }
-    kith_param_format(p, settings, value, sizeof value);
-    add(text, sizeof text, ", ", "%s %s", p->key, value);
-  }
+  char text[256] = "";
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
+    if (p->kind == KITH_PARAM_MAP) show_settings(p->key, p->params, settings);
+  add_settings(text, sizeof text, params, settings);
   if (text[0] != '\0') line(label, "%s", text);
 }
 

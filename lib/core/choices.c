@@ -19,17 +19,17 @@ static bool next(const char **choices, const char **word, int *length) {
   return *length > 0;
 }
 
-static bool same(const char *a, int length, const char *b) {
-  for (int i = 0; i < length; ++i)
-    if (b[i] == '\0' || shown(a[i]) != shown(b[i])) return false;
-  return b[length] == '\0';
+bool kith_name_is(const char *name, const char *text, size_t length) {
+  for (size_t k = 0; k < length; ++k)
+    if (name[k] == '\0' || shown(name[k]) != shown(text[k])) return false;
+  return name[length] == '\0';
 }
 
 int kith_choices_index(const char *choices, const char *word) {
   const char *w;
   int length, index = 0;
   for (; next(&choices, &w, &length); ++index)
-    if (same(w, length, word)) return index;
+    if (kith_name_is(word, w, (size_t)length)) return index;
   return -1;
 }
 

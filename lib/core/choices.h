@@ -12,6 +12,8 @@
 /* The same for lists of (name, word, doc). */
 #define KITH_AS_LISTED_CHOICE(name, word, doc) "|" #word
 
+/* Are the first `length` letters of `text` the whole of `name`? */
+bool kith_name_is(const char *name, const char *text, size_t length);
 /* Position of a choice, or -1. */
 int kith_choices_index(const char *choices, const char *word);
 /* The choice with the fewest letters changed, left out, added or swapped with their neighbor (optimal string

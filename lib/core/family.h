@@ -11,24 +11,13 @@
  *   const struct kith_param *params;   its own parameters (param.h), NULL: none
  *   size_t settings_size;              of the struct that they fill
  *
- * In names '-' and '_' are the same letter. */
+ * In names '-' and '_' are the same letter (choices.h). */
 #ifndef KITH_CORE_FAMILY_H
 #define KITH_CORE_FAMILY_H
 
+#include <string.h>
+#include "lib/core/choices.h"
 #include "lib/core/param.h"
-
-/* The first `length` letters of `asked` are the whole of `own`. */
-static inline bool kith_name_is(const char *own, const char *asked, size_t length) {
-  for (size_t k = 0; k < length; ++k)
-    if ((own[k] == '_' ? '-' : own[k]) != (asked[k] == '_' ? '-' : asked[k]) || own[k] == '\0') return false;
-  return own[length] == '\0';
-}
-
-static inline size_t kith_name_length(const char *name) {
-  size_t n = 0;
-  while (name[n] != '\0') ++n;
-  return n;
-}
 
 #define KITH_FAMILY(prefix, members)                                            \
   const struct prefix##_ops *const *prefix##_all(void) {                        \
@@ -37,7 +26,7 @@ static inline size_t kith_name_length(const char *name) {
   }                                                                             \
   const struct prefix##_ops *prefix##_find(const char *name) {                  \
     for (const struct prefix##_ops *const *p = prefix##_all(); *p != NULL; ++p) \
-      if (kith_name_is((*p)->name, name, kith_name_length(name))) return *p;    \
+      if (kith_name_is((*p)->name, name, strlen(name))) return *p;              \
     return NULL;                                                                \
   }                                                                             \
   struct kith_member prefix##_member(int k) {                                   \

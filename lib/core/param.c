@@ -12,7 +12,7 @@ enum { LONGEST = 256 };
 
 struct kith_member kith_family_member(kith_family *family, const char *name) {
   int k = 0;
-  while (family(k).name != NULL && kith_choices_index(family(k).name, name) != 0) ++k;
+  while (family(k).name != NULL && !kith_name_is(family(k).name, name, strlen(name))) ++k;
   return family(k);
 }
 
@@ -40,7 +40,7 @@ static bool in_range(const char *range, double value) {
   return (range[0] == '(' ? value > lower : value >= lower) && (*end == ')' ? value < upper : value <= upper);
 }
 
-kith_status kith_param_check_range(const struct kith_param *param, const char *text, double value) {
+static kith_status check_range(const struct kith_param *param, const char *text, double value) {
   if (in_range(param->allowed, value)) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "%.60s is out of range %s", text, param->allowed);
 }
@@ -52,7 +52,7 @@ static kith_status parse_number(const struct kith_param *param, const char *text
       kith_choices_index(".nan|.NaN|.NAN|.inf|.Inf|.INF|-.inf|-.Inf|-.INF|+.inf|+.Inf|+.INF", text) >= 0;
   if (!special && (end == text || *end != '\0')) KITH_FAIL(BAD_INPUT, "'%.60s' is not a number", text);
   if (special || !isfinite(value)) KITH_FAIL(BAD_INPUT, "%.60s is not a finite number", text);
-  KITH_TRY(kith_param_check_range(param, text, value));
+  KITH_TRY(check_range(param, text, value));
   memcpy(into, &value, sizeof value);
   return KITH_OK;
 }
@@ -67,7 +67,7 @@ static kith_status parse_integer(const struct kith_param *param, const char *tex
   const unsigned long long large = wide ? strtoull(text, &end, 10) : 0;
   const long small = wide ? 0 : strtol(text, &end, 10);
   if (*end != '\0') KITH_FAIL(BAD_INPUT, "'%.60s' is not a whole number", text);
-  KITH_TRY(kith_param_check_range(param, text, value));
+  KITH_TRY(check_range(param, text, value));
   if (errno != 0 || (wide && value < 0) || small > INT32_MAX || small < INT32_MIN)
     KITH_FAIL(BAD_INPUT, "%.60s does not fit a %d-bit integer", text, wide ? 64 : 32);
   if (wide)
@@ -142,9 +142,8 @@ static kith_status parse_name(const struct kith_param *param, const char *text, 
 }
 
 static kith_status parse_text(const char *text, void *into) {
-  char *copy = NULL;
-  KITH_TRY(kith_resize(&copy, 0, strlen(text) + 1, 1));
-  memcpy(copy, text, strlen(text));
+  char *copy = strdup(text);
+  if (copy == NULL) KITH_FAIL(NO_MEMORY, "no memory for a text");
   kith_free(into); /* the value before, if any */
   memcpy(into, &copy, sizeof copy);
   return KITH_OK;

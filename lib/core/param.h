@@ -95,8 +95,6 @@ const struct kith_param *kith_params_find(const struct kith_param *params, const
  * INTERVAL and SIDES stand between commas, brackets may be around them; MEMBER gets the name only. BAD_INPUT
  * with what is wrong with the text, without saying where it was. */
 kith_status kith_param_parse(const struct kith_param *param, const char *text, void *into);
-/* BAD_INPUT unless the number is in the range of the row; `text` is how it was written. */
-kith_status kith_param_check_range(const struct kith_param *param, const char *text, double value);
 /* The value in the struct at `base` as text that kith_param_parse reads back; doubles with all digits that
  * they need. Empty for EXPRESSION(S), MAP and OTHER. */
 void kith_param_format(const struct kith_param *param, const void *base, char *text, size_t size);

@@ -7,19 +7,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* path + tail, owned by the caller. */
-static kith_status join(char **out, const char *path, const char *tail) {
-  const size_t bytes = strlen(path) + strlen(tail) + 1;
-  *out = NULL;
-  KITH_TRY(kith_resize(out, 0, bytes, 1));
-  snprintf(*out, bytes, "%s%s", path, tail);
-  return KITH_OK;
-}
-
 static void release(struct kith_atomic_file **file) {
   if ((*file)->stream != NULL) fclose((*file)->stream);
-  kith_free(&(*file)->path);
-  kith_free(&(*file)->temporary);
   kith_free(file);
 }
 
@@ -34,16 +23,13 @@ static kith_status open_temporary(struct kith_atomic_file *file) {
 }
 
 kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *path) {
+  const size_t length = strlen(path) + 1, longest = length + strlen(".partial");
   *out = NULL;
-  struct kith_atomic_file *file = NULL;
-  KITH_TRY(kith_resize(&file, 0, 1, sizeof *file));
-  kith_status status = join(&file->path, path, "");
-  if (status == KITH_OK) status = join(&file->temporary, path, ".partial");
-  if (status == KITH_OK)
-    *out = file;
-  else
-    release(&file);
-  return status;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out + length + longest));
+  (*out)->path = strcpy((char *)(*out + 1), path);
+  (*out)->temporary = (*out)->path + length;
+  snprintf((*out)->temporary, longest, "%s.partial", path);
+  return KITH_OK;
 }
 
 kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *path) {
@@ -66,8 +52,10 @@ static int flush_to_disk(struct kith_atomic_file *file) {
 /* A second name first, then the rename below replaces the first: PATH is never missing. Where hard links are
  * not to be had, PATH is missing for a moment. */
 static kith_status set_aside(const char *path) {
-  char *previous;
-  KITH_TRY(join(&previous, path, ".previous"));
+  char *previous = NULL;
+  const size_t bytes = strlen(path) + sizeof ".previous";
+  KITH_TRY(kith_resize(&previous, 0, bytes, 1));
+  snprintf(previous, bytes, "%s.previous", path);
   int result = unlink(previous);
   if (result == 0 || errno == ENOENT) result = link(path, previous);
   if (result != 0 && errno != ENOENT) result = rename(path, previous);
@@ -80,8 +68,8 @@ static kith_status set_aside(const char *path) {
 
 /* Syncs the rename itself. File systems that cannot sync a directory return EINVAL. */
 static int sync_directory(const char *path) {
-  char *directory;
-  if (join(&directory, path, "") != KITH_OK) return errno = ENOMEM, -1;
+  char *directory = strdup(path);
+  if (directory == NULL) return -1;
   char *slash = strrchr(directory, '/');
   if (slash != NULL) slash[slash == directory] = '\0';
   const int fd = open(slash != NULL ? directory : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
