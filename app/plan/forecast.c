@@ -7,7 +7,7 @@
 #include "lib/domain/cell_bounds.h"
 #include "lib/domain/decomposition.h"
 #include "lib/domain/halo.h"
-#include "lib/domain/partition/shell.h"
+#include "lib/domain/partition/partition.h"
 
 enum { MOST_RANKS = 16384, MOST_RANKS_OF_A_NODE = 512 };
 
@@ -346,19 +346,19 @@ static void take_time(const struct kith_scaling_model *o, const struct kith_step
 
 static kith_status look_at_map(const struct kith_scaling_model *o, const struct kith_partition *partition,
                                const struct kith_step_traffic *traffic, struct kith_forecast *out) {
-  struct kith_partition_figures all;
-  struct kith_rank_figures *rank = NULL;
+  double *work = NULL;
   struct load *load = NULL;
   kith_status status = kith_resize(&load, 0, (size_t)o->n_ranks, sizeof *load);
-  if (status == KITH_OK) status = kith_resize(&rank, 0, (size_t)o->n_ranks, sizeof *rank);
-  if (status == KITH_OK) status = kith_partition_figures(partition, o->work, NULL, rank, &all);
+  if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)o->n_ranks, sizeof *work);
   if (status == KITH_OK) status = load_ranks(o, partition->owner, traffic->culls, load);
   if (status == KITH_OK) {
-    *out = (struct kith_forecast){.imbalance = all.imbalance, .work = all.largest_weight};
+    *out =
+        (struct kith_forecast){.imbalance = kith_partition_loads(partition, partition->owner, o->work, work)};
+    for (int r = 0; r < o->n_ranks; ++r) out->work = KITH_MAX(out->work, work[r]);
     add_up(o, load, traffic, out);
   }
   kith_free(&load);
-  kith_free(&rank);
+  kith_free(&work);
   return status;
 }
 

@@ -62,24 +62,23 @@ static kith_status weigh(const struct kith_decomposition *d, const struct kith_n
   return KITH_OK;
 }
 
-/* A new map by this work of all cells; changed NULL: the first one. */
-static kith_status remap(const struct kith_decomposition *d, const uint64_t *work, bool *changed) {
-  double *weight = NULL;
-  KITH_TRY(kith_resize(&weight, 0, (size_t)d->cells.n, sizeof *weight));
-  for (int64_t c = 0; c < d->cells.n; ++c) weight[c] = (double)work[c];
-  const kith_status status = changed != NULL ? kith_partition_update(d->partition, weight, NULL, changed)
-                                             : kith_partition_converge(d->partition, weight);
-  kith_free(&weight);
-  return status;
+/* As weights of cells: owned by the caller. */
+static kith_status weights_of(const struct kith_decomposition *d, const uint64_t *work, double **weight) {
+  KITH_TRY(kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight));
+  for (int64_t c = 0; c < d->cells.n; ++c) (*weight)[c] = (double)work[c];
+  return KITH_OK;
 }
 
 static kith_status make_map(struct kith_decomposition *d, const struct kith_nodes *nodes, const char *text) {
   uint64_t *work = NULL;
+  double *weight = NULL;
   KITH_TRY(kith_partition_create(&d->partition, &d->cells, kith_ranks_size(d->ranks), text));
   KITH_TRY(kith_resize(&d->place, 0, (size_t)d->cells.n, sizeof *d->place));
   kith_status status = weigh(d, nodes, &work);
-  if (status == KITH_OK) status = remap(d, work, NULL);
+  if (status == KITH_OK) status = weights_of(d, work, &weight);
+  if (status == KITH_OK) status = kith_partition_converge(d->partition, weight);
   kith_free(&work);
+  kith_free(&weight);
   return status;
 }
 
@@ -138,32 +137,28 @@ kith_status kith_decomposition_keep_own(struct kith_decomposition *d, struct kit
 
 /* ---- balance ---- */
 
-/* Busiest rank over the mean, by the present map. */
-static kith_status imbalance_of(const struct kith_decomposition *d, const uint64_t *work, double *out) {
-  const int size = kith_ranks_size(d->ranks);
-  double *of_rank = NULL, most = 0, sum = 0;
-  KITH_TRY(kith_resize(&of_rank, 0, (size_t)size, sizeof *of_rank));
-  for (int64_t c = 0; c < d->cells.n; ++c) of_rank[d->partition->owner[c]] += (double)work[c];
-  for (int r = 0; r < size; ++r) most = KITH_MAX(most, of_rank[r]), sum += of_rank[r];
-  *out = sum > 0 ? most * size / sum : 1;
-  kith_free(&of_rank);
-  return KITH_OK;
-}
-
 /* If a check is due: sums the work over all ranks, and asks for a new map if it is out of balance. */
 static kith_status balance(struct kith_decomposition *d, const struct kith_nodes *nodes) {
   uint64_t *work = NULL;
+  double *weight = NULL, *load = NULL;
   bool changed = false;
   if (d->every == 0 || ++d->redistributions % (uint64_t)d->every != 0) return KITH_OK;
   kith_status status = kith_ranks_allreduce_status(d->ranks, weigh(d, nodes, &work));
   if (status == KITH_OK) {
     kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
-    status = imbalance_of(d, work, &d->last_imbalance);
     ++d->balance_checks;
+    status = weights_of(d, work, &weight);
   }
-  if (status == KITH_OK && d->last_imbalance > d->imbalance) status = remap(d, work, &changed);
+  if (status == KITH_OK) status = kith_resize(&load, 0, (size_t)d->partition->n_ranks, sizeof *load);
+  if (status == KITH_OK) {
+    d->last_imbalance = kith_partition_loads(d->partition, d->partition->owner, weight, load);
+    if (d->last_imbalance > d->imbalance)
+      status = kith_partition_update(d->partition, weight, NULL, &changed);
+  }
   d->repartitions += changed;
   kith_free(&work);
+  kith_free(&weight);
+  kith_free(&load);
   return kith_ranks_allreduce_status(d->ranks, status);
 }
 

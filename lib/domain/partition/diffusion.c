@@ -155,10 +155,9 @@ static void flow_iterated(struct border *border, int n_ranks, double beta, doubl
 /* ---- cells ---- */
 
 struct wave {
-  const struct kith_cells *cells;
+  const struct kith_partition *partition;
   const struct kith_diffusion *self;
   const double *weight;
-  int n_ranks;
   int32_t *owner;
   double *load;     /* [n_ranks] */
   double *cells_of; /* [n_ranks] numbers */
@@ -173,10 +172,10 @@ static int compare_pairs(const void *a, const void *b) {
 static bool makes_neighbors(const struct wave *wave, int32_t q, int64_t c) {
   const struct kith_diffusion *self = wave->self;
   struct kith_cell_image image[KITH_CELL_NEIGHBORS];
-  const int n = kith_cells_neighbors(wave->cells, c, image, NULL);
+  const int n = kith_cells_neighbors(wave->partition->cells, c, image, NULL);
   for (int k = 0; k < n; ++k) {
     const int32_t other = image[k].cell == c ? q : wave->owner[image[k].cell];
-    const uint64_t pair = (uint64_t)q * (uint64_t)wave->n_ranks + (uint64_t)other;
+    const uint64_t pair = (uint64_t)q * (uint64_t)wave->partition->n_ranks + (uint64_t)other;
     if (other != q &&
         bsearch(&pair, self->allowed, (size_t)self->n_allowed, sizeof pair, compare_pairs) == NULL)
       return true;
@@ -203,11 +202,8 @@ static double give(const struct wave *wave, const struct border *border, const s
 }
 
 static void measure(const struct wave *wave) {
-  for (int p = 0; p < wave->n_ranks; ++p) wave->load[p] = wave->cells_of[p] = 0;
-  for (int64_t c = 0; c < wave->cells->n; ++c) {
-    wave->load[wave->owner[c]] += wave->weight[c];
-    ++wave->cells_of[wave->owner[c]];
-  }
+  kith_partition_loads(wave->partition, wave->owner, wave->weight, wave->load);
+  kith_partition_loads(wave->partition, wave->owner, NULL, wave->cells_of);
 }
 
 static void run(const struct wave *wave, struct border *border) {
@@ -215,8 +211,8 @@ static void run(const struct wave *wave, struct border *border) {
   if (wave->self->flow == KITH_WILLEBEEK) {
     flow_willebeek(border, wave->load);
   } else {
-    flow_iterated(border, wave->n_ranks, wave->self->flow == KITH_SECOND_ORDER ? BETA : 1, wave->load,
-                  wave->cells_of);
+    flow_iterated(border, wave->partition->n_ranks, wave->self->flow == KITH_SECOND_ORDER ? BETA : 1,
+                  wave->load, wave->cells_of);
     measure(wave); /* both arrays were scratch */
   }
   for (int64_t row = 0, end; row < border->n_pairs; row = end) {
@@ -263,10 +259,10 @@ static kith_status diffusion_update(struct kith_partition *partition, const doub
   struct kith_diffusion *self = partition->self;
   if (self->restart) KITH_TRY(diffusion_first(partition, owner));
   struct border border = {0};
-  struct wave wave = {partition->cells, self, weight, partition->n_ranks, owner, NULL, NULL};
-  KITH_TRY(kith_resize(&wave.load, 0, 2 * (size_t)wave.n_ranks, sizeof *wave.load));
-  wave.cells_of = wave.load + wave.n_ranks;
-  const kith_status status = border_find(&border, wave.cells, owner, wave.n_ranks);
+  struct wave wave = {partition, self, weight, owner, NULL, NULL};
+  KITH_TRY(kith_resize(&wave.load, 0, 2 * (size_t)partition->n_ranks, sizeof *wave.load));
+  wave.cells_of = wave.load + partition->n_ranks;
+  const kith_status status = border_find(&border, partition->cells, owner, partition->n_ranks);
   if (status == KITH_OK) run(&wave, &border);
   kith_free(&wave.load);
   border_clear(&border);

@@ -240,8 +240,7 @@ static void move_color(const struct mesh *mesh, const double *load, int color) {
 static double loads_of(const struct kith_partition *partition, const double *weight, const int32_t *owner,
                        double *load) {
   double squares = 0;
-  for (int r = 0; r < partition->n_ranks; ++r) load[r] = 0;
-  for (int64_t c = 0; c < partition->cells->n; ++c) load[owner[c]] += weight[c];
+  kith_partition_loads(partition, owner, weight, load);
   for (int r = 0; r < partition->n_ranks; ++r) squares += load[r] * load[r];
   return squares;
 }

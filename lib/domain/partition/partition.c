@@ -127,6 +127,15 @@ kith_status kith_partition_update(struct kith_partition *partition, const double
   return status;
 }
 
+double kith_partition_loads(const struct kith_partition *partition, const int32_t *owner,
+                            const double *weight, double *load) {
+  double most = 0, sum = 0;
+  for (int r = 0; r < partition->n_ranks; ++r) load[r] = 0;
+  for (int64_t c = 0; c < partition->cells->n; ++c) load[owner[c]] += weight == NULL ? 1 : weight[c];
+  for (int r = 0; r < partition->n_ranks; ++r) most = KITH_MAX(most, load[r]), sum += load[r];
+  return sum > 0 ? most * partition->n_ranks / sum : 1;
+}
+
 /* ---- restarts ---- */
 
 size_t kith_partition_state(const struct kith_partition *partition, int64_t *word) {

@@ -83,17 +83,16 @@ kith_status kith_partition_update(struct kith_partition *partition, const double
 /* The same until the map does not change any more, at most 20 times. */
 kith_status kith_partition_converge(struct kith_partition *partition, const double *weight);
 
+/* load[n_ranks], written: the work of each rank by the map owner[cells->n], in these weights of cells; NULL: 1
+ * each. Returns the largest over the mean; 1 if there is no work. */
+double kith_partition_loads(const struct kith_partition *partition, const int32_t *owner,
+                            const double *weight, double *load);
+
 /* For restarts: the private state of the member as words (written unless NULL; their number is returned), and
  * how it is restored. The map, `owner`, is restored by the caller. BAD_FILE: the words do not belong to this
  * member, these cells and this number of ranks. */
 size_t kith_partition_state(const struct kith_partition *partition, int64_t *word);
 kith_status kith_partition_restore(struct kith_partition *partition, const int64_t *word, size_t n);
-
-/* The rank that owns the cell of a position; -1 if it is not finite. */
-static inline int kith_partition_rank_of(const struct kith_partition *partition, const double *x) {
-  const int64_t c = kith_cells_of(partition->cells, x);
-  return c < 0 ? -1 : partition->owner[c];
-}
 
 /* ---- for members ---- */
 

@@ -1,7 +1,5 @@
-/* Ghost cells of a rank, and the figures of a map. */
+/* Ghost cells of a rank. */
 #include "lib/domain/partition/shell.h"
-
-#include "lib/core/sfc_key.h"
 
 #include <stdlib.h>
 
@@ -70,83 +68,4 @@ void kith_shell_clear(struct kith_shell *shell) {
   kith_free(&shell->receive);
   kith_free(&shell->send);
   *shell = (struct kith_shell){0};
-}
-
-/* ---- figures ---- */
-
-static void count_faces(const struct kith_partition *partition, const double *face_weight, int64_t c,
-                        struct kith_rank_figures *rank, struct kith_partition_figures *all) {
-  for (int a = 0; a < NDIM; ++a) {
-    const int64_t next = kith_cells_beside(partition->cells, c, a, 1);
-    if (next < 0 || partition->owner[next] == partition->owner[c]) continue;
-    ++rank[partition->owner[c]].cut_faces;
-    ++rank[partition->owner[next]].cut_faces;
-    ++all->cut_faces;
-    all->cut += face_weight == NULL ? 1 : face_weight[c * NDIM + a];
-  }
-}
-
-/* Cells in the order of their owners, so that a rank is met once as p; met_by[q] is the last rank, and the
- * last cell, that q was met by. */
-static void count_contacts(const struct kith_partition *partition, const kith_index *by_owner,
-                           int64_t (*met_by)[2], struct kith_rank_figures *rank) {
-  for (int q = 0; q < partition->n_ranks; ++q) met_by[q][0] = met_by[q][1] = -1;
-  for (int64_t i = 0; i < partition->cells->n; ++i) {
-    const int64_t c = by_owner[i], p = partition->owner[c];
-    struct kith_cell_image image[KITH_CELL_NEIGHBORS];
-    const int n = kith_cells_neighbors(partition->cells, c, image, NULL);
-    for (int k = 0; k < n; ++k) {
-      const int32_t q = partition->owner[image[k].cell];
-      if (q == p || met_by[q][1] == c) continue;
-      ++rank[p].sends;
-      ++rank[q].ghosts;
-      rank[p].neighbors += met_by[q][0] != p;
-      met_by[q][0] = p, met_by[q][1] = c;
-    }
-  }
-}
-
-static kith_status find_contacts(const struct kith_partition *partition, struct kith_rank_figures *rank) {
-  const size_t n = (size_t)partition->cells->n;
-  uint64_t *key = NULL;
-  kith_index *by_owner = NULL;
-  int64_t(*met_by)[2] = NULL;
-  kith_status status = kith_resize(&key, 0, n, sizeof *key);
-  if (status == KITH_OK) status = kith_resize(&by_owner, 0, n, sizeof *by_owner);
-  if (status == KITH_OK) status = kith_resize(&met_by, 0, (size_t)partition->n_ranks, sizeof *met_by);
-  for (size_t c = 0; status == KITH_OK && c < n; ++c) key[c] = (uint64_t)partition->owner[c];
-  if (status == KITH_OK) status = kith_sfc_key_sort(n, key, NULL, by_owner);
-  if (status == KITH_OK) count_contacts(partition, by_owner, met_by, rank);
-  kith_free(&key);
-  kith_free(&by_owner);
-  kith_free(&met_by);
-  return status;
-}
-
-static void sum_up(int n_ranks, const struct kith_rank_figures *rank, struct kith_partition_figures *all) {
-  double total = 0;
-  for (int r = 0; r < n_ranks; ++r) {
-    total += rank[r].weight;
-    all->largest_weight = KITH_MAX(all->largest_weight, rank[r].weight);
-    all->largest_ghosts = KITH_MAX(all->largest_ghosts, rank[r].ghosts);
-    all->largest_neighbors = KITH_MAX(all->largest_neighbors, rank[r].neighbors);
-    all->empty_ranks += rank[r].cells == 0;
-  }
-  all->mean_weight = total / n_ranks;
-  all->imbalance = total > 0 ? all->largest_weight / all->mean_weight : 1;
-}
-
-kith_status kith_partition_figures(const struct kith_partition *partition, const double *weight,
-                                   const double *face_weight, struct kith_rank_figures *rank,
-                                   struct kith_partition_figures *all) {
-  for (int r = 0; r < partition->n_ranks; ++r) rank[r] = (struct kith_rank_figures){0};
-  *all = (struct kith_partition_figures){0};
-  KITH_TRY(find_contacts(partition, rank));
-  for (int64_t c = 0; c < partition->cells->n; ++c) {
-    rank[partition->owner[c]].weight += weight == NULL ? 1 : weight[c];
-    ++rank[partition->owner[c]].cells;
-    count_faces(partition, face_weight, c, rank, all);
-  }
-  sum_up(partition->n_ranks, rank, all);
-  return KITH_OK;
 }

@@ -63,7 +63,7 @@ static bool needed(const struct kith_simulation *m, const struct kith_partition 
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     const double *x = nodes->position->f64 + (size_t)i * NDIM;
     const double r = fmax(search_radius, nodes->search_radius->f64[i]);
-    if (kith_distance2(x, y) <= r * r && kith_partition_rank_of(map, x) == rank) return true;
+    if (kith_distance2(x, y) <= r * r && map->owner[kith_cells_of(map->cells, x)] == rank) return true;
   }
   return false;
 }
@@ -90,7 +90,7 @@ static double brute_kept(const struct kith_simulation *m, int n_ranks, bool wall
   double n = 0;
   for (kith_index j = 0; j < m->nodes->n_internal; ++j)
     for (int r = 0; r < n_ranks; ++r)
-      if (kith_partition_rank_of(map, m->nodes->position->f64 + (size_t)j * NDIM) != r)
+      if (map->owner[kith_cells_of(map->cells, m->nodes->position->f64 + (size_t)j * NDIM)] != r)
         n += count_of(m, map, r, j, walls);
   kith_partition_destroy(&map);
   return n / n_ranks;

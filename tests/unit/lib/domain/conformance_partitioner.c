@@ -181,7 +181,7 @@ static void check_positions(const struct kith_partition *partition, const struct
     for (int r = 0; r < partition->n_ranks; ++r)
       for (int64_t i = 0; i < shell[r].n_cells; ++i)
         if (shell[r].cell[i] == c) ++owners, owner = r;
-    CHECK(owners == (c >= 0) && kith_partition_rank_of(partition, x) == owner);
+    CHECK(owners == (c >= 0) && kith_cells_of(cells, x) == c && (c < 0 || partition->owner[c] == owner));
   }
 }
 

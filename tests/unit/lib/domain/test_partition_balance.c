@@ -1,5 +1,5 @@
 /* How well each partitioner balances, and what it must not do on the way: bounds with their reasons. */
-#include "lib/domain/partition/shell.h"
+#include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -34,10 +34,30 @@ static void weights(const struct kith_cells *cells, int kind, double *weight) {
   }
 }
 
-static struct kith_partition_figures figures(const struct kith_partition *partition, const double *weight,
-                                             struct kith_rank_figures *rank) {
-  struct kith_partition_figures all;
-  CHECK_OK(kith_partition_figures(partition, weight, NULL, rank, &all));
+struct rank_figures {
+  double weight;
+  int64_t cells;
+};
+struct figures {
+  double mean_weight, largest_weight, imbalance;
+};
+
+static struct figures figures(const struct kith_partition *partition, const double *weight,
+                              struct rank_figures *rank) {
+  struct figures all = {0};
+  double load[MOST_RANKS];
+  memset(rank, 0, sizeof *rank * (size_t)partition->n_ranks);
+  for (int64_t c = 0; c < partition->cells->n; ++c) {
+    rank[partition->owner[c]].weight += weight == NULL ? 1 : weight[c];
+    ++rank[partition->owner[c]].cells;
+  }
+  for (int r = 0; r < partition->n_ranks; ++r) {
+    all.mean_weight += rank[r].weight / partition->n_ranks;
+    all.largest_weight = KITH_MAX(all.largest_weight, rank[r].weight);
+  }
+  all.imbalance = kith_partition_loads(partition, partition->owner, weight, load);
+  for (int r = 0; r < partition->n_ranks; ++r) CHECK(load[r] == rank[r].weight);
+  CHECK_CLOSE(all.imbalance, all.mean_weight > 0 ? all.largest_weight / all.mean_weight : 1, 1e-12);
   return all;
 }
 
@@ -69,13 +89,13 @@ static void check_bound(const struct kith_cells *cells, const char *text, double
     struct kith_partition *partition = make(cells, ranks[r], text);
     for (int kind = 0; kind < KINDS; ++kind) {
       static double weight[MOST_CELLS], effective[MOST_CELLS];
-      struct kith_rank_figures rank[MOST_RANKS];
+      struct rank_figures rank[MOST_RANKS];
       weights(cells, kind, weight);
       update(partition, weight);
       if (partition->ops != &kith_partitioner_graph) /* which goes on from the present map */
         CHECK(!update(partition, weight));           /* the same weights, the same map */
       effective_weights(cells, weight, effective);
-      const struct kith_partition_figures all = figures(partition, effective, rank);
+      const struct figures all = figures(partition, effective, rank);
       double heaviest = 0;
       for (int64_t c = 0; c < cells->n; ++c) heaviest = KITH_MAX(heaviest, effective[c]);
       const double bound = factor * all.mean_weight + most_cells * heaviest;
@@ -111,7 +131,7 @@ static void test_cart(void) {
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
   for (int r = 0; r < 7; ++r) {
     static double weight[MOST_CELLS];
-    struct kith_rank_figures rank[MOST_RANKS];
+    struct rank_figures rank[MOST_RANKS];
     struct kith_partition *partition = make(&cells, ranks[r], "cart");
     int mesh[NDIM], product = 1;
     kith_partition_mesh(&cells, ranks[r], mesh);
@@ -231,13 +251,13 @@ static void test_graph_stays(void) {
 static void check_wave(struct kith_partition *partition, const double *weight) {
   static int32_t before[MOST_CELLS];
   static double effective[MOST_CELLS];
-  struct kith_rank_figures old[MOST_RANKS], rank[MOST_RANKS];
+  struct rank_figures old[MOST_RANKS], rank[MOST_RANKS];
   const struct kith_cells *cells = partition->cells;
   memcpy(before, partition->owner, (size_t)cells->n * sizeof *before);
   effective_weights(cells, weight, effective);
-  const struct kith_partition_figures first = figures(partition, effective, old);
+  const struct figures first = figures(partition, effective, old);
   const bool changed = update(partition, weight);
-  const struct kith_partition_figures all = figures(partition, effective, rank);
+  const struct figures all = figures(partition, effective, rank);
   CHECK(all.largest_weight <= first.largest_weight * (1 + 1e-12)); /* sums in another order */
   double squares = 0;
   for (int r = 0; r < partition->n_ranks; ++r) {
@@ -275,7 +295,7 @@ static bool neighbors_in(const struct kith_partition *partition, bool (*table)[M
 static void check_diffusion(const struct kith_cells *cells, int n_ranks, const char *text, int updates) {
   static double weight[MOST_CELLS];
   static bool table[MOST_RANKS][MOST_RANKS];
-  struct kith_rank_figures rank[MOST_RANKS];
+  struct rank_figures rank[MOST_RANKS];
   const bool fixed = strstr(text, "fixed") != NULL;
   struct kith_partition *partition = make(cells, n_ranks, text);
   memset(table, 0, sizeof table);
@@ -377,7 +397,7 @@ static void test_gridbased(void) {
     for (int r = 0; r < 6; ++r) {
       const struct kith_cells cells = grid(periodic);
       static double weight[MOST_CELLS], effective[MOST_CELLS];
-      struct kith_rank_figures rank[MOST_RANKS];
+      struct rank_figures rank[MOST_RANKS];
       struct kith_partition *partition = make(&cells, ranks[r], "gridbased");
       weights(&cells, 1, weight);
       effective_weights(&cells, weight, effective);
@@ -436,7 +456,7 @@ static void test_peak(void) {
     const int n_ranks = k == 0 ? 8 : 64;
     double lower[NDIM], upper[NDIM];
     struct kith_cells cells;
-    struct kith_rank_figures rank[MOST_RANKS];
+    struct rank_figures rank[MOST_RANKS];
     for (int a = 0; a < NDIM; ++a) lower[a] = -0.5, upper[a] = 0.5;
     CHECK_OK(
         kith_cells_init(&cells, lower, upper, periodic, pow(256 * n_ranks, -1.0 / NDIM), MOST_RANKS * 300));

@@ -1,4 +1,4 @@
-/* Ghost shells and figures against brute force over all pairs of cells, from both sides of every exchange. */
+/* Ghost shells against brute force over all pairs of cells, from both sides of every exchange. */
 #include "lib/domain/partition/shell.h"
 
 #include <stdlib.h>
@@ -46,31 +46,6 @@ static void check_shell(const struct kith_partition *partition, const struct kit
   }
 }
 
-static void check_figures(const struct kith_partition *partition, const struct kith_shell *shell) {
-  const struct kith_cells *cells = partition->cells;
-  struct kith_rank_figures rank[MOST_RANKS];
-  struct kith_partition_figures all;
-  double weight[4096], total = 0, largest = 0;
-  for (int64_t c = 0; c < cells->n; ++c) total += weight[c] = (double)(c % 5);
-  CHECK_OK(kith_partition_figures(partition, weight, NULL, rank, &all));
-  int64_t cells_seen = 0, faces = 0;
-  for (int r = 0; r < partition->n_ranks; ++r) {
-    double own = 0;
-    for (int64_t i = 0; i < shell[r].n_cells; ++i) own += weight[shell[r].cell[i]];
-    CHECK(rank[r].weight == own); /* small whole numbers: exact */
-    CHECK(rank[r].cells == shell[r].n_cells && rank[r].ghosts == shell[r].n_ghosts);
-    CHECK(rank[r].neighbors == shell[r].n_neighbors);
-    CHECK(rank[r].sends == (shell[r].n_neighbors > 0 ? shell[r].send_first[shell[r].n_neighbors] : 0));
-    cells_seen += rank[r].cells;
-    faces += rank[r].cut_faces;
-    largest = KITH_MAX(largest, own);
-  }
-  CHECK(cells_seen == cells->n);
-  CHECK(faces == 2 * all.cut_faces && all.cut == (double)all.cut_faces);
-  if (total > 0)
-    CHECK_CLOSE(all.imbalance, largest * partition->n_ranks / total, 1e-12); /* a few roundings */
-}
-
 static void check_map(const struct kith_partition *partition) {
   struct kith_shell shell[MOST_RANKS] = {{0}};
   for (int r = 0; r < partition->n_ranks; ++r) {
@@ -79,7 +54,6 @@ static void check_map(const struct kith_partition *partition) {
     check_shell(partition, &shell[r]);
   }
   check_both_sides(shell, partition->n_ranks);
-  check_figures(partition, shell);
   for (int r = 0; r < partition->n_ranks; ++r) kith_shell_clear(&shell[r]);
 }
 
@@ -122,25 +96,8 @@ static void test_two_ranks(void) {
   kith_partition_destroy(&partition);
 }
 
-/* Faces weigh what they are given: a cut between two halves costs the weights of its faces. */
-static void test_cut_weight(void) {
-  const int count[] = {4, 1, 1};
-  const struct kith_cells cells = grid(count, 0);
-  struct kith_partition *partition = NULL;
-  CHECK_OK(kith_partition_create(&partition, &cells, 2, "cart"));
-  double face_weight[4 * NDIM];
-  for (int f = 0; f < 4 * NDIM; ++f) face_weight[f] = 10 + f;
-  struct kith_rank_figures rank[2];
-  struct kith_partition_figures all;
-  CHECK_OK(kith_partition_figures(partition, NULL, face_weight, rank, &all));
-  CHECK(all.cut_faces == 1 && all.cut == face_weight[1 * NDIM]); /* between cells 1 and 2 */
-  CHECK(all.imbalance == 1 && all.empty_ranks == 0 && all.largest_neighbors == 1);
-  kith_partition_destroy(&partition);
-}
-
 int main(void) {
   test_shells();
   test_two_ranks();
-  test_cut_weight();
   return check_failed();
 }
