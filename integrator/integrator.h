@@ -29,14 +29,11 @@ struct kith_integrator {
   struct kith_connectivity *connectivity;
   struct kith_rebuilds *rebuilds;
   const struct kith_scheme_ops *scheme;
-  const void *settings;                  /* of the scheme: what its params fill; NULL if it has none */
-  const struct kith_excluder *excluders; /* may be NULL */
-  struct kith_profile *profile;          /* may be NULL */
-  struct kith_decomposition
-      *decomposition; /* of the nodes of several ranks (nodes->ranks); NULL: one process */
-  bool
-      /* rows and pairs are in an order that all numbers of ranks share; nodes number their images */
-      canonical;
+  const void *settings;                     /* of the scheme: what its params fill; NULL if it has none */
+  const struct kith_excluder *excluders;    /* may be NULL */
+  struct kith_profile *profile;             /* may be NULL */
+  struct kith_decomposition *decomposition; /* of the nodes of several ranks; NULL: one process */
+  bool canonical;       /* lists are in an order that all numbers of ranks share; nodes number their images */
   double cfl, fixed_dt; /* fixed_dt > 0: every step is this long */
   double skin;          /* search radius = (1 + skin) support, and what the step may need (lifecycle.h) */
   bool cull, check;
@@ -55,8 +52,7 @@ struct kith_integrator {
   /* The scheme. */
   struct kith_kick kick; /* package.h */
   struct kith_field *energy_base;
-  double accurate_dt; /* what the last error estimate allows for the next step, 0: no opinion */
-  int evaluations;    /* of the rates, per step; with implicit a guess */
+  int evaluations; /* of the rates, per step; with implicit a guess */
   void *self;
 
   /* The lists. */

@@ -48,11 +48,10 @@ bool kith_ledger_closes(const struct kith_ledger *ledger) {
 
 bool kith_ledger_entry(const struct kith_ledger *ledger, int k, struct kith_ledger_entry *out) {
   const struct kith_ledger_entry entries[KITH_LEDGER_ENTRIES] = {
-#define X(name, how, doc) {#name, doc, (double)ledger->name},
+#define X(name, how, doc) {#name, (double)ledger->name},
       KITH_LEDGER_LIST(X)
 #undef X
-#define X(name, ...) \
-  {"rebuilds_because_" #name, "lifecycles for this reason", (double)ledger->because[KITH_BECAUSE_##name]},
+#define X(name) {"rebuilds_because_" #name, (double)ledger->because[KITH_BECAUSE_##name]},
           KITH_REBUILD_CAUSE_LIST(X) KITH_REBUILD_LIST(X)
 #undef X
   };

@@ -50,7 +50,7 @@ bool kith_ledger_closes(const struct kith_ledger *ledger);
 
 /* Entry k of the report: counters, then rebuilds_because_<reason>. False beyond the last. */
 struct kith_ledger_entry {
-  const char *name, *doc;
+  const char *name;
   double value;
 };
 bool kith_ledger_entry(const struct kith_ledger *ledger, int k, struct kith_ledger_entry *out);

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <string.h>
-#include "lib/comm/sum.h"
 #include "lib/connectivity/coupling.h"
 
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
@@ -11,7 +10,7 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
   demand[1] = (struct kith_demand){it->package->ops->name,
                                    it->package->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
                                    it->package->ops->requirements(it->package)};
-  demand[2] = (struct kith_demand){"shield", "barriers", {0}};
+  demand[2] = (struct kith_demand){"coupling", "barriers", {0}};
   if (it->package->barrier != NULL)
     demand[2].need =
         (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
@@ -26,33 +25,20 @@ static struct kith_requirements requirements(const struct kith_integrator *it) {
   return need;
 }
 
+static void velocity_of(const void *velocity, kith_index i, double *v) {
+  memcpy(v, ((const struct kith_field *)velocity)->f64 + (size_t)i * NDIM, NDIM * sizeof *v);
+}
+
 /* The mean velocity along axes where a common drift is no displacement, 0 along the others. */
 static void common_velocity(const struct kith_integrator *it, double c[NDIM]) {
-  const struct kith_nodes *nodes = it->nodes;
-  const double *restrict v = it->hydro->velocity->f64;
-  bool drifts[NDIM];
-  for (int a = 0; a < NDIM; ++a) drifts[a] = true;
+  kith_mean_vector(it->nodes, velocity_of, it->hydro->velocity, c);
   for (int b = 0; b < it->boundaries->n; ++b) {
     const struct kith_boundary *boundary = it->boundaries->boundary[b];
     for (int a = 0; a < NDIM; ++a)
       if (boundary->ops->held_nodes != NULL ||
           (boundary->ops->has_faces && !boundary->ops->wraps && boundary->axis == a))
-        drifts[a] = false;
+        c[a] = 0;
   }
-  struct kith_sum total[NDIM] = {0};
-  uint64_t n = (uint64_t)nodes->n_internal;
-#pragma omp parallel
-  {
-    struct kith_sum mine[NDIM] = {0};
-#pragma omp for schedule(static) nowait
-    for (kith_index i = 0; i < nodes->n_internal; ++i)
-      for (int a = 0; a < NDIM; ++a) kith_sum_add(&mine[a], v[(size_t)i * NDIM + a]);
-#pragma omp critical(kith_common_velocity)
-    for (int a = 0; a < NDIM; ++a) kith_sum_join(&total[a], &mine[a]);
-  }
-  kith_sum_ranks(nodes->ranks, total, NDIM);
-  kith_ranks_sum_counts(nodes->ranks, &n, 1);
-  for (int a = 0; a < NDIM; ++a) c[a] = drifts[a] && n > 0 ? kith_sum_value(&total[a]) / (double)n : 0;
 }
 
 /* w_i of lifecycle.h: how fast node i moves away from its position, a common drift excluded. */
@@ -123,12 +109,11 @@ static kith_status ghosts_with_rows(struct kith_integrator *it) {
 }
 
 static kith_status ghosts(struct kith_integrator *it) {
-  kith_profile_begin(it->profile, "ghosts");
-  const kith_status status =
-      it->package->recompute
-          ? ghosts_with_rows(it)
-          : kith_boundaries_ghosts(it->boundaries, it->nodes, it->need.overlap ? 2 : 1, it->profile);
-  kith_profile_end(it->profile);
+  const int factor = it->need.overlap ? 2 : 1;
+  kith_status status;
+  KITH_STAGE(status, it->profile, "ghosts",
+             it->package->recompute ? ghosts_with_rows(it)
+                                    : kith_boundaries_ghosts(it->boundaries, it->nodes, factor, it->profile));
   KITH_TRY(status);
   for (int b = 0; b < it->boundaries->n; ++b)
     it->ledger.boundary[b].created += (uint64_t)it->boundaries->boundary[b]->made;
@@ -136,29 +121,23 @@ static kith_status ghosts(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-static kith_status neighbors(struct kith_integrator *it) {
-  kith_profile_begin(it->profile, "neighbors");
-  const kith_status status = kith_search_update(it->search);
-  kith_profile_end(it->profile);
-  return status;
-}
-
 static kith_status connectivity(struct kith_integrator *it) {
+  struct kith_connectivity *c = it->connectivity;
   kith_profile_begin(it->profile, "connectivity");
   const kith_status status =
-      kith_connectivity_build(it->connectivity, it->nodes, it->search, it->need, it->excluders, it->profile);
-  kith_profile_count(it->profile, "candidates", (double)it->connectivity->candidates);
+      kith_connectivity_build(c, it->nodes, it->search, it->need, it->excluders, it->profile);
+  kith_profile_count(it->profile, "candidates", (double)c->candidates);
   kith_profile_end(it->profile);
-  it->ledger.candidates += it->connectivity->candidates;
+  it->ledger.candidates += c->candidates;
   return status;
 }
 
 /* Barriers cut pairs. A barrier's nodes stand apart by its spacing, which its support is a multiple of. */
-static kith_status shield(struct kith_integrator *it) {
+static kith_status coupling(struct kith_integrator *it) {
   const double spacings = pow(it->package->neighbors / kith_ball(), 1.0 / NDIM);
   size_t cut = 0;
   if (it->package->barrier == NULL) return KITH_OK;
-  kith_profile_begin(it->profile, "shield");
+  kith_profile_begin(it->profile, "shield"); /* the stage's name in reports */
   const kith_status status = kith_connectivity_cut_barriers(it->connectivity, it->nodes, it->package->barrier,
                                                             (NDIM == 3 ? 0.72 : 0.51) / spacings, &cut);
   kith_profile_count(it->profile, "cut", (double)cut);
@@ -172,20 +151,6 @@ static kith_status shield(struct kith_integrator *it) {
 static bool may_cull(const struct kith_integrator *it) {
   return it->cull && !it->need.ghost_rows && !it->need.overlap &&
          (it->nodes->n_ghost > 0 || it->nodes->ranks != NULL);
-}
-
-static kith_status cull_room(struct kith_integrator *it, size_t ghosts, size_t all) {
-  if (it->scratch.keep_capacity < ghosts) {
-    it->scratch.keep_capacity = 0;
-    KITH_TRY(kith_resize(&it->scratch.keep, 0, ghosts + ghosts / 4, 1));
-    it->scratch.keep_capacity = ghosts + ghosts / 4;
-  }
-  if (it->scratch.renumber_capacity < all) {
-    it->scratch.renumber_capacity = 0;
-    KITH_TRY(kith_resize(&it->scratch.renumber, 0, all + all / 16, sizeof *it->scratch.renumber));
-    it->scratch.renumber_capacity = all + all / 16;
-  }
-  return KITH_OK;
 }
 
 /* What this rank needs, and what others need of it. */
@@ -213,35 +178,31 @@ static void count_culled(struct kith_integrator *it, const struct kith_ghost_blo
   }
 }
 
-/* *culled: the lists must be patched with it->scratch.renumber. */
-static kith_status cull(struct kith_integrator *it, bool *culled) {
+/* Memory, and the blocks as they are. */
+static kith_status prepare_cull(struct kith_integrator *it, struct kith_ghost_block **blocks) {
+  const struct kith_nodes *nodes = it->nodes;
+  const size_t ghosts = (size_t)nodes->n_ghost, all = (size_t)kith_nodes_count(nodes);
+  KITH_TRY(kith_reserve(&it->scratch.keep, &it->scratch.keep_capacity, ghosts, 1));
+  KITH_TRY(kith_reserve(&it->scratch.renumber, &it->scratch.renumber_capacity, all, sizeof(kith_index)));
+  KITH_TRY(kith_resize(blocks, 0, (size_t)nodes->n_blocks, sizeof **blocks));
+  if (nodes->n_blocks > 0) memcpy(*blocks, nodes->blocks, (size_t)nodes->n_blocks * sizeof **blocks);
+  return KITH_OK;
+}
+
+static kith_status cull(struct kith_integrator *it) {
   struct kith_nodes *nodes = it->nodes;
-  const size_t ghosts_before = (size_t)nodes->n_ghost;
-  *culled = false;
-  if (!may_cull(it)) return KITH_OK;
   struct kith_ghost_block *blocks = NULL;
+  const kith_index before = nodes->n_ghost;
   const int n_blocks = nodes->n_blocks;
-  kith_status status = cull_room(it, ghosts_before, (size_t)kith_nodes_count(nodes));
-  if (status == KITH_OK) status = kith_resize(&blocks, 0, (size_t)n_blocks, sizeof *blocks);
-  status = kith_ranks_allreduce_status(nodes->ranks, status); /* mark() communicates with other ranks */
   kith_profile_begin(it->profile, "cull");
-  if (status == KITH_OK && n_blocks > 0) memcpy(blocks, nodes->blocks, (size_t)n_blocks * sizeof *blocks);
+  kith_status status = prepare_cull(it, &blocks);
+  status = kith_ranks_allreduce_status(nodes->ranks, status); /* mark() communicates with other ranks */
   if (status == KITH_OK) status = mark(it);
   if (status == KITH_OK) status = kith_nodes_cull_ghosts(nodes, it->scratch.keep, it->scratch.renumber);
   if (status == KITH_OK) kith_halo_remap(it->hydro->halo, it->scratch.renumber);
   if (status == KITH_OK) count_culled(it, blocks, n_blocks);
   kith_free(&blocks);
-  kith_profile_count(it->profile, "culled", (double)ghosts_before - (double)nodes->n_ghost);
-  kith_profile_end(it->profile);
-  KITH_TRY(status);
-  *culled = (size_t)nodes->n_ghost < ghosts_before;
-  return KITH_OK;
-}
-
-static kith_status patch(struct kith_integrator *it, kith_index before) {
-  kith_profile_begin(it->profile, "patch");
-  const kith_status status =
-      kith_connectivity_patch(it->connectivity, it->nodes, it->scratch.renumber, before);
+  kith_profile_count(it->profile, "culled", before - nodes->n_ghost);
   kith_profile_end(it->profile);
   return status;
 }
@@ -281,49 +242,44 @@ static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason re
   return it->canonical ? kith_connectivity_canonical(it->connectivity, it->nodes) : KITH_OK;
 }
 
-/* Nodes go to the ranks that have their cells. The work of the last lists tells who has too much. */
-static kith_status migrate(struct kith_integrator *it) {
-  if (it->decomposition == NULL) return KITH_OK;
-  kith_profile_begin(it->profile, "migrate");
-  const kith_status status = kith_decomposition_redistribute(it->decomposition, it->nodes);
-  kith_profile_end(it->profile);
-  return status;
-}
-
-/* Puts nodes back where boundaries want them, on the ranks that own their cells, and in order if that is due.
- * */
+/* Puts nodes back where boundaries want them, on the ranks that own their cells (the work of the last lists
+ * tells who has too much), and in order if that is due. */
 static kith_status redistribute(struct kith_integrator *it) {
-  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks,
-                                       kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false)));
-  KITH_TRY(migrate(it));
-  return kith_ranks_allreduce_status(it->nodes->ranks, reorder(it));
+  struct kith_nodes *nodes = it->nodes;
+  kith_status status = kith_boundaries_enforce(it->boundaries, nodes, NULL, false);
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
+  if (it->decomposition != NULL)
+    KITH_STAGE(status, it->profile, "migrate", kith_decomposition_redistribute(it->decomposition, nodes));
+  KITH_TRY(status);
+  return kith_ranks_allreduce_status(nodes->ranks, reorder(it));
 }
 
 /* What a rank does alone may fail on it alone: where the next stage talks to others, all agree first. */
 static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reason) {
-  struct kith_ranks *ranks = it->nodes->ranks;
-  bool culled;
+  struct kith_nodes *nodes = it->nodes;
+  kith_status status;
   it->need = requirements(it);
   if (!it->holding) KITH_TRY(redistribute(it));
   set_search_radius(it);
   KITH_TRY(ghosts(it));
-  kith_status status = neighbors(it);
+  KITH_STAGE(status, it->profile, "neighbors", kith_search_update(it->search));
   if (status == KITH_OK) status = connectivity(it);
-  if (status == KITH_OK) status = shield(it);
-  KITH_TRY(kith_ranks_allreduce_status(ranks, status));
-  const kith_index before = kith_nodes_count(it->nodes);
-  KITH_TRY(kith_ranks_allreduce_status(ranks, cull(it, &culled)));
-  if (culled) status = patch(it, before);
+  if (status == KITH_OK) status = coupling(it);
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
+  const kith_index before = kith_nodes_count(nodes);
+  if (may_cull(it)) KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, cull(it)));
+  if (kith_nodes_count(nodes) < before)
+    KITH_STAGE(status, it->profile, "patch",
+               kith_connectivity_patch(it->connectivity, nodes, it->scratch.renumber, before));
   if (status == KITH_OK) status = ready(it, reason);
-  KITH_TRY(kith_ranks_allreduce_status(ranks, status));
-  it->fresh = true, it->positions = it->nodes->positions;
-  return kith_rebuilds_snapshot(it->rebuilds, it->nodes);
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
+  it->fresh = true, it->positions = nodes->positions;
+  return kith_rebuilds_snapshot(it->rebuilds, nodes);
 }
 
 kith_status kith_lifecycle(struct kith_integrator *it, enum kith_rebuild_reason reason) {
-  kith_profile_begin(it->profile, "lifecycle");
-  const kith_status status = run(it, reason);
-  kith_profile_end(it->profile);
+  kith_status status;
+  KITH_STAGE(status, it->profile, "lifecycle", run(it, reason));
   return status;
 }
 

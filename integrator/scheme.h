@@ -32,6 +32,9 @@ struct kith_scheme_ops {
    * integrator->limiter to why. The rates of the last evaluation are there on entry of a step (and after):
    * those of the present state, unless the scheme evaluates in the middle. */
   kith_status (*advance)(struct kith_integrator *integrator, double *dt);
+  /* Where it keeps what its last error estimate allows for the next step, 0: no opinion. A restart stores it.
+   * NULL: it estimates no errors. */
+  double *(*accurate_dt)(struct kith_integrator *integrator);
   size_t (*bytes)(const struct kith_integrator *integrator); /* of the private state; NULL: none */
 };
 

@@ -8,50 +8,40 @@ enum { MAX_GROWTHS = 40 };
 
 /* ---- lists and rates ---- */
 
-/* Is a rebuild due, for lists that serve until `ahead`? */
+static bool faces_move(const struct kith_boundaries *boundaries) {
+  for (int b = 0; b < boundaries->n; ++b)
+    if (kith_boundary_face_velocity(boundaries->boundary[b]->ops, boundaries->boundary[b]->settings) != 0)
+      return true;
+  return false;
+}
+
+/* Is a rebuild due, at the start of a step for lists that serve until `ahead`, and inside of one where the
+ * motion since they were made is more than they cover? */
+static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_reason *reason) {
+  struct kith_rebuilds *rebuilds = it->rebuilds;
+  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks, kith_hydro_finite(it->hydro)));
+  *reason = it->due;
+  if (*reason != KITH_BECAUSE_none) return KITH_OK;
+  if (it->holding) {
+    if (!faces_move(it->boundaries) && kith_rebuilds_covered(rebuilds, it->nodes)) return KITH_OK;
+    *reason = KITH_BECAUSE_stage;
+    return kith_rebuilds_allow(rebuilds, "nodes moved too far within a step");
+  }
+  rebuilds->cover.ahead = it->ahead;
+  const kith_status status = kith_rebuilds_check(rebuilds, it->nodes, reason);
+  rebuilds->cover.ahead = 0;
+  return status;
+}
+
 static kith_status rebuild_if_due(struct kith_integrator *it) {
-  enum kith_rebuild_reason reason = it->due;
+  enum kith_rebuild_reason reason = KITH_BECAUSE_none;
+  kith_status status;
   kith_boundaries_move(it->boundaries, it->clock);
-  kith_profile_begin(it->profile, "due");
-  kith_status status = kith_ranks_allreduce_status(it->nodes->ranks, kith_hydro_finite(it->hydro));
-  it->rebuilds->cover.ahead = it->ahead;
-  if (status == KITH_OK && reason == KITH_BECAUSE_none)
-    status = kith_rebuilds_check(it->rebuilds, it->nodes, &reason);
-  it->rebuilds->cover.ahead = 0;
-  kith_profile_end(it->profile);
+  KITH_STAGE(status, it->profile, "due", check_lists(it, &reason));
   KITH_TRY(status);
   it->due = KITH_BECAUSE_none;
   it->fresh = false;
   return reason != KITH_BECAUSE_none ? kith_lifecycle(it, reason) : KITH_OK;
-}
-
-static bool faces_move(const struct kith_boundaries *boundaries) {
-  for (int b = 0; b < boundaries->n; ++b) {
-    const struct kith_boundary *boundary = boundaries->boundary[b];
-    if (kith_boundary_face_velocity(boundary->ops, boundary->settings) != 0) return true;
-  }
-  return false;
-}
-
-/* The lists may miss pairs, and no policy rebuilds them. */
-static kith_status stale(const struct kith_integrator *it, const char *why) {
-  return kith_fail(
-      KITH_STALE,
-      "%s, and policy %s does not rebuild the lists: choose displacement or always, or a larger skin", why,
-      it->rebuilds->policy[0].ops->name);
-}
-
-/* Inside a step: do the lists still serve? */
-static kith_status check_stage(struct kith_integrator *it) {
-  kith_boundaries_move(it->boundaries, it->clock);
-  kith_profile_begin(it->profile, "due");
-  const kith_status status = kith_ranks_allreduce_status(it->nodes->ranks, kith_hydro_finite(it->hydro));
-  const bool serve =
-      status != KITH_OK || (!faces_move(it->boundaries) && kith_rebuilds_covered(it->rebuilds, it->nodes));
-  kith_profile_end(it->profile);
-  if (serve) return status;
-  if (!kith_rebuilds_cover(it->rebuilds)) return stale(it, "nodes moved too far within a step");
-  return kith_lifecycle(it, KITH_BECAUSE_stage);
 }
 
 /* Ghosts get the values of their nodes: all that is needed where lists are not new. */
@@ -65,15 +55,15 @@ static void refresh(struct kith_integrator *it) {
 }
 
 static kith_status run_package(struct kith_integrator *it) {
-  kith_profile_begin(it->profile, it->package->ops->name);
-  const kith_status status = it->package->ops->evaluate(it->package, it->connectivity, &it->kick);
-  kith_profile_end(it->profile);
+  kith_status status;
+  KITH_STAGE(status, it->profile, it->package->ops->name,
+             it->package->ops->evaluate(it->package, it->connectivity, &it->kick));
   return status;
 }
 
 kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   it->fresh = it->fresh && it->positions == it->nodes->positions;
-  if (it->holding && !it->fresh) KITH_TRY(check_stage(it));
+  if (it->holding && !it->fresh) KITH_TRY(rebuild_if_due(it));
   const bool fresh = it->fresh;
   if (!fresh) refresh(it);
   it->fresh = false;
@@ -81,7 +71,7 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   kith_status status;
   /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
   for (int growth = 0; (status = run_package(it)) == KITH_OUTGROWN; ++growth) {
-    if (!fresh && !kith_rebuilds_cover(it->rebuilds)) return stale(it, kith_failure());
+    if (!fresh) KITH_TRY(kith_rebuilds_allow(it->rebuilds, kith_failure()));
     if (growth == MAX_GROWTHS)
       return kith_ranks_allreduce_status(
           it->nodes->ranks, kith_fail(KITH_DIVERGED, "a support does not converge: %s after %d rebuilds",
@@ -132,22 +122,22 @@ kith_status kith_integrator_resume(struct kith_integrator *it) {
 /* The length of the next step: the limit by the state, no more than a quarter longer than the last, landing
  * on `until`. Says what limited it. */
 static double next_dt(struct kith_integrator *it, double until) {
-  struct kith_timestep_limit timestep_limit =
-      it->fixed_dt > 0 ? (struct kith_timestep_limit){it->fixed_dt, -1, KITH_LIMIT_fixed}
-                       : it->timestep_limit;
-  if (it->fixed_dt <= 0 && it->accurate_dt > 0 && it->accurate_dt < timestep_limit.dt)
-    timestep_limit = (struct kith_timestep_limit){it->accurate_dt, -1, KITH_LIMIT_accuracy};
-  if (it->fixed_dt <= 0 && it->dt > 0 && timestep_limit.dt > KITH_GROWTH * it->dt)
-    timestep_limit = (struct kith_timestep_limit){KITH_GROWTH * it->dt, -1, KITH_LIMIT_growth};
-  const double left = until - it->time;
-  if (timestep_limit.dt >= left)
-    timestep_limit = (struct kith_timestep_limit){left, -1, KITH_LIMIT_end};
-  else if (timestep_limit.dt > 0.5 * left)
-    timestep_limit = (struct kith_timestep_limit){
-        0.5 * left, -1, KITH_LIMIT_end}; /* two equal steps, not one and a tiny last one */
-  it->limiter = timestep_limit.reason;
-  it->limiting_node = timestep_limit.node;
-  return timestep_limit.dt;
+  struct kith_timestep_limit limit = it->timestep_limit;
+  const double left = until - it->time,
+               accurate = it->scheme->accurate_dt != NULL ? *it->scheme->accurate_dt(it) : 0;
+  if (it->fixed_dt > 0)
+    limit = (struct kith_timestep_limit){it->fixed_dt, -1, KITH_LIMIT_fixed};
+  else {
+    if (accurate > 0 && accurate < limit.dt)
+      limit = (struct kith_timestep_limit){accurate, -1, KITH_LIMIT_accuracy};
+    if (it->dt > 0 && limit.dt > KITH_GROWTH * it->dt)
+      limit = (struct kith_timestep_limit){KITH_GROWTH * it->dt, -1, KITH_LIMIT_growth};
+  }
+  if (limit.dt > 0.5 * left) /* two equal steps, not one and a tiny last one */
+    limit = (struct kith_timestep_limit){limit.dt >= left ? left : 0.5 * left, -1, KITH_LIMIT_end};
+  it->limiter = limit.reason;
+  it->limiting_node = limit.node;
+  return limit.dt;
 }
 
 /* How long the lists of a step must serve. Where it may be repeated that must not depend on what it is cut

@@ -29,14 +29,15 @@ enum { ARRAYS = 4 };
 
 /* Where the numbers belong. */
 struct places {
-  double *real[REALS];
+  double *real[REALS]; /* NULL: 0 is stored */
   uint64_t *count[COUNTS];
 };
 
 static struct places places_of(struct kith_output *output, struct kith_simulation *m) {
   struct kith_integrator *it = &m->integrator;
+  double *const accurate_dt = it->scheme->accurate_dt != NULL ? it->scheme->accurate_dt(it) : NULL;
   return (struct places){
-      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, &it->accurate_dt, &output->next},
+      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, accurate_dt, &output->next},
       {&it->step, (uint64_t *)&it->timestep_limit.node, &it->since_reorder, &m->package.pair_evaluations,
        &m->package.support_iterations, &m->package.fallbacks}};
 }
@@ -52,7 +53,7 @@ static struct saved collect(struct kith_output *output, struct kith_simulation *
   const struct places places = places_of(output, m);
   struct saved saved = {.baseline = *baseline,
                         .ledger = kith_ledger_of_all(&m->integrator.ledger, m->nodes->ranks)};
-  for (int k = 0; k < REALS; ++k) saved.real[k] = *places.real[k];
+  for (int k = 0; k < REALS; ++k) saved.real[k] = places.real[k] != NULL ? *places.real[k] : 0;
   for (int k = 0; k < COUNTS; ++k) saved.count[k] = *places.count[k];
   kith_ranks_sum_counts(m->nodes->ranks, saved.count + COUNTS - SUMS, SUMS);
   return saved;
@@ -136,7 +137,8 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   for (int k = 0; k < ARRAYS; ++k)
     KITH_TRY(kith_checkpoint_get(c, all[k].name, all[k].type, all[k].values, all[k].n));
   KITH_TRY(read_nodes(c, m));
-  for (int k = 0; k < REALS; ++k) *places.real[k] = saved->real[k];
+  for (int k = 0; k < REALS; ++k)
+    if (places.real[k] != NULL) *places.real[k] = saved->real[k];
   for (int k = 0; k < COUNTS; ++k) /* sums are kept by rank 0 */
     if (k < COUNTS - SUMS || first_rank(m)) *places.count[k] = saved->count[k];
   KITH_TRY(kith_reserve(&output->times, &output->capacity, n_snapshots, sizeof *output->times));

@@ -29,15 +29,13 @@ static const struct kith_param params[] = {
     {0}};
 
 struct arkode {
-  struct kith_stages stages;
+  struct kith_stages stages; /* memory: of ERKStep */
   struct kith_table table;
-  struct kith_vectors *vectors; /* NULL: not made yet */
-  void *memory;                 /* of ERKStep */
   /* Of the step at hand: ERKStep has had the rates of its start; it has made its end. */
   bool started, ended;
   long attempts;      /* of ERKStep, begun */
   double stable;      /* what the stability function said last */
-  kith_status status; /* of the last rates */
+  double accurate_dt; /* what the last error estimate allows for the next step, 0: no opinion */
 };
 
 /* ---- tables ---- */
@@ -47,32 +45,23 @@ static const char table_words[] = KITH_TABLE_LIST(AS_CHOICE);
 #define AS_ID(constant, word) ARKODE_##constant,
 static const ARKODE_ERKTableID table_ids[] = {KITH_TABLE_LIST(AS_ID)};
 
-/* As the list has it: lower case, without ARKODE_ in front. */
-static void spell(const char *name, char word[64]) {
-  if (strncasecmp(name, "arkode", 6) == 0 && (name[6] == '_' || name[6] == '-')) name += 7;
-  snprintf(word, 64, "%s", name);
-  for (char *c = word; *c != '\0'; ++c) *c = (char)tolower((unsigned char)*c);
-}
-
-static ARKODE_ERKTableID table_id(const char *name) {
-  char word[64];
-  spell(name, word);
-  const int index = kith_choices_index(table_words, word);
-  return index < 0 ? ARKODE_ERK_NONE : table_ids[index];
-}
-
-static kith_status refuse_table(const char *name) {
+/* BAD_INPUT if there is none of that name, spelled as the list has it: lower case, without ARKODE_. */
+static kith_status find_table(const char *name, ARKODE_ERKTableID *id) {
+  const char *start = strncasecmp(name, "arkode", 6) == 0 && name[6] != '\0' ? name + 7 : name;
   char word[64], near[64];
-  spell(name, word);
-  if (!kith_choices_suggest(table_words, word, near, sizeof near))
-    KITH_FAIL(BAD_INPUT, "table: '%.60s' is no table of ARKODE (kith list table)", name);
-  KITH_FAIL(BAD_INPUT, "table: '%.60s' is no table of ARKODE (kith list table); did you mean '%s'?", name,
-            near);
+  snprintf(word, sizeof word, "%s", start);
+  for (char *c = word; *c != '\0'; ++c) *c = (char)tolower((unsigned char)*c);
+  const int index = kith_choices_index(table_words, word);
+  *id = index < 0 ? ARKODE_ERK_NONE : table_ids[index];
+  if (index >= 0) return KITH_OK;
+  const bool known = kith_choices_suggest(table_words, word, near, sizeof near);
+  KITH_FAIL(BAD_INPUT, "table: '%.60s' is no table of ARKODE (kith list table)%s%s%s", name,
+            known ? "; did you mean '" : "", known ? near : "", known ? "'?" : "");
 }
 
 kith_status kith_table_read(struct kith_table *table, const char *name) {
-  const ARKODE_ERKTableID id = table_id(name);
-  if (id == ARKODE_ERK_NONE) return refuse_table(name);
+  ARKODE_ERKTableID id;
+  KITH_TRY(find_table(name, &id));
   ARKodeButcherTable t = ARKodeButcherTable_LoadERK(id);
   if (t == NULL) KITH_FAIL(NO_MEMORY, "no memory for the Runge-Kutta table %.60s", name);
   *table = (struct kith_table){.stages = t->stages, .order = t->q, .embedded = t->p, .ends = true};
@@ -87,11 +76,9 @@ kith_status kith_table_read(struct kith_table *table, const char *name) {
 /* It begins another attempt: nothing may be left of the last one. */
 static kith_status follow_attempts(struct kith_integrator *it) {
   struct arkode *a = it->self;
-  long attempts = 0;
-  ERKStepGetNumStepAttempts(a->memory, &attempts);
-  if (attempts == a->attempts) return KITH_OK;
-  a->attempts = attempts;
-  return attempts > 1 ? kith_stages_again(&a->stages, it) : KITH_OK;
+  const long before = a->attempts;
+  ERKStepGetNumStepAttempts(a->stages.memory, &a->attempts);
+  return a->attempts > 1 && a->attempts != before ? kith_stages_again(it) : KITH_OK;
 }
 
 /* Those of the start are at hand; those of the end are made when ERKStep is done, and nodes may be put
@@ -101,12 +88,11 @@ static int rates(double time, N_Vector state, N_Vector rate, void *integrator) {
   struct arkode *a = it->self;
   if (a->ended) return 0;
   if (a->started) {
-    if (state != a->vectors->view)
-      a->status = kith_fail(KITH_INTERNAL, "ERKStep requests rates of a state that is not in the fields");
-    else
-      a->status = follow_attempts(it);
-    if (a->status == KITH_OK) a->status = kith_stages_rates(&a->stages, it, time);
-    if (a->status != KITH_OK) return -1;
+    a->stages.status =
+        state == a->stages.vectors->view
+            ? follow_attempts(it)
+            : kith_fail(KITH_INTERNAL, "ERKStep requests rates of a state that is not in the fields");
+    if (a->stages.status != KITH_OK || kith_stages_rates(it, time) != KITH_OK) return -1;
   }
   a->started = true;
   kith_stages_copy_rates(it, rate);
@@ -139,59 +125,46 @@ static int weights_of(N_Vector state, N_Vector weights, void *integrator) {
   return 0;
 }
 
-static void quiet(int code, const char *module, const char *function, char *message, void *data) {
-  (void)code, (void)module, (void)function, (void)message, (void)data;
-}
-
 /* ---- a step ---- */
 
 static bool is_adaptive(const struct kith_integrator *it) {
   return ((const struct arkode_settings *)it->settings)->adaptive && it->fixed_dt <= 0;
 }
 
-static void forget(struct arkode *a) {
-  if (a->memory != NULL) ERKStepFree(&a->memory);
-  kith_vectors_destroy(&a->vectors);
+static void forget(struct kith_integrator *it) {
+  struct arkode *a = it->self;
+  if (a->stages.memory != NULL) ERKStepFree(&a->stages.memory);
 }
 
-static int set_up(struct kith_integrator *it) {
-  struct arkode *a = it->self;
+static bool set_up(struct kith_integrator *it) {
+  struct kith_stages *s = it->self;
   const struct arkode_settings *settings = it->settings;
-  void *m = a->memory;
   double no_parameters[3];
-  int bad = ERKStepSetUserData(m, it) | ERKStepSetErrHandlerFn(m, quiet, NULL);
-  bad |= ERKStepSetTableNum(m, table_id(settings->table)) | ERKStepSetPostprocessStepFn(m, end_of_step);
+  ARKODE_ERKTableID table;
+  void *m = s->memory = ERKStepCreate(rates, 0, s->vectors->view, s->vectors->context);
+  if (m == NULL || find_table(settings->table, &table) != KITH_OK) return false;
+  int bad = ERKStepSetUserData(m, it) | ERKStepSetErrHandlerFn(m, kith_stages_quiet, NULL);
+  bad |= ERKStepSetTableNum(m, table) | ERKStepSetPostprocessStepFn(m, end_of_step);
   bad |= ERKStepSetInterpolantType(m, ARK_INTERP_LAGRANGE) | ERKStepSetInterpolantDegree(m, 0); /* unused */
   bad |= ERKStepWFtolerances(m, weights_of) | ERKStepSetStabilityFn(m, stable_step, it);
   bad |= ERKStepSetAdaptivityMethod(m, ARK_ADAPT_I, 1, 0, no_parameters);
-  return bad | ERKStepSetFixedStepBounds(m, 1, 1) | ERKStepSetSafetyFactor(m, 0.9);
+  return (bad | ERKStepSetFixedStepBounds(m, 1, 1) | ERKStepSetSafetyFactor(m, 0.9)) == 0;
 }
 
-/* Vectors and ERKStep for the nodes there are. */
-static kith_status prepare(struct kith_integrator *it) {
+/* A stage that leaves the physical range is a step that was too long. */
+static kith_status solve(struct kith_integrator *it, double *dt) {
   struct arkode *a = it->self;
-  if (kith_stages_fit(a->vectors, it->nodes)) return KITH_OK;
-  forget(a);
-  KITH_TRY(kith_stages_vectors(&a->vectors, it->hydro));
-  a->memory = ERKStepCreate(rates, 0, a->vectors->view, a->vectors->context);
-  if (a->memory != NULL && set_up(it) == 0) return KITH_OK;
-  forget(a);
-  KITH_FAIL(NO_MEMORY, "ERKStep cannot be set up");
-}
-
-/* From the state in the fields; *dt: the step that was taken. */
-static kith_status evolve(struct kith_integrator *it, double *dt) {
-  struct arkode *a = it->self;
+  struct kith_stages *s = &a->stages;
   double time = 0;
   a->started = a->ended = false;
   a->attempts = 0;
-  a->status = KITH_OK;
-  int flag = ERKStepReInit(a->memory, rates, 0, a->vectors->view);
+  s->status = KITH_OK;
+  int flag = ERKStepReInit(s->memory, rates, 0, s->vectors->view);
   if (flag == ARK_SUCCESS)
-    flag = is_adaptive(it) ? ERKStepSetInitStep(a->memory, *dt) : ERKStepSetFixedStep(a->memory, *dt);
-  if (flag == ARK_SUCCESS) flag = ERKStepEvolve(a->memory, *dt, a->vectors->view, &time, ARK_ONE_STEP);
+    flag = is_adaptive(it) ? ERKStepSetInitStep(s->memory, *dt) : ERKStepSetFixedStep(s->memory, *dt);
+  if (flag == ARK_SUCCESS) flag = ERKStepEvolve(s->memory, *dt, s->vectors->view, &time, ARK_ONE_STEP);
   it->ledger.rejected_steps += a->attempts > 1 ? (uint64_t)(a->attempts - 1) : 0;
-  if (a->status != KITH_OK) return a->status;
+  if (s->status != KITH_OK) return s->status;
   if (flag == ARK_MEM_FAIL) KITH_FAIL(NO_MEMORY, "no memory for the vectors of ERKStep");
   if (flag != ARK_SUCCESS)
     return kith_ranks_allreduce_status(
@@ -204,60 +177,49 @@ static kith_status evolve(struct kith_integrator *it, double *dt) {
   return KITH_OK;
 }
 
+static const struct kith_solver solver = {"ERKStep", KITH_LIMIT_accuracy, set_up, forget, solve};
+
 /* The length of the next step by the error of this one, unless stability limits it more: that is the
  * time-step limit of the state. */
 static void look_ahead(struct kith_integrator *it) {
-  const struct arkode *a = it->self;
+  struct arkode *a = it->self;
   double next = 0;
-  it->accurate_dt = 0;
+  a->accurate_dt = 0;
   if (!is_adaptive(it)) return;
-  ERKStepGetCurrentStep(a->memory, &next);
-  if (next < (1 - 1e-9) * a->stable) it->accurate_dt = next; /* it rounds too */
+  ERKStepGetCurrentStep(a->stages.memory, &next);
+  if (next < (1 - 1e-9) * a->stable) a->accurate_dt = next; /* it rounds too */
 }
 
-/* A stage that leaves the physical range is a step that was too long. */
-static kith_status try_shorter(struct kith_integrator *it, double *dt) {
-  struct arkode *a = it->self;
-  kith_status status = evolve(it, dt);
-  for (int k = 0; k < KITH_MOST_HALVINGS && status == KITH_DIVERGED && is_adaptive(it); ++k) {
-    KITH_TRY(kith_stages_restore(&a->stages, it));
-    *dt *= 0.5;
-    it->ledger.rejected_steps += 1;
-    status = evolve(it, dt);
-    it->limiter = KITH_LIMIT_accuracy, it->limiting_node = -1;
-  }
-  return status;
+static double *accurate_dt(struct kith_integrator *it) {
+  return &((struct arkode *)it->self)->accurate_dt;
 }
 
 static kith_status advance(struct kith_integrator *it, double *dt) {
   struct arkode *a = it->self;
-  KITH_TRY(prepare(it)); /* nodes may have gone to other ranks */
-  kith_stages_begin(&a->stages, it);
-  KITH_TRY(try_shorter(it, dt));
+  KITH_TRY(kith_stages_begin(it, &solver));
+  KITH_TRY(kith_stages_try(it, &solver, is_adaptive(it), dt));
   look_ahead(it);
-  return a->table.ends ? KITH_OK : kith_stages_rates(&a->stages, it, *dt);
+  return a->table.ends ? KITH_OK : kith_stages_rates(it, *dt);
 }
 
-static kith_status arkode_create(struct kith_integrator *it) {
+static kith_status create(struct kith_integrator *it) {
   const struct arkode_settings *settings = it->settings;
-  KITH_TRY(kith_resize(&it->self, 0, 1, sizeof(struct arkode)));
+  KITH_TRY(kith_stages_create(it, sizeof(struct arkode)));
   struct arkode *a = it->self;
   KITH_TRY(kith_table_read(&a->table, settings->table));
   if (is_adaptive(it) && a->table.embedded == 0)
     KITH_FAIL(BAD_INPUT, "table: %s has no error estimate; give it scheme.adaptive=false", settings->table);
   it->evaluations = a->table.evaluations;
-  return kith_stages_init(&a->stages, it);
+  return KITH_OK;
 }
 
-static void arkode_destroy(struct kith_integrator *it) {
-  forget(it->self);
-  kith_free(&it->self);
+static void destroy(struct kith_integrator *it) {
+  kith_stages_destroy(it, &solver);
 }
 
-static size_t arkode_bytes(const struct kith_integrator *it) {
+static size_t bytes(const struct kith_integrator *it) {
   const struct arkode *a = it->self;
-  const size_t expected = kith_stages_vector_bytes(it->hydro) * (size_t)(a->table.stages + ERKSTEP_VECTORS);
-  return sizeof *a + (a->vectors != NULL ? a->vectors->bytes : expected);
+  return kith_stages_bytes(it, sizeof *a, a->table.stages + ERKSTEP_VECTORS);
 }
 
 const struct kith_scheme_ops kith_scheme_arkode = {
@@ -269,9 +231,10 @@ const struct kith_scheme_ops kith_scheme_arkode = {
     .evaluations = 3,
     .incompatible =
         "energies that follow from kicks are no rate of the state, and rates are what it combines",
-    .create = arkode_create,
-    .destroy = arkode_destroy,
+    .create = create,
+    .destroy = destroy,
     .stages = true,
     .retries = true,
     .advance = advance,
-    .bytes = arkode_bytes};
+    .accurate_dt = accurate_dt,
+    .bytes = bytes};

@@ -3,88 +3,59 @@
 #include <string.h>
 #include "integrator/step.h"
 
-enum { STAGES = 4 };
+enum { STAGES = 4, PARTS = 3 };
 
-/* The start, and sums of rates times dt: fields, so that they are as long as the state on every rank. */
+/* Of position, velocity and energy: the state, its rates, the state at the start, and the sums of rates times
+ * dt, which are fields, so that they are as long as the state on every rank. Positions come first: their rate
+ * is the velocity. */
 struct rk4 {
-  struct kith_field *start, *position, *velocity, *energy;
+  struct kith_field *state[PARTS], *rate[PARTS], *start[PARTS], *sum[PARTS];
 };
 
 static kith_status create(struct kith_integrator *it) {
+  static const struct kith_field_spec position = {"position_base", KITH_POSITION, KITH_F64,
+                                                  KITH_WORK,       NULL,          "position at the start"};
+  static const struct kith_field_spec sums[PARTS] = {
+      {"position_sum", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "change of position in the step"},
+      {"velocity_sum", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "change of velocity in the step"},
+      {"energy_sum", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "change of energy in the step"}};
+  const struct kith_hydro *hydro = it->hydro;
   KITH_TRY(kith_resize(&it->self, 0, 1, sizeof(struct rk4)));
-  struct rk4 *rk4 = it->self;
-  const struct {
-    struct kith_field_spec spec;
-    struct kith_field **field;
-  } table[] = {
-      {{"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the start"}, &rk4->start},
-      {{"position_sum", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "change of position in the step"},
-       &rk4->position},
-      {{"velocity_sum", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "change of velocity in the step"},
-       &rk4->velocity},
-      {{"energy_sum", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "change of energy in the step"}, &rk4->energy},
-  };
-  for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
-    KITH_TRY(kith_nodes_field(it->nodes, &table[k].spec, table[k].field));
-  return KITH_OK;
+  struct rk4 *y = it->self;
+  *y = (struct rk4){.state = {it->nodes->position, hydro->velocity, hydro->energy},
+                    .rate = {hydro->velocity, hydro->acceleration, hydro->energy_rate},
+                    .start = {NULL, it->kick.velocity_base, it->energy_base}};
+  for (int p = 0; p < PARTS; ++p) KITH_TRY(kith_nodes_field(it->nodes, &sums[p], &y->sum[p]));
+  return kith_nodes_field(it->nodes, &position, &y->start[0]);
 }
 
 static void destroy(struct kith_integrator *it) {
   kith_free(&it->self);
 }
 
-/* to = from + dt rate. */
-static void combine(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from,
-                    const struct kith_field *rate, double dt) {
+/* to = from + dt rate, of each part. */
+static void combine(const struct kith_nodes *nodes, struct kith_field *const *to,
+                    struct kith_field *const *from, struct kith_field *const *rate, double dt) {
+  for (int p = 0; p < PARTS; ++p) {
+    const kith_index n = nodes->n_internal * to[p]->components;
 #pragma omp parallel for simd schedule(static)
-  for (kith_index k = 0; k < nodes->n_internal * to->components; ++k)
-    to->f64[k] = from->f64[k] + dt * rate->f64[k];
-}
-
-static void clear(const struct kith_nodes *nodes, struct kith_field *field) {
-  memset(field->data, 0, (size_t)nodes->n_internal * kith_field_node_size(field));
-}
-
-static void begin(struct kith_integrator *it) {
-  const struct rk4 *rk4 = it->self;
-  kith_field_copy(it->nodes, rk4->start, it->nodes->position);
-  kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
-  kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
-  clear(it->nodes, rk4->position);
-  clear(it->nodes, rk4->velocity);
-  clear(it->nodes, rk4->energy);
-}
-
-/* Adds the rates at hand, in the time dt, to the sums. */
-static void add(struct kith_integrator *it, double dt) {
-  const struct rk4 *rk4 = it->self;
-  combine(it->nodes, rk4->position, rk4->position, it->hydro->velocity, dt);
-  combine(it->nodes, rk4->velocity, rk4->velocity, it->hydro->acceleration, dt);
-  combine(it->nodes, rk4->energy, rk4->energy, it->hydro->energy_rate, dt);
-}
-
-/* The state is that of the start, moved for a time dt by these rates. Positions first: their rate may be the
- * velocity. */
-static void move(struct kith_integrator *it, const struct kith_field *v, const struct kith_field *a,
-                 const struct kith_field *u, double dt) {
-  const struct rk4 *rk4 = it->self;
-  combine(it->nodes, it->nodes->position, rk4->start, v, dt);
-  combine(it->nodes, it->hydro->velocity, it->kick.velocity_base, a, dt);
-  combine(it->nodes, it->hydro->energy, it->energy_base, u, dt);
+    for (kith_index k = 0; k < n; ++k) to[p]->f64[k] = from[p]->f64[k] + dt * rate[p]->f64[k];
+  }
 }
 
 static kith_status advance(struct kith_integrator *it, double *step) {
   static const double weight[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}, at[] = {0, 0.5, 0.5, 1, 1};
   const double dt = *step;
-  const struct kith_hydro *hydro = it->hydro;
-  const struct rk4 *rk4 = it->self;
-  begin(it);
+  const struct kith_nodes *nodes = it->nodes;
+  const struct rk4 *y = it->self;
+  for (int p = 0; p < PARTS; ++p) {
+    kith_field_copy(nodes, y->start[p], y->state[p]);
+    memset(y->sum[p]->data, 0, (size_t)nodes->n_internal * kith_field_node_size(y->sum[p]));
+  }
   for (int stage = 0; stage < STAGES; ++stage) {
-    add(it, weight[stage] * dt);
-    if (stage + 1 < STAGES)
-      move(it, hydro->velocity, hydro->acceleration, hydro->energy_rate, at[stage + 1] * dt);
-    else
-      move(it, rk4->position, rk4->velocity, rk4->energy, 1);
+    const bool last = stage + 1 == STAGES;
+    combine(nodes, y->sum, y->sum, y->rate, weight[stage] * dt);
+    combine(nodes, y->state, y->start, last ? y->sum : y->rate, last ? 1 : at[stage + 1] * dt);
     kith_drift_supports(it, (at[stage + 1] - at[stage]) * dt);
     KITH_TRY(kith_integrator_evaluate(it));
   }

@@ -4,59 +4,96 @@
 #include <math.h>
 #include "integrator/lifecycle.h"
 
-kith_status kith_stages_init(struct kith_stages *s, struct kith_integrator *it) {
-  const struct {
-    struct kith_field_spec spec;
-    struct kith_field **field;
-  } table[] = {
-      {{"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the start"}, &s->position},
-      {{"support_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "support at the start"}, &s->support},
-      {{"expansion_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "div v at the start"},
-       &s->velocity_divergence},
-      {{"acceleration_base", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dv/dt at the start"}, &s->acceleration},
-      {{"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "du/dt at the start"}, &s->energy_rate},
-  };
-  for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
-    KITH_TRY(kith_nodes_field(it->nodes, &table[k].spec, table[k].field));
+enum { MOST_HALVINGS = 10 };
+
+/* The fields that a step may be repeated from, beside velocity and energy, which every scheme keeps. */
+enum { POSITION, SUPPORT, DIVERGENCE, ACCELERATION, ENERGY_RATE };
+static struct kith_field *present(const struct kith_integrator *it, int which) {
+  struct kith_field *const field[KITH_START_FIELDS] = {it->nodes->position, it->nodes->support,
+                                                       it->package->velocity_divergence,
+                                                       it->hydro->acceleration, it->hydro->energy_rate};
+  return field[which];
+}
+
+kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   static const char *const names[] = {"stage_built_radius", "stage_built_support", "stage_built_x",
                                       "stage_built_y", "stage_built_z"};
+  static const struct kith_field_spec start[KITH_START_FIELDS] = {
+      {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the start"},
+      {"support_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "support at the start"},
+      {"expansion_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "div v at the start"},
+      {"acceleration_base", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dv/dt at the start"},
+      {"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "du/dt at the start"}};
+  KITH_TRY(kith_resize(&it->self, 0, 1, size));
+  struct kith_stages *s = it->self;
+  for (int k = 0; k < KITH_START_FIELDS; ++k) KITH_TRY(kith_nodes_field(it->nodes, &start[k], &s->start[k]));
   return kith_built_fields(&s->built, it->nodes, names, KITH_WORK);
 }
 
-static void keep_state(struct kith_stages *s, struct kith_integrator *it) {
-  kith_field_copy(it->nodes, s->position, it->nodes->position);
+static void forget(struct kith_integrator *it, const struct kith_solver *solver) {
+  solver->forget(it);
+  kith_vectors_destroy(&((struct kith_stages *)it->self)->vectors);
+}
+
+void kith_stages_destroy(struct kith_integrator *it, const struct kith_solver *solver) {
+  forget(it, solver);
+  kith_free(&it->self);
+}
+
+size_t kith_stages_bytes(const struct kith_integrator *it, size_t size, int vectors) {
+  const struct kith_stages *s = it->self;
+  const size_t vector = (size_t)it->nodes->n_internal * (2 * NDIM + 1) * sizeof(double);
+  return size + (s->vectors != NULL ? s->vectors->bytes : (size_t)vectors * vector);
+}
+
+void kith_stages_quiet(int code, const char *module, const char *function, char *message, void *data) {
+  (void)code, (void)module, (void)function, (void)message, (void)data;
+}
+
+/* ---- the step ---- */
+
+/* Vectors whose view is the fields, and a solver, for the nodes there are: some may have gone to other
+ * ranks. */
+static kith_status fit(struct kith_integrator *it, const struct kith_solver *solver) {
+  struct kith_stages *s = it->self;
+  struct kith_field *const field[] = {it->nodes->position, it->hydro->velocity, it->hydro->energy};
+  struct kith_vector_part part[KITH_VECTOR_PARTS];
+  const bool fits =
+      s->vectors != NULL && s->vectors->part[KITH_VECTOR_ENERGY].length == it->nodes->n_internal;
+  if (!kith_ranks_any(it->nodes->ranks, !fits)) return KITH_OK;
+  forget(it, solver);
+  for (int p = 0; p < KITH_VECTOR_PARTS; ++p)
+    part[p] =
+        (struct kith_vector_part){&field[p]->f64, (int64_t)it->nodes->n_internal * field[p]->components};
+  KITH_TRY(kith_vectors_create(&s->vectors, it->nodes->ranks, KITH_VECTOR_PARTS, part));
+  if (solver->set_up(it)) return KITH_OK;
+  forget(it, solver);
+  KITH_FAIL(NO_MEMORY, "%s cannot be set up", solver->name);
+}
+
+kith_status kith_stages_begin(struct kith_integrator *it, const struct kith_solver *solver) {
+  struct kith_stages *s = it->self;
+  KITH_TRY(fit(it, solver));
+  for (int k = 0; k < KITH_START_FIELDS; ++k) kith_field_copy(it->nodes, s->start[k], present(it, k));
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
-  kith_field_copy(it->nodes, s->support, it->nodes->support);
-  kith_field_copy(it->nodes, s->velocity_divergence, it->package->velocity_divergence);
-  kith_field_copy(it->nodes, s->acceleration, it->hydro->acceleration);
-  kith_field_copy(it->nodes, s->energy_rate, it->hydro->energy_rate);
-}
-
-static void restore_state(struct kith_stages *s, struct kith_integrator *it) {
-  kith_field_copy(it->nodes, it->nodes->position, s->position);
-  kith_field_copy(it->nodes, it->hydro->velocity, it->kick.velocity_base);
-  kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
-  kith_field_copy(it->nodes, it->nodes->support, s->support);
-  it->nodes->positions += 1;
-}
-
-void kith_stages_begin(struct kith_stages *s, struct kith_integrator *it) {
-  keep_state(s, it);
   kith_built_copy(it->nodes, &s->built, &it->built);
   it->kick.time = 0;
   s->lifecycles = it->ledger.lifecycles;
+  return KITH_OK;
 }
 
-kith_status kith_stages_rates(struct kith_stages *s, struct kith_integrator *it, double time) {
-  kith_field_copy(it->nodes, it->nodes->support, s->support);
-  kith_field_copy(it->nodes, it->package->velocity_divergence, s->velocity_divergence);
+kith_status kith_stages_rates(struct kith_integrator *it, double time) {
+  struct kith_stages *s = it->self;
+  kith_field_copy(it->nodes, it->nodes->support, s->start[SUPPORT]);
+  kith_field_copy(it->nodes, it->package->velocity_divergence, s->start[DIVERGENCE]);
   it->clock = it->time;
   kith_drift_supports(it, time);
-  return kith_integrator_evaluate(it);
+  return s->status = kith_integrator_evaluate(it);
 }
 
-kith_status kith_stages_again(struct kith_stages *s, struct kith_integrator *it) {
+kith_status kith_stages_again(struct kith_integrator *it) {
+  struct kith_stages *s = it->self;
   if (it->ledger.lifecycles == s->lifecycles) return KITH_OK;
   kith_built_copy(it->nodes, &it->built, &s->built);
   /* The rates of the start are kept: their fields are free. */
@@ -65,36 +102,37 @@ kith_status kith_stages_again(struct kith_stages *s, struct kith_integrator *it)
   return KITH_OK;
 }
 
-kith_status kith_stages_restore(struct kith_stages *s, struct kith_integrator *it) {
-  restore_state(s, it);
-  KITH_TRY(kith_stages_again(s, it));
-  kith_field_copy(it->nodes, it->hydro->acceleration, s->acceleration);
-  kith_field_copy(it->nodes, it->hydro->energy_rate, s->energy_rate);
+static kith_status restore(struct kith_integrator *it) {
+  struct kith_stages *s = it->self;
+  kith_field_copy(it->nodes, it->nodes->position, s->start[POSITION]);
+  kith_field_copy(it->nodes, it->hydro->velocity, it->kick.velocity_base);
+  kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
+  kith_field_copy(it->nodes, it->nodes->support, s->start[SUPPORT]);
+  it->nodes->positions += 1;
+  KITH_TRY(kith_stages_again(it));
+  kith_field_copy(it->nodes, it->hydro->acceleration, s->start[ACCELERATION]);
+  kith_field_copy(it->nodes, it->hydro->energy_rate, s->start[ENERGY_RATE]);
   return KITH_OK;
 }
 
-kith_status kith_stages_vectors(struct kith_vectors **out, const struct kith_hydro *hydro) {
-  struct kith_field *const field[KITH_VECTOR_PARTS] = {hydro->nodes->position, hydro->velocity,
-                                                       hydro->energy};
-  struct kith_vector_part part[KITH_VECTOR_PARTS];
-  for (int p = 0; p < KITH_VECTOR_PARTS; ++p)
-    part[p] =
-        (struct kith_vector_part){&field[p]->f64, (int64_t)hydro->nodes->n_internal * field[p]->components};
-  return kith_vectors_create(out, hydro->nodes->ranks, KITH_VECTOR_PARTS, part);
+kith_status kith_stages_try(struct kith_integrator *it, const struct kith_solver *solver, bool shorter,
+                            double *dt) {
+  kith_status status = solver->solve(it, dt);
+  for (int k = 0; k < MOST_HALVINGS && status == KITH_DIVERGED && shorter; ++k) {
+    KITH_TRY(restore(it));
+    *dt *= 0.5;
+    it->ledger.rejected_steps += 1;
+    status = solver->solve(it, dt);
+    it->limiter = solver->cut, it->limiting_node = -1;
+  }
+  return status;
 }
 
-bool kith_stages_fit(const struct kith_vectors *vectors, const struct kith_nodes *nodes) {
-  return !kith_ranks_any(nodes->ranks,
-                         vectors == NULL || vectors->part[KITH_VECTOR_ENERGY].length != nodes->n_internal);
-}
-
-size_t kith_stages_vector_bytes(const struct kith_hydro *hydro) {
-  return (size_t)hydro->nodes->n_internal * (2 * NDIM + 1) * sizeof(double);
-}
+/* ---- vectors ---- */
 
 void kith_stages_copy_rates(const struct kith_integrator *it, N_Vector rates) {
-  const struct kith_field *const rate[] = {it->hydro->velocity, it->hydro->acceleration,
-                                           it->hydro->energy_rate};
+  const struct kith_hydro *hydro = it->hydro;
+  const struct kith_field *const rate[] = {hydro->velocity, hydro->acceleration, hydro->energy_rate};
   for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {
     double *to = kith_vector_numbers(rates, part);
     const double *from = rate[part]->f64;

@@ -4,20 +4,19 @@
  * vector stays with its node.
  *
  *   kith_stages_begin   keeps the state, and what the lists were made from, which serve the whole step.
+ *   kith_stages_try     attempts, each half as long as the last, until one does not diverge. Before each the
+ *                       state, the rates and the lists are as they were at the start: so a step that is
+ *                       repeated is bitwise identical to one taken at once with the shorter dt.
  *   kith_stages_rates   the rates of the state in the fields. First guesses (supports, their growth) are
  *                       those of the start, drifted to the time of the state: so rates depend on state and
  *                       time, not on earlier evaluations.
- *   kith_stages_again   another attempt begins: lists as they were at the start. With it a step that is
- *                       repeated is bitwise identical to one taken at once with the shorter dt.
- *   kith_stages_restore the state and the rates as they were at the start, and so the lists. */
+ *   kith_stages_again   the solver begins another attempt of its own: lists as they were at the start. */
 #ifndef KITH_INTEGRATOR_SCHEMES_STAGES_H
 #define KITH_INTEGRATOR_SCHEMES_STAGES_H
 
 #include "integrator/step.h"
 #include "lib/comm/vector.h"
 #include "lib/core/param.h"
-
-enum { KITH_MOST_HALVINGS = 10 };
 
 /* Tolerances of errors (arkode) or residuals (implicit): see kith_stages_weights. */
 struct kith_tolerances {
@@ -37,27 +36,45 @@ struct kith_tolerances {
         KITH_INTO(type, tolerances.atol)                                                           \
   }
 
-struct kith_stages {
-  struct kith_field *position, *support, *velocity_divergence, *acceleration, *energy_rate; /* at the start */
-  struct kith_built built;                                                                  /* at the start */
-  uint64_t lifecycles;                                                                      /* then */
-};
-
-kith_status kith_stages_init(struct kith_stages *stages, struct kith_integrator *integrator);
-void kith_stages_begin(struct kith_stages *stages, struct kith_integrator *integrator);
-/* `time` from the start of the step. */
-kith_status kith_stages_rates(struct kith_stages *stages, struct kith_integrator *integrator, double time);
-kith_status kith_stages_again(struct kith_stages *stages, struct kith_integrator *integrator);
-kith_status kith_stages_restore(struct kith_stages *stages, struct kith_integrator *integrator);
-
 /* The state as a vector: position, velocity and energy of the internal nodes. */
 enum { KITH_VECTOR_POSITION, KITH_VECTOR_VELOCITY, KITH_VECTOR_ENERGY, KITH_VECTOR_PARTS };
-/* A set whose view is the fields. Collective. */
-kith_status kith_stages_vectors(struct kith_vectors **out, const struct kith_hydro *hydro);
-/* Is this the set for the nodes that there are, on all ranks? NULL is none. Collective. */
-bool kith_stages_fit(const struct kith_vectors *vectors, const struct kith_nodes *nodes);
-/* Of the numbers of one vector. */
-size_t kith_stages_vector_bytes(const struct kith_hydro *hydro);
+
+enum { KITH_START_FIELDS = 5 };
+/* The first member of a scheme's private state (integrator->self). */
+struct kith_stages {
+  struct kith_field *start[KITH_START_FIELDS]; /* position, support, div v and rates, where the step starts */
+  struct kith_built built;                     /* there */
+  uint64_t lifecycles;                         /* until then */
+  struct kith_vectors *vectors;                /* for the nodes there are; NULL: not made yet */
+  void *memory;                                /* of the solver */
+  kith_status status;                          /* of the last rates */
+};
+
+/* A solver and how the scheme uses it. */
+struct kith_solver {
+  const char *name;
+  enum kith_limit cut; /* what limits a step whose attempt diverged */
+  /* Makes the solver for stages->vectors; false: it cannot. What was made goes with `forget`, complete or
+   * not. */
+  bool (*set_up)(struct kith_integrator *integrator);
+  void (*forget)(struct kith_integrator *integrator);
+  /* One attempt, from the state in the fields and its rates. *dt: wanted, then taken. */
+  kith_status (*solve)(struct kith_integrator *integrator, double *dt);
+};
+
+kith_status kith_stages_create(struct kith_integrator *integrator, size_t size);
+void kith_stages_destroy(struct kith_integrator *integrator, const struct kith_solver *solver);
+/* Of private state of `size` bytes; before there are vectors, with as many as are expected. */
+size_t kith_stages_bytes(const struct kith_integrator *integrator, size_t size, int vectors);
+/* Collective. */
+kith_status kith_stages_begin(struct kith_integrator *integrator, const struct kith_solver *solver);
+kith_status kith_stages_try(struct kith_integrator *integrator, const struct kith_solver *solver,
+                            bool shorter, double *dt);
+/* `time` from the start of the step. */
+kith_status kith_stages_rates(struct kith_integrator *integrator, double time);
+kith_status kith_stages_again(struct kith_integrator *integrator);
+/* An error handler for solvers: the flag that they return is enough. */
+void kith_stages_quiet(int code, const char *module, const char *function, char *message, void *data);
 
 /* The rates at hand, as a vector: velocity, acceleration, energy rate. */
 void kith_stages_copy_rates(const struct kith_integrator *integrator, N_Vector rates);

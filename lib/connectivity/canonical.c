@@ -1,29 +1,19 @@
 /* canonical.c - rows and pairs in an order that all ranks and all numbers of ranks share. */
-#include "lib/connectivity/connectivity.h"
+#include "lib/connectivity/traversal.h"
 #include "lib/core/sfc_key.h"
 
 /* --- rows --- */
 
 /* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */
-static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t **rank) {
+static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t *rank, uint64_t *id,
+                              kith_index *order) {
   const size_t n = (size_t)kith_nodes_count(nodes);
-  uint64_t *id = NULL;
-  kith_index *order = NULL;
-  kith_status status = kith_resize(&id, 0, n, sizeof *id);
-  if (status == KITH_OK) status = kith_resize(&order, 0, n, sizeof *order);
-  if (status == KITH_OK) status = kith_resize(rank, 0, n, sizeof **rank);
-  if (status == KITH_OK) {
 #pragma omp parallel for schedule(static)
-    for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
-    status = kith_sfc_key_sort(n, id, nodes->image->i64, order);
-  }
-  if (status == KITH_OK) {
+  for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
+  KITH_TRY(kith_sfc_key_sort(n, id, nodes->image->i64, order));
 #pragma omp parallel for schedule(static)
-    for (size_t k = 0; k < n; ++k) (*rank)[order[k]] = (uint32_t)k;
-  }
-  kith_free(&id);
-  kith_free(&order);
-  return status;
+  for (size_t k = 0; k < n; ++k) rank[order[k]] = (uint32_t)k;
+  return KITH_OK;
 }
 
 /* Sorts one row: counts how many entries come before each, without branches that could be mispredicted. */
@@ -37,38 +27,48 @@ static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_
   }
 }
 
-static kith_status sort_rows(struct kith_rows *rows, const uint32_t *rank) {
-  const size_t longest = kith_rows_longest(rows);
-  bool failed = false;
-#pragma omp parallel reduction(|| : failed)
-  {
-    uint32_t *key = NULL;
-    kith_index *spare = NULL;
-    failed = kith_resize(&key, 0, longest, sizeof *key) != KITH_OK ||
-             kith_resize(&spare, 0, longest, sizeof *spare) != KITH_OK;
-#pragma omp for schedule(dynamic, 128)
-    for (kith_index i = 0; i < rows->n; ++i)
-      if (!failed)
-        sort_row(rows->node + rows->first[i], rows->first[i + 1] - rows->first[i], rank, key, spare);
-    kith_free(&key);
-    kith_free(&spare);
-  }
-  if (failed) KITH_FAIL(NO_MEMORY, "no memory to sort rows of %zu", longest);
-  return KITH_OK;
+struct sort {
+  const struct kith_rows *rows;
+  const uint32_t *rank;
+};
+
+static void sort_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *scratch) {
+  const struct sort *sort = context;
+  const size_t *first = sort->rows->first;
+  uint32_t *key = (uint32_t *)kith_scratch_lane(scratch, 0);
+  kith_index *spare = (kith_index *)kith_scratch_lane(scratch, 1);
+  for (kith_index i = begin; i < end; ++i)
+    sort_row(sort->rows->node + first[i], first[i + 1] - first[i], sort->rank, key, spare);
+}
+
+static kith_status sort_rows(const struct kith_rows *rows, const uint32_t *rank) {
+  struct sort sort = {rows, rank};
+  return kith_traverse(rows->n, sort_chunk, &sort, 2, (kith_rows_longest(rows) + 1) / 2, NULL, NULL);
+}
+
+static kith_status sort_all(struct kith_connectivity *c, const struct kith_nodes *nodes) {
+  const size_t n = (size_t)kith_nodes_count(nodes);
+  uint64_t *id = NULL;
+  kith_index *order = NULL;
+  uint32_t *rank = NULL;
+  kith_status status = kith_resize(&id, 0, n, sizeof *id);
+  if (status == KITH_OK) status = kith_resize(&order, 0, n, sizeof *order);
+  if (status == KITH_OK) status = kith_resize(&rank, 0, n, sizeof *rank);
+  if (status == KITH_OK) status = find_ranks(nodes, rank, id, order);
+  if (status == KITH_OK) status = sort_rows(&c->rows, rank);
+  if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, rank);
+  kith_free(&id);
+  kith_free(&order);
+  kith_free(&rank);
+  return status;
 }
 
 /* --- pairs --- */
 
 static bool is_frozen(const struct kith_nodes *nodes, kith_index ghost) {
-  int from = 0, to = nodes->n_blocks; /* the block lies in from .. to - 1 */
-  while (to - from > 1) {
-    const int middle = (from + to) / 2;
-    if (nodes->blocks[middle].first <= ghost)
-      from = middle;
-    else
-      to = middle;
-  }
-  return nodes->blocks[from].kind == KITH_GHOST_FROZEN;
+  const struct kith_ghost_block *block = nodes->blocks;
+  for (int n = nodes->n_blocks; n > 1; n -= n / 2) block += block[n / 2].first <= ghost ? n / 2 : 0;
+  return block->kind == KITH_GHOST_FROZEN;
 }
 
 /* Does the pair of internal node i and j start at i? Between two nodes the lower id decides, also if j is a
@@ -148,12 +148,10 @@ static bool comes_after(const struct kith_nodes *nodes, kith_index i, kith_index
 /* The pair of j and i that starts at internal node j: its partners are in order. */
 static size_t find(const struct kith_pairs *pairs, const struct kith_nodes *nodes, kith_index j,
                    kith_index i) {
-  size_t from = pairs->first[j], to = pairs->first[j + 1];
-  while (to - from > 1) {
-    const size_t middle = (from + to) / 2;
-    *(comes_after(nodes, pairs->node[middle][1], i) ? &to : &from) = middle;
-  }
-  return from;
+  size_t p = pairs->first[j];
+  for (size_t n = pairs->first[j + 1] - p; n > 1; n -= n / 2)
+    p += comes_after(nodes, pairs->node[p + n / 2][1], i) ? 0 : n / 2;
+  return p;
 }
 
 static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
@@ -170,7 +168,6 @@ static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
 static kith_status canonical_pairs(struct kith_pairs *pairs, const struct kith_rows *rows,
                                    const struct kith_nodes *nodes) {
   uint32_t *cursor = NULL;
-  pairs->canonical = true;
   pairs->f_couple = NULL;
   pairs->starts = kith_nodes_count(nodes);
   KITH_TRY(
@@ -191,12 +188,7 @@ static kith_status canonical_pairs(struct kith_pairs *pairs, const struct kith_r
 
 kith_status kith_connectivity_canonical(struct kith_connectivity *c, const struct kith_nodes *nodes) {
   if (nodes->image == NULL) KITH_FAIL(INTERNAL, "a canonical order needs numbered images");
-  uint32_t *rank = NULL;
-  kith_status status = find_ranks(nodes, &rank);
-  if (status == KITH_OK) status = sort_rows(&c->rows, rank);
-  if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, rank);
-  kith_free(&rank);
-  KITH_TRY(status);
+  KITH_TRY(sort_all(c, nodes));
   c->canonical = true;
   ++c->generation;
   c->built.intersection = c->built.on_segment = false; /* pairs get other numbers */

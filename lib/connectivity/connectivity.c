@@ -36,9 +36,7 @@ kith_status kith_connectivity_create(struct kith_connectivity **out) {
 void kith_connectivity_destroy(struct kith_connectivity **connectivity) {
   struct kith_connectivity *c = *connectivity;
   if (c == NULL) return;
-  kith_workers_clear(&c->workers);
-  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&c->chunks.chunk[k].word);
-  kith_overlap_spans_clear(&c->spans);
+  kith_builder_clear(&c->scratch);
   kith_rows_clear(&c->rows);
   kith_rows_clear(&c->overlap);
   kith_rows_clear(&c->intersection);
@@ -48,10 +46,8 @@ void kith_connectivity_destroy(struct kith_connectivity **connectivity) {
 }
 
 size_t kith_connectivity_bytes(const struct kith_connectivity *c) {
-  size_t bytes = sizeof *c + kith_workers_bytes(&c->workers) + kith_overlap_spans_bytes(&c->spans);
-  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) bytes += c->chunks.chunk[k].capacity * sizeof(uint64_t);
-  return bytes + kith_rows_bytes(&c->rows) + kith_rows_bytes(&c->overlap) +
-         kith_rows_bytes(&c->intersection) + kith_pairs_bytes(&c->pairs) +
+  return sizeof *c + kith_builder_bytes(&c->scratch) + kith_rows_bytes(&c->rows) +
+         kith_rows_bytes(&c->overlap) + kith_rows_bytes(&c->intersection) + kith_pairs_bytes(&c->pairs) +
          kith_pairs_bytes(&c->overlap_pairs);
 }
 
@@ -66,26 +62,17 @@ static struct kith_requirements completed(struct kith_requirements need) {
   return need;
 }
 
-static kith_status build_overlap_pairs(struct kith_connectivity *c) {
-  const struct kith_rows internal = {.n = c->n_internal, .first = c->overlap.first, .node = c->overlap.node};
-  return kith_pairs_build(&c->overlap_pairs, &internal, c->n_internal);
-}
-
 static kith_status build_stages(struct kith_connectivity *c, const struct kith_build *build,
                                 struct kith_profile *profile) {
   const struct kith_requirements need = c->built;
-  kith_status status = KITH_OK;
-#define STAGE(name, wanted, call)      \
-  if (status == KITH_OK && (wanted)) { \
-    kith_profile_begin(profile, name); \
-    status = call;                     \
-    kith_profile_end(profile);         \
-  }
-  STAGE("rows", need.rows,
-        kith_rows_build(&c->rows, build, need.ghost_rows || need.overlap, &c->chunks, &c->candidates))
   const kith_index stored = need.ghost_rows ? c->n : c->n_internal;
-  STAGE("overlap", need.overlap, kith_overlap_build(&c->overlap, &c->rows, stored, build, &c->spans))
-  STAGE("overlap pairs", need.overlap_pairs, build_overlap_pairs(c))
+  kith_status status = KITH_OK;
+#define STAGE(name, wanted, call) \
+  if (status == KITH_OK && (wanted)) KITH_STAGE(status, profile, name, call);
+  STAGE("rows", need.rows, kith_rows_build(&c->rows, build, need.ghost_rows || need.overlap, &c->candidates))
+  STAGE("overlap", need.overlap, kith_overlap_build(&c->overlap, &c->rows, stored, build))
+  const struct kith_rows internal = {.n = c->n_internal, .first = c->overlap.first, .node = c->overlap.node};
+  STAGE("overlap pairs", need.overlap_pairs, kith_pairs_build(&c->overlap_pairs, &internal, c->n_internal))
   if (need.rows) c->rows.n = stored; /* the overlap needed rows of ghosts */
   STAGE("pairs", need.pairs, kith_pairs_build(&c->pairs, &c->rows, c->n_internal))
   STAGE("intersection", need.intersection,
@@ -98,7 +85,7 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
                                     const struct kith_search *search, struct kith_requirements need,
                                     const struct kith_excluder *excluders, struct kith_profile *profile) {
   struct kith_connectivity *c = connectivity;
-  const struct kith_build build = {nodes, search, excluders, &c->workers};
+  const struct kith_build build = {nodes, search, excluders, &c->scratch};
   if (search->nodes != nodes) KITH_FAIL(INTERNAL, "the search belongs to other nodes");
   KITH_TRY(kith_search_fresh(search));
   reset(c);
@@ -106,7 +93,7 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
   c->n = kith_nodes_count(nodes);
   c->n_internal = nodes->n_internal;
   ++c->generation;
-  kith_status status = kith_workers_reserve(&c->workers);
+  kith_status status = kith_builder_reserve(&c->scratch);
   if (status == KITH_OK) status = build_stages(c, &build, profile);
   if (status != KITH_OK) {
     reset(c);
@@ -162,24 +149,17 @@ void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
     }
 }
 
-/* The pair of internal node i and j; rows are in no order of indices. */
-static size_t canonical_pair(const struct kith_connectivity *c, kith_index i, kith_index j) {
-  for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e)
-    if (c->rows.node[e] == j) return c->pairs.of_row[e];
-  return c->pairs.n;
-}
-
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j) {
   const struct kith_pairs *pairs = &connectivity->pairs;
   const struct kith_rows *rows = &connectivity->rows;
   const kith_index low = KITH_MIN(i, j), high = KITH_MAX(i, j);
   if (!connectivity->built.pairs || low < 0 || low >= rows->n) return pairs->n;
-  if (connectivity->canonical)
-    return low < connectivity->n_internal ? canonical_pair(connectivity, low, high) : pairs->n;
-  const size_t first = pairs->first[low], stop = rows->first[low + 1];
-  const size_t start = stop - (pairs->first[low + 1] - first);
-  const size_t e = kith_lower_bound(rows->node, start, stop, high);
-  return e < stop && rows->node[e] == high ? first + (e - start) : pairs->n;
+  if (connectivity->canonical && low >= connectivity->n_internal) return pairs->n;
+  size_t e = rows->first[low];
+  const size_t stop = rows->first[low + 1];
+  if (!connectivity->canonical) e = kith_lower_bound(rows->node, e, stop, high);
+  while (connectivity->canonical && e < stop && rows->node[e] != high) ++e; /* in no order of indices */
+  return e < stop && rows->node[e] == high ? pairs->of_row[e] : pairs->n;
 }
 
 /* --- pairwise fields --- */
@@ -187,13 +167,8 @@ size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith
 kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity,
                                   int components) {
   if (components < 1) KITH_FAIL(INTERNAL, "a pairwise field of %d components", components);
-  const size_t need = connectivity->pairs.n * (size_t)components;
-  if (need > field->capacity) {
-    const size_t capacity = need + need / 32; /* the number of pairs varies */
-    field->capacity = field->n = 0;
-    KITH_TRY(kith_resize(&field->value, 0, capacity, sizeof *field->value));
-    field->capacity = capacity;
-  }
+  KITH_TRY(kith_reserve(&field->value, &field->capacity, connectivity->pairs.n * (size_t)components,
+                        sizeof *field->value));
   field->components = components;
   field->n = connectivity->pairs.n;
   field->generation = connectivity->generation;

@@ -9,10 +9,10 @@
  *   pairs          each interaction once (pairs.h). Ghost-ghost pairs exist if and only if ghost_rows is
  *                  required. f_couple, a factor for each pair, is NULL after a build until a package needs it
  *                  (then 1). A patch carries it over.
- *   overlap        rows of all nodes whose support shares a node with that of i (overlap.h), for the nodes
+ *   overlap        rows of all nodes whose support shares a node with that of i (build.h), for the nodes
  *                  that have rows.
  *   overlap_pairs  each overlap of an internal node once, as pairs.
- *   intersection   the common neighbors of each pair, and both ends (intersection.h).
+ *   intersection   the common neighbors of each pair, and both ends (build.h).
  *
  * Exact ties count: distances are plain sums of squares compared by <=, bitwise equal in both directions and
  * on every instruction set (packed.h).
@@ -28,9 +28,7 @@
 #ifndef KITH_CONNECTIVITY_CONNECTIVITY_H
 #define KITH_CONNECTIVITY_CONNECTIVITY_H
 
-#include "lib/connectivity/intersection.h"
-#include "lib/connectivity/overlap.h"
-#include "lib/connectivity/pairs.h"
+#include "lib/connectivity/build.h"
 #include "lib/core/profile.h"
 
 /* What packages and schemes require; OR them. Nothing is built that is not required. */
@@ -52,10 +50,7 @@ struct kith_connectivity {
   uint64_t generation;           /* counts builds and patches: pairwise fields are stamped with it */
   uint64_t positions, ghosts;    /* generations of the nodes it was made from */
   size_t candidates;             /* distance tests of the last build */
-  /* Memory that is kept from build to build. */
-  struct kith_workers workers;
-  struct kith_row_chunks chunks;
-  struct kith_overlap_spans spans;
+  struct kith_builder scratch;
 };
 
 kith_status kith_connectivity_create(struct kith_connectivity **out);
@@ -104,6 +99,11 @@ kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity
 kith_status kith_connectivity_canonical(struct kith_connectivity *connectivity,
                                         const struct kith_nodes *nodes);
 
+/* Does pair p of node i and its partner j start at i? */
+static inline bool kith_pair_starts(const struct kith_connectivity *connectivity, size_t p, kith_index i,
+                                    kith_index j) {
+  return connectivity->canonical ? connectivity->pairs.node[p][0] == i : i < j;
+}
 /* The pair of i and j in either order, or pairs.n if there is none. O(log row); O(row) in canonical order. */
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j);
 

@@ -30,19 +30,6 @@ static bool is_cut(const struct kith_connectivity *c, const struct kith_nodes *n
   return false;
 }
 
-kith_status kith_connectivity_cut_barriers(struct kith_connectivity *c, const struct kith_nodes *nodes,
-                                           const struct kith_field *barrier, double thickness, size_t *cut) {
-  KITH_TRY(
-      kith_connectivity_provides(c, nodes, (struct kith_requirements){.pairs = true, .intersection = true}));
-  KITH_TRY(kith_pairs_couple(&c->pairs));
-  size_t n = 0;
-#pragma omp parallel for schedule(dynamic, 1024) reduction(+ : n) if (c->rows.n > KITH_FEW)
-  for (size_t p = 0; p < c->pairs.n; ++p)
-    if (is_cut(c, nodes, barrier->u8, thickness, p)) c->pairs.f_couple[p] = 0, ++n;
-  if (cut != NULL) *cut = n;
-  return n > 0 ? kith_connectivity_decouple(c) : KITH_OK;
-}
-
 /* Removes the entries of cut pairs. lost[i]: row i has become shorter. */
 static void drop_entries(struct kith_connectivity *c, uint8_t *lost) {
   struct kith_rows *rows = &c->rows;
@@ -65,25 +52,38 @@ static bool is_common(const struct kith_connectivity *c, const uint8_t *lost, si
 
 /* Removes cut pairs and their intersections, and from the others what an end does not see any more. */
 static void drop_pairs(struct kith_connectivity *c, const uint8_t *lost) {
-  struct kith_rows *common = c->built.intersection ? &c->intersection : NULL;
+  struct kith_rows *common = &c->intersection;
 #pragma omp parallel for schedule(dynamic, 1024) if (c->rows.n > KITH_FEW)
   for (size_t p = 0; p < c->pairs.n; ++p) {
     const bool is_cut_off = c->pairs.f_couple[p] == 0;
-    for (size_t e = common != NULL ? common->first[p] : 0; common != NULL && e < common->first[p + 1]; ++e)
+    for (size_t e = common->first[p]; e < common->first[p + 1]; ++e)
       if (is_cut_off || !is_common(c, lost, p, common->node[e])) common->node[e] = -1;
     if (is_cut_off) c->pairs.node[p][0] = -1;
   }
-  if (common != NULL) kith_rows_compact(common);
+  kith_rows_compact(common);
   kith_pairs_compact(&c->pairs, c->rows.n, common);
 }
 
-kith_status kith_connectivity_decouple(struct kith_connectivity *c) {
+/* Removes the pairs whose factor is 0. */
+static kith_status decouple(struct kith_connectivity *c) {
   uint8_t *lost = NULL;
-  if (c->pairs.f_couple == NULL) return KITH_OK;
   KITH_TRY(kith_resize(&lost, 0, (size_t)c->rows.n, 1));
   drop_entries(c, lost);
   drop_pairs(c, lost);
   kith_free(&lost);
   ++c->generation;
   return kith_pairs_of_row(&c->pairs, &c->rows);
+}
+
+kith_status kith_connectivity_cut_barriers(struct kith_connectivity *c, const struct kith_nodes *nodes,
+                                           const struct kith_field *barrier, double thickness, size_t *cut) {
+  KITH_TRY(
+      kith_connectivity_provides(c, nodes, (struct kith_requirements){.pairs = true, .intersection = true}));
+  KITH_TRY(kith_pairs_couple(&c->pairs));
+  size_t n = 0;
+#pragma omp parallel for schedule(dynamic, 1024) reduction(+ : n) if (c->rows.n > KITH_FEW)
+  for (size_t p = 0; p < c->pairs.n; ++p)
+    if (is_cut(c, nodes, barrier->u8, thickness, p)) c->pairs.f_couple[p] = 0, ++n;
+  if (cut != NULL) *cut = n;
+  return n > 0 ? decouple(c) : KITH_OK;
 }

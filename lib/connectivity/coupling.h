@@ -18,7 +18,4 @@ kith_status kith_connectivity_cut_barriers(struct kith_connectivity *connectivit
                                            const struct kith_nodes *nodes, const struct kith_field *barrier,
                                            double thickness, size_t *cut);
 
-/* Removes the pairs whose f_couple is 0. For whoever cuts pairs by another rule. */
-kith_status kith_connectivity_decouple(struct kith_connectivity *connectivity);
-
 #endif

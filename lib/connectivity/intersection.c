@@ -2,7 +2,7 @@
  *
  * The neighbors of j are found by distance, not from the row of j: so a ghost needs no row, and the test
  * streams: row i and i itself are packed once, and every pair of i tests them all at once. */
-#include "lib/connectivity/intersection.h"
+#include "lib/connectivity/build.h"
 
 #include <omp.h>
 
@@ -75,18 +75,15 @@ static kith_status pairs_of(const struct pass *pass, struct kith_worker *worker,
 }
 
 static kith_status run(const struct pass *pass) {
-  kith_status status = KITH_OK;
-#pragma omp parallel for schedule(dynamic, 64) if (pass->rows->n > KITH_FEW)
+  int status = KITH_OK;
+#pragma omp parallel for schedule(dynamic, 64) reduction(max : status) if (pass->rows->n > KITH_FEW)
   for (kith_index i = 0; i < pass->rows->n; ++i) {
-    const kith_status mine = pairs_of(pass, &pass->build->workers->worker[omp_get_thread_num()], i);
-    if (mine != KITH_OK) {
-#pragma omp critical(kith_intersection)
-      status = mine;
-    }
+    const int mine = (int)pairs_of(pass, &pass->build->scratch->worker[omp_get_thread_num()], i);
+    status = KITH_MAX(status, mine);
   }
-  if (status != KITH_OK)
-    return kith_fail(status, "the intersections could not be built: %s", kith_status_text(status));
-  return KITH_OK;
+  if (status == KITH_OK) return KITH_OK;
+  return kith_fail((kith_status)status, "the intersections could not be built: %s",
+                   kith_status_text((kith_status)status));
 }
 
 kith_status kith_intersection_build(struct kith_rows *intersection, const struct kith_rows *rows,
@@ -95,7 +92,6 @@ kith_status kith_intersection_build(struct kith_rows *intersection, const struct
   struct pass pass = {build, rows, pairs, intersection, on_segment, false};
   if (pairs->n > INT32_MAX) KITH_FAIL(UNSUPPORTED, "intersections of %zu pairs: there can be 2^31", pairs->n);
   KITH_TRY(kith_rows_reserve(intersection, (kith_index)pairs->n));
-  intersection->first[0] = 0;
   KITH_TRY(run(&pass));
   KITH_TRY(kith_rows_sum(intersection));
   pass.fill = true;

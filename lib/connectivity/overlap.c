@@ -6,7 +6,7 @@
  * A union of 60 rows of 60 entries would be 3600 steps for each node. Nodes are in curve order, so S(k) fills
  * few 64-bit words of a bitmap over the nodes: S is kept as (word, bits), a union is one OR for each word,
  * and the row comes out sorted. */
-#include "lib/connectivity/overlap.h"
+#include "lib/connectivity/build.h"
 
 #include <omp.h>
 
@@ -39,32 +39,18 @@ static size_t spans_of(const struct kith_rows *rows, const struct kith_nodes *no
   return n;
 }
 
-static kith_status make_spans(struct kith_overlap_spans *spans, const struct kith_rows *rows,
-                              const struct kith_nodes *nodes) {
-  const kith_index n = rows->n;
-  KITH_TRY(kith_reserve(&spans->first, &spans->first_capacity, (size_t)n + 1, sizeof(size_t)));
-  spans->first[0] = 0;
-#pragma omp parallel for schedule(dynamic, 1024) if (n > KITH_FEW)
-  for (kith_index k = 0; k < n; ++k) spans->first[k + 1] = spans_of(rows, nodes, k, NULL, NULL);
-  for (kith_index k = 0; k < n; ++k) spans->first[k + 1] += spans->first[k];
-  KITH_TRY(kith_reserve(&spans->word, &spans->word_capacity, spans->first[n], sizeof *spans->word));
-  KITH_TRY(kith_reserve(&spans->bits, &spans->bits_capacity, spans->first[n], sizeof *spans->bits));
-#pragma omp parallel for schedule(dynamic, 1024) if (n > KITH_FEW)
-  for (kith_index k = 0; k < n; ++k)
-    spans_of(rows, nodes, k, spans->word + spans->first[k], spans->bits + spans->first[k]);
+static kith_status make_spans(const struct kith_rows *rows, const struct kith_build *build) {
+  struct kith_rows *spans = &build->scratch->spans;
+  KITH_TRY(kith_rows_reserve(spans, rows->n));
+#pragma omp parallel for schedule(dynamic, 1024) if (rows->n > KITH_FEW)
+  for (kith_index k = 0; k < rows->n; ++k) spans->first[k + 1] = spans_of(rows, build->nodes, k, NULL, NULL);
+  KITH_TRY(kith_rows_sum(spans));
+  KITH_TRY(kith_reserve(&build->scratch->bits, &build->scratch->bits_capacity, spans->first[rows->n],
+                        sizeof *build->scratch->bits));
+#pragma omp parallel for schedule(dynamic, 1024) if (rows->n > KITH_FEW)
+  for (kith_index k = 0; k < rows->n; ++k)
+    spans_of(rows, build->nodes, k, spans->node + spans->first[k], build->scratch->bits + spans->first[k]);
   return KITH_OK;
-}
-
-void kith_overlap_spans_clear(struct kith_overlap_spans *spans) {
-  kith_free(&spans->first);
-  kith_free(&spans->word);
-  kith_free(&spans->bits);
-  *spans = (struct kith_overlap_spans){0};
-}
-
-size_t kith_overlap_spans_bytes(const struct kith_overlap_spans *spans) {
-  return spans->first_capacity * sizeof *spans->first + spans->word_capacity * sizeof *spans->word +
-         spans->bits_capacity * sizeof *spans->bits;
 }
 
 /* --- unions --- */
@@ -84,15 +70,16 @@ static inline void set_or(struct set *set, kith_index word, uint64_t bits) {
 }
 
 /* Row i of the overlap, as a set. */
-static void unite(const struct kith_rows *rows, const struct kith_nodes *nodes,
-                  const struct kith_overlap_spans *spans, kith_index i, struct set *set) {
-  const double mine = radius2(nodes, i);
+static void unite(const struct kith_rows *rows, const struct kith_build *build, kith_index i,
+                  struct set *set) {
+  const struct kith_rows *spans = &build->scratch->spans;
+  const uint64_t *bits = build->scratch->bits;
+  const double mine = radius2(build->nodes, i);
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     const kith_index k = rows->node[e];
     set_or(set, k / 64, UINT64_C(1) << (k % 64));
-    if (!(distance2(nodes, i, k) <= mine)) continue;
-    for (size_t s = spans->first[k]; s < spans->first[k + 1]; ++s)
-      set_or(set, spans->word[s], spans->bits[s]);
+    if (!(distance2(build->nodes, i, k) <= mine)) continue;
+    for (size_t s = spans->first[k]; s < spans->first[k + 1]; ++s) set_or(set, spans->node[s], bits[s]);
   }
   set->bitmap[i / 64] &= ~(UINT64_C(1) << (i % 64));
 }
@@ -126,30 +113,29 @@ static size_t drain(const struct kith_build *build, kith_index i, struct set *se
 
 /* One pass over the rows: counts them, or fills them in. */
 static void pass(struct kith_rows *overlap, const struct kith_rows *rows, const struct kith_build *build,
-                 const struct kith_overlap_spans *spans, bool fill) {
+                 bool fill) {
 #pragma omp parallel for schedule(dynamic, 64) if (overlap->n > KITH_FEW)
   for (kith_index i = 0; i < overlap->n; ++i) {
-    const struct kith_worker *worker = &build->workers->worker[omp_get_thread_num()];
+    const struct kith_worker *worker = &build->scratch->worker[omp_get_thread_num()];
     struct set set = {worker->bitmap, worker->touched, INT32_MAX, -1};
-    unite(rows, build->nodes, spans, i, &set);
+    unite(rows, build, i, &set);
     const size_t count = drain(build, i, &set, fill ? overlap->node + overlap->first[i] : NULL);
     if (!fill) overlap->first[i + 1] = count;
   }
 }
 
 kith_status kith_overlap_build(struct kith_rows *overlap, const struct kith_rows *rows, kith_index n,
-                               const struct kith_build *build, struct kith_overlap_spans *spans) {
+                               const struct kith_build *build) {
   const size_t words = ((size_t)rows->n + 63) / 64;
-  for (int t = 0; t < build->workers->n; ++t) {
-    struct kith_worker *worker = &build->workers->worker[t];
+  for (int t = 0; t < build->scratch->threads; ++t) {
+    struct kith_worker *worker = &build->scratch->worker[t];
     KITH_TRY(kith_reserve(&worker->bitmap, &worker->bitmap_capacity, words, sizeof(uint64_t)));
     KITH_TRY(kith_reserve(&worker->touched, &worker->touched_capacity, (words + 63) / 64, sizeof(uint64_t)));
   }
-  KITH_TRY(make_spans(spans, rows, build->nodes));
+  KITH_TRY(make_spans(rows, build));
   KITH_TRY(kith_rows_reserve(overlap, n));
-  overlap->first[0] = 0;
-  pass(overlap, rows, build, spans, false);
+  pass(overlap, rows, build, false);
   KITH_TRY(kith_rows_sum(overlap));
-  pass(overlap, rows, build, spans, true);
+  pass(overlap, rows, build, true);
   return KITH_OK;
 }

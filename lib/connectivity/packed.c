@@ -1,10 +1,8 @@
-/* packed.c - the distance test, 64 nodes at a time, and the scratch memory of threads.
+/* packed.c - the distance test, 64 nodes at a time.
  *
  * The inner loops are written so that the compiler vectorizes them: first one word per node, then the bits
  * are gathered; a single loop that shifts under a condition stays scalar with gcc 12. */
 #include "lib/connectivity/packed.h"
-
-#include <omp.h>
 
 kith_status kith_packed_reserve(struct kith_packed *packed, size_t n) {
   if (n <= (size_t)packed->capacity) return KITH_OK;
@@ -18,6 +16,13 @@ kith_status kith_packed_reserve(struct kith_packed *packed, size_t n) {
   return KITH_OK;
 }
 
+void kith_packed_clear(struct kith_packed *packed) {
+  kith_free(&packed->node);
+  for (int a = 0; a < NDIM; ++a) kith_free(&packed->coordinate[a]);
+  kith_free(&packed->radius2);
+  *packed = (struct kith_packed){0};
+}
+
 void kith_packed_close(struct kith_packed *packed, int n) {
   packed->n = n;
   packed->words = (n + 63) / 64;
@@ -27,11 +32,12 @@ void kith_packed_close(struct kith_packed *packed, int n) {
   }
 }
 
-static KITH_HOT int hits(const double *const *coordinate, const double *radius2, int words, const double *x,
-                         double target_radius2, uint64_t *restrict hit) {
-  const double *c[NDIM];
+KITH_HOT int kith_packed_hits(const struct kith_packed *packed, const double *x, double target_radius2,
+                              uint64_t *restrict hit) {
+  const double *c[NDIM], *radius2 = packed->radius2;
   double at[NDIM];
-  for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a], at[a] = x[a];
+  for (int a = 0; a < NDIM; ++a) c[a] = packed->coordinate[a], at[a] = x[a];
+  const int words = packed->words;
   int count = 0;
   for (int w = 0; w < words; ++w) {
     uint64_t within[64], bits = 0;
@@ -51,15 +57,12 @@ static KITH_HOT int hits(const double *const *coordinate, const double *radius2,
   return count;
 }
 
-int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit) {
-  return hits((const double *const *)packed->coordinate, packed->radius2, packed->words, x, radius2, hit);
-}
-
-static KITH_HOT int between(const double *const *coordinate, int words, const double *x, const double *y,
-                            uint64_t *restrict hit) {
+KITH_HOT int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y,
+                                 uint64_t *restrict hit) {
   const double *c[NDIM];
   double from[NDIM], to[NDIM];
-  for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a], from[a] = x[a], to[a] = y[a];
+  for (int a = 0; a < NDIM; ++a) c[a] = packed->coordinate[a], from[a] = x[a], to[a] = y[a];
+  const int words = packed->words;
   int count = 0;
   for (int w = 0; w < words; ++w) {
     uint64_t inside[64], bits = 0;
@@ -77,10 +80,6 @@ static KITH_HOT int between(const double *const *coordinate, int words, const do
     count += __builtin_popcountll(hit[w]);
   }
   return count;
-}
-
-int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit) {
-  return between((const double *const *)packed->coordinate, packed->words, x, y, hit);
 }
 
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {
@@ -105,18 +104,18 @@ static inline void box_lanes(const double *const *c, const double *radius2, int 
   }
 }
 
-static KITH_HOT size_t box_slots(const double *const *coordinate, const double *radius2, kith_index n,
-                                 struct kith_run run, const struct kith_box *box, double target_radius2,
-                                 kith_index *restrict slot) {
+KITH_HOT size_t kith_box_slots(const struct kith_search *search, struct kith_run run,
+                               const struct kith_box *box, double target_radius2, kith_index *restrict slot) {
   const struct kith_box b = *box;
+  const double *radius2 = search->radius2;
   uint64_t within[LANES];
   size_t found = 0;
   for (kith_index s = run.first; s < run.first + run.count; s += LANES) {
     const double *c[NDIM];
-    for (int a = 0; a < NDIM; ++a) c[a] = coordinate[a] + s;
+    for (int a = 0; a < NDIM; ++a) c[a] = search->coordinate[a] + s;
     const int count = KITH_MIN(LANES, run.first + run.count - s);
     /* Whole blocks vectorize: slots behind the run are tested too, if there are any, and not used. */
-    if (s + LANES <= n)
+    if (s + LANES <= search->n)
       box_lanes(c, radius2 + s, LANES, &b, target_radius2, within);
     else
       box_lanes(c, radius2 + s, count, &b, target_radius2, within);
@@ -124,61 +123,4 @@ static KITH_HOT size_t box_slots(const double *const *coordinate, const double *
       slot[found] = s + k, found += within[k]; /* without a branch that could be mispredicted */
   }
   return found;
-}
-
-size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
-                      double radius2, kith_index *slot) {
-  return box_slots((const double *const *)search->coordinate, search->radius2, search->n, run, box, radius2,
-                   slot);
-}
-
-/* --- scratch --- */
-
-kith_status kith_workers_reserve(struct kith_workers *workers) {
-  const int threads = omp_get_max_threads();
-  if (threads <= workers->n) return KITH_OK;
-  KITH_TRY(kith_resize(&workers->worker, (size_t)workers->n, (size_t)threads, sizeof *workers->worker));
-  workers->n = threads;
-  return KITH_OK;
-}
-
-void kith_workers_clear(struct kith_workers *workers) {
-  for (int t = 0; t < workers->n; ++t) {
-    struct kith_worker *w = &workers->worker[t];
-    kith_runs_clear(&w->runs);
-    for (int a = 0; a < NDIM; ++a) kith_free(&w->near.coordinate[a]);
-    void *const owned[] = {&w->near.node, &w->near.radius2, &w->key[0],  &w->key[1], &w->key[2],
-                           &w->slot,      &w->hit,          &w->allowed, &w->bitmap, &w->touched};
-    for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
-  }
-  kith_free(&workers->worker);
-  workers->n = 0;
-}
-
-size_t kith_workers_bytes(const struct kith_workers *workers) {
-  size_t bytes = 0;
-  for (int t = 0; t < workers->n; ++t) {
-    const struct kith_worker *w = &workers->worker[t];
-    bytes += sizeof *w + (size_t)w->runs.capacity * sizeof(struct kith_run) +
-             (size_t)w->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double)) +
-             (3 * w->keys_capacity + w->hit_capacity + w->allowed_capacity + w->bitmap_capacity +
-              w->touched_capacity) *
-                 sizeof(uint64_t) +
-             w->keys_capacity * sizeof(kith_index);
-  }
-  return bytes;
-}
-
-int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
-                       const kith_index *node, int words, uint64_t *hit) {
-  int count = 0;
-  for (int w = 0; w < words; ++w) {
-    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
-      const int k = __builtin_ctzll(bits);
-      if (kith_excluder_rejects(build->excluders, phase, build->nodes, i, node[64 * w + k]))
-        hit[w] &= ~(UINT64_C(1) << k);
-    }
-    count += __builtin_popcountll(hit[w]);
-  }
-  return count;
 }

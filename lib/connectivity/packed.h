@@ -1,4 +1,4 @@
-/* packed.h - packed nodes and their distance test; what the builders of lists have in common.
+/* packed.h - packed nodes and their distance test.
  *
  * Exact ties. Every distance of this room is the plain sum of squared differences, axis 0 first, and is
  * compared by <=. The sources here are compiled without contraction to fused multiply-add (CMakeLists.txt),
@@ -7,7 +7,6 @@
 #ifndef KITH_CONNECTIVITY_PACKED_H
 #define KITH_CONNECTIVITY_PACKED_H
 
-#include "lib/connectivity/excluder.h"
 #include "lib/neighbor/search.h"
 
 /* A few hundred nodes side by side, ascending in node index. Slots beyond n, up to 64 * words, hold NaN,
@@ -18,6 +17,7 @@ struct kith_packed {
   double *coordinate[NDIM], *radius2;
 };
 kith_status kith_packed_reserve(struct kith_packed *packed, size_t n);
+void kith_packed_clear(struct kith_packed *packed);
 /* Sets n and words, and fills the rest of the last word. */
 void kith_packed_close(struct kith_packed *packed, int n);
 /* Bit p of hit[words]: d2(x, p) <= max(radius2, radius2_p). Returns the number of bits set. */
@@ -32,41 +32,5 @@ void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit,
  * no neighbor is lost. */
 size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
                       double radius2, kith_index *slot);
-
-enum { KITH_FEW = 1000 }; /* nodes: for fewer, waking threads costs more than they save */
-
-/* Scratch memory of one thread, kept from build to build. */
-struct kith_worker {
-  struct kith_runs runs;
-  struct kith_packed near;
-  uint64_t *key[3]; /* candidates as node << 32 | slot: internal, ghost, spare for merging */
-  kith_index *slot; /* [keys_capacity] */
-  size_t keys_capacity;
-  uint64_t *hit, *allowed; /* [near.words] */
-  size_t hit_capacity, allowed_capacity;
-  uint64_t *bitmap, *touched; /* a set of nodes, and which words of it are not 0; both 0 between uses */
-  size_t bitmap_capacity, touched_capacity;
-  size_t candidates;
-};
-struct kith_workers {
-  int n;
-  struct kith_worker *worker; /* [n] */
-};
-/* For at least as many threads as may run now. */
-kith_status kith_workers_reserve(struct kith_workers *workers);
-void kith_workers_clear(struct kith_workers *workers);
-size_t kith_workers_bytes(const struct kith_workers *workers);
-
-/* What every builder is given. */
-struct kith_build {
-  const struct kith_nodes *nodes;
-  const struct kith_search *search;
-  const struct kith_excluder *excluders; /* chain or NULL */
-  struct kith_workers *workers;
-};
-/* Clears the bits of nodes that the chain rejects as partners of i in this phase; returns how many are left.
- * `node`: those of the bits, 64 for each word. */
-int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
-                       const kith_index *node, int words, uint64_t *hit);
 
 #endif

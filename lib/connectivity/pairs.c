@@ -53,7 +53,6 @@ kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *
 
 kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *rows, kith_index starts) {
   KITH_TRY(number_pairs(rows, pairs));
-  pairs->canonical = false;
   pairs->starts = starts;
   KITH_TRY(kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
@@ -70,41 +69,19 @@ kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *r
 kith_status kith_pairs_couple(struct kith_pairs *pairs) {
   if (pairs->f_couple != NULL) return KITH_OK;
   KITH_TRY(kith_reserve(&pairs->factors, &pairs->factors_capacity, KITH_MAX(pairs->n, 1), sizeof(double)));
+#pragma omp parallel for simd schedule(static)
   for (size_t p = 0; p < pairs->n; ++p) pairs->factors[p] = 1;
   pairs->f_couple = pairs->factors;
   return KITH_OK;
 }
 
-static void move_pair(struct kith_pairs *pairs, struct kith_rows *common, size_t from, size_t to) {
-  pairs->node[to][0] = pairs->node[from][0], pairs->node[to][1] = pairs->node[from][1];
-  if (pairs->f_couple != NULL) pairs->f_couple[to] = pairs->f_couple[from];
-  if (common != NULL) common->first[to + 1] = common->first[from + 1];
-}
-
-/* As kith_rows_compact. The shares are of nodes; common->first[0] is 0 and stays. */
 void kith_pairs_compact(struct kith_pairs *pairs, kith_index n, struct kith_rows *common) {
-  size_t start[KITH_SHARES], length[KITH_SHARES], gap[KITH_SHARES], to = 0;
-  for (int s = 0; s < KITH_SHARES; ++s) start[s] = pairs->first[kith_share_start(n, s)];
-#pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
-  for (int s = 0; s < KITH_SHARES; ++s) {
-    size_t p = start[s], kept = start[s];
-    for (kith_index i = kith_share_start(n, s); i < kith_share_start(n, s + 1); ++i) {
-      for (; p < pairs->first[i + 1]; ++p)
-        if (pairs->node[p][0] >= 0) move_pair(pairs, common, p, kept++);
-      pairs->first[i + 1] = kept;
-    }
-    length[s] = kept - start[s];
-  }
-  for (int s = 0; s < KITH_SHARES; ++s, to += length[s - 1]) {
-    gap[s] = start[s] - to;
-    for (size_t p = 0; gap[s] > 0 && p < length[s]; ++p) move_pair(pairs, common, start[s] + p, to + p);
-  }
-#pragma omp parallel for schedule(static) if (n > KITH_FEW)
-  for (int s = 0; s < KITH_SHARES; ++s)
-    for (kith_index i = kith_share_start(n, s); i < kith_share_start(n, s + 1); ++i)
-      pairs->first[i + 1] -= gap[s];
-  pairs->n = to;
-  if (common != NULL) common->n = (kith_index)to;
+  const struct kith_column column[KITH_COLUMNS] = {
+      {pairs->node, sizeof *pairs->node},
+      {pairs->f_couple, sizeof *pairs->f_couple},
+      {common != NULL ? common->first + 1 : NULL, sizeof(size_t)}}; /* where the entries of a pair end */
+  pairs->n = kith_compact(pairs->first, n, column);
+  if (common != NULL) common->n = (kith_index)pairs->n;
 }
 
 void kith_pairs_clear(struct kith_pairs *pairs) {

@@ -9,7 +9,6 @@
 
 struct kith_pairs {
   size_t n, capacity;
-  bool canonical;        /* see kith_connectivity_canonical; else as above */
   kith_index starts;     /* passes over pairs visit those that start at nodes 0 .. starts - 1: internal nodes;
                       * canonical pairs: ghosts too */
   kith_index (*node)[2]; /* [n] (i, j), which starts at i; i < j unless canonical */
@@ -34,10 +33,5 @@ kith_status kith_pairs_couple(struct kith_pairs *pairs);
 void kith_pairs_compact(struct kith_pairs *pairs, kith_index n, struct kith_rows *common);
 void kith_pairs_clear(struct kith_pairs *pairs);
 size_t kith_pairs_bytes(const struct kith_pairs *pairs);
-
-/* Does pair p of node i and its partner j start at i? */
-static inline bool kith_pair_starts(const struct kith_pairs *pairs, size_t p, kith_index i, kith_index j) {
-  return pairs->canonical ? pairs->node[p][0] == i : i < j;
-}
 
 #endif

@@ -1,7 +1,6 @@
 /* valid.c - all invariants of a connectivity that do not depend on the present positions. Serial: this is a
  * check, not a stage. */
 #include <math.h>
-
 #include "lib/connectivity/connectivity.h"
 
 /* Offsets ascend, entries ascend and are nodes. */

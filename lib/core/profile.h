@@ -45,6 +45,13 @@ void kith_profile_clock_cpu(struct kith_profile *profile);
 void kith_profile_align(struct kith_profile *profile);
 
 void kith_profile_begin(struct kith_profile *profile, const char *name);
+/* A stage that is one call. */
+#define KITH_STAGE(status, profile, name, call) \
+  do {                                          \
+    kith_profile_begin(profile, name);          \
+    (status) = (call);                          \
+    kith_profile_end(profile);                  \
+  } while (0)
 /* The same stage goes on, after others: not another call. */
 void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);

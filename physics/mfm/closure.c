@@ -82,7 +82,7 @@ static void equations(struct mfm_faces *f) {
     double sum[NDIM] = {0}, whole = 0, weights = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const size_t p = f->graph.pairs.of_row[e];
-      const double sign = kith_pair_starts(&f->graph.pairs, p, i, rows->node[e]) ? 1 : -1;
+      const double sign = kith_pair_starts(&f->graph, p, i, rows->node[e]) ? 1 : -1;
       for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area[p * NDIM + a];
       whole += kith_norm(f->area + p * NDIM);
     }

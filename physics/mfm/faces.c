@@ -155,7 +155,7 @@ kith_status mfm_faces_edges(struct mfm_faces *f) {
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const size_t p = f->graph.pairs.of_row[e];
-      const bool starts = kith_pair_starts(&f->graph.pairs, p, i, rows->node[e]);
+      const bool starts = kith_pair_starts(&f->graph, p, i, rows->node[e]);
       for (int a = 0; a < NDIM; ++a)
         f->edge[e * NDIM + a] = starts ? f->area[p * NDIM + a] : -f->area[p * NDIM + a];
     }

@@ -97,7 +97,7 @@ KITH_INLINE void take(const struct kith_force_pass *pass, bool canonical, kith_i
 
 KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                         double *restrict out) {
-  if (pass->connectivity->pairs.canonical)
+  if (pass->connectivity->canonical)
     take(pass, true, i, first, n, out);
   else
     take(pass, false, i, first, n, out);

@@ -126,18 +126,22 @@ static inline bool oracle_same_rows(const struct kith_rows *a, const struct kith
   return memcmp(a->first, b->first, ((size_t)a->n + 1) * sizeof *a->first) == 0 &&
          (a->first[a->n] == 0 || memcmp(a->node, b->node, a->first[a->n] * sizeof *a->node) == 0);
 }
+/* `n` rows have pairs. */
+static inline bool oracle_same_pairs(const struct kith_pairs *a, const struct kith_pairs *b,
+                                     const struct kith_rows *rows, kith_index n) {
+  if (a->n != b->n || a->starts != b->starts) return false;
+  if (memcmp(a->first, b->first, ((size_t)n + 1) * sizeof *a->first) != 0) return false;
+  return a->n == 0 || (memcmp(a->node, b->node, a->n * sizeof *a->node) == 0 &&
+                       memcmp(a->of_row, b->of_row, rows->first[n] * sizeof *a->of_row) == 0);
+}
 static inline bool oracle_same(const struct kith_connectivity *a, const struct kith_connectivity *b) {
   if (!oracle_same_rows(&a->rows, &b->rows) || !oracle_same_rows(&a->overlap, &b->overlap)) return false;
-  if (!oracle_same_rows(&a->intersection, &b->intersection) || a->pairs.n != b->pairs.n) return false;
-  if (a->overlap_pairs.n != b->overlap_pairs.n) return false;
-  if (a->overlap_pairs.n > 0 && memcmp(a->overlap_pairs.node, b->overlap_pairs.node,
-                                       a->overlap_pairs.n * sizeof *a->overlap_pairs.node) != 0)
+  if (!oracle_same_rows(&a->intersection, &b->intersection)) return false;
+  if (a->built.overlap_pairs != b->built.overlap_pairs || a->built.pairs != b->built.pairs) return false;
+  if (a->built.overlap_pairs &&
+      !oracle_same_pairs(&a->overlap_pairs, &b->overlap_pairs, &a->overlap, a->n_internal))
     return false;
-  if (!a->built.pairs) return true;
-  return memcmp(a->pairs.first, b->pairs.first, ((size_t)a->rows.n + 1) * sizeof *a->pairs.first) == 0 &&
-         (a->pairs.n == 0 || (memcmp(a->pairs.node, b->pairs.node, a->pairs.n * sizeof *a->pairs.node) == 0 &&
-                              memcmp(a->pairs.of_row, b->pairs.of_row,
-                                     a->rows.first[a->rows.n] * sizeof *a->pairs.of_row) == 0));
+  return !a->built.pairs || oracle_same_pairs(&a->pairs, &b->pairs, &a->rows, a->rows.n);
 }
 
 /* `count[l]` nodes at random places in the unit box for each list; search radii between

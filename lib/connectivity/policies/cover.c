@@ -45,31 +45,49 @@ static void first_drift(const struct kith_cover *cover, const struct kith_nodes 
   kith_ranks_broadcast(nodes->ranks, kith_ranks_minloc(nodes->ranks, 0, least), first, sizeof(double) * NDIM);
 }
 
-/* The mean displacement, where it may be subtracted. The first node's comes first, so that the mean of a
- * drift beyond half a period is one drift and not two of opposite sign. */
-static void common_drift(const struct kith_cover *cover, const struct kith_nodes *nodes, double *drift) {
+void kith_mean_vector(const struct kith_nodes *nodes,
+                      void (*vector)(const void *context, kith_index i, double *x), const void *context,
+                      double mean[NDIM]) {
   struct kith_sum total[NDIM] = {0};
-  double first[NDIM];
-  uint64_t n = (uint64_t)cover->n;
-  first_drift(cover, nodes, first);
-  for (int a = 0; a < NDIM; ++a) first[a] = cover->drifts[a] ? first[a] : 0;
-#pragma omp parallel if (cover->n > FEW)
+  uint64_t n = (uint64_t)nodes->n_internal;
+#pragma omp parallel if (n > FEW)
   {
     struct kith_sum mine[NDIM] = {0};
-    double x[NDIM], d[NDIM];
+    double x[NDIM];
 #pragma omp for schedule(static) nowait
-    for (kith_index i = 0; i < cover->n; ++i) {
-      position_of(cover, nodes, i, x);
-      displacement(cover, x, cover->position + (size_t)i * NDIM, first, d);
-      for (int a = 0; a < NDIM; ++a) kith_sum_add(&mine[a], d[a]);
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      vector(context, i, x);
+      for (int a = 0; a < NDIM; ++a) kith_sum_add(&mine[a], x[a]);
     }
-#pragma omp critical(kith_cover_drift)
+#pragma omp critical(kith_mean_vector)
     for (int a = 0; a < NDIM; ++a) kith_sum_join(&total[a], &mine[a]);
   }
   kith_sum_ranks(nodes->ranks, total, NDIM);
   kith_ranks_sum_counts(nodes->ranks, &n, 1);
-  for (int a = 0; a < NDIM; ++a)
-    drift[a] = cover->drifts[a] ? first[a] + kith_sum_value(&total[a]) / (double)n : 0;
+  for (int a = 0; a < NDIM; ++a) mean[a] = n > 0 ? kith_sum_value(&total[a]) / (double)n : 0;
+}
+
+struct from_first {
+  const struct kith_cover *cover;
+  const struct kith_nodes *nodes;
+  double first[NDIM];
+};
+
+static void displacement_of(const void *context, kith_index i, double *d) {
+  const struct from_first *from = context;
+  double x[NDIM];
+  position_of(from->cover, from->nodes, i, x);
+  displacement(from->cover, x, from->cover->position + (size_t)i * NDIM, from->first, d);
+}
+
+/* The mean displacement, where it may be subtracted. The first node's comes first, so that the mean of a
+ * drift beyond half a period is one drift and not two of opposite sign. */
+static void common_drift(const struct kith_cover *cover, const struct kith_nodes *nodes, double *drift) {
+  struct from_first from = {.cover = cover, .nodes = nodes};
+  first_drift(cover, nodes, from.first);
+  for (int a = 0; a < NDIM; ++a) from.first[a] = cover->drifts[a] ? from.first[a] : 0;
+  kith_mean_vector(nodes, displacement_of, &from, drift);
+  for (int a = 0; a < NDIM; ++a) drift[a] = cover->drifts[a] ? from.first[a] + drift[a] : 0;
 }
 
 /* How far node i moved, rounding included; 0 only if it is where it was. */
@@ -106,16 +124,6 @@ bool kith_cover_holds(const struct kith_cover *cover, const struct kith_nodes *n
   return missing == 0;
 }
 
-static kith_status reserve(struct kith_cover *cover, kith_index n) {
-  if (n <= cover->capacity) return KITH_OK;
-  cover->capacity = 0;
-  KITH_TRY(kith_resize(&cover->position, 0, (size_t)n * NDIM, sizeof(double)));
-  KITH_TRY(kith_resize(&cover->search_radius, 0, (size_t)n, sizeof(double)));
-  KITH_TRY(kith_resize(&cover->moved, 0, (size_t)n, sizeof(double)));
-  cover->capacity = n;
-  return KITH_OK;
-}
-
 /* Ghosts of other ranks are nodes there, or images of nodes there: their ranks tell of mirrors. */
 static void set_drifts(struct kith_cover *cover, const struct kith_nodes *nodes) {
   double still[NDIM];
@@ -134,8 +142,10 @@ static void set_drifts(struct kith_cover *cover, const struct kith_nodes *nodes)
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes) {
   const size_t n = (size_t)nodes->n_internal;
   set_drifts(cover, nodes); /* by all ranks, before one of them can fail */
-  KITH_TRY(reserve(cover, nodes->n_internal));
+  KITH_TRY(kith_reserve(&cover->position, &cover->capacity, n * (NDIM + 2), sizeof(double)));
   cover->n = nodes->n_internal;
+  cover->search_radius = cover->position + n * NDIM;
+  cover->moved = cover->search_radius + n;
   if (n > 0) memcpy(cover->position, nodes->position->f64, n * NDIM * sizeof(double));
   if (n > 0) memcpy(cover->search_radius, nodes->search_radius->f64, n * sizeof(double));
   return KITH_OK;
@@ -143,7 +153,5 @@ kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_node
 
 void kith_cover_clear(struct kith_cover *cover) {
   kith_free(&cover->position);
-  kith_free(&cover->search_radius);
-  kith_free(&cover->moved);
   *cover = (struct kith_cover){0};
 }

@@ -28,15 +28,15 @@
 #include "lib/nodes/nodes.h"
 
 struct kith_cover {
-  kith_index n, capacity;
   /* Set by the caller. */
   double period[NDIM];                                     /* length of a periodic axis, 0 for the others */
   double ahead;                                            /* time; 0: the present positions */
   const struct kith_field *velocity, *velocity_divergence; /* borrowed; for `ahead` */
 
-  bool drifts[NDIM];             /* a common drift along this axis is no displacement */
-  double *position;              /* [n][NDIM] */
-  double *search_radius, *moved; /* [n] */
+  kith_index n;
+  bool drifts[NDIM];                        /* a common drift along this axis is no displacement */
+  double *position, *search_radius, *moved; /* [n][NDIM], [n], [n]: one after the other */
+  size_t capacity;
 };
 
 /* Remembers the internal nodes, with which the lists were just made. Collective. */
@@ -45,5 +45,11 @@ kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_node
  * False on all ranks if the number of internal nodes changed on one. Collective. */
 bool kith_cover_holds(const struct kith_cover *cover, const struct kith_nodes *nodes);
 void kith_cover_clear(struct kith_cover *cover);
+
+/* The mean of a vector over the internal nodes of all ranks, 0 if there are none: exact (sum.h), the same
+ * for all numbers of threads and ranks. vector(context, i, x) writes that of node i. Collective. */
+void kith_mean_vector(const struct kith_nodes *nodes,
+                      void (*vector)(const void *context, kith_index i, double *x), const void *context,
+                      double mean[NDIM]);
 
 #endif

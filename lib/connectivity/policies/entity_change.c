@@ -3,50 +3,40 @@
 #include "lib/connectivity/policies/rebuild.h"
 
 struct entities {
-  kith_index n, capacity;
-  int n_lists;
-  kith_index count[KITH_MAX_LISTS];
+  kith_index n, count[KITH_MAX_LISTS];
   int64_t *id; /* [n] */
+  size_t capacity;
 };
-
-static kith_status create(struct kith_rebuild *policy) {
-  return kith_resize(&policy->self, 0, 1, sizeof(struct entities));
-}
-
-static void destroy(struct kith_rebuild *policy) {
-  struct entities *saved = policy->self;
-  if (saved != NULL) kith_free(&saved->id);
-  kith_free(&policy->self);
-}
 
 static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_cover *cover,
                           const struct kith_nodes *nodes) {
-  const struct entities *saved = policy->self;
+  const struct entities *before = policy->self;
   (void)cover;
-  if (saved->n != nodes->n_internal || saved->n_lists != nodes->n_lists) return true;
   for (int l = 0; l < nodes->n_lists; ++l)
-    if (saved->count[l] != nodes->lists[l].count) return true;
-  return saved->n > 0 && memcmp(saved->id, nodes->id->i64, (size_t)saved->n * sizeof *saved->id) != 0;
+    if (before->count[l] != nodes->lists[l].count) return true;
+  return before->n != nodes->n_internal ||
+         (before->n > 0 && memcmp(before->id, nodes->id->i64, (size_t)before->n * sizeof *before->id) != 0);
 }
 
 static kith_status snapshot(struct kith_rebuild *policy, const struct kith_nodes *nodes) {
-  struct entities *saved = policy->self;
-  const kith_index n = nodes->n_internal;
-  if (n > saved->capacity) {
-    KITH_TRY(kith_resize(&saved->id, 0, (size_t)n, sizeof *saved->id));
-    saved->capacity = n;
-  }
-  saved->n = n;
-  saved->n_lists = nodes->n_lists;
-  for (int l = 0; l < nodes->n_lists; ++l) saved->count[l] = nodes->lists[l].count;
-  if (n > 0) memcpy(saved->id, nodes->id->i64, (size_t)n * sizeof *saved->id);
+  const size_t n = (size_t)nodes->n_internal;
+  if (policy->self == NULL) KITH_TRY(kith_resize(&policy->self, 0, 1, sizeof(struct entities)));
+  struct entities *now = policy->self;
+  KITH_TRY(kith_reserve(&now->id, &now->capacity, n, sizeof *now->id));
+  now->n = nodes->n_internal;
+  for (int l = 0; l < nodes->n_lists; ++l) now->count[l] = nodes->lists[l].count;
+  if (n > 0) memcpy(now->id, nodes->id->i64, n * sizeof *now->id);
   return KITH_OK;
+}
+
+static void destroy(struct kith_rebuild *policy) {
+  kith_free(&((struct entities *)policy->self)->id);
+  kith_free(&policy->self);
 }
 
 const struct kith_rebuild_ops kith_rebuild_entity_change = {
     .name = "entity-change",
     .doc = "nodes were added, deleted or reordered; alone, the run stops when the lists could miss a pair",
-    .create = create,
-    .destroy = destroy,
     .needs_rebuild = needs_rebuild,
-    .snapshot = snapshot};
+    .snapshot = snapshot,
+    .destroy = destroy};

@@ -2,6 +2,7 @@
 #include "lib/connectivity/policies/rebuild.h"
 
 #include <ctype.h>
+#include <stdlib.h>
 #include <string.h>
 #include "lib/core/family.h"
 
@@ -9,70 +10,71 @@
 KITH_FAMILY(kith_rebuild, KITH_REBUILD_LIST(X))
 #undef X
 
-const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason) {
-  static const char *const names[KITH_REBUILD_REASONS] = {"none",
-#define X(name, ...) #name,
-                                                          KITH_REBUILD_CAUSE_LIST(X) KITH_REBUILD_LIST(X)
-#undef X
-  };
-  return names[reason];
-}
-
-/* The place of a policy in the list, -1 if there is none of this name. */
-static int find(const char *word, size_t length) {
-  for (int k = 0; k < KITH_REBUILD_POLICIES; ++k)
-    if (kith_name_is(kith_rebuild_all()[k]->name, word, length)) return k;
-  return -1;
-}
-
-/* The next word of `text`, without blanks; *text moves behind its '|', or becomes NULL at the end. */
-static const char *next_word(const char **text, size_t *length) {
-  const char *word = *text, *bar = strchr(word, '|'), *stop = bar != NULL ? bar : word + strlen(word);
-  *text = bar != NULL ? bar + 1 : NULL;
-  while (word < stop && isspace((unsigned char)*word)) ++word;
-  while (stop > word && isspace((unsigned char)stop[-1])) --stop;
-  *length = (size_t)(stop - word);
+/* Without the blanks around it. */
+static char *trimmed(char *word) {
+  while (isspace((unsigned char)*word)) ++word;
+  for (size_t n = strlen(word); n > 0 && isspace((unsigned char)word[n - 1]);) word[--n] = '\0';
   return word;
 }
 
-static kith_status add_policy(struct kith_rebuilds *out, int which) {
-  const struct kith_rebuild_ops *ops = kith_rebuild_all()[which];
-  for (int k = 0; k < out->n; ++k)
-    if (out->policy[k].ops == ops) return KITH_OK; /* named twice */
-  struct kith_rebuild *policy = &out->policy[out->n];
-  *policy = (struct kith_rebuild){ops, KITH_REBUILD_REASONS - KITH_REBUILD_POLICIES + which, NULL};
-  if (ops->create != NULL) KITH_TRY(ops->create(policy));
-  ++out->n;
-  return KITH_OK;
+static kith_status add_policy(struct kith_rebuilds *out, char *word) {
+  char *options = word, *name = trimmed(strsep(&options, ":")); /* NULL without a colon */
+  int k = 0;
+  while (kith_rebuild_all()[k] != NULL && kith_rebuild_all()[k] != kith_rebuild_find(name)) ++k;
+  const struct kith_rebuild_ops *ops = kith_rebuild_all()[k];
+#define X(name) " " #name
+  if (ops == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no rebuild policy; there are:" KITH_REBUILD_LIST(X), name);
+#undef X
+  if (options != NULL && ops->params == NULL)
+    KITH_FAIL(BAD_INPUT, "%s has no parameter %s", ops->name, trimmed(options));
+  for (int p = 0; p < out->n; ++p)
+    if (out->policy[p].ops == ops && options != NULL)
+      KITH_FAIL(BAD_INPUT, "rebuild policy %s is there twice", ops->name);
+    else if (out->policy[p].ops == ops)
+      return KITH_OK;
+  struct kith_rebuild *policy = &out->policy[out->n++];
+  *policy = (struct kith_rebuild){.ops = ops, .reason = KITH_REBUILD_REASONS - KITH_REBUILD_POLICIES + k};
+  KITH_TRY(kith_settings_create(&policy->settings, kith_rebuild_member(k), options));
+  return kith_params_check(ops->params, ops->name, policy->settings);
 }
 
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period) {
+  char *copy = strdup(words), *rest = copy;
   *out = (struct kith_rebuilds){0};
   for (int a = 0; a < NDIM; ++a) out->cover.period[a] = period != NULL ? period[a] : 0;
-  while (words != NULL) {
-    size_t length;
-    const char *word = next_word(&words, &length);
-    const int which = find(word, length);
-#define X(name) " " #name
-    const kith_status status =
-        which >= 0 ? add_policy(out, which)
-                   : kith_fail(KITH_BAD_INPUT, "'%.*s' is no rebuild policy; there are:" KITH_REBUILD_LIST(X),
-                               (int)length, word);
-#undef X
-    if (status != KITH_OK) {
-      kith_rebuilds_clear(out);
-      return status;
-    }
-  }
-  out->keeps_cover = kith_rebuilds_lasting(out);
-  return KITH_OK;
+  kith_status status =
+      copy != NULL ? KITH_OK : kith_fail(KITH_NO_MEMORY, "no memory for the names of rebuild policies");
+  while (rest != NULL && status == KITH_OK) status = add_policy(out, strsep(&rest, "|"));
+  free(copy);
+  if (status != KITH_OK)
+    kith_rebuilds_clear(out);
+  else
+    out->keeps_cover = kith_rebuilds_lasting(out);
+  return status;
 }
 
 void kith_rebuilds_clear(struct kith_rebuilds *rebuilds) {
-  for (int k = 0; k < rebuilds->n; ++k)
-    if (rebuilds->policy[k].ops->destroy != NULL) rebuilds->policy[k].ops->destroy(&rebuilds->policy[k]);
+  for (struct kith_rebuild *policy = rebuilds->policy; policy < rebuilds->policy + rebuilds->n; ++policy) {
+    if (policy->self != NULL) policy->ops->destroy(policy);
+    if (policy->settings != NULL) kith_params_clear(policy->ops->params, policy->settings);
+    kith_free(&policy->settings);
+  }
   kith_cover_clear(&rebuilds->cover);
   *rebuilds = (struct kith_rebuilds){0};
+}
+
+/* Does some policy fire before the lists could miss a pair? */
+static bool covers(const struct kith_rebuilds *rebuilds) {
+  for (int k = 0; k < rebuilds->n; ++k)
+    if (rebuilds->policy[k].ops->covers) return true;
+  return false;
+}
+
+kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const char *why) {
+  if (covers(rebuilds)) return KITH_OK;
+  KITH_FAIL(STALE,
+            "%s, and policy %s does not rebuild the lists: choose displacement or always, or a larger skin",
+            why, rebuilds->policy[0].ops->name);
 }
 
 kith_status kith_rebuilds_check(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
@@ -83,13 +85,9 @@ kith_status kith_rebuilds_check(const struct kith_rebuilds *rebuilds, const stru
     if (kith_ranks_any(nodes->ranks, policy->ops->needs_rebuild(policy, &rebuilds->cover, nodes)))
       *reason = policy->reason;
   }
-  if (*reason != KITH_BECAUSE_none || kith_rebuilds_cover(rebuilds)) return KITH_OK;
-  if (!kith_rebuilds_covered(rebuilds, nodes))
-    KITH_FAIL(STALE,
-              "nodes moved, or supports grew, so far that the neighbor lists may miss pairs, and policy "
-              "%s does not rebuild them: choose displacement or always, or a larger skin",
-              rebuilds->policy[0].ops->name);
-  return KITH_OK;
+  if (*reason != KITH_BECAUSE_none || covers(rebuilds) || kith_rebuilds_covered(rebuilds, nodes))
+    return KITH_OK;
+  return kith_rebuilds_allow(rebuilds, "nodes moved, or supports grew, so far that the lists may miss pairs");
 }
 
 bool kith_rebuilds_covered(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes) {
@@ -106,18 +104,8 @@ kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct 
   return KITH_OK;
 }
 
-void kith_rebuilds_invalidate(struct kith_rebuilds *rebuilds) {
-  rebuilds->snapshot_taken = false;
-}
-
 bool kith_rebuilds_lasting(const struct kith_rebuilds *rebuilds) {
   for (int k = 0; k < rebuilds->n; ++k)
     if (rebuilds->policy[k].ops->every_step) return false;
   return true;
-}
-
-bool kith_rebuilds_cover(const struct kith_rebuilds *rebuilds) {
-  for (int k = 0; k < rebuilds->n; ++k)
-    if (rebuilds->policy[k].ops->covers) return true;
-  return false;
 }

@@ -19,16 +19,13 @@
 #define KITH_REBUILD_LIST(X) X(always) X(never) X(entity_change) X(displacement)
 #endif
 
-/* Reasons that are no policy. Token, what it means. */
-#define KITH_REBUILD_CAUSE_LIST(X)                  \
-  X(first_build, "there are no lists yet")          \
-  X(support, "a support outgrew its search radius") \
-  X(stage, "nodes or a face moved within a step")   \
-  X(requested, "the caller requested it")
+/* Reasons that are no policy: there are no lists yet; a support outgrew its search radius; nodes or a face
+ * moved within a step; the caller requested it. */
+#define KITH_REBUILD_CAUSE_LIST(X) X(first_build) X(support) X(stage) X(requested)
 
 enum kith_rebuild_reason {
   KITH_BECAUSE_none,
-#define X(name, ...) KITH_BECAUSE_##name,
+#define X(name) KITH_BECAUSE_##name,
   KITH_REBUILD_CAUSE_LIST(X) KITH_REBUILD_LIST(X)
 #undef X
       KITH_REBUILD_REASONS
@@ -41,23 +38,22 @@ struct kith_rebuild;
 
 struct kith_rebuild_ops {
   const char *name, *doc;
-  const struct kith_param *params; /* its own parameters, NULL: none */
+  const struct kith_param *params; /* its own parameters (policy->settings), NULL: none */
   size_t settings_size;
   bool covers;     /* fires before the lists could miss a pair */
   bool every_step; /* fires whatever happened */
-  /* Private state in policy->self. NULL: none. */
-  kith_status (*create)(struct kith_rebuild *policy);
-  void (*destroy)(struct kith_rebuild *policy);
   /* What this rank wants; the family joins the ranks. Never called before a snapshot. */
   bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_cover *cover,
                         const struct kith_nodes *nodes);
-  /* Remembers what the lists were made from. NULL: nothing to remember. */
+  /* Remembers in policy->self what the lists were made from, and forgets it. NULL: nothing to remember. */
   kith_status (*snapshot)(struct kith_rebuild *policy, const struct kith_nodes *nodes);
+  void (*destroy)(struct kith_rebuild *policy);
 };
 
 struct kith_rebuild {
   const struct kith_rebuild_ops *ops;
   enum kith_rebuild_reason reason; /* for which it fires */
+  void *settings;                  /* what its params fill; NULL if it has none */
   void *self;
 };
 
@@ -67,7 +63,6 @@ KITH_REBUILD_LIST(X)
 const struct kith_rebuild_ops *kith_rebuild_find(const char *name); /* '-' and '_' are the same */
 const struct kith_rebuild_ops *const *kith_rebuild_all(void);
 struct kith_member kith_rebuild_member(int k); /* as members of any family: lib/core/param.h */
-const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason);
 
 /* An OR of policies. */
 struct kith_rebuilds {
@@ -77,8 +72,9 @@ struct kith_rebuilds {
   bool keeps_cover; /* some policy lets lists last, or the caller asks kith_rebuilds_covered */
   bool snapshot_taken;
 };
-/* From words joined by "|": "displacement | entity-change". BAD_INPUT for an unknown word. `period` (NDIM;
- * NULL: none): lengths of periodic axes, 0 for the others. */
+/* From words joined by "|": "displacement | entity-change". Settings of a policy follow a colon:
+ * "name:key=value key=value | never". BAD_INPUT for what it does not know. `period` (NDIM; NULL: none):
+ * lengths of periodic axes, 0 for the others. */
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period);
 void kith_rebuilds_clear(struct kith_rebuilds *rebuilds);
 /* Is a rebuild due, and why? *reason: the first policy that fires, first_build if there is no snapshot, none.
@@ -86,15 +82,14 @@ void kith_rebuilds_clear(struct kith_rebuilds *rebuilds);
  * */
 kith_status kith_rebuilds_check(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                 enum kith_rebuild_reason *reason);
+/* May the lists be rebuilt within a step, because they may miss pairs? STALE, "WHY, and ...", if no policy
+ * fires before they could: whoever chose such policies wants no other lists. */
+kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const char *why);
 /* Do the lists hold every significant pair? Wants keeps_cover. Collective. */
 bool kith_rebuilds_covered(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
 /* After a rebuild: all policies take a new snapshot, also those that were not asked. Collective. */
 kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
-/* The next check says first_build. */
-void kith_rebuilds_invalidate(struct kith_rebuilds *rebuilds);
 /* Do lists outlive a step under these policies? */
 bool kith_rebuilds_lasting(const struct kith_rebuilds *rebuilds);
-/* Does some policy fire before the lists could miss a pair? */
-bool kith_rebuilds_cover(const struct kith_rebuilds *rebuilds);
 
 #endif

@@ -244,7 +244,7 @@ static void momentum_is_kept(void) {
 static kith_status step_of(struct scenario *s, double dt, double last) {
   struct kith_integrator *it = &s->simulation->integrator;
   it->dt = last; /* lists look so far ahead */
-  it->accurate_dt = 0;
+  if (it->scheme->accurate_dt != NULL) *it->scheme->accurate_dt(it) = 0;
   it->timestep_limit.dt = dt;
   return kith_integrator_step(it, s->scene->until);
 }

@@ -78,7 +78,6 @@ static void check_needs(void) {
   struct kith_nodes *nodes = oracle_random(1, count, 0.5, 1, &seed);
   struct kith_connectivity *c = build(nodes, (struct kith_requirements){.rows = true, .pairs = true}, NULL);
   CHECK_STATUS(KITH_UNSUPPORTED, kith_connectivity_cut_barriers(c, nodes, nodes->list, 0.5, NULL));
-  CHECK_OK(kith_connectivity_decouple(c)); /* no factors: nothing to drop */
   kith_connectivity_destroy(&c);
   kith_nodes_destroy(&nodes);
 }

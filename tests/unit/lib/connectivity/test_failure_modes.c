@@ -187,7 +187,8 @@ static void ignoring_overlap_and_intersection_cost(void) {
   CHECK_OK(
       kith_connectivity_build(lean, w.nodes, w.search, (struct kith_requirements){.rows = true}, NULL, NULL));
   CHECK(lean->overlap.entries_capacity == 0 && lean->intersection.entries_capacity == 0);
-  CHECK(lean->pairs.capacity == 0 && lean->overlap_pairs.capacity == 0 && lean->spans.first_capacity == 0);
+  CHECK(lean->pairs.capacity == 0 && lean->overlap_pairs.capacity == 0 &&
+        lean->scratch.spans.rows_capacity == 0);
   CHECK(kith_connectivity_bytes(lean) < kith_connectivity_bytes(w.c));
   kith_connectivity_destroy(&lean);
   close_world(&w);

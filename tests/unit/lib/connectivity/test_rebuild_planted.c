@@ -5,14 +5,68 @@
 #include "lib/connectivity/policies/rebuild.c"
 #include "tests/check.h"
 
+struct settings {
+  double limit;
+  int quiet;
+};
+static const struct kith_param params[] = {
+    {"limit", KITH_PARAM_NUMBER, "2", "(0, 10]", "fires above", KITH_INTO(struct settings, limit)},
+    {"quiet", KITH_PARAM_INTEGER, "0", "[0, 1]", "never fires", KITH_INTO(struct settings, quiet)},
+    {0}};
+
+/* Fires where the first node has gone beyond the limit, unless it is quiet. */
 static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_cover *cover,
                           const struct kith_nodes *nodes) {
-  (void)policy, (void)cover, (void)nodes;
-  return true;
+  const struct settings *settings = policy->settings;
+  (void)cover;
+  return settings->quiet == 0 && nodes->position->f64[0] > settings->limit;
 }
 
-const struct kith_rebuild_ops kith_rebuild_planted = {
-    .name = "planted", .doc = "a test's", .covers = true, .needs_rebuild = needs_rebuild};
+const struct kith_rebuild_ops kith_rebuild_planted = {.name = "planted",
+                                                      .doc = "a test's",
+                                                      KITH_SETTINGS(params, settings),
+                                                      .covers = true,
+                                                      .needs_rebuild = needs_rebuild};
+
+/* Settings of a policy stand behind its name; what is wrong with them is said. */
+static void with_settings(const struct kith_nodes *nodes) {
+  static const struct {
+    const char *words;
+    double limit;
+    enum kith_rebuild_reason reason; /* where the node is at 3 */
+  } good[] = {{"planted", 2, KITH_BECAUSE_planted},
+              {"planted:", 2, KITH_BECAUSE_planted},
+              {"never | planted: limit=2.5 | never", 2.5, KITH_BECAUSE_planted},
+              {" planted : limit=4", 4, KITH_BECAUSE_none},
+              {"planted:quiet=1 limit=1|displacement", 1, KITH_BECAUSE_none}};
+  static const char *const bad[][2] = {{"planted:limit=11", "planted: limit: 11 is out of range (0, 10]"},
+                                       {"never|planted:limit=x", "planted: limit: 'x' is"},
+                                       {"planted:most=1", "planted has no parameter most"},
+                                       {"planted:limit", "write it as key=value"},
+                                       {"planted|planted:limit=1", "planted is there twice"},
+                                       {"never:limit=1", "never has no parameter limit=1"}};
+  for (size_t k = 0; k < sizeof good / sizeof good[0]; ++k) {
+    struct kith_rebuilds r;
+    enum kith_rebuild_reason reason;
+    CHECK_OK(kith_rebuilds_create(&r, good[k].words, NULL));
+    for (int p = 0; p < r.n; ++p)
+      if (r.policy[p].ops == &kith_rebuild_planted)
+        CHECK(((const struct settings *)r.policy[p].settings)->limit == good[k].limit);
+      else
+        CHECK(r.policy[p].settings == NULL);
+    CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+    CHECK_OK(kith_rebuilds_check(&r, nodes, &reason));
+    CHECK(reason == good[k].reason);
+    kith_rebuilds_clear(&r);
+  }
+  for (size_t k = 0; k < sizeof bad / sizeof bad[0]; ++k) {
+    struct kith_rebuilds r;
+    CHECK_STATUS(KITH_BAD_INPUT, kith_rebuilds_create(&r, bad[k][0], NULL));
+    CHECK(r.n == 0);
+    if (strstr(kith_failure(), bad[k][1]) == NULL) fprintf(stderr, "%s\n", kith_failure());
+    CHECK(strstr(kith_failure(), bad[k][1]) != NULL);
+  }
+}
 
 /* An OR of all five, with guards around it. */
 static void all_policies(void) {
@@ -24,14 +78,20 @@ static void all_policies(void) {
   struct kith_nodes *nodes;
   const char *const names[] = {"gas"};
   enum kith_rebuild_reason reason;
+  kith_index first;
   CHECK_OK(kith_nodes_create(&nodes, 1, names));
+  CHECK_OK(kith_nodes_append(nodes, 0, 1, &first));
+  nodes->position->f64[0] = 3;
+  nodes->support->f64[0] = nodes->search_radius->f64[0] = 1;
   CHECK(KITH_REBUILD_POLICIES == 5 && sizeof r.rebuilds.policy / sizeof r.rebuilds.policy[0] == 5);
-  CHECK_OK(kith_rebuilds_create(&r.rebuilds, "never|entity-change|displacement|planted|always|never", NULL));
+  CHECK_OK(kith_rebuilds_create(&r.rebuilds, "never|entity-change|planted: limit=1|displacement|always|never",
+                                NULL));
   CHECK(r.rebuilds.n == 5 && r.before == 0x5a5a && r.after == 0x5a5a);
   CHECK_OK(kith_rebuilds_snapshot(&r.rebuilds, nodes));
   CHECK_OK(kith_rebuilds_check(&r.rebuilds, nodes, &reason));
-  CHECK(reason == KITH_BECAUSE_planted && strcmp(kith_rebuild_reason_name(reason), "planted") == 0);
+  CHECK(reason == KITH_BECAUSE_planted);
   kith_rebuilds_clear(&r.rebuilds);
+  with_settings(nodes);
   kith_nodes_destroy(&nodes);
 }
 

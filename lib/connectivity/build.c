@@ -1,0 +1,341 @@
+/* build.c - rows of neighbors from a search; scratch memory and excluders of all builders.
+ *
+ * Targets that are close together (a group) share their candidates: those are cut down to the box of the
+ * group, sorted by node once, and packed; then each row follows from one streamed distance test in ascending
+ * order. Pass 1 keeps the candidates and one bit for each candidate and target; pass 2 turns bits into
+ * entries at their final position. So no distance is tested twice, and what is kept in between is smaller
+ * than the rows themselves. */
+#include "lib/connectivity/build.h"
+
+#include <omp.h>
+#include <string.h>
+
+/* Fewer targets: a smaller box and fewer tests each; more: candidates are packed less often. The time is flat
+ * between 16 and 48. */
+enum { GROUP_SIZE = 32 };
+
+/* --- groups --- */
+
+/* Targets: their slots, their box, their largest search radius. */
+struct group {
+  struct kith_run run;
+  struct kith_box box;
+  double radius, radius2;
+};
+
+static struct group group_of(const struct kith_search *search, kith_index first, kith_index count) {
+  struct group group = {.run = {first, count}, .box = kith_box_empty()};
+  for (kith_index slot = first; slot < first + count; ++slot) {
+    double x[NDIM];
+    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
+    kith_box_include(&group.box, x);
+    group.radius = KITH_MAX(group.radius, search->nodes->search_radius->f64[search->node[slot]]);
+    group.radius2 = KITH_MAX(group.radius2, search->radius2[slot]);
+  }
+  return group;
+}
+
+/* Volume in which candidates may lie. */
+static double volume(const struct group *group) {
+  double v = 1;
+  for (int a = 0; a < NDIM; ++a) v *= group->box.upper[a] - group->box.lower[a] + 2 * group->radius;
+  return v;
+}
+
+/* Joins b to a if it follows in the slots and lies close by, which it does not where the curve jumps. */
+static bool join(struct group *a, const struct group *b) {
+  if (a->run.first + a->run.count != b->run.first || a->run.count + b->run.count > GROUP_SIZE) return false;
+  struct group both = {.run = {a->run.first, a->run.count + b->run.count}, .box = a->box};
+  kith_box_include(&both.box, b->box.lower);
+  kith_box_include(&both.box, b->box.upper);
+  both.radius = KITH_MAX(a->radius, b->radius);
+  both.radius2 = KITH_MAX(a->radius2, b->radius2);
+  if (!(volume(&both) <= 1.5 * KITH_MAX(volume(a), volume(b)))) return false;
+  *a = both;
+  return true;
+}
+
+/* First group of a chunk. */
+static int chunk_start(const struct kith_search *search, int chunk) {
+  return (int)((int64_t)search->n_groups * chunk / KITH_ROW_CHUNKS);
+}
+
+/* --- candidates of a group --- */
+
+static bool ascending(const uint64_t *key, size_t n) {
+  for (size_t k = 1; k < n; ++k)
+    if (key[k] < key[k - 1]) return false;
+  return true;
+}
+
+static size_t ascent(const uint64_t *key, size_t from, size_t n) {
+  size_t k = from + 1;
+  while (k < n && key[k] > key[k - 1]) ++k;
+  return KITH_MIN(k, n);
+}
+
+static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, const uint64_t *b_end,
+                  uint64_t *out) {
+  while (a < a_end && b < b_end) {
+    const bool first = *a < *b;
+    *out++ = first ? *a : *b;
+    a += first, b += !first;
+  }
+  if (a < a_end) memcpy(out, a, (size_t)(a_end - a) * sizeof *out);
+  if (b < b_end) memcpy(out, b, (size_t)(b_end - b) * sizeof *out);
+}
+
+/* Natural merge sort: slots nearly follow the nodes, so there are few ascending sequences. Returns the array
+ * that holds the sorted keys. */
+static uint64_t *sort_keys(uint64_t *key, uint64_t *spare, size_t n) {
+  while (!ascending(key, n)) {
+    for (size_t from = 0; from < n;) {
+      const size_t middle = ascent(key, from, n);
+      const size_t to = middle < n ? ascent(key, middle, n) : n;
+      merge(key + from, key + middle, key + middle, key + to, spare + from);
+      from = to;
+    }
+    uint64_t *swap = key;
+    key = spare, spare = swap;
+  }
+  return key;
+}
+
+/* Keys of the slots within range of the box, internal nodes and ghosts apart, n[0] and n[1] of them: each of
+ * the two is nearly ascending. key: arrays for all candidates; the spare one holds the slots first. */
+static kith_status collect(struct kith_worker *worker, const struct kith_build *build,
+                           const struct group *group, uint64_t *key[3], size_t n[2]) {
+  const struct kith_search *search = build->search;
+  size_t all = 0, within = 0;
+  for (int r = 0; r < worker->runs.n; ++r) all += (size_t)worker->runs.run[r].count;
+  KITH_TRY(kith_reserve(&worker->key, &worker->key_capacity, 3 * all, sizeof *worker->key));
+  for (int k = 0; k < 3; ++k) key[k] = worker->key + (size_t)k * all;
+  kith_index *slot = (kith_index *)key[2];
+  for (int r = 0; r < worker->runs.n; ++r)
+    within += kith_box_slots(search, worker->runs.run[r], &group->box, group->radius2, slot + within);
+  uint64_t *inner = key[0], *outer = key[1];
+  for (size_t k = 0; k < within; ++k) {
+    const kith_index node = search->node[slot[k]];
+    *inner = *outer = (uint64_t)node << 32 | (uint64_t)slot[k];
+    inner += node < build->nodes->n_internal, outer += node >= build->nodes->n_internal;
+  }
+  n[0] = (size_t)(inner - key[0]), n[1] = (size_t)(outer - key[1]);
+  return KITH_OK;
+}
+
+/* self[m]: the position of target m among the candidates, -1 if it is not one of them (coordinates that are
+ * not a number). */
+static void pack(struct kith_packed *near, const struct kith_search *search, const uint64_t *key, int from,
+                 int n, struct kith_run targets, int *self) {
+  for (int p = 0; p < n; ++p) {
+    const kith_index slot = (kith_index)(key[p] & 0xffffffffu);
+    near->node[from + p] = (kith_index)(key[p] >> 32);
+    for (int a = 0; a < NDIM; ++a) near->coordinate[a][from + p] = search->coordinate[a][slot];
+    near->radius2[from + p] = search->radius2[slot];
+    const kith_index m = slot - targets.first;
+    if (m >= 0 && m < targets.count) self[m] = from + p;
+  }
+}
+
+static kith_status candidates(struct kith_worker *worker, const struct kith_build *build,
+                              const struct group *group, int *self) {
+  const struct kith_search *search = build->search;
+  uint64_t *key[3];
+  size_t n[2];
+  for (kith_index m = 0; m < group->run.count; ++m) self[m] = -1;
+  worker->runs.n = 0;
+  KITH_TRY(search->ops->coarse(search, &group->box, group->radius, KITH_GATHER_SCATTER, &worker->runs));
+  KITH_TRY(collect(worker, build, group, key, n));
+  KITH_TRY(kith_packed_reserve(&worker->near, n[0] + n[1]));
+  /* Sorted keys may end in the spare array, so each part is packed before the next is sorted. */
+  for (int part = 0; part < 2; ++part)
+    pack(&worker->near, search, sort_keys(key[part], key[2], n[part]), part == 0 ? 0 : (int)n[0],
+         (int)n[part], group->run, self);
+  kith_packed_close(&worker->near, (int)(n[0] + n[1]));
+  return KITH_OK;
+}
+
+/* --- pass 1 --- */
+
+/* Broad excluders are asked about all candidates, narrow ones about what the distance test leaves. */
+static kith_status exclude(struct kith_worker *worker, const struct kith_build *build, kith_index i,
+                           uint64_t *hit, int *count) {
+  const struct kith_packed *near = &worker->near;
+  KITH_TRY(kith_reserve(&worker->hit, &worker->hit_capacity, (size_t)near->words, sizeof *worker->hit));
+  uint64_t *allowed = worker->hit;
+  for (int w = 0; w < near->words; ++w) allowed[w] = ~UINT64_C(0);
+  if (near->n % 64 != 0) allowed[near->words - 1] >>= 64 - near->n % 64;
+  kith_build_exclude(build, KITH_BROAD, i, near->node, near->words, allowed);
+  for (int w = 0; w < near->words; ++w) hit[w] &= allowed[w];
+  *count = kith_build_exclude(build, KITH_NARROW, i, near->node, near->words, hit);
+  return KITH_OK;
+}
+
+/* One record: number of candidates; slots of the targets; the candidates, two in a word; the bits, target by
+ * target. */
+enum { HEAD = 2 };
+
+/* Grows to what the whole chunk will need if the rest is like its first `done` of `all` groups. */
+static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done, int all) {
+  const size_t need = chunk->n + more;
+  if (need <= chunk->capacity) return KITH_OK;
+  const size_t whole = (size_t)((double)need / done * all * 1.06);
+  const size_t capacity = KITH_MAX(whole, need + need / 16);
+  KITH_TRY(kith_resize(&chunk->word, chunk->n, capacity, sizeof *chunk->word));
+  chunk->capacity = capacity;
+  return KITH_OK;
+}
+
+static kith_status test_targets(struct kith_worker *worker, const struct kith_build *build,
+                                struct kith_run targets, const int *self, size_t *length, uint64_t *hit) {
+  const struct kith_search *search = build->search;
+  for (kith_index m = 0; m < targets.count; ++m, hit += worker->near.words) {
+    const kith_index slot = targets.first + m, i = search->node[slot];
+    double x[NDIM];
+    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
+    int count = kith_packed_hits(&worker->near, x, search->radius2[slot], hit);
+    if (self[m] >= 0) {
+      uint64_t *word = &hit[self[m] / 64];
+      const uint64_t bit = UINT64_C(1) << (self[m] % 64);
+      count -= (*word & bit) != 0;
+      *word &= ~bit;
+    }
+    if (build->excluders != NULL) KITH_TRY(exclude(worker, build, i, hit, &count));
+    length[i] = (size_t)count;
+  }
+  worker->candidates += (size_t)worker->near.n * (size_t)targets.count;
+  return KITH_OK;
+}
+
+/* With this group, `done` of `all` groups of the chunk have been tested. length[i]: of row i. */
+static kith_status test_group(struct kith_worker *worker, const struct kith_build *build,
+                              struct kith_words *chunk, size_t *length, const struct group *group, int done,
+                              int all) {
+  int self[GROUP_SIZE];
+  KITH_TRY(candidates(worker, build, group, self));
+  const size_t n = (size_t)worker->near.n,
+               words = HEAD + (n + 1) / 2 + (size_t)worker->near.words * (size_t)group->run.count;
+  KITH_TRY(reserve_chunk(chunk, words, done, all));
+  uint64_t *record = chunk->word + chunk->n;
+  record[0] = n;
+  record[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
+  memcpy(record + HEAD, worker->near.node, n * sizeof(kith_index));
+  chunk->n += words;
+  return test_targets(worker, build, group->run, self, length, record + HEAD + (n + 1) / 2);
+}
+
+/* Cuts large groups, joins small ones. Ghosts and internal nodes are never in one group. */
+static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build,
+                              struct kith_words *chunk, size_t *length, int chunk_number, bool ghosts) {
+  const struct kith_search *search = build->search;
+  const int start = chunk_start(search, chunk_number), stop = chunk_start(search, chunk_number + 1);
+  struct group open = {0};
+  chunk->n = 0;
+  for (int g = start; g < stop; ++g) {
+    const struct kith_run group = search->group[g];
+    if (group.count == 0 || (!ghosts && search->node[group.first] >= build->nodes->n_internal)) continue;
+    const kith_index parts = (group.count + GROUP_SIZE - 1) / GROUP_SIZE;
+    for (kith_index p = 0; p < parts; ++p) {
+      const kith_index from = (kith_index)((int64_t)group.count * p / parts);
+      const kith_index to = (kith_index)((int64_t)group.count * (p + 1) / parts);
+      const struct group next = group_of(search, group.first + from, to - from);
+      if (open.run.count > 0 && join(&open, &next)) continue;
+      if (open.run.count > 0)
+        KITH_TRY(test_group(worker, build, chunk, length, &open, g + 1 - start, stop - start));
+      open = next;
+    }
+  }
+  if (open.run.count > 0) KITH_TRY(test_group(worker, build, chunk, length, &open, 1, 1));
+  return KITH_OK;
+}
+
+/* --- pass 2 --- */
+
+static void fill_chunk(struct kith_rows *rows, const struct kith_search *search,
+                       const struct kith_words *chunk) {
+  const uint64_t *record = chunk->word;
+  while (record < chunk->word + chunk->n) {
+    const int n = (int)record[0], words = (n + 63) / 64;
+    const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
+    const kith_index *node = (const kith_index *)(record + HEAD);
+    record += HEAD + (n + 1) / 2;
+    for (kith_index slot = first; slot < first + count; ++slot, record += words)
+      kith_packed_extract(node, words, record, rows->node + rows->first[search->node[slot]]);
+  }
+}
+
+kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, bool ghosts,
+                            size_t *candidates) {
+  struct kith_builder *scratch = build->scratch;
+  KITH_TRY(kith_rows_reserve(rows, ghosts ? kith_nodes_count(build->nodes) : build->nodes->n_internal));
+  memset(rows->first, 0, ((size_t)rows->n + 1) * sizeof(size_t));
+  for (int t = 0; t < scratch->threads; ++t) scratch->worker[t].candidates = 0;
+  int status = KITH_OK;
+#pragma omp parallel for schedule(dynamic, 1) reduction(max : status) if (rows->n > KITH_FEW)
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
+    const int mine = (int)test_chunk(&scratch->worker[omp_get_thread_num()], build, &scratch->chunk[c],
+                                     rows->first + 1, c, ghosts);
+    status = KITH_MAX(status, mine);
+  }
+  /* The message of the failure stayed on its thread. */
+  if (status != KITH_OK)
+    return kith_fail((kith_status)status, "the neighbor lists could not be built: %s",
+                     kith_status_text((kith_status)status));
+  *candidates = 0;
+  for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
+  KITH_TRY(kith_rows_sum(rows));
+#pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) fill_chunk(rows, build->search, &scratch->chunk[c]);
+  return KITH_OK;
+}
+
+/* --- scratch --- */
+
+kith_status kith_builder_reserve(struct kith_builder *scratch) {
+  const int threads = omp_get_max_threads();
+  if (threads <= scratch->threads) return KITH_OK;
+  KITH_TRY(kith_resize(&scratch->worker, (size_t)scratch->threads, (size_t)threads, sizeof *scratch->worker));
+  scratch->threads = threads;
+  return KITH_OK;
+}
+
+void kith_builder_clear(struct kith_builder *scratch) {
+  for (int t = 0; t < scratch->threads; ++t) {
+    struct kith_worker *w = &scratch->worker[t];
+    kith_runs_clear(&w->runs);
+    kith_packed_clear(&w->near);
+    void *const owned[] = {&w->key, &w->hit, &w->bitmap, &w->touched};
+    for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
+  }
+  kith_free(&scratch->worker);
+  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&scratch->chunk[k].word);
+  kith_rows_clear(&scratch->spans);
+  kith_free(&scratch->bits);
+  *scratch = (struct kith_builder){0};
+}
+
+size_t kith_builder_bytes(const struct kith_builder *scratch) {
+  size_t bytes = kith_rows_bytes(&scratch->spans), words = scratch->bits_capacity;
+  for (int t = 0; t < scratch->threads; ++t) {
+    const struct kith_worker *w = &scratch->worker[t];
+    bytes += sizeof *w + (size_t)w->runs.capacity * sizeof(struct kith_run) +
+             (size_t)w->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double));
+    words += w->key_capacity + w->hit_capacity + w->bitmap_capacity + w->touched_capacity;
+  }
+  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) words += scratch->chunk[k].capacity;
+  return bytes + words * sizeof(uint64_t);
+}
+
+int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
+                       const kith_index *node, int words, uint64_t *hit) {
+  int count = 0;
+  for (int w = 0; w < words; ++w) {
+    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
+      const int k = __builtin_ctzll(bits);
+      if (kith_excluder_rejects(build->excluders, phase, build->nodes, i, node[64 * w + k]))
+        hit[w] &= ~(UINT64_C(1) << k);
+    }
+    count += __builtin_popcountll(hit[w]);
+  }
+  return count;
+}

@@ -1,0 +1,74 @@
+/* build.h - builders of lists, what they are given, and scratch memory that is kept from build to build.
+ *
+ * Rows of neighbors are built in two passes over the groups of the search, parallel over groups: the first
+ * tests distances and counts, the second fills in. The result depends neither on the number of threads nor on
+ * which search was used.
+ *
+ * Overlap row i holds the neighbors of i, and every j for which there is a node k (internal or ghost, also i
+ * or j) with |x_i - x_k| <= R_i and |x_j - x_k| <= R_j. Symmetric, self excluded, ascending. Complete if
+ * ghosts reach twice as far as for neighbors (boundary.h, factor 2).
+ *
+ * The intersection of a pair is the common neighbors of its nodes, and both; optionally only those whose
+ * closest point on the segment from i to j lies strictly between the ends. One row a pair, ascending. */
+#ifndef KITH_CONNECTIVITY_BUILD_H
+#define KITH_CONNECTIVITY_BUILD_H
+
+#include "lib/connectivity/excluder.h"
+#include "lib/connectivity/packed.h"
+#include "lib/connectivity/pairs.h"
+
+/* Of one thread. */
+struct kith_worker {
+  struct kith_runs runs;
+  struct kith_packed near;
+  uint64_t *key; /* candidates as node << 32 | slot, three arrays: internal, ghost, spare for merging */
+  uint64_t *hit; /* [near.words] */
+  uint64_t *bitmap, *touched; /* a set of nodes, and which words of it are not 0; both 0 between uses */
+  size_t key_capacity, hit_capacity, bitmap_capacity, touched_capacity, candidates;
+};
+
+/* Chunks are fixed shares of the groups: their contents do not depend on which thread filled them. */
+enum { KITH_ROW_CHUNKS = 256 };
+struct kith_builder {
+  int threads;
+  struct kith_worker *worker; /* [threads] */
+  struct kith_words {
+    size_t n, capacity;
+    uint64_t *word;
+  } chunk[KITH_ROW_CHUNKS]; /* what the first pass over groups leaves for the second */
+  /* For each node the set of nodes whose support holds it, as non-empty 64-bit words of a bitmap over the
+   * nodes: their numbers, and their bits. */
+  struct kith_rows spans;
+  uint64_t *bits;
+  size_t bits_capacity;
+};
+/* For at least as many threads as may run now. */
+kith_status kith_builder_reserve(struct kith_builder *scratch);
+void kith_builder_clear(struct kith_builder *scratch);
+size_t kith_builder_bytes(const struct kith_builder *scratch);
+
+/* What every builder is given. */
+struct kith_build {
+  const struct kith_nodes *nodes;
+  const struct kith_search *search;
+  const struct kith_excluder *excluders; /* chain or NULL */
+  struct kith_builder *scratch;
+};
+/* Clears the bits of nodes that the chain rejects as partners of i in this phase; returns how many are left.
+ * `node`: those of the bits, 64 for each word. */
+int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
+                       const kith_index *node, int words, uint64_t *hit);
+
+/* Rows of significant neighbors, ascending: of internal nodes (rows->n = n_internal), of `ghosts` too if
+ * wanted. *candidates: how many distances were tested. */
+kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, bool ghosts,
+                            size_t *candidates);
+/* Overlap rows of the first `n` nodes. Needs the rows of ghosts. (overlap.c) */
+kith_status kith_overlap_build(struct kith_rows *overlap, const struct kith_rows *rows, kith_index n,
+                               const struct kith_build *build);
+/* UNSUPPORTED beyond 2^31 pairs. (intersection.c) */
+kith_status kith_intersection_build(struct kith_rows *intersection, const struct kith_rows *rows,
+                                    const struct kith_pairs *pairs, bool on_segment,
+                                    const struct kith_build *build);
+
+#endif
