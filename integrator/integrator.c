@@ -1,7 +1,12 @@
-/* The state of the time integration: fields, kicks and drifts. */
+/* The state of the time integration: fields, kicks and drifts; the family of schemes. */
 #include "integrator/integrator.h"
 
 #include <math.h>
+#include "lib/core/family.h"
+
+#define X(name) &kith_scheme_##name,
+KITH_FAMILY(kith_scheme, KITH_SCHEME_LIST(X))
+#undef X
 
 kith_status kith_integrator_init(struct kith_integrator *it) {
   static const char *const names[] = {"built_radius", "built_support", "built_x", "built_y", "built_z"};

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <string.h>
-#include "lib/connectivity/coupling.h"
 
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
@@ -119,17 +118,6 @@ static kith_status ghosts(struct kith_integrator *it) {
     it->ledger.boundary[b].created += (uint64_t)it->boundaries->boundary[b]->made;
   it->ledger.ghosts_created += (uint64_t)it->nodes->n_ghost;
   return KITH_OK;
-}
-
-static kith_status connectivity(struct kith_integrator *it) {
-  struct kith_connectivity *c = it->connectivity;
-  kith_profile_begin(it->profile, "connectivity");
-  const kith_status status =
-      kith_connectivity_build(c, it->nodes, it->search, it->need, it->excluders, it->profile);
-  kith_profile_count(it->profile, "candidates", (double)c->candidates);
-  kith_profile_end(it->profile);
-  it->ledger.candidates += c->candidates;
-  return status;
 }
 
 /* Barriers cut pairs. A barrier's nodes stand apart by its spacing, which its support is a multiple of. */
@@ -263,7 +251,11 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
   set_search_radius(it);
   KITH_TRY(ghosts(it));
   KITH_STAGE(status, it->profile, "neighbors", kith_search_update(it->search));
-  if (status == KITH_OK) status = connectivity(it);
+  if (status == KITH_OK)
+    KITH_STAGE(
+        status, it->profile, "connectivity",
+        kith_connectivity_build(it->connectivity, nodes, it->search, it->need, it->excluders, it->profile));
+  it->ledger.candidates += it->connectivity->candidates;
   if (status == KITH_OK) status = coupling(it);
   KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
   const kith_index before = kith_nodes_count(nodes);

@@ -23,18 +23,14 @@ struct kith_tolerances {
   double rtol, atol;
 };
 /* Rows of a parameter table for the settings `type`, whose member `tolerances` they fill. */
-#define KITH_TOLERANCE_PARAMS(type)                                                                \
-  {"rtol",                                                                                         \
-   KITH_PARAM_NUMBER,                                                                              \
-   "1e-4",                                                                                         \
-   "[1e-12, 1]",                                                                                   \
-   "of errors, and of a thousand residuals of implicit: relative to support, sound speed, energy", \
-   KITH_INTO(type, tolerances.rtol)},                                                              \
-  {                                                                                                \
-    "atol", KITH_PARAM_NUMBER, "1e-5", "[0, 1]",                                                   \
-        "the same: relative to the energy per mass of the whole run, and its speed",               \
-        KITH_INTO(type, tolerances.atol)                                                           \
-  }
+#define KITH_TOLERANCE(type, key, value, range, doc) \
+  { #key, KITH_PARAM_NUMBER, value, range, doc, KITH_INTO(type, tolerances.key) }
+#define KITH_TOLERANCE_PARAMS(type)                                                                    \
+  KITH_TOLERANCE(                                                                                      \
+      type, rtol, "1e-4", "[1e-12, 1]",                                                                \
+      "of errors, and of a thousand residuals of implicit: relative to support, sound speed, energy"), \
+      KITH_TOLERANCE(type, atol, "1e-5", "[0, 1]",                                                     \
+                     "the same: relative to the energy per mass of the whole run, and its speed")
 
 /* The state as a vector: position, velocity and energy of the internal nodes. */
 enum { KITH_VECTOR_POSITION, KITH_VECTOR_VELOCITY, KITH_VECTOR_ENERGY, KITH_VECTOR_PARTS };

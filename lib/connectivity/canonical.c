@@ -85,59 +85,50 @@ static kith_index part_start(kith_index n, int part) {
   return (kith_index)((int64_t)n * part / PARTS);
 }
 
-/* first[i]: where the pairs of i start. cursor[part][ghost]: where those of the part go. */
-static void count_pairs(struct kith_pairs *pairs, const struct kith_rows *rows,
-                        const struct kith_nodes *nodes, uint32_t *cursor) {
-  const kith_index n = nodes->n_internal, ghosts = pairs->starts - n;
-#pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
-  for (int part = 0; part < PARTS; ++part) {
-    uint32_t *count = cursor + (size_t)part * (size_t)ghosts;
-    for (kith_index i = part_start(n, part); i < part_start(n, part + 1); ++i) {
-      size_t own = 0;
-      for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-        const bool at_i = starts(nodes, i, rows->node[e]);
-        own += at_i;
-        if (!at_i && rows->node[e] >= n) ++count[rows->node[e] - n];
-      }
-      pairs->first[i + 1] = own;
-    }
-  }
-  pairs->first[0] = 0;
-  for (kith_index i = 0; i < n; ++i) pairs->first[i + 1] += pairs->first[i];
-  for (kith_index g = 0; g < ghosts; ++g) {
-    size_t next = pairs->first[n + g];
-    for (int part = 0; part < PARTS; ++part) {
-      uint32_t *count = cursor + (size_t)part * (size_t)ghosts + g;
-      const uint32_t here = *count;
-      *count = (uint32_t)next;
-      next += here;
-    }
-    pairs->first[n + g + 1] = next;
-  }
-  pairs->n = pairs->first[pairs->starts];
-}
-
 static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_index j, size_t e) {
   pairs->node[p][0] = i, pairs->node[p][1] = j;
   pairs->of_row[e] = (uint32_t)p;
 }
 
-/* Pairs that start at internal nodes, in the order of their rows, and those that start at ghosts. */
-static void fill_pairs(struct kith_pairs *pairs, const struct kith_rows *rows, const struct kith_nodes *nodes,
-                       uint32_t *cursor) {
-  const kith_index n = nodes->n_internal, ghosts = pairs->starts - n;
+/* The pairs that the rows of internal nodes hold: counts those of node i into first[i + 1] and those of each
+ * part and ghost at its cursor, or fills in, in the order of the rows, those of ghosts from the cursors on. */
+static void walk(struct kith_pairs *pairs, const struct kith_rows *rows, const struct kith_nodes *nodes,
+                 uint32_t *cursors, bool fill) {
+  const kith_index n = nodes->n_internal;
 #pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
-  for (int part = 0; part < PARTS; ++part)
+  for (int part = 0; part < PARTS; ++part) {
+    uint32_t *cursor = cursors + (size_t)part * (size_t)nodes->n_ghost;
     for (kith_index i = part_start(n, part); i < part_start(n, part + 1); ++i) {
-      size_t p = pairs->first[i];
+      size_t p = fill ? pairs->first[i] : 0;
       for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
         const kith_index j = rows->node[e];
-        if (starts(nodes, i, j))
-          put(pairs, p++, i, j, e);
-        else if (j >= n)
-          put(pairs, cursor[(size_t)part * (size_t)ghosts + (size_t)(j - n)]++, j, i, e);
+        const bool at_i = starts(nodes, i, j), at_ghost = !at_i && j >= n;
+        if (fill && at_i) put(pairs, p, i, j, e);
+        if (fill && at_ghost) put(pairs, cursor[j - n], j, i, e);
+        p += at_i;
+        if (at_ghost) ++cursor[j - n];
       }
+      if (!fill) pairs->first[i + 1] = p;
     }
+  }
+}
+
+/* From counts to where the pairs of a node start, and those of a part at each ghost. */
+static void sum_counts(struct kith_pairs *pairs, const struct kith_nodes *nodes, uint32_t *cursors) {
+  const kith_index n = nodes->n_internal, ghosts = nodes->n_ghost;
+  pairs->first[0] = 0;
+  for (kith_index i = 0; i < n; ++i) pairs->first[i + 1] += pairs->first[i];
+  for (kith_index g = 0; g < ghosts; ++g) {
+    size_t next = pairs->first[n + g];
+    for (int part = 0; part < PARTS; ++part) {
+      uint32_t *cursor = cursors + (size_t)part * (size_t)ghosts + g;
+      const uint32_t here = *cursor;
+      *cursor = (uint32_t)next;
+      next += here;
+    }
+    pairs->first[n + g + 1] = next;
+  }
+  pairs->n = pairs->first[pairs->starts];
 }
 
 static bool comes_after(const struct kith_nodes *nodes, kith_index i, kith_index j) {
@@ -167,20 +158,16 @@ static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
 
 static kith_status canonical_pairs(struct kith_pairs *pairs, const struct kith_rows *rows,
                                    const struct kith_nodes *nodes) {
-  uint32_t *cursor = NULL;
+  uint32_t *cursors = NULL;
   pairs->f_couple = NULL;
   pairs->starts = kith_nodes_count(nodes);
-  KITH_TRY(
-      kith_reserve(&pairs->first, &pairs->first_capacity, (size_t)pairs->starts + 1, sizeof *pairs->first));
-  KITH_TRY(kith_reserve(&pairs->of_row, &pairs->of_row_capacity, rows->first[nodes->n_internal],
-                        sizeof *pairs->of_row));
-  KITH_TRY(kith_resize(&cursor, 0, PARTS * (size_t)nodes->n_ghost, sizeof *cursor));
-  count_pairs(pairs, rows, nodes, cursor);
-  kith_status status = pairs->n <= UINT32_MAX
-                           ? kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node)
-                           : kith_fail(KITH_UNSUPPORTED, "%zu pairs: a process can number 2^32", pairs->n);
-  if (status == KITH_OK) fill_pairs(pairs, rows, nodes, cursor);
-  kith_free(&cursor);
+  KITH_TRY(kith_pairs_reserve(pairs, pairs->starts, rows->first[nodes->n_internal]));
+  KITH_TRY(kith_resize(&cursors, 0, PARTS * (size_t)nodes->n_ghost, sizeof *cursors));
+  walk(pairs, rows, nodes, cursors, false);
+  sum_counts(pairs, nodes, cursors);
+  const kith_status status = kith_pairs_reserve_nodes(pairs);
+  if (status == KITH_OK) walk(pairs, rows, nodes, cursors, true);
+  kith_free(&cursors);
   KITH_TRY(status);
   find_others(pairs, rows, nodes);
   return KITH_OK;

@@ -23,7 +23,7 @@ static void reset(struct kith_connectivity *c) {
   c->rows.n = c->overlap.n = c->intersection.n = c->n = c->n_internal = 0;
   c->pairs.n = c->overlap_pairs.n = c->candidates = 0;
   c->pairs.f_couple = NULL;
-  c->positions = c->ghosts = UINT64_MAX;
+  c->ghosts = UINT64_MAX;
 }
 
 kith_status kith_connectivity_create(struct kith_connectivity **out) {
@@ -99,7 +99,6 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
     reset(c);
     return status;
   }
-  c->positions = nodes->positions;
   c->ghosts = nodes->ghosts;
   kith_profile_count(profile, "candidates", (double)c->candidates);
   kith_profile_count(profile, "row entries", c->rows.n > 0 ? (double)c->rows.first[c->rows.n] : 0);
@@ -170,7 +169,6 @@ kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith
   KITH_TRY(kith_reserve(&field->value, &field->capacity, connectivity->pairs.n * (size_t)components,
                         sizeof *field->value));
   field->components = components;
-  field->n = connectivity->pairs.n;
   field->generation = connectivity->generation;
   return KITH_OK;
 }

@@ -48,7 +48,7 @@ struct kith_connectivity {
   struct kith_pairs overlap_pairs;
   struct kith_rows intersection; /* one row for each pair (2^31 at most) */
   uint64_t generation;           /* counts builds and patches: pairwise fields are stamped with it */
-  uint64_t positions, ghosts;    /* generations of the nodes it was made from */
+  uint64_t ghosts;               /* generation of those it was made from */
   size_t candidates;             /* distance tests of the last build */
   struct kith_builder scratch;
 };
@@ -71,6 +71,16 @@ void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
  * order. (patch.c) */
 kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const kith_index *renumber, kith_index old_count);
+
+/* Barrier nodes are marked in `barrier`, a U8 field: 1, ghosts too. A pair of other nodes is cut if some
+ * barrier node k of their intersection stands between them: its closest point on the segment from i to j lies
+ * strictly between the ends, and nearer than `thickness` times the support of k. Among nodes s apart no segment
+ * crosses a layer without one within s / sqrt(2) in 3-D, s / 2 in 2-D; a larger thickness would cut pairs on
+ * one side that come that close. Cut pairs are removed; the overlap is left as it is. Needs pairs and
+ * intersection (else UNSUPPORTED). *cut: how many; may be NULL. (coupling.c) */
+kith_status kith_connectivity_cut_barriers(struct kith_connectivity *connectivity,
+                                           const struct kith_nodes *nodes, const struct kith_field *barrier,
+                                           double thickness, size_t *cut);
 
 /* STALE if it was made from other ghosts. (Positions may change while Verlet lists are kept: the rebuild
  * policy decides.) */
@@ -110,9 +120,9 @@ size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith
 /* A pairwise field: k values for each pair, aligned with the pair list, invalid after a build or patch. */
 struct kith_pairwise {
   int components;
-  size_t n, capacity;
+  size_t capacity;
   uint64_t generation;
-  double *value; /* [n][components] */
+  double *value; /* [pairs][components] */
 };
 /* Sized to the present pairs; values are not cleared. Memory is reused. */
 kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity,

@@ -6,15 +6,15 @@ static size_t upper_part(const struct kith_rows *rows, kith_index i) {
   return kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], i);
 }
 
-static kith_status number_pairs(const struct kith_rows *rows, struct kith_pairs *pairs) {
-  KITH_TRY(kith_reserve(&pairs->first, &pairs->first_capacity, (size_t)rows->n + 1, sizeof *pairs->first));
+kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t entries) {
+  KITH_TRY(kith_reserve(&pairs->first, &pairs->first_capacity, (size_t)rows + 1, sizeof *pairs->first));
   pairs->first[0] = 0;
-#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] = rows->first[i + 1] - upper_part(rows, i);
-  for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] += pairs->first[i];
-  pairs->n = pairs->first[rows->n];
+  return kith_reserve(&pairs->of_row, &pairs->of_row_capacity, entries, sizeof *pairs->of_row);
+}
+
+kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs) {
   if (pairs->n > UINT32_MAX) KITH_FAIL(UNSUPPORTED, "%zu pairs: a process can number 2^32", pairs->n);
-  return KITH_OK;
+  return kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node);
 }
 
 /* Rows from .. to - 1. An upper entry of row i is the next pair of i. A lower entry j is a pair of row j: as
@@ -41,8 +41,6 @@ static void number_entries(const struct kith_rows *rows, struct kith_pairs *pair
 enum { PARTS = 16 };
 
 kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *rows) {
-  KITH_TRY(
-      kith_reserve(&pairs->of_row, &pairs->of_row_capacity, rows->first[rows->n], sizeof *pairs->of_row));
   KITH_TRY(kith_reserve(&pairs->cursor, &pairs->cursor_capacity, (size_t)rows->n, sizeof *pairs->cursor));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int s = 0; s < PARTS; ++s)
@@ -52,9 +50,13 @@ kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *
 }
 
 kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *rows, kith_index starts) {
-  KITH_TRY(number_pairs(rows, pairs));
   pairs->starts = starts;
-  KITH_TRY(kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
+  KITH_TRY(kith_pairs_reserve(pairs, rows->n, rows->first[rows->n]));
+#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
+  for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] = rows->first[i + 1] - upper_part(rows, i);
+  for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] += pairs->first[i];
+  pairs->n = pairs->first[rows->n];
+  KITH_TRY(kith_pairs_reserve_nodes(pairs));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {
     const size_t count = pairs->first[i + 1] - pairs->first[i], start = rows->first[i + 1] - count;

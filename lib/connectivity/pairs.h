@@ -24,6 +24,9 @@ struct kith_pairs {
 
 /* Pairs and of_row of sorted rows, which may lack the rows of ghosts. */
 kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *rows, kith_index starts);
+/* Memory of `first` and of_row; then, when n is known, of the pairs. */
+kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t entries);
+kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs);
 /* of_row from rows and `first`, and nothing else. */
 kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *rows);
 /* Makes f_couple (all 1) if it is NULL. */

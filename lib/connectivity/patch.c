@@ -1,8 +1,8 @@
 /* patch.c - renumbering after a cull. Ghosts are the last nodes and culling keeps the order, so new numbers
  * never reverse an order: sorted stays sorted, i < j stays i < j, and internal nodes keep their numbers.
  *
- * If no entry is lost (the usual case: only ghosts that nobody needs are culled, and they have no rows), only
- * the numbers of ghosts change, at the tail of each row. Else entries are marked and the rest is moved up. */
+ * Only the numbers of ghosts change, at the tail of each row. If entries are lost (not in the usual case, where
+ * only ghosts that nobody needs are culled, and they have no rows), the rest is moved up. */
 #include "lib/connectivity/connectivity.h"
 
 /* What changes. Old numbers of nodes are those before the cull. */
@@ -25,61 +25,41 @@ static kith_status check(const struct cull *cull, const struct kith_nodes *nodes
   return KITH_OK;
 }
 
-/* --- no entry is lost --- */
-
-/* Is any entry, or any row that holds entries, culled? Ghosts are the tail of a row. */
-static bool loses(const struct kith_rows *rows, const struct cull *cull) {
-  int lost = 0;
-#pragma omp parallel for schedule(static) reduction(| : lost) if (rows->n > KITH_FEW)
+/* New numbers for the ghosts at the tail of each row, -1 for culled ones, and for all entries of the rows of
+ * culled nodes (of_nodes). Is any entry lost? */
+static bool renumber_rows(const struct kith_rows *rows, const struct cull *cull, bool of_nodes) {
+  kith_index least = 0;
+#pragma omp parallel for schedule(static) reduction(min : least) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {
-    lost |= cull->renumber[i] < 0 && rows->first[i + 1] > rows->first[i];
-    for (size_t e = rows->first[i + 1]; e > rows->first[i] && rows->node[e - 1] >= cull->n_internal; --e)
-      lost |= cull->renumber[rows->node[e - 1]] < 0;
+    const bool gone = of_nodes && cull->renumber[i] < 0;
+    for (size_t e = rows->first[i + 1]; e > rows->first[i]; --e) {
+      kith_index *node = &rows->node[e - 1];
+      if (*node < cull->n_internal && !gone) break;
+      *node = gone ? -1 : cull->renumber[*node];
+      least = KITH_MIN(least, *node);
+    }
   }
-  return lost != 0;
+  return least < 0;
 }
 
-/* New numbers for the ghosts at the tail of each row. */
-static void renumber_rows(const struct kith_rows *rows, const struct cull *cull) {
-#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < rows->n; ++i)
-    for (size_t e = rows->first[i + 1]; e > rows->first[i] && rows->node[e - 1] >= cull->n_internal; --e)
-      rows->node[e - 1] = cull->renumber[rows->node[e - 1]];
-}
-
-/* The pairs of i are the tail of row i, so their ghosts are the tail of the pairs. */
+/* The pairs of i are the tail of row i, so their ghosts are the tail of the pairs. Lost pairs: (-1, any). */
 static void renumber_pairs(const struct kith_pairs *pairs, kith_index n, const struct cull *cull) {
 #pragma omp parallel for schedule(static) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i)
     for (size_t p = pairs->first[i + 1]; p > pairs->first[i] && pairs->node[p - 1][1] >= cull->n_internal;
          --p) {
-      pairs->node[p - 1][0] = cull->renumber[i];
-      pairs->node[p - 1][1] = cull->renumber[pairs->node[p - 1][1]];
+      kith_index *node = pairs->node[p - 1];
+      node[1] = cull->renumber[node[1]];
+      node[0] = node[1] < 0 ? -1 : cull->renumber[i];
     }
 }
 
-/* --- entries are lost --- */
-
-/* Entries of culled rows, and culled entries, become -1. */
-static void mark_rows(const struct kith_rows *rows, const struct cull *cull) {
-#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < rows->n; ++i)
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      rows->node[e] = cull->renumber[i] < 0 ? -1 : cull->renumber[rows->node[e]];
-}
-
-/* The same of pairs and their common neighbors, which may be NULL. */
-static void mark_pairs(const struct kith_pairs *pairs, const struct kith_rows *common,
-                       const struct cull *cull) {
+/* Nodes of the intersection of lost pairs become -1. */
+static void drop_common(const struct kith_pairs *pairs, const struct kith_rows *common) {
 #pragma omp parallel for schedule(static) if (pairs->n > KITH_FEW)
-  for (size_t p = 0; p < pairs->n; ++p) {
-    kith_index *node = pairs->node[p];
-    for (int end = 0; end < 2; ++end) node[end] = cull->renumber[node[end]];
-    const bool kept = node[0] >= 0 && node[1] >= 0;
-    if (!kept) node[0] = -1;
-    for (size_t e = common != NULL ? common->first[p] : 0; common != NULL && e < common->first[p + 1]; ++e)
-      common->node[e] = kept ? cull->renumber[common->node[e]] : -1;
-  }
+  for (size_t p = 0; p < pairs->n; ++p)
+    for (size_t e = common->first[p]; pairs->node[p][0] < 0 && e < common->first[p + 1]; ++e)
+      common->node[e] = -1;
 }
 
 /* --- rows with their pairs --- */
@@ -93,17 +73,16 @@ static void drop_offsets(size_t *first, kith_index n, const struct cull *cull) {
 /* Rows, the pairs of the first n of them, and the common neighbors of these; pairs and common may be NULL. */
 static kith_status patch(struct kith_rows *rows, struct kith_pairs *pairs, kith_index n,
                          struct kith_rows *common, const struct cull *cull, kith_index new_rows) {
-  const bool lost = loses(rows, cull);
+  const bool lost = renumber_rows(rows, cull, true);
+  if (pairs != NULL) renumber_pairs(pairs, n, cull);
+  if (common != NULL) renumber_rows(common, cull, false);
   if (lost) {
-    if (pairs != NULL) mark_pairs(pairs, common, cull);
-    if (common != NULL) kith_rows_compact(common);
+    if (common != NULL) {
+      drop_common(pairs, common);
+      kith_rows_compact(common);
+    }
     if (pairs != NULL) kith_pairs_compact(pairs, n, common);
-    mark_rows(rows, cull);
     kith_rows_compact(rows);
-  } else {
-    if (pairs != NULL) renumber_pairs(pairs, n, cull);
-    if (common != NULL) renumber_rows(common, cull);
-    renumber_rows(rows, cull);
   }
   if (pairs != NULL) drop_offsets(pairs->first, n, cull);
   drop_offsets(rows->first, rows->n, cull);

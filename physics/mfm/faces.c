@@ -88,7 +88,6 @@ kith_status mfm_faces_prepare(struct mfm_faces *f, const struct kith_connectivit
   f->graph.pairs = integrated ? connectivity->overlap_pairs : connectivity->pairs;
   f->graph.canonical = connectivity->canonical;
   f->graph.generation = connectivity->generation;
-  f->graph.positions = connectivity->positions;
   f->graph.ghosts = connectivity->ghosts;
   f->graph.built = (struct kith_requirements){.rows = true, .pairs = true};
   return mfm_reserve(&f->area, &f->area_capacity, f->graph.pairs.n * NDIM, sizeof *f->area);

@@ -1,6 +1,6 @@
 /* Barriers: what they cut is what a search that never saw the pair would leave; nothing leaks through a
  * plate; and a plate is as good as a wall. */
-#include "lib/connectivity/coupling.h"
+#include "lib/connectivity/connectivity.h"
 #include "tests/unit/scenario.h"
 #include "tests/unit/oracle.h"
 
