@@ -91,7 +91,7 @@ static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_in
 }
 
 /* The pairs that the rows of internal nodes hold: counts those of node i into first[i + 1] and those of each
- * part and ghost at its cursor, or fills in, in the order of the rows, those of ghosts from the cursors on. */
+ * part and ghost at its cursor; or fills in, in the order of the rows, those of ghosts from cursors on. */
 static void walk(struct kith_pairs *pairs, const struct kith_rows *rows, const struct kith_nodes *nodes,
                  uint32_t *cursors, bool fill) {
   const kith_index n = nodes->n_internal;

@@ -74,9 +74,9 @@ kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, cons
 
 /* Barrier nodes are marked in `barrier`, a U8 field: 1, ghosts too. A pair of other nodes is cut if some
  * barrier node k of their intersection stands between them: its closest point on the segment from i to j lies
- * strictly between the ends, and nearer than `thickness` times the support of k. Among nodes s apart no segment
- * crosses a layer without one within s / sqrt(2) in 3-D, s / 2 in 2-D; a larger thickness would cut pairs on
- * one side that come that close. Cut pairs are removed; the overlap is left as it is. Needs pairs and
+ * strictly between the ends, and nearer than `thickness` times the support of k. Among nodes s apart no
+ * segment crosses a layer without one within s / sqrt(2) in 3-D, s / 2 in 2-D; a larger thickness would cut
+ * pairs on one side that come that close. Cut pairs are removed; the overlap stays as it is. Needs pairs and
  * intersection (else UNSUPPORTED). *cut: how many; may be NULL. (coupling.c) */
 kith_status kith_connectivity_cut_barriers(struct kith_connectivity *connectivity,
                                            const struct kith_nodes *nodes, const struct kith_field *barrier,

@@ -1,6 +1,6 @@
-/* coupling.c - shielded coupling: a thin barrier between two nodes cuts their pair, which is then removed from
- * rows, pairs, of_row, f_couple and intersection (there also nodes that an end does not see any more). What is
- * left is as if the search had never found them, so packages need not know. */
+/* coupling.c - shielded coupling: a thin barrier between two nodes cuts their pair, which is then removed
+ * from rows, pairs, of_row, f_couple and intersection (there also nodes that an end does not see any more).
+ * What is left is as if the search had never found them, so packages need not know. */
 #include "lib/connectivity/connectivity.h"
 
 #include <math.h>
