@@ -19,53 +19,37 @@
 
 /* ---- verdicts ---- */
 
-void kith_sweep_judge(const struct kith_suite *s, const struct kith_point *point, bool *pass, double *shown) {
-  for (int v = 0; v < s->n_values; ++v) {
-    const double value = point[v].value[KITH_MEASURES], first = point[0].value[KITH_MEASURES];
-    shown[v] = point[v].failed ? NAN : !s->of_first ? value : value == first ? 1 : value / first;
-    pass[v] = isnan(s->at_most) ? shown[v] >= s->at_least : shown[v] <= s->at_most;
-  }
+double kith_sweep_value(const struct kith_suite *s, int k) {
+  const double value = s->point[k].value[KITH_MEASURES],
+               first = s->point[k - k % s->n_values].value[KITH_MEASURES];
+  return s->point[k].failed ? NAN : !s->of_first ? value : value == first ? 1 : value / first;
 }
 
-/* "to 0.6", "12, 20 - 40": the stretches of values that pass. */
-static void answer_values(const struct kith_suite *s, const bool *pass, char text[128]) {
-  size_t used = 0;
-  for (int v = 0, next; v < s->n_values && used < 100; v = next) {
-    next = v + 1;
-    if (!pass[v]) continue;
-    while (next < s->n_values && pass[next]) ++next;
-    const char *comma = used > 0 ? ", " : "", *from = s->job[v].value, *to = s->job[next - 1].value;
-    if (next == v + 1)
-      snprintf(text + used, 128 - used, "%s%s", comma, from);
-    else
-      snprintf(text + used, 128 - used, "%s%s%s%s", comma, v == 0 ? "" : from, v == 0 ? "to " : " - ", to);
-    used = strlen(text);
-  }
+bool kith_sweep_passes(const struct kith_suite *s, int k) {
+  return isnan(s->at_most) ? kith_sweep_value(s, k) >= s->at_least : kith_sweep_value(s, k) <= s->at_most;
 }
 
-void kith_sweep_answer(const struct kith_suite *s, const bool *pass, char text[128]) {
+void kith_sweep_answer(const struct kith_suite *s, int m, char text[128]) {
+  const int n = s->n_values, start = m * n, end = start + n;
   int good = 0;
-  for (int v = 0; v < s->n_values; ++v) good += pass[v];
+  size_t used = 0;
+  for (int k = start; k < end; ++k) good += kith_sweep_passes(s, k);
   if (good == 0)
     snprintf(text, 128, "none");
   else if (s->named_values)
-    snprintf(text, 128, good == s->n_values ? "all %d" : "%d of %d", good, s->n_values);
-  else if (good == s->n_values)
-    snprintf(text, 128, "all (%s)", s->job[s->n_values - 1].value);
-  else
-    answer_values(s, pass, text);
-}
-
-/* Method m of a sweep. */
-struct judged {
-  const struct kith_point *point; /* by value */
-  bool pass[KITH_SUITE_VALUES];
-  double shown[KITH_SUITE_VALUES];
-};
-
-static void judge(const struct kith_suite *s, int m, struct judged *j) {
-  j->point = s->point + (size_t)m * (size_t)s->n_values;
-  kith_sweep_judge(s, j->point, j->pass, j->shown);
+    snprintf(text, 128, good == n ? "all %d" : "%d of %d", good, n);
+  else if (good == n)
+    snprintf(text, 128, "all (%s)", s->job[end - 1].value);
+  /* The stretches of values that pass. */
+  for (int k = start, next; good > 0 && good < n && !s->named_values && k < end; k = next) {
+    next = k + 1;
+    if (!kith_sweep_passes(s, k)) continue;
+    while (next < end && kith_sweep_passes(s, next)) ++next;
+    const bool several = next > k + 1, to = several && k == start;
+    snprintf(text + used, 128 - used, "%s%s%s%s", used > 0 ? ", " : "", to ? "to " : s->job[k].value,
+             several && !to ? " - " : "", several ? s->job[next - 1].value : "");
+    used = strlen(text);
+  }
 }
 
 /* ---- the text ---- */
@@ -78,7 +62,6 @@ static void put_bound(FILE *f, const struct kith_suite *s) {
 
 static void put_table(FILE *f, const struct kith_study *w) {
   char text[128];
-  struct judged j;
   fprintf(f, "| %-22s |", "passes");
   for (int m = 0; m < w->suite->n_methods; ++m)
     fprintf(f, " %-14s |", w->suite->job[m * w->suite->n_values].label);
@@ -87,8 +70,7 @@ static void put_table(FILE *f, const struct kith_study *w) {
   for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s) {
     fprintf(f, "\n| %-22s |", s->name);
     for (int m = 0; m < s->n_methods; ++m) {
-      judge(s, m, &j);
-      kith_sweep_answer(s, j.pass, text);
+      kith_sweep_answer(s, m, text);
       fprintf(f, " %-14s |", text);
     }
   }
@@ -97,20 +79,16 @@ static void put_table(FILE *f, const struct kith_study *w) {
 
 /* What did not pass. */
 static void put_sweep(FILE *f, const struct kith_suite *s) {
-  struct judged j;
   fprintf(f, "\n## %s\n\n%s, scene %s in %d-D; passes: ", s->name, s->parameter, s->scene, s->dimension);
   put_bound(f, s);
   fprintf(f, " (%s).\n\n", s->reason);
-  for (int m = 0; m < s->n_methods; ++m) {
-    judge(s, m, &j);
-    for (int v = 0; v < s->n_values; ++v) {
-      if (j.pass[v]) continue;
-      fprintf(f, "- %s at %s: ", s->job[m * s->n_values + v].label, s->job[v].value);
-      if (j.point[v].failed)
-        fprintf(f, "failed, %s\n", j.point[v].why);
-      else
-        fprintf(f, "%.4g\n", j.shown[v]);
-    }
+  for (int k = 0; k < s->n_methods * s->n_values; ++k) {
+    if (kith_sweep_passes(s, k)) continue;
+    fprintf(f, "- %s at %s: ", s->job[k].label, s->job[k].value);
+    if (s->point[k].failed)
+      fprintf(f, "failed, %s\n", s->point[k].why);
+    else
+      fprintf(f, "%.4g\n", kith_sweep_value(s, k));
   }
 }
 
@@ -133,19 +111,16 @@ static bool is_logarithmic(const struct kith_suite *s) {
 
 static void draw_sweep(struct kith_figure *g, const struct kith_suite *s) {
   const char *names[KITH_SUITE_VALUES];
-  struct judged j;
   char y_label[128];
   for (int v = 0; v < s->n_values; ++v) names[v] = s->job[v].value;
   snprintf(y_label, sizeof y_label, "%s%s", s->measure[0], s->of_first ? " over its first value" : "");
   kith_figure_panel(g, s->name, s->parameter, y_label, is_logarithmic(s), s->named_values ? s->n_values : 0,
                     names);
-  for (int m = 0; m < s->n_methods; ++m) {
-    const char *label = s->job[m * s->n_values].label;
-    kith_figure_series(g, KITH_SERIES_CURVE, label);
-    judge(s, m, &j);
-    for (int v = 0; v < s->n_values; ++v)
-      kith_figure_point(g, s->job[v].x, j.shown[v], "%s at %s: %.4g, %s", label, names[v], j.shown[v],
-                        j.pass[v] ? "passes" : "does not pass");
+  for (int k = 0; k < s->n_methods * s->n_values; ++k) {
+    if (k % s->n_values == 0) kith_figure_series(g, KITH_SERIES_CURVE, s->job[k].label);
+    const double value = kith_sweep_value(s, k);
+    kith_figure_point(g, s->job[k].x, value, "%s at %s: %.4g, %s", s->job[k].label, s->job[k].value, value,
+                      kith_sweep_passes(s, k) ? "passes" : "does not pass");
   }
   kith_figure_series(g, KITH_SERIES_LEVEL, "bound");
   kith_figure_point(g, s->job[0].x, isnan(s->at_most) ? s->at_least : s->at_most, " ");
@@ -190,12 +165,9 @@ static kith_status list(struct kith_study *w) {
 
 /* 3: a method that does not even pass the mildest value. */
 static enum kith_exit verdict(const struct kith_study *w) {
-  struct judged j;
   for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s)
-    for (int m = 0; m < s->n_methods; ++m) {
-      judge(s, m, &j);
-      if (!j.pass[0]) return KITH_EXIT_TOLERANCE;
-    }
+    for (int m = 0; m < s->n_methods; ++m)
+      if (!kith_sweep_passes(s, m * s->n_values)) return KITH_EXIT_TOLERANCE;
   return KITH_EXIT_OK;
 }
 

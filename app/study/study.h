@@ -114,11 +114,11 @@ struct kith_study_verb {
 /* Exit code: that of `verdict`, 1 if the results cannot be written, 2 if what is read is wrong. */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Of stress sweeps: which points of a method pass, and the measure as it is judged (shown); of_first: over
- * its first value. */
-void kith_sweep_judge(const struct kith_suite *sweep, const struct kith_point *point, bool *pass,
-                      double *shown);
-/* "to 0.6", "20 - 40, 90", "none", "all (1000)"; where values have names "6 of 8". */
-void kith_sweep_answer(const struct kith_suite *sweep, const bool *pass, char text[128]);
+/* Of stress sweeps: the measure of job k as it is judged (NaN: the run failed), and whether it passes. */
+double kith_sweep_value(const struct kith_suite *sweep, int k);
+bool kith_sweep_passes(const struct kith_suite *sweep, int k);
+/* Which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where values have names
+ * "6 of 8". */
+void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
 
 #endif

@@ -302,9 +302,11 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   return kith_resize(&v->resolution, 0, (size_t)v->n, sizeof *v->resolution);
 }
 
+/* One line per row on the screen and in DIR/validation.csv. */
 static kith_status validate(struct validation *v, enum kith_exit *code) {
   char path[PATH];
   struct kith_atomic_file *file;
+  *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_directory_make(v->directory));
   snprintf(path, sizeof path, "%s/validation.csv", v->directory);
   KITH_TRY(kith_atomic_file_open(&file, path));
@@ -314,23 +316,22 @@ static kith_status validate(struct validation *v, enum kith_exit *code) {
       "momentum_drift,floors,ranks,threads,varied,like,difference\n",
       v->table);
   setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
-  *code = do_rows(v);
-  const kith_status status = kith_atomic_file_commit(&file, false);
-  if (status != KITH_OK) *code = KITH_EXIT_FAILED;
-  return status;
+  const enum kith_exit verdict = do_rows(v);
+  KITH_TRY(kith_atomic_file_commit(&file, false));
+  *code = verdict;
+  return KITH_OK;
 }
 
 enum kith_exit kith_validate(const struct kith_options *options) {
   const char *suite = options->subject != NULL ? options->subject : "quick";
   struct validation v = {.directory = options->directory != NULL ? options->directory : "out/validate"};
-  enum kith_exit code = KITH_EXIT_OK;
+  enum kith_exit code = KITH_EXIT_USAGE;
   if (strcmp(suite, "list") == 0) {
     list();
-    return code;
+    return KITH_EXIT_OK;
   }
   kith_status status = kith_programs_find(&v.programs);
   if (status == KITH_OK) status = read_rows(&v, suite);
-  code = status == KITH_OK ? KITH_EXIT_FAILED : KITH_EXIT_USAGE;
   if (status == KITH_OK) status = validate(&v, &code);
   if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
   kith_free(&v.rows);

@@ -180,27 +180,22 @@ static kith_status read_single(const struct kith_config_node *node, struct kith_
   return add_row(rows, row);
 }
 
-static kith_status read_rows(struct rows *rows, const struct kith_config *config) {
-  const struct kith_config_node *list = kith_config_at(config, "rows");
-  if (list == NULL)
-    return kith_config_fail(config->root, NULL, "no rows: a file for validation has a list of them");
-  KITH_TRY(kith_config_want_list(list));
-  for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
-    struct kith_row row = {.at_most = NAN, .at_least = NAN};
-    KITH_TRY(kith_config_child(node, "rows") != NULL ? read_group(node, &row, rows)
-                                                     : read_single(node, &row, rows));
-  }
-  return KITH_OK;
-}
-
 kith_status kith_rows_read_file(struct kith_row **out, int *n, const char *path, const char *inputs) {
   struct kith_config *config = NULL;
   struct rows rows = {.inputs = inputs};
   KITH_TRY(kith_config_read(&config, path));
-  const kith_status status = read_rows(&rows, config);
+  const struct kith_config_node *list = kith_config_at(config, "rows");
+  kith_status status = list != NULL ? kith_config_want_list(list)
+                                    : kith_config_fail(config->root, NULL,
+                                                       "no rows: a file for validation has a list of them");
+  for (const struct kith_config_node *node = list != NULL ? list->first : NULL;
+       status == KITH_OK && node != NULL; node = node->next) {
+    struct kith_row row = {.at_most = NAN, .at_least = NAN};
+    status = kith_config_child(node, "rows") != NULL ? read_group(node, &row, &rows)
+                                                     : read_single(node, &row, &rows);
+  }
   kith_config_destroy(&config);
-  if (status != KITH_OK) kith_free(&rows.row);
   *out = rows.row;
-  *n = status == KITH_OK ? rows.n : 0;
+  *n = rows.n;
   return status;
 }
