@@ -109,8 +109,8 @@ static double plain_force(const struct kith_simulation *m, kith_index i) {
   return rate + kith_norm(sum);
 }
 
-/* Seconds per node of a sum over the rows of a simulation: one scalar loop, fixed supports, nothing kept; best
- * of three. */
+/* Seconds per node of a sum over the rows of a simulation: one scalar loop, fixed supports, nothing kept;
+ * best of three. */
 static double time_of(const struct kith_simulation *m,
                       double (*node)(const struct kith_simulation *, kith_index)) {
   double best = INFINITY;

@@ -61,8 +61,7 @@ struct kith_row {
 };
 
 /* Reads a file; scenes are those of `inputs`. *rows is memory of kith_resize, in the order of the runs, also
- * after a failure.
- * BAD_INPUT with file, line and key. */
+ * after a failure. BAD_INPUT with file, line and key. */
 kith_status kith_rows_read_file(struct kith_row **rows, int *n, const char *path, const char *inputs);
 
 #endif
