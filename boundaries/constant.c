@@ -55,15 +55,11 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
       .kind = KITH_GHOST_FROZEN, .boundary = boundary->index, .list = list, .count = count};
   const kith_index first = kith_nodes_count(nodes);
   KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
-  for (int f = 0; f < nodes->n_fields; ++f) {
-    struct kith_field *field = nodes->fields[f];
-    const struct kith_field *source = kith_nodes_field_named(held, field->spec.name);
-    if (source == NULL) continue; /* registered later: zero */
-    const size_t size = kith_field_node_size(field);
-    if (size != kith_field_node_size(source))
-      KITH_FAIL(INTERNAL, "field '%s' changed since it was held", field->spec.name);
-    memcpy((char *)field->data + (size_t)first * size, (const char *)source->data + (size_t)begin * size,
-           (size_t)count * size);
+  for (int f = 0; f < held->n_fields; ++f) { /* fields registered later: zero */
+    const struct kith_field *from = held->fields[f];
+    const size_t size = kith_field_node_size(from);
+    memcpy((char *)nodes->fields[f]->data + (size_t)first * size,
+           (const char *)from->data + (size_t)begin * size, (size_t)count * size);
   }
   for (kith_index i = first; i < first + count; ++i)
     nodes->search_radius->f64[i] = ratio * nodes->support->f64[i];

@@ -19,24 +19,26 @@ struct line {
   double slack;
 };
 
-/* The nodes that get a ghost by one image: those of chunk c are node[c * CHUNK ..], count[c] of them,
- * ascending. */
+/* The nodes that get a ghost by one image of each side: those of chunk c are node[side][c * CHUNK ..],
+ * count[side][c] of them, ascending. */
 struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
-  kith_index *node;     /* [n] */
-  kith_index *count;    /* [chunks] */
+  kith_index *node[2];  /* [n] */
+  kith_index *count[2]; /* [chunks] */
 };
 
 static kith_status hits_create(struct hits *hits, kith_index n) {
   hits->n = n;
   hits->chunks = (n + CHUNK - 1) / CHUNK;
-  KITH_TRY(kith_resize(&hits->node, 0, (size_t)n, sizeof *hits->node));
-  return kith_resize(&hits->count, 0, (size_t)hits->chunks, sizeof *hits->count);
+  for (int side = 0; side < 2; ++side) {
+    KITH_TRY(kith_resize(&hits->node[side], 0, (size_t)n, sizeof **hits->node));
+    KITH_TRY(kith_resize(&hits->count[side], 0, (size_t)hits->chunks, sizeof **hits->count));
+  }
+  return KITH_OK;
 }
 
 static void hits_clear(struct hits *hits) {
-  kith_free(&hits->node);
-  kith_free(&hits->count);
+  for (int side = 0; side < 2; ++side) kith_free(&hits->node[side]), kith_free(&hits->count[side]);
 }
 
 /* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
@@ -121,16 +123,16 @@ static inline bool passes(const struct test *test, double x, double r) {
 }
 
 /* Images -n and n in one sweep: it is memory that takes the time. */
-static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n, struct hits *minus,
-                      struct hits *plus) {
+static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n,
+                      const struct hits *hits) {
   const double *restrict x = nodes->position->f64 + line->boundary->axis;
   const double *restrict radius = nodes->search_radius->f64;
   const struct test below = test_of(line, -n), above = test_of(line, n);
   const double factor = line->factor;
-#pragma omp parallel for schedule(static) if (plus->chunks > 1)
-  for (kith_index c = 0; c < plus->chunks; ++c) {
-    const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, plus->n);
-    kith_index *restrict low = minus->node + begin, *restrict high = plus->node + begin;
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
+  for (kith_index c = 0; c < hits->chunks; ++c) {
+    const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, hits->n);
+    kith_index *restrict low = hits->node[0] + begin, *restrict high = hits->node[1] + begin;
     kith_index lows = 0, highs = 0;
     for (kith_index i = begin; i < end; ++i) { /* written in any case, kept if it counts */
       const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
@@ -138,19 +140,20 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
       lows += passes(&below, xi, r);
       highs += passes(&above, xi, r);
     }
-    minus->count[c] = lows;
-    plus->count[c] = highs;
+    hits->count[0][c] = lows;
+    hits->count[1][c] = highs;
   }
 }
 
 /* The hits of one list, ascending. *control is owned by the caller. */
-static kith_status hits_of_list(const struct hits *hits, const uint8_t *list_of, int list,
+static kith_status hits_of_list(const struct hits *hits, int side, const uint8_t *list_of, int list,
                                 kith_index **control, kith_index *total) {
   *total = 0;
   for (int fill = 0; fill < 2; ++fill) {
     kith_index n = 0;
     for (kith_index c = 0; c < hits->chunks; ++c)
-      for (const kith_index *hit = hits->node + c * CHUNK, *end = hit + hits->count[c]; hit < end; ++hit) {
+      for (const kith_index *hit = hits->node[side] + c * CHUNK, *end = hit + hits->count[side][c]; hit < end;
+           ++hit) {
         if (list_of[*hit] != list) continue;
         if (fill) (*control)[n] = *hit;
         ++n;
@@ -180,7 +183,7 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
     block.list = list;
     block.control = NULL;
     const kith_index first = kith_nodes_count(nodes);
-    KITH_TRY(hits_of_list(hits, nodes->list->u8, list, &block.control, &block.count));
+    KITH_TRY(hits_of_list(hits, n > 0, nodes->list->u8, list, &block.control, &block.count));
     if (block.count > 0) KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
     for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
       nodes->image->i64[first + k] += n * image_code(axis);
@@ -188,14 +191,12 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   return KITH_OK;
 }
 
-static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *minus,
-                              struct hits *plus) {
-  KITH_TRY(hits_create(minus, kith_nodes_count(nodes)));
-  KITH_TRY(hits_create(plus, kith_nodes_count(nodes)));
+static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *hits) {
+  KITH_TRY(hits_create(hits, kith_nodes_count(nodes)));
   for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
-    find_hits(line, nodes, n, minus, plus);
-    KITH_TRY(add_image(line, nodes, -n, minus));
-    KITH_TRY(add_image(line, nodes, n, plus));
+    find_hits(line, nodes, n, hits);
+    KITH_TRY(add_image(line, nodes, -n, hits));
+    KITH_TRY(add_image(line, nodes, n, hits));
   }
   return KITH_OK;
 }
@@ -214,10 +215,9 @@ kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith
               "search radius %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
               line.search_radius, line.x_min, line.x_max, KITH_MOST_IMAGES, boundary->axis,
               boundary->upper - boundary->lower);
-  struct hits minus = {0}, plus = {0};
-  const kith_status status = add_images(&line, nodes, &minus, &plus);
-  hits_clear(&minus);
-  hits_clear(&plus);
+  struct hits hits = {0};
+  const kith_status status = add_images(&line, nodes, &hits);
+  hits_clear(&hits);
   return status;
 }
 

@@ -8,6 +8,7 @@
 struct content {
   struct kith_vectors *set;
   double *own[KITH_VECTOR_MAX_PARTS]; /* NULL: the caller's */
+  bool counted;                       /* among the bytes of the set */
 };
 
 static struct content *content_of(N_Vector v) {
@@ -31,7 +32,7 @@ static int64_t length(N_Vector v, int part) {
 
 static void destroy(N_Vector v) {
   struct content *c = content_of(v);
-  if (c != NULL && c->own[0] != NULL) c->set->bytes -= (size_t)c->set->own * sizeof(double);
+  if (c != NULL && c->counted) c->set->bytes -= (size_t)c->set->own * sizeof(double);
   for (int part = 0; c != NULL && part < c->set->parts; ++part) kith_free(&c->own[part]);
   kith_free(&v->content);
   N_VFreeEmpty(v);
@@ -52,15 +53,14 @@ static N_Vector make(struct kith_vectors *set) {
 static N_Vector clone(N_Vector of) {
   N_Vector v = make(content_of(of)->set);
   if (v == NULL) return NULL;
+  struct content *c = content_of(v);
   kith_status status = N_VCopyOps(of, v) == 0 ? KITH_OK : KITH_NO_MEMORY;
   /* One number more: an empty set has vectors too. */
   for (int part = 0; status == KITH_OK && part < parts(v); ++part)
-    status = kith_resize(&content_of(v)->own[part], 0, (size_t)length(v, part) + 1, sizeof(double));
-  if (status == KITH_OK) {
-    content_of(v)->set->bytes += (size_t)content_of(v)->set->own * sizeof(double);
-    return v;
-  }
-  for (int part = 0; part < parts(v); ++part) kith_free(&content_of(v)->own[part]);
+    status = kith_resize(&c->own[part], 0, (size_t)length(v, part) + 1, sizeof(double));
+  c->set->bytes += (size_t)c->set->own * sizeof(double);
+  c->counted = true;
+  if (status == KITH_OK) return v;
   destroy(v);
   return NULL;
 }
@@ -174,28 +174,23 @@ static double mean_norm(N_Vector x, N_Vector w) {
   return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(content_of(x)->set->length, 1));
 }
 
-static double largest(N_Vector xv) {
-  double most = 0;
+/* The largest |x|, or the largest -x, at least `most`. */
+static double extreme(N_Vector xv, bool negative, double most) {
   for (int part = 0; part < parts(xv); ++part) {
     const double *x = kith_vector_numbers(xv, part);
     const int64_t n = length(xv, part);
 #pragma omp parallel for simd schedule(static) reduction(max : most)
-    for (int64_t k = 0; k < n; ++k) most = KITH_MAX(most, fabs(x[k]));
+    for (int64_t k = 0; k < n; ++k) most = KITH_MAX(most, negative ? -x[k] : fabs(x[k]));
   }
   kith_ranks_max(content_of(xv)->set->ranks, &most, 1);
   return most;
 }
 
-static double least(N_Vector xv) {
-  double fewest = INFINITY;
-  for (int part = 0; part < parts(xv); ++part) {
-    const double *x = kith_vector_numbers(xv, part);
-    const int64_t n = length(xv, part);
-#pragma omp parallel for simd schedule(static) reduction(min : fewest)
-    for (int64_t k = 0; k < n; ++k) fewest = KITH_MIN(fewest, x[k]);
-  }
-  kith_ranks_min(content_of(xv)->set->ranks, &fewest, 1);
-  return fewest;
+static double largest(N_Vector x) {
+  return extreme(x, false, 0);
+}
+static double least(N_Vector x) {
+  return -extreme(x, true, -INFINITY);
 }
 
 /* ---- the set ---- */

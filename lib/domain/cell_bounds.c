@@ -53,10 +53,15 @@ size_t kith_cell_bounds_compact(struct kith_cell_bounds *bounds, size_t n) {
   return left;
 }
 
-static double box_distance2(const struct kith_box *a, const struct kith_box *b) {
+/* Square of the distance between boxes, or images of them on the periodic axes of `cells` (NULL: none). */
+static inline double box_distance2(const struct kith_cells *cells, const struct kith_box *a,
+                                   const struct kith_box *b) {
   double s = 0;
   for (int k = 0; k < NDIM; ++k) {
-    const double gap = KITH_MAX(KITH_MAX(a->lower[k] - b->upper[k], b->lower[k] - a->upper[k]), 0.0);
+    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
+    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
+    if (cells != NULL && cells->periodic[k])
+      gap = KITH_MIN(gap, KITH_MAX(cells->upper[k] - cells->lower[k] + KITH_MIN(up, down), 0.0));
     s += gap * gap;
   }
   return s;
@@ -70,22 +75,8 @@ static bool is_within(double d2, double factor, double r) {
 /* May a node of the group be near the cell? */
 static bool may_be_near(const struct kith_cell_bounds *group, const struct kith_cell_bounds *cell,
                         double factor) {
-  return group->search_radius >= 0 && is_within(box_distance2(&group->box, &cell->box), factor,
+  return group->search_radius >= 0 && is_within(box_distance2(NULL, &group->box, &cell->box), factor,
                                                 KITH_MAX(group->search_radius, cell->search_radius));
-}
-
-/* Square of the distance between boxes, or images of them. */
-static double image_distance2(const struct kith_cells *cells, const struct kith_box *a,
-                              const struct kith_box *b) {
-  double s = 0;
-  for (int k = 0; k < NDIM; ++k) {
-    const double length = cells->upper[k] - cells->lower[k];
-    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
-    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
-    if (cells->periodic[k]) gap = KITH_MIN(gap, KITH_MAX(length + KITH_MIN(up, down), 0.0));
-    s += gap * gap;
-  }
-  return s;
 }
 
 double kith_cell_bounds_widest(const struct kith_cell_bounds *own, const struct kith_cells *cells,
@@ -93,7 +84,7 @@ double kith_cell_bounds_widest(const struct kith_cell_bounds *own, const struct 
   double search_radius = own->search_radius;
   for (size_t k = 0; k < n; ++k)
     if (all[k].search_radius > search_radius &&
-        is_within(image_distance2(cells, &own->box, &all[k].box), 1, all[k].search_radius))
+        is_within(box_distance2(cells, &own->box, &all[k].box), 1, all[k].search_radius))
       search_radius = all[k].search_radius;
   return search_radius;
 }

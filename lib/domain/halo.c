@@ -21,7 +21,7 @@ struct kith_halo {
   int n_parts;
   size_t size[KITH_MAX_FIELDS];
   struct kith_field *field[KITH_MAX_FIELDS]; /* whose values are exchanged */
-  struct kith_message *out, *in;
+  struct kith_message *out, *in;             /* [ranks], one block */
   char *buffer;
   size_t capacity;
   bool pending;
@@ -42,9 +42,11 @@ kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
   halo->ranks = ranks;
   halo->decomposition = decomposition;
   kith_status status = kith_resize(&halo->peer, 0, size, sizeof *halo->peer);
-  if (status == KITH_OK) status = kith_resize(&halo->out, 0, size, sizeof *halo->out);
-  if (status == KITH_OK) status = kith_resize(&halo->in, 0, size, sizeof *halo->in);
-  if (status != KITH_OK) kith_halo_destroy(out);
+  if (status == KITH_OK) status = kith_resize(&halo->out, 0, 2 * size, sizeof *halo->out);
+  if (status != KITH_OK)
+    kith_halo_destroy(out);
+  else
+    halo->in = halo->out + size;
   return status;
 }
 
@@ -53,7 +55,6 @@ void kith_halo_destroy(struct kith_halo **halo) {
   forget_peers(*halo);
   kith_free(&(*halo)->peer);
   kith_free(&(*halo)->out);
-  kith_free(&(*halo)->in);
   kith_free(&(*halo)->buffer);
   kith_free(halo);
 }
@@ -75,11 +76,7 @@ static kith_status lay_out(struct kith_halo *halo) {
   size_t total = 0, at = 0;
   for (int p = 0; p < halo->n_peers; ++p)
     total += message_size(halo, halo->peer[p].n_send) + message_size(halo, halo->peer[p].n_recv);
-  if (total > halo->capacity) {
-    halo->capacity = 0;
-    KITH_TRY(kith_resize(&halo->buffer, 0, total + total / 8, 1));
-    halo->capacity = total + total / 8;
-  }
+  KITH_TRY(kith_reserve(&halo->buffer, &halo->capacity, total, 1));
   for (int way = 0; way < 2; ++way)
     for (int p = 0; p < halo->n_peers; ++p) {
       const struct peer *peer = &halo->peer[p];
@@ -110,12 +107,6 @@ static void unpack_peer(const struct kith_halo *halo, const struct peer *peer, c
   }
 }
 
-static kith_status send_values(struct kith_halo *halo) {
-  KITH_TRY(lay_out(halo));
-  for (int p = 0; p < halo->n_peers; ++p) pack_peer(halo, &halo->peer[p], halo->out[p].data);
-  return kith_ranks_start_exchange(halo->ranks, halo->n_peers, halo->out, halo->n_peers, halo->in);
-}
-
 /* Other ranks wait for these values: without memory for them all ranks must end. */
 static void start_values(struct kith_halo *halo, struct kith_field *const *fields, int n_fields) {
   halo->n_parts = n_fields;
@@ -124,7 +115,12 @@ static void start_values(struct kith_halo *halo, struct kith_field *const *field
     halo->size[f] = kith_field_node_size(fields[f]);
   }
   halo->pending = true;
-  if (send_values(halo) == KITH_OK) return;
+  kith_status status = lay_out(halo);
+  for (int p = 0; status == KITH_OK && p < halo->n_peers; ++p)
+    pack_peer(halo, &halo->peer[p], halo->out[p].data);
+  if (status == KITH_OK)
+    status = kith_ranks_start_exchange(halo->ranks, halo->n_peers, halo->out, halo->n_peers, halo->in);
+  if (status == KITH_OK) return;
   fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(halo->ranks), kith_failure());
   kith_ranks_abort(halo->ranks, 1);
 }

@@ -15,12 +15,84 @@
  *                   change are merged, and the tables made again: about a third of an update, less if motion
  *                   is local
  * coarse            O(rows within range), at most O(rows of a level) for each level */
-#include "lib/neighbor/grid_tables.h"
+#include <string.h>
+
+#include "lib/core/keyed.h"
+#include "lib/neighbor/search.h"
 
 #define EDGE 0.5 /* of a cell, in largest radii of its level */
 
+enum {
+  GROUP = 12, /* most targets of a group */
+  SPAN = 4,   /* most cells of a row between the first and the last of a group */
+};
+
+enum {
+  GRID_LEVELS = 24,
+  GRID_LEVEL_BITS = 5,
+  GRID_COORDINATE_BITS = NDIM == 3 ? 19 : 29,
+  GRID_GHOST_BIT = GRID_LEVEL_BITS + NDIM * GRID_COORDINATE_BITS,
+  GRID_TOP = (1 << GRID_COORDINATE_BITS) - 1, /* largest coordinate of a cell */
+};
+/* A line of cells: cell[r.cell] .. cell[(r + 1).cell]. */
+struct row {
+  uint64_t key; /* of its cells, without their last coordinate */
+  kith_index cell;
+};
+
+struct cell {
+  int32_t coordinate; /* along the row */
+  kith_index slot;    /* its first one */
+  double radius2;     /* largest */
+};
+
+/* The nodes of one level, internal or ghosts. */
+struct layer {
+  kith_index row, rows;
+  double radius2;                   /* largest */
+  int32_t lower[NDIM], upper[NDIM]; /* coordinates of cells; those along rows are not kept */
+};
+
+struct grid {
+  double origin[NDIM], bound;     /* of level 0 */
+  double per_length[GRID_LEVELS]; /* cells */
+  kith_index n_cells, n_rows;
+  size_t items_capacity, slots_capacity, entering_capacity, cells_capacity, rows_capacity;
+  struct kith_keyed *item[2];     /* [n] by slot; scratch */
+  struct kith_keyed *entering[2]; /* items on their way into the slots; scratch */
+  kith_index *slot_of;            /* [n] by node */
+  struct cell *cell;              /* [n_cells + 1] */
+  struct row *row;                /* [n_rows + 1] */
+  kith_index *table;              /* [table_size] rows by hash, -1: none */
+  uint32_t table_size;            /* a power of two, at least twice the rows */
+  struct layer layer[2 * GRID_LEVELS];
+};
+
+static inline uint32_t hash_of(uint64_t key) {
+  return (uint32_t)(key * UINT64_C(0x9e3779b97f4a7c15) >> 32);
+}
+
+/* The row of a key, or NULL. */
+static inline const struct row *find_row(const struct grid *grid, uint64_t key) {
+  for (uint32_t k = hash_of(key);; ++k) {
+    const kith_index r = grid->table[k & (grid->table_size - 1)];
+    if (r < 0) return NULL;
+    if (grid->row[r].key == key) return &grid->row[r];
+  }
+}
+
+/* Coordinate of a row along axis a < NDIM - 1. */
+static inline int32_t row_coordinate(const struct row *row, int a) {
+  return (int32_t)(row->key >> (NDIM - 2 - a) * GRID_COORDINATE_BITS & GRID_TOP);
+}
+
+static inline struct layer *layer_of(struct grid *grid, uint64_t key) {
+  const uint64_t top = key >> (GRID_GHOST_BIT - GRID_LEVEL_BITS);
+  return &grid->layer[(top >> GRID_LEVEL_BITS) * GRID_LEVELS + (top & ((1 << GRID_LEVEL_BITS) - 1))];
+}
+
 static void grid_clear(struct kith_search *search) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
   for (int k = 0; k < 2; ++k) kith_free(&grid->item[k]), kith_free(&grid->entering[k]);
   kith_free(&grid->slot_of);
   kith_free(&grid->cell);
@@ -30,7 +102,7 @@ static void grid_clear(struct kith_search *search) {
 
 /* Keys. */
 
-static inline int level_of(const struct kith_grid *grid, double radius) {
+static inline int level_of(const struct grid *grid, double radius) {
   int level = 0;
   for (double bound = 0.5 * grid->bound; radius <= bound && level < GRID_LEVELS - 1; bound *= 0.5) ++level;
   return level;
@@ -41,12 +113,12 @@ static inline int64_t clamp(double u) {
 }
 
 /* Position in units of cells; the origin of the grid is in the middle of all coordinates. */
-static inline double in_cells(const struct kith_grid *grid, int a, double x, double per_length) {
+static inline double in_cells(const struct grid *grid, int a, double x, double per_length) {
   return (x - grid->origin[a]) * per_length + 0.5 * GRID_TOP;
 }
 
 static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
-  const struct kith_grid *grid = search->self;
+  const struct grid *grid = search->self;
   const int level = level_of(grid, search->nodes->search_radius->f64[i]);
   uint64_t key = (uint64_t)(i >= search->n_internal) << GRID_LEVEL_BITS | (uint64_t)level;
   for (int a = 0; a < NDIM; ++a) {
@@ -58,7 +130,7 @@ static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
 }
 
 static void choose_frame(struct kith_search *search) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
   const double *search_radius = search->nodes->search_radius->f64;
   double lower[NDIM], upper[NDIM], bound = 0;
   kith_search_cube(search->nodes->position->f64, search->n, lower, upper);
@@ -71,15 +143,144 @@ static void choose_frame(struct kith_search *search) {
   for (int a = 0; a < NDIM; ++a) grid->origin[a] = 0.5 * (lower[a] + upper[a]);
 }
 
+/* Tables. */
+
+/* Lists the cells from the n_cells-th one on, which begins at slot `begin`. */
+static kith_status list_cells(const struct kith_search *search, kith_index begin) {
+  struct grid *grid = search->self;
+  const struct kith_keyed *item = grid->item[0];
+  kith_index cells = grid->n_cells;
+#pragma omp parallel for schedule(static) reduction(+ : cells)
+  for (kith_index s = begin; s < search->n; ++s) cells += s == begin || item[s].key != item[s - 1].key;
+  KITH_TRY(kith_grow(&grid->cell, &grid->cells_capacity, (size_t)grid->n_cells, (size_t)cells + 1,
+                     sizeof *grid->cell));
+  kith_index c = grid->n_cells;
+  for (kith_index s = begin; s < search->n; ++s) {
+    const double radius2 = search->radius2[s];
+    if (s == begin || item[s].key != item[s - 1].key)
+      grid->cell[c++] = (struct cell){(int32_t)(item[s].key & GRID_TOP), s, radius2};
+    else
+      grid->cell[c - 1].radius2 = KITH_MAX(grid->cell[c - 1].radius2, radius2);
+  }
+  grid->n_cells = cells;
+  grid->cell[cells] = (struct cell){0, search->n, 0};
+  return KITH_OK;
+}
+
+static inline uint64_t row_key(const struct grid *grid, kith_index cell) {
+  return grid->item[0][grid->cell[cell].slot].key >> GRID_COORDINATE_BITS;
+}
+
+/* Lists the rows from the n_rows-th one on, which begins at cell `begin`. */
+static kith_status list_rows(struct grid *grid, kith_index begin) {
+  kith_index rows = grid->n_rows;
+  for (kith_index c = begin; c < grid->n_cells; ++c)
+    rows += c == begin || row_key(grid, c) != row_key(grid, c - 1);
+  KITH_TRY(
+      kith_grow(&grid->row, &grid->rows_capacity, (size_t)grid->n_rows, (size_t)rows + 1, sizeof *grid->row));
+  for (kith_index c = begin; c < grid->n_cells; ++c) {
+    const uint64_t key = row_key(grid, c);
+    if (c == begin || key != grid->row[grid->n_rows - 1].key)
+      grid->row[grid->n_rows++] = (struct row){key, c};
+  }
+  grid->row[grid->n_rows] = (struct row){0, grid->n_cells};
+  return KITH_OK;
+}
+
+static kith_status hash_rows(struct grid *grid) {
+  uint32_t size = 64;
+  while (size < 2 * (uint32_t)grid->n_rows) size *= 2;
+  if (size > grid->table_size) {
+    KITH_TRY(kith_resize(&grid->table, 0, size, sizeof *grid->table));
+    grid->table_size = size;
+  }
+  memset(grid->table, -1, grid->table_size * sizeof *grid->table);
+  for (kith_index r = 0; r < grid->n_rows; ++r) {
+    uint32_t k = hash_of(grid->row[r].key) & (grid->table_size - 1);
+    while (grid->table[k] >= 0) k = (k + 1) & (grid->table_size - 1);
+    grid->table[k] = r;
+  }
+  return KITH_OK;
+}
+
+static void list_layers(struct grid *grid) {
+  memset(grid->layer, 0, sizeof grid->layer);
+  for (kith_index r = 0; r < grid->n_rows; ++r) {
+    const struct row *row = &grid->row[r];
+    struct layer *layer = layer_of(grid, row->key << GRID_COORDINATE_BITS);
+    if (layer->rows++ == 0) layer->row = r;
+    for (kith_index c = row->cell; c < row[1].cell; ++c)
+      layer->radius2 = KITH_MAX(layer->radius2, grid->cell[c].radius2);
+    for (int a = 0; a < NDIM - 1; ++a) {
+      const int32_t c = row_coordinate(row, a);
+      layer->lower[a] = layer->rows == 1 ? c : KITH_MIN(layer->lower[a], c);
+      layer->upper[a] = layer->rows == 1 ? c : KITH_MAX(layer->upper[a], c);
+    }
+  }
+}
+
+/* Cells of a row that lie close together are one group; crowded cells are several groups. */
+static kith_status group_row(struct kith_search *search, const struct row *row) {
+  const struct grid *grid = search->self;
+  for (kith_index c = row->cell, end; c < row[1].cell; c = end) {
+    const struct cell *cell = &grid->cell[c];
+    const kith_index first = cell->slot;
+    for (end = c + 1; end < row[1].cell; ++end)
+      if (grid->cell[end + 1].slot - first > GROUP || grid->cell[end].coordinate - cell->coordinate >= SPAN)
+        break;
+    for (kith_index s = first; s < grid->cell[end].slot; s += GROUP)
+      KITH_TRY(kith_search_group(search, s, KITH_MIN(GROUP, grid->cell[end].slot - s)));
+  }
+  return KITH_OK;
+}
+
+/* The cell that holds a slot. O(log n). */
+static kith_index cell_of_slot(const struct grid *grid, kith_index slot) {
+  kith_index first = 0, last = grid->n_cells;
+  while (last - first > 1) {
+    const kith_index middle = first + (last - first) / 2;
+    if (grid->cell[middle].slot <= slot)
+      first = middle;
+    else
+      last = middle;
+  }
+  return first;
+}
+
+/* Makes the tables of all slots from item[0] and the packed radii. The slots before `begin` have not changed
+ * since the tables were made last: their entries are kept, but for the row that may go on. O(slots from
+ * that row on). */
+static kith_status make_tables(struct kith_search *search, kith_index begin) {
+  struct grid *grid = search->self;
+  kith_index cell = 0, slot = 0;
+  if (begin > 0) {
+    cell = cell_of_slot(grid, begin - 1);
+    while (grid->row[grid->n_rows - 1].cell > cell) --grid->n_rows;
+    cell = grid->row[--grid->n_rows].cell;
+    slot = grid->cell[cell].slot;
+    while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= slot) --search->n_groups;
+  } else {
+    grid->n_rows = search->n_groups = 0;
+  }
+  grid->n_cells = cell;
+  const kith_index row = grid->n_rows;
+  KITH_TRY(list_cells(search, slot));
+  KITH_TRY(list_rows(grid, cell));
+  KITH_TRY(hash_rows(grid));
+  list_layers(grid);
+  for (kith_index r = row; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
+  return KITH_OK;
+}
+
 /* Slots. */
 
-static kith_status grow_items(struct kith_grid *grid, kith_index old_n, kith_index n) {
+static kith_status grow_items(struct grid *grid, kith_index old_n, kith_index n) {
   KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, (size_t)old_n, (size_t)n));
   return kith_grow(&grid->slot_of, &grid->slots_capacity, (size_t)old_n, (size_t)n, sizeof *grid->slot_of);
 }
 
 static void fill_slots(struct kith_search *search, kith_index begin, kith_index end) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
 #pragma omp parallel for schedule(static) if (end - begin > 10000)
   for (kith_index s = begin; s < end; ++s) {
     search->node[s] = grid->item[0][s].node;
@@ -95,17 +296,17 @@ static void find_items(const struct kith_search *search, kith_index first, kith_
 }
 
 static kith_status grid_update(struct kith_search *search) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
   KITH_TRY(grow_items(grid, 0, search->n));
   choose_frame(search);
   find_items(search, 0, search->n, grid->item[0]);
   KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], (size_t)search->n));
   fill_slots(search, 0, search->n);
-  return kith_grid_tables(search, 0);
+  return make_tables(search, 0);
 }
 
 static kith_status grid_append(struct kith_search *search, kith_index old_n) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
   const kith_index more = search->n - old_n;
   KITH_TRY(grow_items(grid, old_n, search->n));
   KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)more));
@@ -114,14 +315,14 @@ static kith_status grid_append(struct kith_search *search, kith_index old_n) {
   const kith_index begin = kith_keyed_place(grid->item[0], old_n, grid->entering[0][0].key);
   kith_keyed_merge(grid->item[0] + begin, old_n - begin, grid->entering[0], more, grid->item[1] + begin);
   fill_slots(search, begin, search->n);
-  return kith_grid_tables(search, begin);
+  return make_tables(search, begin);
 }
 
 /* Refreshes the slots of nodes that stay in their cells and collects the others. Returns the number of these;
  * extends begin .. end to the slots they leave. */
 static kith_index collect_leaving(struct kith_search *search, const kith_index *nodes, kith_index count,
                                   kith_index *begin, kith_index *end) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
   kith_index leaving = 0;
   for (kith_index k = 0; k < count; ++k) {
     const kith_index s = grid->slot_of[nodes[k]];
@@ -130,8 +331,8 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
     const uint64_t key = key_of(search, nodes[k]);
     if (key == item->key) {
       kith_search_pack(search, s, 1);
-      struct kith_grid_layer *layer = kith_grid_layer_of(grid, key);
-      struct kith_grid_cell *cell = &grid->cell[kith_grid_cell_of_slot(grid, s)];
+      struct layer *layer = layer_of(grid, key);
+      struct cell *cell = &grid->cell[cell_of_slot(grid, s)];
       layer->radius2 = KITH_MAX(layer->radius2, search->radius2[s]);
       cell->radius2 = KITH_MAX(cell->radius2, search->radius2[s]);
       continue;
@@ -145,7 +346,7 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
 
 /* Sorts the nodes that leave by key, equal keys by index. */
 static kith_status sort_entering(struct kith_search *search, kith_index n) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
   struct kith_keyed *item = grid->entering[0];
   KITH_TRY(kith_keyed_sort(item, grid->entering[1], (size_t)n));
 #pragma omp parallel for schedule(static) if (n > 10000)
@@ -155,7 +356,7 @@ static kith_status sort_entering(struct kith_search *search, kith_index n) {
 
 static kith_status grid_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
-  struct kith_grid *grid = search->self;
+  struct grid *grid = search->self;
   KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)count));
   kith_index begin = search->n, end = 0;
   const kith_index leaving = collect_leaving(search, nodes, count, &begin, &end);
@@ -166,7 +367,7 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
   end = KITH_MAX(end, kith_keyed_place(grid->item[0], search->n, grid->entering[0][leaving - 1].key + 1));
   kith_keyed_merge(grid->item[0] + begin, end - begin, grid->entering[0], leaving, grid->item[1] + begin);
   fill_slots(search, begin, end);
-  return kith_grid_tables(search, begin);
+  return make_tables(search, begin);
 }
 
 /* Queries. */
@@ -186,7 +387,7 @@ static inline double square_gap(const struct query *q, int a, int64_t c) {
 }
 
 /* Cells of a row whose coordinates are at least c. */
-static inline kith_index cell_from(const struct kith_grid *grid, const struct kith_grid_row *row, int64_t c) {
+static inline kith_index cell_from(const struct grid *grid, const struct row *row, int64_t c) {
   kith_index first = row->cell, n = row[1].cell - first;
   const int64_t lowest = grid->cell[first].coordinate;
   if (grid->cell[first + n - 1].coordinate - lowest == n - 1) /* no gaps */
@@ -202,13 +403,13 @@ static inline kith_index cell_from(const struct kith_grid *grid, const struct ki
 }
 
 /* A cell within range by the largest radius of its level may be out of range by its own. */
-static inline bool out_of_range(const struct kith_grid_cell *cell, const struct query *q, double gap2) {
+static inline bool out_of_range(const struct cell *cell, const struct query *q, double gap2) {
   return gap2 + square_gap(q, NDIM - 1, cell->coordinate) > KITH_MAX(q->cells2 * cell->radius2, q->targets2);
 }
 
 /* The cells of a row within range: fewer for a row at some distance. */
-static inline kith_status take_row(const struct kith_grid *grid, const struct kith_grid_row *row,
-                                   const struct query *q, double gap2, struct kith_runs *runs) {
+static inline kith_status take_row(const struct grid *grid, const struct row *row, const struct query *q,
+                                   double gap2, struct kith_runs *runs) {
   const double left = q->search_radius * q->search_radius - gap2;
   if (left < 0) return KITH_OK;
   const double along = sqrt(left) * (1 + KITH_SEARCH_SLACK);
@@ -229,7 +430,7 @@ static inline bool next_row(const struct query *q, int64_t *c) {
 }
 
 /* Looks up each row that may exist. */
-static inline kith_status find_rows(const struct kith_grid *grid, uint64_t layer, const struct query *q,
+static inline kith_status find_rows(const struct grid *grid, uint64_t layer, const struct query *q,
                                     struct kith_runs *runs) {
   int64_t c[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = q->first[a];
@@ -240,28 +441,26 @@ static inline kith_status find_rows(const struct kith_grid *grid, uint64_t layer
       key = key << GRID_COORDINATE_BITS | (uint64_t)c[a];
       gap2 += square_gap(q, a, c[a]);
     }
-    const struct kith_grid_row *row =
-        gap2 <= q->search_radius * q->search_radius ? kith_grid_find_row(grid, key) : NULL;
+    const struct row *row = gap2 <= q->search_radius * q->search_radius ? find_row(grid, key) : NULL;
     if (row) KITH_TRY(take_row(grid, row, q, gap2, runs));
   } while (next_row(q, c));
   return KITH_OK;
 }
 
 /* Tests each row that exists. */
-static inline kith_status test_rows(const struct kith_grid *grid, const struct kith_grid_layer *layer,
-                                    const struct query *q, struct kith_runs *runs) {
-  for (const struct kith_grid_row *row = grid->row + layer->row; row < grid->row + layer->row + layer->rows;
-       ++row) {
+static inline kith_status test_rows(const struct grid *grid, const struct layer *layer, const struct query *q,
+                                    struct kith_runs *runs) {
+  for (const struct row *row = grid->row + layer->row; row < grid->row + layer->row + layer->rows; ++row) {
     double gap2 = 0;
-    for (int a = 0; a < NDIM - 1; ++a) gap2 += square_gap(q, a, kith_grid_row_coordinate(row, a));
+    for (int a = 0; a < NDIM - 1; ++a) gap2 += square_gap(q, a, row_coordinate(row, a));
     KITH_TRY(take_row(grid, row, q, gap2, runs));
   }
   return KITH_OK;
 }
 
-KITH_HOT static kith_status query_layer(const struct kith_grid *grid, int number, const struct kith_box *box,
+KITH_HOT static kith_status query_layer(const struct grid *grid, int number, const struct kith_box *box,
                                         double radius, enum kith_search_mode mode, struct kith_runs *runs) {
-  const struct kith_grid_layer *layer = &grid->layer[number];
+  const struct layer *layer = &grid->layer[number];
   const int level = number % GRID_LEVELS;
   const double per_length = grid->per_length[level];
   const double scale = per_length * (1 + KITH_SEARCH_SLACK), own = radius * scale,
@@ -293,7 +492,7 @@ KITH_HOT static kith_status query_layer(const struct kith_grid *grid, int number
 
 static kith_status grid_coarse(const struct kith_search *search, const struct kith_box *box, double radius,
                                enum kith_search_mode mode, struct kith_runs *runs) {
-  const struct kith_grid *grid = search->self;
+  const struct grid *grid = search->self;
   for (int l = 0; l < 2 * GRID_LEVELS; ++l) {
     if (grid->layer[l].rows == 0) continue;
     KITH_TRY(query_layer(grid, l, box, radius, mode, runs));
@@ -302,7 +501,7 @@ static kith_status grid_coarse(const struct kith_search *search, const struct ki
 }
 
 static size_t grid_bytes(const struct kith_search *search) {
-  const struct kith_grid *grid = search->self;
+  const struct grid *grid = search->self;
   return 2 * (grid->items_capacity + grid->entering_capacity) * sizeof **grid->item +
          grid->slots_capacity * sizeof *grid->slot_of + grid->cells_capacity * sizeof *grid->cell +
          grid->rows_capacity * sizeof *grid->row + grid->table_size * sizeof *grid->table;
@@ -311,7 +510,7 @@ static size_t grid_bytes(const struct kith_search *search) {
 const struct kith_search_ops kith_search_grid = {
     .name = "grid",
     .doc = "nested levels of cells by radius: for radii that differ much; cheap updates of a few moved nodes",
-    .state_size = sizeof(struct kith_grid),
+    .state_size = sizeof(struct grid),
     .clear = grid_clear,
     .update = grid_update,
     .append = grid_append,

@@ -26,21 +26,17 @@ static int components_of(enum kith_kind kind) {
 }
 
 static kith_status register_standing(struct kith_nodes *nodes) {
-  static const struct kith_field_spec position = {"position", KITH_POSITION, KITH_F64,
-                                                  KITH_STATE, "Coordinates", "position"};
-  static const struct kith_field_spec support = {
-      "support", KITH_SCALAR, KITH_F64, KITH_STATE, "SmoothingLength", "radius of the kernel's support"};
-  static const struct kith_field_spec search_radius = {
-      "search_radius", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "radius that the connectivity is built with"};
-  static const struct kith_field_spec id = {"id",       KITH_SCALAR,   KITH_I64,
-                                            KITH_STATE, "ParticleIDs", "global id"};
-  static const struct kith_field_spec list = {"list",       KITH_SCALAR,   KITH_U8,
-                                              KITH_DERIVED, "MaterialIDs", "place of the node's list"};
-  KITH_TRY(kith_nodes_field(nodes, &position, &nodes->position));
-  KITH_TRY(kith_nodes_field(nodes, &support, &nodes->support));
-  KITH_TRY(kith_nodes_field(nodes, &search_radius, &nodes->search_radius));
-  KITH_TRY(kith_nodes_field(nodes, &id, &nodes->id));
-  return kith_nodes_field(nodes, &list, &nodes->list);
+  static const struct kith_field_spec spec[] = {
+      {"position", KITH_POSITION, KITH_F64, KITH_STATE, "Coordinates", "position"},
+      {"support", KITH_SCALAR, KITH_F64, KITH_STATE, "SmoothingLength", "radius of the kernel's support"},
+      {"search_radius", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "radius that the connectivity is built with"},
+      {"id", KITH_SCALAR, KITH_I64, KITH_STATE, "ParticleIDs", "global id"},
+      {"list", KITH_SCALAR, KITH_U8, KITH_DERIVED, "MaterialIDs", "place of the node's list"}};
+  struct kith_field **const field[] = {&nodes->position, &nodes->support, &nodes->search_radius, &nodes->id,
+                                       &nodes->list};
+  for (size_t k = 0; k < sizeof spec / sizeof *spec; ++k)
+    KITH_TRY(kith_nodes_field(nodes, &spec[k], field[k]));
+  return KITH_OK;
 }
 
 kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names) {

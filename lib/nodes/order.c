@@ -148,29 +148,24 @@ static void keep_controls(const struct kith_nodes *nodes, uint8_t *keep) {
   }
 }
 
-/* Shrinks one block to its kept ghosts. */
-static void cull_block(struct kith_ghost_block *block, kith_index first, const kith_index *renumber) {
-  kith_index kept = 0;
-  for (kith_index k = 0; k < block->count; ++k)
-    if (renumber[block->first + k] >= 0) {
-      if (block->control != NULL) block->control[kept] = renumber[block->control[k]];
-      ++kept;
-    }
-  block->first = first;
-  block->count = kept;
-}
-
+/* Shrinks the blocks to their kept ghosts. */
 static void cull_blocks(struct kith_nodes *nodes, const kith_index *renumber) {
   int left = 0;
   kith_index next = nodes->n_internal;
   for (int b = 0; b < nodes->n_blocks; ++b) {
-    struct kith_ghost_block *block = &nodes->blocks[b];
-    cull_block(block, next, renumber);
-    next += block->count;
-    if (block->count > 0)
-      nodes->blocks[left++] = *block;
+    struct kith_ghost_block block = nodes->blocks[b];
+    kith_index kept = 0;
+    for (kith_index k = 0; k < block.count; ++k) {
+      if (renumber[block.first + k] < 0) continue;
+      if (block.control != NULL) block.control[kept] = renumber[block.control[k]];
+      ++kept;
+    }
+    block.first = next, block.count = kept;
+    next += kept;
+    if (kept > 0)
+      nodes->blocks[left++] = block;
     else
-      kith_free(&block->control);
+      kith_free(&block.control);
   }
   nodes->n_blocks = left;
   nodes->n_ghost = next - nodes->n_internal;

@@ -116,16 +116,12 @@ static kith_status graph_update(struct kith_partition *partition, const double *
   return status;
 }
 
-static kith_status graph_first(struct kith_partition *partition, int32_t *owner) {
-  return graph_update(partition, NULL, NULL, owner);
-}
 #endif
 
 const struct kith_partitioner_ops kith_partitioner_graph = {
     .name = "graph",
     .doc = "the graph of cells partitioned by Scotch: few faces are cut",
 #ifdef KITH_SCOTCH
-    .first = graph_first,
     .update = graph_update,
 #else
     .needs = "Scotch (Debian: libptscotch-dev)",

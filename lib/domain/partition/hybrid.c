@@ -19,7 +19,7 @@ static kith_status hybrid_update(struct kith_partition *partition, const double 
 }
 
 static kith_status hybrid_first(struct kith_partition *partition, int32_t *owner) {
-  return kith_partitioner_graph.first(partition, owner);
+  return kith_partitioner_graph.update(partition, NULL, NULL, owner);
 }
 
 static void hybrid_command(struct kith_partition *partition, int word) {

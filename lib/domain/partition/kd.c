@@ -91,13 +91,8 @@ static kith_status kd_update(struct kith_partition *partition, const double *wei
   return KITH_OK;
 }
 
-static kith_status kd_first(struct kith_partition *partition, int32_t *owner) {
-  return kd_update(partition, NULL, NULL, owner);
-}
-
 const struct kith_partitioner_ops kith_partitioner_kd = {
     .name = "kd",
     .doc = "weighted recursive bisection",
-    .first = kd_first,
     .update = kd_update,
 };

@@ -49,7 +49,8 @@ static kith_status start(struct kith_partition *partition, const char *text) {
   if (ops->state_size > 0) KITH_TRY(kith_resize(&partition->self, 0, 1, ops->state_size));
   const char *colon = strchr(text, ':');
   if (colon != NULL) KITH_TRY(kith_partition_command(partition, colon + 1));
-  return ops->first(partition, partition->owner);
+  return ops->first != NULL ? ops->first(partition, partition->owner)
+                            : ops->update(partition, NULL, NULL, partition->owner);
 }
 
 kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,

@@ -32,7 +32,8 @@ struct kith_partitioner_ops {
   size_t state_size; /* bytes of private state at partition->self, initially zero */
   /* Applies option number `word`, which takes effect at the next map. NULL without options. */
   void (*command)(struct kith_partition *partition, int word);
-  /* The first map, without weights, after the options of the text: writes owner[n]. */
+  /* The first map, without weights, after the options of the text: writes owner[n]. NULL: `update` without
+   * weights makes it, where `owner` is that of the partition. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);
   /* The next map: `owner` holds the present one. Weights are positive; face_weight may be NULL. NULL: the map
    * never changes. */
