@@ -1,7 +1,8 @@
 /* suite.c - reading suites and sweeps: settings to text, methods and values to jobs. */
 #include "app/study/study.h"
 
-#include <dirent.h>
+#include <fnmatch.h>
+#include <glob.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -168,10 +169,15 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
   return set_all(job, key == NULL ? "" : key, key == NULL ? kith_config_child(value, "settings") : value);
 }
 
-/* Every method (methods NULL: the scene's) at every value. */
-static kith_status make_jobs(struct kith_suite *s, const struct kith_job *common,
+/* Every method (methods NULL: the scene's) at every value, of `key` or with names; over what all have in
+ * common. */
+static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, struct kith_job *common,
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {
+  KITH_TRY(apply_overrides(common, c->options, key));
+  if (methods != NULL) KITH_TRY(check_named(methods, method_params, KITH_SUITE_METHODS));
+  KITH_TRY(key != NULL ? check_list(values, KITH_SUITE_VALUES)
+                       : check_named(values, value_params, KITH_SUITE_VALUES));
   s->n_methods = methods != NULL ? methods->n : 1, s->n_values = values->n;
   const size_t n_jobs = (size_t)s->n_methods * (size_t)s->n_values;
   KITH_TRY(kith_resize(&s->job, 0, n_jobs, sizeof *s->job));
@@ -199,36 +205,32 @@ static void stem_of(const char *path, char *stem, size_t size) {
 }
 
 bool kith_suite_is_path(const char *name) {
-  const char *dot = strrchr(name, '.');
-  return strchr(name, '/') != NULL || (dot != NULL && strcmp(dot, ".yaml") == 0);
+  return strchr(name, '/') != NULL || fnmatch("*.yaml", name, 0) == 0;
 }
 
 /* Adds "|noh|sedov|sod" to names: the YAML files of a folder of inputs, in alphabetical order. */
 static void add_names(const struct kith_programs *programs, const char *folder, char *names, size_t size) {
-  char path[KITH_PATH + 16];
-  struct dirent **entries;
-  snprintf(path, sizeof path, "%s%s", programs->inputs, folder);
-  const int n = scandir(path, &entries, NULL, alphasort);
-  for (int k = 0; k < n; ++k) {
-    const char *dot = strrchr(entries[k]->d_name, '.');
-    const size_t used = strlen(names);
-    if (dot != NULL && dot != entries[k]->d_name && strcmp(dot, ".yaml") == 0)
-      snprintf(names + used, size - used, "|%.*s", (int)(dot - entries[k]->d_name), entries[k]->d_name);
-    free(entries[k]);
+  char text[KITH_PATH + 32];
+  glob_t found;
+  snprintf(text, sizeof text, "%s%s/*.yaml", programs->inputs, folder);
+  if (glob(text, 0, NULL, &found) != 0) return;
+  for (size_t k = 0; k < found.gl_pathc; ++k) {
+    stem_of(found.gl_pathv[k], text, sizeof text);
+    snprintf(names + strlen(names), size - strlen(names), "|%s", text);
   }
-  if (n >= 0) free(entries);
+  globfree(&found);
 }
 
 /* A path is relative to the folder of the file, or to here. */
 static kith_status find_scene(const struct kith_config_node *node, const struct kith_study *c,
                               const char *name, char path[KITH_JOB_PATH]) {
-  char names[2048] = "";
   const char *from = node->location.file, *slash = strrchr(from, '/');
   if (!kith_suite_is_path(name)) {
-    add_names(&c->programs, "", names, sizeof names);
-    if (kith_choices_index(names, name) < 0) return kith_config_fail_word(node, names);
+    char names[2048] = "";
     snprintf(path, KITH_JOB_PATH, "%s/%.100s.yaml", c->programs.inputs, name);
-    return KITH_OK;
+    if (access(path, R_OK) == 0) return KITH_OK;
+    add_names(&c->programs, "", names, sizeof names);
+    return kith_config_fail_word(node, names);
   }
   snprintf(path, KITH_JOB_PATH, "%.*s%.255s", slash != NULL ? (int)(slash - from) + 1 : 0, from, name);
   if (name[0] == '/' || access(path, R_OK) != 0) snprintf(path, KITH_JOB_PATH, "%.255s", name);
@@ -306,18 +308,14 @@ static kith_status read_codes(struct kith_suite *s, const struct kith_config_nod
 
 /* What is charted: of a suite, or of what stands for one. `job`: what all have in common. */
 static kith_status read_methods(struct kith_suite *s, const struct kith_config *config,
-                                const struct kith_options *options, struct kith_job *job) {
-  const struct kith_config_node *methods = kith_config_at(config, "methods"),
-                                *resolution = kith_config_at(config, "resolution");
-  KITH_TRY(apply_overrides(job, options, "resolution"));
-  if (methods != NULL) KITH_TRY(check_named(methods, method_params, KITH_SUITE_METHODS));
-  KITH_TRY(check_list(resolution, KITH_SUITE_VALUES));
+                                const struct kith_study *c, struct kith_job *job) {
+  const struct kith_config_node *resolution = kith_config_at(config, "resolution");
   double last = 0, next;
   for (const struct kith_config_node *r = resolution->first; r != NULL; r = r->next, last = next) {
     KITH_TRY(kith_param_value(&positive, r, &next));
     if (next <= last) return kith_config_fail(r, NULL, "%g after %g: resolutions ascend", next, last);
   }
-  KITH_TRY(make_jobs(s, job, methods, "resolution", resolution));
+  KITH_TRY(make_jobs(s, c, job, kith_config_at(config, "methods"), "resolution", resolution));
   return read_norms(s, config);
 }
 
@@ -327,7 +325,7 @@ static kith_status read_suite(struct kith_suite *s, const struct kith_config *co
   const struct kith_config_node *codes = kith_config_at(config, "reference_codes");
   KITH_TRY(kith_params_read(suite_params, config->root, s));
   KITH_TRY(make_common(s, config->root, c, &job));
-  KITH_TRY(read_methods(s, config, c->options, &job));
+  KITH_TRY(read_methods(s, config, c, &job));
   return codes != NULL ? read_codes(s, codes) : KITH_OK;
 }
 
@@ -358,7 +356,7 @@ static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *conf
   const double factor = s->dimension == 3 ? sqrt(2) : 2;
   snprintf(text, sizeof text, format, even(own / factor), even(own), even(own * factor));
   KITH_TRY(kith_config_parse(&suite, config->file, text, strlen(text)));
-  const kith_status status = read_methods(s, suite, c->options, &job);
+  const kith_status status = read_methods(s, suite, c, &job);
   kith_config_destroy(&suite);
   return status;
 }
@@ -425,10 +423,7 @@ static kith_status read_sweep(struct kith_suite *s, const struct kith_config_nod
   if (one_key && values->n != 1)
     return kith_config_fail(values, NULL, "%d keys; a sweep varies one", values->n);
   if (one_key) values = values->first;
-  KITH_TRY(one_key ? check_list(values, KITH_SUITE_VALUES)
-                   : check_named(values, value_params, KITH_SUITE_VALUES));
-  KITH_TRY(apply_overrides(&job, c->options, one_key ? values->key : NULL));
-  return make_jobs(s, &job, methods, one_key ? values->key : NULL, values);
+  return make_jobs(s, c, &job, methods, one_key ? values->key : NULL, values);
 }
 
 static kith_status read_sweeps(struct kith_study *c, const struct kith_config *config, const char *only) {
@@ -437,7 +432,6 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
   char none, names[4096] = "";
   KITH_TRY(kith_params_read(file_params, config->root, &none));
   KITH_TRY(kith_config_want_list(list));
-  if (methods != NULL) KITH_TRY(check_named(methods, method_params, KITH_SUITE_METHODS));
   KITH_TRY(kith_resize(&c->suite, 0, (size_t)list->n, sizeof *c->suite));
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     const struct kith_config_node *child = kith_config_child(node, "name");
