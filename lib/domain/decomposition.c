@@ -1,5 +1,5 @@
-/* The map of cells to ranks, load balance, redistribution of nodes, and what checkpoints store of them. Here `d` is the
- * decomposition. */
+/* The map of cells to ranks, load balance, redistribution of nodes, and what checkpoints store of them. Here
+ * `d` is the decomposition. */
 #include "lib/domain/decomposition.h"
 
 #include <math.h>

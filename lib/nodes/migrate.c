@@ -77,29 +77,18 @@ static kith_status load_all(struct transport *t, const struct kith_nodes *nodes,
   return status;
 }
 
-static int64_t of_rank(const struct transport *t, const int64_t *count, int rank) {
-  int64_t sum = 0;
-  for (int l = 0; l < t->lists; ++l) sum += count[(size_t)rank * (size_t)t->lists + (size_t)l];
-  return sum;
-}
-
-static kith_status reserve_arrivals(struct transport *t, const struct layout *layout) {
-  t->n_in = 0;
-  for (int r = 0; r < t->size; ++r) t->n_in += of_rank(t, t->from, r);
-  return kith_resize(&t->in, 0, (size_t)t->n_in * layout->words, sizeof *t->in);
-}
-
-/* Sends `out` and receives `in`; all ranks have reserved their memory. */
-static kith_status exchange(struct transport *t, struct kith_ranks *ranks, const struct layout *layout) {
-  struct kith_message *out = t->message, *in = t->message + t->size;
-  size_t sent = 0, got = 0;
+/* Messages to and from all ranks, in parts of the packed nodes; returns how many nodes they hold. */
+static int64_t part_out(const struct transport *t, const struct layout *layout, const int64_t *count,
+                        int64_t *words, struct kith_message *message) {
+  size_t at = 0;
   for (int r = 0; r < t->size; ++r) {
-    const size_t n_out = (size_t)of_rank(t, t->to, r), n_in = (size_t)of_rank(t, t->from, r);
-    out[r] = (struct kith_message){r, t->out + sent * layout->words, n_out * layout->words * 8};
-    in[r] = (struct kith_message){r, t->in + got * layout->words, n_in * layout->words * 8};
-    sent += n_out, got += n_in;
+    size_t n = 0;
+    for (int l = 0; l < t->lists; ++l) n += (size_t)count[r * t->lists + l];
+    message[r] =
+        (struct kith_message){r, words != NULL ? words + at * layout->words : NULL, n * layout->words * 8};
+    at += n;
   }
-  return kith_ranks_exchange(ranks, t->size, out, t->size, in);
+  return (int64_t)at;
 }
 
 /* ---- migration ---- */
@@ -152,8 +141,13 @@ static kith_status migrate(struct transport *t, struct kith_nodes *nodes, const 
   if (status == KITH_OK) status = load_all(t, nodes, &layout, to, me);
   KITH_TRY(kith_ranks_allreduce_status(ranks, status));
   kith_ranks_all_to_all(ranks, t->to, t->from, t->lists);
-  KITH_TRY(kith_ranks_allreduce_status(ranks, reserve_arrivals(t, &layout)));
-  KITH_TRY(exchange(t, ranks, &layout));
+  struct kith_message *in = t->message + t->size;
+  t->n_in = part_out(t, &layout, t->from, NULL, in);
+  KITH_TRY(kith_ranks_allreduce_status(
+      ranks, kith_resize(&t->in, 0, (size_t)t->n_in * layout.words, sizeof *t->in)));
+  part_out(t, &layout, t->to, t->out, t->message);
+  part_out(t, &layout, t->from, t->in, in);
+  KITH_TRY(kith_ranks_exchange(ranks, t->size, t->message, t->size, in));
   status = t->n_out > 0 ? remove_leaving(nodes, to, me) : KITH_OK;
   if (status == KITH_OK && t->n_in > 0) status = unpack_arrivals(t, nodes, &layout);
   if (t->n_in > 0) ++nodes->positions;

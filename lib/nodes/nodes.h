@@ -118,8 +118,8 @@ struct kith_nodes {
 /* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are
  * registered. */
 kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names);
-/* A copy of the internal nodes, which belong to no ranks, with all fields, in the same order, or with those that
- * have an output and those that all nodes have. */
+/* A copy of the internal nodes, which belongs to no ranks: with all fields, in the same order, or with those
+ * that have an output and those that all nodes have. */
 kith_status kith_nodes_copy(struct kith_nodes **out, const struct kith_nodes *nodes, bool all_fields);
 void kith_nodes_destroy(struct kith_nodes **nodes);
 

@@ -84,8 +84,8 @@ kith_status kith_partition_update(struct kith_partition *partition, const double
 /* The same until the map does not change any more, at most 20 times. */
 kith_status kith_partition_converge(struct kith_partition *partition, const double *weight);
 
-/* load[n_ranks], written: the work of each rank by the map owner[cells->n], in these weights of cells; NULL: 1
- * each. Returns the largest over the mean; 1 if there is no work. */
+/* load[n_ranks], written: the work of each rank by the map owner[cells->n], in these weights of cells; NULL:
+ * 1 each. Returns the largest over the mean; 1 if there is no work. */
 double kith_partition_loads(const struct kith_partition *partition, const int32_t *owner,
                             const double *weight, double *load);
 

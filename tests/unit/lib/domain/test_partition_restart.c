@@ -1,5 +1,5 @@
-/* Restarts of every partitioner: a member that gets the state and the map of another one continues as that one
- * does; damaged state is refused. */
+/* Restarts of every partitioner: a member that gets the state and the map of another one continues as that
+ * one does; damaged state is refused. */
 #include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
