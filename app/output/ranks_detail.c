@@ -5,12 +5,15 @@
 #include <stdio.h>
 #include <string.h>
 
+static double sum(struct kith_ranks *ranks, double mine) {
+  kith_ranks_sum(ranks, &mine, 1);
+  return mine;
+}
+
 static struct kith_spread spread(struct kith_ranks *ranks, double mine) {
-  struct kith_spread all = {mine, mine, mine};
+  struct kith_spread all = {mine, sum(ranks, mine) / kith_ranks_size(ranks), mine};
   kith_ranks_min(ranks, &all.min, 1);
-  kith_ranks_sum(ranks, &all.mean, 1);
   kith_ranks_max(ranks, &all.max, 1);
-  all.mean /= kith_ranks_size(ranks);
   return all;
 }
 
@@ -75,35 +78,25 @@ static kith_status count_needed(const struct kith_simulation *m, double *kept, d
 
 kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_simulation *m,
                               const struct kith_traffic *before, const struct kith_traffic *after,
-                              uint64_t steps) {
+                              uint64_t n_steps) {
   struct kith_ranks *ranks = m->nodes->ranks;
-  const struct kith_ledger *ledger = &m->integrator.ledger;
-  const double n = fmax((double)steps, 1);
-  double compute, exchange, last = 0, needed = 0;
+  const struct kith_ledger *l = &m->integrator.ledger;
+  const struct kith_decomposition *d = m->decomposition;
+  struct kith_ledger_boundary remote = {0};
+  const double steps = fmax((double)n_steps, 1);
+  double compute, exchange, kept = 0, needed = 0;
+  if (d != NULL) remote = l->boundary[m->boundaries.n - 1]; /* it comes last */
   *out = (struct kith_ranks_detail){0};
-  KITH_TRY(kith_ranks_allreduce_status(ranks, count_needed(m, &last, &needed)));
+  KITH_TRY(kith_ranks_allreduce_status(ranks, count_needed(m, &kept, &needed)));
   cpu_seconds(m->profile, &compute, &exchange);
-  out->nodes = spread(ranks, m->nodes->n_internal);
-  out->row_entries = spread(ranks, (double)ledger->last_row_entries);
-  out->remote_ghosts = spread(ranks, last);
-  out->messages_per_step = spread(ranks, (double)(after->messages - before->messages) / n);
-  out->bytes_per_step = spread(ranks, (double)(after->bytes - before->bytes) / n);
-  out->compute_cpu_seconds = spread(ranks, compute);
-  out->exchange_cpu_seconds = spread(ranks, exchange);
-  out->collectives_per_step = (double)(after->collectives - before->collectives) / n;
-  if (m->decomposition != NULL) {
-    const int distributed = m->boundaries.n - 1; /* it comes last */
-    double sum[] = {(double)ledger->boundary[distributed].created,
-                    (double)ledger->boundary[distributed].culled,
-                    (double)ledger->boundary[distributed].kept,
-                    last,
-                    needed,
-                    (double)m->decomposition->migrated};
-    kith_ranks_sum(ranks, sum, 6);
-    out->remote_ghosts_created = sum[0], out->remote_ghosts_culled = sum[1], out->remote_ghosts_kept = sum[2];
-    out->remote_ghosts_last = sum[3], out->remote_ghosts_last_needed = sum[4], out->nodes_migrated = sum[5];
-    out->repartitions = (double)m->decomposition->repartitions;
-  }
+#define X(name, value, doc) out->name = spread(ranks, value);
+  KITH_RANKS_SPREAD_LIST(X)
+#undef X
+#define SAME(value) (value)
+#define SUM(value) sum(ranks, value)
+#define X(name, kind, value, doc) out->name = kind(value);
+  KITH_RANKS_TOTAL_LIST(X)
+#undef X
   return detail_stages(ranks, m->profile, out);
 }
 

@@ -139,10 +139,11 @@ static json_t *stages_of(const struct kith_report *r) {
 static json_t *detail_of(const struct kith_ranks_detail *d) {
   if (d == NULL) return json_null();
   json_t *detail = json_object(), *inner;
-#define X(name, doc) json_object_set_new(detail, #name, inner = json_object()), put_spread(inner, &d->name);
+#define X(name, value, doc) \
+  json_object_set_new(detail, #name, inner = json_object()), put_spread(inner, &d->name);
   KITH_RANKS_SPREAD_LIST(X)
 #undef X
-#define X(name, doc) put(detail, #name, number(d->name));
+#define X(name, kind, value, doc) put(detail, #name, number(d->name));
   KITH_RANKS_TOTAL_LIST(X)
 #undef X
   return detail;

@@ -131,11 +131,11 @@ static void print_spread(const char *doc, const struct kith_spread *s, FILE *f) 
 
 static void print_ranks_detail(const struct kith_ranks_detail *d, FILE *f) {
   fprintf(f, "\n  %-62s %10s %10s %10s %9s\n", "of a rank", "min", "mean", "max", "max/mean");
-#define X(name, doc) print_spread(doc, &d->name, f);
+#define X(name, value, doc) print_spread(doc, &d->name, f);
   KITH_RANKS_SPREAD_LIST(X)
 #undef X
   fprintf(f, "\n  %-62s %10s\n", "of all ranks", "total");
-#define X(name, doc) fprintf(f, "  %-62s %10.10g\n", doc, d->name);
+#define X(name, kind, value, doc) fprintf(f, "  %-62s %10.10g\n", doc, d->name);
   KITH_RANKS_TOTAL_LIST(X)
 #undef X
 }

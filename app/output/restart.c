@@ -5,7 +5,7 @@
 
 enum { REALS = 6, COUNTS = 6, SUMS = 3 /* the last of the counts, which ranks add up */ };
 
-/* What is stored of a run, of all ranks: written from here, and read to here. */
+/* What is stored of a run, of all ranks. */
 struct saved {
   double real[REALS];
   uint64_t count[COUNTS];
@@ -13,19 +13,12 @@ struct saved {
   struct kith_ledger ledger;
 };
 
-struct array {
-  const char *name;
-  enum kith_type type;
-  void *values;
-  size_t n;
-};
-enum { ARRAYS = 4 };
-#define ARRAYS_OF(saved)                                                                     \
-  {                                                                                          \
-    {"clock", KITH_F64, (saved)->real, REALS}, {"counts", KITH_I64, (saved)->count, COUNTS}, \
-        {"baseline", KITH_F64, &(saved)->baseline, sizeof(saved)->baseline / 8},             \
-        {"ledger", KITH_I64, &(saved)->ledger, sizeof(saved)->ledger / 8},                   \
-  }
+/* Its arrays of 8-byte numbers: member, name in the file, type. */
+#define ARRAY_LIST(X)               \
+  X(real, "clock", KITH_F64)        \
+  X(count, "counts", KITH_I64)      \
+  X(baseline, "baseline", KITH_F64) \
+  X(ledger, "ledger", KITH_I64)
 
 /* Where the numbers belong. */
 struct places {
@@ -59,11 +52,12 @@ static struct saved collect(struct kith_output *output, struct kith_simulation *
   return saved;
 }
 
-static kith_status put_saved(struct kith_checkpoint *c, const struct kith_output *output, struct saved *saved,
-                             const struct kith_decomposition_state *d) {
-  const struct array all[ARRAYS] = ARRAYS_OF(saved);
-  for (int k = 0; k < ARRAYS; ++k)
-    KITH_TRY(kith_checkpoint_put(c, all[k].name, all[k].type, all[k].values, all[k].n));
+static kith_status put_saved(struct kith_checkpoint *c, const struct kith_output *output,
+                             const struct saved *saved, const struct kith_decomposition_state *d) {
+#define X(member, name, type) \
+  KITH_TRY(kith_checkpoint_put(c, name, type, &saved->member, sizeof saved->member / 8));
+  ARRAY_LIST(X)
+#undef X
   if (d->n > 0) KITH_TRY(kith_checkpoint_put(c, "decomposition", KITH_I64, d->word, d->n));
   return kith_checkpoint_put(c, "snapshot_times", KITH_F64, output->times, (size_t)output->n_snapshots);
 }
@@ -76,29 +70,25 @@ static kith_status put_nodes(struct kith_checkpoint *c, const struct kith_simula
   return status != KITH_OK ? status : work;
 }
 
-static kith_status write_checkpoint(const struct kith_output *output, const struct kith_simulation *m,
-                                    struct saved *saved, const struct kith_decomposition_state *d) {
-  struct kith_ranks *ranks = m->nodes->ranks;
-  struct kith_checkpoint *c = NULL;
-  char path[640];
-  snprintf(path, sizeof path, "%s/checkpoint.kith", output->directory);
-  KITH_TRY(kith_ranks_allreduce_status(
-      ranks, first_rank(m) ? kith_checkpoint_open_new(&c, path, m->scene->text) : KITH_OK));
-  kith_status status = put_nodes(c, m);
-  if (status == KITH_OK && c != NULL) status = put_saved(c, output, saved, d);
-  if (status == KITH_OK && c != NULL) status = kith_checkpoint_commit(&c);
-  kith_checkpoint_close(&c);
-  return kith_ranks_allreduce_status(ranks, status);
-}
-
 kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *m,
                                    const struct kith_conservation_baseline *baseline) {
-  struct saved saved = collect(output, m, baseline);
+  struct kith_ranks *ranks = m->nodes->ranks;
+  struct kith_checkpoint *c = NULL;
   struct kith_decomposition_state d = {0};
+  struct saved saved = collect(output, m, baseline);
+  char path[640];
+  snprintf(path, sizeof path, "%s/checkpoint.kith", output->directory);
   kith_status status =
       m->decomposition != NULL ? kith_decomposition_describe(m->decomposition, m->nodes, &d) : KITH_OK;
-  status = kith_ranks_allreduce_status(m->nodes->ranks, status);
-  if (status == KITH_OK) status = write_checkpoint(output, m, &saved, &d);
+  if (status == KITH_OK && first_rank(m)) status = kith_checkpoint_open_new(&c, path, m->scene->text);
+  status = kith_ranks_allreduce_status(ranks, status);
+  if (status == KITH_OK) {
+    status = put_nodes(c, m);
+    if (status == KITH_OK && c != NULL) status = put_saved(c, output, &saved, &d);
+    if (status == KITH_OK && c != NULL) status = kith_checkpoint_commit(&c);
+    status = kith_ranks_allreduce_status(ranks, status);
+  }
+  kith_checkpoint_close(&c);
   kith_free(&d.word);
   return status;
 }
@@ -129,13 +119,14 @@ static kith_status read_nodes(struct kith_checkpoint *c, struct kith_simulation 
 static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_simulation *m,
                             struct saved *saved, const char *path) {
   const struct places places = places_of(output, m);
-  const struct array all[ARRAYS] = ARRAYS_OF(saved);
   const size_t n_snapshots = kith_checkpoint_length(c, "snapshot_times");
   const kith_status same = kith_scene_check_same(m->scene, kith_checkpoint_scene(c));
   if (same != KITH_OK) return kith_fail(same, "%s: %s", path, kith_failure());
   if (n_snapshots > INT32_MAX / 2) KITH_FAIL(BAD_FILE, "%s: the list of snapshots is damaged", path);
-  for (int k = 0; k < ARRAYS; ++k)
-    KITH_TRY(kith_checkpoint_get(c, all[k].name, all[k].type, all[k].values, all[k].n));
+#define X(member, name, type) \
+  KITH_TRY(kith_checkpoint_get(c, name, type, &saved->member, sizeof saved->member / 8));
+  ARRAY_LIST(X)
+#undef X
   KITH_TRY(read_nodes(c, m));
   for (int k = 0; k < REALS; ++k)
     if (places.real[k] != NULL) *places.real[k] = saved->real[k];

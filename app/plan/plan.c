@@ -342,13 +342,6 @@ static void print_ranks_head(const struct kith_scaling_model *model, const struc
 }
 
 /* Efficiency: of as many ranks as one process, which has all the work and no ghosts of others. */
-static void print_partitioner(const char *name, int n_ranks, double seconds, const struct kith_forecast *f) {
-  printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n", name,
-         f->imbalance, f->made, f->kept, f->most_peers, f->messages, f->bytes / 1024, f->most_bytes / 1024,
-         1e3 * f->seconds.work, 1e3 * f->seconds.ghosts, 1e3 * f->seconds.bounds, 1e3 * f->seconds.network,
-         1e3 * f->seconds.step, seconds / (n_ranks * f->seconds.step));
-}
-
 static kith_status show_partitioners(const struct kith_scaling_model *model,
                                      const struct kith_step_traffic *traffic, const struct kith_costs *costs,
                                      int n_ranks, double seconds) {
@@ -356,7 +349,10 @@ static kith_status show_partitioners(const struct kith_scaling_model *model,
     struct kith_forecast f;
     if ((*p)->needs != NULL) continue;
     KITH_TRY(kith_scaling_model_forecast(model, (*p)->name, traffic, costs, &f));
-    print_partitioner((*p)->name, n_ranks, seconds, &f);
+    printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n",
+           (*p)->name, f.imbalance, f.made, f.kept, f.most_peers, f.messages, f.bytes / 1024,
+           f.most_bytes / 1024, 1e3 * f.seconds.work, 1e3 * f.seconds.ghosts, 1e3 * f.seconds.bounds,
+           1e3 * f.seconds.network, 1e3 * f.seconds.step, seconds / (n_ranks * f.seconds.step));
   }
   return KITH_OK;
 }
