@@ -2,7 +2,6 @@
 #include "app/initial/deposit.h"
 
 #include <stdlib.h>
-#include "app/initial/region.h"
 
 /* Relative difference below which distances are equal: round-off must not split a shell of lattice sites. */
 static const double tolerance = 1e-9;
@@ -101,8 +100,8 @@ static kith_status sum_weights(const struct kith_deposit *deposit, const struct 
   return status;
 }
 
-kith_status kith_deposit_add(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                             const struct kith_hydro *hydro) {
+static kith_status add(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                       const struct kith_hydro *hydro) {
   const kith_index n = hydro->nodes->n_internal;
   const double *x = hydro->nodes->position->f64;
   double spacing = 0, sum = 0;
@@ -115,5 +114,10 @@ kith_status kith_deposit_add(const struct kith_deposit *deposit, const struct ki
   for (kith_index i = 0; i < n; ++i)
     hydro->energy->f64[i] +=
         deposit->energy * weight(deposit, distance(deposit, scene, x + i * NDIM), radius) / sum;
+  return KITH_OK;
+}
+
+kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro) {
+  for (int k = 0; k < scene->n_deposits; ++k) KITH_TRY(add(&scene->deposit[k], scene, hydro));
   return KITH_OK;
 }

@@ -12,9 +12,8 @@
 
 #include "app/scene/scene.h"
 
-/* Adds to the specific energy of the internal nodes. BAD_INPUT with the deposit's line if no node is within
- * the radius. */
-kith_status kith_deposit_add(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                             const struct kith_hydro *hydro);
+/* Adds those of the scene to the specific energy of the internal nodes. BAD_INPUT with the line of a deposit
+ * without a node within its radius. */
+kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro);
 
 #endif

@@ -68,12 +68,6 @@ static kith_status become_mpirun(const struct kith_options *options) {
   KITH_FAIL(UNSUPPORTED, "--ranks %d: mpirun cannot be started: %s", options->ranks, strerror(errno));
 }
 
-/* An equal share of the cores, but no more than this rank was bound to. */
-static int threads_of_rank(int beside) {
-  const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN);
-  return KITH_MIN(omp_get_num_procs(), KITH_MAX(1, cores / beside));
-}
-
 /* *ranks: the processes of this run, NULL if there is one. If --ranks requires several and they have not been
  * started, this process becomes mpirun with the same command line and does not return. BAD_INPUT: another
  * number was started than required. Without --threads and OMP_NUM_THREADS the ranks of a computer share its
@@ -83,8 +77,10 @@ static kith_status launch(struct kith_ranks **ranks, const struct kith_options *
   if (options->ranks > 1 && kith_ranks_launched() == 1) return become_mpirun(options);
   KITH_TRY(kith_ranks_create(ranks));
   const int size = kith_ranks_size(*ranks);
-  if (size > 1 && options->threads == 0 && getenv("OMP_NUM_THREADS") == NULL)
-    omp_set_num_threads(threads_of_rank(kith_ranks_on_this_machine(*ranks)));
+  if (size > 1 && options->threads == 0 && getenv("OMP_NUM_THREADS") == NULL) {
+    const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN), beside = kith_ranks_on_this_machine(*ranks);
+    omp_set_num_threads(KITH_MIN(omp_get_num_procs(), KITH_MAX(1, cores / beside))); /* as it was bound */
+  }
   if (options->ranks > 0 && options->ranks != size)
     return kith_ranks_allreduce_status(
         *ranks, kith_fail(KITH_BAD_INPUT, "--ranks %d, but %d processes were started", options->ranks, size));
@@ -122,20 +118,16 @@ static bool speaks(const struct run *run) {
 
 /* ---- start: all that can be found wrong before the first step ---- */
 
-/* Can it be written? Better to know now than at the end. */
-static kith_status try_file(const char *path) {
-  struct kith_atomic_file *file;
-  KITH_TRY(kith_atomic_file_open(&file, path));
-  kith_atomic_file_abandon(&file);
-  return KITH_OK;
-}
-
 static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
   char directory[256];
   snprintf(directory, sizeof directory, "out/%s", run->scene->name);
   KITH_TRY(kith_output_directory(&run->output, o->directory != NULL ? o->directory : directory, speaks(run)));
-  if (speaks(run) && o->trace != NULL) KITH_TRY(try_file(o->trace));
+  if (speaks(run) && o->trace != NULL) { /* can it be written? Better to know now than at the end */
+    struct kith_atomic_file *file;
+    KITH_TRY(kith_atomic_file_open(&file, o->trace));
+    kith_atomic_file_abandon(&file);
+  }
   return kith_history_open(&run->output.history, run->output.directory, run->simulation, o->restart != NULL);
 }
 

@@ -1,6 +1,5 @@
 /* YAML as a tree: messages with file and line, nodes, reading, overrides, bases. */
 #include "app/scene/config.h"
-#include "lib/core/choices.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -51,15 +50,6 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
   else
     snprintf(line, sizeof line, "--set %s%s%s", path, colon, message);
   return refuse(line);
-}
-
-kith_status kith_config_fail_word(const struct kith_config_node *node, const char *words) {
-  char all[256], near[64];
-  kith_choices_format(words, all, sizeof all);
-  if (kith_choices_suggest(words, node->text, near, sizeof near))
-    return kith_config_fail(node, NULL, "'%.60s' is not one of %s; did you mean '%s'?", node->text, all,
-                            near);
-  return kith_config_fail(node, NULL, "'%.60s' is not one of %s", node->text, all);
 }
 
 /* --- the tree --- */

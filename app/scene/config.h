@@ -70,10 +70,9 @@ void kith_config_path(const struct kith_config_node *node, const char *key, char
  * NULL: the node itself. */
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-/* The same with "is not one of ...; did you mean ...?" for a word that is none of `words`
- * (lib/core/choices.h). */
-kith_status kith_config_fail_word(const struct kith_config_node *node, const char *words);
-
+/* The same without a path, at a place in a file or in an override. */
+#define KITH_FAIL_AT(place, ...) \
+  return kith_config_fail(&(const struct kith_config_node){.location = *(place)}, NULL, __VA_ARGS__)
 /* A copy of a string in kith_resize memory. */
 kith_status kith_text_copy(char **out, const char *text, size_t length);
 

@@ -190,51 +190,49 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
   return status;
 }
 
-/* Choices make no difference between '_' and '-'; keys do. */
-static const char *spelled(const struct kith_param *const *tables, const char *choice) {
-  for (; *tables != NULL; ++tables)
-    for (const struct kith_param *p = *tables; p->key != NULL; ++p)
-      if (kith_choices_index(p->key, choice) == 0) return p->key;
-  return choice;
-}
-
-/* BAD_INPUT for a key that is in none of the tables. Members may share keys: each is shown once. */
-static kith_status refuse_unknown(const struct kith_param *const *tables,
-                                  const struct kith_config_node *child) {
-  char choices[512] = "", all[512] = "", near[64];
-  for (const struct kith_param *const *table = tables; *table != NULL; ++table) {
-    if (kith_params_find(*table, child->key) != NULL) return KITH_OK;
-    for (const struct kith_param *p = *table; p->key != NULL; ++p) {
-      if (kith_choices_index(choices, p->key) >= 0) continue;
-      snprintf(choices + strlen(choices), sizeof choices - strlen(choices), "|%s", p->key);
-      snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", all[0] != '\0' ? ", " : "", p->key);
-    }
-  }
-  if (kith_choices_suggest(choices, child->key, near, sizeof near))
-    return kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", spelled(tables, near));
-  return kith_config_fail(child, NULL, "unknown key; known are %s", all);
-}
-
-static kith_status check_keys(const struct kith_param *const *tables, const struct kith_config_node *map) {
-  if (map == NULL) return KITH_OK;
-  KITH_TRY(kith_config_want_map(map));
-  for (const struct kith_config_node *child = map->first; child != NULL; child = child->next)
-    KITH_TRY(refuse_unknown(tables, child));
-  return KITH_OK;
-}
-
-static kith_status read_rows(const struct kith_param *params, const struct kith_config_node *map,
-                             void *base) {
-  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
-    KITH_TRY(kith_param_read(p, map, base));
-  return KITH_OK;
-}
-
 /* The row that chooses a member, or NULL. */
 static const struct kith_param *find_chooser(const struct kith_param *params) {
-  for (; params->key != NULL; ++params)
+  for (; params != NULL && params->key != NULL; ++params)
     if (params->kind == KITH_PARAM_MEMBER) return params;
   return NULL;
+}
+
+/* All rows that a map may have: those of the table, then those of each member that can be chosen. */
+struct rows {
+  const struct kith_param *next;
+  kith_family *family; /* NULL: none can be chosen */
+  int members;         /* whose rows were begun */
+};
+
+static struct rows rows_of(const struct kith_param *params) {
+  const struct kith_param *chooser = find_chooser(params);
+  return (struct rows){params, chooser != NULL ? chooser->family : NULL, 0};
+}
+
+static const struct kith_param *next_row(struct rows *r) {
+  while (r->next == NULL || r->next->key == NULL) {
+    if (r->family == NULL || r->family(r->members).name == NULL) return NULL;
+    r->next = r->family(r->members++).params;
+  }
+  return r->next++;
+}
+
+/* BAD_INPUT for a key that no row has. Members may share keys: each is shown once. Choices make no difference
+ * between '_' and '-'; keys do. */
+static kith_status check_key(const struct kith_param *params, const struct kith_config_node *child) {
+  char choices[512] = "", all[512] = "", near[64];
+  const struct kith_param *p;
+  for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
+    if (strcmp(p->key, child->key) == 0) return KITH_OK;
+    if (kith_choices_index(choices, p->key) >= 0) continue;
+    snprintf(choices + strlen(choices), sizeof choices - strlen(choices), "|%s", p->key);
+    snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", all[0] != '\0' ? ", " : "", p->key);
+  }
+  if (!kith_choices_suggest(choices, child->key, near, sizeof near))
+    return kith_config_fail(child, NULL, "unknown key; known are %s", all);
+  struct rows r = rows_of(params);
+  while ((p = next_row(&r)) != NULL && kith_choices_index(p->key, near) != 0) continue;
+  return kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", p != NULL ? p->key : near);
 }
 
 /* Values of parameters that the chosen member has not, but an other one: checked as the first of these reads
@@ -270,13 +268,12 @@ static kith_status read_member(const struct kith_param *chooser, const struct ki
 
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map,
                              void *base) {
-  enum { MOST = 32 };
-  const struct kith_param *tables[MOST + 2] = {params};
   const struct kith_param *chooser = find_chooser(params);
-  for (int k = 0, n = 1; chooser != NULL && k < MOST && chooser->family(k).name != NULL; ++k)
-    if (chooser->family(k).params != NULL) tables[n++] = chooser->family(k).params;
-  KITH_TRY(check_keys(tables, map));
-  KITH_TRY(read_rows(params, map, base));
+  if (map != NULL) KITH_TRY(kith_config_want_map(map));
+  for (const struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL;
+       child = child->next)
+    KITH_TRY(check_key(params, child));
+  for (const struct kith_param *p = params; p->key != NULL; ++p) KITH_TRY(kith_param_read(p, map, base));
   if (chooser == NULL) return KITH_OK;
   return read_member(chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
 }
@@ -315,7 +312,7 @@ static void write_value(const struct kith_param *param, const struct kith_config
 static void write_rows(const struct kith_param *params, const struct kith_config_node *map, const char *path,
                        FILE *file) {
   char below[ROOM], entry[ROOM + 32];
-  const struct kith_param *chooser = params != NULL ? find_chooser(params) : NULL;
+  const struct kith_param *chooser = find_chooser(params);
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
     const struct kith_config_node *node = kith_config_child(map, p->key);
     snprintf(below, sizeof below, "%s%s%s", path, path[0] != '\0' ? "." : "", p->key);
@@ -372,19 +369,16 @@ kith_status kith_params_compare(const struct kith_param *params, const struct ki
 
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file);
 
-/* Members of the family that have the parameter, "mfm, sph"; empty for those of all. Is `first` of them its
- * table? */
-static bool list_owners(const struct kith_param *param, kith_family *family, const struct kith_param *table,
-                        char *names, size_t size) {
-  bool first = true;
-  names[0] = '\0';
-  for (int k = 0; family != NULL && family(k).name != NULL; ++k) {
+/* Members of the family that have the parameter, "mfm, sph". Is this one the first of them? */
+static bool list_owners(const struct kith_param *param, kith_family *family, int member, char *names,
+                        size_t size) {
+  int first = -1;
+  for (int k = 0; family(k).name != NULL; ++k) {
     if (kith_params_find(family(k).params, param->key) == NULL) continue;
-    if (names[0] == '\0') first = family(k).params == table;
-    snprintf(names + strlen(names), size - strlen(names), "%s%s", names[0] != '\0' ? ", " : "",
-             family(k).name);
+    if (first < 0) first = k;
+    snprintf(names + strlen(names), size - strlen(names), "%s%s", k > first ? ", " : "", family(k).name);
   }
-  return first;
+  return first == member;
 }
 
 /* "required; what it means (unit; of a, b); in (0, 1]" */
@@ -414,17 +408,14 @@ static void print_param(const struct kith_param *param, const char *owners, int 
                file);
 }
 
-/* The rows of the table, then those of each member that can be chosen, but each key once. */
+/* Each key once. */
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file) {
-  char owners[ROOM];
-  const struct kith_param *chooser = find_chooser(params);
-  kith_family *family = chooser != NULL ? chooser->family : NULL;
-  for (const struct kith_param *p = params; p->key != NULL; ++p)
-    print_param(p, "", indent, item && p == params, file);
-  for (int k = 0; family != NULL && family(k).name != NULL; ++k)
-    for (const struct kith_param *p = family(k).params; p != NULL && p->key != NULL; ++p)
-      if (list_owners(p, family, family(k).params, owners, sizeof owners))
-        print_param(p, owners, indent, false, file);
+  const struct kith_param *p;
+  for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
+    char owners[ROOM] = "";
+    if (r.members == 0 || list_owners(p, r.family, r.members - 1, owners, sizeof owners))
+      print_param(p, owners, indent, item && p == params, file);
+  }
 }
 
 void kith_params_reference(const struct kith_param *params, FILE *file) {

@@ -182,11 +182,6 @@ static kith_status read_parts(struct kith_scene *scene) {
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }
 
-static kith_status apply(struct kith_config *config, int n_overrides, const char *const *overrides) {
-  for (int i = 0; i < n_overrides; ++i) KITH_TRY(kith_config_override(config, overrides[i]));
-  return KITH_OK;
-}
-
 /* Takes the config. */
 static kith_status read_scene(struct kith_scene **out, struct kith_config *config, int n_overrides,
                               const char *const *overrides) {
@@ -196,7 +191,8 @@ static kith_status read_scene(struct kith_scene **out, struct kith_config *confi
   KITH_TRY(status);
   scene->config = config;
   config->root->dimension = NDIM;
-  status = apply(config, n_overrides, overrides);
+  for (int k = 0; k < n_overrides && status == KITH_OK; ++k)
+    status = kith_config_override(config, overrides[k]);
   if (status == KITH_OK) status = read_parts(scene);
   if (status == KITH_OK) status = kith_config_emit(config, &scene->text);
   if (status != KITH_OK) kith_scene_destroy(&scene);

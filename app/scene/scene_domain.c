@@ -93,15 +93,13 @@ static kith_status check_sides(const struct kith_boundary_ops *lower, const stru
 }
 
 static kith_status read_sides(const struct kith_config_node *node, struct kith_selected side[2]) {
+  const bool pair = node != NULL && node->kind == KITH_CONFIG_LIST;
   if (node == NULL) return KITH_OK;
-  if (node->kind != KITH_CONFIG_LIST) {
-    KITH_TRY(read_side(node, &side[0]));
-    memcpy(side[1].name, side[0].name, sizeof side[1].name);
-    return KITH_OK;
-  }
-  if (node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
-  KITH_TRY(read_side(node->first, &side[0]));
-  return read_side(node->last, &side[1]);
+  if (pair && node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
+  KITH_TRY(read_side(pair ? node->first : node, &side[0]));
+  if (pair) return read_side(node->last, &side[1]);
+  memcpy(side[1].name, side[0].name, sizeof side[1].name);
+  return KITH_OK;
 }
 
 static kith_status read_axis(struct kith_scene *scene, int axis, const struct kith_config_node *node) {

@@ -227,10 +227,12 @@ static kith_status find_scene(const struct kith_config_node *node, const struct 
   const char *from = node->location.file, *slash = strrchr(from, '/');
   if (!kith_suite_is_path(name)) {
     char names[2048] = "";
+    const struct kith_param row = {"scene", KITH_PARAM_CHOICE, NULL, names, "", .size = sizeof(int)};
+    int index;
     snprintf(path, KITH_JOB_PATH, "%s/%.100s.yaml", c->programs.inputs, name);
     if (access(path, R_OK) == 0) return KITH_OK;
     add_names(&c->programs, "", names, sizeof names);
-    return kith_config_fail_word(node, names);
+    return kith_param_value(&row, node, &index);
   }
   snprintf(path, KITH_JOB_PATH, "%.*s%.255s", slash != NULL ? (int)(slash - from) + 1 : 0, from, name);
   if (name[0] == '/' || access(path, R_OK) != 0) snprintf(path, KITH_JOB_PATH, "%.255s", name);
