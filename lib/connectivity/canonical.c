@@ -4,18 +4,6 @@
 
 /* --- rows --- */
 
-/* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */
-static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t *rank, uint64_t *id,
-                              kith_index *order) {
-  const size_t n = (size_t)kith_nodes_count(nodes);
-#pragma omp parallel for schedule(static)
-  for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
-  KITH_TRY(kith_sfc_key_sort(n, id, nodes->image->i64, order));
-#pragma omp parallel for schedule(static)
-  for (size_t k = 0; k < n; ++k) rank[order[k]] = (uint32_t)k;
-  return KITH_OK;
-}
-
 /* Sorts one row: counts how many entries come before each, without branches that could be mispredicted. */
 static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_t *restrict rank,
                               uint32_t *restrict key, kith_index *restrict spare) {
@@ -46,20 +34,27 @@ static kith_status sort_rows(const struct kith_rows *rows, const uint32_t *rank)
   return kith_traverse(rows->n, sort_chunk, &sort, 2, (kith_rows_longest(rows) + 1) / 2, NULL, NULL);
 }
 
+/* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */
+static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t *rank, uint64_t *id,
+                              kith_index *order) {
+  const size_t n = (size_t)kith_nodes_count(nodes);
+#pragma omp parallel for schedule(static)
+  for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
+  KITH_TRY(kith_sfc_key_sort(n, id, nodes->image->i64, order));
+#pragma omp parallel for schedule(static)
+  for (size_t k = 0; k < n; ++k) rank[order[k]] = (uint32_t)k;
+  return KITH_OK;
+}
+
 static kith_status sort_all(struct kith_connectivity *c, const struct kith_nodes *nodes) {
   const size_t n = (size_t)kith_nodes_count(nodes);
-  uint64_t *id = NULL;
-  kith_index *order = NULL;
-  uint32_t *rank = NULL;
-  kith_status status = kith_resize(&id, 0, n, sizeof *id);
-  if (status == KITH_OK) status = kith_resize(&order, 0, n, sizeof *order);
-  if (status == KITH_OK) status = kith_resize(&rank, 0, n, sizeof *rank);
-  if (status == KITH_OK) status = find_ranks(nodes, rank, id, order);
+  uint64_t *id = NULL; /* and behind it the order and the ranks */
+  KITH_TRY(kith_resize(&id, 0, 2 * n, sizeof *id));
+  uint32_t *rank = (uint32_t *)(id + n) + n;
+  kith_status status = find_ranks(nodes, rank, id, (kith_index *)(id + n));
   if (status == KITH_OK) status = sort_rows(&c->rows, rank);
   if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, rank);
   kith_free(&id);
-  kith_free(&order);
-  kith_free(&rank);
   return status;
 }
 
