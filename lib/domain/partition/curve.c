@@ -3,16 +3,22 @@
 
 #include "lib/core/sfc_key.h"
 
-void kith_partition_cut(int64_t n, const kith_index *order, const double *weight, int n_ranks,
-                        int32_t *owner) {
+/* The rank of a cell is the one of n_ranks equal intervals of the accumulated weight in which the middle of
+ * the cell's weight lies, so that no rank exceeds the mean by more than one cell. weight NULL: equal. */
+kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
+                              const double *face_weight, int32_t *owner) {
+  (void)face_weight;
+  const struct kith_curve *curve = partition->self;
+  const kith_index *order = curve->order;
   double total = 0, before = 0;
-  for (int64_t k = 0; k < n; ++k) total += weight == NULL ? 1 : weight[order[k]];
-  for (int64_t k = 0; k < n; ++k) {
+  for (int64_t k = 0; k < partition->cells->n; ++k) total += weight == NULL ? 1 : weight[order[k]];
+  for (int64_t k = 0; k < partition->cells->n; ++k) {
     const double w = weight == NULL ? 1 : weight[order[k]];
-    const double interval = (before + 0.5 * w) / total * n_ranks;
-    owner[order[k]] = (int32_t)KITH_MIN(interval, n_ranks - 1);
+    const double interval = (before + 0.5 * w) / total * partition->n_ranks;
+    owner[order[k]] = (int32_t)KITH_MIN(interval, partition->n_ranks - 1);
     before += w;
   }
+  return KITH_OK;
 }
 
 kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *key, int32_t *owner) {
@@ -20,16 +26,7 @@ kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *k
   const int64_t n = partition->cells->n;
   KITH_TRY(kith_resize(&curve->order, 0, (size_t)n, sizeof *curve->order));
   KITH_TRY(kith_sfc_key_sort((size_t)n, key, NULL, curve->order));
-  kith_partition_cut(n, curve->order, NULL, partition->n_ranks, owner);
-  return KITH_OK;
-}
-
-kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
-                              const double *face_weight, int32_t *owner) {
-  (void)face_weight;
-  const struct kith_curve *curve = partition->self;
-  kith_partition_cut(partition->cells->n, curve->order, weight, partition->n_ranks, owner);
-  return KITH_OK;
+  return kith_curve_update(partition, NULL, NULL, owner);
 }
 
 void kith_curve_clear(struct kith_partition *partition) {

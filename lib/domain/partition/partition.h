@@ -100,11 +100,6 @@ kith_status kith_partition_restore(struct kith_partition *partition, const int64
 /* Ranks per axis, whose product is n_ranks: the fewest cut faces among those whose largest block is within 10
  * % of the smallest possible. */
 void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks);
-/* Cuts a curve through all cells: the rank of a cell is the one of n_ranks equal intervals of the accumulated
- * weight in which the middle of the cell's weight lies, so that no rank exceeds the mean by more than one
- * cell. weight NULL: equal. */
-void kith_partition_cut(int64_t n, const kith_index *order, const double *weight, int n_ranks,
-                        int32_t *owner);
 /* For members that cut an order of the cells (private state: struct kith_curve, filled by their `first`). */
 struct kith_curve {
   kith_index *order; /* [cells->n] cells along the curve; owned */
