@@ -39,11 +39,11 @@ static void add_params(char *text, size_t size, const char *map, const struct ki
 #define NAMED(name, doc) {#name, doc, NULL, 0},
 #define LISTED(name, word, doc) {#word, doc, NULL, 0},
 #define KERNEL(name, word, doc, ...) {word, doc, NULL, 0},
-static const struct kith_member kernels[] = {KITH_KERNEL_LIST(KERNEL){NULL}},
-                                excluders[] = {KITH_EXCLUDER_LIST(NAMED){NULL}},
-                                viscosities[] = {KITH_VISCOSITY_LIST(LISTED){NULL}},
-                                lattices[] = {KITH_LATTICE_LIST(LISTED){NULL}},
-                                measures[] = {KITH_MEASURE_LIST(NAMED){NULL}};
+static const struct kith_member kernels[] = {KITH_KERNEL_LIST(KERNEL){0}},
+                                excluders[] = {KITH_EXCLUDER_LIST(NAMED){0}},
+                                viscosities[] = {KITH_VISCOSITY_LIST(LISTED){0}},
+                                lattices[] = {KITH_LATTICE_LIST(LISTED){0}},
+                                measures[] = {KITH_MEASURE_LIST(NAMED){0}};
 
 static void print_one_table(const char *name) {
   struct kith_table table;
