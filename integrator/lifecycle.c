@@ -8,7 +8,7 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
   demand[1] = (struct kith_demand){it->package->ops->name,
                                    it->package->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
-                                   it->package->ops->requirements(it->package)};
+                                   kith_package_requirements(it->package)};
   demand[2] = (struct kith_demand){"coupling", "barriers", {0}};
   if (it->package->barrier != NULL)
     demand[2].need =

@@ -14,8 +14,9 @@ struct kith_eos_ops {
                 double *pressure, double *sound_speed);
   /* Specific energy that gives this pressure at this density. */
   double (*energy)(const void *settings, double density, double pressure);
-  /* gamma of rho c^2 = gamma P + constant along an isentrope. Riemann solvers need it: (gamma + 1) / 2 is the
-   * slope of the shock speed over the particle velocity, and rho c^2 / gamma the pressure above vacuum. */
+  /* gamma of rho c^2 = gamma P + constant along an isentrope. Packages with a Riemann solver (mfm) require
+   * it, and refuse a member without, NULL: (gamma + 1) / 2 is the slope of the shock speed over the particle
+   * velocity, and rho c^2 / gamma the pressure above vacuum. */
   double (*effective_gamma)(const void *settings);
   bool energy_positive; /* u < 0 is outside of the physical range */
   bool gamma_law;       /* P = (gamma - 1) rho u: what exact solutions for an ideal gas assume */

@@ -6,28 +6,29 @@
 #include "lib/core/vec.h"
 
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) {
-  const struct {
-    struct kith_field_spec spec;
-    struct kith_field **field;
-  } table[] = {
-      {{"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "mass of the node"}, &hydro->mass},
-      {{"velocity", KITH_VELOCITY, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
-      {{"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"},
+  const struct kith_field_row table[] = {
+      {true, {"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "mass of the node"}, &hydro->mass},
+      {true, {"velocity", KITH_VELOCITY, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
+      {true,
+       {"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"},
        &hydro->energy},
-      {{"density", KITH_SCALAR, KITH_F64, KITH_KEPT, "Density", "mass per unit volume"}, &hydro->density},
-      {{"pressure", KITH_SCALAR, KITH_F64, KITH_KEPT, "Pressure", "pressure"}, &hydro->pressure},
-      {{"sound_speed", KITH_SCALAR, KITH_F64, KITH_KEPT, "SoundSpeed", "adiabatic sound speed"},
+      {true,
+       {"density", KITH_SCALAR, KITH_F64, KITH_KEPT, "Density", "mass per unit volume"},
+       &hydro->density},
+      {true, {"pressure", KITH_SCALAR, KITH_F64, KITH_KEPT, "Pressure", "pressure"}, &hydro->pressure},
+      {true,
+       {"sound_speed", KITH_SCALAR, KITH_F64, KITH_KEPT, "SoundSpeed", "adiabatic sound speed"},
        &hydro->sound_speed},
-      {{"acceleration", KITH_VECTOR, KITH_F64, KITH_KEPT, "Accelerations", "dv/dt"}, &hydro->acceleration},
-      {{"energy_rate", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt"}, &hydro->energy_rate},
-  };
+      {true,
+       {"acceleration", KITH_VECTOR, KITH_F64, KITH_KEPT, "Accelerations", "dv/dt"},
+       &hydro->acceleration},
+      {true, {"energy_rate", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt"}, &hydro->energy_rate},
+      {0}};
   hydro->nodes = nodes;
   hydro->halo = NULL;
   hydro->external_force = (struct kith_external_force){0};
   for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = 0;
-  for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
-    KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
-  return KITH_OK;
+  return kith_nodes_fields(nodes, table);
 }
 
 static void evaluate_eos(const struct kith_hydro *hydro, int list, kith_index first, kith_index count) {
@@ -71,27 +72,28 @@ static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
   return positive && hydro->energy->f64[i] < 0 ? "its energy is negative" : NULL;
 }
 
-static kith_status diverged(const struct kith_hydro *hydro, kith_index i, const char *wrong) {
-  const double *x = hydro->nodes->position->f64 + i * NDIM;
+/* DIVERGED names the first internal node with which something is wrong. */
+static kith_status check(const struct kith_hydro *hydro,
+                         const char *(*wrong)(const struct kith_hydro *, kith_index)) {
+  const struct kith_nodes *nodes = hydro->nodes;
+  kith_index first = nodes->n_internal;
+#pragma omp parallel for schedule(static) reduction(min : first)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (wrong(hydro, i) != NULL) first = KITH_MIN(first, i);
+  if (first == nodes->n_internal) return KITH_OK;
+  const double *x = nodes->position->f64 + first * NDIM;
   KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)",
-            (long long)hydro->nodes->id->i64[i], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
-            NDIM > 2 ? x[NDIM - 1] : 0.0, wrong, hydro->density->f64[i], hydro->energy->f64[i]);
+            (long long)nodes->id->i64[first], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
+            NDIM > 2 ? x[NDIM - 1] : 0.0, wrong(hydro, first), hydro->density->f64[first],
+            hydro->energy->f64[first]);
 }
 
 kith_status kith_hydro_finite(const struct kith_hydro *hydro) {
-  kith_index first = hydro->nodes->n_internal;
-#pragma omp parallel for schedule(static) reduction(min : first)
-  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i)
-    if (not_finite(hydro, i) != NULL) first = KITH_MIN(first, i);
-  return first < hydro->nodes->n_internal ? diverged(hydro, first, not_finite(hydro, first)) : KITH_OK;
+  return check(hydro, not_finite);
 }
 
 kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
-  kith_index first = hydro->nodes->n_internal;
-#pragma omp parallel for schedule(static) reduction(min : first)
-  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i)
-    if (unphysical(hydro, i) != NULL) first = KITH_MIN(first, i);
-  return first < hydro->nodes->n_internal ? diverged(hydro, first, unphysical(hydro, first)) : KITH_OK;
+  return check(hydro, unphysical);
 }
 
 enum {

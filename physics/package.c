@@ -35,29 +35,39 @@ kith_status kith_kick_init(struct kith_kick *kick, struct kith_nodes *nodes) {
 kith_status kith_package_init(struct kith_package *package) {
   KITH_TRY(check_neighbors(package));
   KITH_TRY(kith_params_check(package->ops->params, package->ops->name, package->settings));
-  struct kith_nodes *nodes = package->hydro->nodes;
-  const struct kith_field_spec velocity_divergence = {"velocity_divergence", KITH_SCALAR, KITH_F64, KITH_KEPT,
-                                                      "VelocityDivergence",  "div v"};
-  const struct kith_field_spec slope = {"energy_slope", KITH_SCALAR, KITH_F64,
-                                        KITH_KEPT,      NULL,        "d(du/dt)/dt of a kick"};
-  const struct kith_field_spec signal = {"signal",  KITH_SCALAR, KITH_F64,
-                                         KITH_KEPT, NULL,        "signal speed of the Courant condition"};
-  KITH_TRY(kith_nodes_field(nodes, &velocity_divergence, &package->velocity_divergence));
-  KITH_TRY(kith_nodes_field(nodes, &signal, &package->signal));
+  const struct kith_field_row fields[] = {
+      {true,
+       {"velocity_divergence", KITH_SCALAR, KITH_F64, KITH_KEPT, "VelocityDivergence", "div v"},
+       &package->velocity_divergence},
+      {true,
+       {"signal", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "signal speed of the Courant condition"},
+       &package->signal},
+      {package->compatible,
+       {"energy_slope", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "d(du/dt)/dt of a kick"},
+       &package->energy_slope},
+      {0}};
   package->energy_slope = NULL;
-  if (package->compatible) KITH_TRY(kith_nodes_field(nodes, &slope, &package->energy_slope));
+  KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   package->self_weight = kith_kernel_self_weight(package->kernel, package->neighbors);
+  KITH_TRY(kith_resize(&package->self, 0, 1, package->ops->self_size));
   return package->ops->create(package);
 }
 
 void kith_package_clear(struct kith_package *package) {
-  if (package->self != NULL) package->ops->destroy(package);
-  kith_border_clear(&package->border);
+  if (package->self != NULL && package->ops->destroy != NULL) package->ops->destroy(package);
+  kith_free(&package->self);
+  kith_free(&package->border.chunk);
+  kith_free(&package->needed);
+  kith_free(&package->packed);
+  kith_pairwise_clear(&package->pair);
+  package->border = (struct kith_border){0};
+  package->needed_capacity = package->packed_capacity = 0;
 }
 
-kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
-                               uint64_t count[4]) {
-  return kith_node_sweep_run(sweep, package->hydro, &package->border, package->profile, count);
+struct kith_requirements kith_package_requirements(const struct kith_package *package) {
+  if (package->ops->requirements != NULL) return package->ops->requirements(package);
+  return (struct kith_requirements){
+      .rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS, .ghost_rows = package->recompute};
 }
 
 void kith_package_start_refresh(struct kith_package *package, int n, struct kith_field *const *fields) {
@@ -132,7 +142,8 @@ struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package
 }
 
 struct kith_package_bytes kith_package_bytes(const struct kith_package *package) {
-  struct kith_package_bytes bytes = package->ops->bytes(package);
-  bytes.other += package->border.capacity;
-  return bytes;
+  const size_t own = package->ops->bytes != NULL ? package->ops->bytes(package) : 0;
+  return (struct kith_package_bytes){.pairwise = package->pair.capacity * sizeof(double),
+                                     .other = own + package->border.capacity + package->needed_capacity +
+                                              package->packed_capacity * sizeof(double)};
 }

@@ -24,8 +24,8 @@
 #include "lib/core/param.h"
 #include "lib/core/profile.h"
 #include "physics/hydro.h"
+#include "physics/kernel.h"
 #include "physics/package_list.h"
-#include "physics/passes/sweep.h"
 
 struct kith_package;
 
@@ -72,17 +72,20 @@ struct kith_package_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
-  /* Registers fields, checks parameters. Private state in package->self. */
+  size_t self_size; /* of its private state, package->self, which is zero before create */
+  /* Registers fields, checks parameters. */
   kith_status (*create)(struct kith_package *package);
+  /* Frees what the private state owns. NULL: nothing. */
   void (*destroy)(struct kith_package *package);
+  /* NULL: rows, pairs if the traversal goes over them, rows of ghosts that are computed again. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
   /* Rates from the state. OUTGROWN: a support has to grow beyond the search radius of its node; supports are
    * set to what they need at least, and the caller rebuilds the connectivity and calls again. A support that
    * does not converge is NaN, and the density with it. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
                           const struct kith_kick *kick);
-  struct kith_package_bytes (*bytes)(const struct kith_package *package); /* of the private state */
-  struct kith_package_traits (*traits)(const void *settings);             /* NULL: all zero */
+  size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
+  struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
   bool expensive; /* evaluating a pair costs more than storing it: `pairs` is the default traversal */
 };
 
@@ -109,10 +112,21 @@ struct kith_package {
   struct kith_field *energy_slope;        /* NULL unless compatible */
   struct kith_field *velocity_divergence; /* div v: predicts the support */
   struct kith_field *signal;              /* signal speed of the Courant condition */
-  struct kith_border border;              /* of all its sweeps */
   uint64_t pair_evaluations;              /* counted over the run */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
   void *self;                             /* private state of the member */
+
+  /* Scratch of the passes. */
+  struct kith_border {
+    uint8_t *chunk; /* which chunks of the rows have a remote ghost in a row (sweep.h) */
+    size_t capacity;
+    const kith_index *rows; /* whose chunks these are, and of which generation of ghosts */
+    uint64_t ghosts;
+  } border;
+  uint8_t *needed; /* [n_ghost]: is the ghost computed again? (density.h) */
+  double *packed;  /* packed particles (force.h) */
+  size_t needed_capacity, packed_capacity;
+  struct kith_pairwise pair; /* values of pairs (force.h) */
 };
 
 #define X(name) extern const struct kith_package_ops kith_package_##name;
@@ -129,9 +143,8 @@ struct kith_package_traits kith_package_traits(const struct kith_package_ops *op
 kith_status kith_package_init(struct kith_package *package);
 void kith_package_clear(struct kith_package *package);
 
-/* A sweep of the package over all internal nodes. */
-kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
-                               uint64_t count[4]);
+/* What its connectivity has to provide. */
+struct kith_requirements kith_package_requirements(const struct kith_package *package);
 /* Ghost values of these fields, as stage `refresh`: those of remote ghosts arrive during the next sweep, or
  * when the next exchange starts. Collective. */
 void kith_package_start_refresh(struct kith_package *package, int n, struct kith_field *const *fields);

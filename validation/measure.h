@@ -51,11 +51,6 @@ struct kith_measured {
   const double *start;
 };
 
-/* NaN for what cannot be told. */
-#define X(name, doc) kith_status kith_measure_##name(const struct kith_measured *m, double *value);
-KITH_MEASURE_LIST(X)
-#undef X
-
 enum kith_measure {
 #define X(name, doc) KITH_MEASURE_##name,
   KITH_MEASURE_LIST(X)
@@ -64,7 +59,7 @@ enum kith_measure {
 };
 extern const char *const kith_measure_names[KITH_N_MEASURES];
 
-/* Takes the one of that number. */
+/* NaN for what cannot be told. */
 kith_status kith_measure_take(enum kith_measure which, const struct kith_measured *m, double *value);
 
 #endif

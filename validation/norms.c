@@ -1,8 +1,9 @@
 /* Norms of a run against its exact solution: volume-weighted sums, shock radius, peaks, contact. */
 #include "validation/norms.h"
-#include "lib/core/vec.h"
 
 #include <math.h>
+#include <string.h>
+#include "lib/core/vec.h"
 
 enum { BLOCK = 1024 };                      /* nodes per partial sum */
 enum { BINS = 1 << 16 };                    /* half of them on each side of the exact shock */
@@ -47,21 +48,24 @@ static double speed(const struct measure *m, kith_index i, const double *velocit
 
 /* ---- refusing what cannot be measured ---- */
 
-static kith_status finite_field(const char *name, const double *value, kith_index n, int components,
-                                bool positive) {
-  for (size_t i = 0; i < (size_t)n * components; ++i)
-    if (!isfinite(value[i]) || (positive && value[i] <= 0))
-      KITH_FAIL(DIVERGED, "norms: node %zu has %s %g", i / components, name, value[i]);
-  return KITH_OK;
-}
-
 static kith_status finite_nodes(const struct kith_profile_view *nodes) {
-  KITH_TRY(finite_field("position", nodes->position, nodes->n, NDIM, false));
-  KITH_TRY(finite_field("velocity", nodes->velocity, nodes->n, NDIM, false));
-  KITH_TRY(finite_field("mass", nodes->mass, nodes->n, 1, true));
-  KITH_TRY(finite_field("density", nodes->density, nodes->n, 1, true));
-  KITH_TRY(finite_field("pressure", nodes->pressure, nodes->n, 1, false));
-  return finite_field("energy", nodes->energy, nodes->n, 1, false);
+  const struct {
+    const char *name;
+    const double *value;
+    size_t components;
+    bool positive;
+  } field[] = {{"position", nodes->position, NDIM, false},
+               {"velocity", nodes->velocity, NDIM, false},
+               {"mass", nodes->mass, 1, true},
+               {"density", nodes->density, 1, true},
+               {"pressure", nodes->pressure, 1, false},
+               {"energy", nodes->energy, 1, false}};
+  for (size_t f = 0; f < sizeof field / sizeof field[0]; ++f)
+    for (size_t i = 0; i < (size_t)nodes->n * field[f].components; ++i)
+      if (!isfinite(field[f].value[i]) || (field[f].positive && field[f].value[i] <= 0))
+        KITH_FAIL(DIVERGED, "norms: node %zu has %s %g", i / field[f].components, field[f].name,
+                  field[f].value[i]);
+  return KITH_OK;
 }
 
 /* ---- norms ---- */
@@ -127,9 +131,6 @@ struct bin {
   double mass, volume, moment, flow; /* sums of m, V, V times place, V times speed */
 };
 
-static double bin_density(const struct bin *b) {
-  return b->mass / b->volume;
-}
 static double bin_place(const struct bin *b) {
   return b->moment / b->volume;
 }
@@ -139,6 +140,7 @@ static double bin_speed(const struct bin *b) {
 
 /* BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies beyond. */
 static void fill_bins(struct bin *bin, const struct measure *m, double origin, double width) {
+  memset(bin, 0, BINS * sizeof *bin);
   for (kith_index i = 0; i < m->nodes->n; ++i) {
     if (!inside(m, i)) continue;
     const double s = coordinate(m, i), v = volume(m, i);
@@ -148,14 +150,6 @@ static void fill_bins(struct bin *bin, const struct measure *m, double origin, d
     b->volume += v;
     b->moment += v * s;
     b->flow += v * speed(m, i, &m->nodes->velocity[(size_t)i * NDIM]);
-  }
-}
-
-static void peaks_of_bins(const struct bin *bin, double *density, double *most_speed) {
-  for (int k = 0; k < BINS; ++k) {
-    if (bin[k].volume <= 0) continue;
-    *density = KITH_MAX(*density, bin_density(&bin[k]));
-    *most_speed = KITH_MAX(*most_speed, fabs(bin_speed(&bin[k])));
   }
 }
 
@@ -203,7 +197,8 @@ static double crossing(const struct bin *bin, int out, double level) {
   return 0;
 }
 
-static double shock_of_bins(const struct measure *m, const struct bin *bin, double width) {
+static double shock_radius(const struct measure *m, struct bin *bin, double width) {
+  fill_bins(bin, m, m->shock, width);
   double below, above, peak = -INFINITY;
   const double low = density_beside(m, -1e-6 * width, &below), high = density_beside(m, 1e-6 * width, &above);
   const int out = high < low ? 1 : -1;
@@ -214,27 +209,18 @@ static double shock_of_bins(const struct measure *m, const struct bin *bin, doub
   return level > ahead ? crossing(bin, out, level) : 0;
 }
 
-static kith_status measure_shock(const struct measure *m, double width, double *radius) {
-  struct bin *bin = NULL;
-  KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
-  fill_bins(bin, m, m->shock, width);
-  *radius = shock_of_bins(m, bin, width);
-  kith_free(&bin);
-  return KITH_OK;
-}
-
-static kith_status measure_peaks(const struct measure *m, double width, struct kith_norms *out) {
+static void measure_peaks(const struct measure *m, struct bin *bin, double width, struct kith_norms *out) {
   if (m->center == NULL) {
     for (kith_index i = 0; i < m->nodes->n; ++i)
       if (inside(m, i)) out->density_peak = KITH_MAX(out->density_peak, m->nodes->density[i]);
-    return KITH_OK;
+    return;
   }
-  struct bin *bin = NULL;
-  KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
   fill_bins(bin, m, 0, KITH_MAX(width, peak_bin));
-  peaks_of_bins(bin, &out->density_peak, &out->speed_peak);
-  kith_free(&bin);
-  return KITH_OK;
+  for (int k = 0; k < BINS; ++k) {
+    if (bin[k].volume <= 0) continue;
+    out->density_peak = KITH_MAX(out->density_peak, bin[k].mass / bin[k].volume);
+    out->speed_peak = KITH_MAX(out->speed_peak, fabs(bin_speed(&bin[k])));
+  }
 }
 
 /* ---- the contact ---- */
@@ -271,9 +257,12 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                              .shock_exact = shock};
   if (sums.nodes > 0) {
     const double spacing = spacing_at_shock(&m);
-    if (shock != 0) KITH_TRY(measure_shock(&m, spacing, &norms.shock_radius));
-    KITH_TRY(measure_peaks(&m, spacing, &norms));
+    struct bin *bin = NULL;
+    KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
+    if (shock != 0) norms.shock_radius = shock_radius(&m, bin, spacing);
+    measure_peaks(&m, bin, spacing, &norms);
     if (ops->star != NULL) norms.contact_pressure_error = contact_pressure_error(&m);
+    kith_free(&bin);
   }
   *out = norms;
   return KITH_OK;

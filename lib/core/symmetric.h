@@ -14,26 +14,27 @@ KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, dou
                            2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
 }
 
-/* Inverse of a symmetric positive matrix (upper triangle), false if it is close to singular. */
-KITH_INLINE bool kith_invert_symmetric(const double *m, double *inverse) {
+/* Inverse of a symmetric positive matrix (upper triangle); false, and zero, if it is close to singular:
+ * unless its determinant is more than `least` times trace^NDIM. That of an isotropic matrix is (trace /
+ * NDIM)^NDIM. */
+KITH_INLINE bool kith_invert_symmetric(const double *m, double least, double *inverse) {
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) inverse[k] = 0;
 #if NDIM == 1
-  if (!(m[0] > 0)) return false;
+  if (!(m[0] > least * m[0])) return false;
   inverse[0] = 1 / m[0];
-  return true;
 #elif NDIM == 2
   const double det = m[0] * m[2] - m[1] * m[1], trace = m[0] + m[2];
-  if (!(det > 1e-6 * trace * trace)) return false;
+  if (!(det > least * trace * trace)) return false;
   inverse[0] = m[2] / det, inverse[1] = -m[1] / det, inverse[2] = m[0] / det;
-  return true;
 #else
   const double c0 = m[3] * m[5] - m[4] * m[4], c1 = m[2] * m[4] - m[1] * m[5], c2 = m[1] * m[4] - m[2] * m[3];
   const double det = m[0] * c0 + m[1] * c1 + m[2] * c2, trace = m[0] + m[3] + m[5];
-  if (!(det > 1e-6 * trace * trace * trace)) return false;
+  if (!(det > least * trace * trace * trace)) return false;
   inverse[0] = c0 / det, inverse[1] = c1 / det, inverse[2] = c2 / det;
   inverse[3] = (m[0] * m[5] - m[2] * m[2]) / det, inverse[4] = (m[1] * m[2] - m[0] * m[4]) / det;
   inverse[5] = (m[0] * m[3] - m[1] * m[1]) / det;
-  return true;
 #endif
+  return true;
 }
 
 #endif

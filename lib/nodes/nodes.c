@@ -106,6 +106,12 @@ static bool same_spec(const struct kith_field_spec *a, const struct kith_field_s
   return a->kind == b->kind && a->type == b->type && a->role == b->role && same_text(a->output, b->output);
 }
 
+kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table) {
+  for (; table->spec.name != NULL; ++table)
+    if (table->wanted) KITH_TRY(kith_nodes_field(nodes, &table->spec, table->out));
+  return KITH_OK;
+}
+
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name) {
   for (int f = 0; f < nodes->n_fields; ++f)
     if (strcmp(nodes->fields[f]->spec.name, name) == 0) return nodes->fields[f];

@@ -131,6 +131,14 @@ static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) {
  * the same specification again gives the same field. *out is a view: the nodes own it. */
 kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec,
                              struct kith_field **out);
+/* A field, if it is wanted, and where its view goes. */
+struct kith_field_row {
+  bool wanted;
+  struct kith_field_spec spec;
+  struct kith_field **out;
+};
+/* Registers those of a table, ended by {0}. */
+kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table);
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
 

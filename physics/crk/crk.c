@@ -49,7 +49,6 @@ enum {
 };
 
 struct crk {
-  struct kith_force_scratch force;
   struct crk_moments moments;
   struct kith_field *shear; /* NULL unless the viscosity is limited */
 };
@@ -161,51 +160,33 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
                           const struct kith_kick *kick) {
-  struct crk *crk = package->self;
   const struct crk_settings *settings = package->settings;
   const struct crk_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .volume = crk_volume(package)};
-  struct kith_force_pass pass = {.package = package,
-                                 .scratch = &crk->force,
-                                 .kick = kick,
-                                 .pack = pack,
-                                 .connectivity = connectivity,
-                                 .rows = &connectivity->rows,
-                                 .constants = &constants};
-  return kith_force(&pass, block_of[package->kernel], CRK_PACKED, 0);
+  return kith_force(&(struct kith_force_pass){.package = package,
+                                              .kick = kick,
+                                              .connectivity = connectivity,
+                                              .pack = pack,
+                                              .evaluate = block_of[package->kernel],
+                                              .n_packed = CRK_PACKED,
+                                              .constants = &constants});
 }
 
 static kith_status crk_create(struct kith_package *package) {
-  struct kith_nodes *nodes = package->hydro->nodes;
-  struct crk *crk = NULL;
-  KITH_TRY(kith_resize(&crk, 0, 1, sizeof *crk));
-  package->self = crk;
-  const struct {
-    struct kith_field_spec spec;
-    struct kith_field **field;
-  } table[] = {
-      {{"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"},
-       &crk->moments.a},
-      {{"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &crk->moments.c},
-      {{"kernel_scale_gradient", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dA + C"}, &crk->moments.a_gradient},
-      {{"kernel_slope_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dC_b/dx_c"},
-       &crk->moments.c_gradient},
-      {{"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"}, &crk->shear},
-  };
+  struct crk *crk = package->self;
+  struct crk_moments *m = &crk->moments;
   const struct crk_settings *settings = package->settings;
-  const int wanted = settings->viscosity.name == KITH_VISCOSITY_LIMITED ? 5 : 4;
-  for (int k = 0; k < wanted; ++k) KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
-  return KITH_OK;
-}
-
-static void crk_destroy(struct kith_package *package) {
-  kith_force_clear(&((struct crk *)package->self)->force);
-  kith_free(&package->self);
-}
-
-static struct kith_requirements crk_requirements(const struct kith_package *package) {
-  return (struct kith_requirements){.rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS};
+  const struct kith_field_row fields[] = {
+      {true, {"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"}, &m->a},
+      {true, {"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &m->c},
+      {true, {"kernel_scale_gradient", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dA + C"}, &m->a_gradient},
+      {true, {"kernel_slope_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dC_b/dx_c"}, &m->c_gradient},
+      {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
+       {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
+       &crk->shear},
+      {0}};
+  return kith_nodes_fields(package->hydro->nodes, fields);
 }
 
 static kith_status crk_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
@@ -213,7 +194,6 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
   const struct kith_density_wanted wanted = {.shear = crk->shear};
-  KITH_TRY(kith_connectivity_provides(connectivity, hydro->nodes, package->ops->requirements(package)));
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_package_start_refresh(package, 1, &(struct kith_field *){hydro->nodes->support});
   KITH_TRY(crk_moments(package, connectivity, &crk->moments));
@@ -225,17 +205,11 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   return forces(package, connectivity, kick);
 }
 
-static struct kith_package_bytes crk_bytes(const struct kith_package *package) {
-  return kith_force_bytes(&((const struct crk *)package->self)->force);
-}
-
 const struct kith_package_ops kith_package_crk = {
     .name = "crk",
     .doc = "conservative reproducing kernels: linear fields exactly, forces and energy conserved",
+    .self_size = sizeof(struct crk),
     .create = crk_create,
-    .destroy = crk_destroy,
-    .requirements = crk_requirements,
     .evaluate = crk_evaluate,
-    .bytes = crk_bytes,
     KITH_SETTINGS(params, crk_settings),
 };

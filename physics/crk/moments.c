@@ -2,6 +2,7 @@
 #include "physics/crk/moments.h"
 #include "lib/core/lanes.h"
 #include "lib/core/symmetric.h"
+#include "physics/passes/sweep.h"
 
 /* Lanes of scratch: x_i - x_j; V W; V g C / H^(d + 2), the factor of x in V grad W. */
 enum { SEPARATION = 0, WEIGHT = NDIM, SLOPE, LANES };
@@ -101,8 +102,8 @@ KITH_INLINE int triple_of(int a, int b, int c) {
 
 /* (2), (3) from the sums. */
 static bool correct(const double *s, double *A, double *C, double *dA, double *dC) {
-  double inverse[SYMMETRIC] = {0}, B[NDIM], dB[NDIM][NDIM];
-  const bool regular = kith_invert_symmetric(s + M2, inverse);
+  double inverse[SYMMETRIC], B[NDIM], dB[NDIM][NDIM];
+  const bool regular = kith_invert_symmetric(s + M2, 1e-6, inverse);
   double denominator = s[M0];
   for (int a = 0; a < NDIM; ++a) {
     B[a] = 0;
@@ -142,9 +143,10 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
     const size_t padded = load_row(kernel, pass, i, s), at = (size_t)i * NDIM;
     sum_row(padded, s, sum);
     sum[M0] += pass->volume * self_weight * pass->package->self_weight * w0;
-    s->count[0] += padded;
-    s->count[1] += !correct(sum, &moments->a->f64[i], &moments->c->f64[at], &moments->a_gradient->f64[at],
-                            &moments->c_gradient->f64[at * NDIM]);
+    s->count[KITH_COUNT_EVALUATIONS] += padded;
+    s->count[KITH_COUNT_FALLBACKS] +=
+        !correct(sum, &moments->a->f64[i], &moments->c->f64[at], &moments->a_gradient->f64[at],
+                 &moments->c_gradient->f64[at * NDIM]);
   }
 }
 
@@ -160,9 +162,5 @@ kith_status crk_moments(struct kith_package *package, const struct kith_connecti
                                         .context = &pass,
                                         .lanes = LANES,
                                         .width = kith_rows_longest(&connectivity->rows)};
-  uint64_t count[4];
-  KITH_TRY(kith_package_sweep(package, &sweep, count));
-  package->pair_evaluations += count[0];
-  package->fallbacks += count[1];
-  return KITH_OK;
+  return kith_package_sweep(package, &sweep, NULL);
 }

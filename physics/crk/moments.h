@@ -26,8 +26,7 @@ static inline double crk_volume(const struct kith_package *package) {
   return kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors;
 }
 
-/* (2), (3) of internal nodes, from positions and supports of all nodes and ghosts. Counts evaluations and
- * fallbacks in the package. */
+/* (2), (3) of internal nodes, from positions and supports of all nodes and ghosts. */
 kith_status crk_moments(struct kith_package *package, const struct kith_connectivity *connectivity,
                         const struct crk_moments *moments);
 

@@ -1,11 +1,10 @@
 /* Closed faces: equation (2) of faces.h, one vector per node, all axes in one solve. */
-#include "physics/mfm/closure.h"
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sunlinsol/sunlinsol_pcg.h>
 #include "lib/comm/vector.h"
 #include "lib/core/vec.h"
+#include "physics/mfm/faces.h"
 
 static const double surface_share =
     0.12; /* |sum A| / sum |A|: a smooth surface has more, with the usual neighbors 0.24 */
@@ -46,8 +45,8 @@ static kith_status link_nodes(struct mfm_faces *f) {
   const struct kith_rows *rows = &f->graph.rows;
   const uint32_t *of_row = f->graph.pairs.of_row;
   struct mfm_links *links = &f->links;
-  KITH_TRY(mfm_reserve(&f->weight, &f->weight_capacity, f->graph.pairs.n, sizeof *f->weight));
-  KITH_TRY(mfm_reserve(&links->first, &links->first_capacity, (size_t)rows->n + 1, sizeof *links->first));
+  KITH_TRY(kith_reserve(&f->weight, &f->weight_capacity, f->graph.pairs.n, sizeof *f->weight));
+  KITH_TRY(kith_reserve(&links->first, &links->first_capacity, (size_t)rows->n + 1, sizeof *links->first));
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) f->weight[p] = weight_of(f, p);
   links->first[0] = 0;
@@ -58,9 +57,9 @@ static kith_status link_nodes(struct mfm_faces *f) {
     links->first[i + 1] = n;
   }
   for (kith_index i = 0; i < rows->n; ++i) links->first[i + 1] += links->first[i];
-  KITH_TRY(mfm_reserve(&links->node, &links->node_capacity, links->first[rows->n], sizeof *links->node));
+  KITH_TRY(kith_reserve(&links->node, &links->node_capacity, links->first[rows->n], sizeof *links->node));
   KITH_TRY(
-      mfm_reserve(&links->weight, &links->weight_capacity, links->first[rows->n], sizeof *links->weight));
+      kith_reserve(&links->weight, &links->weight_capacity, links->first[rows->n], sizeof *links->weight));
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < rows->n; ++i) {
     size_t at = links->first[i];
@@ -73,11 +72,11 @@ static kith_status link_nodes(struct mfm_faces *f) {
   return KITH_OK;
 }
 
-/* The right-hand side - sum A, the diagonal sum a (negative where the node stays open), 1 / sum |A|. */
-static void equations(struct mfm_faces *f) {
+/* The right-hand side - sum A, the diagonal sum a (negative where the node stays open), and 1 / sum |A| into
+ * scale[n][NDIM]. */
+static void equations(struct mfm_faces *f, double *restrict scale) {
   const struct kith_rows *rows = &f->graph.rows;
-  uint64_t opened = 0;
-#pragma omp parallel for schedule(dynamic, 128) reduction(+ : opened)
+#pragma omp parallel for schedule(dynamic, 128)
   for (kith_index i = 0; i < rows->n; ++i) {
     double sum[NDIM] = {0}, whole = 0, weights = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
@@ -89,14 +88,12 @@ static void equations(struct mfm_faces *f) {
     for (size_t e = f->links.first[i]; e < f->links.first[i + 1]; ++e) weights += f->links.weight[e];
     const bool surface = (f->barrier != NULL && f->barrier->u8[i]) ||
                          (!(kith_norm(sum) <= surface_share * whole) && is_surface(f, i, sum));
-    opened += surface || weights == 0;
     f->diagonal[i] = surface || weights == 0 ? -1 : weights;
     for (int a = 0; a < NDIM; ++a) {
       f->open[(size_t)i * NDIM + a] = f->diagonal[i] < 0 ? 0 : sum[a];
-      f->scale[(size_t)i * NDIM + a] = 1 / KITH_MAX(whole, 1e-300);
+      scale[(size_t)i * NDIM + a] = 1 / KITH_MAX(whole, 1e-300);
     }
   }
-  f->left_open += opened;
 }
 
 /* z_i = sum_j a_ij (v_i - v_j). */
@@ -133,28 +130,50 @@ static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_toleran
 
 /* --- solving --- */
 
-/* Solves for `solution`, which starts at zero. */
-static kith_status solve(struct mfm_faces *f, N_Vector solution, N_Vector open, N_Vector scale,
-                         SUNContext context) {
-  uint64_t all = (uint64_t)f->graph.rows.n;
-  kith_ranks_sum_counts(f->nodes->ranks, &all, 1);
-  const int most =
-      (int)KITH_MIN(100 + 2 * all, INT32_MAX); /* on a line it takes as many as there are nodes */
-  SUNLinearSolver solver = SUNLinSol_PCG(solution, SUN_PREC_LEFT, most, context);
-  if (solver == NULL) KITH_FAIL(NO_MEMORY, "no memory to close faces");
-  SUNLinSolSetATimes(solver, f, laplacian);
-  SUNLinSolSetPreconditioner(solver, f, NULL, jacobi);
-  SUNLinSolSetScalingVectors(solver, scale, NULL);
-  SUNLinSolSetZeroGuess(solver, SUNTRUE);
-  int error = SUNLinSolInitialize(solver);
-  if (error == 0) error = SUNLinSolSetup(solver, NULL);
-  if (error == 0) error = SUNLinSolSolve(solver, NULL, solution, open, tolerance * sqrt((double)all * NDIM));
-  f->iterations += (uint64_t)SUNLinSolNumIters(solver);
-  SUNLinSolFree(solver);
+/* What a solution needs; made on all ranks before any of them begins. */
+struct solver {
+  struct kith_vectors *vectors;
+  N_Vector scale, solution;
+  SUNLinearSolver pcg;
+};
+
+static kith_status create(struct solver *s, struct mfm_faces *f, int iterations) {
+  const size_t n = (size_t)f->graph.rows.n;
+  KITH_TRY(link_nodes(f));
+  KITH_TRY(kith_reserve(&f->open, &f->open_capacity, n * NDIM, sizeof *f->open));
+  KITH_TRY(kith_reserve(&f->diagonal, &f->diagonal_capacity, n, sizeof *f->diagonal));
+  s->scale = kith_vector_clone(s->vectors), s->solution = kith_vector_clone(s->vectors);
+  if (s->solution != NULL)
+    s->pcg = SUNLinSol_PCG(s->solution, SUN_PREC_LEFT, iterations, s->vectors->context);
+  if (s->scale == NULL || s->pcg == NULL) KITH_FAIL(NO_MEMORY, "no memory to close faces");
+  return KITH_OK;
+}
+
+static void destroy(struct solver *s) {
+  if (s->pcg != NULL) SUNLinSolFree(s->pcg);
+  if (s->scale != NULL) N_VDestroy(s->scale);
+  if (s->solution != NULL) N_VDestroy(s->solution);
+  kith_vectors_destroy(&s->vectors);
+}
+
+/* The shifts l of all nodes, from zero. The number of all numbers is `all`. */
+static kith_status solve(const struct solver *s, struct mfm_faces *f, double all) {
+  equations(f, kith_vector_numbers(s->scale, 0));
+  N_VConst(0, s->solution);
+  SUNLinSolSetATimes(s->pcg, f, laplacian);
+  SUNLinSolSetPreconditioner(s->pcg, f, NULL, jacobi);
+  SUNLinSolSetScalingVectors(s->pcg, s->scale, NULL);
+  SUNLinSolSetZeroGuess(s->pcg, SUNTRUE);
+  int error = SUNLinSolInitialize(s->pcg);
+  if (error == 0) error = SUNLinSolSetup(s->pcg, NULL);
+  if (error == 0) error = SUNLinSolSolve(s->pcg, NULL, s->solution, s->vectors->view, tolerance * sqrt(all));
+  if (f->graph.rows.n > 0)
+    memcpy(f->shift->f64, kith_vector_numbers(s->solution, 0),
+           (size_t)f->graph.rows.n * NDIM * sizeof(double));
+  kith_halo_refresh(f->halo, f->nodes, &f->shift, 1);
   if (error == 0 || error == SUNLS_RES_REDUCED) return KITH_OK;
-  return kith_ranks_allreduce_status(f->nodes->ranks,
-                                     kith_fail(error < 0 ? KITH_INTERNAL : KITH_DIVERGED,
-                                               "faces cannot be closed: the solver gave %d", error));
+  return kith_fail(error < 0 ? KITH_INTERNAL : KITH_DIVERGED, "faces cannot be closed: the solver gave %d",
+                   error);
 }
 
 /* A_ij += a_ij (l_i - l_j). */
@@ -170,29 +189,19 @@ static void apply(struct mfm_faces *f) {
 }
 
 kith_status mfm_faces_close(struct mfm_faces *f) {
-  const size_t n = (size_t)f->graph.rows.n, all = n * NDIM;
-  if (n == 0 && f->nodes->ranks == NULL) return KITH_OK;
-  KITH_TRY(link_nodes(f));
-  KITH_TRY(mfm_reserve(&f->open, &f->open_capacity, all, sizeof *f->open));
-  KITH_TRY(mfm_reserve(&f->scale, &f->scale_capacity, all, sizeof *f->scale));
-  KITH_TRY(mfm_reserve(&f->diagonal, &f->diagonal_capacity, n, sizeof *f->diagonal));
-  equations(f);
-  struct kith_vectors *vectors = NULL;
-  KITH_TRY(
-      kith_vectors_create(&vectors, f->nodes->ranks, 1, &(struct kith_vector_part){&f->open, (int64_t)all}));
-  N_Vector scale = kith_vector_clone(vectors), solution = kith_vector_clone(vectors);
-  kith_status status = kith_fail(KITH_NO_MEMORY, "no memory to close faces");
-  if (scale != NULL && solution != NULL) {
-    if (n > 0) memcpy(kith_vector_numbers(scale, 0), f->scale, all * sizeof(double));
-    N_VConst(0, solution);
-    status = solve(f, solution, vectors->view, scale, vectors->context);
-    if (n > 0) memcpy(f->shift->f64, kith_vector_numbers(solution, 0), all * sizeof(double));
-    kith_halo_refresh(f->halo, f->nodes, &f->shift, 1);
-  }
-  if (scale != NULL) N_VDestroy(scale);
-  if (solution != NULL) N_VDestroy(solution);
-  kith_vectors_destroy(&vectors);
-  KITH_TRY(status);
-  apply(f);
-  return KITH_OK;
+  struct kith_ranks *ranks = f->nodes->ranks;
+  uint64_t all = (uint64_t)f->graph.rows.n;
+  if (all == 0 && ranks == NULL) return KITH_OK;
+  kith_ranks_sum_counts(ranks, &all, 1);
+  /* On a line it takes as many iterations as there are nodes. */
+  const int most = (int)KITH_MIN(100 + 2 * all, INT32_MAX);
+  const struct kith_vector_part part = {&f->open, (int64_t)f->graph.rows.n * NDIM};
+  struct solver solver = {0};
+  kith_status status = kith_vectors_create(&solver.vectors, ranks, 1, &part);
+  if (status == KITH_OK) status = create(&solver, f, most);
+  status = kith_ranks_allreduce_status(ranks, status);
+  if (status == KITH_OK) status = kith_ranks_allreduce_status(ranks, solve(&solver, f, (double)all * NDIM));
+  destroy(&solver);
+  if (status == KITH_OK) apply(f);
+  return status;
 }

@@ -1,58 +1,43 @@
-/* Faces between nodes: memory, one-point faces, areas along rows. */
+/* Faces between nodes: which pairs have one, memory, one-point faces. */
 #include "physics/mfm/faces.h"
 
 #include <math.h>
-#include <string.h>
 #include "lib/core/vec.h"
 
-kith_status mfm_reserve(void *p, size_t *capacity, size_t count, size_t size) {
-  if (count <= *capacity) return KITH_OK;
-  *capacity = 0;
-  KITH_TRY(kith_resize(p, 0, count + count / 16, size));
-  *capacity = count + count / 16;
-  return KITH_OK;
-}
-
-kith_status mfm_faces_init(struct mfm_faces *faces) {
-  const struct kith_field_spec matrix = {"face_matrix", KITH_SYMMETRIC, KITH_F64,
-                                         KITH_WORK,     NULL,           "V M^-1 of one-point faces"};
-  const struct kith_field_spec quadrature = {
-      "face_quadrature", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "sqrt(V) / s of integrated faces"};
-  const struct kith_field_spec stretch = {"face_stretch", KITH_SCALAR, KITH_F64,
-                                          KITH_WORK,      NULL,        "stretch of integrated faces, less 1"};
-  const struct kith_field_spec shift = {"face_shift", KITH_VECTOR, KITH_F64,
-                                        KITH_WORK,    NULL,        "what closes faces"};
-  if (faces->form == MFM_FACES_ONE_POINT) KITH_TRY(kith_nodes_field(faces->nodes, &matrix, &faces->matrix));
-  if (faces->form == MFM_FACES_INTEGRATED)
-    KITH_TRY(kith_nodes_field(faces->nodes, &quadrature, &faces->quadrature));
-  if (faces->form == MFM_FACES_INTEGRATED)
-    KITH_TRY(kith_nodes_field(faces->nodes, &stretch, &faces->stretch));
-  if (faces->closed) KITH_TRY(kith_nodes_field(faces->nodes, &shift, &faces->shift));
-  return KITH_OK;
-}
-
-static size_t rows_bytes(const struct mfm_faces *f) {
-  return f->links.first_capacity * sizeof(size_t) +
-         f->links.node_capacity * (sizeof(kith_index) + sizeof(double));
+kith_status mfm_faces_init(struct mfm_faces *f) {
+  const bool integrated = f->form == MFM_FACES_INTEGRATED;
+  const struct kith_field_row fields[] = {
+      {!integrated,
+       {"face_matrix", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "V M^-1 of one-point faces"},
+       &f->matrix},
+      {integrated,
+       {"face_quadrature", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "sqrt(V) / s of integrated faces"},
+       &f->quadrature},
+      {integrated,
+       {"face_stretch", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "stretch of integrated faces, less 1"},
+       &f->stretch},
+      {f->closed, {"face_shift", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "what closes faces"}, &f->shift},
+      {0}};
+  return kith_nodes_fields(f->nodes, fields);
 }
 
 size_t mfm_faces_bytes(const struct mfm_faces *f) {
-  return rows_bytes(f) + f->holders_capacity * sizeof(size_t) + f->holder_capacity * sizeof(kith_index) +
-         (f->area_capacity + f->edge_capacity + f->value_capacity + f->weight_capacity + f->open_capacity +
-          f->diagonal_capacity + f->scale_capacity) *
+  return (f->holders_capacity + f->links.first_capacity) * sizeof(size_t) +
+         (f->holder_capacity + f->links.node_capacity) * sizeof(kith_index) +
+         (f->area_capacity + f->value_capacity + f->weight_capacity + f->links.weight_capacity +
+          f->open_capacity + f->diagonal_capacity) *
              sizeof(double);
 }
 
 void mfm_faces_clear(struct mfm_faces *f) {
-  void *const owned[] = {&f->edge,       &f->area,         &f->holders,  &f->holder,
-                         &f->value,      &f->weight,       &f->open,     &f->links.first,
-                         &f->links.node, &f->links.weight, &f->diagonal, &f->scale};
+  void *const owned[] = {&f->area, &f->holders,     &f->holder,     &f->value,        &f->weight,
+                         &f->open, &f->links.first, &f->links.node, &f->links.weight, &f->diagonal};
   for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
   *f = (struct mfm_faces){0};
 }
 
-struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces) {
-  const bool integrated = faces->form == MFM_FACES_INTEGRATED;
+struct kith_requirements mfm_faces_requirements(const struct mfm_faces *f) {
+  const bool integrated = f->form == MFM_FACES_INTEGRATED;
   return (struct kith_requirements){.rows = true,
                                     .pairs = !integrated,
                                     .overlap = integrated,
@@ -61,36 +46,7 @@ struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces) {
 }
 
 bool mfm_invert(const double *m, double *inverse) {
-  const double good = 0.05; /* of the determinant of an isotropic matrix with the same trace */
-#if NDIM == 1
-  const double det = m[0], ball = m[0];
-  const double adjugate[] = {1};
-#elif NDIM == 2
-  const double det = m[0] * m[2] - m[1] * m[1], ball = 0.25 * (m[0] + m[2]) * (m[0] + m[2]);
-  const double adjugate[] = {m[2], -m[1], m[0]};
-#else
-  const double mean = (m[0] + m[3] + m[5]) / 3, ball = mean * mean * mean;
-  const double adjugate[] = {m[3] * m[5] - m[4] * m[4], m[2] * m[4] - m[1] * m[5], m[1] * m[4] - m[2] * m[3],
-                             m[0] * m[5] - m[2] * m[2], m[1] * m[2] - m[0] * m[4], m[0] * m[3] - m[1] * m[1]};
-  const double det = m[0] * adjugate[0] + m[1] * adjugate[1] + m[2] * adjugate[2];
-#endif
-  const bool regular = det > good * ball;
-  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) inverse[k] = regular ? adjugate[k] / det : 0;
-  return regular;
-}
-
-/* --- which pairs have a face --- */
-
-kith_status mfm_faces_prepare(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
-  const bool integrated = f->form == MFM_FACES_INTEGRATED;
-  f->graph.rows = integrated ? connectivity->overlap : connectivity->rows;
-  f->graph.rows.n = f->nodes->n_internal;
-  f->graph.pairs = integrated ? connectivity->overlap_pairs : connectivity->pairs;
-  f->graph.canonical = connectivity->canonical;
-  f->graph.generation = connectivity->generation;
-  f->graph.ghosts = connectivity->ghosts;
-  f->graph.built = (struct kith_requirements){.rows = true, .pairs = true};
-  return mfm_reserve(&f->area, &f->area_capacity, f->graph.pairs.n * NDIM, sizeof *f->area);
+  return kith_invert_symmetric(m, 0.05 / kith_pow_dim(NDIM), inverse);
 }
 
 /* --- one-point --- */
@@ -143,20 +99,33 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
 
 KITH_KERNEL_CHUNKS(one_point_chunk)
 
-kith_status mfm_faces_one_point(struct mfm_faces *f) {
+/* --- all of them --- */
+
+/* The graph of the faces, and their areas. */
+static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
+  const bool integrated = f->form == MFM_FACES_INTEGRATED;
+  f->graph.rows = integrated ? connectivity->overlap : connectivity->rows;
+  f->graph.rows.n = f->nodes->n_internal;
+  f->graph.pairs = integrated ? connectivity->overlap_pairs : connectivity->pairs;
+  f->graph.canonical = connectivity->canonical;
+  f->graph.generation = connectivity->generation;
+  f->graph.ghosts = connectivity->ghosts;
+  f->graph.built = (struct kith_requirements){.rows = true, .pairs = true};
+  const kith_status status =
+      kith_reserve(&f->area, &f->area_capacity, f->graph.pairs.n * NDIM, sizeof *f->area);
+  KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
+  if (integrated) return mfm_faces_integrate(f, connectivity);
   return kith_traverse(f->graph.pairs.starts, one_point_chunk_of[f->kernel], f, 1, 0, NULL, f->profile);
 }
 
-kith_status mfm_faces_edges(struct mfm_faces *f) {
-  const struct kith_rows *rows = &f->graph.rows;
-  KITH_TRY(mfm_reserve(&f->edge, &f->edge_capacity, rows->first[rows->n] * NDIM, sizeof *f->edge));
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < rows->n; ++i)
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      const size_t p = f->graph.pairs.of_row[e];
-      const bool starts = kith_pair_starts(&f->graph, p, i, rows->node[e]);
-      for (int a = 0; a < NDIM; ++a)
-        f->edge[e * NDIM + a] = starts ? f->area[p * NDIM + a] : -f->area[p * NDIM + a];
-    }
-  return KITH_OK;
+kith_status mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
+  kith_profile_begin(f->profile, "faces");
+  kith_status status = areas(f, connectivity);
+  kith_profile_end(f->profile);
+  KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
+  if (!f->closed) return KITH_OK;
+  kith_profile_begin(f->profile, "closure");
+  status = mfm_faces_close(f);
+  kith_profile_end(f->profile);
+  return status;
 }

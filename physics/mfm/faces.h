@@ -42,7 +42,7 @@
 #define KITH_PHYSICS_MFM_FACES_H
 
 #include "lib/core/symmetric.h"
-#include "physics/package.h"
+#include "physics/passes/sweep.h"
 
 /* Forms of the faces, choices in a scene. */
 #define MFM_FACES_LIST(X) X(ONE_POINT, one_point) X(INTEGRATED, integrated)
@@ -50,14 +50,6 @@ enum mfm_faces_form {
 #define X(name, word) MFM_FACES_##name,
   MFM_FACES_LIST(X)
 #undef X
-};
-
-/* Rows of the nodes that a correction links. */
-struct mfm_links {
-  size_t *first;    /* [n + 1] */
-  kith_index *node; /* [first[n]] */
-  double *weight;   /* [first[n]] a_ij */
-  size_t first_capacity, node_capacity, weight_capacity;
 };
 
 struct mfm_faces {
@@ -85,8 +77,7 @@ struct mfm_faces {
    * overlap pairs. */
   struct kith_connectivity graph;
   double *area; /* [graph.pairs.n][NDIM], from the first end to the second */
-  double *edge; /* [entries of graph.rows][NDIM], of every entry, from i to j; made by mfm_faces_edges */
-  size_t area_capacity, edge_capacity;
+  size_t area_capacity;
 
   /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk
    * and its gradient */
@@ -97,11 +88,15 @@ struct mfm_faces {
 
   /* closed */
   double *weight; /* [pairs] a_ij */
-  struct mfm_links links;
-  double *open, *diagonal,
-      *scale; /* [n][NDIM] - sum A; [n] sum a, negative: stays open; [n][NDIM] 1 / sum |A| */
-  size_t weight_capacity, open_capacity, diagonal_capacity, scale_capacity;
-  uint64_t iterations, left_open; /* counted over the run */
+  struct mfm_links {
+    size_t *first;    /* [n + 1] rows of the nodes that have a weight */
+    kith_index *node; /* [first[n]] */
+    double *weight;   /* [first[n]] */
+    size_t first_capacity, node_capacity, weight_capacity;
+  } links;
+  double *open;     /* [n][NDIM] - sum A */
+  double *diagonal; /* [n] sum a, negative: stays open */
+  size_t weight_capacity, open_capacity, diagonal_capacity;
 };
 
 /* Registers fields. */
@@ -110,20 +105,18 @@ void mfm_faces_clear(struct mfm_faces *faces);
 struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
 size_t mfm_faces_bytes(const struct mfm_faces *faces);
 
-/* One-point faces of the pairs of the graph. */
-kith_status mfm_faces_one_point(struct mfm_faces *faces);
+/* All faces, closed if they are to be. Supports of ghosts are refreshed (and the matrix); the fields that
+ * belong to the faces are refreshed here. Collective: all ranks agree on the status. */
+kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
-/* Spreads the areas over the rows, for passes that gather. */
-kith_status mfm_faces_edges(struct mfm_faces *faces);
-
-/* The graph of the faces and memory for their areas; before any of them is computed. */
-kith_status mfm_faces_prepare(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
-
-/* Inverse of a symmetric positive matrix (upper triangle); false, and zero, if it is close to singular: the
- * worst direction has about 1/60 of the others. */
+/* Inverse of the sum M, close to singular if the worst direction has about 1/60 of the others. */
 bool mfm_invert(const double *m, double *inverse);
 
-/* A growing array; contents are lost. */
-kith_status mfm_reserve(void *p, size_t *capacity, size_t count, size_t size);
+/* Steps of mfm_faces_build. Areas of the pairs of the graph, which are those of the overlap (integrated.c).
+ * Collective. */
+kith_status mfm_faces_integrate(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
+/* Corrects the areas so that those of each node sum to zero (closure.c). Collective; DIVERGED if the solver
+ * does. */
+kith_status mfm_faces_close(struct mfm_faces *faces);
 
 #endif

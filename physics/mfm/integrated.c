@@ -1,11 +1,11 @@
 /* Integrated faces. A_ij = sum_k (P_ik grad P_jk - P_jk grad P_ik) is a product of sparse matrices: row i is
  * summed into one accumulator per node, k by k over the nodes that the support of i holds, j over those whose
  * support holds k. */
-#include "physics/mfm/integrated.h"
 #include <math.h>
 #include <string.h>
 #include "lib/core/lanes.h"
 #include "lib/core/vec.h"
+#include "physics/mfm/faces.h"
 
 static const double most_stretch =
     0.25; /* a lattice needs 0.09 at most; at the surface of a gas it would be too large */
@@ -82,10 +82,11 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
 }
 
 /* The position of i among the holders of k, or of the first above it; they ascend except the first, which is
- * k. */
-static inline size_t position(const struct mfm_faces *f, kith_index k, kith_index i) {
+ * k. In canonical order they do not: the position of i, or the end. */
+KITH_INLINE size_t position(const struct mfm_faces *f, bool canonical, kith_index k, kith_index i) {
   size_t from = f->holders[k] + 1, to = f->holders[k + 1];
-  while (from < to) {
+  while (canonical && from < to && f->holder[from] != i) ++from;
+  while (!canonical && from < to) {
     const size_t middle = (from + to) / 2;
     if (f->holder[middle] < i)
       from = middle + 1;
@@ -95,59 +96,34 @@ static inline size_t position(const struct mfm_faces *f, kith_index k, kith_inde
   return from;
 }
 
-/* What k adds to the faces of i with the nodes above it. */
-KITH_INLINE void add_node(const struct mfm_faces *f, kith_index i, kith_index k, kith_lanes *restrict sum) {
-  const size_t self = f->holders[k], end = f->holders[k + 1], found = k == i ? self : position(f, k, i);
-  if (found == end || f->holder[found] != i) return; /* the support of i does not hold k */
+/* What k adds to the faces of i with the nodes above it; in canonical order, in which i may be a ghost, with
+ * all nodes. */
+KITH_INLINE void add_node(const struct mfm_faces *f, bool canonical, kith_index i, kith_index k,
+                          kith_lanes *restrict sum) {
+  const size_t self = f->holders[k], end = f->holders[k + 1];
   const kith_lanes *restrict value = (const kith_lanes *)f->value;
+  if (self == end) return; /* no node of the quadrature */
+  const size_t found = k == i ? self : position(f, canonical, k, i);
+  if (found == end || f->holder[found] != i) return; /* the support of i does not hold k */
   const kith_lanes mine = value[found];
-  if (k > i) sum[k] += mine[0] * value[self] - value[self][0] * mine;
-  for (size_t e = k == i ? position(f, k, i) : found + 1; e < end; ++e)
+  if (canonical || k > i) sum[k] += mine[0] * value[self] - value[self][0] * mine;
+  for (size_t e = canonical ? self + 1 : k == i ? position(f, false, k, i) : found + 1; e < end; ++e)
     sum[f->holder[e]] += mine[0] * value[e] - value[e][0] * mine;
 }
 
-KITH_INLINE void product_chunk(const struct pass *pass, kith_index begin, kith_index end,
+/* Faces of the pairs that start at i. In canonical order all quadrature nodes of both supports are on this
+ * rank and in order, whether i is internal or a ghost. */
+KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_index begin, kith_index end,
                                struct kith_scratch *s) {
-  const struct mfm_faces *f = pass->faces;
-  const struct kith_rows *rows = &pass->connectivity->rows;
-  kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
-  for (kith_index i = begin; i < end; ++i) {
-    add_node(f, i, i, sum);
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_node(f, i, rows->node[e], sum);
-    for (size_t p = f->graph.pairs.first[i]; p < f->graph.pairs.first[i + 1]; ++p) {
-      const kith_index j = f->graph.pairs.node[p][1];
-      for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] = sum[j][1 + a];
-      sum[j] = (kith_lanes){0};
-    }
-  }
-}
-
-/* --- in canonical order: holders do not ascend, and i may be a ghost --- */
-
-/* What k adds to the faces of i with all nodes. */
-KITH_INLINE void add_node_to_all(const struct mfm_faces *f, kith_index i, kith_index k,
-                                 kith_lanes *restrict sum) {
-  const size_t end = f->holders[k + 1];
-  size_t found = f->holders[k];
-  while (found < end && f->holder[found] != i) ++found;
-  if (found == end) return; /* the support of i does not hold k */
-  const kith_lanes *restrict value = (const kith_lanes *)f->value;
-  const kith_lanes mine = value[found];
-  for (size_t e = f->holders[k]; e < end; ++e) sum[f->holder[e]] += mine[0] * value[e] - value[e][0] * mine;
-}
-
-/* Faces of the pairs that start at i. All quadrature nodes of both supports are on this rank and in order,
- * whether i is internal or a ghost. */
-KITH_INLINE void product_chunk_canonical(const struct pass *pass, kith_index begin, kith_index end,
-                                         struct kith_scratch *s) {
   const struct mfm_faces *f = pass->faces;
   const struct kith_rows *rows = &pass->connectivity->rows, *overlap = &pass->connectivity->overlap;
   const struct kith_pairs *pairs = &f->graph.pairs;
   kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
   for (kith_index i = begin; i < end; ++i) {
     if (pairs->first[i] == pairs->first[i + 1]) continue;
-    add_node_to_all(f, i, i, sum);
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) add_node_to_all(f, i, rows->node[e], sum);
+    add_node(f, canonical, i, i, sum);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
+      add_node(f, canonical, i, rows->node[e], sum);
     for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p)
       for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] = sum[pairs->node[p][1]][1 + a];
     sum[i] = (kith_lanes){0};
@@ -180,9 +156,7 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
   }
 }
 
-static kith_status stretch(struct pass *pass) {
-  struct mfm_faces *f = pass->faces;
-  KITH_TRY(kith_traverse(f->nodes->n_internal, stretch_chunk, pass, 1, 0, NULL, f->profile));
+static void stretch(struct mfm_faces *f) {
   kith_halo_refresh(f->halo, f->nodes, &f->stretch, 1);
   const double *more = f->stretch->f64;
 #pragma omp parallel for schedule(static)
@@ -190,30 +164,45 @@ static kith_status stretch(struct pass *pass) {
     const kith_index *pair = f->graph.pairs.node[p];
     for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] *= 1 + 0.5 * (more[pair[0]] + more[pair[1]]);
   }
-  return KITH_OK;
 }
 
 KITH_KERNEL_CHUNKS(partition_chunk)
 KITH_KERNEL_CHUNKS(holders_chunk)
 
 KITH_HOT static void product(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
-  if (((const struct pass *)context)->connectivity->canonical)
-    product_chunk_canonical(context, begin, end, s);
+  const struct pass *pass = context;
+  if (pass->connectivity->canonical)
+    product_chunk(pass, true, begin, end, s);
   else
-    product_chunk(context, begin, end, s);
+    product_chunk(pass, false, begin, end, s);
+}
+
+/* The lists of holders. */
+static kith_status find_holders(struct pass *pass) {
+  struct mfm_faces *f = pass->faces;
+  const kith_index n = pass->connectivity->rows.n;
+  for (kith_index k = 0; k < n; ++k) f->holders[k + 1] += f->holders[k];
+  KITH_TRY(kith_reserve(&f->holder, &f->holder_capacity, f->holders[n], sizeof *f->holder));
+  KITH_TRY(kith_reserve(&f->value, &f->value_capacity, f->holders[n] * KITH_LANES, sizeof *f->value));
+  return kith_traverse(n, holders_chunk_of[f->kernel], pass, 1, 0, NULL, f->profile);
 }
 
 kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   struct pass pass = {f, connectivity};
   const kith_index n = connectivity->rows.n;
-  KITH_TRY(mfm_reserve(&f->holders, &f->holders_capacity, (size_t)n + 1, sizeof *f->holders));
-  KITH_TRY(kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile));
+  kith_status status = kith_reserve(&f->holders, &f->holders_capacity, (size_t)n + 1, sizeof *f->holders);
+  if (status == KITH_OK) {
+    f->holders[0] = 0;
+    status = kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile);
+  }
+  KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
-  f->holders[0] = 0;
-  for (kith_index k = 0; k < n; ++k) f->holders[k + 1] += f->holders[k];
-  KITH_TRY(mfm_reserve(&f->holder, &f->holder_capacity, f->holders[n], sizeof *f->holder));
-  KITH_TRY(mfm_reserve(&f->value, &f->value_capacity, f->holders[n] * KITH_LANES, sizeof *f->value));
-  KITH_TRY(kith_traverse(n, holders_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile));
-  KITH_TRY(kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile));
-  return stretch(&pass);
+  status = find_holders(&pass);
+  if (status == KITH_OK)
+    status = kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile);
+  if (status == KITH_OK)
+    status = kith_traverse(f->nodes->n_internal, stretch_chunk, &pass, 1, 0, NULL, f->profile);
+  KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
+  stretch(f);
+  return KITH_OK;
 }

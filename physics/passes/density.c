@@ -6,7 +6,6 @@
 
 /* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
 enum { SEPARATION = 0, DIFFERENCE = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
-enum { COUNT_EVALUATIONS, COUNT_ITERATIONS, COUNT_FALLBACKS, COUNT_OUTGROWN };
 
 /* Of the last but one ln H, where Omega is taken; its noise is below a sound wave of amplitude 1e-6. */
 static const double tolerance = 1e-7;
@@ -105,7 +104,7 @@ KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pas
       *sum_w = wanted;
       return true;
     }
-    s->count[COUNT_ITERATIONS] += 1;
+    s->count[KITH_COUNT_ITERATIONS] += 1;
     if (step > 0)
       lower = h;
     else
@@ -190,9 +189,9 @@ KITH_INLINE bool linear_gradient(size_t padded, const struct kith_scratch *s, do
   }
   double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], full[NDIM][NDIM];
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) m[k] = kith_lanes_total(&moment[k]);
-  const bool regular = kith_invert_symmetric(m, inverse);
+  const bool regular = kith_invert_symmetric(m, 1e-6, inverse);
   for (int a = 0, k = 0; a < NDIM; ++a)
-    for (int b = a; b < NDIM; ++b) full[a][b] = full[b][a] = regular ? inverse[k++] : 0;
+    for (int b = a; b < NDIM; ++b) full[a][b] = full[b][a] = inverse[k++];
   for (int a = 0; a < NDIM; ++a)
     for (int b = 0; b < NDIM; ++b) {
       double sum = 0;
@@ -232,7 +231,7 @@ KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i
   const struct kith_density_wanted *wanted = &pass->wanted;
   double gradient[NDIM * NDIM], divergence = 0;
   load_differences(pass, pass->package->hydro->velocity, i, padded, s);
-  if (!linear_gradient(padded, s, gradient)) s->count[COUNT_FALLBACKS] += 1;
+  if (!linear_gradient(padded, s, gradient)) s->count[KITH_COUNT_FALLBACKS] += 1;
   for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
   pass->package->velocity_divergence->f64[i] = divergence;
   if (wanted->curl != NULL) wanted->curl->f64[i] = curl_of(gradient);
@@ -257,12 +256,12 @@ KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pas
                                kith_index end, struct kith_scratch *s) {
   const struct kith_nodes *nodes = pass->package->hydro->nodes;
   for (kith_index i = begin; i < end; ++i) {
-    if (i >= nodes->n_internal && !pass->wanted.ghosts->needed[i - nodes->n_internal]) continue;
+    if (i >= nodes->n_internal && !pass->package->needed[i - nodes->n_internal]) continue;
     double *support = &nodes->support->f64[i], sum_w = 0, sum_q2g = 0;
     const size_t padded = load_row(nodes, &pass->connectivity->rows, i, s);
-    s->count[COUNT_EVALUATIONS] += padded;
+    s->count[KITH_COUNT_EVALUATIONS] += padded;
     if (!solve_support(kernel, pass, i, padded, nodes->search_radius->f64[i], support, &sum_w, &sum_q2g, s)) {
-      s->count[COUNT_OUTGROWN] += 1;
+      s->count[KITH_COUNT_OUTGROWN] += 1;
       continue;
     }
     set_density(kernel, pass, i, *support, sum_w, sum_q2g, s);
@@ -300,37 +299,25 @@ static bool equal_masses(const struct kith_hydro *hydro) {
   return range[2] == 0 && range[0] == -range[1];
 }
 
-/* Chunks of remote ghosts. */
-static void ghosts_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
-  const struct density_pass *pass = context;
-  const kith_index first = kith_nodes_first_remote(pass->package->hydro->nodes);
-  density_chunk_of[pass->package->kernel](context, first + begin, first + end, s);
-}
-
 /* Remote ghosts that internal nodes read, computed as their owners do, from their own rows. Their failures
  * are reported by the owners. */
-static kith_status recompute(struct density_pass *pass, size_t longest) {
+static kith_status recompute(const struct density_pass *pass, struct kith_node_sweep sweep) {
   struct kith_package *package = pass->package;
   const struct kith_nodes *nodes = package->hydro->nodes;
-  const kith_index n = kith_nodes_count(nodes) - kith_nodes_first_remote(nodes);
-  uint64_t count[4];
-  struct kith_density_ghosts *ghosts = pass->wanted.ghosts;
-  if ((size_t)nodes->n_ghost > ghosts->capacity) {
-    ghosts->capacity = 0;
-    KITH_TRY(kith_resize(&ghosts->needed, 0, (size_t)nodes->n_ghost + (size_t)nodes->n_ghost / 8, 1));
-    ghosts->capacity = (size_t)nodes->n_ghost + (size_t)nodes->n_ghost / 8;
-  }
-  if (nodes->n_ghost > 0) memset(ghosts->needed, 0, (size_t)nodes->n_ghost);
-  kith_connectivity_mark_ghosts(pass->connectivity, nodes, ghosts->needed);
-  kith_profile_begin(package->profile, "recompute");
-  const kith_status status = kith_traverse(n, ghosts_chunk, pass, LANES, longest, count, package->profile);
-  kith_profile_end(package->profile);
-  package->pair_evaluations += count[COUNT_EVALUATIONS];
-  return status;
+  const kith_index first = kith_nodes_first_remote(nodes);
+  KITH_TRY(kith_reserve(&package->needed, &package->needed_capacity, (size_t)nodes->n_ghost, 1));
+  if (nodes->n_ghost > 0) memset(package->needed, 0, (size_t)nodes->n_ghost);
+  kith_connectivity_mark_ghosts(pass->connectivity, nodes, package->needed);
+  sweep.stage = "recompute";
+  return kith_package_sweep_ghosts(package, &sweep, first, kith_nodes_count(nodes) - first);
 }
 
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
                          const struct kith_density_wanted *wanted) {
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  KITH_TRY(kith_connectivity_provides(connectivity, nodes, kith_package_requirements(package)));
+  if (wanted->compression != NULL)
+    kith_package_start_refresh(package, 1, &(struct kith_field *){package->hydro->acceleration});
   struct density_pass pass = {.package = package,
                               .connectivity = connectivity,
                               .wanted = *wanted,
@@ -343,15 +330,10 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                                         .context = &pass,
                                         .lanes = LANES,
                                         .width = kith_rows_longest(&connectivity->rows),
-                                        .counter = "iterations",
-                                        .counted = COUNT_ITERATIONS};
-  uint64_t count[4];
+                                        .iterates = true};
+  uint64_t count[KITH_COUNTS];
   kith_status status = kith_package_sweep(package, &sweep, count);
-  if (status == KITH_OK && wanted->ghosts != NULL) status = recompute(&pass, sweep.width);
-  package->pair_evaluations += count[COUNT_EVALUATIONS];
-  package->support_iterations += count[COUNT_ITERATIONS];
-  package->fallbacks += count[COUNT_FALLBACKS];
-  const struct kith_nodes *nodes = package->hydro->nodes;
-  if (status == KITH_OK && count[COUNT_OUTGROWN] > 0) status = unsolved(nodes);
+  if (status == KITH_OK && package->recompute) status = recompute(&pass, sweep);
+  if (status == KITH_OK && count[KITH_COUNT_OUTGROWN] > 0) status = unsolved(nodes);
   return kith_ranks_allreduce_status(nodes->ranks, status);
 }

@@ -13,30 +13,25 @@
 #define KITH_PHYSICS_PASSES_DENSITY_H
 
 #include "lib/core/symmetric.h"
-#include "physics/package.h"
+#include "physics/passes/sweep.h"
 
 /* What is computed beside support, density and the divergence of the velocity; NULL: not. Fields over the
- * nodes, filled for internal nodes, and with `ghosts` for the remote ghosts that they read. */
+ * nodes, filled for internal nodes, and if the package recomputes for the remote ghosts that they read, from
+ * their own rows. */
 struct kith_density_wanted {
   struct kith_field *grad_h_term; /* X; and the density is the sum of masses */
   struct kith_field *shear;       /* symmetric part of G, upper triangle */
   struct kith_field *gradient;    /* G, [a][b] */
   struct kith_field *curl;        /* |curl v|; 0 in 1-D */
-  struct kith_field
-      *compression; /* d(div v)/dt = div a - G_ab G_ba, from the accelerations of the last evaluation */
-  struct kith_density_ghosts *ghosts; /* scratch: compute the remote ghosts too that internal nodes read,
-                                       * from their own rows */
-};
-/* Which ghosts are computed. Zero at first; kith_free(&needed). */
-struct kith_density_ghosts {
-  uint8_t *needed; /* [n_ghost] */
-  size_t capacity;
+  /* d(div v)/dt = div a - G_ab G_ba, from the accelerations of the last evaluation */
+  struct kith_field *compression;
 };
 
-/* Collective: all ranks agree on the status. OUTGROWN if a support has to grow beyond its search radius:
+/* Refuses connectivity that is stale, or lacks what the package requires (connectivity.h). Collective: all
+ * ranks agree on the status. OUTGROWN if a support has to grow beyond its search radius:
  * supports are set to what they need at least. DIVERGED names the first node whose support does not converge.
- * Counts pair evaluations, iterations and fallbacks (nodes whose gradient has no inverse: zero) in the
- * package. */
+ *
+ * Fallbacks are nodes whose gradient has no inverse: zero. */
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
                          const struct kith_density_wanted *wanted);
 

@@ -2,24 +2,13 @@
  * forces, the work. */
 #include "physics/passes/force.h"
 
-void kith_force_clear(struct kith_force_scratch *scratch) {
-  kith_free(&scratch->packed);
-  kith_pairwise_clear(&scratch->pair);
-  scratch->capacity = 0;
-}
-
-struct kith_package_bytes kith_force_bytes(const struct kith_force_scratch *scratch) {
-  return (struct kith_package_bytes){.pairwise = scratch->pair.capacity * sizeof(double),
-                                     .other = scratch->capacity * sizeof(double)};
-}
-
 /* --- loading --- */
 
-/* All fields of n partners, and the values of the edges to them. */
+/* All fields of n partners. */
 KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict partner,
-                      size_t stride, size_t n, const double *restrict edge, struct kith_scratch *s) {
-  const double *restrict packed = pass->scratch->packed;
-  const int n_packed = pass->n_packed, edges = pass->edges;
+                      size_t stride, size_t n, struct kith_scratch *s) {
+  const double *restrict packed = pass->package->packed;
+  const int n_packed = pass->n_packed;
   kith_index at[KITH_BLOCK];
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) at[k] = partner[k * stride] * n_packed;
@@ -27,10 +16,6 @@ KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const ki
     double *restrict lane = kith_lane(s, m);
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) lane[k] = packed[at[k] + m];
-  }
-  for (int m = 0; m < edges; ++m) {
-    double *restrict lane = kith_lane(s, n_packed + m);
-    for (size_t k = 0; k < n; ++k) lane[k] = edge[k * (size_t)edges + (size_t)m];
   }
   if (pass->barrier == NULL) return;
   const double *self = packed + (size_t)i * n_packed;
@@ -47,6 +32,16 @@ KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const ki
           self[KITH_PACKED_V + a] -
           2 * along / r2 * (self[KITH_PACKED_X + a] - kith_lane(s, KITH_PACKED_X + a)[k]);
     for (int m = KITH_PACKED_OWN; m < n_packed; ++m) kith_lane(s, m)[k] = self[m];
+  }
+}
+
+/* The values of the edge of pair p, from i to partner k of the block. */
+KITH_INLINE void load_edge(const struct kith_force_pass *pass, size_t p, bool starts, size_t k,
+                           struct kith_scratch *s) {
+  const size_t edges = (size_t)pass->edges;
+  for (size_t m = 0; m < edges; ++m) {
+    const double value = pass->edge[p * edges + m];
+    kith_lane(s, pass->n_packed + (int)m)[k] = starts ? value : -value;
   }
 }
 
@@ -79,28 +74,20 @@ KITH_INLINE void walls(const struct kith_force_pass *pass, kith_index i, const k
 }
 
 /* n entries of row i from the pairwise field; the end at which a pair does not start gets -f, 1 - e, -g. */
-KITH_INLINE void take(const struct kith_force_pass *pass, bool canonical, kith_index i, size_t first,
-                      size_t n, double *restrict out) {
+KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
+                        double *restrict out) {
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
   const uint32_t *restrict pair = pairs->of_row + first;
-  const kith_index *restrict row = pass->rows->node + first;
-  const double *restrict value = pass->scratch->pair.value;
+  const kith_index *restrict row = pass->connectivity->rows.node + first;
+  const double *restrict value = pass->package->pair.value;
   for (size_t k = 0; k < n; ++k) {
     const double *v = value + (size_t)pair[k] * KITH_PAIR_VALUES;
-    const bool starts = canonical ? pairs->node[pair[k]][0] == i : row[k] > i;
+    const bool starts = kith_pair_starts(pass->connectivity, pair[k], i, row[k]);
     for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] = starts ? v[a] : -v[a];
     out[KITH_ENERGY_SHARE * KITH_STRIDE + k] = starts ? v[KITH_ENERGY_SHARE] : 1 - v[KITH_ENERGY_SHARE];
     out[KITH_EXCHANGE * KITH_STRIDE + k] = starts ? v[KITH_EXCHANGE] : -v[KITH_EXCHANGE];
     out[KITH_SIGNAL * KITH_STRIDE + k] = v[KITH_SIGNAL];
   }
-}
-
-KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
-                        double *restrict out) {
-  if (pass->connectivity->canonical)
-    take(pass, true, i, first, n, out);
-  else
-    take(pass, false, i, first, n, out);
 }
 
 /* --- summing --- */
@@ -133,7 +120,7 @@ KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
 KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                            double *restrict out, struct sums *sums) {
   const struct kith_package *package = pass->package;
-  const kith_index *restrict row = pass->rows->node + first;
+  const kith_index *restrict row = pass->connectivity->rows.node + first;
   double *velocity_difference = out + (size_t)KITH_VELOCITY_DIFFERENCE * KITH_STRIDE,
          *acceleration_difference = out + (size_t)KITH_ACCELERATION_DIFFERENCE * KITH_STRIDE;
   walls(pass, i, row, n, out);
@@ -173,40 +160,48 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
 /* Traversal `pairs`, first half: the pairs that start at a node of the chunk, into the pairwise field. */
 KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_force_pass *pass = context;
-  const size_t edges = (size_t)pass->edges;
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
   const double *restrict out = kith_lane(s, pass->n_packed + pass->edges);
   for (kith_index i = begin; i < end; ++i)
     for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; p += KITH_BLOCK) {
       const size_t n = KITH_MIN(pairs->first[i + 1] - p, (size_t)KITH_BLOCK);
-      const double *edge = edges > 0 ? pass->pair_edge + p * edges : NULL;
-      load(pass, i, &pairs->node[p][1], 2, n, edge, s);
+      load(pass, i, &pairs->node[p][1], 2, n, s);
+      for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
       pass->evaluate(pass, i, n, s);
-      double *restrict value = pass->scratch->pair.value + p * KITH_PAIR_VALUES;
+      double *restrict value = pass->package->pair.value + p * KITH_PAIR_VALUES;
       for (size_t k = 0; k < n; ++k)
         for (int m = 0; m < KITH_PAIR_VALUES; ++m)
           value[k * KITH_PAIR_VALUES + m] = out[(size_t)m * KITH_STRIDE + k];
     }
 }
 
+/* The values of the n pairs from entry `first` of row i on, evaluated anew. */
+KITH_INLINE void gather(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
+                        struct kith_scratch *s) {
+  const struct kith_pairs *pairs = &pass->connectivity->pairs;
+  const kith_index *restrict row = pass->connectivity->rows.node + first;
+  load(pass, i, row, 1, n, s);
+  for (size_t k = 0; pass->edges > 0 && k < n; ++k) {
+    const size_t p = pairs->of_row[first + k];
+    load_edge(pass, p, kith_pair_starts(pass->connectivity, p, i, row[k]), k, s);
+  }
+  pass->evaluate(pass, i, n, s);
+}
+
 /* The sums of each node of the chunk: second half of `pairs`, or all of `gather`. */
 KITH_HOT static void nodes_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_force_pass *pass = context;
-  const size_t edges = (size_t)pass->edges;
-  const struct kith_rows *rows = pass->rows;
+  const struct kith_rows *rows = &pass->connectivity->rows;
   const bool kept = pass->package->traversal == KITH_TRAVERSE_PAIRS;
   double *out = kith_lane(s, pass->n_packed + pass->edges);
   for (kith_index i = begin; i < end; ++i) {
     struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[i]};
     for (size_t first = rows->first[i]; first < rows->first[i + 1]; first += KITH_BLOCK) {
       const size_t n = KITH_MIN(rows->first[i + 1] - first, (size_t)KITH_BLOCK);
-      if (kept) {
+      if (kept)
         recall(pass, i, first, n, out);
-      } else {
-        const double *edge = edges > 0 ? pass->edge + first * edges : NULL;
-        load(pass, i, rows->node + first, 1, n, edge, s);
-        pass->evaluate(pass, i, n, s);
-      }
+      else
+        gather(pass, i, first, n, s);
       sum_block(pass, i, first, n, out, &sums);
     }
     store(pass, i, &sums);
@@ -215,20 +210,6 @@ KITH_HOT static void nodes_chunk(void *context, kith_index begin, kith_index end
 
 /* --- driving --- */
 
-/* Space for a packed particle of every node and ghost, zero where it grows. */
-static kith_status reserve(struct kith_force_scratch *scratch, kith_index n, int n_packed) {
-  if (n > INT32_MAX / n_packed) /* so that loads of several nodes become one gather */
-    KITH_FAIL(UNSUPPORTED,
-              "%d nodes and ghosts in one process: packed particles are addressed with 32 bits, at most %d",
-              n, INT32_MAX / n_packed);
-  const size_t wanted = (size_t)n * (size_t)n_packed;
-  if (scratch->capacity >= wanted) return KITH_OK;
-  const size_t capacity = wanted + wanted / 32; /* ghosts come and go */
-  KITH_TRY(kith_resize(&scratch->packed, 0, capacity, sizeof(double)));
-  scratch->capacity = capacity;
-  return KITH_OK;
-}
-
 /* Packs particles begin .. end - 1. */
 static void pack(void *context, kith_index begin, kith_index end) {
   const struct kith_force_pass *pass = context;
@@ -236,74 +217,50 @@ static void pack(void *context, kith_index begin, kith_index end) {
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
   for (kith_index i = begin; i < end; ++i)
-    pass->pack(package, i, pass->scratch->packed + (size_t)i * (size_t)pass->n_packed);
+    pass->pack(package, i, package->packed + (size_t)i * (size_t)pass->n_packed);
   kith_profile_end(package->profile);
 }
 
-/* One sweep under the name of a stage. */
-static kith_status sweep(struct kith_force_pass *pass, kith_chunk_pass chunk, int lanes, const char *stage) {
+kith_status kith_force(struct kith_force_pass *pass) {
   struct kith_package *package = pass->package;
-  const struct kith_node_sweep sweep = {.stage = stage,
-                                        .rows = pass->rows,
-                                        .chunk = chunk,
+  const struct kith_hydro *hydro = package->hydro;
+  const struct kith_nodes *nodes = hydro->nodes;
+  const kith_index all = kith_nodes_count(nodes), internal = nodes->n_internal;
+  const struct kith_node_sweep pairs = {.stage = "pairs",
+                                        .rows = &pass->connectivity->rows,
+                                        .chunk = pairs_chunk,
                                         .context = pass,
-                                        .lanes = lanes,
+                                        .lanes = pass->n_packed + pass->edges + KITH_FORCE_LANES,
                                         .width = KITH_STRIDE,
-                                        .arrived = pass->work ? NULL : pack};
-  uint64_t count[4];
-  const kith_status status = kith_package_sweep(package, &sweep, count);
-  package->pair_evaluations += count[0];
-  return status;
-}
-
-/* Canonical pairs that start at ghosts, whose values have arrived by then. */
-struct ghost_pairs {
-  struct kith_force_pass *pass;
-  kith_index first;
-};
-
-static void ghost_pairs_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
-  const struct ghost_pairs *g = context;
-  pairs_chunk(g->pass, g->first + begin, g->first + end, s);
-}
-
-static kith_status pairs_of_ghosts(struct kith_force_pass *pass, int lanes) {
-  struct kith_package *package = pass->package;
-  struct ghost_pairs ghosts = {pass, package->hydro->nodes->n_internal};
-  const kith_index n = pass->connectivity->pairs.starts - ghosts.first;
-  uint64_t count[4];
-  if (n == 0) return KITH_OK;
-  kith_profile_begin(package->profile, "pairs");
-  const kith_status status =
-      kith_traverse(n, ghost_pairs_chunk, &ghosts, lanes, KITH_STRIDE, count, package->profile);
-  kith_profile_end(package->profile);
-  package->pair_evaluations += count[0];
-  return status;
-}
-
-kith_status kith_force(struct kith_force_pass *pass, kith_force_block *evaluate, int n_packed, int edges) {
-  struct kith_package *package = pass->package;
-  const struct kith_nodes *all = package->hydro->nodes;
-  const int lanes = n_packed + edges + KITH_FORCE_LANES;
-  pass->evaluate = evaluate, pass->n_packed = n_packed, pass->edges = edges;
+                                        .arrived = pack};
+  struct kith_node_sweep sums = pairs;
+  sums.stage = "force", sums.chunk = nodes_chunk;
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   pass->work = false;
-  KITH_TRY(reserve(pass->scratch, kith_nodes_count(all), n_packed));
-  pack(pass, 0,
-       kith_halo_pending(package->hydro->halo) ? kith_nodes_first_remote(all) : kith_nodes_count(all));
-  if (package->traversal == KITH_TRAVERSE_PAIRS) {
-    KITH_TRY(kith_pairwise_prepare(&pass->scratch->pair, pass->connectivity, KITH_PAIR_VALUES));
-    KITH_TRY(sweep(pass, pairs_chunk, lanes, "pairs"));
-    KITH_TRY(pairs_of_ghosts(pass, lanes));
-    KITH_TRY(kith_pairwise_fresh(&pass->scratch->pair, pass->connectivity));
+  if (all > INT32_MAX / pass->n_packed) /* so that loads of several nodes become one gather */
+    KITH_FAIL(UNSUPPORTED,
+              "%d nodes and ghosts in one process: packed particles are addressed with 32 bits, at most %d",
+              all, INT32_MAX / pass->n_packed);
+  KITH_TRY(kith_reserve(&package->packed, &package->packed_capacity, (size_t)all * (size_t)pass->n_packed,
+                        sizeof(double)));
+  pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
+  const bool kept = package->traversal == KITH_TRAVERSE_PAIRS;
+  if (kept) {
+    KITH_TRY(kith_pairwise_prepare(&package->pair, pass->connectivity, KITH_PAIR_VALUES));
+    KITH_TRY(kith_package_sweep(package, &pairs, NULL));
+    /* Canonical pairs that start at ghosts, whose values have arrived by now. */
+    KITH_TRY(
+        kith_package_sweep_ghosts(package, &pairs, internal, pass->connectivity->pairs.starts - internal));
   }
-  KITH_TRY(sweep(pass, nodes_chunk, lanes, "force"));
-  if (kith_external_force_acts(&package->hydro->external_force))
-    kith_external_force_acceleration(&package->hydro->external_force, all->n_internal, all->position->f64,
-                                     package->hydro->acceleration->f64);
+  KITH_TRY(kith_package_sweep(package, &sums, NULL));
+  if (kith_external_force_acts(&hydro->external_force))
+    kith_external_force_acceleration(&hydro->external_force, internal, nodes->position->f64,
+                                     hydro->acceleration->f64);
   if (!package->compatible) return KITH_OK;
-  struct kith_field *const kick[] = {pass->kick->velocity_base, package->hydro->acceleration};
-  kith_package_start_refresh(package, 2, kick);
+  if (kept) KITH_TRY(kith_pairwise_fresh(&package->pair, pass->connectivity));
+  kith_package_start_refresh(package, 2,
+                             (struct kith_field *[]){pass->kick->velocity_base, hydro->acceleration});
   pass->work = true;
-  return sweep(pass, nodes_chunk, lanes, "work");
+  sums.stage = "work", sums.arrived = NULL;
+  return kith_package_sweep(package, &sums, NULL);
 }

@@ -24,8 +24,7 @@
 #ifndef KITH_PHYSICS_PASSES_FORCE_H
 #define KITH_PHYSICS_PASSES_FORCE_H
 
-#include "lib/connectivity/traversal.h"
-#include "physics/package.h"
+#include "physics/passes/sweep.h"
 
 /* The first fields of every packed particle. */
 enum { KITH_PACKED_X = 0, KITH_PACKED_V = NDIM, KITH_PACKED_OWN = 2 * NDIM };
@@ -33,7 +32,7 @@ enum { KITH_FORCE, KITH_ENERGY_SHARE = NDIM, KITH_EXCHANGE, KITH_SIGNAL, KITH_PA
 
 /* Rows are processed in blocks; a lane holds one field of all partners of a block. The stride is not a power
  * of two, for then lanes would share cache sets. */
-enum { KITH_BLOCK = 128, KITH_STRIDE = KITH_BLOCK + 8, KITH_MOST_PACKED = 48 };
+enum { KITH_BLOCK = 128, KITH_STRIDE = KITH_BLOCK + 8 };
 /* Lanes behind those of fields and edge: values of the pair, differences of velocity and of acceleration. */
 enum {
   KITH_VELOCITY_DIFFERENCE = KITH_PAIR_VALUES,
@@ -53,36 +52,23 @@ typedef void kith_pair_function(enum kith_kernel kernel, const void *constants, 
 /* Packs node or ghost i. */
 typedef void kith_force_packed(const struct kith_package *package, kith_index i, double *restrict packed);
 
-/* Scratch that a package keeps for the pass. Zero at first; freed by kith_force_clear. */
-struct kith_force_scratch {
-  double *packed;            /* packed particles, [nodes and ghosts][n_packed] */
-  size_t capacity;           /* doubles */
-  struct kith_pairwise pair; /* values of pairs, traversal `pairs` */
-};
-void kith_force_clear(struct kith_force_scratch *scratch);
-struct kith_package_bytes kith_force_bytes(const struct kith_force_scratch *scratch);
-
 struct kith_force_pass;
 /* Evaluates n <= KITH_BLOCK pairs of i whose partners are in the lanes. */
 typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i, size_t n,
                               struct kith_scratch *scratch);
 
-/* One evaluation of all pairs. */
+/* One evaluation of all pairs of the connectivity. */
 struct kith_force_pass {
   struct kith_package *package;
-  struct kith_force_scratch *scratch;
   const struct kith_kick *kick;
-  kith_force_packed *pack;
   const struct kith_connectivity *connectivity;
-  const struct kith_rows *rows; /* the neighbors; traversal `pairs`: the rows of the connectivity */
-  const void *constants;        /* handed to the pair function */
-  /* Values of edges, NULL without: of the entries of rows [entries][edges], for traversal `gather`; of the
-   * pairs [pairs][edges], for traversal `pairs` */
-  const double *edge, *pair_edge;
-  bool walls_known; /* the pair function accounts for the size of a barrier */
+  kith_force_packed *pack;
+  kith_force_block *evaluate; /* of the kernel of the package */
+  int n_packed, edges;        /* as it was compiled with */
+  const void *constants;      /* handed to the pair function */
+  const double *edge; /* [pairs][edges]: of the node that a pair starts at; the other end has - edge */
+  bool walls_known;   /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
-  kith_force_block *evaluate;
-  int n_packed, edges;
   const uint8_t *barrier; /* [nodes] or NULL */
   bool work;              /* sums rate and slope of the compatible energy instead of accelerations */
 };
@@ -102,12 +88,12 @@ static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i,
 KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, int n_packed,
                                      int edges, const struct kith_force_pass *pass, kith_index i, size_t n,
                                      struct kith_scratch *s) {
-  const double *restrict self = pass->scratch->packed + (size_t)i * n_packed, *restrict j = s->lane;
+  const double *restrict self = pass->package->packed + (size_t)i * n_packed, *restrict j = s->lane;
   double *restrict out = kith_lane(s, n_packed + edges);
   const size_t lanes = pass->connectivity->canonical ? (n + 7) / 8 * 8 : n;
 #pragma omp simd
   for (size_t k = 0; k < lanes; ++k) pair(kernel, pass->constants, self, j + k, out + k);
-  s->count[0] += n;
+  s->count[KITH_COUNT_EVALUATIONS] += n;
 }
 
 /* Compiles BLOCK(kernel, pass, i, n, scratch), which calls kith_force_evaluate, once per kernel, so that the
@@ -122,8 +108,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   }
 
 /* Packs the particles and runs the passes: forces (accelerations, signal speeds, thermal energy rates), then,
- * if the energy is compatible, ghosts and the work. evaluate: of the kernel of the package; n_packed, edges:
- * as it was compiled with. UNSUPPORTED if there are 2^31 packed doubles. */
-kith_status kith_force(struct kith_force_pass *pass, kith_force_block *evaluate, int n_packed, int edges);
+ * if the energy is compatible, ghosts and the work. UNSUPPORTED if there are 2^31 packed doubles. */
+kith_status kith_force(struct kith_force_pass *pass);
 
 #endif

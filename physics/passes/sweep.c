@@ -18,11 +18,7 @@ static kith_status find_border(struct kith_border *border, const struct kith_nod
   const bool sorted = nodes->image == NULL;
   if (border->rows == rows->node && border->ghosts == nodes->ghosts) return KITH_OK;
   border->rows = NULL;
-  if ((size_t)chunks > border->capacity) {
-    border->capacity = 0;
-    KITH_TRY(kith_resize(&border->chunk, 0, (size_t)chunks + (size_t)chunks / 8, 1));
-    border->capacity = (size_t)chunks + (size_t)chunks / 8;
-  }
+  KITH_TRY(kith_reserve(&border->chunk, &border->capacity, (size_t)chunks, 1));
 #pragma omp parallel for schedule(static)
   for (kith_index c = 0; c < chunks; ++c) {
     bool remote = false;
@@ -34,46 +30,71 @@ static kith_status find_border(struct kith_border *border, const struct kith_nod
   return KITH_OK;
 }
 
-void kith_border_clear(struct kith_border *border) {
-  kith_free(&border->chunk);
-  *border = (struct kith_border){0};
-}
-
 /* The chunks of `part`, or all: NULL. Adds to count. */
-static kith_status run(const struct kith_node_sweep *sweep, const struct kith_nodes *nodes,
-                       const struct kith_part *part, struct kith_profile *profile, uint64_t count[4]) {
-  uint64_t now[4] = {0};
+static kith_status run(const struct kith_package *package, const struct kith_node_sweep *sweep,
+                       const struct kith_part *part, uint64_t count[KITH_COUNTS]) {
+  struct kith_profile *profile = package->profile;
+  uint64_t now[KITH_COUNTS] = {0};
   if (part != NULL && part->wanted == 1)
     kith_profile_resume(profile, sweep->stage);
   else
     kith_profile_begin(profile, sweep->stage);
-  const kith_status status = kith_traverse_part(nodes->n_internal, part, sweep->chunk, sweep->context,
-                                                sweep->lanes, sweep->width, now, profile);
-  if (sweep->counter != NULL) kith_profile_count(profile, sweep->counter, (double)now[sweep->counted]);
+  const kith_status status = kith_traverse_part(package->hydro->nodes->n_internal, part, sweep->chunk,
+                                                sweep->context, sweep->lanes, sweep->width, now, profile);
+  if (sweep->iterates) kith_profile_count(profile, "iterations", (double)now[KITH_COUNT_ITERATIONS]);
   kith_profile_end(profile);
-  for (int k = 0; k < 4; ++k) count[k] += now[k];
+  for (int k = 0; k < KITH_COUNTS; ++k) count[k] += now[k];
   return status;
 }
 
-static void finish_exchange(const struct kith_node_sweep *sweep, const struct kith_hydro *hydro,
-                            struct kith_profile *profile) {
-  kith_profile_begin(profile, "refresh");
-  kith_halo_finish_exchange(hydro->halo);
-  kith_profile_end(profile);
+/* First the chunks without remote ghosts, then, when these have arrived, the others. */
+static kith_status run_parts(struct kith_package *package, const struct kith_node_sweep *sweep,
+                             uint64_t count[KITH_COUNTS]) {
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  if (!kith_halo_pending(package->hydro->halo)) return run(package, sweep, NULL, count);
+  kith_status status = find_border(&package->border, nodes, sweep->rows);
+  struct kith_part part = {.chunk = package->border.chunk, .ranks = nodes->ranks};
+  if (status == KITH_OK) status = run(package, sweep, &part, count);
+  kith_profile_begin(package->profile, "refresh");
+  kith_halo_finish_exchange(package->hydro->halo);
+  kith_profile_end(package->profile);
   if (sweep->arrived != NULL)
-    sweep->arrived(sweep->context, kith_nodes_first_remote(hydro->nodes), kith_nodes_count(hydro->nodes));
-}
-
-kith_status kith_node_sweep_run(const struct kith_node_sweep *sweep, const struct kith_hydro *hydro,
-                                struct kith_border *border, struct kith_profile *profile, uint64_t count[4]) {
-  const struct kith_nodes *nodes = hydro->nodes;
-  for (int k = 0; k < 4; ++k) count[k] = 0;
-  if (!kith_halo_pending(hydro->halo)) return run(sweep, nodes, NULL, profile, count);
-  kith_status status = find_border(border, nodes, sweep->rows);
-  struct kith_part part = {.chunk = border->chunk, .ranks = nodes->ranks};
-  if (status == KITH_OK) status = run(sweep, nodes, &part, profile, count);
-  finish_exchange(sweep, hydro, profile);
+    sweep->arrived(sweep->context, kith_nodes_first_remote(nodes), kith_nodes_count(nodes));
   KITH_TRY(status);
   part.wanted = 1;
-  return run(sweep, nodes, &part, profile, count);
+  return run(package, sweep, &part, count);
+}
+
+kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
+                               uint64_t count[KITH_COUNTS]) {
+  uint64_t sum[KITH_COUNTS] = {0};
+  const kith_status status = run_parts(package, sweep, sum);
+  package->pair_evaluations += sum[KITH_COUNT_EVALUATIONS];
+  package->support_iterations += sum[KITH_COUNT_ITERATIONS];
+  package->fallbacks += sum[KITH_COUNT_FALLBACKS];
+  for (int k = 0; count != NULL && k < KITH_COUNTS; ++k) count[k] = sum[k];
+  return status;
+}
+
+struct shifted {
+  const struct kith_node_sweep *sweep;
+  kith_index by;
+};
+
+static void shifted_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct shifted *shifted = context;
+  shifted->sweep->chunk(shifted->sweep->context, shifted->by + begin, shifted->by + end, s);
+}
+
+kith_status kith_package_sweep_ghosts(struct kith_package *package, const struct kith_node_sweep *sweep,
+                                      kith_index first, kith_index n) {
+  struct shifted shifted = {sweep, first};
+  uint64_t count[KITH_COUNTS] = {0};
+  if (n == 0) return KITH_OK;
+  kith_profile_begin(package->profile, sweep->stage);
+  const kith_status status =
+      kith_traverse(n, shifted_chunk, &shifted, sweep->lanes, sweep->width, count, package->profile);
+  kith_profile_end(package->profile);
+  package->pair_evaluations += count[KITH_COUNT_EVALUATIONS];
+  return status;
 }

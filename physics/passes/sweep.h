@@ -7,8 +7,16 @@
 #define KITH_PHYSICS_PASSES_SWEEP_H
 
 #include "lib/connectivity/traversal.h"
-#include "physics/hydro.h"
-#include "physics/kernel.h"
+#include "physics/package.h"
+
+/* What chunks count, in count[] of their scratch; added to the counters of the package. */
+enum {
+  KITH_COUNT_EVALUATIONS,
+  KITH_COUNT_ITERATIONS,
+  KITH_COUNT_FALLBACKS,
+  KITH_COUNT_OUTGROWN,
+  KITH_COUNTS
+};
 
 struct kith_node_sweep {
   const char *stage;            /* of the profile */
@@ -17,26 +25,18 @@ struct kith_node_sweep {
   void *context;
   int lanes; /* as for kith_traverse */
   size_t width;
-  const char *counter; /* of the stage: what count[counted] is; NULL: none */
-  int counted;
+  bool iterates; /* the stage shows its iterations */
   /* Called when ghosts begin .. end - 1 have arrived, before they are read. NULL: nothing to do. */
   void (*arrived)(void *context, kith_index begin, kith_index end);
 };
 
-/* Scratch of all sweeps over the same nodes: the chunks with a remote ghost in a row, found once for each
- * list of rows. Zero at first; freed by kith_border_clear. */
-struct kith_border {
-  uint8_t *chunk;
-  size_t capacity;
-  const kith_index *rows; /* whose chunks these are, and of which generation of ghosts */
-  uint64_t ghosts;
-};
-void kith_border_clear(struct kith_border *border);
-
 /* All internal nodes. An exchange that was started has finished when this returns, whatever it returns.
- * count[4], written: the counters of all chunks. profile may be NULL. */
-kith_status kith_node_sweep_run(const struct kith_node_sweep *sweep, const struct kith_hydro *hydro,
-                                struct kith_border *border, struct kith_profile *profile, uint64_t count[4]);
+ * count, written: sums over all chunks; may be NULL. */
+kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
+                               uint64_t count[KITH_COUNTS]);
+/* The same chunks over n ghosts from `first` on, whose values have arrived. Counts evaluations only. */
+kith_status kith_package_sweep_ghosts(struct kith_package *package, const struct kith_node_sweep *sweep,
+                                      kith_index first, kith_index n);
 
 /* Compiles FUNCTION(kernel, context, begin, end, scratch) once per kernel, so that the kernel is a constant
  * in its loops; FUNCTION_of[kernel] are the resulting chunk passes. */

@@ -63,8 +63,6 @@ enum {
 };
 
 struct sph {
-  struct kith_density_ghosts ghosts;
-  struct kith_force_scratch force;
   bool full; /* the scene needs switches or conduction: particles are packed with all fields */
   struct kith_field *grad_h_term, *shear, *curl, *compression; /* NULL unless needed; grad_h_term always is */
   struct kith_field *viscosity_switch, *factor;                /* s of (6), state; s with Balsara's factor */
@@ -173,72 +171,45 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
                           const struct kith_kick *kick) {
-  struct sph *sph = package->self;
+  const struct sph *sph = package->self;
   const struct sph_settings *settings = package->settings;
   const struct sph_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .conduction = settings->conduction,
       .kernel = kith_kernel_constant(package->kernel)};
-  struct kith_force_pass pass = {.package = package,
-                                 .scratch = &sph->force,
-                                 .kick = kick,
-                                 .pack = pack,
-                                 .connectivity = connectivity,
-                                 .rows = &connectivity->rows,
-                                 .constants = &constants};
-  return sph->full ? kith_force(&pass, full_of[package->kernel], SPH_FULL, 0)
-                   : kith_force(&pass, simple_of[package->kernel], SPH_SIMPLE, 0);
+  return kith_force(&(struct kith_force_pass){.package = package,
+                                              .kick = kick,
+                                              .connectivity = connectivity,
+                                              .pack = pack,
+                                              .evaluate = (sph->full ? full_of : simple_of)[package->kernel],
+                                              .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
+                                              .constants = &constants});
 }
 
 /* --- fields, switches, passes --- */
 
-static kith_status register_fields(struct kith_package *package, struct sph *sph) {
-  struct kith_nodes *nodes = package->hydro->nodes;
+static kith_status sph_create(struct kith_package *package) {
+  struct sph *sph = package->self;
   const struct sph_settings *settings = package->settings;
   const bool limited = settings->viscosity.name == KITH_VISCOSITY_LIMITED;
   const bool rising = settings->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
-  const bool balsara = settings->balsara != BALSARA_NONE;
-  const struct {
-    bool wanted;
-    struct kith_field_spec spec;
-    struct kith_field **field;
-  } table[] = {
+  const bool switched = rising || settings->balsara != BALSARA_NONE;
+  const struct kith_field_row fields[] = {
       {true, {"grad_h_term", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"}, &sph->grad_h_term},
       {limited,
        {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
        &sph->shear},
-      {rising || balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &sph->curl},
+      {switched, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &sph->curl},
       {rising, {"compression", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "d(div v)/dt"}, &sph->compression},
       {rising,
        {"viscosity", KITH_SCALAR, KITH_F64, KITH_KEPT, "Viscosity", "viscosity switch"},
        &sph->viscosity_switch},
-      {rising || balsara,
+      {switched,
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &sph->factor},
-  };
-  for (size_t k = 0; k < sizeof table / sizeof table[0]; ++k)
-    if (table[k].wanted) KITH_TRY(kith_nodes_field(nodes, &table[k].spec, table[k].field));
-  sph->full = sph->factor != NULL || settings->conduction > 0;
-  return KITH_OK;
-}
-
-static kith_status sph_create(struct kith_package *package) {
-  struct sph *sph = NULL;
-  KITH_TRY(kith_resize(&sph, 0, 1, sizeof *sph));
-  package->self = sph;
-  return register_fields(package, sph);
-}
-
-static void sph_destroy(struct kith_package *package) {
-  struct sph *sph = package->self;
-  kith_free(&sph->ghosts.needed);
-  kith_force_clear(&sph->force);
-  kith_free(&package->self);
-}
-
-static struct kith_requirements sph_requirements(const struct kith_package *package) {
-  return (struct kith_requirements){
-      .rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS, .ghost_rows = package->recompute};
+      {0}};
+  sph->full = switched || settings->conduction > 0;
+  return kith_nodes_fields(package->hydro->nodes, fields);
 }
 
 /* (6): the viscosity switch of node i, which was s when it was last evaluated, a time dt ago. */
@@ -284,38 +255,28 @@ static void set_factors(struct kith_package *package, double dt, kith_index begi
 static kith_status sph_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                                 const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
-  struct sph *sph = package->self;
+  const struct kith_nodes *nodes = hydro->nodes;
+  const struct sph *sph = package->self;
   const struct kith_density_wanted wanted = {.grad_h_term = sph->grad_h_term,
                                              .shear = sph->shear,
                                              .curl = sph->curl,
-                                             .compression = sph->compression,
-                                             .ghosts = package->recompute ? &sph->ghosts : NULL};
-  KITH_TRY(kith_connectivity_provides(connectivity, hydro->nodes, package->ops->requirements(package)));
-  if (sph->compression != NULL)
-    kith_package_start_refresh(package, 1, &(struct kith_field *){hydro->acceleration});
+                                             .compression = sph->compression};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_evaluate_eos(hydro);
-  set_factors(package, kick->evaluation_dt, 0, hydro->nodes->n_internal);
-  struct kith_field *between[7] = {hydro->nodes->support, hydro->density, hydro->pressure, hydro->sound_speed,
+  set_factors(package, kick->evaluation_dt, 0, nodes->n_internal);
+  struct kith_field *between[7] = {nodes->support, hydro->density, hydro->pressure, hydro->sound_speed,
                                    sph->grad_h_term};
   int n = 5;
   if (sph->shear != NULL) between[n++] = sph->shear;
   if (sph->factor != NULL) between[n++] = sph->factor;
   if (package->recompute) {
     kith_hydro_evaluate_eos_remote(hydro);
-    set_factors(package, kick->evaluation_dt, kith_nodes_first_remote(hydro->nodes),
-                kith_nodes_count(hydro->nodes));
+    set_factors(package, kick->evaluation_dt, kith_nodes_first_remote(nodes), kith_nodes_count(nodes));
     kith_nodes_refresh_images(hydro->nodes, between, n);
-  } else
+  } else {
     kith_package_start_refresh(package, n, between);
+  }
   return forces(package, connectivity, kick);
-}
-
-static struct kith_package_bytes sph_bytes(const struct kith_package *package) {
-  const struct sph *sph = package->self;
-  struct kith_package_bytes bytes = kith_force_bytes(&sph->force);
-  bytes.other += sph->ghosts.capacity;
-  return bytes;
 }
 
 static struct kith_package_traits sph_traits(const void *settings) {
@@ -327,11 +288,9 @@ static struct kith_package_traits sph_traits(const void *settings) {
 const struct kith_package_ops kith_package_sph = {
     .name = "sph",
     .doc = "density-energy SPH with grad-h terms and artificial viscosity",
+    .self_size = sizeof(struct sph),
     .create = sph_create,
-    .destroy = sph_destroy,
-    .requirements = sph_requirements,
     .evaluate = sph_evaluate,
-    .bytes = sph_bytes,
     .traits = sph_traits,
     KITH_SETTINGS(params, sph_settings),
 };

@@ -3,50 +3,34 @@
 #include "validation/exact/lagrange.h"
 
 static const double courant = 0.4;
-enum { ITERATIONS = 2, ARRAYS = 6 };
+enum { ITERATIONS = 2 };
 
-/* The arrays of a step, each with room for a ghost cell at both ends: value[-1 .. n]. */
-struct step {
-  double *slope_v, *slope_u, *slope_p; /* per cell */
-  double *impedance;                   /* density times sound speed */
-  double *u, *p;                       /* of the faces: [0 .. n] */
-  double dt;
-};
-
-static struct step step_of(const struct kith_lagrange *f) {
-  double *array[ARRAYS];
-  for (int k = 0; k < ARRAYS; ++k) array[k] = f->work + (size_t)k * (f->n + 2) + 1;
-  return (struct step){array[0], array[1], array[2], array[3], array[4], array[5], 0};
-}
-
-static void slopes(const struct kith_lagrange *f, const struct step *s) {
-  const int last = f->n - 1;
-  for (int i = 0; i < f->n; ++i) {
-    const int l = KITH_MAX(i - 1, 0), r = KITH_MIN(i + 1, last);
-    s->impedance[i] = sqrt(f->gamma * f->pressure[i] / f->volume[i]);
-    s->slope_v[i] = kith_lagrange_slope(f->volume[l], f->volume[i], f->volume[r]);
-    s->slope_u[i] = kith_lagrange_slope(f->velocity[l], f->velocity[i], f->velocity[r]);
-    s->slope_p[i] = kith_lagrange_slope(f->pressure[l], f->pressure[i], f->pressure[r]);
+static void slopes(struct kith_lagrange *f) {
+  struct kith_cell *first = f->cell, *last = f->cell + f->n - 1;
+  for (struct kith_cell *c = first; c <= last; ++c) {
+    const struct kith_cell *l = c > first ? c - 1 : c, *r = c < last ? c + 1 : c;
+    /* At a wall the velocity goes on to that of the mirror image; the rest has no slope there. */
+    const double before = c > first ? l->velocity : -c->velocity,
+                 behind = c < last ? r->velocity : -c->velocity;
+    c->impedance = sqrt(f->gamma * c->pressure / c->volume);
+    c->slope_v = kith_lagrange_slope(l->volume, c->volume, r->volume);
+    c->slope_u = kith_lagrange_slope(before, c->velocity, behind);
+    c->slope_p = kith_lagrange_slope(l->pressure, c->pressure, r->pressure);
   }
-  /* At a wall the velocity goes on to that of the mirror image; the rest has no slope there. */
-  s->slope_u[0] = kith_lagrange_slope(-f->velocity[0], f->velocity[0], f->velocity[KITH_MIN(1, last)]);
-  s->slope_u[last] =
-      kith_lagrange_slope(f->velocity[KITH_MAX(last - 1, 0)], f->velocity[last], -f->velocity[last]);
 }
 
-/* Of cell i at its upper (side 1) or lower (-1) face, half a step later; the plain cell where that would be
- * no gas. */
+/* A cell at its upper (side 1) or lower (-1) face, half a step later; the plain cell where that would be no
+ * gas. */
 struct gas {
   double v, u, p;
 };
 
-static struct gas at_face(const struct kith_lagrange *f, const struct step *s, int i, double side) {
-  const double half = 0.5 * s->dt / f->mass[i], c2 = s->impedance[i] * s->impedance[i];
-  const struct gas g = {f->volume[i] + 0.5 * side * s->slope_v[i] + half * s->slope_u[i],
-                        f->velocity[i] + 0.5 * side * s->slope_u[i] - half * s->slope_p[i],
-                        f->pressure[i] + 0.5 * side * s->slope_p[i] - half * c2 * s->slope_u[i]};
-  if (g.v > 0 && g.p > 0) return g;
-  return (struct gas){f->volume[i], f->velocity[i], f->pressure[i]};
+static struct gas at_face(const struct kith_cell *c, double dt, double side) {
+  const double half = 0.5 * dt / c->mass, c2 = c->impedance * c->impedance;
+  const struct gas g = {c->volume + 0.5 * side * c->slope_v + half * c->slope_u,
+                        c->velocity + 0.5 * side * c->slope_u - half * c->slope_p,
+                        c->pressure + 0.5 * side * c->slope_p - half * c2 * c->slope_u};
+  return g.v > 0 && g.p > 0 ? g : (struct gas){c->volume, c->velocity, c->pressure};
 }
 
 /* How much the velocity changes through the wave that leads from g to the pressure p, and by how much more
@@ -60,7 +44,7 @@ static double jump(const struct gas *g, double gamma, double p, double *slope) {
 
 /* Newton's method from the pressure between two sound waves: the sum of the jumps rises and is concave in
  * p. */
-static void star(const struct gas *l, const struct gas *r, double gamma, double *u, double *p) {
+static void star(const struct gas *l, const struct gas *r, double gamma, struct kith_cell *face) {
   const double a = sqrt(gamma * l->p / l->v), b = sqrt(gamma * r->p / r->v);
   const double floor = 1e-12 * KITH_MIN(l->p, r->p);
   double q = KITH_MAX((b * l->p + a * r->p + a * b * (l->u - r->u)) / (a + b), floor), left, right;
@@ -68,76 +52,52 @@ static void star(const struct gas *l, const struct gas *r, double gamma, double 
     const double miss = l->u - r->u - jump(l, gamma, q, &left) - jump(r, gamma, q, &right);
     q = KITH_MAX(q + miss / (left + right), floor);
   }
-  *p = q;
-  *u = 0.5 * (l->u + r->u - jump(l, gamma, q, &left) + jump(r, gamma, q, &right));
+  face->face_p = q;
+  face->face_u = 0.5 * (l->u + r->u - jump(l, gamma, q, &left) + jump(r, gamma, q, &right));
 }
 
-static void fluxes(const struct kith_lagrange *f, const struct step *s) {
-  const int n = f->n;
-  for (int i = 1; i < n; ++i) {
-    const struct gas l = at_face(f, s, i - 1, 1), r = at_face(f, s, i, -1);
-    star(&l, &r, f->gamma, &s->u[i], &s->p[i]);
+static void fluxes(struct kith_lagrange *f, double dt) {
+  struct kith_cell *cell = f->cell;
+  for (int i = 0; i <= f->n; ++i) { /* behind the walls is the mirror image */
+    const bool lower = i == 0, upper = i == f->n;
+    struct gas l = at_face(&cell[lower ? 0 : i - 1], dt, lower ? -1 : 1);
+    struct gas r = at_face(&cell[upper ? i - 1 : i], dt, upper ? 1 : -1);
+    if (lower) l.u = -l.u;
+    if (upper) r.u = -r.u;
+    star(&l, &r, f->gamma, &cell[i]);
   }
-  const struct gas first = at_face(f, s, 0, -1), last = at_face(f, s, n - 1, 1);
-  const struct gas before = {first.v, -first.u, first.p}, behind = {last.v, -last.u, last.p};
-  star(&before, &first, f->gamma, &s->u[0], &s->p[0]);
-  star(&last, &behind, f->gamma, &s->u[n], &s->p[n]);
-  s->u[0] = s->u[n] = 0;
+  cell[0].face_u = cell[f->n].face_u = 0;
 }
 
-static kith_status update(struct kith_lagrange *f, const struct step *s) {
+static kith_status update(struct kith_lagrange *f, double dt) {
   double worst = 1;
-  for (int i = 0; i <= f->n; ++i) f->face[i] += s->dt * s->u[i];
-  for (int i = 0; i < f->n; ++i) {
-    const double a = s->dt / f->mass[i];
-    f->volume[i] += a * (s->u[i + 1] - s->u[i]);
-    f->velocity[i] -= a * (s->p[i + 1] - s->p[i]);
-    f->energy[i] -= a * (s->p[i + 1] * s->u[i + 1] - s->p[i] * s->u[i]);
-    f->pressure[i] = (f->gamma - 1) * (f->energy[i] - 0.5 * f->velocity[i] * f->velocity[i]) / f->volume[i];
-    worst = KITH_MIN(worst, KITH_MIN(f->volume[i], f->pressure[i]));
+  for (struct kith_cell *c = f->cell; c < f->cell + f->n; ++c) {
+    const double a = dt / c->mass;
+    c->face += dt * c->face_u;
+    c->volume += a * (c[1].face_u - c->face_u);
+    c->velocity -= a * (c[1].face_p - c->face_p);
+    c->energy -= a * (c[1].face_p * c[1].face_u - c->face_p * c->face_u);
+    c->pressure = (f->gamma - 1) * (c->energy - 0.5 * c->velocity * c->velocity) / c->volume;
+    worst = KITH_MIN(worst, KITH_MIN(c->volume, c->pressure));
   }
   if (!(worst > 0)) KITH_FAIL(DIVERGED, "reference solution: no gas left in a cell at time %g", f->time);
   return KITH_OK;
 }
 
 kith_status kith_lagrange_run(struct kith_lagrange *f, double time) {
-  struct step s = step_of(f);
   while (f->time < time) {
-    slopes(f, &s);
+    slopes(f);
     double rate = 0;
-    for (int i = 0; i < f->n; ++i) rate = KITH_MAX(rate, s.impedance[i] / f->mass[i]);
-    const double left = time - f->time;
-    s.dt = KITH_MIN(courant / rate, left);
-    fluxes(f, &s);
-    KITH_TRY(update(f, &s));
-    f->time = s.dt < left ? f->time + s.dt : time;
+    for (int i = 0; i < f->n; ++i) rate = KITH_MAX(rate, f->cell[i].impedance / f->cell[i].mass);
+    const double left = time - f->time, dt = KITH_MIN(courant / rate, left);
+    fluxes(f, dt);
+    KITH_TRY(update(f, dt));
+    f->time = dt < left ? f->time + dt : time;
   }
   return KITH_OK;
 }
 
 /* ---- start ---- */
-
-static void fill(struct kith_lagrange *f, const struct kith_slab *slab, double end, int first, int count) {
-  const double width = (end - slab->from) / count;
-  for (int i = first; i < first + count; ++i) {
-    f->face[i] = slab->from + (i - first) * width;
-    f->face[i + 1] = i + 1 < first + count ? f->face[i] + width : end;
-    f->mass[i] = slab->density * width;
-    f->volume[i] = 1 / slab->density;
-    f->velocity[i] = slab->velocity;
-    f->pressure[i] = slab->pressure;
-    f->energy[i] = slab->pressure / slab->density / (f->gamma - 1) + 0.5 * slab->velocity * slab->velocity;
-  }
-}
-
-static kith_status make_room(struct kith_lagrange *f) {
-  const size_t n = (size_t)f->n;
-  double **const array[] = {&f->mass, &f->volume, &f->velocity, &f->energy, &f->pressure};
-  KITH_TRY(kith_resize(&f->face, 0, n + 1, sizeof(double)));
-  for (size_t k = 0; k < sizeof array / sizeof array[0]; ++k)
-    KITH_TRY(kith_resize(array[k], 0, n, sizeof(double)));
-  return kith_resize(&f->work, 0, ARRAYS * (n + 2), sizeof(double));
-}
 
 /* Cells of slab k: its share by mass, at least one. */
 static int share(int n_slabs, const struct kith_slab *slab, double end, int cells, int k) {
@@ -152,26 +112,35 @@ static int share(int n_slabs, const struct kith_slab *slab, double end, int cell
 
 kith_status kith_lagrange_create(struct kith_lagrange **out, double gamma, int n_slabs,
                                  const struct kith_slab *slab, double end, int cells) {
-  *out = NULL;
   struct kith_lagrange *f = NULL;
+  *out = NULL;
   KITH_TRY(kith_resize(&f, 0, 1, sizeof *f));
   f->gamma = gamma;
   for (int k = 0; k < n_slabs; ++k) f->n += share(n_slabs, slab, end, cells, k);
-  kith_status status = make_room(f);
-  for (int k = 0, first = 0; status == KITH_OK && k < n_slabs; ++k) {
-    const int count = share(n_slabs, slab, end, cells, k);
-    fill(f, &slab[k], k + 1 < n_slabs ? slab[k + 1].from : end, first, count);
-    first += count;
+  const kith_status status = kith_resize(&f->cell, 0, (size_t)f->n + 1, sizeof *f->cell);
+  if (status != KITH_OK) {
+    kith_free(&f);
+    return status;
   }
-  if (status != KITH_OK) kith_lagrange_destroy(&f);
+  struct kith_cell *c = f->cell;
   *out = f;
-  return status;
+  for (const struct kith_slab *s = slab; s < slab + n_slabs; ++s) {
+    const int count = share(n_slabs, slab, end, cells, (int)(s - slab));
+    const double width = ((s + 1 < slab + n_slabs ? s[1].from : end) - s->from) / count;
+    for (int i = 0; i < count; ++i, ++c)
+      *c = (struct kith_cell){
+          .face = s->from + i * width,
+          .mass = s->density * width,
+          .volume = 1 / s->density,
+          .velocity = s->velocity,
+          .pressure = s->pressure,
+          .energy = s->pressure / s->density / (gamma - 1) + 0.5 * s->velocity * s->velocity};
+  }
+  c->face = end;
+  return KITH_OK;
 }
 
 void kith_lagrange_destroy(struct kith_lagrange **flow) {
-  struct kith_lagrange *f = *flow;
-  if (f == NULL) return;
-  double **const array[] = {&f->face, &f->mass, &f->volume, &f->velocity, &f->energy, &f->pressure, &f->work};
-  for (size_t k = 0; k < sizeof array / sizeof array[0]; ++k) kith_free(array[k]);
+  if (*flow != NULL) kith_free(&(*flow)->cell);
   kith_free(flow);
 }

@@ -16,13 +16,19 @@
 
 #include <math.h>
 
+/* A cell and its lower face. */
+struct kith_cell {
+  double face, mass; /* place of the face; mass of the cell */
+  double volume, velocity, energy,
+      pressure; /* volume and energy per unit mass; energy: with the kinetic one */
+  double slope_v, slope_u, slope_p, impedance; /* of a step; private, and so is the state of the face */
+  double face_u, face_p;
+};
+
 struct kith_lagrange {
   double gamma, time;
-  int n;                                         /* cells */
-  double *face;                                  /* [n + 1] places */
-  double *mass;                                  /* [n], the rest too */
-  double *volume, *velocity, *energy, *pressure; /* per unit mass; energy: with the kinetic one */
-  double *work;                                  /* of a step; private */
+  int n;                  /* cells */
+  struct kith_cell *cell; /* [n + 1]: the last one is the upper face of the one before */
 };
 
 /* Gas at rest or moving, the same from `from` to the next one's `from`. */

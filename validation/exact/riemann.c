@@ -8,15 +8,12 @@
  *                         B = (g - 1) / (g + 1) p_K
  *   else, a rarefaction:  f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)
  *
- * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed in ln p, then Brent's method. If
+ * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed and bisected in ln p. If
  * the left side is not negative at p = 0 there is no such p: the gases part and leave a vacuum, whose
  * velocity is set to x / t.
  *
  * The right-running wave is sampled as it is and the left-running one in the mirror, so one code does
  * both. */
-#include <float.h>
-#include <gsl/gsl_errno.h>
-#include <gsl/gsl_roots.h>
 #include "validation/exact/exact_parameters.h"
 
 struct settings {
@@ -102,57 +99,29 @@ static double rarefaction_tail(const struct side *s, double p) {
   return s->velocity + s->sound + (s->gamma + 1) / 2 * jump(s, p);
 }
 
-struct search {
-  const struct riemann *problem;
-  double scale;
-};
-
-/* Positive if p = scale exp(q) is above the star pressure. */
-static double mismatch(double q, void *context) {
-  const struct search *search = context;
-  const struct side *side = search->problem->side;
-  const double p = search->scale * exp(q);
+/* Positive if p is above the star pressure. */
+static double mismatch(const struct side *side, double p) {
   return jump(&side[0], p) + jump(&side[1], p) + side[0].velocity + side[1].velocity;
 }
 
-static kith_status converge(gsl_root_fsolver *solver, double *root) {
-  for (int i = 0; i < 200; ++i) {
-    const int error = gsl_root_fsolver_iterate(solver);
-    if (error != GSL_SUCCESS) KITH_FAIL(DIVERGED, "exact solution riemann: %s", gsl_strerror(error));
-    *root = gsl_root_fsolver_root(solver);
-    const double lower = gsl_root_fsolver_x_lower(solver), upper = gsl_root_fsolver_x_upper(solver);
-    if (gsl_root_test_interval(lower, upper, 1e-15, 4 * DBL_EPSILON) == GSL_SUCCESS) return KITH_OK;
-  }
-  KITH_FAIL(DIVERGED, "exact solution riemann: the star pressure did not converge in 200 steps");
-}
-
-static kith_status bracketed_root(gsl_function *f, double lower, double upper, double *root) {
-  gsl_root_fsolver *solver = gsl_root_fsolver_alloc(gsl_root_fsolver_brent);
-  if (solver == NULL) KITH_FAIL(NO_MEMORY, "exact solution riemann: no memory for the root finder");
-  const int error = gsl_root_fsolver_set(solver, f, lower, upper);
-  const kith_status status =
-      error == GSL_SUCCESS ? converge(solver, root)
-                           : kith_fail(KITH_DIVERGED, "exact solution riemann: %s", gsl_strerror(error));
-  gsl_root_fsolver_free(solver);
-  return status;
-}
-
-/* The star pressure, or with `found` false a lower one than which no double can serve: 1e-260 of the given
- * ones. */
-static kith_status star_pressure(const struct riemann *problem, double *pressure, bool *found) {
-  const struct side *side = problem->side;
+/* The star pressure; false if it is below 1e-260 of the given ones, which no double can serve: *pressure is
+ * above it. */
+static bool star_pressure(const struct side *side, double *pressure) {
   const double closing = side[0].velocity + side[1].velocity;
-  struct search search = {problem, KITH_MAX(side[0].pressure, side[1].pressure)};
-  if (search.scale == 0) search.scale = KITH_MIN(side[0].density, side[1].density) * closing * closing;
-  const double least = KITH_MAX(-600.0, log(1e-300 / search.scale));
-  double lower = -1, upper = 1, root = least;
-  while (lower > least && mismatch(lower, &search) >= 0) lower = KITH_MAX(2 * lower, least);
-  while (upper < 600 && mismatch(upper, &search) <= 0) upper *= 2;
-  *found = mismatch(lower, &search) < 0;
-  gsl_function f = {mismatch, &search};
-  if (*found) KITH_TRY(bracketed_root(&f, lower, upper, &root));
-  *pressure = search.scale * exp(root);
-  return KITH_OK;
+  double scale = KITH_MAX(side[0].pressure, side[1].pressure);
+  if (scale == 0) scale = KITH_MIN(side[0].density, side[1].density) * closing * closing;
+  const double least = KITH_MAX(-600.0, log(1e-300 / scale));
+  double lower = -1, upper = 1; /* of ln (p / scale) */
+  while (lower > least && mismatch(side, scale * exp(lower)) >= 0) lower = KITH_MAX(2 * lower, least);
+  while (upper < 600 && mismatch(side, scale * exp(upper)) <= 0) upper *= 2;
+  const bool found = mismatch(side, scale * exp(lower)) < 0;
+  while (found) {
+    const double middle = 0.5 * (lower + upper);
+    if (middle <= lower || middle >= upper) break;
+    *(mismatch(side, scale * exp(middle)) < 0 ? &lower : &upper) = middle;
+  }
+  *pressure = scale * exp(found ? upper : lower);
+  return found;
 }
 
 static void finish_side(struct side *s, double p) {
@@ -187,22 +156,19 @@ static void finish_vacuum(struct riemann *problem, double least) {
     if (side[k].density == 0) side[k].head = side[k].tail = mirror[k] * problem->velocity;
 }
 
-static kith_status solve(struct riemann *problem) {
+static void solve(struct riemann *problem) {
   struct side *side = problem->side;
   double p = 0;
-  bool found = false;
   const bool empty = side[0].density == 0 || side[1].density == 0;
-  if (!empty && rarefaction_tail(&side[0], 0) + rarefaction_tail(&side[1], 0) < 0)
-    KITH_TRY(star_pressure(problem, &p, &found));
-  if (!found) {
+  if (empty || rarefaction_tail(&side[0], 0) + rarefaction_tail(&side[1], 0) >= 0 ||
+      !star_pressure(side, &p)) {
     finish_vacuum(problem, p);
-    return KITH_OK;
+    return;
   }
   const double left = side[0].velocity + jump(&side[0], p), right = side[1].velocity + jump(&side[1], p);
   problem->velocity = (right - left) / 2;
   problem->pressure = p;
   for (int k = 0; k < 2; ++k) finish_side(&side[k], p);
-  return KITH_OK;
 }
 
 static kith_status check(const void *settings) {
@@ -217,19 +183,16 @@ static kith_status check(const void *settings) {
 
 static kith_status riemann_create(void **self, const void *settings) {
   const struct settings *p = settings;
-  gsl_set_error_handler_off();
-  struct riemann problem = {.interface = p->interface_position};
+  KITH_TRY(kith_resize(self, 0, 1, sizeof(struct riemann)));
+  struct riemann *problem = *self;
+  problem->interface = p->interface_position;
   for (int k = 0; k < 2; ++k) {
-    struct side *s = &problem.side[k];
+    struct side *s = &problem->side[k];
     s->gamma = p->gamma[k], s->density = p->density[k], s->pressure = p->pressure[k];
     s->velocity = mirror[k] * p->velocity[k];
     s->sound = s->density > 0 ? sqrt(s->gamma * s->pressure / s->density) : 0;
   }
-  KITH_TRY(solve(&problem));
-  struct riemann *owned = NULL;
-  KITH_TRY(kith_resize(&owned, 0, 1, sizeof *owned));
-  *owned = problem;
-  *self = owned;
+  solve(problem);
   return KITH_OK;
 }
 

@@ -89,8 +89,8 @@ struct sedov {
 };
 
 /* n */
-static double power(const struct sedov *s) {
-  return NDIM + 2 - s->omega;
+static double power(double omega) {
+  return NDIM + 2 - omega;
 }
 
 /* h at ln x = y. From logarithms: near the center g x^2 / w is a number when its parts are not. */
@@ -102,7 +102,8 @@ static double similarity_pressure(double gamma, double y, double v, double ln_w,
 static double rise(const struct sedov *s, double v, double w) {
   const double gamma = s->gamma;
   if (s->kind == SINGULAR) return 0; /* rounding would grow */
-  return v * (power(s) - v * (2 + NDIM * (gamma - 1))) / (gamma * (gamma - 1) * v * v - 2 * (1 - v) * w);
+  return v * (power(s->omega) - v * (2 + NDIM * (gamma - 1))) /
+         (gamma * (gamma - 1) * v * v - 2 * (1 - v) * w);
 }
 
 /* d(energy integral) / d ln x. */
@@ -190,7 +191,7 @@ static kith_status integrate(struct sedov *s, double *energy) {
 
 /* V at the shock against the V that would stay. */
 static enum kind kind_of(double gamma, double omega) {
-  const double n = NDIM + 2 - omega, moving = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1);
+  const double n = power(omega), moving = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1);
   if (fabs(n - moving) < 1e-9 * n) return SINGULAR;
   return n > moving ? STANDARD : VACUUM;
 }
@@ -204,47 +205,37 @@ static kith_status check(const void *settings) {
 
 static kith_status sedov_create(void **self, const void *settings) {
   const struct settings *p = settings;
+  double energy = 0;
   gsl_set_error_handler_off();
-  struct sedov *sedov = NULL;
-  KITH_TRY(kith_resize(&sedov, 0, 1, sizeof *sedov));
+  KITH_TRY(kith_resize(self, 0, 1, sizeof(struct sedov)));
+  struct sedov *sedov = *self;
   sedov->gamma = p->gamma, sedov->density = p->density, sedov->pressure = p->pressure;
   sedov->omega = p->omega, sedov->kind = kind_of(p->gamma, p->omega);
   for (int a = 0; a < NDIM; ++a) sedov->center[a] = p->center[a];
-  double energy = 0;
   const kith_status status = integrate(sedov, &energy);
-  if (status != KITH_OK) {
-    kith_free(&sedov);
-    return status;
-  }
-  const double n = power(sedov), alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
-  sedov->radius1 = pow(p->blast_energy / (alpha * p->density), 1 / n);
-  *self = sedov;
-  return KITH_OK;
+  if (status != KITH_OK) kith_free(self);
+  const double n = power(p->omega), alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
+  if (status == KITH_OK) sedov->radius1 = pow(p->blast_energy / (alpha * p->density), 1 / n);
+  return status;
 }
 
-/* Cubic through the values and slopes at two rows of the table. */
-static double cubic(const struct row *front, const struct row *back, int c, double s, double length) {
-  const double rise = front->value[c] - back->value[c];
-  const double a = back->slope[c] * length - rise, b = rise - front->slope[c] * length;
-  return back->value[c] + s * (rise + (1 - s) * (a * (1 - s) + b * s));
-}
-
-/* Both values where the coordinate is `at`; beyond the end of the table along its tangent. Coordinates
- * descend. */
+/* Both values where the coordinate is `at`, by cubics through values and slopes; beyond the end of the table
+ * along its tangent. Coordinates descend. */
 static void look_up(const struct sedov *sedov, double at, double value[2]) {
   int low = 0, high = sedov->rows; /* row[low].at >= at > row[high].at */
   const struct row *last = &sedov->row[sedov->rows];
-  if (at <= last->at) {
-    for (int c = 0; c < 2; ++c) value[c] = last->value[c] + (at - last->at) * last->slope[c];
-    return;
-  }
-  while (high - low > 1) {
+  while (at > last->at && high - low > 1) {
     const int middle = (low + high) / 2;
     *(sedov->row[middle].at >= at ? &low : &high) = middle;
   }
   const struct row *front = &sedov->row[low], *back = &sedov->row[high];
   const double length = front->at - back->at, s = (at - back->at) / length;
-  for (int c = 0; c < 2; ++c) value[c] = cubic(front, back, c, s, length);
+  for (int c = 0; c < 2; ++c) {
+    const double rise = front->value[c] - back->value[c];
+    const double a = back->slope[c] * length - rise, b = rise - front->slope[c] * length;
+    value[c] = at > last->at ? back->value[c] + s * (rise + (1 - s) * (a * (1 - s) + b * s))
+                             : last->value[c] + (at - last->at) * last->slope[c];
+  }
 }
 
 /* V, ln w and ln g at ln x = y <= 0; false: there is nothing. */
@@ -267,7 +258,7 @@ static bool similarity(const struct sedov *s, double y, double *v, double *ln_w,
 
 static double sedov_shock(const void *self, double time) {
   const struct sedov *sedov = self;
-  return sedov->radius1 * pow(time, 2 / power(sedov));
+  return sedov->radius1 * pow(time, 2 / power(sedov->omega));
 }
 
 static const double *sedov_center(const void *self) {
@@ -276,7 +267,7 @@ static const double *sedov_center(const void *self) {
 
 static void behind(const struct sedov *s, const double *x, double r, double shock, double time,
                    struct kith_exact_state *out) {
-  const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (power(s) * time);
+  const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (power(s->omega) * time);
   const double density = s->density * pow(shock, -s->omega);
   double v, ln_w, ln_g;
   *out = (struct kith_exact_state){0};

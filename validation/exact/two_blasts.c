@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { CELLS = 800, KEPT = 40, FIELDS = 3 };
+enum { CELLS = 800, KEPT = 40 };
 
 struct settings {
   double gamma, end_time;
@@ -30,37 +30,13 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
 
 struct two_blasts {
   double gamma, end;
-  int n;        /* cells */
-  double *face; /* [KEPT + 1][n + 1] */
-  double *cell; /* [KEPT + 1][FIELDS][n]: volume, velocity, pressure */
+  int n;                  /* cells */
+  struct kith_cell *cell; /* [KEPT + 1][n + 1] */
 };
 
 static void blasts_destroy(void **self) {
-  struct two_blasts *b = *self;
-  if (b == NULL) return;
-  kith_free(&b->face);
-  kith_free(&b->cell);
+  if (*self != NULL) kith_free(&((struct two_blasts *)*self)->cell);
   kith_free(self);
-}
-
-static void keep(struct two_blasts *b, int k, const struct kith_lagrange *flow) {
-  const double *const field[FIELDS] = {flow->volume, flow->velocity, flow->pressure};
-  const size_t n = (size_t)b->n;
-  memcpy(b->face + (size_t)k * (n + 1), flow->face, (n + 1) * sizeof(double));
-  for (int q = 0; q < FIELDS; ++q)
-    memcpy(b->cell + ((size_t)k * FIELDS + q) * n, field[q], n * sizeof(double));
-}
-
-static kith_status compute(struct two_blasts *b, struct kith_lagrange *flow) {
-  const size_t n = (size_t)flow->n;
-  b->n = flow->n;
-  KITH_TRY(kith_resize(&b->face, 0, (KEPT + 1) * (n + 1), sizeof(double)));
-  KITH_TRY(kith_resize(&b->cell, 0, (KEPT + 1) * FIELDS * n, sizeof(double)));
-  for (int k = 0; k <= KEPT; ++k) {
-    KITH_TRY(kith_lagrange_run(flow, k < KEPT ? b->end * k / KEPT : b->end));
-    keep(b, k, flow);
-  }
-  return KITH_OK;
 }
 
 static kith_status blasts_create(void **self, const void *settings) {
@@ -68,66 +44,57 @@ static kith_status blasts_create(void **self, const void *settings) {
   static const struct kith_slab slabs[] = {{0, 1, 0, 1000}, {0.1, 1, 0, 0.01}, {0.9, 1, 0, 100}};
   struct two_blasts *b = NULL;
   struct kith_lagrange *flow = NULL;
-  void *made;
-  KITH_TRY(kith_resize(&b, 0, 1, sizeof *b));
-  made = b;
-  b->gamma = p->gamma, b->end = p->end_time;
-  kith_status status = kith_lagrange_create(&flow, b->gamma, 3, slabs, 1, CELLS);
-  if (status == KITH_OK) status = compute(b, flow);
+  KITH_TRY(kith_resize(self, 0, 1, sizeof *b));
+  b = *self;
+  kith_status status = kith_lagrange_create(&flow, p->gamma, 3, slabs, 1, CELLS);
+  if (status == KITH_OK) {
+    *b = (struct two_blasts){.gamma = p->gamma, .end = p->end_time, .n = flow->n};
+    status = kith_resize(&b->cell, 0, (KEPT + 1) * ((size_t)b->n + 1), sizeof *b->cell);
+  }
+  for (int k = 0; status == KITH_OK && k <= KEPT; ++k) {
+    status = kith_lagrange_run(flow, k < KEPT ? b->end * k / KEPT : b->end);
+    memcpy(b->cell + (size_t)k * ((size_t)b->n + 1), flow->cell, ((size_t)b->n + 1) * sizeof *b->cell);
+  }
   kith_lagrange_destroy(&flow);
-  if (status != KITH_OK) blasts_destroy(&made);
-  *self = made;
+  if (status != KITH_OK) blasts_destroy(self);
   return status;
 }
 
-/* Between two of the kept times: `early`, and `part` of the way to the next. */
+/* Cell i, or its lower face, between two of the kept times: `part` of the way from `early` to the next. */
 struct moment {
-  const struct two_blasts *b;
-  int early;
+  const struct kith_cell *early, *late;
   double part;
 };
 
 static double face_at(const struct moment *m, int i) {
-  const double *face = m->b->face + (size_t)m->early * (size_t)(m->b->n + 1) + i;
-  return (1 - m->part) * face[0] + m->part * face[m->b->n + 1];
+  return (1 - m->part) * m->early[i].face + m->part * m->late[i].face;
 }
 
-static double value_at(const struct moment *m, int q, int i) {
-  const size_t n = (size_t)m->b->n;
-  const double *value = m->b->cell + ((size_t)m->early * FIELDS + q) * n + (size_t)i;
-  return (1 - m->part) * value[0] + m->part * value[FIELDS * n];
-}
-
-static struct moment moment_of(const struct two_blasts *b, double time) {
-  const double at = b->end > 0 ? KITH_MIN(time / b->end, 1.0) * KEPT : 0;
-  const int early = KITH_MIN((int)at, KEPT - 1);
-  return (struct moment){b, early, at - early};
-}
-
-/* The cell that holds x; outside of the walls the one beside them. */
-static int cell_of(const struct moment *m, double x) {
-  int low = 0, high = m->b->n;
-  while (high - low > 1) {
-    const int middle = (low + high) / 2;
-    if (face_at(m, middle) <= x)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
+static void values_at(const struct moment *m, int i, double value[3]) {
+  const struct kith_cell *a = &m->early[i], *b = &m->late[i];
+  const double early[] = {a->volume, a->velocity, a->pressure},
+               late[] = {b->volume, b->velocity, b->pressure};
+  for (int q = 0; q < 3; ++q) value[q] = (1 - m->part) * early[q] + m->part * late[q];
 }
 
 static void blasts_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct two_blasts *b = self;
-  const struct moment m = moment_of(b, time);
-  const int i = cell_of(&m, x[0]), l = KITH_MAX(i - 1, 0), r = KITH_MIN(i + 1, b->n - 1);
+  const double at = b->end > 0 ? KITH_MIN(time / b->end, 1.0) * KEPT : 0;
+  const int early = KITH_MIN((int)at, KEPT - 1);
+  const struct kith_cell *cell = b->cell + (size_t)early * ((size_t)b->n + 1);
+  const struct moment m = {cell, cell + b->n + 1, at - early};
+  int i = 0, high = b->n; /* the cell that holds x; outside of the walls the one beside them */
+  while (high - i > 1) {
+    const int middle = (i + high) / 2;
+    *(face_at(&m, middle) <= x[0] ? &i : &high) = middle;
+  }
   const double lower = face_at(&m, i), upper = face_at(&m, i + 1);
   const double s = KITH_MIN(KITH_MAX((x[0] - lower) / (upper - lower), 0.0), 1.0) - 0.5;
-  double value[FIELDS];
-  for (int q = 0; q < FIELDS; ++q) {
-    const double own = value_at(&m, q, i);
-    value[q] = own + s * kith_lagrange_slope(value_at(&m, q, l), own, value_at(&m, q, r));
-  }
+  double left[3], value[3], right[3];
+  values_at(&m, KITH_MAX(i - 1, 0), left);
+  values_at(&m, i, value);
+  values_at(&m, KITH_MIN(i + 1, b->n - 1), right);
+  for (int q = 0; q < 3; ++q) value[q] += s * kith_lagrange_slope(left[q], value[q], right[q]);
   *out = (struct kith_exact_state){.density = 1 / value[0], .velocity = {value[1]}, .pressure = value[2]};
   out->energy = kith_exact_energy(b->gamma, out->density, out->pressure);
 }

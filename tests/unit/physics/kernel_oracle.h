@@ -113,11 +113,11 @@ static inline double oracle_lattice_others(const struct oracle_kernel *k, double
       {{1, 0, 0}}, {{1, 0, 0}, {0.5, sqrt(0.75), 0}}, {{0, 1, 1}, {1, 0, 1}, {1, 1, 0}}};
   const double cell = NDIM == 1 ? 1 : NDIM == 2 ? sqrt(0.75) : 2; /* volume */
   const double scale = pow(cell, -1.0 / NDIM);
-  const int search_radius = (int)ceil(2 * support) + 2;
+  const int cells = (int)ceil(2 * support) + 2;
   double sum = 0;
-  for (int a = -search_radius; a <= search_radius; ++a)
-    for (int b = NDIM > 1 ? -search_radius : 0; b <= (NDIM > 1 ? search_radius : 0); ++b)
-      for (int c = NDIM > 2 ? -search_radius : 0; c <= (NDIM > 2 ? search_radius : 0); ++c) {
+  for (int a = -cells; a <= cells; ++a)
+    for (int b = NDIM > 1 ? -cells : 0; b <= (NDIM > 1 ? cells : 0); ++b)
+      for (int c = NDIM > 2 ? -cells : 0; c <= (NDIM > 2 ? cells : 0); ++c) {
         double r2 = 0;
         for (int x = 0; x < NDIM; ++x) {
           const double y =

@@ -7,7 +7,7 @@
 #include <string.h>
 #include "boundaries/boundary.h"
 #include "tests/unit/physics/kernel_oracle.h"
-#include "physics/mfm/mfm.h"
+#include "physics/mfm/faces.h"
 #include "tests/check.h"
 
 enum side { OPEN, PERIODIC, REFLECTING };
@@ -93,8 +93,8 @@ static inline double cells_volume(const struct cells *c, int node) {
 }
 
 /* Ghosts, search, lists. */
-static inline void cells_connect(struct cells *c, struct kith_requirements need, double search_radius) {
-  for (int i = 0; i < c->n; ++i) c->nodes->search_radius->f64[i] = search_radius * c->nodes->support->f64[i];
+static inline void cells_connect(struct cells *c, struct kith_requirements need, double reach) {
+  for (int i = 0; i < c->n; ++i) c->nodes->search_radius->f64[i] = reach * c->nodes->support->f64[i];
   ++c->nodes->positions;
   CHECK_OK(kith_boundaries_ghosts(&c->boundaries, c->nodes, need.overlap ? 2 : 1, NULL));
   CHECK_OK(kith_search_update(c->search));

@@ -139,8 +139,8 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
         if (more) jerk += f[a] * (p->sign[a] * t->acceleration[j][a] - t->acceleration[i][a]);
       }
       const double cosine = ff * vv > 0 ? fv / sqrt(ff) / sqrt(vv) : 0;
-      const double decomposition = (total + cosine * (t->pressure[j] - t->pressure[i])) / (2 * total);
-      rate += decomposition * work, slope += decomposition * jerk;
+      const double share = (total + cosine * (t->pressure[j] - t->pressure[i])) / (2 * total);
+      rate += share * work, slope += share * jerk;
       if (p->r > 0) signal = fmax(signal, fmax(1, alpha) * sound - beta * mu);
     }
     const double mass = w->hydro.mass->f64[i];

@@ -1,6 +1,6 @@
 /* Package mfm against sums over the faces of each node with every image of every node; what it keeps at
  * rest. */
-#include "physics/mfm/mfm.h"
+#include "physics/mfm/faces.h"
 #include "physics/mfm/riemann.h"
 #include "tests/unit/physics/sph_world.h"
 
@@ -29,7 +29,7 @@ static void mfm_create(struct world *w, const int *cells, enum side side, double
   world_package(w, "mfm", &m, text);
 }
 
-static const struct mfm *mfm_of(const struct world *w) {
+static const struct mfm_faces *faces_of(const struct world *w) {
   return w->package.self;
 }
 
@@ -108,7 +108,7 @@ static double stiffness_of(const struct world *w, int i) {
 
 /* Equations (1) to (3). The faces are the package's: they have a test of their own. */
 static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool slopes) {
-  const struct mfm_faces *f = &mfm_of(w)->faces;
+  const struct mfm_faces *f = faces_of(w);
   const double *v = w->hydro.velocity->f64, *base = w->it.kick.velocity_base->f64, one[3] = {1, 1, 1};
   double force[NDIM] = {0}, rate = 0, slope = 0, signal = m->t.sound[i];
   for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e) {
@@ -198,8 +198,10 @@ static void check_world(const struct form *form, enum side side, const int *cell
   for (int i = 0; i < n && form->compatible; ++i) sum_faces(&w, &m, i, true);
   CHECK_FIELD(w.hydro.density->f64, m.t.density, n, round_off);
   CHECK_FIELD(w.hydro.pressure->f64, m.t.pressure, n, round_off);
-  CHECK_FIELD(mfm_of(&w)->density_slope->f64, &m.density_slope[0][0], n * NDIM, round_off);
-  CHECK_FIELD(mfm_of(&w)->pressure_slope->f64, &m.pressure_slope[0][0], n * NDIM, round_off);
+  CHECK_FIELD(kith_nodes_field_named(w.nodes, "density_slope")->f64, &m.density_slope[0][0], n * NDIM,
+              round_off);
+  CHECK_FIELD(kith_nodes_field_named(w.nodes, "pressure_slope")->f64, &m.pressure_slope[0][0], n * NDIM,
+              round_off);
   CHECK_FIELD(w.hydro.acceleration->f64, &m.t.acceleration[0][0], n * NDIM, round_off);
   CHECK_FIELD(w.hydro.energy_rate->f64, m.t.rate, n, round_off);
   CHECK_FIELD(w.package.signal->f64, m.t.signal, n, round_off);
@@ -248,7 +250,7 @@ static void check_even(enum mfm_faces_form faces, enum side side) {
     make_gas(&w, 2, none);
     for (int i = 0; i < w.nodes->n_internal; ++i) {
       double whole = 0;
-      const struct mfm_faces *f = &mfm_of(&w)->faces;
+      const struct mfm_faces *f = faces_of(&w);
       for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e)
         whole += 2 * kith_norm(f->area + f->graph.pairs.of_row[e] * NDIM);
       const double force = w.hydro.mass->f64[i] * kith_norm(w.hydro.acceleration->f64 + i * NDIM);
@@ -270,7 +272,8 @@ static void check_linear(enum kith_kernel kernel) {
   make_gas(&w, 2, g);
   for (int i = 0; i < w.nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a)
-      CHECK_CLOSE(mfm_of(&w)->pressure_slope->f64[i * NDIM + a], g[a], 1e-12); /* 1e-16 P, condition 60 */
+      CHECK_CLOSE(kith_nodes_field_named(w.nodes, "pressure_slope")->f64[i * NDIM + a], g[a],
+                  1e-12); /* 1e-16 P, condition 60 */
   CHECK(w.package.fallbacks == 0);
   world_destroy(&w);
 }
@@ -287,7 +290,22 @@ static void check_line(void) {
   world_destroy(&w);
 }
 
+/* A gas without the gamma that the Riemann solver needs is refused. */
+static void check_refused(void) {
+  const struct form form = {MFM_FACES_ONE_POINT, false, true, KITH_TRAVERSE_PAIRS, KITH_KERNEL_wendland_c2};
+  struct kith_eos_ops without = kith_eos_ideal;
+  struct world w;
+  without.name = "odd", without.effective_gamma = NULL;
+  mfm_create(&w, boxes[0], PERIODIC, 0.3, &form, 3);
+  kith_package_clear(&w.package);
+  w.hydro.material[1].eos = &without;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_package_init(&w.package));
+  CHECK(strstr(kith_failure(), "equation of state odd") != NULL);
+  world_destroy(&w);
+}
+
 int main(void) {
+  check_refused();
   check_worlds();
   for (int faces = MFM_FACES_ONE_POINT; faces <= MFM_FACES_INTEGRATED; ++faces) {
     check_even((enum mfm_faces_form)faces, PERIODIC);

@@ -17,9 +17,9 @@ static struct kith_lagrange *run(double gamma, int n, const struct kith_slab *sl
 static void contents(const struct kith_lagrange *f, double sum[3]) {
   sum[0] = sum[1] = sum[2] = 0;
   for (int i = 0; i < f->n; ++i) {
-    sum[0] += (f->face[i + 1] - f->face[i]) / f->volume[i];
-    sum[1] += f->mass[i] * f->velocity[i];
-    sum[2] += f->mass[i] * f->energy[i];
+    sum[0] += (f->cell[i + 1].face - f->cell[i].face) / f->cell[i].volume;
+    sum[1] += f->cell[i].mass * f->cell[i].velocity;
+    sum[2] += f->cell[i].mass * f->cell[i].energy;
   }
 }
 
@@ -36,9 +36,9 @@ static double tube_error(const struct kith_slab slab[2], double time, int cells)
   double sum = 0;
   for (int i = 0; i < f->n; ++i) {
     struct kith_exact_state s;
-    const double x[NDIM] = {0.5 * (f->face[i] + f->face[i + 1])};
+    const double x[NDIM] = {0.5 * (f->cell[i].face + f->cell[i + 1].face)};
     kith_exact_riemann.state(exact, x, time, &s);
-    sum += (f->face[i + 1] - f->face[i]) * fabs(1 / f->volume[i] - s.density);
+    sum += (f->cell[i + 1].face - f->cell[i].face) * fabs(1 / f->cell[i].volume - s.density);
   }
   kith_exact_destroy(&kith_exact_riemann, &exact);
   kith_lagrange_destroy(&f);
@@ -62,7 +62,7 @@ static void conservation(void) {
   const struct kith_slab slab[] = {{0, 1, 3, 1000}, {0.3, 4, -2, .01}, {0.7, 0.1, 0, 20}};
   struct kith_lagrange *f = run(5. / 3, 3, slab, 1, 300, 0);
   double before[3], after[3];
-  CHECK(f->n >= 299 && f->n <= 301 && f->face[0] == 0 && f->face[f->n] == 1);
+  CHECK(f->n >= 299 && f->n <= 301 && f->cell[0].face == 0 && f->cell[f->n].face == 1);
   contents(f, before);
   CHECK_CLOSE(before[0], 0.3 + 1.6 + 0.03, 1e-13);
   CHECK_OK(kith_lagrange_run(f, 0.01)); /* long enough for walls to push back */
@@ -70,12 +70,12 @@ static void conservation(void) {
   CHECK_CLOSE(after[0], before[0],
               1e-11); /* volumes of cells are those between their faces: sums of some 1e3 steps */
   CHECK_CLOSE(after[2], before[2], 1e-12 * before[2]);
-  CHECK(f->face[0] == 0 && f->face[f->n] == 1);
+  CHECK(f->cell[0].face == 0 && f->cell[f->n].face == 1);
   kith_lagrange_destroy(&f);
   /* Between equal walls momentum stays, too: gas at rest stays at rest, to the bit. */
   const struct kith_slab still[] = {{0, 2, 0, 3}};
   f = run(1.4, 1, still, 1, 50, 0.5);
-  for (int i = 0; i < f->n; ++i) CHECK(f->velocity[i] == 0 && fabs(f->pressure[i] - 3) < 1e-14);
+  for (int i = 0; i < f->n; ++i) CHECK(f->cell[i].velocity == 0 && fabs(f->cell[i].pressure - 3) < 1e-14);
   kith_lagrange_destroy(&f);
 }
 
@@ -85,13 +85,13 @@ static double wave_error(int cells) {
   struct kith_lagrange *f = run(1.4, 1, still, 1, cells, 0);
   const double a = 1e-6; /* steepening over the period is of order a */
   for (int i = 0; i < f->n; ++i) {
-    f->velocity[i] = a * sin(M_PI * (f->face[i] + f->face[i + 1]) / 2);
-    f->energy[i] += f->velocity[i] * f->velocity[i] / 2;
+    f->cell[i].velocity = a * sin(M_PI * (f->cell[i].face + f->cell[i + 1].face) / 2);
+    f->cell[i].energy += f->cell[i].velocity * f->cell[i].velocity / 2;
   }
   CHECK_OK(kith_lagrange_run(f, 2)); /* length 1, sound 1, half a wave */
   double sum = 0;
   for (int i = 0; i < f->n; ++i)
-    sum += fabs(f->velocity[i] - a * sin(M_PI * (i + 0.5) / cells)) / (a * cells);
+    sum += fabs(f->cell[i].velocity - a * sin(M_PI * (i + 0.5) / cells)) / (a * cells);
   kith_lagrange_destroy(&f);
   return sum;
 }
@@ -106,10 +106,11 @@ static void waves(void) {
 static double peak(const struct kith_lagrange *f, double from, double to, double *place) {
   double most = 0;
   for (int i = 0; i < f->n; ++i) {
-    if (fabs(f->face[i] - 0.7647) < 0.002 || f->face[i] < from || f->face[i] > to || 1 / f->volume[i] < most)
+    if (fabs(f->cell[i].face - 0.7647) < 0.002 || f->cell[i].face < from || f->cell[i].face > to ||
+        1 / f->cell[i].volume < most)
       continue;
-    most = 1 / f->volume[i];
-    *place = f->face[i];
+    most = 1 / f->cell[i].volume;
+    *place = f->cell[i].face;
   }
   return most;
 }
@@ -122,11 +123,11 @@ static void blasts(void) {
       {.65, 5.29, 0, 0}, {.70, 4.18, 4.88, 256}, {.75, 3.2, 0, 0}, {.85, .884, 13.5, 103.9}};
   for (int k = 0; k < 4; ++k) {
     int i = 0;
-    while (f->face[i + 1] < wanted[k][0]) ++i;
-    CHECK_CLOSE(1 / f->volume[i], wanted[k][1],
+    while (f->cell[i + 1].face < wanted[k][0]) ++i;
+    CHECK_CLOSE(1 / f->cell[i].volume, wanted[k][1],
                 (k == 2 ? 0.03 : 0.01) * wanted[k][1]); /* "3.2": two digits */
-    if (wanted[k][2] > 0) CHECK_CLOSE(f->velocity[i], wanted[k][2], 0.01 * wanted[k][2]);
-    if (wanted[k][3] > 0) CHECK_CLOSE(f->pressure[i], wanted[k][3], 0.015 * wanted[k][3]);
+    if (wanted[k][2] > 0) CHECK_CLOSE(f->cell[i].velocity, wanted[k][2], 0.01 * wanted[k][2]);
+    if (wanted[k][3] > 0) CHECK_CLOSE(f->cell[i].pressure, wanted[k][3], 0.015 * wanted[k][3]);
   }
   double x;
   CHECK_CLOSE(peak(f, .6, .7, &x), 5.37,
