@@ -103,7 +103,7 @@ static void check_kept(const struct variant *v, enum side side) {
   for (int k = 0; v->method.compatible && k < 3; ++k) {
     kith_kick_energy(&w.it, parts[k]);
     kith_kick_velocity(&w.it, parts[k]);
-    CHECK_CLOSE(mechanical_energy(&w) / before, 1, 1e-13);
+    CHECK_CLOSE(mechanical_energy(&w) / before, 1, 1e-14);
   }
   world_destroy(&w);
 }
