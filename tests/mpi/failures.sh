@@ -69,15 +69,16 @@ wait_for_steps() {
   while kill -0 $job 2>/dev/null && [[ $(step_of run) -le $((now + 2)) ]]; do sleep 0.02; done
   kill -0 $job 2>/dev/null || wrong "the run ended by itself: $(<stderr)"
 }
-# Stops rank 0, which writes the history, between two outputs, which are 20 steps apart: a limit that is set then
-# meets the next output as a whole.
+# Stops rank 0, which writes the history, between two outputs, which are 20 steps apart: a limit that is set
+# then meets the next output as a whole.
 hold_between_outputs() {
-  local step
-  while kill -STOP "$(<pid.0)" 2>/dev/null; do
-    while is_there "$(<pid.0)" && ! grep -q '^State:[[:space:]]*T' "/proc/$(<pid.0)/status"; do sleep 0.01; done
+  local step process
+  process=$(<pid.0)
+  while kill -STOP "$process" 2>/dev/null; do
+    while is_there "$process" && ! grep -q '^State:[[:space:]]*T' "/proc/$process/status"; do sleep 0.01; done
     step=$(step_of run)
     ((step % 20 > 2 && step % 20 < 18)) && return
-    kill -CONT "$(<pid.0)"
+    kill -CONT "$process"
     sleep 0.01
   done
   wrong "the run ended by itself: $(<stderr)"
