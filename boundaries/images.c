@@ -25,6 +25,7 @@ struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node[2];  /* [n] */
   kith_index *count[2]; /* [chunks] */
+  kith_index *first;    /* of chunks among those of one list, [chunks + 1] */
 };
 
 static kith_status hits_create(struct hits *hits, kith_index n) {
@@ -34,11 +35,12 @@ static kith_status hits_create(struct hits *hits, kith_index n) {
     KITH_TRY(kith_resize(&hits->node[side], 0, (size_t)n, sizeof **hits->node));
     KITH_TRY(kith_resize(&hits->count[side], 0, (size_t)hits->chunks, sizeof **hits->count));
   }
-  return KITH_OK;
+  return kith_resize(&hits->first, 0, (size_t)hits->chunks + 1, sizeof *hits->first);
 }
 
 static void hits_clear(struct hits *hits) {
   for (int side = 0; side < 2; ++side) kith_free(&hits->node[side]), kith_free(&hits->count[side]);
+  kith_free(&hits->first);
 }
 
 /* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
@@ -145,21 +147,26 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
   }
 }
 
-/* The hits of one list, ascending. *control is owned by the caller. */
+/* The hits of one list, ascending: counted by chunk, then filled. *control is owned by the caller. */
 static kith_status hits_of_list(const struct hits *hits, int side, const uint8_t *list_of, int list,
                                 kith_index **control, kith_index *total) {
-  *total = 0;
+  kith_index *first = hits->first;
   for (int fill = 0; fill < 2; ++fill) {
-    kith_index n = 0;
-    for (kith_index c = 0; c < hits->chunks; ++c)
-      for (const kith_index *hit = hits->node[side] + c * CHUNK, *end = hit + hits->count[side][c]; hit < end;
-           ++hit) {
+#pragma omp parallel for schedule(static) if (hits->chunks > 1)
+    for (kith_index c = 0; c < hits->chunks; ++c) {
+      const kith_index *hit = hits->node[side] + (size_t)c * CHUNK, *end = hit + hits->count[side][c];
+      kith_index n = fill ? first[c] : 0;
+      for (; hit < end; ++hit) {
         if (list_of[*hit] != list) continue;
         if (fill) (*control)[n] = *hit;
         ++n;
       }
-    *total = n;
-    if (!fill) KITH_TRY(kith_resize(control, 0, (size_t)n, sizeof **control));
+      if (!fill) first[c + 1] = n;
+    }
+    if (fill) break;
+    for (kith_index c = 0; c < hits->chunks; ++c) first[c + 1] += first[c];
+    *total = first[hits->chunks];
+    KITH_TRY(kith_resize(control, 0, (size_t)*total, sizeof **control));
   }
   return KITH_OK;
 }
