@@ -41,6 +41,11 @@ struct kith_boundary_ops {
    * away; the others are put back. The shift of a wrap is added to `moved_by` (NDIM per node, may be NULL),
    * so that displacements can be corrected for it. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
+  /* For members whose ghosts are images across their faces (images.h): image n = -1, 1, -2, 2, ... is
+   * x -> sign * x + shift, false: there is none; put_back moves internal node i, which is outside. */
+  bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
+  void (*put_back)(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
+                   double *moved_by);
   void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
   /* Moves its faces to their positions at this time; existing ghosts do not follow. NULL: faces are fixed. */
   void (*move)(struct kith_boundary *boundary, double time);

@@ -58,6 +58,9 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
   for (int f = 0; f < held->n_fields; ++f) { /* fields registered later: zero */
     const struct kith_field *from = held->fields[f];
     const size_t size = kith_field_node_size(from);
+    if (strcmp(from->spec.name, nodes->fields[f]->spec.name) != 0)
+      KITH_FAIL(INTERNAL, "a constant boundary holds '%s', the nodes '%s'", from->spec.name,
+                nodes->fields[f]->spec.name);
     memcpy((char *)nodes->fields[f]->data + (size_t)first * size,
            (const char *)from->data + (size_t)begin * size, (size_t)count * size);
   }

@@ -11,7 +11,6 @@ enum { WANTED, OUT };
 /* The nodes along the axis of one boundary. Sides: 0 lower, 1 upper. */
 struct line {
   const struct kith_boundary *boundary;
-  bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
   double factor;        /* f */
   double x_min, x_max;  /* of all present nodes */
   double search_radius; /* max f R of all present nodes */
@@ -88,7 +87,7 @@ static double depth_of(const struct line *line, int n, double ghost) {
 /* May any node need image n? Compares the smallest depth of its ghosts with the largest limit. */
 static bool is_needed(const struct line *line, int n) {
   double sign, shift;
-  if (!line->image_of(line->boundary, n, &sign, &shift)) return false;
+  if (!line->boundary->ops->image_of(line->boundary, n, &sign, &shift)) return false;
   const double depth =
       KITH_MIN(depth_of(line, n, sign * line->x_min + shift), depth_of(line, n, sign * line->x_max + shift));
   const int side = n > 0;
@@ -111,7 +110,7 @@ static struct test test_of(const struct line *line, int n) {
   const int side = n > 0;
   double sign, shift;
   if (!is_needed(line, n)) return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
-  (void)line->image_of(line->boundary, n, &sign, &shift);
+  (void)line->boundary->ops->image_of(line->boundary, n, &sign, &shift);
   const double face = side ? line->boundary->upper : line->boundary->lower;
   return (struct test){.sign = side ? sign : -sign,
                        .shift = side ? shift - face : face - shift,
@@ -182,7 +181,7 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   const int axis = line->boundary->axis;
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = line->boundary->index};
   for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = 0;
-  (void)line->image_of(line->boundary, n, &block.image.sign[axis], &block.image.shift[axis]);
+  (void)line->boundary->ops->image_of(line->boundary, n, &block.image.sign[axis], &block.image.shift[axis]);
   if (block.image.sign[axis] < 0)
     block.image.velocity[axis] =
         2 * kith_boundary_face_velocity(line->boundary->ops, line->boundary->settings);
@@ -208,12 +207,10 @@ static kith_status add_images(const struct line *line, struct kith_nodes *nodes,
   return KITH_OK;
 }
 
-kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith_nodes *nodes,
-                               double radius_factor,
-                               bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign,
-                                                double *shift)) {
+kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
+                               double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
-  struct line line = {.boundary = boundary, .image_of = image_of, .factor = radius_factor};
+  struct line line = {.boundary = boundary, .factor = radius_factor};
   if (!measure_line(&line, nodes))
     KITH_FAIL(DIVERGED, "the position or search radius of a node is not finite (axis %d)", boundary->axis);
   if (kith_nodes_count(nodes) == 0) return KITH_OK;
@@ -248,8 +245,7 @@ bool kith_images_violated(const struct kith_boundary *boundary, const struct kit
   return any;
 }
 
-kith_status kith_images_enforce(const struct kith_boundary *boundary, struct kith_nodes *nodes,
-                                kith_put_back *put_back, double *moved_by) {
+kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
   const double *x = nodes->position->f64 + boundary->axis;
   const double far = KITH_MOST_IMAGES * fabs(boundary->upper - boundary->lower);
   double low, high;
@@ -267,7 +263,7 @@ kith_status kith_images_enforce(const struct kith_boundary *boundary, struct kit
       lost = KITH_MIN(lost, i);
       continue;
     }
-    put_back(boundary, nodes, i, moved_by);
+    boundary->ops->put_back(boundary, nodes, i, moved_by);
     any = true;
   }
   if (any) ++nodes->positions;

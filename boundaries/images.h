@@ -1,6 +1,5 @@
 /* images.h - ghosts across one axis: what periodic and reflecting boundaries share. Internal to this room.
  *
- * `image_of` gives image n = -1, 1, -2, 2, ... of a boundary (x -> sign * x + shift); false: there is none.
  * Images n > 0 lie beyond the upper face, n < 0 beyond the lower one, two images farther is 2 L farther.
  *
  * Nodes may have left the box; their depth is negative, and the first condition of boundary.h becomes
@@ -18,17 +17,14 @@
 
 enum { KITH_MOST_IMAGES = 1000 };
 
-kith_status kith_images_ghosts(const struct kith_boundary *boundary, struct kith_nodes *nodes,
-                               double radius_factor,
-                               bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign,
-                                                double *shift));
-
-/* `violated` and `enforce` of boundary.h for members with faces. put_back moves internal node i, which
- * is outside. DIVERGED also if the faces leave no room for nodes. */
-typedef void kith_put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
-                           double *moved_by);
+/* `ghosts`, `violated` and `enforce` of boundary.h by `image_of` and `put_back`. DIVERGED also if the faces
+ * leave no room for nodes. */
+kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
+                               double radius_factor);
 bool kith_images_violated(const struct kith_boundary *boundary, const struct kith_nodes *nodes);
-kith_status kith_images_enforce(const struct kith_boundary *boundary, struct kith_nodes *nodes,
-                                kith_put_back *put_back, double *moved_by);
+kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
+#define KITH_IMAGES                                                                               \
+  .ghosts = kith_images_ghosts, .violated = kith_images_violated, .enforce = kith_images_enforce, \
+  .image_of = image_of, .put_back = put_back
 
 #endif

@@ -10,10 +10,6 @@ static bool image_of(const struct kith_boundary *boundary, int n, double *sign, 
   return true;
 }
 
-static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
-  return kith_images_ghosts(boundary, nodes, radius_factor, image_of);
-}
-
 /* x minus whole lengths, in [lower, upper). A value that rounds to the upper face is put on the lower one,
  * which is the same point. */
 static double wrapped(double x, double lower, double upper) {
@@ -23,24 +19,18 @@ static double wrapped(double x, double lower, double upper) {
   return y >= lower && y < upper ? y : lower;
 }
 
-static void wrap(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
-                 double *moved_by) {
+static void put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
+                     double *moved_by) {
   const size_t k = (size_t)i * NDIM + (size_t)boundary->axis;
   const double old = nodes->position->f64[k], now = wrapped(old, boundary->lower, boundary->upper);
   nodes->position->f64[k] = now;
   if (moved_by != NULL) moved_by[k] += now - old;
 }
 
-static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
-  return kith_images_enforce(boundary, nodes, wrap, moved_by);
-}
-
 const struct kith_boundary_ops kith_boundary_periodic = {
     .name = "periodic",
     .doc = "what leaves on one side returns on the other",
-    .ghosts = ghosts,
-    .violated = kith_images_violated,
-    .enforce = enforce,
+    KITH_IMAGES,
     .has_faces = true,
     .wraps = true,
 };

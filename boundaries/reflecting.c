@@ -12,14 +12,10 @@ static bool image_of(const struct kith_boundary *boundary, int n, double *sign, 
   return true;
 }
 
-static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
-  return kith_images_ghosts(boundary, nodes, radius_factor, image_of);
-}
-
 /* The reflections that bring the node between the faces, as one map of all its fields, also of positions and
  * velocities that schemes keep from the start of a step. */
-static void fold(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
-                 double *moved_by) {
+static void put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
+                     double *moved_by) {
   (void)moved_by; /* a mirrored node has moved with the flow */
   const int axis = boundary->axis;
   struct kith_image image = {.velocity = {0}};
@@ -37,16 +33,10 @@ static void fold(const struct kith_boundary *boundary, struct kith_nodes *nodes,
   kith_nodes_map(nodes, i, &image);
 }
 
-static kith_status enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
-  return kith_images_enforce(boundary, nodes, fold, moved_by);
-}
-
 const struct kith_boundary_ops kith_boundary_reflecting = {
     .name = "reflecting",
     .doc = "a mirror: no flow through the face",
-    .ghosts = ghosts,
-    .violated = kith_images_violated,
-    .enforce = enforce,
+    KITH_IMAGES,
     .has_faces = true,
     .mirrors = true,
     .keeps_lists = true,
@@ -75,9 +65,7 @@ const struct kith_boundary_ops kith_boundary_piston = {
         "a mirror that moves with a constant velocity: {kind: piston, velocity: u} on one side, open on the "
         "other",
     KITH_SETTINGS(piston_params, piston),
-    .ghosts = ghosts,
-    .violated = kith_images_violated,
-    .enforce = enforce,
+    KITH_IMAGES,
     .move = move,
     .face_velocity = face_velocity,
     .has_faces = true,

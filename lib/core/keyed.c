@@ -98,18 +98,6 @@ static inline bool before(struct kith_keyed a, struct kith_keyed b) {
   return a.key < b.key || (a.key == b.key && a.node < b.node);
 }
 
-kith_index kith_keyed_place(const struct kith_keyed *item, kith_index n, uint64_t key) {
-  kith_index first = 0;
-  while (n > 0) {
-    const kith_index half = n / 2;
-    if (item[first + half].key < key)
-      first += half + 1, n -= half + 1;
-    else
-      n = half;
-  }
-  return first;
-}
-
 void kith_keyed_merge(struct kith_keyed *item, kith_index n, const struct kith_keyed *in, kith_index k,
                       struct kith_keyed *scratch) {
   const struct kith_keyed *const end = in + k;

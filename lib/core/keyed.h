@@ -18,10 +18,6 @@ kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t
 /* Sorts item[n]; scratch[n] is overwritten. The same result for any number of threads. O(n). */
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n);
 
-/* The number of items before the first one whose key is at least `key`, in item[n] sorted by key. O(log
- * n). */
-kith_index kith_keyed_place(const struct kith_keyed *item, kith_index n, uint64_t key);
-
 /* Merges in[k] into item[n], both sorted by key, then node, and drops the items whose node is -1; item needs
  * room for what is left, scratch for the same. O(n + k). */
 void kith_keyed_merge(struct kith_keyed *item, kith_index n, const struct kith_keyed *in, kith_index k,

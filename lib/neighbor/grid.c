@@ -11,9 +11,7 @@
  *
  * update            O(n): keys, sort, tables
  * append            merges the sorted new nodes in: O(n), about a third of an update
- * update_selected   O(selected) if no node left its cell; else the slots between the first and the last
- *                   change are merged, and the tables made again: about a third of an update, less if motion
- *                   is local
+ * update_selected   O(selected) if no node left its cell; else as append
  * coarse            O(rows within range), at most O(rows of a level) for each level */
 #include <string.h>
 
@@ -145,19 +143,16 @@ static void choose_frame(struct kith_search *search) {
 
 /* Tables. */
 
-/* Lists the cells from the n_cells-th one on, which begins at slot `begin`. */
-static kith_status list_cells(const struct kith_search *search, kith_index begin) {
+static kith_status list_cells(const struct kith_search *search) {
   struct grid *grid = search->self;
   const struct kith_keyed *item = grid->item[0];
-  kith_index cells = grid->n_cells;
+  kith_index cells = 0, c = 0;
 #pragma omp parallel for schedule(static) reduction(+ : cells)
-  for (kith_index s = begin; s < search->n; ++s) cells += s == begin || item[s].key != item[s - 1].key;
-  KITH_TRY(kith_grow(&grid->cell, &grid->cells_capacity, (size_t)grid->n_cells, (size_t)cells + 1,
-                     sizeof *grid->cell));
-  kith_index c = grid->n_cells;
-  for (kith_index s = begin; s < search->n; ++s) {
+  for (kith_index s = 0; s < search->n; ++s) cells += s == 0 || item[s].key != item[s - 1].key;
+  KITH_TRY(kith_reserve(&grid->cell, &grid->cells_capacity, (size_t)cells + 1, sizeof *grid->cell));
+  for (kith_index s = 0; s < search->n; ++s) {
     const double radius2 = search->radius2[s];
-    if (s == begin || item[s].key != item[s - 1].key)
+    if (s == 0 || item[s].key != item[s - 1].key)
       grid->cell[c++] = (struct cell){(int32_t)(item[s].key & GRID_TOP), s, radius2};
     else
       grid->cell[c - 1].radius2 = KITH_MAX(grid->cell[c - 1].radius2, radius2);
@@ -171,19 +166,15 @@ static inline uint64_t row_key(const struct grid *grid, kith_index cell) {
   return grid->item[0][grid->cell[cell].slot].key >> GRID_COORDINATE_BITS;
 }
 
-/* Lists the rows from the n_rows-th one on, which begins at cell `begin`. */
-static kith_status list_rows(struct grid *grid, kith_index begin) {
-  kith_index rows = grid->n_rows;
-  for (kith_index c = begin; c < grid->n_cells; ++c)
-    rows += c == begin || row_key(grid, c) != row_key(grid, c - 1);
-  KITH_TRY(
-      kith_grow(&grid->row, &grid->rows_capacity, (size_t)grid->n_rows, (size_t)rows + 1, sizeof *grid->row));
-  for (kith_index c = begin; c < grid->n_cells; ++c) {
-    const uint64_t key = row_key(grid, c);
-    if (c == begin || key != grid->row[grid->n_rows - 1].key)
-      grid->row[grid->n_rows++] = (struct row){key, c};
-  }
-  grid->row[grid->n_rows] = (struct row){0, grid->n_cells};
+static kith_status list_rows(struct grid *grid) {
+  kith_index rows = 0;
+  for (kith_index c = 0; c < grid->n_cells; ++c) rows += c == 0 || row_key(grid, c) != row_key(grid, c - 1);
+  KITH_TRY(kith_reserve(&grid->row, &grid->rows_capacity, (size_t)rows + 1, sizeof *grid->row));
+  grid->n_rows = 0;
+  for (kith_index c = 0; c < grid->n_cells; ++c)
+    if (c == 0 || row_key(grid, c) != row_key(grid, c - 1))
+      grid->row[grid->n_rows++] = (struct row){row_key(grid, c), c};
+  grid->row[rows] = (struct row){0, grid->n_cells};
   return KITH_OK;
 }
 
@@ -247,46 +238,29 @@ static kith_index cell_of_slot(const struct grid *grid, kith_index slot) {
   return first;
 }
 
-/* Makes the tables of all slots from item[0] and the packed radii. The slots before `begin` have not changed
- * since the tables were made last: their entries are kept, but for the row that may go on. O(slots from
- * that row on). */
-static kith_status make_tables(struct kith_search *search, kith_index begin) {
-  struct grid *grid = search->self;
-  kith_index cell = 0, slot = 0;
-  if (begin > 0) {
-    cell = cell_of_slot(grid, begin - 1);
-    while (grid->row[grid->n_rows - 1].cell > cell) --grid->n_rows;
-    cell = grid->row[--grid->n_rows].cell;
-    slot = grid->cell[cell].slot;
-    while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= slot) --search->n_groups;
-  } else {
-    grid->n_rows = search->n_groups = 0;
-  }
-  grid->n_cells = cell;
-  const kith_index row = grid->n_rows;
-  KITH_TRY(list_cells(search, slot));
-  KITH_TRY(list_rows(grid, cell));
-  KITH_TRY(hash_rows(grid));
-  list_layers(grid);
-  for (kith_index r = row; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
-  return KITH_OK;
-}
-
 /* Slots. */
 
 static kith_status grow_items(struct grid *grid, kith_index old_n, kith_index n) {
   KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, (size_t)old_n, (size_t)n));
-  return kith_grow(&grid->slot_of, &grid->slots_capacity, (size_t)old_n, (size_t)n, sizeof *grid->slot_of);
+  return kith_reserve(&grid->slot_of, &grid->slots_capacity, (size_t)n, sizeof *grid->slot_of);
 }
 
-static void fill_slots(struct kith_search *search, kith_index begin, kith_index end) {
+/* Fills the slots, and makes the tables of them, from the sorted items. */
+static kith_status fill_slots(struct kith_search *search) {
   struct grid *grid = search->self;
-#pragma omp parallel for schedule(static) if (end - begin > 10000)
-  for (kith_index s = begin; s < end; ++s) {
+#pragma omp parallel for schedule(static)
+  for (kith_index s = 0; s < search->n; ++s) {
     search->node[s] = grid->item[0][s].node;
     grid->slot_of[search->node[s]] = s;
   }
-  kith_search_pack(search, begin, end - begin);
+  kith_search_pack(search, 0, search->n);
+  search->n_groups = 0;
+  KITH_TRY(list_cells(search));
+  KITH_TRY(list_rows(grid));
+  KITH_TRY(hash_rows(grid));
+  list_layers(grid);
+  for (kith_index r = 0; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
+  return KITH_OK;
 }
 
 static void find_items(const struct kith_search *search, kith_index first, kith_index n,
@@ -301,8 +275,7 @@ static kith_status grid_update(struct kith_search *search) {
   choose_frame(search);
   find_items(search, 0, search->n, grid->item[0]);
   KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], (size_t)search->n));
-  fill_slots(search, 0, search->n);
-  return make_tables(search, 0);
+  return fill_slots(search);
 }
 
 static kith_status grid_append(struct kith_search *search, kith_index old_n) {
@@ -312,16 +285,13 @@ static kith_status grid_append(struct kith_search *search, kith_index old_n) {
   KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)more));
   find_items(search, old_n, more, grid->entering[0]);
   KITH_TRY(kith_keyed_sort(grid->entering[0], grid->entering[1], (size_t)more));
-  const kith_index begin = kith_keyed_place(grid->item[0], old_n, grid->entering[0][0].key);
-  kith_keyed_merge(grid->item[0] + begin, old_n - begin, grid->entering[0], more, grid->item[1] + begin);
-  fill_slots(search, begin, search->n);
-  return make_tables(search, begin);
+  kith_keyed_merge(grid->item[0], old_n, grid->entering[0], more, grid->item[1]);
+  return fill_slots(search);
 }
 
-/* Refreshes the slots of nodes that stay in their cells and collects the others. Returns the number of these;
- * extends begin .. end to the slots they leave. */
-static kith_index collect_leaving(struct kith_search *search, const kith_index *nodes, kith_index count,
-                                  kith_index *begin, kith_index *end) {
+/* Refreshes the slots of nodes that stay in their cells and collects the others, as items with the node for a
+ * key. Returns the number of these. */
+static kith_index collect_leaving(struct kith_search *search, const kith_index *nodes, kith_index count) {
   struct grid *grid = search->self;
   kith_index leaving = 0;
   for (kith_index k = 0; k < count; ++k) {
@@ -339,35 +309,24 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
     }
     grid->entering[0][leaving++] = (struct kith_keyed){(uint64_t)nodes[k], nodes[k]};
     item->node = -1;
-    *begin = KITH_MIN(*begin, s), *end = KITH_MAX(*end, s + 1);
   }
   return leaving;
-}
-
-/* Sorts the nodes that leave by key, equal keys by index. */
-static kith_status sort_entering(struct kith_search *search, kith_index n) {
-  struct grid *grid = search->self;
-  struct kith_keyed *item = grid->entering[0];
-  KITH_TRY(kith_keyed_sort(item, grid->entering[1], (size_t)n));
-#pragma omp parallel for schedule(static) if (n > 10000)
-  for (kith_index k = 0; k < n; ++k) item[k].key = key_of(search, item[k].node);
-  return kith_keyed_sort(item, grid->entering[1], (size_t)n);
 }
 
 static kith_status grid_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
   struct grid *grid = search->self;
   KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)count));
-  kith_index begin = search->n, end = 0;
-  const kith_index leaving = collect_leaving(search, nodes, count, &begin, &end);
+  struct kith_keyed *item = grid->entering[0], *scratch = grid->entering[1];
+  const kith_index leaving = collect_leaving(search, nodes, count);
   if (leaving == 0) return KITH_OK;
   if (leaving > search->n / 4) return grid_update(search);
-  KITH_TRY(sort_entering(search, leaving));
-  begin = KITH_MIN(begin, kith_keyed_place(grid->item[0], search->n, grid->entering[0][0].key));
-  end = KITH_MAX(end, kith_keyed_place(grid->item[0], search->n, grid->entering[0][leaving - 1].key + 1));
-  kith_keyed_merge(grid->item[0] + begin, end - begin, grid->entering[0], leaving, grid->item[1] + begin);
-  fill_slots(search, begin, end);
-  return make_tables(search, begin);
+  /* By key, equal keys by node. */
+  KITH_TRY(kith_keyed_sort(item, scratch, (size_t)leaving));
+  for (kith_index k = 0; k < leaving; ++k) item[k].key = key_of(search, item[k].node);
+  KITH_TRY(kith_keyed_sort(item, scratch, (size_t)leaving));
+  kith_keyed_merge(grid->item[0], search->n, item, leaving, grid->item[1]);
+  return fill_slots(search);
 }
 
 /* Queries. */
