@@ -62,31 +62,41 @@ kith_status kith_step_traffic(struct kith_simulation *m, double lists, struct ki
 
 /* ---- the model ---- */
 
-struct kith_scaling_model {
+/* What a rank would have. */
+struct load {
+  double made, kept;
+  double sent, sent_kept;          /* nodes, each as often as it goes */
+  double to, from, to_kept, peers; /* ranks */
+  double messages, bytes;          /* of a step */
+};
+
+/* Of a node or image. */
+struct mark {
+  int32_t rank;    /* -1: of a frozen one, which all have */
+  int32_t visited; /* 1 + the last rank that met it */
+  bool periodic;   /* an image across periodic faces */
+};
+
+enum { MADE = 1, KEPT = 2 }; /* of a pair of ranks */
+
+struct model {
   const struct kith_simulation *simulation;
+  int n_ranks;
   struct kith_cells cells;
   int64_t *home;                   /* [n_internal] the cell of each node */
   struct kith_cell_bounds *bounds; /* [cells.n] */
   double *work;                    /* [cells.n] */
   double search_radius;            /* the largest of all */
   double factor;                   /* f of cell_bounds.h */
-  double occupied;                 /* cells that have nodes */
-  double test;                     /* seconds to test whether a node is near a cell */
-  int n_ranks;
+  const int32_t *owner;            /* [cells.n] the map */
+  struct mark *mark;               /* of all nodes */
+  struct load *load;               /* of the ranks */
+  uint8_t *meets;                  /* [from][to] MADE, KEPT */
+  uint64_t *rank;                  /* [n_internal] of the nodes, and their order by it */
+  kith_index *order;
 };
 
-int64_t kith_scaling_model_cells(const struct kith_scaling_model *o) {
-  return o->cells.n;
-}
-
-/* What a rank would have. */
-struct load {
-  double made, kept;
-  double sent, sent_kept;          /* nodes, each as often as it goes */
-  double to, from, to_kept, peers; /* ranks */
-};
-
-static kith_status fill_cells(struct kith_scaling_model *o) {
+static kith_status fill_cells(struct model *o) {
   const struct kith_nodes *nodes = o->simulation->nodes;
   const size_t *first = o->simulation->connectivity->rows.first;
   KITH_TRY(kith_resize(&o->home, 0, (size_t)nodes->n_internal, sizeof *o->home));
@@ -99,49 +109,18 @@ static kith_status fill_cells(struct kith_scaling_model *o) {
   return kith_cell_bounds_of_nodes(nodes, o->home, (size_t)o->cells.n, &o->bounds);
 }
 
-static void time_tests(struct kith_scaling_model *o) {
+/* Seconds to send, and to test a node against, the bounds of all cells that have nodes. */
+static double seconds_of_bounds(const struct model *o, const struct kith_network *network) {
   const double start = kith_seconds();
+  double occupied = 0;
   volatile bool near = false; /* so that the tests are made */
   for (int64_t c = 0; c < o->cells.n; ++c) {
-    o->occupied += o->bounds[c].search_radius >= 0;
+    occupied += o->bounds[c].search_radius >= 0;
     near = kith_cell_bounds_near(&o->bounds[c], o->cells.lower, 0, o->factor);
   }
   (void)near;
-  o->test = (kith_seconds() - start) / (double)o->cells.n;
-}
-
-static kith_status look(struct kith_scaling_model *o, int n_ranks) {
-  const struct kith_simulation *m = o->simulation;
-  bool periodic[NDIM];
-  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
-  KITH_TRY(kith_decomposition_cells(&o->cells, m->nodes, &m->scene->domain, periodic,
-                                    (int64_t)m->scene->partition.cells * n_ranks));
-  o->n_ranks = n_ranks;
-  o->factor = m->connectivity->built.overlap ? 2 : 1;
-  KITH_TRY(fill_cells(o));
-  time_tests(o);
-  return KITH_OK;
-}
-
-kith_status kith_scaling_model_create(struct kith_scaling_model **out,
-                                      const struct kith_simulation *simulation, int n_ranks) {
-  *out = NULL;
-  if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
-  if (simulation->scene->partition.recompute)
-    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
-  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
-  (*out)->simulation = simulation;
-  const kith_status status = look(*out, n_ranks);
-  if (status != KITH_OK) kith_scaling_model_destroy(out);
-  return status;
-}
-
-void kith_scaling_model_destroy(struct kith_scaling_model **o) {
-  if (*o == NULL) return;
-  kith_free(&(*o)->home);
-  kith_free(&(*o)->bounds);
-  kith_free(&(*o)->work);
-  kith_free(o);
+  const double test = (kith_seconds() - start) / (double)o->cells.n;
+  return occupied * (sizeof(struct kith_cell_bounds) / network->bandwidth + test);
 }
 
 /* ---- who is sent where ---- */
@@ -165,7 +144,7 @@ static void aim(struct targets *t, int32_t rank, const int *shift) {
 }
 
 /* Is the image of x that is displaced by -shift lengths, so that it stands where cell c sees it, near c? */
-static bool is_near(const struct kith_scaling_model *o, const double *x, double search_radius, int64_t c,
+static bool is_near(const struct model *o, const double *x, double search_radius, int64_t c,
                     const int *shift) {
   double y[NDIM];
   for (int a = 0; a < NDIM; ++a) y[a] = x[a] - shift[a] * (o->cells.upper[a] - o->cells.lower[a]);
@@ -174,8 +153,8 @@ static bool is_near(const struct kith_scaling_model *o, const double *x, double 
 
 /* The ranks that node x is sent to: all cells around it are tested, also images of cells across periodic
  * faces. */
-static void find_targets(const struct kith_scaling_model *o, const int32_t *owner, const double *x,
-                         double search_radius, int32_t own, struct targets *t) {
+static void find_targets(const struct model *o, const double *x, double search_radius, int32_t own,
+                         struct targets *t) {
   const struct kith_cells *g = &o->cells;
   int64_t low[NDIM], high[NDIM], k[NDIM];
   t->n = 0, t->full = false;
@@ -196,7 +175,7 @@ static void find_targets(const struct kith_scaling_model *o, const int32_t *owne
       inside[a] = k[a] - shift[a] * g->count[a];
     }
     const int64_t c = kith_grid_number(g->count, inside);
-    if (owner[c] != own && is_near(o, x, search_radius, c, shift)) aim(t, owner[c], shift);
+    if (o->owner[c] != own && is_near(o, x, search_radius, c, shift)) aim(t, o->owner[c], shift);
     more = false;
     for (int a = 0; a < NDIM && !more; ++a) {
       more = k[a] < high[a];
@@ -205,18 +184,10 @@ static void find_targets(const struct kith_scaling_model *o, const int32_t *owne
   }
 }
 
-enum { MADE = 1, KEPT = 2 }; /* of a pair of ranks */
-
-/* Of a node or image. */
-struct mark {
-  int32_t rank;    /* -1: of a frozen one, which all have */
-  int32_t visited; /* 1 + the last rank that met it */
-  bool periodic;   /* an image across periodic faces */
-};
-
-static void mark_nodes(const struct kith_scaling_model *o, const int32_t *owner, struct mark *mark) {
+static void mark_nodes(struct model *o) {
   const struct kith_nodes *nodes = o->simulation->nodes;
-  for (kith_index i = 0; i < nodes->n_internal; ++i) mark[i].rank = owner[o->home[i]];
+  struct mark *mark = o->mark;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) mark[i].rank = o->owner[o->home[i]];
   for (int b = 0; b < nodes->n_blocks; ++b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
     const bool wraps = o->simulation->boundaries.boundary[block->boundary]->ops->wraps;
@@ -228,148 +199,127 @@ static void mark_nodes(const struct kith_scaling_model *o, const int32_t *owner,
   }
 }
 
+static uint8_t *meeting(struct model *o, int32_t from, int32_t to) {
+  return &o->meets[(size_t)from * (size_t)o->n_ranks + (size_t)to];
+}
+
 /* Periodic images are found from their nodes, as many as there are; mirror images are those in the lists. */
-static kith_status count_made(const struct kith_scaling_model *o, const int32_t *owner,
-                              const struct mark *mark, struct load *load, uint8_t *meets) {
+static kith_status count_made(struct model *o) {
   const struct kith_nodes *nodes = o->simulation->nodes;
   for (kith_index i = 0; i < kith_nodes_count(nodes); ++i) {
     struct targets t;
-    const int32_t rank = mark[i].rank;
-    if (rank < 0 || mark[i].periodic) continue;
-    find_targets(o, owner, nodes->position->f64 + (size_t)i * NDIM, nodes->search_radius->f64[i], rank, &t);
+    const int32_t rank = o->mark[i].rank;
+    if (rank < 0 || o->mark[i].periodic) continue;
+    find_targets(o, nodes->position->f64 + (size_t)i * NDIM, nodes->search_radius->f64[i], rank, &t);
     if (t.full) KITH_FAIL(UNSUPPORTED, "a node is sent to more than %d ranks", MOST_RANKS_OF_A_NODE);
-    load[rank].sent += t.n;
+    o->load[rank].sent += t.n;
     for (int k = 0; k < t.n; ++k) {
-      load[t.of[k].rank].made += 1;
-      meets[(size_t)rank * (size_t)o->n_ranks + (size_t)t.of[k].rank] |= MADE;
+      o->load[t.of[k].rank].made += 1;
+      *meeting(o, rank, t.of[k].rank) |= MADE;
     }
   }
   return KITH_OK;
 }
 
-/* ---- who is kept ---- */
-
-/* Rank by rank all neighbors that other ranks own, each once. `order`: of the nodes, by rank. */
-static void count_rows(const struct kith_scaling_model *o, const kith_index *order, struct mark *mark,
-                       struct load *load, uint8_t *meets) {
+/* Rank by rank all neighbors that other ranks own, each once. */
+static kith_status count_kept(struct model *o) {
   const struct kith_rows *rows = &o->simulation->connectivity->rows;
-  for (kith_index k = 0; k < o->simulation->nodes->n_internal; ++k) {
-    const kith_index i = order[k];
-    const int32_t rank = mark[i].rank;
+  const size_t n = (size_t)o->simulation->nodes->n_internal;
+  KITH_TRY(kith_resize(&o->rank, 0, n, sizeof *o->rank));
+  KITH_TRY(kith_resize(&o->order, 0, n, sizeof *o->order));
+  for (size_t i = 0; i < n; ++i) o->rank[i] = (uint64_t)o->mark[i].rank;
+  KITH_TRY(kith_sfc_key_sort(n, o->rank, NULL, o->order));
+  for (size_t k = 0; k < n; ++k) {
+    const kith_index i = o->order[k];
+    const int32_t rank = o->mark[i].rank;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      struct mark *other = &mark[rows->node[e]];
+      struct mark *other = &o->mark[rows->node[e]];
       if (other->rank < 0 || other->rank == rank || other->visited == rank + 1) continue;
       other->visited = rank + 1;
-      load[rank].kept += 1, load[other->rank].sent_kept += 1;
-      meets[(size_t)other->rank * (size_t)o->n_ranks + (size_t)rank] |= KEPT;
+      o->load[rank].kept += 1, o->load[other->rank].sent_kept += 1;
+      *meeting(o, other->rank, rank) |= KEPT;
     }
   }
-}
-
-static kith_status count_kept(const struct kith_scaling_model *o, struct mark *mark, struct load *load,
-                              uint8_t *meets) {
-  const size_t n = (size_t)o->simulation->nodes->n_internal;
-  uint64_t *rank = NULL;
-  kith_index *order = NULL;
-  kith_status status = kith_resize(&rank, 0, n, sizeof *rank);
-  if (status == KITH_OK) status = kith_resize(&order, 0, n, sizeof *order);
-  for (size_t i = 0; status == KITH_OK && i < n; ++i) rank[i] = (uint64_t)mark[i].rank;
-  if (status == KITH_OK) status = kith_sfc_key_sort(n, rank, NULL, order);
-  if (status == KITH_OK) count_rows(o, order, mark, load, meets);
-  kith_free(&rank);
-  kith_free(&order);
-  return status;
-}
-
-static kith_status count_ghosts(const struct kith_scaling_model *o, const int32_t *owner, bool culls,
-                                struct load *load, uint8_t *meets) {
-  struct mark *mark = NULL;
-  KITH_TRY(kith_resize(&mark, 0, (size_t)kith_nodes_count(o->simulation->nodes), sizeof *mark));
-  mark_nodes(o, owner, mark);
-  kith_status status = count_made(o, owner, mark, load, meets);
-  if (status == KITH_OK && culls) status = count_kept(o, mark, load, meets);
-  kith_free(&mark);
-  return status;
-}
-
-static void count_peers(const struct kith_scaling_model *o, const uint8_t *meets, struct load *load) {
-  const size_t n = (size_t)o->n_ranks;
-  for (size_t k = 0; k < n * n; ++k) {
-    const uint8_t there = meets[k], back = meets[k % n * n + k / n];
-    load[k / n].to += (there & MADE) != 0, load[k / n].from += (back & MADE) != 0;
-    load[k / n].to_kept += (there & KEPT) != 0;
-    load[k / n].peers += (there | back) != 0;
-  }
-}
-
-static kith_status load_ranks(const struct kith_scaling_model *o, const int32_t *owner, bool culls,
-                              struct load *load) {
-  const size_t n = (size_t)o->n_ranks;
-  uint8_t *meets = NULL; /* [from][to] */
-  KITH_TRY(kith_resize(&meets, 0, n * n, 1));
-  memset(load, 0, n * sizeof *load);
-  const kith_status status = count_ghosts(o, owner, culls, load, meets);
-  count_peers(o, meets, load);
-  for (size_t r = 0; !culls && r < n; ++r)
-    load[r].kept = load[r].made, load[r].sent_kept = load[r].sent, load[r].to_kept = load[r].to;
-  kith_free(&meets);
-  return status;
+  return KITH_OK;
 }
 
 /* ---- one partitioner ---- */
 
-static void add_up(const struct kith_scaling_model *o, const struct load *load,
-                   const struct kith_step_traffic *h, struct kith_forecast *f) {
-  for (int r = 0; r < o->n_ranks; ++r) {
-    const struct load *l = &load[r];
-    const double messages = h->lists * (l->to + (h->culls ? l->from : 0)) + h->refreshes * l->to_kept;
-    const double bytes =
+static kith_status load_ranks(struct model *o, const struct kith_step_traffic *h) {
+  const size_t n = (size_t)o->n_ranks;
+  KITH_TRY(kith_resize(&o->mark, 0, (size_t)kith_nodes_count(o->simulation->nodes), sizeof *o->mark));
+  KITH_TRY(kith_resize(&o->load, 0, n, sizeof *o->load));
+  KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
+  mark_nodes(o);
+  KITH_TRY(count_made(o));
+  if (h->culls) KITH_TRY(count_kept(o));
+  for (size_t k = 0; k < n * n; ++k) {
+    struct load *l = &o->load[k / n];
+    const uint8_t there = o->meets[k], back = o->meets[k % n * n + k / n];
+    l->to += (there & MADE) != 0, l->from += (back & MADE) != 0;
+    l->to_kept += (there & KEPT) != 0, l->peers += (there | back) != 0;
+  }
+  for (struct load *l = o->load; l < o->load + n; ++l) {
+    if (!h->culls) l->kept = l->made, l->sent_kept = l->sent, l->to_kept = l->to;
+    l->messages = h->lists * (l->to + (h->culls ? l->from : 0)) + h->refreshes * l->to_kept;
+    l->bytes =
         h->lists * (l->sent * h->creation_bytes + (h->culls ? l->made : 0)) + h->refresh_bytes * l->sent_kept;
-    f->made += l->made / o->n_ranks, f->most_made = fmax(f->most_made, l->made);
-    f->kept += l->kept / o->n_ranks, f->most_peers = fmax(f->most_peers, l->peers);
-    f->messages += messages / o->n_ranks, f->most_messages = fmax(f->most_messages, messages);
-    f->bytes += bytes / o->n_ranks, f->most_bytes = fmax(f->most_bytes, bytes);
   }
+  return KITH_OK;
 }
 
-static void take_time(const struct kith_scaling_model *o, const struct kith_step_traffic *h,
-                      const struct kith_costs *c, struct kith_forecast *f) {
-  const struct kith_network *net = &c->network;
-  const double bounds = h->lists * o->occupied;
-  f->seconds.work = c->work * f->work;
-  f->seconds.ghosts = c->ghost * f->most_made;
-  f->seconds.bounds = bounds * (sizeof(struct kith_cell_bounds) / net->bandwidth + o->test);
-  f->seconds.network =
-      net->latency * (f->most_messages + h->collectives * log2(o->n_ranks)) + f->most_bytes / net->bandwidth;
-  f->seconds.step = f->seconds.work + f->seconds.ghosts + f->seconds.bounds + f->seconds.network;
-}
-
-static kith_status look_at_map(const struct kith_scaling_model *o, const struct kith_partition *partition,
-                               const struct kith_step_traffic *traffic, struct kith_forecast *out) {
-  double *work = NULL;
-  struct load *load = NULL;
-  kith_status status = kith_resize(&load, 0, (size_t)o->n_ranks, sizeof *load);
-  if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)o->n_ranks, sizeof *work);
-  if (status == KITH_OK) status = load_ranks(o, partition->owner, traffic->culls, load);
-  if (status == KITH_OK) {
-    *out =
-        (struct kith_forecast){.imbalance = kith_partition_loads(partition, partition->owner, o->work, work)};
-    for (int r = 0; r < o->n_ranks; ++r) out->work = KITH_MAX(out->work, work[r]);
-    add_up(o, load, traffic, out);
-  }
-  kith_free(&load);
-  kith_free(&work);
-  return status;
-}
-
-kith_status kith_scaling_model_forecast(const struct kith_scaling_model *o, const char *partitioner,
-                                        const struct kith_step_traffic *traffic,
-                                        const struct kith_costs *costs, struct kith_forecast *out) {
+static kith_status predict(struct model *o, const char *partitioner, const struct kith_step_traffic *h,
+                           const struct kith_costs *c, struct kith_forecast *f) {
   struct kith_partition *partition = NULL;
+  double *work = NULL; /* of ranks */
+  KITH_TRY(fill_cells(o));
   KITH_TRY(kith_partition_create(&partition, &o->cells, o->n_ranks, partitioner));
   kith_status status = kith_partition_converge(partition, o->work);
-  if (status == KITH_OK) status = look_at_map(o, partition, traffic, out);
-  if (status == KITH_OK) take_time(o, traffic, costs, out);
+  o->owner = partition->owner;
+  if (status == KITH_OK) status = load_ranks(o, h);
+  if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)o->n_ranks, sizeof *work);
+  if (status == KITH_OK)
+    *f = (struct kith_forecast){.cells = o->cells.n,
+                                .imbalance = kith_partition_loads(partition, o->owner, o->work, work)};
+  for (int r = 0; r < o->n_ranks && status == KITH_OK; ++r) {
+    const struct load *l = &o->load[r];
+    f->work = fmax(f->work, work[r]), f->most_peers = fmax(f->most_peers, l->peers);
+    f->made += l->made / o->n_ranks, f->most_made = fmax(f->most_made, l->made);
+    f->kept += l->kept / o->n_ranks;
+    f->messages += l->messages / o->n_ranks, f->most_messages = fmax(f->most_messages, l->messages);
+    f->bytes += l->bytes / o->n_ranks, f->most_bytes = fmax(f->most_bytes, l->bytes);
+  }
   kith_partition_destroy(&partition);
+  kith_free(&work);
+  KITH_TRY(status);
+  f->seconds.work = c->work * f->work;
+  f->seconds.ghosts = c->ghost * f->most_made;
+  f->seconds.bounds = h->lists * seconds_of_bounds(o, &c->network);
+  f->seconds.network = c->network.latency * (f->most_messages + h->collectives * log2(o->n_ranks)) +
+                       f->most_bytes / c->network.bandwidth;
+  f->seconds.step = f->seconds.work + f->seconds.ghosts + f->seconds.bounds + f->seconds.network;
+  return KITH_OK;
+}
+
+kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, const char *partitioner,
+                                const struct kith_step_traffic *traffic, const struct kith_costs *costs,
+                                struct kith_forecast *out) {
+  struct model o = {.simulation = m, .n_ranks = n_ranks, .factor = m->connectivity->built.overlap ? 2 : 1};
+  bool periodic[NDIM];
+  if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
+  if (m->scene->partition.recompute)
+    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
+  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
+  KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
+                                    (int64_t)m->scene->partition.cells * n_ranks));
+  const kith_status status = predict(&o, partitioner, traffic, costs, out);
+  kith_free(&o.home);
+  kith_free(&o.bounds);
+  kith_free(&o.work);
+  kith_free(&o.mark);
+  kith_free(&o.load);
+  kith_free(&o.meets);
+  kith_free(&o.rank);
+  kith_free(&o.order);
   return status;
 }

@@ -49,6 +49,7 @@ struct kith_costs {
 };
 
 struct kith_forecast {
+  int64_t cells;
   double imbalance;                                  /* most work over the mean */
   double work;                                       /* nodes and row entries of the busiest rank */
   double made, most_made, kept, most_peers;          /* ghosts of a rank; ranks that it exchanges with */
@@ -58,17 +59,10 @@ struct kith_forecast {
   } seconds;
 };
 
-struct kith_scaling_model; /* opaque */
-
-/* Of a model that was started, without ranks; borrowed. BAD_INPUT: more than 16384 ranks, or ghosts that
- * compute their own values. */
-kith_status kith_scaling_model_create(struct kith_scaling_model **out,
-                                      const struct kith_simulation *simulation, int n_ranks);
-void kith_scaling_model_destroy(struct kith_scaling_model **model);
-int64_t kith_scaling_model_cells(const struct kith_scaling_model *model);
-/* partitioner: as in a scene. */
-kith_status kith_scaling_model_forecast(const struct kith_scaling_model *model, const char *partitioner,
-                                        const struct kith_step_traffic *traffic,
-                                        const struct kith_costs *costs, struct kith_forecast *out);
+/* Of a simulation that was started, without ranks; partitioner: as in a scene. BAD_INPUT: more than 16384
+ * ranks, or ghosts that compute their own values. */
+kith_status kith_forecast_ranks(const struct kith_simulation *simulation, int n_ranks,
+                                const char *partitioner, const struct kith_step_traffic *traffic,
+                                const struct kith_costs *costs, struct kith_forecast *out);
 
 #endif

@@ -326,11 +326,10 @@ static void show_cheaper(const struct plan *plan) {
 
 /* ---- ranks ---- */
 
-static void print_ranks_head(const struct kith_scaling_model *model, const struct kith_simulation *m,
-                             int n_ranks, const struct kith_step_traffic *h, const struct kith_network *net) {
-  printf("\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank; ", n_ranks,
-         (long long)kith_scaling_model_cells(model), (double)m->nodes->n_internal / n_ranks,
-         (double)m->integrator.ledger.last_row_entries / n_ranks);
+static void print_ranks_head(const struct kith_simulation *m, int n_ranks, int64_t cells,
+                             const struct kith_step_traffic *h, const struct kith_network *net) {
+  printf("\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank; ", n_ranks, (long long)cells,
+         (double)m->nodes->n_internal / n_ranks, (double)m->integrator.ledger.last_row_entries / n_ranks);
   printf("a network of %.3g us, %.3g GB/s\n", 1e6 * net->latency, 1e-9 * net->bandwidth);
   printf("  a step: %.3g rebuilds of lists, %.0f bytes a new ghost; %.3g refreshes, %.0f bytes a ghost; ",
          h->lists, h->creation_bytes, h->refreshes, h->refresh_bytes);
@@ -341,36 +340,28 @@ static void print_ranks_head(const struct kith_scaling_model *model, const struc
          "kept", "most", "a step", "mean", "most", "work", "ghosts", "bounds", "network", "step", "effic.");
 }
 
-/* Efficiency: of as many ranks as one process, which has all the work and no ghosts of others. */
-static kith_status show_partitioners(const struct kith_scaling_model *model,
-                                     const struct kith_step_traffic *traffic, const struct kith_costs *costs,
-                                     int n_ranks, double seconds) {
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
-    struct kith_forecast f;
-    if ((*p)->needs != NULL) continue;
-    KITH_TRY(kith_scaling_model_forecast(model, (*p)->name, traffic, costs, &f));
-    printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n",
-           (*p)->name, f.imbalance, f.made, f.kept, f.most_peers, f.messages, f.bytes / 1024,
-           f.most_bytes / 1024, 1e3 * f.seconds.work, 1e3 * f.seconds.ghosts, 1e3 * f.seconds.bounds,
-           1e3 * f.seconds.network, 1e3 * f.seconds.step, seconds / (n_ranks * f.seconds.step));
-  }
-  return KITH_OK;
-}
-
-/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). */
+/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). Efficiency:
+ * of as many ranks as one process, which has all the work and no ghosts of others. */
 static kith_status show_ranks(struct plan *plan, int n_ranks, const struct kith_network *network) {
   struct kith_simulation *m = plan->simulation;
-  struct kith_scaling_model *model = NULL;
   struct kith_step_traffic traffic;
+  bool headed = false;
   KITH_TRY(kith_step_traffic(m, plan->lists, &traffic));
   const struct kith_rows *rows = &m->connectivity->rows;
   const double all = (double)m->nodes->n_internal + (double)rows->first[m->nodes->n_internal];
   const struct kith_costs costs = {plan->step / all, KITH_GHOST_WORK * plan->step / all, *network};
-  KITH_TRY(kith_scaling_model_create(&model, m, n_ranks));
-  print_ranks_head(model, m, n_ranks, &traffic, network);
-  const kith_status status = show_partitioners(model, &traffic, &costs, n_ranks, plan->step);
-  kith_scaling_model_destroy(&model);
-  return status;
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    struct kith_forecast f;
+    if ((*p)->needs != NULL) continue;
+    KITH_TRY(kith_forecast_ranks(m, n_ranks, (*p)->name, &traffic, &costs, &f));
+    if (!headed) print_ranks_head(m, n_ranks, f.cells, &traffic, network);
+    headed = true;
+    printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n",
+           (*p)->name, f.imbalance, f.made, f.kept, f.most_peers, f.messages, f.bytes / 1024,
+           f.most_bytes / 1024, 1e3 * f.seconds.work, 1e3 * f.seconds.ghosts, 1e3 * f.seconds.bounds,
+           1e3 * f.seconds.network, 1e3 * f.seconds.step, plan->step / (n_ranks * f.seconds.step));
+  }
+  return KITH_OK;
 }
 
 /* ---- the verb ---- */

@@ -45,17 +45,3 @@ struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution,
                                      resolution[above] * pow(resolution[below] / resolution[above], part),
                                      true};
 }
-
-double kith_target(int methods, int n, const double *resolution, const double *error) {
-  static const double digits[] = {1, 2, 5};
-  double best = 0;
-  int most = 0;
-  for (int k = 3 * -16; k < 3 * 9; ++k) {
-    const double level = digits[(k + 3 * 16) % 3] * pow(10, floor(k / 3.0));
-    int count = 0;
-    for (int m = 0; m < methods; ++m)
-      count += kith_cost_at_error_of(n, resolution, resolution, error + (size_t)m * (size_t)n, level).between;
-    if (count > most) most = count, best = level;
-  }
-  return best;
-}

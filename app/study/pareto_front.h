@@ -22,8 +22,4 @@ struct kith_cost_at_error {
 struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution, const double *cost,
                                                 const double *error, double target);
 
-/* A round error (1, 2 or 5 of a decade) that as many methods as possible cross, the smallest such: methods
- * `m` with points error[m * n .. m * n + n - 1] at n resolutions. 0 if there is none. */
-double kith_target(int methods, int n, const double *resolution, const double *error);
-
 #endif

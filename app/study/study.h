@@ -10,7 +10,8 @@
  *     - {name: sph alpha 1, settings: {method.viscosity.name: monaghan}}
  *   resolution: [50, 100, 200]        # ascending
  *   norms: [density.l1, velocity.l1]  # what is charted: norms of the report
- *   targets: [0.01, 0.02]             # for each norm the error at which costs are compared; none: chosen
+ *   targets: [0.01, 0.02]             # for each norm the error at which costs are compared; none: the
+ *                                   # largest at the finest resolution
  *   reference_codes:                  # points of other codes, measured elsewhere, that are shown beside
  *     - {code: SWIFT, version: v1, machine: 2 cores, resolution: 50, cpu_seconds: 3, norms: {density.l1:
  *     0.1}}
@@ -68,7 +69,7 @@ struct kith_suite {
   struct kith_point *point; /* owned; of the same jobs */
   int n_measures, n_codes;
   char measure[KITH_SUITE_MEASURES][64];
-  double target[KITH_SUITE_MEASURES]; /* 0: chosen from the points */
+  double target[KITH_SUITE_MEASURES]; /* 0: none is given */
   struct kith_reference_code *code;   /* owned */
   /* of a sweep */
   char parameter[64], reason[256];
@@ -94,7 +95,7 @@ kith_status kith_suite_read(struct kith_study *study, const char *subject);
 /* The sweeps of a file, or the one called `only`. */
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);
 /* Prints the suites there are. */
-void kith_suite_list(const struct kith_programs *programs);
+kith_status kith_suite_list(struct kith_study *study);
 /* Is it a path to a YAML file rather than a name? */
 bool kith_suite_is_path(const char *name);
 /* Frees the suites. */

@@ -94,29 +94,22 @@ static void put_value(FILE *f, const struct kith_config_node *node) {
   fputc(map ? '}' : ']', f);
 }
 
-/* A value on one line, as YAML has it, behind `before`. BAD_INPUT if there is no room for it. */
-static kith_status format_value(const char *before, const struct kith_config_node *node, char *text,
-                                size_t size) {
-  memset(text, 0, size);
-  FILE *f = fmemopen(text, size - 1, "w");
-  if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for a setting");
-  fputs(before, f);
-  put_value(f, node);
-  fclose(f);
-  return strlen(text) < size - 2 ? KITH_OK : kith_config_fail(node, NULL, "more than %zu letters", size - 3);
-}
-
-/* Sets `key` to the value of `node`, or, if that is a map, key.entry to each of its entries. */
+/* Sets `key` to the value of `node`, on one line as YAML has it, or, if that is a map, key.entry to each of
+ * its entries. */
 static kith_status set_all(struct kith_job *job, const char *key, const struct kith_config_node *node) {
-  char before[256], text[1024];
+  char text[1024] = "";
   if (node->kind != KITH_CONFIG_MAP) {
-    snprintf(before, sizeof before, "%s=", key);
-    KITH_TRY(format_value(before, node, text, sizeof text));
-    return kith_job_set(job, text);
+    FILE *f = fmemopen(text, sizeof text - 1, "w");
+    if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for a setting");
+    fprintf(f, "%s=", key);
+    put_value(f, node);
+    fclose(f);
+    return strlen(text) < sizeof text - 2 ? kith_job_set(job, text)
+                                          : kith_config_fail(node, NULL, "a setting is too long");
   }
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    snprintf(before, sizeof before, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);
-    KITH_TRY(set_all(job, before, child));
+    snprintf(text, sizeof text, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);
+    KITH_TRY(set_all(job, text, child));
   }
   return KITH_OK;
 }
@@ -161,9 +154,11 @@ static kith_status check_named(const struct kith_config_node *list, const struct
 /* One value: of `key`, or, if that is NULL, with a name and settings. */
 static kith_status set_value(struct kith_suite *s, struct kith_job *job, const char *key,
                              const struct kith_config_node *value) {
+  const struct kith_config_node *shown = key == NULL ? kith_config_child(value, "value") : value;
+  const size_t size = sizeof job->value;
   char *end;
-  KITH_TRY(format_value("", key == NULL ? kith_config_child(value, "value") : value, job->value,
-                        sizeof job->value));
+  if (shown->text == NULL || (size_t)snprintf(job->value, size, "%s", shown->text) >= size)
+    return kith_config_fail(shown, NULL, "a value is one word or number of at most %zu letters", size - 1);
   job->x = strtod(job->value, &end);
   if (*end != '\0') s->named_values = true, job->x = value->index;
   return set_all(job, key == NULL ? "" : key, key == NULL ? kith_config_child(value, "settings") : value);
@@ -189,7 +184,7 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, s
       *job = *common;
       snprintf(job->label, sizeof job->label, "%.100s",
                method != NULL ? kith_config_child(method, "name")->text : s->scene);
-      job->line = method != NULL ? method->location.line : 0;
+      job->line = method != NULL ? method->location.line : values->location.line;
       if (method != NULL && kith_config_child(method, "settings") != NULL)
         KITH_TRY(set_all(job, "", kith_config_child(method, "settings")));
       KITH_TRY(set_value(s, job, key, value));
@@ -308,26 +303,20 @@ static kith_status read_codes(struct kith_suite *s, const struct kith_config_nod
   return KITH_OK;
 }
 
-/* What is charted: of a suite, or of what stands for one. `job`: what all have in common. */
-static kith_status read_methods(struct kith_suite *s, const struct kith_config *config,
-                                const struct kith_study *c, struct kith_job *job) {
-  const struct kith_config_node *resolution = kith_config_at(config, "resolution");
+static kith_status read_suite(struct kith_suite *s, const struct kith_config *config,
+                              const struct kith_study *c) {
+  struct kith_job job = {0};
+  const struct kith_config_node *codes = kith_config_at(config, "reference_codes"),
+                                *resolution = kith_config_at(config, "resolution");
   double last = 0, next;
+  KITH_TRY(kith_params_read(suite_params, config->root, s));
+  KITH_TRY(make_common(s, config->root, c, &job));
   for (const struct kith_config_node *r = resolution->first; r != NULL; r = r->next, last = next) {
     KITH_TRY(kith_param_value(&positive, r, &next));
     if (next <= last) return kith_config_fail(r, NULL, "%g after %g: resolutions ascend", next, last);
   }
-  KITH_TRY(make_jobs(s, c, job, kith_config_at(config, "methods"), "resolution", resolution));
-  return read_norms(s, config);
-}
-
-static kith_status read_suite(struct kith_suite *s, const struct kith_config *config,
-                              const struct kith_study *c) {
-  struct kith_job job = {0};
-  const struct kith_config_node *codes = kith_config_at(config, "reference_codes");
-  KITH_TRY(kith_params_read(suite_params, config->root, s));
-  KITH_TRY(make_common(s, config->root, c, &job));
-  KITH_TRY(read_methods(s, config, c, &job));
+  KITH_TRY(make_jobs(s, c, &job, kith_config_at(config, "methods"), "resolution", resolution));
+  KITH_TRY(read_norms(s, config));
   return codes != NULL ? read_codes(s, codes) : KITH_OK;
 }
 
@@ -336,15 +325,16 @@ static double even(double x) {
   return fmax(2 * round(x / 2), 2);
 }
 
-/* Every package at three resolutions of a scene. */
+/* Every package at three resolutions of a scene: the text of a suite that stands for it. */
 static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *config,
                                   const struct kith_study *c) {
 #define METHOD(name) "  - {name: " #name ", settings: {method.package: " #name "}}\n"
   static const char format[] =
-      "resolution: [%g, %g, %g]\nnorms: [density.l1, velocity.l1, pressure.l1]\nmethods:\n" KITH_PACKAGE_LIST(
-          METHOD);
+      "scene: './%s'\nresolution: [%g, %g, %g]\nnorms: [density.l1, velocity.l1, pressure.l1]\n"
+      "methods:\n" KITH_PACKAGE_LIST(METHOD);
 #undef METHOD
-  char text[sizeof format + 100];
+  const char *slash = strrchr(config->file, '/');
+  char text[sizeof format + 512];
   struct kith_config *suite = NULL;
   struct kith_job job = {0};
   double own;
@@ -356,9 +346,10 @@ static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *conf
   config->root->dimension = s->dimension;
   KITH_TRY(kith_param_read(&positive, config->root, &own));
   const double factor = s->dimension == 3 ? sqrt(2) : 2;
-  snprintf(text, sizeof text, format, even(own / factor), even(own), even(own * factor));
+  snprintf(text, sizeof text, format, slash != NULL ? slash + 1 : config->file, even(own / factor), even(own),
+           even(own * factor));
   KITH_TRY(kith_config_parse(&suite, config->file, text, strlen(text)));
-  const kith_status status = read_methods(s, suite, c, &job);
+  const kith_status status = read_suite(s, suite, c);
   kith_config_destroy(&suite);
   return status;
 }
@@ -400,13 +391,14 @@ kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   return status;
 }
 
-void kith_suite_list(const struct kith_programs *programs) {
+kith_status kith_suite_list(struct kith_study *study) {
   for (int k = 0; k < 2; ++k) {
     char names[2048] = "", told[2048];
-    add_names(programs, folders[k], names, sizeof names);
+    add_names(&study->programs, folders[k], names, sizeof names);
     kith_choices_format(names, told, sizeof told);
     printf(k == 0 ? "suites  %s\n" : "scenes  %s: every package at three resolutions\n", told);
   }
+  return KITH_OK;
 }
 
 /* ---- sweeps ---- */

@@ -99,11 +99,8 @@ static double brute_kept(const struct kith_simulation *m, int n_ranks, bool wall
 static void predict(struct world *w, int n_ranks, double lists, struct kith_step_traffic *traffic,
                     struct kith_forecast *f) {
   const struct kith_costs costs = {1e-9, 1e-8, {1e-6, 1e9}};
-  struct kith_scaling_model *model = NULL;
   CHECK_OK(kith_step_traffic(w->simulation, lists, traffic));
-  CHECK_OK(kith_scaling_model_create(&model, w->simulation, n_ranks));
-  CHECK_OK(kith_scaling_model_forecast(model, "kd", traffic, &costs, f));
-  kith_scaling_model_destroy(&model);
+  CHECK_OK(kith_forecast_ranks(w->simulation, n_ranks, "kd", traffic, &costs, f));
 }
 
 static void check_ghosts(bool walls) {
@@ -150,14 +147,12 @@ static void check_traffic(void) {
 static void check_seconds(void) {
   struct world w = {0};
   struct kith_step_traffic h;
-  struct kith_scaling_model *model = NULL;
   struct kith_forecast a, b;
   const struct kith_costs one = {1e-9, 1e-7, {1e-6, 1e9}}, two = {2e-9, 1e-7, {3e-6, 1e9}};
   make(&w, "periodic", NULL);
   CHECK_OK(kith_step_traffic(w.simulation, 1, &h));
-  CHECK_OK(kith_scaling_model_create(&model, w.simulation, 4));
-  CHECK_OK(kith_scaling_model_forecast(model, "kd", &h, &one, &a));
-  CHECK_OK(kith_scaling_model_forecast(model, "kd", &h, &two, &b));
+  CHECK_OK(kith_forecast_ranks(w.simulation, 4, "kd", &h, &one, &a));
+  CHECK_OK(kith_forecast_ranks(w.simulation, 4, "kd", &h, &two, &b));
   CHECK_CLOSE(a.seconds.work, 1e-9 * a.work, 1e-15);
   CHECK_CLOSE(b.seconds.work, 2 * a.seconds.work, 1e-15);
   CHECK_CLOSE(a.seconds.ghosts, 1e-7 * a.most_made, 1e-15);
@@ -165,11 +160,8 @@ static void check_seconds(void) {
   CHECK_CLOSE(b.seconds.network - a.seconds.network, 2e-6 * (a.most_messages + 2 * h.collectives), 1e-15);
   CHECK_CLOSE(a.seconds.step, a.seconds.work + a.seconds.ghosts + a.seconds.bounds + a.seconds.network,
               1e-15);
-  kith_scaling_model_destroy(&model);
-  CHECK_STATUS(KITH_BAD_INPUT, (kith_scaling_model_create(&model, w.simulation, 2) == KITH_OK
-                                    ? kith_scaling_model_forecast(model, "kdd", &h, &one, &a)
-                                    : KITH_INTERNAL));
-  kith_scaling_model_destroy(&model);
+  CHECK_STATUS(KITH_BAD_INPUT, kith_forecast_ranks(w.simulation, 2, "kdd", &h, &one, &a));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_forecast_ranks(w.simulation, 16385, "kd", &h, &one, &a));
   clear(&w);
 }
 

@@ -1,4 +1,4 @@
-/* The Pareto front against its definition, orders and costs of known powers, targets; verdicts of sweeps. */
+/* The Pareto front against its definition, orders and costs of known powers; verdicts of sweeps. */
 #include <stdlib.h>
 #include <string.h>
 #include "app/study/pareto_front.h"
@@ -66,16 +66,6 @@ static void check_costs(void) {
   CHECK(p.between && fabs(p.cost - 8) < 1e-9);
 }
 
-static void check_targets(void) {
-  const double resolution[] = {10, 20}, error[] = {0.3, 0.09, 0.04, 0.015}; /* two methods */
-  CHECK(fabs(kith_target(2, 2, resolution, error) - 0.02) <
-        1e-15); /* 0.1 and 0.2 cross one, 0.02 the other: the smallest of the best */
-  const double both[] = {0.3, 0.02, 0.08, 0.015};
-  CHECK(fabs(kith_target(2, 2, resolution, both) - 0.02) < 1e-15);
-  CHECK(kith_target(1, 1, resolution, error) == 0);
-  CHECK(kith_target(1, 2, resolution, (const double[]){NAN, NAN}) == 0);
-}
-
 static void check_answer(const struct kith_suite *s, const char *wanted) {
   char text[128];
   kith_sweep_answer(s, 0, text);
@@ -114,7 +104,6 @@ int main(void) {
   for (unsigned seed = 1; seed <= 200; ++seed) check_front((int)(seed % MOST), seed);
   check_orders();
   check_costs();
-  check_targets();
   check_sweeps();
   return check_failed();
 }
