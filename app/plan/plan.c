@@ -40,15 +40,19 @@ __attribute__((format(printf, 2, 3))) static void line(const char *label, const 
   kith_text_wrapped(stdout, 16, indented, text);
 }
 
+struct text {
+  char s[1024];
+};
+
 /* Appends to a text, `between` items. */
-__attribute__((format(printf, 4, 5))) static void add(char *text, size_t size, const char *between,
+__attribute__((format(printf, 3, 4))) static void add(struct text *text, const char *between,
                                                       const char *format, ...) {
-  size_t used = strlen(text);
+  size_t used = strlen(text->s);
   va_list arguments;
-  if (used > 0) used += (size_t)snprintf(text + used, size - used, "%s", between);
-  if (used >= size) return;
+  if (used > 0) used += (size_t)snprintf(text->s + used, sizeof text->s - used, "%s", between);
+  if (used >= sizeof text->s) return;
   va_start(arguments, format);
-  vsnprintf(text + used, size - used, format, arguments);
+  vsnprintf(text->s + used, sizeof text->s - used, format, arguments);
   va_end(arguments);
 }
 
@@ -60,7 +64,7 @@ static const char *side_name(const struct kith_boundary_ops *side) {
 
 static void show_domain(const struct kith_scene *scene) {
   const struct kith_external_force *force = &scene->external_force;
-  char forces[256] = "";
+  struct text forces = {""};
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *lower = scene->boundary[a].lower, *upper = scene->boundary[a].upper;
     const bool same = lower == upper;
@@ -68,24 +72,22 @@ static void show_domain(const struct kith_scene *scene) {
          scene->domain.upper[a], side_name(lower), same ? "" : " below, ", same ? "" : side_name(upper));
   }
   for (int a = 0; a < NDIM; ++a) {
-    if (force->gravity[a] != 0)
-      add(forces, sizeof forces, "; ", "gravity %.6g along %c", force->gravity[a], "xyz"[a]);
+    if (force->gravity[a] != 0) add(&forces, "; ", "gravity %.6g along %c", force->gravity[a], "xyz"[a]);
     if (scene->boundary[a].velocity != 0)
-      add(forces, sizeof forces, "; ", "piston velocity %.6g along %c", scene->boundary[a].velocity,
-          "xyz"[a]);
+      add(&forces, "; ", "piston velocity %.6g along %c", scene->boundary[a].velocity, "xyz"[a]);
   }
   if (force->mass > 0)
-    add(forces, sizeof forces, "; ", "point mass, G M = %.6g, softening %.6g", force->mass, force->softening);
-  if (forces[0] != '\0') line("forces", "%s", forces);
+    add(&forces, "; ", "point mass, G M = %.6g, softening %.6g", force->mass, force->softening);
+  if (forces.s[0] != '\0') line("forces", "%s", forces.s);
 }
 
 /* The parameters of a table but for its maps: "gamma 1.4, stiffness 0". */
-static void add_settings(char *text, size_t size, const struct kith_param *params, const void *settings) {
+static void add_settings(struct text *text, const struct kith_param *params, const void *settings) {
   char value[64];
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
     if (p->kind == KITH_PARAM_MAP) continue;
     kith_param_format(p, settings, value, sizeof value);
-    add(text, size, ", ", "%s %s", p->key, value);
+    add(text, ", ", "%s %s", p->key, value);
   }
 }
 
@@ -93,10 +95,11 @@ static void show_materials(const struct kith_simulation *m) {
   const struct kith_nodes *nodes = m->nodes;
   for (int l = 0; l < nodes->n_lists; ++l) {
     const struct kith_material *material = &m->scene->material[l];
-    char eos[128];
-    snprintf(eos, sizeof eos, "%s", material->eos->name);
-    add_settings(eos, sizeof eos, material->eos->params, material->settings);
-    line(l == 0 ? "materials" : "", "%-12s %9d nodes; %s", nodes->lists[l].name, nodes->lists[l].count, eos);
+    struct text eos = {""};
+    add(&eos, "", "%s", material->eos->name);
+    add_settings(&eos, material->eos->params, material->settings);
+    line(l == 0 ? "materials" : "", "%-12s %9d nodes; %s", nodes->lists[l].name, nodes->lists[l].count,
+         eos.s);
   }
   for (int b = 0; b < m->boundaries.n; ++b) {
     const struct kith_boundary *boundary = m->boundaries.boundary[b];
@@ -113,74 +116,71 @@ static void show_regions(const struct kith_scene *scene) {
 #undef WORD
   for (int k = 0; k < scene->n_regions; ++k) {
     const struct kith_region *r = &scene->region[k];
-    char text[128] = "";
+    struct text text = {""};
     if (r->spacing > 0)
-      add(text, sizeof text, "", "spacing %.6g", r->spacing);
+      add(&text, "", "spacing %.6g", r->spacing);
     else
-      add(text, sizeof text, "", "equal %s", scene->arrangement == KITH_EQUAL_MASS ? "masses" : "spacing");
-    if (r->jitter > 0) add(text, sizeof text, ", ", "jitter %.3g", r->jitter);
-    if (r->frozen || r->barrier) add(text, sizeof text, ", ", r->barrier ? "barrier" : "frozen");
+      add(&text, "", "equal %s", scene->arrangement == KITH_EQUAL_MASS ? "masses" : "spacing");
+    if (r->jitter > 0) add(&text, ", ", "jitter %.3g", r->jitter);
+    if (r->frozen || r->barrier) add(&text, ", ", r->barrier ? "barrier" : "frozen");
     line(k == 0 ? "regions" : "", "%-12s %s, %s", scene->material_name[r->material], lattice[r->lattice],
-         text);
+         text.s);
   }
   line("", "%.6g nodes per unit length where it is densest", scene->resolution);
 }
 
 /* ---- connectivity ---- */
 
-static void structure(const char *name, bool built, const char *amount, const char *why) {
-  printf("    %-13s %-8s  %-17s  %s\n", name, built ? "built" : "left out", built ? amount : "", why);
+static void structure(const char *name, bool built, int digits, double amount, const char *of,
+                      const char *why) {
+  char stored[64] = "";
+  if (built) snprintf(stored, sizeof stored, "%.*f %s", digits, amount, of);
+  printf("    %-13s %-8s  %-17s  %s\n", name, built ? "built" : "left out", stored, why);
+}
+
+static double entries(const struct kith_rows *rows) {
+  return rows->n > 0 ? (double)rows->first[rows->n] : 0;
 }
 
 static void show_requirements(const struct kith_simulation *m) {
-#define NEEDS(need) \
-  { (need).rows, (need).pairs, (need).ghost_rows, (need).overlap, (need).overlap_pairs, (need).intersection }
-  enum { STRUCTURES = 6 };
-  static const char *const name[STRUCTURES] = {"rows",    "pairs",         "ghost rows",
-                                               "overlap", "overlap pairs", "intersection"};
   const struct kith_connectivity *c = m->connectivity;
-  const struct kith_package *p = &m->package;
-  const double n = fmax(m->nodes->n_internal, 1), pairs = fmax((double)c->pairs.n, 1);
-  const double amounts[STRUCTURES] = {
-      c->rows.n > 0 ? (double)c->rows.first[c->rows.n] / n : 0,
-      (double)c->pairs.n / n,
-      (double)m->nodes->n_ghost / n,
-      c->overlap.n > 0 ? (double)c->overlap.first[c->overlap.n] / n : 0,
-      (double)c->overlap_pairs.n / n,
-      c->intersection.n > 0 ? (double)c->intersection.first[c->intersection.n] / pairs : 0};
-  const bool built[STRUCTURES] = NEEDS(c->built);
-  const double values = (double)(kith_package_bytes(p).pairwise / sizeof(double)) / pairs;
+  const bool coupled = c->pairs.f_couple != NULL;
+  const double n = fmax(m->nodes->n_internal, 1), pairs = fmax((double)c->pairs.n, 1),
+               values = floor((double)(kith_package_bytes(&m->package).pairwise / sizeof(double)) / pairs);
   struct kith_demand demand[KITH_DEMANDS];
-  char amount[64];
   kith_lifecycle_demands(&m->integrator, demand);
   printf("\n  connectivity: only what is required is built\n");
-  for (int k = 0; k < STRUCTURES; ++k) {
-    char why[256] = "";
-    for (int d = 0; d < KITH_DEMANDS; ++d) {
-      const bool required[STRUCTURES] = NEEDS(demand[d].need);
-      if (required[k]) add(why, sizeof why, ", ", "%s (%s)", demand[d].who, demand[d].why);
-    }
-    snprintf(amount, sizeof amount, "%.1f a %s", amounts[k], k == STRUCTURES - 1 ? "pair" : "node");
-    structure(name[k], built[k], amount, why[0] != '\0' ? why : "not requested");
+#define SHOW(name, member, amount, of)                                                     \
+  {                                                                                        \
+    struct text why = {""};                                                                \
+    for (int d = 0; d < KITH_DEMANDS; ++d)                                                 \
+      if (demand[d].need.member) add(&why, ", ", "%s (%s)", demand[d].who, demand[d].why); \
+    if (why.s[0] == '\0') add(&why, "", "not requested");                                  \
+    structure(name, c->built.member, 1, amount, of, why.s);                                \
   }
-  structure("f_couple", c->pairs.f_couple != NULL, "1 factor a pair",
-            c->pairs.f_couple != NULL ? "coupling (barriers)" : "no barrier cuts a pair");
-  snprintf(amount, sizeof amount, "%.0f values a pair", floor(values));
-  structure("pairwise", values >= 1, amount, values >= 1 ? p->ops->name : "no values of pairs are stored");
+  SHOW("rows", rows, entries(&c->rows) / n, "a node")
+  SHOW("pairs", pairs, (double)c->pairs.n / n, "a node")
+  SHOW("ghost rows", ghost_rows, (double)m->nodes->n_ghost / n, "a node")
+  SHOW("overlap", overlap, entries(&c->overlap) / n, "a node")
+  SHOW("overlap pairs", overlap_pairs, (double)c->overlap_pairs.n / n, "a node")
+  SHOW("intersection", intersection, entries(&c->intersection) / pairs, "a pair")
+#undef SHOW
+  structure("f_couple", coupled, 0, 1, "factor a pair",
+            coupled ? "coupling (barriers)" : "no barrier cuts a pair");
+  structure("pairwise", values >= 1, 0, values, "values a pair",
+            values >= 1 ? m->package.ops->name : "no values of pairs are stored");
   putchar('\n');
-#undef NEEDS
 }
 
 static void show_lifecycle(const struct kith_simulation *m) {
   const struct kith_integrator *it = &m->integrator;
   const struct kith_ledger *l = &it->ledger;
   const double lifecycles = fmax((double)l->lifecycles, 1);
-  char text[512] = "";
+  struct text text = {""};
   line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
   for (int k = 0; k < m->rebuilds.n; ++k)
-    add(text, sizeof text, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name,
-        m->rebuilds.policy[k].ops->doc);
-  line("rebuild", "%s; skin %.3g of the support", text, it->skin);
+    add(&text, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name, m->rebuilds.policy[k].ops->doc);
+  line("rebuild", "%s; skin %.3g of the support", text.s, it->skin);
   if (m->boundaries.n == 0)
     line("ghosts", "none: no boundary creates any");
   else
@@ -199,15 +199,16 @@ static void show_lifecycle(const struct kith_simulation *m) {
 static void show_passes(const struct plan *plan) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(plan->profile, &stage);
-  char text[1024] = "", time[32];
+  struct text text = {""};
+  char time[32];
   for (int s = 0; s < n; ++s) {
     const int parent = stage[s].parent, calls = (int)stage[s].calls / plan->evaluation.measured;
     if (parent < 0 || stage[parent].depth != 0 || kith_package_find(stage[parent].name) == NULL) continue;
-    add(text, sizeof text, ", ", "%s", stage[s].name);
-    if (calls > 1) add(text, sizeof text, " ", "x %d", calls);
-    add(text, sizeof text, " ", "%s", kith_text_seconds(time, stage[s].seconds / plan->evaluation.measured));
+    add(&text, ", ", "%s", stage[s].name);
+    if (calls > 1) add(&text, " ", "x %d", calls);
+    add(&text, " ", "%s", kith_text_seconds(time, stage[s].seconds / plan->evaluation.measured));
   }
-  line("passes", "%s", text);
+  line("passes", "%s", text.s);
 }
 
 static const char *traversal_reason(const struct kith_simulation *m) {
@@ -221,11 +222,11 @@ static const char *traversal_reason(const struct kith_simulation *m) {
 
 /* The parameters of the package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
 static void show_settings(const char *label, const struct kith_param *params, const void *settings) {
-  char text[256] = "";
+  struct text text = {""};
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
     if (p->kind == KITH_PARAM_MAP) show_settings(p->key, p->params, settings);
-  add_settings(text, sizeof text, params, settings);
-  if (text[0] != '\0') line(label, "%s", text);
+  add_settings(&text, params, settings);
+  if (text.s[0] != '\0') line(label, "%s", text.s);
 }
 
 static void show_method(const struct plan *plan) {
