@@ -32,13 +32,14 @@ struct run {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  void *exact; /* solution; NULL: the scene has none */
-  struct kith_nodes
-      *whole; /* the nodes of all ranks, on rank 0; NULL: not gathered, or this is the only one */
+  void *exact;              /* solution; NULL: the scene has none */
+  struct kith_nodes *whole; /* of all ranks, on rank 0; NULL: not gathered, or this is the only one */
   struct kith_output output;
   struct kith_conservation_baseline baseline;
   struct progress progress;
-  struct kith_traffic before_steps, after_steps;
+  struct kith_traffic before_steps;
+  struct kith_report report;
+  struct kith_ranks_detail detail;
   double until, started, cpu_started;
   uint64_t first_step;
   bool stopped; /* by a signal */
@@ -235,11 +236,6 @@ static void show_progress(struct run *run, bool last) {
   fflush(stderr);
 }
 
-/* What follows the redrawn line starts on a line of its own. */
-static void end_progress(const struct run *run) {
-  if (run->progress.begun && run->progress.terminal) fputc('\n', stderr);
-}
-
 /* First rates of a new run, and what its drifts are measured against. */
 static kith_status begin(struct run *run) {
   run->started = kith_seconds();
@@ -299,7 +295,6 @@ static kith_status steps(struct run *run) {
     end = finished(run);
     show_progress(run, end);
   }
-  run->after_steps = kith_ranks_traffic(run->ranks);
   return KITH_OK;
 }
 
@@ -328,26 +323,25 @@ static kith_status write_report(struct run *run, struct kith_report *report) {
   return kith_report_write(report, path);
 }
 
-static void print(const struct run *run, const struct kith_report *report) {
-  kith_report_print(report, run->options->profile, stdout);
-  printf("results in %s\n", run->output.directory);
-  if (run->stopped)
-    fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,
-            run->output.directory);
-}
-
-static kith_status finish(struct run *run, struct kith_report *report, struct kith_ranks_detail *detail) {
+static kith_status finish(struct run *run) {
+  const struct kith_integrator *it = &run->simulation->integrator;
+  const struct kith_traffic traffic = kith_ranks_traffic(run->ranks);
+  struct kith_report *report = &run->report;
   kith_report_collect(report, run->simulation, &run->baseline, run->first_step, kith_seconds() - run->started,
                       cpu_seconds() - run->cpu_started);
-  KITH_TRY(kith_ranks_detail(detail, run->simulation, &run->before_steps, &run->after_steps,
-                             run->simulation->integrator.step - run->first_step));
-  report->ranks_detail = detail;
+  KITH_TRY(kith_ranks_detail(&run->detail, run->simulation, &run->before_steps, &traffic,
+                             it->step - run->first_step));
+  report->ranks_detail = &run->detail;
   KITH_TRY(write_state(run));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, speaks(run) ? write_report(run, report) : KITH_OK));
   if (run->options->trace != NULL) KITH_TRY(kith_trace_write(run->ranks, run->profile, run->options->trace));
   if (!speaks(run)) return KITH_OK;
   if (run->scene->output.plot) draw(run, report);
-  print(run, report);
+  kith_report_print(report, run->options->profile, stdout);
+  printf("results in %s\n", run->output.directory);
+  if (run->stopped)
+    fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,
+            run->output.directory);
   return KITH_OK;
 }
 
@@ -361,34 +355,31 @@ static enum kith_exit complain(const struct run *run, enum kith_exit code) {
   return code;
 }
 
-static enum kith_exit end(struct run *run) {
-  struct kith_report report = {0};
-  struct kith_ranks_detail detail = {0};
-  end_progress(run);
-  const kith_status status = finish(run, &report, &detail);
-  kith_report_clear(&report);
-  kith_ranks_detail_clear(&detail);
-  if (status != KITH_OK) return complain(run, KITH_EXIT_FAILED);
-  return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
-}
-
 /* The reason, and a snapshot of where it happened, unless it is writing that failed. */
 static enum kith_exit fail(struct run *run, kith_status status) {
-  char reason[1024], where[640] = "";
-  snprintf(reason, sizeof reason, "%s", kith_failure());
-  end_progress(run);
-  if (!kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
   const struct kith_integrator *it = &run->simulation->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
-  const kith_status kept = writing ? KITH_OK : kith_output_snapshot(&run->output, run->simulation);
-  if (kept != KITH_OK && !kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
-  if (!writing && kept == KITH_OK)
+  char reason[1024], where[640] = "";
+  snprintf(reason, sizeof reason, "%s", kith_failure());
+  if (!writing && kith_ranks_status_is_shared(run->ranks) &&
+      kith_output_snapshot(&run->output, run->simulation) == KITH_OK)
     snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
              run->output.n_snapshots - 1);
-  if (!speaks(run)) return KITH_EXIT_FAILED;
-  fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
-          (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
+  if (!kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
+  if (speaks(run))
+    fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
+            (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
   return KITH_EXIT_FAILED;
+}
+
+/* From the first rates to the report. */
+static enum kith_exit carry_out(struct run *run) {
+  kith_status status = begin(run);
+  if (status == KITH_OK) status = steps(run);
+  if (run->progress.begun && run->progress.terminal) fputc('\n', stderr); /* below the redrawn line */
+  if (status != KITH_OK) return fail(run, status);
+  if (finish(run) != KITH_OK) return complain(run, KITH_EXIT_FAILED);
+  return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
 enum kith_exit kith_run(const struct kith_options *options) {
@@ -396,16 +387,13 @@ enum kith_exit kith_run(const struct kith_options *options) {
   catch_signals();
   kith_status status = launch(&run.ranks, options);
   if (status == KITH_OK) status = prepare(&run);
-  enum kith_exit code = status == KITH_OK ? KITH_EXIT_OK : complain(&run, KITH_EXIT_USAGE);
-  if (code == KITH_EXIT_OK) {
-    status = begin(&run);
-    if (status == KITH_OK) status = steps(&run);
-    code = status == KITH_OK ? end(&run) : fail(&run, status);
-  }
+  enum kith_exit code = status == KITH_OK ? carry_out(&run) : complain(&run, KITH_EXIT_USAGE);
   if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;
   }
+  kith_report_clear(&run.report);
+  kith_ranks_detail_clear(&run.detail);
   if (run.exact != NULL) kith_exact_destroy(run.scene->exact.ops, &run.exact);
   kith_nodes_destroy(&run.whole);
   kith_simulation_destroy(&run.simulation);

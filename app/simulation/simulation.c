@@ -102,67 +102,45 @@ static bool any_region(const struct kith_scene *scene, bool barrier) {
   return any;
 }
 
-/* Rebuild policies do not know how far the images in a moving face have gone; and what goes through it
- * within a step needs a velocity of the face in every sum of a scheme. */
-static kith_status check_piston(const struct kith_simulation *m, const struct kith_scheme_ops *scheme) {
-  const struct kith_scene *scene = m->scene;
-  if (kith_rebuilds_lasting(&m->rebuilds))
-    return kith_config_fail(at(scene, "connectivity.rebuild"), NULL,
-                            "a piston requires that neighbor lists are rebuilt always");
-  if (scheme->incompatible != NULL)
-    return kith_config_fail(at(scene, "scheme.name"), NULL,
-                            "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do",
-                            scheme->name);
-  if (any_region(scene, false))
-    return kith_config_fail(
-        at(scene, "regions"), NULL,
-        "frozen nodes and barriers change the momentum, from which the work of a piston is computed");
-  return KITH_OK;
-}
-
-/* Can a ghost compute its own values between the passes? */
-static kith_status check_recompute(const struct kith_scene *scene,
-                                   const struct kith_package_traits *package) {
-  const struct kith_config_node *key = at(scene, "partition.ghosts");
-  if (!package->recomputes)
-    return kith_config_fail(key, NULL,
-                            "package %s has two passes before its forces, which would need ghosts of ghosts "
-                            "of ghosts; take exchange",
-                            scene->method.package.name);
-  if (package->history != NULL)
-    return kith_config_fail(key, NULL, "only the owner of a node keeps the history of %s; take exchange",
-                            package->history);
-  if (scene->reproducible)
-    return kith_config_fail(
-        key, NULL, "what is computed again is summed in another order; reproducible runs take exchange");
-  return KITH_OK;
-}
-
-/* What scheme, package and boundaries require of each other. */
+/* What scheme, package and boundaries require of each other. `key`: where the scene says it. */
 static kith_status check_combination(const struct kith_simulation *m) {
-  const struct kith_scene *scene = m->scene;
-  const struct kith_scheme_ops *scheme = kith_scheme_find(scene->scheme.member.name);
+#define REFUSE_IF(wrong, key, ...) \
+  if (wrong) return kith_config_fail(at(s, key), NULL, __VA_ARGS__)
+  const struct kith_scene *s = m->scene;
+  const struct kith_scheme_ops *scheme = kith_scheme_find(s->scheme.member.name);
+  const char *name = s->method.package.name;
   const struct kith_package_traits package =
-      kith_package_traits(kith_package_find(scene->method.package.name), scene->method.package.settings);
+      kith_package_traits(kith_package_find(name), s->method.package.settings);
+  const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
   bool piston = false;
-  for (int a = 0; a < NDIM; ++a) piston = piston || scene->boundary[a].velocity != 0;
-  if (package.uncut != NULL && any_region(scene, true))
-    return kith_config_fail(at(scene, "method"), NULL, "%s reach beyond the pairs that a barrier region cuts",
-                            package.uncut);
-  if (scene->partition.recompute) KITH_TRY(check_recompute(scene, &package));
-  if (scene->method.compatible && scheme->incompatible != NULL)
-    return kith_config_fail(at(scene, "scheme.name"), NULL,
-                            "%s cannot keep energy compatible: %s; give it method.energy=thermal",
-                            scheme->name, scheme->incompatible);
-  if (scene->scheme.cfl > 1 && !scheme->implicit)
-    return kith_config_fail(at(scene, "scheme.cfl"), NULL,
-                            "%g is out of range (0, 1] of %s; more is for implicit", scene->scheme.cfl,
-                            scheme->name);
-  if (scheme->retries && package.history != NULL)
-    return kith_config_fail(at(scene, "scheme.name"), NULL,
-                            "%s has a history, and %s may reject a step after trying it", package.history,
-                            scheme->name);
-  return piston ? check_piston(m, scheme) : KITH_OK;
+  for (int a = 0; a < NDIM; ++a) piston = piston || s->boundary[a].velocity != 0;
+  REFUSE_IF(package.uncut != NULL && any_region(s, true), "method",
+            "%s reach beyond the pairs that a barrier region cuts", package.uncut);
+  REFUSE_IF(again && !package.recomputes, "partition.ghosts",
+            "package %s has two passes before its forces, which would need ghosts of ghosts of ghosts; take "
+            "exchange",
+            name);
+  REFUSE_IF(again && package.history != NULL, "partition.ghosts",
+            "only the owner of a node keeps the history of %s; take exchange", package.history);
+  REFUSE_IF(again && s->reproducible, "partition.ghosts",
+            "what is computed again is summed in another order; reproducible runs take exchange");
+  REFUSE_IF(s->method.compatible && scheme->incompatible != NULL, "scheme.name",
+            "%s cannot keep energy compatible: %s; give it method.energy=thermal", scheme->name,
+            scheme->incompatible);
+  REFUSE_IF(s->scheme.cfl > 1 && !scheme->implicit, "scheme.cfl",
+            "%g is out of range (0, 1] of %s; more is for implicit", s->scheme.cfl, scheme->name);
+  REFUSE_IF(scheme->retries && package.history != NULL, "scheme.name",
+            "%s has a history, and %s may reject a step after trying it", package.history, scheme->name);
+  /* Rebuild policies do not know how far the images in a moving face have gone; and what goes through it
+   * within a step needs a velocity of the face in every sum of a scheme. */
+  REFUSE_IF(piston && kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
+            "a piston requires that neighbor lists are rebuilt always");
+  REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
+            "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
+  REFUSE_IF(piston && any_region(s, false), "regions",
+            "frozen nodes and barriers change the momentum, from which the work of a piston is computed");
+  return KITH_OK;
+#undef REFUSE_IF
 }
 
 static kith_status make(struct kith_simulation *m, bool check) {
