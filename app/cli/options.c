@@ -25,19 +25,20 @@ struct row {
   double least, most;
   unsigned verbs; /* a bit of each verb that takes it */
   const char *doc;
-  size_t offset, size;
+  size_t offset;
 };
 #define F(verb) 1u << KITH_VERB_##verb
 #define X(name, letter, argument, kind, least, most, member, verbs, doc) \
-  {#name, letter, argument, kind, least, most, verbs, doc, KITH_INTO(struct kith_options, member)},
+  {#name, letter, argument, kind, least, most, verbs, doc, offsetof(struct kith_options, member)},
 static const struct row rows[] = {KITH_OPTION_LIST(X)};
 #undef X
 #undef F
 enum { N_ROWS = sizeof rows / sizeof rows[0], OPTION = 256 };
 
 static const char VERBS[] = "" /* "|run|plan..." */
-#define X(name, runs, argument, doc) "|" #name
-    KITH_VERB_LIST(X);
+#define X(name, ...) "|" #name
+    KITH_VERB_LIST(X),
+                  OPTIONS[] = "" KITH_OPTION_LIST(X);
 #undef X
 
 /* One line, and code 2. */
@@ -83,30 +84,18 @@ static void add_override(struct kith_options *o, const char *text) {
 
 static void take_value(const struct row *row, const char *text, struct kith_options *o) {
   void *into = (char *)o + row->offset;
-  const double value = row->kind == COUNT || row->kind == NUMBER ? number(row, text) : 0;
-  switch (row->kind) {
-    case FLAG:
-      *(bool *)into = true;
-      break;
-    case COUNT:
-      if (row->size == sizeof(int))
-        *(int *)into = (int)value;
-      else
-        *(long *)into = (long)value;
-      break;
-    case NUMBER:
-      *(double *)into = value;
-      break;
-    case TEXT:
-      *(const char **)into = text;
-      break;
-    case NETWORK:
-      *(struct kith_network *)into = network(row, text);
-      break;
-    case SETTING:
-      add_override(o, text);
-      break;
-  }
+  if (row->kind == FLAG)
+    *(bool *)into = true;
+  else if (row->kind == COUNT)
+    *(int *)into = (int)number(row, text);
+  else if (row->kind == NUMBER)
+    *(double *)into = number(row, text);
+  else if (row->kind == TEXT)
+    *(const char **)into = text;
+  else if (row->kind == NETWORK)
+    *(struct kith_network *)into = network(row, text);
+  else
+    add_override(o, text);
 }
 
 /* ---- help ---- */
@@ -181,14 +170,12 @@ static int row_of(int code) {
 }
 
 /* An option that is not known, or has a value without taking one. */
-__attribute__((noreturn)) static void refuse_option(const char *given, const struct option *known) {
-  char names[512] = "", near[64], name[64];
+__attribute__((noreturn)) static void refuse_option(const char *given) {
+  char near[64], name[64];
   if (optopt >= OPTION) refuse("%.60s: this option takes no value", given);
   if (optopt != 0) refuse("-%c: unknown option (see kith --help)", optopt);
-  for (; known->name != NULL; ++known)
-    snprintf(names + strlen(names), sizeof names - strlen(names), "|%s", known->name);
   snprintf(name, sizeof name, "%.*s", (int)KITH_MIN(strcspn(given + 2, "="), sizeof name - 1), given + 2);
-  if (kith_choices_suggest(names, name, near, sizeof near))
+  if (kith_choices_suggest(OPTIONS, name, near, sizeof near))
     refuse("--%s: unknown option; did you mean '--%s'?", name, near);
   refuse("--%s: unknown option (see kith --help)", name);
 }
@@ -222,7 +209,7 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, letters, known, NULL)) != -1;) {
     if (c == ':') refuse("%.60s: its value is missing", argv[optind - 1]);
-    if (c == '?') refuse_option(argv[KITH_MAX(optind - 1, 1)], known);
+    if (c == '?') refuse_option(argv[KITH_MAX(optind - 1, 1)]);
     if (c == 1) {
       take_word(o, optarg);
       continue;

@@ -7,6 +7,7 @@
 #ifndef KITH_APP_CLI_OPTIONS_H
 #define KITH_APP_CLI_OPTIONS_H
 
+#include <limits.h>
 #include "lib/core/base.h"
 
 /* name, what runs it, its argument, doc. What runs it: SCENE the program of the scene's dimension (kith-1d,
@@ -60,7 +61,7 @@ struct kith_options {
   const char *restart;                       /* checkpoint file or NULL */
   const char *trace;                         /* file or NULL */
   double until;                              /* < 0: the scene's */
-  long steps;                                /* < 0: no limit */
+  int steps;                                 /* < 0: no limit */
   int threads;                               /* 0: not given */
   int ranks;                                 /* 0: as many as were started */
   struct kith_network network;
@@ -69,7 +70,7 @@ struct kith_options {
 };
 
 /* name, letter or 0, argument, kind, least and most of a value, member, verbs that take it, doc. Kinds: FLAG
- * (bool), COUNT (int or long), NUMBER (double), TEXT, NETWORK ("seconds,bytes per second"), SETTING
+ * (bool), COUNT (int), NUMBER (double), TEXT, NETWORK ("seconds,bytes per second"), SETTING
  * ("key=value", may be repeated). */
 #define KITH_OPTION_LIST(X)                                                                                \
   X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),     \
@@ -82,7 +83,7 @@ struct kith_options {
     F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                    \
     "threads of a process (default: all cores, shared among ranks; runs of chart and stress: 1)")          \
   X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                            \
-  X(steps, 0, "N", COUNT, 0, 1e15, steps, F(run) | F(bench), "stop after step N")                          \
+  X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                       \
   X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                         \
   X(check, 0, 0, FLAG, 0, 0, check, F(run) | F(plan), "verify all structures after every rebuild")         \
   X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks") \

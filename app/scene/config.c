@@ -52,6 +52,14 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
   return refuse(line);
 }
 
+/* The same at another place: of an event, or of an override. */
+static kith_status fail_at(const struct kith_config_node *node, struct kith_source_location location,
+                           const char *key, const char *what) {
+  struct kith_config_node here = *node;
+  here.location = location;
+  return kith_config_fail(&here, key, "%s", what);
+}
+
 /* --- the tree --- */
 
 static void node_destroy(struct kith_config_node **node);
@@ -74,10 +82,13 @@ static void node_destroy(struct kith_config_node **node) {
   kith_free(node);
 }
 
-/* A null; `key` is copied. */
+/* A null; `key` is copied. BAD_INPUT for what lies too deep. */
 static kith_status node_add(struct kith_config_node **out, struct kith_config_node *parent, const char *key,
                             size_t length, struct kith_source_location location) {
+  int depth = 0;
   *out = NULL;
+  for (const struct kith_config_node *above = parent; above != NULL; above = above->parent) ++depth;
+  if (depth > DEEPEST) return fail_at(parent, location, NULL, "nested deeper than 32 levels");
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
   **out = (struct kith_config_node){.null = true, .parent = parent, .location = location};
   if (parent == NULL) return KITH_OK;
@@ -130,14 +141,6 @@ static struct kith_source_location event_location(const struct reader *r) {
   return (struct kith_source_location){r->file, r->has_lines ? (int)r->event.start_mark.line + 1 : 0};
 }
 
-/* At the event, with the path of the node or of its child `key`. */
-static kith_status fail_event(const struct reader *r, const struct kith_config_node *node, const char *key,
-                              const char *what) {
-  struct kith_config_node here = *node;
-  here.location = event_location(r);
-  return kith_config_fail(&here, key, "%s", what);
-}
-
 /* libyaml's complaint with its line; what it could not even decode has an offset only. */
 static kith_status fail_syntax(const struct reader *r) {
   const yaml_parser_t *p = &r->parser;
@@ -164,8 +167,9 @@ static kith_status next_event(struct reader *r) {
 static kith_status check_plain(const struct reader *r, const struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
   if (e->data.scalar.anchor != NULL)
-    return fail_event(r, node, NULL, "anchors and aliases are not supported");
-  return e->data.scalar.tag != NULL ? fail_event(r, node, NULL, "tags are not supported") : KITH_OK;
+    return fail_at(node, event_location(r), NULL, "anchors and aliases are not supported");
+  return e->data.scalar.tag != NULL ? fail_at(node, event_location(r), NULL, "tags are not supported")
+                                    : KITH_OK;
 }
 
 /* Is the event a key that the map has not yet? */
@@ -174,20 +178,20 @@ static kith_status check_key(const struct reader *r, const struct kith_config_no
   const size_t length = r->event.type == YAML_SCALAR_EVENT ? r->event.data.scalar.length : 0;
   char what[64] = "duplicate key";
   if (length > 0) KITH_TRY(check_plain(r, map));
-  if (length == 0 || strlen(text) != length) return fail_event(r, map, NULL, "a key must be a word");
-  if (map->n >= MOST_KEYS) return fail_event(r, map, text, "more than 256 keys in one map");
+  if (length == 0 || strlen(text) != length)
+    return fail_at(map, event_location(r), NULL, "a key must be a word");
+  if (map->n >= MOST_KEYS) return fail_at(map, event_location(r), text, "more than 256 keys in one map");
   const struct kith_config_node *first = child_of(map, text, length);
   if (first == NULL) return KITH_OK;
   if (r->has_lines) snprintf(what, sizeof what, "duplicate key, first on line %d", first->location.line);
-  return fail_event(r, map, text, what);
+  return fail_at(map, event_location(r), text, what);
 }
 
-static kith_status read_node(struct reader *r, struct kith_config_node *node, int depth);
+static kith_status read_node(struct reader *r, struct kith_config_node *node);
 
 /* The entries of a map or a list, up to its end. */
-static kith_status read_children(struct reader *r, struct kith_config_node *node, int depth) {
+static kith_status read_children(struct reader *r, struct kith_config_node *node) {
   const bool map = node->kind == KITH_CONFIG_MAP;
-  if (depth > DEEPEST) return fail_event(r, node, NULL, "nested deeper than 32 levels");
   for (;;) {
     struct kith_config_node *child;
     KITH_TRY(next_event(r));
@@ -196,45 +200,47 @@ static kith_status read_children(struct reader *r, struct kith_config_node *node
     KITH_TRY(node_add(&child, node, map ? (const char *)r->event.data.scalar.value : NULL,
                       map ? r->event.data.scalar.length : 0, event_location(r)));
     if (map) KITH_TRY(next_event(r));
-    KITH_TRY(read_node(r, child, depth));
+    KITH_TRY(read_node(r, child));
   }
 }
 
 /* The value that the event begins. */
-static kith_status read_node(struct reader *r, struct kith_config_node *node, int depth) {
+static kith_status read_node(struct reader *r, struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
   KITH_TRY(check_plain(r, node));
   if (e->type != YAML_SCALAR_EVENT) {
     node->kind = e->type == YAML_MAPPING_START_EVENT ? KITH_CONFIG_MAP : KITH_CONFIG_LIST;
     node->null = false;
-    return read_children(r, node, depth + 1);
+    return read_children(r, node);
   }
   const char *text = (const char *)e->data.scalar.value;
-  if (strlen(text) != e->data.scalar.length) return fail_event(r, node, NULL, "a NUL character in a value");
+  if (strlen(text) != e->data.scalar.length)
+    return fail_at(node, event_location(r), NULL, "a NUL character in a value");
   node->quoted = e->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
   node->null = !node->quoted && (text[0] == '\0' || strcmp(text, "~") == 0 || strcmp(text, "null") == 0);
   return kith_text_copy(&node->text, text, strlen(text));
 }
 
-static kith_status read_stream(struct reader *r, struct kith_config_node *node, int depth) {
+static kith_status read_stream(struct reader *r, struct kith_config_node *node) {
   int documents = 0;
   do {
     KITH_TRY(next_event(r));
     if (r->event.type != YAML_DOCUMENT_START_EVENT) continue;
-    if (++documents > 1) return fail_event(r, node, NULL, "a second document begins; one is read");
+    if (++documents > 1)
+      return fail_at(node, event_location(r), NULL, "a second document begins; one is read");
     KITH_TRY(next_event(r));
     node->location = event_location(r);
-    KITH_TRY(read_node(r, node, depth));
+    KITH_TRY(read_node(r, node));
   } while (r->event.type != YAML_STREAM_END_EVENT);
   return KITH_OK;
 }
 
-/* Fills the node, which holds nothing yet and lies `depth` levels deep. */
-static kith_status read_document(struct reader *r, struct kith_config_node *node, int depth) {
+/* Fills the node, which holds nothing yet. */
+static kith_status read_document(struct reader *r, struct kith_config_node *node) {
   if (!yaml_parser_initialize(&r->parser)) KITH_FAIL(NO_MEMORY, "no memory for a YAML parser");
   yaml_parser_set_input_string(&r->parser, (const unsigned char *)r->text, r->length);
   r->target = node;
-  const kith_status status = read_stream(r, node, depth);
+  const kith_status status = read_stream(r, node);
   yaml_event_delete(&r->event);
   yaml_parser_delete(&r->parser);
   return status;
@@ -244,7 +250,7 @@ static kith_status parse(struct kith_config *config, const char *text, size_t le
   const struct kith_source_location top = {config->file, 1};
   KITH_TRY(node_add(&config->root, NULL, NULL, 0, top));
   struct reader r = {.file = config->file, .text = text, .length = length, .has_lines = true};
-  KITH_TRY(read_document(&r, config->root, 0));
+  KITH_TRY(read_document(&r, config->root));
   if (config->root->null) return kith_config_fail(config->root, NULL, "the scene is empty");
   if (config->root->kind == KITH_CONFIG_MAP) return KITH_OK;
   return kith_config_fail(config->root, NULL, "a %s where a map of keys belongs",
@@ -294,16 +300,15 @@ static kith_status read_one(struct kith_config **out, const char *path) {
 /* The node at a dotted path, which is made if need be: an entry of a list must be there, and a single value
  * has no keys. *out: NULL if a word of the path is empty. */
 static kith_status reach(struct kith_config_node *root, const char *path, size_t length,
-                         struct kith_source_location location, struct kith_config_node **out, int *depth) {
+                         struct kith_source_location location, struct kith_config_node **out) {
   struct kith_config_node *node = root;
-  *out = NULL, *depth = 0;
+  *out = NULL;
   for (const char *part = path, *end = path + length; part <= end; ++part) {
     const char *dot = memchr(part, '.', (size_t)(end - part));
     const size_t n = (size_t)((dot != NULL ? dot : end) - part);
     struct kith_config_node shown = *node, *child;
     shown.location = location;
     if (n == 0) return KITH_OK;
-    if (++*depth > DEEPEST) return kith_config_fail(&shown, NULL, "nested deeper than 32 levels");
     if (node->null)
       node_clear(node), node->kind = KITH_CONFIG_MAP, node->null = false, node->location = location;
     if (node->kind == KITH_CONFIG_SCALAR)
@@ -325,9 +330,7 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
   const struct kith_source_location place = {"--set", 0};
   const char *equals = strchr(assignment, '=');
   struct kith_config_node *node = NULL;
-  int depth = 0;
-  if (equals != NULL)
-    KITH_TRY(reach(config->root, assignment, (size_t)(equals - assignment), place, &node, &depth));
+  if (equals != NULL) KITH_TRY(reach(config->root, assignment, (size_t)(equals - assignment), place, &node));
   if (node == NULL) {
     char line[256];
     snprintf(line, sizeof line, "--set %.100s: write it as key=value", assignment);
@@ -336,7 +339,7 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
   node_clear(node);
   node->location = place;
   struct reader r = {.file = place.file, .text = equals + 1, .length = strlen(equals + 1)};
-  return read_document(&r, node, depth);
+  return read_document(&r, node);
 }
 
 /* --- bases --- */
@@ -355,8 +358,7 @@ static void node_take(struct kith_config_node *node, struct kith_config_node *fr
 /* A key of a scene with a base: to the place that its dots lead to. */
 static kith_status put_over(struct kith_config_node *root, struct kith_config_node *given) {
   struct kith_config_node *node;
-  int depth;
-  KITH_TRY(reach(root, given->key, strlen(given->key), given->location, &node, &depth));
+  KITH_TRY(reach(root, given->key, strlen(given->key), given->location, &node));
   if (node == NULL) return kith_config_fail(given, NULL, "an empty word between dots");
   node_take(node, given);
   return KITH_OK;

@@ -64,61 +64,7 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
 
 /* --- several values --- */
 
-static kith_status check_entries(const struct kith_config_node *node, int least, int most) {
-  KITH_TRY(kith_config_want_list(node));
-  if (node->n >= least && node->n <= most) return KITH_OK;
-  return least == most ? kith_config_fail(node, NULL, "%d entries, wanted %d", node->n, most)
-                       : kith_config_fail(node, NULL, "%d entries, wanted %d to %d", node->n, least, most);
-}
-
-static kith_status read_expressions(const struct kith_param *param, const struct kith_config_node *node,
-                                    struct kith_expression **into) {
-  static const struct kith_param entry = {.kind = KITH_PARAM_EXPRESSION};
-  const int n = (int)(param->size / sizeof *into);
-  KITH_TRY(check_entries(node, n, 3));
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    struct kith_expression *unused = NULL;
-    KITH_TRY(read_scalar(&entry, child, child->index < n ? &into[child->index] : &unused));
-    kith_expression_destroy(&unused);
-  }
-  return KITH_OK;
-}
-
-/* n to `most` entries, of which the first n are kept; all are checked. */
-static kith_status read_numbers(const struct kith_param *param, const struct kith_config_node *node, int n,
-                                int most, double *into) {
-  const struct kith_param number = {
-      .key = param->key, .kind = KITH_PARAM_NUMBER, .allowed = param->allowed, .size = sizeof(double)};
-  KITH_TRY(check_entries(node, n, most));
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    double value;
-    KITH_TRY(read_scalar(&number, child, &value));
-    if (child->index < n) into[child->index] = value;
-  }
-  return KITH_OK;
-}
-
-static kith_status read_interval(const struct kith_param *param, const struct kith_config_node *node,
-                                 double *into) {
-  KITH_TRY(read_numbers(param, node, 2, 2, into));
-  if (into[0] < into[1]) return KITH_OK;
-  return kith_config_fail(node, NULL, "[%g, %g] is empty: the first must be below the second", into[0],
-                          into[1]);
-}
-
-static kith_status read_sides(const struct kith_param *param, const struct kith_config_node *node,
-                              double *into) {
-  if (node->kind == KITH_CONFIG_LIST) return read_numbers(param, node, 2, 2, into);
-  struct kith_param number = *param;
-  number.kind = KITH_PARAM_NUMBER;
-  KITH_TRY(kith_param_value(&number, node, into));
-  into[1] = into[0];
-  return KITH_OK;
-}
-
-/* --- rows --- */
-
-static kith_status want(const struct kith_config_node *node, enum kith_config_kind kind) {
+kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind) {
   static const char *const names[] = {[KITH_CONFIG_MAP] = "a map", [KITH_CONFIG_LIST] = "a list"};
   if (node->kind == kind) return KITH_OK;
   if (node->kind == KITH_CONFIG_SCALAR)
@@ -127,29 +73,45 @@ static kith_status want(const struct kith_config_node *node, enum kith_config_ki
   return kith_config_fail(node, NULL, "%s where %s belongs", names[node->kind], names[kind]);
 }
 
-kith_status kith_config_want_map(const struct kith_config_node *node) {
-  return want(node, KITH_CONFIG_MAP);
+/* As many as `into` holds; vectors may have more, up to 3: these are checked, and dropped. */
+static kith_status read_entries(const struct kith_param *param, const struct kith_config_node *node,
+                                void *into) {
+  union {
+    double number;
+    struct kith_expression *formula;
+  } *kept = into, unused;
+  const bool formulas = param->kind == KITH_PARAM_EXPRESSIONS,
+             vector = formulas || param->kind == KITH_PARAM_VECTOR;
+  const struct kith_param entry = {.kind = formulas ? KITH_PARAM_EXPRESSION : KITH_PARAM_NUMBER,
+                                   .allowed = param->allowed};
+  const int n = (int)(param->size / sizeof unused), most = vector ? 3 : n;
+  char wanted[16] = "";
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
+  if (n < most) snprintf(wanted, sizeof wanted, "%d to ", n);
+  if (node->n < n || node->n > most)
+    return kith_config_fail(node, NULL, "%d entries, wanted %s%d", node->n, wanted, most);
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    KITH_TRY(read_scalar(&entry, child, child->index < n ? &kept[child->index] : &unused));
+    if (formulas && child->index >= n) kith_expression_destroy(&unused.formula);
+  }
+  if (param->kind != KITH_PARAM_INTERVAL || kept[0].number < kept[1].number) return KITH_OK;
+  return kith_config_fail(node, NULL, "[%g, %g] is empty: the first must be below the second", kept[0].number,
+                          kept[1].number);
 }
 
-kith_status kith_config_want_list(const struct kith_config_node *node) {
-  return want(node, KITH_CONFIG_LIST);
-}
+/* --- rows --- */
 
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node,
                              void *into) {
-  switch (param->kind) {
-    case KITH_PARAM_VECTOR:
-      return read_numbers(param, node, (int)(param->size / sizeof(double)), 3, into);
-    case KITH_PARAM_INTERVAL:
-      return read_interval(param, node, into);
-    case KITH_PARAM_SIDES:
-      return read_sides(param, node, into);
-    case KITH_PARAM_EXPRESSIONS:
-      return read_expressions(param, node, into);
-    default:
-      return node->kind == KITH_CONFIG_MAP ? read_by_dimension(param, node, into)
-                                           : read_scalar(param, node, into);
-  }
+  const bool map = node->kind == KITH_CONFIG_MAP, sides = param->kind == KITH_PARAM_SIDES;
+  struct kith_param single = *param;
+  if (param->kind >= KITH_PARAM_EXPRESSIONS && param->kind <= KITH_PARAM_SIDES &&
+      !(sides && node->kind != KITH_CONFIG_LIST))
+    return read_entries(param, node, into);
+  if (sides) single.kind = KITH_PARAM_NUMBER;
+  KITH_TRY(map ? read_by_dimension(&single, node, into) : read_scalar(&single, node, into));
+  if (sides) memcpy((double *)into + 1, into, sizeof(double));
+  return KITH_OK;
 }
 
 static kith_status read_default(const struct kith_param *param, void *into) {
@@ -269,7 +231,7 @@ static kith_status read_member(const struct kith_param *chooser, const struct ki
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map,
                              void *base) {
   const struct kith_param *chooser = find_chooser(params);
-  if (map != NULL) KITH_TRY(kith_config_want_map(map));
+  if (map != NULL) KITH_TRY(kith_config_want(map, KITH_CONFIG_MAP));
   for (const struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL;
        child = child->next)
     KITH_TRY(check_key(params, child));

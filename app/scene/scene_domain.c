@@ -3,30 +3,22 @@
 #include "app/scene/scene_parts.h"
 #include "lib/core/choices.h"
 
-struct domain {
-  double lower[NDIM], upper[NDIM];
-  int across;
-};
-
-#define IN(member) KITH_INTO(struct domain, member)
+#define IN(member) KITH_INTO(struct kith_scene, member)
 const struct kith_param kith_domain_params[] = {
-    {"lower", KITH_PARAM_VECTOR, NULL, "", "corner", IN(lower)},
-    {"upper", KITH_PARAM_VECTOR, NULL, "", "opposite corner", IN(upper)},
+    {"lower", KITH_PARAM_VECTOR, NULL, "", "corner", IN(domain.lower)},
+    {"upper", KITH_PARAM_VECTOR, NULL, "", "opposite corner", IN(domain.upper)},
     {"across", KITH_PARAM_INTEGER, "", "[1, inf)",
      "upper on all axes but x: this many spacings of the densest region above lower", IN(across)},
     {0}};
 #undef IN
 
 kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config_node *node) {
-  struct domain d = {.across = 0};
-  KITH_TRY(kith_params_read(kith_domain_params, node, &d));
+  double *lower = scene->domain.lower, *upper = scene->domain.upper;
   for (int a = 0; a < NDIM; ++a) {
-    if (a > 0 && d.across > 0) d.upper[a] = d.lower[a] + d.across / scene->resolution;
-    if (!(d.lower[a] < d.upper[a]))
+    if (a > 0 && scene->across > 0) upper[a] = lower[a] + scene->across / scene->resolution;
+    if (!(lower[a] < upper[a]))
       return kith_config_fail(kith_config_child(node, "upper"), NULL, "%g along %c is not above lower, %g",
-                              d.upper[a], "xyz"[a], d.lower[a]);
-    scene->domain.lower[a] = d.lower[a];
-    scene->domain.upper[a] = d.upper[a];
+                              upper[a], "xyz"[a], lower[a]);
   }
   return KITH_OK;
 }
@@ -71,25 +63,22 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
 /* One boundary acts on an axis: on both of its sides, with the same settings, or on one. */
 static kith_status check_sides(const struct kith_boundary_ops *lower, const struct kith_boundary_ops *upper,
                                const struct kith_selected side[2], const struct kith_config_node *node) {
-  const struct kith_boundary_ops *alone = lower != NULL && lower->one_side   ? lower
-                                          : upper != NULL && upper->one_side ? upper
-                                                                             : NULL;
-  const struct kith_boundary_ops *other = alone == lower ? upper : lower;
   if (kith_boundary_wraps(lower) != kith_boundary_wraps(upper))
     return kith_config_fail(node, NULL, "periodic on one side only; it must be on both");
-  if (alone != NULL && other == alone)
-    return kith_config_fail(node, NULL, "two %ss; one acts on a side, opposite to an open one", alone->name);
-  if (alone != NULL && other != NULL)
+  if (lower == NULL || upper == NULL) return KITH_OK;
+  const char *alone = lower->one_side ? lower->name : upper->name;
+  if (lower == upper && lower->one_side)
+    return kith_config_fail(node, NULL, "two %ss; one acts on a side, opposite to an open one", alone);
+  if (lower->one_side || upper->one_side)
     return kith_config_fail(node, NULL,
                             "a %s opposite to a %s side: it must be open, or what the %s does could not be "
                             "told from it",
-                            alone->name, other->name, alone->name);
-  if (lower != NULL && upper != NULL &&
-      (lower != upper ||
-       (side[1].settings != NULL && memcmp(side[0].settings, side[1].settings, lower->settings_size) != 0)))
-    return kith_config_fail(node, NULL, "%s and %s: both sides must be the same, or one be open", lower->name,
-                            upper->name);
-  return KITH_OK;
+                            alone, lower->one_side ? upper->name : lower->name, alone);
+  if (lower == upper &&
+      (side[1].settings == NULL || memcmp(side[0].settings, side[1].settings, lower->settings_size) == 0))
+    return KITH_OK;
+  return kith_config_fail(node, NULL, "%s and %s: both sides must be the same, or one be open", lower->name,
+                          upper->name);
 }
 
 static kith_status read_sides(const struct kith_config_node *node, struct kith_selected side[2]) {
@@ -121,9 +110,8 @@ static kith_status read_axis(struct kith_scene *scene, int axis, const struct ki
 }
 
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
-  static const char *const axes[] = {"x", "y", "z"};
-  KITH_TRY(kith_params_read(kith_boundaries_params, node, scene));
-  for (int a = 0; a < 3; ++a) KITH_TRY(read_axis(scene, a, kith_config_child(node, axes[a])));
+  for (int a = 0; a < 3; ++a)
+    KITH_TRY(read_axis(scene, a, kith_config_child(node, kith_boundaries_params[a].key)));
   return KITH_OK;
 }
 
@@ -195,7 +183,7 @@ static kith_status read_material(struct kith_scene *scene, const struct kith_con
 }
 
 kith_status kith_scene_materials(struct kith_scene *scene, const struct kith_config_node *node) {
-  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
   if (node->n == 0) return kith_config_fail(node, NULL, "no material; one is required");
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
     KITH_TRY(read_material(scene, child));

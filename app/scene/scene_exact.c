@@ -100,7 +100,7 @@ static kith_status read_window(struct kith_scene *scene, const struct kith_confi
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node) {
   struct kith_selected exact = {.name = ""};
   if (node == NULL) return KITH_OK;
-  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
   KITH_TRY(kith_param_read(&kith_exact_params[0], node, &exact));
   scene->exact.ops = kith_exact_find(exact.name);
   KITH_TRY(kith_settings_create(&exact.settings, kith_family_member(kith_exact_member, exact.name), NULL));

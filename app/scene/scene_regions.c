@@ -157,7 +157,7 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
 static kith_status read_region(const struct kith_scene *scene, struct kith_region *region,
                                const struct kith_config_node *node) {
   region->location = node->location;
-  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
   KITH_TRY(kith_params_read(kith_region_params, node, region));
   KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
   KITH_TRY(read_where(&region->where, kith_config_child(node, "where")));
@@ -167,7 +167,7 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
 }
 
 kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_config_node *node) {
-  KITH_TRY(kith_config_want_list(node));
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
   if (node->n == 0) return kith_config_fail(node, NULL, "no region; one is required");
   KITH_TRY(kith_resize(&scene->region, 0, (size_t)node->n, sizeof *scene->region));
   scene->n_regions = node->n;
@@ -208,7 +208,7 @@ const struct kith_param kith_deposit_params[] = {
 
 static kith_status read_deposit(struct kith_deposit *deposit, const struct kith_config_node *node) {
   deposit->location = node->location;
-  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
   KITH_TRY(kith_params_read(kith_deposit_params, node, deposit));
   const bool point = deposit->shape == KITH_DEPOSIT_POINT, radius = deposit->radius > 0,
              spacings = deposit->spacings > 0;

@@ -129,7 +129,7 @@ static kith_status apply_overrides(struct kith_job *job, const struct kith_optio
 /* ---- methods and values ---- */
 
 static kith_status check_list(const struct kith_config_node *list, int most) {
-  KITH_TRY(kith_config_want_list(list));
+  KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
   if (list->n == 0) return kith_config_fail(list, NULL, "an empty list");
   return list->n <= most ? KITH_OK : kith_config_fail(list, NULL, "more than %d", most);
 }
@@ -141,9 +141,9 @@ static kith_status check_named(const struct kith_config_node *list, const struct
   for (const struct kith_config_node *one = list->first; one != NULL; one = one->next) {
     struct named head;
     const struct kith_config_node *settings = kith_config_child(one, "settings");
-    KITH_TRY(kith_config_want_map(one));
+    KITH_TRY(kith_config_want(one, KITH_CONFIG_MAP));
     KITH_TRY(kith_params_read(params, one, &head));
-    if (settings != NULL) KITH_TRY(kith_config_want_map(settings));
+    if (settings != NULL) KITH_TRY(kith_config_want(settings, KITH_CONFIG_MAP));
     for (const struct kith_config_node *before = list->first; before != one; before = before->next)
       if (strcmp(kith_config_child(before, params->key)->text, head.name) == 0)
         return kith_config_fail(one, params->key, "'%s' is there twice", head.name);
@@ -255,7 +255,7 @@ static kith_status make_common(struct kith_suite *s, const struct kith_config_no
   KITH_TRY(find_scene(kith_config_child(map, "scene"), c, s->scene, job->scene));
   KITH_TRY(set_scene(s, c, job));
   if (settings == NULL) return KITH_OK;
-  KITH_TRY(kith_config_want_map(settings));
+  KITH_TRY(kith_config_want(settings, KITH_CONFIG_MAP));
   return set_all(job, "", settings);
 }
 
@@ -273,7 +273,7 @@ static kith_status read_norms(struct kith_suite *s, const struct kith_config *co
     snprintf(s->measure[n->index], sizeof s->measure[0], "norms.%s", norm);
   }
   if (targets == NULL) return KITH_OK;
-  KITH_TRY(kith_config_want_list(targets));
+  KITH_TRY(kith_config_want(targets, KITH_CONFIG_LIST));
   if (targets->n != s->n_measures)
     return kith_config_fail(targets, NULL, "%d targets for %d norms", targets->n, s->n_measures);
   for (const struct kith_config_node *t = targets->first; t != NULL; t = t->next)
@@ -282,14 +282,14 @@ static kith_status read_norms(struct kith_suite *s, const struct kith_config *co
 }
 
 static kith_status read_codes(struct kith_suite *s, const struct kith_config_node *list) {
-  KITH_TRY(kith_config_want_list(list));
+  KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
   KITH_TRY(kith_resize(&s->code, 0, (size_t)list->n, sizeof *s->code));
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     struct kith_reference_code *code = &s->code[s->n_codes++];
     const struct kith_config_node *norms = kith_config_child(node, "norms");
-    KITH_TRY(kith_config_want_map(node));
+    KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
     KITH_TRY(kith_params_read(code_params, node, code));
-    KITH_TRY(kith_config_want_map(norms));
+    KITH_TRY(kith_config_want(norms, KITH_CONFIG_MAP));
     for (int k = 0; k < KITH_SUITE_MEASURES; ++k) code->norm[k] = NAN;
     for (const struct kith_config_node *norm = norms->first; norm != NULL; norm = norm->next) {
       double value;
@@ -408,7 +408,7 @@ static kith_status read_sweep(struct kith_suite *s, const struct kith_config_nod
   struct kith_job job = {0};
   const struct kith_config_node *values = kith_config_child(node, "values");
   *s = (struct kith_suite){.at_most = NAN, .at_least = NAN, .n_measures = 1};
-  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
   KITH_TRY(kith_params_read(sweep_params, node, s));
   if (isnan(s->at_most) == isnan(s->at_least))
     return kith_config_fail(node, NULL, "sweep %s needs one bound, at_most or at_least", s->name);
@@ -425,7 +425,7 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
                                 *methods = kith_config_at(config, "methods");
   char none, names[4096] = "";
   KITH_TRY(kith_params_read(file_params, config->root, &none));
-  KITH_TRY(kith_config_want_list(list));
+  KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
   KITH_TRY(kith_resize(&c->suite, 0, (size_t)list->n, sizeof *c->suite));
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     const struct kith_config_node *child = kith_config_child(node, "name");

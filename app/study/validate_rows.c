@@ -72,7 +72,7 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
 static kith_status read_row(const struct rows *rows, const struct kith_config_node *node,
                             struct kith_row *row) {
   struct entry entry = {.row = *row};
-  KITH_TRY(kith_config_want_map(node));
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
   KITH_TRY(kith_params_read(row_params, node, &entry));
   *row = entry.row;
   if (entry.scene[0] != '\0')
@@ -142,13 +142,13 @@ static kith_status read_group(const struct kith_config_node *node, struct kith_r
                               struct rows *rows) {
   const struct kith_config_node *list = kith_config_child(node, "rows"),
                                 *over = kith_config_child(node, "over");
-  KITH_TRY(kith_config_want_list(list));
+  KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
   if (over == NULL) return kith_config_fail(node, "over", "missing: what a group is run over");
-  KITH_TRY(kith_config_want_map(over));
+  KITH_TRY(kith_config_want(over, KITH_CONFIG_MAP));
   if (list->n == 0 || over->n == 0) return kith_config_fail(node, NULL, "a group needs rows and factors");
   const struct kith_config_node *longest = over->first;
   for (const struct kith_config_node *factor = over->first; factor != NULL; factor = factor->next) {
-    KITH_TRY(kith_config_want_list(factor));
+    KITH_TRY(kith_config_want(factor, KITH_CONFIG_LIST));
     if (factor->n == 0) return kith_config_fail(factor, NULL, "a factor without values");
     if (factor->n > longest->n) longest = factor;
   }
@@ -185,7 +185,7 @@ kith_status kith_rows_read_file(struct kith_row **out, int *n, const char *path,
   struct rows rows = {.inputs = inputs};
   KITH_TRY(kith_config_read(&config, path));
   const struct kith_config_node *list = kith_config_at(config, "rows");
-  kith_status status = list != NULL ? kith_config_want_list(list)
+  kith_status status = list != NULL ? kith_config_want(list, KITH_CONFIG_LIST)
                                     : kith_config_fail(config->root, NULL,
                                                        "no rows: a file for validation has a list of them");
   for (const struct kith_config_node *node = list != NULL ? list->first : NULL;
