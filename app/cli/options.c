@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include "app/cli/text.h"
-#include "app/cli/version.h"
 #include "lib/core/choices.h"
 #include "lib/core/param.h"
 
@@ -218,7 +217,7 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
     given[k] = true;
     take_value(&rows[k], optarg, o);
   }
-  if (o->version) printf("kith %s (%s)\n", kith_version(), kith_build_text());
+  if (o->version) printf("kith %s (%s, %s)\n", kith_version(), kith_compiler(), kith_flags());
   if (o->help && !o->version) print_help(o->verb);
   if (o->version || o->help) exit(KITH_EXIT_OK);
   for (; optind < argc; ++optind) take_word(o, argv[optind]); /* behind "--" */

@@ -1,7 +1,16 @@
-/* text.c - wrapped text, and quantities with units. */
+/* text.c - wrapped text, quantities with units, and version and flags as the build system defines them. */
 #include "app/cli/text.h"
 
 #include <string.h>
+
+#ifdef __clang__
+#define COMPILER "clang " __clang_version__
+#else
+#define COMPILER "gcc " __VERSION__
+#endif
+#ifndef KITH_FLAGS
+#define KITH_FLAGS "unknown"
+#endif
 
 void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text) {
   const size_t room = (size_t)(KITH_TEXT_WIDTH - indent);
@@ -38,4 +47,14 @@ const char *kith_text_seconds(char text[32], double seconds) {
   else
     snprintf(text, 32, "%.1f h", seconds / 3600);
   return text;
+}
+
+const char *kith_version(void) {
+  return KITH_VERSION;
+}
+const char *kith_compiler(void) {
+  return COMPILER;
+}
+const char *kith_flags(void) {
+  return KITH_FLAGS;
 }

@@ -1,4 +1,5 @@
-/* text.h - text for people: wrapped at blanks to 100 columns, and quantities with units. */
+/* text.h - text for people: wrapped at blanks to 100 columns, quantities with units, and what this program
+ * is. */
 #ifndef KITH_APP_CLI_TEXT_H
 #define KITH_APP_CLI_TEXT_H
 
@@ -11,5 +12,9 @@ void kith_text_wrapped(FILE *out, int indent, const char *label, const char *tex
 /* "4.66 MiB" and "22.7 ms"; returns `text`. */
 const char *kith_text_bytes(char text[32], double bytes);
 const char *kith_text_seconds(char text[32], double seconds);
+
+const char *kith_version(void);  /* "0.1.0" */
+const char *kith_compiler(void); /* name and version */
+const char *kith_flags(void);
 
 #endif

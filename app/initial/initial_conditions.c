@@ -284,16 +284,12 @@ static kith_status count_region(const struct setup *s, struct plan *plan) {
 }
 
 static kith_status count_nodes(struct setup *s) {
-  int64_t sites = 0, total = 0;
+  int64_t sites = 0;
   for (int k = 0; k < s->scene->n_regions; ++k) sites += s->plan[k].fit.sites;
   if (sites > KITH_MAX_SITES)
     KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
               (double)KITH_MAX_SITES);
-  for (int k = 0; k < s->scene->n_regions; ++k) {
-    KITH_TRY(count_region(s, &s->plan[k]));
-    total += s->plan[k].count;
-  }
-  if (total == 0) KITH_FAIL(BAD_INPUT, "the scene has no node: it has no region");
+  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(count_region(s, &s->plan[k]));
   return KITH_OK;
 }
 
@@ -344,18 +340,15 @@ static kith_status fill_region(const struct setup *s, const struct plan *plan) {
 /* Barriers are a field of their own: their ghosts are barriers too. Barriers are frozen. */
 static kith_status mark_frozen(const struct setup *s, uint8_t **frozen) {
   static const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"};
-  bool any_barrier = false, any_frozen = false;
-  struct kith_field *barrier = NULL;
+  struct kith_field *barrier;
   for (int k = 0; k < s->scene->n_regions; ++k) {
-    any_barrier = any_barrier || s->plan[k].region->barrier;
-    any_frozen = any_frozen || s->plan[k].region->frozen;
-  }
-  if (any_barrier) KITH_TRY(kith_nodes_field(s->nodes, &spec, &barrier));
-  if (any_barrier || any_frozen) KITH_TRY(kith_resize(frozen, 0, (size_t)s->nodes->n_internal, 1));
-  for (int k = 0; k < s->scene->n_regions && *frozen != NULL; ++k) {
     const struct plan *plan = &s->plan[k];
-    memset(*frozen + plan->first, plan->region->frozen || plan->region->barrier, (size_t)plan->count);
-    if (barrier != NULL) memset(barrier->u8 + plan->first, plan->region->barrier, (size_t)plan->count);
+    if (!plan->region->frozen && !plan->region->barrier) continue;
+    if (*frozen == NULL) KITH_TRY(kith_resize(frozen, 0, (size_t)s->nodes->n_internal, 1));
+    memset(*frozen + plan->first, 1, (size_t)plan->count);
+    if (!plan->region->barrier) continue;
+    KITH_TRY(kith_nodes_field(s->nodes, &spec, &barrier));
+    memset(barrier->u8 + plan->first, 1, (size_t)plan->count);
   }
   return KITH_OK;
 }

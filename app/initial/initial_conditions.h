@@ -17,7 +17,7 @@
  *
  * BAD_INPUT, with file and line: a region outside of the domain, without a node, or with a site inside
  * another region; density <= 0, pressure < 0, energy < 0 or values that are not finite, with the place; a
- * scene without a node, or beyond 1e9.
+ * scene beyond 1e9 nodes.
  *
  * Regions in equilibrium: a package computes the density by its own sum, and with that the pressure would not
  * be the one that the scene gives. Their energy is set when this density is known, after the first

@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 #include "app/cli/process.h"
-#include "app/cli/version.h"
+#include "app/cli/text.h"
 #include "lib/io/atomic_file.h"
 #include "lib/io/snapshot.h"
 #include "lib/nodes/migrate.h"
@@ -60,7 +60,7 @@ static kith_status write_series(const struct kith_output *output) {
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
   const struct kith_integrator *it = &simulation->integrator;
   char build[256];
-  snprintf(build, sizeof build, "%d-D, %s", NDIM, kith_build_text());
+  snprintf(build, sizeof build, "%d-D, %s, %s", NDIM, kith_compiler(), kith_flags());
   const struct kith_note notes[] = {{"Program", "kith"},
                                     {"Version", kith_version()},
                                     {"Build", build},

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <omp.h>
 #include <string.h>
-#include "app/cli/version.h"
+#include "app/cli/text.h"
 #include "lib/io/atomic_file.h"
 
 /* ---- JSON ---- */

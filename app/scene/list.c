@@ -98,9 +98,7 @@ static void print_family(const struct family *family) {
 
 static enum kith_exit refuse(const char *name) {
   char words[512] = "", told[512], near[64];
-  for (int f = 0; f < FAMILIES; ++f) {
-    strcat(strcat(words, families[f].name), "|");
-  }
+  for (int f = 0; f < FAMILIES; ++f) strcat(strcat(words, families[f].name), "|");
   strcat(words, "scene");
   if (kith_choices_suggest(words, name, near, sizeof near)) {
     fprintf(stderr, "kith: list: '%.60s' is no family; did you mean '%s'?\n", name, near);

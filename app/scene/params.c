@@ -114,21 +114,6 @@ kith_status kith_param_value(const struct kith_param *param, const struct kith_c
   return KITH_OK;
 }
 
-static kith_status read_default(const struct kith_param *param, void *into) {
-  if (param->fallback == NULL || param->fallback[0] == '\0') return KITH_OK;
-  if (param->kind != KITH_PARAM_EXPRESSION && param->kind != KITH_PARAM_EXPRESSIONS)
-    return kith_param_parse(param, param->fallback, into);
-  char text[ROOM];
-  struct kith_expression **expression = into;
-  snprintf(text, sizeof text, "%s", param->fallback);
-  for (char *rest = text, *word; (word = strtok_r(rest, "[], ", &rest)) != NULL; ++expression) {
-    if ((size_t)((char *)expression - (char *)into) >= param->size) break;
-    const struct kith_config_node node = {.text = word, .location = {"default", 1}};
-    KITH_TRY(read_expression(&node, expression));
-  }
-  return KITH_OK;
-}
-
 kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base) {
   const struct kith_config_node *node = kith_config_child(map, param->key);
   void *into = (char *)base + param->offset;
@@ -136,7 +121,10 @@ kith_status kith_param_read(const struct kith_param *param, const struct kith_co
     return kith_config_fail(map, param->key, "missing; it is required");
   if (param->kind == KITH_PARAM_OTHER) return KITH_OK;
   if (param->kind == KITH_PARAM_MAP) return kith_params_read(param->params, node, base);
-  return node == NULL ? read_default(param, into) : kith_param_value(param, node, into);
+  if (node != NULL) return kith_param_value(param, node, into);
+  const bool formulas = param->kind == KITH_PARAM_EXPRESSION || param->kind == KITH_PARAM_EXPRESSIONS;
+  const bool fixed = param->fallback != NULL && param->fallback[0] != '\0' && !formulas;
+  return fixed ? kith_param_parse(param, param->fallback, into) : KITH_OK;
 }
 
 kith_status kith_scene_dimension(const char *path, int n_overrides, const char *const *overrides,
@@ -299,30 +287,25 @@ static void write_rows(const struct kith_param *params, const struct kith_config
   if (chosen != NULL) write_rows(kith_family_member(chooser->family, chosen).params, map, path, file);
 }
 
-/* NULL: no memory. */
-static char *values_of(const struct kith_param *params, const struct kith_config_node *map) {
-  char *text = NULL;
-  size_t length;
-  FILE *file = open_memstream(&text, &length);
-  if (file == NULL) return NULL;
-  write_rows(params, map, "", file);
-  if (fclose(file) != 0) kith_free(&text);
-  return text;
-}
-
 kith_status kith_params_compare(const struct kith_param *params, const struct kith_config_node *a,
                                 const struct kith_config_node *b, char *path, size_t size) {
-  char *one = values_of(params, a), *other = values_of(params, b);
-  const bool made = one != NULL && other != NULL;
-  size_t k = 0;
-  path[0] = '\0';
-  while (made && one[k] != '\0' && one[k] == other[k]) ++k;
-  if (made && one[k] != other[k]) {
-    const char *text = one[k] != '\0' ? one : other; /* the longer one where one is all of the other */
-    while (k > 0 && text[k - 1] != '\n') --k;
-    snprintf(path, size, "%.*s", (int)strcspn(text + k, ":"), text + k);
+  const struct kith_config_node *const map[] = {a, b};
+  char *text[2] = {NULL, NULL};
+  size_t length, k = 0;
+  bool made = true;
+  for (int i = 0; i < 2; ++i) {
+    FILE *file = open_memstream(&text[i], &length);
+    if (file != NULL) write_rows(params, map[i], "", file);
+    made = file != NULL && fclose(file) == 0 && made;
   }
-  kith_free(&one), kith_free(&other);
+  path[0] = '\0';
+  while (made && text[0][k] != '\0' && text[0][k] == text[1][k]) ++k;
+  if (made && text[0][k] != text[1][k]) {
+    const char *longer = text[text[0][k] == '\0'];
+    while (k > 0 && longer[k - 1] != '\n') --k;
+    snprintf(path, size, "%.*s", (int)strcspn(longer + k, ":"), longer + k);
+  }
+  kith_free(&text[0]), kith_free(&text[1]);
   if (!made) KITH_FAIL(NO_MEMORY, "no memory to compare scenes");
   return KITH_OK;
 }

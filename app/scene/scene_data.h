@@ -48,8 +48,8 @@ struct kith_region {
   double jitter; /* largest displacement of a node along an axis, in spacings, [0, 0.5] */
   uint64_t seed;
   struct kith_expression *density, *pressure,
-      *energy; /* exactly one of pressure and energy; the other NULL */
-  struct kith_expression *velocity[NDIM];
+      *energy;                                /* exactly one of pressure and energy; the other NULL */
+  struct kith_expression *velocity[NDIM];     /* NULL: at rest */
   struct kith_expression *displacement[NDIM]; /* of the sites; NULL: they stay */
   double spacing;                             /* 0: from resolution and arrangement */
   bool frozen;                                /* boundary `constant`: its nodes never move */

@@ -25,9 +25,12 @@ static double pressure_of(const struct kith_material *m, const struct kith_regio
 }
 
 static void velocity_at(const void *context, const double *x, double *velocity) {
-  const struct kith_scene *scene = context;
-  for (int a = 0; a < NDIM; ++a)
-    if (kith_expression_at(scene->region[0].velocity[a], NDIM, x, &velocity[a]) != KITH_OK) velocity[a] = NAN;
+  struct kith_expression *const *formula = ((const struct kith_scene *)context)->region[0].velocity;
+  for (int a = 0; a < NDIM; ++a) {
+    velocity[a] = 0;
+    if (formula[a] != NULL && kith_expression_at(formula[a], NDIM, x, &velocity[a]) != KITH_OK)
+      velocity[a] = NAN;
+  }
 }
 
 static struct kith_exact_scene describe(const struct kith_scene *scene) {
@@ -54,7 +57,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     out.region[r].density = kith_constant_value(region->density);
     out.region[r].pressure = pressure_of(m, region);
     for (int a = 0; a < NDIM; ++a) {
-      out.region[r].velocity[a] = kith_constant_value(region->velocity[a]);
+      out.region[r].velocity[a] = region->velocity[a] != NULL ? kith_constant_value(region->velocity[a]) : 0;
       out.region[r].lower[a] = region->where.box.lower[a],
       out.region[r].upper[a] = region->where.box.upper[a];
     }

@@ -110,12 +110,6 @@ static kith_status read_region_material(const struct kith_scene *scene, const st
   return kith_param_value(&key, node, material);
 }
 
-static kith_status check_lattice(const struct kith_region *region, const struct kith_config_node *node) {
-  if (NDIM != 2 || region->lattice != KITH_LATTICE_FCC) return KITH_OK;
-  return kith_config_fail(kith_config_child(node, "lattice"), NULL,
-                          "fcc does not exist in 2-D; cubic, bcc and hcp do");
-}
-
 /* It needs a pressure to hold, gas whose density is found, and one that takes pressure from energy. */
 static kith_status check_equilibrium(const struct kith_scene *scene, const struct kith_region *region,
                                      const struct kith_config_node *node) {
@@ -161,7 +155,9 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
   KITH_TRY(kith_params_read(kith_region_params, node, region));
   KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
   KITH_TRY(read_where(&region->where, kith_config_child(node, "where")));
-  KITH_TRY(check_lattice(region, node));
+  if (NDIM == 2 && region->lattice == KITH_LATTICE_FCC)
+    return kith_config_fail(kith_config_child(node, "lattice"), NULL,
+                            "fcc does not exist in 2-D; cubic, bcc and hcp do");
   KITH_TRY(check_state(scene, region, node));
   return check_equilibrium(scene, region, node);
 }

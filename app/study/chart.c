@@ -19,7 +19,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "app/cli/version.h"
+#include "app/cli/text.h"
 #include "app/output/figure.h"
 #include "app/study/pareto_front.h"
 #include "app/study/study.h"

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#include "app/cli/version.h"
+#include "app/cli/text.h"
 #include "lib/io/atomic_file.h"
 
 /* ---- what is kept of runs ---- */

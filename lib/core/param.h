@@ -39,7 +39,8 @@ enum kith_param_kind {
   KITH_PARAM_NAME,        /* char[]: one of the choices, or any name if there are none; with row.family, one
                           * or more of its members joined by '|', which may have options after a colon */
   KITH_PARAM_TEXT,        /* char *, kith_resize memory owned by the struct */
-  KITH_PARAM_EXPRESSION,  /* struct kith_expression *, owned by the struct: a number or a formula */
+  KITH_PARAM_EXPRESSION,  /* struct kith_expression *, owned by the struct: a number or a formula; NULL: none,
+                           * what its default says is for the reader to do */
   KITH_PARAM_EXPRESSIONS, /* struct kith_expression *[n], owned: n to 3 of them, of which the first n count */
   KITH_PARAM_VECTOR,      /* double[n]: n to 3 entries, of which the first n count */
   KITH_PARAM_INTERVAL,    /* double[2]: [a, b], a < b */

@@ -427,8 +427,6 @@ static void overlaps(void) {
 static void empty_and_absurd(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
-  refuses(&s, "no node", "no region");
-  open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1");
   add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 1; /* beside the domain */
   refuses(&s, "hand.yaml:20", "domain");
