@@ -288,7 +288,7 @@ static void write_rows(const struct kith_param *params, const struct kith_config
 }
 
 kith_status kith_params_compare(const struct kith_param *params, const struct kith_config_node *a,
-                                const struct kith_config_node *b, char *path, size_t size) {
+                                const struct kith_config_node *b) {
   const struct kith_config_node *const map[] = {a, b};
   char *text[2] = {NULL, NULL};
   size_t length, k = 0;
@@ -298,16 +298,17 @@ kith_status kith_params_compare(const struct kith_param *params, const struct ki
     if (file != NULL) write_rows(params, map[i], "", file);
     made = file != NULL && fclose(file) == 0 && made;
   }
-  path[0] = '\0';
+  kith_status status = made ? KITH_OK : kith_fail(KITH_NO_MEMORY, "no memory to compare scenes");
   while (made && text[0][k] != '\0' && text[0][k] == text[1][k]) ++k;
   if (made && text[0][k] != text[1][k]) {
     const char *longer = text[text[0][k] == '\0'];
     while (k > 0 && longer[k - 1] != '\n') --k;
-    snprintf(path, size, "%.*s", (int)strcspn(longer + k, ":"), longer + k);
+    status =
+        kith_fail(KITH_BAD_INPUT, "written by a run of another scene or with other settings: %.*s differs",
+                  (int)strcspn(longer + k, ":"), longer + k);
   }
   kith_free(&text[0]), kith_free(&text[1]);
-  if (!made) KITH_FAIL(NO_MEMORY, "no memory to compare scenes");
-  return KITH_OK;
+  return status;
 }
 
 /* --- the reference --- */

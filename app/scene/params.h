@@ -30,11 +30,11 @@ kith_status kith_param_value(const struct kith_param *param, const struct kith_c
 /* BAD_INPUT unless it is of this kind: a map, or a list. */
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
 
-/* Do two maps say the same, if what they do not give has its default? *path: of the first parameter that
- * differs; empty: none does. Numbers are compared by value, names without regard to '-' and '_', formulas as
+/* BAD_INPUT that names the first parameter of which two maps say otherwise; what they do not give has its
+ * default. Numbers are compared by value, names without regard to '-' and '_', formulas as
  * text. */
 kith_status kith_params_compare(const struct kith_param *params, const struct kith_config_node *a,
-                                const struct kith_config_node *b, char *path, size_t size);
+                                const struct kith_config_node *b);
 
 /* Commented YAML: every key with default, range and meaning. It is itself a scene, but for the required
  * keys. */
