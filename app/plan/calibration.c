@@ -16,15 +16,16 @@ static double seconds_now(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-kith_status kith_evaluation_measure(struct kith_simulation *simulation, struct kith_evaluation *out) {
+kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds) {
   struct kith_integrator *it = &simulation->integrator;
   const double start = seconds_now();
-  *out = (struct kith_evaluation){.seconds = INFINITY};
-  for (double before = start; out->measured < 3 && before - start < 0.5; ++out->measured) {
+  double before = start;
+  *seconds = INFINITY;
+  for (int k = 0; k < 3 && before - start < 0.5; ++k) {
     if (kith_rebuilds_lasting(it->rebuilds)) KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
     KITH_TRY(kith_integrator_rates(it));
     const double now = seconds_now();
-    out->seconds = fmin(out->seconds, now - before);
+    *seconds = fmin(*seconds, now - before);
     before = now;
   }
   return KITH_OK;
@@ -33,7 +34,7 @@ kith_status kith_evaluation_measure(struct kith_simulation *simulation, struct k
 static kith_status steps_of(struct kith_simulation *m, int k, double until, double limit,
                             struct kith_calibration *out) {
   struct kith_integrator *it = &m->integrator;
-  struct kith_evaluation first;
+  double first;
   KITH_TRY(kith_simulation_start(m));
   KITH_TRY(kith_evaluation_measure(m, &first));
   const uint64_t evaluations = it->ledger.evaluations, lifecycles = it->ledger.lifecycles;
@@ -43,8 +44,7 @@ static kith_status steps_of(struct kith_simulation *m, int k, double until, doub
     if (seconds_now() - start > limit) KITH_FAIL(DIVERGED, "a calibration run exceeds %.3g s", limit);
   }
   out->steps[k] = (double)it->step;
-  out->growth =
-      (seconds_now() - start) / fmax((double)(it->ledger.evaluations - evaluations), 1) / first.seconds;
+  out->growth = (seconds_now() - start) / fmax((double)(it->ledger.evaluations - evaluations), 1) / first;
   out->lists = (double)(it->ledger.lifecycles - lifecycles) / fmax((double)it->step, 1);
   return KITH_OK;
 }

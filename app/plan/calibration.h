@@ -15,12 +15,9 @@
 #include "app/cli/options.h"
 #include "app/simulation/simulation.h"
 
-/* One evaluation and the neighbor lists it needs, of a simulation that was started. */
-struct kith_evaluation {
-  double seconds; /* least of those measured: disturbed least by other programs */
-  int measured;   /* up to 3, as many as half a second allows */
-};
-kith_status kith_evaluation_measure(struct kith_simulation *simulation, struct kith_evaluation *out);
+/* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
+ * up to 3, as many as half a second allows, which is disturbed least by other programs. */
+kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
 struct kith_calibration {
   double resolution[2], steps[2]; /* of the two runs */

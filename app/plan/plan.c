@@ -22,8 +22,8 @@ struct plan {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  double full_dt; /* the limit by the first rates; the first step takes a fraction of it */
-  struct kith_evaluation evaluation;
+  double full_dt;     /* the limit by the first rates; the first step takes a fraction of it */
+  double evaluation;  /* seconds of one at the start */
   double step, lists; /* of a mean step: seconds, neighbor lists built */
 };
 
@@ -202,11 +202,12 @@ static void show_passes(const struct plan *plan) {
   struct text text = {""};
   char time[32];
   for (int s = 0; s < n; ++s) {
-    const int parent = stage[s].parent, calls = (int)stage[s].calls / plan->evaluation.measured;
-    if (parent < 0 || stage[parent].depth != 0 || kith_package_find(stage[parent].name) == NULL) continue;
+    const struct kith_stage *parent = stage[s].parent >= 0 ? &stage[stage[s].parent] : NULL;
+    if (parent == NULL || parent->depth != 0 || kith_package_find(parent->name) == NULL) continue;
+    const uint64_t all = parent->calls, calls = stage[s].calls / all;
     add(&text, ", ", "%s", stage[s].name);
-    if (calls > 1) add(&text, " ", "x %d", calls);
-    add(&text, " ", "%s", kith_text_seconds(time, stage[s].seconds / plan->evaluation.measured));
+    if (calls > 1) add(&text, " ", "x %d", (int)calls);
+    add(&text, " ", "%s", kith_text_seconds(time, stage[s].seconds / (double)all));
   }
   line("passes", "%s", text.s);
 }
@@ -283,7 +284,7 @@ static double expected_steps(double first, double full, double until) {
 static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const bool fixed = it->fixed_dt > 0;
-  const double evaluation = it->evaluations * plan->evaluation.seconds;
+  const double evaluation = it->evaluations * plan->evaluation;
   struct kith_calibration c = {.growth = 1};
   char time[32], all[32];
   double steps = expected_steps(fixed ? it->fixed_dt : it->timestep_limit.dt,
@@ -303,7 +304,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   plan->lists = fmin(c.lists, it->evaluations), plan->step = evaluation * c.growth;
   line("cost", "about %s: %.0f steps of %d evaluation%s of %s%s; %d thread%s",
        kith_text_seconds(all, steps * plan->step), steps, it->evaluations, it->evaluations == 1 ? "" : "s",
-       kith_text_seconds(time, plan->evaluation.seconds * c.growth),
+       kith_text_seconds(time, plan->evaluation * c.growth),
        calibrated || !kith_rebuilds_lasting(it->rebuilds) ? "" : " at most: Verlet lists save rebuilds",
        omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
 }
