@@ -39,8 +39,8 @@ struct kith_checkpoint {
   struct header header;
   struct section *section; /* [header.sections] */
   size_t capacity;
-  bool broken;  /* a put failed: it must not be committed */
-  char tail[8]; /* of the section that is being written: bytes of an incomplete word */
+  kith_status status; /* of writing: after a failure nothing more is written, and it cannot be committed */
+  char tail[8];       /* of the section that is being written: bytes of an incomplete word */
   size_t n_tail;
   char chunk[CHUNK]; /* values of other ranks, or what is verified */
   char path[];
@@ -94,18 +94,21 @@ static const struct section *find(const struct kith_checkpoint *c, enum group gr
 
 /* ---- writing ---- */
 
-static kith_status write_bytes(struct kith_checkpoint *c, const void *data, size_t bytes) {
-  if (bytes > 0 && fwrite(data, 1, bytes, c->out->stream) != bytes)
-    KITH_FAIL(BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
-  return KITH_OK;
+static void write_bytes(struct kith_checkpoint *c, const void *data, size_t bytes) {
+  if (c->status == KITH_OK && bytes > 0 && fwrite(data, 1, bytes, c->out->stream) != bytes)
+    c->status = kith_fail(KITH_BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
 }
 
-static kith_status begin_section(struct kith_checkpoint *c, enum group group, const char *name,
-                                 enum kith_type type, size_t components, size_t rows) {
+static void begin_section(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
+                          size_t components, size_t rows) {
   const size_t n = c->header.sections;
+  if (c->status != KITH_OK) return;
   if (name[0] == '\0' || strlen(name) >= sizeof c->section->name || find(c, group, name) != NULL)
-    KITH_FAIL(INTERNAL, "checkpoint: '%s' is too long a name, empty, or was put before", name);
-  KITH_TRY(kith_grow(&c->section, &c->capacity, n, n + 1, sizeof *c->section));
+    c->status =
+        kith_fail(KITH_INTERNAL, "checkpoint: '%s' is too long a name, empty, or was put before", name);
+  else
+    c->status = kith_grow(&c->section, &c->capacity, n, n + 1, sizeof *c->section);
+  if (c->status != KITH_OK) return;
   c->section[n] = (struct section){.group = group,
                                    .type = type,
                                    .components = components,
@@ -115,46 +118,38 @@ static kith_status begin_section(struct kith_checkpoint *c, enum group group, co
   strcpy(c->section[n].name, name);
   c->n_tail = 0;
   ++c->header.sections;
-  return KITH_OK;
 }
 
-static kith_status write_words(struct kith_checkpoint *c, const void *data, size_t bytes) {
+static void write_words(struct kith_checkpoint *c, const void *data, size_t bytes) {
+  if (c->status != KITH_OK) return;
   struct section *s = &c->section[c->header.sections - 1];
   s->checksum = checksum(s->checksum, data, bytes);
-  return write_bytes(c, data, bytes);
+  write_bytes(c, data, bytes);
 }
 
 /* Of the section that was begun last; any number of bytes, whole words of them at once. */
-static kith_status add_bytes(struct kith_checkpoint *c, const char *data, size_t bytes) {
+static void add_bytes(struct kith_checkpoint *c, const char *data, size_t bytes) {
   for (; bytes > 0 && c->n_tail % 8 != 0; --bytes) c->tail[c->n_tail++] = *data++;
   if (c->n_tail == 8) {
-    KITH_TRY(write_words(c, c->tail, 8));
+    write_words(c, c->tail, 8);
     c->n_tail = 0;
   }
   const size_t whole = bytes / 8 * 8;
-  KITH_TRY(write_words(c, data, whole));
+  write_words(c, data, whole);
   if (bytes > whole) memcpy(c->tail, data + whole, bytes - whole), c->n_tail = bytes - whole;
-  return KITH_OK;
 }
 
 static kith_status end_section(struct kith_checkpoint *c) {
-  if (c->n_tail == 0) return KITH_OK;
   memset(c->tail + c->n_tail, 0, 8 - c->n_tail);
-  return write_words(c, c->tail, 8);
-}
-
-static kith_status write_section(struct kith_checkpoint *c, enum group group, const char *name,
-                                 enum kith_type type, size_t components, size_t rows, const void *data) {
-  KITH_TRY(begin_section(c, group, name, type, components, rows));
-  KITH_TRY(add_bytes(c, data, rows * components * type_size(type)));
-  return end_section(c);
+  if (c->n_tail > 0) write_words(c, c->tail, 8);
+  return c->status;
 }
 
 static kith_status put(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
                        size_t components, size_t rows, const void *data) {
-  const kith_status status = write_section(c, group, name, type, components, rows, data);
-  if (status != KITH_OK) c->broken = true;
-  return status;
+  begin_section(c, group, name, type, components, rows);
+  add_bytes(c, data, rows * components * type_size(type));
+  return end_section(c);
 }
 
 /* Nodes: list by list, rank by rank. */
@@ -164,12 +159,14 @@ static size_t sum_of(const struct kith_nodes *nodes, const int64_t *counts, int 
   return sum;
 }
 
-/* Rank 0 has begun the section, or failed in that; whatever went wrong, the other ranks are heard to the end,
- * piece by piece. */
-static kith_status add_field(struct kith_checkpoint *c, const struct kith_nodes *nodes,
-                             const struct kith_field *field, const int64_t *counts, kith_status status) {
+/* Whatever went wrong on rank 0, the others are heard to the end, piece by piece. */
+static kith_status put_field(struct kith_checkpoint *c, enum group group, const struct kith_nodes *nodes,
+                             const struct kith_field *field, const int64_t *counts) {
   const size_t size = kith_field_node_size(field);
   const int me = kith_ranks_rank(nodes->ranks);
+  size_t rows = 0;
+  for (int l = 0; l < nodes->n_lists; ++l) rows += sum_of(nodes, counts, l);
+  if (c != NULL) begin_section(c, group, field->spec.name, field->spec.type, (size_t)field->components, rows);
   for (int l = 0; l < nodes->n_lists; ++l)
     for (int r = 0; r < kith_ranks_size(nodes->ranks); ++r) {
       char *mine = (char *)field->data + (size_t)nodes->lists[l].first * size;
@@ -178,23 +175,10 @@ static kith_status add_field(struct kith_checkpoint *c, const struct kith_nodes 
         char *piece = me == r ? mine : c->chunk;
         n = KITH_MIN(bytes, (size_t)CHUNK);
         kith_ranks_send_to_root(nodes->ranks, r, piece, n);
-        if (me == 0 && status == KITH_OK) status = add_bytes(c, piece, n);
+        if (me == 0) add_bytes(c, piece, n);
       }
     }
-  return status;
-}
-
-static kith_status put_field(struct kith_checkpoint *c, enum group group, const struct kith_nodes *nodes,
-                             const struct kith_field *field, const int64_t *counts) {
-  size_t rows = 0;
-  kith_status status = KITH_OK;
-  for (int l = 0; l < nodes->n_lists; ++l) rows += sum_of(nodes, counts, l);
-  if (c != NULL)
-    status = begin_section(c, group, field->spec.name, field->spec.type, (size_t)field->components, rows);
-  status = add_field(c, nodes, field, counts, status);
-  if (status == KITH_OK && c != NULL) status = end_section(c);
-  if (status != KITH_OK) c->broken = true;
-  return status;
+  return c != NULL ? end_section(c) : KITH_OK;
 }
 
 static kith_status put_lists(struct kith_checkpoint *c, const struct kith_nodes *nodes,
@@ -216,8 +200,7 @@ kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct ki
   kith_status status = c != NULL ? put_lists(c, nodes, counts) : KITH_OK;
   for (int f = 0; f < nodes->n_fields; ++f) {
     if (!kith_field_lasts(nodes->fields[f])) continue;
-    const kith_status put = put_field(c, GROUP_FIELD, nodes, nodes->fields[f], counts);
-    if (status == KITH_OK) status = put;
+    status = put_field(c, GROUP_FIELD, nodes, nodes->fields[f], counts);
   }
   kith_free(&counts);
   return status;
@@ -235,9 +218,9 @@ kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct ki
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene) {
   KITH_TRY(create(out, path));
   struct kith_checkpoint *c = *out;
-  kith_status status = kith_atomic_file_open(&c->out, path);
-  if (status == KITH_OK) status = write_bytes(c, &c->header, sizeof c->header); /* zeros until commit */
-  if (status == KITH_OK) status = put(c, GROUP_SCENE, "scene", KITH_U8, 1, strlen(scene), scene);
+  c->status = kith_atomic_file_open(&c->out, path);
+  write_bytes(c, &c->header, sizeof c->header); /* zeros until commit */
+  const kith_status status = put(c, GROUP_SCENE, "scene", KITH_U8, 1, strlen(scene), scene);
   if (status != KITH_OK) kith_checkpoint_close(out);
   return status;
 }
@@ -250,7 +233,7 @@ kith_status kith_checkpoint_put(struct kith_checkpoint *c, const char *name, enu
 static kith_status write_table(struct kith_checkpoint *c) {
   struct header *h = &c->header;
   const size_t bytes = h->sections * sizeof *c->section;
-  if (c->broken) KITH_FAIL(BAD_FILE, "%s: not written: an earlier part of it failed", c->path);
+  if (c->status != KITH_OK) KITH_FAIL(BAD_FILE, "%s: not written: an earlier part of it failed", c->path);
   memcpy(h->magic, MAGIC, sizeof h->magic);
   h->mark = MARK, h->version = VERSION, h->dimension = NDIM;
   h->table = sizeof *h;
@@ -258,10 +241,11 @@ static kith_status write_table(struct kith_checkpoint *c) {
   h->size = h->table + bytes;
   h->table_checksum = checksum(checksum_start, c->section, bytes);
   h->checksum = checksum(checksum_start, h, sizeof *h - 8);
-  KITH_TRY(write_bytes(c, c->section, bytes));
-  if (fseek(c->out->stream, 0, SEEK_SET) != 0)
+  write_bytes(c, c->section, bytes);
+  if (c->status == KITH_OK && fseek(c->out->stream, 0, SEEK_SET) != 0)
     KITH_FAIL(BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
-  return write_bytes(c, h, sizeof *h);
+  write_bytes(c, h, sizeof *h);
+  return c->status;
 }
 
 kith_status kith_checkpoint_commit(struct kith_checkpoint **c) {
@@ -440,14 +424,7 @@ static kith_status match_fields(const struct kith_checkpoint *c, const struct ki
 }
 
 static kith_status replace_nodes(struct kith_nodes *nodes, const struct stored_list *lists) {
-  uint8_t *dead = NULL;
-  if (nodes->n_internal > 0) {
-    KITH_TRY(kith_resize(&dead, 0, (size_t)nodes->n_internal, 1));
-    memset(dead, 1, (size_t)nodes->n_internal);
-    const kith_status status = kith_nodes_delete(nodes, dead);
-    kith_free(&dead);
-    KITH_TRY(status);
-  }
+  KITH_TRY(kith_nodes_delete(nodes, NULL));
   for (int l = 0; l < nodes->n_lists; ++l)
     if (lists[l].count > 0) KITH_TRY(kith_nodes_append(nodes, l, (kith_index)lists[l].count, NULL));
   return KITH_OK;

@@ -8,11 +8,14 @@
 #include "lib/nodes/migrate.h"
 #include "lib/io/atomic_file.h"
 
-/* HDF5 handles are numbers, negative after a failure. `failed` names the first failure. No call is skipped
- * after it, so that the layout below reads as a list: calls of HDF5 with a negative handle fail as well. */
+/* HDF5 handles are numbers, negative after a failure. No call is skipped then, so that the layout below reads
+ * as a list: calls of HDF5 with a negative handle fail as well, and HDF5 tells note_failure of each. */
 struct writer {
+  const struct kith_atomic_file *out;
   hid_t file, particles, vtk, point_data;
-  char failed[96];
+  void *room; /* for the widest field of this rank's nodes, and for its part of the cells */
+  const char *now;
+  char failed[96]; /* what was written at the first failure; empty: none */
 };
 
 /* The rows of the file that belong to this rank. */
@@ -21,8 +24,16 @@ struct part {
   size_t first[KITH_MAX_LISTS]; /* row of the first node of a list of this rank */
 };
 
-static void note_failure(struct writer *w, const char *what, const char *name) {
-  if (w->failed[0] == '\0') snprintf(w->failed, sizeof w->failed, "%s %s", what, name);
+static herr_t note_failure(hid_t stack, void *writer) {
+  struct writer *w = writer;
+  (void)stack;
+  if (w->failed[0] == '\0') snprintf(w->failed, sizeof w->failed, "%s", w->now);
+  return 0;
+}
+
+static kith_status outcome(const struct writer *w) {
+  if (w->failed[0] == '\0') return KITH_OK;
+  KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", w->out->path, w->failed);
 }
 
 /* Attributes and data sets. */
@@ -30,9 +41,10 @@ static void note_failure(struct writer *w, const char *what, const char *name) {
 static void attribute(struct writer *w, hid_t owner, const char *name, hid_t type, hsize_t n,
                       const void *values) {
   const hid_t space = n == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &n, NULL);
+  w->now = name;
   const hid_t id = H5Acreate2(owner, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
-  if (H5Awrite(id, type, values) < 0) note_failure(w, "attribute", name);
-  if (id >= 0 && H5Aclose(id) < 0) note_failure(w, "attribute", name);
+  H5Awrite(id, type, values);
+  H5Aclose(id);
   H5Sclose(space);
 }
 
@@ -59,7 +71,7 @@ static void put_text(struct writer *w, hid_t owner, const char *name, const char
   H5Tclose(type);
 }
 
-/* rows x columns; columns 0: one-dimensional. The new data set is left open: close it with close_data.
+/* rows x columns; columns 0: one-dimensional. The new data set is left open.
  * It is allocated at once and has no creation time, so that files of the same nodes are bitwise identical,
  * whichever rank writes the values. */
 static hid_t new_data(struct writer *w, hid_t owner, const char *name, hid_t type, size_t rows,
@@ -70,32 +82,23 @@ static hid_t new_data(struct writer *w, hid_t owner, const char *name, hid_t typ
   H5Pset_obj_track_times(how, false);
   H5Pset_alloc_time(how, H5D_ALLOC_TIME_EARLY);
   H5Pset_fill_time(how, H5D_FILL_TIME_NEVER);
+  w->now = name;
   const hid_t id = H5Dcreate2(owner, name, type, space, H5P_DEFAULT, how, H5P_DEFAULT);
-  if (id < 0) note_failure(w, "data set", name);
   H5Pclose(how);
   H5Sclose(space);
   return id;
 }
 
-static void close_data(struct writer *w, hid_t id, const char *name) {
-  if (id >= 0 && H5Dclose(id) < 0) note_failure(w, "data set", name);
-}
-
 /* One row, which all ranks know. */
 static void put_data(struct writer *w, hid_t owner, const char *name, hid_t type, const void *value) {
   const hid_t id = new_data(w, owner, name, type, 1, 0);
-  if (H5Dwrite(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) < 0) note_failure(w, "data set", name);
-  close_data(w, id, name);
+  H5Dwrite(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value);
+  H5Dclose(id);
 }
 
 static hid_t group(struct writer *w, hid_t owner, const char *name) {
-  const hid_t id = H5Gcreate2(owner, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  if (id < 0) note_failure(w, "group", name);
-  return id;
-}
-
-static void close_group(hid_t id) {
-  if (id >= 0) H5Gclose(id);
+  w->now = name;
+  return H5Gcreate2(owner, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
 }
 
 /* Fields. */
@@ -113,11 +116,10 @@ static void lay_out_field(struct writer *w, const struct kith_field *field, size
   const char *name = field->spec.output;
   const hid_t data = new_data(w, w->particles, name, native_type(field->spec.type), n, columns_of(field));
   put_text(w, data, "Description", field->spec.doc != NULL ? field->spec.doc : "");
-  close_data(w, data, name);
+  H5Dclose(data);
   const bool points = field->spec.kind == KITH_POSITION;
-  if (H5Lcreate_hard(w->particles, name, points ? w->vtk : w->point_data, points ? "Points" : name,
-                     H5P_DEFAULT, H5P_DEFAULT) < 0)
-    note_failure(w, "link to", name);
+  H5Lcreate_hard(w->particles, name, points ? w->vtk : w->point_data, points ? "Points" : name, H5P_DEFAULT,
+                 H5P_DEFAULT);
 }
 
 /* One VERTEX cell (type 1 of VTK) a node. */
@@ -125,9 +127,9 @@ static void lay_out_cells(struct writer *w, size_t n) {
   static const char *const counts[] = {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"};
   const int64_t count = (int64_t)n;
   for (int k = 0; k < 3; ++k) put_data(w, w->vtk, counts[k], H5T_NATIVE_INT64, &count);
-  close_data(w, new_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0), "Connectivity");
-  close_data(w, new_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0), "Offsets");
-  close_data(w, new_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0), "Types");
+  H5Dclose(new_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0));
+  H5Dclose(new_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0));
+  H5Dclose(new_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0));
 }
 
 /* Groups of attributes. */
@@ -151,7 +153,7 @@ static void write_header(struct writer *w, size_t n, const struct kith_snapshot_
   for (size_t k = 0; k < sizeof zeros / sizeof *zeros; ++k) PUT(w, header, zeros[k], 0, mass);
   PUT(w, header, "HubbleParam", 0, &one);
   for (size_t k = 0; k < sizeof flags / sizeof *flags; ++k) PUT(w, header, flags[k], 0, &flag);
-  close_group(header);
+  H5Gclose(header);
 }
 
 static void write_units(struct writer *w) {
@@ -167,7 +169,7 @@ static void write_units(struct writer *w) {
   const hid_t units = group(w, w->file, "Units");
   const double one = 1;
   for (size_t k = 0; k < sizeof names / sizeof *names; ++k) PUT(w, units, names[k], 0, &one);
-  close_group(units);
+  H5Gclose(units);
 }
 
 static void write_note(struct writer *w, hid_t run, const struct kith_note *note) {
@@ -198,7 +200,7 @@ static void write_run(struct writer *w, const struct kith_nodes *nodes,
   put_text(w, run, "MaterialNames", materials);
   for (const struct kith_note *note = info->notes; note != NULL && note->name != NULL; ++note)
     write_note(w, run, note);
-  close_group(run);
+  H5Gclose(run);
 }
 
 static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t n,
@@ -214,9 +216,9 @@ static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t
   for (int f = 0; f < nodes->n_fields; ++f)
     if (nodes->fields[f]->spec.output != NULL) lay_out_field(w, nodes->fields[f], n);
   lay_out_cells(w, n);
-  close_group(w->point_data);
-  close_group(w->vtk);
-  close_group(w->particles);
+  H5Gclose(w->point_data);
+  H5Gclose(w->vtk);
+  H5Gclose(w->particles);
 }
 
 /* An upper bound of the file's size: data, cells, notes, and what HDF5 spends on names and attributes. */
@@ -239,43 +241,37 @@ static kith_status reserve(const struct kith_atomic_file *file, off_t bytes) {
 }
 
 /* Gives back what was reserved and not used: the file ends where HDF5 says it does. */
-static kith_status trim(const struct kith_atomic_file *file) {
+static kith_status trim(struct writer *w) {
   haddr_t end = 0;
-  const hid_t id = H5Fopen(file->temporary, H5F_ACC_RDONLY, H5P_DEFAULT);
-  const bool known = H5Fget_eoa(id, &end) >= 0;
-  if (id >= 0) H5Fclose(id);
-  if (!known || ftruncate(fileno(file->stream), (off_t)end) != 0)
-    KITH_FAIL(BAD_FILE, "%s: cannot write: its end is not known", file->path);
-  return KITH_OK;
+  w->now = "the end of the file";
+  const hid_t id = H5Fopen(w->out->temporary, H5F_ACC_RDONLY, H5P_DEFAULT);
+  H5Fget_eoa(id, &end);
+  H5Fclose(id);
+  if (w->failed[0] == '\0' && ftruncate(fileno(w->out->stream), (off_t)end) != 0) note_failure(0, w);
+  return outcome(w);
 }
 
 /* By rank 0. When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at
  * exit. So the room is reserved before HDF5 begins, and again when it has emptied the file. */
-static kith_status lay_out(const struct kith_atomic_file *file, const struct kith_nodes *nodes, size_t n,
+static kith_status lay_out(struct writer *w, const struct kith_nodes *nodes, size_t n,
                            const struct kith_snapshot_info *info) {
   const off_t room = room_for(nodes, n, info);
-  KITH_TRY(reserve(file, room));
-  struct writer w = {.file = H5Fcreate(file->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)};
-  if (w.file < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 cannot create the file", file->path);
-  const kith_status status = reserve(file, room);
-  if (status == KITH_OK) lay_out_all(&w, nodes, n, info);
-  if (H5Fclose(w.file) < 0) note_failure(&w, "the end of", "the file");
-  KITH_TRY(status);
-  if (w.failed[0] != '\0') KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", file->path, w.failed);
-  return trim(file);
+  KITH_TRY(reserve(w->out, room));
+  w->now = "the beginning of the file";
+  w->file = H5Fcreate(w->out->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  KITH_TRY(outcome(w));
+  const kith_status status = reserve(w->out, room);
+  if (status == KITH_OK) lay_out_all(w, nodes, n, info);
+  w->now = "the end of the file";
+  H5Fclose(w->file);
+  return status == KITH_OK ? trim(w) : status;
 }
 
 /* Values, by all ranks: each writes its own rows, which are contiguous in each list, without waiting for
  * others. (A collective write is not faster, and Open MPI 4.1 hangs in it when one rank cannot write.) */
 
-struct filler {
-  const char *path;
-  hid_t file;
-  void *room; /* for the widest field of this rank's nodes, and for its part of the cells */
-};
-
-static kith_status write_rows(const struct filler *f, hid_t data, hid_t type, size_t columns, size_t first,
-                              size_t n, const void *values) {
+static void write_rows(const struct writer *w, hid_t data, hid_t type, size_t columns, size_t first, size_t n,
+                       const void *values) {
   const hsize_t start[2] = {first, 0}, extent[2] = {n, KITH_MAX(columns, (size_t)1)};
   const hid_t there = H5Dget_space(data), here = H5Screate_simple(columns == 0 ? 1 : 2, extent, NULL);
   if (n > 0)
@@ -283,11 +279,9 @@ static kith_status write_rows(const struct filler *f, hid_t data, hid_t type, si
   else
     H5Sselect_none(there), H5Sselect_none(here);
   const bool empty = H5Sget_simple_extent_npoints(there) == 0; /* for all ranks */
-  const herr_t result = empty ? 0 : H5Dwrite(data, type, here, there, H5P_DEFAULT, values);
+  if (!empty && w->failed[0] == '\0') H5Dwrite(data, type, here, there, H5P_DEFAULT, values);
   H5Sclose(here);
   H5Sclose(there);
-  if (result < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at the values", f->path);
-  return KITH_OK;
 }
 
 /* Vectors of NDIM into 3, tensors of NDIM x NDIM into 3 x 3; the rest is zero. */
@@ -302,38 +296,36 @@ static void pad(double *wide, const struct kith_field *field, size_t n, size_t c
 }
 
 /* List by list: those of a rank are in one piece. */
-static kith_status fill_field(const struct filler *f, const struct kith_nodes *nodes,
-                              const struct kith_field *field, const struct part *part) {
+static void fill_field(const struct writer *w, const struct kith_nodes *nodes, const struct kith_field *field,
+                       const struct part *part) {
   const size_t columns = columns_of(field), size = columns > 0 ? 8 * columns : kith_field_node_size(field);
   const char *values = field->data;
   if (columns > (size_t)field->components) {
-    pad(f->room, field, (size_t)nodes->n_internal, columns);
-    values = f->room;
+    pad(w->room, field, (size_t)nodes->n_internal, columns);
+    values = w->room;
   }
   char path[64];
   snprintf(path, sizeof path, "PartType0/%s", field->spec.output);
-  const hid_t data = H5Dopen2(f->file, path, H5P_DEFAULT);
+  const hid_t data = H5Dopen2(w->file, path, H5P_DEFAULT);
   for (int l = 0; l < nodes->n_lists; ++l) {
     const size_t count = (size_t)nodes->lists[l].count;
     const void *first = count > 0 ? values + (size_t)nodes->lists[l].first * size : NULL;
-    KITH_TRY(write_rows(f, data, native_type(field->spec.type), columns, part->first[l], count, first));
+    write_rows(w, data, native_type(field->spec.type), columns, part->first[l], count, first);
   }
   H5Dclose(data);
-  return KITH_OK;
 }
 
-static kith_status fill_cells(const struct filler *f, size_t first, size_t n, bool last) {
+static void fill_cells(const struct writer *w, size_t first, size_t n, bool last) {
   static const char *const names[] = {"VTKHDF/Connectivity", "VTKHDF/Offsets", "VTKHDF/Types"};
-  int64_t *number = f->room;
+  int64_t *number = w->room;
   for (size_t i = 0; i < n + last; ++i) number[i] = (int64_t)(first + i);
   for (int k = 0; k < 3; ++k) {
-    const hid_t data = H5Dopen2(f->file, names[k], H5P_DEFAULT);
-    if (k == 2) memset(f->room, 1, n);
-    KITH_TRY(write_rows(f, data, k == 2 ? H5T_NATIVE_UINT8 : H5T_NATIVE_INT64, 0, first, n + (k == 1 && last),
-                        f->room));
+    const hid_t data = H5Dopen2(w->file, names[k], H5P_DEFAULT);
+    if (k == 2) memset(w->room, 1, n);
+    write_rows(w, data, k == 2 ? H5T_NATIVE_UINT8 : H5T_NATIVE_INT64, 0, first, n + (k == 1 && last),
+               w->room);
     H5Dclose(data);
   }
-  return KITH_OK;
 }
 
 /* Where the equal part of the cells that a rank writes begins. */
@@ -341,58 +333,40 @@ static size_t cells_before(const struct part *part, int rank, int size) {
   return (size_t)((double)part->total / size * rank);
 }
 
-static kith_status fill_all(const struct filler *f, const struct kith_nodes *nodes, const struct part *part) {
+static void fill_all(const struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
   const int rank = kith_ranks_rank(nodes->ranks), size = kith_ranks_size(nodes->ranks);
   for (int k = 0; k < nodes->n_fields; ++k)
-    if (nodes->fields[k]->spec.output != NULL) KITH_TRY(fill_field(f, nodes, nodes->fields[k], part));
+    if (nodes->fields[k]->spec.output != NULL) fill_field(w, nodes, nodes->fields[k], part);
   const bool last = rank == size - 1;
   const size_t first = cells_before(part, rank, size);
-  return fill_cells(f, first, (last ? part->total : cells_before(part, rank + 1, size)) - first, last);
+  fill_cells(w, first, (last ? part->total : cells_before(part, rank + 1, size)) - first, last);
 }
 
-static kith_status room_to_fill(struct filler *f, const struct kith_nodes *nodes, const struct part *part) {
+static kith_status room_to_fill(struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
   const size_t cells = part->total / (size_t)kith_ranks_size(nodes->ranks) + 3;
   size_t columns = 1;
   for (int k = 0; k < nodes->n_fields; ++k)
     if (nodes->fields[k]->spec.output != NULL) columns = KITH_MAX(columns, columns_of(nodes->fields[k]));
-  return kith_resize(&f->room, 0, KITH_MAX(cells, (size_t)nodes->n_internal * columns), 8);
+  if (access(w->out->temporary, R_OK | W_OK) != 0)
+    KITH_FAIL(BAD_FILE, "%s: cannot write: not there for all ranks", w->out->path);
+  return kith_resize(&w->room, 0, KITH_MAX(cells, (size_t)nodes->n_internal * columns), 8);
 }
 
-/* Nothing is held back in a buffer: what cannot be written is known at once, and the file can be closed. */
-static kith_status open_to_fill(struct filler *f, const char *temporary, const struct kith_ranks *ranks) {
+static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, room_to_fill(w, nodes, part)));
   const hid_t how = H5Pcreate(H5P_FILE_ACCESS);
+  /* Nothing is held back in a buffer: what cannot be written is known at once, and the file can be closed. */
   H5Pset_sieve_buf_size(how, 0);
-  if (ranks != NULL) H5Pset_fapl_mpio(how, MPI_Comm_f2c(kith_ranks_communicator(ranks)), MPI_INFO_NULL);
-  f->file = H5Fopen(temporary, H5F_ACC_RDWR, how);
+  if (nodes->ranks != NULL)
+    H5Pset_fapl_mpio(how, MPI_Comm_f2c(kith_ranks_communicator(nodes->ranks)), MPI_INFO_NULL);
+  w->now = "the values";
+  w->file = H5Fopen(w->out->temporary, H5F_ACC_RDWR, how);
   H5Pclose(how);
-  if (f->file < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 cannot open the file", f->path);
-  return KITH_OK;
-}
-
-/* Whatever happened: what is held open is closed, by all ranks together. */
-static kith_status let_go(const struct filler *f, kith_status status) {
-  hid_t held[16];
-  ssize_t n = H5Fget_obj_ids(f->file, H5F_OBJ_DATASET | H5F_OBJ_GROUP, 16, held);
-  while (n-- > 0) H5Oclose(held[n]);
-  const bool synced = H5Fflush(f->file, H5F_SCOPE_GLOBAL) >= 0; /* on each machine */
-  const bool closed = H5Fclose(f->file) >= 0;
-  if (status == KITH_OK && !(synced && closed))
-    KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at the end of the file", f->path);
-  return status;
-}
-
-static kith_status fill(const struct kith_atomic_file *file, const struct kith_nodes *nodes,
-                        const struct part *part) {
-  struct filler f = {.path = file->path};
-  kith_status status = room_to_fill(&f, nodes, part);
-  if (status == KITH_OK && access(file->temporary, R_OK | W_OK) != 0)
-    status = kith_fail(KITH_BAD_FILE, "%s: cannot write: not there for all ranks", file->path);
-  status = kith_ranks_allreduce_status(nodes->ranks, status);
-  if (status == KITH_OK) status = open_to_fill(&f, file->temporary, nodes->ranks);
-  if (status == KITH_OK)
-    status = kith_ranks_allreduce_status(nodes->ranks, let_go(&f, fill_all(&f, nodes, part)));
-  kith_free(&f.room);
-  return status;
+  KITH_TRY(outcome(w));
+  fill_all(w, nodes, part);
+  H5Fflush(w->file, H5F_SCOPE_GLOBAL); /* on each machine */
+  H5Fclose(w->file);
+  return kith_ranks_allreduce_status(nodes->ranks, outcome(w));
 }
 
 static kith_status find_part(struct part *part, const struct kith_nodes *nodes) {
@@ -412,10 +386,14 @@ static kith_status write_file(struct kith_atomic_file **file, const struct kith_
                               const struct kith_snapshot_info *info) {
   const bool first = kith_ranks_rank(nodes->ranks) == 0;
   struct part part = {0};
+  struct writer w = {.out = *file, .now = "its start"};
   KITH_TRY(find_part(&part, nodes));
-  KITH_TRY(
-      kith_ranks_allreduce_status(nodes->ranks, first ? lay_out(*file, nodes, part.total, info) : KITH_OK));
-  KITH_TRY(fill(*file, nodes, &part));
+  H5Eset_auto2(H5E_DEFAULT, note_failure, &w);
+  kith_status status =
+      kith_ranks_allreduce_status(nodes->ranks, first ? lay_out(&w, nodes, part.total, info) : KITH_OK);
+  if (status == KITH_OK) status = fill(&w, nodes, &part);
+  kith_free(&w.room);
+  KITH_TRY(status);
   return kith_ranks_allreduce_status(nodes->ranks, first ? kith_atomic_file_commit(file, false) : KITH_OK);
 }
 
@@ -428,7 +406,6 @@ kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes
   kith_status status = first ? kith_atomic_file_open(&file, path) : kith_atomic_file_join(&file, path);
   status = kith_ranks_allreduce_status(nodes->ranks, status);
   H5Eget_auto2(H5E_DEFAULT, &print, &with);
-  H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   if (status == KITH_OK) status = write_file(&file, nodes, info);
   H5Eset_auto2(H5E_DEFAULT, print, with);
   kith_atomic_file_abandon(&file);

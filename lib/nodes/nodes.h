@@ -162,8 +162,8 @@ kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */
 kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index count, kith_index *first);
-/* Deletes the internal nodes whose dead[i] != 0 (length n_internal); ghosts are dropped first. Order is
- * kept. */
+/* Deletes the internal nodes whose dead[i] != 0 (length n_internal; NULL: all); ghosts are dropped first.
+ * Order is kept. */
 kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead);
 /* New internal node k is old node order[k]: a permutation that keeps every node in its list. Ghosts are
  * dropped. */

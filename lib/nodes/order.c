@@ -45,7 +45,7 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead) {
     struct kith_node_list *list = &nodes->lists[l];
     const kith_index end = list->first + list->count, begin = alive;
     for (kith_index i = list->first; i < end; ++i)
-      if (!dead[i]) from[alive++] = i;
+      if (dead != NULL && !dead[i]) from[alive++] = i;
     list->first = begin;
     list->count = alive - begin;
   }
