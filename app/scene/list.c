@@ -45,16 +45,17 @@ static const struct kith_member kernels[] = {KITH_KERNEL_LIST(KERNEL){0}},
                                 lattices[] = {KITH_LATTICE_LIST(LISTED){0}},
                                 measures[] = {KITH_MEASURE_LIST(NAMED){0}};
 
-static void print_one_table(const char *name) {
+static void print_one_table(int k, const char *name) {
   struct kith_table table;
   char doc[64], error[32] = "no error estimate";
-  if (kith_table_read(&table, name) != KITH_OK) return;
+  if (kith_table_read(&table, k) != KITH_OK) return;
   if (table.embedded > 0) snprintf(error, sizeof error, "errors by order %d", table.embedded);
   snprintf(doc, sizeof doc, "order %d, %s; %d evaluations a step", table.order, error, table.evaluations);
   print_label(name, false, doc, 28);
 }
-#define TABLE(constant, word) print_one_table(#word);
+#define TABLE(constant, word) print_one_table(k++, #word);
 static void print_table(void) {
+  int k = 0;
   KITH_TABLE_LIST(TABLE)
 }
 

@@ -6,7 +6,7 @@
 #include "app/scene/expression.h"
 #include "lib/core/choices.h"
 
-enum { LONGEST_FORMULA = 1000, ROOM = 256 };
+enum { LONGEST_FORMULA = 1000, ROOM = 512 };
 
 static const char *const dimension_keys[] = {"1d", "2d", "3d"};
 

@@ -6,23 +6,23 @@
  * lost it. So the length of the next step must follow from the last error alone, which is what the I
  * controller does. The rates of the first stage are those of the last step's end. */
 #include <arkode/arkode_erkstep.h>
-#include <ctype.h>
-#include <string.h>
-#include <strings.h>
 #include "integrator/schemes/arkode.h"
 #include "integrator/schemes/stages.h"
-#include "lib/core/choices.h"
 
 enum { ERKSTEP_VECTORS = 8 }; /* beside the rates of the stages */
 
+#define AS_ID(constant, word) ARKODE_##constant,
+static const ARKODE_ERKTableID table_ids[] = {KITH_TABLE_LIST(AS_ID)};
+#define AS_CHOICE(constant, word) "|" #word
+
 struct arkode_settings {
-  char table[32];
+  int table; /* of table_ids */
   bool adaptive;
   struct kith_tolerances tolerances;
 };
 static const struct kith_param params[] = {
-    {"table", KITH_PARAM_NAME, "bogacki-shampine-4-2-3", "", "Runge-Kutta table (kith list table)",
-     KITH_INTO(struct arkode_settings, table)},
+    {"table", KITH_PARAM_CHOICE, "bogacki-shampine-4-2-3", KITH_TABLE_LIST(AS_CHOICE),
+     "Runge-Kutta table (kith list table)", KITH_INTO(struct arkode_settings, table)},
     {"adaptive", KITH_PARAM_BOOL, "true", "", "dt by the error estimate too, unless dt is given",
      KITH_INTO(struct arkode_settings, adaptive)},
     KITH_TOLERANCE_PARAMS(struct arkode_settings),
@@ -40,30 +40,9 @@ struct arkode {
 
 /* ---- tables ---- */
 
-#define AS_CHOICE(constant, word) "|" #word
-static const char table_words[] = KITH_TABLE_LIST(AS_CHOICE);
-#define AS_ID(constant, word) ARKODE_##constant,
-static const ARKODE_ERKTableID table_ids[] = {KITH_TABLE_LIST(AS_ID)};
-
-/* BAD_INPUT if there is none of that name, spelled as the list has it: lower case, without ARKODE_. */
-static kith_status find_table(const char *name, ARKODE_ERKTableID *id) {
-  const char *start = strncasecmp(name, "arkode", 6) == 0 && name[6] != '\0' ? name + 7 : name;
-  char word[64], near[64];
-  snprintf(word, sizeof word, "%s", start);
-  for (char *c = word; *c != '\0'; ++c) *c = (char)tolower((unsigned char)*c);
-  const int index = kith_choices_index(table_words, word);
-  *id = index < 0 ? ARKODE_ERK_NONE : table_ids[index];
-  if (index >= 0) return KITH_OK;
-  const bool known = kith_choices_suggest(table_words, word, near, sizeof near);
-  KITH_FAIL(BAD_INPUT, "table: '%.60s' is no table of ARKODE (kith list table)%s%s%s", name,
-            known ? "; did you mean '" : "", known ? near : "", known ? "'?" : "");
-}
-
-kith_status kith_table_read(struct kith_table *table, const char *name) {
-  ARKODE_ERKTableID id;
-  KITH_TRY(find_table(name, &id));
-  ARKodeButcherTable t = ARKodeButcherTable_LoadERK(id);
-  if (t == NULL) KITH_FAIL(NO_MEMORY, "no memory for the Runge-Kutta table %.60s", name);
+kith_status kith_table_read(struct kith_table *table, int row) {
+  ARKodeButcherTable t = ARKodeButcherTable_LoadERK(table_ids[row]);
+  if (t == NULL) KITH_FAIL(NO_MEMORY, "no memory for a Runge-Kutta table");
   *table = (struct kith_table){.stages = t->stages, .order = t->q, .embedded = t->p, .ends = true};
   for (int k = 0; k < t->stages; ++k) table->ends = table->ends && t->b[k] == t->A[t->stages - 1][k];
   table->evaluations = table->ends ? t->stages - 1 : t->stages;
@@ -140,11 +119,10 @@ static bool set_up(struct kith_integrator *it) {
   struct kith_stages *s = it->self;
   const struct arkode_settings *settings = it->settings;
   double no_parameters[3];
-  ARKODE_ERKTableID table;
   void *m = s->memory = ERKStepCreate(rates, 0, s->vectors->view, s->vectors->context);
-  if (m == NULL || find_table(settings->table, &table) != KITH_OK) return false;
+  if (m == NULL) return false;
   int bad = ERKStepSetUserData(m, it) | ERKStepSetErrHandlerFn(m, kith_stages_quiet, NULL);
-  bad |= ERKStepSetTableNum(m, table) | ERKStepSetPostprocessStepFn(m, end_of_step);
+  bad |= ERKStepSetTableNum(m, table_ids[settings->table]) | ERKStepSetPostprocessStepFn(m, end_of_step);
   bad |= ERKStepSetInterpolantType(m, ARK_INTERP_LAGRANGE) | ERKStepSetInterpolantDegree(m, 0); /* unused */
   bad |= ERKStepWFtolerances(m, weights_of) | ERKStepSetStabilityFn(m, stable_step, it);
   bad |= ERKStepSetAdaptivityMethod(m, ARK_ADAPT_I, 1, 0, no_parameters);
@@ -208,7 +186,7 @@ static kith_status create(struct kith_integrator *it) {
   struct arkode *a = it->self;
   KITH_TRY(kith_table_read(&a->table, settings->table));
   if (is_adaptive(it) && a->table.embedded == 0)
-    KITH_FAIL(BAD_INPUT, "table: %s has no error estimate; give it scheme.adaptive=false", settings->table);
+    KITH_FAIL(BAD_INPUT, "table: it has no error estimate; give it scheme.adaptive=false");
   it->evaluations = a->table.evaluations;
   return KITH_OK;
 }

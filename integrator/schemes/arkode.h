@@ -26,8 +26,7 @@ struct kith_table {
   int evaluations;             /* of the rates, per step: the first stage has those of the last step's end */
   bool ends;                   /* its last stage is at the end of the step, with the state of the end */
 };
-/* BAD_INPUT "table: ..." if there is no table of that name: any case, '-' or '_', with or without ARKODE_ in
- * front. */
-kith_status kith_table_read(struct kith_table *table, const char *name);
+/* That of a row of the list. */
+kith_status kith_table_read(struct kith_table *table, int row);
 
 #endif

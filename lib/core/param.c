@@ -8,7 +8,7 @@
 #include <string.h>
 #include "lib/core/choices.h"
 
-enum { LONGEST = 256 };
+enum { LONGEST = 512 };
 
 struct kith_member kith_family_member(kith_family *family, const char *name) {
   int k = 0;
