@@ -55,11 +55,6 @@ static bool join(struct group *a, const struct group *b) {
   return true;
 }
 
-/* First group of a chunk. */
-static int chunk_start(const struct kith_search *search, int chunk) {
-  return (int)((int64_t)search->n_groups * chunk / KITH_ROW_CHUNKS);
-}
-
 /* --- candidates of a group --- */
 
 static bool ascending(const uint64_t *key, size_t n) {
@@ -228,7 +223,8 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
 static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build,
                               struct kith_words *chunk, size_t *length, int chunk_number, bool ghosts) {
   const struct kith_search *search = build->search;
-  const int start = chunk_start(search, chunk_number), stop = chunk_start(search, chunk_number + 1);
+  const int start = kith_part_start(search->n_groups, chunk_number, KITH_ROW_CHUNKS),
+            stop = kith_part_start(search->n_groups, chunk_number + 1, KITH_ROW_CHUNKS);
   struct group open = {0};
   chunk->n = 0;
   for (int g = start; g < stop; ++g) {
@@ -236,8 +232,8 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
     if (group.count == 0 || (!ghosts && search->node[group.first] >= build->nodes->n_internal)) continue;
     const kith_index parts = (group.count + GROUP_SIZE - 1) / GROUP_SIZE;
     for (kith_index p = 0; p < parts; ++p) {
-      const kith_index from = (kith_index)((int64_t)group.count * p / parts);
-      const kith_index to = (kith_index)((int64_t)group.count * (p + 1) / parts);
+      const kith_index from = kith_part_start(group.count, p, parts),
+                       to = kith_part_start(group.count, p + 1, parts);
       const struct group next = group_of(search, group.first + from, to - from);
       if (open.run.count > 0 && join(&open, &next)) continue;
       if (open.run.count > 0)

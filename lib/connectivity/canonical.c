@@ -76,9 +76,6 @@ static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_ind
 /* Pairs that start at ghosts are counted and filled in by fixed parts of the nodes, each with a cursor for
  * each ghost, so that they ascend in the index of the partner for any number of threads. */
 enum { PARTS = 16 };
-static kith_index part_start(kith_index n, int part) {
-  return (kith_index)((int64_t)n * part / PARTS);
-}
 
 static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_index j, size_t e) {
   pairs->node[p][0] = i, pairs->node[p][1] = j;
@@ -93,7 +90,7 @@ static void walk(struct kith_pairs *pairs, const struct kith_rows *rows, const s
 #pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
   for (int part = 0; part < PARTS; ++part) {
     uint32_t *cursor = cursors + (size_t)part * (size_t)nodes->n_ghost;
-    for (kith_index i = part_start(n, part); i < part_start(n, part + 1); ++i) {
+    for (kith_index i = kith_part_start(n, part, PARTS); i < kith_part_start(n, part + 1, PARTS); ++i) {
       size_t p = fill ? pairs->first[i] : 0;
       for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
         const kith_index j = rows->node[e];

@@ -23,7 +23,6 @@ enum kith_phase { KITH_BROAD, KITH_NARROW };
 
 /* Fill it in for a predicate of your own. `reject` is symmetric in i and j, and thread-safe. */
 struct kith_excluder {
-  const char *name;
   enum kith_phase phase;
   bool (*reject)(const void *context, const struct kith_nodes *nodes, kith_index i, kith_index j);
   const void *context;              /* borrowed */
@@ -52,7 +51,7 @@ static inline kith_status kith_excluder_connected(struct kith_excluder *out, con
                                                   const struct kith_excluder *next) {
   if (tag->spec.type == KITH_F64)
     KITH_FAIL(BAD_INPUT, "field '%s' cannot be a tag: tags are integers", tag->spec.name);
-  *out = (struct kith_excluder){"connected", KITH_NARROW, kith_excluder_same_tag, tag, next};
+  *out = (struct kith_excluder){KITH_NARROW, kith_excluder_same_tag, tag, next};
   return KITH_OK;
 }
 

@@ -44,8 +44,7 @@ kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *
   KITH_TRY(kith_reserve(&pairs->cursor, &pairs->cursor_capacity, (size_t)rows->n, sizeof *pairs->cursor));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int s = 0; s < PARTS; ++s)
-    number_entries(rows, pairs, (kith_index)((int64_t)rows->n * s / PARTS),
-                   (kith_index)((int64_t)rows->n * (s + 1) / PARTS));
+    number_entries(rows, pairs, kith_part_start(rows->n, s, PARTS), kith_part_start(rows->n, s + 1, PARTS));
   return KITH_OK;
 }
 

@@ -35,9 +35,6 @@ size_t kith_rows_longest(const struct kith_rows *rows) {
 /* --- compaction --- */
 
 enum { SHARES = 64 };
-static kith_index share_start(kith_index n, int share) {
-  return (kith_index)((int64_t)n * share / SHARES);
-}
 
 static void move(const struct kith_column *column, size_t from, size_t to, size_t count) {
   for (const struct kith_column *c = column; from != to && c < column + KITH_COLUMNS; ++c)
@@ -69,17 +66,20 @@ static size_t compact_share(size_t *first, kith_index begin, kith_index end, siz
 size_t kith_compact(size_t *first, kith_index n, const struct kith_column column[KITH_COLUMNS]) {
   size_t start[SHARES], length[SHARES], gap[SHARES], to = 0;
   if (n == 0) return 0;
-  for (int s = 0; s < SHARES; ++s) start[s] = first[share_start(n, s)];
+  for (int s = 0; s < SHARES; ++s) start[s] = first[kith_part_start(n, s, SHARES)];
 #pragma omp parallel for schedule(dynamic, 1) if (n > KITH_FEW)
   for (int s = 0; s < SHARES; ++s)
-    length[s] = compact_share(first, share_start(n, s), share_start(n, s + 1), start[s], column) - start[s];
+    length[s] = compact_share(first, kith_part_start(n, s, SHARES), kith_part_start(n, s + 1, SHARES),
+                              start[s], column) -
+                start[s];
   for (int s = 0; s < SHARES; ++s, to += length[s - 1]) {
     gap[s] = start[s] - to;
     move(column, start[s], to, length[s]);
   }
 #pragma omp parallel for schedule(static) if (n > KITH_FEW)
   for (int s = 0; s < SHARES; ++s)
-    for (kith_index i = share_start(n, s); i < share_start(n, s + 1); ++i) first[i + 1] -= gap[s];
+    for (kith_index i = kith_part_start(n, s, SHARES); i < kith_part_start(n, s + 1, SHARES); ++i)
+      first[i + 1] -= gap[s];
   return to;
 }
 

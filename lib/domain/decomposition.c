@@ -35,49 +35,42 @@ static void set_homes(const struct kith_decomposition *d, const struct kith_node
 }
 
 /* The own cells of the present map. */
-static kith_status find_own(struct kith_decomposition *d) {
+static void find_own(struct kith_decomposition *d) {
   const int me = kith_ranks_rank(d->ranks);
   const int32_t *owner = d->partition->owner;
-  int64_t n = 0;
-  if (d->own != NULL && d->map == d->partition->generation) return KITH_OK;
-  for (int64_t c = 0; c < d->cells.n; ++c) n += owner[c] == me;
-  KITH_TRY(kith_resize(&d->own, 0, (size_t)n + 1, sizeof *d->own));
+  if (d->map == d->partition->generation) return;
   d->n_own = 0;
-  for (int64_t c = 0; c < d->cells.n; ++c) {
-    d->place[c] = (int32_t)(owner[c] == me ? d->n_own : n);
-    if (owner[c] == me) d->own[d->n_own++] = c;
-  }
+  for (int64_t c = 0; c < d->cells.n; ++c)
+    if (owner[c] == me) d->place[c] = (int32_t)d->n_own++;
+  for (int64_t c = 0; c < d->cells.n; ++c)
+    if (owner[c] != me) d->place[c] = (int32_t)d->n_own;
   d->map = d->partition->generation;
-  return KITH_OK;
 }
 
-/* Work of each cell on this rank, by where the nodes are now: integers, so that sums over ranks have no
- * order. *work is owned by the caller, whatever is returned. */
+/* Work of each cell, as its weight, by where the nodes are now: of this rank, or of all (then the status is
+ * agreed on). Summed as integers, so that sums over ranks have no order. *weight is owned by the caller,
+ * whatever is returned. */
 static kith_status weigh(const struct kith_decomposition *d, const struct kith_nodes *nodes,
-                         uint64_t **work) {
-  KITH_TRY(find_cells(d, nodes));
-  KITH_TRY(kith_resize(work, 0, (size_t)d->cells.n, sizeof **work));
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    (*work)[d->home->i64[i]] += (uint64_t)d->work->i64[i] + 1;
-  return KITH_OK;
-}
-
-/* As weights of cells: owned by the caller. */
-static kith_status weights_of(const struct kith_decomposition *d, const uint64_t *work, double **weight) {
-  KITH_TRY(kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight));
-  for (int64_t c = 0; c < d->cells.n; ++c) (*weight)[c] = (double)work[c];
-  return KITH_OK;
+                         bool of_all_ranks, double **weight) {
+  uint64_t *work = NULL;
+  kith_status status = find_cells(d, nodes);
+  if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)d->cells.n, sizeof *work);
+  if (status == KITH_OK) status = kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight);
+  if (of_all_ranks) status = kith_ranks_allreduce_status(d->ranks, status);
+  for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i)
+    work[d->home->i64[i]] += (uint64_t)d->work->i64[i] + 1;
+  if (status == KITH_OK && of_all_ranks) kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
+  for (int64_t c = 0; status == KITH_OK && c < d->cells.n; ++c) (*weight)[c] = (double)work[c];
+  kith_free(&work);
+  return status;
 }
 
 static kith_status make_map(struct kith_decomposition *d, const struct kith_nodes *nodes, const char *text) {
-  uint64_t *work = NULL;
   double *weight = NULL;
   KITH_TRY(kith_partition_create(&d->partition, &d->cells, kith_ranks_size(d->ranks), text));
   KITH_TRY(kith_resize(&d->place, 0, (size_t)d->cells.n, sizeof *d->place));
-  kith_status status = weigh(d, nodes, &work);
-  if (status == KITH_OK) status = weights_of(d, work, &weight);
+  kith_status status = weigh(d, nodes, false, &weight);
   if (status == KITH_OK) status = kith_partition_converge(d->partition, weight);
-  kith_free(&work);
   kith_free(&weight);
   return status;
 }
@@ -109,7 +102,6 @@ kith_status kith_decomposition_create(struct kith_decomposition **out, struct ki
 void kith_decomposition_destroy(struct kith_decomposition **decomposition) {
   if (*decomposition == NULL) return;
   kith_partition_destroy(&(*decomposition)->partition);
-  kith_free(&(*decomposition)->own);
   kith_free(&(*decomposition)->place);
   kith_free(decomposition);
 }
@@ -118,7 +110,7 @@ void kith_decomposition_destroy(struct kith_decomposition **decomposition) {
 static kith_status keep_others(struct kith_decomposition *d, struct kith_nodes *nodes, const uint8_t *gone) {
   KITH_TRY(kith_nodes_delete(nodes, gone));
   KITH_TRY(kith_nodes_shrink(nodes));
-  KITH_TRY(find_own(d));
+  find_own(d);
   KITH_TRY(find_cells(d, nodes));
   set_homes(d, nodes);
   return KITH_OK;
@@ -137,18 +129,13 @@ kith_status kith_decomposition_keep_own(struct kith_decomposition *d, struct kit
 
 /* ---- balance ---- */
 
-/* If a check is due: sums the work over all ranks, and asks for a new map if it is out of balance. */
+/* If a check is due: asks for a new map if the work of all ranks is out of balance. */
 static kith_status balance(struct kith_decomposition *d, const struct kith_nodes *nodes) {
-  uint64_t *work = NULL;
   double *weight = NULL, *load = NULL;
   bool changed = false;
   if (d->every == 0 || ++d->redistributions % (uint64_t)d->every != 0) return KITH_OK;
-  kith_status status = kith_ranks_allreduce_status(d->ranks, weigh(d, nodes, &work));
-  if (status == KITH_OK) {
-    kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
-    ++d->balance_checks;
-    status = weights_of(d, work, &weight);
-  }
+  kith_status status = weigh(d, nodes, true, &weight);
+  d->balance_checks += status == KITH_OK;
   if (status == KITH_OK) status = kith_resize(&load, 0, (size_t)d->partition->n_ranks, sizeof *load);
   if (status == KITH_OK) {
     d->last_imbalance = kith_partition_loads(d->partition, d->partition->owner, weight, load);
@@ -156,7 +143,6 @@ static kith_status balance(struct kith_decomposition *d, const struct kith_nodes
       status = kith_partition_update(d->partition, weight, NULL, &changed);
   }
   d->repartitions += changed;
-  kith_free(&work);
   kith_free(&weight);
   kith_free(&load);
   return kith_ranks_allreduce_status(d->ranks, status);
@@ -172,7 +158,7 @@ void kith_decomposition_measure(struct kith_decomposition *d, const struct kith_
 /* ---- redistribution ---- */
 
 static kith_status find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes, int32_t **to) {
-  KITH_TRY(find_own(d));
+  find_own(d);
   KITH_TRY(find_cells(d, nodes));
   KITH_TRY(kith_resize(to, 0, (size_t)nodes->n_internal, sizeof **to));
 #pragma omp parallel for schedule(static)
@@ -244,7 +230,7 @@ static kith_status mark_others(const struct kith_nodes *nodes, const int64_t *co
 static kith_status take_back(struct kith_decomposition *d, struct kith_nodes *nodes, const int64_t *counts) {
   uint8_t *gone = NULL;
   KITH_TRY(kith_resize(&gone, 0, (size_t)nodes->n_internal, 1));
-  kith_free(&d->own); /* another map was read */
+  d->map = 0; /* another one was read */
   kith_status status = mark_others(nodes, counts, kith_ranks_size(d->ranks), kith_ranks_rank(d->ranks), gone);
   if (status == KITH_OK) status = keep_others(d, nodes, gone);
   kith_free(&gone);

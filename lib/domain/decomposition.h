@@ -27,10 +27,9 @@ struct kith_decomposition {
   struct kith_partition *partition; /* owned */
   struct kith_field *home;          /* I64: 0 .. n_own */
   struct kith_field *work;          /* I64: entries of the node's last row */
-  int64_t n_own;
-  int64_t *own;     /* [n_own] cells of this rank, ascending; owned */
+  int64_t n_own;                    /* cells of this rank */
   int32_t *place;   /* [cells.n] index of a cell among the own ones; n_own: of another rank; owned */
-  uint64_t map;     /* generation of the map that they belong to */
+  uint64_t map;     /* generation of the map that they belong to; 0: none */
   int every;        /* redistributions between balance checks; 0: never */
   double imbalance; /* tolerated: largest work of a rank over the mean */
   uint64_t redistributions, balance_checks, repartitions; /* counted over the run */

@@ -108,13 +108,13 @@ static bool odd_sum(const void *context, const struct kith_nodes *nodes, kith_in
 static void check_custom(void) {
   struct kith_nodes *nodes = tagged_nodes();
   const double width = 0.12;
-  struct kith_excluder same_body, predicate = {"odd", KITH_BROAD, odd_sum, NULL, NULL};
+  struct kith_excluder same_body, predicate = {KITH_BROAD, odd_sum, NULL, NULL};
   const size_t broad = conforms(nodes, &predicate);
   predicate.phase = KITH_NARROW;
   CHECK(conforms(nodes, &predicate) == broad);
   CHECK_OK(kith_excluder_connected(&same_body, body, NULL));
-  const struct kith_excluder narrow = {"far apart", KITH_NARROW, far_apart, &width, &same_body};
-  const struct kith_excluder first = {"odd", KITH_BROAD, odd_sum, NULL, &narrow};
+  const struct kith_excluder narrow = {KITH_NARROW, far_apart, &width, &same_body};
+  const struct kith_excluder first = {KITH_BROAD, odd_sum, NULL, &narrow};
   CHECK(conforms(nodes, &first) < broad);
   kith_nodes_destroy(&nodes);
 }
