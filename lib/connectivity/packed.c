@@ -32,8 +32,8 @@ void kith_packed_close(struct kith_packed *packed, int n) {
   }
 }
 
-KITH_HOT int kith_packed_hits(const struct kith_packed *packed, const double *x, double target_radius2,
-                              uint64_t *restrict hit) {
+KITH_HOT static int hits(const struct kith_packed *packed, const double *x, double target_radius2,
+                         uint64_t *restrict hit) {
   const double *c[NDIM], *radius2 = packed->radius2;
   double at[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = packed->coordinate[a], at[a] = x[a];
@@ -57,8 +57,12 @@ KITH_HOT int kith_packed_hits(const struct kith_packed *packed, const double *x,
   return count;
 }
 
-KITH_HOT int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y,
-                                 uint64_t *restrict hit) {
+int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit) {
+  return hits(packed, x, radius2, hit);
+}
+
+KITH_HOT static int between(const struct kith_packed *packed, const double *x, const double *y,
+                            uint64_t *restrict hit) {
   const double *c[NDIM];
   double from[NDIM], to[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = packed->coordinate[a], from[a] = x[a], to[a] = y[a];
@@ -80,6 +84,10 @@ KITH_HOT int kith_packed_between(const struct kith_packed *packed, const double 
     count += __builtin_popcountll(hit[w]);
   }
   return count;
+}
+
+int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit) {
+  return between(packed, x, y, hit);
 }
 
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {
@@ -104,8 +112,9 @@ static inline void box_lanes(const double *const *c, const double *radius2, int 
   }
 }
 
-KITH_HOT size_t kith_box_slots(const struct kith_search *search, struct kith_run run,
-                               const struct kith_box *box, double target_radius2, kith_index *restrict slot) {
+KITH_HOT static size_t box_slots(const struct kith_search *search, struct kith_run run,
+                                 const struct kith_box *box, double target_radius2,
+                                 kith_index *restrict slot) {
   const struct kith_box b = *box;
   const double *radius2 = search->radius2;
   uint64_t within[LANES];
@@ -123,4 +132,9 @@ KITH_HOT size_t kith_box_slots(const struct kith_search *search, struct kith_run
       slot[found] = s + k, found += within[k]; /* without a branch that could be mispredicted */
   }
   return found;
+}
+
+size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
+                      double target_radius2, kith_index *slot) {
+  return box_slots(search, run, box, target_radius2, slot);
 }
