@@ -243,7 +243,7 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                                const struct kith_profile_view *nodes) {
   KITH_TRY(finite_nodes(nodes));
   const double shock = ops->shock == NULL ? 0 : ops->shock(solution, time);
-  const double *center = ops->center == NULL ? NULL : ops->center(solution);
+  const double *center = kith_exact_center(ops, solution);
   const struct measure m = {ops, solution, time, shock, center, window, nodes};
   struct sums sums;
   KITH_TRY(sum_blocks(&m, &sums));

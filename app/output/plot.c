@@ -97,7 +97,7 @@ static kith_status write_curve(const struct kith_plot *p, struct frame *frame, c
 
 static struct frame frame_of(const struct kith_plot *p) {
   struct frame frame = {.place = {INFINITY, -INFINITY}};
-  if (p->exact != NULL && p->exact->center != NULL) frame.center = p->exact->center(p->solution);
+  if (p->exact != NULL) frame.center = kith_exact_center(p->exact, p->solution);
   for (int j = 0; j < PANELS; ++j) frame.nodes[j] = frame.curve[j] = frame.place;
   for (kith_index i = 0; i < p->nodes.n; ++i) include(&frame.place, place_of(p, frame.center, i));
   if (!(frame.place.lower < frame.place.upper)) { /* no node, or all at one place */

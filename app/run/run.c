@@ -394,7 +394,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
   }
   kith_report_clear(&run.report);
   kith_ranks_detail_clear(&run.detail);
-  if (run.exact != NULL) kith_exact_destroy(run.scene->exact.ops, &run.exact);
+  kith_free(&run.exact);
   kith_nodes_destroy(&run.whole);
   kith_simulation_destroy(&run.simulation);
   kith_profile_destroy(&run.profile);

@@ -117,6 +117,6 @@ kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_
   void *solution = NULL;
   if (kith_exact_create(&solution, scene->exact.ops, scene->exact.settings) != KITH_OK)
     return kith_config_fail(node, NULL, "%s", kith_failure());
-  kith_exact_destroy(scene->exact.ops, &solution);
+  kith_free(&solution);
   return KITH_OK;
 }

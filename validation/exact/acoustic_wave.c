@@ -9,13 +9,14 @@
 #include "validation/exact/exact_parameters.h"
 
 struct acoustic_wave {
-  double gamma, density, pressure, amplitude, wavelength, origin, uniform_velocity[NDIM];
+  struct kith_exact_gas gas;
+  double amplitude, wavelength, origin;
 };
 static const struct kith_param params[] = {
-    KITH_EXACT_GAMMA(acoustic_wave),
-    KITH_EXACT_DENSITY(acoustic_wave, "undisturbed"),
-    KITH_EXACT_PRESSURE(acoustic_wave, "(0, inf)", "undisturbed"),
-    KITH_EXACT_VELOCITY(acoustic_wave),
+    KITH_EXACT_GAMMA,
+    KITH_EXACT_DENSITY("undisturbed"),
+    KITH_EXACT_PRESSURE("(0, inf)", "undisturbed"),
+    KITH_EXACT_VELOCITY,
     {"amplitude", KITH_PARAM_NUMBER, NULL, "(-1, 1)", "of the density, relative",
      KITH_INTO(struct acoustic_wave, amplitude)},
     {"wavelength", KITH_PARAM_NUMBER, NULL, "(0, inf)", "along x",
@@ -26,27 +27,25 @@ static const struct kith_param params[] = {
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct acoustic_wave *w = settings;
-  w->gamma = scene->region[0].gamma;
+  w->gas.gamma = scene->region[0].gamma;
   w->wavelength = scene->upper[0] - scene->lower[0];
 }
 
 static kith_status check(const void *settings) {
   const struct acoustic_wave *w = settings;
-  if (fabs(w->amplitude) * w->gamma < 1) return KITH_OK;
+  if (fabs(w->amplitude) * w->gas.gamma < 1) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "exact solution acoustic-wave: amplitude is %g, must be between -1/gamma and 1/gamma",
             w->amplitude);
 }
 
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct acoustic_wave *w = self;
-  const double sound = sqrt(w->gamma * w->pressure / w->density), wavenumber = 2 * M_PI / w->wavelength;
-  const double travelled = (sound + w->uniform_velocity[0]) * time;
+  const struct kith_exact_gas *gas = &w->gas;
+  const double sound = sqrt(gas->gamma * gas->pressure / gas->density), wavenumber = 2 * M_PI / w->wavelength;
+  const double travelled = (sound + gas->uniform_velocity[0]) * time;
   const double s = w->amplitude * sin(wavenumber * (x[0] - w->origin - travelled));
-  for (int a = 0; a < NDIM; ++a) out->velocity[a] = w->uniform_velocity[a];
+  *out = kith_exact_moving(gas, gas->density * (1 + s), gas->pressure * (1 + gas->gamma * s));
   out->velocity[0] += sound * s;
-  out->density = w->density * (1 + s);
-  out->pressure = w->pressure * (1 + w->gamma * s);
-  out->energy = kith_exact_energy(w->gamma, out->density, out->pressure);
 }
 
 const struct kith_exact_ops kith_exact_acoustic_wave = {

@@ -5,13 +5,14 @@
 #include "validation/exact/exact_parameters.h"
 
 struct entropy_wave {
-  double gamma, density, pressure, amplitude, wavelength, origin, uniform_velocity[NDIM];
+  struct kith_exact_gas gas;
+  double amplitude, wavelength, origin;
 };
 static const struct kith_param params[] = {
-    KITH_EXACT_GAMMA(entropy_wave),
-    KITH_EXACT_DENSITY(entropy_wave, "mean"),
-    KITH_EXACT_PRESSURE(entropy_wave, "[0, inf)", "of the gas"),
-    KITH_EXACT_VELOCITY(entropy_wave),
+    KITH_EXACT_GAMMA,
+    KITH_EXACT_DENSITY("mean"),
+    KITH_EXACT_PRESSURE("[0, inf)", "of the gas"),
+    KITH_EXACT_VELOCITY,
     {"amplitude", KITH_PARAM_NUMBER, NULL, "(-1, 1)", "of the density, relative",
      KITH_INTO(struct entropy_wave, amplitude)},
     {"wavelength", KITH_PARAM_NUMBER, NULL, "(0, inf)", "along x", KITH_INTO(struct entropy_wave, wavelength),
@@ -22,19 +23,15 @@ static const struct kith_param params[] = {
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct entropy_wave *w = settings;
-  w->gamma = scene->region[0].gamma;
-  w->pressure = scene->region[0].pressure;
+  kith_exact_derive_moving(settings, scene);
+  w->gas.density = NAN; /* the mean is not said */
   w->wavelength = scene->upper[0] - scene->lower[0];
-  kith_exact_derive_velocity(w->uniform_velocity, scene);
 }
 
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct entropy_wave *w = self;
-  const double phase = 2 * M_PI * (x[0] - w->origin - w->uniform_velocity[0] * time) / w->wavelength;
-  for (int a = 0; a < NDIM; ++a) out->velocity[a] = w->uniform_velocity[a];
-  out->density = w->density * (1 + w->amplitude * sin(phase));
-  out->pressure = w->pressure;
-  out->energy = kith_exact_energy(w->gamma, out->density, out->pressure);
+  const double phase = 2 * M_PI * (x[0] - w->origin - w->gas.uniform_velocity[0] * time) / w->wavelength;
+  *out = kith_exact_moving(&w->gas, w->gas.density * (1 + w->amplitude * sin(phase)), w->gas.pressure);
 }
 
 const struct kith_exact_ops kith_exact_entropy_wave = {

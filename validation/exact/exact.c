@@ -27,11 +27,8 @@ kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, con
   return KITH_OK;
 }
 
-void kith_exact_destroy(const struct kith_exact_ops *ops, void **self) {
-  if (ops->destroy != NULL)
-    ops->destroy(self);
-  else
-    kith_free(self);
+const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self) {
+  return ops->radial ? ((const struct kith_exact_gas *)self)->center : NULL;
 }
 
 double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x) {

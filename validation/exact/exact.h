@@ -32,6 +32,12 @@ struct kith_exact_state {
   double density, velocity[NDIM], pressure, energy;
 };
 
+/* The first member of the settings of all but riemann, and of what they create; what a member has no row for
+ * is not used. */
+struct kith_exact_gas {
+  double gamma, density, pressure, uniform_velocity[NDIM], center[NDIM], period[NDIM];
+};
+
 /* What a scene says about itself, for members to derive their settings from. Values that are not constant in
  * space are NaN. */
 struct kith_exact_scene {
@@ -69,18 +75,16 @@ struct kith_exact_ops {
   /* BAD_INPUT "exact solution NAME: ..." for values that do not fit together; each by itself is in its range.
    * NULL: all do. */
   kith_status (*check)(const void *settings);
-  /* *self owned by the caller, freed by destroy. NULL: *self is a copy of the settings. */
+  /* *self, one block of memory. NULL: *self is a copy of the settings. */
   kith_status (*create)(void **self, const void *settings);
-  void (*destroy)(void **self); /* NULL: *self is one block of memory */
   /* State at x[NDIM] and time >= 0; time 0 gives the initial state. Cheap (a table look-up or a closed form):
    * called once per node. All values are finite; a vacuum has density, pressure and energy 0. */
   void (*state)(const void *self, const double *x, double time, struct kith_exact_state *out);
   /* Radius (or position along axis 0) of the leading shock at `time`: the right-going one of a Riemann
    * problem, else the left-going one; 0 if these states make none. NULL if the member never has one. */
   double (*shock)(const void *self, double time);
-  /* View of center[NDIM] of a radial solution; NULL for members that vary along axis 0 only. */
-  const double *(*center)(const void *self);
   struct kith_exact_star (*star)(const void *self); /* NULL: the member is no Riemann problem */
+  bool radial;                                      /* it has a center; else it varies along axis 0 only */
   bool vortex; /* it turns about an axis through the center, along axis 2 */
 };
 
@@ -97,9 +101,11 @@ const struct kith_exact_ops *kith_exact_find(const char *name);
 const struct kith_exact_ops *const *kith_exact_all(void);
 struct kith_member kith_exact_member(int k); /* as members of any family: lib/core/param.h */
 
-/* Settings out of range, or that do not fit together, are BAD_INPUT with the parameter's name. */
+/* *self owned by the caller, freed by kith_free. Settings out of range, or that do not fit together, are
+ * BAD_INPUT with the parameter's name. */
 kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, const void *settings);
-void kith_exact_destroy(const struct kith_exact_ops *ops, void **self);
+/* View of center[NDIM] of a radial solution, else NULL. */
+const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self);
 
 /* Where x stands on the line that a member varies along: distance from the center, or from the axis of a
  * vortex; center NULL: x[0]. */

@@ -5,50 +5,78 @@
 #include <math.h>
 #include "validation/exact/exact.h"
 
-/* Rows of a table; `type` is the tag of the member's settings. */
-#define KITH_EXACT_GAMMA(type) \
-  { "gamma", KITH_PARAM_NUMBER, NULL, "(1, inf)", "ratio of specific heats", KITH_INTO(struct type, gamma) }
-#define KITH_EXACT_DENSITY(type, text) \
-  { "density", KITH_PARAM_NUMBER, NULL, "(0, inf)", text, KITH_INTO(struct type, density), .unit = "density" }
-#define KITH_EXACT_PRESSURE(type, range, text) \
-  { "pressure", KITH_PARAM_NUMBER, NULL, range, text, KITH_INTO(struct type, pressure), .unit = "pressure" }
-#define KITH_EXACT_CENTER(type)                                                                      \
-  {                                                                                                  \
-    "center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "of the symmetry", KITH_INTO(struct type, center), \
-        .unit = "length"                                                                             \
+/* Rows of a table. */
+#define KITH_EXACT_INTO(member) KITH_INTO(struct kith_exact_gas, member)
+#define KITH_EXACT_GAMMA \
+  { "gamma", KITH_PARAM_NUMBER, NULL, "(1, inf)", "ratio of specific heats", KITH_EXACT_INTO(gamma) }
+#define KITH_EXACT_DENSITY(text) \
+  { "density", KITH_PARAM_NUMBER, NULL, "(0, inf)", text, KITH_EXACT_INTO(density), .unit = "density" }
+#define KITH_EXACT_PRESSURE(range, text) \
+  { "pressure", KITH_PARAM_NUMBER, NULL, range, text, KITH_EXACT_INTO(pressure), .unit = "pressure" }
+#define KITH_EXACT_CENTER                                                                     \
+  {                                                                                           \
+    "center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "of the symmetry", KITH_EXACT_INTO(center), \
+        .unit = "length"                                                                      \
   }
-#define KITH_EXACT_VELOCITY(type)                                           \
+#define KITH_EXACT_VELOCITY                                                 \
   {                                                                         \
     "uniform_velocity", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "of the whole", \
-        KITH_INTO(struct type, uniform_velocity), .unit = "velocity"        \
+        KITH_EXACT_INTO(uniform_velocity), .unit = "velocity"               \
   }
-#define KITH_EXACT_PERIOD(type)                                                                          \
-  {                                                                                                      \
-    "period", KITH_PARAM_VECTOR, "[0, 0, 0]", "[0, inf)",                                                \
-        "sides of the periodic box that it is carried through; 0: none", KITH_INTO(struct type, period), \
-        .unit = "length"                                                                                 \
+#define KITH_EXACT_PERIOD                                                                         \
+  {                                                                                               \
+    "period", KITH_PARAM_VECTOR, "[0, 0, 0]", "[0, inf)",                                         \
+        "sides of the periodic box that it is carried through; 0: none", KITH_EXACT_INTO(period), \
+        .unit = "length"                                                                          \
   }
 
-/* Sides of the domain along its periodic axes. */
-static inline void kith_exact_derive_period(double *period, const struct kith_exact_scene *scene) {
+/* derive() of a gas: the values of the first region, the sides of the domain along its periodic axes. */
+static inline void kith_exact_derive_gas(void *settings, const struct kith_exact_scene *scene) {
+  struct kith_exact_gas *gas = settings;
+  gas->gamma = scene->region[0].gamma;
+  gas->density = scene->region[0].density;
+  gas->pressure = scene->region[0].pressure;
   for (int a = 0; a < NDIM; ++a)
-    if (scene->axis[a].periodic) period[a] = scene->upper[a] - scene->lower[a];
+    if (scene->axis[a].periodic) gas->period[a] = scene->upper[a] - scene->lower[a];
+}
+/* And its velocity. */
+static inline void kith_exact_derive_moving(void *settings, const struct kith_exact_scene *scene) {
+  struct kith_exact_gas *gas = settings;
+  kith_exact_derive_gas(settings, scene);
+  for (int a = 0; a < NDIM; ++a) gas->uniform_velocity[a] = scene->region[0].velocity[a];
 }
 
-static inline void kith_exact_derive_velocity(double *velocity, const struct kith_exact_scene *scene) {
-  for (int a = 0; a < NDIM; ++a) velocity[a] = scene->region[0].velocity[a];
-}
-
-/* x from a center that is carried along, to its nearest image in a periodic box: component a. */
-static inline double kith_exact_carried(double x, double center, double velocity, double period,
-                                        double time) {
-  const double d = x - center - velocity * time;
-  return period > 0 ? d - period * round(d / period) : d;
+/* x from the center, which is carried along, to its nearest image in a periodic box. */
+static inline void kith_exact_offset(const struct kith_exact_gas *gas, const double *x, double time,
+                                     double offset[3]) {
+  offset[0] = offset[1] = offset[2] = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = x[a] - gas->center[a] - gas->uniform_velocity[a] * time;
+    offset[a] = gas->period[a] > 0 ? d - gas->period[a] * round(d / gas->period[a]) : d;
+  }
 }
 
 /* Energy per unit mass of an ideal gas; 0 in a vacuum. */
 static inline double kith_exact_energy(double gamma, double density, double pressure) {
   return density > 0 ? pressure / density / (gamma - 1) : 0;
+}
+
+/* The gas in its uniform motion, with this density and pressure. */
+static inline struct kith_exact_state kith_exact_moving(const struct kith_exact_gas *gas, double density,
+                                                        double pressure) {
+  struct kith_exact_state state = {.density = density, .pressure = pressure};
+  state.energy = kith_exact_energy(gas->gamma, density, pressure);
+  for (int a = 0; a < NDIM; ++a) state.velocity[a] = gas->uniform_velocity[a];
+  return state;
+}
+
+/* The same that turns, counterclockwise, with this angular velocity. */
+static inline struct kith_exact_state kith_exact_turning(const struct kith_exact_gas *gas, double density,
+                                                         double pressure, const double *offset, double turn) {
+  struct kith_exact_state state = kith_exact_moving(gas, density, pressure);
+  state.velocity[0] -= turn * offset[1];
+  state.velocity[NDIM > 1 ? 1 : 0] += turn * offset[0];
+  return state;
 }
 
 #endif

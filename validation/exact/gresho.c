@@ -11,26 +11,17 @@
  * Not in 1-D. */
 #include "validation/exact/exact_parameters.h"
 
-struct gresho {
-  double gamma, density, pressure, uniform_velocity[NDIM], center[NDIM], period[NDIM];
-};
-static const struct kith_param params[] = {KITH_EXACT_GAMMA(gresho),
-                                           KITH_EXACT_DENSITY(gresho, "of the gas"),
-                                           KITH_EXACT_PRESSURE(gresho, "[0, inf)", "on the axis"),
-                                           KITH_EXACT_VELOCITY(gresho),
-                                           KITH_EXACT_CENTER(gresho),
-                                           KITH_EXACT_PERIOD(gresho),
+static const struct kith_param params[] = {KITH_EXACT_GAMMA,
+                                           KITH_EXACT_DENSITY("of the gas"),
+                                           KITH_EXACT_PRESSURE("[0, inf)", "on the axis"),
+                                           KITH_EXACT_VELOCITY,
+                                           KITH_EXACT_CENTER,
+                                           KITH_EXACT_PERIOD,
                                            {0}};
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {
-  struct gresho *g = settings;
-  g->gamma = scene->region[0].gamma;
-  g->density = scene->region[0].density;
-  kith_exact_derive_period(g->period, scene);
-}
-
-static const double *center(const void *self) {
-  return ((const struct gresho *)self)->center;
+  kith_exact_derive_gas(settings, scene);
+  ((struct kith_exact_gas *)settings)->pressure = NAN; /* on the axis: not said */
 }
 
 /* Angular velocity v / r, and (P - P0) / rho. */
@@ -48,26 +39,19 @@ static double turning(double r, double *push) {
 }
 
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
-  const struct gresho *g = self;
-  double d[3] = {0}, push; /* from the axis, wherever it is by now */
-  for (int a = 0; a < NDIM; ++a) {
-    d[a] = kith_exact_carried(x[a], g->center[a], g->uniform_velocity[a], g->period[a], time);
-    out->velocity[a] = g->uniform_velocity[a];
-  }
+  const struct kith_exact_gas *gas = self;
+  double d[3], push; /* from the axis, wherever it is by now */
+  kith_exact_offset(gas, x, time, d);
   const double turn = turning(hypot(d[0], d[1]), &push);
-  out->velocity[0] -= turn * d[1];
-  out->velocity[NDIM > 1 ? 1 : 0] += turn * d[0];
-  out->density = g->density;
-  out->pressure = g->pressure + g->density * push;
-  out->energy = kith_exact_energy(g->gamma, out->density, out->pressure);
+  *out = kith_exact_turning(gas, gas->density, gas->pressure + gas->density * push, d, turn);
 }
 
 const struct kith_exact_ops kith_exact_gresho = {
     .name = "gresho",
     .doc = "steady vortex held by its pressure; in 3-D a column along axis 2",
-    KITH_SETTINGS(params, gresho),
+    KITH_SETTINGS(params, kith_exact_gas),
     .derive = derive,
     .state = state,
-    .center = center,
+    .radial = true,
     .vortex = true,
 };

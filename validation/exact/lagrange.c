@@ -99,48 +99,34 @@ kith_status kith_lagrange_run(struct kith_lagrange *f, double time) {
 
 /* ---- start ---- */
 
-/* Cells of slab k: its share by mass, at least one. */
-static int share(int n_slabs, const struct kith_slab *slab, double end, int cells, int k) {
-  double total = 0, own = 0;
-  for (int j = 0; j < n_slabs; ++j) {
-    const double mass = slab[j].density * ((j + 1 < n_slabs ? slab[j + 1].from : end) - slab[j].from);
-    total += mass;
-    if (j == k) own = mass;
-  }
-  return KITH_MAX(1, (int)lround(cells * own / total));
+/* Where slab k of n ends. */
+static double end_of(int n, const struct kith_slab *slab, double end, int k) {
+  return k + 1 < n ? slab[k + 1].from : end;
 }
 
 kith_status kith_lagrange_create(struct kith_lagrange **out, double gamma, int n_slabs,
                                  const struct kith_slab *slab, double end, int cells) {
-  struct kith_lagrange *f = NULL;
+  double total = 0;
   *out = NULL;
-  KITH_TRY(kith_resize(&f, 0, 1, sizeof *f));
+  for (int k = 0; k < n_slabs; ++k) total += slab[k].density * (end_of(n_slabs, slab, end, k) - slab[k].from);
+  /* Each slab may have half a cell more than its share, or one instead of none. */
+  const size_t most = (size_t)cells + (size_t)n_slabs + 1;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out + most * sizeof *(*out)->cell));
+  struct kith_lagrange *f = *out;
   f->gamma = gamma;
-  for (int k = 0; k < n_slabs; ++k) f->n += share(n_slabs, slab, end, cells, k);
-  const kith_status status = kith_resize(&f->cell, 0, (size_t)f->n + 1, sizeof *f->cell);
-  if (status != KITH_OK) {
-    kith_free(&f);
-    return status;
-  }
-  struct kith_cell *c = f->cell;
-  *out = f;
-  for (const struct kith_slab *s = slab; s < slab + n_slabs; ++s) {
-    const int count = share(n_slabs, slab, end, cells, (int)(s - slab));
-    const double width = ((s + 1 < slab + n_slabs ? s[1].from : end) - s->from) / count;
-    for (int i = 0; i < count; ++i, ++c)
-      *c = (struct kith_cell){
-          .face = s->from + i * width,
-          .mass = s->density * width,
+  for (int k = 0; k < n_slabs; ++k) {
+    const struct kith_slab *s = &slab[k];
+    const double length = end_of(n_slabs, slab, end, k) - s->from;
+    const int count = KITH_MAX(1, (int)lround(cells * (s->density * length) / total));
+    for (int i = 0; i < count; ++i)
+      f->cell[f->n++] = (struct kith_cell){
+          .face = s->from + i * (length / count),
+          .mass = s->density * (length / count),
           .volume = 1 / s->density,
           .velocity = s->velocity,
           .pressure = s->pressure,
           .energy = s->pressure / s->density / (gamma - 1) + 0.5 * s->velocity * s->velocity};
   }
-  c->face = end;
+  f->cell[f->n].face = end;
   return KITH_OK;
-}
-
-void kith_lagrange_destroy(struct kith_lagrange **flow) {
-  if (*flow != NULL) kith_free(&(*flow)->cell);
-  kith_free(flow);
 }

@@ -27,8 +27,8 @@ struct kith_cell {
 
 struct kith_lagrange {
   double gamma, time;
-  int n;                  /* cells */
-  struct kith_cell *cell; /* [n + 1]: the last one is the upper face of the one before */
+  int n;                   /* cells */
+  struct kith_cell cell[]; /* [n + 1]: the last one is the upper face of the one before */
 };
 
 /* Gas at rest or moving, the same from `from` to the next one's `from`. */
@@ -37,13 +37,12 @@ struct kith_slab {
 };
 
 /* Cells of about the same mass, whole ones in each slab, the last of which ends at `end`. Walls at both
- * ends. */
+ * ends. One block of memory, freed by kith_free. */
 kith_status kith_lagrange_create(struct kith_lagrange **out, double gamma, int n_slabs,
                                  const struct kith_slab *slab, double end, int cells);
 /* On to `time`. DIVERGED if a volume or a pressure is not positive. About 50 ns per cell and step; the number
  * of steps is that of cells that a sound wave would cross, times 2.5. */
 kith_status kith_lagrange_run(struct kith_lagrange *flow, double time);
-void kith_lagrange_destroy(struct kith_lagrange **flow);
 
 /* The limited slope of b, per cell, between its neighbors a and c. */
 static inline double kith_lagrange_slope(double a, double b, double c) {

@@ -11,24 +11,23 @@
 #include "validation/exact/exact_parameters.h"
 
 struct noh {
-  double gamma, density, pressure, speed, center[NDIM];
+  struct kith_exact_gas gas;
+  double speed;
 };
 static const struct kith_param params[] = {
-    KITH_EXACT_GAMMA(noh),
-    KITH_EXACT_DENSITY(noh, "undisturbed"),
+    KITH_EXACT_GAMMA,
+    KITH_EXACT_DENSITY("undisturbed"),
     {"velocity", KITH_PARAM_NUMBER, NULL, "(0, inf)", "speed of the inflow", KITH_INTO(struct noh, speed),
      .unit = "velocity"},
-    KITH_EXACT_PRESSURE(noh, "[0, inf)", "ahead of the shock"),
-    KITH_EXACT_CENTER(noh),
+    KITH_EXACT_PRESSURE("[0, inf)", "ahead of the shock"),
+    KITH_EXACT_CENTER,
     {0}};
 
 /* The speed at a point away from the center, which is the origin. */
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct noh *noh = settings;
   double x[NDIM], v[NDIM];
-  noh->gamma = scene->region[0].gamma;
-  noh->density = scene->region[0].density;
-  noh->pressure = scene->region[0].pressure;
+  kith_exact_derive_gas(settings, scene);
   for (int a = 0; a < NDIM; ++a) { /* somewhere between the origin and the farther face */
     const double lower = scene->lower[a], upper = scene->upper[a];
     x[a] = (0.6 + 0.1 * a) * (fabs(lower) > fabs(upper) ? lower : upper);
@@ -39,34 +38,23 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
 
 static double noh_shock(const void *self, double time) {
   const struct noh *noh = self;
-  return (noh->gamma - 1) / 2 * noh->speed * time;
-}
-
-static const double *noh_center(const void *self) {
-  return ((const struct noh *)self)->center;
-}
-
-static void noh_behind(const struct noh *noh, struct kith_exact_state *out) {
-  out->density = noh->density * kith_pow_dim((noh->gamma + 1) / (noh->gamma - 1));
-  out->energy = noh->speed * noh->speed / 2;
-  out->pressure = (noh->gamma - 1) * out->density * out->energy;
+  return (noh->gas.gamma - 1) / 2 * noh->speed * time;
 }
 
 static void noh_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct noh *noh = self;
-  const double r = sqrt(kith_distance2(x, noh->center));
-  *out = (struct kith_exact_state){0};
+  const struct kith_exact_gas *gas = &noh->gas;
+  const double r = sqrt(kith_distance2(x, gas->center));
   if (r < noh_shock(self, time)) {
-    noh_behind(noh, out);
+    *out = (struct kith_exact_state){.energy = noh->speed * noh->speed / 2};
+    out->density = gas->density * kith_pow_dim((gas->gamma + 1) / (gas->gamma - 1));
+    out->pressure = (gas->gamma - 1) * out->density * out->energy;
     return;
   }
   /* r = 0 gets here at time 0 only: no direction, so no velocity. */
   const double crowding = r > 0 ? 1 + noh->speed * time / r : 1;
-  out->density = noh->density * kith_pow_dim(crowding) / crowding;
-  out->pressure = noh->pressure;
-  out->energy = kith_exact_energy(noh->gamma, out->density, out->pressure);
-  if (r > 0)
-    for (int a = 0; a < NDIM; ++a) out->velocity[a] = -noh->speed * (x[a] - noh->center[a]) / r;
+  *out = kith_exact_moving(gas, gas->density * kith_pow_dim(crowding) / crowding, gas->pressure);
+  for (int a = 0; r > 0 && a < NDIM; ++a) out->velocity[a] = -noh->speed * (x[a] - gas->center[a]) / r;
 }
 
 const struct kith_exact_ops kith_exact_noh = {
@@ -76,5 +64,5 @@ const struct kith_exact_ops kith_exact_noh = {
     .derive = derive,
     .state = noh_state,
     .shock = noh_shock,
-    .center = noh_center,
+    .radial = true,
 };

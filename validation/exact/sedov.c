@@ -36,32 +36,31 @@
 #include <gsl/gsl_odeiv2.h>
 
 struct settings {
-  double gamma, density, pressure, blast_energy, omega, center[NDIM];
+  struct kith_exact_gas gas;
+  double blast_energy, omega;
 };
 static const struct kith_param params[] = {
-    KITH_EXACT_GAMMA(settings),
-    KITH_EXACT_DENSITY(settings, "D: undisturbed, at r = 1"),
-    KITH_EXACT_PRESSURE(settings, "[0, inf)", "ahead of the shock"),
+    KITH_EXACT_GAMMA,
+    KITH_EXACT_DENSITY("D: undisturbed, at r = 1"),
+    KITH_EXACT_PRESSURE("[0, inf)", "ahead of the shock"),
     {"blast_energy", KITH_PARAM_NUMBER, NULL, "(0, inf)", "E, on all sides of the center",
      KITH_INTO(struct settings, blast_energy), .unit = "energy"},
     {"omega", KITH_PARAM_NUMBER, "0", "[0, 3)",
      "the undisturbed density falls as r^-omega; below the dimension", KITH_INTO(struct settings, omega)},
-    KITH_EXACT_CENTER(settings),
+    KITH_EXACT_CENTER,
     {0}};
 
 /* A mirror through the center stands for the energy of the image. */
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct settings *s = settings;
-  s->gamma = scene->region[0].gamma;
-  s->density = scene->region[0].density;
-  s->pressure = scene->region[0].pressure;
+  kith_exact_derive_gas(settings, scene);
   if (scene->n_deposits != 1) return;
   s->blast_energy = scene->deposit_energy;
   for (int a = 0; a < NDIM; ++a) {
     const double lower = scene->lower[a], upper = scene->upper[a], close = 1e-12 * (upper - lower);
-    s->center[a] = scene->deposit_center[a];
-    if (scene->axis[a].mirror[0] && fabs(s->center[a] - lower) <= close) s->blast_energy *= 2;
-    if (scene->axis[a].mirror[1] && fabs(s->center[a] - upper) <= close) s->blast_energy *= 2;
+    s->gas.center[a] = scene->deposit_center[a];
+    if (scene->axis[a].mirror[0] && fabs(s->gas.center[a] - lower) <= close) s->blast_energy *= 2;
+    if (scene->axis[a].mirror[1] && fabs(s->gas.center[a] - upper) <= close) s->blast_energy *= 2;
   }
 }
 
@@ -80,11 +79,11 @@ struct row {
 };
 
 struct sedov {
+  struct kith_exact_gas gas;
   enum kind kind;
-  double gamma, density, pressure, omega, radius1; /* radius1: R at time 1 */
-  double ln_void;                                  /* vacuum: ln x_v */
-  double center[NDIM];
-  int rows; /* intervals in use */
+  double omega, radius1; /* radius1: R at time 1 */
+  double ln_void;        /* vacuum: ln x_v */
+  int rows;              /* intervals in use */
   struct row row[ROWS + 1];
 };
 
@@ -100,7 +99,7 @@ static double similarity_pressure(double gamma, double y, double v, double ln_w,
 
 /* dV / d ln x = w times this. */
 static double rise(const struct sedov *s, double v, double w) {
-  const double gamma = s->gamma;
+  const double gamma = s->gas.gamma;
   if (s->kind == SINGULAR) return 0; /* rounding would grow */
   return v * (power(s->omega) - v * (2 + NDIM * (gamma - 1))) /
          (gamma * (gamma - 1) * v * v - 2 * (1 - v) * w);
@@ -108,15 +107,15 @@ static double rise(const struct sedov *s, double v, double w) {
 
 /* d(energy integral) / d ln x. */
 static double energy_density(const struct sedov *s, double y, double v, double ln_w, double ln_g) {
-  const double x = exp(y), thermal = similarity_pressure(s->gamma, y, v, ln_w, ln_g) / (s->gamma - 1);
+  const double x = exp(y), thermal = similarity_pressure(s->gas.gamma, y, v, ln_w, ln_g) / (s->gas.gamma - 1);
   return (exp(ln_g) * x * x * v * v / 2 + thermal) * kith_pow_dim(x);
 }
 
 /* By ln x: q = ln w, ln g, energy integral. */
 static int slopes(double y, const double *q, double *dq, void *context) {
   const struct sedov *s = context;
-  const double w = exp(q[0]), v = (1 + w) / s->gamma, dv = w * rise(s, v, w);
-  dq[0] = s->gamma * rise(s, v, w);
+  const double w = exp(q[0]), v = (1 + w) / s->gas.gamma, dv = w * rise(s, v, w);
+  dq[0] = s->gas.gamma * rise(s, v, w);
   dq[1] = (dv + NDIM * v - s->omega) / (1 - v);
   dq[2] = energy_density(s, y, v, q[0], q[1]);
   return GSL_SUCCESS;
@@ -126,7 +125,7 @@ static int slopes(double y, const double *q, double *dq, void *context) {
  * case x runs while V stands, near the edge V runs while x stands. */
 static int slopes_of_void(double path, const double *q, double *dq, void *context) {
   const struct sedov *s = context;
-  const double left = exp(-q[3]), v = 1 - left, w = s->gamma * v - 1, dv = w * rise(s, v, w);
+  const double left = exp(-q[3]), v = 1 - left, w = s->gas.gamma * v - 1, dv = w * rise(s, v, w);
   (void)path;
   dq[0] = -left / (left - dv); /* dv < 0: x falls as V rises */
   dq[3] = -dv / (left - dv);
@@ -139,12 +138,13 @@ static kith_status advance(gsl_odeiv2_driver *driver, const struct sedov *s, dou
                            double *q) {
   const int error = to == *from ? GSL_SUCCESS : gsl_odeiv2_driver_apply(driver, from, to, q);
   if (error == GSL_SUCCESS) return KITH_OK;
-  KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, omega %g, at %g: %s", s->gamma, s->omega, *from,
+  KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, omega %g, at %g: %s", s->gas.gamma, s->omega, *from,
             gsl_strerror(error));
 }
 
 static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
-  double y = 0, q[3] = {log((s->gamma - 1) / (s->gamma + 1)), log((s->gamma + 1) / (s->gamma - 1)), 0};
+  double y = 0, q[3] = {log((s->gas.gamma - 1) / (s->gas.gamma + 1)),
+                        log((s->gas.gamma + 1) / (s->gas.gamma - 1)), 0};
   for (int k = 0; k <= ROWS; ++k) {
     double dq[3];
     KITH_TRY(advance(driver, s, &y, -depth * ((double)k / ROWS) * ((double)k / ROWS), q));
@@ -158,7 +158,8 @@ static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double
 
 /* First ln x by row, then, when the edge is known, the coordinate. */
 static kith_status fill_void(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
-  const double start = log((s->gamma + 1) / (s->gamma - 1)); /* 1 - V = (gamma-1)/(gamma+1) at the shock */
+  const double start =
+      log((s->gas.gamma + 1) / (s->gas.gamma - 1)); /* 1 - V = (gamma-1)/(gamma+1) at the shock */
   double path = 0, q[4] = {0, start, 0, start}, dq[4];
   s->rows = -1;
   for (int k = 0; k <= ROWS && q[3] < edge_z; ++k) {
@@ -209,13 +210,11 @@ static kith_status sedov_create(void **self, const void *settings) {
   gsl_set_error_handler_off();
   KITH_TRY(kith_resize(self, 0, 1, sizeof(struct sedov)));
   struct sedov *sedov = *self;
-  sedov->gamma = p->gamma, sedov->density = p->density, sedov->pressure = p->pressure;
-  sedov->omega = p->omega, sedov->kind = kind_of(p->gamma, p->omega);
-  for (int a = 0; a < NDIM; ++a) sedov->center[a] = p->center[a];
+  sedov->gas = p->gas, sedov->omega = p->omega, sedov->kind = kind_of(p->gas.gamma, p->omega);
   const kith_status status = integrate(sedov, &energy);
   if (status != KITH_OK) kith_free(self);
   const double n = power(p->omega), alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
-  if (status == KITH_OK) sedov->radius1 = pow(p->blast_energy / (alpha * p->density), 1 / n);
+  if (status == KITH_OK) sedov->radius1 = pow(p->blast_energy / (alpha * p->gas.density), 1 / n);
   return status;
 }
 
@@ -246,10 +245,10 @@ static bool similarity(const struct sedov *s, double y, double *v, double *ln_w,
     if (off <= 0) return false;
     look_up(s, log(off), value);
     *v = -expm1(-value[0]);
-    *ln_w = log(s->gamma * *v - 1);
+    *ln_w = log(s->gas.gamma * *v - 1);
   } else {
     look_up(s, KITH_MAX(y, -depth), value);
-    *v = (1 + exp(value[0])) / s->gamma;
+    *v = (1 + exp(value[0])) / s->gas.gamma;
     *ln_w = value[0];
   }
   *ln_g = value[1];
@@ -261,32 +260,26 @@ static double sedov_shock(const void *self, double time) {
   return sedov->radius1 * pow(time, 2 / power(sedov->omega));
 }
 
-static const double *sedov_center(const void *self) {
-  return ((const struct sedov *)self)->center;
-}
-
 static void behind(const struct sedov *s, const double *x, double r, double shock, double time,
                    struct kith_exact_state *out) {
   const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (power(s->omega) * time);
-  const double density = s->density * pow(shock, -s->omega);
+  const double density = s->gas.density * pow(shock, -s->omega);
   double v, ln_w, ln_g;
   *out = (struct kith_exact_state){0};
   if (!similarity(s, y, &v, &ln_w, &ln_g)) return;
   out->density = density * exp(KITH_MAX(ln_g, thin));
-  out->pressure = density * speed * speed * similarity_pressure(s->gamma, y, v, ln_w, ln_g);
-  for (int a = 0; a < NDIM; ++a) out->velocity[a] = speed * v * (x[a] - s->center[a]) / shock;
+  out->pressure = density * speed * speed * similarity_pressure(s->gas.gamma, y, v, ln_w, ln_g);
+  for (int a = 0; a < NDIM; ++a) out->velocity[a] = speed * v * (x[a] - s->gas.center[a]) / shock;
 }
 
 static void sedov_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct sedov *sedov = self;
-  const double r = sqrt(kith_distance2(x, sedov->center)), shock = sedov_shock(self, time);
-  if (r < shock) {
-    behind(sedov, x, r, shock, time, out);
-  } else {
-    const double crowding = sedov->omega > 0 ? pow(KITH_MAX(r, least_r), -sedov->omega) : 1;
-    *out = (struct kith_exact_state){.density = sedov->density * crowding, .pressure = sedov->pressure};
-  }
-  out->energy = kith_exact_energy(sedov->gamma, out->density, out->pressure);
+  const struct kith_exact_gas *gas = &sedov->gas;
+  const double r = sqrt(kith_distance2(x, gas->center)), shock = sedov_shock(self, time);
+  const double crowding = sedov->omega > 0 ? pow(KITH_MAX(r, least_r), -sedov->omega) : 1;
+  *out = (struct kith_exact_state){.density = gas->density * crowding, .pressure = gas->pressure};
+  if (r < shock) behind(sedov, x, r, shock, time, out);
+  out->energy = kith_exact_energy(gas->gamma, out->density, out->pressure);
 }
 
 const struct kith_exact_ops kith_exact_sedov = {
@@ -298,5 +291,5 @@ const struct kith_exact_ops kith_exact_sedov = {
     .create = sedov_create,
     .state = sedov_state,
     .shock = sedov_shock,
-    .center = sedov_center,
+    .radial = true,
 };

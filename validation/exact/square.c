@@ -5,16 +5,17 @@
 #include "validation/exact/exact_parameters.h"
 
 struct square {
-  double gamma, density[2], pressure, uniform_velocity[NDIM], center[NDIM], period[NDIM], side[NDIM];
+  struct kith_exact_gas gas;
+  double density[2], side[NDIM];
 };
 static const struct kith_param params[] = {
-    KITH_EXACT_GAMMA(square),
+    KITH_EXACT_GAMMA,
     {"density", KITH_PARAM_SIDES, NULL, "(0, inf)", "[inside, outside]", KITH_INTO(struct square, density),
      .unit = "density"},
-    KITH_EXACT_PRESSURE(square, "[0, inf)", "of the gas"),
-    KITH_EXACT_VELOCITY(square),
-    KITH_EXACT_CENTER(square),
-    KITH_EXACT_PERIOD(square),
+    KITH_EXACT_PRESSURE("[0, inf)", "of the gas"),
+    KITH_EXACT_VELOCITY,
+    KITH_EXACT_CENTER,
+    KITH_EXACT_PERIOD,
     {"side", KITH_PARAM_VECTOR, NULL, "(0, inf)", "sides of the box", KITH_INTO(struct square, side),
      .unit = "length"},
     {0}};
@@ -24,27 +25,21 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct square *s = settings;
   const struct kith_exact_region *box = &scene->region[0];
   if (scene->n_regions != 2) return;
-  s->gamma = box->gamma, s->pressure = box->pressure;
+  kith_exact_derive_moving(settings, scene);
   s->density[0] = box->density, s->density[1] = scene->region[1].density;
-  kith_exact_derive_velocity(s->uniform_velocity, scene);
-  kith_exact_derive_period(s->period, scene);
   for (int a = 0; a < NDIM; ++a) {
     s->side[a] = box->upper[a] - box->lower[a];
-    s->center[a] = 0.5 * (box->lower[a] + box->upper[a]);
+    s->gas.center[a] = 0.5 * (box->lower[a] + box->upper[a]);
   }
 }
 
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct square *s = self;
+  double d[3];
   bool inside = true;
-  for (int a = 0; a < NDIM; ++a) {
-    const double d = kith_exact_carried(x[a], s->center[a], s->uniform_velocity[a], s->period[a], time);
-    inside = inside && fabs(d) < 0.5 * s->side[a];
-    out->velocity[a] = s->uniform_velocity[a];
-  }
-  out->density = s->density[inside ? 0 : 1];
-  out->pressure = s->pressure;
-  out->energy = kith_exact_energy(s->gamma, out->density, out->pressure);
+  kith_exact_offset(&s->gas, x, time, d);
+  for (int a = 0; a < NDIM; ++a) inside = inside && fabs(d[a]) < 0.5 * s->side[a];
+  *out = kith_exact_moving(&s->gas, s->density[inside ? 0 : 1], s->gas.pressure);
 }
 
 const struct kith_exact_ops kith_exact_square = {

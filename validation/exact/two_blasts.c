@@ -10,53 +10,47 @@
 #include "validation/exact/exact_parameters.h"
 #include "validation/exact/lagrange.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { CELLS = 800, KEPT = 40 };
 
 struct settings {
-  double gamma, end_time;
+  struct kith_exact_gas gas; /* gamma alone */
+  double end_time;
 };
 static const struct kith_param params[] = {
-    KITH_EXACT_GAMMA(settings),
+    KITH_EXACT_GAMMA,
     {"end_time", KITH_PARAM_NUMBER, NULL, "[0, inf)", "computed until then",
      KITH_INTO(struct settings, end_time), .unit = "time"},
     {0}};
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {
-  *(struct settings *)settings = (struct settings){scene->region[0].gamma, scene->until};
+  kith_exact_derive_gas(settings, scene);
+  ((struct settings *)settings)->end_time = scene->until;
 }
 
 struct two_blasts {
-  double gamma, end;
-  int n;                  /* cells */
-  struct kith_cell *cell; /* [KEPT + 1][n + 1] */
+  struct kith_exact_gas gas;
+  double end;
+  int n;                   /* cells */
+  struct kith_cell cell[]; /* [KEPT + 1][n + 1] */
 };
-
-static void blasts_destroy(void **self) {
-  if (*self != NULL) kith_free(&((struct two_blasts *)*self)->cell);
-  kith_free(self);
-}
 
 static kith_status blasts_create(void **self, const void *settings) {
   const struct settings *p = settings;
   static const struct kith_slab slabs[] = {{0, 1, 0, 1000}, {0.1, 1, 0, 0.01}, {0.9, 1, 0, 100}};
-  struct two_blasts *b = NULL;
   struct kith_lagrange *flow = NULL;
-  KITH_TRY(kith_resize(self, 0, 1, sizeof *b));
-  b = *self;
-  kith_status status = kith_lagrange_create(&flow, p->gamma, 3, slabs, 1, CELLS);
-  if (status == KITH_OK) {
-    *b = (struct two_blasts){.gamma = p->gamma, .end = p->end_time, .n = flow->n};
-    status = kith_resize(&b->cell, 0, (KEPT + 1) * ((size_t)b->n + 1), sizeof *b->cell);
-  }
+  KITH_TRY(kith_lagrange_create(&flow, p->gas.gamma, 3, slabs, 1, CELLS));
+  const size_t row = ((size_t)flow->n + 1) * sizeof *flow->cell;
+  kith_status status = kith_resize(self, 0, 1, sizeof(struct two_blasts) + (KEPT + 1) * row);
+  struct two_blasts *b = *self;
+  if (status == KITH_OK) b->gas = p->gas, b->end = p->end_time, b->n = flow->n;
   for (int k = 0; status == KITH_OK && k <= KEPT; ++k) {
     status = kith_lagrange_run(flow, k < KEPT ? b->end * k / KEPT : b->end);
-    memcpy(b->cell + (size_t)k * ((size_t)b->n + 1), flow->cell, ((size_t)b->n + 1) * sizeof *b->cell);
+    memcpy(b->cell + (size_t)k * ((size_t)b->n + 1), flow->cell, row);
   }
-  kith_lagrange_destroy(&flow);
-  if (status != KITH_OK) blasts_destroy(self);
+  kith_free(&flow);
+  if (status != KITH_OK) kith_free(self);
   return status;
 }
 
@@ -66,15 +60,19 @@ struct moment {
   double part;
 };
 
+static double between(const struct moment *m, double early, double late) {
+  return (1 - m->part) * early + m->part * late;
+}
+
 static double face_at(const struct moment *m, int i) {
-  return (1 - m->part) * m->early[i].face + m->part * m->late[i].face;
+  return between(m, m->early[i].face, m->late[i].face);
 }
 
 static void values_at(const struct moment *m, int i, double value[3]) {
   const struct kith_cell *a = &m->early[i], *b = &m->late[i];
-  const double early[] = {a->volume, a->velocity, a->pressure},
-               late[] = {b->volume, b->velocity, b->pressure};
-  for (int q = 0; q < 3; ++q) value[q] = (1 - m->part) * early[q] + m->part * late[q];
+  value[0] = between(m, a->volume, b->volume);
+  value[1] = between(m, a->velocity, b->velocity);
+  value[2] = between(m, a->pressure, b->pressure);
 }
 
 static void blasts_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
@@ -95,8 +93,8 @@ static void blasts_state(const void *self, const double *x, double time, struct 
   values_at(&m, i, value);
   values_at(&m, KITH_MIN(i + 1, b->n - 1), right);
   for (int q = 0; q < 3; ++q) value[q] += s * kith_lagrange_slope(left[q], value[q], right[q]);
-  *out = (struct kith_exact_state){.density = 1 / value[0], .velocity = {value[1]}, .pressure = value[2]};
-  out->energy = kith_exact_energy(b->gamma, out->density, out->pressure);
+  *out = kith_exact_moving(&b->gas, 1 / value[0], value[2]);
+  out->velocity[0] = value[1];
 }
 
 const struct kith_exact_ops kith_exact_two_blasts = {
@@ -105,6 +103,5 @@ const struct kith_exact_ops kith_exact_two_blasts = {
     KITH_SETTINGS(params, settings),
     .derive = derive,
     .create = blasts_create,
-    .destroy = blasts_destroy,
     .state = blasts_state,
 };

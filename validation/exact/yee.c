@@ -10,24 +10,19 @@
 #include "validation/exact/exact_parameters.h"
 
 struct yee {
-  double gamma, amplitude, uniform_velocity[NDIM], center[NDIM], period[NDIM];
+  struct kith_exact_gas gas; /* without density and pressure */
+  double amplitude;
 };
 static const struct kith_param params[] = {
-    KITH_EXACT_GAMMA(yee),
-    KITH_EXACT_VELOCITY(yee),
-    KITH_EXACT_CENTER(yee),
-    KITH_EXACT_PERIOD(yee),
+    KITH_EXACT_GAMMA,
+    KITH_EXACT_VELOCITY,
+    KITH_EXACT_CENTER,
+    KITH_EXACT_PERIOD,
     {"amplitude", KITH_PARAM_NUMBER, "5", "", "strength b", KITH_INTO(struct yee, amplitude)},
     {0}};
 
-static void derive(void *settings, const struct kith_exact_scene *scene) {
-  struct yee *y = settings;
-  y->gamma = scene->region[0].gamma;
-  kith_exact_derive_period(y->period, scene);
-}
-
 static double coldness(const struct yee *y) {
-  return (y->gamma - 1) * y->amplitude * y->amplitude / (8 * y->gamma * M_PI * M_PI);
+  return (y->gas.gamma - 1) * y->amplitude * y->amplitude / (8 * y->gas.gamma * M_PI * M_PI);
 }
 
 static kith_status check(const void *settings) {
@@ -37,33 +32,23 @@ static kith_status check(const void *settings) {
             y->amplitude);
 }
 
-static const double *center(const void *self) {
-  return ((const struct yee *)self)->center;
-}
-
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct yee *y = self;
-  double d[3] = {0}; /* from the axis, wherever it is by now */
-  for (int a = 0; a < NDIM; ++a) {
-    d[a] = kith_exact_carried(x[a], y->center[a], y->uniform_velocity[a], y->period[a], time);
-    out->velocity[a] = y->uniform_velocity[a];
-  }
+  double d[3]; /* from the axis, wherever it is by now */
+  kith_exact_offset(&y->gas, x, time, d);
   const double r2 = d[0] * d[0] + d[1] * d[1], turn = y->amplitude / (2 * M_PI) * exp((1 - r2) / 2);
   const double temperature = 1 - coldness(y) * exp(1 - r2);
-  out->velocity[0] -= turn * d[1];
-  out->velocity[NDIM > 1 ? 1 : 0] += turn * d[0];
-  out->density = pow(temperature, 1 / (y->gamma - 1));
-  out->pressure = out->density * temperature;
-  out->energy = kith_exact_energy(y->gamma, out->density, out->pressure);
+  const double density = pow(temperature, 1 / (y->gas.gamma - 1));
+  *out = kith_exact_turning(&y->gas, density, density * temperature, d, turn);
 }
 
 const struct kith_exact_ops kith_exact_yee = {
     .name = "yee",
     .doc = "smooth steady vortex; in 3-D a column along axis 2",
     KITH_SETTINGS(params, yee),
-    .derive = derive,
+    .derive = kith_exact_derive_gas,
     .check = check,
     .state = state,
-    .center = center,
+    .radial = true,
     .vortex = true,
 };

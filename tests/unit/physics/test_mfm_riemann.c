@@ -16,7 +16,7 @@ static struct kith_exact_star exact(struct mfm_side l, struct mfm_side r) {
   void *self;
   CHECK_OK(exact_create(&self, &kith_exact_riemann, &p));
   const struct kith_exact_star star = kith_exact_riemann.star(self);
-  kith_exact_destroy(&kith_exact_riemann, &self);
+  kith_free(&self);
   return star;
 }
 

@@ -38,25 +38,21 @@ static int rows(const char *name, double last[5], double *least, double *most) {
 }
 
 /* A solution made for this test: radial about (1, 0, 0), v = r outwards, density 1 + r. */
-static const double middle[3] = {1, 0, 0};
-static const double *center(const void *self) {
-  (void)self;
-  return middle;
-}
+static const struct kith_exact_gas solution = {.center = {1}};
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   double r = 0;
   (void)self, (void)time;
-  for (int a = 0; a < NDIM; ++a) r += (x[a] - middle[a]) * (x[a] - middle[a]);
+  for (int a = 0; a < NDIM; ++a) r += (x[a] - solution.center[a]) * (x[a] - solution.center[a]);
   *out = (struct kith_exact_state){.density = 1 + sqrt(r), .pressure = 2, .energy = 3};
-  for (int a = 0; a < NDIM; ++a) out->velocity[a] = x[a] - middle[a];
+  for (int a = 0; a < NDIM; ++a) out->velocity[a] = x[a] - solution.center[a];
 }
 static double shock(const void *self, double time) {
   return (void)self, time;
 }
 static const struct kith_exact_ops radial = {
-    .name = "radial", .state = state, .shock = shock, .center = center};
+    .name = "radial", .state = state, .shock = shock, .radial = true};
 static const struct kith_exact_ops turning = {
-    .name = "turning", .state = state, .center = center, .vortex = true};
+    .name = "turning", .state = state, .radial = true, .vortex = true};
 static const struct kith_exact_ops planar = {.name = "planar", .state = state};
 
 enum { MANY = 50001 };
@@ -71,6 +67,7 @@ static struct kith_plot sample(kith_index n, const struct kith_exact_ops *exact)
                             .time = 0.5,
                             .resolution = 10,
                             .exact = exact,
+                            .solution = &solution,
                             .nodes = {n, position, velocity, scalar, scalar, scalar, scalar}};
 }
 

@@ -54,7 +54,7 @@ static void starts_exact(const struct made *m, const char *name) {
       CHECK_CLOSE(m->hydro.velocity->f64[i * NDIM + a], exact.velocity[a], tolerance);
     if (!blast) CHECK_CLOSE(m->hydro.pressure->f64[i], exact.pressure, tolerance);
   }
-  kith_exact_destroy(m->scene->exact.ops, &solution);
+  kith_free(&solution);
 }
 
 /* Of what the regions say, in their boxes. */
@@ -128,7 +128,7 @@ static void explodes(const char *name, double part) {
     void *solution = NULL;
     CHECK_OK(kith_exact_create(&solution, m.scene->exact.ops, m.scene->exact.settings));
     CHECK_CLOSE(m.scene->exact.ops->shock(solution, m.scene->until), 0.35, 0.003); /* as the file says */
-    kith_exact_destroy(m.scene->exact.ops, &solution);
+    kith_free(&solution);
   }
   unmake(&m);
 }
