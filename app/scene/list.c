@@ -13,7 +13,7 @@
 #include "integrator/integrator.h"
 #include "integrator/schemes/arkode.h"
 #include "lib/connectivity/excluder.h"
-#include "physics/viscosity.h"
+#include "physics/passes/viscosity.h"
 
 /* Names of members: '_' as '-'; keys as they are written. */
 static void print_label(const char *name, bool key, const char *doc, int column) {

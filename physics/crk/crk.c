@@ -15,11 +15,9 @@
  *
  * Passes: density -> equation of state -> ghosts -> moments -> ghosts -> packing -> force [pairs] -> ghosts
  * -> work. */
-#include <math.h>
 #include "physics/crk/moments.h"
 #include "physics/passes/density.h"
-#include "physics/passes/force.h"
-#include "physics/viscosity.h"
+#include "physics/passes/viscosity.h"
 
 struct crk_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
@@ -35,17 +33,13 @@ static const struct kith_param params[] = {
 
 /* The fields of a packed particle. */
 enum {
-  CRK_INVERSE = KITH_PACKED_OWN, /* 1 / H */
-  CRK_PRESSURE,
-  CRK_DENSITY,
-  CRK_SOUND,
+  CRK_PRESSURE = KITH_PACKED_VISCOUS,
   CRK_VOLUME,
   CRK_A,
   CRK_C,
-  CRK_DA = CRK_C + NDIM,            /* dA + C */
-  CRK_DC = CRK_DA + NDIM,           /* dC_b / dx_c, [b][c] */
-  CRK_SHEAR = CRK_DC + NDIM * NDIM, /* symmetric part of the velocity gradient, upper triangle */
-  CRK_PACKED = CRK_SHEAR + KITH_SYMMETRIC_SIZE
+  CRK_DA = CRK_C + NDIM,  /* dA + C */
+  CRK_DC = CRK_DA + NDIM, /* dC_b / dx_c, [b][c] */
+  CRK_PACKED = CRK_DC + NDIM * NDIM
 };
 
 struct crk {
@@ -58,9 +52,6 @@ struct crk_constants {
   struct kith_viscosity_constants viscosity;
   double volume; /* crk_volume */
 };
-
-/* Indices of y and z; in fewer dimensions another index that is not used. */
-enum { Y = NDIM > 1 ? 1 : 0, Z = NDIM > 2 ? 2 : 0 };
 
 /* g . x of a vector g, its entries `stride` apart. */
 KITH_INLINE double dot(const double *restrict g, int stride, double x, double y, double z) {
@@ -87,75 +78,51 @@ KITH_INLINE double share(const double *restrict i, const double *restrict j, con
 KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const double *restrict i,
                           const double *restrict j, double *restrict out) {
   const struct crk_constants *c = constants;
-  const double x = i[KITH_PACKED_X] - J(KITH_PACKED_X), y = i[KITH_PACKED_X + Y] - J(KITH_PACKED_X + Y),
-               z = i[KITH_PACKED_X + Z] - J(KITH_PACKED_X + Z);
-  double r2 = 0, vx = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double d = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
-    r2 += d * d;
-    vx += d * (i[KITH_PACKED_V + a] - J(KITH_PACKED_V + a));
-  }
-  const double r = sqrt(r2), inverse_r = 1 / KITH_MAX(r, 1e-30);
-  const double qi = r * i[CRK_INVERSE], qj = r * J(CRK_INVERSE);
+  const struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
   double wi, gi, wj, gj;
-  kith_kernel_value(kernel, qi, &wi, &gi);
-  kith_kernel_value(kernel, qj, &wj, &gj);
+  kith_kernel_value(kernel, p.qi, &wi, &gi);
+  kith_kernel_value(kernel, p.qj, &wj, &gj);
   /* V_i V_j W = volume w / 2, and so for its gradient, volume g x / 2. */
   const double w = i[CRK_VOLUME] * wj + J(CRK_VOLUME) * wi;
-  const double g = i[CRK_VOLUME] * gj * J(CRK_INVERSE) * J(CRK_INVERSE) +
-                   J(CRK_VOLUME) * gi * i[CRK_INVERSE] * i[CRK_INVERSE];
+  const double g = i[CRK_VOLUME] * gj * J(KITH_PACKED_INVERSE) * J(KITH_PACKED_INVERSE) +
+                   J(CRK_VOLUME) * gi * i[KITH_PACKED_INVERSE] * i[KITH_PACKED_INVERSE];
 
-  const double mu = kith_viscosity_mu(&c->viscosity, vx, kith_symmetric_form(i + CRK_SHEAR, 1, x, y, z),
-                                      kith_symmetric_form(&J(CRK_SHEAR), KITH_STRIDE, x, y, z),
-                                      KITH_MAX(qi, qj), inverse_r);
-  const double sound = 0.5 * (i[CRK_SOUND] + J(CRK_SOUND));
-  const double density = 2 * i[CRK_DENSITY] * J(CRK_DENSITY) / (i[CRK_DENSITY] + J(CRK_DENSITY));
+  const double di = i[KITH_PACKED_DENSITY], dj = J(KITH_PACKED_DENSITY), density = 2 * di * dj / (di + dj);
   const double viscosity =
-      density * (c->viscosity.beta * mu - c->viscosity.alpha * sound) * mu; /* Q of (6) */
+      density * (c->viscosity.beta * p.mu - c->viscosity.alpha * p.sound) * p.mu; /* Q of (6) */
 
   const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity,
                factor = -0.25 * c->volume * pressure;
-  const double ai = i[CRK_A] + dot(i + CRK_C, 1, x, y, z),
-               aj = J(CRK_A) - dot(&J(CRK_C), KITH_STRIDE, x, y, z);
+  const double ai = i[CRK_A] + dot(i + CRK_C, 1, p.x, p.y, p.z),
+               aj = J(CRK_A) - dot(&J(CRK_C), KITH_STRIDE, p.x, p.y, p.z);
   for (int a = 0; a < NDIM; ++a) { /* (5), with D from (4) */
-    const double ci = i[CRK_DA + a] + dot(i + CRK_DC + a, NDIM, x, y, z),
-                 cj = J(CRK_DA + a) - dot(&J(CRK_DC + a), NDIM * KITH_STRIDE, x, y, z);
+    const double ci = i[CRK_DA + a] + dot(i + CRK_DC + a, NDIM, p.x, p.y, p.z),
+                 cj = J(CRK_DA + a) - dot(&J(CRK_DC + a), NDIM * KITH_STRIDE, p.x, p.y, p.z);
     const double d = (ai + aj) * g * (i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a)) + (ci - cj) * w;
     OUT(KITH_FORCE + a) = factor * d;
   }
   OUT(KITH_ENERGY_SHARE) = share(i, j, out, pressure);
   OUT(KITH_EXCHANGE) = 0;
-  OUT(KITH_SIGNAL) = r2 > 0 && g < 0 ? kith_viscosity_signal(&c->viscosity, sound, mu) : 0;
+  OUT(KITH_SIGNAL) = g < 0 ? p.signal : 0;
 }
 
-KITH_INLINE void block(enum kith_kernel kernel, const struct kith_force_pass *pass, kith_index i, size_t n,
-                       struct kith_scratch *s) {
-  kith_force_evaluate(pair_crk, kernel, CRK_PACKED, 0, pass, i, n, s);
-}
-KITH_FORCE_BLOCKS(block)
+KITH_FORCE_BLOCKS(pair_crk)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
   const size_t at = (size_t)i * NDIM;
-  const double support = hydro->nodes->support->f64[i];
-  const double volume = kith_ball() * kith_pow_dim(support) / package->neighbors;
-  kith_force_pack(hydro, i, packed);
+  kith_viscosity_pack(hydro, crk->shear, i, packed);
   for (int a = 0; a < NDIM; ++a) {
     packed[CRK_C + a] = crk->moments.c->f64[at + a];
     packed[CRK_DA + a] = crk->moments.a_gradient->f64[at + a];
     for (int b = 0; b < NDIM; ++b)
       packed[CRK_DC + a * NDIM + b] = crk->moments.c_gradient->f64[(at + a) * NDIM + b];
   }
-  packed[CRK_INVERSE] = 1 / support;
   packed[CRK_PRESSURE] = hydro->pressure->f64[i];
-  packed[CRK_DENSITY] = hydro->density->f64[i];
-  packed[CRK_SOUND] = hydro->sound_speed->f64[i];
   /* A frozen node has no moments: its kernel is the plain one. */
   packed[CRK_A] = crk->moments.a->f64[i] > 0 ? crk->moments.a->f64[i] : 1;
-  packed[CRK_VOLUME] = volume;
-  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
-    packed[CRK_SHEAR + k] = crk->shear != NULL ? crk->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
+  packed[CRK_VOLUME] = kith_ball() * kith_pow_dim(hydro->nodes->support->f64[i]) / package->neighbors;
 }
 
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
@@ -168,7 +135,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                                               .kick = kick,
                                               .connectivity = connectivity,
                                               .pack = pack,
-                                              .evaluate = block_of[package->kernel],
+                                              .evaluate = pair_crk_of[package->kernel],
                                               .n_packed = CRK_PACKED,
                                               .constants = &constants});
 }

@@ -221,7 +221,7 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
 
 KITH_HOT static void block(const struct kith_force_pass *pass, kith_index i, size_t n,
                            struct kith_scratch *s) {
-  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, NDIM, pass, i, n, s);
+  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, pass, i, n, s);
 }
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {

@@ -64,7 +64,7 @@ struct kith_force_pass {
   const struct kith_connectivity *connectivity;
   kith_force_packed *pack;
   kith_force_block *evaluate; /* of the kernel of the package */
-  int n_packed, edges;        /* as it was compiled with */
+  int n_packed, edges;        /* doubles of a particle, of an edge */
   const void *constants;      /* handed to the pair function */
   const double *edge; /* [pairs][edges]: of the node that a pair starts at; the other end has - edge */
   bool walls_known;   /* the pair function accounts for the size of a barrier */
@@ -85,26 +85,27 @@ static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i,
  * evaluated, with stale values behind the last pair: the compiler may contract products and sums differently
  * in the remainder of a loop, and the values of a pair must not depend on its position, which depends on the
  * ranks. */
-KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, int n_packed,
-                                     int edges, const struct kith_force_pass *pass, kith_index i, size_t n,
+KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel,
+                                     const struct kith_force_pass *pass, kith_index i, size_t n,
                                      struct kith_scratch *s) {
-  const double *restrict self = pass->package->packed + (size_t)i * n_packed, *restrict j = s->lane;
-  double *restrict out = kith_lane(s, n_packed + edges);
+  const double *restrict self = pass->package->packed + (size_t)i * (size_t)pass->n_packed, *restrict j =
+                                                                                                s->lane;
+  double *restrict out = kith_lane(s, pass->n_packed + pass->edges);
   const size_t lanes = pass->connectivity->canonical ? (n + 7) / 8 * 8 : n;
 #pragma omp simd
   for (size_t k = 0; k < lanes; ++k) pair(kernel, pass->constants, self, j + k, out + k);
   s->count[KITH_COUNT_EVALUATIONS] += n;
 }
 
-/* Compiles BLOCK(kernel, pass, i, n, scratch), which calls kith_force_evaluate, once per kernel, so that the
- * kernel is a constant in the loop over pairs; BLOCK_of[kernel] are the functions for kith_force. */
-#define KITH_FORCE_BLOCKS(block)                  \
-  KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, block) \
-  static kith_force_block *const block##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, block)};
-#define KITH_FORCE_BLOCK_(block, name, ...)                                                       \
-  KITH_HOT static void block##_##name(const struct kith_force_pass *pass, kith_index i, size_t n, \
-                                      struct kith_scratch *s) {                                   \
-    block(KITH_KERNEL_##name, pass, i, n, s);                                                     \
+/* Compiles it with the function PAIR once per kernel, so that the kernel is a constant in the loop over pairs;
+ * PAIR_of[kernel] are the functions for kith_force. */
+#define KITH_FORCE_BLOCKS(pair)                  \
+  KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair) \
+  static kith_force_block *const pair##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, pair)};
+#define KITH_FORCE_BLOCK_(pair, name, ...)                                                       \
+  KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i, size_t n, \
+                                     struct kith_scratch *s) {                                   \
+    kith_force_evaluate(pair, KITH_KERNEL_##name, pass, i, n, s);                                \
   }
 
 /* Packs the particles and runs the passes: forces (accelerations, signal speeds, thermal energy rates), then,

@@ -18,10 +18,8 @@
  *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
  *
  * Passes: density -> equation of state, switches -> ghosts -> packing -> force [pairs] -> ghosts -> work. */
-#include <math.h>
 #include "physics/passes/density.h"
-#include "physics/passes/force.h"
-#include "physics/viscosity.h"
+#include "physics/passes/viscosity.h"
 
 #define BALSARA_LIST(X) X(NONE, none) X(FACTOR, balsara) X(SQUARED, squared)
 enum balsara {
@@ -49,15 +47,11 @@ static const struct kith_param params[] = {
 
 /* The fields of a packed particle. */
 enum {
-  SPH_INVERSE = KITH_PACKED_OWN, /* 1 / H */
-  SPH_PSI,                       /* m P / rho^2 */
+  SPH_PSI = KITH_PACKED_VISCOUS, /* m P / rho^2 */
   SPH_GRAD_H_TERM,               /* X */
   SPH_MASS,
-  SPH_DENSITY,
-  SPH_SOUND,
-  SPH_GRADIENT, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
-  SPH_SIMPLE = SPH_GRADIENT + KITH_SYMMETRIC_SIZE, /* fields without switches */
-  SPH_SWITCH = SPH_SIMPLE,                         /* s */
+  SPH_SIMPLE,              /* fields without switches */
+  SPH_SWITCH = SPH_SIMPLE, /* s */
   SPH_ENERGY,
   SPH_FULL /* all fields */
 };
@@ -88,25 +82,12 @@ KITH_INLINE double gradient_factor(enum kith_kernel kernel, double constant, dou
 /* One pair: (3) - (5), (7). */
 KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_constants *c,
                           const double *restrict i, const double *restrict j, double *restrict out) {
-  enum { Y = NDIM > 1 ? 1 : 0, Z = NDIM > 2 ? 2 : 0 };
-  const double x = i[KITH_PACKED_X] - J(KITH_PACKED_X), y = i[KITH_PACKED_X + Y] - J(KITH_PACKED_X + Y),
-               z = i[KITH_PACKED_X + Z] - J(KITH_PACKED_X + Z);
-  double r2 = 0, vx = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double d = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
-    r2 += d * d;
-    vx += d * (i[KITH_PACKED_V + a] - J(KITH_PACKED_V + a));
-  }
-  const double r = sqrt(r2), inverse_r = 1 / KITH_MAX(r, 1e-30);
-  const double qi = r * i[SPH_INVERSE], qj = r * J(SPH_INVERSE);
-  const double gi = gradient_factor(kernel, c->kernel, qi, i[SPH_INVERSE]);
-  const double gj = gradient_factor(kernel, c->kernel, qj, J(SPH_INVERSE));
-
-  const double mu = kith_viscosity_mu(&c->viscosity, vx, kith_symmetric_form(i + SPH_GRADIENT, 1, x, y, z),
-                                      kith_symmetric_form(&J(SPH_GRADIENT), KITH_STRIDE, x, y, z),
-                                      KITH_MAX(qi, qj), inverse_r);
-  const double sound = 0.5 * (i[SPH_SOUND] + J(SPH_SOUND)), densities = i[SPH_DENSITY] + J(SPH_DENSITY);
-  double viscosity = (c->viscosity.beta * mu - c->viscosity.alpha * sound) * mu / densities; /* (5): Pi / 2 */
+  const struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
+  const double gi = gradient_factor(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
+  const double gj = gradient_factor(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
+  const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY);
+  double viscosity =
+      (c->viscosity.beta * p.mu - c->viscosity.alpha * p.sound) * p.mu / densities; /* Pi / 2 */
   if (full) viscosity *= 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH));
 
   /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
@@ -120,16 +101,17 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_c
   /* (4): i takes the share (fi + fq / 2) / force of the work; where forces cancel, the rest is exchanged. */
   const double heat = fi + 0.5 * fq, total = fabs(fi) + fabs(fj) + fq;
   const double share = fabs(force) > 1e-10 * total ? heat / force : 0.5;
-  double exchange = (share * force - heat) * vx;
+  double exchange = (share * force - heat) * p.vx;
   if (full) { /* (7) */
-    const double pi = i[SPH_PSI] * i[SPH_DENSITY] * i[SPH_DENSITY] / i[SPH_MASS],
-                 pj = J(SPH_PSI) * J(SPH_DENSITY) * J(SPH_DENSITY) / J(SPH_MASS);
+    const double pi = i[SPH_PSI] * i[KITH_PACKED_DENSITY] * i[KITH_PACKED_DENSITY] / i[SPH_MASS],
+                 pj = J(SPH_PSI) * J(KITH_PACKED_DENSITY) * J(KITH_PACKED_DENSITY) / J(SPH_MASS);
     const double speed = sqrt(2 * fabs(pi - pj) / densities);
-    exchange += c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * r * (gi + gj) / densities;
+    exchange +=
+        c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * p.r * (gi + gj) / densities;
   }
   OUT(KITH_ENERGY_SHARE) = share;
   OUT(KITH_EXCHANGE) = exchange;
-  OUT(KITH_SIGNAL) = r2 > 0 && gi + gj < 0 ? kith_viscosity_signal(&c->viscosity, sound, mu) : 0;
+  OUT(KITH_SIGNAL) = gi + gj < 0 ? p.signal : 0;
 }
 
 KITH_INLINE void pair_simple(enum kith_kernel kernel, const void *constants, const double *restrict i,
@@ -140,30 +122,17 @@ KITH_INLINE void pair_full(enum kith_kernel kernel, const void *constants, const
                            const double *restrict j, double *restrict out) {
   sph_pair(kernel, true, constants, i, j, out);
 }
-KITH_INLINE void simple(enum kith_kernel kernel, const struct kith_force_pass *pass, kith_index i, size_t n,
-                        struct kith_scratch *s) {
-  kith_force_evaluate(pair_simple, kernel, SPH_SIMPLE, 0, pass, i, n, s);
-}
-KITH_INLINE void full(enum kith_kernel kernel, const struct kith_force_pass *pass, kith_index i, size_t n,
-                      struct kith_scratch *s) {
-  kith_force_evaluate(pair_full, kernel, SPH_FULL, 0, pass, i, n, s);
-}
-KITH_FORCE_BLOCKS(simple)
-KITH_FORCE_BLOCKS(full)
+KITH_FORCE_BLOCKS(pair_simple)
+KITH_FORCE_BLOCKS(pair_full)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct sph *sph = package->self;
   const double density = hydro->density->f64[i], mass = hydro->mass->f64[i];
-  kith_force_pack(hydro, i, packed);
-  packed[SPH_INVERSE] = 1 / hydro->nodes->support->f64[i];
+  kith_viscosity_pack(hydro, sph->shear, i, packed);
   packed[SPH_PSI] = mass * hydro->pressure->f64[i] / (density * density);
   packed[SPH_GRAD_H_TERM] = sph->grad_h_term->f64[i];
   packed[SPH_MASS] = mass;
-  packed[SPH_DENSITY] = density;
-  packed[SPH_SOUND] = hydro->sound_speed->f64[i];
-  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
-    packed[SPH_GRADIENT + k] = sph->shear != NULL ? sph->shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
   if (!sph->full) return;
   packed[SPH_SWITCH] = sph->factor != NULL ? sph->factor->f64[i] : 1;
   packed[SPH_ENERGY] = hydro->energy->f64[i];
@@ -177,13 +146,14 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .conduction = settings->conduction,
       .kernel = kith_kernel_constant(package->kernel)};
-  return kith_force(&(struct kith_force_pass){.package = package,
-                                              .kick = kick,
-                                              .connectivity = connectivity,
-                                              .pack = pack,
-                                              .evaluate = (sph->full ? full_of : simple_of)[package->kernel],
-                                              .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
-                                              .constants = &constants});
+  return kith_force(
+      &(struct kith_force_pass){.package = package,
+                                .kick = kick,
+                                .connectivity = connectivity,
+                                .pack = pack,
+                                .evaluate = (sph->full ? pair_full_of : pair_simple_of)[package->kernel],
+                                .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
+                                .constants = &constants});
 }
 
 /* --- fields, switches, passes --- */

@@ -12,7 +12,7 @@
 #include <string.h>
 #include "integrator/lifecycle.h"
 #include "integrator/step.h"
-#include "physics/viscosity.h"
+#include "physics/passes/viscosity.h"
 #include "tests/unit/physics/kernel_oracle.h"
 #include "tests/check.h"
 #include "tests/unit/materials.h"

@@ -10,7 +10,7 @@
 #include "tests/check.h"
 #include "tests/unit/materials.h"
 #include "tests/unit/exact_settings.h"
-#include "physics/viscosity.h"
+#include "physics/passes/viscosity.h"
 
 /* The settings of package sph begin with these. */
 static const struct kith_viscosity_settings *viscosity_of(const struct kith_scene *scene) {

@@ -1,5 +1,5 @@
-/* viscosity.h - artificial viscosity, for packages whose pair functions take it: its parameters, and the
- * limited velocity difference that it acts on.
+/* viscosity.h - artificial viscosity, for packages whose pair functions take it: its parameters, and what
+ * such a function begins with, the geometry of a pair and the limited velocity difference.
  *
  *     mu_ij = min(0, D_ij) / |x_ij|,  D_ij = v_ij . x_ij, or if limited that of the velocities extrapolated
  *     to the middle of the pair,
@@ -8,13 +8,12 @@
  * 4 r / (1 + r)^2, times 1 - (5 (s - 1))^2 for pairs closer than s = 1 mean node spacings, not below 0
  * (Frontiere, Raskin and Owen 2017, JCoPh 332, 160, eqs. 48-50). mu is 0 for pairs that separate.
  * No loops over pairs: the functions vectorize in the loops of who calls them. */
-#ifndef KITH_PHYSICS_VISCOSITY_H
-#define KITH_PHYSICS_VISCOSITY_H
+#ifndef KITH_PHYSICS_PASSES_VISCOSITY_H
+#define KITH_PHYSICS_PASSES_VISCOSITY_H
 
 #include "lib/core/choices.h"
-#include "lib/core/param.h"
 #include "lib/core/symmetric.h"
-#include "lib/core/vec.h"
+#include "physics/passes/force.h"
 
 /* name, choice in a scene, doc */
 #define KITH_VISCOSITY_LIST(X)                                                                     \
@@ -58,21 +57,58 @@ static inline struct kith_viscosity_constants kith_viscosity_constants(
                                            .limited = settings->name == KITH_VISCOSITY_LIMITED};
 }
 
-/* mu, from vx = v_ij . x_ij, the slopes x_ij.G.x_ij of both ends, the distance over the smaller support. */
-KITH_INLINE double kith_viscosity_mu(const struct kith_viscosity_constants *c, double vx, double slope_i,
-                                     double slope_j, double q, double inverse_r) {
-  const double product = slope_i * slope_j, sum = slope_i + slope_j;
-  const double van_leer = product > 0 ? 4 * product / (sum * sum) : 0;
-  const double closer = 5 * KITH_MIN(c->spacings * q - 1, 0.0);
-  const double phi = van_leer * KITH_MAX(1 - closer * closer, 0.0);
-  const double limited = KITH_MAX(vx - 0.5 * phi * sum, vx);
-  const double difference = c->limited > 0 ? limited : vx;
-  return vx < 0 ? KITH_MIN(difference, 0.0) * inverse_r : 0;
+/* The first fields of a packed particle. */
+enum {
+  KITH_PACKED_INVERSE = KITH_PACKED_OWN, /* 1 / H */
+  KITH_PACKED_DENSITY,
+  KITH_PACKED_SOUND,
+  KITH_PACKED_SHEAR, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
+  KITH_PACKED_VISCOUS = KITH_PACKED_SHEAR + KITH_SYMMETRIC_SIZE
+};
+/* Packs them; shear NULL: 0. */
+static inline void kith_viscosity_pack(const struct kith_hydro *hydro, const struct kith_field *shear,
+                                       kith_index i, double *restrict packed) {
+  kith_force_pack(hydro, i, packed);
+  packed[KITH_PACKED_INVERSE] = 1 / hydro->nodes->support->f64[i];
+  packed[KITH_PACKED_DENSITY] = hydro->density->f64[i];
+  packed[KITH_PACKED_SOUND] = hydro->sound_speed->f64[i];
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
+    packed[KITH_PACKED_SHEAR + k] = shear != NULL ? shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
 }
 
-/* The signal speed of a pair with this mean sound speed. */
-KITH_INLINE double kith_viscosity_signal(const struct kith_viscosity_constants *c, double sound, double mu) {
-  return KITH_MAX(c->alpha, 1.0) * sound - c->beta * mu;
+struct kith_viscous_pair {
+  double x, y, z;       /* x_ij; y, z: anything in fewer dimensions */
+  double r, vx, qi, qj; /* |x_ij|, v_ij . x_ij, r / H of both */
+  double mu, sound;     /* mean sound speed */
+  double signal;        /* speed; 0 of two nodes at one place */
+};
+
+KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosity_constants *c,
+                                                       const double *restrict i, const double *restrict j) {
+  enum { X = KITH_PACKED_X, Y = X + (NDIM > 1 ? 1 : 0), Z = X + (NDIM > 2 ? 2 : 0) };
+  struct kith_viscous_pair p = {.x = i[X] - J(X), .y = i[Y] - J(Y), .z = i[Z] - J(Z)};
+  double r2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
+    r2 += d * d;
+    p.vx += d * (i[KITH_PACKED_V + a] - J(KITH_PACKED_V + a));
+  }
+  p.r = sqrt(r2);
+  p.qi = p.r * i[KITH_PACKED_INVERSE], p.qj = p.r * J(KITH_PACKED_INVERSE);
+
+  const double slope_i = kith_symmetric_form(i + KITH_PACKED_SHEAR, 1, p.x, p.y, p.z),
+               slope_j = kith_symmetric_form(&J(KITH_PACKED_SHEAR), KITH_STRIDE, p.x, p.y, p.z);
+  const double product = slope_i * slope_j, sum = slope_i + slope_j;
+  const double van_leer = product > 0 ? 4 * product / (sum * sum) : 0;
+  const double closer = 5 * KITH_MIN(c->spacings * KITH_MAX(p.qi, p.qj) - 1, 0.0);
+  const double phi = van_leer * KITH_MAX(1 - closer * closer, 0.0);
+  const double limited = KITH_MAX(p.vx - 0.5 * phi * sum, p.vx);
+  const double difference = c->limited > 0 ? limited : p.vx, inverse_r = 1 / KITH_MAX(p.r, 1e-30);
+  p.mu = p.vx < 0 ? KITH_MIN(difference, 0.0) * inverse_r : 0;
+
+  p.sound = 0.5 * (i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND));
+  p.signal = r2 > 0 ? KITH_MAX(c->alpha, 1.0) * p.sound - c->beta * p.mu : 0;
+  return p;
 }
 
 #endif
