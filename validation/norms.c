@@ -73,37 +73,33 @@ static kith_status finite_nodes(const struct kith_profile_view *nodes) {
 enum { FIELDS = 5 }; /* density, velocity, pressure, energy, speed */
 
 struct sums {
-  double volume, l1[FIELDS], l2[FIELDS], linf[FIELDS];
+  double volume;
   kith_index nodes;
+  struct kith_norm field[FIELDS];
 };
-
-static void add_node(struct sums *s, const struct measure *m, kith_index i) {
-  const struct kith_profile_view *n = m->nodes;
-  struct kith_exact_state exact;
-  m->ops->state(m->solution, place(m, i), m->time, &exact);
-  const double *velocity = &n->velocity[(size_t)i * NDIM];
-  const double d[FIELDS] = {fabs(n->density[i] - exact.density),
-                            sqrt(kith_distance2(velocity, exact.velocity)),
-                            fabs(n->pressure[i] - exact.pressure), fabs(n->energy[i] - exact.energy),
-                            fabs(speed(m, i, velocity) - speed(m, i, exact.velocity))};
-  const double v = volume(m, i);
-  s->volume += v;
-  s->nodes += 1;
-  for (int q = 0; q < FIELDS; ++q) {
-    s->l1[q] += v * d[q];
-    s->l2[q] += v * d[q] * d[q];
-    s->linf[q] = KITH_MAX(s->linf[q], d[q]);
-  }
-}
 
 static void add_sums(struct sums *s, const struct sums *more) {
   s->volume += more->volume;
   s->nodes += more->nodes;
   for (int q = 0; q < FIELDS; ++q) {
-    s->l1[q] += more->l1[q];
-    s->l2[q] += more->l2[q];
-    s->linf[q] = KITH_MAX(s->linf[q], more->linf[q]);
+    s->field[q].l1 += more->field[q].l1;
+    s->field[q].l2 += more->field[q].l2;
+    s->field[q].linf = KITH_MAX(s->field[q].linf, more->field[q].linf);
   }
+}
+
+static void add_node(struct sums *s, const struct measure *m, kith_index i) {
+  const struct kith_profile_view *n = m->nodes;
+  struct kith_exact_state exact;
+  m->ops->state(m->solution, place(m, i), m->time, &exact);
+  const double *velocity = &n->velocity[(size_t)i * NDIM], v = volume(m, i);
+  const double d[FIELDS] = {fabs(n->density[i] - exact.density),
+                            sqrt(kith_distance2(velocity, exact.velocity)),
+                            fabs(n->pressure[i] - exact.pressure), fabs(n->energy[i] - exact.energy),
+                            fabs(speed(m, i, velocity) - speed(m, i, exact.velocity))};
+  struct sums own = {.volume = v, .nodes = 1};
+  for (int q = 0; q < FIELDS; ++q) own.field[q] = (struct kith_norm){v * d[q], v * d[q] * d[q], d[q]};
+  add_sums(s, &own);
 }
 
 static kith_status sum_blocks(const struct measure *m, struct sums *total) {
@@ -117,12 +113,11 @@ static kith_status sum_blocks(const struct measure *m, struct sums *total) {
   *total = (struct sums){0};
   for (kith_index b = 0; b < blocks; ++b) add_sums(total, &part[b]);
   kith_free(&part);
+  for (int q = 0; q < FIELDS && total->nodes > 0; ++q) {
+    total->field[q].l1 /= total->volume;
+    total->field[q].l2 = sqrt(total->field[q].l2 / total->volume);
+  }
   return KITH_OK;
-}
-
-static struct kith_norm norm_of(const struct sums *s, int q) {
-  if (s->nodes == 0) return (struct kith_norm){0};
-  return (struct kith_norm){s->l1[q] / s->volume, sqrt(s->l2[q] / s->volume), s->linf[q]};
 }
 
 /* ---- profiles ---- */
@@ -247,11 +242,11 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
   const struct measure m = {ops, solution, time, shock, center, window, nodes};
   struct sums sums;
   KITH_TRY(sum_blocks(&m, &sums));
-  struct kith_norms norms = {.density = norm_of(&sums, 0),
-                             .velocity = norm_of(&sums, 1),
-                             .pressure = norm_of(&sums, 2),
-                             .energy = norm_of(&sums, 3),
-                             .speed = norm_of(&sums, 4),
+  struct kith_norms norms = {.density = sums.field[0],
+                             .velocity = sums.field[1],
+                             .pressure = sums.field[2],
+                             .energy = sums.field[3],
+                             .speed = sums.field[4],
                              .vortex = ops->vortex,
                              .nodes = sums.nodes,
                              .shock_exact = shock};

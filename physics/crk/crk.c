@@ -1,7 +1,17 @@
 /* Package `crk`: conservative reproducing kernels (Frontiere, Raskin and Owen 2017, JCoPh 332, 160).
  *
  * Volumes V_i = ball H_i^d / neighbors (density.h), density m_i / V_i: exact where masses jump on an even
- * lattice. The corrected kernel W^R and its gradient, (1) - (4), are those of moments.h.
+ * lattice.
+ * With x = x_i - x_j, V_j = ball H_j^d / neighbors and W the mean of W(|x|, H_i) and W(|x|, H_j), the
+ * corrected kernel
+ *     W^R_ij = (A_i + C_i . x) W                                                                      (1)
+ * interpolates linear functions exactly, sum_j V_j f_j W^R_ij = f_i with i itself included, for the moments
+ *     m0 = sum_j V_j W, m1 = sum_j V_j x W, m2 = sum_j V_j x x W:
+ *     B = -m2^-1 m1, A = 1 / (m0 + B . m1), C = A B                                                   (2)
+ * and so does its gradient, with the gradients of A and C from those of the moments:
+ *     dB = -m2^-1 (dm1 + dm2 B), dA = -A^2 (dm0 + 2 dm1 . B + B . dm2 B), dC = dA B + A dB            (3)
+ *     grad W^R_ij = (dA + C + dC . x) W + (A + C . x) grad W                                          (4)
+ * A node whose m2 has no inverse keeps A = 1 / m0, C = 0, and is counted as a fallback.
  * Forces are those of the antisymmetric part of the gradient: they conserve momentum, but not angular
  * momentum, for they are not central.
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D,  D = grad W^R_ij - grad W^R_ji        (5)
@@ -15,7 +25,8 @@
  *
  * Passes: density -> equation of state -> ghosts -> moments -> ghosts -> packing -> force [pairs] -> ghosts
  * -> work. */
-#include "physics/crk/moments.h"
+#include "lib/core/lanes.h"
+#include "lib/core/symmetric.h"
 #include "physics/passes/density.h"
 #include "physics/passes/viscosity.h"
 
@@ -43,14 +54,181 @@ enum {
 };
 
 struct crk {
-  struct crk_moments moments;
-  struct kith_field *shear; /* NULL unless the viscosity is limited */
+  struct kith_field *a, *c, *a_gradient, *c_gradient; /* A, C, dA + C, dC_b / dx_c */
+  struct kith_field *shear;                           /* NULL unless the viscosity is limited */
 };
+
+/* --- the moments --- */
+
+/* V_j W(r, H_j) = this times w(r / H_j): the volume cancels that of the kernel. */
+static double volume_factor(const struct kith_package *package) {
+  return kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors;
+}
+
+/* Lanes of scratch: x_i - x_j; V W; V g C / H^(d + 2), the factor of x in V grad W. */
+enum { SEPARATION = 0, WEIGHT = NDIM, SLOPE, LANES };
+
+/* Sums over a row, of V W: m0, m1, m2; of V grad W x..x: the first and second, and the third, symmetric,
+ * moment. */
+enum {
+  SYMMETRIC = KITH_SYMMETRIC_SIZE,
+  CUBIC = NDIM * (NDIM + 1) * (NDIM + 2) / 6,
+  M0 = 0,
+  M1,
+  M2 = M1 + NDIM,
+  G1 = M2 + SYMMETRIC,
+  G2 = G1 + NDIM,
+  G3 = G2 + SYMMETRIC,
+  SUMS = G3 + CUBIC
+};
+
+/* Weight of a node in its own moments, times the self weight of the kernel: (2) and (3) are exact with any.
+ * With 1 a line of nodes is unstable: a uniform pressure amplifies alternating displacements. With 2 it
+ * damps them. */
+static const double self_weight = 2;
+
+struct moments_pass {
+  struct kith_package *package;
+  const struct kith_rows *rows;
+  double volume; /* volume_factor */
+};
+
+KITH_INLINE size_t load_row(enum kith_kernel kernel, const struct moments_pass *pass, kith_index i,
+                            struct kith_scratch *s) {
+  const struct kith_nodes *nodes = pass->package->hydro->nodes;
+  const kith_index *restrict row = pass->rows->node + pass->rows->first[i];
+  const size_t n = pass->rows->first[i + 1] - pass->rows->first[i], padded = kith_lanes_padded(n);
+  const double *restrict x = nodes->position->f64, *restrict support = nodes->support->f64;
+  double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict slope = kith_scratch_lane(s, SLOPE);
+  for (size_t k = 0; k < padded; ++k) weight[k] = 0, slope[k] = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double xi = x[(size_t)i * NDIM + a];
+    double *restrict d = kith_scratch_lane(s, SEPARATION + a);
+#pragma omp simd
+    for (size_t k = 0; k < n; ++k) {
+      d[k] = xi - x[row[k] * NDIM + a];
+      weight[k] += d[k] * d[k];
+    }
+    for (size_t k = n; k < padded; ++k) d[k] = 0;
+  }
+  const double own = 1 / support[i];
+#pragma omp simd
+  for (size_t k = 0; k < n; ++k) {
+    double wi, gi, wj, gj;
+    const double inverse = 1 / support[row[k]], r = sqrt(weight[k]), ratio = kith_pow_dim(own / inverse);
+    kith_kernel_value(kernel, r * own, &wi, &gi);
+    kith_kernel_value(kernel, r * inverse, &wj, &gj);
+    weight[k] = 0.5 * pass->volume * (wj + ratio * wi);
+    slope[k] = 0.5 * pass->volume * (gj * inverse * inverse + ratio * gi * own * own);
+  }
+  return padded;
+}
+
+KITH_INLINE void sum_row(size_t padded, const struct kith_scratch *s, double *sum) {
+  kith_lanes total[SUMS] = {{0}};
+  for (size_t k = 0; k < padded; k += KITH_LANES) {
+    const kith_lanes w = *(const kith_lanes *)(kith_scratch_lane(s, WEIGHT) + k),
+                     g = *(const kith_lanes *)(kith_scratch_lane(s, SLOPE) + k);
+    kith_lanes x[NDIM];
+    for (int a = 0; a < NDIM; ++a) x[a] = *(const kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
+    total[M0] += w;
+    for (int a = 0, m2 = 0, m3 = 0; a < NDIM; ++a) {
+      const kith_lanes wx = w * x[a], gx = g * x[a];
+      total[M1 + a] += wx;
+      total[G1 + a] += gx;
+      for (int b = a; b < NDIM; ++b, ++m2) {
+        const kith_lanes gxx = gx * x[b];
+        total[M2 + m2] += wx * x[b];
+        total[G2 + m2] += gxx;
+        for (int c = b; c < NDIM; ++c) total[G3 + m3++] += gxx * x[c];
+      }
+    }
+  }
+  for (int k = 0; k < SUMS; ++k) sum[k] = kith_lanes_total(&total[k]);
+}
+
+/* Positions of (a, b) and (a, b, c), in any order, in the sums. */
+KITH_INLINE int pair_of(int a, int b) {
+  const int low = KITH_MIN(a, b), high = KITH_MAX(a, b);
+  return low * NDIM - low * (low - 1) / 2 + high - low;
+}
+KITH_INLINE int triple_of(int a, int b, int c) {
+  const int low = KITH_MIN(KITH_MIN(a, b), c), high = KITH_MAX(KITH_MAX(a, b), c),
+            middle = a + b + c - low - high;
+  const int before = low == 0 ? 0 : low == 1 ? NDIM * (NDIM + 1) / 2 : CUBIC - 1; /* those that start lower */
+  const int rest = NDIM - low, m = middle - low;
+  return before + m * rest - m * (m - 1) / 2 + high - middle;
+}
+
+/* (2), (3) from the sums. */
+static bool correct(const double *s, double *A, double *C, double *dA, double *dC) {
+  double inverse[SYMMETRIC], B[NDIM], dB[NDIM][NDIM];
+  const bool regular = kith_invert_symmetric(s + M2, 1e-6, inverse);
+  double denominator = s[M0];
+  for (int a = 0; a < NDIM; ++a) {
+    B[a] = 0;
+    for (int b = 0; regular && b < NDIM; ++b) B[a] -= inverse[pair_of(a, b)] * s[M1 + b];
+    denominator += B[a] * s[M1 + a];
+  }
+  *A = 1 / denominator;
+  for (int c = 0; c < NDIM; ++c) {
+    double change = s[G1 + c], flux[NDIM]; /* of the denominator; dm1 + dm2 B */
+    for (int a = 0; a < NDIM; ++a) {
+      const double dm1 = (a == c ? s[M0] : 0) + s[G2 + pair_of(a, c)];
+      flux[a] = dm1;
+      for (int b = 0; b < NDIM; ++b)
+        flux[a] += B[b] * ((a == c ? s[M1 + b] : 0) + (b == c ? s[M1 + a] : 0) + s[G3 + triple_of(a, b, c)]);
+      change += B[a] * (dm1 + flux[a]);
+    }
+    dA[c] = -*A * *A * change;
+    for (int b = 0; b < NDIM; ++b) {
+      dB[b][c] = 0;
+      for (int a = 0; regular && a < NDIM; ++a) dB[b][c] -= inverse[pair_of(a, b)] * flux[a];
+      dC[b * NDIM + c] = dA[c] * B[b] + *A * dB[b][c];
+    }
+  }
+  for (int c = 0; c < NDIM; ++c) {
+    C[c] = *A * B[c];
+    dA[c] += C[c];
+  }
+  return regular;
+}
+
+KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pass *pass, kith_index begin,
+                               kith_index end, struct kith_scratch *s) {
+  const struct crk *crk = pass->package->self;
+  double w0, g0, sum[SUMS];
+  kith_kernel_value(kernel, 0, &w0, &g0);
+  for (kith_index i = begin; i < end; ++i) {
+    const size_t padded = load_row(kernel, pass, i, s), at = (size_t)i * NDIM;
+    sum_row(padded, s, sum);
+    sum[M0] += pass->volume * self_weight * pass->package->self_weight * w0;
+    s->count[KITH_COUNT_EVALUATIONS] += padded;
+    s->count[KITH_COUNT_FALLBACKS] += !correct(sum, &crk->a->f64[i], &crk->c->f64[at],
+                                               &crk->a_gradient->f64[at], &crk->c_gradient->f64[at * NDIM]);
+  }
+}
+
+KITH_KERNEL_CHUNKS(moments_chunk)
+
+/* (2), (3) of internal nodes, from positions and supports of all nodes and ghosts. */
+static kith_status moments(struct kith_package *package, const struct kith_connectivity *connectivity) {
+  struct moments_pass pass = {package, &connectivity->rows, volume_factor(package)};
+  const struct kith_node_sweep sweep = {.stage = "moments",
+                                        .rows = &connectivity->rows,
+                                        .chunk = moments_chunk_of[package->kernel],
+                                        .context = &pass,
+                                        .lanes = LANES,
+                                        .width = kith_rows_longest(&connectivity->rows)};
+  return kith_package_sweep(package, &sweep, NULL);
+}
+
+/* --- the pair function --- */
 
 /* What all pairs share. */
 struct crk_constants {
   struct kith_viscosity_constants viscosity;
-  double volume; /* crk_volume */
+  double volume; /* volume_factor */
 };
 
 /* g . x of a vector g, its entries `stride` apart. */
@@ -114,14 +292,13 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   const size_t at = (size_t)i * NDIM;
   kith_viscosity_pack(hydro, crk->shear, i, packed);
   for (int a = 0; a < NDIM; ++a) {
-    packed[CRK_C + a] = crk->moments.c->f64[at + a];
-    packed[CRK_DA + a] = crk->moments.a_gradient->f64[at + a];
-    for (int b = 0; b < NDIM; ++b)
-      packed[CRK_DC + a * NDIM + b] = crk->moments.c_gradient->f64[(at + a) * NDIM + b];
+    packed[CRK_C + a] = crk->c->f64[at + a];
+    packed[CRK_DA + a] = crk->a_gradient->f64[at + a];
+    for (int b = 0; b < NDIM; ++b) packed[CRK_DC + a * NDIM + b] = crk->c_gradient->f64[(at + a) * NDIM + b];
   }
   packed[CRK_PRESSURE] = hydro->pressure->f64[i];
   /* A frozen node has no moments: its kernel is the plain one. */
-  packed[CRK_A] = crk->moments.a->f64[i] > 0 ? crk->moments.a->f64[i] : 1;
+  packed[CRK_A] = crk->a->f64[i] > 0 ? crk->a->f64[i] : 1;
   packed[CRK_VOLUME] = kith_ball() * kith_pow_dim(hydro->nodes->support->f64[i]) / package->neighbors;
 }
 
@@ -130,7 +307,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
   const struct crk_settings *settings = package->settings;
   const struct crk_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
-      .volume = crk_volume(package)};
+      .volume = volume_factor(package)};
   return kith_force(&(struct kith_force_pass){.package = package,
                                               .kick = kick,
                                               .connectivity = connectivity,
@@ -142,13 +319,14 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
 
 static kith_status crk_create(struct kith_package *package) {
   struct crk *crk = package->self;
-  struct crk_moments *m = &crk->moments;
   const struct crk_settings *settings = package->settings;
   const struct kith_field_row fields[] = {
-      {true, {"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"}, &m->a},
-      {true, {"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &m->c},
-      {true, {"kernel_scale_gradient", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dA + C"}, &m->a_gradient},
-      {true, {"kernel_slope_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dC_b/dx_c"}, &m->c_gradient},
+      {true, {"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"}, &crk->a},
+      {true, {"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &crk->c},
+      {true, {"kernel_scale_gradient", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dA + C"}, &crk->a_gradient},
+      {true,
+       {"kernel_slope_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dC_b/dx_c"},
+       &crk->c_gradient},
       {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
        {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
        &crk->shear},
@@ -163,11 +341,10 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   const struct kith_density_wanted wanted = {.shear = crk->shear};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_package_start_refresh(package, 1, &(struct kith_field *){hydro->nodes->support});
-  KITH_TRY(crk_moments(package, connectivity, &crk->moments));
+  KITH_TRY(moments(package, connectivity));
   kith_hydro_evaluate_eos(hydro);
-  struct kith_field *const between[] = {hydro->density,          hydro->pressure, hydro->sound_speed,
-                                        crk->moments.a,          crk->moments.c,  crk->moments.a_gradient,
-                                        crk->moments.c_gradient, crk->shear};
+  struct kith_field *const between[] = {hydro->density, hydro->pressure, hydro->sound_speed, crk->a,
+                                        crk->c,         crk->a_gradient, crk->c_gradient,    crk->shear};
   kith_package_start_refresh(package, crk->shear != NULL ? 8 : 7, between);
   return forces(package, connectivity, kick);
 }

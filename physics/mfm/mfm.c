@@ -57,12 +57,9 @@ struct gradients_pass {
 };
 
 /* sum w dx dx, sum w d(rho) dx, sum w dP dx over the row of i. A barrier has the state of i. */
-struct gradient_sums {
-  double moment[KITH_SYMMETRIC_SIZE], density[NDIM], pressure[NDIM];
-};
-
 KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
-                         struct gradient_sums *sums) {
+                         double *restrict moment_sum, double *restrict density_sum,
+                         double *restrict pressure_sum) {
   const struct kith_hydro *hydro = pass->package->hydro;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
@@ -89,8 +86,8 @@ KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *p
       for (int b = a; b < NDIM; ++b) moment[m++] += w * d[a] * d[b];
     }
   }
-  for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) sums->moment[m] = moment[m];
-  for (int a = 0; a < NDIM; ++a) sums->density[a] = of_density[a], sums->pressure[a] = of_pressure[a];
+  for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) moment_sum[m] = moment[m];
+  for (int a = 0; a < NDIM; ++a) density_sum[a] = of_density[a], pressure_sum[a] = of_pressure[a];
 }
 
 /* out = M v of a symmetric matrix. */
@@ -108,14 +105,13 @@ KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients
   const struct mfm *mfm = pass->package->self;
   const double *support = pass->package->hydro->nodes->support->f64;
   for (kith_index i = begin; i < end; ++i) {
-    struct gradient_sums sums;
-    double inverse[KITH_SYMMETRIC_SIZE];
-    sum_row(kernel, pass, i, &sums);
+    double moment[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], density[NDIM], pressure[NDIM];
+    sum_row(kernel, pass, i, moment, density, pressure);
     s->count[KITH_COUNT_EVALUATIONS] +=
         pass->connectivity->rows.first[i + 1] - pass->connectivity->rows.first[i];
-    if (!mfm_invert(sums.moment, inverse)) s->count[KITH_COUNT_FALLBACKS] += 1;
-    apply(inverse, sums.density, mfm->density_slope->f64 + (size_t)i * NDIM);
-    apply(inverse, sums.pressure, mfm->pressure_slope->f64 + (size_t)i * NDIM);
+    if (!mfm_invert(moment, inverse)) s->count[KITH_COUNT_FALLBACKS] += 1;
+    apply(inverse, density, mfm->density_slope->f64 + (size_t)i * NDIM);
+    apply(inverse, pressure, mfm->pressure_slope->f64 + (size_t)i * NDIM);
     const double volume = kith_ball() * kith_pow_dim(support[i]) / pass->package->neighbors;
     for (int m = 0; mfm->faces.matrix != NULL && m < KITH_SYMMETRIC_SIZE; ++m)
       mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m] = volume * inverse[m];

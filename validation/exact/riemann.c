@@ -72,13 +72,12 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
 /* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas. */
 struct side {
   double gamma, density, velocity, pressure, sound;
-  double star_density, head, tail;
-  bool shock;
 };
 
 struct riemann {
   struct side side[2];
-  double pressure, velocity, interface; /* star state */
+  bool shock[2];
+  struct kith_exact_star star;
 };
 
 static const double mirror[2] = {-1, 1};
@@ -124,40 +123,36 @@ static bool star_pressure(const struct side *side, double *pressure) {
   return found;
 }
 
-static void finish_side(struct side *s, double p) {
-  const double g = s->gamma;
-  s->shock = p > s->pressure * (1 + weakest_shock);
+static void finish_side(struct riemann *problem, int k) {
+  const struct side *s = &problem->side[k];
+  struct kith_exact_star *star = &problem->star;
+  const double g = s->gamma, p = star->pressure, push = p * (g + 1) + s->pressure * (g - 1);
+  problem->shock[k] = p > s->pressure * (1 + weakest_shock);
   if (p > s->pressure) {
-    s->star_density =
-        s->density * (p * (g + 1) + s->pressure * (g - 1)) / (p * (g - 1) + s->pressure * (g + 1));
-    s->head = s->velocity + sqrt((p * (g + 1) + s->pressure * (g - 1)) / (2 * s->density));
-    s->tail = s->head;
+    star->density[k] = s->density * push / (p * (g - 1) + s->pressure * (g + 1));
+    star->head[k] = star->tail[k] = mirror[k] * (s->velocity + sqrt(push / (2 * s->density)));
   } else {
-    s->star_density = s->density * pow(p / s->pressure, 1 / g);
-    s->head = s->velocity + s->sound;
-    s->tail = rarefaction_tail(s, p);
+    star->density[k] = s->density * pow(p / s->pressure, 1 / g);
+    star->head[k] = mirror[k] * (s->velocity + s->sound);
+    star->tail[k] = mirror[k] * rarefaction_tail(s, p);
   }
 }
 
 /* Nothing between the waves: both sides have expanded to `least`, which is 0 or as good as 0. */
 static void finish_vacuum(struct riemann *problem, double least) {
-  struct side *side = problem->side;
-  double edge[2] = {0, 0};
+  const struct side *side = problem->side;
+  struct kith_exact_star *star = &problem->star;
   for (int k = 0; k < 2; ++k) {
-    if (side[k].density == 0) continue;
-    side[k].head = side[k].velocity + side[k].sound;
-    side[k].tail = side[k].pressure > least ? rarefaction_tail(&side[k], least) : side[k].head;
-    edge[k] = mirror[k] * side[k].tail;
+    star->head[k] = mirror[k] * (side[k].velocity + side[k].sound);
+    star->tail[k] = side[k].pressure > least ? mirror[k] * rarefaction_tail(&side[k], least) : star->head[k];
   }
-  if (side[0].density == 0) edge[0] = edge[1];
-  if (side[1].density == 0) edge[1] = edge[0];
-  problem->velocity = (edge[0] + edge[1]) / 2;
   for (int k = 0; k < 2; ++k)
-    if (side[k].density == 0) side[k].head = side[k].tail = mirror[k] * problem->velocity;
+    if (side[k].density == 0) star->head[k] = star->tail[k] = star->tail[!k];
+  star->velocity = (star->tail[0] + star->tail[1]) / 2;
 }
 
 static void solve(struct riemann *problem) {
-  struct side *side = problem->side;
+  const struct side *side = problem->side;
   double p = 0;
   const bool empty = side[0].density == 0 || side[1].density == 0;
   if (empty || rarefaction_tail(&side[0], 0) + rarefaction_tail(&side[1], 0) >= 0 ||
@@ -166,9 +161,9 @@ static void solve(struct riemann *problem) {
     return;
   }
   const double left = side[0].velocity + jump(&side[0], p), right = side[1].velocity + jump(&side[1], p);
-  problem->velocity = (right - left) / 2;
-  problem->pressure = p;
-  for (int k = 0; k < 2; ++k) finish_side(&side[k], p);
+  problem->star.velocity = (right - left) / 2;
+  problem->star.pressure = p;
+  for (int k = 0; k < 2; ++k) finish_side(problem, k);
 }
 
 static kith_status check(const void *settings) {
@@ -185,7 +180,7 @@ static kith_status riemann_create(void **self, const void *settings) {
   const struct settings *p = settings;
   KITH_TRY(kith_resize(self, 0, 1, sizeof(struct riemann)));
   struct riemann *problem = *self;
-  problem->interface = p->interface_position;
+  problem->star.interface = p->interface_position;
   for (int k = 0; k < 2; ++k) {
     struct side *s = &problem->side[k];
     s->gamma = p->gamma[k], s->density = p->density[k], s->pressure = p->pressure[k];
@@ -196,25 +191,21 @@ static kith_status riemann_create(void **self, const void *settings) {
   return KITH_OK;
 }
 
-/* Inside a rarefaction, at speed xi in the side's frame. */
-static void fan(const struct side *s, double xi, double *density, double *velocity, double *pressure) {
-  const double g = s->gamma;
-  const double c = 2 / (g + 1) - (g - 1) / (g + 1) * (s->velocity - xi) / s->sound; /* in units of c_K */
-  const double ratio = KITH_MAX(c, 0.0); /* round-off at the edge of a vacuum */
-  *velocity = 2 / (g + 1) * (xi - s->sound + (g - 1) / 2 * s->velocity);
-  *density = s->density * pow(ratio, 2 / (g - 1));
-  *pressure = s->pressure * pow(ratio, 2 * g / (g - 1));
-}
-
+/* Side k at this speed dx / dt. */
 static void sample(const struct riemann *problem, int k, double speed, struct kith_exact_state *out) {
   const struct side *s = &problem->side[k];
-  const double xi = mirror[k] * speed;
+  const struct kith_exact_star *star = &problem->star;
+  const double xi = mirror[k] * speed, head = mirror[k] * star->head[k], tail = mirror[k] * star->tail[k];
   double density = s->density, velocity = s->velocity, pressure = s->pressure;
-  if (xi < s->head && xi > s->tail) {
-    fan(s, xi, &density, &velocity, &pressure);
-  } else if (xi < s->head) {
-    density = s->star_density, pressure = problem->pressure;
-    velocity = density > 0 ? mirror[k] * problem->velocity : xi;
+  if (xi < head && xi > tail) { /* inside a rarefaction */
+    const double g = s->gamma, c = 2 / (g + 1) - (g - 1) / (g + 1) * (velocity - xi) / s->sound; /* in c_K */
+    const double ratio = KITH_MAX(c, 0.0); /* round-off at the edge of a vacuum */
+    velocity = 2 / (g + 1) * (xi - s->sound + (g - 1) / 2 * velocity);
+    density *= pow(ratio, 2 / (g - 1));
+    pressure *= pow(ratio, 2 * g / (g - 1));
+  } else if (xi < head) {
+    density = star->density[k], pressure = star->pressure;
+    velocity = density > 0 ? mirror[k] * star->velocity : xi;
   }
   *out =
       (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
@@ -223,9 +214,9 @@ static void sample(const struct riemann *problem, int k, double speed, struct ki
 
 static void riemann_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct riemann *problem = self;
-  const double d = x[0] - problem->interface;
+  const double d = x[0] - problem->star.interface;
   if (time > 0)
-    sample(problem, d < problem->velocity * time ? 0 : 1, d / time, out);
+    sample(problem, d < problem->star.velocity * time ? 0 : 1, d / time, out);
   else
     sample(problem, d < 0 ? 0 : 1, d < 0 ? -INFINITY : INFINITY, out);
 }
@@ -233,20 +224,12 @@ static void riemann_state(const void *self, const double *x, double time, struct
 static double riemann_shock(const void *self, double time) {
   const struct riemann *problem = self;
   for (int k = 1; k >= 0; --k)
-    if (problem->side[k].shock) return problem->interface + mirror[k] * problem->side[k].head * time;
+    if (problem->shock[k]) return problem->star.interface + problem->star.head[k] * time;
   return 0;
 }
 
 static struct kith_exact_star riemann_star(const void *self) {
-  const struct riemann *problem = self;
-  struct kith_exact_star star = {
-      .pressure = problem->pressure, .velocity = problem->velocity, .interface = problem->interface};
-  for (int k = 0; k < 2; ++k) {
-    star.density[k] = problem->side[k].star_density;
-    star.head[k] = mirror[k] * problem->side[k].head;
-    star.tail[k] = mirror[k] * problem->side[k].tail;
-  }
-  return star;
+  return ((const struct riemann *)self)->star;
 }
 
 const struct kith_exact_ops kith_exact_riemann = {
