@@ -1,4 +1,5 @@
-/* The hydro state: external forces, fields, equations of state, checks of the physical range, conserved totals. */
+/* The hydro state: external forces, fields, equations of state, checks of the physical range, conserved
+ * totals. */
 #include "physics/hydro.h"
 
 #include <math.h>

@@ -97,8 +97,8 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   s->count[KITH_COUNT_EVALUATIONS] += n;
 }
 
-/* Compiles it with the function PAIR once per kernel, so that the kernel is a constant in the loop over pairs;
- * PAIR_of[kernel] are the functions for kith_force. */
+/* Compiles it with the function PAIR once per kernel, so that the kernel is a constant in the loop over
+ * pairs; PAIR_of[kernel] are the functions for kith_force. */
 #define KITH_FORCE_BLOCKS(pair)                  \
   KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair) \
   static kith_force_block *const pair##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, pair)};
