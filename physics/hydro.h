@@ -12,8 +12,8 @@
 #include "lib/domain/halo.h"
 #include "physics/eos.h"
 
-/* An external force on every node: uniform gravity, and the attraction of a point of mass
- * M. With d = x - center:
+/* An external force on every node: uniform gravity, and the attraction of a point of mass M. With
+ * d = x - center:
  *
  *   a   = g - G M d / (d^2 + s^2)^(3/2)            s: softening (Plummer's)
  *   phi = - g . (x - origin) - G M / (d^2 + s^2)^(1/2)
