@@ -22,7 +22,7 @@
 /* kind, member, key, value, unit, doc. A value is an expression of m (simulation), it (integrator), b
  * (baseline), now (totals), sum (over ranks: nodes, row entries, pair
  * evaluations, processor seconds), wall (seconds) and first_step. Changes and drifts: the largest
- * over the run (conservation_baseline.h). */
+ * over the run (simulation.h). */
 #define KITH_REPORT_LIST(X)                                                                             \
   X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \
   X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                               \
