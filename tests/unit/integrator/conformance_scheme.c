@@ -351,7 +351,8 @@ static void refused(const char *settings, const char *message) {
 /* The choices of a parameter are known before there is a simulation. */
 static void no_table(const char *setting, const char *message) {
   struct kith_scene *scene = NULL;
-  const char *overrides[] = {"scheme.name=arkode", setting, "dimension=2"};
+  const char *const dimension[] = {"dimension=1", "dimension=2", "dimension=3"};
+  const char *overrides[] = {"scheme.name=arkode", setting, dimension[NDIM - 1]};
   CHECK_STATUS(KITH_BAD_INPUT, kith_scene_parse(&scene, "box.yaml", box, strlen(box), 3, overrides));
   CHECK(strstr(kith_failure(), message) != NULL);
 }

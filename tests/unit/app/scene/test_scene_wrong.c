@@ -289,8 +289,6 @@ static const struct wrong meanings[] = {
     {11, "method: {viscosity: {name: limted}}",
      "f:11: method.viscosity.name: 'limted' is not one of none, monaghan, limited, cullen-dehnen; did you "
      "mean 'limited'?"},
-    {11, "scheme: {table: a-name-that-is-longer-than-any-other}",
-     "f:11: scheme.table: 'a-name-that-is-longer-than-any-other' is longer than 31 letters"},
     {11, "connectivity: {rebuild: always | nevr}",
      "f:11: connectivity.rebuild: 'nevr' is not one of always, never, entity-change, displacement; did "
      "you mean 'never'?"},
