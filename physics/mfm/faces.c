@@ -111,8 +111,10 @@ static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *co
   f->graph.generation = connectivity->generation;
   f->graph.ghosts = connectivity->ghosts;
   f->graph.built = (struct kith_requirements){.rows = true, .pairs = true};
-  const kith_status status =
-      kith_reserve(&f->area, &f->area_capacity, f->graph.pairs.n * NDIM, sizeof *f->area);
+  const size_t n = f->graph.pairs.n * NDIM;
+  /* With room for more: their number changes from step to step, and a larger array costs a pass. */
+  const size_t wanted = n > f->area_capacity ? n + n / 16 : n;
+  const kith_status status = kith_reserve(&f->area, &f->area_capacity, wanted, sizeof *f->area);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   if (integrated) return mfm_faces_integrate(f, connectivity);
   return kith_traverse(f->graph.pairs.starts, one_point_chunk_of[f->kernel], f, 1, 0, NULL, f->profile);
