@@ -26,7 +26,7 @@
 #include "app/cli/options.h"
 
 /* What a ghost of another rank costs, from the search for who needs it to its place in the lists, in row
- * entries: runs on 1 and 2 ranks gave 30 to 50 (validation/results/scaling.md). */
+ * entries: an assumption; fits to runs of Sedov's blast on 1 and 2 ranks scattered, mostly from 30 to 50. */
 #define KITH_GHOST_WORK 40.0
 /* Of a step. */
 struct kith_step_traffic {
