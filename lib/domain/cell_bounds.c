@@ -16,10 +16,12 @@ static void include(struct kith_cell_bounds *to, const struct kith_cell_bounds *
   to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
 }
 
-static struct kith_cell_bounds bounds_of_node(const struct kith_nodes *nodes, kith_index i) {
-  struct kith_cell_bounds p = {nodes->search_radius->f64[i], kith_box_empty()};
-  kith_box_include(&p.box, nodes->position->f64 + (size_t)i * NDIM);
-  return p;
+static void include_node(struct kith_cell_bounds *to, const struct kith_nodes *nodes, kith_index i) {
+  const double search_radius = nodes->search_radius->f64[i];
+  if (!(search_radius >= 0)) return;
+  if (!(to->search_radius >= 0)) to->box = kith_box_empty();
+  kith_box_include(&to->box, nodes->position->f64 + (size_t)i * NDIM);
+  to->search_radius = KITH_MAX(to->search_radius, search_radius);
 }
 
 /* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include. */
@@ -34,10 +36,7 @@ kith_status kith_cell_bounds_of_nodes(const struct kith_nodes *nodes, const int6
   {
     struct kith_cell_bounds *mine = cell + n * (size_t)omp_get_thread_num();
 #pragma omp for schedule(static)
-    for (kith_index i = 0; i < nodes->n_internal; ++i) {
-      const struct kith_cell_bounds p = bounds_of_node(nodes, i);
-      include(&mine[home[i]], &p);
-    }
+    for (kith_index i = 0; i < nodes->n_internal; ++i) include_node(&mine[home[i]], nodes, i);
 #pragma omp for schedule(static)
     for (size_t c = 0; c < n; ++c)
       for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
@@ -111,10 +110,8 @@ kith_status kith_candidates_gather(struct kith_candidates *c, const struct kith_
 #pragma omp parallel for schedule(static) if (c->groups > 64)
   for (int g = 0; g < c->groups; ++g) {
     c->group[g] = nowhere;
-    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
-      const struct kith_cell_bounds p = bounds_of_node(nodes, i);
-      if (!c->mark[i]) include(&c->group[g], &p);
-    }
+    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i)
+      if (!c->mark[i]) include_node(&c->group[g], nodes, i);
   }
   for (int g = 0; g < c->groups; ++g) include(&c->all, &c->group[g]);
   return KITH_OK;
