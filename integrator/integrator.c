@@ -64,23 +64,26 @@ void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, cons
   for (kith_index k = 0; k < n; ++k) to->f64[k] = from->f64[k];
 }
 
-void kith_kick_velocity(struct kith_integrator *it, double dt) {
-  const kith_index n = it->nodes->n_internal * NDIM;
-  double *restrict v = it->hydro->velocity->f64;
-  const double *restrict a = it->hydro->acceleration->f64;
+void kith_predict(struct kith_integrator *it, double dt) {
+  double *restrict u = it->hydro->energy->f64, *restrict v = it->hydro->velocity->f64;
+  const double *restrict rate = it->hydro->energy_rate->f64, *restrict a = it->hydro->acceleration->f64;
 #pragma omp parallel for simd schedule(static)
-  for (kith_index k = 0; k < n; ++k) v[k] += dt * a[k];
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * rate[i];
+#pragma omp parallel for simd schedule(static)
+  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) v[k] += dt * a[k];
 }
 
-void kith_kick_energy(struct kith_integrator *it, double dt) {
-  double *restrict u = it->hydro->energy->f64;
-  const double *restrict rate = it->hydro->energy_rate->f64;
-  const double *restrict slope = it->package->energy_slope != NULL ? it->package->energy_slope->f64 : NULL;
+void kith_kick(struct kith_integrator *it, double dt) {
+  const struct kith_package *package = it->package;
   const double late = it->kick.time + 0.5 * dt;
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    u[i] += dt * (rate[i] + (slope != NULL ? late * slope[i] : 0));
+  kith_predict(it, dt);
   it->kick.time += dt;
+  if (!package->compatible) return;
+  double *restrict u = it->hydro->energy->f64;
+  const double *restrict correction = package->energy_correction->f64, *restrict slope =
+                                                                           package->energy_slope->f64;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * (correction[i] + late * slope[i]);
 }
 
 void kith_drift_supports(struct kith_integrator *it, double dt) {

@@ -85,10 +85,10 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 
 /* to = from, of internal nodes. */
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
-/* v += dt a. */
-void kith_kick_velocity(struct kith_integrator *integrator, double dt);
-/* u += dt (rate + (t + dt / 2) slope), t the time kicked so far; t += dt. */
-void kith_kick_energy(struct kith_integrator *integrator, double dt);
+/* v += dt A, and u by equation (1) of package.h; the time kicked so far += dt. */
+void kith_kick(struct kith_integrator *integrator, double dt);
+/* v += dt A, u += dt rate: a state for packages to evaluate, which the scheme then takes back. */
+void kith_predict(struct kith_integrator *integrator, double dt);
 /* Supports follow the divergence of the velocity for a time dt: H *= exp(dt div v / d). */
 void kith_drift_supports(struct kith_integrator *integrator, double dt);
 /* x += dt v, and the supports. */

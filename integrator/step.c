@@ -94,7 +94,7 @@ static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
   kith_profile_begin(it->profile, "control");
   kith_status status = moved == KITH_OK ? kith_hydro_physical(it->hydro) : moved;
   status = kith_ranks_allreduce_status(it->nodes->ranks, status);
-  if (status == KITH_OK) it->timestep_limit = kith_package_timestep_limit(it->package, &it->kick, it->cfl);
+  if (status == KITH_OK) it->timestep_limit = kith_package_timestep_limit(it->package, it->cfl);
   kith_profile_end(it->profile);
   return status;
 }

@@ -45,8 +45,10 @@ kith_status kith_package_init(struct kith_package *package) {
       {package->compatible,
        {"energy_slope", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "d(du/dt)/dt of a kick"},
        &package->energy_slope},
+      {package->compatible,
+       {"energy_correction", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt by the predicted velocity"},
+       &package->energy_correction},
       {0}};
-  package->energy_slope = NULL;
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   package->self_weight = kith_kernel_self_weight(package->kernel, package->neighbors);
   KITH_TRY(kith_resize(&package->self, 0, 1, package->ops->self_size));
@@ -92,14 +94,13 @@ const char *kith_limit_name(enum kith_limit limit) {
 }
 
 /* The limit by node i: Courant with h = 2 sigma, acceleration, compression, loss of energy. */
-static struct kith_timestep_limit limit_of_node(const struct kith_package *package,
-                                                const struct kith_kick *kick, kith_index i, double cfl) {
+static struct kith_timestep_limit limit_of_node(const struct kith_package *package, kith_index i,
+                                                double cfl) {
   const struct kith_hydro *hydro = package->hydro;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
   const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM),
                divergence = fabs(package->velocity_divergence->f64[i]);
-  const double slope = package->energy_slope != NULL ? package->energy_slope->f64[i] : 0;
-  const double u = hydro->energy->f64[i], cooling = -(hydro->energy_rate->f64[i] + kick->time * slope);
+  const double u = hydro->energy->f64[i], cooling = -hydro->energy_rate->f64[i];
   struct kith_timestep_limit timestep_limit = {cfl * h / package->signal->f64[i], hydro->nodes->id->i64[i],
                                                KITH_LIMIT_courant};
   if (0.8 * cfl * sqrt(h / a) < timestep_limit.dt)
@@ -121,8 +122,7 @@ static struct kith_timestep_limit limit_of_all_ranks(struct kith_ranks *ranks,
   return mine;
 }
 
-struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package,
-                                                       const struct kith_kick *kick, double cfl) {
+struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl) {
   const kith_index n = package->hydro->nodes->n_internal;
   const struct kith_timestep_limit none = {INFINITY, -1, KITH_LIMIT_nothing};
   struct kith_timestep_limit best = none;
@@ -131,7 +131,7 @@ struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package
     struct kith_timestep_limit mine = none; /* not best: another thread may be writing that already */
 #pragma omp for schedule(static) nowait
     for (kith_index i = 0; i < n; ++i) {
-      const struct kith_timestep_limit timestep_limit = limit_of_node(package, kick, i, cfl);
+      const struct kith_timestep_limit timestep_limit = limit_of_node(package, i, cfl);
       if (timestep_limit.dt < mine.dt || (timestep_limit.dt == mine.dt && timestep_limit.node < mine.node))
         mine = timestep_limit;
     }

@@ -1,22 +1,23 @@
 /* package.h - hydro packages, one family: the connectivity that a package requires, and how rates follow from
  * the state.
  *
- * A package is a short sequence of passes (volume and density -> gradients -> pair force -> work); between
- * passes it refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both
- * traversals, compatible energy) are common to all: a package adds the passes between, and one function of a
- * pair. A package is one file with its parameter table, one line in package_list.h, and is covered by
+ * A package is a short sequence of passes (volume and density -> gradients -> pair force); between passes it
+ * refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both traversals, energy)
+ * are common to all: a package adds the passes between, and one function of a pair. A package is one file
+ * with its parameter table, one line in package_list.h, and is covered by
  * tests/unit/physics/conformance_package.c. It reads position, velocity, energy, mass, support and fills
  * support, density, pressure, sound speed, acceleration and the rates.
  *
- * Energy, for every package: after a kick of velocities from `velocity_base` by dt a, with t already kicked
- * since the base,
- *     u += dt (energy_rate + (t + dt / 2) energy_slope).
- * thermal:     energy_rate is du/dt at the present velocity, energy_slope is zero.
- * compatible:  each pair's work f_ij . (v_j - v_i) is shared between its ends, e_ij + e_ji = 1, with v the
- *              mean velocity over the kick:
- *     m_i energy_rate = sum_j e_ij f_ij . (v_j - v_i) of the base, m_i energy_slope = sum_j e_ij f_ij . (a_j
- *     - a_i), so that sum_i (m v^2 / 2 + m u) is conserved to round-off, whatever the forces are (Owen
- *     2014, Int. J. Numer. Meth. Fluids 75, 749). */
+ * Energy, for every package. A pair with the force f_ij on i heats its ends by q_ij + q_ji = f_ij . (p_j -
+ * p_i), where p are the velocities that it is evaluated with. With a the acceleration by pairs, A by all
+ * forces, w the velocity at the start of the kick, of which a time t has passed, the next part dt of it is
+ *     v += dt A,   u += dt (rate + correction + (t + dt / 2) slope),   m_i rate_i = sum_j q_ij.       (1)
+ * thermal:     correction and slope are zero.
+ * compatible:  correction = -a . (w - p), slope = -a . A. Since sum_i m_i rate_i = - sum_i m_i a_i . p_i, the
+ *              sum of all is - sum_i m_i a_i . (w_i + (t + dt / 2) A_i): what pairs add to the kinetic energy
+ *              is taken from the internal energy to round-off, whatever f and p are. Owen (2014,
+ *              Int. J. Numer. Meth. Fluids 75, 749) has p = w + (t + dt / 2) A, which costs a second
+ *              evaluation; schemes predict p from w by the last rates, which differs by O(dt^2). */
 #ifndef KITH_PHYSICS_PACKAGE_H
 #define KITH_PHYSICS_PACKAGE_H
 
@@ -108,11 +109,11 @@ struct kith_package {
       *barrier; /* U8, 1: the node is a wall to its neighbors (force.h); NULL: there is none */
 
   /* Its own. */
-  double self_weight;                     /* of a node in its own sums: kith_kernel_self_weight */
-  struct kith_field *energy_slope;        /* NULL unless compatible */
-  struct kith_field *velocity_divergence; /* div v: predicts the support */
-  struct kith_field *signal;              /* signal speed of the Courant condition */
-  uint64_t pair_evaluations;              /* counted over the run */
+  double self_weight; /* of a node in its own sums: kith_kernel_self_weight */
+  struct kith_field *energy_correction, *energy_slope; /* if compatible */
+  struct kith_field *velocity_divergence;              /* div v: predicts the support */
+  struct kith_field *signal;                           /* signal speed of the Courant condition */
+  uint64_t pair_evaluations;                           /* counted over the run */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
   void *self;                             /* private state of the member */
 
@@ -153,8 +154,7 @@ void kith_package_refresh(struct kith_package *package, int n, struct kith_field
 
 /* The time step that the present state and rates allow: the least of the Courant condition with h = 2 sigma
  * and the signal speed, acceleration, compression, loss of energy; of all ranks. Collective. */
-struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package,
-                                                       const struct kith_kick *kick, double cfl);
+struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl);
 
 /* Memory besides the fields. */
 struct kith_package_bytes kith_package_bytes(const struct kith_package *package);

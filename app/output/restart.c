@@ -142,7 +142,7 @@ static kith_status resume(struct kith_simulation *m, const struct kith_ledger *l
   struct kith_integrator *it = &m->integrator;
   KITH_TRY(kith_integrator_resume(it));
   it->ledger = kith_ledger_of_rank(ledger, m->nodes->ranks);
-  it->timestep_limit.reason = kith_package_timestep_limit(it->package, &it->kick, it->cfl).reason;
+  it->timestep_limit.reason = kith_package_timestep_limit(it->package, it->cfl).reason;
   return KITH_OK;
 }
 

@@ -215,10 +215,7 @@ static void show_passes(const struct plan *plan) {
 static const char *traversal_reason(const struct kith_simulation *m) {
   if (m->scene->traversal[0] != '\0') return "as the scene says";
   if (m->package.ops->expensive) return "the default: the force of a pair is expensive and is stored";
-  if (!m->package.compatible) return "the default: each force is needed once";
-  return NDIM == 1
-             ? "the default: compatible energy needs each force twice; with few neighbors storing is faster"
-             : "the default: with many neighbors evaluating twice is faster than storing";
+  return "the default: evaluating a pair at both its ends is faster than storing it";
 }
 
 /* The parameters of the package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
@@ -316,11 +313,9 @@ static void show_cheaper(const struct plan *plan) {
   const struct {
     bool applies;
     const char *text;
-  } settings[] = {
-      {!kith_rebuilds_lasting(&m->rebuilds),
-       "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces"},
-      {m->package.compatible, "method.energy=thermal: one pass over the pairs less; a larger energy drift"},
-      {cheaper != NULL, cheaper}};
+  } settings[] = {{!kith_rebuilds_lasting(&m->rebuilds),
+                   "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces"},
+                  {cheaper != NULL, cheaper}};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     if (settings[k].applies) line(label, "%s", settings[k].text), label = "";
@@ -395,7 +390,7 @@ static kith_status make(struct plan *plan, const struct kith_options *o) {
 static kith_status measure(struct plan *plan) {
   struct kith_simulation *m = plan->simulation;
   KITH_TRY(kith_simulation_start(m));
-  plan->full_dt = kith_package_timestep_limit(&m->package, &m->integrator.kick, m->integrator.cfl).dt;
+  plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt;
   kith_simulation_warn(m);
   return kith_evaluation_measure(m, &plan->evaluation);
 }

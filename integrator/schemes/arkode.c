@@ -91,8 +91,7 @@ static int stable_step(N_Vector state, double time, double *dt, void *integrator
   (void)time, (void)state;
   struct kith_integrator *it = integrator;
   struct arkode *a = it->self;
-  a->stable =
-      KITH_MAX(it->timestep_limit.dt, kith_package_timestep_limit(it->package, &it->kick, it->cfl).dt);
+  a->stable = KITH_MAX(it->timestep_limit.dt, kith_package_timestep_limit(it->package, it->cfl).dt);
   *dt = 2 * a->stable;
   return 0;
 }

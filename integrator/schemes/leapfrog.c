@@ -6,13 +6,11 @@ static void predict(struct kith_integrator *it, double dt) {
   struct kith_hydro *hydro = it->hydro;
   struct kith_field *base = it->kick.velocity_base;
   kith_profile_begin(it->profile, "kick");
-  kith_kick_energy(it, 0.5 * dt);
-  kith_kick_velocity(it, 0.5 * dt);
+  kith_kick(it, 0.5 * dt);
   kith_field_copy(it->nodes, base, hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, hydro->energy);
   kith_drift(it, base, dt);
-  kith_kick_energy(it, 0.5 * dt);
-  kith_kick_velocity(it, 0.5 * dt);
+  kith_predict(it, 0.5 * dt);
   kith_profile_end(it->profile);
 }
 
@@ -24,8 +22,7 @@ static kith_status advance(struct kith_integrator *it, double *step) {
   kith_field_copy(it->nodes, hydro->velocity, it->kick.velocity_base);
   kith_field_copy(it->nodes, hydro->energy, it->energy_base);
   it->kick.time = 0;
-  kith_kick_energy(it, 0.5 * dt);
-  kith_kick_velocity(it, 0.5 * dt);
+  kith_kick(it, 0.5 * dt);
   kith_profile_end(it->profile);
   return KITH_OK;
 }

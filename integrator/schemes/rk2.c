@@ -7,8 +7,7 @@ static void to_middle(struct kith_integrator *it, double dt) {
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
   kith_drift(it, it->hydro->velocity, 0.5 * dt);
-  kith_kick_energy(it, 0.5 * dt);
-  kith_kick_velocity(it, 0.5 * dt);
+  kith_predict(it, 0.5 * dt);
 }
 
 /* From the state at the start, by the rates of the middle: positions with the velocity of the middle. They go
@@ -23,8 +22,7 @@ static void to_end(struct kith_integrator *it, double dt) {
   kith_field_copy(it->nodes, it->hydro->velocity, it->kick.velocity_base);
   kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
   it->kick.time = 0;
-  kith_kick_energy(it, dt);
-  kith_kick_velocity(it, dt);
+  kith_kick(it, dt);
 }
 
 static void predict(struct kith_integrator *it, double dt) {

@@ -9,8 +9,7 @@ static void predict(struct kith_integrator *it, double dt) {
   kith_field_copy(it->nodes, base, hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, hydro->energy);
   kith_drift(it, base, 0.5 * dt);
-  kith_kick_energy(it, 0.5 * dt);
-  kith_kick_velocity(it, 0.5 * dt);
+  kith_predict(it, 0.5 * dt);
 }
 
 static kith_status advance(struct kith_integrator *it, double *step) {
@@ -20,8 +19,7 @@ static kith_status advance(struct kith_integrator *it, double *step) {
   kith_field_copy(it->nodes, hydro->velocity, it->kick.velocity_base);
   kith_field_copy(it->nodes, hydro->energy, it->energy_base);
   it->kick.time = 0;
-  kith_kick_energy(it, dt);
-  kith_kick_velocity(it, dt);
+  kith_kick(it, dt);
   kith_drift(it, hydro->velocity, 0.5 * dt);
   return KITH_OK;
 }

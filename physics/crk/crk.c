@@ -239,8 +239,7 @@ KITH_INLINE double dot(const double *restrict g, int stride, double x, double y,
 }
 
 /* (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q. */
-KITH_INLINE double share(const double *restrict i, const double *restrict j, const double *restrict out,
-                         double q) {
+KITH_INLINE void heat(const double *restrict i, const double *restrict j, double q, double *restrict out) {
   double work = 0, force2 = 0, speed2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     const double f = OUT(KITH_FORCE + a), v = J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a];
@@ -249,7 +248,9 @@ KITH_INLINE double share(const double *restrict i, const double *restrict j, con
   const double size = sqrt(force2 * speed2),
                gain = size > 0 ? work / size : -1; /* at rest: about to separate */
   const double difference = J(CRK_PRESSURE) - i[CRK_PRESSURE];
-  return fabs(q) > 1e-10 * fabs(difference) ? 0.5 + 0.5 * gain * difference / q : 0.5;
+  const double share = fabs(q) > 1e-10 * fabs(difference) ? 0.5 + 0.5 * gain * difference / q : 0.5;
+  OUT(KITH_HEAT) = share * work;
+  OUT(KITH_PARTNER_HEAT) = (1 - share) * work;
 }
 
 /* One pair: (4) - (7). */
@@ -279,8 +280,7 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
     const double d = (ai + aj) * g * (i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a)) + (ci - cj) * w;
     OUT(KITH_FORCE + a) = factor * d;
   }
-  OUT(KITH_ENERGY_SHARE) = share(i, j, out, pressure);
-  OUT(KITH_EXCHANGE) = 0;
+  heat(i, j, pressure, out);
   OUT(KITH_SIGNAL) = g < 0 ? p.signal : 0;
 }
 

@@ -6,10 +6,8 @@
  * contact, so masses are fixed:
  *     m_i dv_i/dt = - sum_j P*_ij A_ij                                                    (1)
  *     m_i du_i/dt = - sum_j P*_ij A_ij . (v*_ij - v_i),  v* = (v_i + v_j) / 2 + S* A_ij / |A_ij|    (2)
- * S* is relative to the mean velocity, so results are Galilean invariant. In terms of package.h a
- * pair has the force f = -P* A, shares its work evenly, and exchanges f . (v* - (v_i + v_j) / 2). The heat
- * that a face takes from a node is limited by the pressure of the node: of h_i < 0 at P* > 4 P_i, its partner
- * gives
+ * S* is relative to the mean velocity, so results are Galilean invariant. The heat that a face takes from a
+ * node is limited by the pressure of the node: of h_i < 0 at P* > 4 P_i, its partner gives
  *     (1 - 4 P_i / P*) |h_i|                                                              (3)
  * without which the energy of a cold node beside a hot one, accelerated beyond the speed of the face, would
  * become negative. It is 0 where pressures are within a factor 4.
@@ -23,7 +21,7 @@
  * 0.9 times in Sod's tube; with L up to 2 D Noh's problem fails.
  *
  * Passes: density -> equation of state -> ghosts -> gradients, matrices -> ghosts -> faces -> packing ->
- * force [pairs] -> ghosts -> work. */
+ * force [pairs]. */
 #include <math.h>
 #include "lib/core/vec.h"
 #include "physics/mfm/faces.h"
@@ -206,12 +204,13 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
       reconstruct(J(MFM_DENSITY), J(MFM_PRESSURE), J(MFM_BULK), J(MFM_GAMMA), 0.5 * du, slope_j, back);
   const struct mfm_star star = mfm_riemann(l, r);
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * J(MFM_AREA + a);
-  OUT(KITH_ENERGY_SHARE) = 0.5;
-  const double push = star.pressure * area, face = star.pressure;
-  OUT(KITH_EXCHANGE) =
-      -push * star.velocity +
-      spared(i[MFM_PRESSURE], i[MFM_BULK] / i[MFM_GAMMA], face, -push * (0.5 * du + star.velocity)) -
-      spared(J(MFM_PRESSURE), J(MFM_BULK) / J(MFM_GAMMA), face, -push * (0.5 * du - star.velocity));
+  const double push = star.pressure * area, heat_i = -push * (0.5 * du + star.velocity),
+               heat_j = -push * (0.5 * du - star.velocity);
+  const double given =
+      spared(i[MFM_PRESSURE], i[MFM_BULK] / i[MFM_GAMMA], star.pressure, heat_i) -
+      spared(J(MFM_PRESSURE), J(MFM_BULK) / J(MFM_GAMMA), star.pressure, heat_j); /* by j to i */
+  OUT(KITH_HEAT) = heat_i + given;
+  OUT(KITH_PARTNER_HEAT) = heat_j - given;
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (l.sound + r.sound) + KITH_MAX(-du, 0.0) : 0;
 }
 

@@ -1,5 +1,5 @@
 /* The force pass except for the pair function: packing, loading, both traversals, sums, barriers, external
- * forces, the work. */
+ * forces. */
 #include "physics/passes/force.h"
 
 /* --- loading --- */
@@ -45,35 +45,25 @@ KITH_INLINE void load_edge(const struct kith_force_pass *pass, size_t p, bool st
   }
 }
 
-/* Differences v_j - v_i of a vector field. A wall at rest does no work, so i gets all of
- * f . v_i: with the share 1/2 that is v_j = -v_i. */
-KITH_INLINE void velocity_differences(const struct kith_force_pass *pass, const double *restrict v,
-                                      kith_index i, const kith_index *restrict row, size_t n, double *first) {
-  for (int a = 0; a < NDIM; ++a) {
-    const double vi = v[(size_t)i * NDIM + a];
-    double *restrict lane = first + (size_t)a * KITH_STRIDE;
-#pragma omp simd
-    for (size_t k = 0; k < n; ++k) lane[k] = v[row[k] * NDIM + a] - vi;
-    for (size_t k = 0; pass->barrier != NULL && k < n; ++k)
-      if (pass->barrier[row[k]]) lane[k] = -2 * vi;
-  }
-}
-
-/* A barrier: half of the work, no heat; one of volume V counts as V / V_i nodes like i, unless the pair
- * function accounts for that. */
+/* A barrier: a wall at rest does no work, so i gets all of -f . v_i, and no heat besides; one of volume V
+ * counts as V / V_i nodes like i, unless the pair function accounts for that. */
 KITH_INLINE void walls(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
                        size_t n, double *restrict out) {
-  const double *restrict support = pass->package->hydro->nodes->support->f64;
+  const double *restrict support = pass->package->hydro->nodes->support->f64,
+                         *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
   for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
     if (!pass->barrier[row[k]]) continue;
     const double count = pass->walls_known ? 1 : kith_pow_dim(support[row[k]] / support[i]);
-    for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] *= count;
-    out[KITH_ENERGY_SHARE * KITH_STRIDE + k] = 0.5;
-    out[KITH_EXCHANGE * KITH_STRIDE + k] = 0;
+    double heat = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double f = out[(size_t)a * KITH_STRIDE + k] *= count;
+      heat -= f * v[a];
+    }
+    out[KITH_HEAT * KITH_STRIDE + k] = heat;
   }
 }
 
-/* n entries of row i from the pairwise field; the end at which a pair does not start gets -f, 1 - e, -g. */
+/* n entries of row i from the pairwise field; the end at which a pair does not start gets -f and q_j. */
 KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                         double *restrict out) {
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
@@ -84,8 +74,7 @@ KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t
     const double *v = value + (size_t)pair[k] * KITH_PAIR_VALUES;
     const bool starts = kith_pair_starts(pass->connectivity, pair[k], i, row[k]);
     for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] = starts ? v[a] : -v[a];
-    out[KITH_ENERGY_SHARE * KITH_STRIDE + k] = starts ? v[KITH_ENERGY_SHARE] : 1 - v[KITH_ENERGY_SHARE];
-    out[KITH_EXCHANGE * KITH_STRIDE + k] = starts ? v[KITH_EXCHANGE] : -v[KITH_EXCHANGE];
+    out[KITH_HEAT * KITH_STRIDE + k] = v[starts ? KITH_HEAT : KITH_PARTNER_HEAT];
     out[KITH_SIGNAL * KITH_STRIDE + k] = v[KITH_SIGNAL];
   }
 }
@@ -93,21 +82,8 @@ KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t
 /* --- summing --- */
 
 struct sums {
-  double force[NDIM], rate, slope, signal;
+  double force[NDIM], heat, signal;
 };
-
-KITH_INLINE double sum_work(size_t n, const double *restrict out,
-                            const double *restrict velocity_difference) {
-  const double *restrict share = out + KITH_ENERGY_SHARE * KITH_STRIDE;
-  double work = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double *restrict f = out + (size_t)a * KITH_STRIDE, *restrict v = velocity_difference +
-                                                                            (size_t)a * KITH_STRIDE;
-#pragma omp simd reduction(+ : work)
-    for (size_t k = 0; k < n; ++k) work += share[k] * f[k] * v[k];
-  }
-  return work;
-}
 
 KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
   double sum = 0;
@@ -119,40 +95,33 @@ KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
 /* The block of n entries from `first` on of row i. */
 KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                            double *restrict out, struct sums *sums) {
-  const struct kith_package *package = pass->package;
-  const kith_index *restrict row = pass->connectivity->rows.node + first;
-  double *velocity_difference = out + (size_t)KITH_VELOCITY_DIFFERENCE * KITH_STRIDE,
-         *acceleration_difference = out + (size_t)KITH_ACCELERATION_DIFFERENCE * KITH_STRIDE;
-  walls(pass, i, row, n, out);
-  if (pass->work) {
-    velocity_differences(pass, pass->kick->velocity_base->f64, i, row, n, velocity_difference);
-    velocity_differences(pass, package->hydro->acceleration->f64, i, row, n, acceleration_difference);
-    sums->rate += sum_work(n, out, velocity_difference) + sum_lane(n, out + KITH_EXCHANGE * KITH_STRIDE);
-    sums->slope += sum_work(n, out, acceleration_difference);
-    return;
-  }
+  walls(pass, i, pass->connectivity->rows.node + first, n, out);
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
   double fastest = sums->signal;
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
   sums->signal = fastest;
   for (int a = 0; a < NDIM; ++a) sums->force[a] += sum_lane(n, out + (size_t)a * KITH_STRIDE);
-  if (package->compatible) return;
-  velocity_differences(pass, package->hydro->velocity->f64, i, row, n, velocity_difference);
-  sums->rate += sum_work(n, out, velocity_difference) + sum_lane(n, out + KITH_EXCHANGE * KITH_STRIDE);
+  sums->heat += sum_lane(n, out + KITH_HEAT * KITH_STRIDE);
 }
 
+/* What (1) of package.h needs. */
 KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const struct sums *sums) {
   struct kith_package *package = pass->package;
-  const double mass = package->hydro->mass->f64[i];
-  if (pass->work || !package->compatible) package->hydro->energy_rate->f64[i] = sums->rate / mass;
-  if (pass->work) {
-    package->energy_slope->f64[i] = sums->slope / mass;
-    return;
-  }
-  for (int a = 0; a < NDIM; ++a)
-    package->hydro->acceleration->f64[(size_t)i * NDIM + a] = sums->force[a] / mass;
+  const struct kith_hydro *hydro = package->hydro;
+  const size_t at = (size_t)i * NDIM;
+  const double mass = hydro->mass->f64[i], *restrict velocity = hydro->velocity->f64 + at,
+               *restrict base = pass->kick->velocity_base->f64 + at;
+  double *restrict all = hydro->acceleration->f64 + at, pairs[NDIM], correction = 0, slope = 0;
+  for (int a = 0; a < NDIM; ++a) all[a] = pairs[a] = sums->force[a] / mass;
+  if (kith_external_force_acts(&hydro->external_force))
+    kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, all);
+  hydro->energy_rate->f64[i] = sums->heat / mass;
   package->signal->f64[i] = sums->signal;
+  if (!package->compatible) return;
+  for (int a = 0; a < NDIM; ++a) correction -= pairs[a] * (base[a] - velocity[a]), slope -= pairs[a] * all[a];
+  package->energy_correction->f64[i] = correction;
+  package->energy_slope->f64[i] = slope;
 }
 
 /* --- chunks --- */
@@ -230,13 +199,12 @@ kith_status kith_force(struct kith_force_pass *pass) {
                                         .rows = &pass->connectivity->rows,
                                         .chunk = pairs_chunk,
                                         .context = pass,
-                                        .lanes = pass->n_packed + pass->edges + KITH_FORCE_LANES,
+                                        .lanes = pass->n_packed + pass->edges + KITH_PAIR_VALUES,
                                         .width = KITH_STRIDE,
                                         .arrived = pack};
   struct kith_node_sweep sums = pairs;
   sums.stage = "force", sums.chunk = nodes_chunk;
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
-  pass->work = false;
   if (all > INT32_MAX / pass->n_packed) /* so that loads of several nodes become one gather */
     KITH_FAIL(UNSUPPORTED,
               "%d nodes and ghosts in one process: packed particles are addressed with 32 bits, at most %d",
@@ -251,16 +219,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
     /* Canonical pairs that start at ghosts, whose values have arrived by now. */
     KITH_TRY(
         kith_package_sweep_ghosts(package, &pairs, internal, pass->connectivity->pairs.starts - internal));
+    KITH_TRY(kith_pairwise_fresh(&package->pair, pass->connectivity));
   }
-  KITH_TRY(kith_package_sweep(package, &sums, NULL));
-  if (kith_external_force_acts(&hydro->external_force))
-    kith_external_force_acceleration(&hydro->external_force, internal, nodes->position->f64,
-                                     hydro->acceleration->f64);
-  if (!package->compatible) return KITH_OK;
-  if (kept) KITH_TRY(kith_pairwise_fresh(&package->pair, pass->connectivity));
-  kith_package_start_refresh(package, 2,
-                             (struct kith_field *[]){pass->kick->velocity_base, hydro->acceleration});
-  pass->work = true;
-  sums.stage = "work", sums.arrived = NULL;
   return kith_package_sweep(package, &sums, NULL);
 }

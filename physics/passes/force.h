@@ -8,11 +8,11 @@
  *     J(m)      field m of its partner j; behind these the values of the edge from i to j, if there are any
  * and gives, through OUT(m),
  *     KITH_FORCE + a    f_a: the force on i; j gets -f
- *     KITH_ENERGY_SHARE e: the part of i in the work f . (v_j - v_i) of the pair; j gets 1 - e
- *     KITH_EXCHANGE     g: heat that i gets from j besides; j gets -g
+ *     KITH_HEAT         q_i: the heat of i: its part of the work f . (v_j - v_i), and what it gets from j
+ *     KITH_PARTNER_HEAT q_j: the heat of j
  *     KITH_SIGNAL       the signal speed of the pair
- * Exchanging i and j must give -f, 1 - e, -g to round-off. Then
- *     m_i dv_i/dt = sum_j f,   m_i du_i/dt = sum_j e f . (v_j - v_i) + g
+ * Exchanging i and j must give -f, q_j, q_i to round-off, and q_i + q_j = f . (v_j - v_i). Then
+ *     m_i dv_i/dt = sum_j f,   m_i du_i/dt = sum_j q_i
  * conserve momentum and energy whatever the forces are; see package.h for both forms of the energy.
  *
  * Traversal `pairs` evaluates each pair once, stores KITH_PAIR_VALUES doubles, and each node then sums its
@@ -28,17 +28,11 @@
 
 /* The first fields of every packed particle. */
 enum { KITH_PACKED_X = 0, KITH_PACKED_V = NDIM, KITH_PACKED_OWN = 2 * NDIM };
-enum { KITH_FORCE, KITH_ENERGY_SHARE = NDIM, KITH_EXCHANGE, KITH_SIGNAL, KITH_PAIR_VALUES };
+enum { KITH_FORCE, KITH_HEAT = NDIM, KITH_PARTNER_HEAT, KITH_SIGNAL, KITH_PAIR_VALUES };
 
 /* Rows are processed in blocks; a lane holds one field of all partners of a block. The stride is not a power
  * of two, for then lanes would share cache sets. */
 enum { KITH_BLOCK = 128, KITH_STRIDE = KITH_BLOCK + 8 };
-/* Lanes behind those of fields and edge: values of the pair, differences of velocity and of acceleration. */
-enum {
-  KITH_VELOCITY_DIFFERENCE = KITH_PAIR_VALUES,
-  KITH_ACCELERATION_DIFFERENCE = KITH_VELOCITY_DIFFERENCE + NDIM,
-  KITH_FORCE_LANES = KITH_ACCELERATION_DIFFERENCE + NDIM
-};
 
 KITH_INLINE double *kith_lane(const struct kith_scratch *s, int k) {
   return s->lane + (size_t)k * KITH_STRIDE;
@@ -70,7 +64,6 @@ struct kith_force_pass {
   bool walls_known;   /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
   const uint8_t *barrier; /* [nodes] or NULL */
-  bool work;              /* sums rate and slope of the compatible energy instead of accelerations */
 };
 
 /* The first fields of packed particle i. */
@@ -108,8 +101,8 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
     kith_force_evaluate(pair, KITH_KERNEL_##name, pass, i, n, s);                                \
   }
 
-/* Packs the particles and runs the passes: forces (accelerations, signal speeds, thermal energy rates), then,
- * if the energy is compatible, ghosts and the work. UNSUPPORTED if there are 2^31 packed doubles. */
+/* Packs the particles and sums the pairs: accelerations (with the external force), signal speeds, and what
+ * (1) of package.h needs. UNSUPPORTED if there are 2^31 packed doubles. */
 kith_status kith_force(struct kith_force_pass *pass);
 
 #endif

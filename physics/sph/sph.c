@@ -17,7 +17,7 @@
  *     m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
  *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
  *
- * Passes: density -> equation of state, switches -> ghosts -> packing -> force [pairs] -> ghosts -> work. */
+ * Passes: density -> equation of state, switches -> ghosts -> packing -> force [pairs]. */
 #include "physics/passes/density.h"
 #include "physics/passes/viscosity.h"
 
@@ -98,19 +98,17 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_c
   const double force = fi + fj + fq;
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * (i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a));
 
-  /* (4): i takes the share (fi + fq / 2) / force of the work; where forces cancel, the rest is exchanged. */
-  const double heat = fi + 0.5 * fq, total = fabs(fi) + fabs(fj) + fq;
-  const double share = fabs(force) > 1e-10 * total ? heat / force : 0.5;
-  double exchange = (share * force - heat) * p.vx;
+  /* (4): the work of each node's own pressure, and half of the viscosity's. */
+  double conduction = 0;
   if (full) { /* (7) */
     const double pi = i[SPH_PSI] * i[KITH_PACKED_DENSITY] * i[KITH_PACKED_DENSITY] / i[SPH_MASS],
                  pj = J(SPH_PSI) * J(KITH_PACKED_DENSITY) * J(KITH_PACKED_DENSITY) / J(SPH_MASS);
     const double speed = sqrt(2 * fabs(pi - pj) / densities);
-    exchange +=
+    conduction =
         c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * p.r * (gi + gj) / densities;
   }
-  OUT(KITH_ENERGY_SHARE) = share;
-  OUT(KITH_EXCHANGE) = exchange;
+  OUT(KITH_HEAT) = conduction - (fi + 0.5 * fq) * p.vx;
+  OUT(KITH_PARTNER_HEAT) = -conduction - (fj + 0.5 * fq) * p.vx;
   OUT(KITH_SIGNAL) = gi + gj < 0 ? p.signal : 0;
 }
 

@@ -219,7 +219,8 @@ static inline void partners_find(struct partners *p, const struct world *w, doub
 struct truth {
   double support[MOST], number[MOST], density[MOST], omega[MOST], grad_h_term[MOST], pressure[MOST],
       sound[MOST];
-  double gradient[MOST][NDIM][NDIM], acceleration[MOST][NDIM], rate[MOST], slope[MOST], signal[MOST];
+  double gradient[MOST][NDIM][NDIM], acceleration[MOST][NDIM], rate[MOST], correction[MOST], slope[MOST],
+      signal[MOST];
   double self; /* weight */
   struct partners partners;
 };
@@ -370,13 +371,21 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
   return fmin(0, fmax(jump, vx)) / p->r;
 }
 
-/* Equations (3) - (5). sum_work: 0 the force and signal, 1 rate and slope too (they need all
- * accelerations). */
-static inline void truth_rates(const struct world *w, struct truth *t, int sum_work) {
-  const double *m = w->hydro.mass->f64;
-  const double *v = (w->package.compatible ? w->it.kick.velocity_base : w->hydro.velocity)->f64;
+/* From the heat of node i per time, `heat`, and its acceleration: equation (1) of package.h. */
+static inline void truth_energy(const struct world *w, struct truth *t, int i, double heat) {
+  const double *v = w->hydro.velocity->f64, *base = w->it.kick.velocity_base->f64;
+  t->rate[i] = heat / w->hydro.mass->f64[i], t->correction[i] = t->slope[i] = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    t->correction[i] -= t->acceleration[i][a] * (base[i * NDIM + a] - v[i * NDIM + a]);
+    t->slope[i] -= t->acceleration[i][a] * t->acceleration[i][a];
+  }
+}
+
+/* Equations (3) - (5). */
+static inline void truth_rates(const struct world *w, struct truth *t) {
+  const double *m = w->hydro.mass->f64, *v = w->hydro.velocity->f64;
   for (int i = 0; i < w->nodes->n_internal; ++i) {
-    double force[NDIM] = {0}, work = 0, more = 0, signal = t->sound[i];
+    double force[NDIM] = {0}, work = 0, signal = t->sound[i];
     for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
       const struct partner *p = &t->partners.partner[k];
       const int j = p->node;
@@ -396,14 +405,10 @@ static inline void truth_rates(const struct world *w, struct truth *t, int sum_w
       for (int a = 0; a < NDIM; ++a) {
         force[a] -= (fi + fj + fq) * p->x[a];
         work += (fi + fq / 2) * p->x[a] * (v[i * NDIM + a] - p->sign[a] * v[j * NDIM + a]);
-        if (sum_work)
-          more += (fi + fq / 2) * p->x[a] * (t->acceleration[i][a] - p->sign[a] * t->acceleration[j][a]);
       }
     }
-    if (sum_work)
-      t->rate[i] = work / m[i], t->slope[i] = w->package.compatible ? more / m[i] : 0;
-    else
-      for (int a = 0; a < NDIM; ++a) t->acceleration[i][a] = force[a] / m[i];
+    for (int a = 0; a < NDIM; ++a) t->acceleration[i][a] = force[a] / m[i];
+    truth_energy(w, t, i, work);
     t->signal[i] = signal;
   }
 }
@@ -413,8 +418,7 @@ static inline void truth_all(const struct world *w, struct truth *t) {
   truth_density(w, t);
   truth_close(w, t);
   truth_gradient(w, t);
-  truth_rates(w, t, 0);
-  truth_rates(w, t, 1);
+  truth_rates(w, t);
 }
 
 static inline void truth_clear(struct truth *t) {
@@ -440,6 +444,13 @@ static inline double largest(const double *value, int n) {
     const double scale_ = largest((wanted), (count));                                                \
     for (int k_ = 0; k_ < (count); ++k_) CHECK_CLOSE((field)[k_], (wanted)[k_], (tolerance)*scale_); \
   } while (0)
+
+/* What the package found, where energies are compatible. */
+static inline void truth_check_kick(const struct world *w, const struct truth *t, double tolerance) {
+  if (!w->package.compatible) return;
+  CHECK_FIELD(w->package.energy_correction->f64, t->correction, w->nodes->n_internal, tolerance);
+  CHECK_FIELD(w->package.energy_slope->f64, t->slope, w->nodes->n_internal, tolerance);
+}
 
 /* No force from outside: the sum of all, over the sum of their sizes and `least`. */
 static inline void world_momentum(const struct world *w, double least, double tolerance) {

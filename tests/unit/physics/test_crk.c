@@ -108,19 +108,17 @@ static void corrected(const double *c, double (*dc)[ROWS], const double *sign, c
   }
 }
 
-/* Force, rate and slope. more: with accelerations known, the work too. */
-static void crk_rates(const struct world *w, struct truth *t, struct kernels *kernels, bool more) {
+/* Force, rate and slope. */
+static void crk_rates(const struct world *w, struct truth *t, struct kernels *kernels) {
   const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
-  const double *u = (w->package.compatible ? w->it.kick.velocity_base : w->hydro.velocity)->f64;
   const bool viscous = w->viscosity.name != KITH_VISCOSITY_NONE;
   const double alpha = viscous ? w->viscosity.alpha : 0, beta = viscous ? w->viscosity.beta : 0;
   for (int i = 0; i < w->nodes->n_internal; ++i) {
-    double force[NDIM] = {0}, rate = 0, slope = 0, signal = t->sound[i];
+    double force[NDIM] = {0}, heat = 0, signal = t->sound[i];
     for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
       const struct partner *p = &t->partners.partner[k];
       const int j = p->node;
-      double value, factor, gi[NDIM], gj[NDIM], back[NDIM], f[NDIM], ff = 0, vv = 0, fv = 0, work = 0,
-                                                                     jerk = 0;
+      double value, factor, gi[NDIM], gj[NDIM], back[NDIM], f[NDIM], ff = 0, vv = 0, fv = 0;
       if (p->r >= fmax(t->support[i], t->support[j])) continue;
       kernel_of(w, t->support[i], t->support[j], p->r, &value, &factor);
       for (int a = 0; a < NDIM; ++a) back[a] = -p->x[a];
@@ -135,17 +133,16 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
         const double jump = p->sign[a] * v[j * NDIM + a] - v[i * NDIM + a];
         force[a] += f[a];
         ff += f[a] * f[a], vv += jump * jump, fv += f[a] * jump;
-        work += f[a] * (p->sign[a] * u[j * NDIM + a] - u[i * NDIM + a]);
-        if (more) jerk += f[a] * (p->sign[a] * t->acceleration[j][a] - t->acceleration[i][a]);
       }
       const double cosine = ff * vv > 0 ? fv / sqrt(ff) / sqrt(vv) : 0;
       const double share = (total + cosine * (t->pressure[j] - t->pressure[i])) / (2 * total);
-      rate += share * work, slope += share * jerk;
+      heat += share * fv;
       if (p->r > 0) signal = fmax(signal, fmax(1, alpha) * sound - beta * mu);
     }
     const double mass = w->hydro.mass->f64[i];
-    for (int a = 0; a < NDIM && !more; ++a) t->acceleration[i][a] = force[a] / mass;
-    t->rate[i] = rate / mass, t->slope[i] = slope / mass, t->signal[i] = signal;
+    for (int a = 0; a < NDIM; ++a) t->acceleration[i][a] = force[a] / mass;
+    truth_energy(w, t, i, heat);
+    t->signal[i] = signal;
   }
 }
 
@@ -156,8 +153,7 @@ static void crk_truth(const struct world *w, struct truth *t, struct kernels *ke
   truth_close(w, t);
   truth_gradient(w, t);
   for (int i = 0; i < w->nodes->n_internal; ++i) truth_kernel(w, t, i, kernels);
-  crk_rates(w, t, kernels, false);
-  crk_rates(w, t, kernels, true);
+  crk_rates(w, t, kernels);
 }
 
 /* ---- comparisons ---- */
@@ -242,7 +238,7 @@ static void check_world(const struct method *m, enum side side, const int *cells
   CHECK_FIELD(w.hydro.acceleration->f64, &t.acceleration[0][0], n * NDIM, round_off);
   CHECK_FIELD(w.hydro.energy_rate->f64, t.rate, n, round_off);
   CHECK_FIELD(field(&w, "signal"), t.signal, n, round_off);
-  if (m->compatible) CHECK_FIELD(w.package.energy_slope->f64, t.slope, n, round_off);
+  truth_check_kick(&w, &t, round_off);
   CHECK(w.package.fallbacks == 0);
   if (side != REFLECTING) world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
   truth_clear(&t);

@@ -107,10 +107,10 @@ static double stiffness_of(const struct world *w, int i) {
 }
 
 /* Equations (1) to (3). The faces are the package's: they have a test of their own. */
-static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool slopes) {
+static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   const struct mfm_faces *f = faces_of(w);
-  const double *v = w->hydro.velocity->f64, *base = w->it.kick.velocity_base->f64, one[3] = {1, 1, 1};
-  double force[NDIM] = {0}, rate = 0, slope = 0, signal = m->t.sound[i];
+  const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
+  double force[NDIM] = {0}, rate = 0, signal = m->t.sound[i];
   for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e) {
     const kith_index j = f->graph.rows.node[e];
     double area[NDIM], n[NDIM], d[NDIM], back[NDIM], du = 0;
@@ -136,13 +136,8 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool sl
       const double mean = (v[i * NDIM + a] + vj) / 2, star_v = mean + star.velocity * n[a];
       force[a] += push;
       heat += push * (star_v - v[i * NDIM + a]), heat_j += push * (vj - star_v);
-      if (!w->package.compatible) {
-        rate += push * (star_v - v[i * NDIM + a]);
-        continue;
-      }
-      rate += push * ((p->sign[a] * base[p->node * NDIM + a] - base[i * NDIM + a]) / 2 + star_v - mean);
-      if (slopes) slope += push * (p->sign[a] * m->t.acceleration[p->node][a] - m->t.acceleration[i][a]) / 2;
     }
+    rate += heat;
     /* (3) */
     const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
     const double pi = m->t.pressure[i] + zero_i, pj = m->t.pressure[p->node] + zero_j;
@@ -150,9 +145,8 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i, bool sl
     if (heat_j < 0 && star.pressure + zero_j > 4 * pj)
       rate += heat_j * (1 - 4 * pj / (star.pressure + zero_j));
   }
-  for (int a = 0; !slopes && a < NDIM; ++a) m->t.acceleration[i][a] = force[a] / w->hydro.mass->f64[i];
-  m->t.rate[i] = rate / w->hydro.mass->f64[i];
-  m->t.slope[i] = slope / w->hydro.mass->f64[i];
+  for (int a = 0; a < NDIM; ++a) m->t.acceleration[i][a] = force[a] / w->hydro.mass->f64[i];
+  truth_energy(w, &m->t, i, rate);
   m->t.signal[i] = signal;
 }
 
@@ -194,8 +188,7 @@ static void check_world(const struct form *form, enum side side, const int *cell
   CHECK_OK(world_evaluate(&w));
   truth_states(&w, &m);
   const int n = w.nodes->n_internal;
-  for (int i = 0; i < n; ++i) sum_faces(&w, &m, i, false);
-  for (int i = 0; i < n && form->compatible; ++i) sum_faces(&w, &m, i, true);
+  for (int i = 0; i < n; ++i) sum_faces(&w, &m, i);
   CHECK_FIELD(w.hydro.density->f64, m.t.density, n, round_off);
   CHECK_FIELD(w.hydro.pressure->f64, m.t.pressure, n, round_off);
   CHECK_FIELD(kith_nodes_field_named(w.nodes, "density_slope")->f64, &m.density_slope[0][0], n * NDIM,
@@ -205,7 +198,7 @@ static void check_world(const struct form *form, enum side side, const int *cell
   CHECK_FIELD(w.hydro.acceleration->f64, &m.t.acceleration[0][0], n * NDIM, round_off);
   CHECK_FIELD(w.hydro.energy_rate->f64, m.t.rate, n, round_off);
   CHECK_FIELD(w.package.signal->f64, m.t.signal, n, round_off);
-  if (form->compatible) CHECK_FIELD(w.package.energy_slope->f64, m.t.slope, n, round_off);
+  truth_check_kick(&w, &m.t, round_off);
   if (side == PERIODIC)
     world_momentum(&w, 0, form->closed ? 1e-11 : 1e-12); /* closed: to what the solver leaves */
   truth_clear_all(&m);

@@ -30,7 +30,7 @@ static void check_against(struct world *w, struct truth *t) {
   CHECK_FIELD(w->hydro.acceleration->f64, &t->acceleration[0][0], n * NDIM, round_off);
   CHECK_FIELD(w->hydro.energy_rate->f64, t->rate, n, round_off);
   CHECK_FIELD(kith_nodes_field_named(w->nodes, "signal")->f64, t->signal, n, round_off);
-  if (w->package.compatible) CHECK_FIELD(w->package.energy_slope->f64, t->slope, n, round_off);
+  truth_check_kick(w, t, round_off);
 }
 
 static void check_world(const struct method *m, enum side side, const int *cells, bool equal_masses,

@@ -138,15 +138,13 @@ static void expect_limit(const struct world *w, const char *reason, int node) {
     for (int a = 0; a < NDIM; ++a)
       a2 += w->hydro.acceleration->f64[i * NDIM + a] * w->hydro.acceleration->f64[i * NDIM + a];
     const double h = w->nodes->support->f64[i] / w->kernel.spread, u = w->hydro.energy->f64[i];
-    double loss = -w->hydro.energy_rate->f64[i];
-    if (w->package.energy_slope != NULL) loss -= w->it.kick.time * w->package.energy_slope->f64[i];
+    const double loss = -w->hydro.energy_rate->f64[i];
     double dt = fmin(cfl * h / signal[i], 0.8 * cfl * sqrt(h / sqrt(a2)));
     dt = fmin(dt, cfl / fabs(w->package.velocity_divergence->f64[i]));
     if (u > 0 && loss > 0 && w->nodes->list->u8[i] != 1) dt = fmin(dt, cfl * u / loss); /* 1: isothermal */
     if (dt < best) best = dt, who = i;
   }
-  const struct kith_timestep_limit timestep_limit =
-      kith_package_timestep_limit(&w->package, &w->it.kick, cfl);
+  const struct kith_timestep_limit timestep_limit = kith_package_timestep_limit(&w->package, cfl);
   CHECK_CLOSE(timestep_limit.dt, best, 1e-6 * best); /* 2 sigma is given to six digits */
   CHECK(timestep_limit.node == w->nodes->id->i64[who] &&
         strcmp(kith_limit_name(timestep_limit.reason), reason) == 0);
@@ -165,7 +163,6 @@ static void check_limits(bool compatible) {
   for (int i = 0; i < n; ++i) {
     for (int a = 0; a < NDIM; ++a) h->acceleration->f64[i * NDIM + a] *= 1e-3;
     h->energy_rate->f64[i] *= 1e-3, w.package.velocity_divergence->f64[i] *= 1e-3;
-    if (compatible) w.package.energy_slope->f64[i] *= 1e-3;
   }
   expect_limit(&w, "courant", -1);
   h->acceleration->f64[3 * NDIM + NDIM - 1] = -1e4;
@@ -185,12 +182,6 @@ static void check_limits(bool compatible) {
   expect_limit(&w, "cooling", cold);
   h->energy->f64[cold] = 0; /* nothing to lose */
   expect_limit(&w, "compression", 7);
-  if (compatible) {
-    w.it.kick.time = 0.25, w.package.energy_slope->f64[2] = -1e9; /* what the kick has done already */
-    expect_limit(&w, "cooling", 2);
-    h->energy_rate->f64[2] = 0.25e9; /* and what makes up for it */
-    expect_limit(&w, "compression", 7);
-  }
   for (int i = 0; i < n; ++i) { /* a tie: the smallest id, not the first index */
     signal[i] = 1e12, w.nodes->support->f64[i] = 1, w.nodes->id->i64[i] = 1000 - i;
     for (int a = 0; a < NDIM; ++a) h->acceleration->f64[i * NDIM + a] = 0;
@@ -199,7 +190,7 @@ static void check_limits(bool compatible) {
   }
   for (int k = 1; k <= 3; ++k) {
     omp_set_num_threads(k);
-    CHECK(kith_package_timestep_limit(&w.package, &w.it.kick, cfl).node == 1000 - (n - 1));
+    CHECK(kith_package_timestep_limit(&w.package, cfl).node == 1000 - (n - 1));
   }
   omp_set_num_threads(2);
   world_destroy(&w);
