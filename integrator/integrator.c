@@ -10,14 +10,23 @@ KITH_FAMILY(kith_scheme, KITH_SCHEME_LIST(X))
 
 kith_status kith_integrator_init(struct kith_integrator *it) {
   static const char *const names[] = {"built_radius", "built_support", "built_x", "built_y", "built_z"};
-  const struct kith_field_spec energy = {"energy_base", KITH_SCALAR, KITH_F64,
-                                         KITH_WORK,     NULL,        "energy where the kick started"};
+  const struct kith_field_row fields[] = {
+      {true,
+       {"velocity_base", KITH_VELOCITY, KITH_F64, KITH_WORK, NULL, "velocity at the start of the kick"},
+       &it->kick.velocity_base},
+      {true,
+       {"energy_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "energy at the start of the kick"},
+       &it->energy_base},
+      {!it->scheme->stages,
+       {"energy_rate_last", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt, one evaluation earlier"},
+       &it->energy_rate_last},
+      {0}};
   if (it->package->compatible && it->scheme->incompatible != NULL)
     KITH_FAIL(BAD_INPUT, "scheme %s cannot keep a compatible energy: %s", it->scheme->name,
               it->scheme->incompatible);
   KITH_TRY(kith_params_check(it->scheme->params, it->scheme->name, it->settings));
-  KITH_TRY(kith_kick_init(&it->kick, it->nodes));
-  KITH_TRY(kith_nodes_field(it->nodes, &energy, &it->energy_base));
+  it->kick = (struct kith_kick){0};
+  KITH_TRY(kith_nodes_fields(it->nodes, fields));
   it->evaluations = it->scheme->evaluations;
   if (it->scheme->create != NULL) KITH_TRY(it->scheme->create(it));
   const bool lasting = kith_rebuilds_lasting(it->rebuilds);
@@ -64,7 +73,8 @@ void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, cons
   for (kith_index k = 0; k < n; ++k) to->f64[k] = from->f64[k];
 }
 
-void kith_predict(struct kith_integrator *it, double dt) {
+/* v += dt A, u += dt rate. */
+static void kick_by_rates(struct kith_integrator *it, double dt) {
   double *restrict u = it->hydro->energy->f64, *restrict v = it->hydro->velocity->f64;
   const double *restrict rate = it->hydro->energy_rate->f64, *restrict a = it->hydro->acceleration->f64;
 #pragma omp parallel for simd schedule(static)
@@ -73,17 +83,31 @@ void kith_predict(struct kith_integrator *it, double dt) {
   for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) v[k] += dt * a[k];
 }
 
+void kith_predict(struct kith_integrator *it, double dt, double later) {
+  kick_by_rates(it, dt);
+  if (it->scheme->stages) return;
+  double *restrict u = it->hydro->energy->f64, *restrict last = it->energy_rate_last->f64;
+  const double *restrict rate = it->hydro->energy_rate->f64;
+  const double more = it->dt > 0 ? dt * later / it->dt : 0;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    u[i] += more * (rate[i] - last[i]);
+    last[i] = rate[i];
+  }
+}
+
 void kith_kick(struct kith_integrator *it, double dt) {
   const struct kith_package *package = it->package;
   const double late = it->kick.time + 0.5 * dt;
-  kith_predict(it, dt);
+  kick_by_rates(it, dt);
   it->kick.time += dt;
   if (!package->compatible) return;
   double *restrict u = it->hydro->energy->f64;
-  const double *restrict correction = package->energy_correction->f64, *restrict slope =
-                                                                           package->energy_slope->f64;
-#pragma omp parallel for simd schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * (correction[i] + late * slope[i]);
+  const double *restrict correction = package->energy_correction->f64, *restrict a =
+                                                                           package->pair_acceleration->f64;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    u[i] += dt * (correction[i] - late * kith_dot(a + (size_t)i * NDIM, a + (size_t)i * NDIM));
 }
 
 void kith_drift_supports(struct kith_integrator *it, double dt) {

@@ -52,7 +52,8 @@ struct kith_integrator {
   /* The scheme. */
   struct kith_kick kick; /* package.h */
   struct kith_field *energy_base;
-  int evaluations; /* of the rates, per step; with implicit a guess */
+  struct kith_field *energy_rate_last; /* unless the scheme has stages */
+  int evaluations;                     /* of the rates, per step; with implicit a guess */
   void *self;
 
   /* The lists. */
@@ -87,8 +88,11 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 /* v += dt A, and u by equation (1) of package.h; the time kicked so far += dt. */
 void kith_kick(struct kith_integrator *integrator, double dt);
-/* v += dt A, u += dt rate: a state for packages to evaluate, which the scheme then takes back. */
-void kith_predict(struct kith_integrator *integrator, double dt);
+/* v += dt A, u += dt rate: a state for packages to evaluate, which the scheme then takes back. The middle of
+ * dt is `later` than the evaluation of the rates: where a scheme has one a step, the rate of the energy is
+ * extrapolated linearly from that one and the last. With constant rates pressures lag, and sound waves of a
+ * few spacings slowly grow: on 400 nodes to 7 times the error. Once per step. */
+void kith_predict(struct kith_integrator *integrator, double dt, double later);
 /* Supports follow the divergence of the velocity for a time dt: H *= exp(dt div v / d). */
 void kith_drift_supports(struct kith_integrator *integrator, double dt);
 /* x += dt v, and the supports. */

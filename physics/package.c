@@ -25,14 +25,8 @@ struct kith_package_traits kith_package_traits(const struct kith_package_ops *op
   return ops->traits != NULL ? ops->traits(settings) : (struct kith_package_traits){0};
 }
 
-kith_status kith_kick_init(struct kith_kick *kick, struct kith_nodes *nodes) {
-  const struct kith_field_spec base = {"velocity_base", KITH_VELOCITY, KITH_F64,
-                                       KITH_WORK,       NULL,          "velocity at the start of the kick"};
-  kick->time = kick->evaluation_dt = 0;
-  return kith_nodes_field(nodes, &base, &kick->velocity_base);
-}
-
 kith_status kith_package_init(struct kith_package *package) {
+  const bool external = kith_external_force_acts(&package->hydro->external_force);
   KITH_TRY(check_neighbors(package));
   KITH_TRY(kith_params_check(package->ops->params, package->ops->name, package->settings));
   const struct kith_field_row fields[] = {
@@ -42,13 +36,14 @@ kith_status kith_package_init(struct kith_package *package) {
       {true,
        {"signal", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "signal speed of the Courant condition"},
        &package->signal},
-      {package->compatible,
-       {"energy_slope", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "d(du/dt)/dt of a kick"},
-       &package->energy_slope},
+      {external,
+       {"pair_acceleration", KITH_VECTOR, KITH_F64, KITH_KEPT, NULL, "dv/dt without the external force"},
+       &package->pair_acceleration},
       {package->compatible,
        {"energy_correction", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt by the predicted velocity"},
        &package->energy_correction},
       {0}};
+  package->pair_acceleration = package->hydro->acceleration;
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   package->self_weight = kith_kernel_self_weight(package->kernel, package->neighbors);
   KITH_TRY(kith_resize(&package->self, 0, 1, package->ops->self_size));

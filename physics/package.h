@@ -13,11 +13,13 @@
  * forces, w the velocity at the start of the kick, of which a time t has passed, the next part dt of it is
  *     v += dt A,   u += dt (rate + correction + (t + dt / 2) slope),   m_i rate_i = sum_j q_ij.       (1)
  * thermal:     correction and slope are zero.
- * compatible:  correction = -a . (w - p), slope = -a . A. Since sum_i m_i rate_i = - sum_i m_i a_i . p_i, the
- *              sum of all is - sum_i m_i a_i . (w_i + (t + dt / 2) A_i): what pairs add to the kinetic energy
- *              is taken from the internal energy to round-off, whatever f and p are. Owen (2014,
- *              Int. J. Numer. Meth. Fluids 75, 749) has p = w + (t + dt / 2) A, which costs a second
- *              evaluation; schemes predict p from w by the last rates, which differs by O(dt^2). */
+ * compatible:  slope = -a . a, correction = -a . (w + s g - p), with s from the start of the kick to the
+ *              evaluation and g the external force (A - a) of the last one, which counts as if it had acted
+ *              before the pairs. Since sum_i m_i rate_i = - sum_i m_i a_i . p_i, the sum of all is minus what
+ *              pairs add to the kinetic energy, to round-off, whatever f and p are. Owen (2014, Int. J. Numer.
+ *              Meth. Fluids 75, 749) has p = w + (t + dt / 2) A, which costs a second evaluation of the pairs;
+ *              schemes predict p from w by the last rates, p = w + s A: what is left for the correction,
+ *              s a . a_last, is of second order in dt, and the same for gas that moves or falls. */
 #ifndef KITH_PHYSICS_PACKAGE_H
 #define KITH_PHYSICS_PACKAGE_H
 
@@ -52,10 +54,9 @@ struct kith_timestep_limit {
 struct kith_kick {
   struct kith_field *velocity_base; /* velocities at the start of the kick; filled before evaluate */
   double time;                      /* kicked since then */
+  double lead;                      /* from the start of the kick to the evaluation */
   double evaluation_dt;             /* time from one evaluation to the next; 0 at the start */
 };
-/* Registers the field of the kick. */
-kith_status kith_kick_init(struct kith_kick *kick, struct kith_nodes *nodes);
 
 struct kith_package_bytes {
   size_t pairwise, other; /* values of pairs; all else but fields */
@@ -109,11 +110,12 @@ struct kith_package {
       *barrier; /* U8, 1: the node is a wall to its neighbors (force.h); NULL: there is none */
 
   /* Its own. */
-  double self_weight; /* of a node in its own sums: kith_kernel_self_weight */
-  struct kith_field *energy_correction, *energy_slope; /* if compatible */
-  struct kith_field *velocity_divergence;              /* div v: predicts the support */
-  struct kith_field *signal;                           /* signal speed of the Courant condition */
-  uint64_t pair_evaluations;                           /* counted over the run */
+  double self_weight;                     /* of a node in its own sums: kith_kernel_self_weight */
+  struct kith_field *energy_correction;   /* if the energy is compatible */
+  struct kith_field *pair_acceleration;   /* that of the hydro state, unless an external force adds to that */
+  struct kith_field *velocity_divergence; /* div v: predicts the support */
+  struct kith_field *signal;              /* signal speed of the Courant condition */
+  uint64_t pair_evaluations;              /* counted over the run */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
   void *self;                             /* private state of the member */
 

@@ -7,10 +7,11 @@ static void predict(struct kith_integrator *it, double dt) {
   struct kith_field *base = it->kick.velocity_base;
   kith_profile_begin(it->profile, "kick");
   kith_kick(it, 0.5 * dt);
+  it->kick.lead = 0.5 * dt;
   kith_field_copy(it->nodes, base, hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, hydro->energy);
   kith_drift(it, base, dt);
-  kith_predict(it, 0.5 * dt);
+  kith_predict(it, 0.5 * dt, 0.75 * dt);
   kith_profile_end(it->profile);
 }
 

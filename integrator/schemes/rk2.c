@@ -4,10 +4,11 @@
 
 /* From the state at the start, by the rates at hand: positions with the velocity of the start. */
 static void to_middle(struct kith_integrator *it, double dt) {
+  it->kick.lead = 0.5 * dt;
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
   kith_drift(it, it->hydro->velocity, 0.5 * dt);
-  kith_predict(it, 0.5 * dt);
+  kith_predict(it, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
 }
 
 /* From the state at the start, by the rates of the middle: positions with the velocity of the middle. They go
@@ -28,7 +29,7 @@ static void to_end(struct kith_integrator *it, double dt) {
 static void predict(struct kith_integrator *it, double dt) {
   (void)dt;
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
-  it->kick.time = 0;
+  it->kick.time = it->kick.lead = 0;
 }
 
 static kith_status advance(struct kith_integrator *it, double *dt) {

@@ -6,10 +6,11 @@
 static void predict(struct kith_integrator *it, double dt) {
   struct kith_hydro *hydro = it->hydro;
   struct kith_field *base = it->kick.velocity_base;
+  it->kick.lead = 0.5 * dt;
   kith_field_copy(it->nodes, base, hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, hydro->energy);
   kith_drift(it, base, 0.5 * dt);
-  kith_predict(it, 0.5 * dt);
+  kith_predict(it, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
 }
 
 static kith_status advance(struct kith_integrator *it, double *step) {

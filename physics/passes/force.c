@@ -2,6 +2,8 @@
  * forces. */
 #include "physics/passes/force.h"
 
+#include <string.h>
+
 /* --- loading --- */
 
 /* All fields of n partners. */
@@ -112,16 +114,19 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
   const size_t at = (size_t)i * NDIM;
   const double mass = hydro->mass->f64[i], *restrict velocity = hydro->velocity->f64 + at,
                *restrict base = pass->kick->velocity_base->f64 + at;
-  double *restrict all = hydro->acceleration->f64 + at, pairs[NDIM], correction = 0, slope = 0;
-  for (int a = 0; a < NDIM; ++a) all[a] = pairs[a] = sums->force[a] / mass;
-  if (kith_external_force_acts(&hydro->external_force))
+  double *all = hydro->acceleration->f64 + at, *pairs = package->pair_acceleration->f64 + at, correction = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double known = base[a] + pass->kick->lead * (all[a] - pairs[a]);
+    pairs[a] = sums->force[a] / mass;
+    correction -= pairs[a] * (known - velocity[a]);
+  }
+  if (pairs != all) {
+    memcpy(all, pairs, NDIM * sizeof *all);
     kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, all);
+  }
   hydro->energy_rate->f64[i] = sums->heat / mass;
   package->signal->f64[i] = sums->signal;
-  if (!package->compatible) return;
-  for (int a = 0; a < NDIM; ++a) correction -= pairs[a] * (base[a] - velocity[a]), slope -= pairs[a] * all[a];
-  package->energy_correction->f64[i] = correction;
-  package->energy_slope->f64[i] = slope;
+  if (package->compatible) package->energy_correction->f64[i] = correction;
 }
 
 /* --- chunks --- */

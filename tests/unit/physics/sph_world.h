@@ -219,8 +219,7 @@ static inline void partners_find(struct partners *p, const struct world *w, doub
 struct truth {
   double support[MOST], number[MOST], density[MOST], omega[MOST], grad_h_term[MOST], pressure[MOST],
       sound[MOST];
-  double gradient[MOST][NDIM][NDIM], acceleration[MOST][NDIM], rate[MOST], correction[MOST], slope[MOST],
-      signal[MOST];
+  double gradient[MOST][NDIM][NDIM], acceleration[MOST][NDIM], rate[MOST], correction[MOST], signal[MOST];
   double self; /* weight */
   struct partners partners;
 };
@@ -374,11 +373,9 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
 /* From the heat of node i per time, `heat`, and its acceleration: equation (1) of package.h. */
 static inline void truth_energy(const struct world *w, struct truth *t, int i, double heat) {
   const double *v = w->hydro.velocity->f64, *base = w->it.kick.velocity_base->f64;
-  t->rate[i] = heat / w->hydro.mass->f64[i], t->correction[i] = t->slope[i] = 0;
-  for (int a = 0; a < NDIM; ++a) {
+  t->rate[i] = heat / w->hydro.mass->f64[i], t->correction[i] = 0;
+  for (int a = 0; a < NDIM; ++a)
     t->correction[i] -= t->acceleration[i][a] * (base[i * NDIM + a] - v[i * NDIM + a]);
-    t->slope[i] -= t->acceleration[i][a] * t->acceleration[i][a];
-  }
 }
 
 /* Equations (3) - (5). */
@@ -447,9 +444,8 @@ static inline double largest(const double *value, int n) {
 
 /* What the package found, where energies are compatible. */
 static inline void truth_check_kick(const struct world *w, const struct truth *t, double tolerance) {
-  if (!w->package.compatible) return;
-  CHECK_FIELD(w->package.energy_correction->f64, t->correction, w->nodes->n_internal, tolerance);
-  CHECK_FIELD(w->package.energy_slope->f64, t->slope, w->nodes->n_internal, tolerance);
+  if (w->package.compatible)
+    CHECK_FIELD(w->package.energy_correction->f64, t->correction, w->nodes->n_internal, tolerance);
 }
 
 /* No force from outside: the sum of all, over the sum of their sizes and `least`. */
