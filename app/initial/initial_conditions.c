@@ -23,8 +23,8 @@ static const char *point_text(char text[POINT_TEXT], const double *x) {
 static kith_status region_box(const struct kith_region *region, const struct kith_box *domain,
                               struct kith_box *box) {
   for (int a = 0; a < NDIM; ++a) {
-    box->lower[a] = KITH_MAX(region->where.box.lower[a], domain->lower[a]);
-    box->upper[a] = KITH_MIN(region->where.box.upper[a], domain->upper[a]);
+    box->lower[a] = KITH_MAX(region->where.extent[a][0], domain->lower[a]);
+    box->upper[a] = KITH_MIN(region->where.extent[a][1], domain->upper[a]);
     if (!(box->lower[a] < box->upper[a]))
       KITH_FAIL_AT(&region->location, "region: no part of it is in the domain");
     if (!isfinite(box->upper[a] - box->lower[a]))
@@ -46,34 +46,15 @@ static kith_status refused(const struct kith_region *region, const char *what, d
   KITH_FAIL_AT(&region->location, "region: %s is %g at %s", what, value, point_text(text, x));
 }
 
-static bool in_box(const struct kith_box *box, const double *x) {
-  for (int a = 0; a < NDIM; ++a)
-    if (!(x[a] >= box->lower[a] && x[a] < box->upper[a])) return false;
-  return true;
-}
-
-static bool in_half_space(const struct kith_where *where, const double *x) {
-  double along = 0, leading = 0;
-  for (int a = NDIM - 1; a >= 0; --a) {
-    along += (x[a] - where->point[a]) * where->normal[a];
-    if (where->normal[a] != 0) leading = where->normal[a];
-  }
-  return along > 0 || (along == 0 && leading > 0);
-}
-
-/* Is x in the region? All parts are half-open, so that a part and its complement share no point: boxes
- * [lower, upper), balls r < radius | r >= radius; a point on a half-space's plane belongs to the one whose
- * first nonzero normal component is positive. */
+/* Is x in the region? Its extents are half-open, so that regions that touch share no point. */
 static kith_status region_holds(const struct kith_region *region, const double *x, bool *holds) {
-  const struct kith_where *where = &region->where;
-  *holds = in_box(&where->box, x);
-  if (*holds && where->has_ball)
-    *holds = (kith_distance2(x, where->center) < where->radius * where->radius) != where->outside_ball;
-  if (*holds && where->has_half_space) *holds = in_half_space(where, x);
-  if (!*holds || !where->inside) return KITH_OK;
-  double value;
-  KITH_TRY(value_at(region, where->inside, "where", x, &value));
-  *holds = value != 0;
+  double value = 1;
+  *holds = true;
+  for (int a = 0; a < NDIM; ++a)
+    *holds = *holds && x[a] >= region->where.extent[a][0] && x[a] < region->where.extent[a][1];
+  if (*holds && region->where.inside != NULL)
+    KITH_TRY(value_at(region, region->where.inside, "where", x, &value));
+  *holds = *holds && value != 0;
   return KITH_OK;
 }
 
@@ -198,50 +179,40 @@ struct setup {
   double neighbors;
 };
 
-static kith_status fit_plan(struct plan *plan, double spacing) {
-  if (kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing) == KITH_OK) return KITH_OK;
-  KITH_FAIL_AT(&plan->region->location, "region: %s", kith_failure());
-}
-
-/* The densest of the regions whose spacing is not given, or -1. */
-static int densest(const struct setup *s) {
-  int best = -1;
-  for (int k = 0; k < s->scene->n_regions; ++k)
-    if (s->plan[k].region->spacing == 0 && (best < 0 || s->plan[k].mean_density > s->plan[best].mean_density))
-      best = k;
-  return best;
-}
-
-static kith_status measure_regions(struct setup *s) {
-  for (int k = 0; k < s->scene->n_regions; ++k) {
-    struct plan *plan = &s->plan[k];
-    plan->region = &s->scene->region[k];
-    KITH_TRY(region_box(plan->region, &s->scene->domain, &plan->box));
-    if (plan->region->spacing > 0)
-      KITH_TRY(fit_plan(plan, plan->region->spacing));
-    else
-      KITH_TRY(mean_density_of(plan->region, &plan->box, &plan->mean_density));
-  }
+/* volume: of a node, which the number of cells is balanced for; 0: it is not. */
+static kith_status fit_lattice(struct plan *plan, double spacing, double volume) {
+  kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
+  if (status == KITH_OK && volume > 0) status = kith_lattice_balance(&plan->fit, volume);
+  if (status != KITH_OK) KITH_FAIL_AT(&plan->region->location, "region: %s", kith_failure());
   return KITH_OK;
 }
 
 /* Equal mass: the volume of a node in the other regions follows from the mass that a node got in the densest
  * one, so that the rounding of cells there does not count twice. */
 static kith_status fit_lattices(struct setup *s) {
-  const int d = densest(s);
-  if (d < 0) return KITH_OK;
-  KITH_TRY(fit_plan(&s->plan[d], 1 / s->scene->resolution));
+  const double spacing = 1 / s->scene->resolution;
+  struct plan *densest = NULL; /* of the regions whose spacing is not given */
   for (int k = 0; k < s->scene->n_regions; ++k) {
     struct plan *plan = &s->plan[k];
-    if (k == d || plan->region->spacing > 0) continue;
-    if (s->scene->arrangement == KITH_EQUAL_SPACING) {
-      KITH_TRY(fit_plan(plan, 1 / s->scene->resolution));
-      continue;
-    }
-    const double volume = s->plan[d].fit.site_volume * s->plan[d].mean_density / plan->mean_density;
-    KITH_TRY(fit_plan(plan, pow(volume, 1.0 / NDIM)));
-    if (kith_lattice_balance(&plan->fit, volume) != KITH_OK)
-      KITH_FAIL_AT(&plan->region->location, "region: %s", kith_failure());
+    plan->region = &s->scene->region[k];
+    KITH_TRY(region_box(plan->region, &s->scene->domain, &plan->box));
+    if (plan->region->spacing > 0) continue;
+    KITH_TRY(mean_density_of(plan->region, &plan->box, &plan->mean_density));
+    if (densest == NULL || plan->mean_density > densest->mean_density) densest = plan;
+  }
+  if (densest != NULL) KITH_TRY(fit_lattice(densest, spacing, 0));
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    struct plan *plan = &s->plan[k];
+    if (plan == densest) continue;
+    const bool given = plan->region->spacing > 0;
+    double volume = 0;
+    if (!given && s->scene->arrangement == KITH_EQUAL_MASS)
+      volume = densest->fit.site_volume * densest->mean_density / plan->mean_density;
+    KITH_TRY(fit_lattice(plan,
+                         given        ? plan->region->spacing
+                         : volume > 0 ? pow(volume, 1.0 / NDIM)
+                                      : spacing,
+                         volume));
   }
   return KITH_OK;
 }
@@ -394,7 +365,6 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
 
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
   KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1), sizeof *s->plan));
-  KITH_TRY(measure_regions(s));
   KITH_TRY(fit_lattices(s));
   KITH_TRY(count_nodes(s));
   KITH_TRY(create_nodes(s, nodes));

@@ -1,4 +1,4 @@
-/* YAML as a tree: messages with file and line, nodes, reading, overrides, bases. */
+/* YAML as a tree: messages with file and line, nodes, reading, overrides, bases, writing. */
 #include "app/scene/config.h"
 
 #include <errno.h>
@@ -50,6 +50,15 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
   else
     snprintf(line, sizeof line, "--set %s%s%s", path, colon, message);
   return refuse(line);
+}
+
+kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind) {
+  static const char *const names[] = {"a single value", "a list", "a map"};
+  if (node->kind == kind) return KITH_OK;
+  if (node->kind == KITH_CONFIG_SCALAR)
+    return kith_config_fail(node, NULL, "'%.60s' where %s belongs", node->null ? "" : node->text,
+                            names[kind]);
+  return kith_config_fail(node, NULL, "%s where %s belongs", names[node->kind], names[kind]);
 }
 
 /* The same at another place: of an event, or of an override. */
@@ -252,9 +261,7 @@ static kith_status parse(struct kith_config *config, const char *text, size_t le
   struct reader r = {.file = config->file, .text = text, .length = length, .has_lines = true};
   KITH_TRY(read_document(&r, config->root));
   if (config->root->null) return kith_config_fail(config->root, NULL, "the scene is empty");
-  if (config->root->kind == KITH_CONFIG_MAP) return KITH_OK;
-  return kith_config_fail(config->root, NULL, "a %s where a map of keys belongs",
-                          config->root->kind == KITH_CONFIG_LIST ? "list" : "single value");
+  return kith_config_want(config->root, KITH_CONFIG_MAP);
 }
 
 kith_status kith_config_parse(struct kith_config **out, const char *name, const char *text, size_t length) {
@@ -398,4 +405,61 @@ static kith_status read_with_base(struct kith_config **out, const char *path, in
 
 kith_status kith_config_read(struct kith_config **out, const char *path) {
   return read_with_base(out, path, 0);
+}
+
+/* --- writing: the way back, through a document of libyaml --- */
+
+static int add_text(yaml_document_t *document, const char *text, bool quoted) {
+  return yaml_document_add_scalar(document, NULL, (const yaml_char_t *)text, (int)strlen(text),
+                                  quoted ? YAML_SINGLE_QUOTED_SCALAR_STYLE : YAML_PLAIN_SCALAR_STYLE);
+}
+
+/* Lists of numbers and words stay on one line. */
+static bool flat(const struct kith_config_node *node) {
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    if (child->kind != KITH_CONFIG_SCALAR) return false;
+  return true;
+}
+
+/* Its number in the document; 0: no memory. */
+static int add_node(yaml_document_t *document, const struct kith_config_node *node) {
+  const bool map = node->kind == KITH_CONFIG_MAP;
+  if (node->kind == KITH_CONFIG_SCALAR)
+    return add_text(document, node->null ? "null" : node->text, node->quoted);
+  const int id = map ? yaml_document_add_mapping(document, NULL, YAML_BLOCK_MAPPING_STYLE)
+                     : yaml_document_add_sequence(
+                           document, NULL, flat(node) ? YAML_FLOW_SEQUENCE_STYLE : YAML_BLOCK_SEQUENCE_STYLE);
+  for (const struct kith_config_node *child = node->first; id != 0 && child != NULL; child = child->next) {
+    const int key = map ? add_text(document, child->key, false) : id, value = add_node(document, child);
+    if (key == 0 || value == 0) return 0;
+    if (!(map ? yaml_document_append_mapping_pair(document, id, key, value)
+              : yaml_document_append_sequence_item(document, id, value)))
+      return 0;
+  }
+  return id;
+}
+
+static bool emit(const struct kith_config_node *root, FILE *file) {
+  yaml_emitter_t emitter;
+  yaml_document_t document;
+  if (!yaml_emitter_initialize(&emitter)) return false;
+  yaml_emitter_set_output_file(&emitter, file);
+  yaml_emitter_set_unicode(&emitter, 1);
+  yaml_emitter_set_width(&emitter, -1);
+  bool done = yaml_document_initialize(&document, NULL, NULL, NULL, 1, 1);
+  if (done && add_node(&document, root) == 0) yaml_document_delete(&document), done = false;
+  done = done && yaml_emitter_dump(&emitter, &document) && yaml_emitter_close(&emitter);
+  yaml_emitter_delete(&emitter);
+  return done;
+}
+
+kith_status kith_config_emit(const struct kith_config *config, char **text) {
+  size_t length;
+  *text = NULL;
+  FILE *file = open_memstream(text, &length);
+  if (file == NULL) KITH_FAIL(NO_MEMORY, "no memory for the effective scene");
+  const bool done = emit(config->root, file);
+  if (fclose(file) == 0 && done) return KITH_OK;
+  kith_free(text);
+  KITH_FAIL(INTERNAL, "the effective scene cannot be written as YAML");
 }

@@ -70,7 +70,9 @@ void kith_config_path(const struct kith_config_node *node, const char *key, char
  * NULL: the node itself. */
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-/* The same without a path, at a place in a file or in an override. */
+/* BAD_INPUT unless it is of this kind. */
+kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
+/* kith_config_fail without a path, at a place in a file or in an override. */
 #define KITH_FAIL_AT(place, ...) \
   return kith_config_fail(&(const struct kith_config_node){.location = *(place)}, NULL, __VA_ARGS__)
 /* A copy of a string in kith_resize memory. */

@@ -32,9 +32,7 @@ static kith_status read_expression(const struct kith_config_node *node, void *in
 
 static kith_status read_scalar(const struct kith_param *param, const struct kith_config_node *node,
                                void *into) {
-  if (node->kind != KITH_CONFIG_SCALAR)
-    return kith_config_fail(node, NULL, "a %s where a single value belongs",
-                            node->kind == KITH_CONFIG_MAP ? "map" : "list");
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_SCALAR));
   if (node->null) return kith_config_fail(node, NULL, "has no value");
   if (param->kind == KITH_PARAM_EXPRESSION) return read_expression(node, into);
   const kith_status status = kith_param_parse(param, node->text, into);
@@ -49,7 +47,7 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
   const bool owned = param->kind == KITH_PARAM_TEXT || param->kind == KITH_PARAM_EXPRESSION;
   const struct kith_config_node *root = node;
   while (root->parent != NULL) root = root->parent;
-  if (root->dimension == 0) return kith_config_fail(node, NULL, "a map where a single value belongs");
+  if (root->dimension == 0) return kith_config_want(node, KITH_CONFIG_SCALAR);
   const char *key = dimension_keys[root->dimension - 1];
   const struct kith_config_node *mine = kith_config_child(node, key);
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
@@ -63,15 +61,6 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
 }
 
 /* --- several values --- */
-
-kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind) {
-  static const char *const names[] = {[KITH_CONFIG_MAP] = "a map", [KITH_CONFIG_LIST] = "a list"};
-  if (node->kind == kind) return KITH_OK;
-  if (node->kind == KITH_CONFIG_SCALAR)
-    return kith_config_fail(node, NULL, "'%.60s' where %s belongs", node->null ? "" : node->text,
-                            names[kind]);
-  return kith_config_fail(node, NULL, "%s where %s belongs", names[node->kind], names[kind]);
-}
 
 /* As many as `into` holds; vectors may have more, up to 3: these are checked, and dropped. */
 static kith_status read_entries(const struct kith_param *param, const struct kith_config_node *node,

@@ -29,14 +29,9 @@ enum kith_lattice {
 };
 enum kith_arrangement { KITH_EQUAL_MASS, KITH_EQUAL_SPACING };
 
-/* Where a region is: all given conditions together; none: the whole domain. Faces of boxes are half-open
- * [lower, upper). */
+/* Where a region is: all given conditions together; none: the whole domain. */
 struct kith_where {
-  struct kith_box box;         /* infinite where not given */
-  bool has_ball, outside_ball; /* ball: inside, or outside of it */
-  double center[NDIM], radius;
-  bool has_half_space; /* (x - point) . normal >= 0 */
-  double point[NDIM], normal[NDIM];
+  double extent[3][2];            /* [lower, upper) along each axis, infinite where not given */
   struct kith_expression *inside; /* nonzero is inside; NULL if not given */
 };
 

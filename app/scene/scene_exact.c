@@ -58,8 +58,8 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     out.region[r].pressure = pressure_of(m, region);
     for (int a = 0; a < NDIM; ++a) {
       out.region[r].velocity[a] = region->velocity[a] != NULL ? kith_constant_value(region->velocity[a]) : 0;
-      out.region[r].lower[a] = region->where.box.lower[a],
-      out.region[r].upper[a] = region->where.box.upper[a];
+      out.region[r].lower[a] = region->where.extent[a][0];
+      out.region[r].upper[a] = region->where.extent[a][1];
     }
   }
   return out;

@@ -45,7 +45,7 @@ static struct kith_region *add(struct stage *s, enum kith_lattice lattice, const
   region->density = formula(density);
   region->pressure = formula("1");
   for (int a = 0; a < NDIM; ++a) {
-    region->where.box.lower[a] = -INFINITY, region->where.box.upper[a] = INFINITY;
+    region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
     region->velocity[a] = formula("0");
   }
   region->location = (struct kith_source_location){"hand.yaml", 10 * s->scene.n_regions};
@@ -135,8 +135,8 @@ static void open_jump(struct stage *s, enum kith_lattice lattice, enum kith_arra
   s->scene.arrangement = arrangement;
   for (int a = 1; a < NDIM; ++a)
     s->scene.domain.lower[a] = 0, s->scene.domain.upper[a] = across / jump_resolution;
-  add(s, lattice, "1")->where.box.upper[0] = 0;
-  add(s, lattice, "0.125")->where.box.lower[0] = 0;
+  add(s, lattice, "1")->where.extent[0][1] = 0;
+  add(s, lattice, "0.125")->where.extent[0][0] = 0;
 }
 
 /* A fit has half a layer of cells to spare: with 25 layers on the sparse side (at worst, bcc in 3-D) 2 %. */
@@ -171,6 +171,14 @@ static void equal_spacings(enum kith_lattice lattice, double across) {
   close_stage(&s);
 }
 
+#if KITH_NDIM == 1
+#define BALL "(x - 0.5)^2"
+#elif KITH_NDIM == 2
+#define BALL "(x - 0.5)^2 + (y - 0.5)^2"
+#else
+#define BALL "(x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2"
+#endif
+
 /* A ball and what is around it tile the domain: no node twice, none missing in equal spacing. */
 static void ball_and_rest(void) {
   struct stage s;
@@ -179,9 +187,7 @@ static void ball_and_rest(void) {
   for (int k = 0; k < 2; ++k) {
     struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, k == 0 ? "1" : "3");
     region->material = 1 - k;
-    region->where.has_ball = true, region->where.outside_ball = k == 1;
-    region->where.radius = 5. / 21; /* through sites */
-    for (int a = 0; a < NDIM; ++a) region->where.center[a] = 0.5;
+    region->where.inside = formula(k == 0 ? BALL " < (5/21)^2" : BALL " >= (5/21)^2"); /* through sites */
   }
   s.region[1].frozen = true;
   must_run(&s);
@@ -201,32 +207,23 @@ static void ball_and_rest(void) {
   close_stage(&s);
 }
 
-/* Half-spaces that share their plane, with sites on it, and expressions that complement each other. */
+/* Expressions that complement each other, with sites where they change. */
 static void complements(void) {
-  for (int how = 0; how < 2; ++how) {
-    struct stage s;
-    open_stage(&s, -1, 1, NDIM == 1 ? 50.5 : 7.5); /* odd counts: sites at 0 */
-    for (int k = 0; k < 2; ++k) {
-      struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, "1");
-      if (how == 0) {
-        region->where.has_half_space = true;
-        region->where.normal[NDIM - 1] = k ? 1 : -1;
-      } else {
-        region->where.inside = formula(k ? "x + y >= 0" : "x + y < 0");
-      }
-    }
-    must_run(&s);
-    CHECK(s.nodes->n_internal == (NDIM == 1 ? 101 : NDIM == 2 ? 225 : 3375));
-    close_stage(&s);
-  }
+  struct stage s;
+  open_stage(&s, -1, 1, NDIM == 1 ? 50.5 : 7.5); /* odd counts: sites at 0 */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x + y < 0");
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x + y >= 0");
+  must_run(&s);
+  CHECK(s.nodes->n_internal == (NDIM == 1 ? 101 : NDIM == 2 ? 225 : 3375));
+  close_stage(&s);
 }
 
 /* rho(x) * cell volume; the mean sets the spacing against another region. */
 static void graded(void) {
   struct stage s;
   open_stage(&s, 0, 2, NDIM == 3 ? 16 : 64);
-  add(&s, KITH_LATTICE_CUBIC, "1 + 0.5*sin(2*pi*x)")->where.box.upper[0] = 1;
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 1;
+  add(&s, KITH_LATTICE_CUBIC, "1 + 0.5*sin(2*pi*x)")->where.extent[0][1] = 1;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 1;
   must_run(&s);
   const kith_index n = s.nodes->n_internal, half = n / 2;
   CHECK(n == (NDIM == 1 ? 128 : NDIM == 2 ? 128 * 128 : 32 * 32 * 32)); /* the mean is 1 */
@@ -267,8 +264,8 @@ static void jittered(void) {
 static void own_spacing(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.upper[0] = 0.5;
-  add(&s, KITH_LATTICE_CUBIC, "7")->where.box.lower[0] = 0.5;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.5;
+  add(&s, KITH_LATTICE_CUBIC, "7")->where.extent[0][0] = 0.5;
   s.region[1].spacing = 0.05; /* denser, but does not count for the others */
   must_run(&s);
   const kith_index first = NDIM == 1 ? 5 : NDIM == 2 ? 50 : 500;
@@ -410,12 +407,11 @@ static void overlaps(void) {
   add(&s, KITH_LATTICE_CUBIC, "x - 2")->location = (struct kith_source_location){"--set", 0};
   refuses(&s, "--set region: ", "density is -"); /* no line in an override */
   open_stage(&s, 0, 1, 10);
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.upper[0] = 0.52; /* less than a node's spacing too far */
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 0.42;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.52; /* less than a node's spacing too far */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 0.42;
   refuses(&s, "hand.yaml:10", "line 20");
   open_stage(&s, 0, 1, 10);
-  struct kith_region *ball = add(&s, KITH_LATTICE_CUBIC, "1");
-  ball->where.has_ball = true, ball->where.radius = 0.3;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("r < 0.3");
   add(&s, KITH_LATTICE_CUBIC, "1");
   refuses(&s, "hand.yaml:10", "line 20");
   open_stage(&s, 0, 1, 10);
@@ -428,7 +424,7 @@ static void empty_and_absurd(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1");
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 1; /* beside the domain */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 1; /* beside the domain */
   refuses(&s, "hand.yaml:20", "domain");
   open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x > 3");

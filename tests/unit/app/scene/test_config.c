@@ -24,8 +24,8 @@ static void syntax(void) {
   refused("", "f:1: the scene is empty");
   refused("# nothing\n\n", "f:1: the scene is empty");
   refused("---\n~\n", "f:2: the scene is empty");
-  refused("- a\n- b\n", "f:1: a list where a map of keys belongs");
-  refused("\nword\n", "f:2: a single value where a map of keys belongs");
+  refused("- a\n- b\n", "f:1: a list where a map belongs");
+  refused("\nword\n", "f:2: 'word' where a map belongs");
   refused("a: 1\nb: 2\na: 3\n", "f:3: a: duplicate key, first on line 1");
   refused("m:\n  a: 1\n  a: 2\n", "f:3: m.a: duplicate key, first on line 2");
   refused("m: {x: 1,\n  \"x\": 2}\n", "f:2: m.x: duplicate key, first on line 1");
