@@ -17,7 +17,7 @@
  *   entropy-wave   a wave of density alone, carried along axis 0
  *   square         a denser box in gas of the same pressure
  *   two-blasts     two blasts that meet between walls: no exact solution, a reference of our own finite
- *                  volumes (lagrange.h)
+ *                  volumes
  *   uniform        the same state everywhere and always
  *
  * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
