@@ -220,20 +220,24 @@ static void fill_ops(N_Vector v) {
 
 kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ranks, int n_parts,
                                 const struct kith_vector_part *part) {
-  *out = NULL;
   struct kith_vectors *set = NULL;
-  KITH_TRY(kith_resize(&set, 0, 1, sizeof *set));
-  set->ranks = ranks;
-  set->parts = n_parts;
-  for (int p = 0; p < n_parts; ++p) set->part[p] = part[p], set->own += part[p].length;
-  uint64_t all = (uint64_t)set->own;
+  uint64_t all = 0;
+  *out = NULL;
+  for (int p = 0; p < n_parts; ++p) all += (uint64_t)part[p].length;
+  kith_status status = kith_resize(&set, 0, 1, sizeof *set);
+  if (status == KITH_OK) {
+    *set = (struct kith_vectors){.ranks = ranks, .parts = n_parts, .own = (int64_t)all};
+    memcpy(set->part, part, (size_t)n_parts * sizeof *part);
+    if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
+    if (set->view == NULL) status = kith_fail(KITH_NO_MEMORY, "no vectors of SUNDIALS");
+  }
+  status = kith_ranks_allreduce_status(ranks, status);
+  if (status != KITH_OK) {
+    kith_vectors_destroy(&set);
+    return status;
+  }
   kith_ranks_sum_counts(ranks, &all, 1);
   set->length = (int64_t)all;
-  if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
-  if (set->view == NULL) {
-    kith_vectors_destroy(&set);
-    KITH_FAIL(NO_MEMORY, "no vectors of SUNDIALS");
-  }
   fill_ops(set->view);
   *out = set;
   return KITH_OK;
