@@ -79,41 +79,19 @@ static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
   return true;
 }
 
-/* Depth outside of the face of image n: sign * (x_ghost - face), the face and sign of n's side. */
-static double depth_of(const struct line *line, int n, double ghost) {
-  return n > 0 ? ghost - line->boundary->upper : line->boundary->lower - ghost;
-}
-
-/* May any node need image n? Compares the smallest depth of its ghosts with the largest limit. */
-static bool is_needed(const struct line *line, int n) {
-  double sign, shift;
-  if (!line->boundary->ops->image_of(line->boundary, n, &sign, &shift)) return false;
-  const double depth =
-      KITH_MIN(depth_of(line, n, sign * line->x_min + shift), depth_of(line, n, sign * line->x_max + shift));
-  const int side = n > 0;
-  return depth <=
-         KITH_MAX(line->most[WANTED][side], line->search_radius + line->most[OUT][side]) + line->slack;
-}
-
-/* Every second image of a side is 2 L farther: if two in a row are not needed, none beyond is. */
-static bool is_side_done(const struct line *line, int n) {
-  return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
-}
-
 /* The test of one image, kept in registers. */
 struct test {
-  double sign, shift; /* depth = sign * x + shift */
+  double sign, shift; /* depth outside of the face of the image's side = sign * x + shift */
   double wanted, out;
 };
 
 static struct test test_of(const struct line *line, int n) {
   const int side = n > 0;
   double sign, shift;
-  if (!is_needed(line, n)) return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
-  (void)line->boundary->ops->image_of(line->boundary, n, &sign, &shift);
-  const double face = side ? line->boundary->upper : line->boundary->lower;
+  if (!line->boundary->ops->image_of(line->boundary, n, &sign, &shift))
+    return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
   return (struct test){.sign = side ? sign : -sign,
-                       .shift = side ? shift - face : face - shift,
+                       .shift = side ? shift - line->boundary->upper : line->boundary->lower - shift,
                        .wanted = line->most[WANTED][side] + line->slack,
                        .out = line->most[OUT][side] + line->slack};
 }
@@ -121,6 +99,17 @@ static struct test test_of(const struct line *line, int n) {
 static inline bool passes(const struct test *test, double x, double r) {
   const double depth = test->sign * x + test->shift;
   return depth <= test->wanted || depth <= r + test->out;
+}
+
+/* May any node need image n? The smallest depth of its ghosts against the largest search radius. */
+static bool is_needed(const struct line *line, int n) {
+  const struct test test = test_of(line, n);
+  return passes(&test, line->x_min, line->search_radius) || passes(&test, line->x_max, line->search_radius);
+}
+
+/* Every second image of a side is 2 L farther: if two in a row are not needed, none beyond is. */
+static bool is_side_done(const struct line *line, int n) {
+  return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
 }
 
 /* Images -n and n in one sweep: it is memory that takes the time. */

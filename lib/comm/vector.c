@@ -76,41 +76,28 @@ static sunindextype count(N_Vector v) {
 
 /* ---- element by element ---- */
 
-/* z[k] = expression in k and, as declared, x[k] and y[k]; all may be the same vector. */
-#define ELEMENTS(z_vector, declare, expression)                                                          \
-  for (int part = 0; part < parts(z_vector); ++part) {                                                   \
-    double *z = kith_vector_numbers(z_vector, part);                                                     \
-    const int64_t n = length(z_vector, part);                                                            \
-    declare;                                                                                             \
-    _Pragma("omp parallel for simd schedule(static)") for (int64_t k = 0; k < n; ++k) z[k] = expression; \
+/* Defines name(parameters): z[k] = expression in k and, as declared, x[k] and y[k], for all k; all may be the
+ * same vector. */
+#define ELEMENTS(name, parameters, declare, expression)                                                    \
+  static void name parameters {                                                                            \
+    for (int part = 0; part < parts(zv); ++part) {                                                         \
+      double *z = kith_vector_numbers(zv, part);                                                           \
+      const int64_t n = length(zv, part);                                                                  \
+      declare;                                                                                             \
+      _Pragma("omp parallel for simd schedule(static)") for (int64_t k = 0; k < n; ++k) z[k] = expression; \
+    }                                                                                                      \
   }
 #define X_ONLY const double *x = kith_vector_numbers(xv, part)
 #define X_AND_Y const double *x = kith_vector_numbers(xv, part), *y = kith_vector_numbers(yv, part)
 
-static void linear_sum(double a, N_Vector xv, double b, N_Vector yv, N_Vector zv) {
-  ELEMENTS(zv, X_AND_Y, a * x[k] + b * y[k])
-}
-static void constant(double c, N_Vector zv) {
-  ELEMENTS(zv, (void)0, c)
-}
-static void product(N_Vector xv, N_Vector yv, N_Vector zv) {
-  ELEMENTS(zv, X_AND_Y, x[k] * y[k])
-}
-static void quotient(N_Vector xv, N_Vector yv, N_Vector zv) {
-  ELEMENTS(zv, X_AND_Y, x[k] / y[k])
-}
-static void scaled(double c, N_Vector xv, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, c * x[k])
-}
-static void magnitude(N_Vector xv, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, fabs(x[k]))
-}
-static void inverse(N_Vector xv, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, 1 / x[k])
-}
-static void shifted(N_Vector xv, double b, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, x[k] + b)
-}
+ELEMENTS(linear_sum, (double a, N_Vector xv, double b, N_Vector yv, N_Vector zv), X_AND_Y, a *x[k] + b * y[k])
+ELEMENTS(constant, (double c, N_Vector zv), (void)0, c)
+ELEMENTS(product, (N_Vector xv, N_Vector yv, N_Vector zv), X_AND_Y, x[k] * y[k])
+ELEMENTS(quotient, (N_Vector xv, N_Vector yv, N_Vector zv), X_AND_Y, x[k] / y[k])
+ELEMENTS(scaled, (double c, N_Vector xv, N_Vector zv), X_ONLY, c *x[k])
+ELEMENTS(magnitude, (N_Vector xv, N_Vector zv), X_ONLY, fabs(x[k]))
+ELEMENTS(inverse, (N_Vector xv, N_Vector zv), X_ONLY, 1 / x[k])
+ELEMENTS(shifted, (N_Vector xv, double b, N_Vector zv), X_ONLY, x[k] + b)
 
 /* z = sum of c_j x_j, in the order of j; z may be x_0. */
 static int combination(int n_vectors, double *c, N_Vector *xv, N_Vector zv) {
