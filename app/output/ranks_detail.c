@@ -1,5 +1,5 @@
 /* What ranks did: values of each rank are reduced to their minimum, mean and maximum. */
-#include "app/output/ranks_detail.h"
+#include "app/output/report.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,9 +1,9 @@
 /* plan.c - `kith plan SCENE`: what a scene will build and why, memory, time step and expected cost; with
- * --ranks N what each partitioner would make of it (forecast.h). Nothing is written.
+ * --ranks N what each partitioner would make of it. Nothing is written.
  *
  * The objects are those of a run: nodes are created and the rates at the start are evaluated, once to have
  * them (time step, neighbors, memory) and up to three times more to measure their time. What costs more
- * than a second is calibrated by two short runs with fewer nodes (calibration.h).
+ * than a second is calibrated by two short runs with fewer nodes (forecast.h).
  *
  * USAGE with one line if the scene is wrong; FAILED if its rates cannot be evaluated. */
 #include "app/cli/options.h"
@@ -14,7 +14,6 @@
 #include <stdio.h>
 #include <string.h>
 #include "app/cli/text.h"
-#include "app/plan/calibration.h"
 #include "app/plan/forecast.h"
 #include "integrator/lifecycle.h"
 

@@ -16,7 +16,6 @@
 #include "app/output/output.h"
 #include "app/output/plot.h"
 #include "app/output/report.h"
-#include "app/output/trace.h"
 #include "lib/io/atomic_file.h"
 #include "lib/nodes/migrate.h"
 

@@ -77,7 +77,9 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
   *row = entry.row;
   if (entry.scene[0] != '\0')
     snprintf(row->job.scene, sizeof row->job.scene, "%s/%s.yaml", rows->inputs, entry.scene);
-  KITH_TRY(kith_job_set_words(&row->job, entry.settings));
+  char *rest = entry.settings;
+  for (const char *word; (word = strsep(&rest, " ")) != NULL;)
+    if (word[0] != '\0') KITH_TRY(kith_job_set(&row->job, word));
   read_measure(row);
   if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;
   char *end;
