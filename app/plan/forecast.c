@@ -169,14 +169,15 @@ struct model {
   struct kith_cells cells;
   int64_t *home;                   /* [n_internal] the cell of each node */
   struct kith_cell_bounds *bounds; /* [cells.n] */
-  double *work;                    /* [cells.n] */
+  double *work, *rank_work;        /* [cells.n], [n_ranks] */
   double search_radius;            /* the largest of all */
   double factor;                   /* f of cell_bounds.h */
-  const int32_t *owner;            /* [cells.n] the map */
-  struct mark *mark;               /* of all nodes */
-  struct load *load;               /* of the ranks */
-  uint8_t *meets;                  /* [from][to] MADE, KEPT */
-  uint64_t *rank;                  /* [n_internal] of the nodes, and their order by it */
+  struct kith_partition *partition;
+  const int32_t *owner; /* [cells.n] its map */
+  struct mark *mark;    /* of all nodes */
+  struct load *load;    /* of the ranks */
+  uint8_t *meets;       /* [from][to] MADE, KEPT */
+  uint64_t *rank;       /* [n_internal] of the nodes, and their order by it */
   kith_index *order;
 };
 
@@ -240,31 +241,28 @@ static bool is_near(const struct model *o, const double *x, double search_radius
 static void find_targets(const struct model *o, const double *x, double search_radius, int32_t own,
                          struct targets *t) {
   const struct kith_cells *g = &o->cells;
-  int64_t low[NDIM], high[NDIM], k[NDIM];
+  int64_t low[NDIM], count[NDIM], n = 1;
   t->n = 0, t->full = false;
   for (int a = 0; a < NDIM; ++a) {
+    int64_t high = (int64_t)floor((x[a] + o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
     low[a] = (int64_t)floor((x[a] - o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
-    high[a] = (int64_t)floor((x[a] + o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
     if (!g->periodic[a]) { /* images are outside */
       low[a] = KITH_MIN(KITH_MAX(low[a], 0), g->count[a] - 1);
-      high[a] = KITH_MAX(KITH_MIN(high[a], g->count[a] - 1), 0);
+      high = KITH_MAX(KITH_MIN(high, g->count[a] - 1), 0);
     }
-    k[a] = low[a];
+    n *= count[a] = high - low[a] + 1;
   }
-  for (bool more = true; more;) {
-    int64_t inside[NDIM];
+  for (int64_t number = 0; number < n; ++number) {
+    int64_t k[NDIM];
     int shift[NDIM];
+    kith_grid_place(count, number, k);
     for (int a = 0; a < NDIM; ++a) {
+      k[a] += low[a];
       shift[a] = (int)floor((double)k[a] / (double)g->count[a]);
-      inside[a] = k[a] - shift[a] * g->count[a];
+      k[a] -= shift[a] * g->count[a];
     }
-    const int64_t c = kith_grid_number(g->count, inside);
+    const int64_t c = kith_grid_number(g->count, k);
     if (o->owner[c] != own && is_near(o, x, search_radius, c, shift)) aim(t, o->owner[c], shift);
-    more = false;
-    for (int a = 0; a < NDIM && !more; ++a) {
-      more = k[a] < high[a];
-      k[a] = more ? k[a] + 1 : low[a];
-    }
   }
 }
 
@@ -354,28 +352,22 @@ static kith_status load_ranks(struct model *o, const struct kith_step_traffic *h
 
 static kith_status predict(struct model *o, const char *partitioner, const struct kith_step_traffic *h,
                            const struct kith_costs *c, struct kith_forecast *f) {
-  struct kith_partition *partition = NULL;
-  double *work = NULL; /* of ranks */
   KITH_TRY(fill_cells(o));
-  KITH_TRY(kith_partition_create(&partition, &o->cells, o->n_ranks, partitioner));
-  kith_status status = kith_partition_converge(partition, o->work);
-  o->owner = partition->owner;
-  if (status == KITH_OK) status = load_ranks(o, h);
-  if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)o->n_ranks, sizeof *work);
-  if (status == KITH_OK)
-    *f = (struct kith_forecast){.cells = o->cells.n,
-                                .imbalance = kith_partition_loads(partition, o->owner, o->work, work)};
-  for (int r = 0; r < o->n_ranks && status == KITH_OK; ++r) {
+  KITH_TRY(kith_partition_create(&o->partition, &o->cells, o->n_ranks, partitioner));
+  KITH_TRY(kith_partition_converge(o->partition, o->work));
+  o->owner = o->partition->owner;
+  KITH_TRY(load_ranks(o, h));
+  KITH_TRY(kith_resize(&o->rank_work, 0, (size_t)o->n_ranks, sizeof *o->rank_work));
+  *f = (struct kith_forecast){
+      .cells = o->cells.n, .imbalance = kith_partition_loads(o->partition, o->owner, o->work, o->rank_work)};
+  for (int r = 0; r < o->n_ranks; ++r) {
     const struct load *l = &o->load[r];
-    f->work = fmax(f->work, work[r]), f->most_peers = fmax(f->most_peers, l->peers);
+    f->work = fmax(f->work, o->rank_work[r]), f->most_peers = fmax(f->most_peers, l->peers);
     f->made += l->made / o->n_ranks, f->most_made = fmax(f->most_made, l->made);
     f->kept += l->kept / o->n_ranks;
     f->messages += l->messages / o->n_ranks, f->most_messages = fmax(f->most_messages, l->messages);
     f->bytes += l->bytes / o->n_ranks, f->most_bytes = fmax(f->most_bytes, l->bytes);
   }
-  kith_partition_destroy(&partition);
-  kith_free(&work);
-  KITH_TRY(status);
   f->seconds.work = c->work * f->work;
   f->seconds.ghosts = c->ghost * f->most_made;
   f->seconds.bounds = h->lists * seconds_of_bounds(o, &c->network);
@@ -397,13 +389,9 @@ kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, co
   KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
   const kith_status status = predict(&o, partitioner, traffic, costs, out);
-  kith_free(&o.home);
-  kith_free(&o.bounds);
-  kith_free(&o.work);
-  kith_free(&o.mark);
-  kith_free(&o.load);
-  kith_free(&o.meets);
-  kith_free(&o.rank);
-  kith_free(&o.order);
+  void *const owned[] = {&o.home, &o.bounds, &o.work, &o.rank_work, &o.mark,
+                         &o.load, &o.meets,  &o.rank, &o.order};
+  for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
+  kith_partition_destroy(&o.partition);
   return status;
 }

@@ -57,18 +57,16 @@ __attribute__((format(printf, 3, 4))) static void add(struct text *text, const c
 
 /* ---- the scene ---- */
 
-static const char *side_name(const struct kith_boundary_ops *side) {
-  return side != NULL ? side->name : "open";
-}
-
 static void show_domain(const struct kith_scene *scene) {
   const struct kith_external_force *force = &scene->external_force;
   struct text forces = {""};
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *lower = scene->boundary[a].lower, *upper = scene->boundary[a].upper;
-    const bool same = lower == upper;
-    line(a == 0 ? "domain" : "", "%c in [%.6g, %.6g], %s%s%s", "xyz"[a], scene -> domain.lower[a],
-         scene->domain.upper[a], side_name(lower), same ? "" : " below, ", same ? "" : side_name(upper));
+    struct text sides = {""};
+    add(&sides, "", "%s", lower != NULL ? lower->name : "open");
+    if (upper != lower) add(&sides, " below, ", "%s", upper != NULL ? upper->name : "open");
+    line(a == 0 ? "domain" : "", "%c in [%.6g, %.6g], %s", "xyz"[a], scene -> domain.lower[a],
+         scene->domain.upper[a], sides.s);
   }
   for (int a = 0; a < NDIM; ++a) {
     if (force->gravity[a] != 0) add(&forces, "; ", "gravity %.6g along %c", force->gravity[a], "xyz"[a]);
@@ -384,30 +382,25 @@ static void show(struct plan *plan, const struct kith_options *options, double u
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 
-static kith_status make(struct plan *plan, const struct kith_options *o) {
+/* The rates at the start, and how long they take. */
+static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
   KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
-  return kith_simulation_create(&plan->simulation, plan->scene, plan->profile, o->check);
-}
-
-/* The rates at the start, and how long they take. */
-static kith_status measure(struct plan *plan) {
+  KITH_TRY(kith_simulation_create(&plan->simulation, plan->scene, plan->profile, o->check));
   struct kith_simulation *m = plan->simulation;
+  *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_simulation_start(m));
   plan->full_dt = kith_package_timestep_limit(&m->package, &m->integrator.kick, m->integrator.cfl).dt;
   kith_simulation_warn(m);
-  return kith_evaluation_measure(m, &plan->evaluation);
+  KITH_TRY(kith_evaluation_measure(m, &plan->evaluation));
+  *code = KITH_EXIT_OK;
+  return KITH_OK;
 }
 
 enum kith_exit kith_plan(const struct kith_options *options) {
   struct plan plan = {0};
   enum kith_exit code = KITH_EXIT_USAGE;
-  kith_status status = make(&plan, options);
-  if (status == KITH_OK) {
-    status = measure(&plan);
-    code = status == KITH_OK ? KITH_EXIT_OK : KITH_EXIT_FAILED;
-  }
-  if (status == KITH_OK)
+  if (prepare(&plan, options, &code) == KITH_OK)
     show(&plan, options, options->until >= 0 ? options->until : plan.scene->until);
   else
     fprintf(stderr, "kith: %s\n", kith_failure());
