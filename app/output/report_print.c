@@ -53,19 +53,16 @@ static void print_measures(const struct kith_report *r, FILE *f) {
       fprintf(f, "    %s %.5g\n", kith_measure_names[k], r->measure[k]);
 }
 
-/* Gas at rest that no shock will move. */
-static bool at_rest(const struct kith_report *r) {
-  return r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
-}
-
-/* Beyond energy and momentum, only what the scene is about. */
+/* Beyond energy and momentum, only what the scene is about: a vortex, or gas at rest that no shock will
+ * move. */
 static void print_conservation(const struct kith_report *r, FILE *f) {
-  const bool vortex = r->compared && r->norms.vortex;
+  const bool vortex = r->compared && r->norms.vortex,
+             at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
   fprintf(f, "\n  relative drift: energy %.2e, momentum %.2e", r->energy_drift, r->momentum_drift);
   if (vortex)
     fprintf(f, ", angular momentum %.2e\n  kinetic energy %.4g of %.4g, rebound %.2e",
             r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);
-  if (at_rest(r))
+  if (at_rest)
     fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->largest_mach, r->final_mach);
   fputc('\n', f);
 }

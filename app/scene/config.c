@@ -422,15 +422,18 @@ static bool flat(const struct kith_config_node *node) {
 }
 
 /* Its number in the document; 0: no memory. */
-static int add_node(yaml_document_t *document, const struct kith_config_node *node) {
+static int add_node(yaml_document_t *document, const struct kith_config_node *node, bool one_line) {
   const bool map = node->kind == KITH_CONFIG_MAP;
   if (node->kind == KITH_CONFIG_SCALAR)
     return add_text(document, node->null ? "null" : node->text, node->quoted);
-  const int id = map ? yaml_document_add_mapping(document, NULL, YAML_BLOCK_MAPPING_STYLE)
+  one_line = one_line || (!map && flat(node));
+  const int id = map ? yaml_document_add_mapping(
+                           document, NULL, one_line ? YAML_FLOW_MAPPING_STYLE : YAML_BLOCK_MAPPING_STYLE)
                      : yaml_document_add_sequence(
-                           document, NULL, flat(node) ? YAML_FLOW_SEQUENCE_STYLE : YAML_BLOCK_SEQUENCE_STYLE);
+                           document, NULL, one_line ? YAML_FLOW_SEQUENCE_STYLE : YAML_BLOCK_SEQUENCE_STYLE);
   for (const struct kith_config_node *child = node->first; id != 0 && child != NULL; child = child->next) {
-    const int key = map ? add_text(document, child->key, false) : id, value = add_node(document, child);
+    const int key = map ? add_text(document, child->key, false) : id,
+              value = add_node(document, child, one_line);
     if (key == 0 || value == 0) return 0;
     if (!(map ? yaml_document_append_mapping_pair(document, id, key, value)
               : yaml_document_append_sequence_item(document, id, value)))
@@ -439,7 +442,7 @@ static int add_node(yaml_document_t *document, const struct kith_config_node *no
   return id;
 }
 
-static bool emit(const struct kith_config_node *root, FILE *file) {
+static bool emit(const struct kith_config_node *root, bool one_line, FILE *file) {
   yaml_emitter_t emitter;
   yaml_document_t document;
   if (!yaml_emitter_initialize(&emitter)) return false;
@@ -447,18 +450,18 @@ static bool emit(const struct kith_config_node *root, FILE *file) {
   yaml_emitter_set_unicode(&emitter, 1);
   yaml_emitter_set_width(&emitter, -1);
   bool done = yaml_document_initialize(&document, NULL, NULL, NULL, 1, 1);
-  if (done && add_node(&document, root) == 0) yaml_document_delete(&document), done = false;
+  if (done && add_node(&document, root, one_line) == 0) yaml_document_delete(&document), done = false;
   done = done && yaml_emitter_dump(&emitter, &document) && yaml_emitter_close(&emitter);
   yaml_emitter_delete(&emitter);
   return done;
 }
 
-kith_status kith_config_emit(const struct kith_config *config, char **text) {
+kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text) {
   size_t length;
   *text = NULL;
   FILE *file = open_memstream(text, &length);
   if (file == NULL) KITH_FAIL(NO_MEMORY, "no memory for the effective scene");
-  const bool done = emit(config->root, file);
+  const bool done = emit(root, one_line, file);
   if (fclose(file) == 0 && done) return KITH_OK;
   kith_free(text);
   KITH_FAIL(INTERNAL, "the effective scene cannot be written as YAML");

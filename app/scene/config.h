@@ -55,9 +55,9 @@ void kith_config_destroy(struct kith_config **config);
 
 /* Applies "a.b.c=value". Whether the key means anything is found when the tree is read. */
 kith_status kith_config_override(struct kith_config *config, const char *assignment);
-/* The tree as YAML: file order, one way of writing each value, no comments. *text: kith_resize memory, owned
- * by the caller. */
-kith_status kith_config_emit(const struct kith_config *config, char **text);
+/* A tree as YAML: file order, one way of writing each value, no comments; on one line, or a map and a list of
+ * maps on a line for each entry. *text: kith_resize memory, owned by the caller. */
+kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text);
 
 /* The child of a map (or, by number, of a list); NULL if it is not there or null, or if `node` is NULL. */
 const struct kith_config_node *kith_config_child(const struct kith_config_node *node, const char *key);

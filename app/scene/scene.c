@@ -194,7 +194,7 @@ static kith_status read_scene(struct kith_scene **out, struct kith_config *confi
   for (int k = 0; k < n_overrides && status == KITH_OK; ++k)
     status = kith_config_override(config, overrides[k]);
   if (status == KITH_OK) status = read_parts(scene);
-  if (status == KITH_OK) status = kith_config_emit(config, &scene->text);
+  if (status == KITH_OK) status = kith_config_emit(config->root, false, &scene->text);
   if (status != KITH_OK) kith_scene_destroy(&scene);
   *out = scene;
   return status;

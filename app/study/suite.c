@@ -75,37 +75,18 @@ static const struct kith_param norm_param = {"", KITH_PARAM_NAME, NULL, norm_cho
 
 /* ---- settings ---- */
 
-static void put_value(FILE *f, const struct kith_config_node *node) {
-  const bool map = node->kind == KITH_CONFIG_MAP;
-  if (node->kind == KITH_CONFIG_SCALAR) {
-    const char *quote = node->quoted ? "'" : "";
-    fputs(quote, f);
-    for (const char *c = node->null ? "null" : node->text; *c != '\0'; ++c)
-      fprintf(f, *c == '\'' && node->quoted ? "''" : "%c", *c);
-    fputs(quote, f);
-    return;
-  }
-  fputc(map ? '{' : '[', f);
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    if (child != node->first) fputs(", ", f);
-    if (map) fprintf(f, "%s: ", child->key);
-    put_value(f, child);
-  }
-  fputc(map ? '}' : ']', f);
-}
-
 /* Sets `key` to the value of `node`, on one line as YAML has it, or, if that is a map, key.entry to each of
  * its entries. */
 static kith_status set_all(struct kith_job *job, const char *key, const struct kith_config_node *node) {
-  char text[1024] = "";
+  char text[1024], *value;
   if (node->kind != KITH_CONFIG_MAP) {
-    FILE *f = fmemopen(text, sizeof text - 1, "w");
-    if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for a setting");
-    fprintf(f, "%s=", key);
-    put_value(f, node);
-    fclose(f);
-    return strlen(text) < sizeof text - 2 ? kith_job_set(job, text)
-                                          : kith_config_fail(node, NULL, "a setting is too long");
+    KITH_TRY(kith_config_emit(node, true, &value));
+    const size_t length = strcspn(value, "\n"); /* a plain value is followed by an end of the document */
+    const int written = snprintf(text, sizeof text, "%s=%.*s", key, (int)length, value);
+    const bool whole = value[length + 1] == '\0' || strcmp(value + length, "\n...\n") == 0;
+    kith_free(&value);
+    return whole && written < (int)sizeof text ? kith_job_set(job, text)
+                                               : kith_config_fail(node, NULL, "a setting is too long");
   }
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     snprintf(text, sizeof text, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);

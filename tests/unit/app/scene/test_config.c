@@ -91,7 +91,7 @@ static void overridden(const char *text, const char *assignment, const char *wan
   char *out = NULL;
   CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
   CHECK_OK(kith_config_override(config, assignment));
-  CHECK_OK(kith_config_emit(config, &out));
+  CHECK_OK(kith_config_emit(config->root, false, &out));
   if (strcmp(out, wanted) != 0) {
     ++check_failures;
     fprintf(stderr, "--set %s gave\n%swanted\n%s", assignment, out, wanted);
@@ -146,9 +146,9 @@ static void written(const char *text) {
   struct kith_config *config, *again;
   char *first = NULL, *second = NULL;
   CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
-  CHECK_OK(kith_config_emit(config, &first));
+  CHECK_OK(kith_config_emit(config->root, false, &first));
   CHECK_OK(kith_config_parse(&again, "f", first, strlen(first)));
-  CHECK_OK(kith_config_emit(again, &second));
+  CHECK_OK(kith_config_emit(again->root, false, &second));
   CHECK(strcmp(first, second) == 0);
   kith_free(&first);
   kith_free(&second);
@@ -220,7 +220,7 @@ static void based(const char *folder, const char *text, const char *wanted, cons
     return;
   }
   CHECK_OK(kith_config_read(&config, path));
-  CHECK_OK(kith_config_emit(config, &out));
+  CHECK_OK(kith_config_emit(config->root, false, &out));
   if (strcmp(out, wanted) != 0) {
     ++check_failures;
     fprintf(stderr, "%s\ngave\n%swanted\n%s", text, out, wanted);
