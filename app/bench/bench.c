@@ -248,7 +248,7 @@ static const struct row rows[] = {
 
 static kith_status bench(const struct kith_options *options, int all) {
   struct figures first[2] = {{0}}, f[2] = {{0}};
-  printf("kith bench: 3-D Sedov, kith %s, %s, %s\n\n", kith_version(), kith_compiler(), kith_flags());
+  printf("kith bench: 3-D Sedov, kith %s, %s, %s\n\n", kith_version, kith_compiler, kith_flags);
   printf("  %-36s %7s %11s %10s %9s %12s %13s\n", "case", "threads", "updates/s", "ns/update", "rebuilds",
          "row entries", "energy drift");
   for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k)

@@ -67,7 +67,7 @@ static kith_status density_at(const struct kith_region *region, const double *x,
  * of samples. */
 static kith_status mean_density_of(const struct kith_region *region, const struct kith_box *box,
                                    double *mean) {
-  if (kith_expression_constant(region->density)) return density_at(region, box->lower, mean);
+  if (!isnan(kith_expression_constant(region->density))) return density_at(region, box->lower, mean);
   const int per_axis = NDIM == 1 ? 4096 : NDIM == 2 ? 128 : 32, samples = (int)kith_pow_dim(per_axis);
   double sum = 0;
   int inside = 0;
@@ -150,9 +150,7 @@ static kith_status state_at(const struct kith_region *region, const struct kith_
     KITH_TRY(value_at(region, region->pressure, "pressure", x, &state->pressure));
     if (state->pressure < 0) return refused(region, "pressure", state->pressure, x);
     state->energy = material->eos->energy(material->settings, state->density, state->pressure);
-    if (!material->eos->energy_positive &&
-        !kith_pressure_holds(kith_material_pressure(material, state->density, state->energy),
-                             state->pressure))
+    if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
       return refused(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   }
   const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
@@ -232,50 +230,6 @@ static kith_status check_alone(const struct setup *s, const struct plan *plan, c
   return KITH_OK;
 }
 
-/* Moves *site on to the next one that the region holds; to the number of sites if there is none. */
-static kith_status next_site(const struct plan *plan, int64_t *site, double *x) {
-  for (bool holds = false; *site < plan->fit.sites; ++*site) {
-    kith_lattice_site(&plan->fit, *site, x);
-    KITH_TRY(region_holds(plan->region, x, &holds));
-    if (holds) break;
-  }
-  return KITH_OK;
-}
-
-static kith_status count_region(const struct setup *s, struct plan *plan) {
-  double x[NDIM];
-  plan->count = 0;
-  for (int64_t site = 0;; ++site, ++plan->count) {
-    KITH_TRY(next_site(plan, &site, x));
-    if (site == plan->fit.sites) break;
-    KITH_TRY(check_alone(s, plan, x));
-  }
-  if (plan->count == 0) KITH_FAIL_AT(&plan->region->location, "region: it holds no node");
-  return KITH_OK;
-}
-
-static kith_status count_nodes(struct setup *s) {
-  int64_t sites = 0;
-  for (int k = 0; k < s->scene->n_regions; ++k) sites += s->plan[k].fit.sites;
-  if (sites > KITH_MAX_SITES)
-    KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
-              (double)KITH_MAX_SITES);
-  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(count_region(s, &s->plan[k]));
-  return KITH_OK;
-}
-
-/* Reserves memory for all nodes, then appends them list by list, so that no list is moved. */
-static kith_status append_nodes(struct setup *s) {
-  kith_index total = 0;
-  for (int k = 0; k < s->scene->n_regions; ++k) total += s->plan[k].count;
-  KITH_TRY(kith_nodes_grow(s->nodes, total));
-  for (int list = 0; list < s->scene->n_materials; ++list)
-    for (int k = 0; k < s->scene->n_regions; ++k)
-      if (s->plan[k].region->material == list)
-        KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
-  return KITH_OK;
-}
-
 static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, double *x) {
   const struct kith_region *region = plan->region;
   const double spacing = pow(plan->fit.site_volume, 1.0 / NDIM);
@@ -298,13 +252,42 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   return KITH_OK;
 }
 
-static kith_status fill_region(const struct setup *s, const struct plan *plan) {
+/* Counts the sites that the region holds, of which no other region may hold one, or makes them its nodes. */
+static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fill) {
   double x[NDIM];
-  int64_t site = 0;
-  for (kith_index i = 0; i < plan->count; ++i, ++site) {
-    KITH_TRY(next_site(plan, &site, x));
-    KITH_TRY(fill_node(s, plan, plan->first + i, x));
+  bool holds;
+  plan->count = 0;
+  for (int64_t site = 0; site < plan->fit.sites; ++site) {
+    kith_lattice_site(&plan->fit, site, x);
+    KITH_TRY(region_holds(plan->region, x, &holds));
+    if (!holds) continue;
+    KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, x) : check_alone(s, plan, x));
+    ++plan->count;
   }
+  if (plan->count == 0) KITH_FAIL_AT(&plan->region->location, "region: it holds no node");
+  return KITH_OK;
+}
+
+static kith_status count_nodes(const struct setup *s, kith_index *total) {
+  int64_t sites = 0;
+  *total = 0;
+  for (int k = 0; k < s->scene->n_regions; ++k) sites += s->plan[k].fit.sites;
+  if (sites > KITH_MAX_SITES)
+    KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
+              (double)KITH_MAX_SITES);
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    KITH_TRY(visit_sites(s, &s->plan[k], false));
+    *total += s->plan[k].count;
+  }
+  return KITH_OK;
+}
+
+/* List by list, so that none is moved. */
+static kith_status append_nodes(const struct setup *s) {
+  for (int list = 0; list < s->scene->n_materials; ++list)
+    for (int k = 0; k < s->scene->n_regions; ++k)
+      if (s->plan[k].region->material == list)
+        KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
   return KITH_OK;
 }
 
@@ -364,12 +347,14 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
 }
 
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
+  kith_index total;
   KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1), sizeof *s->plan));
   KITH_TRY(fit_lattices(s));
-  KITH_TRY(count_nodes(s));
+  KITH_TRY(count_nodes(s, &total));
   KITH_TRY(create_nodes(s, nodes));
+  KITH_TRY(kith_nodes_grow(s->nodes, total));
   KITH_TRY(append_nodes(s));
-  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(fill_region(s, &s->plan[k]));
+  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(visit_sites(s, &s->plan[k], true));
   s->nodes->positions += 1;
   KITH_TRY(mark_frozen(s, frozen));
   if (!kith_initial_conditions_pending(s->scene)) KITH_TRY(kith_deposits_add(s->scene, s->hydro));

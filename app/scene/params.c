@@ -156,22 +156,20 @@ static const struct kith_param *next_row(struct rows *r) {
   return r->next++;
 }
 
-/* BAD_INPUT for a key that no row has. Members may share keys: each is shown once. Choices make no difference
- * between '_' and '-'; keys do. */
+/* BAD_INPUT for a key that no row has. Members may share keys: each is shown once. */
 static kith_status check_key(const struct kith_param *params, const struct kith_config_node *child) {
-  char choices[512] = "", all[512] = "", near[64];
+  char known[512] = "", told[512];
   const struct kith_param *p;
   for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
     if (strcmp(p->key, child->key) == 0) return KITH_OK;
-    if (kith_choices_index(choices, p->key) >= 0) continue;
-    snprintf(choices + strlen(choices), sizeof choices - strlen(choices), "|%s", p->key);
-    snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", all[0] != '\0' ? ", " : "", p->key);
+    if (kith_choices_index(known, p->key) < 0)
+      snprintf(known + strlen(known), sizeof known - strlen(known), "|%s", p->key);
   }
-  if (!kith_choices_suggest(choices, child->key, near, sizeof near))
-    return kith_config_fail(child, NULL, "unknown key; known are %s", all);
-  struct rows r = rows_of(params);
-  while ((p = next_row(&r)) != NULL && kith_choices_index(p->key, near) != 0) continue;
-  return kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", p != NULL ? p->key : near);
+  const bool near = kith_choices_suggest(known, child->key, told, sizeof told);
+  if (!near) kith_choices_format(known, told, sizeof told);
+  for (char *c = told; (c = strchr(c, '-')) != NULL;) *c = '_'; /* as keys are written */
+  return near ? kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", told)
+              : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
 /* Values of parameters that the chosen member has not, but an other one: checked as the first of these reads

@@ -59,9 +59,12 @@ static inline double kith_material_pressure(const struct kith_material *material
   material->eos->state(material->settings, 1, &density, &energy, &pressure, &sound_speed);
   return pressure;
 }
-/* Is a pressure the one that was asked for? Some equations of state take nothing from the energy. */
-static inline bool kith_pressure_holds(double pressure, double asked) {
-  return !(fabs(pressure - asked) > 1e-9 * fabs(asked));
+/* Is the pressure at this density and energy the one that was asked for? Some equations of state take nothing
+ * from the energy. */
+static inline bool kith_pressure_holds(const struct kith_material *material, double density, double energy,
+                                       double asked) {
+  return material->eos->energy_positive ||
+         !(fabs(kith_material_pressure(material, density, energy) - asked) > 1e-9 * fabs(asked));
 }
 
 enum kith_deposit_shape { KITH_DEPOSIT_POINT, KITH_DEPOSIT_BALL, KITH_DEPOSIT_KERNEL };

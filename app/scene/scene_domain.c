@@ -47,8 +47,8 @@ static const struct kith_param side_params[] = {
 static kith_status read_side(const struct kith_config_node *node, struct kith_selected *side) {
   const struct kith_config_node *kind = kith_config_child(node, "kind");
   const bool map = node->kind == KITH_CONFIG_MAP && kind != NULL;
-  if (map) KITH_TRY(kith_params_read(side_params, node, side));
   if (!map) KITH_TRY(kith_param_value(side_params, node, side));
+  KITH_TRY(kith_params_read(side_params, map ? node : NULL, side));
   const struct kith_param *params = kith_family_member(side_member, side->name).params;
   if (map && params == NULL && node->n > 1)
     return kith_config_fail(kind, NULL, "%s has no settings", side->name);
@@ -56,8 +56,7 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
     if (params->fallback == NULL)
       return kith_config_fail(node, NULL, "a %s has a %s: {kind: %s, %s: 1}", side->name, params->key,
                               side->name, params->key);
-  if (map || params == NULL) return KITH_OK;
-  return kith_settings_create(&side->settings, kith_family_member(side_member, side->name), NULL);
+  return KITH_OK;
 }
 
 /* One boundary acts on an axis: on both of its sides, with the same settings, or on one. */

@@ -11,14 +11,6 @@
 #define DEFAULT_LATTICE "bcc"
 #endif
 
-double kith_constant_value(struct kith_expression *expression) {
-  const double origin[NDIM] = {0};
-  double value;
-  const bool known = expression != NULL && kith_expression_constant(expression) &&
-                     kith_expression_at(expression, NDIM, origin, &value) == KITH_OK;
-  return known ? value : NAN;
-}
-
 /* --- regions --- */
 
 #define IN(member) KITH_INTO(struct kith_region, member)
@@ -93,13 +85,13 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
     return kith_config_fail(node, "pressure", "missing; pressure or energy is required");
   if (pressure != NULL && energy != NULL) return kith_config_fail(energy, NULL, "not together with pressure");
   const struct kith_material *m = &scene->material[region->material];
-  const double density = kith_constant_value(region->density), p = kith_constant_value(region->pressure);
+  const double density = kith_expression_constant(region->density),
+               p = kith_expression_constant(region->pressure);
   const double u =
-      energy != NULL ? kith_constant_value(region->energy) : m->eos->energy(m->settings, density, p);
+      energy != NULL ? kith_expression_constant(region->energy) : m->eos->energy(m->settings, density, p);
   if (density <= 0)
     return kith_config_fail(kith_config_child(node, "density"), NULL, "%g is out of range (0, inf)", density);
-  if (!m->eos->energy_positive && pressure != NULL && density > 0 &&
-      !kith_pressure_holds(kith_material_pressure(m, density, u), p))
+  if (pressure != NULL && density > 0 && !kith_pressure_holds(m, density, u, p))
     return kith_config_fail(pressure, NULL,
                             "%g cannot be set: eos %s has %.10g at this density; give that, or energy: 0", p,
                             m->eos->name, kith_material_pressure(m, density, u));

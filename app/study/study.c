@@ -120,7 +120,7 @@ static void run_directory(const struct kith_study *s, const struct kith_job *job
   FILE *scene = fopen(job->scene, "r");
   while (scene != NULL && fgets(text, sizeof text, scene) != NULL) key = hash(key, text);
   if (scene != NULL) fclose(scene);
-  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version(), job->dimension, job->threads,
+  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version, job->dimension, job->threads,
            KITH_MAX(job->ranks, 1));
   key = hash(hash(key, text), job->settings);
   snprintf(name, KITH_JOB_PATH - (size_t)(name - path), "%s-%s-%016" PRIx64, job->label, job->value, key);

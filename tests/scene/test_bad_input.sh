@@ -5,8 +5,8 @@ source "$(dirname "$0")/common.sh"
 
 # ---- the command line
 refused "no verb; one of run, plan, bench, list" "$kith"
-refused "rum: unknown verb; did you mean 'run'?" "$kith" rum tiny.yaml
-refused "unknown verb; one of" "$kith" xyzzy
+refused "verb 'rum' is not one of run, plan" "$kith" rum tiny.yaml
+refused "verb 'xyzzy' is not one of run, plan" "$kith" xyzzy
 refused "run: SCENE is missing" "$kith" run
 refused "plan: SCENE is missing" "$kith" plan
 refused "b: one argument too many" "$kith" run tiny.yaml b
@@ -31,8 +31,8 @@ refused "--network: '0' is not a number of at least 1" "$kith" plan tiny.yaml --
 refused "tiny.yaml: one argument too many" "$kith" bench tiny.yaml
 refused "--ranks: not an option of bench, but of run, plan" "$kith" bench --ranks 2
 refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run tiny.yaml
-refused "'kernl' is no family; did you mean 'kernel'?" "$kith" list kernl
-refused "there are package, kernel," "$kith" list xyzzy
+refused "list: 'kernl' is not one of scene, package" "$kith" list kernl
+refused "list: 'xyzzy' is not one of scene, package, kernel," "$kith" list xyzzy
 
 refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml \
   --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3
