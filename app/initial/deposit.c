@@ -76,8 +76,8 @@ static kith_status add(const struct kith_deposit *deposit, const struct kith_sce
                radius = heated_radius(deposit, least, spacing),
                sum = sum_weights(deposit, scene, hydro, radius);
   if (!(sum > 0))
-    KITH_FAIL_AT(&deposit->location, "energy: no node is within %g of its center; the nearest is at %g",
-                 radius, least);
+    return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
+                            radius, least);
   for (kith_index i = 0; i < n; ++i)
     hydro->energy->f64[i] +=
         deposit->energy * weight(deposit, distance(deposit, scene, x + i * NDIM), radius) / sum;

@@ -4,20 +4,13 @@
 #include "app/initial/deposit.h"
 #include "app/initial/lattice.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* --- regions: geometry, and the state at a place --- */
 
-enum { POINT_TEXT = 96 };
-/* "(0.5, 0.25)"; returns `text`. */
-static const char *point_text(char text[POINT_TEXT], const double *x) {
-  int length = snprintf(text, POINT_TEXT, "(%.10g", x[0]);
-  for (int a = 1; a < NDIM; ++a)
-    length += snprintf(text + length, (size_t)(POINT_TEXT - length), ", %.10g", x[a]);
-  snprintf(text + length, (size_t)(POINT_TEXT - length), ")");
-  return text;
-}
+/* A place in a message. */
+#define PLACE "(%.10g, %.10g, %.10g)"
+#define COORDINATES(x) (x)[0], NDIM > 1 ? (x)[1 % NDIM] : 0.0, NDIM > 2 ? (x)[2 % NDIM] : 0.0
 
 /* The region's box cut with the domain. */
 static kith_status region_box(const struct kith_region *region, const struct kith_box *domain,
@@ -26,9 +19,9 @@ static kith_status region_box(const struct kith_region *region, const struct kit
     box->lower[a] = KITH_MAX(region->where.extent[a][0], domain->lower[a]);
     box->upper[a] = KITH_MIN(region->where.extent[a][1], domain->upper[a]);
     if (!(box->lower[a] < box->upper[a]))
-      KITH_FAIL_AT(&region->location, "region: no part of it is in the domain");
+      return kith_config_fail(region->node, NULL, "no part of it is in the domain");
     if (!isfinite(box->upper[a] - box->lower[a]))
-      KITH_FAIL_AT(&region->location, "region: it is not bounded along axis %d", a);
+      return kith_config_fail(region->node, NULL, "it is not bounded along axis %d", a);
   }
   return KITH_OK;
 }
@@ -37,13 +30,12 @@ static kith_status region_box(const struct kith_region *region, const struct kit
 static kith_status value_at(const struct kith_region *region, struct kith_expression *formula,
                             const char *what, const double *x, double *value) {
   if (kith_expression_at(formula, NDIM, x, value) == KITH_OK) return KITH_OK;
-  KITH_FAIL_AT(&region->location, "region: %s: %s", what, kith_failure());
+  return kith_config_fail(region->node, NULL, "%s: %s", what, kith_failure());
 }
 
 static kith_status refused(const struct kith_region *region, const char *what, double value,
                            const double *x) {
-  char text[POINT_TEXT];
-  KITH_FAIL_AT(&region->location, "region: %s is %g at %s", what, value, point_text(text, x));
+  return kith_config_fail(region->node, NULL, "%s is %g at " PLACE, what, value, COORDINATES(x));
 }
 
 /* Is x in the region? Its extents are half-open, so that regions that touch share no point. */
@@ -83,8 +75,8 @@ static kith_status mean_density_of(const struct kith_region *region, const struc
     ++inside;
   }
   if (inside == 0)
-    KITH_FAIL_AT(&region->location,
-                 "region: too thin in its box to average the density; narrow the box or give `spacing`");
+    return kith_config_fail(region->node, NULL,
+                            "too thin in its box to average the density; narrow the box or give `spacing`");
   *mean = sum / inside;
   return KITH_OK;
 }
@@ -181,7 +173,7 @@ struct setup {
 static kith_status fit_lattice(struct plan *plan, double spacing, double volume) {
   kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
   if (status == KITH_OK && volume > 0) status = kith_lattice_balance(&plan->fit, volume);
-  if (status != KITH_OK) KITH_FAIL_AT(&plan->region->location, "region: %s", kith_failure());
+  if (status != KITH_OK) return kith_config_fail(plan->region->node, NULL, "%s", kith_failure());
   return KITH_OK;
 }
 
@@ -223,9 +215,8 @@ static kith_status check_alone(const struct setup *s, const struct plan *plan, c
     bool holds;
     KITH_TRY(region_holds(other, x, &holds));
     if (!holds) continue;
-    char text[POINT_TEXT];
-    KITH_FAIL_AT(&plan->region->location, "region: overlaps the region of line %d, at %s",
-                 other->location.line, point_text(text, x));
+    return kith_config_fail(plan->region->node, NULL, "overlaps the region of line %d, at " PLACE,
+                            other->node->location.line, COORDINATES(x));
   }
   return KITH_OK;
 }
@@ -264,7 +255,7 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
     KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, x) : check_alone(s, plan, x));
     ++plan->count;
   }
-  if (plan->count == 0) KITH_FAIL_AT(&plan->region->location, "region: it holds no node");
+  if (plan->count == 0) return kith_config_fail(plan->region->node, NULL, "it holds no node");
   return KITH_OK;
 }
 

@@ -72,9 +72,6 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
     __attribute__((format(printf, 3, 4)));
 /* BAD_INPUT unless it is of this kind. */
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
-/* kith_config_fail without a path, at a place in a file or in an override. */
-#define KITH_FAIL_AT(place, ...) \
-  return kith_config_fail(&(const struct kith_config_node){.location = *(place)}, NULL, __VA_ARGS__)
 /* A copy of a string in kith_resize memory. */
 kith_status kith_text_copy(char **out, const char *text, size_t length);
 

@@ -50,7 +50,7 @@ struct kith_region {
   bool frozen;                                /* boundary `constant`: its nodes never move */
   bool barrier;                               /* frozen, and a wall between nodes on both sides of it */
   bool equilibrium;                           /* the pressure holds with the density that the package sums */
-  struct kith_source_location location;       /* line in the file, for messages */
+  const struct kith_config_node *node;        /* where it stands, for messages */
 };
 
 static inline double kith_material_pressure(const struct kith_material *material, double density,
@@ -76,7 +76,7 @@ struct kith_deposit { /* blast energy added to the nodes around a center, shared
   double radius;   /* ball, kernel: radius of the support; */
   double spacings; /* instead of radius: in node spacings at the center (kernel: h, the support is 2 h of a
                       cubic spline) */
-  struct kith_source_location location;
+  const struct kith_config_node *node; /* where it stands, for messages */
 };
 
 struct kith_scene {

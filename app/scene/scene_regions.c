@@ -102,7 +102,7 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
 
 static kith_status read_region(const struct kith_scene *scene, struct kith_region *region,
                                const struct kith_config_node *node) {
-  region->location = node->location;
+  region->node = node;
   for (int a = 0; a < 3; ++a) region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
   KITH_TRY(kith_params_read(kith_region_params, node, region));
   KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
@@ -154,7 +154,7 @@ const struct kith_param kith_deposit_params[] = {
 #undef IN
 
 static kith_status read_deposit(struct kith_deposit *deposit, const struct kith_config_node *node) {
-  deposit->location = node->location;
+  deposit->node = node;
   KITH_TRY(kith_params_read(kith_deposit_params, node, deposit));
   const bool point = deposit->shape == KITH_DEPOSIT_POINT, radius = deposit->radius > 0,
              spacings = deposit->spacings > 0;

@@ -11,8 +11,6 @@ static kith_status make_package(struct kith_simulation *m) {
   struct kith_package *p = &m->package;
   p->ops = kith_package_find(scene->method.package.name);
   p->hydro = &m->hydro;
-  p->kernel = scene->method.kernel;
-  p->neighbors = scene->method.neighbors > 0 ? scene->method.neighbors : kith_kernel_neighbors(p->kernel);
   p->compatible = scene->method.compatible;
   p->settings = scene->method.package.settings;
   /* Measured with Sod's tube: keeping forces that are needed twice gains 19 % with the few neighbors of
@@ -146,11 +144,12 @@ static kith_status check_combination(const struct kith_simulation *m) {
 static kith_status make(struct kith_simulation *m, bool check) {
   KITH_TRY(make_rebuilds(m));
   KITH_TRY(check_combination(m));
-  const enum kith_kernel kernel = m->scene->method.kernel;
-  const double neighbors =
-      m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
+  struct kith_package *p = &m->package;
   uint8_t *frozen = NULL;
-  kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, neighbors, &frozen);
+  p->kernel = m->scene->method.kernel;
+  p->neighbors =
+      m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(p->kernel);
+  kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen);
   if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
   if (status == KITH_OK) status = make_package(m);

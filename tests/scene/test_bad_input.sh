@@ -97,11 +97,11 @@ scene=a/b|cannot name a directory
 materials.gas.gamma=1|out of range (1, inf)
 materials={}|no material
 regions=[]|no region; one is required
-regions.0.where.x=[-1, 0.1]|region: overlaps the region of line 10, at
-regions.0.where.x=[-3, -2]|region: no part of it is in the domain
+regions.0.where.x=[-1, 0.1]|regions.0: overlaps the region of line 10, at
+regions.0.where.x=[-3, -2]|regions.0: no part of it is in the domain
 regions.0.where.x=[0, -1]|[0, -1] is empty
 regions.0.where.x=[-1, .inf]|not a finite number
-regions.0.where={inside: "x > 5"}|region: it holds no node
+regions.0.where={inside: "x > 5"}|regions.0: it holds no node
 regions.0.density=1 + |--set regions.0.density: formula '1 +': Unexpected end
 regions.0.density=2*zeta|--set regions.0.density: formula
 regions.0.density=1/(x - x)|density
@@ -129,7 +129,7 @@ refused "--set boundaries.x.a: unknown key" "$kith" run tiny.yaml --quiet --set 
 sed 's/gamma: 1.4/gama: 1.4/' tiny.yaml >wrong.yaml
 refused "wrong.yaml:7: materials.gas.gama: unknown key; did you mean 'gamma'?" "$kith" run wrong.yaml
 sed 's/x: \[0, 1\]/x: [-0.5, 1]/' tiny.yaml >wrong.yaml
-refused "wrong.yaml:9: region: overlaps the region of line 10" "$kith" run wrong.yaml
+refused "wrong.yaml:9: regions.0: overlaps the region of line 10" "$kith" run wrong.yaml
 sed '/^resolution/d' tiny.yaml >wrong.yaml
 refused "resolution: missing; it is required" "$kith" run wrong.yaml
 # a periodic axis without length

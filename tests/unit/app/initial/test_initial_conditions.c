@@ -12,6 +12,7 @@ enum { MAX = 4 };
 struct stage {
   struct kith_scene scene;
   struct kith_region region[MAX];
+  struct kith_config_node node[MAX]; /* of the regions */
   struct kith_deposit deposit[MAX];
   struct kith_nodes *nodes;
   struct kith_hydro hydro;
@@ -48,7 +49,9 @@ static struct kith_region *add(struct stage *s, enum kith_lattice lattice, const
     region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
     region->velocity[a] = formula("0");
   }
-  region->location = (struct kith_source_location){"hand.yaml", 10 * s->scene.n_regions};
+  struct kith_config_node *node = &s->node[s->scene.n_regions - 1];
+  node->location = (struct kith_source_location){"hand.yaml", 10 * s->scene.n_regions};
+  region->node = node;
   return region;
 }
 
@@ -282,8 +285,9 @@ static double deposited(const struct stage *s) {
 }
 
 static struct kith_deposit *blast(struct stage *s, enum kith_deposit_shape shape, double center) {
+  static const struct kith_config_node node = {.location = {"hand.yaml", 77}};
   struct kith_deposit *deposit = &s->deposit[s->scene.n_deposits++];
-  *deposit = (struct kith_deposit){.energy = 3, .shape = shape, .location = {"hand.yaml", 77}};
+  *deposit = (struct kith_deposit){.energy = 3, .shape = shape, .node = &node};
   for (int a = 0; a < NDIM; ++a) deposit->center[a] = center;
   return deposit;
 }
@@ -404,8 +408,9 @@ static void state_errors(void) {
 static void overlaps(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
-  add(&s, KITH_LATTICE_CUBIC, "x - 2")->location = (struct kith_source_location){"--set", 0};
-  refuses(&s, "--set region: ", "density is -"); /* no line in an override */
+  add(&s, KITH_LATTICE_CUBIC, "x - 2");
+  s.node[0].location = (struct kith_source_location){"--set", 0};
+  refuses(&s, "--set ", "density is -"); /* no line in an override */
   open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.52; /* less than a node's spacing too far */
   add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 0.42;

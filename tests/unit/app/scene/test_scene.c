@@ -64,7 +64,7 @@ static void sod_regions(const struct kith_scene *s) {
   CHECK(NDIM == 1 || isinf(right->where.extent[NDIM - 1][0]));
   CHECK(right->lattice == KITH_LATTICE_BCC && right->material == 0 && right->energy == NULL &&
         !right->frozen);
-  CHECK(right->location.line == 10 && strcmp(right->location.file, "f") == 0);
+  CHECK(right->node->location.line == 10 && strcmp(right->node->location.file, "f") == 0);
   CHECK_OK(kith_expression_at(right->density, NDIM, origin, &value));
   CHECK(value == 0.125);
   CHECK(right->velocity[NDIM - 1] == NULL);
@@ -164,7 +164,7 @@ static void derives_sedov(void) {
   CHECK(s->exact.window.kind == KITH_WINDOW_BALL && s->exact.window.inner == 0.1 &&
         s->exact.window.outer == 0.7);
   CHECK(s->n_deposits == 1 && s->deposit->shape == KITH_DEPOSIT_KERNEL && s->deposit->spacings == 2);
-  CHECK(s->deposit->location.line == 9);
+  CHECK(s->deposit->node->location.line == 9);
   kith_scene_destroy(&s);
   s = read_exact(/* on no face but the upper one of x: two halves */
                  "regions: [{material: gas, density: 2, pressure: 1e-3}]\n"
@@ -173,7 +173,7 @@ static void derives_sedov(void) {
   if (s == NULL) return;
   CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).blast_energy == 2 &&
         exact_parameters_of(s->exact.ops, s->exact.settings).center[0] == 1);
-  CHECK(s->deposit->shape == KITH_DEPOSIT_POINT && s->deposit->location.line == 10);
+  CHECK(s->deposit->shape == KITH_DEPOSIT_POINT && s->deposit->node->location.line == 10);
   kith_scene_destroy(&s);
 }
 
