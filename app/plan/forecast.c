@@ -101,7 +101,7 @@ double kith_calibration_steps(const struct kith_calibration *c, double resolutio
  * a rebuild, more for each boundary, and for the motion within a step of several stages; of an evaluation,
  * and more of one that first checks that the lists still cover it; of a step with its output. */
 enum {
-  OF_A_LIST = 19,
+  OF_A_LIST = 18,
   OF_A_BOUNDARY = 2,
   OF_A_MOTION = 4,
   OF_AN_EVALUATION = 4,
