@@ -19,7 +19,7 @@ struct line {
 };
 
 /* The nodes that get a ghost by one image of each side: those of chunk c are node[side][c * CHUNK ..],
- * count[side][c] of them, ascending. */
+ * count[side][c] of them, ascending. One block of memory, at node[0]. */
 struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node[2];  /* [n] */
@@ -28,18 +28,13 @@ struct hits {
 };
 
 static kith_status hits_create(struct hits *hits, kith_index n) {
-  hits->n = n;
-  hits->chunks = (n + CHUNK - 1) / CHUNK;
-  for (int side = 0; side < 2; ++side) {
-    KITH_TRY(kith_resize(&hits->node[side], 0, (size_t)n, sizeof **hits->node));
-    KITH_TRY(kith_resize(&hits->count[side], 0, (size_t)hits->chunks, sizeof **hits->count));
-  }
-  return kith_resize(&hits->first, 0, (size_t)hits->chunks + 1, sizeof *hits->first);
-}
-
-static void hits_clear(struct hits *hits) {
-  for (int side = 0; side < 2; ++side) kith_free(&hits->node[side]), kith_free(&hits->count[side]);
-  kith_free(&hits->first);
+  const kith_index chunks = (n + CHUNK - 1) / CHUNK;
+  *hits = (struct hits){.n = n, .chunks = chunks};
+  KITH_TRY(kith_resize(&hits->node[0], 0, 2 * (size_t)n + 3 * (size_t)chunks + 1, sizeof **hits->node));
+  hits->node[1] = hits->node[0] + n;
+  hits->count[0] = hits->node[1] + n, hits->count[1] = hits->count[0] + chunks;
+  hits->first = hits->count[1] + chunks;
+  return KITH_OK;
 }
 
 /* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
@@ -210,7 +205,7 @@ kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes
               boundary->upper - boundary->lower);
   struct hits hits = {0};
   const kith_status status = add_images(&line, nodes, &hits);
-  hits_clear(&hits);
+  kith_free(&hits.node[0]);
   return status;
 }
 

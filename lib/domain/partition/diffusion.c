@@ -17,7 +17,7 @@
  * A cell goes only to a rank that has less load than the giver even afterwards, so the largest load never
  * rises and the sum of squares falls with every moved cell. A rank keeps its last cell, since a rank without
  * cells has no border. */
-#include "lib/domain/partition/diffusion.h"
+#include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
 #include <string.h>

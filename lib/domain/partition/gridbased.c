@@ -108,39 +108,33 @@ static bool valid_around(const struct mesh *mesh, const int64_t *corner, const i
 
 /* ---- cells ---- */
 
-/* Assigns to the rank all cells without an owner whose midpoint is in its shape. */
-static void fill(const struct mesh *mesh, const struct kith_cells *cells, const struct shape *shape, int rank,
+/* Assigns all cells to the first rank whose shape holds their midpoint. */
+static void fill(const struct mesh *mesh, const int64_t *corner, const struct kith_partition *partition,
                  int32_t *owner) {
-  int64_t first[NDIM], extent[NDIM], n = 1; /* of the bounding box, in cells */
-  for (int a = 0; a < NDIM; ++a) {
-    int64_t low = INT64_MAX, high = INT64_MIN;
-    for (int k = 0; k < SHAPE_CORNERS; ++k) {
-      low = KITH_MIN(low, shape->corner[k][a]);
-      high = KITH_MAX(high, shape->corner[k][a]);
-    }
-    first[a] = low / mesh->unit;
-    n *= extent[a] = KITH_MIN(high / mesh->unit + 1, cells->count[a]) - first[a];
-  }
-  for (int64_t number = 0; number < n; ++number) {
-    int64_t k[NDIM], x[NDIM];
-    kith_grid_place(extent, number, k);
-    for (int a = 0; a < NDIM; ++a) {
-      k[a] += first[a];
-      x[a] = k[a] * mesh->unit + mesh->unit / 2;
-    }
-    const int64_t c = kith_grid_number(cells->count, k);
-    if (owner[c] < 0 && contains(shape, x)) owner[c] = rank;
-  }
-}
-
-static void fill_all(const struct mesh *mesh, const int64_t *corner, const struct kith_partition *partition,
-                     int32_t *owner) {
-  for (int64_t c = 0; c < partition->cells->n; ++c) owner[c] = -1;
+  const struct kith_cells *cells = partition->cells;
+  for (int64_t c = 0; c < cells->n; ++c) owner[c] = -1;
   for (int rank = 0; rank < partition->n_ranks; ++rank) {
-    int64_t i[NDIM];
-    kith_grid_place(mesh->ranks, rank, i);
-    const struct shape shape = shape_at(mesh, corner, i);
-    fill(mesh, partition->cells, &shape, rank, owner);
+    int64_t k[NDIM], x[NDIM], first[NDIM], extent[NDIM], n = 1; /* of the bounding box, in cells */
+    kith_grid_place(mesh->ranks, rank, k);
+    const struct shape shape = shape_at(mesh, corner, k);
+    for (int a = 0; a < NDIM; ++a) {
+      int64_t low = INT64_MAX, high = INT64_MIN;
+      for (int j = 0; j < SHAPE_CORNERS; ++j) {
+        low = KITH_MIN(low, shape.corner[j][a]);
+        high = KITH_MAX(high, shape.corner[j][a]);
+      }
+      first[a] = low / mesh->unit;
+      n *= extent[a] = KITH_MIN(high / mesh->unit + 1, cells->count[a]) - first[a];
+    }
+    for (int64_t number = 0; number < n; ++number) {
+      kith_grid_place(extent, number, k);
+      for (int a = 0; a < NDIM; ++a) {
+        k[a] += first[a];
+        x[a] = k[a] * mesh->unit + mesh->unit / 2;
+      }
+      const int64_t c = kith_grid_number(cells->count, k);
+      if (owner[c] < 0 && contains(&shape, x)) owner[c] = rank;
+    }
   }
 }
 
@@ -248,7 +242,7 @@ static kith_status gridbased_first(struct kith_partition *partition, int32_t *ow
     kith_grid_place(mesh->corners, number, i);
     for (int a = 0; a < NDIM; ++a) i[a] = i[a] * mesh->length[a] / mesh->ranks[a];
   }
-  fill_all(mesh, mesh->corner, partition, owner);
+  fill(mesh, mesh->corner, partition, owner);
   return KITH_OK;
 }
 
@@ -263,7 +257,7 @@ static kith_status gridbased_update(struct kith_partition *partition, const doub
   double *trial_load = load + n, squares = loads_of(partition, weight, owner, load);
   for (int color = 0; color < SHAPE_CORNERS; ++color) {
     move_color(mesh, load, color);
-    fill_all(mesh, mesh->trial, partition, owner);
+    fill(mesh, mesh->trial, partition, owner);
     const double trial = loads_of(partition, weight, owner, trial_load), step = mesh->step[color];
     const bool gain = trial <= squares;
     mesh->step[color] = gain ? KITH_MIN(2 * step, MOST_STEP) : KITH_MAX(0.5 * step, LEAST_STEP);
@@ -273,7 +267,7 @@ static kith_status gridbased_update(struct kith_partition *partition, const doub
     memcpy(load, trial_load, n * sizeof *load);
     squares = trial;
   }
-  fill_all(mesh, mesh->corner, partition, owner); /* the last trial may have been undone */
+  fill(mesh, mesh->corner, partition, owner); /* the last trial may have been undone */
   kith_free(&load);
   return KITH_OK;
 }

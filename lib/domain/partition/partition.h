@@ -110,5 +110,14 @@ kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (
 kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
                               const double *face_weight, int32_t *owner);
 void kith_curve_clear(struct kith_partition *partition);
+/* The private state of `diffusion`, which `hybrid` has too. Zero: the defaults. */
+struct kith_diffusion {
+  enum kith_diffusion_flow { KITH_SCHORNBAUM, KITH_WILLEBEEK, KITH_SECOND_ORDER } flow;
+  bool fixed;     /* no new neighbor ranks */
+  bool restart;   /* the next update begins with the start map */
+  bool on_morton; /* start map: morton, not cart */
+  int64_t n_allowed;
+  uint64_t *allowed; /* [n_allowed] neighbors p, q in the start map, as p n_ranks + q, ascending; owned */
+};
 
 #endif
