@@ -110,6 +110,8 @@ kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (
 kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
                               const double *face_weight, int32_t *owner);
 void kith_curve_clear(struct kith_partition *partition);
+#define KITH_CURVE \
+  .state_size = sizeof(struct kith_curve), .update = kith_curve_update, .clear = kith_curve_clear
 /* The private state of `diffusion`, which `hybrid` has too. Zero: the defaults. */
 struct kith_diffusion {
   enum kith_diffusion_flow { KITH_SCHORNBAUM, KITH_WILLEBEEK, KITH_SECOND_ORDER } flow;
