@@ -16,11 +16,6 @@ static void path_in(const struct kith_output *output, const char *name, char pat
   snprintf(path, 640, "%s/%s", output->directory, name);
 }
 
-/* Who writes. */
-static bool writes(const struct kith_simulation *simulation) {
-  return kith_ranks_rank(simulation->nodes->ranks) == 0;
-}
-
 kith_status kith_output_directory(struct kith_output *output, const char *directory, bool create) {
   if (directory[0] == '\0') KITH_FAIL(BAD_INPUT, "-o: a directory without a name");
   if (snprintf(output->directory, sizeof output->directory, "%s", directory) >=
@@ -79,8 +74,8 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
   kith_nodes_destroy(&dealt);
   KITH_TRY(status);
   output->times[output->n_snapshots++] = it->time;
-  return kith_ranks_allreduce_status(simulation->nodes->ranks,
-                                     writes(simulation) ? write_series(output) : KITH_OK);
+  struct kith_ranks *ranks = simulation->nodes->ranks;
+  return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? write_series(output) : KITH_OK);
 }
 
 /* ---- the trace ---- */

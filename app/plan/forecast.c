@@ -228,14 +228,6 @@ static void aim(struct targets *t, int32_t rank, const int *shift) {
   memcpy(t->of[t->n++].shift, shift, sizeof t->of[0].shift);
 }
 
-/* Is the image of x that is displaced by -shift lengths, so that it stands where cell c sees it, near c? */
-static bool is_near(const struct model *o, const double *x, double search_radius, int64_t c,
-                    const int *shift) {
-  double y[NDIM];
-  for (int a = 0; a < NDIM; ++a) y[a] = x[a] - shift[a] * (o->cells.upper[a] - o->cells.lower[a]);
-  return kith_cell_bounds_near(&o->bounds[c], y, search_radius, o->factor);
-}
-
 /* The ranks that node x is sent to: all cells around it are tested, also images of cells across periodic
  * faces. */
 static void find_targets(const struct model *o, const double *x, double search_radius, int32_t own,
@@ -255,14 +247,17 @@ static void find_targets(const struct model *o, const double *x, double search_r
   for (int64_t number = 0; number < n; ++number) {
     int64_t k[NDIM];
     int shift[NDIM];
+    double y[NDIM]; /* the image of x that stands where the cell sees it */
     kith_grid_place(count, number, k);
     for (int a = 0; a < NDIM; ++a) {
       k[a] += low[a];
       shift[a] = (int)floor((double)k[a] / (double)g->count[a]);
       k[a] -= shift[a] * g->count[a];
+      y[a] = x[a] - shift[a] * (g->upper[a] - g->lower[a]);
     }
     const int64_t c = kith_grid_number(g->count, k);
-    if (o->owner[c] != own && is_near(o, x, search_radius, c, shift)) aim(t, o->owner[c], shift);
+    if (o->owner[c] != own && kith_cell_bounds_near(&o->bounds[c], y, search_radius, o->factor))
+      aim(t, o->owner[c], shift);
   }
 }
 

@@ -21,7 +21,6 @@
 #include <string.h>
 #include "app/cli/text.h"
 #include "app/output/figure.h"
-#include "app/study/pareto_front.h"
 #include "app/study/study.h"
 
 enum { COSTS = 2, POINTS = KITH_SUITE_METHODS * KITH_SUITE_VALUES };

@@ -1,6 +1,6 @@
 /* snapshot_diff.c - reads fields as doubles, which hold ids up to 2^53, and compares them in the order of
  * ids. */
-#include "app/study/snapshot_diff.h"
+#include "app/study/study.h"
 
 #include <float.h>
 #include <gsl/gsl_sort.h>

@@ -155,11 +155,40 @@ struct kith_study_verb {
 /* Exit code: that of `verdict`, 1 if the results cannot be written, 2 if what is read is wrong. */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Of stress sweeps: the measure of job k as it is judged (NaN: the run failed), and whether it passes. */
-double kith_sweep_value(const struct kith_suite *sweep, int k);
-bool kith_sweep_passes(const struct kith_suite *sweep, int k);
-/* Which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where values have names
+/* Of stress sweeps: which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where values have names
  * "6 of 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
+
+/* ---- a cloud of points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
+
+/* on[k] is true if no other point is at most as expensive and at most as wrong, and better in one of the two;
+ * of equal points all are on the front. O(n^2). */
+void kith_pareto_front(int n, const double *cost, const double *error, bool *on);
+/* Observed order of convergence: minus the slope of the least-squares line through log error over log
+ * resolution. NaN for fewer than two points at different resolutions. */
+double kith_order(int n, const double *resolution, const double *error);
+
+/* Where one method reaches an error of `target`: the resolution (they ascend) from which on its error stays
+ * at or below it, between two points on a straight line of logarithms. An error that dips below and rises
+ * again does not count. */
+struct kith_cost_at_error {
+  double cost, resolution; /* NaN: never reached */
+  bool between;            /* two points; else at the first one already */
+};
+struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution, const double *cost,
+                                                const double *error, double target);
+
+/* ---- do two runs end in the same state? (snapshot_diff.c) ---- */
+
+struct kith_snapshot_diff {
+  double difference; /* of the worst field: largest difference over largest value; 0: bitwise identical */
+  char field[64];    /* its name */
+};
+
+/* Two snapshots (lib/io/snapshot.h), all fields of PartType0. `by_nodes`: node by node, wherever it is
+ * stored; else bitwise, as they are stored, and the same time. Another number of nodes, other ids or other
+ * fields: the difference is infinite. BAD_FILE: a file that is not there, or no snapshot. */
+kith_status kith_snapshot_diff_files(const char *a, const char *b, bool by_nodes,
+                                     struct kith_snapshot_diff *same);
 
 #endif

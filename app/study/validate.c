@@ -23,8 +23,6 @@
 #include <string.h>
 #include <unistd.h>
 #include "app/scene/config.h"
-#include "app/study/pareto_front.h"
-#include "app/study/snapshot_diff.h"
 #include "app/study/validate_rows.h"
 #include "lib/core/profile.h"
 
@@ -163,15 +161,6 @@ static kith_status compare(const struct validation *v, const struct kith_row *ro
 
 /* ---- rows ---- */
 
-static kith_status measure_value(struct validation *v, const struct kith_row *row, double *value) {
-  KITH_TRY(report_value(v, v->last, row->measure, value));
-  const char *resolution = strstr(row->job.settings, "resolution=");
-  if (resolution == NULL) return KITH_OK;
-  v->error[v->n_errors] = *value;
-  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
-  return KITH_OK;
-}
-
 static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
   const int first = KITH_MAX(v->n_errors - row->number, 0);
   if (row->kind == KITH_ROW_THREADS || row->kind == KITH_ROW_RESTART) return twice(v, row, value);
@@ -183,9 +172,14 @@ static kith_status measure(struct validation *v, const struct kith_row *row, dou
   }
   if (row->kind == KITH_ROW_SAME_NORMS) return same_norms(v, value);
   if (row->kind == KITH_ROW_BALANCE) return balance(v, value);
-  if (row->kind == KITH_ROW_VALUE) return measure_value(v, row, value);
   if (row->kind == KITH_ROW_ORDER)
     *value = kith_order(v->n_errors - first, v->resolution + first, v->error + first);
+  if (row->kind != KITH_ROW_VALUE) return KITH_OK;
+  KITH_TRY(report_value(v, v->last, row->measure, value));
+  const char *resolution = strstr(row->job.settings, "resolution=");
+  if (resolution == NULL) return KITH_OK;
+  v->error[v->n_errors] = *value;
+  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
   return KITH_OK;
 }
 
@@ -234,18 +228,14 @@ static kith_status put_row(struct validation *v, const struct kith_row *row, con
   return kith_csv_log_row(&v->table);
 }
 
-static bool is_good(const struct kith_row *row, const struct outcome *o) {
-  const bool measured = row->kind == KITH_ROW_NOTHING ||
-                        (isnan(row->at_least) ? o->value <= row->at_most : o->value >= row->at_least);
-  return !o->failed && measured && !(o->same.difference > row->tolerance);
-}
-
 static kith_status do_row(struct validation *v, const struct kith_row *row) {
   struct outcome o = {.value = NAN, .same.difference = NAN};
   const double begun = kith_seconds();
   char why[256];
   o.failed = measure(v, row, &o.value) != KITH_OK || compare(v, row, &o.same) != KITH_OK;
-  o.good = is_good(row, &o);
+  o.good = !o.failed && !(o.same.difference > row->tolerance) &&
+           (row->kind == KITH_ROW_NOTHING ||
+            (isnan(row->at_least) ? o.value <= row->at_most : o.value >= row->at_least));
   o.seconds = kith_seconds() - begun;
   snprintf(why, sizeof why, "%s", kith_failure());
   print_row(v, row, &o);
