@@ -99,8 +99,3 @@ kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_s
 #undef X
   return detail_stages(ranks, m->profile, out);
 }
-
-void kith_ranks_detail_clear(struct kith_ranks_detail *detail) {
-  kith_free(&detail->stage);
-  detail->n_stages = 0;
-}

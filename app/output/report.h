@@ -71,7 +71,6 @@ struct kith_ranks_detail {
 kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_simulation *simulation,
                               const struct kith_traffic *before, const struct kith_traffic *after,
                               uint64_t n_steps);
-void kith_ranks_detail_clear(struct kith_ranks_detail *detail);
 
 /* ---- the report ---- */
 

@@ -52,21 +52,19 @@ static struct saved collect(struct kith_output *output, struct kith_simulation *
   return saved;
 }
 
-static kith_status put_saved(struct kith_checkpoint *c, const struct kith_output *output,
-                             const struct saved *saved) {
+/* `c` is NULL but on rank 0, which gets the nodes of all. */
+static kith_status put_all(struct kith_checkpoint *c, const struct kith_simulation *m,
+                           const struct kith_output *output, const struct saved *saved) {
+  const struct kith_decomposition *d = m->decomposition;
+  const kith_status nodes = kith_checkpoint_put_nodes(c, m->nodes),
+                    own = d != NULL ? kith_decomposition_save(d, m->nodes, c) : KITH_OK;
+  KITH_TRY(nodes);
+  if (own != KITH_OK || c == NULL) return own;
 #define X(member, name, type) \
   KITH_TRY(kith_checkpoint_put(c, name, type, &saved->member, sizeof saved->member / 8));
   ARRAY_LIST(X)
 #undef X
   return kith_checkpoint_put(c, "snapshot_times", KITH_F64, output->times, (size_t)output->n_snapshots);
-}
-
-/* The nodes of all; `c` is NULL but on rank 0. */
-static kith_status put_nodes(struct kith_checkpoint *c, const struct kith_simulation *m) {
-  const kith_status status = kith_checkpoint_put_nodes(c, m->nodes);
-  if (m->decomposition == NULL) return status;
-  const kith_status saved = kith_decomposition_save(m->decomposition, m->nodes, c);
-  return status != KITH_OK ? status : saved;
 }
 
 kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *m,
@@ -79,8 +77,7 @@ kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simul
   kith_status status = first_rank(m) ? kith_checkpoint_open_new(&c, path, m->scene->text) : KITH_OK;
   status = kith_ranks_allreduce_status(ranks, status);
   if (status == KITH_OK) {
-    status = put_nodes(c, m);
-    if (status == KITH_OK && c != NULL) status = put_saved(c, output, &saved);
+    status = put_all(c, m, output, &saved);
     if (status == KITH_OK && c != NULL) status = kith_checkpoint_commit(&c);
     status = kith_ranks_allreduce_status(ranks, status);
   }

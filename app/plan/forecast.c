@@ -87,12 +87,9 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
   *out =
       (struct kith_calibration){.resolution = {rounded(0.7 * part * resolution), rounded(part * resolution)}};
   for (int k = 0; k < 2; ++k) KITH_TRY(run(options, k, until, 10 * budget, out));
+  const double slope = (out->steps[1] - out->steps[0]) / (out->resolution[1] - out->resolution[0]);
+  out->expected = out->steps[1] + fmax(slope, 0) * (resolution - out->resolution[1]);
   return KITH_OK;
-}
-
-double kith_calibration_steps(const struct kith_calibration *c, double resolution) {
-  const double slope = (c->steps[1] - c->steps[0]) / (c->resolution[1] - c->resolution[0]);
-  return c->steps[1] + fmax(slope, 0) * (resolution - c->resolution[1]);
 }
 
 /* ---- traffic of a step ---- */

@@ -45,6 +45,7 @@ kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *
 
 struct kith_calibration {
   double resolution[2], steps[2]; /* of the two runs */
+  double expected;                /* steps of the scene itself */
   double growth;
   double lists; /* neighbor lists built, per step */
 };
@@ -52,8 +53,6 @@ struct kith_calibration {
  * the scene itself. DIVERGED if a run fails or takes ten times as long. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
-/* Steps of the scene itself. */
-double kith_calibration_steps(const struct kith_calibration *calibration, double resolution);
 
 /* ---- many ---- */
 

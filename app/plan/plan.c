@@ -291,7 +291,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
       guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
   if (!calibrated) c.growth = c.lists = 1; /* a run that failed leaves neither */
-  if (calibrated && !fixed) steps = kith_calibration_steps(&c, plan->scene->resolution);
+  if (calibrated && !fixed) steps = c.expected;
   if (calibrated)
     line("steps", "about %.0f to t = %.6g; two calibration runs took %.0f at resolution %.4g, %.0f at %.4g",
          steps, until, c.steps[0], c.resolution[0], c.steps[1], c.resolution[1]);
@@ -309,18 +309,16 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
 /* Model no more than a scene needs: settings that save time, and their trade-off. */
 static void show_cheaper(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
-  const char *cheaper = kith_package_traits(m->package.ops, m->package.settings).cheaper;
-  const struct {
-    bool applies;
-    const char *text;
-  } settings[] = {
-      {!kith_rebuilds_lasting(&m->rebuilds),
-       "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces"},
-      {m->package.compatible, "method.energy=thermal: one pass over the pairs less; a larger energy drift"},
-      {cheaper != NULL, cheaper}};
+  const char *const settings[] = {
+      kith_rebuilds_lasting(&m->rebuilds)
+          ? NULL
+          : "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces",
+      m->package.compatible ? "method.energy=thermal: one pass over the pairs less; a larger energy drift"
+                            : NULL,
+      kith_package_traits(m->package.ops, m->package.settings).cheaper};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
-    if (settings[k].applies) line(label, "%s", settings[k].text), label = "";
+    if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";
 }
 
 /* ---- ranks ---- */

@@ -389,7 +389,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
     code = KITH_EXIT_FAILED;
   }
   kith_report_clear(&run.report);
-  kith_ranks_detail_clear(&run.detail);
+  kith_free(&run.detail.stage);
   kith_free(&run.exact);
   kith_nodes_destroy(&run.whole);
   kith_simulation_destroy(&run.simulation);

@@ -190,11 +190,9 @@ static kith_status draw(const struct kith_study *s) {
 static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {
   for (int m = 0; m < s->n_methods; ++m) {
     const struct kith_job *job = &s->job[m * s->n_values];
-    char why[256];
     const kith_status status = kith_job_check(programs, job);
-    snprintf(why, sizeof why, "%s", kith_failure());
     if (status == KITH_BAD_INPUT)
-      KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, job->line, job->label, why);
+      KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, job->line, job->label, kith_failure());
     KITH_TRY(status);
   }
   return KITH_OK;

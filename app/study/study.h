@@ -155,11 +155,11 @@ struct kith_study_verb {
 /* Exit code: that of `verdict`, 1 if the results cannot be written, 2 if what is read is wrong. */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Of stress sweeps: which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where values have names
- * "6 of 8". */
+/* Of stress sweeps: which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where
+ * values have names "6 of 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
 
-/* ---- a cloud of points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
+/* ---- points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
 
 /* on[k] is true if no other point is at most as expensive and at most as wrong, and better in one of the two;
  * of equal points all are on the front. O(n^2). */
