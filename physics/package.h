@@ -132,9 +132,7 @@ struct kith_package {
 #define X(name) extern const struct kith_package_ops kith_package_##name;
 KITH_PACKAGE_LIST(X)
 #undef X
-const struct kith_package_ops *kith_package_find(const char *name); /* NULL if there is none */
-const struct kith_package_ops *const *kith_package_all(void);       /* ended by NULL */
-struct kith_member kith_package_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_package);
 
 /* The traits of a member with these settings. */
 struct kith_package_traits kith_package_traits(const struct kith_package_ops *ops, const void *settings);

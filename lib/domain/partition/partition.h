@@ -61,9 +61,7 @@ struct kith_partition {
 #define X(name) extern const struct kith_partitioner_ops kith_partitioner_##name;
 KITH_PARTITIONER_LIST(X)
 #undef X
-const struct kith_partitioner_ops *kith_partitioner_find(const char *name); /* NULL if there is none */
-const struct kith_partitioner_ops *const *kith_partitioner_all(void);       /* ended by NULL */
-struct kith_member kith_partitioner_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_partitioner);
 
 /* A partition with its first map. BAD_INPUT: an unknown name or option (the message lists the valid ones),
  * n_ranks < 1; UNSUPPORTED: built without the library that it needs. */
