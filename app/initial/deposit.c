@@ -9,8 +9,7 @@ static double distance(const struct kith_deposit *deposit, const struct kith_sce
   double r2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     double d = x[a] - deposit->center[a];
-    const double side = scene->domain.upper[a] - scene->domain.lower[a];
-    if (kith_boundary_wraps(scene->boundary[a].lower)) d -= side * round(d / side);
+    if (scene->period[a] > 0) d -= scene->period[a] * round(d / scene->period[a]);
     r2 += d * d;
   }
   return sqrt(r2);

@@ -377,7 +377,7 @@ kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, co
   if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
   if (m->scene->partition.recompute)
     KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
-  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
+  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
   const kith_status status = predict(&o, partitioner, traffic, costs, out);

@@ -87,8 +87,9 @@ struct kith_scene {
   double resolution; /* nodes per unit length in the densest region */
   enum kith_arrangement arrangement;
   struct kith_box domain;
-  int across;                                      /* spacings along the other axes than x; 0: as given */
-  struct {                                         /* per axis */
+  double period[NDIM]; /* side of the domain along axes that are periodic, else 0 */
+  int across;          /* spacings along the other axes than x; 0: as given */
+  struct {             /* per axis */
     const struct kith_boundary_ops *lower, *upper; /* NULL: open */
     const void *settings;                          /* owned */
     double velocity;                               /* of a face that moves, else 0 */

@@ -43,7 +43,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *const side[] = {scene->boundary[a].lower, scene->boundary[a].upper};
     out.lower[a] = scene->domain.lower[a], out.upper[a] = scene->domain.upper[a];
-    out.axis[a].periodic = kith_boundary_wraps(side[0]);
+    out.axis[a].periodic = scene->period[a] > 0;
     for (int s = 0; s < 2; ++s) {
       out.axis[a].open[s] = side[s] == NULL;
       out.axis[a].mirror[s] = side[s] != NULL && side[s]->mirrors;

@@ -41,15 +41,6 @@ static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *fro
   return KITH_OK;
 }
 
-static kith_status make_rebuilds(struct kith_simulation *m) {
-  double period[NDIM];
-  for (int a = 0; a < NDIM; ++a)
-    period[a] = kith_boundary_wraps(m->scene->boundary[a].lower)
-                    ? m->scene->domain.upper[a] - m->scene->domain.lower[a]
-                    : 0;
-  return kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, period);
-}
-
 /* What a scheme refuses is "KEY: why": says where in the scene the key stands. */
 static kith_status refuse_setting(const struct kith_scene *scene) {
   char message[512];
@@ -142,7 +133,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
 }
 
 static kith_status make(struct kith_simulation *m, bool check) {
-  KITH_TRY(make_rebuilds(m));
+  KITH_TRY(kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, m->scene->period));
   KITH_TRY(check_combination(m));
   struct kith_package *p = &m->package;
   uint8_t *frozen = NULL;
@@ -184,7 +175,7 @@ kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ra
   const struct kith_decomposition_options sharing = {m->scene->partition.name, m->scene->partition.every,
                                                      m->scene->partition.imbalance,
                                                      m->scene->partition.cells};
-  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
+  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_create(&m->decomposition, m->nodes, &m->scene->domain, periodic, &sharing));
   m->integrator.decomposition = m->decomposition;
   KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_distributed, 0, 0, 1, false, false));

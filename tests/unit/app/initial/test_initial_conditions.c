@@ -315,7 +315,6 @@ static struct kith_deposit *cold_box(struct stage *s, double resolution, enum ki
 
 static void deposits(void) {
   static const kith_index corners[3] = {2, 4, 8};
-  static const struct kith_boundary_ops periodic = {.name = "periodic", .wraps = true};
   struct stage s;
   cold_box(&s, 15, KITH_DEPOSIT_POINT, 0);
   CHECK(heated(&s) == 1); /* a node at the center */
@@ -324,7 +323,7 @@ static void deposits(void) {
   CHECK(heated(&s) == corners[NDIM - 1]); /* all the nearest */
   close_stage(&s);
   cold_box(&s, 14, KITH_DEPOSIT_POINT, 0.5);
-  for (int a = 0; a < NDIM; ++a) s.scene.boundary[a].lower = s.scene.boundary[a].upper = &periodic;
+  for (int a = 0; a < NDIM; ++a) s.scene.period[a] = s.scene.domain.upper[a] - s.scene.domain.lower[a];
   CHECK(heated(&s) == corners[NDIM - 1]); /* also around a corner of a periodic box */
   close_stage(&s);
   cold_box(&s, 15, KITH_DEPOSIT_BALL, 0)->radius = 3. / 15;    /* nodes exactly on the sphere are in */
