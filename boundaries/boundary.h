@@ -87,9 +87,7 @@ struct kith_boundary {
 #define X(name) extern const struct kith_boundary_ops kith_boundary_##name;
 KITH_BOUNDARY_LIST(X)
 #undef X
-const struct kith_boundary_ops *kith_boundary_find(const char *name);
-const struct kith_boundary_ops *const *kith_boundary_all(void);
-struct kith_member kith_boundary_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_boundary);
 
 /* constant: removes the internal nodes with chosen[i] != 0 (length n_internal) and keeps all their fields;
  * they return as frozen ghosts whenever ghosts are created. Once per boundary, and the nodes must have ids:

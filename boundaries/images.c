@@ -19,7 +19,7 @@ struct line {
 };
 
 /* The nodes that get a ghost by one image of each side: those of chunk c are node[side][c * CHUNK ..],
- * count[side][c] of them, ascending. */
+ * count[side][c] of them, ascending. One block of memory, at node[0]. */
 struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node[2];  /* [n] */
@@ -28,18 +28,13 @@ struct hits {
 };
 
 static kith_status hits_create(struct hits *hits, kith_index n) {
-  hits->n = n;
-  hits->chunks = (n + CHUNK - 1) / CHUNK;
-  for (int side = 0; side < 2; ++side) {
-    KITH_TRY(kith_resize(&hits->node[side], 0, (size_t)n, sizeof **hits->node));
-    KITH_TRY(kith_resize(&hits->count[side], 0, (size_t)hits->chunks, sizeof **hits->count));
-  }
-  return kith_resize(&hits->first, 0, (size_t)hits->chunks + 1, sizeof *hits->first);
-}
-
-static void hits_clear(struct hits *hits) {
-  for (int side = 0; side < 2; ++side) kith_free(&hits->node[side]), kith_free(&hits->count[side]);
-  kith_free(&hits->first);
+  const kith_index chunks = (n + CHUNK - 1) / CHUNK;
+  *hits = (struct hits){.n = n, .chunks = chunks};
+  KITH_TRY(kith_resize(&hits->node[0], 0, 2 * (size_t)n + 3 * (size_t)chunks + 1, sizeof **hits->node));
+  hits->node[1] = hits->node[0] + n;
+  hits->count[0] = hits->node[1] + n, hits->count[1] = hits->count[0] + chunks;
+  hits->first = hits->count[1] + chunks;
+  return KITH_OK;
 }
 
 /* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
@@ -79,41 +74,19 @@ static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
   return true;
 }
 
-/* Depth outside of the face of image n: sign * (x_ghost - face), the face and sign of n's side. */
-static double depth_of(const struct line *line, int n, double ghost) {
-  return n > 0 ? ghost - line->boundary->upper : line->boundary->lower - ghost;
-}
-
-/* May any node need image n? Compares the smallest depth of its ghosts with the largest limit. */
-static bool is_needed(const struct line *line, int n) {
-  double sign, shift;
-  if (!line->boundary->ops->image_of(line->boundary, n, &sign, &shift)) return false;
-  const double depth =
-      KITH_MIN(depth_of(line, n, sign * line->x_min + shift), depth_of(line, n, sign * line->x_max + shift));
-  const int side = n > 0;
-  return depth <=
-         KITH_MAX(line->most[WANTED][side], line->search_radius + line->most[OUT][side]) + line->slack;
-}
-
-/* Every second image of a side is 2 L farther: if two in a row are not needed, none beyond is. */
-static bool is_side_done(const struct line *line, int n) {
-  return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
-}
-
 /* The test of one image, kept in registers. */
 struct test {
-  double sign, shift; /* depth = sign * x + shift */
+  double sign, shift; /* depth outside of the face of the image's side = sign * x + shift */
   double wanted, out;
 };
 
 static struct test test_of(const struct line *line, int n) {
   const int side = n > 0;
   double sign, shift;
-  if (!is_needed(line, n)) return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
-  (void)line->boundary->ops->image_of(line->boundary, n, &sign, &shift);
-  const double face = side ? line->boundary->upper : line->boundary->lower;
+  if (!line->boundary->ops->image_of(line->boundary, n, &sign, &shift))
+    return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
   return (struct test){.sign = side ? sign : -sign,
-                       .shift = side ? shift - face : face - shift,
+                       .shift = side ? shift - line->boundary->upper : line->boundary->lower - shift,
                        .wanted = line->most[WANTED][side] + line->slack,
                        .out = line->most[OUT][side] + line->slack};
 }
@@ -121,6 +94,17 @@ static struct test test_of(const struct line *line, int n) {
 static inline bool passes(const struct test *test, double x, double r) {
   const double depth = test->sign * x + test->shift;
   return depth <= test->wanted || depth <= r + test->out;
+}
+
+/* May any node need image n? The smallest depth of its ghosts against the largest search radius. */
+static bool is_needed(const struct line *line, int n) {
+  const struct test test = test_of(line, n);
+  return passes(&test, line->x_min, line->search_radius) || passes(&test, line->x_max, line->search_radius);
+}
+
+/* Every second image of a side is 2 L farther: if two in a row are not needed, none beyond is. */
+static bool is_side_done(const struct line *line, int n) {
+  return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
 }
 
 /* Images -n and n in one sweep: it is memory that takes the time. */
@@ -221,7 +205,7 @@ kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes
               boundary->upper - boundary->lower);
   struct hits hits = {0};
   const kith_status status = add_images(&line, nodes, &hits);
-  hits_clear(&hits);
+  kith_free(&hits.node[0]);
   return status;
 }
 

@@ -42,9 +42,6 @@ struct kith_scheme_ops {
 #define X(name) extern const struct kith_scheme_ops kith_scheme_##name;
 KITH_SCHEME_LIST(X)
 #undef X
-const struct kith_scheme_ops *kith_scheme_find(
-    const char *name); /* '-' and '_' are the same; NULL: there is none */
-const struct kith_scheme_ops *const *kith_scheme_all(void);
-struct kith_member kith_scheme_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_scheme);
 
 #endif

@@ -26,8 +26,6 @@ struct kith_eos_ops {
 #define X(name) extern const struct kith_eos_ops kith_eos_##name;
 KITH_EOS_LIST(X)
 #undef X
-const struct kith_eos_ops *kith_eos_find(const char *name); /* NULL if there is none */
-const struct kith_eos_ops *const *kith_eos_all(void);       /* ended by NULL */
-struct kith_member kith_eos_member(int k);                  /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_eos);
 
 #endif

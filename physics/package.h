@@ -16,10 +16,10 @@
  * compatible:  slope = -a . a, correction = -a . (w + s g - p), with s from the start of the kick to the
  *              evaluation and g the external force (A - a) of the last one, which counts as if it had acted
  *              before the pairs. Since sum_i m_i rate_i = - sum_i m_i a_i . p_i, the sum of all is minus what
- *              pairs add to the kinetic energy, to round-off, whatever f and p are. Owen (2014, Int. J. Numer.
- *              Meth. Fluids 75, 749) has p = w + (t + dt / 2) A, which costs a second evaluation of the pairs;
- *              schemes predict p from w by the last rates, p = w + s A: what is left for the correction,
- *              s a . a_last, is of second order in dt, and the same for gas that moves or falls. */
+ *              pairs add to the kinetic energy, to round-off, whatever f and p are. Owen (2014, Int. J.
+ *              Numer. Meth. Fluids 75, 749) has p = w + (t + dt / 2) A, which costs a second evaluation of
+ *              the pairs. Schemes predict p = w + s A by the last rates: then correction and slope differ by
+ *              the change of a alone, and gas that moves or falls as a whole sees neither. */
 #ifndef KITH_PHYSICS_PACKAGE_H
 #define KITH_PHYSICS_PACKAGE_H
 
@@ -135,9 +135,7 @@ struct kith_package {
 #define X(name) extern const struct kith_package_ops kith_package_##name;
 KITH_PACKAGE_LIST(X)
 #undef X
-const struct kith_package_ops *kith_package_find(const char *name); /* NULL if there is none */
-const struct kith_package_ops *const *kith_package_all(void);       /* ended by NULL */
-struct kith_member kith_package_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_package);
 
 /* The traits of a member with these settings. */
 struct kith_package_traits kith_package_traits(const struct kith_package_ops *ops, const void *settings);

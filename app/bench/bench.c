@@ -213,15 +213,6 @@ static void print_stages(const char *what, const struct figures *one, const stru
   printf(" in all %.0f\n", bytes);
 }
 
-static void print_triad(int all) {
-  double triad;
-  omp_set_num_threads(1);
-  if (reference_triad(&triad) == KITH_OK)
-    printf("\n  reference: triad on one thread %.1f GB/s", 1e-9 * triad);
-  omp_set_num_threads(all);
-  if (reference_triad(&triad) == KITH_OK) printf(", on %d %.1f GB/s\n", all, 1e-9 * triad);
-}
-
 /* Runs a row on one thread, and on all if stages are wanted; prints it. A row that cannot run ends the
  * bench. */
 static kith_status bench_row(const struct kith_options *options, const struct row *row, int all,
@@ -248,7 +239,7 @@ static const struct row rows[] = {
 
 static kith_status bench(const struct kith_options *options, int all) {
   struct figures first[2] = {{0}}, f[2] = {{0}};
-  printf("kith bench: 3-D Sedov, kith %s, %s, %s\n\n", kith_version(), kith_compiler(), kith_flags());
+  printf("kith bench: 3-D Sedov, kith %s, %s, %s\n\n", kith_version, kith_compiler, kith_flags);
   printf("  %-36s %7s %11s %10s %9s %12s %13s\n", "case", "threads", "updates/s", "ns/update", "rebuilds",
          "row entries", "energy drift");
   for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k)
@@ -263,7 +254,12 @@ static kith_status bench(const struct kith_options *options, int all) {
     KITH_TRY(bench_row(options, &row, all, false, f));
     print_stages(what, &f[0], &f[1], all);
   }
-  print_triad(all);
+  double one, both;
+  omp_set_num_threads(1);
+  KITH_TRY(reference_triad(&one));
+  omp_set_num_threads(all);
+  KITH_TRY(reference_triad(&both));
+  printf("\n  reference: triad on one thread %.1f GB/s, on %d %.1f GB/s\n", 1e-9 * one, all, 1e-9 * both);
   return KITH_OK;
 }
 

@@ -139,14 +139,13 @@ static void print_help(const struct kith_verb *verb) {
 /* ---- parsing ---- */
 
 static const struct kith_verb *find_verb(const char *name) {
-  char told[256], near[64];
+  static const struct kith_param row = {.kind = KITH_PARAM_CHOICE, .allowed = VERBS, .size = sizeof(int)};
+  char told[256];
+  int v;
   kith_choices_format(VERBS, told, sizeof told);
   if (name == NULL) refuse("no verb; one of %s (see kith --help)", told);
-  for (int v = 0; v < KITH_N_VERBS; ++v)
-    if (strcmp(verbs[v].name, name) == 0) return &verbs[v];
-  if (kith_choices_suggest(VERBS, name, near, sizeof near))
-    refuse("%.60s: unknown verb; did you mean '%s'?", name, near);
-  refuse("%.60s: unknown verb; one of %s", name, told);
+  if (kith_param_parse(&row, name, &v) != KITH_OK) refuse("verb %s", kith_failure());
+  return &verbs[v];
 }
 
 /* As getopt_long wants them; `letters` gives all arguments in their order, and ':' for a missing value. */
@@ -217,7 +216,7 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
     given[k] = true;
     take_value(&rows[k], optarg, o);
   }
-  if (o->version) printf("kith %s (%s, %s)\n", kith_version(), kith_compiler(), kith_flags());
+  if (o->version) printf("kith %s (%s, %s)\n", kith_version, kith_compiler, kith_flags);
   if (o->help && !o->version) print_help(o->verb);
   if (o->version || o->help) exit(KITH_EXIT_OK);
   for (; optind < argc; ++optind) take_word(o, argv[optind]); /* behind "--" */

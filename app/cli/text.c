@@ -3,15 +3,6 @@
 
 #include <string.h>
 
-#ifdef __clang__
-#define COMPILER "clang " __clang_version__
-#else
-#define COMPILER "gcc " __VERSION__
-#endif
-#ifndef KITH_FLAGS
-#define KITH_FLAGS "unknown"
-#endif
-
 void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text) {
   const size_t room = (size_t)(KITH_TEXT_WIDTH - indent);
   const char *p = text;
@@ -49,12 +40,9 @@ const char *kith_text_seconds(char text[32], double seconds) {
   return text;
 }
 
-const char *kith_version(void) {
-  return KITH_VERSION;
-}
-const char *kith_compiler(void) {
-  return COMPILER;
-}
-const char *kith_flags(void) {
-  return KITH_FLAGS;
-}
+const char kith_version[] = KITH_VERSION, kith_flags[] = KITH_FLAGS;
+#ifdef __clang__
+const char kith_compiler[] = "clang " __clang_version__;
+#else
+const char kith_compiler[] = "gcc " __VERSION__;
+#endif

@@ -13,8 +13,8 @@ void kith_text_wrapped(FILE *out, int indent, const char *label, const char *tex
 const char *kith_text_bytes(char text[32], double bytes);
 const char *kith_text_seconds(char text[32], double seconds);
 
-const char *kith_version(void);  /* "0.1.0" */
-const char *kith_compiler(void); /* name and version */
-const char *kith_flags(void);
+extern const char kith_version[];  /* "0.1.0" */
+extern const char kith_compiler[]; /* name and version */
+extern const char kith_flags[];
 
 #endif

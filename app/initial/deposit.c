@@ -1,7 +1,6 @@
 /* Blast energy: weights of the nodes around a center, and their sum over all ranks. */
 #include "app/initial/deposit.h"
-
-#include <stdlib.h>
+#include "lib/comm/sum.h"
 
 /* Relative difference below which distances are equal: round-off must not split a shell of lattice sites. */
 static const double tolerance = 1e-9;
@@ -10,8 +9,7 @@ static double distance(const struct kith_deposit *deposit, const struct kith_sce
   double r2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     double d = x[a] - deposit->center[a];
-    const double side = scene->domain.upper[a] - scene->domain.lower[a];
-    if (kith_boundary_wraps(scene->boundary[a].lower)) d -= side * round(d / side);
+    if (scene->period[a] > 0) d -= scene->period[a] * round(d / scene->period[a]);
     r2 += d * d;
   }
   return sqrt(r2);
@@ -52,65 +50,33 @@ static double weight(const struct kith_deposit *deposit, double r, double radius
   return r <= radius * (1 + tolerance) ? 1 : 0;
 }
 
-struct term {
-  int64_t id;
-  double value;
-};
-
-static int by_id(const void *a, const void *b) {
-  const int64_t p = ((const struct term *)a)->id, q = ((const struct term *)b)->id;
-  return (p > q) - (p < q);
-}
-
-/* The sum of n terms of this rank and those of the others, in the order of ids: the same on any number of
- * ranks. */
-static kith_status sum_by_id(struct kith_ranks *ranks, const struct term *mine, size_t n, double *sum) {
-  char *bytes = NULL;
-  size_t *part = NULL;
-  const size_t size = (size_t)kith_ranks_size(ranks);
-  kith_status status = kith_ranks_allreduce_status(ranks, kith_resize(&part, 0, size + 1, sizeof *part));
-  if (status == KITH_OK) status = kith_ranks_gather(ranks, mine, n * sizeof *mine, &bytes, part);
-  const size_t all = status == KITH_OK ? part[size] / sizeof *mine : 0;
-  struct term *term = (struct term *)bytes;
-  if (all > 1) qsort(term, all, sizeof *term, by_id);
-  *sum = 0;
-  for (size_t k = 0; k < all; ++k) *sum += term[k].value;
-  kith_free(&part);
-  kith_free(&bytes);
-  return status;
-}
-
-/* sum m w over the nodes of all ranks. */
-static kith_status sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                               const struct kith_hydro *hydro, double radius, double *sum) {
+/* sum m w over the nodes of all ranks. Nodes that were dealt out or reordered give the same for any number of
+ * ranks: an exact sum. */
+static double sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                          const struct kith_hydro *hydro, double radius) {
   const struct kith_nodes *nodes = hydro->nodes;
-  struct term *term = NULL;
-  size_t n = 0;
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks,
-                                       kith_resize(&term, 0, (size_t)nodes->n_internal, sizeof *term)));
-  *sum = 0;
+  struct kith_sum exact = {0};
+  double plain = 0;
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     const double w = weight(deposit, distance(deposit, scene, nodes->position->f64 + i * NDIM), radius);
-    if (w > 0) term[n++] = (struct term){nodes->id->i64[i], hydro->mass->f64[i] * w};
-    *sum += hydro->mass->f64[i] * w;
+    kith_sum_add(&exact, hydro->mass->f64[i] * w);
+    plain += hydro->mass->f64[i] * w;
   }
-  kith_status status = KITH_OK;
-  if (nodes->ranks != NULL || nodes->image != NULL) status = sum_by_id(nodes->ranks, term, n, sum);
-  kith_free(&term);
-  return status;
+  kith_sum_ranks(nodes->ranks, &exact, 1);
+  return nodes->ranks != NULL || nodes->image != NULL ? kith_sum_value(&exact) : plain;
 }
 
 static kith_status add(const struct kith_deposit *deposit, const struct kith_scene *scene,
                        const struct kith_hydro *hydro) {
   const kith_index n = hydro->nodes->n_internal;
   const double *x = hydro->nodes->position->f64;
-  double spacing = 0, sum = 0;
+  double spacing = 0;
   const double least = nearest(deposit, scene, hydro, &spacing),
-               radius = heated_radius(deposit, least, spacing);
-  KITH_TRY(sum_weights(deposit, scene, hydro, radius, &sum));
+               radius = heated_radius(deposit, least, spacing),
+               sum = sum_weights(deposit, scene, hydro, radius);
   if (!(sum > 0))
-    KITH_FAIL_AT(&deposit->location, "energy: no node is within %g of its center; the nearest is at %g",
-                 radius, least);
+    return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
+                            radius, least);
   for (kith_index i = 0; i < n; ++i)
     hydro->energy->f64[i] +=
         deposit->energy * weight(deposit, distance(deposit, scene, x + i * NDIM), radius) / sum;

@@ -4,31 +4,24 @@
 #include "app/initial/deposit.h"
 #include "app/initial/lattice.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* --- regions: geometry, and the state at a place --- */
 
-enum { POINT_TEXT = 96 };
-/* "(0.5, 0.25)"; returns `text`. */
-static const char *point_text(char text[POINT_TEXT], const double *x) {
-  int length = snprintf(text, POINT_TEXT, "(%.10g", x[0]);
-  for (int a = 1; a < NDIM; ++a)
-    length += snprintf(text + length, (size_t)(POINT_TEXT - length), ", %.10g", x[a]);
-  snprintf(text + length, (size_t)(POINT_TEXT - length), ")");
-  return text;
-}
+/* A place in a message. */
+#define PLACE "(%.10g, %.10g, %.10g)"
+#define COORDINATES(x) (x)[0], NDIM > 1 ? (x)[1 % NDIM] : 0.0, NDIM > 2 ? (x)[2 % NDIM] : 0.0
 
 /* The region's box cut with the domain. */
 static kith_status region_box(const struct kith_region *region, const struct kith_box *domain,
                               struct kith_box *box) {
   for (int a = 0; a < NDIM; ++a) {
-    box->lower[a] = KITH_MAX(region->where.box.lower[a], domain->lower[a]);
-    box->upper[a] = KITH_MIN(region->where.box.upper[a], domain->upper[a]);
+    box->lower[a] = KITH_MAX(region->where.extent[a][0], domain->lower[a]);
+    box->upper[a] = KITH_MIN(region->where.extent[a][1], domain->upper[a]);
     if (!(box->lower[a] < box->upper[a]))
-      KITH_FAIL_AT(&region->location, "region: no part of it is in the domain");
+      return kith_config_fail(region->node, NULL, "no part of it is in the domain");
     if (!isfinite(box->upper[a] - box->lower[a]))
-      KITH_FAIL_AT(&region->location, "region: it is not bounded along axis %d", a);
+      return kith_config_fail(region->node, NULL, "it is not bounded along axis %d", a);
   }
   return KITH_OK;
 }
@@ -37,43 +30,23 @@ static kith_status region_box(const struct kith_region *region, const struct kit
 static kith_status value_at(const struct kith_region *region, struct kith_expression *formula,
                             const char *what, const double *x, double *value) {
   if (kith_expression_at(formula, NDIM, x, value) == KITH_OK) return KITH_OK;
-  KITH_FAIL_AT(&region->location, "region: %s: %s", what, kith_failure());
+  return kith_config_fail(region->node, NULL, "%s: %s", what, kith_failure());
 }
 
 static kith_status refused(const struct kith_region *region, const char *what, double value,
                            const double *x) {
-  char text[POINT_TEXT];
-  KITH_FAIL_AT(&region->location, "region: %s is %g at %s", what, value, point_text(text, x));
+  return kith_config_fail(region->node, NULL, "%s is %g at " PLACE, what, value, COORDINATES(x));
 }
 
-static bool in_box(const struct kith_box *box, const double *x) {
-  for (int a = 0; a < NDIM; ++a)
-    if (!(x[a] >= box->lower[a] && x[a] < box->upper[a])) return false;
-  return true;
-}
-
-static bool in_half_space(const struct kith_where *where, const double *x) {
-  double along = 0, leading = 0;
-  for (int a = NDIM - 1; a >= 0; --a) {
-    along += (x[a] - where->point[a]) * where->normal[a];
-    if (where->normal[a] != 0) leading = where->normal[a];
-  }
-  return along > 0 || (along == 0 && leading > 0);
-}
-
-/* Is x in the region? All parts are half-open, so that a part and its complement share no point: boxes
- * [lower, upper), balls r < radius | r >= radius; a point on a half-space's plane belongs to the one whose
- * first nonzero normal component is positive. */
+/* Is x in the region? Its extents are half-open, so that regions that touch share no point. */
 static kith_status region_holds(const struct kith_region *region, const double *x, bool *holds) {
-  const struct kith_where *where = &region->where;
-  *holds = in_box(&where->box, x);
-  if (*holds && where->has_ball)
-    *holds = (kith_distance2(x, where->center) < where->radius * where->radius) != where->outside_ball;
-  if (*holds && where->has_half_space) *holds = in_half_space(where, x);
-  if (!*holds || !where->inside) return KITH_OK;
-  double value;
-  KITH_TRY(value_at(region, where->inside, "where", x, &value));
-  *holds = value != 0;
+  double value = 1;
+  *holds = true;
+  for (int a = 0; a < NDIM; ++a)
+    *holds = *holds && x[a] >= region->where.extent[a][0] && x[a] < region->where.extent[a][1];
+  if (*holds && region->where.inside != NULL)
+    KITH_TRY(value_at(region, region->where.inside, "where", x, &value));
+  *holds = *holds && value != 0;
   return KITH_OK;
 }
 
@@ -86,7 +59,7 @@ static kith_status density_at(const struct kith_region *region, const double *x,
  * of samples. */
 static kith_status mean_density_of(const struct kith_region *region, const struct kith_box *box,
                                    double *mean) {
-  if (kith_expression_constant(region->density)) return density_at(region, box->lower, mean);
+  if (!isnan(kith_expression_constant(region->density))) return density_at(region, box->lower, mean);
   const int per_axis = NDIM == 1 ? 4096 : NDIM == 2 ? 128 : 32, samples = (int)kith_pow_dim(per_axis);
   double sum = 0;
   int inside = 0;
@@ -102,8 +75,8 @@ static kith_status mean_density_of(const struct kith_region *region, const struc
     ++inside;
   }
   if (inside == 0)
-    KITH_FAIL_AT(&region->location,
-                 "region: too thin in its box to average the density; narrow the box or give `spacing`");
+    return kith_config_fail(region->node, NULL,
+                            "too thin in its box to average the density; narrow the box or give `spacing`");
   *mean = sum / inside;
   return KITH_OK;
 }
@@ -169,9 +142,7 @@ static kith_status state_at(const struct kith_region *region, const struct kith_
     KITH_TRY(value_at(region, region->pressure, "pressure", x, &state->pressure));
     if (state->pressure < 0) return refused(region, "pressure", state->pressure, x);
     state->energy = material->eos->energy(material->settings, state->density, state->pressure);
-    if (!material->eos->energy_positive &&
-        !kith_pressure_holds(kith_material_pressure(material, state->density, state->energy),
-                             state->pressure))
+    if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
       return refused(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   }
   const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
@@ -198,50 +169,40 @@ struct setup {
   double neighbors;
 };
 
-static kith_status fit_plan(struct plan *plan, double spacing) {
-  if (kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing) == KITH_OK) return KITH_OK;
-  KITH_FAIL_AT(&plan->region->location, "region: %s", kith_failure());
-}
-
-/* The densest of the regions whose spacing is not given, or -1. */
-static int densest(const struct setup *s) {
-  int best = -1;
-  for (int k = 0; k < s->scene->n_regions; ++k)
-    if (s->plan[k].region->spacing == 0 && (best < 0 || s->plan[k].mean_density > s->plan[best].mean_density))
-      best = k;
-  return best;
-}
-
-static kith_status measure_regions(struct setup *s) {
-  for (int k = 0; k < s->scene->n_regions; ++k) {
-    struct plan *plan = &s->plan[k];
-    plan->region = &s->scene->region[k];
-    KITH_TRY(region_box(plan->region, &s->scene->domain, &plan->box));
-    if (plan->region->spacing > 0)
-      KITH_TRY(fit_plan(plan, plan->region->spacing));
-    else
-      KITH_TRY(mean_density_of(plan->region, &plan->box, &plan->mean_density));
-  }
+/* volume: of a node, which the number of cells is balanced for; 0: it is not. */
+static kith_status fit_lattice(struct plan *plan, double spacing, double volume) {
+  kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
+  if (status == KITH_OK && volume > 0) status = kith_lattice_balance(&plan->fit, volume);
+  if (status != KITH_OK) return kith_config_fail(plan->region->node, NULL, "%s", kith_failure());
   return KITH_OK;
 }
 
 /* Equal mass: the volume of a node in the other regions follows from the mass that a node got in the densest
  * one, so that the rounding of cells there does not count twice. */
 static kith_status fit_lattices(struct setup *s) {
-  const int d = densest(s);
-  if (d < 0) return KITH_OK;
-  KITH_TRY(fit_plan(&s->plan[d], 1 / s->scene->resolution));
+  const double spacing = 1 / s->scene->resolution;
+  struct plan *densest = NULL; /* of the regions whose spacing is not given */
   for (int k = 0; k < s->scene->n_regions; ++k) {
     struct plan *plan = &s->plan[k];
-    if (k == d || plan->region->spacing > 0) continue;
-    if (s->scene->arrangement == KITH_EQUAL_SPACING) {
-      KITH_TRY(fit_plan(plan, 1 / s->scene->resolution));
-      continue;
-    }
-    const double volume = s->plan[d].fit.site_volume * s->plan[d].mean_density / plan->mean_density;
-    KITH_TRY(fit_plan(plan, pow(volume, 1.0 / NDIM)));
-    if (kith_lattice_balance(&plan->fit, volume) != KITH_OK)
-      KITH_FAIL_AT(&plan->region->location, "region: %s", kith_failure());
+    plan->region = &s->scene->region[k];
+    KITH_TRY(region_box(plan->region, &s->scene->domain, &plan->box));
+    if (plan->region->spacing > 0) continue;
+    KITH_TRY(mean_density_of(plan->region, &plan->box, &plan->mean_density));
+    if (densest == NULL || plan->mean_density > densest->mean_density) densest = plan;
+  }
+  if (densest != NULL) KITH_TRY(fit_lattice(densest, spacing, 0));
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    struct plan *plan = &s->plan[k];
+    if (plan == densest) continue;
+    const bool given = plan->region->spacing > 0;
+    double volume = 0;
+    if (!given && s->scene->arrangement == KITH_EQUAL_MASS)
+      volume = densest->fit.site_volume * densest->mean_density / plan->mean_density;
+    KITH_TRY(fit_lattice(plan,
+                         given        ? plan->region->spacing
+                         : volume > 0 ? pow(volume, 1.0 / NDIM)
+                                      : spacing,
+                         volume));
   }
   return KITH_OK;
 }
@@ -254,54 +215,9 @@ static kith_status check_alone(const struct setup *s, const struct plan *plan, c
     bool holds;
     KITH_TRY(region_holds(other, x, &holds));
     if (!holds) continue;
-    char text[POINT_TEXT];
-    KITH_FAIL_AT(&plan->region->location, "region: overlaps the region of line %d, at %s",
-                 other->location.line, point_text(text, x));
+    return kith_config_fail(plan->region->node, NULL, "overlaps the region of line %d, at " PLACE,
+                            other->node->location.line, COORDINATES(x));
   }
-  return KITH_OK;
-}
-
-/* Moves *site on to the next one that the region holds; to the number of sites if there is none. */
-static kith_status next_site(const struct plan *plan, int64_t *site, double *x) {
-  for (bool holds = false; *site < plan->fit.sites; ++*site) {
-    kith_lattice_site(&plan->fit, *site, x);
-    KITH_TRY(region_holds(plan->region, x, &holds));
-    if (holds) break;
-  }
-  return KITH_OK;
-}
-
-static kith_status count_region(const struct setup *s, struct plan *plan) {
-  double x[NDIM];
-  plan->count = 0;
-  for (int64_t site = 0;; ++site, ++plan->count) {
-    KITH_TRY(next_site(plan, &site, x));
-    if (site == plan->fit.sites) break;
-    KITH_TRY(check_alone(s, plan, x));
-  }
-  if (plan->count == 0) KITH_FAIL_AT(&plan->region->location, "region: it holds no node");
-  return KITH_OK;
-}
-
-static kith_status count_nodes(struct setup *s) {
-  int64_t sites = 0;
-  for (int k = 0; k < s->scene->n_regions; ++k) sites += s->plan[k].fit.sites;
-  if (sites > KITH_MAX_SITES)
-    KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
-              (double)KITH_MAX_SITES);
-  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(count_region(s, &s->plan[k]));
-  return KITH_OK;
-}
-
-/* Reserves memory for all nodes, then appends them list by list, so that no list is moved. */
-static kith_status append_nodes(struct setup *s) {
-  kith_index total = 0;
-  for (int k = 0; k < s->scene->n_regions; ++k) total += s->plan[k].count;
-  KITH_TRY(kith_nodes_grow(s->nodes, total));
-  for (int list = 0; list < s->scene->n_materials; ++list)
-    for (int k = 0; k < s->scene->n_regions; ++k)
-      if (s->plan[k].region->material == list)
-        KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
   return KITH_OK;
 }
 
@@ -327,13 +243,42 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   return KITH_OK;
 }
 
-static kith_status fill_region(const struct setup *s, const struct plan *plan) {
+/* Counts the sites that the region holds, of which no other region may hold one, or makes them its nodes. */
+static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fill) {
   double x[NDIM];
-  int64_t site = 0;
-  for (kith_index i = 0; i < plan->count; ++i, ++site) {
-    KITH_TRY(next_site(plan, &site, x));
-    KITH_TRY(fill_node(s, plan, plan->first + i, x));
+  bool holds;
+  plan->count = 0;
+  for (int64_t site = 0; site < plan->fit.sites; ++site) {
+    kith_lattice_site(&plan->fit, site, x);
+    KITH_TRY(region_holds(plan->region, x, &holds));
+    if (!holds) continue;
+    KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, x) : check_alone(s, plan, x));
+    ++plan->count;
   }
+  if (plan->count == 0) return kith_config_fail(plan->region->node, NULL, "it holds no node");
+  return KITH_OK;
+}
+
+static kith_status count_nodes(const struct setup *s, kith_index *total) {
+  int64_t sites = 0;
+  *total = 0;
+  for (int k = 0; k < s->scene->n_regions; ++k) sites += s->plan[k].fit.sites;
+  if (sites > KITH_MAX_SITES)
+    KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
+              (double)KITH_MAX_SITES);
+  for (int k = 0; k < s->scene->n_regions; ++k) {
+    KITH_TRY(visit_sites(s, &s->plan[k], false));
+    *total += s->plan[k].count;
+  }
+  return KITH_OK;
+}
+
+/* List by list, so that none is moved. */
+static kith_status append_nodes(const struct setup *s) {
+  for (int list = 0; list < s->scene->n_materials; ++list)
+    for (int k = 0; k < s->scene->n_regions; ++k)
+      if (s->plan[k].region->material == list)
+        KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
   return KITH_OK;
 }
 
@@ -393,13 +338,14 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
 }
 
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
+  kith_index total;
   KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1), sizeof *s->plan));
-  KITH_TRY(measure_regions(s));
   KITH_TRY(fit_lattices(s));
-  KITH_TRY(count_nodes(s));
+  KITH_TRY(count_nodes(s, &total));
   KITH_TRY(create_nodes(s, nodes));
+  KITH_TRY(kith_nodes_grow(s->nodes, total));
   KITH_TRY(append_nodes(s));
-  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(fill_region(s, &s->plan[k]));
+  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(visit_sites(s, &s->plan[k], true));
   s->nodes->positions += 1;
   KITH_TRY(mark_frozen(s, frozen));
   if (!kith_initial_conditions_pending(s->scene)) KITH_TRY(kith_deposits_add(s->scene, s->hydro));

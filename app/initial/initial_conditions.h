@@ -1,9 +1,9 @@
 /* initial_conditions.h - from a scene to nodes: lattices cut to regions, masses, state, deposited energy.
  *
  * A lattice (lattice.h: cubic, bcc, fcc, hcp) fills a region's box, cut with the domain, with whole cells;
- * sites outside of the region's ball, half-space or expression are left out. A site stands for the volume v =
- * box / all sites, its mass is rho(x) v: the density is exact, and so is the mass of a box of constant
- * density. Nodes of two boxes that touch stand half a layer each from the common face.
+ * sites outside of the region's expression are left out. A site stands for the volume v = box / all sites,
+ * its mass is rho(x) v: the density is exact, and so is the mass of a box of constant density. Nodes of two
+ * boxes that touch stand half a layer each from the common face.
  *
  *   equal-mass     v = rho_max / (rho resolution^NDIM), rho the mean density of the region: a node has about
  *                  the same mass in every region. The number of cells is rounded; outside of the densest

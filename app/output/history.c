@@ -43,22 +43,18 @@ static double component(const double *vector, int axis) {
 #define PUT(name, least, kind, value, unit, doc) \
   if (NDIM >= (least)) fputs(comma, f), PUT_##kind(value), comma = ",";
 
-static kith_status add_step(struct kith_history *history, const struct kith_simulation *m,
-                            const struct kith_totals *now, const struct sums *all) {
+/* On rank 0; `checked`: the balance. */
+static kith_status add_rows(struct kith_history *history, const struct kith_simulation *m,
+                            const struct kith_totals *now, const struct sums *all, bool checked) {
   const struct kith_integrator *it = &m->integrator;
+  const struct kith_decomposition *d = m->decomposition;
   const double seconds = kith_seconds() - history->started;
   const char *comma = "";
   FILE *f = history->steps.file;
   KITH_HISTORY_LIST(PUT)
-  return kith_csv_log_row(&history->steps);
-}
-
-static kith_status add_balance(struct kith_history *history, const struct kith_simulation *m,
-                               const struct sums *all) {
-  const struct kith_integrator *it = &m->integrator;
-  const struct kith_decomposition *d = m->decomposition;
-  const char *comma = "";
-  FILE *f = history->balance.file;
+  KITH_TRY(kith_csv_log_row(&history->steps));
+  if (!checked) return KITH_OK;
+  comma = "", f = history->balance.file;
   KITH_BALANCE_LIST(PUT)
   return kith_csv_log_row(&history->balance);
 }
@@ -70,15 +66,11 @@ kith_status kith_history_step(struct kith_history *history, const struct kith_si
   const bool checked = d != NULL && d->balance_checks != history->balance_checks;
   uint64_t sum[] = {(uint64_t)m->nodes->n_internal, (uint64_t)m->nodes->n_ghost,
                     m->integrator.ledger.last_row_entries, d != NULL ? d->migrated : 0};
-  kith_status status = KITH_OK;
   kith_ranks_sum_counts(ranks, sum, 4);
   const struct sums all = {sum[0], sum[1], sum[2], sum[3]};
   if (checked) history->balance_checks = d->balance_checks;
-  if (kith_ranks_rank(ranks) == 0) {
-    status = add_step(history, m, now, &all);
-    if (status == KITH_OK && checked) status = add_balance(history, m, &all);
-  }
-  return kith_ranks_allreduce_status(ranks, status);
+  return kith_ranks_allreduce_status(
+      ranks, kith_ranks_rank(ranks) == 0 ? add_rows(history, m, now, &all, checked) : KITH_OK);
 }
 
 kith_status kith_history_close(struct kith_history *history) {

@@ -1,4 +1,4 @@
-/* The directory of a run: snapshots and their series. */
+/* The directory of a run: snapshots and their series, the trace. */
 #include "app/output/output.h"
 
 #include <errno.h>
@@ -14,11 +14,6 @@
 
 static void path_in(const struct kith_output *output, const char *name, char path[640]) {
   snprintf(path, 640, "%s/%s", output->directory, name);
-}
-
-/* Who writes. */
-static bool writes(const struct kith_simulation *simulation) {
-  return kith_ranks_rank(simulation->nodes->ranks) == 0;
 }
 
 kith_status kith_output_directory(struct kith_output *output, const char *directory, bool create) {
@@ -60,9 +55,9 @@ static kith_status write_series(const struct kith_output *output) {
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
   const struct kith_integrator *it = &simulation->integrator;
   char build[256];
-  snprintf(build, sizeof build, "%d-D, %s, %s", NDIM, kith_compiler(), kith_flags());
+  snprintf(build, sizeof build, "%d-D, %s, %s", NDIM, kith_compiler, kith_flags);
   const struct kith_note notes[] = {{"Program", "kith"},
-                                    {"Version", kith_version()},
+                                    {"Version", kith_version},
                                     {"Build", build},
                                     {"SceneName", simulation->scene->name},
                                     {"Scene", simulation->scene->text},
@@ -79,8 +74,35 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
   kith_nodes_destroy(&dealt);
   KITH_TRY(status);
   output->times[output->n_snapshots++] = it->time;
-  return kith_ranks_allreduce_status(simulation->nodes->ranks,
-                                     writes(simulation) ? write_series(output) : KITH_OK);
+  struct kith_ranks *ranks = simulation->nodes->ranks;
+  return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? write_series(output) : KITH_OK);
+}
+
+/* ---- the trace ---- */
+
+static kith_status append(const struct kith_atomic_file *file, const struct kith_profile *profile, int rank,
+                          bool last) {
+  FILE *f = fopen(file->temporary, "a");
+  if (f == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(errno));
+  fputs(rank == 0 ? "[\n" : ",\n", f);
+  kith_profile_write_events(profile, rank, f);
+  if (last) fputs("\n]\n", f);
+  const bool whole = !ferror(f);
+  if (fclose(f) != 0 || !whole) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(errno));
+  return KITH_OK;
+}
+
+kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile *profile, const char *path) {
+  const int me = kith_ranks_rank(ranks), size = kith_ranks_size(ranks);
+  struct kith_atomic_file *file = NULL;
+  kith_status status = me == 0 ? kith_atomic_file_open(&file, path) : kith_atomic_file_join(&file, path);
+  status = kith_ranks_allreduce_status(ranks, status);
+  for (int r = 0; r < size && status == KITH_OK; ++r)
+    status = kith_ranks_allreduce_status(ranks, r == me ? append(file, profile, me, r == size - 1) : KITH_OK);
+  if (status == KITH_OK)
+    status = kith_ranks_allreduce_status(ranks, me == 0 ? kith_atomic_file_commit(&file, false) : KITH_OK);
+  kith_atomic_file_abandon(&file);
+  return status;
 }
 
 kith_status kith_output_close(struct kith_output *output) {

@@ -27,6 +27,10 @@ kith_status kith_output_directory(struct kith_output *output, const char *direct
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 kith_status kith_output_close(struct kith_output *output);
+/* A JSON array of the events of all ranks: a rank is a process of it, with its threads. Each appends its own
+ * to the file, in turn, which must be visible to all. Their clocks were aligned (kith_profile_align). The
+ * file appears whole or not at all. All learn of a failure. */
+kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile *profile, const char *path);
 
 /* ---- restart.c ---- */
 

@@ -1,5 +1,5 @@
 /* What ranks did: values of each rank are reduced to their minimum, mean and maximum. */
-#include "app/output/ranks_detail.h"
+#include "app/output/report.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -98,9 +98,4 @@ kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_s
   KITH_RANKS_TOTAL_LIST(X)
 #undef X
   return detail_stages(ranks, m->profile, out);
-}
-
-void kith_ranks_detail_clear(struct kith_ranks_detail *detail) {
-  kith_free(&detail->stage);
-  detail->n_stages = 0;
 }

@@ -96,24 +96,14 @@ void kith_report_clear(struct kith_report *report) {
 
 /* ---- the file ---- */
 
-static void put_norms(json_t *root, const struct kith_report *r) {
-#define FIELDS(X) X(density) X(velocity) X(pressure) X(energy) X(speed)
-#define NUMBERS(X) \
-  X(nodes) X(contact_pressure_error) X(shock_radius) X(shock_exact) X(density_peak) X(speed_peak)
-  const struct kith_norms *n = &r->norms;
-  if (!r->compared) {
-    put(root, "norms", json_null());
-    return;
-  }
-#define X(name)                                        \
-  put(root, "norms." #name ".l1", number(n->name.l1)); \
-  put(root, "norms." #name ".l2", number(n->name.l2)); \
-  put(root, "norms." #name ".linf", number(n->name.linf));
-  FIELDS(X)
-#undef X
-#define X(name) put(root, "norms." #name, number(n->name));
-  NUMBERS(X)
-#undef X
+static void put_norms(json_t *root, const struct kith_norms *n) {
+#define NUMBER(name) put(root, "norms." #name, number(n->name))
+#define FIELD(name) NUMBER(name.l1), NUMBER(name.l2), NUMBER(name.linf)
+  FIELD(density), FIELD(velocity), FIELD(pressure), FIELD(energy), FIELD(speed);
+  NUMBER(nodes), NUMBER(contact_pressure_error), NUMBER(shock_radius), NUMBER(shock_exact);
+  NUMBER(density_peak), NUMBER(speed_peak);
+#undef FIELD
+#undef NUMBER
 }
 
 static void put_spread(json_t *object, const struct kith_spread *spread) {
@@ -157,7 +147,8 @@ static json_t *json_of(const struct kith_report *r) {
 #define X(kind, member, key, value, unit, doc) put(root, key, JSON_##kind(r->member));
   KITH_REPORT_LIST(X)
 #undef X
-  put_norms(root, r);
+  put(root, "norms", r->compared ? json_object() : json_null());
+  if (r->compared) put_norms(root, &r->norms);
   put(root, "measures", json_object());
   for (int k = 0; k < KITH_N_MEASURES; ++k)
     if (r->measured != NULL && r->measured[k])

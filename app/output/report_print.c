@@ -47,25 +47,16 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
 }
 
-static void print_measures(const struct kith_report *r, FILE *f) {
-  for (int k = 0; k < KITH_N_MEASURES; ++k)
-    if (r->measured != NULL && r->measured[k])
-      fprintf(f, "    %s %.5g\n", kith_measure_names[k], r->measure[k]);
-}
-
-/* Gas at rest that no shock will move. */
-static bool at_rest(const struct kith_report *r) {
-  return r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
-}
-
-/* Beyond energy and momentum, only what the scene is about. */
+/* Beyond energy and momentum, only what the scene is about: a vortex, or gas at rest that no shock will
+ * move. */
 static void print_conservation(const struct kith_report *r, FILE *f) {
-  const bool vortex = r->compared && r->norms.vortex;
+  const bool vortex = r->compared && r->norms.vortex,
+             at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
   fprintf(f, "\n  relative drift: energy %.2e, momentum %.2e", r->energy_drift, r->momentum_drift);
   if (vortex)
     fprintf(f, ", angular momentum %.2e\n  kinetic energy %.4g of %.4g, rebound %.2e",
             r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);
-  if (at_rest(r))
+  if (at_rest)
     fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->largest_mach, r->final_mach);
   fputc('\n', f);
 }
@@ -107,13 +98,10 @@ static void print_stages(const struct kith_report *r, bool all, FILE *f) {
 }
 
 static void print_cost(const struct kith_report *r, FILE *f) {
+  const struct kith_ranks_detail *d = r->ranks_detail;
   fprintf(f, "\n  %.3f s wall, %.3f s cpu; %.3g node updates/s, %.1f pairs per node, %.3g pair evaluations\n",
           r->wall_seconds, r->cpu_seconds, r->node_updates_per_second, r->pairs_per_node,
           r->pair_evaluations);
-}
-
-static void print_ranks(const struct kith_report *r, FILE *f) {
-  const struct kith_ranks_detail *d = r->ranks_detail;
   if (r->ranks == 1 || d == NULL) return;
   fprintf(f, "  %.4g messages of %.4g bytes in the mean; remote ghosts: %.4g created, %.4g kept\n",
           entry(r, "messages"), entry(r, "message_bytes") / KITH_MAX(entry(r, "messages"), 1),
@@ -124,14 +112,12 @@ static void print_ranks(const struct kith_report *r, FILE *f) {
   fputc('\n', f);
 }
 
-static void print_spread(const char *doc, const struct kith_spread *s, FILE *f) {
-  if (s->max > 0)
-    fprintf(f, "  %-62s %10.5g %10.5g %10.5g %9.3f\n", doc, s->min, s->mean, s->max, s->max / s->mean);
-}
-
 static void print_ranks_detail(const struct kith_ranks_detail *d, FILE *f) {
   fprintf(f, "\n  %-62s %10s %10s %10s %9s\n", "of a rank", "min", "mean", "max", "max/mean");
-#define X(name, value, doc) print_spread(doc, &d->name, f);
+#define X(name, value, doc)                                                                         \
+  if (d->name.max > 0)                                                                              \
+    fprintf(f, "  %-62s %10.5g %10.5g %10.5g %9.3f\n", doc, d->name.min, d->name.mean, d->name.max, \
+            d->name.max / d->name.mean);
   KITH_RANKS_SPREAD_LIST(X)
 #undef X
   fprintf(f, "\n  %-62s %10s\n", "of all ranks", "total");
@@ -143,10 +129,11 @@ static void print_ranks_detail(const struct kith_ranks_detail *d, FILE *f) {
 void kith_report_print(const struct kith_report *report, bool all, FILE *out) {
   print_run(report, out);
   if (report->compared) print_norms(&report->norms, out);
-  print_measures(report, out);
+  for (int k = 0; k < KITH_N_MEASURES; ++k)
+    if (report->measured != NULL && report->measured[k])
+      fprintf(out, "    %s %.5g\n", kith_measure_names[k], report->measure[k]);
   print_conservation(report, out);
   print_stages(report, all, out);
   print_cost(report, out);
-  print_ranks(report, out);
   if (all && report->ranks > 1) print_ranks_detail(report->ranks_detail, out);
 }

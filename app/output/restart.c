@@ -52,69 +52,40 @@ static struct saved collect(struct kith_output *output, struct kith_simulation *
   return saved;
 }
 
-static kith_status put_saved(struct kith_checkpoint *c, const struct kith_output *output,
-                             const struct saved *saved, const struct kith_decomposition_state *d) {
+/* `c` is NULL but on rank 0, which gets the nodes of all. */
+static kith_status put_all(struct kith_checkpoint *c, const struct kith_simulation *m,
+                           const struct kith_output *output, const struct saved *saved) {
+  const struct kith_decomposition *d = m->decomposition;
+  const kith_status nodes = kith_checkpoint_put_nodes(c, m->nodes),
+                    own = d != NULL ? kith_decomposition_save(d, m->nodes, c) : KITH_OK;
+  KITH_TRY(nodes);
+  if (own != KITH_OK || c == NULL) return own;
 #define X(member, name, type) \
   KITH_TRY(kith_checkpoint_put(c, name, type, &saved->member, sizeof saved->member / 8));
   ARRAY_LIST(X)
 #undef X
-  if (d->n > 0) KITH_TRY(kith_checkpoint_put(c, "decomposition", KITH_I64, d->word, d->n));
   return kith_checkpoint_put(c, "snapshot_times", KITH_F64, output->times, (size_t)output->n_snapshots);
-}
-
-/* The nodes of all; `c` is NULL but on rank 0. */
-static kith_status put_nodes(struct kith_checkpoint *c, const struct kith_simulation *m) {
-  const kith_status status = kith_checkpoint_put_nodes(c, m->nodes);
-  if (m->decomposition == NULL) return status;
-  const kith_status work = kith_checkpoint_put_field(c, m->nodes, m->decomposition->work);
-  return status != KITH_OK ? status : work;
 }
 
 kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *m,
                                    const struct kith_conservation_baseline *baseline) {
   struct kith_ranks *ranks = m->nodes->ranks;
   struct kith_checkpoint *c = NULL;
-  struct kith_decomposition_state d = {0};
   struct saved saved = collect(output, m, baseline);
   char path[640];
   snprintf(path, sizeof path, "%s/checkpoint.kith", output->directory);
-  kith_status status =
-      m->decomposition != NULL ? kith_decomposition_describe(m->decomposition, m->nodes, &d) : KITH_OK;
-  if (status == KITH_OK && first_rank(m)) status = kith_checkpoint_open_new(&c, path, m->scene->text);
+  kith_status status = first_rank(m) ? kith_checkpoint_open_new(&c, path, m->scene->text) : KITH_OK;
   status = kith_ranks_allreduce_status(ranks, status);
   if (status == KITH_OK) {
-    status = put_nodes(c, m);
-    if (status == KITH_OK && c != NULL) status = put_saved(c, output, &saved, &d);
+    status = put_all(c, m, output, &saved);
     if (status == KITH_OK && c != NULL) status = kith_checkpoint_commit(&c);
     status = kith_ranks_allreduce_status(ranks, status);
   }
   kith_checkpoint_close(&c);
-  kith_free(&d.word);
   return status;
 }
 
 /* ---- reading ---- */
-
-/* This rank's part of the nodes that were read: what it had, or what lies in its cells if there were not as
- * many ranks. */
-static kith_status take_own(struct kith_checkpoint *c, struct kith_simulation *m) {
-  struct kith_decomposition_state state = {.n = kith_checkpoint_length(c, "decomposition")};
-  if (m->decomposition == NULL) return KITH_OK;
-  if (state.n == SIZE_MAX) return kith_decomposition_keep_own(m->decomposition, m->nodes);
-  kith_status status = kith_resize(&state.word, 0, state.n, sizeof *state.word);
-  if (status == KITH_OK) status = kith_checkpoint_get(c, "decomposition", KITH_I64, state.word, state.n);
-  if (status == KITH_OK) status = kith_decomposition_restore(m->decomposition, m->nodes, &state);
-  kith_free(&state.word);
-  return status;
-}
-
-static kith_status read_nodes(struct kith_checkpoint *c, struct kith_simulation *m) {
-  KITH_TRY(kith_checkpoint_nodes(c, m->nodes));
-  if (m->decomposition != NULL && kith_checkpoint_length(c, "work") != SIZE_MAX)
-    KITH_TRY(
-        kith_checkpoint_get(c, "work", KITH_I64, m->decomposition->work->i64, (size_t)m->nodes->n_internal));
-  return take_own(c, m);
-}
 
 static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_simulation *m,
                             struct saved *saved, const char *path) {
@@ -127,7 +98,8 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   KITH_TRY(kith_checkpoint_get(c, name, type, &saved->member, sizeof saved->member / 8));
   ARRAY_LIST(X)
 #undef X
-  KITH_TRY(read_nodes(c, m));
+  KITH_TRY(kith_checkpoint_nodes(c, m->nodes));
+  if (m->decomposition != NULL) KITH_TRY(kith_decomposition_load(m->decomposition, m->nodes, c));
   for (int k = 0; k < REALS; ++k)
     if (places.real[k] != NULL) *places.real[k] = saved->real[k];
   for (int k = 0; k < COUNTS; ++k) /* sums are kept by rank 0 */

@@ -1,8 +1,13 @@
-/* The scaling model: what each of many ranks would have, send and wait for. */
+/* What a run will cost: evaluations that are timed, short runs with fewer nodes, and the scaling model: what
+ * each of many ranks would have, send and wait for. */
 #include "app/plan/forecast.h"
 
 #include <math.h>
+#include <omp.h>
+#include <stdio.h>
 #include <string.h>
+#include <time.h>
+#include "integrator/lifecycle.h"
 #include "lib/core/sfc_key.h"
 #include "lib/domain/cell_bounds.h"
 #include "lib/domain/decomposition.h"
@@ -11,13 +16,89 @@
 
 enum { MOST_RANKS = 16384, MOST_RANKS_OF_A_NODE = 512 };
 
+/* ---- one process ---- */
+
+/* Processor time where there is one thread: other programs do not count. */
+static double seconds_now(void) {
+  struct timespec t;
+  if (omp_get_max_threads() > 1) return kith_seconds();
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds) {
+  struct kith_integrator *it = &simulation->integrator;
+  const double start = seconds_now();
+  double before = start;
+  *seconds = INFINITY;
+  for (int k = 0; k < 3 && before - start < 0.5; ++k) {
+    if (kith_rebuilds_lasting(it->rebuilds)) KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
+    KITH_TRY(kith_integrator_rates(it));
+    const double now = seconds_now();
+    *seconds = fmin(*seconds, now - before);
+    before = now;
+  }
+  return KITH_OK;
+}
+
+static kith_status steps_of(struct kith_simulation *m, int k, double until, double limit,
+                            struct kith_calibration *out) {
+  struct kith_integrator *it = &m->integrator;
+  double first;
+  KITH_TRY(kith_simulation_start(m));
+  KITH_TRY(kith_evaluation_measure(m, &first));
+  const uint64_t evaluations = it->ledger.evaluations, lifecycles = it->ledger.lifecycles;
+  const double start = seconds_now();
+  while (it->time < until) {
+    KITH_TRY(kith_integrator_step(it, until));
+    if (seconds_now() - start > limit) KITH_FAIL(DIVERGED, "a calibration run exceeds %.3g s", limit);
+  }
+  out->steps[k] = (double)it->step;
+  out->growth = (seconds_now() - start) / fmax((double)(it->ledger.evaluations - evaluations), 1) / first;
+  out->lists = (double)(it->ledger.lifecycles - lifecycles) / fmax((double)it->step, 1);
+  return KITH_OK;
+}
+
+static kith_status run(const struct kith_options *o, int k, double until, double limit,
+                       struct kith_calibration *out) {
+  const char *overrides[KITH_MAX_OVERRIDES + 1];
+  char resolution[64];
+  struct kith_scene *scene = NULL;
+  struct kith_simulation *m = NULL;
+  memcpy(overrides, o->overrides, sizeof o->overrides);
+  snprintf(resolution, sizeof resolution, "resolution=%.10g", out->resolution[k]);
+  overrides[o->n_overrides] = resolution;
+  KITH_TRY(kith_scene_read(&scene, o->subject, o->n_overrides + 1, overrides));
+  kith_status status = kith_simulation_create(&m, scene, NULL, false);
+  if (status == KITH_OK) status = steps_of(m, k, until, limit, out);
+  kith_simulation_destroy(&m);
+  kith_scene_destroy(&scene);
+  return status;
+}
+
+/* Whole and even, where that makes little difference: lattices and centers may need it. */
+static double rounded(double resolution) {
+  return resolution > 10 ? 2 * round(0.5 * resolution) : resolution;
+}
+
+kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
+                                 double resolution, double until, double cost, double budget) {
+  const double part = fmin(pow(budget / cost, 1.0 / (NDIM + 1)), 0.8);
+  *out =
+      (struct kith_calibration){.resolution = {rounded(0.7 * part * resolution), rounded(part * resolution)}};
+  for (int k = 0; k < 2; ++k) KITH_TRY(run(options, k, until, 10 * budget, out));
+  const double slope = (out->steps[1] - out->steps[0]) / (out->resolution[1] - out->resolution[0]);
+  out->expected = out->steps[1] + fmax(slope, 0) * (resolution - out->resolution[1]);
+  return KITH_OK;
+}
+
 /* ---- traffic of a step ---- */
 
 /* Collective calls, counted in the code of the stages (tests/mpi/planned.sh compares their sum with runs): of
  * a rebuild, more for each boundary, and for the motion within a step of several stages; of an evaluation,
  * and more of one that first checks that the lists still cover it; of a step with its output. */
 enum {
-  OF_A_LIST = 19,
+  OF_A_LIST = 18,
   OF_A_BOUNDARY = 2,
   OF_A_MOTION = 4,
   OF_AN_EVALUATION = 4,
@@ -85,14 +166,15 @@ struct model {
   struct kith_cells cells;
   int64_t *home;                   /* [n_internal] the cell of each node */
   struct kith_cell_bounds *bounds; /* [cells.n] */
-  double *work;                    /* [cells.n] */
+  double *work, *rank_work;        /* [cells.n], [n_ranks] */
   double search_radius;            /* the largest of all */
   double factor;                   /* f of cell_bounds.h */
-  const int32_t *owner;            /* [cells.n] the map */
-  struct mark *mark;               /* of all nodes */
-  struct load *load;               /* of the ranks */
-  uint8_t *meets;                  /* [from][to] MADE, KEPT */
-  uint64_t *rank;                  /* [n_internal] of the nodes, and their order by it */
+  struct kith_partition *partition;
+  const int32_t *owner; /* [cells.n] its map */
+  struct mark *mark;    /* of all nodes */
+  struct load *load;    /* of the ranks */
+  uint8_t *meets;       /* [from][to] MADE, KEPT */
+  uint64_t *rank;       /* [n_internal] of the nodes, and their order by it */
   kith_index *order;
 };
 
@@ -143,44 +225,36 @@ static void aim(struct targets *t, int32_t rank, const int *shift) {
   memcpy(t->of[t->n++].shift, shift, sizeof t->of[0].shift);
 }
 
-/* Is the image of x that is displaced by -shift lengths, so that it stands where cell c sees it, near c? */
-static bool is_near(const struct model *o, const double *x, double search_radius, int64_t c,
-                    const int *shift) {
-  double y[NDIM];
-  for (int a = 0; a < NDIM; ++a) y[a] = x[a] - shift[a] * (o->cells.upper[a] - o->cells.lower[a]);
-  return kith_cell_bounds_near(&o->bounds[c], y, search_radius, o->factor);
-}
-
 /* The ranks that node x is sent to: all cells around it are tested, also images of cells across periodic
  * faces. */
 static void find_targets(const struct model *o, const double *x, double search_radius, int32_t own,
                          struct targets *t) {
   const struct kith_cells *g = &o->cells;
-  int64_t low[NDIM], high[NDIM], k[NDIM];
+  int64_t low[NDIM], count[NDIM], n = 1;
   t->n = 0, t->full = false;
   for (int a = 0; a < NDIM; ++a) {
+    int64_t high = (int64_t)floor((x[a] + o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
     low[a] = (int64_t)floor((x[a] - o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
-    high[a] = (int64_t)floor((x[a] + o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
     if (!g->periodic[a]) { /* images are outside */
       low[a] = KITH_MIN(KITH_MAX(low[a], 0), g->count[a] - 1);
-      high[a] = KITH_MAX(KITH_MIN(high[a], g->count[a] - 1), 0);
+      high = KITH_MAX(KITH_MIN(high, g->count[a] - 1), 0);
     }
-    k[a] = low[a];
+    n *= count[a] = high - low[a] + 1;
   }
-  for (bool more = true; more;) {
-    int64_t inside[NDIM];
+  for (int64_t number = 0; number < n; ++number) {
+    int64_t k[NDIM];
     int shift[NDIM];
+    double y[NDIM]; /* the image of x that stands where the cell sees it */
+    kith_grid_place(count, number, k);
     for (int a = 0; a < NDIM; ++a) {
+      k[a] += low[a];
       shift[a] = (int)floor((double)k[a] / (double)g->count[a]);
-      inside[a] = k[a] - shift[a] * g->count[a];
+      k[a] -= shift[a] * g->count[a];
+      y[a] = x[a] - shift[a] * (g->upper[a] - g->lower[a]);
     }
-    const int64_t c = kith_grid_number(g->count, inside);
-    if (o->owner[c] != own && is_near(o, x, search_radius, c, shift)) aim(t, o->owner[c], shift);
-    more = false;
-    for (int a = 0; a < NDIM && !more; ++a) {
-      more = k[a] < high[a];
-      k[a] = more ? k[a] + 1 : low[a];
-    }
+    const int64_t c = kith_grid_number(g->count, k);
+    if (o->owner[c] != own && kith_cell_bounds_near(&o->bounds[c], y, search_radius, o->factor))
+      aim(t, o->owner[c], shift);
   }
 }
 
@@ -270,28 +344,22 @@ static kith_status load_ranks(struct model *o, const struct kith_step_traffic *h
 
 static kith_status predict(struct model *o, const char *partitioner, const struct kith_step_traffic *h,
                            const struct kith_costs *c, struct kith_forecast *f) {
-  struct kith_partition *partition = NULL;
-  double *work = NULL; /* of ranks */
   KITH_TRY(fill_cells(o));
-  KITH_TRY(kith_partition_create(&partition, &o->cells, o->n_ranks, partitioner));
-  kith_status status = kith_partition_converge(partition, o->work);
-  o->owner = partition->owner;
-  if (status == KITH_OK) status = load_ranks(o, h);
-  if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)o->n_ranks, sizeof *work);
-  if (status == KITH_OK)
-    *f = (struct kith_forecast){.cells = o->cells.n,
-                                .imbalance = kith_partition_loads(partition, o->owner, o->work, work)};
-  for (int r = 0; r < o->n_ranks && status == KITH_OK; ++r) {
+  KITH_TRY(kith_partition_create(&o->partition, &o->cells, o->n_ranks, partitioner));
+  KITH_TRY(kith_partition_converge(o->partition, o->work));
+  o->owner = o->partition->owner;
+  KITH_TRY(load_ranks(o, h));
+  KITH_TRY(kith_resize(&o->rank_work, 0, (size_t)o->n_ranks, sizeof *o->rank_work));
+  *f = (struct kith_forecast){
+      .cells = o->cells.n, .imbalance = kith_partition_loads(o->partition, o->owner, o->work, o->rank_work)};
+  for (int r = 0; r < o->n_ranks; ++r) {
     const struct load *l = &o->load[r];
-    f->work = fmax(f->work, work[r]), f->most_peers = fmax(f->most_peers, l->peers);
+    f->work = fmax(f->work, o->rank_work[r]), f->most_peers = fmax(f->most_peers, l->peers);
     f->made += l->made / o->n_ranks, f->most_made = fmax(f->most_made, l->made);
     f->kept += l->kept / o->n_ranks;
     f->messages += l->messages / o->n_ranks, f->most_messages = fmax(f->most_messages, l->messages);
     f->bytes += l->bytes / o->n_ranks, f->most_bytes = fmax(f->most_bytes, l->bytes);
   }
-  kith_partition_destroy(&partition);
-  kith_free(&work);
-  KITH_TRY(status);
   f->seconds.work = c->work * f->work;
   f->seconds.ghosts = c->ghost * f->most_made;
   f->seconds.bounds = h->lists * seconds_of_bounds(o, &c->network);
@@ -309,17 +377,13 @@ kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, co
   if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
   if (m->scene->partition.recompute)
     KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
-  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
+  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
   const kith_status status = predict(&o, partitioner, traffic, costs, out);
-  kith_free(&o.home);
-  kith_free(&o.bounds);
-  kith_free(&o.work);
-  kith_free(&o.mark);
-  kith_free(&o.load);
-  kith_free(&o.meets);
-  kith_free(&o.rank);
-  kith_free(&o.order);
+  void *const owned[] = {&o.home, &o.bounds, &o.work, &o.rank_work, &o.mark,
+                         &o.load, &o.meets,  &o.rank, &o.order};
+  for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
+  kith_partition_destroy(&o.partition);
   return status;
 }

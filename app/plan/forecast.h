@@ -1,5 +1,17 @@
-/* forecast.h - the scaling model: what N ranks would have of a scene, send and wait for, from one process.
+/* forecast.h - what a run will cost, on one process and on many.
  *
+ * One process: the time of one evaluation of the rates, and how many there will be.
+ *
+ *   seconds = steps * evaluations * t_start * growth
+ *
+ * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene
+ * itself. steps and growth come from two calibration runs, the whole scene at lower resolutions r1 < r2.
+ * steps: on the straight line through both (the number of Courant steps is proportional to the resolution,
+ * that of the starting phase is constant). growth: mean time of an evaluation along the run over that at
+ * its start; it holds longer support iterations, nodes out of order, and the rebuilds that Verlet lists
+ * save.
+ *
+ * Many: the scaling model, what N ranks would have of a scene, send and wait for, from one process.
  * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
  * start, as a run measures it. A partitioner makes its first map and continues until it changes nothing (at
  * most 20 times). Then
@@ -24,6 +36,25 @@
 
 #include "app/simulation/simulation.h"
 #include "app/cli/options.h"
+
+/* ---- one process ---- */
+
+/* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
+ * up to 3, as many as half a second allows, which is disturbed least by other programs. */
+kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
+
+struct kith_calibration {
+  double resolution[2], steps[2]; /* of the two runs */
+  double expected;                /* steps of the scene itself */
+  double growth;
+  double lists; /* neighbor lists built, per step */
+};
+/* Runs the scene of `options` twice, each run for about `budget` seconds, judged by `cost`, the estimate for
+ * the scene itself. DIVERGED if a run fails or takes ten times as long. */
+kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
+                                 double resolution, double until, double cost, double budget);
+
+/* ---- many ---- */
 
 /* What a ghost of another rank costs, from the search for who needs it to its place in the lists, in row
  * entries: an assumption; fits to runs of Sedov's blast on 1 and 2 ranks scattered, mostly from 30 to 50. */

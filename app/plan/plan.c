@@ -1,9 +1,9 @@
 /* plan.c - `kith plan SCENE`: what a scene will build and why, memory, time step and expected cost; with
- * --ranks N what each partitioner would make of it (forecast.h). Nothing is written.
+ * --ranks N what each partitioner would make of it. Nothing is written.
  *
  * The objects are those of a run: nodes are created and the rates at the start are evaluated, once to have
  * them (time step, neighbors, memory) and up to three times more to measure their time. What costs more
- * than a second is calibrated by two short runs with fewer nodes (calibration.h).
+ * than a second is calibrated by two short runs with fewer nodes (forecast.h).
  *
  * USAGE with one line if the scene is wrong; FAILED if its rates cannot be evaluated. */
 #include "app/cli/options.h"
@@ -14,7 +14,6 @@
 #include <stdio.h>
 #include <string.h>
 #include "app/cli/text.h"
-#include "app/plan/calibration.h"
 #include "app/plan/forecast.h"
 #include "integrator/lifecycle.h"
 
@@ -58,18 +57,16 @@ __attribute__((format(printf, 3, 4))) static void add(struct text *text, const c
 
 /* ---- the scene ---- */
 
-static const char *side_name(const struct kith_boundary_ops *side) {
-  return side != NULL ? side->name : "open";
-}
-
 static void show_domain(const struct kith_scene *scene) {
   const struct kith_external_force *force = &scene->external_force;
   struct text forces = {""};
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *lower = scene->boundary[a].lower, *upper = scene->boundary[a].upper;
-    const bool same = lower == upper;
-    line(a == 0 ? "domain" : "", "%c in [%.6g, %.6g], %s%s%s", "xyz"[a], scene -> domain.lower[a],
-         scene->domain.upper[a], side_name(lower), same ? "" : " below, ", same ? "" : side_name(upper));
+    struct text sides = {""};
+    add(&sides, "", "%s", lower != NULL ? lower->name : "open");
+    if (upper != lower) add(&sides, " below, ", "%s", upper != NULL ? upper->name : "open");
+    line(a == 0 ? "domain" : "", "%c in [%.6g, %.6g], %s", "xyz"[a], scene -> domain.lower[a],
+         scene->domain.upper[a], sides.s);
   }
   for (int a = 0; a < NDIM; ++a) {
     if (force->gravity[a] != 0) add(&forces, "; ", "gravity %.6g along %c", force->gravity[a], "xyz"[a]);
@@ -291,7 +288,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
       guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
   if (!calibrated) c.growth = c.lists = 1; /* a run that failed leaves neither */
-  if (calibrated && !fixed) steps = kith_calibration_steps(&c, plan->scene->resolution);
+  if (calibrated && !fixed) steps = c.expected;
   if (calibrated)
     line("steps", "about %.0f to t = %.6g; two calibration runs took %.0f at resolution %.4g, %.0f at %.4g",
          steps, until, c.steps[0], c.resolution[0], c.steps[1], c.resolution[1]);
@@ -309,16 +306,14 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
 /* Model no more than a scene needs: settings that save time, and their trade-off. */
 static void show_cheaper(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
-  const char *cheaper = kith_package_traits(m->package.ops, m->package.settings).cheaper;
-  const struct {
-    bool applies;
-    const char *text;
-  } settings[] = {{!kith_rebuilds_lasting(&m->rebuilds),
-                   "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces"},
-                  {cheaper != NULL, cheaper}};
+  const char *const settings[] = {
+      kith_rebuilds_lasting(&m->rebuilds)
+          ? NULL
+          : "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces",
+      kith_package_traits(m->package.ops, m->package.settings).cheaper};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
-    if (settings[k].applies) line(label, "%s", settings[k].text), label = "";
+    if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";
 }
 
 /* ---- ranks ---- */
@@ -380,30 +375,25 @@ static void show(struct plan *plan, const struct kith_options *options, double u
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 
-static kith_status make(struct plan *plan, const struct kith_options *o) {
+/* The rates at the start, and how long they take. */
+static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
   KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
-  return kith_simulation_create(&plan->simulation, plan->scene, plan->profile, o->check);
-}
-
-/* The rates at the start, and how long they take. */
-static kith_status measure(struct plan *plan) {
+  KITH_TRY(kith_simulation_create(&plan->simulation, plan->scene, plan->profile, o->check));
   struct kith_simulation *m = plan->simulation;
+  *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_simulation_start(m));
   plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt;
   kith_simulation_warn(m);
-  return kith_evaluation_measure(m, &plan->evaluation);
+  KITH_TRY(kith_evaluation_measure(m, &plan->evaluation));
+  *code = KITH_EXIT_OK;
+  return KITH_OK;
 }
 
 enum kith_exit kith_plan(const struct kith_options *options) {
   struct plan plan = {0};
   enum kith_exit code = KITH_EXIT_USAGE;
-  kith_status status = make(&plan, options);
-  if (status == KITH_OK) {
-    status = measure(&plan);
-    code = status == KITH_OK ? KITH_EXIT_OK : KITH_EXIT_FAILED;
-  }
-  if (status == KITH_OK)
+  if (prepare(&plan, options, &code) == KITH_OK)
     show(&plan, options, options->until >= 0 ? options->until : plan.scene->until);
   else
     fprintf(stderr, "kith: %s\n", kith_failure());

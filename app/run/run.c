@@ -13,10 +13,10 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
+#include "app/cli/text.h"
 #include "app/output/output.h"
 #include "app/output/plot.h"
 #include "app/output/report.h"
-#include "app/output/trace.h"
 #include "lib/io/atomic_file.h"
 #include "lib/nodes/migrate.h"
 
@@ -108,9 +108,7 @@ static void catch_signals(void) {
 }
 
 static double cpu_seconds(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+  return (double)clock() / CLOCKS_PER_SEC;
 }
 
 static bool speaks(const struct run *run) {
@@ -222,17 +220,15 @@ static void show_progress(struct run *run, bool last) {
   if (!p->shown || (!last && now - p->drawn < (p->terminal ? 0.1 : 2.0))) return;
   p->drawn = now;
   const double done = run->until > p->from ? (it->time - p->from) / (run->until - p->from) : 1;
-  const long left = done > 0 ? (long)((now - p->started) * (1 - done) / done + 0.5) : 0;
-  const bool hours = left >= 3600;
+  char left[32];
+  kith_text_seconds(left, done > 0 ? (now - p->started) * (1 - done) / done : 0);
   if (!p->begun)
     fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
             "ghosts", "done", "ETA");
   p->begun = true;
-  fprintf(stderr, "%s%8llu  %-12.6g %-11.4g %-14s %12lld %10d %5.1f%%  %ld%c%02ld%c  %s",
-          p->terminal ? "\r" : "", (unsigned long long)it->step, it->time, it->dt,
-          kith_limit_name(it->limiter), (long long)it->limiting_node, it->nodes->n_ghost, 100 * done,
-          hours ? left / 3600 : left / 60, hours ? 'h' : 'm', hours ? left / 60 % 60 : left % 60,
-          hours ? 'm' : 's', p->terminal ? "" : "\n");
+  fprintf(stderr, "%s%8llu  %-12.6g %-11.4g %-14s %12lld %10d %5.1f%%  %-10s%s", p->terminal ? "\r" : "",
+          (unsigned long long)it->step, it->time, it->dt, kith_limit_name(it->limiter),
+          (long long)it->limiting_node, it->nodes->n_ghost, 100 * done, left, p->terminal ? "" : "\n");
   fflush(stderr);
 }
 
@@ -393,7 +389,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
     code = KITH_EXIT_FAILED;
   }
   kith_report_clear(&run.report);
-  kith_ranks_detail_clear(&run.detail);
+  kith_free(&run.detail.stage);
   kith_free(&run.exact);
   kith_nodes_destroy(&run.whole);
   kith_simulation_destroy(&run.simulation);

@@ -1,4 +1,4 @@
-/* YAML as a tree: messages with file and line, nodes, reading, overrides, bases. */
+/* YAML as a tree: messages with file and line, nodes, reading, overrides, bases, writing. */
 #include "app/scene/config.h"
 
 #include <errno.h>
@@ -37,27 +37,25 @@ static kith_status refuse(char *line) {
 }
 
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...) {
-  char path[256], message[512], line[1024];
+  char path[256], message[512], place[256] = "--set", line[1100];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(message, sizeof message, format, arguments);
   va_end(arguments);
   kith_config_path(node, key, path, sizeof path);
-  const char *colon = path[0] != '\0' ? ": " : "";
   if (node->location.line > 0)
-    snprintf(line, sizeof line, "%.200s:%d: %s%s%s", node->location.file, node->location.line, path, colon,
-             message);
-  else
-    snprintf(line, sizeof line, "--set %s%s%s", path, colon, message);
+    snprintf(place, sizeof place, "%.200s:%d:", node->location.file, node->location.line);
+  snprintf(line, sizeof line, "%s %s%s%s", place, path, path[0] != '\0' ? ": " : "", message);
   return refuse(line);
 }
 
-/* The same at another place: of an event, or of an override. */
-static kith_status fail_at(const struct kith_config_node *node, struct kith_source_location location,
-                           const char *key, const char *what) {
-  struct kith_config_node here = *node;
-  here.location = location;
-  return kith_config_fail(&here, key, "%s", what);
+kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind) {
+  static const char *const names[] = {"a single value", "a list", "a map"};
+  if (node->kind == kind) return KITH_OK;
+  if (node->kind == KITH_CONFIG_SCALAR)
+    return kith_config_fail(node, NULL, "'%.60s' where %s belongs", node->null ? "" : node->text,
+                            names[kind]);
+  return kith_config_fail(node, NULL, "%s where %s belongs", names[node->kind], names[kind]);
 }
 
 /* --- the tree --- */
@@ -82,13 +80,17 @@ static void node_destroy(struct kith_config_node **node) {
   kith_free(node);
 }
 
-/* A null; `key` is copied. BAD_INPUT for what lies too deep. */
+/* A null; `key` is copied. BAD_INPUT for what lies too deep. Of a tree that is refused, places may be changed
+ * to those that a message names. */
 static kith_status node_add(struct kith_config_node **out, struct kith_config_node *parent, const char *key,
                             size_t length, struct kith_source_location location) {
   int depth = 0;
   *out = NULL;
   for (const struct kith_config_node *above = parent; above != NULL; above = above->parent) ++depth;
-  if (depth > DEEPEST) return fail_at(parent, location, NULL, "nested deeper than 32 levels");
+  if (depth > DEEPEST) {
+    parent->location = location;
+    return kith_config_fail(parent, NULL, "nested deeper than 32 levels");
+  }
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
   **out = (struct kith_config_node){.null = true, .parent = parent, .location = location};
   if (parent == NULL) return KITH_OK;
@@ -133,12 +135,19 @@ struct reader {
   yaml_event_t event; /* the present one; empty before the first */
   const char *file, *text;
   size_t length;
-  bool has_lines;                        /* false: an override */
-  const struct kith_config_node *target; /* gets the document */
+  bool has_lines;                  /* false: an override */
+  struct kith_config_node *target; /* gets the document */
 };
 
 static struct kith_source_location event_location(const struct reader *r) {
   return (struct kith_source_location){r->file, r->has_lines ? (int)r->event.start_mark.line + 1 : 0};
+}
+
+/* At the present event. */
+static kith_status fail_here(const struct reader *r, struct kith_config_node *node, const char *key,
+                             const char *what) {
+  node->location = event_location(r);
+  return kith_config_fail(node, key, "%s", what);
 }
 
 /* libyaml's complaint with its line; what it could not even decode has an offset only. */
@@ -150,11 +159,10 @@ static kith_status fail_syntax(const struct reader *r) {
     line = 0;
     for (size_t i = 0; i < KITH_MIN(p->problem_offset, r->length); ++i) line += r->text[i] == '\n';
   }
-  struct kith_config_node here = *r->target;
-  here.location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0};
-  const char *problem = p->problem != NULL ? p->problem : "cannot be read";
-  return p->context == NULL ? kith_config_fail(&here, NULL, "not YAML: %s", problem)
-                            : kith_config_fail(&here, NULL, "not YAML: %s %s", problem, p->context);
+  r->target->location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0};
+  return kith_config_fail(r->target, NULL, "not YAML: %s%s%s",
+                          p->problem != NULL ? p->problem : "cannot be read", p->context != NULL ? " " : "",
+                          p->context != NULL ? p->context : "");
 }
 
 static kith_status next_event(struct reader *r) {
@@ -164,27 +172,24 @@ static kith_status next_event(struct reader *r) {
 
 /* Only what every reader of YAML knows: no anchor, no tag. They stand first in the data of all events that
  * begin a value; an alias is an anchor alone. */
-static kith_status check_plain(const struct reader *r, const struct kith_config_node *node) {
+static kith_status check_plain(const struct reader *r, struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
-  if (e->data.scalar.anchor != NULL)
-    return fail_at(node, event_location(r), NULL, "anchors and aliases are not supported");
-  return e->data.scalar.tag != NULL ? fail_at(node, event_location(r), NULL, "tags are not supported")
-                                    : KITH_OK;
+  if (e->data.scalar.anchor != NULL) return fail_here(r, node, NULL, "anchors and aliases are not supported");
+  return e->data.scalar.tag != NULL ? fail_here(r, node, NULL, "tags are not supported") : KITH_OK;
 }
 
 /* Is the event a key that the map has not yet? */
-static kith_status check_key(const struct reader *r, const struct kith_config_node *map) {
+static kith_status check_key(const struct reader *r, struct kith_config_node *map) {
   const char *text = (const char *)r->event.data.scalar.value;
   const size_t length = r->event.type == YAML_SCALAR_EVENT ? r->event.data.scalar.length : 0;
   char what[64] = "duplicate key";
   if (length > 0) KITH_TRY(check_plain(r, map));
-  if (length == 0 || strlen(text) != length)
-    return fail_at(map, event_location(r), NULL, "a key must be a word");
-  if (map->n >= MOST_KEYS) return fail_at(map, event_location(r), text, "more than 256 keys in one map");
+  if (length == 0 || strlen(text) != length) return fail_here(r, map, NULL, "a key must be a word");
+  if (map->n >= MOST_KEYS) return fail_here(r, map, text, "more than 256 keys in one map");
   const struct kith_config_node *first = child_of(map, text, length);
   if (first == NULL) return KITH_OK;
   if (r->has_lines) snprintf(what, sizeof what, "duplicate key, first on line %d", first->location.line);
-  return fail_at(map, event_location(r), text, what);
+  return fail_here(r, map, text, what);
 }
 
 static kith_status read_node(struct reader *r, struct kith_config_node *node);
@@ -214,8 +219,7 @@ static kith_status read_node(struct reader *r, struct kith_config_node *node) {
     return read_children(r, node);
   }
   const char *text = (const char *)e->data.scalar.value;
-  if (strlen(text) != e->data.scalar.length)
-    return fail_at(node, event_location(r), NULL, "a NUL character in a value");
+  if (strlen(text) != e->data.scalar.length) return fail_here(r, node, NULL, "a NUL character in a value");
   node->quoted = e->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
   node->null = !node->quoted && (text[0] == '\0' || strcmp(text, "~") == 0 || strcmp(text, "null") == 0);
   return kith_text_copy(&node->text, text, strlen(text));
@@ -226,8 +230,7 @@ static kith_status read_stream(struct reader *r, struct kith_config_node *node) 
   do {
     KITH_TRY(next_event(r));
     if (r->event.type != YAML_DOCUMENT_START_EVENT) continue;
-    if (++documents > 1)
-      return fail_at(node, event_location(r), NULL, "a second document begins; one is read");
+    if (++documents > 1) return fail_here(r, node, NULL, "a second document begins; one is read");
     KITH_TRY(next_event(r));
     node->location = event_location(r);
     KITH_TRY(read_node(r, node));
@@ -252,9 +255,7 @@ static kith_status parse(struct kith_config *config, const char *text, size_t le
   struct reader r = {.file = config->file, .text = text, .length = length, .has_lines = true};
   KITH_TRY(read_document(&r, config->root));
   if (config->root->null) return kith_config_fail(config->root, NULL, "the scene is empty");
-  if (config->root->kind == KITH_CONFIG_MAP) return KITH_OK;
-  return kith_config_fail(config->root, NULL, "a %s where a map of keys belongs",
-                          config->root->kind == KITH_CONFIG_LIST ? "list" : "single value");
+  return kith_config_want(config->root, KITH_CONFIG_MAP);
 }
 
 kith_status kith_config_parse(struct kith_config **out, const char *name, const char *text, size_t length) {
@@ -306,18 +307,17 @@ static kith_status reach(struct kith_config_node *root, const char *path, size_t
   for (const char *part = path, *end = path + length; part <= end; ++part) {
     const char *dot = memchr(part, '.', (size_t)(end - part));
     const size_t n = (size_t)((dot != NULL ? dot : end) - part);
-    struct kith_config_node shown = *node, *child;
-    shown.location = location;
     if (n == 0) return KITH_OK;
     if (node->null)
       node_clear(node), node->kind = KITH_CONFIG_MAP, node->null = false, node->location = location;
-    if (node->kind == KITH_CONFIG_SCALAR)
-      return kith_config_fail(&shown, NULL, "has no keys, it is '%.60s'", node->text);
-    child = child_of(node, part, n);
-    if (child == NULL && node->kind == KITH_CONFIG_LIST) {
+    struct kith_config_node *child = child_of(node, part, n);
+    if (child == NULL && node->kind != KITH_CONFIG_MAP) {
       char key[64];
       snprintf(key, sizeof key, "%.*s", (int)n, part);
-      return kith_config_fail(&shown, key, "no such entry, the list has %d (counted from 0)", node->n);
+      node->location = location;
+      if (node->kind == KITH_CONFIG_SCALAR)
+        return kith_config_fail(node, NULL, "has no keys, it is '%.60s'", node->text);
+      return kith_config_fail(node, key, "no such entry, the list has %d (counted from 0)", node->n);
     }
     if (child == NULL) KITH_TRY(node_add(&child, node, part, n, location));
     node = child, part += n;
@@ -355,15 +355,6 @@ static void node_take(struct kith_config_node *node, struct kith_config_node *fr
   node_clear(from);
 }
 
-/* A key of a scene with a base: to the place that its dots lead to. */
-static kith_status put_over(struct kith_config_node *root, struct kith_config_node *given) {
-  struct kith_config_node *node;
-  KITH_TRY(reach(root, given->key, strlen(given->key), given->location, &node));
-  if (node == NULL) return kith_config_fail(given, NULL, "an empty word between dots");
-  node_take(node, given);
-  return KITH_OK;
-}
-
 static kith_status read_with_base(struct kith_config **out, const char *path, int deep);
 
 static kith_status take_base(struct kith_config *config, int deep) {
@@ -382,8 +373,12 @@ static kith_status take_base(struct kith_config *config, int deep) {
   struct kith_config_node *root = config->base->root;
   for (struct kith_config_node *child = root->first; child != NULL; child = child->next)
     if (strcmp(child->key, "scene") == 0) node_clear(child);
-  for (struct kith_config_node *child = config->root->first; child != NULL; child = child->next)
-    if (child != name) KITH_TRY(put_over(root, child));
+  for (struct kith_config_node *child = config->root->first, *place; child != NULL; child = child->next) {
+    if (child == name) continue;
+    KITH_TRY(reach(root, child->key, strlen(child->key), child->location, &place));
+    if (place == NULL) return kith_config_fail(child, NULL, "an empty word between dots");
+    node_take(place, child);
+  }
   config->base->root = config->root;
   config->root = root;
   return KITH_OK;
@@ -398,4 +393,64 @@ static kith_status read_with_base(struct kith_config **out, const char *path, in
 
 kith_status kith_config_read(struct kith_config **out, const char *path) {
   return read_with_base(out, path, 0);
+}
+
+/* --- writing: the way back, through a document of libyaml --- */
+
+static int add_text(yaml_document_t *document, const char *text, bool quoted) {
+  return yaml_document_add_scalar(document, NULL, (const yaml_char_t *)text, (int)strlen(text),
+                                  quoted ? YAML_SINGLE_QUOTED_SCALAR_STYLE : YAML_PLAIN_SCALAR_STYLE);
+}
+
+/* Lists of numbers and words stay on one line. */
+static bool flat(const struct kith_config_node *node) {
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    if (child->kind != KITH_CONFIG_SCALAR) return false;
+  return true;
+}
+
+/* Its number in the document; 0: no memory. */
+static int add_node(yaml_document_t *document, const struct kith_config_node *node, bool one_line) {
+  const bool map = node->kind == KITH_CONFIG_MAP;
+  if (node->kind == KITH_CONFIG_SCALAR)
+    return add_text(document, node->null ? "null" : node->text, node->quoted);
+  one_line = one_line || (!map && flat(node));
+  const int id = map ? yaml_document_add_mapping(
+                           document, NULL, one_line ? YAML_FLOW_MAPPING_STYLE : YAML_BLOCK_MAPPING_STYLE)
+                     : yaml_document_add_sequence(
+                           document, NULL, one_line ? YAML_FLOW_SEQUENCE_STYLE : YAML_BLOCK_SEQUENCE_STYLE);
+  for (const struct kith_config_node *child = node->first; id != 0 && child != NULL; child = child->next) {
+    const int key = map ? add_text(document, child->key, false) : id,
+              value = add_node(document, child, one_line);
+    if (key == 0 || value == 0) return 0;
+    if (!(map ? yaml_document_append_mapping_pair(document, id, key, value)
+              : yaml_document_append_sequence_item(document, id, value)))
+      return 0;
+  }
+  return id;
+}
+
+static bool emit(const struct kith_config_node *root, bool one_line, FILE *file) {
+  yaml_emitter_t emitter;
+  yaml_document_t document;
+  if (!yaml_emitter_initialize(&emitter)) return false;
+  yaml_emitter_set_output_file(&emitter, file);
+  yaml_emitter_set_unicode(&emitter, 1);
+  yaml_emitter_set_width(&emitter, -1);
+  bool done = yaml_document_initialize(&document, NULL, NULL, NULL, 1, 1);
+  if (done && add_node(&document, root, one_line) == 0) yaml_document_delete(&document), done = false;
+  done = done && yaml_emitter_dump(&emitter, &document) && yaml_emitter_close(&emitter);
+  yaml_emitter_delete(&emitter);
+  return done;
+}
+
+kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text) {
+  size_t length;
+  *text = NULL;
+  FILE *file = open_memstream(text, &length);
+  if (file == NULL) KITH_FAIL(NO_MEMORY, "no memory for the effective scene");
+  const bool done = emit(root, one_line, file);
+  if (fclose(file) == 0 && done) return KITH_OK;
+  kith_free(text);
+  KITH_FAIL(INTERNAL, "the effective scene cannot be written as YAML");
 }

@@ -55,9 +55,9 @@ void kith_config_destroy(struct kith_config **config);
 
 /* Applies "a.b.c=value". Whether the key means anything is found when the tree is read. */
 kith_status kith_config_override(struct kith_config *config, const char *assignment);
-/* The tree as YAML: file order, one way of writing each value, no comments. *text: kith_resize memory, owned
- * by the caller. */
-kith_status kith_config_emit(const struct kith_config *config, char **text);
+/* A tree as YAML: file order, one way of writing each value, no comments; on one line, or a map and a list of
+ * maps on a line for each entry. *text: kith_resize memory, owned by the caller. */
+kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text);
 
 /* The child of a map (or, by number, of a list); NULL if it is not there or null, or if `node` is NULL. */
 const struct kith_config_node *kith_config_child(const struct kith_config_node *node, const char *key);
@@ -70,9 +70,8 @@ void kith_config_path(const struct kith_config_node *node, const char *key, char
  * NULL: the node itself. */
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-/* The same without a path, at a place in a file or in an override. */
-#define KITH_FAIL_AT(place, ...) \
-  return kith_config_fail(&(const struct kith_config_node){.location = *(place)}, NULL, __VA_ARGS__)
+/* BAD_INPUT unless it is of this kind. */
+kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
 /* A copy of a string in kith_resize memory. */
 kith_status kith_text_copy(char **out, const char *text, size_t length);
 

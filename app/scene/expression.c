@@ -92,6 +92,8 @@ kith_status kith_expression_at(struct kith_expression *self, int n, const double
   return KITH_OK;
 }
 
-bool kith_expression_constant(const struct kith_expression *self) {
-  return self->constant;
+double kith_expression_constant(struct kith_expression *self) {
+  double value = NAN;
+  if (self == NULL || !self->constant) return NAN;
+  return kith_expression_at(self, 0, NULL, &value) == KITH_OK ? value : NAN;
 }

@@ -12,7 +12,7 @@ kith_status kith_expression_create(struct kith_expression **out, const char *for
 void kith_expression_destroy(struct kith_expression **expression);
 /* Value at x[n], n from 1 to 3; BAD_INPUT if it is not finite. Not thread-safe on one object. */
 kith_status kith_expression_at(struct kith_expression *expression, int n, const double *x, double *value);
-/* A formula without variables: a constant? */
-bool kith_expression_constant(const struct kith_expression *expression);
+/* The value of a formula without variables; NaN if it has some, or is not finite, or if it is NULL. */
+double kith_expression_constant(struct kith_expression *expression);
 
 #endif

@@ -97,30 +97,20 @@ static void print_family(const struct family *family) {
   }
 }
 
-static enum kith_exit refuse(const char *name) {
-  char words[512] = "", told[512], near[64];
-  for (int f = 0; f < FAMILIES; ++f) strcat(strcat(words, families[f].name), "|");
-  strcat(words, "scene");
-  if (kith_choices_suggest(words, name, near, sizeof near)) {
-    fprintf(stderr, "kith: list: '%.60s' is no family; did you mean '%s'?\n", name, near);
-  } else {
-    kith_choices_format(words, told, sizeof told);
-    fprintf(stderr, "kith: list: '%.60s' is no family; there are %s\n", name, told);
-  }
-  return KITH_EXIT_USAGE;
-}
-
 enum kith_exit kith_list(const struct kith_options *options) {
-  const char *subject = options->subject;
-  int n = 0;
-  if (subject != NULL && strcmp(subject, "scene") == 0) {
-    kith_scene_reference(stdout);
-    return KITH_EXIT_OK;
+  char subjects[512] = "scene";
+  const struct kith_param row = {.kind = KITH_PARAM_CHOICE, .allowed = subjects, .size = sizeof(int)};
+  int one = -1; /* 0: the scene, else a family; -1: all families */
+  for (int f = 0; f < FAMILIES; ++f) strcat(strcat(subjects, "|"), families[f].name);
+  if (options->subject != NULL && kith_param_parse(&row, options->subject, &one) != KITH_OK) {
+    fprintf(stderr, "kith: list: %s\n", kith_failure());
+    return KITH_EXIT_USAGE;
   }
-  for (int f = 0; f < FAMILIES; ++f) {
-    if (subject != NULL && strcmp(subject, families[f].name) != 0) continue;
-    if (n++ > 0) putchar('\n');
+  if (one == 0) kith_scene_reference(stdout);
+  if (one > 0) print_family(&families[one - 1]);
+  for (int f = 0; one < 0 && f < FAMILIES; ++f) {
+    if (f > 0) putchar('\n');
     print_family(&families[f]);
   }
-  return n > 0 ? KITH_EXIT_OK : refuse(subject);
+  return KITH_EXIT_OK;
 }

@@ -32,9 +32,7 @@ static kith_status read_expression(const struct kith_config_node *node, void *in
 
 static kith_status read_scalar(const struct kith_param *param, const struct kith_config_node *node,
                                void *into) {
-  if (node->kind != KITH_CONFIG_SCALAR)
-    return kith_config_fail(node, NULL, "a %s where a single value belongs",
-                            node->kind == KITH_CONFIG_MAP ? "map" : "list");
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_SCALAR));
   if (node->null) return kith_config_fail(node, NULL, "has no value");
   if (param->kind == KITH_PARAM_EXPRESSION) return read_expression(node, into);
   const kith_status status = kith_param_parse(param, node->text, into);
@@ -49,7 +47,7 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
   const bool owned = param->kind == KITH_PARAM_TEXT || param->kind == KITH_PARAM_EXPRESSION;
   const struct kith_config_node *root = node;
   while (root->parent != NULL) root = root->parent;
-  if (root->dimension == 0) return kith_config_fail(node, NULL, "a map where a single value belongs");
+  if (root->dimension == 0) return kith_config_want(node, KITH_CONFIG_SCALAR);
   const char *key = dimension_keys[root->dimension - 1];
   const struct kith_config_node *mine = kith_config_child(node, key);
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
@@ -63,15 +61,6 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
 }
 
 /* --- several values --- */
-
-kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind) {
-  static const char *const names[] = {[KITH_CONFIG_MAP] = "a map", [KITH_CONFIG_LIST] = "a list"};
-  if (node->kind == kind) return KITH_OK;
-  if (node->kind == KITH_CONFIG_SCALAR)
-    return kith_config_fail(node, NULL, "'%.60s' where %s belongs", node->null ? "" : node->text,
-                            names[kind]);
-  return kith_config_fail(node, NULL, "%s where %s belongs", names[node->kind], names[kind]);
-}
 
 /* As many as `into` holds; vectors may have more, up to 3: these are checked, and dropped. */
 static kith_status read_entries(const struct kith_param *param, const struct kith_config_node *node,
@@ -167,22 +156,20 @@ static const struct kith_param *next_row(struct rows *r) {
   return r->next++;
 }
 
-/* BAD_INPUT for a key that no row has. Members may share keys: each is shown once. Choices make no difference
- * between '_' and '-'; keys do. */
+/* BAD_INPUT for a key that no row has. Members may share keys: each is shown once. */
 static kith_status check_key(const struct kith_param *params, const struct kith_config_node *child) {
-  char choices[512] = "", all[512] = "", near[64];
+  char known[512] = "", told[512];
   const struct kith_param *p;
   for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
     if (strcmp(p->key, child->key) == 0) return KITH_OK;
-    if (kith_choices_index(choices, p->key) >= 0) continue;
-    snprintf(choices + strlen(choices), sizeof choices - strlen(choices), "|%s", p->key);
-    snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", all[0] != '\0' ? ", " : "", p->key);
+    if (kith_choices_index(known, p->key) < 0)
+      snprintf(known + strlen(known), sizeof known - strlen(known), "|%s", p->key);
   }
-  if (!kith_choices_suggest(choices, child->key, near, sizeof near))
-    return kith_config_fail(child, NULL, "unknown key; known are %s", all);
-  struct rows r = rows_of(params);
-  while ((p = next_row(&r)) != NULL && kith_choices_index(p->key, near) != 0) continue;
-  return kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", p != NULL ? p->key : near);
+  const bool near = kith_choices_suggest(known, child->key, told, sizeof told);
+  if (!near) kith_choices_format(known, told, sizeof told);
+  for (char *c = told; (c = strchr(c, '-')) != NULL;) *c = '_'; /* as keys are written */
+  return near ? kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", told)
+              : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
 /* Values of parameters that the chosen member has not, but an other one: checked as the first of these reads

@@ -27,9 +27,6 @@ kith_status kith_param_read(const struct kith_param *param, const struct kith_co
 /* One value as a row says; also for values that are entries of a list. */
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node, void *into);
 
-/* BAD_INPUT unless it is of this kind: a map, or a list. */
-kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
-
 /* BAD_INPUT that names the first parameter of which two maps say otherwise; what they do not give has its
  * default. Numbers are compared by value, names without regard to '-' and '_', formulas as
  * text. */

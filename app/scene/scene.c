@@ -120,12 +120,6 @@ static const struct kith_param scene_params[] = {
     {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP)},
     {0}};
 
-static kith_status check_dimension(const struct kith_scene *scene) {
-  if (scene->dimension == NDIM) return KITH_OK;
-  return kith_config_fail(kith_config_child(scene->config->root, "dimension"), NULL,
-                          "%d, but this program is the %d-D one", scene->dimension, NDIM);
-}
-
 /* The name of the file without folders and ending. */
 static kith_status default_name(struct kith_scene *scene) {
   const char *slash = strrchr(scene->config->file, '/');
@@ -167,7 +161,9 @@ static kith_status read_parts(struct kith_scene *scene) {
   if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
     return kith_config_fail(kith_config_child(root, "base"), NULL, "only a scene in a file has a base");
   KITH_TRY(kith_param_read(kith_params_find(scene_params, "dimension"), root, scene));
-  KITH_TRY(check_dimension(scene));
+  if (scene->dimension != NDIM)
+    return kith_config_fail(kith_config_child(root, "dimension"), NULL,
+                            "%d, but this program is the %d-D one", scene->dimension, NDIM);
   scene->connectivity.skin = -1;
   KITH_TRY(kith_params_read(scene_params, root, scene));
   if (scene->name == NULL) KITH_TRY(default_name(scene));
@@ -194,7 +190,7 @@ static kith_status read_scene(struct kith_scene **out, struct kith_config *confi
   for (int k = 0; k < n_overrides && status == KITH_OK; ++k)
     status = kith_config_override(config, overrides[k]);
   if (status == KITH_OK) status = read_parts(scene);
-  if (status == KITH_OK) status = kith_config_emit(config, &scene->text);
+  if (status == KITH_OK) status = kith_config_emit(config->root, false, &scene->text);
   if (status != KITH_OK) kith_scene_destroy(&scene);
   *out = scene;
   return status;

@@ -29,14 +29,9 @@ enum kith_lattice {
 };
 enum kith_arrangement { KITH_EQUAL_MASS, KITH_EQUAL_SPACING };
 
-/* Where a region is: all given conditions together; none: the whole domain. Faces of boxes are half-open
- * [lower, upper). */
+/* Where a region is: all given conditions together; none: the whole domain. */
 struct kith_where {
-  struct kith_box box;         /* infinite where not given */
-  bool has_ball, outside_ball; /* ball: inside, or outside of it */
-  double center[NDIM], radius;
-  bool has_half_space; /* (x - point) . normal >= 0 */
-  double point[NDIM], normal[NDIM];
+  double extent[3][2];            /* [lower, upper) along each axis, infinite where not given */
   struct kith_expression *inside; /* nonzero is inside; NULL if not given */
 };
 
@@ -55,7 +50,7 @@ struct kith_region {
   bool frozen;                                /* boundary `constant`: its nodes never move */
   bool barrier;                               /* frozen, and a wall between nodes on both sides of it */
   bool equilibrium;                           /* the pressure holds with the density that the package sums */
-  struct kith_source_location location;       /* line in the file, for messages */
+  const struct kith_config_node *node;        /* where it stands, for messages */
 };
 
 static inline double kith_material_pressure(const struct kith_material *material, double density,
@@ -64,9 +59,12 @@ static inline double kith_material_pressure(const struct kith_material *material
   material->eos->state(material->settings, 1, &density, &energy, &pressure, &sound_speed);
   return pressure;
 }
-/* Is a pressure the one that was asked for? Some equations of state take nothing from the energy. */
-static inline bool kith_pressure_holds(double pressure, double asked) {
-  return !(fabs(pressure - asked) > 1e-9 * fabs(asked));
+/* Is the pressure at this density and energy the one that was asked for? Some equations of state take nothing
+ * from the energy. */
+static inline bool kith_pressure_holds(const struct kith_material *material, double density, double energy,
+                                       double asked) {
+  return material->eos->energy_positive ||
+         !(fabs(kith_material_pressure(material, density, energy) - asked) > 1e-9 * fabs(asked));
 }
 
 enum kith_deposit_shape { KITH_DEPOSIT_POINT, KITH_DEPOSIT_BALL, KITH_DEPOSIT_KERNEL };
@@ -78,7 +76,7 @@ struct kith_deposit { /* blast energy added to the nodes around a center, shared
   double radius;   /* ball, kernel: radius of the support; */
   double spacings; /* instead of radius: in node spacings at the center (kernel: h, the support is 2 h of a
                       cubic spline) */
-  struct kith_source_location location;
+  const struct kith_config_node *node; /* where it stands, for messages */
 };
 
 struct kith_scene {
@@ -89,8 +87,9 @@ struct kith_scene {
   double resolution; /* nodes per unit length in the densest region */
   enum kith_arrangement arrangement;
   struct kith_box domain;
-  int across;                                      /* spacings along the other axes than x; 0: as given */
-  struct {                                         /* per axis */
+  double period[NDIM]; /* side of the domain along axes that are periodic, else 0 */
+  int across;          /* spacings along the other axes than x; 0: as given */
+  struct {             /* per axis */
     const struct kith_boundary_ops *lower, *upper; /* NULL: open */
     const void *settings;                          /* owned */
     double velocity;                               /* of a face that moves, else 0 */

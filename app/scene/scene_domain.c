@@ -47,8 +47,8 @@ static const struct kith_param side_params[] = {
 static kith_status read_side(const struct kith_config_node *node, struct kith_selected *side) {
   const struct kith_config_node *kind = kith_config_child(node, "kind");
   const bool map = node->kind == KITH_CONFIG_MAP && kind != NULL;
-  if (map) KITH_TRY(kith_params_read(side_params, node, side));
   if (!map) KITH_TRY(kith_param_value(side_params, node, side));
+  KITH_TRY(kith_params_read(side_params, map ? node : NULL, side));
   const struct kith_param *params = kith_family_member(side_member, side->name).params;
   if (map && params == NULL && node->n > 1)
     return kith_config_fail(kind, NULL, "%s has no settings", side->name);
@@ -56,8 +56,7 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
     if (params->fallback == NULL)
       return kith_config_fail(node, NULL, "a %s has a %s: {kind: %s, %s: 1}", side->name, params->key,
                               side->name, params->key);
-  if (map || params == NULL) return KITH_OK;
-  return kith_settings_create(&side->settings, kith_family_member(side_member, side->name), NULL);
+  return KITH_OK;
 }
 
 /* One boundary acts on an axis: on both of its sides, with the same settings, or on one. */
@@ -100,6 +99,8 @@ static kith_status read_axis(struct kith_scene *scene, int axis, const struct ki
   const int used = lower == NULL ? 1 : 0;
   if (status == KITH_OK && axis < NDIM) {
     scene->boundary[axis].lower = lower, scene->boundary[axis].upper = upper;
+    if (kith_boundary_wraps(lower))
+      scene->period[axis] = scene->domain.upper[axis] - scene->domain.lower[axis];
     scene->boundary[axis].settings = side[used].settings;
     scene->boundary[axis].velocity =
         kith_boundary_face_velocity(used == 0 ? lower : upper, side[used].settings);
@@ -125,41 +126,36 @@ const struct kith_param kith_potential_params[] = {
     {0}};
 #undef IN
 
-/* A force along an axis that is not there would be lost without a word. */
-static kith_status check_gravity(const struct kith_scene *scene, const struct kith_config_node *node) {
-  if (node == NULL) return KITH_OK;
-  for (const struct kith_config_node *entry = node->first; entry != NULL; entry = entry->next) {
-    static const struct kith_param number = {.key = "gravity", .kind = KITH_PARAM_NUMBER, .allowed = ""};
-    const int axis = entry->index;
-    double value;
-    KITH_TRY(kith_param_value(&number, entry, &value));
-    if (value == 0) continue;
-    if (axis >= NDIM)
-      return kith_config_fail(node, NULL, "%g along %c: there is no such axis in %d-D", value, "xyz"[axis],
-                              NDIM);
-    if (kith_boundary_wraps(scene->boundary[axis].lower))
-      return kith_config_fail(node, NULL, "%g along %c, which is periodic: gas would fall for ever", value,
-                              "xyz"[axis]);
-  }
-  return KITH_OK;
-}
-
 kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config_node *root) {
+  static const struct kith_param number = {.key = "gravity", .kind = KITH_PARAM_NUMBER, .allowed = ""};
   struct kith_external_force *force = &scene->external_force;
   const struct kith_config_node *gravity = kith_config_child(root, "gravity"),
                                 *potential = kith_config_child(root, "potential");
-  KITH_TRY(check_gravity(scene, gravity));
-  for (int a = 0; a < NDIM; ++a) /* energies near 0: drifts are relative */
+  for (int a = 0; a < NDIM; ++a) {
+    const bool mass = force->mass > 0, repeats = scene->period[a] > 0;
+    /* Energies are near 0 there: drifts are relative to them. */
     force->origin[a] = 0.5 * (scene->domain.lower[a] + scene->domain.upper[a]);
-  for (int a = 0; a < NDIM; ++a)
-    if (force->mass > 0 && kith_boundary_wraps(scene->boundary[a].lower))
+    if (force->gravity[a] != 0 && repeats)
+      return kith_config_fail(gravity, NULL, "%g along %c, which is periodic: gas would fall for ever",
+                              force->gravity[a], "xyz"[a]);
+    if (mass && repeats)
       return kith_config_fail(potential, NULL, "its pull does not repeat, but the domain does along %c",
                               "xyz"[a]);
-  for (int a = 0; a < NDIM; ++a) /* momentum along its axis tells the work of a piston */
-    if (scene->boundary[a].velocity != 0 && (force->gravity[a] != 0 || force->mass > 0))
+    /* The momentum along its axis tells the work of a piston. */
+    if (scene->boundary[a].velocity != 0 && (force->gravity[a] != 0 || mass))
       return kith_config_fail(potential != NULL ? potential : gravity, NULL,
                               "not together with a piston along %c, whose work could not be told from it",
                               "xyz"[a]);
+  }
+  /* A force along an axis that is not there would be lost without a word. */
+  for (const struct kith_config_node *entry = gravity != NULL ? gravity->first : NULL; entry != NULL;
+       entry = entry->next) {
+    double value = 0;
+    if (entry->index >= NDIM) KITH_TRY(kith_param_value(&number, entry, &value));
+    if (value != 0)
+      return kith_config_fail(gravity, NULL, "%g along %c: there is no such axis in %d-D", value,
+                              "xyz"[entry->index], NDIM);
+  }
   return KITH_OK;
 }
 

@@ -20,8 +20,9 @@ const struct kith_param kith_exact_params[] = {
 /* --- what the scene says; what is not constant is NaN --- */
 
 static double pressure_of(const struct kith_material *m, const struct kith_region *region) {
-  if (region->pressure != NULL) return kith_constant_value(region->pressure);
-  return kith_material_pressure(m, kith_constant_value(region->density), kith_constant_value(region->energy));
+  if (region->pressure != NULL) return kith_expression_constant(region->pressure);
+  return kith_material_pressure(m, kith_expression_constant(region->density),
+                                kith_expression_constant(region->energy));
 }
 
 static void velocity_at(const void *context, const double *x, double *velocity) {
@@ -42,7 +43,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *const side[] = {scene->boundary[a].lower, scene->boundary[a].upper};
     out.lower[a] = scene->domain.lower[a], out.upper[a] = scene->domain.upper[a];
-    out.axis[a].periodic = kith_boundary_wraps(side[0]);
+    out.axis[a].periodic = scene->period[a] > 0;
     for (int s = 0; s < 2; ++s) {
       out.axis[a].open[s] = side[s] == NULL;
       out.axis[a].mirror[s] = side[s] != NULL && side[s]->mirrors;
@@ -54,12 +55,13 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     const struct kith_region *region = &scene->region[r];
     const struct kith_material *m = &scene->material[region->material];
     out.region[r].gamma = m->eos->gamma_law ? m->eos->effective_gamma(m->settings) : NAN;
-    out.region[r].density = kith_constant_value(region->density);
+    out.region[r].density = kith_expression_constant(region->density);
     out.region[r].pressure = pressure_of(m, region);
     for (int a = 0; a < NDIM; ++a) {
-      out.region[r].velocity[a] = region->velocity[a] != NULL ? kith_constant_value(region->velocity[a]) : 0;
-      out.region[r].lower[a] = region->where.box.lower[a],
-      out.region[r].upper[a] = region->where.box.upper[a];
+      out.region[r].velocity[a] =
+          region->velocity[a] != NULL ? kith_expression_constant(region->velocity[a]) : 0;
+      out.region[r].lower[a] = region->where.extent[a][0];
+      out.region[r].upper[a] = region->where.extent[a][1];
     }
   }
   return out;

@@ -22,7 +22,4 @@ kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_conf
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node);
 void kith_scene_regions_clear(struct kith_scene *scene);
 
-/* The value of a constant expression; NaN if it depends on the place. */
-double kith_constant_value(struct kith_expression *expression);
-
 #endif

@@ -11,67 +11,19 @@
 #define DEFAULT_LATTICE "bcc"
 #endif
 
-double kith_constant_value(struct kith_expression *expression) {
-  const double origin[NDIM] = {0};
-  double value;
-  const bool known = expression != NULL && kith_expression_constant(expression) &&
-                     kith_expression_at(expression, NDIM, origin, &value) == KITH_OK;
-  return known ? value : NAN;
-}
-
-/* --- where --- */
-
-struct where {
-  struct kith_where where;
-  double extent[3][2];
-};
-
-#define IN(member) KITH_INTO(struct where, member)
-static const struct kith_param ball_params[] = {
-    {"center", KITH_PARAM_VECTOR, NULL, "", "its center", IN(where.center)},
-    {"radius", KITH_PARAM_NUMBER, NULL, "(0, inf)", "its radius", IN(where.radius)},
-    {0}};
-static const struct kith_param half_space_params[] = {
-    {"point", KITH_PARAM_VECTOR, NULL, "", "on its face", IN(where.point)},
-    {"normal", KITH_PARAM_VECTOR, NULL, "", "into the half-space", IN(where.normal)},
-    {0}};
-static const struct kith_param where_params[] = {
-    {"x", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(extent[0])},
-    {"y", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(extent[1])},
-    {"z", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(extent[2])},
-    {"ball", KITH_PARAM_MAP, "", "", "inside of a ball", KITH_BELOW(ball_params, MAP)},
-    {"outside-ball", KITH_PARAM_MAP, "", "", "outside of a ball", KITH_BELOW(ball_params, MAP)},
-    {"half-space", KITH_PARAM_MAP, "", "", "one side of a plane", KITH_BELOW(half_space_params, MAP)},
-    {"inside", KITH_PARAM_EXPRESSION, "", "", "a formula in x, y, z, r that is nonzero inside",
-     IN(where.inside)},
-    {0}};
-#undef IN
-
-static kith_status read_where(struct kith_where *out, const struct kith_config_node *node) {
-  struct where w = {.extent = {{-INFINITY, INFINITY}, {-INFINITY, INFINITY}, {-INFINITY, INFINITY}}};
-  const struct kith_config_node *half = kith_config_child(node, "half-space"),
-                                *ball = kith_config_child(node, "ball"),
-                                *outside = kith_config_child(node, "outside-ball");
-  const kith_status status = kith_params_read(where_params, node, &w);
-  w.where.has_half_space = half != NULL;
-  w.where.has_ball = ball != NULL || outside != NULL;
-  w.where.outside_ball = outside != NULL;
-  for (int a = 0; a < NDIM; ++a) w.where.box.lower[a] = w.extent[a][0], w.where.box.upper[a] = w.extent[a][1];
-  *out = w.where; /* the expression too: its owner frees it */
-  KITH_TRY(status);
-  if (ball != NULL && outside != NULL)
-    return kith_config_fail(outside, NULL, "not together with ball; write a shell as inside: \"...\"");
-  if (half != NULL && !(kith_norm(w.where.normal) > 0))
-    return kith_config_fail(kith_config_child(half, "normal"), NULL, "has no direction in %d-D", NDIM);
-  return KITH_OK;
-}
-
 /* --- regions --- */
 
 #define IN(member) KITH_INTO(struct kith_region, member)
+static const struct kith_param where_params[] = {
+    {"x", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(where.extent[0])},
+    {"y", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(where.extent[1])},
+    {"z", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(where.extent[2])},
+    {"inside", KITH_PARAM_EXPRESSION, "", "", "a formula in x, y, z, r that is nonzero inside",
+     IN(where.inside)},
+    {0}};
 const struct kith_param kith_region_params[] = {
     {"material", KITH_PARAM_OTHER, NULL, "", "one of materials", .params = NULL},
-    {"where", KITH_PARAM_OTHER, "", "", "all that is given, together; none: the whole domain",
+    {"where", KITH_PARAM_MAP, "", "", "all that is given, together; none: the whole domain",
      KITH_BELOW(where_params, MAP)},
     {"lattice", KITH_PARAM_CHOICE, DEFAULT_LATTICE, KITH_LATTICE_LIST(KITH_AS_LISTED_CHOICE),
      "arrangement of the nodes; not fcc in 2-D", IN(lattice)},
@@ -133,13 +85,13 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
     return kith_config_fail(node, "pressure", "missing; pressure or energy is required");
   if (pressure != NULL && energy != NULL) return kith_config_fail(energy, NULL, "not together with pressure");
   const struct kith_material *m = &scene->material[region->material];
-  const double density = kith_constant_value(region->density), p = kith_constant_value(region->pressure);
+  const double density = kith_expression_constant(region->density),
+               p = kith_expression_constant(region->pressure);
   const double u =
-      energy != NULL ? kith_constant_value(region->energy) : m->eos->energy(m->settings, density, p);
+      energy != NULL ? kith_expression_constant(region->energy) : m->eos->energy(m->settings, density, p);
   if (density <= 0)
     return kith_config_fail(kith_config_child(node, "density"), NULL, "%g is out of range (0, inf)", density);
-  if (!m->eos->energy_positive && pressure != NULL && density > 0 &&
-      !kith_pressure_holds(kith_material_pressure(m, density, u), p))
+  if (pressure != NULL && density > 0 && !kith_pressure_holds(m, density, u, p))
     return kith_config_fail(pressure, NULL,
                             "%g cannot be set: eos %s has %.10g at this density; give that, or energy: 0", p,
                             m->eos->name, kith_material_pressure(m, density, u));
@@ -150,11 +102,10 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
 
 static kith_status read_region(const struct kith_scene *scene, struct kith_region *region,
                                const struct kith_config_node *node) {
-  region->location = node->location;
-  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
+  region->node = node;
+  for (int a = 0; a < 3; ++a) region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
   KITH_TRY(kith_params_read(kith_region_params, node, region));
   KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
-  KITH_TRY(read_where(&region->where, kith_config_child(node, "where")));
   if (NDIM == 2 && region->lattice == KITH_LATTICE_FCC)
     return kith_config_fail(kith_config_child(node, "lattice"), NULL,
                             "fcc does not exist in 2-D; cubic, bcc and hcp do");
@@ -203,8 +154,7 @@ const struct kith_param kith_deposit_params[] = {
 #undef IN
 
 static kith_status read_deposit(struct kith_deposit *deposit, const struct kith_config_node *node) {
-  deposit->location = node->location;
-  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
+  deposit->node = node;
   KITH_TRY(kith_params_read(kith_deposit_params, node, deposit));
   const bool point = deposit->shape == KITH_DEPOSIT_POINT, radius = deposit->radius > 0,
              spacings = deposit->spacings > 0;

@@ -11,8 +11,6 @@ static kith_status make_package(struct kith_simulation *m) {
   struct kith_package *p = &m->package;
   p->ops = kith_package_find(scene->method.package.name);
   p->hydro = &m->hydro;
-  p->kernel = scene->method.kernel;
-  p->neighbors = scene->method.neighbors > 0 ? scene->method.neighbors : kith_kernel_neighbors(p->kernel);
   p->compatible = scene->method.compatible;
   p->settings = scene->method.package.settings;
   p->traversal = p->ops->expensive ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
@@ -37,15 +35,6 @@ static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *fro
     m->boundaries.boundary[m->boundaries.n - 1]->settings = m->scene->boundary[a].settings;
   }
   return KITH_OK;
-}
-
-static kith_status make_rebuilds(struct kith_simulation *m) {
-  double period[NDIM];
-  for (int a = 0; a < NDIM; ++a)
-    period[a] = kith_boundary_wraps(m->scene->boundary[a].lower)
-                    ? m->scene->domain.upper[a] - m->scene->domain.lower[a]
-                    : 0;
-  return kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, period);
 }
 
 /* What a scheme refuses is "KEY: why": says where in the scene the key stands. */
@@ -140,13 +129,14 @@ static kith_status check_combination(const struct kith_simulation *m) {
 }
 
 static kith_status make(struct kith_simulation *m, bool check) {
-  KITH_TRY(make_rebuilds(m));
+  KITH_TRY(kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, m->scene->period));
   KITH_TRY(check_combination(m));
-  const enum kith_kernel kernel = m->scene->method.kernel;
-  const double neighbors =
-      m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(kernel);
+  struct kith_package *p = &m->package;
   uint8_t *frozen = NULL;
-  kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, neighbors, &frozen);
+  p->kernel = m->scene->method.kernel;
+  p->neighbors =
+      m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(p->kernel);
+  kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen);
   if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
   if (status == KITH_OK) status = make_package(m);
@@ -181,7 +171,7 @@ kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ra
   const struct kith_decomposition_options sharing = {m->scene->partition.name, m->scene->partition.every,
                                                      m->scene->partition.imbalance,
                                                      m->scene->partition.cells};
-  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
+  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_create(&m->decomposition, m->nodes, &m->scene->domain, periodic, &sharing));
   m->integrator.decomposition = m->decomposition;
   KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_distributed, 0, 0, 1, false, false));

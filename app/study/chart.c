@@ -21,7 +21,6 @@
 #include <string.h>
 #include "app/cli/text.h"
 #include "app/output/figure.h"
-#include "app/study/pareto_front.h"
 #include "app/study/study.h"
 
 enum { COSTS = 2, POINTS = KITH_SUITE_METHODS * KITH_SUITE_VALUES };
@@ -124,7 +123,7 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
           "# %s: error against cost\n\nScene %s in %d-D, %d methods at %d resolutions. kith %s, one run at a "
           "time on %d thread%s. Norms are weighted by volume, against the exact solution. A method is on the "
           "front at a resolution if no run is both cheaper and more accurate.\n",
-          s->name, s->scene, s->dimension, s->n_methods, s->n_values, kith_version(), s->job->threads,
+          s->name, s->scene, s->dimension, s->n_methods, s->n_values, kith_version, s->job->threads,
           s->job->threads == 1 ? "" : "s");
   for (int measure = 0; measure < s->n_measures; ++measure) {
     fill(&c, study, measure);
@@ -191,11 +190,9 @@ static kith_status draw(const struct kith_study *s) {
 static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {
   for (int m = 0; m < s->n_methods; ++m) {
     const struct kith_job *job = &s->job[m * s->n_values];
-    char why[256];
     const kith_status status = kith_job_check(programs, job);
-    snprintf(why, sizeof why, "%s", kith_failure());
     if (status == KITH_BAD_INPUT)
-      KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, job->line, job->label, why);
+      KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, job->line, job->label, kith_failure());
     KITH_TRY(status);
   }
   return KITH_OK;

@@ -1,5 +1,5 @@
 /* pareto_front.c - the Pareto front by its definition, and lines through logarithms. */
-#include "app/study/pareto_front.h"
+#include "app/study/study.h"
 
 #include <math.h>
 

@@ -19,21 +19,22 @@
 
 /* ---- verdicts ---- */
 
-double kith_sweep_value(const struct kith_suite *s, int k) {
+/* The measure of job k as it is judged; NaN: the run failed. */
+static double judged_value(const struct kith_suite *s, int k) {
   const double value = s->point[k].value[KITH_MEASURES],
                first = s->point[k - k % s->n_values].value[KITH_MEASURES];
   return s->point[k].failed ? NAN : !s->of_first ? value : value == first ? 1 : value / first;
 }
 
-bool kith_sweep_passes(const struct kith_suite *s, int k) {
-  return isnan(s->at_most) ? kith_sweep_value(s, k) >= s->at_least : kith_sweep_value(s, k) <= s->at_most;
+static bool passes(const struct kith_suite *s, int k) {
+  return isnan(s->at_most) ? judged_value(s, k) >= s->at_least : judged_value(s, k) <= s->at_most;
 }
 
 void kith_sweep_answer(const struct kith_suite *s, int m, char text[128]) {
   const int n = s->n_values, start = m * n, end = start + n;
   int good = 0;
   size_t used = 0;
-  for (int k = start; k < end; ++k) good += kith_sweep_passes(s, k);
+  for (int k = start; k < end; ++k) good += passes(s, k);
   if (good == 0)
     snprintf(text, 128, "none");
   else if (s->named_values)
@@ -43,8 +44,8 @@ void kith_sweep_answer(const struct kith_suite *s, int m, char text[128]) {
   /* The stretches of values that pass. */
   for (int k = start, next; good > 0 && good < n && !s->named_values && k < end; k = next) {
     next = k + 1;
-    if (!kith_sweep_passes(s, k)) continue;
-    while (next < end && kith_sweep_passes(s, next)) ++next;
+    if (!passes(s, k)) continue;
+    while (next < end && passes(s, next)) ++next;
     const bool several = next > k + 1, to = several && k == start;
     snprintf(text + used, 128 - used, "%s%s%s%s", used > 0 ? ", " : "", to ? "to " : s->job[k].value,
              several && !to ? " - " : "", several ? s->job[next - 1].value : "");
@@ -83,12 +84,12 @@ static void put_sweep(FILE *f, const struct kith_suite *s) {
   put_bound(f, s);
   fprintf(f, " (%s).\n\n", s->reason);
   for (int k = 0; k < s->n_methods * s->n_values; ++k) {
-    if (kith_sweep_passes(s, k)) continue;
+    if (passes(s, k)) continue;
     fprintf(f, "- %s at %s: ", s->job[k].label, s->job[k].value);
     if (s->point[k].failed)
       fprintf(f, "failed, %s\n", s->point[k].why);
     else
-      fprintf(f, "%.4g\n", kith_sweep_value(s, k));
+      fprintf(f, "%.4g\n", judged_value(s, k));
   }
 }
 
@@ -104,23 +105,19 @@ static void put_text(FILE *f, const struct kith_study *w, bool to_file) {
 /* ---- the figure ---- */
 
 /* Values above 0 that span much are best seen on a logarithmic axis. */
-static bool is_logarithmic(const struct kith_suite *s) {
-  const double first = s->job[0].x, last = s->job[s->n_values - 1].x;
-  return fmin(first, last) > 0 && fmax(first, last) >= 5 * fmin(first, last);
-}
-
 static void draw_sweep(struct kith_figure *g, const struct kith_suite *s) {
+  const double first = s->job[0].x, last = s->job[s->n_values - 1].x;
+  const bool logarithmic = fmin(first, last) > 0 && fmax(first, last) >= 5 * fmin(first, last);
   const char *names[KITH_SUITE_VALUES];
   char y_label[128];
   for (int v = 0; v < s->n_values; ++v) names[v] = s->job[v].value;
   snprintf(y_label, sizeof y_label, "%s%s", s->measure[0], s->of_first ? " over its first value" : "");
-  kith_figure_panel(g, s->name, s->parameter, y_label, is_logarithmic(s), s->named_values ? s->n_values : 0,
-                    names);
+  kith_figure_panel(g, s->name, s->parameter, y_label, logarithmic, s->named_values ? s->n_values : 0, names);
   for (int k = 0; k < s->n_methods * s->n_values; ++k) {
     if (k % s->n_values == 0) kith_figure_series(g, KITH_SERIES_CURVE, s->job[k].label);
-    const double value = kith_sweep_value(s, k);
+    const double value = judged_value(s, k);
     kith_figure_point(g, s->job[k].x, value, "%s at %s: %.4g, %s", s->job[k].label, s->job[k].value, value,
-                      kith_sweep_passes(s, k) ? "passes" : "does not pass");
+                      passes(s, k) ? "passes" : "does not pass");
   }
   kith_figure_series(g, KITH_SERIES_LEVEL, "bound");
   kith_figure_point(g, s->job[0].x, isnan(s->at_most) ? s->at_least : s->at_most, " ");
@@ -167,7 +164,7 @@ static kith_status list(struct kith_study *w) {
 static enum kith_exit verdict(const struct kith_study *w) {
   for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s)
     for (int m = 0; m < s->n_methods; ++m)
-      if (!kith_sweep_passes(s, m * s->n_values)) return KITH_EXIT_TOLERANCE;
+      if (!passes(s, m * s->n_values)) return KITH_EXIT_TOLERANCE;
   return KITH_EXIT_OK;
 }
 

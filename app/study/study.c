@@ -1,15 +1,109 @@
-/* study.c - from suites to points, what is kept of runs, and what is written. */
+/* study.c - jobs as child processes, and the numbers of their reports; from suites to points, what is kept of
+ * runs, and what is written. */
 #include "app/study/study.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 #include "app/cli/text.h"
 #include "lib/io/atomic_file.h"
+
+/* ---- a job ---- */
+
+kith_status kith_job_set(struct kith_job *job, const char *assignment) {
+  enum { MOST_RANKS = 4096 };
+  const size_t used = strlen(job->settings), length = strlen(assignment);
+  if (strncmp(assignment, "ranks=", strlen("ranks=")) == 0) {
+    char *end;
+    const long ranks = strtol(assignment + strlen("ranks="), &end, 10);
+    if (*end != '\0' || ranks < 1 || ranks > MOST_RANKS)
+      KITH_FAIL(BAD_INPUT, "%.80s: not one of 1 to %d processes", assignment, MOST_RANKS);
+    job->ranks = (int)ranks;
+    return KITH_OK;
+  }
+  if (strchr(assignment, '=') == NULL || strchr(assignment, '\n') != NULL)
+    KITH_FAIL(BAD_INPUT, "'%.80s' is not key=value on one line", assignment);
+  if (used + length + 2 > sizeof job->settings)
+    KITH_FAIL(BAD_INPUT, "%.80s: the settings of a run are too long", assignment);
+  snprintf(job->settings + used, sizeof job->settings - used, "%s\n", assignment);
+  return KITH_OK;
+}
+
+/* The last line of a log that starts with "kith: " and is no warning. */
+static void find_reason(const char *log, int code, char why[256]) {
+  char line[1024];
+  FILE *file = fopen(log, "r");
+  snprintf(why, 256, code < 0 ? "ended by signal %d" : "exit code %d", abs(code));
+  if (code == -SIGXCPU || code == -SIGKILL)
+    snprintf(why, 256, "took more processor time than a run may have");
+  while (file != NULL && code > 0 && fgets(line, sizeof line, file) != NULL) {
+    if (strncmp(line, "kith: ", 6) != 0 || strncmp(line, "kith: warning: ", 15) == 0) continue;
+    line[strcspn(line, "\n")] = '\0';
+    char *state = strstr(line, "; its state is in "); /* a snapshot, which goes */
+    if (state != NULL) *state = '\0';
+    snprintf(why, 256, "%.255s", line + 6);
+  }
+  if (file != NULL) fclose(file);
+}
+
+kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
+                         const char *directory, const char *log, double cpu_limit, int *code, char why[256]) {
+  char *text, *words[KITH_JOB_SETTINGS / 2] = {0};
+  size_t size;
+  FILE *f = open_memstream(&text, &size); /* a word on each line */
+  if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for the words of a run");
+  fprintf(f, "%s%dd\n%s\n%s\n--quiet\n", programs->prefix, job->dimension, verb, job->scene);
+  fprintf(f, "--set=dimension=%d\n--set=output.plot=false", job->dimension);
+  if (job->threads > 0) fprintf(f, "\n--threads=%d", job->threads);
+  if (job->ranks > 1 && directory != NULL) fprintf(f, "\n--ranks=%d", job->ranks);
+  if (job->steps > 0) fprintf(f, "\n--steps=%d", job->steps);
+  if (job->restart[0] != '\0') fprintf(f, "\n--restart=%s", job->restart);
+  if (directory != NULL) fprintf(f, "\n-o\n%s", directory);
+  for (const char *s = job->settings; *s != '\0'; s += strcspn(s, "\n") + 1)
+    fprintf(f, "\n--set=%.*s", (int)strcspn(s, "\n"), s);
+  fclose(f);
+  int n = 0;
+  for (char *rest = text; rest != NULL;) words[n++] = strsep(&rest, "\n");
+  unlink(log);
+  setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
+  const kith_status status = kith_process_run(words, log, cpu_limit, code);
+  free(text);
+  if (status != KITH_OK || *code == 0) return status;
+  find_reason(log, *code, why);
+  if (*code == 127) KITH_FAIL(BAD_FILE, "cannot start %s%dd", programs->prefix, job->dimension);
+  if (*code == -SIGINT || *code == -SIGTERM || *code == -SIGHUP || strncmp(why, "stopped by signal", 17) == 0)
+    KITH_FAIL(BAD_FILE, "a run was stopped from outside, see %s", log);
+  return KITH_OK;
+}
+
+kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job) {
+  char log[64], why[256];
+  int code = 0;
+  FILE *file = tmpfile();
+  if (file == NULL) KITH_FAIL(BAD_FILE, "no temporary file: %s", strerror(errno));
+  snprintf(log, sizeof log, "/proc/self/fd/%d", fileno(file));
+  const kith_status status = kith_job_run(programs, job, "plan", NULL, log, 0, &code, why);
+  fclose(file);
+  return status == KITH_OK && code == 2 ? kith_fail(KITH_BAD_INPUT, "%s", why) : status;
+}
+
+kith_status kith_report_measure(const char *report, const char *measure, double *value) {
+  char key[2][128] = {"", ""};
+  double divisor;
+  if (strcmp(measure, "shock") == 0) measure = "norms.shock_radius / norms.shock_exact - 1";
+  const bool ratio = sscanf(measure, "%127s / %127s", key[0], key[1]) == 2;
+  KITH_TRY(kith_report_number(report, key[0], value));
+  if (!ratio) return KITH_OK;
+  KITH_TRY(kith_report_number(report, key[1], &divisor));
+  *value /= divisor;
+  if (strstr(measure, " - 1") != NULL) *value = fabs(*value - 1);
+  return KITH_OK;
+}
 
 /* ---- what is kept of runs ---- */
 
@@ -26,7 +120,7 @@ static void run_directory(const struct kith_study *s, const struct kith_job *job
   FILE *scene = fopen(job->scene, "r");
   while (scene != NULL && fgets(text, sizeof text, scene) != NULL) key = hash(key, text);
   if (scene != NULL) fclose(scene);
-  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version(), job->dimension, job->threads,
+  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version, job->dimension, job->threads,
            KITH_MAX(job->ranks, 1));
   key = hash(hash(key, text), job->settings);
   snprintf(name, KITH_JOB_PATH - (size_t)(name - path), "%s-%s-%016" PRIx64, job->label, job->value, key);
@@ -79,16 +173,15 @@ static void put_quoted(FILE *out, const char *text) {
   fputc('"', out);
 }
 
-static void put_point(FILE *table, const struct kith_suite *suite, const struct kith_job *job,
-                      const struct kith_point *p) {
+static kith_status put_point(struct kith_csv_log *table, const struct kith_suite *suite,
+                             const struct kith_job *job, const struct kith_point *p) {
   const char *const texts[] = {job->label, job->value, p->failed ? "failed" : "ok", p->why, job->settings};
   for (size_t k = 0; k < sizeof texts / sizeof *texts; ++k) {
-    if (k > 0) fputc(',', table);
-    put_quoted(table, texts[k]);
+    if (k > 0) fputc(',', table->file);
+    put_quoted(table->file, texts[k]);
   }
-  for (int k = 0; k < KITH_MEASURES + suite->n_measures; ++k) fprintf(table, ",%.9g", p->value[k]);
-  fputc('\n', table);
-  fflush(table);
+  for (int k = 0; k < KITH_MEASURES + suite->n_measures; ++k) fprintf(table->file, ",%.9g", p->value[k]);
+  return kith_csv_log_row(table);
 }
 
 /* "[3/12] sph at 100: norms.density.l1 0.0203, 0.01 CPU-s"; p NULL: it has begun. */
@@ -112,20 +205,15 @@ static const char *const common[KITH_MEASURES] = {"cpu_seconds", "pair_evaluatio
                                                   "energy_drift"};
 
 static kith_status prepare(struct kith_study *s) {
-  char path[KITH_PATH + 16];
+  char path[KITH_PATH + 16], names[1024] = "method,value,status,why,settings";
   snprintf(path, sizeof path, "%s/runs", s->directory);
   KITH_TRY(kith_directory_make(path));
-  snprintf(path, sizeof path, "%s/points.csv", s->directory);
-  s->table = fopen(path, "w");
-  if (s->table == NULL) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));
-  fputs("method,value,status,why,settings", s->table);
-  for (int k = 0; k < KITH_MEASURES; ++k) fprintf(s->table, ",%s", common[k]);
+  for (int k = 0; k < KITH_MEASURES; ++k) strcat(strcat(names, ","), common[k]);
   for (int k = 0; k < s->suite->n_measures; ++k)
-    fprintf(s->table, ",%s", s->n > 1 ? "measure" : s->suite->measure[k]);
-  fputc('\n', s->table);
+    strcat(strcat(names, ","), s->n > 1 ? "measure" : s->suite->measure[k]);
   for (int k = 0; k < s->n; ++k) s->n_jobs += s->suite[k].n_methods * s->suite[k].n_values;
-  setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
-  return KITH_OK;
+  snprintf(path, sizeof path, "%s/points.csv", s->directory);
+  return kith_csv_log_open(&s->table, path, names, NULL);
 }
 
 /* Runs a job, or reads what an earlier study has of it. A run that fails is a point; an error is what keeps
@@ -148,16 +236,8 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
     if (p->failed || kith_report_measure(report, measure, &p->value[k]) != KITH_OK) p->value[k] = NAN;
   }
   ++s->n_done, s->n_failed += p->failed;
-  put_point(s->table, suite, job, p);
   if (!found) show_progress(s, suite, job, p);
-  return KITH_OK;
-}
-
-static kith_status close_table(struct kith_study *s) {
-  if (s->table == NULL) return KITH_OK;
-  const bool written = ferror(s->table) == 0, closed = fclose(s->table) == 0;
-  s->table = NULL;
-  return written && closed ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s/points.csv: cannot write", s->directory);
+  return put_point(&s->table, suite, job, p);
 }
 
 /* The first values of all methods first: what is interrupted has something of each. */
@@ -166,7 +246,7 @@ static kith_status run_all(struct kith_study *s, double cpu_limit) {
     for (int v = 0; v < suite->n_values; ++v)
       for (int j = v; j < suite->n_methods * suite->n_values; j += suite->n_values)
         KITH_TRY(run_job(s, cpu_limit, suite, &suite->job[j], &suite->point[j]));
-  return close_table(s);
+  return kith_csv_log_close(&s->table);
 }
 
 static kith_status write_all(const struct kith_study *s, const struct kith_study_verb *verb) {
@@ -192,23 +272,25 @@ void kith_study_clear(struct kith_study *study) {
   study->n = 0;
 }
 
+static kith_status carry_out(struct kith_study *s, const struct kith_study_verb *verb, enum kith_exit *code) {
+  KITH_TRY(verb->read(s));
+  KITH_TRY(prepare(s));
+  *code = KITH_EXIT_FAILED;
+  KITH_TRY(run_all(s, verb->cpu_limit));
+  KITH_TRY(write_all(s, verb));
+  *code = verb->verdict(s);
+  return KITH_OK;
+}
+
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options) {
   struct kith_study s = {.options = options};
   enum kith_exit code = KITH_EXIT_USAGE;
   const bool listing = options->subject != NULL && strcmp(options->subject, "list") == 0;
   kith_status status = kith_programs_find(&s.programs);
-  if (status == KITH_OK) status = listing ? verb->list(&s) : verb->read(&s);
-  if (status == KITH_OK && !listing) status = prepare(&s);
-  if (status == KITH_OK && !listing) {
-    code = KITH_EXIT_FAILED;
-    status = run_all(&s, verb->cpu_limit);
-    if (status == KITH_OK) status = write_all(&s, verb);
-  }
-  if (status == KITH_OK)
-    code = listing ? KITH_EXIT_OK : verb->verdict(&s);
-  else
-    fprintf(stderr, "kith: %s\n", kith_failure());
-  close_table(&s);
+  if (status == KITH_OK) status = listing ? verb->list(&s) : carry_out(&s, verb, &code);
+  if (status == KITH_OK && listing) code = KITH_EXIT_OK;
+  if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  kith_csv_log_close(&s.table);
   kith_study_clear(&s);
   return code;
 }

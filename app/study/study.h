@@ -1,5 +1,15 @@
-/* study.h - what `kith chart` and `kith stress` have in common: suites, each a scene with methods and values
- * of what is varied, whose jobs run one after the other; a text and a figure are written of the points.
+/* study.h - many runs. A job is one of them: a scene with settings, started as a process of its own, and the
+ * numbers that its report holds. Charts, stress sweeps and validation are made of jobs.
+ *
+ * A measure is what is read from the report of a run:
+ *
+ *   norms.density.l1         the number at a dotted key of report.json
+ *   A / B                    the ratio of two keys
+ *   A / B - 1                |A / B - 1|, the relative difference
+ *   shock                    short for norms.shock_radius / norms.shock_exact - 1
+ *
+ * What `kith chart` and `kith stress` have in common: suites, each a scene with methods and values of what is
+ * varied, whose jobs run one after the other; a text and a figure are written of the points.
  *
  * A suite for `kith chart` is a small YAML file:
  *
@@ -25,7 +35,7 @@
  *     scene: sod
  *     dimension: 1
  *     settings: {resolution: 100}            # for every run
- *     measure: norms.density.l1              # as in job.h
+ *     measure: norms.density.l1              # as above
  *     at_most: 1.1                           # or at_least: what still counts as working
  *     of_first: true                         # the measure over its value at the first value of the method
  *     reason: errors of the steps stay below a tenth of those of the nodes
@@ -43,7 +53,37 @@
 
 #include <stdio.h>
 #include "app/cli/options.h"
-#include "app/study/job.h"
+#include "app/cli/process.h"
+#include "lib/io/csv.h"
+
+/* ---- a job ---- */
+
+enum { KITH_JOB_SETTINGS = 4096, KITH_JOB_LABEL = 128, KITH_JOB_PATH = KITH_PATH + 256 };
+
+struct kith_job {
+  char scene[KITH_JOB_PATH];
+  char label[KITH_JOB_LABEL], value[48]; /* the method, and the value of what is varied */
+  double x;                              /* that value as a number, or its position */
+  int line;                              /* of the file that the method is from */
+  int dimension, ranks, threads;         /* ranks 0: one process; threads 0: all */
+  int steps;                             /* 0: no limit */
+  char restart[KITH_JOB_PATH];           /* checkpoint; "": none */
+  char settings[KITH_JOB_SETTINGS];      /* key=value as --set takes them, each ended by a newline */
+};
+/* Adds key=value; the key `ranks` gives the number of processes. BAD_INPUT if it does not fit. */
+kith_status kith_job_set(struct kith_job *job, const char *assignment);
+/* Starts `verb` (run, or plan, which takes no directory) of the job and waits; what it prints is in `log`.
+ * *code: its exit code, or minus the signal that ended it; why: the reason if that is not 0. BAD_FILE if the
+ * program cannot be started, or was interrupted from outside. cpu_limit: seconds of processor time; 0:
+ * none. */
+kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
+                         const char *directory, const char *log, double cpu_limit, int *code, char why[256]);
+/* What `kith plan` says of a job: BAD_INPUT with its message if it refuses the settings. */
+kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job);
+/* A measure of a report. BAD_FILE if it is not there. */
+kith_status kith_report_measure(const char *report, const char *measure, double *value);
+
+/* ---- suites ---- */
 
 enum { KITH_SUITE_MEASURES = 8, KITH_SUITE_METHODS = 100, KITH_SUITE_VALUES = 64 };
 
@@ -84,7 +124,7 @@ struct kith_study {
   int n;
   struct kith_suite *suite; /* owned */
   int n_jobs, n_done, n_failed;
-  FILE *table; /* points.csv */
+  struct kith_csv_log table; /* points.csv */
 };
 
 /* Both read `suite`, by `programs` and the overrides of `options`; what they have read is to be cleared, also
@@ -115,11 +155,40 @@ struct kith_study_verb {
 /* Exit code: that of `verdict`, 1 if the results cannot be written, 2 if what is read is wrong. */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Of stress sweeps: the measure of job k as it is judged (NaN: the run failed), and whether it passes. */
-double kith_sweep_value(const struct kith_suite *sweep, int k);
-bool kith_sweep_passes(const struct kith_suite *sweep, int k);
-/* Which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where values have names
- * "6 of 8". */
+/* Of stress sweeps: which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where
+ * values have names "6 of 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
+
+/* ---- points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
+
+/* on[k] is true if no other point is at most as expensive and at most as wrong, and better in one of the two;
+ * of equal points all are on the front. O(n^2). */
+void kith_pareto_front(int n, const double *cost, const double *error, bool *on);
+/* Observed order of convergence: minus the slope of the least-squares line through log error over log
+ * resolution. NaN for fewer than two points at different resolutions. */
+double kith_order(int n, const double *resolution, const double *error);
+
+/* Where one method reaches an error of `target`: the resolution (they ascend) from which on its error stays
+ * at or below it, between two points on a straight line of logarithms. An error that dips below and rises
+ * again does not count. */
+struct kith_cost_at_error {
+  double cost, resolution; /* NaN: never reached */
+  bool between;            /* two points; else at the first one already */
+};
+struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution, const double *cost,
+                                                const double *error, double target);
+
+/* ---- do two runs end in the same state? (snapshot_diff.c) ---- */
+
+struct kith_snapshot_diff {
+  double difference; /* of the worst field: largest difference over largest value; 0: bitwise identical */
+  char field[64];    /* its name */
+};
+
+/* Two snapshots (lib/io/snapshot.h), all fields of PartType0. `by_nodes`: node by node, wherever it is
+ * stored; else bitwise, as they are stored, and the same time. Another number of nodes, other ids or other
+ * fields: the difference is infinite. BAD_FILE: a file that is not there, or no snapshot. */
+kith_status kith_snapshot_diff_files(const char *a, const char *b, bool by_nodes,
+                                     struct kith_snapshot_diff *same);
 
 #endif

@@ -75,37 +75,18 @@ static const struct kith_param norm_param = {"", KITH_PARAM_NAME, NULL, norm_cho
 
 /* ---- settings ---- */
 
-static void put_value(FILE *f, const struct kith_config_node *node) {
-  const bool map = node->kind == KITH_CONFIG_MAP;
-  if (node->kind == KITH_CONFIG_SCALAR) {
-    const char *quote = node->quoted ? "'" : "";
-    fputs(quote, f);
-    for (const char *c = node->null ? "null" : node->text; *c != '\0'; ++c)
-      fprintf(f, *c == '\'' && node->quoted ? "''" : "%c", *c);
-    fputs(quote, f);
-    return;
-  }
-  fputc(map ? '{' : '[', f);
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    if (child != node->first) fputs(", ", f);
-    if (map) fprintf(f, "%s: ", child->key);
-    put_value(f, child);
-  }
-  fputc(map ? '}' : ']', f);
-}
-
 /* Sets `key` to the value of `node`, on one line as YAML has it, or, if that is a map, key.entry to each of
  * its entries. */
 static kith_status set_all(struct kith_job *job, const char *key, const struct kith_config_node *node) {
-  char text[1024] = "";
+  char text[1024], *value;
   if (node->kind != KITH_CONFIG_MAP) {
-    FILE *f = fmemopen(text, sizeof text - 1, "w");
-    if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for a setting");
-    fprintf(f, "%s=", key);
-    put_value(f, node);
-    fclose(f);
-    return strlen(text) < sizeof text - 2 ? kith_job_set(job, text)
-                                          : kith_config_fail(node, NULL, "a setting is too long");
+    KITH_TRY(kith_config_emit(node, true, &value));
+    const size_t length = strcspn(value, "\n"); /* a plain value is followed by an end of the document */
+    const int written = snprintf(text, sizeof text, "%s=%.*s", key, (int)length, value);
+    const bool whole = value[length + 1] == '\0' || strcmp(value + length, "\n...\n") == 0;
+    kith_free(&value);
+    return whole && written < (int)sizeof text ? kith_job_set(job, text)
+                                               : kith_config_fail(node, NULL, "a setting is too long");
   }
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     snprintf(text, sizeof text, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);
@@ -114,12 +95,20 @@ static kith_status set_all(struct kith_job *job, const char *key, const struct k
   return KITH_OK;
 }
 
+/* The settings of a suite, a method or a value, which may have none; `map` NULL: nothing. */
+static kith_status apply_settings(struct kith_job *job, const struct kith_config_node *map) {
+  const struct kith_config_node *settings = kith_config_child(map, "settings");
+  if (settings == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want(settings, KITH_CONFIG_MAP));
+  return set_all(job, "", settings);
+}
+
 /* What --set sets must not be what is varied (by values of `varied`, if that is not NULL). */
 static kith_status apply_overrides(struct kith_job *job, const struct kith_options *options,
                                    const char *varied) {
   for (int k = 0; k < options->n_overrides; ++k) {
     const char *text = options->overrides[k];
-    if (varied != NULL && strncmp(text, varied, strlen(varied)) == 0 && text[strlen(varied)] == '=')
+    if (varied != NULL && kith_name_is(varied, text, strcspn(text, "=")))
       KITH_FAIL(BAD_INPUT, "--set %s: this is what is varied", varied);
     if (strncmp(text, "dimension=", strlen("dimension=")) != 0) KITH_TRY(kith_job_set(job, text));
   }
@@ -128,22 +117,16 @@ static kith_status apply_overrides(struct kith_job *job, const struct kith_optio
 
 /* ---- methods and values ---- */
 
-static kith_status check_list(const struct kith_config_node *list, int most) {
+/* `params`: of its entries, which have a name first, none like another; NULL: plain values. */
+static kith_status check_list(const struct kith_config_node *list, const struct kith_param *params,
+                              int most) {
   KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
   if (list->n == 0) return kith_config_fail(list, NULL, "an empty list");
-  return list->n <= most ? KITH_OK : kith_config_fail(list, NULL, "more than %d", most);
-}
-
-/* Entries {name or value, settings}, none called like another. */
-static kith_status check_named(const struct kith_config_node *list, const struct kith_param *params,
-                               int most) {
-  KITH_TRY(check_list(list, most));
+  if (list->n > most) return kith_config_fail(list, NULL, "more than %d", most);
+  if (params == NULL) return KITH_OK;
   for (const struct kith_config_node *one = list->first; one != NULL; one = one->next) {
     struct named head;
-    const struct kith_config_node *settings = kith_config_child(one, "settings");
-    KITH_TRY(kith_config_want(one, KITH_CONFIG_MAP));
     KITH_TRY(kith_params_read(params, one, &head));
-    if (settings != NULL) KITH_TRY(kith_config_want(settings, KITH_CONFIG_MAP));
     for (const struct kith_config_node *before = list->first; before != one; before = before->next)
       if (strcmp(kith_config_child(before, params->key)->text, head.name) == 0)
         return kith_config_fail(one, params->key, "'%s' is there twice", head.name);
@@ -161,7 +144,7 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
     return kith_config_fail(shown, NULL, "a value is one word or number of at most %zu letters", size - 1);
   job->x = strtod(job->value, &end);
   if (*end != '\0') s->named_values = true, job->x = value->index;
-  return set_all(job, key == NULL ? "" : key, key == NULL ? kith_config_child(value, "settings") : value);
+  return key == NULL ? apply_settings(job, value) : set_all(job, key, value);
 }
 
 /* Every method (methods NULL: the scene's) at every value, of `key` or with names; over what all have in
@@ -170,25 +153,25 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, s
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {
   KITH_TRY(apply_overrides(common, c->options, key));
-  if (methods != NULL) KITH_TRY(check_named(methods, method_params, KITH_SUITE_METHODS));
-  KITH_TRY(key != NULL ? check_list(values, KITH_SUITE_VALUES)
-                       : check_named(values, value_params, KITH_SUITE_VALUES));
+  if (methods != NULL) KITH_TRY(check_list(methods, method_params, KITH_SUITE_METHODS));
+  KITH_TRY(check_list(values, key != NULL ? NULL : value_params, KITH_SUITE_VALUES));
   s->n_methods = methods != NULL ? methods->n : 1, s->n_values = values->n;
   const size_t n_jobs = (size_t)s->n_methods * (size_t)s->n_values;
   KITH_TRY(kith_resize(&s->job, 0, n_jobs, sizeof *s->job));
   KITH_TRY(kith_resize(&s->point, 0, n_jobs, sizeof *s->point));
-  struct kith_job *job = s->job;
-  const struct kith_config_node *method = methods != NULL ? methods->first : NULL;
-  for (int m = 0; m < s->n_methods; ++m, method = method != NULL ? method->next : NULL)
-    for (const struct kith_config_node *value = values->first; value != NULL; value = value->next, ++job) {
-      *job = *common;
-      snprintf(job->label, sizeof job->label, "%.100s",
-               method != NULL ? kith_config_child(method, "name")->text : s->scene);
-      job->line = method != NULL ? method->location.line : values->location.line;
-      if (method != NULL && kith_config_child(method, "settings") != NULL)
-        KITH_TRY(set_all(job, "", kith_config_child(method, "settings")));
-      KITH_TRY(set_value(s, job, key, value));
-    }
+  const struct kith_config_node *method = methods != NULL ? methods->first : NULL, *value = values->first;
+  for (struct kith_job *job = s->job; job < s->job + n_jobs; ++job) {
+    const struct kith_config_node *name = kith_config_child(method, "name");
+    *job = *common;
+    snprintf(job->label, sizeof job->label, "%.100s", name != NULL ? name->text : s->scene);
+    job->line = method != NULL ? method->location.line : values->location.line;
+    KITH_TRY(apply_settings(job, method));
+    KITH_TRY(set_value(s, job, key, value));
+    value = value->next;
+    if (value != NULL) continue;
+    value = values->first;
+    if (method != NULL) method = method->next;
+  }
   return KITH_OK;
 }
 
@@ -203,11 +186,15 @@ bool kith_suite_is_path(const char *name) {
   return strchr(name, '/') != NULL || fnmatch("*.yaml", name, 0) == 0;
 }
 
-/* Adds "|noh|sedov|sod" to names: the YAML files of a folder of inputs, in alphabetical order. */
-static void add_names(const struct kith_programs *programs, const char *folder, char *names, size_t size) {
+/* Of inputs. */
+enum { SUITES, SCENES, FOLDERS };
+static const char *const folders[FOLDERS] = {"/suites", ""};
+
+/* Adds "|noh|sedov|sod" to names: the YAML files of a folder, in alphabetical order. */
+static void add_names(const struct kith_programs *programs, int folder, char *names, size_t size) {
   char text[KITH_PATH + 32];
   glob_t found;
-  snprintf(text, sizeof text, "%s%s/*.yaml", programs->inputs, folder);
+  snprintf(text, sizeof text, "%s%s/*.yaml", programs->inputs, folders[folder]);
   if (glob(text, 0, NULL, &found) != 0) return;
   for (size_t k = 0; k < found.gl_pathc; ++k) {
     stem_of(found.gl_pathv[k], text, sizeof text);
@@ -216,19 +203,34 @@ static void add_names(const struct kith_programs *programs, const char *folder, 
   globfree(&found);
 }
 
+static kith_status unknown(const char *what, const char *name, const char *choices) {
+  char told[4096];
+  if (kith_choices_suggest(choices, name, told, sizeof told))
+    KITH_FAIL(BAD_INPUT, "%s '%.60s'; did you mean '%s'?", what, name, told);
+  kith_choices_format(choices, told, sizeof told);
+  KITH_FAIL(BAD_INPUT, "%s '%.60s'; there are %s", what, name, told);
+}
+
+/* NAME.yaml of the folders from `first` on. */
+static kith_status find_input(const struct kith_programs *programs, int first, const char *what,
+                              const char *name, char path[KITH_JOB_PATH]) {
+  char names[4096] = "";
+  for (int k = first; k < FOLDERS; ++k) {
+    snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folders[k], name);
+    if (access(path, R_OK) == 0) return KITH_OK;
+    add_names(programs, k, names, sizeof names);
+  }
+  return unknown(what, name, names);
+}
+
 /* A path is relative to the folder of the file, or to here. */
 static kith_status find_scene(const struct kith_config_node *node, const struct kith_study *c,
                               const char *name, char path[KITH_JOB_PATH]) {
   const char *from = node->location.file, *slash = strrchr(from, '/');
-  if (!kith_suite_is_path(name)) {
-    char names[2048] = "";
-    const struct kith_param row = {"scene", KITH_PARAM_CHOICE, NULL, names, "", .size = sizeof(int)};
-    int index;
-    snprintf(path, KITH_JOB_PATH, "%s/%.100s.yaml", c->programs.inputs, name);
-    if (access(path, R_OK) == 0) return KITH_OK;
-    add_names(&c->programs, "", names, sizeof names);
-    return kith_param_value(&row, node, &index);
-  }
+  if (!kith_suite_is_path(name))
+    return find_input(&c->programs, SCENES, "no scene", name, path) == KITH_OK
+               ? KITH_OK
+               : kith_config_fail(node, NULL, "%s", kith_failure());
   snprintf(path, KITH_JOB_PATH, "%.*s%.255s", slash != NULL ? (int)(slash - from) + 1 : 0, from, name);
   if (name[0] == '/' || access(path, R_OK) != 0) snprintf(path, KITH_JOB_PATH, "%.255s", name);
   return access(path, R_OK) == 0 ? KITH_OK : kith_config_fail(node, NULL, "'%s' cannot be read", name);
@@ -248,25 +250,26 @@ static kith_status set_scene(struct kith_suite *s, const struct kith_study *c, s
   return KITH_OK;
 }
 
-/* The job that all have in common: scene, dimension, settings. */
-static kith_status make_common(struct kith_suite *s, const struct kith_config_node *map,
-                               const struct kith_study *c, struct kith_job *job) {
-  const struct kith_config_node *settings = kith_config_child(map, "settings");
+/* What a suite or a sweep has beside lists; the job that all have in common: scene, dimension, settings. */
+static kith_status read_common(struct kith_suite *s, const struct kith_param *params,
+                               const struct kith_config_node *map, const struct kith_study *c,
+                               struct kith_job *job) {
+  *job = (struct kith_job){0};
+  KITH_TRY(kith_params_read(params, map, s));
   KITH_TRY(find_scene(kith_config_child(map, "scene"), c, s->scene, job->scene));
   KITH_TRY(set_scene(s, c, job));
-  if (settings == NULL) return KITH_OK;
-  KITH_TRY(kith_config_want(settings, KITH_CONFIG_MAP));
-  return set_all(job, "", settings);
+  return apply_settings(job, map);
 }
 
 /* ---- suites ---- */
 
+/* Without `norms`: that of the density. */
 static kith_status read_norms(struct kith_suite *s, const struct kith_config *config) {
   const struct kith_config_node *norms = kith_config_at(config, "norms"),
                                 *targets = kith_config_at(config, "targets");
   s->n_measures = norms != NULL ? norms->n : 1;
   snprintf(s->measure[0], sizeof s->measure[0], "norms.density.l1");
-  if (norms != NULL) KITH_TRY(check_list(norms, KITH_SUITE_MEASURES));
+  if (norms != NULL) KITH_TRY(check_list(norms, NULL, KITH_SUITE_MEASURES));
   for (const struct kith_config_node *n = norms != NULL ? norms->first : NULL; n != NULL; n = n->next) {
     char norm[32];
     KITH_TRY(kith_param_value(&norm_param, n, norm));
@@ -281,43 +284,42 @@ static kith_status read_norms(struct kith_suite *s, const struct kith_config *co
   return KITH_OK;
 }
 
-static kith_status read_codes(struct kith_suite *s, const struct kith_config_node *list) {
-  KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
-  KITH_TRY(kith_resize(&s->code, 0, (size_t)list->n, sizeof *s->code));
-  for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
-    struct kith_reference_code *code = &s->code[s->n_codes++];
-    const struct kith_config_node *norms = kith_config_child(node, "norms");
-    KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
-    KITH_TRY(kith_params_read(code_params, node, code));
-    KITH_TRY(kith_config_want(norms, KITH_CONFIG_MAP));
-    for (int k = 0; k < KITH_SUITE_MEASURES; ++k) code->norm[k] = NAN;
-    for (const struct kith_config_node *norm = norms->first; norm != NULL; norm = norm->next) {
-      double value;
-      KITH_TRY(kith_param_value(&positive, norm, &value));
-      if (kith_choices_index(norm_choices, norm->key) < 0)
-        return kith_config_fail(norm, NULL, "none of our norms, which are as density.l1");
-      for (int k = 0; k < s->n_measures; ++k)
-        if (strcmp(norm->key, s->measure[k] + strlen("norms.")) == 0) code->norm[k] = value;
-    }
+static kith_status read_code(const struct kith_suite *s, const struct kith_config_node *node,
+                             struct kith_reference_code *code) {
+  const struct kith_config_node *norms = kith_config_child(node, "norms");
+  KITH_TRY(kith_params_read(code_params, node, code));
+  KITH_TRY(kith_config_want(norms, KITH_CONFIG_MAP));
+  for (int k = 0; k < KITH_SUITE_MEASURES; ++k) code->norm[k] = NAN;
+  for (const struct kith_config_node *norm = norms->first; norm != NULL; norm = norm->next) {
+    double value;
+    KITH_TRY(kith_param_value(&positive, norm, &value));
+    if (kith_choices_index(norm_choices, norm->key) < 0)
+      return kith_config_fail(norm, NULL, "none of our norms, which are as density.l1");
+    for (int k = 0; k < s->n_measures; ++k)
+      if (strcmp(norm->key, s->measure[k] + strlen("norms.")) == 0) code->norm[k] = value;
   }
   return KITH_OK;
 }
 
 static kith_status read_suite(struct kith_suite *s, const struct kith_config *config,
                               const struct kith_study *c) {
-  struct kith_job job = {0};
+  struct kith_job job;
   const struct kith_config_node *codes = kith_config_at(config, "reference_codes"),
                                 *resolution = kith_config_at(config, "resolution");
   double last = 0, next;
-  KITH_TRY(kith_params_read(suite_params, config->root, s));
-  KITH_TRY(make_common(s, config->root, c, &job));
+  KITH_TRY(read_common(s, suite_params, config->root, c, &job));
   for (const struct kith_config_node *r = resolution->first; r != NULL; r = r->next, last = next) {
     KITH_TRY(kith_param_value(&positive, r, &next));
     if (next <= last) return kith_config_fail(r, NULL, "%g after %g: resolutions ascend", next, last);
   }
   KITH_TRY(make_jobs(s, c, &job, kith_config_at(config, "methods"), "resolution", resolution));
   KITH_TRY(read_norms(s, config));
-  return codes != NULL ? read_codes(s, codes) : KITH_OK;
+  if (codes == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want(codes, KITH_CONFIG_LIST));
+  KITH_TRY(kith_resize(&s->code, 0, (size_t)codes->n, sizeof *s->code));
+  for (const struct kith_config_node *node = codes->first; node != NULL; node = node->next)
+    KITH_TRY(read_code(s, node, &s->code[s->n_codes++]));
+  return KITH_OK;
 }
 
 /* Even numbers: some scenes want a corner of cells in their middle. */
@@ -354,35 +356,14 @@ static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *conf
   return status;
 }
 
-static kith_status unknown(const char *what, const char *name, const char *choices) {
-  char told[4096];
-  if (kith_choices_suggest(choices, name, told, sizeof told))
-    KITH_FAIL(BAD_INPUT, "%s '%.60s'; did you mean '%s'?", what, name, told);
-  kith_choices_format(choices, told, sizeof told);
-  KITH_FAIL(BAD_INPUT, "%s '%.60s'; there are %s", what, name, told);
-}
-
-/* Of inputs: suites, then scenes. */
-static const char *const folders[] = {"/suites", ""};
-
-static kith_status locate(const struct kith_programs *programs, const char *subject,
-                          char path[KITH_JOB_PATH]) {
-  char names[4096] = "";
-  snprintf(path, KITH_JOB_PATH, "%.760s", subject);
-  if (kith_suite_is_path(subject) || access(subject, R_OK) == 0) return KITH_OK;
-  for (int k = 0; k < 2; ++k) {
-    snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folders[k], subject);
-    if (access(path, R_OK) == 0) return KITH_OK;
-    add_names(programs, folders[k], names, sizeof names);
-  }
-  return unknown("chart: no suite or scene", subject, names);
-}
-
 kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   struct kith_config *config = NULL;
   KITH_TRY(kith_resize(&c->suite, 0, 1, sizeof *c->suite));
   struct kith_suite *s = &c->suite[c->n++];
-  KITH_TRY(locate(&c->programs, subject, s->file));
+  if (kith_suite_is_path(subject) || access(subject, R_OK) == 0)
+    snprintf(s->file, sizeof s->file, "%.760s", subject);
+  else
+    KITH_TRY(find_input(&c->programs, SUITES, "chart: no suite or scene", subject, s->file));
   stem_of(s->file, s->name, sizeof s->name);
   KITH_TRY(kith_config_read(&config, s->file));
   const kith_status status =
@@ -392,11 +373,11 @@ kith_status kith_suite_read(struct kith_study *c, const char *subject) {
 }
 
 kith_status kith_suite_list(struct kith_study *study) {
-  for (int k = 0; k < 2; ++k) {
+  for (int k = 0; k < FOLDERS; ++k) {
     char names[2048] = "", told[2048];
-    add_names(&study->programs, folders[k], names, sizeof names);
+    add_names(&study->programs, k, names, sizeof names);
     kith_choices_format(names, told, sizeof told);
-    printf(k == 0 ? "suites  %s\n" : "scenes  %s: every package at three resolutions\n", told);
+    printf(k == SUITES ? "suites  %s\n" : "scenes  %s: every package at three resolutions\n", told);
   }
   return KITH_OK;
 }
@@ -405,19 +386,15 @@ kith_status kith_suite_list(struct kith_study *study) {
 
 static kith_status read_sweep(struct kith_suite *s, const struct kith_config_node *node,
                               const struct kith_config_node *methods, const struct kith_study *c) {
-  struct kith_job job = {0};
-  const struct kith_config_node *values = kith_config_child(node, "values");
+  struct kith_job job;
   *s = (struct kith_suite){.at_most = NAN, .at_least = NAN, .n_measures = 1};
-  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
-  KITH_TRY(kith_params_read(sweep_params, node, s));
+  KITH_TRY(read_common(s, sweep_params, node, c, &job));
   if (isnan(s->at_most) == isnan(s->at_least))
     return kith_config_fail(node, NULL, "sweep %s needs one bound, at_most or at_least", s->name);
-  KITH_TRY(make_common(s, node, c, &job));
-  const bool one_key = values->kind == KITH_CONFIG_MAP;
-  if (one_key && values->n != 1)
-    return kith_config_fail(values, NULL, "%d keys; a sweep varies one", values->n);
-  if (one_key) values = values->first;
-  return make_jobs(s, c, &job, methods, one_key ? values->key : NULL, values);
+  const struct kith_config_node *values = kith_config_child(node, "values");
+  if (values->kind != KITH_CONFIG_MAP) return make_jobs(s, c, &job, methods, NULL, values);
+  if (values->n != 1) return kith_config_fail(values, NULL, "%d keys; a sweep varies one", values->n);
+  return make_jobs(s, c, &job, methods, values->first->key, values->first);
 }
 
 static kith_status read_sweeps(struct kith_study *c, const struct kith_config *config, const char *only) {
@@ -430,8 +407,7 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     const struct kith_config_node *child = kith_config_child(node, "name");
     const char *name = child != NULL && child->text != NULL ? child->text : "";
-    const size_t used = strlen(names);
-    snprintf(names + used, sizeof names - used, "|%s", name);
+    snprintf(names + strlen(names), sizeof names - strlen(names), "|%s", name);
     if (only == NULL || strcmp(name, only) == 0) KITH_TRY(read_sweep(&c->suite[c->n++], node, methods, c));
   }
   return c->n > 0 ? KITH_OK : unknown("stress: no sweep", only != NULL ? only : "", names);

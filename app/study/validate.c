@@ -17,21 +17,14 @@
  *
  * Exit code: 0; 3 if a row is out of tolerance; 1 if a run failed or the results cannot be written; 2 for an
  * unknown suite or a wrong file. `list` prints the suites. */
-#include "app/cli/options.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 #include "app/scene/config.h"
-#include "lib/io/csv.h"
-#include "app/study/pareto_front.h"
-#include "app/study/snapshot_diff.h"
 #include "app/study/validate_rows.h"
-#include "lib/core/choices.h"
 #include "lib/core/profile.h"
-#include "lib/io/atomic_file.h"
 
 enum { PATH = KITH_JOB_PATH };
 
@@ -47,8 +40,8 @@ struct validation {
   int n_done, n_wrong, n_failed;
   int width;                  /* of a name */
   int n_errors;               /* of the rows so far that have a resolution, for orders */
-  double *error, *resolution; /* owned */
-  FILE *table;
+  double *error, *resolution; /* of room for all rows; error is owned */
+  struct kith_csv_log table;
 };
 
 /* ---- one run ---- */
@@ -116,22 +109,22 @@ static kith_status different_bytes(const char *a, const char *b, double *value) 
 
 /* Bytes of the last checkpoint: with 1 and 2 threads, or in one run and after a restart behind step N. */
 static kith_status twice(const struct validation *v, const struct kith_row *row, double *value) {
-  struct kith_job job[2] = {row->job, row->job};
   char path[2][PATH];
   for (int k = 0; k < 2; ++k) {
-    snprintf(job[k].label, sizeof job->label, "%.100s-%d", row->job.label, k + 1);
-    KITH_TRY(kith_job_set(&job[k], "output.checkpoint_at_end=true"));
-    in_run(v, job[k].label, "checkpoint.kith", path[k]);
-    if (row->kind == KITH_ROW_THREADS) job[k].threads = k + 1;
+    struct kith_job job = row->job;
+    snprintf(job.label, sizeof job.label, "%.100s-%d", row->job.label, k + 1);
+    in_run(v, job.label, "checkpoint.kith", path[k]);
+    KITH_TRY(kith_job_set(&job, "output.checkpoint_at_end=true"));
+    if (row->kind == KITH_ROW_THREADS) {
+      job.threads = k + 1;
+    } else if (k == 1) {
+      job.steps = row->number;
+      KITH_TRY(run(v, &job));
+      job.steps = 0;
+      memcpy(job.restart, path[k], sizeof job.restart);
+    }
+    KITH_TRY(run(v, &job));
   }
-  KITH_TRY(run(v, &job[0]));
-  if (row->kind == KITH_ROW_RESTART) {
-    job[1].steps = row->number;
-    KITH_TRY(run(v, &job[1]));
-    job[1].steps = 0;
-    memcpy(job[1].restart, path[1], sizeof job->restart);
-  }
-  KITH_TRY(run(v, &job[1]));
   return different_bytes(path[0], path[1], value);
 }
 
@@ -168,15 +161,6 @@ static kith_status compare(const struct validation *v, const struct kith_row *ro
 
 /* ---- rows ---- */
 
-static kith_status measure_value(struct validation *v, const struct kith_row *row, double *value) {
-  KITH_TRY(report_value(v, v->last, row->measure, value));
-  const char *resolution = strstr(row->job.settings, "resolution=");
-  if (resolution == NULL) return KITH_OK;
-  v->error[v->n_errors] = *value;
-  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
-  return KITH_OK;
-}
-
 static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
   const int first = KITH_MAX(v->n_errors - row->number, 0);
   if (row->kind == KITH_ROW_THREADS || row->kind == KITH_ROW_RESTART) return twice(v, row, value);
@@ -188,9 +172,14 @@ static kith_status measure(struct validation *v, const struct kith_row *row, dou
   }
   if (row->kind == KITH_ROW_SAME_NORMS) return same_norms(v, value);
   if (row->kind == KITH_ROW_BALANCE) return balance(v, value);
-  if (row->kind == KITH_ROW_VALUE) return measure_value(v, row, value);
   if (row->kind == KITH_ROW_ORDER)
     *value = kith_order(v->n_errors - first, v->resolution + first, v->error + first);
+  if (row->kind != KITH_ROW_VALUE) return KITH_OK;
+  KITH_TRY(report_value(v, v->last, row->measure, value));
+  const char *resolution = strstr(row->job.settings, "resolution=");
+  if (resolution == NULL) return KITH_OK;
+  v->error[v->n_errors] = *value;
+  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
   return KITH_OK;
 }
 
@@ -227,52 +216,49 @@ static void print_row(const struct validation *v, const struct kith_row *row, co
   putchar('\n');
 }
 
-static void put_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
+static kith_status put_row(struct validation *v, const struct kith_row *row, const struct outcome *o) {
   static const char *const also[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
                                      "energy_drift",     "momentum_drift",    "floors"};
-  fprintf(v->table, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->job.label, o->value,
+  FILE *f = v->table.file;
+  fprintf(f, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->job.label, o->value,
           isnan(row->at_least) ? "<=" : ">=", bound(row), o->good ? "ok" : "FAILED", o->seconds, row->source);
-  for (size_t k = 0; k < sizeof also / sizeof *also; ++k)
-    fprintf(v->table, ",%.17g", last_value(v, row, also[k]));
-  fprintf(v->table, ",%d,%d,%s,%s,%.17g\n", KITH_MAX(row->job.ranks, 1), row->job.threads, row->varied,
-          row->like, o->same.difference);
+  for (size_t k = 0; k < sizeof also / sizeof *also; ++k) fprintf(f, ",%.17g", last_value(v, row, also[k]));
+  fprintf(f, ",%d,%d,%s,%s,%.17g", KITH_MAX(row->job.ranks, 1), row->job.threads, row->varied, row->like,
+          o->same.difference);
+  return kith_csv_log_row(&v->table);
 }
 
-static bool is_good(const struct kith_row *row, const struct outcome *o) {
-  const bool measured = row->kind == KITH_ROW_NOTHING ||
-                        (isnan(row->at_least) ? o->value <= row->at_most : o->value >= row->at_least);
-  return !o->failed && measured && !(o->same.difference > row->tolerance);
-}
-
-static void do_row(struct validation *v, const struct kith_row *row) {
+static kith_status do_row(struct validation *v, const struct kith_row *row) {
   struct outcome o = {.value = NAN, .same.difference = NAN};
   const double begun = kith_seconds();
   char why[256];
   o.failed = measure(v, row, &o.value) != KITH_OK || compare(v, row, &o.same) != KITH_OK;
-  o.good = is_good(row, &o);
+  o.good = !o.failed && !(o.same.difference > row->tolerance) &&
+           (row->kind == KITH_ROW_NOTHING ||
+            (isnan(row->at_least) ? o.value <= row->at_most : o.value >= row->at_least));
   o.seconds = kith_seconds() - begun;
   snprintf(why, sizeof why, "%s", kith_failure());
   print_row(v, row, &o);
-  put_row(v, row, &o);
   if (o.failed) printf("    %s\n", why);
   fflush(stdout);
   ++v->n_done, v->n_wrong += !o.good, v->n_failed += o.failed;
   v->n_compared += row->like[0] != '\0', v->n_same += o.same.difference <= row->tolerance;
+  return put_row(v, row, &o);
 }
 
-static enum kith_exit do_rows(struct validation *v) {
+static kith_status do_rows(struct validation *v) {
   const double begun = kith_seconds();
   v->width = 28;
   for (int k = 0; k < v->n; ++k) v->width = KITH_MAX(v->width, (int)strlen(v->rows[k].job.label));
   printf("%-*s %12s  %-13s %-6s %9s %7s\n", v->width, "row", "measured", "bound", "", "energy", "floors");
   for (int k = 0; k < v->n; ++k)
-    if (!v->quick || v->rows[k].quick) do_row(v, &v->rows[k]);
+    if (!v->quick || v->rows[k].quick) KITH_TRY(do_row(v, &v->rows[k]));
   printf("%d rows, %d out of tolerance%s; %.0f s\n", v->n_done, v->n_wrong,
          v->n_failed > 0 ? ", and some runs failed" : "", kith_seconds() - begun);
   if (v->n_compared > 0)
     printf("%d of %d runs end in the same state as the row they are compared with\n", v->n_same,
            v->n_compared);
-  return v->n_failed > 0 ? KITH_EXIT_FAILED : v->n_wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
+  return KITH_OK;
 }
 
 /* ---- suites ---- */
@@ -298,27 +284,26 @@ static kith_status read_rows(struct validation *v, const char *suite) {
     KITH_FAIL(BAD_INPUT, "validate: no suite '%.60s'; quick, full, gates, ranks, list, or a file of rows",
               suite);
   KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, v->programs.inputs));
-  KITH_TRY(kith_resize(&v->error, 0, (size_t)v->n, sizeof *v->error));
-  return kith_resize(&v->resolution, 0, (size_t)v->n, sizeof *v->resolution);
+  KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
+  v->resolution = v->error + v->n;
+  return KITH_OK;
 }
 
 /* One line per row on the screen and in DIR/validation.csv. */
-static kith_status validate(struct validation *v, enum kith_exit *code) {
+static kith_status validate(struct validation *v, const char *suite, enum kith_exit *code) {
+  static const char names[] =
+      "row,measured,relation,bound,verdict,seconds,source,density.l1,velocity.l1,pressure.l1,energy_drift,"
+      "momentum_drift,floors,ranks,threads,varied,like,difference";
   char path[PATH];
-  struct kith_atomic_file *file;
+  KITH_TRY(kith_programs_find(&v->programs));
+  KITH_TRY(read_rows(v, suite));
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_directory_make(v->directory));
   snprintf(path, sizeof path, "%s/validation.csv", v->directory);
-  KITH_TRY(kith_atomic_file_open(&file, path));
-  v->table = file->stream;
-  fputs(
-      "row,measured,relation,bound,verdict,seconds,source,density.l1,velocity.l1,pressure.l1,energy_drift,"
-      "momentum_drift,floors,ranks,threads,varied,like,difference\n",
-      v->table);
-  setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
-  const enum kith_exit verdict = do_rows(v);
-  KITH_TRY(kith_atomic_file_commit(&file, false));
-  *code = verdict;
+  KITH_TRY(kith_csv_log_open(&v->table, path, names, NULL));
+  KITH_TRY(do_rows(v));
+  KITH_TRY(kith_csv_log_close(&v->table));
+  if (v->n_failed == 0) *code = v->n_wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
   return KITH_OK;
 }
 
@@ -330,12 +315,9 @@ enum kith_exit kith_validate(const struct kith_options *options) {
     list();
     return KITH_EXIT_OK;
   }
-  kith_status status = kith_programs_find(&v.programs);
-  if (status == KITH_OK) status = read_rows(&v, suite);
-  if (status == KITH_OK) status = validate(&v, &code);
-  if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  if (validate(&v, suite, &code) != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  kith_csv_log_close(&v.table);
   kith_free(&v.rows);
   kith_free(&v.error);
-  kith_free(&v.resolution);
   return code;
 }

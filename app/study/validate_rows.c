@@ -35,6 +35,7 @@ struct rows {
   const char *inputs;
   struct kith_row *row;
   int n;
+  size_t capacity;
 };
 
 /* ---- a row ---- */
@@ -77,7 +78,9 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
   *row = entry.row;
   if (entry.scene[0] != '\0')
     snprintf(row->job.scene, sizeof row->job.scene, "%s/%s.yaml", rows->inputs, entry.scene);
-  KITH_TRY(kith_job_set_words(&row->job, entry.settings));
+  char *rest = entry.settings;
+  for (const char *word; (word = strsep(&rest, " ")) != NULL;)
+    if (word[0] != '\0') KITH_TRY(kith_job_set(&row->job, word));
   read_measure(row);
   if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;
   char *end;
@@ -88,9 +91,8 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
 }
 
 static kith_status add_row(struct rows *rows, const struct kith_row *row) {
-  enum { AT_ONCE = 64 };
   const size_t n = (size_t)rows->n;
-  if (n % AT_ONCE == 0) KITH_TRY(kith_resize(&rows->row, n, n + AT_ONCE, sizeof *rows->row));
+  KITH_TRY(kith_grow(&rows->row, &rows->capacity, n, n + 1, sizeof *rows->row));
   rows->row[rows->n++] = *row;
   return KITH_OK;
 }
@@ -114,12 +116,6 @@ static kith_status vary(struct kith_row *row, const struct kith_config_node *val
   return kith_job_set(&row->job, text);
 }
 
-static const struct kith_config_node *value_of(const struct kith_config_node *factor, int index) {
-  const struct kith_config_node *value = factor->first;
-  for (index %= factor->n; index > 0; --index) value = value->next;
-  return value;
-}
-
 /* Run k of row i; it is called sod.4x2.kd.grid, a directory too. */
 static kith_status add_varied(struct rows *rows, const struct kith_row *like, int i, int k,
                               const struct kith_config_node *over, const struct kith_config_node *longest) {
@@ -127,8 +123,11 @@ static kith_status add_varied(struct rows *rows, const struct kith_row *like, in
   char *name = row.job.label;
   const size_t used = strlen(name);
   snprintf(row.like, sizeof row.like, "%s", like->job.label);
-  for (const struct kith_config_node *factor = over->first; factor != NULL; factor = factor->next)
-    KITH_TRY(vary(&row, value_of(factor, factor == longest ? k : i + k)));
+  for (const struct kith_config_node *factor = over->first; factor != NULL; factor = factor->next) {
+    const struct kith_config_node *value = factor->first;
+    for (int skip = (factor == longest ? k : i + k) % factor->n; skip > 0; --skip) value = value->next;
+    KITH_TRY(vary(&row, value));
+  }
   if (used + strlen(row.varied) + 12 > sizeof row.job.label)
     return kith_config_fail(over, NULL, "row %s: the name is too long with its values", like->job.label);
   snprintf(name + used, sizeof row.job.label - used, ".%dx%d%s%s", row.job.ranks, row.job.threads,
@@ -180,20 +179,24 @@ static kith_status read_single(const struct kith_config_node *node, struct kith_
   return add_row(rows, row);
 }
 
+static kith_status read_rows(const struct kith_config *config, struct rows *rows) {
+  const struct kith_config_node *list = kith_config_at(config, "rows");
+  if (list == NULL)
+    return kith_config_fail(config->root, NULL, "no rows: a file for validation has a list of them");
+  KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
+  for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
+    struct kith_row row = {.at_most = NAN, .at_least = NAN};
+    const bool group = kith_config_child(node, "rows") != NULL;
+    KITH_TRY(group ? read_group(node, &row, rows) : read_single(node, &row, rows));
+  }
+  return KITH_OK;
+}
+
 kith_status kith_rows_read_file(struct kith_row **out, int *n, const char *path, const char *inputs) {
   struct kith_config *config = NULL;
   struct rows rows = {.inputs = inputs};
   KITH_TRY(kith_config_read(&config, path));
-  const struct kith_config_node *list = kith_config_at(config, "rows");
-  kith_status status = list != NULL ? kith_config_want(list, KITH_CONFIG_LIST)
-                                    : kith_config_fail(config->root, NULL,
-                                                       "no rows: a file for validation has a list of them");
-  for (const struct kith_config_node *node = list != NULL ? list->first : NULL;
-       status == KITH_OK && node != NULL; node = node->next) {
-    struct kith_row row = {.at_most = NAN, .at_least = NAN};
-    status = kith_config_child(node, "rows") != NULL ? read_group(node, &row, &rows)
-                                                     : read_single(node, &row, &rows);
-  }
+  const kith_status status = read_rows(config, &rows);
   kith_config_destroy(&config);
   *out = rows.row;
   *n = rows.n;

@@ -7,7 +7,7 @@
  *     - {name: sod-4, dimension: 1, scene: sod, ranks: 4, same: 1e-11, like: sod-100}
  *
  * Settings are those of --set, separated by blanks. A row without a scene measures the last run once more.
- * Measures: those of job.h, and
+ * Measures: those of study.h, and
  *   order N       of convergence through the last N values that rows with a resolution have measured
  *   same norms    largest relative difference of the L1 norms between the last two runs
  *   balance       largest imbalance (busiest rank over mean) of all checks but the first
@@ -35,10 +35,10 @@
 #ifndef KITH_APP_STUDY_VALIDATE_ROWS_H
 #define KITH_APP_STUDY_VALIDATE_ROWS_H
 
-#include "app/study/job.h"
+#include "app/study/study.h"
 
 enum kith_row_kind {
-  KITH_ROW_VALUE, /* a measure of job.h */
+  KITH_ROW_VALUE, /* a measure of study.h */
   KITH_ROW_ORDER,
   KITH_ROW_SAME_NORMS,
   KITH_ROW_BALANCE,

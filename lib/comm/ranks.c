@@ -148,12 +148,16 @@ void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
 
 /* The few bytes of every rank, in their order. Without them no rank can continue. */
 static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, void *all) {
-  if (kith_resize(all, 0, (size_t)ranks->size, bytes) != KITH_OK) {
-    fprintf(stderr, "kith: rank %d: %s\n", ranks->rank, kith_failure());
+  if (kith_resize(all, 0, (size_t)kith_ranks_size(ranks), bytes) != KITH_OK) {
+    fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(ranks), kith_failure());
     kith_ranks_abort(ranks, 1);
   }
   void *into;
   memcpy(&into, all, sizeof into);
+  if (ranks == NULL) {
+    memcpy(into, mine, bytes);
+    return;
+  }
   MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all);
   ++ranks->traffic.collectives;
 }
@@ -211,38 +215,29 @@ void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, siz
   if (ranks->rank == from) MPI_Send(data, (int)bytes, MPI_BYTE, 0, TAG, ranks->all);
 }
 
-static kith_status gather_parts(struct kith_ranks *ranks, const void *mine, int length, char **all,
-                                int *count, size_t *part) {
-  const int size = kith_ranks_size(ranks);
-  int *place = count + size;
-  size_t total = 0;
-  count[0] = length;
-  if (ranks != NULL) MPI_Allgather(&length, 1, MPI_INT, count, 1, MPI_INT, ranks->all);
-  for (int r = 0; r < size; ++r) {
-    place[r] = (int)total;
-    if (part != NULL) part[r] = total;
-    total += (size_t)count[r];
-  }
-  if (part != NULL) part[size] = total;
-  if (total > INT_MAX) KITH_FAIL(UNSUPPORTED, "%zu bytes are too many for all ranks", total);
-  KITH_TRY(kith_ranks_allreduce_status(ranks, kith_resize(all, 0, total, 1)));
-  if (ranks == NULL) {
-    if (total > 0) memcpy(*all, mine, total);
-    return KITH_OK;
-  }
-  MPI_Allgatherv(mine, length, MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all);
-  ranks->traffic.collectives += 2;
-  return KITH_OK;
-}
-
 kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
                               size_t *part) {
-  int *count = NULL; /* and places */
+  const int size = kith_ranks_size(ranks);
+  size_t *length = NULL, total = 0;
+  int *count = NULL, *place; /* MPI counts in int */
   *all = NULL;
-  kith_status status = kith_resize(&count, 0, 2 * (size_t)kith_ranks_size(ranks), sizeof *count);
-  if (bytes > INT_MAX) status = kith_fail(KITH_UNSUPPORTED, "%zu bytes are too many for all ranks", bytes);
+  collect(ranks, &bytes, sizeof bytes, &length);
+  kith_status status = kith_resize(&count, 0, 2 * (size_t)size, sizeof *count);
+  place = count + size;
+  for (int r = 0; r < size; ++r) {
+    if (status == KITH_OK) count[r] = (int)length[r], place[r] = (int)total;
+    if (part != NULL) part[r] = total, part[r + 1] = total + length[r];
+    total += length[r];
+  }
+  if (total > INT_MAX) status = kith_fail(KITH_UNSUPPORTED, "%zu bytes are too many for all ranks", total);
+  if (status == KITH_OK) status = kith_resize(all, 0, total, 1);
   status = kith_ranks_allreduce_status(ranks, status);
-  if (status == KITH_OK) status = gather_parts(ranks, mine, (int)bytes, all, count, part);
+  if (status == KITH_OK && ranks == NULL && total > 0) memcpy(*all, mine, total);
+  if (status == KITH_OK && ranks != NULL) {
+    MPI_Allgatherv(mine, count[ranks->rank], MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all);
+    ++ranks->traffic.collectives;
+  }
+  kith_free(&length);
   kith_free(&count);
   return status;
 }

@@ -76,41 +76,28 @@ static sunindextype count(N_Vector v) {
 
 /* ---- element by element ---- */
 
-/* z[k] = expression in k and, as declared, x[k] and y[k]; all may be the same vector. */
-#define ELEMENTS(z_vector, declare, expression)                                                          \
-  for (int part = 0; part < parts(z_vector); ++part) {                                                   \
-    double *z = kith_vector_numbers(z_vector, part);                                                     \
-    const int64_t n = length(z_vector, part);                                                            \
-    declare;                                                                                             \
-    _Pragma("omp parallel for simd schedule(static)") for (int64_t k = 0; k < n; ++k) z[k] = expression; \
+/* Defines name(parameters): z[k] = expression in k and, as declared, x[k] and y[k], for all k; all may be the
+ * same vector. */
+#define ELEMENTS(name, parameters, declare, expression)                                                    \
+  static void name parameters {                                                                            \
+    for (int part = 0; part < parts(zv); ++part) {                                                         \
+      double *z = kith_vector_numbers(zv, part);                                                           \
+      const int64_t n = length(zv, part);                                                                  \
+      declare;                                                                                             \
+      _Pragma("omp parallel for simd schedule(static)") for (int64_t k = 0; k < n; ++k) z[k] = expression; \
+    }                                                                                                      \
   }
 #define X_ONLY const double *x = kith_vector_numbers(xv, part)
 #define X_AND_Y const double *x = kith_vector_numbers(xv, part), *y = kith_vector_numbers(yv, part)
 
-static void linear_sum(double a, N_Vector xv, double b, N_Vector yv, N_Vector zv) {
-  ELEMENTS(zv, X_AND_Y, a * x[k] + b * y[k])
-}
-static void constant(double c, N_Vector zv) {
-  ELEMENTS(zv, (void)0, c)
-}
-static void product(N_Vector xv, N_Vector yv, N_Vector zv) {
-  ELEMENTS(zv, X_AND_Y, x[k] * y[k])
-}
-static void quotient(N_Vector xv, N_Vector yv, N_Vector zv) {
-  ELEMENTS(zv, X_AND_Y, x[k] / y[k])
-}
-static void scaled(double c, N_Vector xv, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, c * x[k])
-}
-static void magnitude(N_Vector xv, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, fabs(x[k]))
-}
-static void inverse(N_Vector xv, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, 1 / x[k])
-}
-static void shifted(N_Vector xv, double b, N_Vector zv) {
-  ELEMENTS(zv, X_ONLY, x[k] + b)
-}
+ELEMENTS(linear_sum, (double a, N_Vector xv, double b, N_Vector yv, N_Vector zv), X_AND_Y, a *x[k] + b * y[k])
+ELEMENTS(constant, (double c, N_Vector zv), (void)0, c)
+ELEMENTS(product, (N_Vector xv, N_Vector yv, N_Vector zv), X_AND_Y, x[k] * y[k])
+ELEMENTS(quotient, (N_Vector xv, N_Vector yv, N_Vector zv), X_AND_Y, x[k] / y[k])
+ELEMENTS(scaled, (double c, N_Vector xv, N_Vector zv), X_ONLY, c *x[k])
+ELEMENTS(magnitude, (N_Vector xv, N_Vector zv), X_ONLY, fabs(x[k]))
+ELEMENTS(inverse, (N_Vector xv, N_Vector zv), X_ONLY, 1 / x[k])
+ELEMENTS(shifted, (N_Vector xv, double b, N_Vector zv), X_ONLY, x[k] + b)
 
 /* z = sum of c_j x_j, in the order of j; z may be x_0. */
 static int combination(int n_vectors, double *c, N_Vector *xv, N_Vector zv) {
@@ -220,20 +207,24 @@ static void fill_ops(N_Vector v) {
 
 kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ranks, int n_parts,
                                 const struct kith_vector_part *part) {
-  *out = NULL;
   struct kith_vectors *set = NULL;
-  KITH_TRY(kith_resize(&set, 0, 1, sizeof *set));
-  set->ranks = ranks;
-  set->parts = n_parts;
-  for (int p = 0; p < n_parts; ++p) set->part[p] = part[p], set->own += part[p].length;
-  uint64_t all = (uint64_t)set->own;
+  uint64_t all = 0;
+  *out = NULL;
+  for (int p = 0; p < n_parts; ++p) all += (uint64_t)part[p].length;
+  kith_status status = kith_resize(&set, 0, 1, sizeof *set);
+  if (status == KITH_OK) {
+    *set = (struct kith_vectors){.ranks = ranks, .parts = n_parts, .own = (int64_t)all};
+    memcpy(set->part, part, (size_t)n_parts * sizeof *part);
+    if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
+    if (set->view == NULL) status = kith_fail(KITH_NO_MEMORY, "no vectors of SUNDIALS");
+  }
+  status = kith_ranks_allreduce_status(ranks, status);
+  if (status != KITH_OK) {
+    kith_vectors_destroy(&set);
+    return status;
+  }
   kith_ranks_sum_counts(ranks, &all, 1);
   set->length = (int64_t)all;
-  if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
-  if (set->view == NULL) {
-    kith_vectors_destroy(&set);
-    KITH_FAIL(NO_MEMORY, "no vectors of SUNDIALS");
-  }
   fill_ops(set->view);
   *out = set;
   return KITH_OK;

@@ -29,7 +29,8 @@ struct kith_vectors {
   size_t bytes; /* of all clones that live */
 };
 
-/* Collective. Owned by the caller. All vectors and solvers that were made with it go first. */
+/* Owned by the caller; all vectors and solvers that were made with it go first. Collective; the status is
+ * agreed on. */
 kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ranks, int parts,
                                 const struct kith_vector_part *part);
 void kith_vectors_destroy(struct kith_vectors **vectors);

@@ -45,7 +45,7 @@ static kith_status check_range(const struct kith_param *param, const char *text,
   KITH_FAIL(BAD_INPUT, "%.60s is out of range %s", text, param->allowed);
 }
 
-static kith_status parse_number(const struct kith_param *param, const char *text, double *into) {
+static kith_status parse_number(const struct kith_param *param, const char *text, void *into) {
   char *end;
   const double value = strtod(text, &end);
   const bool special =
@@ -88,7 +88,8 @@ static kith_status find_choice(const char *choices, const char *text, int *index
   KITH_FAIL(BAD_INPUT, "'%.60s' is not one of %s", text, all);
 }
 
-static kith_status parse_bool(const char *text, void *into) {
+static kith_status parse_bool(const struct kith_param *param, const char *text, void *into) {
+  (void)param;
   int index = kith_choices_index("true|false|yes|no", text);
   if (index < 0) KITH_TRY(find_choice("true|false", text, &index));
   memcpy(into, &(bool){index % 2 == 0}, sizeof(bool));
@@ -141,7 +142,8 @@ static kith_status parse_name(const struct kith_param *param, const char *text, 
   return KITH_OK;
 }
 
-static kith_status parse_text(const char *text, void *into) {
+static kith_status parse_text(const struct kith_param *param, const char *text, void *into) {
+  (void)param;
   char *copy = strdup(text);
   if (copy == NULL) KITH_FAIL(NO_MEMORY, "no memory for a text");
   kith_free(into); /* the value before, if any */
@@ -150,7 +152,8 @@ static kith_status parse_text(const char *text, void *into) {
 }
 
 /* "[a, b]", or without brackets. */
-static kith_status parse_numbers(const struct kith_param *param, const char *text, double *into) {
+static kith_status parse_numbers(const struct kith_param *param, const char *text, void *values) {
+  double *into = values;
   char copy[LONGEST];
   const int wanted = (int)(param->size / sizeof(double));
   int n = 0;
@@ -169,27 +172,20 @@ static kith_status parse_numbers(const struct kith_param *param, const char *tex
 }
 
 kith_status kith_param_parse(const struct kith_param *param, const char *text, void *into) {
-  switch (param->kind) {
-    case KITH_PARAM_NUMBER:
-      return parse_number(param, text, into);
-    case KITH_PARAM_INTEGER:
-      return parse_integer(param, text, into);
-    case KITH_PARAM_BOOL:
-      return parse_bool(text, into);
-    case KITH_PARAM_CHOICE:
-      return parse_choice(param, text, into);
-    case KITH_PARAM_NAME:
-    case KITH_PARAM_MEMBER:
-      return parse_name(param, text, into);
-    case KITH_PARAM_TEXT:
-      return parse_text(text, into);
-    case KITH_PARAM_VECTOR:
-    case KITH_PARAM_INTERVAL:
-    case KITH_PARAM_SIDES:
-      return parse_numbers(param, text, into);
-    default:
-      KITH_FAIL(INTERNAL, "%s is not read from text", param->key);
-  }
+  static kith_status (*const parse[])(const struct kith_param *, const char *, void *) = {
+      [KITH_PARAM_NUMBER] = parse_number,
+      [KITH_PARAM_INTEGER] = parse_integer,
+      [KITH_PARAM_BOOL] = parse_bool,
+      [KITH_PARAM_CHOICE] = parse_choice,
+      [KITH_PARAM_NAME] = parse_name,
+      [KITH_PARAM_MEMBER] = parse_name,
+      [KITH_PARAM_TEXT] = parse_text,
+      [KITH_PARAM_VECTOR] = parse_numbers,
+      [KITH_PARAM_INTERVAL] = parse_numbers,
+      [KITH_PARAM_SIDES] = parse_numbers,
+      [KITH_PARAM_OTHER] = NULL};
+  if (parse[param->kind] == NULL) KITH_FAIL(INTERNAL, "%s is not read from text", param->key);
+  return parse[param->kind](param, text, into);
 }
 
 /* --- value to text --- */

@@ -6,8 +6,8 @@
 
 struct timer {
   const char *name;
-  char *path;                                             /* behind the busy times */
-  struct timer *parent, *first_child, *last_child, *next; /* next: the sibling */
+  char *path;                  /* behind the busy times */
+  struct timer *parent, *next; /* next: in tree order, children behind their parent */
   int depth;
   bool open;
   uint64_t calls;
@@ -52,12 +52,13 @@ static double cpu_now(const struct kith_profile *p) {
   return p->cpu ? clock_now(CLOCK_THREAD_CPUTIME_ID) : 0;
 }
 
-/* The path is "parent/name"; that of a root stage is its name, that of its parent empty. */
+/* A new timer below `parent` (NULL: the root), behind all that are there. The path is "parent/name"; that of
+ * a root stage is its name, that of its parent empty. */
 static kith_status add_timer(struct kith_profile *p, struct timer *parent, const char *name,
                              struct timer **out) {
   const char *above = parent != NULL ? parent->path : "";
   const size_t busy = (size_t)p->threads * sizeof(double), length = strlen(above) + strlen(name) + 2;
-  struct timer *t = NULL;
+  struct timer *t = NULL, *before = parent;
   KITH_TRY(kith_resize(&p->stages, 0, p->n_timers + 1, sizeof *p->stages));
   KITH_TRY(kith_resize(&t, 0, 1, sizeof *t + busy + length));
   t->name = name;
@@ -65,20 +66,11 @@ static kith_status add_timer(struct kith_profile *p, struct timer *parent, const
   snprintf(t->path, length, "%s%s%s", above, above[0] != '\0' ? "/" : "", name);
   t->parent = parent;
   t->depth = parent != NULL ? parent->depth + 1 : -1;
-  if (parent != NULL && parent->last_child != NULL) parent->last_child->next = t;
-  if (parent != NULL && parent->first_child == NULL) parent->first_child = t;
-  if (parent != NULL) parent->last_child = t;
+  while (before != NULL && before->next != NULL && before->next->depth >= t->depth) before = before->next;
+  if (before != NULL) t->next = before->next, before->next = t;
   ++p->n_timers;
   *out = t;
   return KITH_OK;
-}
-
-static void free_timer(struct timer *t) {
-  for (struct timer *child = t->first_child, *next; child != NULL; child = next) {
-    next = child->next;
-    free_timer(child);
-  }
-  kith_free(&t);
 }
 
 kith_status kith_profile_create(struct kith_profile **out, int threads, bool trace) {
@@ -99,7 +91,7 @@ kith_status kith_profile_create(struct kith_profile **out, int threads, bool tra
 void kith_profile_destroy(struct kith_profile **profile) {
   struct kith_profile *p = *profile;
   if (p == NULL) return;
-  if (p->root != NULL) free_timer(p->root);
+  for (struct timer *t = p->root, *next; t != NULL; t = next) next = t->next, kith_free(&t);
   for (int r = 0; p->rows != NULL && r < p->threads; ++r) kith_free(&p->rows[r].events);
   kith_free(&p->rows);
   kith_free(&p->stages);
@@ -121,8 +113,11 @@ static inline bool same(const char *a, const char *b) {
 
 static void enter(struct kith_profile *p, const char *name, uint64_t calls) {
   if (p == NULL) return;
-  struct timer *child = p->now->first_child;
-  while (child != NULL && !same(child->name, name)) child = child->next;
+  struct timer *child = p->now->next;
+  while (child != NULL && child->depth > p->now->depth &&
+         !(child->parent == p->now && same(child->name, name)))
+    child = child->next;
+  if (child != NULL && child->parent != p->now) child = NULL; /* there is none */
   if (p->skipped > 0 || (child == NULL && add_timer(p, p->now, name, &child) != KITH_OK)) {
     ++p->skipped;
     return;
@@ -200,34 +195,29 @@ static double imbalance_of(const struct timer *t, int threads) {
   return sum > 0 ? most * threads / sum : 0;
 }
 
-/* Appends what is below t, a stage of index `parent`, to the n stages that are there. now, cpu: clocks. */
-static int show_below(const struct kith_profile *p, const struct timer *t, int parent, int n, double now,
-                      double cpu) {
-  for (const struct timer *c = t->first_child; c != NULL; c = c->next) {
-    const double seconds = c->seconds + (c->open ? now - c->start : 0);
-    const double busy = c->cpu + (c->open ? cpu - c->cpu_start : 0);
-    p->stages[n] = (struct kith_stage){.path = c->path,
-                                       .name = c->name,
-                                       .depth = c->depth,
+int kith_profile_stages(const struct kith_profile *p, const struct kith_stage **out) {
+  int n = 0, parent = -1;
+  *out = p != NULL ? p->stages : NULL;
+  if (p == NULL) return 0;
+  const double now = kith_seconds(), cpu = cpu_now(p);
+  for (const struct timer *t = p->root->next; t != NULL; t = t->next, parent = n++) {
+    while (parent >= 0 && p->stages[parent].depth >= t->depth) parent = p->stages[parent].parent;
+    const double seconds = t->seconds + (t->open ? now - t->start : 0);
+    const double busy = t->cpu + (t->open ? cpu - t->cpu_start : 0);
+    p->stages[n] = (struct kith_stage){.path = t->path,
+                                       .name = t->name,
+                                       .depth = t->depth,
                                        .parent = parent,
-                                       .calls = c->calls,
+                                       .calls = t->calls,
                                        .seconds = seconds,
                                        .self_seconds = seconds,
                                        .self_cpu = busy,
-                                       .imbalance = imbalance_of(c, p->threads)};
-    if (parent >= 0) {
-      p->stages[parent].self_seconds -= seconds;
-      p->stages[parent].self_cpu -= busy;
-    }
-    n = show_below(p, c, n, n + 1, now, cpu);
+                                       .imbalance = imbalance_of(t, p->threads)};
+    if (parent < 0) continue;
+    p->stages[parent].self_seconds -= seconds;
+    p->stages[parent].self_cpu -= busy;
   }
   return n;
-}
-
-int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out) {
-  *out = profile != NULL ? profile->stages : NULL;
-  if (profile == NULL) return 0;
-  return show_below(profile, profile->root, -1, 0, kith_seconds(), cpu_now(profile));
 }
 
 int kith_profile_counters(const struct kith_profile *profile, const struct kith_counter **out) {

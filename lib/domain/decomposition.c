@@ -180,15 +180,31 @@ kith_status kith_decomposition_redistribute(struct kith_decomposition *d, struct
 
 /* ---- checkpoints ---- */
 
-/* A state begins with this; then come counts [rank][list]; then owners; then the state of the partitioner. */
+/* The array "decomposition" begins with this; then come counts [rank][list]; then owners; then the state of
+ * the partitioner. */
 struct head {
   int64_t ranks, lists, cells, redistributions, balance_checks, repartitions, migrated; /* by all ranks */
   double last_imbalance;
 };
 enum { HEAD = sizeof(struct head) / sizeof(int64_t) };
 
-kith_status kith_decomposition_describe(const struct kith_decomposition *d, const struct kith_nodes *nodes,
-                                        struct kith_decomposition_state *out) {
+static kith_status put_state(const struct kith_decomposition *d, const struct head *head,
+                             const int64_t *counts, struct kith_checkpoint *c) {
+  const size_t n_counts = (size_t)head->ranks * (size_t)head->lists, map = HEAD + n_counts;
+  const size_t end = map + (size_t)head->cells, n = end + kith_partition_state(d->partition, NULL);
+  int64_t *word = NULL;
+  KITH_TRY(kith_resize(&word, 0, n, sizeof *word));
+  memcpy(word, head, sizeof *head);
+  memcpy(word + HEAD, counts, n_counts * sizeof *counts);
+  for (size_t k = map; k < end; ++k) word[k] = d->partition->owner[k - map];
+  kith_partition_state(d->partition, word + end);
+  const kith_status status = kith_checkpoint_put(c, "decomposition", KITH_I64, word, n);
+  kith_free(&word);
+  return status;
+}
+
+kith_status kith_decomposition_save(const struct kith_decomposition *d, const struct kith_nodes *nodes,
+                                    struct kith_checkpoint *c) {
   int64_t *counts = NULL;
   uint64_t migrated = d->migrated;
   KITH_TRY(kith_nodes_counts(nodes, &counts));
@@ -196,15 +212,8 @@ kith_status kith_decomposition_describe(const struct kith_decomposition *d, cons
   const struct head head = {
       kith_ranks_size(d->ranks),  nodes->n_lists,           d->cells.n,        (int64_t)d->redistributions,
       (int64_t)d->balance_checks, (int64_t)d->repartitions, (int64_t)migrated, d->last_imbalance};
-  const size_t n_counts = (size_t)head.ranks * (size_t)head.lists, map = HEAD + n_counts;
-  out->n = map + (size_t)head.cells + kith_partition_state(d->partition, NULL);
-  const kith_status status = kith_resize(&out->word, 0, out->n, sizeof *out->word);
-  if (status == KITH_OK) {
-    memcpy(out->word, &head, sizeof head);
-    memcpy(out->word + HEAD, counts, n_counts * sizeof *counts);
-    for (int64_t c = 0; c < head.cells; ++c) out->word[map + (size_t)c] = d->partition->owner[c];
-    kith_partition_state(d->partition, out->word + map + head.cells);
-  }
+  kith_status status = kith_checkpoint_put_field(c, nodes, d->work);
+  if (status == KITH_OK && c != NULL) status = put_state(d, &head, counts, c);
   kith_free(&counts);
   return status;
 }
@@ -237,26 +246,39 @@ static kith_status take_back(struct kith_decomposition *d, struct kith_nodes *no
   return status;
 }
 
-kith_status kith_decomposition_restore(struct kith_decomposition *d, struct kith_nodes *nodes,
-                                       const struct kith_decomposition_state *state) {
+static kith_status restore(struct kith_decomposition *d, struct kith_nodes *nodes, const int64_t *word,
+                           size_t n) {
   const int size = kith_ranks_size(d->ranks);
   const size_t map = HEAD + (size_t)size * (size_t)nodes->n_lists, end = map + (size_t)d->cells.n;
   struct head head = {0};
-  if (state->n >= HEAD) memcpy(&head, state->word, sizeof head);
+  if (n >= HEAD) memcpy(&head, word, sizeof head);
   if (head.ranks != size || head.lists != nodes->n_lists || head.cells != d->cells.n)
     return kith_decomposition_keep_own(d, nodes);
-  if (state->n < end) KITH_FAIL(BAD_FILE, "the decomposition in the checkpoint is damaged");
-  KITH_TRY(kith_partition_restore(d->partition, state->word + end, state->n - end));
-  for (int64_t c = 0; c < d->cells.n; ++c) {
-    const int64_t owner = state->word[map + (size_t)c];
-    if (owner < 0 || owner >= size)
+  if (n < end) KITH_FAIL(BAD_FILE, "the decomposition in the checkpoint is damaged");
+  KITH_TRY(kith_partition_restore(d->partition, word + end, n - end));
+  for (size_t k = map; k < end; ++k) {
+    if (word[k] < 0 || word[k] >= size)
       KITH_FAIL(BAD_FILE, "the map of cells to ranks in the checkpoint is damaged");
-    d->partition->owner[c] = (int32_t)owner;
+    d->partition->owner[k - map] = (int32_t)word[k];
   }
   d->redistributions = (uint64_t)head.redistributions;
   d->balance_checks = (uint64_t)head.balance_checks;
   d->repartitions = (uint64_t)head.repartitions;
   d->migrated = kith_ranks_rank(d->ranks) == 0 ? (uint64_t)head.migrated : 0;
   d->last_imbalance = head.last_imbalance;
-  return take_back(d, nodes, state->word + HEAD);
+  return take_back(d, nodes, word + HEAD);
+}
+
+kith_status kith_decomposition_load(struct kith_decomposition *d, struct kith_nodes *nodes,
+                                    struct kith_checkpoint *c) {
+  const size_t n = kith_checkpoint_length(c, "decomposition"), n_nodes = (size_t)nodes->n_internal;
+  int64_t *word = NULL;
+  if (kith_checkpoint_length(c, "work") != SIZE_MAX)
+    KITH_TRY(kith_checkpoint_get(c, "work", KITH_I64, d->work->i64, n_nodes));
+  if (n == SIZE_MAX) return kith_decomposition_keep_own(d, nodes);
+  kith_status status = kith_resize(&word, 0, n, sizeof *word);
+  if (status == KITH_OK) status = kith_checkpoint_get(c, "decomposition", KITH_I64, word, n);
+  if (status == KITH_OK) status = restore(d, nodes, word, n);
+  kith_free(&word);
+  return status;
 }

@@ -19,6 +19,7 @@
 #define KITH_DOMAIN_DECOMPOSITION_H
 
 #include "lib/domain/partition/partition.h"
+#include "lib/io/checkpoint.h"
 #include "lib/nodes/nodes.h"
 
 struct kith_decomposition {
@@ -65,19 +66,15 @@ kith_status kith_decomposition_redistribute(struct kith_decomposition *decomposi
 void kith_decomposition_measure(struct kith_decomposition *decomposition, const struct kith_nodes *nodes,
                                 const size_t *row_first);
 
-/* For checkpoints, which store nodes list by list and rank by rank: the number of nodes of each rank and
- * list, the map, and the state of the partitioner. `work` is stored with the nodes. Collective; the words are
- * owned by the caller. */
-struct kith_decomposition_state {
-  size_t n;
-  int64_t *word; /* kith_resize memory */
-};
-kith_status kith_decomposition_describe(const struct kith_decomposition *decomposition,
-                                        const struct kith_nodes *nodes, struct kith_decomposition_state *out);
-/* All nodes are present as they were stored, with their work. With the same numbers of ranks and cells, this
- * rank keeps the nodes that it had, and the map; otherwise those in its cells. BAD_FILE if the state does not
- * belong to these nodes. */
-kith_status kith_decomposition_restore(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
-                                       const struct kith_decomposition_state *state);
+/* Adds to a checkpoint, which stores nodes list by list and rank by rank: the work of the nodes, the number
+ * of nodes of each rank and list, the map, and the state of the partitioner. Collective; `c` is NULL on all
+ * ranks but 0, which alone knows of a failure to write. */
+kith_status kith_decomposition_save(const struct kith_decomposition *decomposition,
+                                    const struct kith_nodes *nodes, struct kith_checkpoint *c);
+/* All nodes are present as they were stored. With the same numbers of ranks and cells, this rank keeps the
+ * nodes that it had, and the map; otherwise those in its cells. BAD_FILE if the state does not belong to
+ * these nodes. */
+kith_status kith_decomposition_load(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
+                                    struct kith_checkpoint *c);
 
 #endif

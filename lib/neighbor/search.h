@@ -98,9 +98,7 @@ struct kith_search {
 #define X(name) extern const struct kith_search_ops kith_search_##name;
 KITH_SEARCH_LIST(X)
 #undef X
-const struct kith_search_ops *kith_search_find(const char *name); /* NULL if there is none */
-const struct kith_search_ops *const *kith_search_all(void);       /* ended by NULL */
-struct kith_member kith_search_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_search);
 
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
                                const struct kith_nodes *nodes);

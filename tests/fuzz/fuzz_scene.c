@@ -82,10 +82,9 @@ static const char *const seeds[] = {
     "{eos: isothermal, "
     "sound_speed: 2}}\nregions:\n  - {material: a, density: '1 + 0.1*sin(pi*x)', pressure: \"2 - r^2\", "
     "velocity: "
-    "['-x/(r+1)', '-y', 0], where: {ball: {center: [0, 0, 0], radius: 0.5}}}\n"
-    "  - {material: b, density: 1, pressure: 1, spacing: 0.1, frozen: yes, where: {outside-ball: {center: "
-    "[0, 0, 0], radius: "
-    "0.5}, half-space: {point: [0, 0, 0], normal: [1, 1, 0]}, inside: 'x > 0 && y < 1'}}\n"
+    "['-x/(r+1)', '-y', 0], where: {inside: r < 0.5}}\n"
+    "  - {material: b, density: 1, pressure: 1, spacing: 0.1, frozen: yes, where: {x: [0, "
+    "0.5], inside: 'x > 0 && y < 1'}}\n"
     "energy: [{energy: 1, over: ball, radius: 0.1}, {energy: 2}]\n"
     "exact: {name: acoustic-wave, density: 1, pressure: 1, gamma: 1.4, amplitude: 0.01}\n"
     "output: {plot: no, checkpoint: 5, checkpoint_at_end: true}\n",

@@ -5,8 +5,8 @@ source "$(dirname "$0")/common.sh"
 
 # ---- the command line
 refused "no verb; one of run, plan, bench, list" "$kith"
-refused "rum: unknown verb; did you mean 'run'?" "$kith" rum tiny.yaml
-refused "unknown verb; one of" "$kith" xyzzy
+refused "verb 'rum' is not one of run, plan" "$kith" rum tiny.yaml
+refused "verb 'xyzzy' is not one of run, plan" "$kith" xyzzy
 refused "run: SCENE is missing" "$kith" run
 refused "plan: SCENE is missing" "$kith" plan
 refused "b: one argument too many" "$kith" run tiny.yaml b
@@ -31,8 +31,8 @@ refused "--network: '0' is not a number of at least 1" "$kith" plan tiny.yaml --
 refused "tiny.yaml: one argument too many" "$kith" bench tiny.yaml
 refused "--ranks: not an option of bench, but of run, plan" "$kith" bench --ranks 2
 refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run tiny.yaml
-refused "'kernl' is no family; did you mean 'kernel'?" "$kith" list kernl
-refused "there are package, kernel," "$kith" list xyzzy
+refused "list: 'kernl' is not one of scene, package" "$kith" list kernl
+refused "list: 'xyzzy' is not one of scene, package, kernel," "$kith" list xyzzy
 
 refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml \
   --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3
@@ -97,11 +97,11 @@ scene=a/b|cannot name a directory
 materials.gas.gamma=1|out of range (1, inf)
 materials={}|no material
 regions=[]|no region; one is required
-regions.0.where.x=[-1, 0.1]|region: overlaps the region of line 10, at
-regions.0.where.x=[-3, -2]|region: no part of it is in the domain
+regions.0.where.x=[-1, 0.1]|regions.0: overlaps the region of line 10, at
+regions.0.where.x=[-3, -2]|regions.0: no part of it is in the domain
 regions.0.where.x=[0, -1]|[0, -1] is empty
 regions.0.where.x=[-1, .inf]|not a finite number
-regions.0.where={inside: "x > 5"}|region: it holds no node
+regions.0.where={inside: "x > 5"}|regions.0: it holds no node
 regions.0.density=1 + |--set regions.0.density: formula '1 +': Unexpected end
 regions.0.density=2*zeta|--set regions.0.density: formula
 regions.0.density=1/(x - x)|density
@@ -129,7 +129,7 @@ refused "--set boundaries.x.a: unknown key" "$kith" run tiny.yaml --quiet --set 
 sed 's/gamma: 1.4/gama: 1.4/' tiny.yaml >wrong.yaml
 refused "wrong.yaml:7: materials.gas.gama: unknown key; did you mean 'gamma'?" "$kith" run wrong.yaml
 sed 's/x: \[0, 1\]/x: [-0.5, 1]/' tiny.yaml >wrong.yaml
-refused "wrong.yaml:9: region: overlaps the region of line 10" "$kith" run wrong.yaml
+refused "wrong.yaml:9: regions.0: overlaps the region of line 10" "$kith" run wrong.yaml
 sed '/^resolution/d' tiny.yaml >wrong.yaml
 refused "resolution: missing; it is required" "$kith" run wrong.yaml
 # a periodic axis without length

@@ -26,7 +26,7 @@ bad() {
   printf '%s\n' "${@:2}" >bad.yaml
   refused "$1" "$kith" chart bad.yaml -o out
 }
-bad "bad.yaml:1: scene: 'sodd' is not one of" 'scene: sodd' 'resolution: [50]'
+bad "bad.yaml:1: scene: no scene 'sodd'; did you mean 'sod'?" 'scene: sodd' 'resolution: [50]'
 bad "bad.yaml:2: method b: --set method.package: 'spf'" 'scene: sod' \
   'methods: [{name: a}, {name: b, settings: {method.package: spf}}]' 'resolution: [50]'
 bad "bad.yaml:2: method b: --set method.viscosity.alfa: unknown key; did you mean 'alpha'?" 'scene: sod' \

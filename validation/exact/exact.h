@@ -17,7 +17,7 @@
  *   entropy-wave   a wave of density alone, carried along axis 0
  *   square         a denser box in gas of the same pressure
  *   two-blasts     two blasts that meet between walls: no exact solution, a reference of our own finite
- *                  volumes (lagrange.h)
+ *                  volumes
  *   uniform        the same state everywhere and always
  *
  * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
@@ -94,12 +94,7 @@ struct kith_exact_ops {
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X
-
-/* The member called `name` ('-' and '_' are the same), or NULL. */
-const struct kith_exact_ops *kith_exact_find(const char *name);
-/* All members, ended by NULL. */
-const struct kith_exact_ops *const *kith_exact_all(void);
-struct kith_member kith_exact_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_exact);
 
 /* *self owned by the caller, freed by kith_free. Settings out of range, or that do not fit together, are
  * BAD_INPUT with the parameter's name. */

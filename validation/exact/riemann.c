@@ -8,7 +8,7 @@
  *                         B = (g - 1) / (g + 1) p_K
  *   else, a rarefaction:  f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)
  *
- * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bracketed and bisected in ln p. If
+ * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bisected in ln p. If
  * the left side is not negative at p = 0 there is no such p: the gases part and leave a vacuum, whose
  * velocity is set to x / t.
  *
@@ -109,16 +109,10 @@ static bool star_pressure(const struct side *side, double *pressure) {
   const double closing = side[0].velocity + side[1].velocity;
   double scale = KITH_MAX(side[0].pressure, side[1].pressure);
   if (scale == 0) scale = KITH_MIN(side[0].density, side[1].density) * closing * closing;
-  const double least = KITH_MAX(-600.0, log(1e-300 / scale));
-  double lower = -1, upper = 1; /* of ln (p / scale) */
-  while (lower > least && mismatch(side, scale * exp(lower)) >= 0) lower = KITH_MAX(2 * lower, least);
-  while (upper < 600 && mismatch(side, scale * exp(upper)) <= 0) upper *= 2;
+  double lower = KITH_MAX(-600.0, log(1e-300 / scale)), upper = 600, middle; /* of ln (p / scale) */
   const bool found = mismatch(side, scale * exp(lower)) < 0;
-  while (found) {
-    const double middle = 0.5 * (lower + upper);
-    if (middle <= lower || middle >= upper) break;
+  while (found && (middle = 0.5 * (lower + upper)) > lower && middle < upper)
     *(mismatch(side, scale * exp(middle)) < 0 ? &lower : &upper) = middle;
-  }
   *pressure = scale * exp(found ? upper : lower);
   return found;
 }

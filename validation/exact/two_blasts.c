@@ -2,17 +2,183 @@
  * and 0.01 in between (Woodward and Colella, J. Comput. Phys. 54 (1984) 115). Two blasts run into each other;
  * the state of interest is that of 0.038.
  *
- * There is no exact solution: this is that of lagrange.h, kept at equal times from 0 to `end_time` and
- * interpolated between them with the gas, so that contacts stay sharp; shocks are so only at the times kept,
- * of which end_time is one. With 800 cells density is good to 1 % (4000 cells differ by that), places of
- * shocks and contacts to 0.001, but for two or three cells beside each contact, where the violent start
- * leaves a wrong density. Beyond end_time: the last state. Takes half a second to create. */
+ * There is no exact solution: this is that of our own solver of Euler's equations in one dimension. Finite
+ * volumes in the coordinate m of mass, so that contacts stay what they are at the start, faces between cells:
+ *
+ *   dv/dt = du/dm,   du/dt = -dp/dm,   de/dt = -d(pu)/dm,   v = 1 / density, e = energy + u^2 / 2
+ *
+ * B. van Leer, Towards the ultimate conservative difference scheme V, J. Comput. Phys. 32 (1979) 101, made
+ * simple: slopes of v, u, p limited to the least of twice both one-sided ones and the central one; states of
+ * the faces predicted for the middle of the step along them; at each face a Riemann problem between two
+ * gases, by Newton-like iterations in which both waves are jumps. Second order where the flow is smooth,
+ * first at shocks. Mass, momentum (but for walls) and energy are conserved to round-off. About 50 ns per cell
+ * and step; the number of steps is that of cells that a sound wave would cross, times 2.5.
+ *
+ * Its states are kept at equal times from 0 to `end_time` and interpolated between them with the gas, so that
+ * contacts stay sharp; shocks are so only at the times kept, of which end_time is one. With 800 cells density
+ * is good to 1 % (4000 cells differ by that), places of shocks and contacts to 0.001, but for two or three
+ * cells beside each contact, where the violent start leaves a wrong density. Beyond end_time: the last state.
+ * Takes half a second to create. */
 #include "validation/exact/exact_parameters.h"
-#include "validation/exact/lagrange.h"
 
 #include <string.h>
 
-enum { CELLS = 800, KEPT = 40 };
+enum { CELLS = 800, KEPT = 40, ITERATIONS = 2 };
+static const double courant = 0.4;
+
+/* Per unit of mass, or at the place of it: volume, velocity, pressure. */
+struct gas {
+  double v, u, p;
+};
+
+/* A cell and its lower face. */
+struct cell {
+  double face, mass; /* place of the face; mass of the cell */
+  struct gas gas;
+  double energy; /* per unit mass, with the kinetic one */
+  /* Of a step: slopes, mass flow of a sound wave; what the face does. */
+  struct gas slope;
+  double impedance, face_u, face_p;
+};
+
+struct flow {
+  double gamma, time;
+  int n;              /* cells */
+  struct cell cell[]; /* [n + 1]: the last one is the upper face of the one before */
+};
+
+/* Gas at rest or moving, the same from `from` to the next one's `from`. */
+struct slab {
+  double from, density, velocity, pressure;
+};
+
+/* ---- a step of the flow ---- */
+
+/* The limited slope of b, per cell, between its neighbors a and c. */
+static double limited(double a, double b, double c) {
+  const double left = b - a, right = c - b, center = 0.5 * (c - a);
+  const double least = KITH_MIN(2 * fabs(left), 2 * fabs(right));
+  return left * right <= 0 ? 0 : copysign(KITH_MIN(least, fabs(center)), center);
+}
+
+static struct gas slope_of(const struct gas *a, const struct gas *b, const struct gas *c) {
+  return (struct gas){limited(a->v, b->v, c->v), limited(a->u, b->u, c->u), limited(a->p, b->p, c->p)};
+}
+
+static void slopes(struct flow *f) {
+  struct cell *first = f->cell, *last = f->cell + f->n - 1;
+  for (struct cell *c = first; c <= last; ++c) { /* behind the walls is the mirror image */
+    struct gas before = c > first ? c[-1].gas : c->gas, behind = c < last ? c[1].gas : c->gas;
+    if (c == first) before.u = -before.u;
+    if (c == last) behind.u = -behind.u;
+    c->impedance = sqrt(f->gamma * c->gas.p / c->gas.v);
+    c->slope = slope_of(&before, &c->gas, &behind);
+  }
+}
+
+/* A cell at its upper (side 1) or lower (-1) face, half a step later; the plain cell where that would be no
+ * gas. */
+static struct gas at_face(const struct cell *c, double dt, double side) {
+  const double half = 0.5 * dt / c->mass, c2 = c->impedance * c->impedance;
+  const struct gas g = {c->gas.v + 0.5 * side * c->slope.v + half * c->slope.u,
+                        c->gas.u + 0.5 * side * c->slope.u - half * c->slope.p,
+                        c->gas.p + 0.5 * side * c->slope.p - half * c2 * c->slope.u};
+  return g.v > 0 && g.p > 0 ? g : c->gas;
+}
+
+/* How much the velocity changes through the wave that leads from g to the pressure p, and by how much more
+ * per pressure. */
+static double jump(const struct gas *g, double gamma, double p, double *slope) {
+  const double w2 = 0.5 / g->v * ((gamma + 1) * p + (gamma - 1) * g->p);
+  const double w = sqrt(w2); /* mass flow through it */
+  *slope = (1 - (p - g->p) * (gamma + 1) / (4 * g->v * w2)) / w;
+  return (p - g->p) / w;
+}
+
+/* Newton's method from the pressure between two sound waves: the sum of the jumps rises and is concave in
+ * p. */
+static void star(const struct gas *l, const struct gas *r, double gamma, struct cell *face) {
+  const double a = sqrt(gamma * l->p / l->v), b = sqrt(gamma * r->p / r->v);
+  const double floor = 1e-12 * KITH_MIN(l->p, r->p);
+  double q = KITH_MAX((b * l->p + a * r->p + a * b * (l->u - r->u)) / (a + b), floor), left, right;
+  for (int k = 0; k < ITERATIONS; ++k) {
+    const double miss = l->u - r->u - jump(l, gamma, q, &left) - jump(r, gamma, q, &right);
+    q = KITH_MAX(q + miss / (left + right), floor);
+  }
+  face->face_p = q;
+  face->face_u = 0.5 * (l->u + r->u - jump(l, gamma, q, &left) + jump(r, gamma, q, &right));
+}
+
+static void fluxes(struct flow *f, double dt) {
+  struct cell *cell = f->cell;
+  for (int i = 0; i <= f->n; ++i) {
+    const bool lower = i == 0, upper = i == f->n;
+    struct gas l = at_face(&cell[lower ? 0 : i - 1], dt, lower ? -1 : 1);
+    struct gas r = at_face(&cell[upper ? i - 1 : i], dt, upper ? 1 : -1);
+    if (lower) l.u = -l.u;
+    if (upper) r.u = -r.u;
+    star(&l, &r, f->gamma, &cell[i]);
+  }
+  cell[0].face_u = cell[f->n].face_u = 0;
+}
+
+static kith_status update(struct flow *f, double dt) {
+  double worst = 1;
+  for (struct cell *c = f->cell; c < f->cell + f->n; ++c) {
+    const double a = dt / c->mass;
+    c->face += dt * c->face_u;
+    c->gas.v += a * (c[1].face_u - c->face_u);
+    c->gas.u -= a * (c[1].face_p - c->face_p);
+    c->energy -= a * (c[1].face_p * c[1].face_u - c->face_p * c->face_u);
+    c->gas.p = (f->gamma - 1) * (c->energy - 0.5 * c->gas.u * c->gas.u) / c->gas.v;
+    worst = KITH_MIN(worst, KITH_MIN(c->gas.v, c->gas.p));
+  }
+  if (!(worst > 0)) KITH_FAIL(DIVERGED, "reference solution: no gas left in a cell at time %g", f->time);
+  return KITH_OK;
+}
+
+/* On to `time`. DIVERGED if a volume or a pressure is not positive. */
+static kith_status run(struct flow *f, double time) {
+  while (f->time < time) {
+    slopes(f);
+    double rate = 0;
+    for (int i = 0; i < f->n; ++i) rate = KITH_MAX(rate, f->cell[i].impedance / f->cell[i].mass);
+    const double left = time - f->time, dt = KITH_MIN(courant / rate, left);
+    fluxes(f, dt);
+    KITH_TRY(update(f, dt));
+    f->time = dt < left ? f->time + dt : time;
+  }
+  return KITH_OK;
+}
+
+/* Cells of about the same mass, whole ones in each slab, the last of which ends at `end`. Walls at both
+ * ends. One block of memory. */
+static kith_status lay_out(struct flow **out, double gamma, int n_slabs, const struct slab *slab, double end,
+                           int cells) {
+  double total = 0;
+  *out = NULL;
+  for (int k = 0; k < n_slabs; ++k)
+    total += slab[k].density * ((k + 1 < n_slabs ? slab[k + 1].from : end) - slab[k].from);
+  /* Each slab may have half a cell more than its share, or one instead of none. */
+  const size_t most = (size_t)cells + (size_t)n_slabs + 1;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out + most * sizeof *(*out)->cell));
+  struct flow *f = *out;
+  f->gamma = gamma;
+  for (const struct slab *s = slab; s < slab + n_slabs; ++s) {
+    const double length = (s + 1 < slab + n_slabs ? s[1].from : end) - s->from;
+    const int count = KITH_MAX(1, (int)lround(cells * (s->density * length) / total));
+    for (int i = 0; i < count; ++i)
+      f->cell[f->n++] =
+          (struct cell){.face = s->from + i * (length / count),
+                        .mass = s->density * (length / count),
+                        .gas = {1 / s->density, s->velocity, s->pressure},
+                        .energy = s->pressure / s->density / (gamma - 1) + 0.5 * s->velocity * s->velocity};
+  }
+  f->cell[f->n].face = end;
+  return KITH_OK;
+}
+
+/* ---- the solution ---- */
 
 struct settings {
   struct kith_exact_gas gas; /* gamma alone */
@@ -30,23 +196,22 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
 }
 
 struct two_blasts {
-  struct kith_exact_gas gas;
-  double end;
-  int n;                   /* cells */
-  struct kith_cell cell[]; /* [KEPT + 1][n + 1] */
+  struct settings settings;
+  int n;              /* cells */
+  struct cell cell[]; /* [KEPT + 1][n + 1] */
 };
 
-static kith_status blasts_create(void **self, const void *settings) {
+static kith_status create(void **self, const void *settings) {
   const struct settings *p = settings;
-  static const struct kith_slab slabs[] = {{0, 1, 0, 1000}, {0.1, 1, 0, 0.01}, {0.9, 1, 0, 100}};
-  struct kith_lagrange *flow = NULL;
-  KITH_TRY(kith_lagrange_create(&flow, p->gas.gamma, 3, slabs, 1, CELLS));
+  static const struct slab slabs[] = {{0, 1, 0, 1000}, {0.1, 1, 0, 0.01}, {0.9, 1, 0, 100}};
+  struct flow *flow = NULL;
+  KITH_TRY(lay_out(&flow, p->gas.gamma, 3, slabs, 1, CELLS));
   const size_t row = ((size_t)flow->n + 1) * sizeof *flow->cell;
   kith_status status = kith_resize(self, 0, 1, sizeof(struct two_blasts) + (KEPT + 1) * row);
   struct two_blasts *b = *self;
-  if (status == KITH_OK) b->gas = p->gas, b->end = p->end_time, b->n = flow->n;
+  if (status == KITH_OK) b->settings = *p, b->n = flow->n;
   for (int k = 0; status == KITH_OK && k <= KEPT; ++k) {
-    status = kith_lagrange_run(flow, k < KEPT ? b->end * k / KEPT : b->end);
+    status = run(flow, k < KEPT ? p->end_time * k / KEPT : p->end_time);
     memcpy(b->cell + (size_t)k * ((size_t)b->n + 1), flow->cell, row);
   }
   kith_free(&flow);
@@ -54,9 +219,9 @@ static kith_status blasts_create(void **self, const void *settings) {
   return status;
 }
 
-/* Cell i, or its lower face, between two of the kept times: `part` of the way from `early` to the next. */
+/* Between two of the kept times: `part` of the way from `early` to the next. */
 struct moment {
-  const struct kith_cell *early, *late;
+  const struct cell *early, *late;
   double part;
 };
 
@@ -68,18 +233,16 @@ static double face_at(const struct moment *m, int i) {
   return between(m, m->early[i].face, m->late[i].face);
 }
 
-static void values_at(const struct moment *m, int i, double value[3]) {
-  const struct kith_cell *a = &m->early[i], *b = &m->late[i];
-  value[0] = between(m, a->volume, b->volume);
-  value[1] = between(m, a->velocity, b->velocity);
-  value[2] = between(m, a->pressure, b->pressure);
+static struct gas gas_at(const struct moment *m, int i) {
+  const struct gas *a = &m->early[i].gas, *b = &m->late[i].gas;
+  return (struct gas){between(m, a->v, b->v), between(m, a->u, b->u), between(m, a->p, b->p)};
 }
 
-static void blasts_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
+static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct two_blasts *b = self;
-  const double at = b->end > 0 ? KITH_MIN(time / b->end, 1.0) * KEPT : 0;
+  const double end = b->settings.end_time, at = end > 0 ? KITH_MIN(time / end, 1.0) * KEPT : 0;
   const int early = KITH_MIN((int)at, KEPT - 1);
-  const struct kith_cell *cell = b->cell + (size_t)early * ((size_t)b->n + 1);
+  const struct cell *cell = b->cell + (size_t)early * ((size_t)b->n + 1);
   const struct moment m = {cell, cell + b->n + 1, at - early};
   int i = 0, high = b->n; /* the cell that holds x; outside of the walls the one beside them */
   while (high - i > 1) {
@@ -88,13 +251,10 @@ static void blasts_state(const void *self, const double *x, double time, struct 
   }
   const double lower = face_at(&m, i), upper = face_at(&m, i + 1);
   const double s = KITH_MIN(KITH_MAX((x[0] - lower) / (upper - lower), 0.0), 1.0) - 0.5;
-  double left[3], value[3], right[3];
-  values_at(&m, KITH_MAX(i - 1, 0), left);
-  values_at(&m, i, value);
-  values_at(&m, KITH_MIN(i + 1, b->n - 1), right);
-  for (int q = 0; q < 3; ++q) value[q] += s * kith_lagrange_slope(left[q], value[q], right[q]);
-  *out = kith_exact_moving(&b->gas, 1 / value[0], value[2]);
-  out->velocity[0] = value[1];
+  const struct gas left = gas_at(&m, KITH_MAX(i - 1, 0)), gas = gas_at(&m, i);
+  const struct gas right = gas_at(&m, KITH_MIN(i + 1, b->n - 1)), slope = slope_of(&left, &gas, &right);
+  *out = kith_exact_moving(&b->settings.gas, 1 / (gas.v + s * slope.v), gas.p + s * slope.p);
+  out->velocity[0] = gas.u + s * slope.u;
 }
 
 const struct kith_exact_ops kith_exact_two_blasts = {
@@ -102,6 +262,6 @@ const struct kith_exact_ops kith_exact_two_blasts = {
     .doc = "two blasts that meet between walls; a reference of our own finite volumes",
     KITH_SETTINGS(params, settings),
     .derive = derive,
-    .create = blasts_create,
-    .state = blasts_state,
+    .create = create,
+    .state = state,
 };

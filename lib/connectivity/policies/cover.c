@@ -141,8 +141,9 @@ static void set_drifts(struct kith_cover *cover, const struct kith_nodes *nodes)
 
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes) {
   const size_t n = (size_t)nodes->n_internal;
-  set_drifts(cover, nodes); /* by all ranks, before one of them can fail */
-  KITH_TRY(kith_reserve(&cover->position, &cover->capacity, n * (NDIM + 2), sizeof(double)));
+  const kith_status status = kith_reserve(&cover->position, &cover->capacity, n * (NDIM + 2), sizeof(double));
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
+  set_drifts(cover, nodes);
   cover->n = nodes->n_internal;
   cover->search_radius = cover->position + n * NDIM;
   cover->moved = cover->search_radius + n;

@@ -39,7 +39,7 @@ struct kith_cover {
   size_t capacity;
 };
 
-/* Remembers the internal nodes, with which the lists were just made. Collective. */
+/* Remembers the internal nodes, with which the lists were just made. Collective; the status is agreed on. */
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes);
 /* Equation (1) for the nodes of this rank: callers combine the answers of all ranks (kith_rebuilds_covered).
  * False on all ranks if the number of internal nodes changed on one. Collective. */

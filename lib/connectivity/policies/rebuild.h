@@ -60,9 +60,7 @@ struct kith_rebuild {
 #define X(name) extern const struct kith_rebuild_ops kith_rebuild_##name;
 KITH_REBUILD_LIST(X)
 #undef X
-const struct kith_rebuild_ops *kith_rebuild_find(const char *name); /* '-' and '_' are the same */
-const struct kith_rebuild_ops *const *kith_rebuild_all(void);
-struct kith_member kith_rebuild_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_rebuild);
 
 /* An OR of policies. */
 struct kith_rebuilds {

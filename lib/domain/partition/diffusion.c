@@ -17,7 +17,7 @@
  * A cell goes only to a rank that has less load than the giver even afterwards, so the largest load never
  * rises and the sum of squares falls with every moved cell. A rank keeps its last cell, since a rank without
  * cells has no border. */
-#include "lib/domain/partition/diffusion.h"
+#include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -39,8 +39,12 @@ struct entry {
   int64_t cell;
 };
 
+/* The border between the ranks of a map. */
 struct border {
-  int64_t n_entries, capacity, n_pairs;
+  const struct kith_partition *partition;
+  int32_t *owner; /* [cells] the map */
+  size_t n_entries, capacity;
+  int64_t n_pairs;
   struct entry *entry; /* [n_entries] ascending */
   struct pair *pair;   /* [n_pairs] */
 };
@@ -50,34 +54,35 @@ static void border_clear(struct border *border) {
   kith_free(&border->pair);
 }
 
-/* The entry of a cell for a pair, among those from `begin` on; made if there is none. */
-static struct entry *entry_of(struct border *border, int64_t begin, uint64_t pair, int64_t c) {
-  int64_t e = begin;
-  while (e < border->n_entries && border->entry[e].key / SCORES != pair) ++e;
+/* Ranks p and q as one number. */
+static uint64_t ranks_code(const struct border *border, int32_t p, int32_t q) {
+  return (uint64_t)p * (uint64_t)border->partition->n_ranks + (uint64_t)q;
+}
+
+/* The entry of a cell for rank q, among those from `begin` on; made if there is none. */
+static struct entry *entry_of(struct border *border, size_t begin, int64_t c, int32_t q) {
+  const uint64_t ranks = ranks_code(border, border->owner[c], q);
+  size_t e = begin;
+  while (e < border->n_entries && border->entry[e].key / SCORES != ranks) ++e;
   if (e == border->n_entries)
-    border->entry[border->n_entries++] = (struct entry){pair * SCORES + SCORES - 1, c};
+    border->entry[border->n_entries++] = (struct entry){ranks * SCORES + SCORES - 1, c};
   return &border->entry[e];
 }
 
 /* One entry for every other rank beside cell c. */
-static kith_status add_entries(struct border *border, const struct kith_cells *cells, const int32_t *owner,
-                               int n_ranks, int64_t c) {
-  const int64_t begin = border->n_entries;
-  if (begin + KITH_CELL_NEIGHBORS > border->capacity) {
-    border->capacity = 2 * begin + 1024;
-    KITH_TRY(kith_resize(&border->entry, (size_t)begin, (size_t)border->capacity, sizeof *border->entry));
-  }
+static kith_status add_entries(struct border *border, int64_t c) {
+  const struct kith_cells *cells = border->partition->cells;
+  const int32_t *owner = border->owner;
+  const size_t begin = border->n_entries;
+  KITH_TRY(kith_grow(&border->entry, &border->capacity, begin, begin + KITH_CELL_NEIGHBORS,
+                     sizeof *border->entry));
   struct kith_cell_image image[KITH_CELL_NEIGHBORS];
   const int n_images = kith_cells_neighbors(cells, c, image, NULL);
-  const uint64_t own = (uint64_t)owner[c] * (uint64_t)n_ranks;
-  for (int k = 0; k < n_images; ++k) {
-    const int32_t q = owner[image[k].cell];
-    if (q != owner[c]) --entry_of(border, begin, own + (uint64_t)q, c)->key;
-  }
+  for (int k = 0; k < n_images; ++k)
+    if (owner[image[k].cell] != owner[c]) --entry_of(border, begin, c, owner[image[k].cell])->key;
   for (int side = 0; side < 2 * NDIM; ++side) {
     const int64_t d = kith_cells_beside(cells, c, side / 2, side % 2 == 0 ? -1 : 1);
-    if (d < 0 || owner[d] == owner[c]) continue;
-    entry_of(border, begin, own + (uint64_t)owner[d], c)->key &= ~(uint64_t)NO_FACE;
+    if (d >= 0 && owner[d] != owner[c]) entry_of(border, begin, c, owner[d])->key &= ~(uint64_t)NO_FACE;
   }
   return KITH_OK;
 }
@@ -88,27 +93,22 @@ static int ascending(const void *a, const void *b) {
   return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
-/* A pair for every two ranks that share faces. */
-static void find_pairs(struct border *border, uint64_t n_ranks) {
+/* All entries, and a pair for every two ranks that share faces. */
+static kith_status border_find(struct border *border) {
+  const uint64_t n_ranks = (uint64_t)border->partition->n_ranks;
+  for (int64_t c = 0; c < border->partition->cells->n; ++c) KITH_TRY(add_entries(border, c));
+  if (border->n_entries > 0) qsort(border->entry, border->n_entries, sizeof *border->entry, ascending);
+  KITH_TRY(kith_resize(&border->pair, 0, border->n_entries, sizeof *border->pair));
   uint64_t last = UINT64_MAX;
-  for (int64_t i = 0; i < border->n_entries; ++i) {
-    const uint64_t pair = border->entry[i].key / SCORES;
+  for (size_t i = 0; i < border->n_entries; ++i) {
+    const uint64_t ranks = border->entry[i].key / SCORES;
     if (border->entry[i].key & NO_FACE) continue;
-    if (pair != last)
-      border->pair[border->n_pairs++] =
-          (struct pair){.p = (int32_t)(pair / n_ranks), .q = (int32_t)(pair % n_ranks), .first = i};
-    border->pair[border->n_pairs - 1].end = i + 1;
-    last = pair;
+    if (ranks != last)
+      border->pair[border->n_pairs++] = (struct pair){
+          .p = (int32_t)(ranks / n_ranks), .q = (int32_t)(ranks % n_ranks), .first = (int64_t)i};
+    border->pair[border->n_pairs - 1].end = (int64_t)i + 1;
+    last = ranks;
   }
-}
-
-static kith_status border_find(struct border *border, const struct kith_cells *cells, const int32_t *owner,
-                               int n_ranks) {
-  for (int64_t c = 0; c < cells->n; ++c) KITH_TRY(add_entries(border, cells, owner, n_ranks, c));
-  const size_t n = (size_t)border->n_entries;
-  if (n > 0) qsort(border->entry, n, sizeof *border->entry, ascending);
-  KITH_TRY(kith_resize(&border->pair, 0, n, sizeof *border->pair));
-  find_pairs(border, (uint64_t)n_ranks);
   return KITH_OK;
 }
 
@@ -137,8 +137,8 @@ static void flow_willebeek(struct border *border, const double *load) {
 }
 
 /* load[] follows the flow; neighbors[] is scratch. */
-static void flow_iterated(struct border *border, int n_ranks, double beta, double *load, double *neighbors) {
-  for (int p = 0; p < n_ranks; ++p) neighbors[p] = 0;
+static void flow_iterated(struct border *border, double beta, double *load, double *neighbors) {
+  for (int p = 0; p < border->partition->n_ranks; ++p) neighbors[p] = 0;
   for (int64_t e = 0; e < border->n_pairs; ++e) ++neighbors[border->pair[e].p];
   for (int t = 0; t < ITERATIONS; ++t) {
     const double now = t == 0 ? 1 : beta; /* no momentum yet */
@@ -154,101 +154,82 @@ static void flow_iterated(struct border *border, int n_ranks, double beta, doubl
 
 /* ---- cells ---- */
 
-struct wave {
-  const struct kith_partition *partition;
-  const struct kith_diffusion *self;
-  const double *weight;
-  int32_t *owner;
-  double *load;     /* [n_ranks] */
-  double *cells_of; /* [n_ranks] numbers */
-};
-
-static int compare_pairs(const void *a, const void *b) {
+static int compare_codes(const void *a, const void *b) {
   const uint64_t p = *(const uint64_t *)a, q = *(const uint64_t *)b;
   return (p > q) - (p < q);
 }
 
 /* Would rank q with cell c have a neighboring rank that it did not have in the first map? */
-static bool makes_neighbors(const struct wave *wave, int32_t q, int64_t c) {
-  const struct kith_diffusion *self = wave->self;
+static bool makes_neighbors(const struct border *border, int32_t q, int64_t c) {
+  const struct kith_diffusion *self = border->partition->self;
   struct kith_cell_image image[KITH_CELL_NEIGHBORS];
-  const int n = kith_cells_neighbors(wave->partition->cells, c, image, NULL);
+  const int n = kith_cells_neighbors(border->partition->cells, c, image, NULL);
   for (int k = 0; k < n; ++k) {
-    const int32_t other = image[k].cell == c ? q : wave->owner[image[k].cell];
-    const uint64_t pair = (uint64_t)q * (uint64_t)wave->partition->n_ranks + (uint64_t)other;
+    const int32_t other = image[k].cell == c ? q : border->owner[image[k].cell];
+    const uint64_t code = ranks_code(border, q, other);
     if (other != q &&
-        bsearch(&pair, self->allowed, (size_t)self->n_allowed, sizeof pair, compare_pairs) == NULL)
+        bsearch(&code, self->allowed, (size_t)self->n_allowed, sizeof code, compare_codes) == NULL)
       return true;
   }
   return false;
 }
 
 /* Moves cells from p to q for `budget` of work; returns what is left of it (slightly negative if the last
- * cell was rounded up). */
-static double give(const struct wave *wave, const struct border *border, const struct pair *pair,
-                   double budget) {
+ * cell was rounded up). cells_of[]: numbers of the cells of the ranks. */
+static double give(const struct border *border, const struct pair *pair, double budget, const double *weight,
+                   double *load, double *cells_of) {
+  const struct kith_diffusion *self = border->partition->self;
   const int32_t p = pair->p, q = pair->q;
-  for (int64_t i = pair->first; i < pair->end && budget > 0 && wave->cells_of[p] > 1; ++i) {
+  for (int64_t i = pair->first; i < pair->end && budget > 0 && cells_of[p] > 1; ++i) {
     const int64_t c = border->entry[i].cell;
-    const double w = wave->weight[c];
-    if (wave->owner[c] != p || 0.5 * w > budget || !(wave->load[q] + w < wave->load[p])) continue;
-    if (wave->self->fixed && makes_neighbors(wave, q, c)) continue;
-    wave->owner[c] = q;
-    wave->load[p] -= w, wave->load[q] += w;
-    --wave->cells_of[p], ++wave->cells_of[q];
+    const double w = weight[c];
+    if (border->owner[c] != p || 0.5 * w > budget || !(load[q] + w < load[p])) continue;
+    if (self->fixed && makes_neighbors(border, q, c)) continue;
+    border->owner[c] = q;
+    load[p] -= w, load[q] += w;
+    --cells_of[p], ++cells_of[q];
     budget -= w;
   }
   return budget;
 }
 
-static void measure(const struct wave *wave) {
-  kith_partition_loads(wave->partition, wave->owner, wave->weight, wave->load);
-  kith_partition_loads(wave->partition, wave->owner, NULL, wave->cells_of);
-}
-
-static void run(const struct wave *wave, struct border *border) {
-  measure(wave);
-  if (wave->self->flow == KITH_WILLEBEEK) {
-    flow_willebeek(border, wave->load);
-  } else {
-    flow_iterated(border, wave->partition->n_ranks, wave->self->flow == KITH_SECOND_ORDER ? BETA : 1,
-                  wave->load, wave->cells_of);
-    measure(wave); /* both arrays were scratch */
-  }
+/* One step. load[], cells_of[]: [n_ranks], scratch. */
+static void diffuse(struct border *border, const double *weight, double *load, double *cells_of) {
+  const enum kith_diffusion_flow flow = ((const struct kith_diffusion *)border->partition->self)->flow;
+  kith_partition_loads(border->partition, border->owner, weight, load);
+  if (flow == KITH_WILLEBEEK)
+    flow_willebeek(border, load);
+  else
+    flow_iterated(border, flow == KITH_SECOND_ORDER ? BETA : 1, load, cells_of);
+  kith_partition_loads(border->partition, border->owner, weight, load);
+  kith_partition_loads(border->partition, border->owner, NULL, cells_of);
   for (int64_t row = 0, end; row < border->n_pairs; row = end) {
     end = row_end(border, row);
     double left = 0;
-    for (int64_t e = row; e < end; ++e)
-      if (border->pair[e].flow > 0) left = give(wave, border, &border->pair[e], left + border->pair[e].flow);
+    for (const struct pair *pair = &border->pair[row]; pair < &border->pair[end]; ++pair)
+      if (pair->flow > 0) left = give(border, pair, left + pair->flow, weight, load, cells_of);
   }
 }
 
 /* ---- the member ---- */
 
-/* The pairs of ranks that touch. */
-static void note_neighbors(struct kith_diffusion *self, const struct border *border) {
-  self->n_allowed = 0;
-  for (int64_t i = 0; i < border->n_entries; ++i) {
-    const uint64_t pair = border->entry[i].key / SCORES;
-    if (self->n_allowed == 0 || self->allowed[self->n_allowed - 1] != pair)
-      self->allowed[self->n_allowed++] = pair;
-  }
-}
-
-/* The start map, and its neighborhood. */
+/* The start map, and its neighborhood: the pairs of ranks that touch. */
 static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
-  const struct kith_cells *cells = partition->cells;
   struct kith_diffusion *self = partition->self;
   struct kith_partition *map = NULL;
-  KITH_TRY(kith_partition_create(&map, cells, partition->n_ranks, self->on_morton ? "morton" : "cart"));
-  memcpy(owner, map->owner, (size_t)cells->n * sizeof *owner);
+  KITH_TRY(
+      kith_partition_create(&map, partition->cells, partition->n_ranks, self->on_morton ? "morton" : "cart"));
+  memcpy(owner, map->owner, (size_t)partition->cells->n * sizeof *owner);
   kith_partition_destroy(&map);
-  struct border border = {0};
-  kith_status status = border_find(&border, cells, owner, partition->n_ranks);
-  if (status == KITH_OK)
-    status = kith_resize(&self->allowed, 0, (size_t)border.n_entries, sizeof *self->allowed);
-  if (status == KITH_OK) note_neighbors(self, &border);
-  if (status == KITH_OK) self->restart = false;
+  struct border border = {.partition = partition, .owner = owner};
+  kith_status status = border_find(&border);
+  if (status == KITH_OK) status = kith_resize(&self->allowed, 0, border.n_entries, sizeof *self->allowed);
+  if (status == KITH_OK) self->restart = false, self->n_allowed = 0;
+  for (size_t i = 0; status == KITH_OK && i < border.n_entries; ++i) {
+    const uint64_t code = border.entry[i].key / SCORES;
+    if (self->n_allowed == 0 || self->allowed[self->n_allowed - 1] != code)
+      self->allowed[self->n_allowed++] = code;
+  }
   border_clear(&border);
   return status;
 }
@@ -256,15 +237,15 @@ static kith_status diffusion_first(struct kith_partition *partition, int32_t *ow
 static kith_status diffusion_update(struct kith_partition *partition, const double *weight,
                                     const double *face_weight, int32_t *owner) {
   (void)face_weight;
-  struct kith_diffusion *self = partition->self;
+  const struct kith_diffusion *self = partition->self;
+  const size_t n = (size_t)partition->n_ranks;
   if (self->restart) KITH_TRY(diffusion_first(partition, owner));
-  struct border border = {0};
-  struct wave wave = {partition, self, weight, owner, NULL, NULL};
-  KITH_TRY(kith_resize(&wave.load, 0, 2 * (size_t)partition->n_ranks, sizeof *wave.load));
-  wave.cells_of = wave.load + partition->n_ranks;
-  const kith_status status = border_find(&border, partition->cells, owner, partition->n_ranks);
-  if (status == KITH_OK) run(&wave, &border);
-  kith_free(&wave.load);
+  struct border border = {.partition = partition, .owner = owner};
+  double *load = NULL;
+  KITH_TRY(kith_resize(&load, 0, 2 * n, sizeof *load));
+  const kith_status status = border_find(&border);
+  if (status == KITH_OK) diffuse(&border, weight, load, load + n);
+  kith_free(&load);
   border_clear(&border);
   return status;
 }

@@ -16,19 +16,12 @@ static const double TOTAL = 1 << 28, IMBALANCE = 0.05;
 static const double MOVE = 0.001; /* cost of moving a cell, in mean faces */
 enum { SEED = 5, STRATEGY = SCOTCH_STRATRECURSIVE | SCOTCH_STRATBALANCE };
 
-/* Compressed rows; weights of cells and of edges. */
+/* Compressed rows; weights of cells and of edges. One block of memory, at `first`. */
 struct graph {
   SCOTCH_Num n, n_edges;
   SCOTCH_Num *first, *neighbor, *cell_weight, *edge_weight;
   double mean_edge;
 };
-
-static void graph_clear(struct graph *graph) {
-  kith_free(&graph->first);
-  kith_free(&graph->neighbor);
-  kith_free(&graph->cell_weight);
-  kith_free(&graph->edge_weight);
-}
 
 static SCOTCH_Num scaled(double weight, double scale) {
   return (SCOTCH_Num)KITH_MAX(weight * scale, 1);
@@ -58,10 +51,10 @@ static kith_status graph_build(struct graph *graph, const struct kith_cells *cel
                                const double *face_weight) {
   const size_t n = (size_t)cells->n, capacity = 2 * NDIM * n;
   if (capacity > INT32_MAX / 2) KITH_FAIL(UNSUPPORTED, "%zu cells are too many for Scotch", n);
-  KITH_TRY(kith_resize(&graph->first, 0, n + 1, sizeof *graph->first));
-  KITH_TRY(kith_resize(&graph->cell_weight, 0, n, sizeof *graph->cell_weight));
-  KITH_TRY(kith_resize(&graph->neighbor, 0, capacity, sizeof *graph->neighbor));
-  KITH_TRY(kith_resize(&graph->edge_weight, 0, capacity, sizeof *graph->edge_weight));
+  KITH_TRY(kith_resize(&graph->first, 0, 2 * n + 1 + 2 * capacity, sizeof *graph->first));
+  graph->cell_weight = graph->first + n + 1;
+  graph->neighbor = graph->cell_weight + n;
+  graph->edge_weight = graph->neighbor + capacity;
   graph->n = (SCOTCH_Num)n;
   graph->mean_edge = TOTAL / (double)(n * NDIM);
   double total = 0, faces = 0;
@@ -112,7 +105,7 @@ static kith_status graph_update(struct kith_partition *partition, const double *
   struct graph graph = {0};
   kith_status status = graph_build(&graph, partition->cells, weight, face_weight);
   if (status == KITH_OK) status = partition_graph(&graph, partition->n_ranks, from, owner);
-  graph_clear(&graph);
+  kith_free(&graph.first);
   return status;
 }
 

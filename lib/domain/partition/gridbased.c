@@ -25,14 +25,10 @@ enum { LENGTH_BITS = NDIM == 3 ? 20 : NDIM == 2 ? 30 : 50, UNIT_BITS = 20 };
 
 static const double LEAST_STEP = 1.0 / 8, MOST_STEP = 2; /* larger ones overshoot, and cut more faces */
 
-/* The order of axes along which a simplex goes from corner to corner; the second half is left-handed. */
-#if NDIM == 1
-static const int PATH[SIMPLICES][NDIM] = {{0}};
-#elif NDIM == 2
-static const int PATH[SIMPLICES][NDIM] = {{0, 1}, {1, 0}};
-#else
-static const int PATH[SIMPLICES][NDIM] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}};
-#endif
+/* The corners of a shape that are the vertices of its simplices, of which every second is left-handed. The
+ * first NDIM! of them, and NDIM + 1 vertices of each, are those of NDIM dimensions. */
+static const int VERTEX[6][4] = {{0, 1, 3, 7}, {0, 2, 3, 7}, {0, 2, 6, 7},
+                                 {0, 1, 5, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}};
 
 struct mesh {
   int64_t ranks[NDIM], corners[NDIM], n_corners;
@@ -47,54 +43,31 @@ struct shape {
 
 /* ---- geometry ---- */
 
-/* NDIM! times the signed volume. */
-static int64_t volume(const int64_t *const *v) {
-  int64_t d[NDIM][NDIM];
+/* NDIM! times the volume of simplex s, positive as in a regular mesh; its vertex number `moved` is at x (-1:
+ * none is). */
+static int64_t volume(const struct shape *shape, int s, int moved, const int64_t *x) {
+  const int64_t *v[NDIM + 1];
+  int64_t d[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}; /* edges; of length 1 along axes that are not there */
+  for (int k = 0; k <= NDIM; ++k) v[k] = k == moved ? x : shape->corner[VERTEX[s][k]];
   for (int k = 0; k < NDIM; ++k)
     for (int a = 0; a < NDIM; ++a) d[k][a] = v[k + 1][a] - v[0][a];
-#if NDIM == 1
-  return d[0][0];
-#elif NDIM == 2
-  return d[0][0] * d[1][1] - d[0][1] * d[1][0];
-#else
-  return d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) +
-         d[0][1] * (d[1][2] * d[2][0] - d[1][0] * d[2][2]) +
-         d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
-#endif
-}
-
-/* The vertices of simplex s; returns its orientation in a regular mesh. */
-static int simplex(const struct shape *shape, int s, const int64_t **v) {
-  int at = 0;
-  v[0] = shape->corner[0];
-  for (int k = 0; k < NDIM; ++k) {
-    at |= 1 << PATH[s][k];
-    v[k + 1] = shape->corner[at];
-  }
-  return NDIM > 1 && s >= SIMPLICES / 2 ? -1 : 1;
+  const int64_t signed_volume = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) +
+                                d[0][1] * (d[1][2] * d[2][0] - d[1][0] * d[2][2]) +
+                                d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+  return s % 2 == 0 ? signed_volume : -signed_volume;
 }
 
 static bool is_valid(const struct shape *shape) {
-  for (int s = 0; s < SIMPLICES; ++s) {
-    const int64_t *v[NDIM + 1];
-    const int orientation = simplex(shape, s, v);
-    if (orientation * volume(v) <= 0) return false;
-  }
-  return true;
+  int s = 0;
+  while (s < SIMPLICES && volume(shape, s, -1, NULL) > 0) ++s;
+  return s == SIMPLICES;
 }
 
 static bool contains(const struct shape *shape, const int64_t *x) {
   for (int s = 0; s < SIMPLICES; ++s) {
-    const int64_t *v[NDIM + 1];
-    const int orientation = simplex(shape, s, v);
-    bool inside = true;
-    for (int k = 0; k <= NDIM && inside; ++k) {
-      const int64_t *vertex = v[k];
-      v[k] = x;
-      inside = orientation * volume(v) >= 0;
-      v[k] = vertex;
-    }
-    if (inside) return true;
+    int k = 0;
+    while (k <= NDIM && volume(shape, s, k, x) >= 0) ++k;
+    if (k > NDIM) return true;
   }
   return false;
 }
@@ -135,39 +108,33 @@ static bool valid_around(const struct mesh *mesh, const int64_t *corner, const i
 
 /* ---- cells ---- */
 
-/* Assigns to the rank all cells without an owner whose midpoint is in its shape. */
-static void fill(const struct mesh *mesh, const struct kith_cells *cells, const struct shape *shape, int rank,
+/* Assigns all cells to the first rank whose shape holds their midpoint. */
+static void fill(const struct mesh *mesh, const int64_t *corner, const struct kith_partition *partition,
                  int32_t *owner) {
-  int64_t first[NDIM], extent[NDIM], n = 1; /* of the bounding box, in cells */
-  for (int a = 0; a < NDIM; ++a) {
-    int64_t low = INT64_MAX, high = INT64_MIN;
-    for (int k = 0; k < SHAPE_CORNERS; ++k) {
-      low = KITH_MIN(low, shape->corner[k][a]);
-      high = KITH_MAX(high, shape->corner[k][a]);
-    }
-    first[a] = low / mesh->unit;
-    n *= extent[a] = KITH_MIN(high / mesh->unit + 1, cells->count[a]) - first[a];
-  }
-  for (int64_t number = 0; number < n; ++number) {
-    int64_t k[NDIM], x[NDIM];
-    kith_grid_place(extent, number, k);
-    for (int a = 0; a < NDIM; ++a) {
-      k[a] += first[a];
-      x[a] = k[a] * mesh->unit + mesh->unit / 2;
-    }
-    const int64_t c = kith_grid_number(cells->count, k);
-    if (owner[c] < 0 && contains(shape, x)) owner[c] = rank;
-  }
-}
-
-static void fill_all(const struct mesh *mesh, const int64_t *corner, const struct kith_cells *cells,
-                     int n_ranks, int32_t *owner) {
+  const struct kith_cells *cells = partition->cells;
   for (int64_t c = 0; c < cells->n; ++c) owner[c] = -1;
-  for (int rank = 0; rank < n_ranks; ++rank) {
-    int64_t i[NDIM];
-    kith_grid_place(mesh->ranks, rank, i);
-    const struct shape shape = shape_at(mesh, corner, i);
-    fill(mesh, cells, &shape, rank, owner);
+  for (int rank = 0; rank < partition->n_ranks; ++rank) {
+    int64_t k[NDIM], x[NDIM], first[NDIM], extent[NDIM], n = 1; /* of the bounding box, in cells */
+    kith_grid_place(mesh->ranks, rank, k);
+    const struct shape shape = shape_at(mesh, corner, k);
+    for (int a = 0; a < NDIM; ++a) {
+      int64_t low = INT64_MAX, high = INT64_MIN;
+      for (int j = 0; j < SHAPE_CORNERS; ++j) {
+        low = KITH_MIN(low, shape.corner[j][a]);
+        high = KITH_MAX(high, shape.corner[j][a]);
+      }
+      first[a] = low / mesh->unit;
+      n *= extent[a] = KITH_MIN(high / mesh->unit + 1, cells->count[a]) - first[a];
+    }
+    for (int64_t number = 0; number < n; ++number) {
+      kith_grid_place(extent, number, k);
+      for (int a = 0; a < NDIM; ++a) {
+        k[a] += first[a];
+        x[a] = k[a] * mesh->unit + mesh->unit / 2;
+      }
+      const int64_t c = kith_grid_number(cells->count, k);
+      if (owner[c] < 0 && contains(&shape, x)) owner[c] = rank;
+    }
   }
 }
 
@@ -225,7 +192,7 @@ static int color_of(const int64_t *i) {
 
 /* Moves the corners of one color of the trial mesh. */
 static void move_color(const struct mesh *mesh, const double *load, int color) {
-  for (int64_t k = 0; k < mesh->n_corners * NDIM; ++k) mesh->trial[k] = mesh->corner[k];
+  memcpy(mesh->trial, mesh->corner, (size_t)mesh->n_corners * NDIM * sizeof *mesh->trial);
   for (int64_t number = 0; number < mesh->n_corners; ++number) {
     int64_t i[NDIM];
     double move[NDIM];
@@ -243,24 +210,6 @@ static double loads_of(const struct kith_partition *partition, const double *wei
   kith_partition_loads(partition, owner, weight, load);
   for (int r = 0; r < partition->n_ranks; ++r) squares += load[r] * load[r];
   return squares;
-}
-
-/* One round: moves all corners of a color, or none if that does not help. load[] and `squares` follow. */
-static void round_of(const struct kith_partition *partition, const double *weight, int color, int32_t *owner,
-                     double *load, double *trial_load, double *squares) {
-  struct mesh *mesh = partition->self;
-  move_color(mesh, load, color);
-  fill_all(mesh, mesh->trial, partition->cells, partition->n_ranks, owner);
-  const double trial = loads_of(partition, weight, owner, trial_load);
-  const bool gain = trial <= *squares;
-  mesh->step[color] =
-      gain ? KITH_MIN(2 * mesh->step[color], MOST_STEP) : KITH_MAX(0.5 * mesh->step[color], LEAST_STEP);
-  if (!gain) return;
-  *squares = trial;
-  memcpy(load, trial_load, sizeof *load * (size_t)partition->n_ranks);
-  int64_t *moved = mesh->trial;
-  mesh->trial = mesh->corner;
-  mesh->corner = moved;
 }
 
 /* ---- the member ---- */
@@ -293,21 +242,32 @@ static kith_status gridbased_first(struct kith_partition *partition, int32_t *ow
     kith_grid_place(mesh->corners, number, i);
     for (int a = 0; a < NDIM; ++a) i[a] = i[a] * mesh->length[a] / mesh->ranks[a];
   }
-  fill_all(mesh, mesh->corner, cells, partition->n_ranks, owner);
+  fill(mesh, mesh->corner, partition, owner);
   return KITH_OK;
 }
 
+/* A round for each color moves all of its corners, or none if that does not help. */
 static kith_status gridbased_update(struct kith_partition *partition, const double *weight,
                                     const double *face_weight, int32_t *owner) {
   (void)face_weight;
-  const struct mesh *mesh = partition->self;
+  struct mesh *mesh = partition->self;
+  const size_t n = (size_t)partition->n_ranks;
   double *load = NULL;
-  KITH_TRY(kith_resize(&load, 0, 2 * (size_t)partition->n_ranks, sizeof *load));
-  double squares = loads_of(partition, weight, owner, load);
-  for (int color = 0; color < SHAPE_CORNERS; ++color)
-    round_of(partition, weight, color, owner, load, load + partition->n_ranks, &squares);
-  /* The last trial may have been undone. */
-  fill_all(mesh, mesh->corner, partition->cells, partition->n_ranks, owner);
+  KITH_TRY(kith_resize(&load, 0, 2 * n, sizeof *load));
+  double *trial_load = load + n, squares = loads_of(partition, weight, owner, load);
+  for (int color = 0; color < SHAPE_CORNERS; ++color) {
+    move_color(mesh, load, color);
+    fill(mesh, mesh->trial, partition, owner);
+    const double trial = loads_of(partition, weight, owner, trial_load), step = mesh->step[color];
+    const bool gain = trial <= squares;
+    mesh->step[color] = gain ? KITH_MIN(2 * step, MOST_STEP) : KITH_MAX(0.5 * step, LEAST_STEP);
+    if (!gain) continue;
+    int64_t *before = mesh->corner;
+    mesh->corner = mesh->trial, mesh->trial = before;
+    memcpy(load, trial_load, n * sizeof *load);
+    squares = trial;
+  }
+  fill(mesh, mesh->corner, partition, owner); /* the last trial may have been undone */
   kith_free(&load);
   return KITH_OK;
 }
@@ -323,18 +283,16 @@ static size_t gridbased_state(const struct kith_partition *partition, int64_t *w
 
 /* Are these the corners of a mesh that covers the box exactly once? */
 static bool is_mesh(const struct mesh *mesh, const int64_t *corner) {
+  int64_t i[NDIM];
   bool covers = true;
-  for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
-    int64_t i[NDIM];
+  for (int64_t number = 0; number < mesh->n_corners; ++number) {
     kith_grid_place(mesh->corners, number, i);
     for (int a = 0; a < NDIM; ++a) {
-      const int64_t x = corner[number * NDIM + a];
-      covers = covers && x >= 0 && x <= mesh->length[a] && (i[a] > 0 || x == 0) &&
-               (i[a] < mesh->ranks[a] || x == mesh->length[a]);
+      const int64_t x = corner[number * NDIM + a], least = i[a] == mesh->ranks[a] ? mesh->length[a] : 0;
+      covers = covers && x >= least && x <= (i[a] == 0 ? 0 : mesh->length[a]);
     }
   }
   for (int64_t number = 0; number < mesh->n_corners && covers; ++number) {
-    int64_t i[NDIM];
     kith_grid_place(mesh->corners, number, i);
     covers = valid_around(mesh, corner, i);
   }

@@ -30,8 +30,6 @@ static kith_status hilbert_first(struct kith_partition *partition, int32_t *owne
 const struct kith_partitioner_ops kith_partitioner_hilbert = {
     .name = "hilbert",
     .doc = "cuts of the Hilbert curve at equal weight",
-    .state_size = sizeof(struct kith_curve),
+    KITH_CURVE,
     .first = hilbert_first,
-    .update = kith_curve_update,
-    .clear = kith_curve_clear,
 };

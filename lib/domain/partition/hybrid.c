@@ -2,7 +2,7 @@
  *
  * The first map and the first update are those of `graph`; all later updates diffuse, until an option
  * requests a graph again. `toggle` requests the one of the two that would not be next. */
-#include "lib/domain/partition/diffusion.h"
+#include "lib/domain/partition/partition.h"
 
 struct hybrid {
   struct kith_diffusion diffusion; /* must come first: `diffusion` uses this part */

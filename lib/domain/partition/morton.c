@@ -10,8 +10,6 @@ static kith_status morton_first(struct kith_partition *partition, int32_t *owner
 const struct kith_partitioner_ops kith_partitioner_morton = {
     .name = "morton",
     .doc = "cuts of the Morton curve at equal weight",
-    .state_size = sizeof(struct kith_curve),
+    KITH_CURVE,
     .first = morton_first,
-    .update = kith_curve_update,
-    .clear = kith_curve_clear,
 };

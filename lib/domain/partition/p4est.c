@@ -68,10 +68,8 @@ const struct kith_partitioner_ops kith_partitioner_p4est = {
     .name = "p4est",
     .doc = "cuts of the leaves of a p4est brick at equal weight",
 #ifdef KITH_P4EST
-    .state_size = sizeof(struct kith_curve),
+    KITH_CURVE,
     .first = p4est_first,
-    .update = kith_curve_update,
-    .clear = kith_curve_clear,
 #else
     .needs = "p4est (Debian: libp4est-dev)",
 #endif

@@ -61,9 +61,7 @@ struct kith_partition {
 #define X(name) extern const struct kith_partitioner_ops kith_partitioner_##name;
 KITH_PARTITIONER_LIST(X)
 #undef X
-const struct kith_partitioner_ops *kith_partitioner_find(const char *name); /* NULL if there is none */
-const struct kith_partitioner_ops *const *kith_partitioner_all(void);       /* ended by NULL */
-struct kith_member kith_partitioner_member(int k); /* as members of any family: lib/core/param.h */
+KITH_FAMILY_FUNCTIONS(kith_partitioner);
 
 /* A partition with its first map. BAD_INPUT: an unknown name or option (the message lists the valid ones),
  * n_ranks < 1; UNSUPPORTED: built without the library that it needs. */
@@ -110,5 +108,16 @@ kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (
 kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
                               const double *face_weight, int32_t *owner);
 void kith_curve_clear(struct kith_partition *partition);
+#define KITH_CURVE \
+  .state_size = sizeof(struct kith_curve), .update = kith_curve_update, .clear = kith_curve_clear
+/* The private state of `diffusion`, which `hybrid` has too. Zero: the defaults. */
+struct kith_diffusion {
+  enum kith_diffusion_flow { KITH_SCHORNBAUM, KITH_WILLEBEEK, KITH_SECOND_ORDER } flow;
+  bool fixed;     /* no new neighbor ranks */
+  bool restart;   /* the next update begins with the start map */
+  bool on_morton; /* start map: morton, not cart */
+  int64_t n_allowed;
+  uint64_t *allowed; /* [n_allowed] neighbors p, q in the start map, as p n_ranks + q, ascending; owned */
+};
 
 #endif

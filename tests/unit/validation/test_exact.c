@@ -419,7 +419,7 @@ static void test_yee(void) {
   CHECK_STATUS(KITH_BAD_INPUT, exact_create(&self, &kith_exact_yee, &p));
 }
 
-/* ---- the two blasts: what the table makes of the flow that test_lagrange.c looks at ---- */
+/* ---- the two blasts: what the table makes of the flow that test_two_blasts.c looks at ---- */
 
 static void test_two_blasts(void) {
   const struct kith_exact_ops *ops = &kith_exact_two_blasts;

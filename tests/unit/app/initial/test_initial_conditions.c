@@ -12,6 +12,7 @@ enum { MAX = 4 };
 struct stage {
   struct kith_scene scene;
   struct kith_region region[MAX];
+  struct kith_config_node node[MAX]; /* of the regions */
   struct kith_deposit deposit[MAX];
   struct kith_nodes *nodes;
   struct kith_hydro hydro;
@@ -45,10 +46,12 @@ static struct kith_region *add(struct stage *s, enum kith_lattice lattice, const
   region->density = formula(density);
   region->pressure = formula("1");
   for (int a = 0; a < NDIM; ++a) {
-    region->where.box.lower[a] = -INFINITY, region->where.box.upper[a] = INFINITY;
+    region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
     region->velocity[a] = formula("0");
   }
-  region->location = (struct kith_source_location){"hand.yaml", 10 * s->scene.n_regions};
+  struct kith_config_node *node = &s->node[s->scene.n_regions - 1];
+  node->location = (struct kith_source_location){"hand.yaml", 10 * s->scene.n_regions};
+  region->node = node;
   return region;
 }
 
@@ -135,8 +138,8 @@ static void open_jump(struct stage *s, enum kith_lattice lattice, enum kith_arra
   s->scene.arrangement = arrangement;
   for (int a = 1; a < NDIM; ++a)
     s->scene.domain.lower[a] = 0, s->scene.domain.upper[a] = across / jump_resolution;
-  add(s, lattice, "1")->where.box.upper[0] = 0;
-  add(s, lattice, "0.125")->where.box.lower[0] = 0;
+  add(s, lattice, "1")->where.extent[0][1] = 0;
+  add(s, lattice, "0.125")->where.extent[0][0] = 0;
 }
 
 /* A fit has half a layer of cells to spare: with 25 layers on the sparse side (at worst, bcc in 3-D) 2 %. */
@@ -171,6 +174,14 @@ static void equal_spacings(enum kith_lattice lattice, double across) {
   close_stage(&s);
 }
 
+#if KITH_NDIM == 1
+#define BALL "(x - 0.5)^2"
+#elif KITH_NDIM == 2
+#define BALL "(x - 0.5)^2 + (y - 0.5)^2"
+#else
+#define BALL "(x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2"
+#endif
+
 /* A ball and what is around it tile the domain: no node twice, none missing in equal spacing. */
 static void ball_and_rest(void) {
   struct stage s;
@@ -179,9 +190,7 @@ static void ball_and_rest(void) {
   for (int k = 0; k < 2; ++k) {
     struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, k == 0 ? "1" : "3");
     region->material = 1 - k;
-    region->where.has_ball = true, region->where.outside_ball = k == 1;
-    region->where.radius = 5. / 21; /* through sites */
-    for (int a = 0; a < NDIM; ++a) region->where.center[a] = 0.5;
+    region->where.inside = formula(k == 0 ? BALL " < (5/21)^2" : BALL " >= (5/21)^2"); /* through sites */
   }
   s.region[1].frozen = true;
   must_run(&s);
@@ -201,32 +210,23 @@ static void ball_and_rest(void) {
   close_stage(&s);
 }
 
-/* Half-spaces that share their plane, with sites on it, and expressions that complement each other. */
+/* Expressions that complement each other, with sites where they change. */
 static void complements(void) {
-  for (int how = 0; how < 2; ++how) {
-    struct stage s;
-    open_stage(&s, -1, 1, NDIM == 1 ? 50.5 : 7.5); /* odd counts: sites at 0 */
-    for (int k = 0; k < 2; ++k) {
-      struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, "1");
-      if (how == 0) {
-        region->where.has_half_space = true;
-        region->where.normal[NDIM - 1] = k ? 1 : -1;
-      } else {
-        region->where.inside = formula(k ? "x + y >= 0" : "x + y < 0");
-      }
-    }
-    must_run(&s);
-    CHECK(s.nodes->n_internal == (NDIM == 1 ? 101 : NDIM == 2 ? 225 : 3375));
-    close_stage(&s);
-  }
+  struct stage s;
+  open_stage(&s, -1, 1, NDIM == 1 ? 50.5 : 7.5); /* odd counts: sites at 0 */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x + y < 0");
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x + y >= 0");
+  must_run(&s);
+  CHECK(s.nodes->n_internal == (NDIM == 1 ? 101 : NDIM == 2 ? 225 : 3375));
+  close_stage(&s);
 }
 
 /* rho(x) * cell volume; the mean sets the spacing against another region. */
 static void graded(void) {
   struct stage s;
   open_stage(&s, 0, 2, NDIM == 3 ? 16 : 64);
-  add(&s, KITH_LATTICE_CUBIC, "1 + 0.5*sin(2*pi*x)")->where.box.upper[0] = 1;
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 1;
+  add(&s, KITH_LATTICE_CUBIC, "1 + 0.5*sin(2*pi*x)")->where.extent[0][1] = 1;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 1;
   must_run(&s);
   const kith_index n = s.nodes->n_internal, half = n / 2;
   CHECK(n == (NDIM == 1 ? 128 : NDIM == 2 ? 128 * 128 : 32 * 32 * 32)); /* the mean is 1 */
@@ -267,8 +267,8 @@ static void jittered(void) {
 static void own_spacing(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.upper[0] = 0.5;
-  add(&s, KITH_LATTICE_CUBIC, "7")->where.box.lower[0] = 0.5;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.5;
+  add(&s, KITH_LATTICE_CUBIC, "7")->where.extent[0][0] = 0.5;
   s.region[1].spacing = 0.05; /* denser, but does not count for the others */
   must_run(&s);
   const kith_index first = NDIM == 1 ? 5 : NDIM == 2 ? 50 : 500;
@@ -285,8 +285,9 @@ static double deposited(const struct stage *s) {
 }
 
 static struct kith_deposit *blast(struct stage *s, enum kith_deposit_shape shape, double center) {
+  static const struct kith_config_node node = {.location = {"hand.yaml", 77}};
   struct kith_deposit *deposit = &s->deposit[s->scene.n_deposits++];
-  *deposit = (struct kith_deposit){.energy = 3, .shape = shape, .location = {"hand.yaml", 77}};
+  *deposit = (struct kith_deposit){.energy = 3, .shape = shape, .node = &node};
   for (int a = 0; a < NDIM; ++a) deposit->center[a] = center;
   return deposit;
 }
@@ -314,7 +315,6 @@ static struct kith_deposit *cold_box(struct stage *s, double resolution, enum ki
 
 static void deposits(void) {
   static const kith_index corners[3] = {2, 4, 8};
-  static const struct kith_boundary_ops periodic = {.name = "periodic", .wraps = true};
   struct stage s;
   cold_box(&s, 15, KITH_DEPOSIT_POINT, 0);
   CHECK(heated(&s) == 1); /* a node at the center */
@@ -323,7 +323,7 @@ static void deposits(void) {
   CHECK(heated(&s) == corners[NDIM - 1]); /* all the nearest */
   close_stage(&s);
   cold_box(&s, 14, KITH_DEPOSIT_POINT, 0.5);
-  for (int a = 0; a < NDIM; ++a) s.scene.boundary[a].lower = s.scene.boundary[a].upper = &periodic;
+  for (int a = 0; a < NDIM; ++a) s.scene.period[a] = s.scene.domain.upper[a] - s.scene.domain.lower[a];
   CHECK(heated(&s) == corners[NDIM - 1]); /* also around a corner of a periodic box */
   close_stage(&s);
   cold_box(&s, 15, KITH_DEPOSIT_BALL, 0)->radius = 3. / 15;    /* nodes exactly on the sphere are in */
@@ -407,15 +407,15 @@ static void state_errors(void) {
 static void overlaps(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
-  add(&s, KITH_LATTICE_CUBIC, "x - 2")->location = (struct kith_source_location){"--set", 0};
-  refuses(&s, "--set region: ", "density is -"); /* no line in an override */
+  add(&s, KITH_LATTICE_CUBIC, "x - 2");
+  s.node[0].location = (struct kith_source_location){"--set", 0};
+  refuses(&s, "--set ", "density is -"); /* no line in an override */
   open_stage(&s, 0, 1, 10);
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.upper[0] = 0.52; /* less than a node's spacing too far */
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 0.42;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.52; /* less than a node's spacing too far */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 0.42;
   refuses(&s, "hand.yaml:10", "line 20");
   open_stage(&s, 0, 1, 10);
-  struct kith_region *ball = add(&s, KITH_LATTICE_CUBIC, "1");
-  ball->where.has_ball = true, ball->where.radius = 0.3;
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("r < 0.3");
   add(&s, KITH_LATTICE_CUBIC, "1");
   refuses(&s, "hand.yaml:10", "line 20");
   open_stage(&s, 0, 1, 10);
@@ -428,7 +428,7 @@ static void empty_and_absurd(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1");
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.box.lower[0] = 1; /* beside the domain */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 1; /* beside the domain */
   refuses(&s, "hand.yaml:20", "domain");
   open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x > 3");

@@ -4,7 +4,7 @@
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "app/output/report.h"
-#include "app/output/trace.h"
+#include "app/output/output.h"
 #include "tests/unit/scenario.h"
 
 static char path[] = "report-test-XXXXXX";

@@ -1,5 +1,5 @@
 /* When two snapshots are the same: as they are stored, and node by node. */
-#include "app/study/snapshot_diff.h"
+#include "app/study/study.h"
 
 #include <stdlib.h>
 #include <string.h>

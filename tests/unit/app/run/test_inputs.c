@@ -67,8 +67,8 @@ static double mass_of(const struct made *m) {
     /* waves are 1 there, as in the mean */
     CHECK_OK(kith_expression_at(region->density, NDIM, origin, &density));
     for (int a = 0; a < NDIM; ++a)
-      density *= fmin(region->where.box.upper[a], m->scene->domain.upper[a]) -
-                 fmax(region->where.box.lower[a], m->scene->domain.lower[a]);
+      density *= fmin(region->where.extent[a][1], m->scene->domain.upper[a]) -
+                 fmax(region->where.extent[a][0], m->scene->domain.lower[a]);
     mass += density;
   }
   return mass;

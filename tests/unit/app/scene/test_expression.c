@@ -70,7 +70,7 @@ static void not_finite(void) {
 static bool constant(const char *formula) {
   struct kith_expression *f = NULL;
   CHECK_OK(kith_expression_create(&f, formula));
-  const bool is = f && kith_expression_constant(f);
+  const bool is = f && !isnan(kith_expression_constant(f));
   kith_expression_destroy(&f);
   return is;
 }

@@ -91,7 +91,7 @@ static void check_suite(struct kith_study *study) {
 
 static void check_wrong_suites(struct kith_study *study) {
   static const char *const cases[][2] = {
-      {"scene: sodd\nresolution: [5]\n", "s.yaml:1: scene: 'sodd'"},
+      {"scene: sodd\nresolution: [5]\n", "s.yaml:1: scene: no scene 'sodd'; did you mean 'sod'"},
       {"scene: sod\n\nresolution: []\n", "s.yaml:3: resolution: an empty list"},
       {"scene: sod\nmethods: [{name: x}]\n", "resolution: missing"},
       {"scene: sod\nresolution: [5, x]\n", "'x' is not a number"},

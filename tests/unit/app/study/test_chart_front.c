@@ -1,7 +1,6 @@
 /* The Pareto front against its definition, orders and costs of known powers; verdicts of sweeps. */
 #include <stdlib.h>
 #include <string.h>
-#include "app/study/pareto_front.h"
 #include "app/study/study.h"
 #include "tests/check.h"
 

@@ -59,10 +59,9 @@ static void check_cover(const struct kith_partition *partition) {
     kith_grid_place(mesh->ranks, r, i);
     const struct shape shape = shape_at(mesh, mesh->corner, i);
     for (int s = 0; s < SIMPLICES; ++s) {
-      const int64_t *v[NDIM + 1];
-      const int64_t signed_volume = simplex(&shape, s, v) * volume(v);
-      CHECK(signed_volume > 0);
-      sum += signed_volume;
+      const int64_t own = volume(&shape, s, -1, NULL);
+      CHECK(own > 0);
+      sum += own;
     }
     for (int64_t c = 0; c < partition->cells->n; ++c) {
       int64_t k[NDIM];
