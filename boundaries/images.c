@@ -27,16 +27,6 @@ struct hits {
   kith_index *first;    /* of chunks among those of one list, [chunks + 1] */
 };
 
-static kith_status hits_create(struct hits *hits, kith_index n) {
-  const kith_index chunks = (n + CHUNK - 1) / CHUNK;
-  *hits = (struct hits){.n = n, .chunks = chunks};
-  KITH_TRY(kith_resize(&hits->node[0], 0, 2 * (size_t)n + 3 * (size_t)chunks + 1, sizeof **hits->node));
-  hits->node[1] = hits->node[0] + n;
-  hits->count[0] = hits->node[1] + n, hits->count[1] = hits->count[0] + chunks;
-  hits->first = hits->count[1] + chunks;
-  return KITH_OK;
-}
-
 /* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
 static bool measure(struct line *line, const struct kith_nodes *nodes, kith_index begin, kith_index end,
                     bool internal) {
@@ -182,7 +172,12 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
 }
 
 static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *hits) {
-  KITH_TRY(hits_create(hits, kith_nodes_count(nodes)));
+  const size_t n_nodes = (size_t)kith_nodes_count(nodes), chunks = (n_nodes + CHUNK - 1) / CHUNK;
+  hits->n = (kith_index)n_nodes, hits->chunks = (kith_index)chunks;
+  KITH_TRY(kith_resize(&hits->node[0], 0, 2 * n_nodes + 3 * chunks + 1, sizeof **hits->node));
+  hits->node[1] = hits->node[0] + n_nodes;
+  hits->count[0] = hits->node[1] + n_nodes, hits->count[1] = hits->count[0] + chunks;
+  hits->first = hits->count[1] + chunks;
   for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
     find_hits(line, nodes, n, hits);
     KITH_TRY(add_image(line, nodes, -n, hits));

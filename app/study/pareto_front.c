@@ -29,7 +29,6 @@ double kith_order(int n, const double *resolution, const double *error) {
 
 struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution, const double *cost,
                                                 const double *error, double target) {
-  const struct kith_cost_at_error none = {NAN, NAN, false};
   int above = -1, below = -1; /* the last point above the target, and the one behind it */
   for (int k = 0; k < n; ++k) {
     if (!is_point(cost[k], error[k])) continue;
@@ -38,7 +37,7 @@ struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution,
     else if (below < 0)
       below = k;
   }
-  if (below < 0) return none;
+  if (below < 0) return (struct kith_cost_at_error){NAN, NAN, false};
   if (above < 0) return (struct kith_cost_at_error){cost[below], resolution[below], false};
   const double part = log(error[above] / target) / log(error[above] / error[below]);
   return (struct kith_cost_at_error){cost[above] * pow(cost[below] / cost[above], part),
