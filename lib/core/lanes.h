@@ -1,4 +1,5 @@
-/* lanes.h - four doubles side by side, for sums that the compiler does not keep in registers by itself.
+/* lanes.h - four doubles side by side, for sums that the compiler does not keep in registers by itself, and
+ * for the values of four nodes that are loaded together.
  *
  * Arrays handed to these functions are 32-byte aligned and padded to a multiple of KITH_LANES with values
  * that add nothing. The order of a sum is fixed by the length alone. */
@@ -16,6 +17,23 @@ static inline size_t kith_lanes_padded(size_t n) {
 
 KITH_INLINE double kith_lanes_total(const kith_lanes *s) {
   return ((*s)[0] + (*s)[1]) + ((*s)[2] + (*s)[3]);
+}
+
+/* Doubles 0 .. 3 of four records, of which double q of all goes to to[q * stride .. q * stride + 3]. On many
+ * processors that takes a fraction of the time of four loads that gather one double of each. */
+KITH_INLINE void kith_lanes_transpose(const double *a, const double *b, const double *c, const double *d,
+                                      double *to, size_t stride) {
+  typedef double unaligned __attribute__((vector_size(8 * KITH_LANES), aligned(8)));
+  const kith_lanes ra = *(const unaligned *)a, rb = *(const unaligned *)b, rc = *(const unaligned *)c,
+                   rd = *(const unaligned *)d;
+  const kith_lanes even_ab = __builtin_shufflevector(ra, rb, 0, 4, 2, 6),
+                   odd_ab = __builtin_shufflevector(ra, rb, 1, 5, 3, 7),
+                   even_cd = __builtin_shufflevector(rc, rd, 0, 4, 2, 6),
+                   odd_cd = __builtin_shufflevector(rc, rd, 1, 5, 3, 7);
+  *(kith_lanes *)to = __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5);
+  *(kith_lanes *)(to + stride) = __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5);
+  *(kith_lanes *)(to + 2 * stride) = __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
+  *(kith_lanes *)(to + 3 * stride) = __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
 }
 
 #endif

@@ -6,21 +6,26 @@
 
 /* --- loading --- */
 
-/* All fields of n partners. */
+/* The packed particle of node or ghost i: whole groups of lanes. */
+KITH_INLINE double *packed_particle(const struct kith_force_pass *pass, kith_index i) {
+  return pass->package->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed);
+}
+
+/* All fields of n partners, four at a time. Behind the last one lanes hold it again, up to a multiple of
+ * four. */
 KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict partner,
                       size_t stride, size_t n, struct kith_scratch *s) {
-  const double *restrict packed = pass->package->packed;
   const int n_packed = pass->n_packed;
-  kith_index at[KITH_BLOCK];
-#pragma omp simd
-  for (size_t k = 0; k < n; ++k) at[k] = partner[k * stride] * n_packed;
-  for (int m = 0; m < n_packed; ++m) {
-    double *restrict lane = kith_lane(s, m);
-#pragma omp simd
-    for (size_t k = 0; k < n; ++k) lane[k] = packed[at[k] + m];
+  for (size_t k = 0; k < n; k += KITH_LANES) {
+    const double *from[KITH_LANES];
+    for (size_t l = 0; l < KITH_LANES; ++l)
+      from[l] = packed_particle(pass, partner[KITH_MIN(k + l, n - 1) * stride]);
+    for (int m = 0; m < n_packed; m += KITH_LANES)
+      kith_lanes_transpose(from[0] + m, from[1] + m, from[2] + m, from[3] + m, kith_lane(s, m) + k,
+                           KITH_STRIDE);
   }
   if (pass->barrier == NULL) return;
-  const double *self = packed + (size_t)i * n_packed;
+  const double *self = packed_particle(pass, i);
   for (size_t k = 0; k < n; ++k) {
     if (!pass->barrier[partner[k * stride]]) continue;
     double along = 0, r2 = 0;
@@ -190,8 +195,7 @@ static void pack(void *context, kith_index begin, kith_index end) {
   struct kith_package *package = pass->package;
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
-  for (kith_index i = begin; i < end; ++i)
-    pass->pack(package, i, package->packed + (size_t)i * (size_t)pass->n_packed);
+  for (kith_index i = begin; i < end; ++i) pass->pack(package, i, packed_particle(pass, i));
   kith_profile_end(package->profile);
 }
 
@@ -200,22 +204,19 @@ kith_status kith_force(struct kith_force_pass *pass) {
   const struct kith_hydro *hydro = package->hydro;
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index all = kith_nodes_count(nodes), internal = nodes->n_internal;
-  const struct kith_node_sweep pairs = {.stage = "pairs",
-                                        .rows = &pass->connectivity->rows,
-                                        .chunk = pairs_chunk,
-                                        .context = pass,
-                                        .lanes = pass->n_packed + pass->edges + KITH_PAIR_VALUES,
-                                        .width = KITH_STRIDE,
-                                        .arrived = pack};
+  const struct kith_node_sweep pairs = {
+      .stage = "pairs",
+      .rows = &pass->connectivity->rows,
+      .chunk = pairs_chunk,
+      .context = pass,
+      .lanes = (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges + KITH_PAIR_VALUES,
+      .width = KITH_STRIDE,
+      .arrived = pack};
   struct kith_node_sweep sums = pairs;
   sums.stage = "force", sums.chunk = nodes_chunk;
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
-  if (all > INT32_MAX / pass->n_packed) /* so that loads of several nodes become one gather */
-    KITH_FAIL(UNSUPPORTED,
-              "%d nodes and ghosts in one process: packed particles are addressed with 32 bits, at most %d",
-              all, INT32_MAX / pass->n_packed);
-  KITH_TRY(kith_reserve(&package->packed, &package->packed_capacity, (size_t)all * (size_t)pass->n_packed,
-                        sizeof(double)));
+  KITH_TRY(kith_reserve(&package->packed, &package->packed_capacity,
+                        (size_t)all * kith_lanes_padded((size_t)pass->n_packed), sizeof(double)));
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   const bool kept = package->traversal == KITH_TRAVERSE_PAIRS;
   if (kept) {

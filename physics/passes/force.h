@@ -24,6 +24,7 @@
 #ifndef KITH_PHYSICS_PASSES_FORCE_H
 #define KITH_PHYSICS_PASSES_FORCE_H
 
+#include "lib/core/lanes.h"
 #include "physics/passes/sweep.h"
 
 /* The first fields of every packed particle. */
@@ -81,8 +82,8 @@ static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i,
 KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel,
                                      const struct kith_force_pass *pass, kith_index i, size_t n,
                                      struct kith_scratch *s) {
-  const double *restrict self = pass->package->packed + (size_t)i * (size_t)pass->n_packed, *restrict j =
-                                                                                                s->lane;
+  const double *restrict self = pass->package->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed),
+                         *restrict j = s->lane;
   double *restrict out = kith_lane(s, pass->n_packed + pass->edges);
   const size_t lanes = pass->connectivity->canonical ? (n + 7) / 8 * 8 : n;
 #pragma omp simd
@@ -102,7 +103,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   }
 
 /* Packs the particles and sums the pairs: accelerations (with the external force), signal speeds, and what
- * (1) of package.h needs. UNSUPPORTED if there are 2^31 packed doubles. */
+ * (1) of package.h needs. */
 kith_status kith_force(struct kith_force_pass *pass);
 
 #endif
