@@ -36,4 +36,22 @@ KITH_INLINE void kith_lanes_transpose(const double *a, const double *b, const do
   *(kith_lanes *)(to + 3 * stride) = __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
 }
 
+/* Lanes that a vector takes when it is loaded. */
+enum { KITH_VECTOR_LANES = NDIM == 1 ? 1 : KITH_LANES };
+
+/* The vectors of n nodes: component a of all goes to to[a * stride ..]. Up to the next multiple of four the
+ * last one follows, and lanes beyond NDIM hold anything. The field is read up to three doubles beyond the
+ * last vector: fields of nodes are allocated so. */
+KITH_INLINE void kith_lanes_vectors(const double *restrict field, const kith_index *restrict node, size_t n,
+                                    double *restrict to, size_t stride) {
+  for (size_t k = 0; k < n; k += KITH_LANES) {
+    const double *from[KITH_LANES];
+    for (size_t l = 0; l < KITH_LANES; ++l) from[l] = field + (size_t)node[KITH_MIN(k + l, n - 1)] * NDIM;
+    if (NDIM > 1)
+      kith_lanes_transpose(from[0], from[1], from[2], from[3], to + k, stride);
+    else
+      for (size_t l = 0; l < KITH_LANES; ++l) to[k + l] = *from[l];
+  }
+}
+
 #endif

@@ -106,6 +106,11 @@ static bool same_spec(const struct kith_field_spec *a, const struct kith_field_s
   return a->kind == b->kind && a->type == b->type && a->role == b->role && same_text(a->output, b->output);
 }
 
+/* A vector is loaded with what follows it (kith_lanes_vectors). */
+static size_t allocated(kith_index capacity) {
+  return (size_t)capacity + 1;
+}
+
 kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table) {
   for (; table->spec.name != NULL; ++table)
     if (table->wanted) KITH_TRY(kith_nodes_field(nodes, &table->spec, table->out));
@@ -135,7 +140,7 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
   field->spec = *spec;
   field->components = components_of(spec->kind);
   const kith_status status =
-      kith_resize(&field->data, 0, (size_t)nodes->capacity, kith_field_node_size(field));
+      kith_resize(&field->data, 0, allocated(nodes->capacity), kith_field_node_size(field));
   if (status != KITH_OK) {
     kith_free(&field);
     return status;
@@ -155,7 +160,7 @@ static kith_status move_fields(struct kith_nodes *nodes, kith_index capacity) {
   const size_t keep = (size_t)kith_nodes_count(nodes);
   for (int f = 0; f < nodes->n_fields; ++f) {
     struct kith_field *field = nodes->fields[f];
-    KITH_TRY(kith_resize(&field->data, keep, (size_t)capacity, kith_field_node_size(field)));
+    KITH_TRY(kith_resize(&field->data, keep, allocated(capacity), kith_field_node_size(field)));
   }
   return KITH_OK;
 }

@@ -66,7 +66,7 @@ static double volume_factor(const struct kith_package *package) {
 }
 
 /* Lanes of scratch: x_i - x_j; V W; V g C / H^(d + 2), the factor of x in V grad W. */
-enum { SEPARATION = 0, WEIGHT = NDIM, SLOPE, LANES };
+enum { SEPARATION = 0, WEIGHT = KITH_VECTOR_LANES, SLOPE, LANES };
 
 /* Sums over a row, of V W: m0, m1, m2; of V grad W x..x: the first and second, and the third, symmetric,
  * moment. */
@@ -100,13 +100,14 @@ KITH_INLINE size_t load_row(enum kith_kernel kernel, const struct moments_pass *
   const size_t n = pass->rows->first[i + 1] - pass->rows->first[i], padded = kith_lanes_padded(n);
   const double *restrict x = nodes->position->f64, *restrict support = nodes->support->f64;
   double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict slope = kith_scratch_lane(s, SLOPE);
+  kith_lanes_vectors(x, row, n, kith_scratch_lane(s, SEPARATION), s->width);
   for (size_t k = 0; k < padded; ++k) weight[k] = 0, slope[k] = 0;
   for (int a = 0; a < NDIM; ++a) {
     const double xi = x[(size_t)i * NDIM + a];
     double *restrict d = kith_scratch_lane(s, SEPARATION + a);
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
-      d[k] = xi - x[row[k] * NDIM + a];
+      d[k] = xi - d[k];
       weight[k] += d[k] * d[k];
     }
     for (size_t k = n; k < padded; ++k) d[k] = 0;

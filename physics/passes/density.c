@@ -5,7 +5,7 @@
 #include "lib/core/lanes.h"
 
 /* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
-enum { SEPARATION = 0, DIFFERENCE = NDIM, DISTANCE = 2 * NDIM, WEIGHT, LANES };
+enum { SEPARATION = 0, DIFFERENCE = KITH_VECTOR_LANES, DISTANCE = 2 * KITH_VECTOR_LANES, WEIGHT, LANES };
 
 /* Of the last but one ln H, where Omega is taken; its noise is below a sound wave of amplitude 1e-6. */
 static const double tolerance = 1e-7;
@@ -29,13 +29,14 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
   const double *restrict x = nodes->position->f64;
   double *restrict r = kith_scratch_lane(s, DISTANCE);
+  kith_lanes_vectors(x, row, n, kith_scratch_lane(s, SEPARATION), s->width);
   for (size_t k = 0; k < n; ++k) r[k] = 0;
   for (int a = 0; a < NDIM; ++a) {
     const double xi = x[(size_t)i * NDIM + a];
     double *restrict d = kith_scratch_lane(s, SEPARATION + a);
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
-      d[k] = x[row[k] * NDIM + a] - xi;
+      d[k] -= xi;
       r[k] += d[k] * d[k];
     }
     for (size_t k = n; k < padded; ++k) d[k] = 0;
@@ -152,11 +153,12 @@ KITH_INLINE void load_differences(const struct density_pass *pass, const struct 
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
   const double *restrict v = field->f64;
+  kith_lanes_vectors(v, row, n, kith_scratch_lane(s, DIFFERENCE), s->width);
   for (int a = 0; a < NDIM; ++a) {
     const double vi = v[(size_t)i * NDIM + a];
     double *restrict d = kith_scratch_lane(s, DIFFERENCE + a);
 #pragma omp simd
-    for (size_t k = 0; k < n; ++k) d[k] = v[row[k] * NDIM + a] - vi;
+    for (size_t k = 0; k < n; ++k) d[k] -= vi;
     for (size_t k = n; k < padded; ++k) d[k] = 0;
   }
   for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
