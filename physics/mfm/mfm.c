@@ -23,6 +23,7 @@
  * Passes: density -> equation of state -> ghosts -> gradients, matrices -> ghosts -> faces -> packing ->
  * force [pairs]. */
 #include <math.h>
+#include "lib/core/lanes.h"
 #include "lib/core/vec.h"
 #include "physics/mfm/faces.h"
 #include "physics/mfm/riemann.h"
@@ -54,38 +55,61 @@ struct gradients_pass {
   const struct kith_connectivity *connectivity;
 };
 
+/* Lanes of scratch: x_j - x_i, the weights w, and w d(rho), w dP. */
+enum { SEPARATION = 0, WEIGHT = KITH_VECTOR_LANES, OF_DENSITY, OF_PRESSURE, LANES };
+
 /* sum w dx dx, sum w d(rho) dx, sum w dP dx over the row of i. A barrier has the state of i. */
 KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
-                         double *restrict moment_sum, double *restrict density_sum,
-                         double *restrict pressure_sum) {
+                         struct kith_scratch *s, double *moment_sum, double *density_sum,
+                         double *pressure_sum) {
   const struct kith_hydro *hydro = pass->package->hydro;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
-  const size_t n = rows->first[i + 1] - rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
   const double *restrict x = hydro->nodes->position->f64, *restrict density = hydro->density->f64,
                          *restrict pressure = hydro->pressure->f64;
   const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
-  const double inverse = 1 / hydro->nodes->support->f64[i], *xi = x + (size_t)i * NDIM;
-  double moment[KITH_SYMMETRIC_SIZE] = {0}, of_density[NDIM] = {0}, of_pressure[NDIM] = {0};
-#pragma omp simd reduction(+ : moment, of_density, of_pressure)
-  for (size_t k = 0; k < n; ++k) {
-    const kith_index j = row[k];
-    double d[NDIM], r2 = 0, w, g;
-    for (int a = 0; a < NDIM; ++a) {
-      d[a] = x[j * NDIM + a] - xi[a];
-      r2 += d[a] * d[a];
-    }
-    kith_kernel_value(kernel, sqrt(r2) * inverse, &w, &g);
-    const double weight = barrier != NULL && barrier[j] ? 0 : w;
-    const double drho = weight * (density[j] - density[i]), dp = weight * (pressure[j] - pressure[i]);
-    for (int a = 0, m = 0; a < NDIM; ++a) {
-      of_density[a] += drho * d[a];
-      of_pressure[a] += dp * d[a];
-      for (int b = a; b < NDIM; ++b) moment[m++] += w * d[a] * d[b];
+  const double inverse = 1 / hydro->nodes->support->f64[i];
+  double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict drho = kith_scratch_lane(s, OF_DENSITY),
+                   *restrict dp = kith_scratch_lane(s, OF_PRESSURE);
+  kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, of_density[NDIM] = {{0}}, of_pressure[NDIM] = {{0}};
+  kith_lanes_vectors(x, row, n, kith_scratch_lane(s, SEPARATION), s->width);
+  for (size_t k = 0; k < padded; ++k) weight[k] = drho[k] = dp[k] = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double xi = x[(size_t)i * NDIM + a];
+    double *restrict d = kith_scratch_lane(s, SEPARATION + a);
+#pragma omp simd
+    for (size_t k = 0; k < padded; ++k) {
+      d[k] -= xi;
+      weight[k] += d[k] * d[k];
     }
   }
-  for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) moment_sum[m] = moment[m];
-  for (int a = 0; a < NDIM; ++a) density_sum[a] = of_density[a], pressure_sum[a] = of_pressure[a];
+  for (size_t k = 0; k < n; ++k) drho[k] = density[row[k]], dp[k] = pressure[row[k]];
+#pragma omp simd
+  for (size_t k = 0; k < n; ++k) {
+    double w, g;
+    kith_kernel_value(kernel, sqrt(weight[k]) * inverse, &w, &g);
+    weight[k] = w;
+    drho[k] = w * (drho[k] - density[i]), dp[k] = w * (dp[k] - pressure[i]);
+  }
+  for (size_t k = n; k < padded; ++k) weight[k] = 0;
+  for (size_t k = 0; barrier != NULL && k < n; ++k)
+    if (barrier[row[k]]) drho[k] = dp[k] = 0;
+  for (size_t k = 0; k < padded; k += KITH_LANES) {
+    const kith_lanes w = *(kith_lanes *)(weight + k), r = *(kith_lanes *)(drho + k),
+                     p = *(kith_lanes *)(dp + k);
+    kith_lanes d[NDIM];
+    for (int a = 0; a < NDIM; ++a) d[a] = *(kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
+    for (int a = 0, m = 0; a < NDIM; ++a) {
+      of_density[a] += r * d[a];
+      of_pressure[a] += p * d[a];
+      const kith_lanes wd = w * d[a];
+      for (int b = a; b < NDIM; ++b) moment[m++] += wd * d[b];
+    }
+  }
+  for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) moment_sum[m] = kith_lanes_total(&moment[m]);
+  for (int a = 0; a < NDIM; ++a)
+    density_sum[a] = kith_lanes_total(&of_density[a]), pressure_sum[a] = kith_lanes_total(&of_pressure[a]);
 }
 
 /* out = M v of a symmetric matrix. */
@@ -104,7 +128,7 @@ KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients
   const double *support = pass->package->hydro->nodes->support->f64;
   for (kith_index i = begin; i < end; ++i) {
     double moment[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], density[NDIM], pressure[NDIM];
-    sum_row(kernel, pass, i, moment, density, pressure);
+    sum_row(kernel, pass, i, s, moment, density, pressure);
     s->count[KITH_COUNT_EVALUATIONS] +=
         pass->connectivity->rows.first[i + 1] - pass->connectivity->rows.first[i];
     if (!mfm_invert(moment, inverse)) s->count[KITH_COUNT_FALLBACKS] += 1;
@@ -126,7 +150,8 @@ static kith_status gradients(struct kith_package *package, const struct kith_con
                                         .rows = &connectivity->rows,
                                         .chunk = gradients_chunk_of[package->kernel],
                                         .context = &pass,
-                                        .lanes = 1};
+                                        .lanes = LANES,
+                                        .width = kith_rows_longest(&connectivity->rows)};
   return kith_package_sweep(package, &sweep, NULL);
 }
 
