@@ -1,11 +1,18 @@
-/* bench.c - `kith bench`: node updates per second, stage by stage, beside reference loops of the same
+/* bench.c - `kith bench`: node updates per second, and a roofline in words: for each stage its time per row
+ * entry and pair, the bytes it has to move, and what that is of the bandwidth and of plain loops of the same
  * session.
  *
- * The case: 3-D Sedov, 100^3 nodes (--set resolution=N), every node each step, double, adaptive supports of
- * 60 neighbors, Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve order. Rows of the
- * table: thermal energy with neighbor lists rebuilt each step, and with other settings; the other packages.
- * Rows with a table of stages run on one thread and on all, the others on one. Absolute figures hold for one
- * machine and one moment; ratios to the reference loops can be compared. */
+ * The case: Sedov with 10^6 nodes (100^3; --set resolution=N), every node each step, double, adaptive
+ * supports (60 neighbors in 3-D), Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve
+ * order. Every package: with its defaults on one thread and on all, with the other traversal on one; the
+ * first one with other settings too. Absolute figures hold for one machine and one moment; ratios to the
+ * reference loops can be compared.
+ *
+ * Bytes are counted by the stages that walk over lists (counter "bytes"): each array that a stage needs, from
+ * memory once, read or written, ghosts included; a neighbor that several rows share is counted once, and what
+ * a store reads before it writes is not counted, neither here nor for the triad. So they are the least that
+ * this data layout moves, and the share of the triad says how far a stage is from its memory bound: the rest
+ * is arithmetic, latency and cache misses. */
 #include "app/cli/options.h"
 
 #include <math.h>
@@ -15,34 +22,33 @@
 #include "app/cli/text.h"
 #include "app/simulation/simulation.h"
 
-static const char scene_text[] =
-    "scene: bench\n"
-    "dimension: 3\n"
-    "resolution: 100\n"
-    "domain: {lower: [-0.5, -0.5, -0.5], upper: [0.5, 0.5, 0.5]}\n"
-    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
-    "materials: {gas: {eos: ideal, gamma: 1.6666666666666667}}\n"
-    "regions: [{material: gas, lattice: cubic, density: 1, pressure: 1e-6}]\n"
-    "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2.4}\n"
-    "method: {kernel: wendland-c2, neighbors: 60, energy: thermal}\n"
-    "until: 0.05\n";
-
-struct row {
-  const char *what;
-  bool stages;            /* on all threads too, with a table of stages */
-  const char *setting[2]; /* key=value or NULL */
-};
+#if NDIM == 1
+#define SIZE "dimension: 1\nresolution: 1000000\nmethod: {kernel: wendland-c2}\n"
+#elif NDIM == 2
+#define SIZE "dimension: 2\nresolution: 1000\nmethod: {kernel: wendland-c2}\n"
+#else
+#define SIZE "dimension: 3\nresolution: 100\nmethod: {kernel: wendland-c2, neighbors: 60}\n"
+#endif
+static const char scene_text[] = "scene: bench\n" SIZE
+                                 "domain: {lower: [-0.5, -0.5, -0.5], upper: [0.5, 0.5, 0.5]}\n"
+                                 "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+                                 "materials: {gas: {eos: ideal, gamma: 1.6666666666666667}}\n"
+                                 "regions: [{material: gas, lattice: cubic, density: 1, pressure: 1e-6}]\n"
+                                 "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2.4}\n"
+                                 "until: 0.05\n";
 
 enum { MOST_STAGES = 48 };
 
-/* One run; own times of the stages of a step in ns per node and step. */
+/* One run. All but `nodes` and updates per second is of a node and step. */
 struct figures {
-  double nodes, updates, neighbors, rebuilds, energy_drift;
+  double nodes, updates, rebuilds, energy_drift;
+  double candidates, entries, pairs;
   int n_stages;
   char path[MOST_STAGES][64];
-  double ns[MOST_STAGES], sum, step;
-  double plain_density, plain_force; /* reference loops on the same rows */
-  struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
+  double ns[MOST_STAGES], bytes[MOST_STAGES], step; /* a stage's own time and traffic; 0: not counted */
+  double plain_density, plain_force;                /* ns of the reference loops on the same rows */
+  enum kith_traversal traversal;
+  struct kith_bytes memory[KITH_SIMULATION_STRUCTURES];
 };
 
 /* ---- loops that anybody could have written: what a figure is measured by ---- */
@@ -109,7 +115,7 @@ static double plain_force(const struct kith_simulation *m, kith_index i) {
   return rate + kith_norm(sum);
 }
 
-/* Seconds per node of a sum over the rows of a simulation: one scalar loop, fixed supports, nothing kept;
+/* ns per node of a sum over the rows of a simulation: one scalar loop, fixed supports, nothing kept;
  * best of three. */
 static double time_of(const struct kith_simulation *m,
                       double (*node)(const struct kith_simulation *, kith_index)) {
@@ -122,20 +128,32 @@ static double time_of(const struct kith_simulation *m,
     const double seconds = kith_seconds() - start;
     if (isfinite(sink)) best = KITH_MIN(best, seconds); /* the sum is used, so the loop stays */
   }
-  return best / m->nodes->n_internal;
+  return 1e9 * best / m->nodes->n_internal;
 }
 
 /* ---- one run ---- */
 
+static double counted(const struct kith_profile *profile, const char *path, const char *name) {
+  const struct kith_counter *counter;
+  for (int c = kith_profile_counters(profile, &counter); c-- > 0; ++counter)
+    if (strcmp(counter->path, path) == 0 && strcmp(counter->name, name) == 0) return counter->total;
+  return 0;
+}
+
 static void take_stages(const struct kith_profile *profile, double updates, struct figures *out) {
+  static const char lists[] = "step/lifecycle/connectivity";
   const struct kith_stage *stage;
   const int n = kith_profile_stages(profile, &stage);
   for (int k = 0; k < n; ++k) {
     if (strcmp(stage[k].path, "step") == 0) out->step = 1e9 * stage[k].seconds / updates;
     if (strncmp(stage[k].path, "step/", 5) != 0 || out->n_stages == MOST_STAGES) continue;
     snprintf(out->path[out->n_stages], sizeof out->path[0], "%s", stage[k].path + 5);
-    out->sum += out->ns[out->n_stages++] = 1e9 * stage[k].self_seconds / updates;
+    out->bytes[out->n_stages] = counted(profile, stage[k].path, "bytes") / updates;
+    out->ns[out->n_stages++] = 1e9 * stage[k].self_seconds / updates;
   }
+  out->candidates = counted(profile, lists, "candidates") / updates;
+  out->entries = counted(profile, lists, "row entries") / updates;
+  out->pairs = counted(profile, lists, "pairs") / updates;
 }
 
 static kith_status time_steps(struct kith_simulation *m, const struct kith_options *options,
@@ -151,22 +169,22 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   *out = (struct figures){
       .nodes = n,
       .updates = updates / seconds,
-      .neighbors = (double)it->ledger.last_row_entries / n,
       .rebuilds = (double)it->ledger.lifecycles - 1,
-      .energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1};
+      .energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1,
+      .traversal = m->package.traversal};
   take_stages(m->profile, updates, out);
-  kith_simulation_bytes(m, out->bytes);
+  kith_simulation_bytes(m, out->memory);
   return KITH_OK;
 }
 
-static kith_status run_row(const struct kith_options *options, const struct row *row, int threads,
-                           bool reference, struct figures *out) {
-  const char *overrides[KITH_MAX_OVERRIDES + 2];
+static kith_status run_case(const struct kith_options *options, const char *const setting[3], int threads,
+                            bool reference, struct figures *out) {
+  const char *overrides[KITH_MAX_OVERRIDES + 3];
   int n = 0;
   struct kith_scene *scene = NULL;
   struct kith_profile *profile = NULL;
   struct kith_simulation *m = NULL;
-  for (int k = 0; k < 2 && row->setting[k] != NULL; ++k) overrides[n++] = row->setting[k];
+  for (int k = 0; k < 3 && setting[k] != NULL; ++k) overrides[n++] = setting[k];
   for (int k = 0; k < options->n_overrides; ++k) overrides[n++] = options->overrides[k];
   omp_set_num_threads(threads);
   kith_status status = kith_scene_parse(&scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
@@ -183,83 +201,119 @@ static kith_status run_row(const struct kith_options *options, const struct row 
 
 /* ---- tables ---- */
 
-static void print_line(const char *what, double one, double all, bool both) {
-  printf("  %-40s %12.1f", what, one);
-  if (both) printf(" %12.1f %8.2f", all, one / all);
-  printf("\n");
-}
-
-/* One thread and all threads beside each other, and the memory. */
-static void print_stages(const char *what, const struct figures *one, const struct figures *all,
-                         int threads) {
-  const bool both = threads > 1;
-  double bytes = 0;
-  printf("\n  %s\n  %-40s %12s", what, "ns per node and step, own time of a stage", "1 thread");
-  if (both) printf(" %4d threads %8s", threads, "ratio");
-  printf("\n");
-  for (int k = 0; k < one->n_stages; ++k)
-    print_line(one->path[k], one->ns[k], k < all->n_stages ? all->ns[k] : 0, both);
-  print_line("outside of any stage", one->step - one->sum, all->step - all->sum, false);
-  print_line("step", one->step, all->step, both);
-  if (one->plain_density > 0) {
-    print_line("reference: plain density loop", 1e9 * one->plain_density, 1e9 * all->plain_density, both);
-    print_line("reference: plain force loop", 1e9 * one->plain_force, 1e9 * all->plain_force, both);
-  }
-  printf("  bytes per node:");
-  for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
-    bytes += (double)one->bytes[k].bytes / one->nodes;
-    printf(" %s %.0f,", one->bytes[k].name, (double)one->bytes[k].bytes / one->nodes);
-  }
-  printf(" in all %.0f\n", bytes);
-}
-
-/* Runs a row on one thread, and on all if stages are wanted; prints it. A row that cannot run ends the
- * bench. */
-static kith_status bench_row(const struct kith_options *options, const struct row *row, int all,
-                             bool reference, struct figures f[2]) {
-  const int threads[] = {1, all};
-  for (int k = 0; k < (row->stages && all > 1 ? 2 : 1); ++k) {
-    KITH_TRY(run_row(options, row, threads[k], reference, &f[k]));
-    printf("  %-36s %7d %11.3g %10.0f %9.0f %12.1f %13.1e\n", row->what, threads[k], f[k].updates,
-           1e9 / f[k].updates, f[k].rebuilds, f[k].neighbors, f[k].energy_drift);
-    fflush(stdout);
-  }
+/* Runs and prints a case: two settings beside the package, or NULL. Without a `base`, whose reference loops
+ * it is compared with, it times its own. */
+static kith_status bench_case(const struct kith_options *options, const char *const setting[3], int threads,
+                              const struct figures *base, struct figures *f) {
+  char what[64];
+  KITH_TRY(run_case(options, setting, threads, base == NULL, f));
+  if (base == NULL) base = f;
+  snprintf(what, sizeof what, "%s%s %s", strchr(setting[0], '=') + 1, setting[1] != NULL ? "," : "",
+           setting[1] == NULL   ? ""
+           : setting[2] == NULL ? setting[1]
+                                : setting[2]);
+  printf("  %-40s %7d %11.3g %10.0f %10.2f %9.0f %13.1e\n", what, threads, f->updates, 1e9 / f->updates,
+         1e9 / f->updates / (base->plain_density + base->plain_force), f->rebuilds, f->energy_drift);
+  fflush(stdout);
   return KITH_OK;
 }
 
-#define LISTS "connectivity.rebuild=displacement"
-static const struct row rows[] = {
-    {"thermal, rows rebuilt each step", true, {NULL}},
-    {"thermal, traversal pairs", false, {"traversal=pairs"}},
-    {"compatible", false, {"method.energy=compatible"}},
-    {"compatible, traversal pairs", false, {"method.energy=compatible", "traversal=pairs"}},
-    {"thermal, displacement, skin 0.05", false, {LISTS, "connectivity.skin=0.05"}},
-    {"thermal, displacement, skin 0.1", false, {LISTS, "connectivity.skin=0.1"}},
-    {"thermal, displacement, skin 0.2", false, {LISTS, "connectivity.skin=0.2"}}};
+/* What is 0 is not there. */
+static void print_cell(int width, int digits, double value) {
+  if (value > 0)
+    printf(" %*.*f", width, digits, value);
+  else
+    printf(" %*s", width, "-");
+}
+
+/* A line of the roofline: of a stage, of the step, or of a reference loop. */
+static void print_line(const char *what, const struct figures *f, double ns, double bytes, double plain,
+                       double triad, double ns_all) {
+  printf("  %-28s %8.1f", what, ns);
+  print_cell(8, 2, bytes > 0 ? ns / f->entries : 0);
+  print_cell(8, 2, bytes > 0 && f->pairs > 0 ? ns / f->pairs : 0);
+  print_cell(7, 0, bytes);
+  print_cell(7, 2, bytes / ns);
+  print_cell(8, 3, bytes / ns / triad);
+  print_cell(10, 2, plain > 0 ? ns / plain : 0);
+  if (ns_all > 0) printf(" %10.1f %8.2f", ns_all, ns / ns_all);
+  printf("\n");
+}
+
+static bool ends_with(const char *path, const char *name) {
+  const char *last = strrchr(path, '/');
+  return strcmp(last != NULL ? last + 1 : path, name) == 0;
+}
+
+/* Stages on one thread, beside the triad (bytes per ns) and the reference loops, and on all threads; and the
+ * memory. all: NULL if there is one. */
+static void print_stages(const char *package, const struct figures *one, const struct figures *all,
+                         double triad, int threads) {
+  const double plain = one->plain_density + one->plain_force;
+  double rest = one->step, traffic = 0, memory = 0, rows = 0;
+  printf("\n  %-28s %8s %8s %8s %7s %7s %8s %10s", package, "ns/node", "ns/entry", "ns/pair", "bytes", "GB/s",
+         "of triad", "over plain");
+  if (all != NULL) printf(" %2d threads %8s", threads, "speed-up");
+  printf("\n");
+  for (int k = 0; k < one->n_stages; ++k) {
+    const char *path = one->path[k];
+    const bool lists = strncmp(path, "lifecycle/", 10) == 0, density = ends_with(path, "density"),
+               force = !lists && (ends_with(path, "force") || ends_with(path, "pairs"));
+    if (lists && ends_with(path, "rows")) rows = one->ns[k];
+    print_line(path, one, one->ns[k], one->bytes[k], density * one->plain_density + force * one->plain_force,
+               triad, all != NULL && k < all->n_stages ? all->ns[k] : 0);
+    rest -= one->ns[k], traffic += one->bytes[k];
+  }
+  print_line("outside of any stage", one, rest, 0, 0, triad, 0);
+  print_line("step", one, one->step, traffic, plain, triad, all != NULL ? all->step : 0);
+  print_line("reference: plain density", one, one->plain_density, 0, 0, triad,
+             all != NULL ? all->plain_density : 0);
+  print_line("reference: plain force", one, one->plain_force, 0, 0, triad,
+             all != NULL ? all->plain_force : 0);
+  printf(
+      "  a node and step: %.2f candidates, %.3f ns each in rows; %.2f row entries, hit rate %.4f;"
+      " %.2f pairs\n"
+      "  bytes per node:",
+      one->candidates, rows / one->candidates, one->entries, one->entries / one->candidates, one->pairs);
+  for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
+    memory += (double)one->memory[k].bytes / one->nodes;
+    printf(" %s %.0f,", one->memory[k].name, (double)one->memory[k].bytes / one->nodes);
+  }
+  printf(" in all %.0f\n\n", memory);
+}
+
+static kith_status bench_package(const struct kith_options *options, const char *package, bool first, int all,
+                                 double triad) {
+  static const char lists[] = "connectivity.rebuild=displacement";
+  static const char *const other[][2] = {{"method.energy=thermal"},
+                                         {lists, "connectivity.skin=0.05"},
+                                         {lists, "connectivity.skin=0.1"},
+                                         {lists, "connectivity.skin=0.2"}};
+  struct figures one, many, f;
+  char setting[64];
+  snprintf(setting, sizeof setting, "method.package=%s", package);
+  KITH_TRY(bench_case(options, (const char *[3]){setting}, 1, NULL, &one));
+  if (all > 1) KITH_TRY(bench_case(options, (const char *[3]){setting}, all, NULL, &many));
+  const char *traversal = one.traversal == KITH_TRAVERSE_PAIRS ? "traversal=gather" : "traversal=pairs";
+  KITH_TRY(bench_case(options, (const char *[3]){setting, traversal}, 1, &one, &f));
+  for (size_t k = 0; first && k < sizeof other / sizeof *other; ++k)
+    KITH_TRY(bench_case(options, (const char *[3]){setting, other[k][0], other[k][1]}, 1, &one, &f));
+  print_stages(package, &one, all > 1 ? &many : NULL, triad, all);
+  return KITH_OK;
+}
 
 static kith_status bench(const struct kith_options *options, int all) {
-  struct figures first[2] = {{0}}, f[2] = {{0}};
-  printf("kith bench: 3-D Sedov, kith %s, %s, %s\n\n", kith_version, kith_compiler, kith_flags);
-  printf("  %-36s %7s %11s %10s %9s %12s %13s\n", "case", "threads", "updates/s", "ns/update", "rebuilds",
-         "row entries", "energy drift");
-  for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k)
-    KITH_TRY(bench_row(options, &rows[k], all, k == 0, k == 0 ? first : f));
-  print_stages(rows[0].what, &first[0], &first[1], all);
-  for (const struct kith_package_ops *const *p = kith_package_all() + 1; *p != NULL; ++p) {
-    char setting[64], what[64];
-    snprintf(setting, sizeof setting, "method.package=%s", (*p)->name);
-    snprintf(what, sizeof what, "package %s, thermal", (*p)->name);
-    printf("\n");
-    const struct row row = {what, true, {setting}};
-    KITH_TRY(bench_row(options, &row, all, false, f));
-    print_stages(what, &f[0], &f[1], all);
-  }
-  double one, both;
+  double one, many;
   omp_set_num_threads(1);
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);
-  KITH_TRY(reference_triad(&both));
-  printf("\n  reference: triad on one thread %.1f GB/s, on %d %.1f GB/s\n", 1e-9 * one, all, 1e-9 * both);
+  KITH_TRY(reference_triad(&many));
+  printf("kith bench: %d-D Sedov, kith %s, %s, %s\n", NDIM, kith_version, kith_compiler, kith_flags);
+  printf("  reference: triad on 1 thread %.2f GB/s, on %d %.2f GB/s\n\n", 1e-9 * one, all, 1e-9 * many);
+  printf("  %-40s %7s %11s %10s %10s %9s %13s\n", "case", "threads", "updates/s", "ns/update", "over plain",
+         "rebuilds", "energy drift");
+  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p)
+    KITH_TRY(bench_package(options, (*p)->name, p == kith_package_all(), all, 1e-9 * one));
   return KITH_OK;
 }
 

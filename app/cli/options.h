@@ -16,7 +16,7 @@
 #define KITH_VERB_LIST(X)                                                                                 \
   X(run, SCENE, "SCENE", "run a scene and compare it with its exact solution")                            \
   X(plan, SCENE, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
-  X(bench, SCENE, "", "node updates per second, stage by stage, beside reference loops")                  \
+  X(bench, SCENE, "", "time and bytes of each stage, beside plain loops and the bandwidth of memory")     \
   X(list, SCENE, "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene")          \
   X(validate, STUDY, "[SUITE|FILE]",                                                                      \
     "run scenes and judge their errors by tolerances; 'validate list': the suites")                       \

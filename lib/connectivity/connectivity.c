@@ -62,20 +62,42 @@ static struct kith_requirements completed(struct kith_requirements need) {
   return need;
 }
 
+/* Bytes of rows; of what the first pass over groups leaves to the second. */
+static double bytes_of(const struct kith_rows *rows) {
+  return (double)(rows->first[rows->n] * sizeof *rows->node + (size_t)rows->n * sizeof *rows->first);
+}
+static double between(const struct kith_builder *scratch) {
+  size_t words = 0;
+  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) words += scratch->chunk[k].n;
+  return (double)(words * sizeof(uint64_t));
+}
+
+/* Stages with their counter "bytes": each array that one needs is read or written once. */
 static kith_status build_stages(struct kith_connectivity *c, const struct kith_build *build,
                                 struct kith_profile *profile) {
   const struct kith_requirements need = c->built;
   const kith_index stored = need.ghost_rows ? c->n : c->n_internal;
   kith_status status = KITH_OK;
-#define STAGE(name, wanted, call) \
-  if (status == KITH_OK && (wanted)) KITH_STAGE(status, profile, name, call);
-  STAGE("rows", need.rows, kith_rows_build(&c->rows, build, need.ghost_rows || need.overlap, &c->candidates))
-  STAGE("overlap", need.overlap, kith_overlap_build(&c->overlap, &c->rows, stored, build))
+#define STAGE(name, wanted, bytes, call)                                \
+  if (status == KITH_OK && (wanted)) {                                  \
+    kith_profile_begin(profile, name);                                  \
+    status = call;                                                      \
+    if (status == KITH_OK) kith_profile_count(profile, "bytes", bytes); \
+    kith_profile_end(profile);                                          \
+  }
+  const double slots = (double)((NDIM + 1) * sizeof(double) + sizeof(kith_index)) * c->n;
+  STAGE("rows", need.rows, slots + 2 * between(&c->scratch) + bytes_of(&c->rows),
+        kith_rows_build(&c->rows, build, need.ghost_rows || need.overlap, &c->candidates))
+  STAGE("overlap", need.overlap, bytes_of(&c->rows) + bytes_of(&c->overlap),
+        kith_overlap_build(&c->overlap, &c->rows, stored, build))
   const struct kith_rows internal = {.n = c->n_internal, .first = c->overlap.first, .node = c->overlap.node};
-  STAGE("overlap pairs", need.overlap_pairs, kith_pairs_build(&c->overlap_pairs, &internal, c->n_internal))
+  STAGE("overlap pairs", need.overlap_pairs, 2 * bytes_of(&internal) + 8.0 * (double)c->overlap_pairs.n,
+        kith_pairs_build(&c->overlap_pairs, &internal, c->n_internal))
   if (need.rows) c->rows.n = stored; /* the overlap needed rows of ghosts */
-  STAGE("pairs", need.pairs, kith_pairs_build(&c->pairs, &c->rows, c->n_internal))
+  STAGE("pairs", need.pairs, 2 * bytes_of(&c->rows) + 8.0 * (double)c->pairs.n, /* rows and of_row; pairs */
+        kith_pairs_build(&c->pairs, &c->rows, c->n_internal))
   STAGE("intersection", need.intersection,
+        bytes_of(&c->rows) + bytes_of(&c->intersection) + 8.0 * (double)c->pairs.n,
         kith_intersection_build(&c->intersection, &c->rows, &c->pairs, need.on_segment, build))
 #undef STAGE
   return status;

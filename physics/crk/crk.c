@@ -23,8 +23,7 @@
  * With t the cosine between f and v_j - v_i,
  *     e_ij = 1/2 + t (P_j - P_i) / (2 (P_i + P_j + Q_ij))                                             (7)
  *
- * Passes: density -> equation of state -> ghosts -> moments -> ghosts -> packing -> force [pairs] -> ghosts
- * -> work. */
+ * Passes: density -> equation of state -> ghosts -> moments -> ghosts -> packing -> force [pairs]. */
 #include "lib/core/lanes.h"
 #include "lib/core/symmetric.h"
 #include "physics/passes/density.h"
@@ -220,7 +219,9 @@ static kith_status moments(struct kith_package *package, const struct kith_conne
                                         .chunk = moments_chunk_of[package->kernel],
                                         .context = &pass,
                                         .lanes = LANES,
-                                        .width = kith_rows_longest(&connectivity->rows)};
+                                        .width = kith_rows_longest(&connectivity->rows),
+                                        .shared = 8 * (NDIM + 1),                 /* x, H */
+                                        .own = 8 * (1 + 2 * NDIM + NDIM * NDIM)}; /* A, C, dA, dC */
   return kith_package_sweep(package, &sweep, NULL);
 }
 

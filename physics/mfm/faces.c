@@ -117,6 +117,9 @@ static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *co
   const kith_status status = kith_reserve(&f->area, &f->area_capacity, wanted, sizeof *f->area);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   if (integrated) return mfm_faces_integrate(f, connectivity);
+  kith_profile_count(f->profile, "bytes", /* x, H, matrix; pairs and areas */
+                     8.0 * (NDIM + 1 + KITH_SYMMETRIC_SIZE) * kith_nodes_count(f->nodes) +
+                         8.0 * (1 + NDIM) * (double)f->graph.pairs.n);
   return kith_traverse(f->graph.pairs.starts, one_point_chunk_of[f->kernel], f, 1, 0, NULL, f->profile);
 }
 

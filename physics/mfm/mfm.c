@@ -146,12 +146,15 @@ KITH_KERNEL_CHUNKS(gradients_chunk)
  * density and pressure. */
 static kith_status gradients(struct kith_package *package, const struct kith_connectivity *connectivity) {
   struct gradients_pass pass = {package, connectivity};
+  const int matrix = ((const struct mfm *)package->self)->faces.matrix != NULL ? KITH_SYMMETRIC_SIZE : 0;
   const struct kith_node_sweep sweep = {.stage = "gradients",
                                         .rows = &connectivity->rows,
                                         .chunk = gradients_chunk_of[package->kernel],
                                         .context = &pass,
                                         .lanes = LANES,
-                                        .width = kith_rows_longest(&connectivity->rows)};
+                                        .width = kith_rows_longest(&connectivity->rows),
+                                        .shared = 8 * (NDIM + 2), /* x, rho, P */
+                                        .own = 8 * (1 + 2 * NDIM + matrix)};
   return kith_package_sweep(package, &sweep, NULL);
 }
 

@@ -326,13 +326,19 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .constant = kith_kernel_constant(package->kernel),
                               .equal_masses = equal_masses(package->hydro),
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
+  /* Of a node alone: support (read, written), search radius, mass, density, divergence; what is wanted. */
+  const int scalars = 6 + (wanted->grad_h_term != NULL) + (wanted->curl != NULL) +
+                      (wanted->compression != NULL) + (wanted->shear != NULL ? KITH_SYMMETRIC_SIZE : 0) +
+                      (wanted->gradient != NULL ? NDIM * NDIM : 0);
   const struct kith_node_sweep sweep = {.stage = "density",
                                         .rows = &connectivity->rows,
                                         .chunk = density_chunk_of[package->kernel],
                                         .context = &pass,
                                         .lanes = LANES,
                                         .width = kith_rows_longest(&connectivity->rows),
-                                        .iterates = true};
+                                        .iterates = true,
+                                        .shared = 8 * NDIM * (wanted->compression != NULL ? 3 : 2),
+                                        .own = 8 * scalars};
   uint64_t count[KITH_COUNTS];
   kith_status status = kith_package_sweep(package, &sweep, count);
   if (status == KITH_OK && package->recompute) status = recompute(&pass, sweep);

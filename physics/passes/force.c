@@ -196,6 +196,7 @@ static void pack(void *context, kith_index begin, kith_index end) {
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
   for (kith_index i = begin; i < end; ++i) pass->pack(package, i, packed_particle(pass, i));
+  kith_profile_count(package->profile, "bytes", 16.0 * pass->n_packed * (end - begin));
   kith_profile_end(package->profile);
 }
 
@@ -204,6 +205,10 @@ kith_status kith_force(struct kith_force_pass *pass) {
   const struct kith_hydro *hydro = package->hydro;
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index all = kith_nodes_count(nodes), internal = nodes->n_internal;
+  const bool kept = package->traversal == KITH_TRAVERSE_PAIRS;
+  const double evaluated = 8.0 * pass->edges * (double)pass->connectivity->pairs.n, /* bytes */
+      values = kept ? 8.0 * KITH_PAIR_VALUES * (double)pass->connectivity->pairs.n : 0,
+               of_row = kept || pass->edges > 0 ? 4.0 * (double)pass->connectivity->rows.first[internal] : 0;
   const struct kith_node_sweep pairs = {
       .stage = "pairs",
       .rows = &pass->connectivity->rows,
@@ -211,14 +216,18 @@ kith_status kith_force(struct kith_force_pass *pass) {
       .context = pass,
       .lanes = (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges + KITH_PAIR_VALUES,
       .width = KITH_STRIDE,
-      .arrived = pack};
+      .arrived = pack,
+      .shared = 8 * pass->n_packed,
+      .pairwise = evaluated + values};
   struct kith_node_sweep sums = pairs;
   sums.stage = "force", sums.chunk = nodes_chunk;
+  /* m, c, heat, signal, correction; v, its base, the accelerations, which are read and written */
+  sums.own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4));
+  sums.shared = kept ? 0 : pairs.shared, sums.pairwise = of_row + (kept ? values : evaluated);
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   KITH_TRY(kith_reserve(&package->packed, &package->packed_capacity,
                         (size_t)all * kith_lanes_padded((size_t)pass->n_packed), sizeof(double)));
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
-  const bool kept = package->traversal == KITH_TRAVERSE_PAIRS;
   if (kept) {
     KITH_TRY(kith_pairwise_prepare(&package->pair, pass->connectivity, KITH_PAIR_VALUES));
     KITH_TRY(kith_package_sweep(package, &pairs, NULL));

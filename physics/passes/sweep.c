@@ -30,15 +30,23 @@ static kith_status find_border(struct kith_border *border, const struct kith_nod
   return KITH_OK;
 }
 
+static double traffic(const struct kith_node_sweep *sweep, const struct kith_nodes *nodes) {
+  const size_t internal = (size_t)nodes->n_internal, entries = sweep->rows->first[internal];
+  return (double)sweep->shared * kith_nodes_count(nodes) + (double)sweep->own * nodes->n_internal +
+         sweep->pairwise + (double)(entries * sizeof(kith_index) + internal * sizeof(size_t));
+}
+
 /* The chunks of `part`, or all: NULL. Adds to count. */
 static kith_status run(const struct kith_package *package, const struct kith_node_sweep *sweep,
                        const struct kith_part *part, uint64_t count[KITH_COUNTS]) {
   struct kith_profile *profile = package->profile;
   uint64_t now[KITH_COUNTS] = {0};
-  if (part != NULL && part->wanted == 1)
+  const bool again = part != NULL && part->wanted == 1;
+  if (again)
     kith_profile_resume(profile, sweep->stage);
   else
     kith_profile_begin(profile, sweep->stage);
+  if (!again) kith_profile_count(profile, "bytes", traffic(sweep, package->hydro->nodes));
   const kith_status status = kith_traverse_part(package->hydro->nodes->n_internal, part, sweep->chunk,
                                                 sweep->context, sweep->lanes, sweep->width, now, profile);
   if (sweep->iterates) kith_profile_count(profile, "iterations", (double)now[KITH_COUNT_ITERATIONS]);

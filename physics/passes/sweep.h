@@ -26,6 +26,11 @@ struct kith_node_sweep {
   int lanes; /* as for kith_traverse */
   size_t width;
   bool iterates; /* the stage shows its iterations */
+  /* Traffic, for the counter "bytes" of the stage: each array that it needs is read or written once. Bytes of
+   * a node or ghost that its neighbors read; that only the node itself reads and writes; of values of pairs.
+   * The rows are added. */
+  int shared, own;
+  double pairwise;
   /* Called when ghosts begin .. end - 1 have arrived, before they are read. NULL: nothing to do. */
   void (*arrived)(void *context, kith_index begin, kith_index end);
 };

@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# test_bench.sh PROGRAMS: the figures of `kith bench` fit together, in every dimension and package, within the
+# last digit that is printed. Their size is that of a machine and a moment.
+source "$(dirname "$0")/common.sh"
+
+resolution=(0 200 20 9)
+for dim in 1 2 3; do
+  [[ -x $programs/kith-${dim}d ]] || continue
+  ok "$programs/kith-${dim}d" bench --set resolution=${resolution[dim]} --steps 2 --threads 1
+  awk '
+    function half(digits) { return 0.51 * 10 ^ -digits } # what rounding may take
+    function near(what, a, b, room) {
+      if ((a > b ? a - b : b - a) > room) print package " " what ": " a ", " b
+    }
+    /triad on 1 thread/ { triad = $6 }
+    /ns\/node/ { package = $1; ++packages; n = sum = moved = plain = 0; next }
+    n >= 0 && NF >= 8 && $(NF - 6) ~ /^[0-9.]+$/ && package != "" {
+      ns = $(NF - 6); bytes = $(NF - 3)
+      if ($1 == "reference:") plain += ns
+      else if ($1 == "step") { step = ns; traffic = bytes; over = $NF }
+      else { sum += ns; ++n; if (bytes != "-") moved += bytes }
+      if ($1 ~ /connectivity\/rows/) rows = ns
+      if ($1 ~ /\/force/) force = ns
+      if (bytes == "-") next
+      near("bytes over ns of " $1, $(NF - 2) * ns, bytes, half(0) + ns * half(2) + $(NF - 2) * half(1))
+      near("triad of " $1, $(NF - 1) * triad, $(NF - 2), 2 * half(2) + triad * half(3))
+      time[++counted] = ns; entry[counted] = $(NF - 5); pair[counted] = $(NF - 4)
+    }
+    / candidates, / {
+      candidates = $5 + 0; each = $7; entries = $12; hit = $17 + 0; pairs = $18
+      near("entries over candidates", hit * candidates, entries, candidates * half(4) + 2 * half(2))
+      near("candidates", each * candidates, rows, half(1) + candidates * half(3) + each * half(2))
+      near("sum of stages", sum, step, (n + 1) * half(1))
+      near("sum of bytes", moved, traffic, (n + 1) * half(0))
+      near("over plain", over * plain, step, half(1) + plain * half(2) + over * 2 * half(1))
+      if (!(counted >= 5 && force > 0 && hit > 0 && hit <= 1)) print package ": a figure is missing"
+      for (; counted > 0; --counted) {
+        near("entries", entry[counted] * entries, time[counted],
+          half(1) + (entries + entry[counted]) * half(2))
+        if (pair[counted] != "-")
+          near("pairs", pair[counted] * pairs, time[counted], half(1) + (pairs + pair[counted]) * half(2))
+      }
+      package = ""
+    }
+    END { if (packages < 3) print packages + 0 " packages" }' stdout >differs
+  [[ ! -s differs ]] || wrong "kith-${dim}d bench: $(<differs)"
+done
+
+exit $((failures > 0))
