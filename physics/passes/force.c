@@ -196,7 +196,8 @@ static void pack(void *context, kith_index begin, kith_index end) {
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
   for (kith_index i = begin; i < end; ++i) pass->pack(package, i, packed_particle(pass, i));
-  kith_profile_count(package->profile, "bytes", 16.0 * pass->n_packed * (end - begin));
+  kith_profile_count(package->profile, "bytes",
+                     16.0 * (double)kith_lanes_padded((size_t)pass->n_packed) * (end - begin));
   kith_profile_end(package->profile);
 }
 
@@ -217,7 +218,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
       .lanes = (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges + KITH_PAIR_VALUES,
       .width = KITH_STRIDE,
       .arrived = pack,
-      .shared = 8 * pass->n_packed,
+      .shared = 8 * (int)kith_lanes_padded((size_t)pass->n_packed),
       .pairwise = evaluated + values};
   struct kith_node_sweep sums = pairs;
   sums.stage = "force", sums.chunk = nodes_chunk;
