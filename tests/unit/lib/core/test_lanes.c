@@ -1,0 +1,41 @@
+/* Lanes: transposition of four records, and vectors of a row in any number, beside plain indexing. */
+#include "lib/core/lanes.h"
+#include "tests/check.h"
+
+static void transposes(void) {
+  enum { STRIDE = 8 };
+  double record[4][4], *to = NULL;
+  CHECK_OK(kith_resize(&to, 0, 4 * STRIDE, sizeof *to));
+  for (int k = 0; k < 16; ++k) record[k / 4][k % 4] = 10 * (k / 4) + k % 4;
+  kith_lanes_transpose(record[3], record[0], record[2], record[1], to + 4, STRIDE);
+  const int order[] = {3, 0, 2, 1};
+  for (int q = 0; q < 4; ++q)
+    for (int l = 0; l < 4; ++l) {
+      CHECK(to[q * STRIDE + l] == 0);
+      CHECK(to[q * STRIDE + 4 + l] == record[order[l]][q]);
+    }
+  kith_free(&to);
+}
+
+/* Rows of 0 to 9 nodes, the last node of the field among them: it is allocated as fields of nodes are. */
+static void vectors(void) {
+  enum { NODES = 7, STRIDE = 16 };
+  static const kith_index row[] = {6, 0, 3, 3, 5, 1, 6, 2, 6};
+  double *field = NULL, *to = NULL;
+  CHECK_OK(kith_resize(&field, 0, NODES + 1, NDIM * sizeof *field));
+  for (int k = 0; k < NODES * NDIM; ++k) field[k] = 100 + k;
+  CHECK_OK(kith_resize(&to, 0, KITH_VECTOR_LANES * STRIDE, sizeof *to));
+  for (size_t n = 0; n <= sizeof row / sizeof *row; ++n) {
+    kith_lanes_vectors(field, row, n, to, STRIDE);
+    for (size_t k = 0; k < kith_lanes_padded(n); ++k)
+      for (int a = 0; a < NDIM; ++a) CHECK(to[a * STRIDE + k] == field[row[KITH_MIN(k, n - 1)] * NDIM + a]);
+  }
+  kith_free(&field);
+  kith_free(&to);
+}
+
+int main(void) {
+  transposes();
+  vectors();
+  return check_failed();
+}
