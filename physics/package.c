@@ -56,7 +56,6 @@ void kith_package_clear(struct kith_package *package) {
   kith_free(&package->border.chunk);
   kith_free(&package->needed);
   kith_free(&package->packed);
-  kith_pairwise_clear(&package->pair);
   package->border = (struct kith_border){0};
   package->needed_capacity = package->packed_capacity = 0;
 }
@@ -136,9 +135,8 @@ struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package
   return limit_of_all_ranks(package->hydro->nodes->ranks, best);
 }
 
-struct kith_package_bytes kith_package_bytes(const struct kith_package *package) {
+size_t kith_package_bytes(const struct kith_package *package) {
   const size_t own = package->ops->bytes != NULL ? package->ops->bytes(package) : 0;
-  return (struct kith_package_bytes){.pairwise = package->pair.capacity * sizeof(double),
-                                     .other = own + package->border.capacity + package->needed_capacity +
-                                              package->packed_capacity * sizeof(double)};
+  return own + package->border.capacity + package->needed_capacity +
+         package->packed_capacity * sizeof(double);
 }

@@ -58,10 +58,6 @@ struct kith_kick {
   double evaluation_dt;             /* time from one evaluation to the next; 0 at the start */
 };
 
-struct kith_package_bytes {
-  size_t pairwise, other; /* values of pairs; all else but fields */
-};
-
 /* What a member can and cannot do with its settings: checked against the rest of a scene. */
 struct kith_package_traits {
   bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
@@ -129,7 +125,6 @@ struct kith_package {
   uint8_t *needed; /* [n_ghost]: is the ghost computed again? (density.h) */
   double *packed;  /* packed particles (force.h) */
   size_t needed_capacity, packed_capacity;
-  struct kith_pairwise pair; /* values of pairs (force.h) */
 };
 
 #define X(name) extern const struct kith_package_ops kith_package_##name;
@@ -156,7 +151,7 @@ void kith_package_refresh(struct kith_package *package, int n, struct kith_field
  * and the signal speed, acceleration, compression, loss of energy; of all ranks. Collective. */
 struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl);
 
-/* Memory besides the fields. */
-struct kith_package_bytes kith_package_bytes(const struct kith_package *package);
+/* Memory besides fields of nodes and of pairs. */
+size_t kith_package_bytes(const struct kith_package *package);
 
 #endif

@@ -139,11 +139,24 @@ static double entries(const struct kith_rows *rows) {
   return rows->n > 0 ? (double)rows->first[rows->n] : 0;
 }
 
+/* The pairwise fields of a list; returns how many there are. */
+static int show_pairwise(const struct kith_pairs *pairs) {
+  const int n = pairs->fields != NULL ? pairs->fields->n : 0;
+  for (int k = 0; k < n; ++k) {
+    const struct kith_pairwise *field = &pairs->fields->field[k];
+    struct text why = {""};
+    char size[32];
+    add(&why, "", "%s: %s", kith_text_bytes(size, (double)(field->capacity * sizeof(double))),
+        field->spec.doc);
+    structure(field->spec.name, true, 0, field->spec.components,
+              field->spec.components > 1 ? "values a pair" : "value a pair", why.s);
+  }
+  return n;
+}
+
 static void show_requirements(const struct kith_simulation *m) {
   const struct kith_connectivity *c = m->connectivity;
-  const bool coupled = c->pairs.f_couple != NULL;
-  const double n = fmax(m->nodes->n_internal, 1), pairs = fmax((double)c->pairs.n, 1),
-               values = floor((double)(kith_package_bytes(&m->package).pairwise / sizeof(double)) / pairs);
+  const double n = fmax(m->nodes->n_internal, 1), pairs = fmax((double)c->pairs.n, 1);
   struct kith_demand demand[KITH_DEMANDS];
   kith_lifecycle_demands(&m->integrator, demand);
   printf("\n  connectivity: only what is required is built\n");
@@ -162,10 +175,8 @@ static void show_requirements(const struct kith_simulation *m) {
   SHOW("overlap pairs", overlap_pairs, (double)c->overlap_pairs.n / n, "a node")
   SHOW("intersection", intersection, entries(&c->intersection) / pairs, "a pair")
 #undef SHOW
-  structure("f_couple", coupled, 0, 1, "factor a pair",
-            coupled ? "coupling (barriers)" : "no barrier cuts a pair");
-  structure("pairwise", values >= 1, 0, values, "values a pair",
-            values >= 1 ? m->package.ops->name : "no values of pairs are stored");
+  if (show_pairwise(&c->pairs) + show_pairwise(&c->overlap_pairs) == 0)
+    structure("pairwise", false, 0, 0, "", "no values of pairs are stored");
   putchar('\n');
 }
 

@@ -151,7 +151,7 @@ static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
 static kith_status canonical_pairs(struct kith_pairs *pairs, const struct kith_rows *rows,
                                    const struct kith_nodes *nodes) {
   uint32_t *cursors = NULL;
-  pairs->f_couple = NULL;
+  ++pairs->generation;
   pairs->starts = kith_nodes_count(nodes);
   KITH_TRY(kith_pairs_reserve(pairs, pairs->starts, rows->first[nodes->n_internal]));
   KITH_TRY(kith_resize(&cursors, 0, PARTS * (size_t)nodes->n_ghost, sizeof *cursors));
@@ -169,7 +169,6 @@ kith_status kith_connectivity_canonical(struct kith_connectivity *c, const struc
   if (nodes->image == NULL) KITH_FAIL(INTERNAL, "a canonical order needs numbered images");
   KITH_TRY(sort_all(c, nodes));
   c->canonical = true;
-  ++c->generation;
   c->built.intersection = c->built.on_segment = false; /* pairs get other numbers */
   c->intersection.n = 0;
   if (c->built.overlap_pairs) KITH_TRY(canonical_pairs(&c->overlap_pairs, &c->overlap, nodes));

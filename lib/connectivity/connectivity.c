@@ -1,4 +1,4 @@
-/* connectivity.c - builds what is required, answers questions about it, and keeps pairwise fields. */
+/* connectivity.c - builds what is required and answers questions about it. */
 #include "lib/connectivity/connectivity.h"
 
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b) {
@@ -22,7 +22,7 @@ static void reset(struct kith_connectivity *c) {
   c->canonical = false;
   c->rows.n = c->overlap.n = c->intersection.n = c->n = c->n_internal = 0;
   c->pairs.n = c->overlap_pairs.n = c->candidates = 0;
-  c->pairs.f_couple = NULL;
+  ++c->pairs.generation, ++c->overlap_pairs.generation;
   c->ghosts = UINT64_MAX;
 }
 
@@ -114,7 +114,6 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
   c->built = completed(need);
   c->n = kith_nodes_count(nodes);
   c->n_internal = nodes->n_internal;
-  ++c->generation;
   kith_status status = kith_builder_reserve(&c->scratch);
   if (status == KITH_OK) status = build_stages(c, &build, profile);
   if (status != KITH_OK) {
@@ -181,30 +180,4 @@ size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith
   if (!connectivity->canonical) e = kith_lower_bound(rows->node, e, stop, high);
   while (connectivity->canonical && e < stop && rows->node[e] != high) ++e; /* in no order of indices */
   return e < stop && rows->node[e] == high ? pairs->of_row[e] : pairs->n;
-}
-
-/* --- pairwise fields --- */
-
-kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity,
-                                  int components) {
-  if (components < 1) KITH_FAIL(INTERNAL, "a pairwise field of %d components", components);
-  KITH_TRY(kith_reserve(&field->value, &field->capacity, connectivity->pairs.n * (size_t)components,
-                        sizeof *field->value));
-  field->components = components;
-  field->generation = connectivity->generation;
-  return KITH_OK;
-}
-
-kith_status kith_pairwise_fresh(const struct kith_pairwise *field,
-                                const struct kith_connectivity *connectivity) {
-  if (field->components < 1) KITH_FAIL(STALE, "a pairwise field was never prepared");
-  if (field->generation != connectivity->generation)
-    KITH_FAIL(STALE, "a pairwise field belongs to connectivity %llu, there is %llu",
-              (unsigned long long)field->generation, (unsigned long long)connectivity->generation);
-  return KITH_OK;
-}
-
-void kith_pairwise_clear(struct kith_pairwise *field) {
-  kith_free(&field->value);
-  *field = (struct kith_pairwise){0};
 }

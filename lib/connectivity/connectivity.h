@@ -7,8 +7,7 @@
  *                  too if ghost_rows is required (then rows are symmetric). Else there are no rows of ghosts:
  *                  a pass that reads them asks kith_connectivity_provides first, which refuses by name.
  *   pairs          each interaction once (pairs.h). Ghost-ghost pairs exist if and only if ghost_rows is
- *                  required. f_couple, a factor for each pair, is NULL after a build until a package needs it
- *                  (then 1). A patch carries it over.
+ *                  required. f_couple, a lasting pairwise field, is a factor for each pair.
  *   overlap        rows of all nodes whose support shares a node with that of i (build.h), for the nodes
  *                  that have rows.
  *   overlap_pairs  each overlap of an internal node once, as pairs.
@@ -47,7 +46,6 @@ struct kith_connectivity {
   struct kith_rows overlap;
   struct kith_pairs overlap_pairs;
   struct kith_rows intersection; /* one row for each pair (2^31 at most) */
-  uint64_t generation;           /* counts builds and patches: pairwise fields are stamped with it */
   uint64_t ghosts;               /* generation of those it was made from */
   size_t candidates;             /* distance tests of the last build */
   struct kith_builder scratch;
@@ -55,6 +53,7 @@ struct kith_connectivity {
 
 kith_status kith_connectivity_create(struct kith_connectivity **out);
 void kith_connectivity_destroy(struct kith_connectivity **connectivity);
+/* Memory besides pairwise fields. */
 size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity);
 
 /* Builds what `need` requires. STALE if the search is. excluders: chain or NULL. profile: stages rows,
@@ -71,6 +70,9 @@ void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
  * order. (patch.c) */
 kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const kith_index *renumber, kith_index old_count);
+
+/* A factor; 0 cuts the pair. Not fresh: 1 for all. (coupling.c) */
+extern const struct kith_pairwise_spec kith_f_couple;
 
 /* Barrier nodes are marked in `barrier`, a U8 field: 1, ghosts too. A pair of other nodes is cut if some
  * barrier node k of their intersection stands between them: its closest point on the segment from i to j lies
@@ -90,15 +92,15 @@ kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity
  * to read, e.g. rows of ghosts. */
 kith_status kith_connectivity_provides(const struct kith_connectivity *connectivity,
                                        const struct kith_nodes *nodes, struct kith_requirements need);
-/* All invariants: sorted, in range, symmetric where stored, pairs = rows, of_row, f_couple, overlap_pairs,
- * intersection. INTERNAL names the first breach. UNSUPPORTED in canonical order. Serial: a check, not a
- * stage. (valid.c) */
+/* All invariants: sorted, in range, symmetric where stored, pairs = rows, of_row, lasting pairwise
+ * fields, overlap_pairs, intersection. INTERNAL names the first breach. UNSUPPORTED in canonical order.
+ * Serial: a check, not a stage. (valid.c) */
 kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes);
 
 /* Rows, overlap and their pairs in canonical order, one that depends on no rank, search or culling. The last
- * thing done to a map, which is neither patched nor validated afterwards; factors and intersections, which
- * refer to the old numbers of the pairs, are gone. (canonical.c)
+ * thing done to a map, which is neither patched nor validated afterwards; pairwise fields and intersections,
+ * which refer to the old numbers of the pairs, are gone. (canonical.c)
  *   rows, overlap   by the id of the partner, then by which image it is (kith_nodes_number_images)
  *   pairs           each interaction of an internal node once. The node that starts a pair is evaluated as
  *                   its first end, on all ranks the same one: of two nodes the one with the lower id, also
@@ -116,20 +118,5 @@ static inline bool kith_pair_starts(const struct kith_connectivity *connectivity
 }
 /* The pair of i and j in either order, or pairs.n if there is none. O(log row); O(row) in canonical order. */
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j);
-
-/* A pairwise field: k values for each pair, aligned with the pair list, invalid after a build or patch. */
-struct kith_pairwise {
-  int components;
-  size_t capacity;
-  uint64_t generation;
-  double *value; /* [pairs][components] */
-};
-/* Sized to the present pairs; values are not cleared. Memory is reused. */
-kith_status kith_pairwise_prepare(struct kith_pairwise *field, const struct kith_connectivity *connectivity,
-                                  int components);
-/* STALE unless it was prepared for the present pairs. Whoever reads a field asks once for each pass. */
-kith_status kith_pairwise_fresh(const struct kith_pairwise *field,
-                                const struct kith_connectivity *connectivity);
-void kith_pairwise_clear(struct kith_pairwise *field);
 
 #endif

@@ -5,6 +5,8 @@
 
 #include <math.h>
 
+const struct kith_pairwise_spec kith_f_couple = {"f_couple", 1, true, "a factor; 0 cuts the pair"};
+
 /* Does k stand between i and j, within `radius` of the segment? */
 static bool between(const double *x, kith_index i, kith_index j, kith_index k, double radius) {
   const double *xi = x + (size_t)i * NDIM, *xj = x + (size_t)j * NDIM, *xk = x + (size_t)k * NDIM;
@@ -33,12 +35,12 @@ static bool is_cut(const struct kith_connectivity *c, const struct kith_nodes *n
 }
 
 /* Removes the entries of cut pairs. lost[i]: row i has become shorter. */
-static void drop_entries(struct kith_connectivity *c, uint8_t *lost) {
+static void drop_entries(struct kith_connectivity *c, const double *f_couple, uint8_t *lost) {
   struct kith_rows *rows = &c->rows;
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (c->pairs.f_couple[c->pairs.of_row[e]] == 0) rows->node[e] = -1, lost[i] = 1;
+      if (f_couple[c->pairs.of_row[e]] == 0) rows->node[e] = -1, lost[i] = 1;
   kith_rows_compact(rows);
 }
 
@@ -53,11 +55,11 @@ static bool is_common(const struct kith_connectivity *c, const uint8_t *lost, si
 }
 
 /* Removes cut pairs and their intersections, and from the others what an end does not see any more. */
-static void drop_pairs(struct kith_connectivity *c, const uint8_t *lost) {
+static void drop_pairs(struct kith_connectivity *c, const double *f_couple, const uint8_t *lost) {
   struct kith_rows *common = &c->intersection;
 #pragma omp parallel for schedule(dynamic, 1024) if (c->rows.n > KITH_FEW)
   for (size_t p = 0; p < c->pairs.n; ++p) {
-    const bool is_cut_off = c->pairs.f_couple[p] == 0;
+    const bool is_cut_off = f_couple[p] == 0;
     for (size_t e = common->first[p]; e < common->first[p + 1]; ++e)
       if (is_cut_off || !is_common(c, lost, p, common->node[e])) common->node[e] = -1;
     if (is_cut_off) c->pairs.node[p][0] = -1;
@@ -67,13 +69,13 @@ static void drop_pairs(struct kith_connectivity *c, const uint8_t *lost) {
 }
 
 /* Removes the pairs whose factor is 0. */
-static kith_status decouple(struct kith_connectivity *c) {
+static kith_status decouple(struct kith_connectivity *c, const double *f_couple) {
   uint8_t *lost = NULL;
   KITH_TRY(kith_resize(&lost, 0, (size_t)c->rows.n, 1));
-  drop_entries(c, lost);
-  drop_pairs(c, lost);
+  drop_entries(c, f_couple, lost);
+  drop_pairs(c, f_couple, lost);
   kith_free(&lost);
-  ++c->generation;
+  kith_pairs_carry(&c->pairs);
   return kith_pairs_of_row(&c->pairs, &c->rows);
 }
 
@@ -81,11 +83,14 @@ kith_status kith_connectivity_cut_barriers(struct kith_connectivity *c, const st
                                            const struct kith_field *barrier, double thickness, size_t *cut) {
   KITH_TRY(
       kith_connectivity_provides(c, nodes, (struct kith_requirements){.pairs = true, .intersection = true}));
-  KITH_TRY(kith_pairs_couple(&c->pairs));
+  struct kith_pairwise *factor;
+  KITH_TRY(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &factor));
   size_t n = 0;
 #pragma omp parallel for schedule(dynamic, 1024) reduction(+ : n) if (c->rows.n > KITH_FEW)
-  for (size_t p = 0; p < c->pairs.n; ++p)
-    if (is_cut(c, nodes, barrier->u8, thickness, p)) c->pairs.f_couple[p] = 0, ++n;
+  for (size_t p = 0; p < c->pairs.n; ++p) {
+    const bool cuts = is_cut(c, nodes, barrier->u8, thickness, p);
+    factor->value[p] = cuts ? 0 : 1, n += cuts;
+  }
   if (cut != NULL) *cut = n;
-  return n > 0 ? decouple(c) : KITH_OK;
+  return n > 0 ? decouple(c, factor->value) : KITH_OK;
 }

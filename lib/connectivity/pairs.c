@@ -1,5 +1,8 @@
-/* pairs.c - the upper part (j > i) of every row, row by row, and which pair each entry of a row is. */
+/* pairs.c - the upper part (j > i) of every row, row by row, which pair each entry of a row is, and pairwise
+ * fields. */
 #include "lib/connectivity/pairs.h"
+
+#include <string.h>
 
 /* First entry of row i that is above i. */
 static size_t upper_part(const struct kith_rows *rows, kith_index i) {
@@ -50,6 +53,7 @@ kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *
 
 kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *rows, kith_index starts) {
   pairs->starts = starts;
+  if (pairs->fields == NULL) KITH_TRY(kith_resize(&pairs->fields, 0, 1, sizeof *pairs->fields));
   KITH_TRY(kith_pairs_reserve(pairs, rows->n, rows->first[rows->n]));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] = rows->first[i + 1] - upper_part(rows, i);
@@ -67,26 +71,34 @@ kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *r
   return kith_pairs_of_row(pairs, rows);
 }
 
-kith_status kith_pairs_couple(struct kith_pairs *pairs) {
-  if (pairs->f_couple != NULL) return KITH_OK;
-  KITH_TRY(kith_reserve(&pairs->factors, &pairs->factors_capacity, KITH_MAX(pairs->n, 1), sizeof(double)));
-#pragma omp parallel for simd schedule(static)
-  for (size_t p = 0; p < pairs->n; ++p) pairs->factors[p] = 1;
-  pairs->f_couple = pairs->factors;
-  return KITH_OK;
+/* Has it values of the present pairs that a patch carries over? */
+static bool is_carried(const struct kith_pairs *pairs, const struct kith_pairwise *field) {
+  return field->spec.lasts && field->generation == pairs->generation;
 }
 
 void kith_pairs_compact(struct kith_pairs *pairs, kith_index n, struct kith_rows *common) {
-  const struct kith_column column[KITH_COLUMNS] = {
-      {pairs->node, sizeof *pairs->node},
-      {pairs->f_couple, sizeof *pairs->f_couple},
-      {common != NULL ? common->first + 1 : NULL, sizeof(size_t)}}; /* where the entries of a pair end */
+  struct kith_column column[KITH_MAX_PAIRWISE + 3] = {{pairs->node, sizeof *pairs->node}}, *next = column + 1;
+  for (int k = 0; k < pairs->fields->n; ++k) {
+    const struct kith_pairwise *field = &pairs->fields->field[k];
+    if (is_carried(pairs, field))
+      *next++ = (struct kith_column){field->value, (size_t)field->spec.components * sizeof *field->value};
+  }
+  if (common != NULL)
+    *next = (struct kith_column){common->first + 1, sizeof(size_t)}; /* where the entries of a pair end */
   pairs->n = kith_compact(pairs->first, n, column);
   if (common != NULL) common->n = (kith_index)pairs->n;
 }
 
+void kith_pairs_carry(struct kith_pairs *pairs) {
+  for (int k = 0; k < pairs->fields->n; ++k)
+    pairs->fields->field[k].generation += is_carried(pairs, &pairs->fields->field[k]);
+  ++pairs->generation;
+}
+
 void kith_pairs_clear(struct kith_pairs *pairs) {
-  void *const owned[] = {&pairs->node, &pairs->first, &pairs->of_row, &pairs->factors, &pairs->cursor};
+  void *const owned[] = {&pairs->node, &pairs->first, &pairs->of_row, &pairs->cursor, &pairs->fields};
+  for (int k = 0; pairs->fields != NULL && k < pairs->fields->n; ++k)
+    kith_free(&pairs->fields->field[k].value);
   for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
   *pairs = (struct kith_pairs){0};
 }
@@ -94,5 +106,44 @@ void kith_pairs_clear(struct kith_pairs *pairs) {
 size_t kith_pairs_bytes(const struct kith_pairs *pairs) {
   return pairs->capacity * sizeof *pairs->node + pairs->first_capacity * sizeof *pairs->first +
          (pairs->of_row_capacity + pairs->cursor_capacity) * sizeof(uint32_t) +
-         pairs->factors_capacity * sizeof(double);
+         (pairs->fields != NULL ? sizeof *pairs->fields : 0);
+}
+
+/* --- pairwise fields --- */
+
+struct kith_pairwise *kith_pairwise_named(const struct kith_pairs *pairs, const char *name) {
+  for (int k = 0; pairs->fields != NULL && k < pairs->fields->n; ++k)
+    if (strcmp(pairs->fields->field[k].spec.name, name) == 0) return &pairs->fields->field[k];
+  return NULL;
+}
+
+kith_status kith_pairwise_prepare(const struct kith_pairs *pairs, const struct kith_pairwise_spec *spec,
+                                  struct kith_pairwise **out) {
+  struct kith_pairwise_fields *fields = pairs->fields;
+  struct kith_pairwise *field = kith_pairwise_named(pairs, spec->name);
+  if (fields == NULL) KITH_FAIL(UNSUPPORTED, "pairwise field '%s': there are no pairs", spec->name);
+  if (field == NULL && fields->n == KITH_MAX_PAIRWISE)
+    KITH_FAIL(INTERNAL, "more than %d pairwise fields: '%s'", KITH_MAX_PAIRWISE, spec->name);
+  if (field == NULL) field = &fields->field[fields->n++], field->spec = *spec;
+  if (field->spec.components != spec->components || field->spec.lasts != spec->lasts)
+    KITH_FAIL(INTERNAL, "pairwise field '%s' is registered with another specification", spec->name);
+  KITH_TRY(kith_reserve(&field->value, &field->capacity, pairs->n * (size_t)spec->components,
+                        sizeof *field->value));
+  field->generation = pairs->generation;
+  *out = field;
+  return KITH_OK;
+}
+
+kith_status kith_pairwise_fresh(const struct kith_pairs *pairs, const struct kith_pairwise *field) {
+  if (field->generation != pairs->generation)
+    KITH_FAIL(STALE, "pairwise field '%s' belongs to pairs of generation %llu, there is %llu",
+              field->spec.name, (unsigned long long)field->generation, (unsigned long long)pairs->generation);
+  return KITH_OK;
+}
+
+size_t kith_pairwise_bytes(const struct kith_pairs *pairs) {
+  size_t bytes = 0;
+  for (int k = 0; pairs->fields != NULL && k < pairs->fields->n; ++k)
+    bytes += pairs->fields->field[k].capacity * sizeof(double);
+  return bytes;
 }

@@ -1,11 +1,34 @@
-/* pairs.h - the flattened pair list of some rows: each interaction once.
+/* pairs.h - the flattened pair list of some rows: each interaction once; and its pairwise fields.
  *
  * Pairs (i, j) with i < j, in lexicographic order: the upper part (j > i) of every row, row by row. So a pair
- * with a ghost starts at the internal node. In canonical order (connectivity.h) other rules hold. */
+ * with a ghost starts at the internal node. In canonical order (connectivity.h) other rules hold.
+ *
+ * A pairwise field is named values of the pairs of one list, which owns it. Whoever fills it prepares it for
+ * the present pairs; a build and a patch number the pairs anew, and the values are stale from then on. */
 #ifndef KITH_CONNECTIVITY_PAIRS_H
 #define KITH_CONNECTIVITY_PAIRS_H
 
 #include "lib/connectivity/rows.h"
+
+struct kith_pairwise_spec {
+  const char *name; /* unique in its list; borrowed: a string constant */
+  int components;
+  bool lasts; /* patches carry the values over: they must be finite */
+  const char *doc;
+};
+
+struct kith_pairwise {
+  struct kith_pairwise_spec spec;
+  size_t capacity;
+  uint64_t generation; /* of the pairs that the values belong to */
+  double *value;       /* [pairs][components] */
+};
+
+enum { KITH_MAX_PAIRWISE = 16 };
+struct kith_pairwise_fields {
+  int n;
+  struct kith_pairwise field[KITH_MAX_PAIRWISE]; /* in the order in which they were first prepared */
+};
 
 struct kith_pairs {
   size_t n, capacity;
@@ -14,12 +37,11 @@ struct kith_pairs {
   kith_index (*node)[2]; /* [n] (i, j), which starts at i; i < j unless canonical */
   size_t *first;         /* [rows or starts + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */
   uint32_t *of_row;      /* [entries of the rows] the pair of each entry */
-  double *f_couple;      /* [n] or NULL: 1 for all. A factor; 0 cuts the pair */
+  uint64_t generation;   /* counts builds and patches */
+  struct kith_pairwise_fields *fields; /* NULL before the first build. Copies of the list share them */
   size_t first_capacity, of_row_capacity;
-  /* Memory of f_couple, and scratch. */
-  double *factors;
-  uint32_t *cursor; /* [rows] */
-  size_t factors_capacity, cursor_capacity;
+  uint32_t *cursor; /* [rows]; scratch */
+  size_t cursor_capacity;
 };
 
 /* Pairs and of_row of sorted rows, which may lack the rows of ghosts. */
@@ -29,12 +51,26 @@ kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t
 kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs);
 /* of_row from rows and `first`, and nothing else. */
 kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *rows);
-/* Makes f_couple (all 1) if it is NULL. */
-kith_status kith_pairs_couple(struct kith_pairs *pairs);
-/* Drops the pairs whose first node is below 0, in place, with their factors and the offsets of `common`: rows
- * of pairs, already without entries where the pair is dropped; may be NULL. `n`: rows. Parallel. */
+/* Drops the pairs whose first node is below 0, in place, with their lasting fields and the offsets of
+ * `common`: rows of pairs, already without entries where the pair is dropped; may be NULL. `n`: rows.
+ * Parallel. */
 void kith_pairs_compact(struct kith_pairs *pairs, kith_index n, struct kith_rows *common);
+/* The next generation, to which the lasting fields belong too. */
+void kith_pairs_carry(struct kith_pairs *pairs);
 void kith_pairs_clear(struct kith_pairs *pairs);
+/* Memory besides pairwise fields. */
 size_t kith_pairs_bytes(const struct kith_pairs *pairs);
+
+/* The field of this name, registered at the first call, with room for the present pairs, to which its values
+ * belong from here on; they are not cleared. Memory is reused. *out is a view: the list owns it. UNSUPPORTED
+ * if there never were pairs, INTERNAL if the name is taken with another specification. */
+kith_status kith_pairwise_prepare(const struct kith_pairs *pairs, const struct kith_pairwise_spec *spec,
+                                  struct kith_pairwise **out);
+/* The field called `name`, or NULL. View. */
+struct kith_pairwise *kith_pairwise_named(const struct kith_pairs *pairs, const char *name);
+/* STALE unless it was prepared for the present pairs. Whoever reads a field asks once for each pass. */
+kith_status kith_pairwise_fresh(const struct kith_pairs *pairs, const struct kith_pairwise *field);
+/* Memory of all of them. */
+size_t kith_pairwise_bytes(const struct kith_pairs *pairs);
 
 #endif

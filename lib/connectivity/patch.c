@@ -87,6 +87,7 @@ static kith_status patch(struct kith_rows *rows, struct kith_pairs *pairs, kith_
   if (pairs != NULL) drop_offsets(pairs->first, n, cull);
   drop_offsets(rows->first, rows->n, cull);
   rows->n = new_rows;
+  if (pairs != NULL) kith_pairs_carry(pairs);
   if (pairs == NULL || !lost) return KITH_OK;
   const struct kith_rows with_pairs = {KITH_MIN(n, new_rows), rows->first, rows->node, 0, 0};
   return kith_pairs_of_row(pairs, &with_pairs); /* the numbers of the pairs changed */
@@ -111,6 +112,5 @@ kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, cons
   }
   c->n = kith_nodes_count(nodes);
   c->ghosts = nodes->ghosts;
-  ++c->generation;
   return KITH_OK;
 }

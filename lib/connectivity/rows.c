@@ -37,9 +37,8 @@ size_t kith_rows_longest(const struct kith_rows *rows) {
 enum { SHARES = 64 };
 
 static void move(const struct kith_column *column, size_t from, size_t to, size_t count) {
-  for (const struct kith_column *c = column; from != to && c < column + KITH_COLUMNS; ++c)
-    if (c->values != NULL)
-      memmove((char *)c->values + to * c->size, (char *)c->values + from * c->size, count * c->size);
+  for (const struct kith_column *c = column; from != to && c->values != NULL; ++c)
+    memmove((char *)c->values + to * c->size, (char *)c->values + from * c->size, count * c->size);
 }
 
 /* Rows of a share, of which the first begins at entry `from`: moves runs of entries that are kept. Returns
@@ -63,7 +62,7 @@ static size_t compact_share(size_t *first, kith_index begin, kith_index end, siz
 }
 
 /* Each share is compacted where it is; then the shares are moved together. */
-size_t kith_compact(size_t *first, kith_index n, const struct kith_column column[KITH_COLUMNS]) {
+size_t kith_compact(size_t *first, kith_index n, const struct kith_column *column) {
   size_t start[SHARES], length[SHARES], gap[SHARES], to = 0;
   if (n == 0) return 0;
   for (int s = 0; s < SHARES; ++s) start[s] = first[kith_part_start(n, s, SHARES)];
@@ -84,6 +83,5 @@ size_t kith_compact(size_t *first, kith_index n, const struct kith_column column
 }
 
 void kith_rows_compact(struct kith_rows *rows) {
-  kith_compact(rows->first, rows->n,
-               (const struct kith_column[KITH_COLUMNS]){{rows->node, sizeof *rows->node}});
+  kith_compact(rows->first, rows->n, (const struct kith_column[]){{rows->node, sizeof *rows->node}, {0}});
 }

@@ -43,15 +43,14 @@ static inline bool kith_rows_hold(const struct kith_rows *rows, kith_index i, ki
   return e < rows->first[i + 1] && rows->node[e] == j;
 }
 
-/* Entries of n rows in columns, one value of each for each entry; `values` may be NULL. */
+/* Entries of n rows in columns, one value of each for each entry. */
 struct kith_column {
   void *values;
   size_t size; /* of a value */
 };
-enum { KITH_COLUMNS = 3 };
-/* Drops the entries whose first column, an index, is below 0, in place; order is kept. Returns how many are
- * left. Parallel over fixed shares of the rows. */
-size_t kith_compact(size_t *first, kith_index n, const struct kith_column column[KITH_COLUMNS]);
+/* Drops the entries whose first column, an index, is below 0, in place; order is kept. The columns end with
+ * {0}. Returns how many entries are left. Parallel over fixed shares of the rows. */
+size_t kith_compact(size_t *first, kith_index n, const struct kith_column *column);
 void kith_rows_compact(struct kith_rows *rows);
 
 #endif

@@ -51,9 +51,14 @@ static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_p
   }
   if (pairs->first[rows->n] != p || pairs->n != p)
     KITH_FAIL(INTERNAL, "%s: there are %zu, the rows hold %zu", what, pairs->n, p);
-  for (size_t q = 0; pairs->f_couple != NULL && q < pairs->n; ++q)
-    if (!isfinite(pairs->f_couple[q]))
-      KITH_FAIL(INTERNAL, "%s: factor %g of pair %zu", what, pairs->f_couple[q], q);
+  for (int k = 0; k < pairs->fields->n; ++k) {
+    const struct kith_pairwise *field = &pairs->fields->field[k];
+    const size_t m = (size_t)field->spec.components;
+    if (!field->spec.lasts || field->generation != pairs->generation) continue;
+    for (size_t q = 0; q < pairs->n * m; ++q)
+      if (!isfinite(field->value[q]))
+        KITH_FAIL(INTERNAL, "%s: %s of pair %zu is %g", what, field->spec.name, q / m, field->value[q]);
+  }
   return KITH_OK;
 }
 

@@ -10,6 +10,9 @@ static const double surface_share =
     0.12; /* |sum A| / sum |A|: a smooth surface has more, with the usual neighbors 0.24 */
 static const double tolerance = 1e-14; /* of |sum A| / sum |A|, root mean square over the nodes */
 
+static const struct kith_pairwise_spec face_weight = {"face_weight", 1, false,
+                                                      "the face of SPH, by which faces are closed"};
+
 /* a_ij of pair p: the face that SPH would give it. */
 static double weight_of(const struct mfm_faces *f, size_t p) {
   const kith_index *pair = f->graph.pairs.node[p];
@@ -45,15 +48,15 @@ static kith_status link_nodes(struct mfm_faces *f) {
   const struct kith_rows *rows = &f->graph.rows;
   const uint32_t *of_row = f->graph.pairs.of_row;
   struct mfm_links *links = &f->links;
-  KITH_TRY(kith_reserve(&f->weight, &f->weight_capacity, f->graph.pairs.n, sizeof *f->weight));
+  KITH_TRY(kith_pairwise_prepare(&f->graph.pairs, &face_weight, &f->weight));
   KITH_TRY(kith_reserve(&links->first, &links->first_capacity, (size_t)rows->n + 1, sizeof *links->first));
 #pragma omp parallel for schedule(static)
-  for (size_t p = 0; p < f->graph.pairs.n; ++p) f->weight[p] = weight_of(f, p);
+  for (size_t p = 0; p < f->graph.pairs.n; ++p) f->weight->value[p] = weight_of(f, p);
   links->first[0] = 0;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < rows->n; ++i) {
     size_t n = 0;
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) n += f->weight[of_row[e]] > 0;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) n += f->weight->value[of_row[e]] > 0;
     links->first[i + 1] = n;
   }
   for (kith_index i = 0; i < rows->n; ++i) links->first[i + 1] += links->first[i];
@@ -64,9 +67,9 @@ static kith_status link_nodes(struct mfm_faces *f) {
   for (kith_index i = 0; i < rows->n; ++i) {
     size_t at = links->first[i];
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      if (!(f->weight[of_row[e]] > 0)) continue;
+      if (!(f->weight->value[of_row[e]] > 0)) continue;
       links->node[at] = rows->node[e];
-      links->weight[at++] = f->weight[of_row[e]];
+      links->weight[at++] = f->weight->value[of_row[e]];
     }
   }
   return KITH_OK;
@@ -82,8 +85,8 @@ static void equations(struct mfm_faces *f, double *restrict scale) {
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const size_t p = f->graph.pairs.of_row[e];
       const double sign = kith_pair_starts(&f->graph, p, i, rows->node[e]) ? 1 : -1;
-      for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area[p * NDIM + a];
-      whole += kith_norm(f->area + p * NDIM);
+      for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area->value[p * NDIM + a];
+      whole += kith_norm(f->area->value + p * NDIM);
     }
     for (size_t e = f->links.first[i]; e < f->links.first[i + 1]; ++e) weights += f->links.weight[e];
     const bool surface = (f->barrier != NULL && f->barrier->u8[i]) ||
@@ -183,8 +186,8 @@ static void apply(struct mfm_faces *f) {
   for (size_t p = 0; p < f->graph.pairs.n; ++p) {
     const kith_index *pair = f->graph.pairs.node[p];
     for (int a = 0; a < NDIM; ++a)
-      f->area[p * NDIM + a] +=
-          f->weight[p] * (shift[(size_t)pair[0] * NDIM + a] - shift[(size_t)pair[1] * NDIM + a]);
+      f->area->value[p * NDIM + a] +=
+          f->weight->value[p] * (shift[(size_t)pair[0] * NDIM + a] - shift[(size_t)pair[1] * NDIM + a]);
   }
 }
 

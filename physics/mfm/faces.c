@@ -24,14 +24,13 @@ kith_status mfm_faces_init(struct mfm_faces *f) {
 size_t mfm_faces_bytes(const struct mfm_faces *f) {
   return (f->holders_capacity + f->links.first_capacity) * sizeof(size_t) +
          (f->holder_capacity + f->links.node_capacity) * sizeof(kith_index) +
-         (f->area_capacity + f->value_capacity + f->weight_capacity + f->links.weight_capacity +
-          f->open_capacity + f->diagonal_capacity) *
+         (f->value_capacity + f->links.weight_capacity + f->open_capacity + f->diagonal_capacity) *
              sizeof(double);
 }
 
 void mfm_faces_clear(struct mfm_faces *f) {
-  void *const owned[] = {&f->area, &f->holders,     &f->holder,     &f->value,        &f->weight,
-                         &f->open, &f->links.first, &f->links.node, &f->links.weight, &f->diagonal};
+  void *const owned[] = {&f->holders,     &f->holder,     &f->value,        &f->open,
+                         &f->links.first, &f->links.node, &f->links.weight, &f->diagonal};
   for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
   *f = (struct mfm_faces){0};
 }
@@ -67,7 +66,7 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
   for (kith_index i = begin; i < end; ++i) {
     const size_t first = f->graph.pairs.first[i], n = f->graph.pairs.first[i + 1] - first;
     const kith_index(*restrict pair)[2] = f->graph.pairs.node + first;
-    double *restrict area = f->area + first * NDIM;
+    double *restrict area = f->area->value + first * NDIM;
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
       const kith_index j = pair[k][1];
@@ -101,6 +100,9 @@ KITH_KERNEL_CHUNKS(one_point_chunk)
 
 /* --- all of them --- */
 
+static const struct kith_pairwise_spec face_area = {"face_area", NDIM, false,
+                                                    "vector area, from one end to the other"};
+
 /* The graph of the faces, and their areas. */
 static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   const bool integrated = f->form == MFM_FACES_INTEGRATED;
@@ -108,13 +110,7 @@ static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *co
   f->graph.rows.n = f->nodes->n_internal;
   f->graph.pairs = integrated ? connectivity->overlap_pairs : connectivity->pairs;
   f->graph.canonical = connectivity->canonical;
-  f->graph.generation = connectivity->generation;
-  f->graph.ghosts = connectivity->ghosts;
-  f->graph.built = (struct kith_requirements){.rows = true, .pairs = true};
-  const size_t n = f->graph.pairs.n * NDIM;
-  /* With room for more: their number changes from step to step, and a larger array costs a pass. */
-  const size_t wanted = n > f->area_capacity ? n + n / 16 : n;
-  const kith_status status = kith_reserve(&f->area, &f->area_capacity, wanted, sizeof *f->area);
+  const kith_status status = kith_pairwise_prepare(&f->graph.pairs, &face_area, &f->area);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   if (integrated) return mfm_faces_integrate(f, connectivity);
   kith_profile_count(f->profile, "bytes", /* x, H, matrix; pairs and areas */

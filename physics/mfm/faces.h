@@ -76,8 +76,7 @@ struct mfm_faces {
    * passes over pairs run on it: views of the connectivity's rows and pairs, or of its overlap and
    * overlap pairs. */
   struct kith_connectivity graph;
-  double *area; /* [graph.pairs.n][NDIM], from the first end to the second */
-  size_t area_capacity;
+  struct kith_pairwise *area; /* of the pairs of the graph, from the first end to the second */
 
   /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk
    * and its gradient */
@@ -87,7 +86,7 @@ struct mfm_faces {
   size_t holders_capacity, holder_capacity, value_capacity;
 
   /* closed */
-  double *weight; /* [pairs] a_ij */
+  struct kith_pairwise *weight; /* a_ij */
   struct mfm_links {
     size_t *first;    /* [n + 1] rows of the nodes that have a weight */
     kith_index *node; /* [first[n]] */
@@ -96,7 +95,7 @@ struct mfm_faces {
   } links;
   double *open;     /* [n][NDIM] - sum A */
   double *diagonal; /* [n] sum a, negative: stays open */
-  size_t weight_capacity, open_capacity, diagonal_capacity;
+  size_t open_capacity, diagonal_capacity;
 };
 
 /* Registers fields. */

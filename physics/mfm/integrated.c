@@ -125,7 +125,7 @@ KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_ind
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
       add_node(f, canonical, i, rows->node[e], sum);
     for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p)
-      for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] = sum[pairs->node[p][1]][1 + a];
+      for (int a = 0; a < NDIM; ++a) f->area->value[p * NDIM + a] = sum[pairs->node[p][1]][1 + a];
     sum[i] = (kith_lanes){0};
     for (size_t e = overlap->first[i]; e < overlap->first[i + 1]; ++e)
       sum[overlap->node[e]] = (kith_lanes){0};
@@ -147,7 +147,7 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
       const size_t p = f->graph.pairs.of_row[e];
-      const double sign = kith_pair_starts(&f->graph, p, i, j) ? 1 : -1, *area = f->area + p * NDIM;
+      const double sign = kith_pair_starts(&f->graph, p, i, j) ? 1 : -1, *area = f->area->value + p * NDIM;
       for (int a = 0; a < NDIM; ++a)
         trace += sign * area[a] * (x[(size_t)j * NDIM + a] - x[(size_t)i * NDIM + a]);
     }
@@ -162,7 +162,7 @@ static void stretch(struct mfm_faces *f) {
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) {
     const kith_index *pair = f->graph.pairs.node[p];
-    for (int a = 0; a < NDIM; ++a) f->area[p * NDIM + a] *= 1 + 0.5 * (more[pair[0]] + more[pair[1]]);
+    for (int a = 0; a < NDIM; ++a) f->area->value[p * NDIM + a] *= 1 + 0.5 * (more[pair[0]] + more[pair[1]]);
   }
 }
 

@@ -47,7 +47,7 @@ KITH_INLINE void load_edge(const struct kith_force_pass *pass, size_t p, bool st
                            struct kith_scratch *s) {
   const size_t edges = (size_t)pass->edges;
   for (size_t m = 0; m < edges; ++m) {
-    const double value = pass->edge[p * edges + m];
+    const double value = pass->edge->value[p * edges + m];
     kith_lane(s, pass->n_packed + (int)m)[k] = starts ? value : -value;
   }
 }
@@ -76,7 +76,7 @@ KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
   const uint32_t *restrict pair = pairs->of_row + first;
   const kith_index *restrict row = pass->connectivity->rows.node + first;
-  const double *restrict value = pass->package->pair.value;
+  const double *restrict value = pass->pair->value;
   for (size_t k = 0; k < n; ++k) {
     const double *v = value + (size_t)pair[k] * KITH_PAIR_VALUES;
     const bool starts = kith_pair_starts(pass->connectivity, pair[k], i, row[k]);
@@ -147,7 +147,7 @@ KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end
       load(pass, i, &pairs->node[p][1], 2, n, s);
       for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
       pass->evaluate(pass, i, n, s);
-      double *restrict value = pass->package->pair.value + p * KITH_PAIR_VALUES;
+      double *restrict value = pass->pair->value + p * KITH_PAIR_VALUES;
       for (size_t k = 0; k < n; ++k)
         for (int m = 0; m < KITH_PAIR_VALUES; ++m)
           value[k * KITH_PAIR_VALUES + m] = out[(size_t)m * KITH_STRIDE + k];
@@ -189,6 +189,9 @@ KITH_HOT static void nodes_chunk(void *context, kith_index begin, kith_index end
 
 /* --- driving --- */
 
+static const struct kith_pairwise_spec pair_force = {"pair_force", KITH_PAIR_VALUES, false,
+                                                     "force, heat of both ends, signal speed"};
+
 /* Packs particles begin .. end - 1. */
 static void pack(void *context, kith_index begin, kith_index end) {
   const struct kith_force_pass *pass = context;
@@ -229,13 +232,14 @@ kith_status kith_force(struct kith_force_pass *pass) {
   KITH_TRY(kith_reserve(&package->packed, &package->packed_capacity,
                         (size_t)all * kith_lanes_padded((size_t)pass->n_packed), sizeof(double)));
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
+  if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
   if (kept) {
-    KITH_TRY(kith_pairwise_prepare(&package->pair, pass->connectivity, KITH_PAIR_VALUES));
+    KITH_TRY(kith_pairwise_prepare(&pass->connectivity->pairs, &pair_force, &pass->pair));
     KITH_TRY(kith_package_sweep(package, &pairs, NULL));
     /* Canonical pairs that start at ghosts, whose values have arrived by now. */
     KITH_TRY(
         kith_package_sweep_ghosts(package, &pairs, internal, pass->connectivity->pairs.starts - internal));
-    KITH_TRY(kith_pairwise_fresh(&package->pair, pass->connectivity));
+    KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->pair));
   }
   return kith_package_sweep(package, &sums, NULL);
 }

@@ -58,13 +58,14 @@ struct kith_force_pass {
   const struct kith_kick *kick;
   const struct kith_connectivity *connectivity;
   kith_force_packed *pack;
-  kith_force_block *evaluate; /* of the kernel of the package */
-  int n_packed, edges;        /* doubles of a particle, of an edge */
-  const void *constants;      /* handed to the pair function */
-  const double *edge; /* [pairs][edges]: of the node that a pair starts at; the other end has - edge */
-  bool walls_known;   /* the pair function accounts for the size of a barrier */
+  kith_force_block *evaluate;       /* of the kernel of the package */
+  int n_packed, edges;              /* doubles of a particle, of an edge */
+  const void *constants;            /* handed to the pair function */
+  const struct kith_pairwise *edge; /* of the node that a pair starts at; the other end has - edge */
+  bool walls_known;                 /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
-  const uint8_t *barrier; /* [nodes] or NULL */
+  const uint8_t *barrier;     /* [nodes] or NULL */
+  struct kith_pairwise *pair; /* "pair_force": what traversal `pairs` stores */
 };
 
 /* The first fields of packed particle i. */

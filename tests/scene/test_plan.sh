@@ -34,7 +34,8 @@ shown "pairs built" "$@"
 shown "sph (pairs)" "$@"
 shown "overlap left out not requested overlap pairs left out not requested" "$@"
 shown "overlap pairs built" "$@" --set method.package=mfm --set method.faces=integrated
-shown "pairwise built 4 values a pair" "$@"
+shown "pair_force built 4 values a pair" "$@" --set traversal=pairs
+shown "face_area built 1 value a pair" "$@" --set method.package=mfm
 shown ") pairs left out not requested" "$@" --set method.energy=thermal
 shown "pairwise left out" "$@" --set method.energy=thermal
 shown "pairs built" "$@" --set method.energy=thermal --set traversal=pairs

@@ -114,7 +114,8 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e) {
     const kith_index j = f->graph.rows.node[e];
     double area[NDIM], n[NDIM], d[NDIM], back[NDIM], du = 0;
-    for (int a = 0; a < NDIM; ++a) area[a] = (j > i ? 1 : -1) * f->area[f->graph.pairs.of_row[e] * NDIM + a];
+    for (int a = 0; a < NDIM; ++a)
+      area[a] = (j > i ? 1 : -1) * f->area->value[f->graph.pairs.of_row[e] * NDIM + a];
     const double size = kith_norm(area);
     if (size == 0) continue;
     const struct partner *p = partner_at(w, m, i, j);
@@ -245,7 +246,7 @@ static void check_even(enum mfm_faces_form faces, enum side side) {
       double whole = 0;
       const struct mfm_faces *f = faces_of(&w);
       for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e)
-        whole += 2 * kith_norm(f->area + f->graph.pairs.of_row[e] * NDIM);
+        whole += 2 * kith_norm(f->area->value + f->graph.pairs.of_row[e] * NDIM);
       const double force = w.hydro.mass->f64[i] * kith_norm(w.hydro.acceleration->f64 + i * NDIM);
       if (closed)
         CHECK_CLOSE(force / whole, 0, 5e-13); /* what the solver leaves: 1e-14 in the mean of squares */

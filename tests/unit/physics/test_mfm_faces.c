@@ -88,7 +88,8 @@ static struct mfm_faces faces_of(struct cells *c, enum mfm_faces_form form, bool
 /* The face from i to row entry e. */
 static void face(const struct mfm_faces *f, kith_index i, size_t e, double *area) {
   const size_t p = f->graph.pairs.of_row[e];
-  for (int a = 0; a < NDIM; ++a) area[a] = (f->graph.rows.node[e] > i ? 1 : -1) * f->area[p * NDIM + a];
+  for (int a = 0; a < NDIM; ++a)
+    area[a] = (f->graph.rows.node[e] > i ? 1 : -1) * f->area->value[p * NDIM + a];
 }
 
 static void row_sum(const struct mfm_faces *f, kith_index i, double *sum, double *whole) {

@@ -181,20 +181,23 @@ static void reuse(void) {
   add_ghosts(nodes, 1, 0.2);
   struct kith_search *search;
   struct kith_connectivity *c;
+  struct kith_pairwise *factor;
   CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
   CHECK_OK(kith_search_update(search));
   CHECK_OK(kith_connectivity_create(&c));
   omp_set_num_threads(1);
   CHECK_OK(kith_connectivity_build(c, nodes, search, everything, NULL, NULL));
-  CHECK_OK(kith_pairs_couple(&c->pairs));
-  const size_t bytes = kith_connectivity_bytes(c);
+  CHECK_OK(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &factor));
+  const size_t bytes = kith_connectivity_bytes(c), values = kith_pairwise_bytes(&c->pairs);
+  CHECK(values >= c->pairs.n * sizeof(double) && kith_pairwise_bytes(&c->overlap_pairs) == 0);
   const void *const where[] = {c->rows.first,   c->rows.node,    c->pairs.node,
                                c->pairs.of_row, c->overlap.node, c->intersection.node};
   CHECK_OK(kith_connectivity_build(c, nodes, search, everything, NULL, NULL));
   const void *const now[] = {c->rows.first,   c->rows.node,    c->pairs.node,
                              c->pairs.of_row, c->overlap.node, c->intersection.node};
   CHECK(kith_connectivity_bytes(c) == bytes && memcmp(where, now, sizeof now) == 0);
-  CHECK(c->pairs.f_couple == NULL && bytes > c->pairs.n * sizeof(kith_index[2]));
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&c->pairs, factor));
+  CHECK(kith_pairwise_bytes(&c->pairs) == values && bytes > c->pairs.n * sizeof(kith_index[2]));
   /* Less is less: what is not asked for is not there. */
   CHECK_OK(kith_connectivity_build(c, nodes, search, (struct kith_requirements){.rows = true}, NULL, NULL));
   CHECK(c->pairs.n == 0 && c->overlap.n == 0 && c->intersection.n == 0 && !c->built.pairs &&
@@ -223,7 +226,8 @@ static void breach(const struct kith_connectivity *c, const struct kith_nodes *n
 static void breaches(void) {
   struct kith_nodes *nodes = oracle_lattice(1, 4, 0.5);
   struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
-  CHECK_OK(kith_pairs_couple(&c->pairs));
+  struct kith_pairwise *factor;
+  CHECK_OK(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &factor));
   const kith_index n = kith_nodes_count(nodes);
   breach(c, nodes, &c->rows.node[0], n);
   breach(c, nodes, &c->rows.node[0], 0);
@@ -244,7 +248,7 @@ static void breaches(void) {
   --c->pairs.n;
   CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(c, nodes));
   ++c->pairs.n;
-  c->pairs.f_couple[0] = NAN;
+  factor->value[0] = NAN;
   CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(c, nodes));
   kith_connectivity_destroy(&c);
   kith_nodes_destroy(&nodes);

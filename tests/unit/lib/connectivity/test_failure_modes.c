@@ -56,31 +56,39 @@ static void using_connectivity_before_neighbors_are_updated(void) {
 
 static void retaining_pairwise_fields_across_rebuilds(void) {
   struct world w;
-  struct kith_pairwise field = {0};
+  const struct kith_pairwise_spec spec = {"flux", 4, false, "lives inside a step"},
+                                  wider = {"flux", 5, false, "lives inside a step"};
+  struct kith_pairwise *field, *again, *of_overlap;
   kith_index renumber[512];
   uint8_t keep[512] = {0};
   open_world(&w);
+  CHECK(kith_pairwise_named(&w.c->pairs, "flux") == NULL);
+  CHECK_STATUS(KITH_UNSUPPORTED, kith_pairwise_prepare(&w.c->pairs, &spec, &field)); /* there are no pairs */
   build(&w, everything);
-  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c)); /* never prepared */
-  CHECK_OK(kith_pairwise_prepare(&field, w.c, 4));
-  CHECK_OK(kith_pairwise_fresh(&field, w.c));
-  CHECK(w.c->pairs.n > 0 && field.components == 4 && field.capacity >= 4 * w.c->pairs.n);
-  const double *const before = field.value;
-  CHECK_OK(kith_pairwise_prepare(&field, w.c, 3));
-  CHECK(field.value == before); /* memory is reused */
+  CHECK_OK(kith_pairwise_prepare(&w.c->pairs, &spec, &field));
+  CHECK_OK(kith_pairwise_fresh(&w.c->pairs, field));
+  CHECK(w.c->pairs.n > 0 && field->capacity >= 4 * w.c->pairs.n);
+  CHECK(kith_pairwise_named(&w.c->pairs, "flux") == field);
+  CHECK_STATUS(KITH_INTERNAL, kith_pairwise_prepare(&w.c->pairs, &wider, &again));
+  CHECK_OK(kith_pairwise_prepare(&w.c->overlap_pairs, &wider, &of_overlap)); /* another list, another field */
+  CHECK(of_overlap != field && of_overlap->capacity >= 5 * w.c->overlap_pairs.n);
+  const double *const before = field->value;
   build(&w, everything);
-  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c));
-  CHECK_OK(kith_pairwise_prepare(&field, w.c, 1));
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&w.c->pairs, field));
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&w.c->overlap_pairs, of_overlap));
+  CHECK_OK(kith_pairwise_prepare(&w.c->pairs, &spec, &again));
+  CHECK(again == field && field->value == before); /* memory is reused */
   const kith_index old_count = kith_nodes_count(w.nodes);
   kith_connectivity_mark_ghosts(w.c, w.nodes, keep);
   CHECK_OK(kith_nodes_cull_ghosts(w.nodes, keep, renumber));
   CHECK_OK(kith_connectivity_patch(w.c, w.nodes, renumber, old_count));
-  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c)); /* a patch numbers the pairs anew as well */
-  CHECK_OK(kith_pairwise_prepare(&field, w.c, 1));
+  CHECK_STATUS(KITH_STALE,
+               kith_pairwise_fresh(&w.c->pairs, field)); /* a patch numbers the pairs anew as well */
+  CHECK_OK(kith_pairwise_prepare(&w.c->pairs, &spec, &field));
   CHECK_OK(kith_connectivity_canonical(w.c, w.nodes));
-  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&field, w.c));
-  kith_pairwise_clear(&field);
-  CHECK(field.value == NULL && field.capacity == 0);
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&w.c->pairs, field));
+  build(&w, (struct kith_requirements){.rows = true}); /* nor are values of no pairs fresh */
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&w.c->pairs, field));
   close_world(&w);
 }
 

@@ -25,18 +25,36 @@ static double factor(const struct kith_nodes *nodes, const kith_index *pair) {
 static void cull_patch_compare(struct kith_nodes *nodes, struct kith_connectivity *c, uint8_t *keep) {
   kith_index renumber[LIMIT];
   const kith_index old_count = kith_nodes_count(nodes);
-  const uint64_t generation = c->generation;
+  const struct kith_pairwise_spec two = {"two", 2, true, "lasts"},
+                                  old = {"old", 3, true, "stale before the patch"};
+  struct kith_pairwise *f_couple = NULL, *both = NULL, *stale = NULL;
   CHECK(old_count <= LIMIT);
-  if (c->built.pairs) CHECK_OK(kith_pairs_couple(&c->pairs));
-  for (size_t p = 0; p < c->pairs.n; ++p) c->pairs.f_couple[p] = factor(nodes, c->pairs.node[p]);
+  if (c->built.pairs) {
+    CHECK_OK(kith_pairwise_prepare(&c->pairs, &old, &stale));
+    --stale->generation;
+    CHECK_OK(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &f_couple));
+    CHECK_OK(kith_pairwise_prepare(&c->pairs, &two, &both));
+  }
+  for (size_t p = 0; p < c->pairs.n; ++p) {
+    f_couple->value[p] = factor(nodes, c->pairs.node[p]);
+    both->value[2 * p] = 2 * f_couple->value[p], both->value[2 * p + 1] = -f_couple->value[p];
+  }
   CHECK_OK(kith_nodes_cull_ghosts(nodes, keep, renumber));
   CHECK_OK(kith_connectivity_patch(c, nodes, renumber, old_count));
-  CHECK(c->generation > generation);
   CHECK_OK(kith_connectivity_fresh(c, nodes));
   CHECK_OK(kith_connectivity_valid(c, nodes));
   struct kith_connectivity *fresh = build(nodes, "brute", c->built);
   CHECK(oracle_same(c, fresh));
-  for (size_t p = 0; p < c->pairs.n; ++p) CHECK(c->pairs.f_couple[p] == factor(nodes, c->pairs.node[p]));
+  for (size_t p = 0; p < c->pairs.n; ++p) {
+    const double wanted = factor(nodes, c->pairs.node[p]);
+    CHECK(f_couple->value[p] == wanted && both->value[2 * p] == 2 * wanted &&
+          both->value[2 * p + 1] == -wanted);
+  }
+  if (c->built.pairs) {
+    CHECK_OK(kith_pairwise_fresh(&c->pairs, f_couple));
+    CHECK_OK(kith_pairwise_fresh(&c->pairs, both));
+    CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&c->pairs, stale));
+  }
   kith_connectivity_destroy(&fresh);
 }
 
