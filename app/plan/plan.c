@@ -132,7 +132,7 @@ static void structure(const char *name, bool built, int digits, double amount, c
                       const char *why) {
   char stored[64] = "";
   if (built) snprintf(stored, sizeof stored, "%.*f %s", digits, amount, of);
-  printf("    %-13s %-8s  %-17s  %s\n", name, built ? "built" : "left out", stored, why);
+  printf("    %-13s %-8s %-17s %s\n", name, built ? "built" : "left out", stored, why);
 }
 
 static double entries(const struct kith_rows *rows) {

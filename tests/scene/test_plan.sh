@@ -30,15 +30,15 @@ set -- "$kith" plan tiny.yaml
 shown "tiny, 1-D" "$@"
 shown "gas 56 nodes; ideal, gamma 1.4" "$@"
 shown "x in [-1, 1], reflecting" "$@"
-shown "pairs built" "$@"
-shown "sph (pairs)" "$@"
+shown ") pairs left out not requested" "$@"
+shown "sph (gather)" "$@"
 shown "overlap left out not requested overlap pairs left out not requested" "$@"
 shown "overlap pairs built" "$@" --set method.package=mfm --set method.faces=integrated
 shown "pair_force built 4 values a pair" "$@" --set traversal=pairs
 shown "face_area built 1 value a pair" "$@" --set method.package=mfm
-shown ") pairs left out not requested" "$@" --set method.energy=thermal
-shown "pairwise left out" "$@" --set method.energy=thermal
-shown "pairs built" "$@" --set method.energy=thermal --set traversal=pairs
+shown "pairwise left out" "$@"
+shown "pairs built" "$@" --set traversal=pairs
+shown "sph (pairs)" "$@" --set traversal=pairs
 shown "as the scene says" "$@" --set traversal=pairs
 shown "search brute:" "$@" --set neighbor.search=brute
 shown "open below, reflecting" "$@" --set 'boundaries.x=[open, reflecting]'
@@ -82,7 +82,7 @@ tube=("$inputs/sod.yaml" --threads 1 --set dimension=1 --set resolution=4000 --s
 shown "two calibration runs took" "$kith" plan "${tube[@]}"
 planned=$(sed -n 's/^ *steps *about \([0-9]*\) .*/\1/p' stdout)
 mapfile -t cheaper < <(grep -o '[a-z]*\.[a-z]*=[-a-z]*:' stdout | tr -d :)
-((${#cheaper[@]} == 2)) || wrong "cheaper settings: ${cheaper[*]}"
+((${#cheaper[@]} == 1)) || wrong "cheaper settings: ${cheaper[*]}"
 ok "$kith" run "${tube[@]}" --quiet -o tube --set output.plot=false
 taken=$(sed -n 's/^ *"steps": \([0-9]*\).*/\1/p' tube/report.json)
 ((10 * planned > 9 * taken && 10 * planned < 11 * taken)) || wrong "$planned steps planned, $taken taken"
