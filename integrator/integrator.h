@@ -23,7 +23,7 @@ struct kith_integrator {
   /* Set by the caller. All borrowed. */
   struct kith_nodes *nodes;
   struct kith_hydro *hydro;
-  struct kith_package *package;
+  struct kith_package *package; /* the first of the list: the hydro package */
   struct kith_boundaries *boundaries;
   struct kith_search *search;
   struct kith_connectivity *connectivity;

@@ -5,14 +5,16 @@
 #include <string.h>
 
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
+  memset(demand, 0, KITH_DEMANDS * sizeof *demand);
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
-  demand[1] = (struct kith_demand){it->package->ops->name,
-                                   it->package->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
-                                   kith_package_requirements(it->package)};
-  demand[2] = (struct kith_demand){"coupling", "barriers", {0}};
+  demand[1] = (struct kith_demand){"coupling", "barriers", {0}};
   if (it->package->barrier != NULL)
-    demand[2].need =
+    demand[1].need =
         (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
+  int n = 2;
+  for (const struct kith_package *p = it->package; p != NULL; p = p->next)
+    demand[n++] = (struct kith_demand){p->ops->name, p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
+                                       kith_package_requirements(p)};
 }
 
 /* Nothing is built that is not required. */

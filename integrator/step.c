@@ -54,13 +54,6 @@ static void refresh(struct kith_integrator *it) {
   it->ledger.refreshes += 1;
 }
 
-static kith_status run_package(struct kith_integrator *it) {
-  kith_status status;
-  KITH_STAGE(status, it->profile, it->package->ops->name,
-             it->package->ops->evaluate(it->package, it->connectivity, &it->kick));
-  return status;
-}
-
 kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   it->fresh = it->fresh && it->positions == it->nodes->positions;
   if (it->holding && !it->fresh) KITH_TRY(rebuild_if_due(it));
@@ -70,7 +63,9 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   it->ledger.evaluations += 1;
   kith_status status;
   /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
-  for (int growth = 0; (status = run_package(it)) == KITH_OUTGROWN; ++growth) {
+  for (int growth = 0;
+       (status = kith_package_evaluate(it->package, it->connectivity, &it->kick)) == KITH_OUTGROWN;
+       ++growth) {
     if (!fresh) KITH_TRY(kith_rebuilds_allow(it->rebuilds, kith_failure()));
     if (growth == MAX_GROWTHS)
       return kith_ranks_allreduce_status(

@@ -119,4 +119,12 @@ KITH_INLINE void kith_kernel_value(enum kith_kernel k, double q, double *w, doub
   }
 }
 
+/* C / H^(d + 2) g(q): the factor of x_ij in grad_i W, with C = kith_kernel_constant(k). */
+KITH_INLINE double kith_kernel_gradient(enum kith_kernel k, double constant, double q,
+                                        double inverse_support) {
+  double w, g;
+  kith_kernel_value(k, q, &w, &g);
+  return constant * g * kith_pow_dim(inverse_support) * inverse_support * inverse_support;
+}
+
 #endif

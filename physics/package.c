@@ -7,6 +7,7 @@
 
 #define X(name) &kith_package_##name,
 KITH_FAMILY(kith_package, KITH_PACKAGE_LIST(X))
+KITH_FAMILY_OF(kith_added, kith_package_ops, KITH_ADDED_PACKAGE_LIST(X))
 #undef X
 
 /* (1) of density.h has no solution if the node's own term alone exceeds the wanted sum. */
@@ -46,8 +47,8 @@ kith_status kith_package_init(struct kith_package *package) {
   package->pair_acceleration = package->hydro->acceleration;
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   package->self_weight = kith_kernel_self_weight(package->kernel, package->neighbors);
-  KITH_TRY(kith_resize(&package->self, 0, 1, package->ops->self_size));
-  return package->ops->create(package);
+  if (package->ops->self_size > 0) KITH_TRY(kith_resize(&package->self, 0, 1, package->ops->self_size));
+  return package->ops->create != NULL ? package->ops->create(package) : KITH_OK;
 }
 
 void kith_package_clear(struct kith_package *package) {
@@ -64,6 +65,19 @@ struct kith_requirements kith_package_requirements(const struct kith_package *pa
   if (package->ops->requirements != NULL) return package->ops->requirements(package);
   return (struct kith_requirements){
       .rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS, .ghost_rows = package->recompute};
+}
+
+kith_status kith_package_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
+                                  const struct kith_kick *kick) {
+  for (struct kith_package *p = package; p != NULL; p = p->next) {
+    kith_status status;
+    KITH_STAGE(status, p->profile, p->ops->name, p->ops->evaluate(p, connectivity, kick));
+    KITH_TRY(status);
+    if (p == package) continue;
+    package->pair_evaluations += p->pair_evaluations;
+    p->pair_evaluations = 0;
+  }
+  return KITH_OK;
 }
 
 void kith_package_start_refresh(struct kith_package *package, int n, struct kith_field *const *fields) {
@@ -87,7 +101,8 @@ const char *kith_limit_name(enum kith_limit limit) {
   return names[limit];
 }
 
-/* The limit by node i: Courant with h = 2 sigma, acceleration, compression, loss of energy. */
+/* The limit by node i: Courant with h = 2 sigma, acceleration, compression, loss of energy; and the packages
+ * after this one. */
 static struct kith_timestep_limit limit_of_node(const struct kith_package *package, kith_index i,
                                                 double cfl) {
   const struct kith_hydro *hydro = package->hydro;
@@ -105,6 +120,10 @@ static struct kith_timestep_limit limit_of_node(const struct kith_package *packa
   const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
   if (limits && u > 0 && cooling > 0 && cfl * u / cooling < timestep_limit.dt)
     timestep_limit.dt = cfl * u / cooling, timestep_limit.reason = KITH_LIMIT_cooling;
+  for (const struct kith_package *p = package->next; p != NULL; p = p->next) {
+    const double dt = cfl * p->ops->longest_step(p, i);
+    if (dt < timestep_limit.dt) timestep_limit.dt = dt, timestep_limit.reason = p->ops->limit;
+  }
   return timestep_limit;
 }
 
@@ -136,7 +155,10 @@ struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package
 }
 
 size_t kith_package_bytes(const struct kith_package *package) {
-  const size_t own = package->ops->bytes != NULL ? package->ops->bytes(package) : 0;
-  return own + package->border.capacity + package->needed_capacity +
-         package->packed_capacity * sizeof(double);
+  size_t bytes = 0;
+  for (const struct kith_package *p = package; p != NULL; p = p->next) {
+    bytes += p->ops->bytes != NULL ? p->ops->bytes(p) : 0;
+    bytes += p->border.capacity + p->needed_capacity + p->packed_capacity * sizeof(double);
+  }
+  return bytes;
 }

@@ -1,12 +1,16 @@
-/* package.h - hydro packages, one family: the connectivity that a package requires, and how rates follow from
- * the state.
+/* package.h - packages: the connectivity that a package requires, and how rates follow from the state.
  *
- * A package is a short sequence of passes (volume and density -> gradients -> pair force); between passes it
- * refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both traversals, energy)
- * are common to all: a package adds the passes between, and one function of a pair. A package is one file
- * with its parameter table, one line in package_list.h, and is covered by
- * tests/unit/physics/conformance_package.c. It reads position, velocity, energy, mass, support and fills
- * support, density, pressure, sound speed, acceleration and the rates.
+ * A run has a list of packages. The first is a hydro package (the family kith_package): it makes supports,
+ * density, pressure and the rates. Those after it (the family kith_added) add forces and heats of pairs to
+ * these rates, in the order of the list. What follows on pairs holds for the pairs of all packages together.
+ *
+ * A hydro package is a short sequence of passes (volume and density -> gradients -> pair force); between
+ * passes it refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both
+ * traversals, energy) are common to all: a package adds the passes between, and one function of a pair. The
+ * others have the last pass only. A package is one file with its parameter table and one line in
+ * package_list.h; tests/unit/physics/conformance_package.c or conformance_added.c covers it. A hydro package
+ * reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed,
+ * acceleration and the rates.
  *
  * Energy, for every package. A pair with the force f_ij on i heats its ends by q_ij + q_ji = f_ij . (p_j -
  * p_i), where p are the velocities that it is evaluated with. With a the acceleration by pairs, A by all
@@ -35,7 +39,10 @@ struct kith_package;
 /* What limits the time step: by the state (package.c), by the integrator, by a scheme. */
 #define KITH_LIMIT_LIST(X) \
   X(nothing)               \
-  X(courant) X(acceleration) X(compression) X(cooling) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
+  X(courant)               \
+  X(acceleration)          \
+  X(compression)           \
+  X(cooling) X(conduction) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
 enum kith_limit {
 #define X(name) KITH_LIMIT_##name,
   KITH_LIMIT_LIST(X)
@@ -71,7 +78,7 @@ struct kith_package_ops {
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
   size_t self_size; /* of its private state, package->self, which is zero before create */
-  /* Registers fields, checks parameters. */
+  /* Registers fields, checks parameters. NULL: nothing. */
   kith_status (*create)(struct kith_package *package);
   /* Frees what the private state owns. NULL: nothing. */
   void (*destroy)(struct kith_package *package);
@@ -85,12 +92,17 @@ struct kith_package_ops {
   size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
   bool expensive; /* evaluating a pair costs more than storing it: `pairs` is the default traversal */
+  /* What one that is no hydro package has: the longest time step at Courant number 1 that node i allows, and
+   * its name. */
+  double (*longest_step)(const struct kith_package *package, kith_index i);
+  enum kith_limit limit;
 };
 
 enum kith_traversal { KITH_TRAVERSE_PAIRS, KITH_TRAVERSE_GATHER };
 
 struct kith_package {
   /* Set by the caller. */
+  struct kith_package *next; /* of the list, borrowed; NULL: this is the last, whose force pass ends all */
   const struct kith_package_ops *ops;
   struct kith_hydro *hydro; /* borrowed */
   enum kith_kernel kernel;
@@ -111,7 +123,7 @@ struct kith_package {
   struct kith_field *pair_acceleration;   /* that of the hydro state, unless an external force adds to that */
   struct kith_field *velocity_divergence; /* div v: predicts the support */
   struct kith_field *signal;              /* signal speed of the Courant condition */
-  uint64_t pair_evaluations;              /* counted over the run */
+  uint64_t pair_evaluations;              /* counted over the run; the first package has those of the list */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
   void *self;                             /* private state of the member */
 
@@ -129,8 +141,13 @@ struct kith_package {
 
 #define X(name) extern const struct kith_package_ops kith_package_##name;
 KITH_PACKAGE_LIST(X)
+KITH_ADDED_PACKAGE_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_package);
+KITH_FAMILY_FUNCTIONS_OF(kith_added, kith_package_ops);
+#define X(name) +1
+enum { KITH_ADDED_PACKAGES = KITH_ADDED_PACKAGE_LIST(X) }; /* a list has each of them once at most */
+#undef X
 
 /* The traits of a member with these settings. */
 struct kith_package_traits kith_package_traits(const struct kith_package_ops *ops, const void *settings);
@@ -147,11 +164,16 @@ void kith_package_start_refresh(struct kith_package *package, int n, struct kith
 /* The same, and waits until they have arrived. */
 void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
 
+/* The rates of the state by all packages from this one on: see `evaluate` of the ops. */
+kith_status kith_package_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
+                                  const struct kith_kick *kick);
+
 /* The time step that the present state and rates allow: the least of the Courant condition with h = 2 sigma
- * and the signal speed, acceleration, compression, loss of energy; of all ranks. Collective. */
+ * and the signal speed, acceleration, compression, loss of energy, and the limits of the packages after this
+ * one; of all ranks. Collective. */
 struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl);
 
-/* Memory besides fields of nodes and of pairs. */
+/* Memory besides fields of nodes and of pairs, of all packages from this one on. */
 size_t kith_package_bytes(const struct kith_package *package);
 
 #endif

@@ -82,6 +82,7 @@ kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_s
   X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \
   X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                               \
   X(TEXT, package, "package", m->package.ops->name, "", "hydro package")                                \
+  X(TEXT, packages, "packages", m->packages, "", "all packages, in the order in which rates add up")    \
   X(TEXT, kernel, "kernel", kith_kernel_facts[m->package.kernel].name, "", "")                          \
   X(TEXT, scheme, "scheme", it->scheme->name, "", "time integration")                                   \
   X(COUNT, ranks, "ranks", kith_ranks_size(m->nodes->ranks), "", "processes")                           \

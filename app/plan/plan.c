@@ -130,9 +130,10 @@ static void show_regions(const struct kith_scene *scene) {
 
 static void structure(const char *name, bool built, int digits, double amount, const char *of,
                       const char *why) {
-  char stored[64] = "";
+  char stored[64] = "", label[128];
   if (built) snprintf(stored, sizeof stored, "%.*f %s", digits, amount, of);
-  printf("    %-13s %-8s %-17s %s\n", name, built ? "built" : "left out", stored, why);
+  snprintf(label, sizeof label, "    %-13s %-8s  %-17s", name, built ? "built" : "left out", stored);
+  kith_text_wrapped(stdout, 47, label, why);
 }
 
 static double entries(const struct kith_rows *rows) {
@@ -242,6 +243,10 @@ static void show_method(const struct plan *plan) {
   line("kernel", "%s, %.4g neighbors (%s)", kith_kernel_facts[p->kernel].name, p->neighbors,
        m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this kernel");
   show_settings("settings", p->ops->params, p->settings);
+  for (const struct kith_package *added = p->next; added != NULL; added = added->next) {
+    line("added", "%s: %s", added->ops->name, added->ops->doc);
+    show_settings("settings", added->ops->params, added->settings);
+  }
   line("energy", "%s",
        p->compatible ? "compatible: from the work of pairs, conserved to round-off"
                      : "thermal: its own equation");

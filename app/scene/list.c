@@ -66,6 +66,7 @@ static const struct family {
   void (*print)(void);
 } families[] = {
     {"package", "what is computed on pairs", "method.package", .family = kith_package_member},
+    {"added", "what adds to the rates of the package", "packages", .family = kith_added_member},
     {"kernel", "interpolation", "method.kernel", .members = kernels},
     {"viscosity", "what makes shocks", "method.viscosity.name", .members = viscosities},
     {"eos", "equation of state", "materials.NAME.eos", .family = kith_eos_member},

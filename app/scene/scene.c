@@ -23,6 +23,10 @@ static const struct kith_param method_params[] = {
      "energy from the work of pairs, or from its own equation", IN(method.compatible)},
     {0}};
 
+/* Into a struct kith_selected. */
+static const struct kith_param package_params[] = {
+    {"name", KITH_PARAM_MEMBER, NULL, "", "package (kith list added)", .family = kith_added_member}, {0}};
+
 static const struct kith_param scheme_params[] = {
     {"name", KITH_PARAM_MEMBER, "leapfrog", "", "time integration (kith list scheme)", IN(scheme.member),
      .family = kith_scheme_member},
@@ -103,6 +107,8 @@ static const struct kith_param scene_params[] = {
     {"energy", KITH_PARAM_OTHER, "", "", "blast energies: one map, or a list",
      KITH_BELOW(kith_deposit_params, LIST)},
     {"method", KITH_PARAM_MAP, "", "", "hydrodynamics", KITH_BELOW(method_params, MAP)},
+    {"packages", KITH_PARAM_OTHER, "", "", "what adds to the rates of the hydro package, in this order",
+     KITH_BELOW(package_params, LIST)},
     {"scheme", KITH_PARAM_MAP, "", "", "time integration", KITH_BELOW(scheme_params, MAP)},
     {"neighbor", KITH_PARAM_MAP, "", "", "neighbor search", KITH_BELOW(neighbor_params, MAP)},
     {"connectivity", KITH_PARAM_MAP, "", "", "neighbor lists", KITH_BELOW(connectivity_params, MAP)},
@@ -156,6 +162,23 @@ kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
   return KITH_OK;
 }
 
+static kith_status read_packages(struct kith_scene *scene, const struct kith_config_node *node) {
+  if (node == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    const struct kith_config_node *name = kith_config_child(child, "name");
+    if (name != NULL && name->kind == KITH_CONFIG_SCALAR && kith_package_find(name->text) != NULL)
+      return kith_config_fail(
+          name, NULL, "%s is a hydro package; a run has one, which method.package chooses", name->text);
+    struct kith_selected *added = &scene->added[scene->n_added++];
+    KITH_TRY(kith_params_read(package_params, child, added));
+    for (const struct kith_selected *k = scene->added; k < added; ++k)
+      if (kith_added_find(k->name) == kith_added_find(added->name))
+        return kith_config_fail(name, NULL, "%s is in the list twice", added->name);
+  }
+  return KITH_OK;
+}
+
 static kith_status read_parts(struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root;
   if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
@@ -175,6 +198,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(kith_scene_materials(scene, kith_config_child(root, "materials")));
   KITH_TRY(kith_scene_regions(scene, kith_config_child(root, "regions")));
   KITH_TRY(kith_scene_deposits(scene, kith_config_child(root, "energy")));
+  KITH_TRY(read_packages(scene, kith_config_child(root, "packages")));
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }
 
@@ -218,6 +242,7 @@ void kith_scene_destroy(struct kith_scene **scene) {
   kith_free(&(*scene)->deposit);
   kith_params_clear(scene_params, *scene);
   kith_free(&(*scene)->exact.settings);
+  for (int k = 0; k < (*scene)->n_added; ++k) kith_free(&(*scene)->added[k].settings);
   for (int a = 0; a < NDIM; ++a) kith_free(&(*scene)->boundary[a].settings);
   for (int m = 0; m < (*scene)->n_materials; ++m) kith_free(&(*scene)->material[m].settings);
   kith_free(&(*scene)->text);

@@ -108,6 +108,8 @@ struct kith_scene {
     double neighbors; /* 0: the default of kernel and dimension */
     bool compatible;  /* energy: compatible | thermal */
   } method;
+  int n_added;                                         /* packages that add to its rates, in their order */
+  struct kith_selected added[KITH_ADDED_PACKAGES + 1]; /* the last: one too many, until it is refused */
   struct {
     struct kith_selected member;
     double cfl, dt; /* dt > 0: fixed step */

@@ -6,19 +6,37 @@
 #include <string.h>
 #include "app/initial/initial_conditions.h"
 
-static kith_status make_package(struct kith_simulation *m) {
+/* `next`: those after it are made by now. */
+static kith_status make_package(struct kith_simulation *m, struct kith_package *p,
+                                const struct kith_package_ops *ops, const void *settings,
+                                struct kith_package *next) {
   const struct kith_scene *scene = m->scene;
-  struct kith_package *p = &m->package;
-  p->ops = kith_package_find(scene->method.package.name);
+  p->ops = ops;
+  p->next = next;
   p->hydro = &m->hydro;
+  p->kernel = m->package.kernel;
+  p->neighbors = m->package.neighbors;
   p->compatible = scene->method.compatible;
-  p->settings = scene->method.package.settings;
+  p->settings = settings;
   p->traversal = p->ops->expensive ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");
   p->profile = m->profile;
   return kith_package_init(p);
+}
+
+static kith_status make_packages(struct kith_simulation *m) {
+  const struct kith_selected *hydro = &m->scene->method.package, *added = m->scene->added;
+  struct kith_package *next = NULL;
+  for (int k = m->scene->n_added - 1; k >= 0; next = &m->added[k--])
+    KITH_TRY(make_package(m, &m->added[k], kith_added_find(added[k].name), added[k].settings, next));
+  KITH_TRY(make_package(m, &m->package, kith_package_find(hydro->name), hydro->settings, next));
+  for (const struct kith_package *p = &m->package; p != NULL; p = p->next) {
+    const size_t used = strlen(m->packages);
+    snprintf(m->packages + used, sizeof m->packages - used, "%s%s", used > 0 ? ", " : "", p->ops->name);
+  }
+  return KITH_OK;
 }
 
 /* Frozen nodes first: the images of the others' axes include them. */
@@ -139,7 +157,7 @@ static kith_status make(struct kith_simulation *m, bool check) {
   kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen);
   if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
-  if (status == KITH_OK) status = make_package(m);
+  if (status == KITH_OK) status = make_packages(m);
   if (status == KITH_OK)
     status = kith_search_create(&m->search, kith_search_find(m->scene->neighbor.search.name), m->nodes);
   if (status == KITH_OK) status = kith_connectivity_create(&m->connectivity);
@@ -204,7 +222,7 @@ void kith_simulation_destroy(struct kith_simulation **simulation) {
   struct kith_simulation *m = *simulation;
   if (m == NULL) return;
   kith_integrator_clear(&m->integrator);
-  kith_package_clear(&m->package);
+  for (struct kith_package *p = &m->package; p != NULL; p = p->next) kith_package_clear(p);
   kith_boundaries_clear(&m->boundaries);
   kith_halo_destroy(&m->halo);
   kith_decomposition_destroy(&m->decomposition);

@@ -11,7 +11,8 @@ struct kith_simulation {
   const struct kith_scene *scene; /* borrowed */
   struct kith_nodes *nodes;
   struct kith_hydro hydro;
-  struct kith_package package;
+  struct kith_package package, added[KITH_ADDED_PACKAGES]; /* a list from the first on */
+  char packages[80];                                       /* their names */
   struct kith_boundaries boundaries;
   struct kith_search *search;
   struct kith_connectivity *connectivity;

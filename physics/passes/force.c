@@ -112,7 +112,8 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, siz
   sums->heat += sum_lane(n, out + KITH_HEAT * KITH_STRIDE);
 }
 
-/* What (1) of package.h needs. */
+/* What (1) of package.h needs: from the sums of the first package, to which the others add, and the last
+ * ends it. In between the acceleration is the external force of the last evaluation, if there is one. */
 KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const struct sums *sums) {
   struct kith_package *package = pass->package;
   const struct kith_hydro *hydro = package->hydro;
@@ -120,17 +121,21 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
   const double mass = hydro->mass->f64[i], *restrict velocity = hydro->velocity->f64 + at,
                *restrict base = pass->kick->velocity_base->f64 + at;
   double *all = hydro->acceleration->f64 + at, *pairs = package->pair_acceleration->f64 + at, correction = 0;
+  const bool adds = package->ops->longest_step != NULL, external = pairs != all;
   for (int a = 0; a < NDIM; ++a) {
-    const double known = base[a] + pass->kick->lead * (all[a] - pairs[a]);
-    pairs[a] = sums->force[a] / mass;
-    correction -= pairs[a] * (known - velocity[a]);
+    if (!adds && external) all[a] -= pairs[a];
+    pairs[a] = adds ? pairs[a] + sums->force[a] / mass : sums->force[a] / mass;
   }
-  if (pairs != all) {
+  const double rate = sums->heat / mass;
+  hydro->energy_rate->f64[i] = adds ? hydro->energy_rate->f64[i] + rate : rate;
+  if (!adds) package->signal->f64[i] = sums->signal;
+  if (package->next != NULL) return;
+  for (int a = 0; a < NDIM; ++a)
+    correction -= pairs[a] * (base[a] + pass->kick->lead * (external ? all[a] : 0) - velocity[a]);
+  if (external) {
     memcpy(all, pairs, NDIM * sizeof *all);
     kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, all);
   }
-  hydro->energy_rate->f64[i] = sums->heat / mass;
-  package->signal->f64[i] = sums->signal;
   if (package->compatible) package->energy_correction->f64[i] = correction;
 }
 

@@ -71,20 +71,12 @@ struct sph_constants {
 
 /* --- the pair function --- */
 
-/* C / H^(d + 2) g(q): the factor of x_ij in grad_i W. */
-KITH_INLINE double gradient_factor(enum kith_kernel kernel, double constant, double q,
-                                   double inverse_support) {
-  double w, g;
-  kith_kernel_value(kernel, q, &w, &g);
-  return constant * g * kith_pow_dim(inverse_support) * inverse_support * inverse_support;
-}
-
 /* One pair: (3) - (5), (7). */
 KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_constants *c,
                           const double *restrict i, const double *restrict j, double *restrict out) {
   const struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
-  const double gi = gradient_factor(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
-  const double gj = gradient_factor(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
+  const double gi = kith_kernel_gradient(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
+  const double gj = kith_kernel_gradient(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
   const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY);
   double viscosity =
       (c->viscosity.beta * p.mu - c->viscosity.alpha * p.sound) * p.mu / densities; /* Pi / 2 */

@@ -32,7 +32,7 @@ refused "tiny.yaml: one argument too many" "$kith" bench tiny.yaml
 refused "--ranks: not an option of bench, but of run, plan" "$kith" bench --ranks 2
 refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run tiny.yaml
 refused "list: 'kernl' is not one of scene, package" "$kith" list kernl
-refused "list: 'xyzzy' is not one of scene, package, kernel," "$kith" list xyzzy
+refused "list: 'xyzzy' is not one of scene, package, added, kernel," "$kith" list xyzzy
 
 refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml \
   --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3

@@ -23,7 +23,7 @@ for dim in 1 2 3; do
       if ($1 ~ /\/force/) force = ns
       if (bytes == "-") next
       near("bytes over ns of " $1, $(NF - 2) * ns, bytes, half(0) + ns * half(2) + $(NF - 2) * half(1))
-      near("triad of " $1, $(NF - 1) * triad, $(NF - 2), 2 * half(2) + triad * half(3))
+      near("triad of " $1, $(NF - 1) * triad, $(NF - 2), (1 + $(NF - 1)) * half(2) + triad * half(3))
       time[++counted] = ns; entry[counted] = $(NF - 5); pair[counted] = $(NF - 4)
     }
     / candidates, / {

@@ -15,6 +15,8 @@
  *   acoustic-wave  travelling wave along axis 0; linear theory: differs from the Euler equations by
  *                  O(amplitude^2)
  *   entropy-wave   a wave of density alone, carried along axis 0
+ *   decaying-wave  waves of heat and of shear that conduction and viscosity let decay
+ *   slabs          two half spaces of different temperature and conductivity in touch
  *   square         a denser box in gas of the same pressure
  *   two-blasts     two blasts that meet between walls: no exact solution, a reference of our own finite
  *                  volumes
@@ -32,8 +34,8 @@ struct kith_exact_state {
   double density, velocity[NDIM], pressure, energy;
 };
 
-/* The first member of the settings of all but riemann, and of what they create; what a member has no row for
- * is not used. */
+/* The first member of the settings of all but riemann and slabs, and of what they create; what a member has
+ * no row for is not used. */
 struct kith_exact_gas {
   double gamma, density, pressure, uniform_velocity[NDIM], center[NDIM], period[NDIM];
 };
@@ -85,12 +87,18 @@ struct kith_exact_ops {
   double (*shock)(const void *self, double time);
   struct kith_exact_star (*star)(const void *self); /* NULL: the member is no Riemann problem */
   bool radial;                                      /* it has a center; else it varies along axis 0 only */
-  bool vortex; /* it turns about an axis through the center, along axis 2 */
+  bool vortex;     /* it turns about an axis through the center, along axis 2 */
+  bool transverse; /* its velocity is along axis 1 */
+  bool diffusive; /* heat is conducted or the gas is viscous: no solution of Euler's equations, and the energy
+                   * need not be that of an ideal gas */
 };
 
-#define KITH_EXACT_LIST(X) \
-  X(riemann)               \
-  X(sedov) X(noh) X(gresho) X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform)
+#define KITH_EXACT_LIST(X)                                                                              \
+  X(riemann)                                                                                            \
+  X(sedov)                                                                                              \
+  X(noh)                                                                                                \
+  X(gresho) X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform) X(decaying_wave) \
+      X(slabs)
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X
@@ -106,7 +114,7 @@ const double *kith_exact_center(const struct kith_exact_ops *ops, const void *se
  * vortex; center NULL: x[0]. */
 double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x);
 /* The component of a velocity at x that the member has: outwards, around the axis of a vortex
- * (counterclockwise), or along axis 0. At the center itself 0. */
+ * (counterclockwise), along axis 1 if it is transverse, or along axis 0. At the center itself 0. */
 double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
                         const double *velocity);
 

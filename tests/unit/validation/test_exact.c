@@ -451,6 +451,72 @@ static void test_two_blasts(void) {
   p.end_time = -1, check_refused(ops, p, "end_time", "-1");
 }
 
+/* ---- what diffuses ---- */
+
+static double energy_at(const struct kith_exact_ops *ops, const void *self, double x, double time) {
+  return at(ops, self, x, time).energy;
+}
+static double transverse_at(const struct kith_exact_ops *ops, const void *self, double x, double time) {
+  return at(ops, self, x, time).velocity[NDIM > 1];
+}
+
+/* dA/dt = diffusivity d^2A/dx^2, by differences: truncation 1e-6, round-off 1e-14 / h^2 = 1e-6. */
+static void check_diffuses(double (*value)(const struct kith_exact_ops *, const void *, double, double),
+                           const struct kith_exact_ops *ops, const void *self, double diffusivity) {
+  const double h = 1e-4, t = 0.3;
+  for (double x = -0.91; x < 1; x += 0.17) {
+    const double here = value(ops, self, x, t);
+    const double rate = (value(ops, self, x, t + h) - value(ops, self, x, t - h)) / (2 * h);
+    const double bend = (value(ops, self, x + h, t) - 2 * here + value(ops, self, x - h, t)) / (h * h);
+    CHECK_CLOSE(rate, diffusivity * bend, 1e-5);
+  }
+}
+
+static void test_decaying_wave(void) {
+  const struct kith_exact_ops *ops = &kith_exact_decaying_wave;
+  void *settings, *wave;
+  CHECK_OK(kith_settings_create(&settings, kith_family_member(kith_exact_member, ops->name),
+                                "density=2 pressure=1 energy=3 energy_amplitude=0.5 diffusivity=0.2 "
+                                "velocity_amplitude=0.4 viscosity=0.1 wavelength=2 origin=0.5"));
+  CHECK_OK(kith_exact_create(&wave, ops, settings));
+  CHECK_CLOSE(energy_at(ops, wave, 1, 0), 3.5, 1e-15);
+  CHECK_CLOSE(at(ops, wave, 1, 7).density, 2, 0);
+  check_diffuses(energy_at, ops, wave, 0.2);
+  if (NDIM > 1) check_diffuses(transverse_at, ops, wave, 0.1);
+  if (NDIM > 1) CHECK_CLOSE(transverse_at(ops, wave, 1, 0), 0.4, 1e-15);
+  kith_free(&wave);
+  kith_free(&settings);
+}
+
+/* Each side for itself, and at the contact one temperature and one flow of heat; no heat is lost. */
+static void test_slabs(void) {
+  const struct kith_exact_ops *ops = &kith_exact_slabs;
+  const double d = 1e-5, heat[2] = {0.5 * 2, 4 * 0.25}; /* density c_v */
+  const double conductivity[2] = {0.3, 0.02};
+  void *settings, *slabs;
+  CHECK_OK(kith_settings_create(&settings, kith_family_member(kith_exact_member, ops->name),
+                                "density=0.5,4 pressure=1 energy=6,0.5 conductivity=0.3,0.02 "
+                                "specific_heat=2,0.25 interface_position=0.02"));
+  CHECK_OK(kith_exact_create(&slabs, ops, settings));
+  CHECK(energy_at(ops, slabs, 0.01, 0) == 6 && energy_at(ops, slabs, 0.03, 0) == 0.5);
+  const double left[] = {energy_at(ops, slabs, 0.02 - d, 0.3) / 2,
+                         energy_at(ops, slabs, 0.02 - 2 * d, 0.3) / 2};
+  const double right[] = {energy_at(ops, slabs, 0.02 + d, 0.3) / 0.25,
+                          energy_at(ops, slabs, 0.02 + 2 * d, 0.3) / 0.25};
+  CHECK_CLOSE(2 * left[0] - left[1], 2 * right[0] - right[1], 1e-8);
+  CHECK_CLOSE(conductivity[0] * (left[1] - left[0]), conductivity[1] * (right[0] - right[1]), 1e-6 * d);
+  double lost = 0;
+  for (double x = -4 + 0.0005; x < 4; x += 0.001) {
+    const int side = x > 0.02;
+    const double c = side ? 0.25 : 2, now = energy_at(ops, slabs, x, 0.3), then = energy_at(ops, slabs, x, 0);
+    lost += heat[side] / c * (now - then) * 0.001;
+  }
+  CHECK_CLOSE(lost, 0, 1e-5); /* the middles of cells, one of which has the corner */
+  CHECK(at(ops, slabs, 0.5, 1).density == 4);
+  kith_free(&slabs);
+  kith_free(&settings);
+}
+
 int main(void) {
   test_sedov_table();
   test_sedov_laws();
@@ -469,6 +535,8 @@ int main(void) {
   test_carried();
   test_yee();
   test_two_blasts();
+  test_decaying_wave();
+  test_slabs();
   test_refusals();
   return check_failed();
 }

@@ -203,6 +203,8 @@ int main(void) {
                                        "two-blasts",
                                        "entropy-wave",
                                        "square",
+                                       "heat-wave",
+                                       "slabs",
                                        "saltzman",
                                        "sedov-gradient",
                                        "gresho",

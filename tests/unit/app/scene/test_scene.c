@@ -306,11 +306,12 @@ static void reference(void) {
   rewind(file);
   const size_t length = fread(text, 1, sizeof text, file);
   fclose(file);
-  const char *overrides[] = {dimension_override(),      "resolution=1",
-                             "domain.lower=[0, 0, 0]",  "domain.upper=[1, 1, 1]",
-                             "regions.0.material=NAME", "regions.0.density=1",
-                             "regions.0.pressure=1",    "regions.0.where=",
-                             "energy.0.energy=1",       "until=1",
+  const char *overrides[] = {dimension_override(),         "resolution=1",
+                             "domain.lower=[0, 0, 0]",     "domain.upper=[1, 1, 1]",
+                             "regions.0.material=NAME",    "regions.0.density=1",
+                             "regions.0.pressure=1",       "regions.0.where=",
+                             "energy.0.energy=1",          "until=1",
+                             "packages.0.name=conduction", "packages.0.conductivity=1",
                              "exact.name=uniform"};
   struct kith_scene *s;
   CHECK_OK(kith_scene_parse(&s, "f", text, length, sizeof overrides / sizeof overrides[0], overrides));

@@ -74,7 +74,7 @@ static const struct wrong keys[] = {
     {11, "until: 3", "f:11: until: duplicate key, first on line 10"},
     {11, "<<: {a: 1}",
      "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
-     "materials, gravity, potential, regions, energy, method, scheme, neighbor, connectivity, "
+     "materials, gravity, potential, regions, energy, method, packages, scheme, neighbor, connectivity, "
      "reproducible, partition, traversal, "
      "until, exact, measure, output"},
 };
@@ -156,6 +156,18 @@ static const struct wrong missing[] = {
     {11, "energy: [{energy: 1, over: ball}]",
      "f:11: energy.0.radius: missing; radius or spacings is required"},
     {11, "exact: {}", "f:11: exact.name: missing; it is required"},
+    {11, "packages: [{name: conduction}]", "f:11: packages.0.conductivity: missing; it is required"},
+    {11, "packages: [{name: conduction, conductivity: -1}]",
+     "f:11: packages.0.conductivity: -1 is out of range [0, inf)"},
+    {11, "packages: [{name: conduction, conductivity: [1, -2]}]",
+     "f:11: packages.0.conductivity.1: -2 is out of range [0, inf)"},
+    {11, "packages: [{name: conduction, conductivity: 1}, {name: conduction, conductivity: 1}]",
+     "f:11: packages.1.name: conduction is in the list twice"},
+    {11, "packages: [{name: crk}]",
+     "f:11: packages.0.name: crk is a hydro package; a run has one, which method.package chooses"},
+    {11, "packages: [{conductivity: 1}]", "f:11: packages.0.name: missing; it is required"},
+    {11, "packages: [conduction]", "f:11: packages.0: 'conduction' where a map belongs"},
+    {11, "packages: {name: conduction}", "f:11: packages: a map where a list belongs"},
     {11, "exact: {name: sedov}", "f:11: exact.blast_energy: missing; it does not follow from this scene"},
     {11, "exact: {name: acoustic_wave}", "f:11: exact.density: missing; it does not follow from this scene"},
 };
@@ -295,7 +307,7 @@ static const struct wrong meanings[] = {
      "f:11: energy.spacings: not together with radius"},
     {11, "exact: {name: reimann}",
      "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, yee, acoustic-wave, "
-     "entropy-wave, square, two-blasts, uniform; did you mean 'riemann'?"},
+     "entropy-wave, square, two-blasts, uniform, decaying-wave, slabs; did you mean 'riemann'?"},
     {11, "exact: {name: riemann, window: {x: [0, 1], r: [0, 1]}}",
      "f:11: exact.window.r: not together with x"},
 };
@@ -354,11 +366,12 @@ static void refuses_overrides(void) {
   snprintf(wanted, sizeof wanted, "--set dimension: %c, but this program is the %d-D one", wrong[10], NDIM);
   check_message(wrong, kith_scene_parse(&scene, "f", text, strlen(text), 1, overrides), wanted);
   overrides[0] = dimension_override();
-  check_message("q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
-                "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, "
-                "boundaries, materials, "
-                "gravity, potential, regions, energy, method, scheme, neighbor, connectivity, reproducible, "
-                "partition, traversal, until, exact, measure, output");
+  check_message(
+      "q", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
+      "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, "
+      "boundaries, materials, "
+      "gravity, potential, regions, energy, method, packages, scheme, neighbor, connectivity, reproducible, "
+      "partition, traversal, until, exact, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");

@@ -1,0 +1,229 @@
+/* Conformance of the packages that add to the rates of a hydro package: each, on top of each hydro package,
+ * keeps momentum and energy, heats as the second law allows, adds nothing to gas of one velocity and
+ * temperature, and does not depend on traversal, threads, the frame or its place in the list. */
+#include <omp.h>
+#include "tests/unit/physics/added_world.h"
+
+static const int box[3] = {NDIM == 1 ? 15 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 3};
+enum { ADDED = KITH_ADDED_PACKAGES };
+
+/* What stands in the list after the hydro package: members of the family by number, parted by blanks. */
+struct variant {
+  const char *hydro;
+  int n, member[ADDED];
+  struct method method;
+};
+
+/* Coefficients that make what is added as large as what the gas does. */
+static void settings_of(const struct kith_package_ops *ops, char *text, size_t size) {
+  text[0] = '\0';
+  for (const struct kith_param *p = ops->params; p != NULL && p->key != NULL; ++p)
+    if (p->fallback == NULL) snprintf(text + strlen(text), size - strlen(text), " %s=0.7", p->key);
+}
+
+static void attach(struct world *w, const struct variant *v, struct added added[ADDED]) {
+  char text[200];
+  world_package(w, v->hydro, &v->method, "");
+  for (int k = 0; k < v->n; ++k) {
+    const struct kith_package_ops *ops = kith_added_all()[v->member[k]];
+    settings_of(ops, text, sizeof text);
+    added_attach(&added[k], w, ops->name, text);
+  }
+}
+
+static void create(struct world *w, const struct variant *v, enum side side, struct added added[ADDED]) {
+  world_create(w, box, side, 0.3, &v->method, 77);
+  attach(w, v, added);
+}
+
+static void destroy(struct world *w, const struct variant *v, struct added added[ADDED]) {
+  added_detach(w, v->n, added);
+  world_destroy(w);
+}
+
+static void evaluate(struct world *w) {
+  world_base(w);
+  CHECK_OK(kith_integrator_rates(&w->it));
+}
+
+/* By global id: nodes may be put in order. */
+struct rates {
+  int n;
+  double acceleration[MOST * NDIM], rate[MOST];
+};
+
+static void take(struct rates *r, const struct world *w) {
+  memset(r, 0, sizeof *r);
+  r->n = w->nodes->n_internal;
+  for (int i = 0; i < r->n; ++i) {
+    const int at = (int)w->nodes->id->i64[i] - 100;
+    for (int a = 0; a < NDIM; ++a) r->acceleration[at * NDIM + a] = w->hydro.acceleration->f64[i * NDIM + a];
+    r->rate[at] = w->hydro.energy_rate->f64[i];
+  }
+}
+
+static struct rates rates_of(const struct variant *v, const double *common) {
+  struct added added[ADDED];
+  struct world w;
+  struct rates r;
+  create(&w, v, PERIODIC, added);
+  for (int k = 0; common != NULL && k < w.nodes->n_internal * NDIM; ++k)
+    w.hydro.velocity->f64[k] += common[k % NDIM];
+  evaluate(&w);
+  take(&r, &w);
+  destroy(&w, v, added);
+  return r;
+}
+
+/* Round-off of sums, relative to the largest value. */
+static void compare(const struct rates *got, const struct rates *wanted, double tolerance) {
+  CHECK_FIELD(got->acceleration, wanted->acceleration, wanted->n * NDIM, tolerance);
+  CHECK_FIELD(got->rate, wanted->rate, wanted->n, tolerance);
+}
+
+/* ---- what is kept ---- */
+
+/* sum m a = 0, sum m (du/dt + v . a) = 0; kicks of any length and steps of any scheme keep energy. */
+static void check_kept(const struct variant *v, enum side side, const char *scheme) {
+  struct added added[ADDED];
+  struct world w;
+  create(&w, v, side, added);
+  evaluate(&w);
+  if (side != REFLECTING) world_momentum(&w, 1, 1e-12);
+  double rate = 0, size = 0;
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const double mass = w.hydro.mass->f64[i], *u = w.hydro.velocity->f64 + i * NDIM;
+    const double power = mass * kith_dot(u, w.hydro.acceleration->f64 + i * NDIM);
+    rate += mass * w.hydro.energy_rate->f64[i] + power;
+    size += mass * fabs(w.hydro.energy_rate->f64[i]) + fabs(power);
+  }
+  CHECK_CLOSE(rate, 0, 1e-13 * size);
+  w.it.scheme = kith_scheme_find(scheme);
+  CHECK_OK(kith_integrator_start(&w.it));
+  const struct kith_totals before = kith_hydro_totals(&w.hydro);
+  for (int k = 0; k < 4; ++k) CHECK_OK(kith_integrator_step(&w.it, 10));
+  const struct kith_totals after = kith_hydro_totals(&w.hydro);
+  CHECK_CLOSE((after.kinetic + after.internal) / (before.kinetic + before.internal), 1, 1e-13);
+  CHECK(after.internal != before.internal);
+  for (int a = 0; a < NDIM && side != REFLECTING; ++a)
+    CHECK_CLOSE(after.momentum[a], before.momentum[a], 1e-13 * before.momentum_scale);
+  destroy(&w, v, added);
+}
+
+/* What it adds raises the entropy, sum m du/T > 0, where T = u. */
+static void check_second_law(const struct variant *v) {
+  const struct variant alone = {.hydro = v->hydro, .method = v->method};
+  struct added added[ADDED];
+  struct world w;
+  double entropy = 0;
+  const struct rates with = rates_of(v, NULL), without = rates_of(&alone, NULL);
+  create(&w, v, PERIODIC, added);
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    entropy += w.hydro.mass->f64[i] * (with.rate[i] - without.rate[i]) / w.hydro.energy->f64[i];
+  CHECK(entropy > 0);
+  destroy(&w, v, added);
+}
+
+/* One velocity and temperature: bitwise the rates of the hydro package. */
+static void check_even(const struct variant *v) {
+  const struct variant alone = {.hydro = v->hydro, .method = v->method};
+  const struct variant *const variant[] = {v, &alone};
+  struct rates r[2];
+  for (int k = 0; k < 2; ++k) {
+    struct added added[ADDED];
+    struct world w;
+    create(&w, variant[k], PERIODIC, added);
+    for (int i = 0; i < w.nodes->n_internal; ++i) {
+      w.hydro.energy->f64[i] = 1.3;
+      for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0.5 + a;
+    }
+    evaluate(&w);
+    take(&r[k], &w);
+    destroy(&w, variant[k], added);
+  }
+  compare(&r[0], &r[1], 0);
+}
+
+/* ---- what nothing depends on ---- */
+
+/* The number of threads, bitwise, through whole steps. */
+static void check_threads(const struct variant *v) {
+  const int threads = omp_get_max_threads();
+  struct added added[2][ADDED];
+  struct world w[2];
+  for (int k = 0; k < 2; ++k) {
+    omp_set_num_threads(k + 1);
+    create(&w[k], v, PERIODIC, added[k]);
+    CHECK_OK(kith_integrator_start(&w[k].it));
+    for (int step = 0; step < 2; ++step) CHECK_OK(kith_integrator_step(&w[k].it, 10));
+  }
+  omp_set_num_threads(threads);
+  const size_t n = (size_t)w[0].nodes->n_internal;
+  CHECK(memcmp(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM * sizeof(double)) == 0);
+  CHECK(memcmp(w[0].hydro.energy->f64, w[1].hydro.energy->f64, n * sizeof(double)) == 0);
+  for (int k = 0; k < 2; ++k) destroy(&w[k], v, added[k]);
+}
+
+/* ---- the time step ---- */
+
+/* The least over all nodes of each package's own, with its reason. */
+static void check_limit(const struct variant *v) {
+  struct added added[ADDED];
+  struct world w;
+  create(&w, v, PERIODIC, added);
+  evaluate(&w);
+  const double alone = (w.package.next = NULL, kith_package_timestep_limit(&w.package, 0.3).dt);
+  w.package.next = &added[0].package;
+  double *coefficient = added[0].settings; /* the first row of each: what diffuses is proportional to it */
+  coefficient[0] *= 1e3, coefficient[1] *= 1e3;
+  double least = INFINITY;
+  for (int i = 0; i < w.nodes->n_internal; ++i)
+    least = fmin(least, 0.3 * added[0].package.ops->longest_step(&added[0].package, i));
+  const struct kith_timestep_limit limit = kith_package_timestep_limit(&w.package, 0.3);
+  CHECK(least < alone && limit.dt == least && limit.reason == added[0].package.ops->limit);
+  CHECK(strcmp(kith_limit_name(limit.reason), added[0].package.ops->name) == 0);
+  coefficient[0] = coefficient[1] = 0; /* nothing diffuses, nothing limits */
+  CHECK(kith_package_timestep_limit(&w.package, 0.3).dt == alone);
+  destroy(&w, v, added);
+}
+
+/* ---- all of it ---- */
+
+static void check_variant(struct variant v, int number) {
+  static const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2", "verlet"};
+  const double common[3] = {3, -2, 1};
+  const int before = check_failures;
+  const struct rates gather = rates_of(&v, NULL), moving = rates_of(&v, common);
+  compare(&moving, &gather, 1e-10);
+  check_kept(&v, (enum side)(number % 3), schemes[number % 4]);
+  check_second_law(&v);
+  check_even(&v);
+  check_limit(&v);
+  v.method.traversal = KITH_TRAVERSE_PAIRS;
+  const struct rates pairs = rates_of(&v, NULL);
+  compare(&pairs, &gather, 1e-13);
+  check_kept(&v, (enum side)((number + 1) % 3), schemes[(number + 1) % 4]);
+  check_threads(&v);
+  struct variant other = v; /* the other way round */
+  for (int k = 0; k < v.n; ++k) other.member[k] = v.member[v.n - 1 - k];
+  const struct rates reversed = rates_of(&other, NULL);
+  compare(&reversed, &pairs, 1e-13);
+  if (check_failures > before)
+    fprintf(stderr, "%d packages on %s, the first is %s\n", v.n, v.hydro,
+            kith_added_all()[v.member[0]]->name);
+}
+
+int main(void) {
+  int number = 0;
+  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
+    struct variant v = {
+        .hydro = (*p)->name,
+        .n = 1,
+        .method = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0}};
+    CHECK(kith_added_find((*p)->name) == NULL && (*p)->longest_step == NULL);
+    for (v.member[0] = 0; v.member[0] < ADDED; ++v.member[0]) check_variant(v, number++);
+    for (v.n = 0; v.n < ADDED; ++v.n) v.member[v.n] = v.n;
+    if (v.n > 1) check_variant(v, number++);
+  }
+  return check_failed();
+}

@@ -1,0 +1,129 @@
+/* Package conduction against sums over all images of all nodes; a wall in the gas; implicit steps. */
+#include "tests/unit/physics/added_world.h"
+#include "tests/unit/scenario.h"
+
+/* Sums of a few hundred terms, as of package sph. */
+static const double round_off = 1e-11;
+
+/* du/dt of node i from the equation, with conductivities and heat capacities of the lists. */
+static double heat_of(const struct world *w, const struct truth *t, int i, const double *k, const double *c) {
+  const double *u = w->hydro.energy->f64, *m = w->hydro.mass->f64;
+  const uint8_t *list = w->nodes->list->u8;
+  double sum = 0;
+  for (size_t e = t->partners.first[i]; e < t->partners.first[i + 1]; ++e) {
+    const struct partner *p = &t->partners.partner[e];
+    const int j = p->node;
+    const double hi = t->support[i], hj = t->support[j], ki = k[list[i]], kj = k[list[j]];
+    double slope = 0; /* (dW/dr) / r, the mean of both supports */
+    if (p->r < hi) slope += 0.5 * w->kernel.constant / pow(hi, NDIM + 2) * oracle_g(&w->kernel, p->r / hi);
+    if (p->r < hj) slope += 0.5 * w->kernel.constant / pow(hj, NDIM + 2) * oracle_g(&w->kernel, p->r / hj);
+    sum += 4 * ki * kj / (ki + kj) * m[j] / (t->density[i] * t->density[j]) *
+           (u[i] / c[list[i]] - u[j] / c[list[j]]) * slope;
+  }
+  return sum;
+}
+
+static void check_sums(enum side side, enum kith_traversal traversal) {
+  const int cells[3] = {NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 3};
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, traversal, true, 0, 0};
+  const double k[3] = {3, 0.2, 0.2}, c[3] = {0.5, 2, 2};
+  struct added added;
+  struct world w;
+  struct truth t = {0};
+  double wanted[MOST];
+  world_create(&w, cells, side, 0.3, &m, 5);
+  added_attach(&added, &w, "conduction", "conductivity=3,0.2 specific_heat=0.5,2");
+  truth_density(&w, &t);
+  world_root(&w, &t);
+  world_base(&w);
+  truth_all(&w, &t);
+  for (int i = 0; i < w.nodes->n_internal; ++i) wanted[i] = t.rate[i] + heat_of(&w, &t, i, k, c);
+  CHECK_OK(world_evaluate(&w));
+  CHECK_OK(kith_package_evaluate(&w.package, w.connectivity, &w.it.kick));
+  CHECK_FIELD(w.hydro.energy_rate->f64, wanted, w.nodes->n_internal, round_off);
+  CHECK_FIELD(w.hydro.acceleration->f64, &t.acceleration[0][0], w.nodes->n_internal * NDIM, round_off);
+  truth_clear(&t);
+  added_detach(&w, 1, &added);
+  world_destroy(&w);
+}
+
+/* ---- in runs ---- */
+
+/* A hot and a cold half of a solid that does not move; with a wall between them if `barrier`. */
+static const char halves[] =
+    "resolution: 20\narrangement: equal-spacing\n"
+    "domain: {lower: [-0.6, 0, 0], upper: [0.5, 0.2, 0.2]}\n"
+    "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
+    "materials: {solid: {eos: isothermal}}\n"
+    "regions:\n"
+    "  - {material: solid, lattice: cubic, where: {x: [-0.6, -0.05]}, density: 1, energy: 2}\n"
+    "  - {material: solid, lattice: cubic, where: {x: [-0.05, 0]}, density: 1, energy: 2,\n"
+    "     spacing: 0.025, barrier: true}\n"
+    "  - {material: solid, lattice: cubic, where: {x: [0, 0.5]}, density: 1, energy: 1}\n"
+    "packages: [{name: conduction, conductivity: 0.5}]\n"
+    "scheme: {dt: 0.0002}\nuntil: 0.02\n";
+
+/* The internal energy of the cold half at the end. */
+static double cold_energy(bool barrier, double conductivity) {
+  struct scenario s;
+  double sum = 0;
+  if (scenario_open(&s, halves, "regions.1.barrier=%s packages.0.conductivity=%g", barrier ? "true" : "false",
+                    conductivity) &&
+      scenario_run(&s, 10000)) {
+    const struct kith_nodes *nodes = s.simulation->nodes;
+    const struct kith_hydro *hydro = &s.simulation->hydro;
+    for (kith_index i = 0; i < nodes->n_internal; ++i)
+      if (nodes->position->f64[i * NDIM] > 0) sum += hydro->mass->f64[i] * hydro->energy->f64[i];
+  }
+  scenario_close(&s);
+  return sum;
+}
+
+/* A barrier conducts nothing: the motion does not depend on the energy, nor does the work that it costs, so
+ * that each half has to round-off what it has without conduction. */
+static void check_wall(void) {
+  const double alone = cold_energy(true, 0);
+  CHECK_CLOSE(cold_energy(true, 0.5), alone, 1e-13 * alone);
+  CHECK(cold_energy(false, 0.5) > 1.05 * cold_energy(false, 0));
+}
+
+static const char wave[] =
+    "resolution: 16\ndomain: {lower: [0, 0, 0], upper: [1, 0.25, 0.25]}\n"
+    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+    "materials: {solid: {eos: isothermal}}\n"
+    "regions: [{material: solid, lattice: cubic, density: 1, energy: \"2 + sin(2*pi*x)\"}]\n"
+    "method: {energy: thermal, kernel: wendland-c4}\n"
+    "packages: [{name: conduction, conductivity: 0.1}]\n"
+    "until: 0.1\n";
+
+/* The largest energy at the end, and the steps. */
+static double peak(const char *settings, uint64_t *steps) {
+  struct scenario s;
+  double most = 0;
+  if (scenario_open(&s, wave, "%s", settings) && scenario_run(&s, 10000)) {
+    most = largest(s.simulation->hydro.energy->f64, s.simulation->nodes->n_internal);
+    *steps = s.simulation->integrator.step;
+    CHECK(s.simulation->integrator.time == s.scene->until);
+  }
+  scenario_close(&s);
+  return most;
+}
+
+/* Ten times the explicit limit a step, and the same answer to the error of the steps. */
+static void check_implicit(void) {
+  uint64_t explicit_steps = 0, implicit_steps = 0;
+  const double wanted = peak("scheme.name=rk2", &explicit_steps),
+               got = peak("scheme.name=implicit scheme.cfl=6", &implicit_steps);
+  CHECK_CLOSE(got, wanted, 2e-3);
+  CHECK(implicit_steps > 0 && 3 * implicit_steps < explicit_steps);
+}
+
+int main(void) {
+  for (int side = OPEN; side <= REFLECTING; ++side) {
+    check_sums((enum side)side, KITH_TRAVERSE_GATHER);
+    check_sums((enum side)side, KITH_TRAVERSE_PAIRS);
+  }
+  check_wall();
+  check_implicit();
+  return check_failed();
+}
