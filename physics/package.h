@@ -42,7 +42,7 @@ struct kith_package;
   X(courant)               \
   X(acceleration)          \
   X(compression)           \
-  X(cooling) X(conduction) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
+  X(cooling) X(conduction) X(viscosity) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
 enum kith_limit {
 #define X(name) KITH_LIMIT_##name,
   KITH_LIMIT_LIST(X)

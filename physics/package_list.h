@@ -4,6 +4,6 @@
 #define KITH_PHYSICS_PACKAGE_LIST_H
 
 #define KITH_PACKAGE_LIST(X) X(sph) X(crk) X(mfm)
-#define KITH_ADDED_PACKAGE_LIST(X) X(conduction)
+#define KITH_ADDED_PACKAGE_LIST(X) X(conduction) X(viscosity)
 
 #endif

@@ -21,9 +21,8 @@ enum { TEMPERATURE = KITH_DIFFUSION_OWN, PACKED };
 
 KITH_INLINE void pair(enum kith_kernel kernel, const void *constant, const double *restrict i,
                       const double *restrict j, double *restrict out) {
-  double x[NDIM], r2;
-  const double q = kith_diffusion_pair(kernel, *(const double *)constant, i, j, x, &r2) *
-                   (i[TEMPERATURE] - J(TEMPERATURE));
+  const double q =
+      kith_diffusion_pair(kernel, *(const double *)constant, i, j) * (i[TEMPERATURE] - J(TEMPERATURE));
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = 0;
   OUT(KITH_HEAT) = q;
   OUT(KITH_PARTNER_HEAT) = -q;

@@ -33,15 +33,15 @@ static inline void kith_diffusion_pack(const struct kith_hydro *hydro, kith_inde
   packed[KITH_DIFFUSION_K] = k;
 }
 
-/* The factor of A_i - A_j in (1), and x_ij with its square. C: kith_kernel_constant. */
+/* The factor of A_i - A_j in (1). C: kith_kernel_constant. */
 KITH_INLINE double kith_diffusion_pair(enum kith_kernel kernel, double constant, const double *restrict i,
-                                       const double *restrict j, double x[NDIM], double *r2) {
-  *r2 = 0;
+                                       const double *restrict j) {
+  double r2 = 0;
   for (int a = 0; a < NDIM; ++a) {
-    x[a] = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
-    *r2 += x[a] * x[a];
+    const double x = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
+    r2 += x * x;
   }
-  const double r = sqrt(*r2), own = i[KITH_DIFFUSION_INVERSE], other = J(KITH_DIFFUSION_INVERSE),
+  const double r = sqrt(r2), own = i[KITH_DIFFUSION_INVERSE], other = J(KITH_DIFFUSION_INVERSE),
                k = i[KITH_DIFFUSION_K], kj = J(KITH_DIFFUSION_K);
   const double g = kith_kernel_gradient(kernel, constant, r * own, own) +
                    kith_kernel_gradient(kernel, constant, r * other, other);
@@ -60,6 +60,7 @@ static inline kith_status kith_diffusion_evaluate(struct kith_package *package,
                                               .pack = pack,
                                               .evaluate = evaluate[package->kernel],
                                               .n_packed = n_packed,
+                                              .no_slip = true,
                                               .constants = &constant});
 }
 

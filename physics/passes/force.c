@@ -36,8 +36,9 @@ KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const ki
     }
     for (int a = 0; a < NDIM; ++a)
       kith_lane(s, KITH_PACKED_V + a)[k] =
-          self[KITH_PACKED_V + a] -
-          2 * along / r2 * (self[KITH_PACKED_X + a] - kith_lane(s, KITH_PACKED_X + a)[k]);
+          pass->no_slip ? -self[KITH_PACKED_V + a]
+                        : self[KITH_PACKED_V + a] -
+                              2 * along / r2 * (self[KITH_PACKED_X + a] - kith_lane(s, KITH_PACKED_X + a)[k]);
     for (int m = KITH_PACKED_OWN; m < n_packed; ++m) kith_lane(s, m)[k] = self[m];
   }
 }

@@ -62,7 +62,8 @@ struct kith_force_pass {
   int n_packed, edges;              /* doubles of a particle, of an edge */
   const void *constants;            /* handed to the pair function */
   const struct kith_pairwise *edge; /* of the node that a pair starts at; the other end has - edge */
-  bool walls_known;                 /* the pair function accounts for the size of a barrier */
+  bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
+  bool walls_known; /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
   const uint8_t *barrier;     /* [nodes] or NULL */
   struct kith_pairwise *pair; /* "pair_force": what traversal `pairs` stores */

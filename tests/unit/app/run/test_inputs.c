@@ -205,6 +205,7 @@ int main(void) {
                                        "square",
                                        "heat-wave",
                                        "slabs",
+                                       "viscous-wave",
                                        "saltzman",
                                        "sedov-gradient",
                                        "gresho",
