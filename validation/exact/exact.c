@@ -40,7 +40,7 @@ double kith_exact_place(const struct kith_exact_ops *ops, const double *center, 
 
 double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
                         const double *velocity) {
-  if (center == NULL) return velocity[NDIM > 1 && ops->transverse];
+  if (center == NULL) return velocity[NDIM > 1 && ops != NULL && ops->transverse];
   const double r = kith_exact_place(ops, center, x);
   double s = 0;
   if (r <= 0) return 0;

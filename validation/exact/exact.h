@@ -114,7 +114,8 @@ const double *kith_exact_center(const struct kith_exact_ops *ops, const void *se
  * vortex; center NULL: x[0]. */
 double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x);
 /* The component of a velocity at x that the member has: outwards, around the axis of a vortex
- * (counterclockwise), along axis 1 if it is transverse, or along axis 0. At the center itself 0. */
+ * (counterclockwise), along axis 1 if it is transverse, or along axis 0 (also with ops NULL). At the center
+ * itself 0. */
 double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
                         const double *velocity);
 
