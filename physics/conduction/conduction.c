@@ -19,8 +19,8 @@ static const struct kith_param params[] = {
 
 enum { TEMPERATURE = KITH_DIFFUSION_OWN, PACKED };
 
-KITH_INLINE void pair(enum kith_kernel kernel, const void *constant, const double *restrict i,
-                      const double *restrict j, double *restrict out) {
+KITH_INLINE void conduction_pair(enum kith_kernel kernel, const void *constant, const double *restrict i,
+                                 const double *restrict j, double *restrict out) {
   const double q =
       kith_diffusion_pair(kernel, *(const double *)constant, i, j) * (i[TEMPERATURE] - J(TEMPERATURE));
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = 0;
@@ -28,7 +28,7 @@ KITH_INLINE void pair(enum kith_kernel kernel, const void *constant, const doubl
   OUT(KITH_PARTNER_HEAT) = -q;
   OUT(KITH_SIGNAL) = 0;
 }
-KITH_FORCE_BLOCKS(pair)
+KITH_FORCE_BLOCKS(conduction_pair)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct conduction_settings *settings = package->settings;
@@ -39,7 +39,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 
 static kith_status evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                             const struct kith_kick *kick) {
-  return kith_diffusion_evaluate(package, connectivity, kick, pack, pair_of, PACKED);
+  return kith_diffusion_evaluate(package, connectivity, kick, pack, conduction_pair_of, PACKED);
 }
 
 static double longest_step(const struct kith_package *package, kith_index i) {

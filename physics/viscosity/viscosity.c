@@ -21,8 +21,8 @@ static const struct kith_param params[] = {{"dynamic", KITH_PARAM_SIDES, NULL, "
                                             KITH_INTO(struct viscosity_settings, dynamic)},
                                            {0}};
 
-KITH_INLINE void pair(enum kith_kernel kernel, const void *constant, const double *restrict i,
-                      const double *restrict j, double *restrict out) {
+KITH_INLINE void viscosity_pair(enum kith_kernel kernel, const void *constant, const double *restrict i,
+                                const double *restrict j, double *restrict out) {
   const double flow = kith_diffusion_pair(kernel, *(const double *)constant, i, j);
   double v2 = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -33,7 +33,7 @@ KITH_INLINE void pair(enum kith_kernel kernel, const void *constant, const doubl
   OUT(KITH_HEAT) = OUT(KITH_PARTNER_HEAT) = -0.5 * flow * v2;
   OUT(KITH_SIGNAL) = 0;
 }
-KITH_FORCE_BLOCKS(pair)
+KITH_FORCE_BLOCKS(viscosity_pair)
 
 static double viscosity_of(const struct kith_package *package, kith_index i) {
   return kith_diffusion_of(package->hydro, i,
@@ -46,7 +46,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 
 static kith_status evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                             const struct kith_kick *kick) {
-  return kith_diffusion_evaluate(package, connectivity, kick, pack, pair_of, KITH_DIFFUSION_OWN);
+  return kith_diffusion_evaluate(package, connectivity, kick, pack, viscosity_pair_of, KITH_DIFFUSION_OWN);
 }
 
 static double longest_step(const struct kith_package *package, kith_index i) {
