@@ -70,8 +70,8 @@ void kith_free(void *p);
 #define KITH_INLINE __attribute__((always_inline)) static inline
 
 /* Hot leaf functions carry KITH_HOT: compiled for several instruction sets, picked when the program starts.
- * They are static, and each has a name of its own in the program: clang 14 gives others a name that callers in
- * other files do not find, and two of one name do not link. */
+ * They are static, and each has a name of its own in the program: clang 14 gives others a name that callers
+ * in other files do not find, and two of one name do not link. */
 #if defined(__x86_64__) && !defined(KITH_SANITIZE)
 #define KITH_HOT __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
