@@ -91,7 +91,7 @@ void kith_kick(struct kith_integrator *integrator, double dt);
 /* v += dt A, u += dt rate: a state for packages to evaluate, which the scheme then takes back. The middle of
  * dt is `later` than the evaluation of the rates: where a scheme has one a step, the rate of the energy is
  * extrapolated linearly from that one and the last. With constant rates pressures lag, and sound waves of a
- * few spacings slowly grow: on 400 nodes to 7 times the error. Once per step. */
+ * few spacings slowly grow. Once per step. */
 void kith_predict(struct kith_integrator *integrator, double dt, double later);
 /* Supports follow the divergence of the velocity for a time dt: H *= exp(dt div v / d). */
 void kith_drift_supports(struct kith_integrator *integrator, double dt);
