@@ -78,8 +78,8 @@ kith=$PWD/kith
 for dim in 1 2 3; do
   check 0 "${dim}d run $dim.yaml bind true" "$kith" run $dim.yaml
   check 0 "${dim}d run $dim.yaml --ranks 2 bind " "$kith" run $dim.yaml --ranks 2
-  check 0 "${dim}d plan --set a=2.yaml -q --network 1,2 $dim.yaml --thr=1" \
-    "$kith" plan --set a=2.yaml -q --network 1,2 $dim.yaml --thr=1
+  check 0 "${dim}d plan --set a=2.yaml -q $dim.yaml --thr=1" \
+    "$kith" plan --set a=2.yaml -q $dim.yaml --thr=1
   check 0 "${dim}d run -- $dim.yaml" "$kith" run -- $dim.yaml
   check 0 "${dim}d run" \
     "$kith" run --set dimension=2 3.yaml --set method.dimension=1 --set=dimension=$dim --quiet
@@ -102,7 +102,7 @@ check 2 "no verb" "$kith"
 
 # Each option is refused by the verbs that do not take it, and each verb has its help.
 for refusal in "list --ranks 2" "chart 1.yaml --until 1" "validate --set a=1" "plan 1.yaml -o x" \
-  "bench --restart x" "stress --network 1,1" "run 1.yaml --network 1,1"; do
+  "bench --restart x" "stress --until 1" "plan 1.yaml --steps 1"; do
   check 2 ": not an option of ${refusal%% *}, but of " "$kith" $refusal
 done
 check 0 "kith 0." "$kith" --version

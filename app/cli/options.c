@@ -15,7 +15,7 @@
 static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
 #undef X
 
-enum kind { FLAG, COUNT, NUMBER, TEXT, NETWORK, SETTING };
+enum kind { FLAG, COUNT, NUMBER, TEXT, SETTING };
 struct row {
   const char *name;
   int letter;
@@ -64,17 +64,6 @@ static double number(const struct row *row, const char *text) {
   return value;
 }
 
-/* "2e-6,1e10" */
-static struct kith_network network(const struct row *row, const char *text) {
-  const struct row latency = {.name = row->name, .kind = NUMBER, .most = HUGE_VAL},
-                   bandwidth = {.name = row->name, .kind = NUMBER, .least = 1, .most = HUGE_VAL};
-  char seconds[64] = "";
-  const char *comma = strchr(text, ',');
-  if (comma == NULL) refuse("--network: '%.60s' is not SECONDS,BYTES_PER_SECOND", text);
-  snprintf(seconds, sizeof seconds, "%.*s", (int)KITH_MIN(comma - text, 63), text);
-  return (struct kith_network){number(&latency, seconds), number(&bandwidth, comma + 1)};
-}
-
 static void add_override(struct kith_options *o, const char *text) {
   if (strchr(text, '=') == NULL) refuse("--set: '%.60s' is not KEY=VALUE", text);
   if (o->n_overrides == KITH_MAX_OVERRIDES) refuse("--set: more than %d of them", KITH_MAX_OVERRIDES);
@@ -91,8 +80,6 @@ static void take_value(const struct row *row, const char *text, struct kith_opti
     *(double *)into = number(row, text);
   else if (row->kind == TEXT)
     *(const char **)into = text;
-  else if (row->kind == NETWORK)
-    *(struct kith_network *)into = network(row, text);
   else
     add_override(o, text);
 }
@@ -203,7 +190,7 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
   char letters[64];
   bool given[N_ROWS] = {false};
   list_options(known, letters);
-  *o = (struct kith_options){.until = -1, .steps = -1, .network = KITH_NETWORK, .arguments = argv};
+  *o = (struct kith_options){.until = -1, .steps = -1, .arguments = argv};
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, letters, known, NULL)) != -1;) {
     if (c == ':') refuse("%.60s: its value is missing", argv[optind - 1]);

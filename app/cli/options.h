@@ -42,16 +42,6 @@ struct kith_verb {
 
 enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024, KITH_MAX_RANKS = 1000000 };
 
-/* Between ranks: seconds that a message takes however short it is, bytes per second. The default is a common
- * cluster network: 100 Gbit/s, one rank on each computer. */
-struct kith_network {
-  double latency, bandwidth;
-};
-#define KITH_NETWORK      \
-  (struct kith_network) { \
-    2e-6, 1e10            \
-  }
-
 struct kith_options {
   const struct kith_verb *verb;
   const char *subject; /* scene file, family, suite; NULL if not given */
@@ -64,14 +54,13 @@ struct kith_options {
   int steps;                                 /* < 0: no limit */
   int threads;                               /* 0: not given */
   int ranks;                                 /* 0: as many as were started */
-  struct kith_network network;
   bool check, profile, quiet, help, version;
   char **arguments; /* as given, with the program first, ended by NULL */
 };
 
 /* name, letter or 0, argument, kind, least and most of a value, member, verbs that take it, doc. Kinds: FLAG
- * (bool), COUNT (int), NUMBER (double), TEXT, NETWORK ("seconds,bytes per second"), SETTING
- * ("key=value", may be repeated). */
+ * (bool), COUNT (int), NUMBER (double), TEXT, SETTING ("key=value", may be
+ * repeated). */
 #define KITH_OPTION_LIST(X)                                                                                \
   X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),     \
     "use VALUE for KEY of the scene (dotted: method.kernel=cubic); may be repeated")                       \
@@ -91,8 +80,6 @@ struct kith_options {
     "write trace events of all ranks for Perfetto or a browser's tracing page")                            \
   X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(plan) | F(chart) | F(stress),                             \
     "no progress, only the results")                                                                       \
-  X(network, 0, "S,B", NETWORK, 0, 0, network, F(plan),                                                    \
-    "ranks whose messages take S seconds and B bytes per second (default: 2e-6,1e10)")                     \
   X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help: that of a verb")                    \
   X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, compiler and flags")
 

@@ -1,5 +1,5 @@
-/* What a run will cost: evaluations that are timed, short runs with fewer nodes, and the scaling model: what
- * each of many ranks would have, send and wait for. */
+/* What a run will cost: evaluations that are timed, short runs with fewer nodes; and what each of many ranks
+ * would have and send. */
 #include "app/plan/forecast.h"
 
 #include <math.h>
@@ -94,18 +94,6 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
 
 /* ---- traffic of a step ---- */
 
-/* Collective calls, counted in the code of the stages (tests/mpi/planned.sh compares their sum with runs): of
- * a rebuild, more for each boundary, and for the motion within a step of several stages; of an evaluation,
- * and more of one that first checks that the lists still cover it; of a step with its output. */
-enum {
-  OF_A_LIST = 18,
-  OF_A_BOUNDARY = 2,
-  OF_A_MOTION = 4,
-  OF_AN_EVALUATION = 4,
-  OF_A_STAGE = 6,
-  OF_A_STEP = 9
-};
-
 /* What the exchanges of one evaluation amount to, with rebuilt lists or, as in an inner stage of a step, with
  * those that are there. A halo without peers sends nothing, and counts. */
 static kith_status count_exchanges(struct kith_simulation *m, bool rebuilt, struct kith_halo_traffic *out) {
@@ -122,9 +110,8 @@ static kith_status count_exchanges(struct kith_simulation *m, bool rebuilt, stru
 }
 
 kith_status kith_step_traffic(struct kith_simulation *m, double lists, struct kith_step_traffic *out) {
-  const double evaluations = m->integrator.evaluations, later = evaluations - lists;
+  const double later = m->integrator.evaluations - lists;
   const struct kith_requirements *built = &m->connectivity->built;
-  const bool stages = m->integrator.scheme->stages;
   struct kith_field *fields[KITH_MAX_FIELDS];
   struct kith_halo_traffic fresh, kept = {0};
   KITH_TRY(count_exchanges(m, true, &fresh));
@@ -133,8 +120,6 @@ kith_status kith_step_traffic(struct kith_simulation *m, double lists, struct ki
       .lists = lists,
       .refreshes = lists * (double)fresh.exchanges + later * (double)kept.exchanges,
       .refresh_bytes = lists * (double)fresh.node_bytes + later * (double)kept.node_bytes,
-      .collectives = lists * (OF_A_LIST + OF_A_BOUNDARY * m->boundaries.n + (stages ? OF_A_MOTION : 0)) +
-                     evaluations * OF_AN_EVALUATION + (stages ? later * OF_A_STAGE : 0) + OF_A_STEP,
       .culls = m->integrator.cull && !built->ghost_rows && !built->overlap};
   const int n = kith_nodes_ghost_fields(m->nodes, fields);
   for (int f = 0; f < n; ++f) out->creation_bytes += (double)kith_field_node_size(fields[f]);
@@ -189,20 +174,6 @@ static kith_status fill_cells(struct model *o) {
     o->search_radius = fmax(o->search_radius, nodes->search_radius->f64[i]);
   }
   return kith_cell_bounds_of_nodes(nodes, o->home, (size_t)o->cells.n, &o->bounds);
-}
-
-/* Seconds to send, and to test a node against, the bounds of all cells that have nodes. */
-static double seconds_of_bounds(const struct model *o, const struct kith_network *network) {
-  const double start = kith_seconds();
-  double occupied = 0;
-  volatile bool near = false; /* so that the tests are made */
-  for (int64_t c = 0; c < o->cells.n; ++c) {
-    occupied += o->bounds[c].search_radius >= 0;
-    near = kith_cell_bounds_near(&o->bounds[c], o->cells.lower, 0, o->factor);
-  }
-  (void)near;
-  const double test = (kith_seconds() - start) / (double)o->cells.n;
-  return occupied * (sizeof(struct kith_cell_bounds) / network->bandwidth + test);
 }
 
 /* ---- who is sent where ---- */
@@ -343,35 +314,28 @@ static kith_status load_ranks(struct model *o, const struct kith_step_traffic *h
 }
 
 static kith_status predict(struct model *o, const char *partitioner, const struct kith_step_traffic *h,
-                           const struct kith_costs *c, struct kith_forecast *f) {
+                           struct kith_forecast *f) {
   KITH_TRY(fill_cells(o));
   KITH_TRY(kith_partition_create(&o->partition, &o->cells, o->n_ranks, partitioner));
   KITH_TRY(kith_partition_converge(o->partition, o->work));
   o->owner = o->partition->owner;
   KITH_TRY(load_ranks(o, h));
   KITH_TRY(kith_resize(&o->rank_work, 0, (size_t)o->n_ranks, sizeof *o->rank_work));
-  *f = (struct kith_forecast){
-      .cells = o->cells.n, .imbalance = kith_partition_loads(o->partition, o->owner, o->work, o->rank_work)};
+  *f = (struct kith_forecast){.imbalance =
+                                  kith_partition_loads(o->partition, o->owner, o->work, o->rank_work)};
   for (int r = 0; r < o->n_ranks; ++r) {
     const struct load *l = &o->load[r];
-    f->work = fmax(f->work, o->rank_work[r]), f->most_peers = fmax(f->most_peers, l->peers);
+    f->most_peers = fmax(f->most_peers, l->peers);
     f->made += l->made / o->n_ranks, f->most_made = fmax(f->most_made, l->made);
     f->kept += l->kept / o->n_ranks;
-    f->messages += l->messages / o->n_ranks, f->most_messages = fmax(f->most_messages, l->messages);
+    f->messages += l->messages / o->n_ranks;
     f->bytes += l->bytes / o->n_ranks, f->most_bytes = fmax(f->most_bytes, l->bytes);
   }
-  f->seconds.work = c->work * f->work;
-  f->seconds.ghosts = c->ghost * f->most_made;
-  f->seconds.bounds = h->lists * seconds_of_bounds(o, &c->network);
-  f->seconds.network = c->network.latency * (f->most_messages + h->collectives * log2(o->n_ranks)) +
-                       f->most_bytes / c->network.bandwidth;
-  f->seconds.step = f->seconds.work + f->seconds.ghosts + f->seconds.bounds + f->seconds.network;
   return KITH_OK;
 }
 
 kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, const char *partitioner,
-                                const struct kith_step_traffic *traffic, const struct kith_costs *costs,
-                                struct kith_forecast *out) {
+                                const struct kith_step_traffic *traffic, struct kith_forecast *out) {
   struct model o = {.simulation = m, .n_ranks = n_ranks, .factor = m->connectivity->built.overlap ? 2 : 1};
   bool periodic[NDIM];
   if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
@@ -380,7 +344,7 @@ kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, co
   for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
-  const kith_status status = predict(&o, partitioner, traffic, costs, out);
+  const kith_status status = predict(&o, partitioner, traffic, out);
   void *const owned[] = {&o.home, &o.bounds, &o.work, &o.rank_work, &o.mark,
                          &o.load, &o.meets,  &o.rank, &o.order};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);

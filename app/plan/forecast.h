@@ -11,7 +11,7 @@
  * its start; it holds longer support iterations, nodes out of order, and the rebuilds that Verlet lists
  * save.
  *
- * Many: the scaling model, what N ranks would have of a scene, send and wait for, from one process.
+ * Many: what N ranks would have of a scene and send, counted by one process.
  * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
  * start, as a run measures it. A partitioner makes its first map and continues until it changes nothing (at
  * most 20 times). Then
@@ -24,13 +24,7 @@
  *                 one for every refresh
  *   bytes         the fields that a new ghost has, a byte back for each, the fields of every refresh
  * Fields and refreshes are measured: rates are evaluated with a halo that has no peers and counts its
- * traffic.
- *
- * Seconds of a step, of a rank that has the most of everything:
- *   T = c_w W + c_g G + L P (p / b + c_p) + m l + B / b + C l log2 N
- * W nodes and row entries, G ghosts made, m messages, B bytes, C collective calls, l latency, b bandwidth; L
- * lists a step, for each of which every rank gets the bounds of all occupied cells (P of p bytes each) and
- * tests them (c_p seconds each). Every rank has as many threads as this process. */
+ * traffic. */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 
@@ -56,15 +50,11 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
 
 /* ---- many ---- */
 
-/* What a ghost of another rank costs, from the search for who needs it to its place in the lists, in row
- * entries: an assumption; fits to runs of Sedov's blast on 1 and 2 ranks scattered, mostly from 30 to 50. */
-#define KITH_GHOST_WORK 40.0
 /* Of a step. */
 struct kith_step_traffic {
   double lists;                    /* made */
   double refreshes, refresh_bytes; /* of ghosts that were kept; bytes of a node, in all of them */
   double creation_bytes;           /* of a new ghost */
-  double collectives;
   bool culls;
 };
 /* Notes what rates say. lists: of a step, at most its evaluations. The model has no ranks; it is evaluated
@@ -72,28 +62,16 @@ struct kith_step_traffic {
 kith_status kith_step_traffic(struct kith_simulation *simulation, double lists,
                               struct kith_step_traffic *out);
 
-/* Seconds. */
-struct kith_costs {
-  double work; /* of a node or row entry */
-  double ghost;
-  struct kith_network network;
-};
-
 struct kith_forecast {
-  int64_t cells;
-  double imbalance;                                  /* most work over the mean */
-  double work;                                       /* nodes and row entries of the busiest rank */
-  double made, most_made, kept, most_peers;          /* ghosts of a rank; ranks that it exchanges with */
-  double messages, bytes, most_messages, most_bytes; /* of a rank and step */
-  struct {
-    double work, ghosts, bounds, network, step; /* bounds: telling and testing those of all cells */
-  } seconds;
+  double imbalance;                         /* most work over the mean */
+  double made, most_made, kept, most_peers; /* ghosts of a rank; ranks that it exchanges with */
+  double messages, bytes, most_bytes;       /* of a rank and step */
 };
 
 /* Of a simulation that was started, without ranks; partitioner: as in a scene. BAD_INPUT: more than 16384
  * ranks, or ghosts that compute their own values. */
 kith_status kith_forecast_ranks(const struct kith_simulation *simulation, int n_ranks,
                                 const char *partitioner, const struct kith_step_traffic *traffic,
-                                const struct kith_costs *costs, struct kith_forecast *out);
+                                struct kith_forecast *out);
 
 #endif

@@ -21,9 +21,9 @@ struct plan {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  double full_dt;     /* the limit by the first rates; the first step takes a fraction of it */
-  double evaluation;  /* seconds of one at the start */
-  double step, lists; /* of a mean step: seconds, neighbor lists built */
+  double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
+  double evaluation; /* seconds of one at the start */
+  double lists;      /* built in a mean step */
 };
 
 /* ---- text ---- */
@@ -311,10 +311,10 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   else
     line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
          fixed ? "all of the same length" : "dt grows by a quarter a step and then stays as it is now");
-  plan->lists = fmin(c.lists, it->evaluations), plan->step = evaluation * c.growth;
+  plan->lists = fmin(c.lists, it->evaluations);
   line("cost", "about %s: %.0f steps of %d evaluation%s of %s%s; %d thread%s",
-       kith_text_seconds(all, steps * plan->step), steps, it->evaluations, it->evaluations == 1 ? "" : "s",
-       kith_text_seconds(time, plan->evaluation * c.growth),
+       kith_text_seconds(all, steps * evaluation * c.growth), steps, it->evaluations,
+       it->evaluations == 1 ? "" : "s", kith_text_seconds(time, plan->evaluation * c.growth),
        calibrated || !kith_rebuilds_lasting(it->rebuilds) ? "" : " at most: Verlet lists save rebuilds",
        omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
 }
@@ -334,40 +334,25 @@ static void show_cheaper(const struct plan *plan) {
 
 /* ---- ranks ---- */
 
-static void print_ranks_head(const struct kith_simulation *m, int n_ranks, int64_t cells,
-                             const struct kith_step_traffic *h, const struct kith_network *net) {
-  printf("\n  on %d ranks: %lld cells, %.1f nodes and %.0f row entries a rank; ", n_ranks, (long long)cells,
-         (double)m->nodes->n_internal / n_ranks, (double)m->integrator.ledger.last_row_entries / n_ranks);
-  printf("a network of %.3g us, %.3g GB/s\n", 1e6 * net->latency, 1e-9 * net->bandwidth);
-  printf("  a step: %.3g rebuilds of lists, %.0f bytes a new ghost; %.3g refreshes, %.0f bytes a ghost; ",
-         h->lists, h->creation_bytes, h->refreshes, h->refresh_bytes);
-  printf("%.0f collective calls\n\n", h->collectives);
-  printf("  %-11s %6s %15s %5s %8s %17s   %s\n", "", "work", "ghosts of a rank", "peers", "messages",
-         "KiB sent a step", "ms a step of the busiest rank");
-  printf("  %-11s %6s %7s %8s %5s %8s %8s %8s %7s %7s %7s %7s %7s %6s\n", "partitioner", "imbal.", "made",
-         "kept", "most", "a step", "mean", "most", "work", "ghosts", "bounds", "network", "step", "effic.");
-}
-
-/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). Efficiency:
- * of as many ranks as one process, which has all the work and no ghosts of others. */
-static kith_status show_ranks(struct plan *plan, int n_ranks, const struct kith_network *network) {
+/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). */
+static kith_status show_ranks(const struct plan *plan, int n_ranks) {
   struct kith_simulation *m = plan->simulation;
-  struct kith_step_traffic traffic;
-  bool headed = false;
-  KITH_TRY(kith_step_traffic(m, plan->lists, &traffic));
-  const struct kith_rows *rows = &m->connectivity->rows;
-  const double all = (double)m->nodes->n_internal + (double)rows->first[m->nodes->n_internal];
-  const struct kith_costs costs = {plan->step / all, KITH_GHOST_WORK * plan->step / all, *network};
+  struct kith_step_traffic h;
+  struct kith_forecast f = {0};
+  KITH_TRY(kith_step_traffic(m, plan->lists, &h));
+  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
+         (double)m->nodes->n_internal / n_ranks, (double)m->integrator.ledger.last_row_entries / n_ranks);
+  printf("  a step: %.3g rebuilds of lists, %.0f bytes a new ghost; %.3g refreshes, %.0f bytes a ghost\n\n",
+         h.lists, h.creation_bytes, h.refreshes, h.refresh_bytes);
+  printf("  %-11s %9s %23s %5s %8s %17s\n", "", "work", "ghosts of a rank", "peers", "messages",
+         "KiB sent a step");
+  printf("  %-11s %9s %7s %7s %7s %5s %8s %8s %8s\n", "partitioner", "imbalance", "made", "most", "kept",
+         "most", "a step", "mean", "most");
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
-    struct kith_forecast f;
     if ((*p)->needs != NULL) continue;
-    KITH_TRY(kith_forecast_ranks(m, n_ranks, (*p)->name, &traffic, &costs, &f));
-    if (!headed) print_ranks_head(m, n_ranks, f.cells, &traffic, network);
-    headed = true;
-    printf("  %-11s %6.3f %7.0f %8.0f %5.0f %8.1f %8.1f %8.1f %7.3g %7.3g %7.3g %7.3g %7.3g %6.3f\n",
-           (*p)->name, f.imbalance, f.made, f.kept, f.most_peers, f.messages, f.bytes / 1024,
-           f.most_bytes / 1024, 1e3 * f.seconds.work, 1e3 * f.seconds.ghosts, 1e3 * f.seconds.bounds,
-           1e3 * f.seconds.network, 1e3 * f.seconds.step, plan->step / (n_ranks * f.seconds.step));
+    KITH_TRY(kith_forecast_ranks(m, n_ranks, (*p)->name, &h, &f));
+    printf("  %-11s %9.3f %7.0f %7.0f %7.0f %5.0f %8.1f %8.1f %8.1f\n", (*p)->name, f.imbalance, f.made,
+           f.most_made, f.kept, f.most_peers, f.messages, f.bytes / 1024, f.most_bytes / 1024);
   }
   return KITH_OK;
 }
@@ -387,7 +372,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
   show_cost(plan, options, until);
   show_cheaper(plan);
   fflush(stdout);
-  if (options->ranks > 1 && show_ranks(plan, options->ranks, &options->network) != KITH_OK)
+  if (options->ranks > 1 && show_ranks(plan, options->ranks) != KITH_OK)
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 

@@ -4,7 +4,7 @@
  * and is sent to the rank that owns it, if
  *     d(x_j, box) <= f max(R_j, R of the cell),
  * f = 1, or 2 when overlap is required: then whatever a node of the cell may interact with is near it. The
- * halo and the scaling model (app/plan) both use the functions of this file. */
+ * halo and the forecast (app/plan) both use the functions of this file. */
 #ifndef KITH_DOMAIN_CELL_BOUNDS_H
 #define KITH_DOMAIN_CELL_BOUNDS_H
 
