@@ -21,6 +21,8 @@ static const struct kith_param row_params[] = {
     {"settings", KITH_PARAM_NAME, "", "", "key=value, separated by blanks", IN(settings)},
     {"ranks", KITH_PARAM_INTEGER, "", "[0, 1000]", "processes", IN(row.job.ranks)},
     {"threads", KITH_PARAM_INTEGER, "", "[0, 1000]", "threads of each", IN(row.job.threads)},
+    {"steps", KITH_PARAM_INTEGER, "", "[0, inf)", "after which the run ends", IN(row.job.steps)},
+    {"restart", KITH_PARAM_NAME, "", "", "the row whose last checkpoint it continues", IN(row.restart)},
     {"measure", KITH_PARAM_NAME, "", "", "what is measured", IN(row.measure)},
     {"at_most", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_most)},
     {"at_least", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_least)},
@@ -41,13 +43,13 @@ struct rows {
 /* ---- a row ---- */
 
 static void read_measure(struct kith_row *row) {
-  static const char *const words[] = {
-      [KITH_ROW_ORDER] = "order %d",  [KITH_ROW_SAME_NORMS] = "same norms", [KITH_ROW_BALANCE] = "balance",
-      [KITH_ROW_THREADS] = "threads", [KITH_ROW_RESTART] = "restart %d",    [KITH_ROW_NOTHING] = ""};
+  static const char *const words[] = {[KITH_ROW_ORDER] = "order %d",
+                                      [KITH_ROW_SAME_NORMS] = "same norms",
+                                      [KITH_ROW_BALANCE] = "balance",
+                                      [KITH_ROW_NOTHING] = ""};
   row->kind = KITH_ROW_VALUE;
   for (int k = KITH_ROW_ORDER; k <= KITH_ROW_NOTHING; ++k)
-    if (strchr(words[k], '%') != NULL ? sscanf(row->measure, words[k], &row->number) == 1
-                                      : strcmp(row->measure, words[k]) == 0)
+    if (strcmp(row->measure, words[k]) == 0 || sscanf(row->measure, words[k], &row->number) == 1)
       row->kind = (enum kith_row_kind)k;
 }
 
@@ -62,9 +64,7 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
     return kith_config_fail(node, NULL, "row %s needs one bound, at_most or at_least", name);
   if ((row->job.scene[0] != '\0') != (row->job.dimension > 0))
     return kith_config_fail(node, NULL, "row %s: scene and dimension come together", name);
-  if (row->same[0] != '\0' && (row->kind == KITH_ROW_THREADS || row->kind == KITH_ROW_RESTART))
-    return kith_config_fail(node, "same", "'%s' has runs of its own: none of them is compared", row->measure);
-  if ((row->kind == KITH_ROW_ORDER || row->kind == KITH_ROW_RESTART) && row->number < 1)
+  if (row->kind == KITH_ROW_ORDER && row->number < 1)
     return kith_config_fail(node, "measure", "'%s': the number must be positive", row->measure);
   return KITH_OK;
 }
@@ -166,6 +166,14 @@ static kith_status read_group(const struct kith_config_node *node, struct kith_r
 
 /* ---- a file ---- */
 
+/* A row that another one names. */
+static kith_status check_above(const struct rows *rows, const struct kith_config_node *node, const char *key,
+                               const char *name) {
+  bool found = name[0] == '\0';
+  for (int k = 0; k < rows->n && !found; ++k) found = strcmp(rows->row[k].job.label, name) == 0;
+  return found ? KITH_OK : kith_config_fail(node, key, "there is no row '%s' above", name);
+}
+
 static kith_status read_single(const struct kith_config_node *node, struct kith_row *row, struct rows *rows) {
   KITH_TRY(read_row(rows, node, row));
   KITH_TRY(check_row(node, row));
@@ -173,9 +181,8 @@ static kith_status read_single(const struct kith_config_node *node, struct kith_
     return kith_config_fail(node, NULL, "row %s: there is no run before it", row->job.label);
   if ((row->same[0] != '\0') != (row->like[0] != '\0'))
     return kith_config_fail(node, NULL, "row %s: same and like come together", row->job.label);
-  bool found = row->like[0] == '\0';
-  for (int k = 0; k < rows->n && !found; ++k) found = strcmp(rows->row[k].job.label, row->like) == 0;
-  if (!found) return kith_config_fail(node, "like", "there is no row '%s' above", row->like);
+  KITH_TRY(check_above(rows, node, "like", row->like));
+  KITH_TRY(check_above(rows, node, "restart", row->restart));
   return add_row(rows, row);
 }
 

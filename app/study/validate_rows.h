@@ -7,12 +7,11 @@
  *     - {name: sod-4, dimension: 1, scene: sod, ranks: 4, same: 1e-11, like: sod-100}
  *
  * Settings are those of --set, separated by blanks. A row without a scene measures the last run once more.
+ * `steps: N` ends a run after step N; `restart: ROW` continues the last checkpoint of that row, one above.
  * Measures: those of study.h, and
  *   order N       of convergence through the last N values that rows with a resolution have measured
  *   same norms    largest relative difference of the L1 norms between the last two runs
  *   balance       largest imbalance (busiest rank over mean) of all checks but the first
- *   threads       how many bytes of the last checkpoint differ between 1 and 2 threads
- *   restart N     the same between a run and one that is restarted after step N
  * `same` is required beside a measure, or instead of one: the last snapshot equals that of the row `like`, an
  * earlier one. `bits`: every field bitwise, as it is stored, and as many row entries in the whole run; a
  * number: node by node by id, within this fraction of the largest value of a field.
@@ -42,22 +41,21 @@ enum kith_row_kind {
   KITH_ROW_ORDER,
   KITH_ROW_SAME_NORMS,
   KITH_ROW_BALANCE,
-  KITH_ROW_THREADS,
-  KITH_ROW_RESTART,
   KITH_ROW_NOTHING /* but `same` */
 };
 
 struct kith_row {
   struct kith_job job; /* label: the row's name; dimension 0: no run of its own; threads 0: all */
   char measure[96], source[256];
-  bool quick;                /* in the suite of minutes */
-  double at_most, at_least;  /* one of them; the other is NaN */
-  enum kith_row_kind kind;   /* of the measure */
-  int number;                /* N of the measure */
-  char same[32];             /* as written */
-  char like[KITH_JOB_LABEL]; /* "": nothing is compared */
-  double tolerance;          /* of `same`; 0: bitwise */
-  char varied[64];           /* values of its group's factors but ranks and threads; else "" */
+  bool quick;                   /* in the suite of minutes */
+  double at_most, at_least;     /* one of them; the other is NaN */
+  enum kith_row_kind kind;      /* of the measure */
+  int number;                   /* N of the measure */
+  char same[32];                /* as written */
+  char like[KITH_JOB_LABEL];    /* "": nothing is compared */
+  double tolerance;             /* of `same`; 0: bitwise */
+  char restart[KITH_JOB_LABEL]; /* "": from the start */
+  char varied[64];              /* values of its group's factors but ranks and threads; else "" */
 };
 
 /* Reads a file; scenes are those of `inputs`. *rows is memory of kith_resize, in the order of the runs, also

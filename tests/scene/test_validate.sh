@@ -90,8 +90,16 @@ rows "name: a, $tube, same: bits"
 stopped 2 "row a: same and like come together" "$kith" validate own.yaml
 rows "over: {ranks: [2]}, same: bits, rows: [{name: a, measure: energy_drift, at_most: 1}]"
 stopped 2 "rows.0.rows.0.scene: missing" "$kith" validate own.yaml
-rows "over: {ranks: [2]}, same: bits, rows: [{name: a, $tube, measure: threads, at_most: 0}]"
-stopped 2 "'threads' has runs of its own" "$kith" validate own.yaml
+tube='dimension: 1, scene: sod, settings: "resolution=50 until=0.05 output.checkpoint_at_end=true"'
+rows "name: whole, $tube, measure: steps, at_least: 9" \
+  "name: part, $tube, steps: 5, measure: steps, at_most: 5" \
+  "name: on, $tube, restart: part, same: bits, like: whole" "name: part2, $tube, same: bits, like: part"
+"$kith" validate own.yaml -o v >stdout 2>stderr
+(($? == 3)) || wrong "a restart, and a row of fewer steps: $(cat stdout stderr)"
+grep -q "^on .* ok .* same as whole" stdout || wrong "a restart: $(cat stdout)"
+grep -q "^part2 .* DIFFERS FROM part" stdout || wrong "fewer steps: $(cat stdout)"
+rows "name: a, $tube, restart: b, measure: steps, at_least: 9"
+stopped 2 "rows.0.restart: there is no row 'b' above" "$kith" validate own.yaml
 rows "name: a, $tube, same: about, like: a"
 stopped 2 "'about' is neither bits nor a number" "$kith" validate own.yaml
 rows "name: a, over: {ranks: [2]}, $tube, same: bits"
