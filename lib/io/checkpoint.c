@@ -3,46 +3,47 @@
 #include "lib/io/checkpoint.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include "lib/io/atomic_file.h"
 #include "lib/nodes/migrate.h"
 
 #define MAGIC "kithckpt"
-enum { MARK = 0x01020304, VERSION = 1, CHUNK = 1 << 18, MOST_COMPONENTS = 64 };
+enum { MARK = 0x01020304, VERSION = 2, CHUNK = 1 << 18, MOST_COMPONENTS = 64 };
 enum group { GROUP_SCENE, GROUP_LISTS, GROUP_FIELD, GROUP_ARRAY };
 
 struct header {
   char magic[8];
-  uint32_t mark, version, dimension, sections;
-  uint64_t table, size, table_checksum, zero, checksum;
+  uint32_t mark, version, dimension, zero;
 };
 struct section {
   char name[56];
   uint32_t group, type;
-  uint64_t components, rows, bytes, checksum;
+  uint64_t components, rows;
 };
 struct stored_list {
   char name[32];
   int64_t first, count;
 };
-_Static_assert(sizeof(struct header) == 64, "the header is 64 bytes");
-_Static_assert(sizeof(struct section) == 96, "an entry of the table is 96 bytes");
+_Static_assert(sizeof(struct header) == 24, "the header is 24 bytes");
+_Static_assert(sizeof(struct section) == 80, "the head of a section is 80 bytes");
 _Static_assert(sizeof(struct stored_list) == 48, "a list is 48 bytes");
 _Static_assert(sizeof(struct kith_node_list) == 40, "a new member of a list must be added to stored_list");
 
 struct kith_checkpoint {
   struct kith_atomic_file *out; /* writing */
-  FILE *in;                     /* reading */
-  char *scene;                  /* owned */
-  struct header header;
-  struct section *section; /* [header.sections] */
-  size_t capacity;
-  kith_status status; /* of writing: after a failure nothing more is written, and it cannot be committed */
-  char tail[8];       /* of the section that is being written: bytes of an incomplete word */
+  uint64_t sum;                 /* of the words written */
+  char tail[8];                 /* bytes of an incomplete word */
   size_t n_tail;
-  char chunk[CHUNK]; /* values of other ranks, or what is verified */
+  kith_status status; /* of writing: after a failure nothing more is written, and it cannot be committed */
+  char *map;          /* reading: the whole file */
+  size_t size;
+  char *scene;       /* owned */
+  char chunk[CHUNK]; /* values of other ranks */
   char path[];
 };
 
@@ -61,20 +62,20 @@ static uint64_t checksum(uint64_t h, const void *data, size_t bytes) {
 
 static const uint64_t checksum_start = UINT64_C(0xcbf29ce484222325);
 
-static size_t padded(size_t bytes) {
-  return (bytes + 7) / 8 * 8;
+/* Bytes of the values of a section, and with the zeros behind them. */
+static size_t bytes_of(const struct section *s) {
+  return s->rows * s->components * (s->type == KITH_U8 ? 1 : 8);
 }
 
-static size_t type_size(uint32_t type) {
-  return type == KITH_U8 ? 1 : 8;
+static size_t padded(size_t bytes) {
+  return (bytes + 7) / 8 * 8;
 }
 
 void kith_checkpoint_close(struct kith_checkpoint **c) {
   if (*c == NULL) return;
   kith_atomic_file_abandon(&(*c)->out);
-  if ((*c)->in != NULL) fclose((*c)->in);
+  if ((*c)->map != NULL) munmap((*c)->map, (*c)->size);
   kith_free(&(*c)->scene);
-  kith_free(&(*c)->section);
   kith_free(c);
 }
 
@@ -85,49 +86,16 @@ static kith_status create(struct kith_checkpoint **out, const char *path) {
   return KITH_OK;
 }
 
-/* NULL if there is none. */
-static const struct section *find(const struct kith_checkpoint *c, enum group group, const char *name) {
-  for (uint32_t s = 0; s < c->header.sections; ++s)
-    if (c->section[s].group == group && strcmp(c->section[s].name, name) == 0) return &c->section[s];
-  return NULL;
-}
-
 /* ---- writing ---- */
 
-static void write_bytes(struct kith_checkpoint *c, const void *data, size_t bytes) {
-  if (c->status == KITH_OK && bytes > 0 && fwrite(data, 1, bytes, c->out->stream) != bytes)
+static void write_words(struct kith_checkpoint *c, const void *data, size_t bytes) {
+  if (c->status != KITH_OK || bytes == 0) return;
+  c->sum = checksum(c->sum, data, bytes);
+  if (fwrite(data, 1, bytes, c->out->stream) != bytes)
     c->status = kith_fail(KITH_BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
 }
 
-static void begin_section(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
-                          size_t components, size_t rows) {
-  const size_t n = c->header.sections;
-  if (c->status != KITH_OK) return;
-  if (name[0] == '\0' || strlen(name) >= sizeof c->section->name || find(c, group, name) != NULL)
-    c->status =
-        kith_fail(KITH_INTERNAL, "checkpoint: '%s' is too long a name, empty, or was put before", name);
-  else
-    c->status = kith_grow(&c->section, &c->capacity, n, n + 1, sizeof *c->section);
-  if (c->status != KITH_OK) return;
-  c->section[n] = (struct section){.group = group,
-                                   .type = type,
-                                   .components = components,
-                                   .rows = rows,
-                                   .bytes = padded(rows * components * type_size(type)),
-                                   .checksum = checksum_start};
-  strcpy(c->section[n].name, name);
-  c->n_tail = 0;
-  ++c->header.sections;
-}
-
-static void write_words(struct kith_checkpoint *c, const void *data, size_t bytes) {
-  if (c->status != KITH_OK) return;
-  struct section *s = &c->section[c->header.sections - 1];
-  s->checksum = checksum(s->checksum, data, bytes);
-  write_bytes(c, data, bytes);
-}
-
-/* Of the section that was begun last; any number of bytes, whole words of them at once. */
+/* Any number of bytes, whole words of them at once. */
 static void add_bytes(struct kith_checkpoint *c, const char *data, size_t bytes) {
   for (; bytes > 0 && c->n_tail % 8 != 0; --bytes) c->tail[c->n_tail++] = *data++;
   if (c->n_tail == 8) {
@@ -139,16 +107,27 @@ static void add_bytes(struct kith_checkpoint *c, const char *data, size_t bytes)
   if (bytes > whole) memcpy(c->tail, data + whole, bytes - whole), c->n_tail = bytes - whole;
 }
 
+static void begin_section(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
+                          size_t components, size_t rows) {
+  struct section s = {.group = group, .type = type, .components = components, .rows = rows};
+  if (name[0] == '\0' || strlen(name) >= sizeof s.name)
+    c->status = kith_fail(KITH_INTERNAL, "checkpoint: '%s' is too long a name, or empty", name);
+  snprintf(s.name, sizeof s.name, "%s", name);
+  write_words(c, &s, sizeof s);
+}
+
 static kith_status end_section(struct kith_checkpoint *c) {
   memset(c->tail + c->n_tail, 0, 8 - c->n_tail);
   if (c->n_tail > 0) write_words(c, c->tail, 8);
+  c->n_tail = 0;
   return c->status;
 }
 
 static kith_status put(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
                        size_t components, size_t rows, const void *data) {
+  const struct section s = {.type = type, .components = components, .rows = rows};
   begin_section(c, group, name, type, components, rows);
-  add_bytes(c, data, rows * components * type_size(type));
+  add_bytes(c, data, bytes_of(&s));
   return end_section(c);
 }
 
@@ -216,10 +195,12 @@ kith_status kith_checkpoint_put_field(struct kith_checkpoint *c, const struct ki
 }
 
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene) {
+  const struct header header = {.magic = MAGIC, .mark = MARK, .version = VERSION, .dimension = NDIM};
   KITH_TRY(create(out, path));
   struct kith_checkpoint *c = *out;
+  c->sum = checksum_start;
   c->status = kith_atomic_file_open(&c->out, path);
-  write_bytes(c, &c->header, sizeof c->header); /* zeros until commit */
+  write_words(c, &header, sizeof header);
   const kith_status status = put(c, GROUP_SCENE, "scene", KITH_U8, 1, strlen(scene), scene);
   if (status != KITH_OK) kith_checkpoint_close(out);
   return status;
@@ -230,116 +211,74 @@ kith_status kith_checkpoint_put(struct kith_checkpoint *c, const char *name, enu
   return put(c, GROUP_ARRAY, name, type, 1, n, values);
 }
 
-static kith_status write_table(struct kith_checkpoint *c) {
-  struct header *h = &c->header;
-  const size_t bytes = h->sections * sizeof *c->section;
-  if (c->status != KITH_OK) KITH_FAIL(BAD_FILE, "%s: not written: an earlier part of it failed", c->path);
-  memcpy(h->magic, MAGIC, sizeof h->magic);
-  h->mark = MARK, h->version = VERSION, h->dimension = NDIM;
-  h->table = sizeof *h;
-  for (uint32_t s = 0; s < h->sections; ++s) h->table += c->section[s].bytes;
-  h->size = h->table + bytes;
-  h->table_checksum = checksum(checksum_start, c->section, bytes);
-  h->checksum = checksum(checksum_start, h, sizeof *h - 8);
-  write_bytes(c, c->section, bytes);
-  if (c->status == KITH_OK && fseek(c->out->stream, 0, SEEK_SET) != 0)
-    KITH_FAIL(BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
-  write_bytes(c, h, sizeof *h);
-  return c->status;
-}
-
 kith_status kith_checkpoint_commit(struct kith_checkpoint **c) {
-  kith_status status = write_table(*c);
-  if (status == KITH_OK) status = kith_atomic_file_commit(&(*c)->out, true);
+  const uint64_t sum = (*c)->sum;
+  write_words(*c, &sum, sizeof sum);
+  const kith_status status =
+      (*c)->status == KITH_OK
+          ? kith_atomic_file_commit(&(*c)->out, true)
+          : kith_fail(KITH_BAD_FILE, "%s: not written: an earlier part of it failed", (*c)->path);
   kith_checkpoint_close(c);
   return status;
 }
 
 /* ---- reading ---- */
 
-static kith_status read_at(struct kith_checkpoint *c, uint64_t offset, void *data, size_t bytes) {
-  if (fseek(c->in, (long)offset, SEEK_SET) != 0 || (bytes > 0 && fread(data, 1, bytes, c->in) != bytes))
-    KITH_FAIL(BAD_FILE, "%s: cannot read: %s", c->path,
-              feof(c->in) ? "the file is cut short" : strerror(errno));
-  return KITH_OK;
-}
-
-static kith_status open_for_reading(struct kith_checkpoint *c, uint64_t *size) {
+static kith_status map_file(struct kith_checkpoint *c) {
   struct stat present;
-  c->in = fopen(c->path, "rb");
-  if (c->in == NULL || fstat(fileno(c->in), &present) != 0)
-    KITH_FAIL(BAD_FILE, "%s: cannot read: %s", c->path, strerror(errno));
-  if (!S_ISREG(present.st_mode)) KITH_FAIL(BAD_FILE, "%s: not a regular file", c->path);
-  *size = (uint64_t)present.st_size;
+  const int fd = open(c->path, O_RDONLY | O_CLOEXEC);
+  const bool there = fd >= 0 && fstat(fd, &present) == 0, regular = there && S_ISREG(present.st_mode);
+  const size_t size = regular ? (size_t)present.st_size : 0;
+  void *map = size > 0 ? mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0) : NULL;
+  const int why = errno;
+  if (fd >= 0) close(fd);
+  if (!there || map == MAP_FAILED) KITH_FAIL(BAD_FILE, "%s: cannot read: %s", c->path, strerror(why));
+  if (!regular) KITH_FAIL(BAD_FILE, "%s: not a regular file", c->path);
+  c->map = map, c->size = size;
   return KITH_OK;
 }
 
-static kith_status read_header(struct kith_checkpoint *c, uint64_t size) {
-  const struct header *h = &c->header;
-  if (size < sizeof *h)
-    KITH_FAIL(BAD_FILE, "%s: not a checkpoint: %llu bytes", c->path, (unsigned long long)size);
-  KITH_TRY(read_at(c, 0, &c->header, sizeof *h));
-  if (memcmp(h->magic, MAGIC, sizeof h->magic) != 0) KITH_FAIL(BAD_FILE, "%s: not a checkpoint", c->path);
-  if (h->mark != MARK) KITH_FAIL(BAD_FILE, "%s: written by a machine of another byte order", c->path);
-  if (h->version != VERSION)
-    KITH_FAIL(BAD_FILE, "%s: checkpoint version %u, this program reads %d", c->path, h->version, VERSION);
-  if (h->checksum != checksum(checksum_start, h, sizeof *h - 8))
-    KITH_FAIL(BAD_FILE, "%s: damaged: checksum of the header", c->path);
-  if (h->dimension != NDIM)
-    KITH_FAIL(BAD_INPUT, "%s: a %u-D checkpoint, this program is %d-D", c->path, h->dimension, NDIM);
-  if (h->size != size)
-    KITH_FAIL(BAD_FILE, "%s: damaged: %llu bytes of %llu", c->path, (unsigned long long)size,
-              (unsigned long long)h->size);
-  if (h->table > size || size - h->table != (uint64_t)h->sections * sizeof *c->section)
-    KITH_FAIL(BAD_FILE, "%s: damaged: table of %u sections", c->path, h->sections);
-  return KITH_OK;
+/* The section behind s, or the first one of s is NULL; NULL: there is none. */
+static const struct section *next_section(const struct kith_checkpoint *c, const struct section *s) {
+  const char *at = s != NULL ? (const char *)(s + 1) + padded(bytes_of(s)) : c->map + sizeof(struct header);
+  return at < c->map + c->size - 8 ? (const void *)at : NULL;
 }
 
-/* bytes == padded(rows * components * size of the type), without overflow, within `available`. */
-static bool plausible(const struct section *s, uint64_t available) {
-  if (memchr(s->name, '\0', sizeof s->name) == NULL || s->name[0] == '\0') return false;
-  if (s->group > GROUP_ARRAY || s->type > KITH_U8 || s->bytes > available) return false;
-  if (s->components == 0 || s->components > MOST_COMPONENTS) return false;
-  const uint64_t size = s->components * type_size(s->type);
-  return s->rows <= s->bytes / size && padded(s->rows * size) == s->bytes;
-}
-
-static kith_status read_table(struct kith_checkpoint *c) {
-  const struct header *h = &c->header;
-  const size_t bytes = h->sections * sizeof *c->section;
-  uint64_t offset = sizeof *h;
-  KITH_TRY(kith_resize(&c->section, 0, h->sections, sizeof *c->section));
-  KITH_TRY(read_at(c, h->table, c->section, bytes));
-  if (checksum(checksum_start, c->section, bytes) != h->table_checksum)
-    KITH_FAIL(BAD_FILE, "%s: damaged: checksum of the table", c->path);
-  for (uint32_t s = 0; s < h->sections; ++s) {
-    if (offset > h->table || !plausible(&c->section[s], h->table - offset))
-      KITH_FAIL(BAD_FILE, "%s: damaged: section %u", c->path, s);
-    offset += c->section[s].bytes;
-  }
-  if (offset != h->table) KITH_FAIL(BAD_FILE, "%s: damaged: the sections do not fill it", c->path);
-  return KITH_OK;
+/* Is it a section that ends before the checksum? */
+static bool is_section(const struct kith_checkpoint *c, const struct section *s) {
+  const size_t left = (size_t)(c->map + c->size - 8 - (const char *)s);
+  if (left < sizeof *s || memchr(s->name, '\0', sizeof s->name) == NULL || s->name[0] == '\0') return false;
+  return s->group <= GROUP_ARRAY && s->type <= KITH_U8 && s->components > 0 &&
+         s->components <= MOST_COMPONENTS && s->rows <= left && bytes_of(s) <= left - sizeof *s;
 }
 
 static kith_status verify(struct kith_checkpoint *c) {
-  uint64_t offset = sizeof c->header;
-  for (const struct section *s = c->section; s < c->section + c->header.sections; ++s) {
-    uint64_t sum = checksum_start;
-    for (uint64_t end = offset + s->bytes, n; offset < end; offset += n) {
-      n = KITH_MIN((uint64_t)CHUNK, end - offset);
-      KITH_TRY(read_at(c, offset, c->chunk, n));
-      sum = checksum(sum, c->chunk, n);
-    }
-    if (sum != s->checksum) KITH_FAIL(BAD_FILE, "%s: damaged: checksum of '%s'", c->path, s->name);
-  }
+  const struct header *h = (const void *)c->map;
+  uint64_t sum = 0;
+  if (c->size < sizeof *h + 8 || memcmp(h->magic, MAGIC, sizeof h->magic) != 0)
+    KITH_FAIL(BAD_FILE, "%s: not a checkpoint", c->path);
+  if (h->mark != MARK) KITH_FAIL(BAD_FILE, "%s: written by a machine of another byte order", c->path);
+  if (h->version != VERSION)
+    KITH_FAIL(BAD_FILE, "%s: checkpoint version %u, this program reads %d", c->path, h->version, VERSION);
+  memcpy(&sum, c->map + c->size - 8, 8);
+  if (c->size % 8 != 0 || sum != checksum(checksum_start, c->map, c->size - 8))
+    KITH_FAIL(BAD_FILE, "%s: damaged or cut short: its checksum is wrong", c->path);
+  if (h->dimension != NDIM)
+    KITH_FAIL(BAD_INPUT, "%s: a %u-D checkpoint, this program is %d-D", c->path, h->dimension, NDIM);
+  for (const struct section *s = next_section(c, NULL); s != NULL; s = next_section(c, s))
+    if (!is_section(c, s)) KITH_FAIL(BAD_FILE, "%s: damaged: its sections do not fill it", c->path);
   return KITH_OK;
 }
 
-/* Without the padding. */
-static kith_status read_section(struct kith_checkpoint *c, const struct section *s, void *data) {
-  uint64_t offset = sizeof c->header;
-  for (const struct section *t = c->section; t < s; ++t) offset += t->bytes;
-  return read_at(c, offset, data, s->rows * s->components * type_size(s->type));
+/* NULL if there is none. */
+static const struct section *find(const struct kith_checkpoint *c, enum group group, const char *name) {
+  const struct section *s = next_section(c, NULL);
+  while (s != NULL && !(s->group == group && strcmp(s->name, name) == 0)) s = next_section(c, s);
+  return s;
+}
+
+static void read_section(const struct section *s, void *data) {
+  if (bytes_of(s) > 0) memcpy(data, s + 1, bytes_of(s));
 }
 
 static const char *type_name(uint32_t type) {
@@ -363,15 +302,13 @@ static kith_status read_scene(struct kith_checkpoint *c) {
   const struct section *s = NULL;
   KITH_TRY(expect(c, &s, GROUP_SCENE, "scene", KITH_U8, 1, SIZE_MAX));
   KITH_TRY(kith_resize(&c->scene, 0, s->rows + 1, 1));
-  return read_section(c, s, c->scene);
+  read_section(s, c->scene);
+  return KITH_OK;
 }
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path) {
-  uint64_t size = 0;
   KITH_TRY(create(out, path));
-  kith_status status = open_for_reading(*out, &size);
-  if (status == KITH_OK) status = read_header(*out, size);
-  if (status == KITH_OK) status = read_table(*out);
+  kith_status status = map_file(*out);
   if (status == KITH_OK) status = verify(*out);
   if (status == KITH_OK) status = read_scene(*out);
   if (status != KITH_OK) kith_checkpoint_close(out);
@@ -390,7 +327,7 @@ static kith_status read_lists(struct kith_checkpoint *c, const struct kith_nodes
   if (s->rows != (size_t)nodes->n_lists)
     KITH_FAIL(BAD_INPUT, "%s: it has %llu node lists, the scene %d", c->path, (unsigned long long)s->rows,
               nodes->n_lists);
-  KITH_TRY(read_section(c, s, lists));
+  read_section(s, lists);
   *total = 0;
   for (int l = 0; l < nodes->n_lists; ++l) {
     if (strncmp(lists[l].name, nodes->lists[l].name, sizeof lists[l].name) != 0)
@@ -414,8 +351,7 @@ static kith_status match_fields(const struct kith_checkpoint *c, const struct ki
     KITH_TRY(
         expect(c, &s, GROUP_FIELD, field->spec.name, field->spec.type, (size_t)field->components, total));
   }
-  for (uint32_t k = 0; k < c->header.sections; ++k) {
-    const struct section *s = &c->section[k];
+  for (const struct section *s = next_section(c, NULL); s != NULL; s = next_section(c, s)) {
     const struct kith_field *field = s->group == GROUP_FIELD ? kith_nodes_field_named(nodes, s->name) : NULL;
     if (s->group == GROUP_FIELD && (field == NULL || !kith_field_lasts(field)))
       KITH_FAIL(BAD_FILE, "%s: it has the field '%s', which this scene does not use", c->path, s->name);
@@ -439,7 +375,7 @@ kith_status kith_checkpoint_nodes(struct kith_checkpoint *c, struct kith_nodes *
   ++nodes->positions;
   for (int f = 0; f < nodes->n_fields; ++f)
     if (kith_field_lasts(nodes->fields[f]))
-      KITH_TRY(read_section(c, find(c, GROUP_FIELD, nodes->fields[f]->spec.name), nodes->fields[f]->data));
+      read_section(find(c, GROUP_FIELD, nodes->fields[f]->spec.name), nodes->fields[f]->data);
   return KITH_OK;
 }
 
@@ -452,5 +388,6 @@ kith_status kith_checkpoint_get(struct kith_checkpoint *c, const char *name, enu
                                 void *values, size_t n) {
   const struct section *s = NULL;
   KITH_TRY(expect(c, &s, GROUP_ARRAY, name, type, 1, n));
-  return read_section(c, s, values);
+  read_section(s, values);
+  return KITH_OK;
 }

@@ -15,17 +15,15 @@
  * such a file helps the library that has to read it first. Here every byte is covered by a checksum that any
  * change within one 8-byte word changes, and every length is bounded by the size of the file:
  *
- *   header  64 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 1,
- *           u32 dimension, u32 sections, u64 table offset, u64 file size, u64 checksum of the table,
- *           u64 zero, u64 checksum of the 56 bytes before
- *   data    section after section, each padded with zeros to whole words
- *   table   96 bytes a section: name[56] ended and filled by zeros, u32 group, u32 type,
- *           u64 components, u64 rows, u64 bytes (padded), u64 checksum
+ *   header    24 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 2,
+ *             u32 dimension, u32 zero
+ *   sections  one after the other: name[56] ended and filled by zeros, u32 group, u32 type, u64 components,
+ *             u64 rows, then the values, padded with zeros to whole words
+ *   checksum  u64, of all words before
  *
  * Groups: 0 scene, 1 lists, 2 fields, 3 named arrays; types: those of kith_type. A list is a row of 6 words:
- * name[32], first, count. Numbers are in the byte order of the machine. Offsets follow from the lengths, so
- * that ranks can write their own parts of one file. Cost: one pass over the memory to write, two over the
- * file to read.
+ * name[32], first, count. Numbers are in the byte order of the machine. Cost: one pass over the memory to
+ * write, two over the file to read.
  *
  * With several ranks, rank 0 writes. Nodes are stored list by list, rank by rank; the values of the others
  * are sent to rank 0 piece by piece, field by field: beyond its own nodes it needs a quarter of a megabyte.
@@ -38,7 +36,7 @@
 struct kith_checkpoint;
 
 /* `scene`: the effective scene text; stored whole, compared on reading by the caller through
- * kith_checkpoint_scene. A name is 1 to 55 bytes long and is put once; a put that failed makes the commit
+ * kith_checkpoint_scene. A name is 1 to 55 bytes long, and put once; a put that failed makes the commit
  * fail too. Nothing put is copied or kept. */
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene);
 /* Collective; `c` is NULL on all ranks but 0. A failure is known to rank 0 only. */

@@ -172,7 +172,7 @@ static void misuse(void) {
   CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open_new(&c, "/dev/full", "")); /* must never rename over it */
   CHECK_OK(kith_checkpoint_open_new(&c, in("twice"), ""));
   CHECK_OK(kith_checkpoint_put(c, "x", KITH_F64, &x, 1));
-  CHECK_STATUS(KITH_INTERNAL, kith_checkpoint_put(c, "x", KITH_F64, &x, 1));
+  CHECK_STATUS(KITH_INTERNAL, kith_checkpoint_put(c, "", KITH_F64, &x, 1));
   CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_commit(&c)); /* a failed put is not forgotten */
   CHECK(c == NULL && !exists(in("twice")) && !exists(in("twice.partial")));
 }
@@ -219,19 +219,19 @@ static void damage(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Another dimension is named as such: the header of one, sealed again with a checksum computed here. */
+/* Another dimension is named as such: a file of one, sealed again with a checksum computed here. */
 static void other_dimension(void) {
   unsigned char bytes[16384];
   uint64_t h = UINT64_C(0xcbf29ce484222325), word;
   const uint32_t dimension = NDIM % 3 + 1;
   const size_t n = load(in("good"), bytes, sizeof bytes);
   memcpy(bytes + 16, &dimension, sizeof dimension);
-  for (int k = 0; k < 7; ++k) {
+  for (size_t k = 0; k + 1 < n / 8; ++k) {
     memcpy(&word, bytes + 8 * k, 8);
     h = (h ^ word) * 1099511628211u;
     h ^= h >> 29;
   }
-  memcpy(bytes + 56, &h, 8);
+  memcpy(bytes + n - 8, &h, 8);
   CHECK_STATUS(KITH_BAD_INPUT, open_bytes(bytes, n));
   CHECK(strstr(kith_failure(), "-D checkpoint, this program is") != NULL);
 }
