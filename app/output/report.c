@@ -89,9 +89,86 @@ void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
   r->n_counters = kith_profile_counters(m->profile, &r->counters);
 }
 
+/* ---- several ranks ---- */
+
+static struct kith_spread spread_of(struct kith_ranks *ranks, double mine) {
+  struct kith_spread all = {mine, mine, mine};
+  kith_ranks_sum(ranks, &all.mean, 1);
+  all.mean /= kith_ranks_size(ranks);
+  kith_ranks_min(ranks, &all.min, 1);
+  kith_ranks_max(ranks, &all.max, 1);
+  return all;
+}
+
+static void put_spread(json_t *object, struct kith_spread spread) {
+  put(object, "min", number(spread.min));
+  put(object, "mean", number(spread.mean));
+  put(object, "max", number(spread.max));
+}
+
+/* The stages of rank 0, one after the other: other ranks may lack some, or have met them in another order. */
+static kith_status spread_stages(struct kith_report *r, struct kith_ranks *ranks) {
+  int n = r->n_stages;
+  if (ranks == NULL) return KITH_OK;
+  kith_ranks_broadcast(ranks, 0, &n, sizeof n);
+  KITH_TRY(kith_ranks_allreduce_status(ranks,
+                                       kith_resize(&r->stage_spread, 0, (size_t)n, sizeof *r->stage_spread)));
+  for (int s = 0; s < n; ++s) {
+    char path[256] = "";
+    double seconds = 0;
+    if (kith_ranks_rank(ranks) == 0) snprintf(path, sizeof path, "%s", r->stages[s].path);
+    kith_ranks_broadcast(ranks, 0, path, sizeof path);
+    for (int k = 0; k < r->n_stages; ++k)
+      if (strncmp(r->stages[k].path, path, sizeof path - 1) == 0) seconds = r->stages[k].seconds;
+    r->stage_spread[s] = spread_of(ranks, seconds);
+  }
+  return KITH_OK;
+}
+
+kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_simulation *m,
+                                     const struct kith_traffic *before, uint64_t n_steps) {
+  struct kith_ranks *ranks = m->nodes->ranks;
+  const struct kith_traffic now = kith_ranks_traffic(ranks);
+  const struct kith_ledger *l = &m->integrator.ledger;
+  const struct kith_decomposition *d = m->decomposition;
+  struct kith_ledger_boundary remote = {0};
+  const double steps = fmax((double)n_steps, 1),
+               ghosts = kith_nodes_count(m->nodes) - kith_nodes_first_remote(m->nodes);
+  if (d != NULL) remote = l->boundary[m->boundaries.n - 1]; /* it comes last */
+  const struct {
+    const char *key;
+    double value;
+  } of_a_rank[] = {{"nodes", m->nodes->n_internal},
+                   {"row_entries", (double)l->last_row_entries},
+                   {"remote_ghosts", ghosts},
+                   {"messages_per_step", (double)(now.messages - before->messages) / steps},
+                   {"bytes_per_step", (double)(now.bytes - before->bytes) / steps}},
+    of_all[] = {{"remote_ghosts_created", (double)remote.created},
+                {"remote_ghosts_culled", (double)remote.culled},
+                {"remote_ghosts_kept", (double)remote.kept},
+                {"nodes_migrated", d != NULL ? (double)d->migrated : 0}};
+  r->ranks_detail = json_object();
+  for (size_t k = 0; k < sizeof of_a_rank / sizeof *of_a_rank; ++k) {
+    json_t *inner = json_object();
+    put_spread(inner, spread_of(ranks, of_a_rank[k].value));
+    put(r->ranks_detail, of_a_rank[k].key, inner);
+  }
+  put(r->ranks_detail, "collectives_per_step",
+      number((double)(now.collectives - before->collectives) / steps));
+  for (size_t k = 0; k < sizeof of_all / sizeof *of_all; ++k) {
+    double sum = of_all[k].value;
+    kith_ranks_sum(ranks, &sum, 1);
+    put(r->ranks_detail, of_all[k].key, number(sum));
+  }
+  put(r->ranks_detail, "repartitions", number(d != NULL ? (double)d->repartitions : 0));
+  return spread_stages(r, ranks);
+}
+
 void kith_report_clear(struct kith_report *report) {
   json_decref(report->ledger);
-  report->ledger = NULL;
+  json_decref(report->ranks_detail);
+  kith_free(&report->stage_spread);
+  report->ledger = report->ranks_detail = NULL;
 }
 
 /* ---- the file ---- */
@@ -106,12 +183,6 @@ static void put_norms(json_t *root, const struct kith_norms *n) {
 #undef NUMBER
 }
 
-static void put_spread(json_t *object, const struct kith_spread *spread) {
-  put(object, "min", number(spread->min));
-  put(object, "mean", number(spread->mean));
-  put(object, "max", number(spread->max));
-}
-
 /* The path of a stage is one key, whatever is in it. */
 static json_t *stages_of(const struct kith_report *r) {
   json_t *stages = json_object();
@@ -119,24 +190,10 @@ static json_t *stages_of(const struct kith_report *r) {
     json_t *stage = json_object();
     put(stage, "seconds", json_real(r->stages[s].seconds));
     put(stage, "calls", json_integer((json_int_t)r->stages[s].calls));
-    if (r->ranks_detail != NULL && s < r->ranks_detail->n_stages)
-      put_spread(stage, &r->ranks_detail->stage[s]);
+    if (r->stage_spread != NULL) put_spread(stage, r->stage_spread[s]);
     json_object_set_new(stages, r->stages[s].path, stage);
   }
   return stages;
-}
-
-static json_t *detail_of(const struct kith_ranks_detail *d) {
-  if (d == NULL) return json_null();
-  json_t *detail = json_object(), *inner;
-#define X(name, value, doc) \
-  json_object_set_new(detail, #name, inner = json_object()), put_spread(inner, &d->name);
-  KITH_RANKS_SPREAD_LIST(X)
-#undef X
-#define X(name, kind, value, doc) put(detail, #name, number(d->name));
-  KITH_RANKS_TOTAL_LIST(X)
-#undef X
-  return detail;
 }
 
 static json_t *json_of(const struct kith_report *r) {
@@ -155,7 +212,7 @@ static json_t *json_of(const struct kith_report *r) {
       json_object_set_new(json_object_get(root, "measures"), kith_measure_names[k], number(r->measure[k]));
   put(root, "stages", stages_of(r));
   put(root, "ledger", r->ledger != NULL ? json_incref(r->ledger) : json_object());
-  put(root, "ranks_detail", detail_of(r->ranks_detail));
+  put(root, "ranks_detail", r->ranks_detail != NULL ? json_incref(r->ranks_detail) : json_null());
   return root;
 }
 

@@ -22,57 +22,10 @@
 #include "validation/measure.h"
 #include "validation/norms.h"
 
-/* ---- of all ranks (ranks_detail.c) ---- */
-
 /* Over all ranks. */
 struct kith_spread {
   double min, mean, max;
 };
-
-/* Members that each rank has a value of: name, value, doc. Nodes, entries and ghosts: of the last neighbor
- * lists. A value is an expression of m (simulation), l (its ledger), before, after (traffic), steps, remote
- * (ghosts of other ranks), kept and needed (of them), compute and exchange (processor seconds). */
-#define KITH_RANKS_SPREAD_LIST(X)                                                                    \
-  X(nodes, m->nodes->n_internal, "nodes")                                                            \
-  X(row_entries, (double)l->last_row_entries, "row entries")                                         \
-  X(remote_ghosts, kept, "ghosts of other ranks")                                                    \
-  X(messages_per_step, (double)(after->messages - before->messages) / steps, "messages sent a step") \
-  X(bytes_per_step, (double)(after->bytes - before->bytes) / steps, "bytes sent a step")             \
-  X(compute_cpu_seconds, compute, "processor seconds of stages without communication, all steps")    \
-  X(exchange_cpu_seconds, exchange, "processor seconds of the other stages, waiting included")
-
-/* Members that are totals of all ranks: name, kind (SUM: of what each has, SAME: all have it), value, doc. */
-#define KITH_RANKS_TOTAL_LIST(X)                                                                             \
-  X(collectives_per_step, SAME, (double)(after->collectives - before->collectives) / steps,                  \
-    "collective calls a step")                                                                               \
-  X(remote_ghosts_created, SUM, (double)remote.created, "ghosts of other ranks created, all neighbor lists") \
-  X(remote_ghosts_culled, SUM, (double)remote.culled, "of them culled")                                      \
-  X(remote_ghosts_kept, SUM, (double)remote.kept, "of them kept")                                            \
-  X(remote_ghosts_last, SUM, kept, "ghosts of other ranks at the end")                                       \
-  X(remote_ghosts_last_needed, SUM, needed, "of them strictly needed: in the row of an internal node")       \
-  X(nodes_migrated, SUM, d != NULL ? (double)d->migrated : 0, "nodes migrated")                              \
-  X(repartitions, SAME, d != NULL ? (double)d->repartitions : 0, "partitions changed")
-
-struct kith_ranks_detail {
-#define X(name, value, doc) struct kith_spread name;
-  KITH_RANKS_SPREAD_LIST(X)
-#undef X
-#define X(name, kind, value, doc) double name;
-  KITH_RANKS_TOTAL_LIST(X)
-#undef X
-  int n_stages;
-  struct kith_spread *stage; /* [n_stages] seconds of rank 0's stages; 0 where a rank lacks one; owned */
-};
-
-/* `before`, `after`: traffic when the steps began and ended. Processor seconds are those of the first thread,
- * if the profile measures them (kith_profile_clock_cpu), else zero. compute: stages in which no rank waits;
- * exchange: all other stages of the steps, where a waiting rank may spin, so the minimum is that of the rank
- * which waits least. Collective; n_stages is 0 with one process. */
-kith_status kith_ranks_detail(struct kith_ranks_detail *out, const struct kith_simulation *simulation,
-                              const struct kith_traffic *before, const struct kith_traffic *after,
-                              uint64_t n_steps);
-
-/* ---- the report ---- */
 
 /* kind, member, key, value, unit, doc. A value is an expression of m (simulation), it (integrator), b
  * (baseline), now (totals), sum (over ranks: nodes, row entries, pair
@@ -130,14 +83,19 @@ struct kith_report {
   int n_stages, n_counters;
   const struct kith_stage *stages; /* of the profile, in tree order */
   const struct kith_counter *counters;
-  const struct kith_ranks_detail *ranks_detail;
-  json_t *ledger; /* object of numbers; owned, may be NULL */
+  struct kith_spread
+      *stage_spread;             /* [n_stages] seconds, 0 where a rank lacks a stage; NULL: one rank; owned */
+  json_t *ledger, *ranks_detail; /* objects; owned, may be NULL */
 };
 
 /* All but norms, measures and ranks_detail. The run began at `first_step`. Collective. */
 void kith_report_collect(struct kith_report *out, const struct kith_simulation *simulation,
                          const struct kith_conservation_baseline *baseline, uint64_t first_step,
                          double wall_seconds, double cpu_seconds);
+/* Adds ranks_detail: nodes, entries and ghosts of the last neighbor lists, and per step what was sent between
+ * `before` and now, the traffic when the steps began. Collective. */
+kith_status kith_report_detail_ranks(struct kith_report *report, const struct kith_simulation *simulation,
+                                     const struct kith_traffic *before, uint64_t n_steps);
 void kith_report_clear(struct kith_report *report);
 /* DIR/report.json, whole or not at all. */
 kith_status kith_report_write(const struct kith_report *report, const char *path);

@@ -3,9 +3,9 @@
 #include <string.h>
 #include "app/output/report.h"
 
-/* Of the ledger; 0 if it is not there. */
-static double entry(const struct kith_report *r, const char *name) {
-  return json_number_value(json_object_get(r->ledger, name));
+/* Of an object; 0 if it is not there. */
+static double at(const json_t *object, const char *name) {
+  return json_number_value(json_object_get(object, name));
 }
 
 static const char *shown(const char *text) {
@@ -15,7 +15,8 @@ static const char *shown(const char *text) {
 static void print_run(const struct kith_report *r, FILE *f) {
   fprintf(f, "%.60s  %" PRId64 "-D, %" PRId64 " nodes, %" PRId64 " steps to t = %.6g", shown(r->scene),
           r->dimension, r->nodes, r->steps, r->time);
-  if (entry(r, "rejected_steps") > 0) fprintf(f, ", %.0f more rejected", entry(r, "rejected_steps"));
+  if (at(r->ledger, "rejected_steps") > 0)
+    fprintf(f, ", %.0f more rejected", at(r->ledger, "rejected_steps"));
   fputc('\n', f);
   fprintf(f, "  %.20s, %.20s, %.20s; %" PRId64 " rank%s x %" PRId64 " thread%s\n", shown(r->package),
           shown(r->kernel), shown(r->scheme), r->ranks, r->ranks == 1 ? "" : "s", r->threads,
@@ -73,7 +74,7 @@ static void print_counters(const struct kith_report *r, const struct kith_stage 
  * are indented by depth, and cut where they are too long. */
 static void print_stages(const struct kith_report *r, bool all, FILE *f) {
   enum { WIDTH = 36 };
-  const struct kith_spread *spread = r->ranks_detail != NULL ? r->ranks_detail->stage : NULL;
+  const struct kith_spread *spread = r->stage_spread;
   const double updates = r->node_updates_per_second * r->wall_seconds;
   if (r->n_stages == 0) return;
   fprintf(f, "\n  %-*s %9s %11s %7s %10s", WIDTH, "stage", "calls", "seconds", "share", "ns/update");
@@ -98,32 +99,43 @@ static void print_stages(const struct kith_report *r, bool all, FILE *f) {
 }
 
 static void print_cost(const struct kith_report *r, FILE *f) {
-  const struct kith_ranks_detail *d = r->ranks_detail;
   fprintf(f, "\n  %.3f s wall, %.3f s cpu; %.3g node updates/s, %.1f pairs per node, %.3g pair evaluations\n",
           r->wall_seconds, r->cpu_seconds, r->node_updates_per_second, r->pairs_per_node,
           r->pair_evaluations);
-  if (r->ranks == 1 || d == NULL) return;
+  if (r->ranks == 1) return;
   fprintf(f, "  %.4g messages of %.4g bytes in the mean; remote ghosts: %.4g created, %.4g kept\n",
-          entry(r, "messages"), entry(r, "message_bytes") / KITH_MAX(entry(r, "messages"), 1),
-          d->remote_ghosts_created, d->remote_ghosts_kept);
-  fprintf(f, "  %.4g nodes migrated, %.4g repartitions", d->nodes_migrated, d->repartitions);
-  if (entry(r, "work_imbalance") > 0)
-    fprintf(f, ", work of the busiest rank %.3f of the mean", entry(r, "work_imbalance"));
+          at(r->ledger, "messages"), at(r->ledger, "message_bytes") / KITH_MAX(at(r->ledger, "messages"), 1),
+          at(r->ranks_detail, "remote_ghosts_created"), at(r->ranks_detail, "remote_ghosts_kept"));
+  fprintf(f, "  %.4g nodes migrated, %.4g repartitions", at(r->ranks_detail, "nodes_migrated"),
+          at(r->ranks_detail, "repartitions"));
+  if (at(r->ledger, "work_imbalance") > 0)
+    fprintf(f, ", work of the busiest rank %.3f of the mean", at(r->ledger, "work_imbalance"));
   fputc('\n', f);
 }
 
-static void print_ranks_detail(const struct kith_ranks_detail *d, FILE *f) {
-  fprintf(f, "\n  %-62s %10s %10s %10s %9s\n", "of a rank", "min", "mean", "max", "max/mean");
-#define X(name, value, doc)                                                                         \
-  if (d->name.max > 0)                                                                              \
-    fprintf(f, "  %-62s %10.5g %10.5g %10.5g %9.3f\n", doc, d->name.min, d->name.mean, d->name.max, \
-            d->name.max / d->name.mean);
-  KITH_RANKS_SPREAD_LIST(X)
-#undef X
-  fprintf(f, "\n  %-62s %10s\n", "of all ranks", "total");
-#define X(name, kind, value, doc) fprintf(f, "  %-62s %10.10g\n", doc, d->name);
-  KITH_RANKS_TOTAL_LIST(X)
-#undef X
+/* "messages per step", as the key without '_'. */
+static void print_key(const char *key, FILE *f) {
+  fputs("  ", f);
+  for (const char *c = key; *c != '\0'; ++c) fputc(*c == '_' ? ' ' : *c, f);
+  fprintf(f, "%*s", 24 - (int)strlen(key), "");
+}
+
+static void print_ranks_detail(json_t *detail, FILE *f) {
+  const char *key;
+  json_t *value;
+  fprintf(f, "\n  %-24s %10s %10s %10s %9s\n", "of a rank", "min", "mean", "max", "max/mean");
+  json_object_foreach(detail, key, value) {
+    if (!(at(value, "max") > 0)) continue;
+    print_key(key, f);
+    fprintf(f, " %10.5g %10.5g %10.5g %9.3f\n", at(value, "min"), at(value, "mean"), at(value, "max"),
+            at(value, "max") / at(value, "mean"));
+  }
+  fprintf(f, "\n  %-24s %10s\n", "of all ranks", "total");
+  json_object_foreach(detail, key, value) {
+    if (!json_is_number(value)) continue;
+    print_key(key, f);
+    fprintf(f, " %10.10g\n", json_number_value(value));
+  }
 }
 
 void kith_report_print(const struct kith_report *report, bool all, FILE *out) {

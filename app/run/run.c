@@ -39,7 +39,6 @@ struct run {
   struct progress progress;
   struct kith_traffic before_steps;
   struct kith_report report;
-  struct kith_ranks_detail detail;
   double until, started, cpu_started;
   uint64_t first_step;
   bool stopped; /* by a signal */
@@ -137,7 +136,6 @@ static kith_status create(struct run *run) {
   run->until = o->until >= 0 ? o->until : run->scene->until;
   KITH_TRY(kith_scene_lasts(run->scene, run->until));
   KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
-  if (o->profile) kith_profile_clock_cpu(run->profile);
   if (run->scene->exact.ops != NULL)
     KITH_TRY(kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings));
   KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->profile, o->check));
@@ -321,13 +319,10 @@ static kith_status write_report(struct run *run, struct kith_report *report) {
 
 static kith_status finish(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
-  const struct kith_traffic traffic = kith_ranks_traffic(run->ranks);
   struct kith_report *report = &run->report;
   kith_report_collect(report, run->simulation, &run->baseline, run->first_step, kith_seconds() - run->started,
                       cpu_seconds() - run->cpu_started);
-  KITH_TRY(kith_ranks_detail(&run->detail, run->simulation, &run->before_steps, &traffic,
-                             it->step - run->first_step));
-  report->ranks_detail = &run->detail;
+  KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step));
   KITH_TRY(write_state(run));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, speaks(run) ? write_report(run, report) : KITH_OK));
   if (run->options->trace != NULL) KITH_TRY(kith_trace_write(run->ranks, run->profile, run->options->trace));
@@ -389,7 +384,6 @@ enum kith_exit kith_run(const struct kith_options *options) {
     code = KITH_EXIT_FAILED;
   }
   kith_report_clear(&run.report);
-  kith_free(&run.detail.stage);
   kith_free(&run.exact);
   kith_nodes_destroy(&run.whole);
   kith_simulation_destroy(&run.simulation);

@@ -11,7 +11,7 @@ struct timer {
   int depth;
   bool open;
   uint64_t calls;
-  double start, seconds, cpu_start, cpu;
+  double start, seconds;
   double busy[]; /* [threads] */
 };
 
@@ -29,7 +29,7 @@ struct row {
 struct kith_profile {
   double origin; /* of the clock of a trace */
   int threads;
-  bool trace, cpu;
+  bool trace;
   struct timer *root, *now; /* root: parent of all root stages, not reported; now: the present stage */
   int skipped;      /* begins that failed for lack of memory: their ends must not close another stage */
   struct row *rows; /* [threads] */
@@ -38,18 +38,10 @@ struct kith_profile {
   size_t n_timers, n_counters, counters_capacity;
 };
 
-static double clock_now(clockid_t clock) {
-  struct timespec t;
-  clock_gettime(clock, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 double kith_seconds(void) {
-  return clock_now(CLOCK_MONOTONIC);
-}
-
-static double cpu_now(const struct kith_profile *p) {
-  return p->cpu ? clock_now(CLOCK_THREAD_CPUTIME_ID) : 0;
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 /* A new timer below `parent` (NULL: the root), behind all that are there. The path is "parent/name"; that of
@@ -99,10 +91,6 @@ void kith_profile_destroy(struct kith_profile **profile) {
   kith_free(profile);
 }
 
-void kith_profile_clock_cpu(struct kith_profile *profile) {
-  if (profile != NULL) profile->cpu = true;
-}
-
 void kith_profile_align(struct kith_profile *profile) {
   if (profile != NULL) profile->origin = kith_seconds();
 }
@@ -125,7 +113,6 @@ static void enter(struct kith_profile *p, const char *name, uint64_t calls) {
   p->now = child;
   child->open = true;
   child->calls += calls;
-  child->cpu_start = cpu_now(p);
   child->start = kith_seconds();
 }
 
@@ -159,7 +146,6 @@ void kith_profile_end(struct kith_profile *p) {
     return;
   }
   t->seconds += stop - t->start;
-  t->cpu += cpu_now(p) - t->cpu_start;
   t->open = false;
   record(p, 0, t->start, stop);
   p->now = t->parent;
@@ -199,11 +185,10 @@ int kith_profile_stages(const struct kith_profile *p, const struct kith_stage **
   int n = 0, parent = -1;
   *out = p != NULL ? p->stages : NULL;
   if (p == NULL) return 0;
-  const double now = kith_seconds(), cpu = cpu_now(p);
+  const double now = kith_seconds();
   for (const struct timer *t = p->root->next; t != NULL; t = t->next, parent = n++) {
     while (parent >= 0 && p->stages[parent].depth >= t->depth) parent = p->stages[parent].parent;
     const double seconds = t->seconds + (t->open ? now - t->start : 0);
-    const double busy = t->cpu + (t->open ? cpu - t->cpu_start : 0);
     p->stages[n] = (struct kith_stage){.path = t->path,
                                        .name = t->name,
                                        .depth = t->depth,
@@ -211,11 +196,8 @@ int kith_profile_stages(const struct kith_profile *p, const struct kith_stage **
                                        .calls = t->calls,
                                        .seconds = seconds,
                                        .self_seconds = seconds,
-                                       .self_cpu = busy,
                                        .imbalance = imbalance_of(t, p->threads)};
-    if (parent < 0) continue;
-    p->stages[parent].self_seconds -= seconds;
-    p->stages[parent].self_cpu -= busy;
+    if (parent >= 0) p->stages[parent].self_seconds -= seconds;
   }
   return n;
 }

@@ -25,7 +25,6 @@ struct kith_stage {
   uint64_t calls;
   double seconds;      /* wall, children included */
   double self_seconds; /* wall, children left out */
-  double self_cpu;     /* processor time of the first thread, children left out; 0 unless asked for */
   double imbalance;    /* max over mean of the threads' busy time, 1 is perfect; 0 if not reported */
 };
 
@@ -35,12 +34,9 @@ struct kith_counter {
   double total;
 };
 
-/* `trace`: keep every begin and end as an event, for kith_profile_write_trace. */
+/* `trace`: keep every begin and end as an event, for kith_profile_write_events. */
 kith_status kith_profile_create(struct kith_profile **out, int threads, bool trace);
 void kith_profile_destroy(struct kith_profile **profile);
-/* From here on stages have the processor time of the first thread too: begin and end cost about 0.4 us more
- * each. Before the first begin. */
-void kith_profile_clock_cpu(struct kith_profile *profile);
 /* Several processes that call this at the same moment have a common clock in their traces from here on. */
 void kith_profile_align(struct kith_profile *profile);
 
