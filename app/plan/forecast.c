@@ -1,5 +1,5 @@
 /* What a run will cost: evaluations that are timed, short runs with fewer nodes; and what each of many ranks
- * would have and send. */
+ * would have. */
 #include "app/plan/forecast.h"
 
 #include <math.h>
@@ -8,10 +8,8 @@
 #include <string.h>
 #include <time.h>
 #include "integrator/lifecycle.h"
-#include "lib/core/sfc_key.h"
 #include "lib/domain/cell_bounds.h"
 #include "lib/domain/decomposition.h"
-#include "lib/domain/halo.h"
 #include "lib/domain/partition/partition.h"
 
 enum { MOST_RANKS = 16384, MOST_RANKS_OF_A_NODE = 512 };
@@ -47,7 +45,7 @@ static kith_status steps_of(struct kith_simulation *m, int k, double until, doub
   double first;
   KITH_TRY(kith_simulation_start(m));
   KITH_TRY(kith_evaluation_measure(m, &first));
-  const uint64_t evaluations = it->ledger.evaluations, lifecycles = it->ledger.lifecycles;
+  const uint64_t evaluations = it->ledger.evaluations;
   const double start = seconds_now();
   while (it->time < until) {
     KITH_TRY(kith_integrator_step(it, until));
@@ -55,7 +53,6 @@ static kith_status steps_of(struct kith_simulation *m, int k, double until, doub
   }
   out->steps[k] = (double)it->step;
   out->growth = (seconds_now() - start) / fmax((double)(it->ledger.evaluations - evaluations), 1) / first;
-  out->lists = (double)(it->ledger.lifecycles - lifecycles) / fmax((double)it->step, 1);
   return KITH_OK;
 }
 
@@ -92,58 +89,13 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
   return KITH_OK;
 }
 
-/* ---- traffic of a step ---- */
-
-/* What the exchanges of one evaluation amount to, with rebuilt lists or, as in an inner stage of a step, with
- * those that are there. A halo without peers sends nothing, and counts. */
-static kith_status count_exchanges(struct kith_simulation *m, bool rebuilt, struct kith_halo_traffic *out) {
-  struct kith_halo *halo = NULL;
-  KITH_TRY(kith_halo_create(&halo, NULL, NULL));
-  m->hydro.halo = halo;
-  if (rebuilt) m->integrator.due = KITH_BECAUSE_requested;
-  const kith_status status =
-      rebuilt ? kith_integrator_rates(&m->integrator) : kith_integrator_evaluate(&m->integrator);
-  m->hydro.halo = NULL;
-  *out = kith_halo_traffic(halo);
-  kith_halo_destroy(&halo);
-  return status;
-}
-
-kith_status kith_step_traffic(struct kith_simulation *m, double lists, struct kith_step_traffic *out) {
-  const double later = m->integrator.evaluations - lists;
-  const struct kith_requirements *built = &m->connectivity->built;
-  struct kith_field *fields[KITH_MAX_FIELDS];
-  struct kith_halo_traffic fresh, kept = {0};
-  KITH_TRY(count_exchanges(m, true, &fresh));
-  if (later > 0) KITH_TRY(count_exchanges(m, false, &kept));
-  *out = (struct kith_step_traffic){
-      .lists = lists,
-      .refreshes = lists * (double)fresh.exchanges + later * (double)kept.exchanges,
-      .refresh_bytes = lists * (double)fresh.node_bytes + later * (double)kept.node_bytes,
-      .culls = m->integrator.cull && !built->ghost_rows && !built->overlap};
-  const int n = kith_nodes_ghost_fields(m->nodes, fields);
-  for (int f = 0; f < n; ++f) out->creation_bytes += (double)kith_field_node_size(fields[f]);
-  return KITH_OK;
-}
-
 /* ---- the model ---- */
-
-/* What a rank would have. */
-struct load {
-  double made, kept;
-  double sent, sent_kept;          /* nodes, each as often as it goes */
-  double to, from, to_kept, peers; /* ranks */
-  double messages, bytes;          /* of a step */
-};
 
 /* Of a node or image. */
 struct mark {
-  int32_t rank;    /* -1: of a frozen one, which all have */
-  int32_t visited; /* 1 + the last rank that met it */
-  bool periodic;   /* an image across periodic faces */
+  int32_t rank;  /* -1: of a frozen one, which all have */
+  bool periodic; /* an image across periodic faces */
 };
-
-enum { MADE = 1, KEPT = 2 }; /* of a pair of ranks */
 
 struct model {
   const struct kith_simulation *simulation;
@@ -157,10 +109,8 @@ struct model {
   struct kith_partition *partition;
   const int32_t *owner; /* [cells.n] its map */
   struct mark *mark;    /* of all nodes */
-  struct load *load;    /* of the ranks */
-  uint8_t *meets;       /* [from][to] MADE, KEPT */
-  uint64_t *rank;       /* [n_internal] of the nodes, and their order by it */
-  kith_index *order;
+  double *made, *peers; /* [n_ranks] ghosts, ranks that it exchanges with */
+  uint8_t *meets;       /* [from][to] */
 };
 
 static kith_status fill_cells(struct model *o) {
@@ -244,98 +194,50 @@ static void mark_nodes(struct model *o) {
   }
 }
 
-static uint8_t *meeting(struct model *o, int32_t from, int32_t to) {
-  return &o->meets[(size_t)from * (size_t)o->n_ranks + (size_t)to];
-}
-
 /* Periodic images are found from their nodes, as many as there are; mirror images are those in the lists. */
-static kith_status count_made(struct model *o) {
+static kith_status count_ghosts(struct model *o) {
   const struct kith_nodes *nodes = o->simulation->nodes;
+  const size_t n = (size_t)o->n_ranks;
   for (kith_index i = 0; i < kith_nodes_count(nodes); ++i) {
     struct targets t;
     const int32_t rank = o->mark[i].rank;
     if (rank < 0 || o->mark[i].periodic) continue;
     find_targets(o, nodes->position->f64 + (size_t)i * NDIM, nodes->search_radius->f64[i], rank, &t);
     if (t.full) KITH_FAIL(UNSUPPORTED, "a node is sent to more than %d ranks", MOST_RANKS_OF_A_NODE);
-    o->load[rank].sent += t.n;
     for (int k = 0; k < t.n; ++k) {
-      o->load[t.of[k].rank].made += 1;
-      *meeting(o, rank, t.of[k].rank) |= MADE;
+      o->made[t.of[k].rank] += 1;
+      o->meets[(size_t)rank * n + (size_t)t.of[k].rank] = 1;
     }
   }
-  return KITH_OK;
-}
-
-/* Rank by rank all neighbors that other ranks own, each once. */
-static kith_status count_kept(struct model *o) {
-  const struct kith_rows *rows = &o->simulation->connectivity->rows;
-  const size_t n = (size_t)o->simulation->nodes->n_internal;
-  KITH_TRY(kith_resize(&o->rank, 0, n, sizeof *o->rank));
-  KITH_TRY(kith_resize(&o->order, 0, n, sizeof *o->order));
-  for (size_t i = 0; i < n; ++i) o->rank[i] = (uint64_t)o->mark[i].rank;
-  KITH_TRY(kith_sfc_key_sort(n, o->rank, NULL, o->order));
-  for (size_t k = 0; k < n; ++k) {
-    const kith_index i = o->order[k];
-    const int32_t rank = o->mark[i].rank;
-    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      struct mark *other = &o->mark[rows->node[e]];
-      if (other->rank < 0 || other->rank == rank || other->visited == rank + 1) continue;
-      other->visited = rank + 1;
-      o->load[rank].kept += 1, o->load[other->rank].sent_kept += 1;
-      *meeting(o, other->rank, rank) |= KEPT;
-    }
-  }
+  for (size_t k = 0; k < n * n; ++k) o->peers[k / n] += o->meets[k] | o->meets[k % n * n + k / n];
   return KITH_OK;
 }
 
 /* ---- one partitioner ---- */
 
-static kith_status load_ranks(struct model *o, const struct kith_step_traffic *h) {
+static kith_status predict(struct model *o, const char *partitioner, struct kith_forecast *f) {
   const size_t n = (size_t)o->n_ranks;
-  KITH_TRY(kith_resize(&o->mark, 0, (size_t)kith_nodes_count(o->simulation->nodes), sizeof *o->mark));
-  KITH_TRY(kith_resize(&o->load, 0, n, sizeof *o->load));
-  KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
-  mark_nodes(o);
-  KITH_TRY(count_made(o));
-  if (h->culls) KITH_TRY(count_kept(o));
-  for (size_t k = 0; k < n * n; ++k) {
-    struct load *l = &o->load[k / n];
-    const uint8_t there = o->meets[k], back = o->meets[k % n * n + k / n];
-    l->to += (there & MADE) != 0, l->from += (back & MADE) != 0;
-    l->to_kept += (there & KEPT) != 0, l->peers += (there | back) != 0;
-  }
-  for (struct load *l = o->load; l < o->load + n; ++l) {
-    if (!h->culls) l->kept = l->made, l->sent_kept = l->sent, l->to_kept = l->to;
-    l->messages = h->lists * (l->to + (h->culls ? l->from : 0)) + h->refreshes * l->to_kept;
-    l->bytes =
-        h->lists * (l->sent * h->creation_bytes + (h->culls ? l->made : 0)) + h->refresh_bytes * l->sent_kept;
-  }
-  return KITH_OK;
-}
-
-static kith_status predict(struct model *o, const char *partitioner, const struct kith_step_traffic *h,
-                           struct kith_forecast *f) {
   KITH_TRY(fill_cells(o));
   KITH_TRY(kith_partition_create(&o->partition, &o->cells, o->n_ranks, partitioner));
   KITH_TRY(kith_partition_converge(o->partition, o->work));
   o->owner = o->partition->owner;
-  KITH_TRY(load_ranks(o, h));
-  KITH_TRY(kith_resize(&o->rank_work, 0, (size_t)o->n_ranks, sizeof *o->rank_work));
+  KITH_TRY(kith_resize(&o->mark, 0, (size_t)kith_nodes_count(o->simulation->nodes), sizeof *o->mark));
+  KITH_TRY(kith_resize(&o->rank_work, 0, 3 * n, sizeof *o->rank_work));
+  KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
+  o->made = o->rank_work + n, o->peers = o->made + n;
+  mark_nodes(o);
+  KITH_TRY(count_ghosts(o));
   *f = (struct kith_forecast){.imbalance =
                                   kith_partition_loads(o->partition, o->owner, o->work, o->rank_work)};
-  for (int r = 0; r < o->n_ranks; ++r) {
-    const struct load *l = &o->load[r];
-    f->most_peers = fmax(f->most_peers, l->peers);
-    f->made += l->made / o->n_ranks, f->most_made = fmax(f->most_made, l->made);
-    f->kept += l->kept / o->n_ranks;
-    f->messages += l->messages / o->n_ranks;
-    f->bytes += l->bytes / o->n_ranks, f->most_bytes = fmax(f->most_bytes, l->bytes);
+  for (size_t r = 0; r < n; ++r) {
+    f->ghosts += o->made[r] / (double)n, f->most_ghosts = fmax(f->most_ghosts, o->made[r]);
+    f->peers += o->peers[r] / (double)n, f->most_peers = fmax(f->most_peers, o->peers[r]);
   }
   return KITH_OK;
 }
 
 kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, const char *partitioner,
-                                const struct kith_step_traffic *traffic, struct kith_forecast *out) {
+                                struct kith_forecast *out) {
   struct model o = {.simulation = m, .n_ranks = n_ranks, .factor = m->connectivity->built.overlap ? 2 : 1};
   bool periodic[NDIM];
   if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
@@ -344,9 +246,8 @@ kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, co
   for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
-  const kith_status status = predict(&o, partitioner, traffic, out);
-  void *const owned[] = {&o.home, &o.bounds, &o.work, &o.rank_work, &o.mark,
-                         &o.load, &o.meets,  &o.rank, &o.order};
+  const kith_status status = predict(&o, partitioner, out);
+  void *const owned[] = {&o.home, &o.bounds, &o.work, &o.rank_work, &o.mark, &o.meets};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
   kith_partition_destroy(&o.partition);
   return status;

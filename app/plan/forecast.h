@@ -11,20 +11,13 @@
  * its start; it holds longer support iterations, nodes out of order, and the rebuilds that Verlet lists
  * save.
  *
- * Many: what N ranks would have of a scene and send, counted by one process.
+ * Many: what N ranks would have of a scene, counted by one process.
  * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
  * start, as a run measures it. A partitioner makes its first map and continues until it changes nothing (at
  * most 20 times). Then
- *   ghosts made   every node, for every rank that has a cell which it is near (lib/domain/cell_bounds.h), as
+ *   ghosts        every node, for every rank that has a cell which it is near (lib/domain/cell_bounds.h), as
  *                 a periodic image too, and every mirror image that the lists of one process have: what the
- *                 halo sends before culling
- *   ghosts kept   every node or image of another rank's node that is in the row of a node of the rank; those
- *                 made if nothing is culled
- *   messages      of a list: one to every rank that is sent ghosts, and one back that tells which are kept;
- *                 one for every refresh
- *   bytes         the fields that a new ghost has, a byte back for each, the fields of every refresh
- * Fields and refreshes are measured: rates are evaluated with a halo that has no peers and counts its
- * traffic. */
+ *                 halo sends before culling */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 
@@ -41,7 +34,6 @@ struct kith_calibration {
   double resolution[2], steps[2]; /* of the two runs */
   double expected;                /* steps of the scene itself */
   double growth;
-  double lists; /* neighbor lists built, per step */
 };
 /* Runs the scene of `options` twice, each run for about `budget` seconds, judged by `cost`, the estimate for
  * the scene itself. DIVERGED if a run fails or takes ten times as long. */
@@ -50,28 +42,15 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
 
 /* ---- many ---- */
 
-/* Of a step. */
-struct kith_step_traffic {
-  double lists;                    /* made */
-  double refreshes, refresh_bytes; /* of ghosts that were kept; bytes of a node, in all of them */
-  double creation_bytes;           /* of a new ghost */
-  bool culls;
-};
-/* Notes what rates say. lists: of a step, at most its evaluations. The model has no ranks; it is evaluated
- * once or twice. */
-kith_status kith_step_traffic(struct kith_simulation *simulation, double lists,
-                              struct kith_step_traffic *out);
-
 struct kith_forecast {
-  double imbalance;                         /* most work over the mean */
-  double made, most_made, kept, most_peers; /* ghosts of a rank; ranks that it exchanges with */
-  double messages, bytes, most_bytes;       /* of a rank and step */
+  double imbalance;           /* most work over the mean */
+  double ghosts, most_ghosts; /* of a rank, before culling: mean, most */
+  double peers, most_peers;   /* ranks that it exchanges with */
 };
 
 /* Of a simulation that was started, without ranks; partitioner: as in a scene. BAD_INPUT: more than 16384
  * ranks, or ghosts that compute their own values. */
 kith_status kith_forecast_ranks(const struct kith_simulation *simulation, int n_ranks,
-                                const char *partitioner, const struct kith_step_traffic *traffic,
-                                struct kith_forecast *out);
+                                const char *partitioner, struct kith_forecast *out);
 
 #endif

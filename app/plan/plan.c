@@ -23,7 +23,6 @@ struct plan {
   struct kith_simulation *simulation;
   double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
   double evaluation; /* seconds of one at the start */
-  double lists;      /* built in a mean step */
 };
 
 /* ---- text ---- */
@@ -303,7 +302,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   const bool calibrated =
       guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
-  if (!calibrated) c.growth = c.lists = 1; /* a run that failed leaves neither */
+  if (!calibrated) c.growth = 1; /* a run that failed leaves none */
   if (calibrated && !fixed) steps = c.expected;
   if (calibrated)
     line("steps", "about %.0f to t = %.6g; two calibration runs took %.0f at resolution %.4g, %.0f at %.4g",
@@ -311,7 +310,6 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   else
     line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
          fixed ? "all of the same length" : "dt grows by a quarter a step and then stays as it is now");
-  plan->lists = fmin(c.lists, it->evaluations);
   line("cost", "about %s: %.0f steps of %d evaluation%s of %s%s; %d thread%s",
        kith_text_seconds(all, steps * evaluation * c.growth), steps, it->evaluations,
        it->evaluations == 1 ? "" : "s", kith_text_seconds(time, plan->evaluation * c.growth),
@@ -336,23 +334,17 @@ static void show_cheaper(const struct plan *plan) {
 
 /* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). */
 static kith_status show_ranks(const struct plan *plan, int n_ranks) {
-  struct kith_simulation *m = plan->simulation;
-  struct kith_step_traffic h;
+  const struct kith_simulation *m = plan->simulation;
   struct kith_forecast f = {0};
-  KITH_TRY(kith_step_traffic(m, plan->lists, &h));
-  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
+  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n\n", n_ranks,
          (double)m->nodes->n_internal / n_ranks, (double)m->integrator.ledger.last_row_entries / n_ranks);
-  printf("  a step: %.3g rebuilds of lists, %.0f bytes a new ghost; %.3g refreshes, %.0f bytes a ghost\n\n",
-         h.lists, h.creation_bytes, h.refreshes, h.refresh_bytes);
-  printf("  %-11s %9s %23s %5s %8s %17s\n", "", "work", "ghosts of a rank", "peers", "messages",
-         "KiB sent a step");
-  printf("  %-11s %9s %7s %7s %7s %5s %8s %8s %8s\n", "partitioner", "imbalance", "made", "most", "kept",
-         "most", "a step", "mean", "most");
+  printf("  %-11s %9s %18s %17s\n", "", "work", "ghosts of a rank", "peers of a rank");
+  printf("  %-11s %9s %9s %8s %8s %8s\n", "partitioner", "imbalance", "mean", "most", "mean", "most");
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
     if ((*p)->needs != NULL) continue;
-    KITH_TRY(kith_forecast_ranks(m, n_ranks, (*p)->name, &h, &f));
-    printf("  %-11s %9.3f %7.0f %7.0f %7.0f %5.0f %8.1f %8.1f %8.1f\n", (*p)->name, f.imbalance, f.made,
-           f.most_made, f.kept, f.most_peers, f.messages, f.bytes / 1024, f.most_bytes / 1024);
+    KITH_TRY(kith_forecast_ranks(m, n_ranks, (*p)->name, &f));
+    printf("  %-11s %9.3f %9.0f %8.0f %8.1f %8.0f\n", (*p)->name, f.imbalance, f.ghosts, f.most_ghosts,
+           f.peers, f.most_peers);
   }
   return KITH_OK;
 }

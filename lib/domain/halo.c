@@ -25,7 +25,6 @@ struct kith_halo {
   char *buffer;
   size_t capacity;
   bool pending;
-  struct kith_halo_traffic traffic;
 };
 
 static void forget_peers(struct kith_halo *halo) {
@@ -130,8 +129,6 @@ void kith_halo_start_exchange(struct kith_halo *halo, struct kith_nodes *nodes,
   kith_halo_finish_exchange(halo);
   kith_nodes_refresh_images(nodes, fields, n_fields);
   if (halo == NULL) return;
-  halo->traffic.exchanges += 1;
-  for (int f = 0; f < n_fields; ++f) halo->traffic.node_bytes += kith_field_node_size(fields[f]);
   start_values(halo, fields, n_fields);
 }
 
@@ -150,10 +147,6 @@ void kith_halo_refresh(struct kith_halo *halo, struct kith_nodes *nodes, struct 
 
 bool kith_halo_pending(const struct kith_halo *halo) {
   return halo != NULL && halo->pending;
-}
-
-struct kith_halo_traffic kith_halo_traffic(const struct kith_halo *halo) {
-  return halo != NULL ? halo->traffic : (struct kith_halo_traffic){0};
 }
 
 /* ---- ghosts ---- */

@@ -16,7 +16,7 @@
  * images have their values.
  *
  * A halo of NULL stands for one process: there are no remote ghosts, images alone are refreshed. All
- * functions but kith_halo_remap, kith_halo_pending and kith_halo_traffic are collective. */
+ * functions but kith_halo_remap and kith_halo_pending are collective. */
 #ifndef KITH_DOMAIN_HALO_H
 #define KITH_DOMAIN_HALO_H
 
@@ -24,8 +24,7 @@
 
 struct kith_halo; /* opaque */
 
-/* decomposition (borrowed) has the cells and knows in which one a node is; NULL for a halo that makes no
- * ghosts and only counts its traffic. */
+/* decomposition (borrowed) has the cells and knows in which one a node is. */
 kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
                              const struct kith_decomposition *decomposition);
 void kith_halo_destroy(struct kith_halo **halo);
@@ -57,11 +56,5 @@ void kith_halo_start_exchange(struct kith_halo *halo, struct kith_nodes *nodes,
 void kith_halo_finish_exchange(struct kith_halo *halo);
 /* Was an exchange started and not finished? */
 bool kith_halo_pending(const struct kith_halo *halo);
-
-/* Counted since the halo was created: exchanges that were started, and bytes of one node in all of them. */
-struct kith_halo_traffic {
-  uint64_t exchanges, node_bytes;
-};
-struct kith_halo_traffic kith_halo_traffic(const struct kith_halo *halo);
 
 #endif
