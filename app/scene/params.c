@@ -2,6 +2,7 @@
 #include "app/scene/params.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include "app/scene/expression.h"
 #include "lib/core/choices.h"
@@ -215,87 +216,37 @@ kith_status kith_params_read(const struct kith_param *params, const struct kith_
   return read_member(chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
 }
 
-/* --- comparison: all that a map says, a value a line --- */
+/* --- comparison --- */
 
-/* As the row reads it, so that a value is written in one way only. */
-static void write_text(const struct kith_param *param, const char *text, FILE *file) {
-  union {
-    double number;
-    char bytes[ROOM];
-  } value = {0};
-  char formatted[ROOM];
-  struct kith_param row = {.kind = KITH_PARAM_NUMBER, .allowed = "", .size = sizeof(double)};
-  if (param != NULL && (param->kind < KITH_PARAM_TEXT || param->kind == KITH_PARAM_MEMBER)) row = *param;
-  row.offset = 0;
-  const bool read =
-      text[0] != '\0' && row.size <= sizeof value && kith_param_parse(&row, text, &value) == KITH_OK;
-  const bool name = read && row.kind != KITH_PARAM_NUMBER;
-  if (read) kith_param_format(&row, &value, formatted, sizeof formatted);
-  for (const char *c = read ? formatted : text; *c != '\0'; ++c)
-    fputc(*c == '\n' ? ' ' : name && *c == '_' ? '-' : *c, file);
+static bool same_text(const char *a, const char *b) {
+  char *end_a, *end_b;
+  const double x = strtod(a, &end_a), y = strtod(b, &end_b);
+  const bool numbers = end_a != a && *end_a == '\0' && end_b != b && *end_b == '\0';
+  return numbers ? x == y : kith_name_is(a, b, strlen(b));
 }
 
-/* A value that no rows describe; lists and maps on one line. */
-static void write_value(const struct kith_param *param, const struct kith_config_node *node, FILE *file) {
-  if (node->kind == KITH_CONFIG_SCALAR) return write_text(param, node->text, file);
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-    fprintf(file, "%s=", child->key != NULL ? child->key : "");
-    if (!child->null) write_value(NULL, child, file);
-    fputc(',', file);
+/* The first value of `a` that `b` has not, or has otherwise; NULL: none. */
+static const struct kith_config_node *find_other(const struct kith_config_node *a,
+                                                 const struct kith_config_node *b) {
+  char index[16];
+  const struct kith_config_node *other = NULL;
+  if (a->null) return NULL;
+  if (b == NULL || a->kind != b->kind) return a;
+  if (a->kind == KITH_CONFIG_SCALAR) return same_text(a->text, b->text) ? NULL : a;
+  for (const struct kith_config_node *child = a->first; child != NULL && other == NULL; child = child->next) {
+    snprintf(index, sizeof index, "%d", child->index);
+    other = find_other(child, kith_config_child(b, child->key != NULL ? child->key : index));
   }
+  return other;
 }
 
-/* "path: value" of each row, and of those of the member that is chosen. */
-static void write_rows(const struct kith_param *params, const struct kith_config_node *map, const char *path,
-                       FILE *file) {
-  char below[ROOM], entry[ROOM + 32];
-  const struct kith_param *chooser = find_chooser(params);
-  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
-    const struct kith_config_node *node = kith_config_child(map, p->key);
-    snprintf(below, sizeof below, "%s%s%s", path, path[0] != '\0' ? "." : "", p->key);
-    const enum kith_config_kind kind = node != NULL ? node->kind : KITH_CONFIG_MAP;
-    if (p->params == NULL || kind == KITH_CONFIG_SCALAR) {
-      fprintf(file, "%s: ", below);
-      if (node != NULL) write_value(p, node, file);
-      if (node == NULL) write_text(p, p->fallback != NULL ? p->fallback : "", file);
-      fputc('\n', file);
-    } else if (kind == KITH_CONFIG_MAP && p->form != KITH_FORM_NAMED) {
-      write_rows(p->params, node, below, file);
-    } else if (node != NULL) {
-      for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
-        kith_config_path(child, NULL, entry, sizeof entry);
-        write_rows(p->params, child, entry, file);
-      }
-    }
-  }
-  if (chooser == NULL) return;
-  const struct kith_config_node *name = kith_config_child(map, chooser->key);
-  const char *chosen = name != NULL ? name->text : chooser->fallback;
-  if (chosen != NULL) write_rows(kith_family_member(chooser->family, chosen).params, map, path, file);
-}
-
-kith_status kith_params_compare(const struct kith_param *params, const struct kith_config_node *a,
-                                const struct kith_config_node *b) {
-  const struct kith_config_node *const map[] = {a, b};
-  char *text[2] = {NULL, NULL};
-  size_t length, k = 0;
-  bool made = true;
-  for (int i = 0; i < 2; ++i) {
-    FILE *file = open_memstream(&text[i], &length);
-    if (file != NULL) write_rows(params, map[i], "", file);
-    made = file != NULL && fclose(file) == 0 && made;
-  }
-  kith_status status = made ? KITH_OK : kith_fail(KITH_NO_MEMORY, "no memory to compare scenes");
-  while (made && text[0][k] != '\0' && text[0][k] == text[1][k]) ++k;
-  if (made && text[0][k] != text[1][k]) {
-    const char *longer = text[text[0][k] == '\0'];
-    while (k > 0 && longer[k - 1] != '\n') --k;
-    status =
-        kith_fail(KITH_BAD_INPUT, "written by a run of another scene or with other settings: %.*s differs",
-                  (int)strcspn(longer + k, ":"), longer + k);
-  }
-  kith_free(&text[0]), kith_free(&text[1]);
-  return status;
+kith_status kith_config_compare(const struct kith_config_node *a, const struct kith_config_node *b) {
+  char path[512];
+  const struct kith_config_node *other = find_other(a, b);
+  if (other == NULL) other = find_other(b, a);
+  if (other == NULL) return KITH_OK;
+  kith_config_path(other, NULL, path, sizeof path);
+  KITH_FAIL(BAD_INPUT, "written by a run of another scene or with other settings: %s differs", path);
 }
 
 /* --- the reference --- */

@@ -1,9 +1,9 @@
 /* scene.h - a scene file, read and checked: what the rest of the program is built from.
  *
  * Each key is read in one place, by a row of a table (lib/core/param.h) with default, range and meaning; the
- * reference of a scene (kith list scene), the error messages and the comparison with a checkpoint come from
- * the same tables. Everything that can be wrong in the file is found here, before anything runs, but for what
- * needs nodes (empty or overlapping regions: app/initial).
+ * reference of a scene (kith list scene) and the error messages come from the same tables. Everything that can
+ * be wrong in the file is found here, before anything runs, but for what needs nodes (empty or overlapping
+ * regions: app/initial).
  *
  * One file serves all dimensions: vectors may have more entries than NDIM, axes beyond NDIM are ignored, and
  * any single value may be {1d: .., 2d: .., 3d: ..}. A key without a value (`skin:`, `--set skin=`) is as if
@@ -29,8 +29,7 @@ kith_status kith_scene_parse(struct kith_scene **out, const char *name, const ch
 void kith_scene_destroy(struct kith_scene **scene);
 /* BAD_INPUT if a piston is through the domain before `until`. */
 kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
-/* BAD_INPUT that names the first parameter of which `text`, the scene of a checkpoint, gives another
- * value. */
+/* BAD_INPUT that names the first key of which `text`, the scene of a checkpoint, says otherwise. */
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text);
 /* Every key with default, range and meaning, as commented YAML. */
 void kith_scene_reference(FILE *file);

@@ -2,7 +2,7 @@
  *
  * A row says the key, the kind of value, its default, what is allowed, what it means, its unit and where the
  * value goes. From the table come reading a scene (app/scene/params.h), its reference (kith list scene), the
- * error messages, the values that a restart compares, and what library users set by hand.
+ * error messages, and what library users set by hand.
  *
  * A member of a family declares its own parameters in its own file and nowhere else:
  *

@@ -4,20 +4,16 @@
 enum { GROUP = 32 };
 
 /* Slots are nodes; groups are blocks of nodes, internal ones first. */
-static kith_status brute_append(struct kith_search *search, kith_index old_n) {
-  for (kith_index i = old_n; i < search->n; ++i) search->node[i] = i;
-  kith_search_pack(search, old_n, search->n - old_n);
-  for (kith_index i = old_n; i < search->n;) {
+static kith_status brute_update(struct kith_search *search) {
+  for (kith_index i = 0; i < search->n; ++i) search->node[i] = i;
+  kith_search_pack(search, 0, search->n);
+  for (kith_index i = 0; i < search->n;) {
     const kith_index end = i < search->n_internal ? search->n_internal : search->n;
     const kith_index count = KITH_MIN(GROUP, end - i);
     KITH_TRY(kith_search_group(search, i, count));
     i += count;
   }
   return KITH_OK;
-}
-
-static kith_status brute_update(struct kith_search *search) {
-  return brute_append(search, 0);
 }
 
 static kith_status brute_update_selected(struct kith_search *search, const kith_index *nodes,
@@ -36,7 +32,6 @@ const struct kith_search_ops kith_search_brute = {
     .name = "brute",
     .doc = "every node is a candidate: O(n^2), the reference of the others",
     .update = brute_update,
-    .append = brute_append,
     .update_selected = brute_update_selected,
     .coarse = brute_coarse,
 };

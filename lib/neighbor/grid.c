@@ -10,8 +10,7 @@
  * 2^GRID_COORDINATE_BITS are clamped to the last one: still correct, but slow.
  *
  * update            O(n): keys, sort, tables
- * append            merges the sorted new nodes in: O(n), about a third of an update
- * update_selected   O(selected) if no node left its cell; else as append
+ * update_selected   O(selected) if no node left its cell; else merges those that did: O(n)
  * coarse            O(rows within range), at most O(rows of a level) for each level */
 #include <string.h>
 
@@ -240,11 +239,6 @@ static kith_index cell_of_slot(const struct grid *grid, kith_index slot) {
 
 /* Slots. */
 
-static kith_status grow_items(struct grid *grid, kith_index old_n, kith_index n) {
-  KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, (size_t)old_n, (size_t)n));
-  return kith_reserve(&grid->slot_of, &grid->slots_capacity, (size_t)n, sizeof *grid->slot_of);
-}
-
 /* Fills the slots, and makes the tables of them, from the sorted items. */
 static kith_status fill_slots(struct kith_search *search) {
   struct grid *grid = search->self;
@@ -263,29 +257,15 @@ static kith_status fill_slots(struct kith_search *search) {
   return KITH_OK;
 }
 
-static void find_items(const struct kith_search *search, kith_index first, kith_index n,
-                       struct kith_keyed *item) {
-#pragma omp parallel for schedule(static) if (n > 10000)
-  for (kith_index k = 0; k < n; ++k) item[k] = (struct kith_keyed){key_of(search, first + k), first + k};
-}
-
 static kith_status grid_update(struct kith_search *search) {
   struct grid *grid = search->self;
-  KITH_TRY(grow_items(grid, 0, search->n));
+  const size_t n = (size_t)search->n;
+  KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, 0, n));
+  KITH_TRY(kith_reserve(&grid->slot_of, &grid->slots_capacity, n, sizeof *grid->slot_of));
   choose_frame(search);
-  find_items(search, 0, search->n, grid->item[0]);
-  KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], (size_t)search->n));
-  return fill_slots(search);
-}
-
-static kith_status grid_append(struct kith_search *search, kith_index old_n) {
-  struct grid *grid = search->self;
-  const kith_index more = search->n - old_n;
-  KITH_TRY(grow_items(grid, old_n, search->n));
-  KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)more));
-  find_items(search, old_n, more, grid->entering[0]);
-  KITH_TRY(kith_keyed_sort(grid->entering[0], grid->entering[1], (size_t)more));
-  kith_keyed_merge(grid->item[0], old_n, grid->entering[0], more, grid->item[1]);
+#pragma omp parallel for schedule(static) if (search->n > 10000)
+  for (kith_index i = 0; i < search->n; ++i) grid->item[0][i] = (struct kith_keyed){key_of(search, i), i};
+  KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], n));
   return fill_slots(search);
 }
 
@@ -472,7 +452,6 @@ const struct kith_search_ops kith_search_grid = {
     .state_size = sizeof(struct grid),
     .clear = grid_clear,
     .update = grid_update,
-    .append = grid_append,
     .update_selected = grid_update_selected,
     .coarse = grid_coarse,
     .bytes = grid_bytes,

@@ -19,7 +19,7 @@ KITH_FAMILY(kith_search, KITH_SEARCH_LIST(X))
 /* Creation. */
 
 static void mark_stale(struct kith_search *search) {
-  search->positions = search->ghosts = search->layout = UINT64_MAX;
+  search->positions = search->ghosts = UINT64_MAX;
 }
 
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
@@ -53,7 +53,6 @@ void kith_search_destroy(struct kith_search **search) {
 static void stamp(struct kith_search *search) {
   search->positions = search->nodes->positions;
   search->ghosts = search->nodes->ghosts;
-  search->layout = search->nodes->layout;
 }
 
 kith_status kith_search_update(struct kith_search *search) {
@@ -63,19 +62,6 @@ kith_status kith_search_update(struct kith_search *search) {
   search->n_groups = 0;
   KITH_TRY(kith_search_reserve(search, search->n));
   KITH_TRY(search->ops->update(search));
-  stamp(search);
-  return KITH_OK;
-}
-
-kith_status kith_search_append(struct kith_search *search) {
-  const kith_index old_n = search->n, n = kith_nodes_count(search->nodes);
-  if (search->positions != search->nodes->positions)
-    KITH_FAIL(STALE, "nodes moved before ghosts were appended to the %s search", search->ops->name);
-  if (!search->ops->append || search->layout != search->nodes->layout) return kith_search_update(search);
-  mark_stale(search);
-  search->n = n;
-  KITH_TRY(kith_search_reserve(search, n));
-  if (n > old_n) KITH_TRY(search->ops->append(search, old_n));
   stamp(search);
   return KITH_OK;
 }
@@ -175,7 +161,6 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 
 kith_status kith_search_reserve(struct kith_search *search, kith_index n) {
   if (n <= search->capacity) return KITH_OK;
-  /* Ghosts are added block by block: some spare memory saves moving everything each time. */
   const size_t keep = (size_t)search->capacity, wanted_capacity = (size_t)n + (size_t)n / 8;
   KITH_TRY(kith_resize(&search->node, keep, wanted_capacity, sizeof *search->node));
   for (int a = 0; a < NDIM; ++a)

@@ -69,8 +69,6 @@ struct kith_search_ops {
    * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that rounding loses no candidate. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
-  /* Optional. Nodes were added behind the others (ghosts); NULL: update. */
-  kith_status (*append)(struct kith_search *search, kith_index old_n);
   /* Optional. Only these nodes moved or changed their radius; NULL: update. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
   size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */
@@ -80,9 +78,9 @@ struct kith_search {
   const struct kith_search_ops *ops;
   void *self;
   /* What it was made from. */
-  const struct kith_nodes *nodes;     /* borrowed */
-  kith_index n, n_internal;           /* nodes seen: internal and ghosts; internal */
-  uint64_t positions, ghosts, layout; /* generations */
+  const struct kith_nodes *nodes; /* borrowed */
+  kith_index n, n_internal;       /* nodes seen: internal and ghosts; internal */
+  uint64_t positions, ghosts;     /* generations */
   /* Slot order. */
   kith_index capacity;
   kith_index *node;         /* [n] node of a slot */
@@ -106,9 +104,6 @@ void kith_search_destroy(struct kith_search **search);
 
 /* Takes in all nodes as they are now: positions and search radii. */
 kith_status kith_search_update(struct kith_search *search);
-/* Takes in the ghosts that were added behind the nodes of the last update. STALE if positions changed. If
- * nodes or ghosts went or changed places since then, e.g. after a cull, this is a full update. */
-kith_status kith_search_append(struct kith_search *search);
 /* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
  * were added or removed. A node may be named more than once. */
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,

@@ -11,7 +11,7 @@
  * sorted, boxes stay tight, and candidates come in ascending node index. kith_search_cube gives the cube of
  * the curve.
  *
- * Internal nodes are one part, all ghosts another; append adds a part. Each part is a tree of its own.
+ * Internal nodes are one part, all ghosts another. Each part is a tree of its own.
  * update O(n); coarse O(log n + found). */
 #include "lib/core/sfc_key.h"
 #include "lib/core/keyed.h"
@@ -36,8 +36,7 @@ struct part {
 
 struct tree {
   int n_parts;
-  size_t parts_capacity;
-  struct part *part;
+  struct part part[2];
   kith_index n_octets, n_leaves;
   size_t octets_capacity, children_capacity, leaves_capacity;
   struct octet *octet; /* level by level, and an empty one behind each */
@@ -56,7 +55,6 @@ struct tree {
 
 static void tree_clear(struct kith_search *search) {
   struct tree *tree = search->self;
-  kith_free(&tree->part);
   kith_free(&tree->octet);
   kith_free(&tree->child);
   kith_free(&tree->leaf);
@@ -256,8 +254,6 @@ static kith_status build_levels(struct kith_search *search, kith_index leaf, kit
 static kith_status add_part(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
   if (n == 0) return KITH_OK;
-  const size_t parts = (size_t)tree->n_parts;
-  KITH_TRY(kith_grow(&tree->part, &tree->parts_capacity, parts, parts + 1, sizeof *tree->part));
   KITH_TRY(reserve_scratch(tree, n));
   KITH_TRY(order_slots(search, begin, n));
   kith_search_pack(search, begin, n);
@@ -276,10 +272,6 @@ static kith_status tree_update(struct kith_search *search) {
   tree->n_octets = tree->n_leaves = 0;
   KITH_TRY(add_part(search, 0, search->n_internal));
   return add_part(search, search->n_internal, search->n - search->n_internal);
-}
-
-static kith_status tree_append(struct kith_search *search, kith_index old_n) {
-  return add_part(search, old_n, search->n - old_n);
 }
 
 /* Queries. */
@@ -367,9 +359,9 @@ static kith_status tree_coarse(const struct kith_search *search, const struct ki
 static size_t tree_bytes(const struct kith_search *search) {
   const struct tree *tree = search->self;
   const size_t scratch = sizeof *tree->key + sizeof *tree->rank + sizeof *tree->cut;
-  return tree->parts_capacity * sizeof *tree->part + tree->octets_capacity * sizeof *tree->octet +
-         tree->children_capacity * sizeof *tree->child + tree->leaves_capacity * sizeof *tree->leaf +
-         (size_t)tree->capacity * scratch + 2 * tree->sort_capacity * sizeof **tree->item;
+  return tree->octets_capacity * sizeof *tree->octet + tree->children_capacity * sizeof *tree->child +
+         tree->leaves_capacity * sizeof *tree->leaf + (size_t)tree->capacity * scratch +
+         2 * tree->sort_capacity * sizeof **tree->item;
 }
 
 const struct kith_search_ops kith_search_tree = {
@@ -378,7 +370,6 @@ const struct kith_search_ops kith_search_tree = {
     .state_size = sizeof(struct tree),
     .clear = tree_clear,
     .update = tree_update,
-    .append = tree_append,
     .coarse = tree_coarse,
     .bytes = tree_bytes,
 };

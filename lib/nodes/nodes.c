@@ -84,7 +84,7 @@ void kith_nodes_drop_ghosts(struct kith_nodes *nodes) {
   for (int b = 0; b < nodes->n_blocks; ++b) kith_free(&nodes->blocks[b].control);
   nodes->n_blocks = 0;
   nodes->n_ghost = 0;
-  ++nodes->ghosts, ++nodes->layout;
+  ++nodes->ghosts;
 }
 
 void kith_nodes_destroy(struct kith_nodes **nodes) {
@@ -208,7 +208,7 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
   nodes->lists[list].count += count;
   for (int l = list + 1; l < nodes->n_lists; ++l) nodes->lists[l].first += count;
   nodes->n_internal += count;
-  ++nodes->ghosts, ++nodes->layout;
+  ++nodes->ghosts;
   return KITH_OK;
 }
 

@@ -112,7 +112,6 @@ struct kith_nodes {
   /* Generations. */
   uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
   uint64_t ghosts;    /* created, dropped, culled; internal nodes deleted, added, reordered */
-  uint64_t layout;    /* the same but for the creation of ghosts: indices of present nodes changed */
 };
 
 /* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are

@@ -52,7 +52,7 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead) {
   if (alive < nodes->n_internal) {
     compact(nodes, from, 0, alive);
     nodes->n_internal = alive;
-    ++nodes->ghosts, ++nodes->layout;
+    ++nodes->ghosts;
   }
   kith_free(&from);
   return KITH_OK;
@@ -103,7 +103,7 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
     }
   }
   kith_free(&scratch);
-  ++nodes->ghosts, ++nodes->layout;
+  ++nodes->ghosts;
   return KITH_OK;
 }
 
@@ -186,7 +186,7 @@ kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith
   if (kept < n) {
     compact(nodes, from, internal, kept);
     cull_blocks(nodes, renumber);
-    ++nodes->ghosts, ++nodes->layout;
+    ++nodes->ghosts;
   }
   kith_free(&from);
   return KITH_OK;

@@ -237,11 +237,9 @@ static void test_one_life(const struct kith_search_ops *ops, enum arrangement ho
   for (int a = 0; a < NDIM; ++a) {
     add_ghosts(nodes, a, a == 0);
     if (n > 0) CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
-    CHECK_OK(kith_search_append(s));
+    CHECK_OK(kith_search_update(s));
     check_search(s, 20);
   }
-  CHECK_OK(kith_search_update(s));
-  check_search(s, 20);
   kith_nodes_drop_ghosts(nodes);
   CHECK_OK(kith_search_update(s));
   check_search(s, 20);
@@ -272,16 +270,13 @@ static void test_thin_box(const struct kith_search_ops *ops) {
     block.image.shift[0] = image;
     CHECK_OK(kith_nodes_add_ghosts(nodes, &block));
   }
-  CHECK_OK(kith_search_append(s));
-  check_search(s, 20);
   CHECK_OK(kith_search_update(s));
   check_search(s, 20);
   kith_search_destroy(&s);
   kith_nodes_destroy(&nodes);
 }
 
-/* After a cull a search is refused by name, also when as many ghosts were added as went; appending is a full
- * update then. */
+/* After a cull a search is refused by name, also when as many ghosts were added as went. */
 static void test_cull(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 90, 2);
   struct kith_search *s = NULL;
@@ -292,7 +287,7 @@ static void test_cull(const struct kith_search_ops *ops) {
   for (int round = 0; round < 3; ++round) {
     const double x[NDIM] = {0};
     add_ghosts(nodes, 0, true);
-    CHECK_OK(round == 0 ? kith_search_update(s) : kith_search_append(s));
+    CHECK_OK(kith_search_update(s));
     for (kith_index g = 0; g < nodes->n_ghost; ++g) keep[g] = (g + round) % 2 == 0;
     CHECK_OK(kith_nodes_cull_ghosts(nodes, keep, renumber));
     if (round == 2) add_ghosts(nodes, NDIM - 1, false);
@@ -300,7 +295,7 @@ static void test_cull(const struct kith_search_ops *ops) {
     CHECK(strstr(kith_failure(), ops->name) != NULL);
     CHECK_STATUS(KITH_STALE, kith_search_at(s, x, 0.5, KITH_GATHER, &found, &capacity, &count));
     CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, &moved, 1));
-    CHECK_OK(kith_search_append(s));
+    CHECK_OK(kith_search_update(s));
     check_search(s, 20);
   }
   kith_free(&found);
@@ -334,13 +329,12 @@ static void test_motion(const struct kith_search_ops *ops, enum arrangement how)
     for (kith_index k = 0; k < count; ++k) jolt(nodes, moved[k] = below(s->n), round);
     ++nodes->positions;
     CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
-    CHECK_STATUS(KITH_STALE, kith_search_append(s));
     CHECK_OK(kith_search_update_selected(s, moved, count));
     check_search(s, 25);
     if (round == 9) {
       add_ghosts(nodes, NDIM - 1, false);
       CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, moved, 1));
-      CHECK_OK(kith_search_append(s));
+      CHECK_OK(kith_search_update(s));
       check_search(s, 25);
     }
   }
