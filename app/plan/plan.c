@@ -56,27 +56,6 @@ __attribute__((format(printf, 3, 4))) static void add(struct text *text, const c
 
 /* ---- the scene ---- */
 
-static void show_domain(const struct kith_scene *scene) {
-  const struct kith_external_force *force = &scene->external_force;
-  struct text forces = {""};
-  for (int a = 0; a < NDIM; ++a) {
-    const struct kith_boundary_ops *lower = scene->boundary[a].lower, *upper = scene->boundary[a].upper;
-    struct text sides = {""};
-    add(&sides, "", "%s", lower != NULL ? lower->name : "open");
-    if (upper != lower) add(&sides, " below, ", "%s", upper != NULL ? upper->name : "open");
-    line(a == 0 ? "domain" : "", "%c in [%.6g, %.6g], %s", "xyz"[a], scene -> domain.lower[a],
-         scene->domain.upper[a], sides.s);
-  }
-  for (int a = 0; a < NDIM; ++a) {
-    if (force->gravity[a] != 0) add(&forces, "; ", "gravity %.6g along %c", force->gravity[a], "xyz"[a]);
-    if (scene->boundary[a].velocity != 0)
-      add(&forces, "; ", "piston velocity %.6g along %c", scene->boundary[a].velocity, "xyz"[a]);
-  }
-  if (force->mass > 0)
-    add(&forces, "; ", "point mass, G M = %.6g, softening %.6g", force->mass, force->softening);
-  if (forces.s[0] != '\0') line("forces", "%s", forces.s);
-}
-
 /* The parameters of a table but for its maps: "gamma 1.4, stiffness 0". */
 static void add_settings(struct text *text, const struct kith_param *params, const void *settings) {
   char value[64];
@@ -104,25 +83,6 @@ static void show_materials(const struct kith_simulation *m) {
     if (held != NULL)
       line("", "%-12s %9d nodes; boundary %s", "frozen", held->n_internal, boundary->ops->name);
   }
-}
-
-static void show_regions(const struct kith_scene *scene) {
-#define WORD(name, word, doc) #word,
-  static const char *const lattice[] = {KITH_LATTICE_LIST(WORD)};
-#undef WORD
-  for (int k = 0; k < scene->n_regions; ++k) {
-    const struct kith_region *r = &scene->region[k];
-    struct text text = {""};
-    if (r->spacing > 0)
-      add(&text, "", "spacing %.6g", r->spacing);
-    else
-      add(&text, "", "equal %s", scene->arrangement == KITH_EQUAL_MASS ? "masses" : "spacing");
-    if (r->jitter > 0) add(&text, ", ", "jitter %.3g", r->jitter);
-    if (r->frozen || r->barrier) add(&text, ", ", r->barrier ? "barrier" : "frozen");
-    line(k == 0 ? "regions" : "", "%-12s %s, %s", scene->material_name[r->material], lattice[r->lattice],
-         text.s);
-  }
-  line("", "%.6g nodes per unit length where it is densest", scene->resolution);
 }
 
 /* ---- connectivity ---- */
@@ -353,9 +313,7 @@ static kith_status show_ranks(const struct plan *plan, int n_ranks) {
 
 static void show(struct plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);
-  show_domain(plan->scene);
   show_materials(plan->simulation);
-  show_regions(plan->scene);
   show_requirements(plan->simulation);
   show_lifecycle(plan->simulation);
   show_method(plan);

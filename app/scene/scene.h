@@ -1,9 +1,9 @@
 /* scene.h - a scene file, read and checked: what the rest of the program is built from.
  *
  * Each key is read in one place, by a row of a table (lib/core/param.h) with default, range and meaning; the
- * reference of a scene (kith list scene) and the error messages come from the same tables. Everything that can
- * be wrong in the file is found here, before anything runs, but for what needs nodes (empty or overlapping
- * regions: app/initial).
+ * reference of a scene (kith list scene) and the error messages come from the same tables. Everything that
+ * can be wrong in the file is found here, before anything runs, but for what needs nodes (empty or
+ * overlapping regions: app/initial).
  *
  * One file serves all dimensions: vectors may have more entries than NDIM, axes beyond NDIM are ignored, and
  * any single value may be {1d: .., 2d: .., 3d: ..}. A key without a value (`skin:`, `--set skin=`) is as if

@@ -139,8 +139,7 @@ static kith_status balance(struct kith_decomposition *d, const struct kith_nodes
   if (status == KITH_OK) status = kith_resize(&load, 0, (size_t)d->partition->n_ranks, sizeof *load);
   if (status == KITH_OK) {
     d->last_imbalance = kith_partition_loads(d->partition, d->partition->owner, weight, load);
-    if (d->last_imbalance > d->imbalance)
-      status = kith_partition_update(d->partition, weight, NULL, &changed);
+    if (d->last_imbalance > d->imbalance) status = kith_partition_update(d->partition, weight, &changed);
   }
   d->repartitions += changed;
   kith_free(&weight);

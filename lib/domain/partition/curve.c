@@ -5,9 +5,7 @@
 
 /* The rank of a cell is the one of n_ranks equal intervals of the accumulated weight in which the middle of
  * the cell's weight lies, so that no rank exceeds the mean by more than one cell. weight NULL: equal. */
-kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
-                              const double *face_weight, int32_t *owner) {
-  (void)face_weight;
+kith_status kith_curve_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   const struct kith_curve *curve = partition->self;
   const kith_index *order = curve->order;
   double total = 0, before = 0;
@@ -26,7 +24,7 @@ kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *k
   const int64_t n = partition->cells->n;
   KITH_TRY(kith_resize(&curve->order, 0, (size_t)n, sizeof *curve->order));
   KITH_TRY(kith_sfc_key_sort((size_t)n, key, NULL, curve->order));
-  return kith_curve_update(partition, NULL, NULL, owner);
+  return kith_curve_update(partition, NULL, owner);
 }
 
 void kith_curve_clear(struct kith_partition *partition) {

@@ -234,9 +234,7 @@ static kith_status diffusion_first(struct kith_partition *partition, int32_t *ow
   return status;
 }
 
-static kith_status diffusion_update(struct kith_partition *partition, const double *weight,
-                                    const double *face_weight, int32_t *owner) {
-  (void)face_weight;
+static kith_status diffusion_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   const struct kith_diffusion *self = partition->self;
   const size_t n = (size_t)partition->n_ranks;
   if (self->restart) KITH_TRY(diffusion_first(partition, owner));

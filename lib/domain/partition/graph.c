@@ -1,4 +1,4 @@
-/* graph.c - the graph of cells that share faces, partitioned by Scotch: few and light faces are cut.
+/* graph.c - the graph of cells that share faces, partitioned by Scotch: few faces are cut.
  *
  * Every rank partitions the same replicated graph by itself, with one thread, from the same seed and without
  * a communicator: PT-Scotch on one process ends in the same routine. The first map is made from scratch;
@@ -29,26 +29,22 @@ static SCOTCH_Num scaled(double weight, double scale) {
 
 /* The edges of cell c. A cell that is a neighbor on both sides (two cells on a periodic axis) has one edge,
  * with the weight of both faces. */
-static void add_edges(struct graph *graph, const struct kith_cells *cells, const double *face_weight,
-                      double scale, int64_t c) {
+static void add_edges(struct graph *graph, const struct kith_cells *cells, int64_t c) {
   const SCOTCH_Num begin = graph->n_edges;
   for (int a = 0; a < NDIM; ++a)
     for (int side = -1; side <= 1; side += 2) {
       const int64_t d = kith_cells_beside(cells, c, a, side);
       if (d < 0 || d == c) continue;
-      const SCOTCH_Num w =
-          scaled(face_weight == NULL ? 1 : face_weight[(side > 0 ? c : d) * NDIM + a], scale);
       SCOTCH_Num e = begin;
       while (e < graph->n_edges && graph->neighbor[e] != d) ++e;
       if (e == graph->n_edges) graph->edge_weight[graph->n_edges++] = 0;
       graph->neighbor[e] = (SCOTCH_Num)d;
-      graph->edge_weight[e] += w;
+      graph->edge_weight[e] += scaled(1, graph->mean_edge);
     }
   graph->first[c + 1] = graph->n_edges;
 }
 
-static kith_status graph_build(struct graph *graph, const struct kith_cells *cells, const double *weight,
-                               const double *face_weight) {
+static kith_status graph_build(struct graph *graph, const struct kith_cells *cells, const double *weight) {
   const size_t n = (size_t)cells->n, capacity = 2 * NDIM * n;
   if (capacity > INT32_MAX / 2) KITH_FAIL(UNSUPPORTED, "%zu cells are too many for Scotch", n);
   KITH_TRY(kith_resize(&graph->first, 0, 2 * n + 1 + 2 * capacity, sizeof *graph->first));
@@ -57,12 +53,11 @@ static kith_status graph_build(struct graph *graph, const struct kith_cells *cel
   graph->edge_weight = graph->neighbor + capacity;
   graph->n = (SCOTCH_Num)n;
   graph->mean_edge = TOTAL / (double)(n * NDIM);
-  double total = 0, faces = 0;
+  double total = 0;
   for (size_t c = 0; c < n; ++c) total += weight == NULL ? 1 : weight[c];
-  for (size_t f = 0; f < n * NDIM; ++f) faces += face_weight == NULL ? 1 : face_weight[f];
   for (size_t c = 0; c < n; ++c) {
     graph->cell_weight[c] = scaled(weight == NULL ? 1 : weight[c], TOTAL / total);
-    add_edges(graph, cells, face_weight, faces > 0 ? TOTAL / faces : 0, (int64_t)c);
+    add_edges(graph, cells, (int64_t)c);
   }
   return KITH_OK;
 }
@@ -99,11 +94,10 @@ static kith_status partition_graph(const struct graph *graph, int n_parts, SCOTC
 }
 
 /* From the present map; from scratch if `owner` is the first map. */
-static kith_status graph_update(struct kith_partition *partition, const double *weight,
-                                const double *face_weight, int32_t *owner) {
+static kith_status graph_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   int32_t *from = owner == partition->owner ? NULL : partition->owner;
   struct graph graph = {0};
-  kith_status status = graph_build(&graph, partition->cells, weight, face_weight);
+  kith_status status = graph_build(&graph, partition->cells, weight);
   if (status == KITH_OK) status = partition_graph(&graph, partition->n_ranks, from, owner);
   kith_free(&graph.first);
   return status;

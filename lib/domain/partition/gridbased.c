@@ -247,9 +247,7 @@ static kith_status gridbased_first(struct kith_partition *partition, int32_t *ow
 }
 
 /* A round for each color moves all of its corners, or none if that does not help. */
-static kith_status gridbased_update(struct kith_partition *partition, const double *weight,
-                                    const double *face_weight, int32_t *owner) {
-  (void)face_weight;
+static kith_status gridbased_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   struct mesh *mesh = partition->self;
   const size_t n = (size_t)partition->n_ranks;
   double *load = NULL;

@@ -9,17 +9,16 @@ struct hybrid {
   bool diffuse;                    /* at the next update */
 };
 
-static kith_status hybrid_update(struct kith_partition *partition, const double *weight,
-                                 const double *face_weight, int32_t *owner) {
+static kith_status hybrid_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   struct hybrid *self = partition->self;
-  if (self->diffuse) return kith_partitioner_diffusion.update(partition, weight, face_weight, owner);
-  KITH_TRY(kith_partitioner_graph.update(partition, weight, face_weight, owner));
+  if (self->diffuse) return kith_partitioner_diffusion.update(partition, weight, owner);
+  KITH_TRY(kith_partitioner_graph.update(partition, weight, owner));
   self->diffuse = true;
   return KITH_OK;
 }
 
 static kith_status hybrid_first(struct kith_partition *partition, int32_t *owner) {
-  return kith_partitioner_graph.update(partition, NULL, NULL, owner);
+  return kith_partitioner_graph.update(partition, NULL, owner);
 }
 
 static void hybrid_command(struct kith_partition *partition, int word) {

@@ -74,9 +74,7 @@ static void bisect(const struct bisection *b, kith_index first, kith_index end, 
   bisect(b, middle, end, rank + low, n_ranks - low);
 }
 
-static kith_status kd_update(struct kith_partition *partition, const double *weight,
-                             const double *face_weight, int32_t *owner) {
-  (void)face_weight;
+static kith_status kd_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   const struct kith_cells *cells = partition->cells;
   struct bisection b = {cells, weight, owner, NULL, NULL, NULL};
   const size_t n = (size_t)cells->n;

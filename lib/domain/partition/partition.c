@@ -50,7 +50,7 @@ static kith_status start(struct kith_partition *partition, const char *text) {
   const char *colon = strchr(text, ':');
   if (colon != NULL) KITH_TRY(kith_partition_command(partition, colon + 1));
   return ops->first != NULL ? ops->first(partition, partition->owner)
-                            : ops->update(partition, NULL, NULL, partition->owner);
+                            : ops->update(partition, NULL, partition->owner);
 }
 
 kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
@@ -80,13 +80,6 @@ void kith_partition_destroy(struct kith_partition **partition) {
 
 /* ---- update ---- */
 
-static kith_status check_weights(const char *what, const double *weight, int64_t n) {
-  for (int64_t c = 0; weight != NULL && c < n; ++c)
-    if (!(weight[c] >= 0 && weight[c] < INFINITY))
-      KITH_FAIL(BAD_INPUT, "%s %lld is %g: not a finite number of at least 0", what, (long long)c, weight[c]);
-  return KITH_OK;
-}
-
 /* Weights with the work of an empty cell added, of mean 1; exactly 1 if all are equal, so that the present
  * map is kept. */
 static void effective_weights(const double *weight, int64_t n, double *effective) {
@@ -98,12 +91,12 @@ static void effective_weights(const double *weight, int64_t n, double *effective
     effective[c] = (effective[c] / mean + KITH_EMPTY_CELL) / (1 + KITH_EMPTY_CELL);
 }
 
-static kith_status update_into(struct kith_partition *partition, const double *weight,
-                               const double *face_weight, double *effective, int32_t *owner, bool *changed) {
+static kith_status update_into(struct kith_partition *partition, const double *weight, double *effective,
+                               int32_t *owner, bool *changed) {
   const int64_t n = partition->cells->n;
   effective_weights(weight, n, effective);
   memcpy(owner, partition->owner, (size_t)n * sizeof *owner);
-  KITH_TRY(partition->ops->update(partition, effective, face_weight, owner));
+  KITH_TRY(partition->ops->update(partition, effective, owner));
   *changed = memcmp(owner, partition->owner, (size_t)n * sizeof *owner) != 0;
   if (!*changed) return KITH_OK;
   memcpy(partition->owner, owner, (size_t)n * sizeof *owner);
@@ -111,18 +104,19 @@ static kith_status update_into(struct kith_partition *partition, const double *w
   return KITH_OK;
 }
 
-kith_status kith_partition_update(struct kith_partition *partition, const double *weight,
-                                  const double *face_weight, bool *changed) {
+kith_status kith_partition_update(struct kith_partition *partition, const double *weight, bool *changed) {
   const int64_t n = partition->cells->n;
   *changed = false;
-  KITH_TRY(check_weights("weight of cell", weight, n));
-  KITH_TRY(check_weights("weight of face", face_weight, n * NDIM));
+  for (int64_t c = 0; weight != NULL && c < n; ++c)
+    if (!(weight[c] >= 0 && weight[c] < INFINITY))
+      KITH_FAIL(BAD_INPUT, "weight of cell %lld is %g: not a finite number of at least 0", (long long)c,
+                weight[c]);
   if (partition->ops->update == NULL || partition->n_ranks == 1) return KITH_OK;
   double *effective = NULL;
   int32_t *owner = NULL;
   kith_status status = kith_resize(&effective, 0, (size_t)n, sizeof *effective);
   if (status == KITH_OK) status = kith_resize(&owner, 0, (size_t)n, sizeof *owner);
-  if (status == KITH_OK) status = update_into(partition, weight, face_weight, effective, owner, changed);
+  if (status == KITH_OK) status = update_into(partition, weight, effective, owner, changed);
   kith_free(&effective);
   kith_free(&owner);
   return status;
@@ -153,7 +147,6 @@ kith_status kith_partition_restore(struct kith_partition *partition, const int64
 kith_status kith_partition_converge(struct kith_partition *partition, const double *weight) {
   enum { MOST_MAPS = 20 };
   bool changed = true;
-  for (int k = 0; k < MOST_MAPS && changed; ++k)
-    KITH_TRY(kith_partition_update(partition, weight, NULL, &changed));
+  for (int k = 0; k < MOST_MAPS && changed; ++k) KITH_TRY(kith_partition_update(partition, weight, &changed));
   return KITH_OK;
 }

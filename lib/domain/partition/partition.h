@@ -35,10 +35,8 @@ struct kith_partitioner_ops {
   /* The first map, without weights, after the options of the text: writes owner[n]. NULL: `update` without
    * weights makes it, where `owner` is that of the partition. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);
-  /* The next map: `owner` holds the present one. Weights are positive; face_weight may be NULL. NULL: the map
-   * never changes. */
-  kith_status (*update)(struct kith_partition *partition, const double *weight, const double *face_weight,
-                        int32_t *owner);
+  /* The next map: `owner` holds the present one. Weights are positive. NULL: the map never changes. */
+  kith_status (*update)(struct kith_partition *partition, const double *weight, int32_t *owner);
   /* For restarts: what the next map depends on besides the present one, the weights and the text. Returns the
    * number of words, and writes them unless `word` is NULL. NULL: nothing. */
   size_t (*state)(const struct kith_partition *partition, int64_t *word);
@@ -74,11 +72,9 @@ void kith_partition_destroy(struct kith_partition **partition);
 kith_status kith_partition_command(struct kith_partition *partition, const char *words);
 
 /* A new map from the present one. weight[cells->n]: the work of each cell, in any unit; NULL: equal.
- * face_weight[cells->n][NDIM]: the cost of cutting the face between a cell and the next one along the axis,
- * in any unit; NULL: equal; used by `graph` and `hybrid`. *changed = false: no entry of the map changed.
- * BAD_INPUT: a weight that is negative or not finite. After a failure the map is unchanged. */
-kith_status kith_partition_update(struct kith_partition *partition, const double *weight,
-                                  const double *face_weight, bool *changed);
+ * *changed = false: no entry of the map changed. BAD_INPUT: a weight that is negative or not finite. After a
+ * failure the map is unchanged. */
+kith_status kith_partition_update(struct kith_partition *partition, const double *weight, bool *changed);
 /* The same until the map does not change any more, at most 20 times. */
 kith_status kith_partition_converge(struct kith_partition *partition, const double *weight);
 
@@ -105,8 +101,7 @@ struct kith_curve {
 kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *key, int32_t *owner);
 kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (*key_of)(const uint64_t *k),
                                     int32_t *owner); /* keys of the cells' coordinates */
-kith_status kith_curve_update(struct kith_partition *partition, const double *weight,
-                              const double *face_weight, int32_t *owner);
+kith_status kith_curve_update(struct kith_partition *partition, const double *weight, int32_t *owner);
 void kith_curve_clear(struct kith_partition *partition);
 #define KITH_CURVE \
   .state_size = sizeof(struct kith_curve), .update = kith_curve_update, .clear = kith_curve_clear

@@ -52,7 +52,7 @@ static struct kith_partition *map_of(const struct kith_simulation *m, struct kit
     work[kith_cells_of(cells, m->nodes->position->f64 + (size_t)i * NDIM)] +=
         (double)(first[i + 1] - first[i]) + 1;
   }
-  for (int k = 0; changed && k < 20; ++k) CHECK_OK(kith_partition_update(partition, work, NULL, &changed));
+  for (int k = 0; changed && k < 20; ++k) CHECK_OK(kith_partition_update(partition, work, &changed));
   kith_free(&work);
   return partition;
 }

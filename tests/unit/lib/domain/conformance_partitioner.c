@@ -215,7 +215,7 @@ static void check_text(const struct kith_cells *cells, int n_ranks, const char *
   for (int kind = 0; kind < 2; ++kind) {
     bool changed;
     weights(cells, kind, weight);
-    CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(partition, weight, &changed));
     check_map(partition, near);
   }
   if (check_failures > 0) {
@@ -249,7 +249,7 @@ static void test_refused(void) {
   const double bad[] = {-1, -1e-300, NAN, INFINITY};
   char text[MOST_TEXTS][64];
   const int n_texts = find_texts(text);
-  double weight[MOST_CELLS], face_weight[MOST_CELLS * NDIM];
+  double weight[MOST_CELLS];
   for (int t = 0; t < n_texts; ++t) {
     struct kith_partition *partition = make(&cells, 3, text[t]), *twin = make(&cells, 3, text[t]);
     int32_t before[MOST_CELLS], *const place = partition->owner;
@@ -258,41 +258,16 @@ static void test_refused(void) {
     for (int k = 0; k < 4; ++k) {
       weights(&cells, 0, weight);
       weight[cells.n / 2] = bad[k];
-      CHECK_STATUS(KITH_BAD_INPUT, kith_partition_update(partition, weight, NULL, &changed));
-      CHECK(!changed);
-      for (int64_t f = 0; f < cells.n * NDIM; ++f) face_weight[f] = 1;
-      face_weight[cells.n * NDIM - 1] = bad[k];
-      CHECK_STATUS(KITH_BAD_INPUT, kith_partition_update(partition, NULL, face_weight, &changed));
+      CHECK_STATUS(KITH_BAD_INPUT, kith_partition_update(partition, weight, &changed));
       CHECK(!changed);
     }
     CHECK(partition->owner == place && partition->generation == 1 && same_map(partition, before));
     weights(&cells, 0, weight); /* nor does it matter later that something was refused */
-    CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
-    CHECK_OK(kith_partition_update(twin, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(partition, weight, &changed));
+    CHECK_OK(kith_partition_update(twin, weight, &changed));
     CHECK(same_map(partition, twin->owner));
     kith_partition_destroy(&partition);
     kith_partition_destroy(&twin);
-  }
-}
-
-/* Only members that divide a graph look at the weights of faces; for the others they might as well not be
- * there. */
-static void test_faces(void) {
-  const int count[] = {5, 4, 3};
-  const struct kith_cells cells = grid(count, 0);
-  uint64_t random = 9;
-  double weight[MOST_CELLS], face_weight[MOST_CELLS * NDIM];
-  weights(&cells, 0, weight);
-  for (int64_t f = 0; f < cells.n * NDIM; ++f) face_weight[f] = check_random(&random);
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
-    if ((*p)->needs != NULL || *p == &kith_partitioner_graph || *p == &kith_partitioner_hybrid) continue;
-    struct kith_partition *with = make(&cells, 4, (*p)->name), *without = make(&cells, 4, (*p)->name);
-    bool changed;
-    CHECK_OK(kith_partition_update(with, weight, face_weight, &changed));
-    CHECK_OK(kith_partition_update(without, weight, NULL, &changed));
-    CHECK(same_map(with, without->owner));
-    kith_partition_destroy(&with);
-    kith_partition_destroy(&without);
   }
 }
 
@@ -388,8 +363,8 @@ static void test_switch(void) {
     CHECK(same_map(hybrid, before));
     struct kith_partition *next = turn[k].graph ? graph : diffusion; /* goes on from the same map */
     memcpy(next->owner, before, (size_t)cells.n * sizeof *before);
-    CHECK_OK(kith_partition_update(hybrid, weight, NULL, &changed));
-    CHECK_OK(kith_partition_update(next, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(hybrid, weight, &changed));
+    CHECK_OK(kith_partition_update(next, weight, &changed));
     CHECK(same_map(hybrid, next->owner));
   }
   kith_partition_destroy(&hybrid);
@@ -433,7 +408,7 @@ static void run(const struct kith_cells *cells, int n_ranks, const char *text, i
     const uint64_t before = partition->generation;
     bool changed = true;
     weights_of_kind(cells, k, weight);
-    CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(partition, weight, &changed));
     check_owners(partition);
     CHECK(partition->owner == place);
     CHECK(changed == (memcmp(partition->owner, maps, size) != 0));
@@ -482,7 +457,7 @@ static void test_scale(void) {
       CHECK_OK(kith_partition_create(&partition, &cells, 4, (*p)->name));
       weights_of_kind(&cells, 1, weight);
       for (int64_t c = 0; c < cells.n; ++c) weight[c] = ceil(weight[c]) * unit[k];
-      CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+      CHECK_OK(kith_partition_update(partition, weight, &changed));
       if (k == 0) memcpy(first, partition->owner, (size_t)cells.n * sizeof *first);
       CHECK(memcmp(first, partition->owner, (size_t)cells.n * sizeof *first) == 0);
       kith_partition_destroy(&partition);
@@ -519,7 +494,6 @@ static void test_option_lists(void) {
 int main(void) {
   test_maps();
   test_refused();
-  test_faces();
   test_names();
   test_words();
   test_start_maps();

@@ -88,7 +88,7 @@ static void pull(struct kith_partition *partition, int k) {
     }
     weight[c] = 1 + 100 * exp(-20 * r2);
   }
-  CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+  CHECK_OK(kith_partition_update(partition, weight, &changed));
 }
 
 int main(void) {

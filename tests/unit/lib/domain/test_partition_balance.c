@@ -70,7 +70,7 @@ static struct kith_partition *make(const struct kith_cells *cells, int n_ranks, 
 
 static bool update(struct kith_partition *partition, const double *weight) {
   bool changed = false;
-  CHECK_OK(kith_partition_update(partition, weight, NULL, &changed));
+  CHECK_OK(kith_partition_update(partition, weight, &changed));
   return changed;
 }
 
@@ -199,29 +199,6 @@ static void test_curves(void) {
       for (int a = 0; a < NDIM; ++a) at[a] -= at[a] % 2;
       CHECK(partition->owner[c] >> NDIM == partition->owner[kith_grid_number(cells.count, at)] >> NDIM);
     }
-    kith_partition_destroy(&partition);
-  }
-}
-
-/* Heavy faces are not cut: two halves of a box are divided where the faces are light, not where the box is
- * shortest. Weights that differ by 1e9, and that are all zero, are weights. */
-static void test_graph_faces(void) {
-  if (kith_partitioner_graph.needs != NULL || NDIM == 1) return;
-  const struct kith_cells cells = grid(false);
-  static double face_weight[MOST_CELLS * NDIM];
-  const double heavy[] = {1e9, 0};
-  for (int k = 0; k < 2; ++k) {
-    for (int64_t c = 0; c < cells.n; ++c)
-      for (int a = 0; a < NDIM; ++a) face_weight[c * NDIM + a] = a == 0 ? heavy[k] : heavy[k] > 0 ? 1 : 0;
-    struct kith_partition *partition = make(&cells, 2, "graph");
-    bool changed;
-    CHECK_OK(kith_partition_update(partition, NULL, face_weight, &changed));
-    int64_t cut_along_first = 0;
-    for (int64_t c = 0; c < cells.n; ++c) {
-      const int64_t d = kith_cells_beside(&cells, c, 0, 1);
-      cut_along_first += d >= 0 && partition->owner[c] != partition->owner[d];
-    }
-    if (heavy[k] > 1) CHECK(cut_along_first <= 1); /* an odd number of rows: one may be cut in two */
     kith_partition_destroy(&partition);
   }
 }
@@ -480,7 +457,6 @@ int main(void) {
   test_cart();
   test_meshes();
   test_curves();
-  test_graph_faces();
   test_graph_stays();
   test_diffusion();
   test_diffusion_at_rest();

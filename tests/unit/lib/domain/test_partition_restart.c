@@ -48,10 +48,10 @@ static void check_continues(const char *name) {
   size_t n;
   CHECK_OK(kith_partition_create(&one, cells, RANKS, name));
   CHECK_OK(kith_partition_create(&other, cells, RANKS, name));
-  CHECK_OK(kith_partition_update(other, NULL, NULL, &changed));
+  CHECK_OK(kith_partition_update(other, NULL, &changed));
   for (int round = 0; round < ROUNDS; ++round) {
     moving_weights(cells, round, weight);
-    CHECK_OK(kith_partition_update(one, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(one, weight, &changed));
   }
   int64_t *word = state_of(one, &n);
   CHECK_OK(kith_partition_restore(other, word, n));
@@ -59,8 +59,8 @@ static void check_continues(const char *name) {
   memcpy(other->owner, one->owner, (size_t)cells->n * sizeof *one->owner);
   for (int round = ROUNDS; round < 2 * ROUNDS; ++round) {
     moving_weights(cells, round, weight);
-    CHECK_OK(kith_partition_update(one, weight, NULL, &changed));
-    CHECK_OK(kith_partition_update(other, weight, NULL, &changed));
+    CHECK_OK(kith_partition_update(one, weight, &changed));
+    CHECK_OK(kith_partition_update(other, weight, &changed));
     if (memcmp(one->owner, other->owner, (size_t)cells->n * sizeof *one->owner) != 0) {
       fprintf(stderr, "%d-D, %s: the maps of round %d differ\n", NDIM, name, round);
       ++check_failures;
@@ -88,7 +88,7 @@ static void check_damage(const char *name) {
       CHECK_STATUS(KITH_BAD_FILE, kith_partition_restore(partition, word, n));
       word[k] = right;
     }
-  CHECK_OK(kith_partition_update(partition, NULL, NULL, &changed));
+  CHECK_OK(kith_partition_update(partition, NULL, &changed));
   for (int64_t c = 0; c < cells->n; ++c) CHECK(partition->owner[c] >= 0 && partition->owner[c] < RANKS);
   free(word);
   kith_partition_destroy(&partition);
