@@ -7,13 +7,12 @@
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
   memset(demand, 0, KITH_DEMANDS * sizeof *demand);
   demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
-  demand[1] = (struct kith_demand){"coupling", "barriers", {0}};
-  if (it->package->barrier != NULL)
-    demand[1].need =
-        (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
-  int n = 2;
+  int n = 1;
   for (const struct kith_package *p = it->package; p != NULL; p = p->next)
-    demand[n++] = (struct kith_demand){p->ops->name, p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
+    demand[n++] = (struct kith_demand){p->ops->name,
+                                       p->ops->couple != NULL                 ? "f_couple"
+                                       : p->traversal == KITH_TRAVERSE_PAIRS ? "pairs"
+                                                                              : "gather",
                                        kith_package_requirements(p)};
 }
 
@@ -122,17 +121,14 @@ static kith_status ghosts(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* Barriers cut pairs. A barrier's nodes stand apart by its spacing, which its support is a multiple of. */
-static kith_status coupling(struct kith_integrator *it) {
-  const double spacings = pow(it->package->neighbors / kith_ball(), 1.0 / NDIM);
-  size_t cut = 0;
-  if (it->package->barrier == NULL) return KITH_OK;
-  kith_profile_begin(it->profile, "shield"); /* the stage's name in reports */
-  const kith_status status = kith_connectivity_cut_barriers(it->connectivity, it->nodes, it->package->barrier,
-                                                            (NDIM == 3 ? 0.72 : 0.51) / spacings, &cut);
-  kith_profile_count(it->profile, "cut", (double)cut);
-  kith_profile_end(it->profile);
-  it->ledger.pairs_cut += cut;
+/* What packages make of the new pairs. */
+static kith_status couple(struct kith_integrator *it) {
+  const size_t before = it->connectivity->pairs.n;
+  kith_status status = KITH_OK;
+  for (struct kith_package *p = it->package; p != NULL && status == KITH_OK; p = p->next)
+    if (p->ops->couple != NULL)
+      KITH_STAGE(status, it->profile, p->ops->name, p->ops->couple(p, it->connectivity));
+  it->ledger.pairs_cut += before - it->connectivity->pairs.n;
   return status;
 }
 
@@ -258,7 +254,7 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
         status, it->profile, "connectivity",
         kith_connectivity_build(it->connectivity, nodes, it->search, it->need, it->excluders, it->profile));
   it->ledger.candidates += it->connectivity->candidates;
-  if (status == KITH_OK) status = coupling(it);
+  if (status == KITH_OK) status = couple(it);
   KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
   const kith_index before = kith_nodes_count(nodes);
   if (may_cull(it)) KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, cull(it)));

@@ -19,7 +19,7 @@ struct kith_demand {
   const char *who, *why;
   struct kith_requirements need;
 };
-enum { KITH_DEMANDS = 3 + KITH_ADDED_PACKAGES }; /* those without a package are zero */
+enum { KITH_DEMANDS = 2 + KITH_ADDED_PACKAGES }; /* those without a package are zero */
 void kith_lifecycle_demands(const struct kith_integrator *integrator,
                             struct kith_demand demand[KITH_DEMANDS]);
 

@@ -71,6 +71,7 @@ kith_status kith_package_evaluate(struct kith_package *package, struct kith_conn
                                   const struct kith_kick *kick) {
   for (struct kith_package *p = package; p != NULL; p = p->next) {
     kith_status status;
+    if (p->ops->evaluate == NULL) continue;
     KITH_STAGE(status, p->profile, p->ops->name, p->ops->evaluate(p, connectivity, kick));
     KITH_TRY(status);
     if (p == package) continue;
@@ -121,7 +122,7 @@ static struct kith_timestep_limit limit_of_node(const struct kith_package *packa
   if (limits && u > 0 && cooling > 0 && cfl * u / cooling < timestep_limit.dt)
     timestep_limit.dt = cfl * u / cooling, timestep_limit.reason = KITH_LIMIT_cooling;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next) {
-    const double dt = cfl * p->ops->longest_step(p, i);
+    const double dt = p->ops->longest_step != NULL ? cfl * p->ops->longest_step(p, i) : INFINITY;
     if (dt < timestep_limit.dt) timestep_limit.dt = dt, timestep_limit.reason = p->ops->limit;
   }
   return timestep_limit;

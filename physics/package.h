@@ -2,7 +2,8 @@
  *
  * A run has a list of packages. The first is a hydro package (the family kith_package): it makes supports,
  * density, pressure and the rates. Those after it (the family kith_added) add forces and heats of pairs to
- * these rates, in the order of the list. What follows on pairs holds for the pairs of all packages together.
+ * these rates, in the order of the list, or couple the pairs: all forces and heats of pairs, also those of
+ * packages before it, have the factor f_couple. What follows on pairs holds for all packages together.
  *
  * A hydro package is a short sequence of passes (volume and density -> gradients -> pair force); between
  * passes it refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both
@@ -69,7 +70,7 @@ struct kith_kick {
 struct kith_package_traits {
   bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
   const char *history; /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
-  const char *uncut;   /* what acts beyond the pairs that barriers cut; NULL: nothing */
+  const char *uncoupled; /* what acts beyond the pairs that have a factor; NULL: nothing */
   const char *cheaper; /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };
 
@@ -84,7 +85,7 @@ struct kith_package_ops {
   void (*destroy)(struct kith_package *package);
   /* NULL: rows, pairs if the traversal goes over them, rows of ghosts that are computed again. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
-  /* Rates from the state. OUTGROWN: a support has to grow beyond the search radius of its node; supports are
+  /* Rates from the state; NULL: it has none. OUTGROWN: a support has to grow beyond the search radius of its node; supports are
    * set to what they need at least, and the caller rebuilds the connectivity and calls again. A support that
    * does not converge is NaN, and the density with it. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
@@ -92,7 +93,10 @@ struct kith_package_ops {
   size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
   bool expensive; /* evaluating a pair costs more than storing it: `pairs` is the default traversal */
-  /* What one that is no hydro package has: the longest time step at Courant number 1 that node i allows, and
+  /* Before culling, from pairs and their intersections as they were just built: fills f_couple, by which every
+   * force and heat of a pair is multiplied (connectivity.h). Only a package without `evaluate` has it. */
+  kith_status (*couple)(struct kith_package *package, struct kith_connectivity *connectivity);
+  /* What one that adds to the rates has: the longest time step at Courant number 1 that node i allows, and
    * its name. */
   double (*longest_step)(const struct kith_package *package, kith_index i);
   enum kith_limit limit;

@@ -120,6 +120,16 @@ static kith_status separation(const struct kith_measured *m, double *value) {
   return KITH_OK;
 }
 
+static kith_status transmitted(const struct kith_measured *m, double *value) {
+  const double middle = 0.5 * (m->domain.lower[0] + m->domain.upper[0]);
+  double heat = 0, area = 1;
+  for (int a = 1; a < NDIM; ++a) area *= m->domain.upper[a] - m->domain.lower[a];
+  for (kith_index i = 0; i < m->nodes->n; ++i)
+    if (m->nodes->position[(size_t)i * NDIM] > middle) heat += m->nodes->mass[i] * m->nodes->energy[i];
+  *value = heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
+  return KITH_OK;
+}
+
 /* ---- the list ---- */
 
 const char *const kith_measure_names[KITH_N_MEASURES] = {

@@ -22,6 +22,8 @@
  *   separation         least distance of two nodes over the mean of their spacings V^(1/NDIM): 1 on a lattice
  *                      of cubes, 1.12 in fcc, some 0.7 in a glass, to 0 where nodes pair. Images across
  *                      periodic faces do not count
+ *   transmitted        heat, per area across x, that has passed the middle of the domain along x: the internal
+ *                      energy beyond it, less that at the start; nodes must not pass it
  *
  * V = mass / density. Serial: a few sweeps over the nodes, for separation over those within a spacing along x
  * of each. */
@@ -38,7 +40,8 @@
   X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")     \
   X(growth, "growth rate of a Rayleigh-Taylor mode")                                  \
   X(spread, "width of a ring about the center, over that at the start")               \
-  X(separation, "least distance of two nodes, in spacings")
+  X(separation, "least distance of two nodes, in spacings")                           \
+  X(transmitted, "heat that has passed the middle of the domain along x")
 
 /* What a measure may look at. */
 struct kith_measured {

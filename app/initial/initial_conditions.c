@@ -165,6 +165,7 @@ struct setup {
   struct kith_nodes *nodes;
   struct kith_hydro *hydro;
   struct plan *plan;         /* one per region, owned */
+  struct kith_field *damage; /* NULL: no region has any */
   struct kith_field *wanted; /* pressure of nodes in equilibrium, NaN for the others; NULL: no such region */
   double neighbors;
 };
@@ -207,6 +208,16 @@ static kith_status fit_lattices(struct setup *s) {
   return KITH_OK;
 }
 
+/* Of a node at x: what its region does not pass. */
+static kith_status damage_at(const struct kith_region *region, const double *x, double *damage) {
+  const double porosity = region->porosity >= 0 ? region->porosity : !region->barrier;
+  *damage = 0;
+  if (region->damage != NULL) KITH_TRY(value_at(region, region->damage, "damage", x, damage));
+  if (!(*damage >= 0 && *damage <= 1)) return refused(region, "damage, in [0, 1],", *damage, x);
+  *damage = 1 - porosity * (1 - *damage);
+  return KITH_OK;
+}
+
 /* No other region holds this site. */
 static kith_status check_alone(const struct setup *s, const struct plan *plan, const double *x) {
   for (int k = 0; k < s->scene->n_regions; ++k) {
@@ -239,6 +250,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   s->hydro->mass->f64[i] = state.density * volume;
   s->hydro->density->f64[i] = state.density;
   s->hydro->energy->f64[i] = state.energy;
+  if (s->damage != NULL) KITH_TRY(damage_at(region, x, &s->damage->f64[i]));
   if (s->wanted != NULL) s->wanted->f64[i] = region->equilibrium ? state.pressure : NAN;
   return KITH_OK;
 }
@@ -319,6 +331,9 @@ kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
   return kith_deposits_add(scene, hydro);
 }
 
+static const struct kith_field_spec damage_spec = {
+    "damage", KITH_SCALAR, KITH_F64, KITH_STATE, "Damage", "part of heat and momentum that does not pass"};
+
 static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   const char *names[KITH_MAX_LISTS];
   for (int list = 0; list < s->scene->n_materials; ++list) names[list] = s->scene->material_name[list];
@@ -327,6 +342,9 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   KITH_TRY(kith_hydro_init(s->hydro, s->nodes));
   if (kith_initial_conditions_pending(s->scene))
     KITH_TRY(kith_nodes_field(s->nodes, &wanted_pressure, &s->wanted));
+  for (int k = 0; k < s->scene->n_regions; ++k)
+    if (kith_region_damaged(&s->scene->region[k]))
+      KITH_TRY(kith_nodes_field(s->nodes, &damage_spec, &s->damage));
   for (int list = 0; list < s->scene->n_materials; ++list)
     s->hydro->material[list] = s->scene->material[list];
   for (int a = 0; a < NDIM; ++a)

@@ -107,7 +107,7 @@ static const struct kith_param scene_params[] = {
     {"energy", KITH_PARAM_OTHER, "", "", "blast energies: one map, or a list",
      KITH_BELOW(kith_deposit_params, LIST)},
     {"method", KITH_PARAM_MAP, "", "", "hydrodynamics", KITH_BELOW(method_params, MAP)},
-    {"packages", KITH_PARAM_OTHER, "", "", "what adds to the rates of the hydro package, in this order",
+    {"packages", KITH_PARAM_OTHER, "", "", "what acts on top of the hydro package, in this order",
      KITH_BELOW(package_params, LIST)},
     {"scheme", KITH_PARAM_MAP, "", "", "time integration", KITH_BELOW(scheme_params, MAP)},
     {"neighbor", KITH_PARAM_MAP, "", "", "neighbor search", KITH_BELOW(neighbor_params, MAP)},

@@ -49,9 +49,17 @@ struct kith_region {
   double spacing;                             /* 0: from resolution and arrangement */
   bool frozen;                                /* boundary `constant`: its nodes never move */
   bool barrier;                               /* frozen, and a wall between nodes on both sides of it */
+  double porosity;                            /* < 0: not given, 0 of a barrier and 1 of others */
+  struct kith_expression *damage;             /* NULL: none */
   bool equilibrium;                           /* the pressure holds with the density that the package sums */
   const struct kith_config_node *node;        /* where it stands, for messages */
 };
+
+/* Is there anything that package coupling acts by? Damage is a field of nodes if a region gives it or a
+ * porosity. */
+static inline bool kith_region_damaged(const struct kith_region *region) {
+  return region->porosity >= 0 || region->damage != NULL;
+}
 
 static inline double kith_material_pressure(const struct kith_material *material, double density,
                                             double energy) {
@@ -108,7 +116,7 @@ struct kith_scene {
     double neighbors; /* 0: the default of kernel and dimension */
     bool compatible;  /* energy: compatible | thermal */
   } method;
-  int n_added;                                         /* packages that add to its rates, in their order */
+  int n_added;                                         /* packages after it, in their order */
   struct kith_selected added[KITH_ADDED_PACKAGES + 1]; /* the last: one too many, until it is refused */
   struct {
     struct kith_selected member;

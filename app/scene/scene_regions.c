@@ -44,6 +44,10 @@ const struct kith_param kith_region_params[] = {
     {"frozen", KITH_PARAM_BOOL, "false", "", "its nodes never move", IN(frozen)},
     {"barrier", KITH_PARAM_BOOL, "false", "",
      "its nodes never move and are a wall: they reflect, and cut the pairs that cross them", IN(barrier)},
+    {"porosity", KITH_PARAM_NUMBER, "", "[0, 1]",
+     "part of heat and momentum that the layer passes; none: 0 of a barrier, else 1", IN(porosity)},
+    {"damage", KITH_PARAM_EXPRESSION, "", "",
+     "number or formula, 0 to 1: the part of heat and momentum that does not pass", IN(damage)},
     {"equilibrium", KITH_PARAM_BOOL, "false", "",
      "the pressure is what the method will see: the energy follows from it with the density that the method "
      "finds, not with this one",
@@ -89,6 +93,9 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
                p = kith_expression_constant(region->pressure);
   const double u =
       energy != NULL ? kith_expression_constant(region->energy) : m->eos->energy(m->settings, density, p);
+  const double damage = kith_expression_constant(region->damage);
+  if (damage < 0 || damage > 1)
+    return kith_config_fail(kith_config_child(node, "damage"), NULL, "%g is out of range [0, 1]", damage);
   if (density <= 0)
     return kith_config_fail(kith_config_child(node, "density"), NULL, "%g is out of range (0, inf)", density);
   if (pressure != NULL && density > 0 && !kith_pressure_holds(m, density, u, p))
@@ -103,6 +110,7 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
 static kith_status read_region(const struct kith_scene *scene, struct kith_region *region,
                                const struct kith_config_node *node) {
   region->node = node;
+  region->porosity = -1;
   for (int a = 0; a < 3; ++a) region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
   KITH_TRY(kith_params_read(kith_region_params, node, region));
   KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
@@ -130,6 +138,7 @@ void kith_scene_regions_clear(struct kith_scene *scene) {
     kith_expression_destroy(&region->density);
     kith_expression_destroy(&region->pressure);
     kith_expression_destroy(&region->energy);
+    kith_expression_destroy(&region->damage);
     for (int a = 0; a < NDIM; ++a) {
       kith_expression_destroy(&region->velocity[a]);
       kith_expression_destroy(&region->displacement[a]);

@@ -26,11 +26,32 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   return kith_package_init(p);
 }
 
+static bool is_frozen(const struct kith_region *region) {
+  return region->barrier || region->frozen;
+}
+static bool is_coupled(const struct kith_region *region) {
+  return region->barrier || kith_region_damaged(region);
+}
+static bool any_region(const struct kith_scene *scene, bool (*is)(const struct kith_region *)) {
+  bool any = false;
+  for (int k = 0; k < scene->n_regions; ++k) any = any || is(&scene->region[k]);
+  return any;
+}
+
+/* Coupling is in the list, whether a scene names it or not, if there is something to couple. */
 static kith_status make_packages(struct kith_simulation *m) {
   const struct kith_selected *hydro = &m->scene->method.package, *added = m->scene->added;
   struct kith_package *next = NULL;
-  for (int k = m->scene->n_added - 1; k >= 0; next = &m->added[k--])
+  bool coupled = false;
+  for (int k = m->scene->n_added - 1; k >= 0; next = &m->added[k--]) {
     KITH_TRY(make_package(m, &m->added[k], kith_added_find(added[k].name), added[k].settings, next));
+    coupled = coupled || m->added[k].ops->couple != NULL;
+  }
+  if (!coupled && any_region(m->scene, is_coupled)) {
+    struct kith_package *coupling = &m->added[m->scene->n_added];
+    KITH_TRY(make_package(m, coupling, &kith_package_coupling, NULL, next));
+    next = coupling;
+  }
   KITH_TRY(make_package(m, &m->package, kith_package_find(hydro->name), hydro->settings, next));
   for (const struct kith_package *p = &m->package; p != NULL; p = p->next) {
     const size_t used = strlen(m->packages);
@@ -98,13 +119,6 @@ static const struct kith_config_node *at(const struct kith_scene *scene, const c
   return node != NULL ? node : scene->config->root;
 }
 
-static bool any_region(const struct kith_scene *scene, bool barrier) {
-  bool any = false;
-  for (int k = 0; k < scene->n_regions; ++k)
-    any = any || scene->region[k].barrier || (!barrier && scene->region[k].frozen);
-  return any;
-}
-
 /* What scheme, package and boundaries require of each other. `key`: where the scene says it. */
 static kith_status check_combination(const struct kith_simulation *m) {
 #define REFUSE_IF(wrong, key, ...) \
@@ -117,8 +131,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
   bool piston = false;
   for (int a = 0; a < NDIM; ++a) piston = piston || s->boundary[a].velocity != 0;
-  REFUSE_IF(package.uncut != NULL && any_region(s, true), "method",
-            "%s reach beyond the pairs that a barrier region cuts", package.uncut);
+  REFUSE_IF(package.uncoupled != NULL && any_region(s, is_coupled), "method",
+            "%s reach beyond the pairs that barrier, porosity and damage act on", package.uncoupled);
   REFUSE_IF(again && !package.recomputes, "partition.ghosts",
             "package %s has two passes before its forces, which would need ghosts of ghosts of ghosts; take "
             "exchange",
@@ -140,7 +154,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "a piston requires that neighbor lists are rebuilt always");
   REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
-  REFUSE_IF(piston && any_region(s, false), "regions",
+  REFUSE_IF(piston && any_region(s, is_frozen), "regions",
             "frozen nodes and barriers change the momentum, from which the work of a piston is computed");
   return KITH_OK;
 #undef REFUSE_IF

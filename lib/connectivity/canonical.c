@@ -165,12 +165,53 @@ static kith_status canonical_pairs(struct kith_pairs *pairs, const struct kith_r
   return KITH_OK;
 }
 
-kith_status kith_connectivity_canonical(struct kith_connectivity *c, const struct kith_nodes *nodes) {
+/* --- f_couple --- */
+
+/* The factor of each entry of the rows of internal nodes; NULL if all are 1. */
+static kith_status keep_factors(const struct kith_connectivity *c, kith_index n, double **kept) {
+  const double *factor = c->built.pairs ? kith_connectivity_factors(&c->pairs) : NULL;
+  if (factor == NULL) return KITH_OK;
+  KITH_TRY(kith_resize(kept, 0, c->rows.first[n], sizeof **kept));
+#pragma omp parallel for schedule(static)
+  for (size_t e = 0; e < c->rows.first[n]; ++e) (*kept)[e] = factor[c->pairs.of_row[e]];
+  return KITH_OK;
+}
+
+/* Rows ascended when the factors were kept. */
+static kith_status restore_factors(const struct kith_connectivity *c, kith_index n, const double *kept) {
+  struct kith_pairwise *factor;
+  if (kept == NULL) return KITH_OK;
+  KITH_TRY(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &factor));
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < n; ++i) {
+    const size_t first = c->rows.first[i], end = c->rows.first[i + 1];
+    for (size_t e = first; e < end; ++e) {
+      const size_t p = c->pairs.of_row[e];
+      size_t before = first;
+      if (c->pairs.node[p][0] != i && c->pairs.node[p][0] < n) continue; /* that node does it */
+      for (size_t m = first; m < end; ++m) before += c->rows.node[m] < c->rows.node[e];
+      factor->value[p] = kept[before];
+    }
+  }
+  return KITH_OK;
+}
+
+static kith_status make_canonical(struct kith_connectivity *c, const struct kith_nodes *nodes,
+                                  double **kept) {
+  KITH_TRY(keep_factors(c, nodes->n_internal, kept));
   if (nodes->image == NULL) KITH_FAIL(INTERNAL, "a canonical order needs numbered images");
   KITH_TRY(sort_all(c, nodes));
   c->canonical = true;
   c->built.intersection = c->built.on_segment = false; /* pairs get other numbers */
   c->intersection.n = 0;
   if (c->built.overlap_pairs) KITH_TRY(canonical_pairs(&c->overlap_pairs, &c->overlap, nodes));
-  return c->built.pairs ? canonical_pairs(&c->pairs, &c->rows, nodes) : KITH_OK;
+  if (c->built.pairs) KITH_TRY(canonical_pairs(&c->pairs, &c->rows, nodes));
+  return restore_factors(c, nodes->n_internal, *kept);
+}
+
+kith_status kith_connectivity_canonical(struct kith_connectivity *c, const struct kith_nodes *nodes) {
+  double *kept = NULL;
+  const kith_status status = make_canonical(c, nodes, &kept);
+  kith_free(&kept);
+  return status;
 }

@@ -7,7 +7,7 @@
  *                  too if ghost_rows is required (then rows are symmetric). Else there are no rows of ghosts:
  *                  a pass that reads them asks kith_connectivity_provides first, which refuses by name.
  *   pairs          each interaction once (pairs.h). Ghost-ghost pairs exist if and only if ghost_rows is
- *                  required. f_couple, a lasting pairwise field, is a factor for each pair.
+ *                  required. f_couple, a lasting pairwise field, is a factor of each pair.
  *   overlap        rows of all nodes whose support shares a node with that of i (build.h), for the nodes
  *                  that have rows.
  *   overlap_pairs  each overlap of an internal node once, as pairs.
@@ -71,18 +71,28 @@ void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
 kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const kith_index *renumber, kith_index old_count);
 
-/* A factor; 0 cuts the pair. Not fresh: 1 for all. (coupling.c) */
+/* The factor of each pair; not fresh: 1 for all. (coupling.c) */
 extern const struct kith_pairwise_spec kith_f_couple;
+/* Its values for the present pairs; NULL: 1 for all. */
+const double *kith_connectivity_factors(const struct kith_pairs *pairs);
 
-/* Barrier nodes are marked in `barrier`, a U8 field: 1, ghosts too. A pair of other nodes is cut if some
- * barrier node k of their intersection stands between them: its closest point on the segment from i to j lies
- * strictly between the ends, and nearer than `thickness` times the support of k. Among nodes s apart no
- * segment crosses a layer without one within s / sqrt(2) in 3-D, s / 2 in 2-D; a larger thickness would cut
- * pairs on one side that come that close. Cut pairs are removed; the overlap stays as it is. Needs pairs and
- * intersection (else UNSUPPORTED). *cut: how many; may be NULL. (coupling.c) */
-kith_status kith_connectivity_cut_barriers(struct kith_connectivity *connectivity,
-                                           const struct kith_nodes *nodes, const struct kith_field *barrier,
-                                           double thickness, size_t *cut);
+/* By what nodes are coupled. Borrowed; ghosts too. */
+struct kith_coupling {
+  const uint8_t *barrier; /* 1: the node is a wall; NULL: there is none */
+  const double *damage;   /* D in [0, 1]: a node passes 1 - D of what it would; NULL: 0 for all */
+  double thickness;       /* of layers of nodes, in supports */
+};
+/* Fills f_couple by the nodes k from i to j, which are i, j and what stands between them,
+ *     f_ij = n / sum_k 1 / (1 - D_k),                                                              (1)
+ * the harmonic mean: they are resistances in series. 1 if i or j is a barrier. A node of the intersection
+ * stands between i and j if its closest point on the segment lies strictly between the ends, and nearer than
+ * `thickness` times its support. Among nodes s apart no segment crosses a layer without one within s /
+ * sqrt(2) in 3-D, s / 2 in 2-D; a larger thickness would count nodes on one side that come that close.
+ *
+ * A barrier with D = 1, or any if there is no D, that stands between i and j cuts the pair: it is removed,
+ * and the overlap stays as it is. Needs pairs and intersection (else UNSUPPORTED). (coupling.c) */
+kith_status kith_connectivity_couple(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
+                                     const struct kith_coupling *by);
 
 /* STALE if it was made from other ghosts. (Positions may change while Verlet lists are kept: the rebuild
  * policy decides.) */
@@ -99,8 +109,8 @@ kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity
                                     const struct kith_nodes *nodes);
 
 /* Rows, overlap and their pairs in canonical order, one that depends on no rank, search or culling. The last
- * thing done to a map, which is neither patched nor validated afterwards; pairwise fields and intersections,
- * which refer to the old numbers of the pairs, are gone. (canonical.c)
+ * thing done to a map, which is neither patched nor validated afterwards. f_couple is carried over; other
+ * pairwise fields and intersections, which refer to the old numbers of the pairs, are gone. (canonical.c)
  *   rows, overlap   by the id of the partner, then by which image it is (kith_nodes_number_images)
  *   pairs           each interaction of an internal node once. The node that starts a pair is evaluated as
  *                   its first end, on all ranks the same one: of two nodes the one with the lower id, also

@@ -1,13 +1,14 @@
-/* coupling.c - shielded coupling: a thin barrier between two nodes cuts their pair, which is then removed
- * from rows, pairs, of_row, f_couple and intersection (there also nodes that an end does not see any more).
- * What is left is as if the search had never found them, so packages need not know. */
+/* coupling.c - the factor of each pair, by what stands between its nodes. A thin barrier there cuts the pair,
+ * which is then removed from rows, pairs, of_row, f_couple and intersection (there also nodes that an end does
+ * not see any more). What is left is as if the search had never found them, so packages need not know. */
 #include "lib/connectivity/connectivity.h"
 
 #include <math.h>
 
-const struct kith_pairwise_spec kith_f_couple = {"f_couple", 1, true, "a factor; 0 cuts the pair"};
+const struct kith_pairwise_spec kith_f_couple = {"f_couple", 1, true, "part of force and heat that passes"};
 
-/* Does k stand between i and j, within `radius` of the segment? */
+/* Does k stand between i and j, within `radius` of the segment? Not if it is beside an end but for round-off:
+ * both ends have to agree. */
 static bool between(const double *x, kith_index i, kith_index j, kith_index k, double radius) {
   const double *xi = x + (size_t)i * NDIM, *xj = x + (size_t)j * NDIM, *xk = x + (size_t)k * NDIM;
   double along = 0, length2 = 0, distance2 = 0;
@@ -15,7 +16,7 @@ static bool between(const double *x, kith_index i, kith_index j, kith_index k, d
     along += (xk[a] - xi[a]) * (xj[a] - xi[a]);
     length2 += (xj[a] - xi[a]) * (xj[a] - xi[a]);
   }
-  if (!(along > 0 && along < length2)) return false;
+  if (!(along > 1e-9 * length2 && along < (1 - 1e-9) * length2)) return false;
   for (int a = 0; a < NDIM; ++a) {
     const double d = xi[a] + along / length2 * (xj[a] - xi[a]) - xk[a];
     distance2 += d * d;
@@ -23,15 +24,28 @@ static bool between(const double *x, kith_index i, kith_index j, kith_index k, d
   return distance2 < radius * radius;
 }
 
-static bool is_cut(const struct kith_connectivity *c, const struct kith_nodes *nodes, const uint8_t *barrier,
-                   double thickness, size_t p) {
+/* 1 / (1 - D), in parts of 2^-20: sums of these are exact and do not depend on their order. */
+static double resistance(double damage) {
+  const double r = 1 / (1 - damage);
+  return r < 0x1p28 ? rint(r * 0x1p20) * 0x1p-20 : INFINITY;
+}
+
+/* What connectivity.h says of pair p; -1: a barrier cuts it. */
+static double factor_of(const struct kith_connectivity *c, const struct kith_nodes *nodes,
+                        const struct kith_coupling *by, size_t p) {
   const kith_index i = c->pairs.node[p][0], j = c->pairs.node[p][1];
-  if (barrier[i] || barrier[j]) return false;
+  double n = 0, sum = 0;
+  if (by->barrier != NULL && (by->barrier[i] || by->barrier[j])) return 1;
   for (size_t e = c->intersection.first[p]; e < c->intersection.first[p + 1]; ++e) {
     const kith_index k = c->intersection.node[e];
-    if (barrier[k] && between(nodes->position->f64, i, j, k, thickness * nodes->support->f64[k])) return true;
+    const bool wall = by->barrier != NULL && by->barrier[k];
+    if (!wall && by->damage == NULL) continue;
+    if (k != i && k != j && !between(nodes->position->f64, i, j, k, by->thickness * nodes->support->f64[k]))
+      continue;
+    if (wall && (by->damage == NULL || by->damage[k] == 1)) return -1;
+    n += 1, sum += resistance(by->damage[k]);
   }
-  return false;
+  return by->damage != NULL ? n / sum : 1;
 }
 
 /* Removes the entries of cut pairs. lost[i]: row i has become shorter. */
@@ -40,7 +54,7 @@ static void drop_entries(struct kith_connectivity *c, const double *f_couple, ui
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (f_couple[c->pairs.of_row[e]] == 0) rows->node[e] = -1, lost[i] = 1;
+      if (f_couple[c->pairs.of_row[e]] < 0) rows->node[e] = -1, lost[i] = 1;
   kith_rows_compact(rows);
 }
 
@@ -59,7 +73,7 @@ static void drop_pairs(struct kith_connectivity *c, const double *f_couple, cons
   struct kith_rows *common = &c->intersection;
 #pragma omp parallel for schedule(dynamic, 1024) if (c->rows.n > KITH_FEW)
   for (size_t p = 0; p < c->pairs.n; ++p) {
-    const bool is_cut_off = f_couple[p] == 0;
+    const bool is_cut_off = f_couple[p] < 0;
     for (size_t e = common->first[p]; e < common->first[p + 1]; ++e)
       if (is_cut_off || !is_common(c, lost, p, common->node[e])) common->node[e] = -1;
     if (is_cut_off) c->pairs.node[p][0] = -1;
@@ -68,7 +82,7 @@ static void drop_pairs(struct kith_connectivity *c, const double *f_couple, cons
   kith_pairs_compact(&c->pairs, c->rows.n, common);
 }
 
-/* Removes the pairs whose factor is 0. */
+/* Removes the pairs whose factor is below 0. */
 static kith_status decouple(struct kith_connectivity *c, const double *f_couple) {
   uint8_t *lost = NULL;
   KITH_TRY(kith_resize(&lost, 0, (size_t)c->rows.n, 1));
@@ -79,18 +93,24 @@ static kith_status decouple(struct kith_connectivity *c, const double *f_couple)
   return kith_pairs_of_row(&c->pairs, &c->rows);
 }
 
-kith_status kith_connectivity_cut_barriers(struct kith_connectivity *c, const struct kith_nodes *nodes,
-                                           const struct kith_field *barrier, double thickness, size_t *cut) {
+kith_status kith_connectivity_couple(struct kith_connectivity *c, const struct kith_nodes *nodes,
+                                     const struct kith_coupling *by) {
   KITH_TRY(
       kith_connectivity_provides(c, nodes, (struct kith_requirements){.pairs = true, .intersection = true}));
   struct kith_pairwise *factor;
   KITH_TRY(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &factor));
-  size_t n = 0;
-#pragma omp parallel for schedule(dynamic, 1024) reduction(+ : n) if (c->rows.n > KITH_FEW)
+  bool cuts = false;
+#pragma omp parallel for schedule(dynamic, 1024) reduction(|| : cuts) if (c->rows.n > KITH_FEW)
   for (size_t p = 0; p < c->pairs.n; ++p) {
-    const bool cuts = is_cut(c, nodes, barrier->u8, thickness, p);
-    factor->value[p] = cuts ? 0 : 1, n += cuts;
+    factor->value[p] = factor_of(c, nodes, by, p);
+    cuts = cuts || factor->value[p] < 0;
   }
-  if (cut != NULL) *cut = n;
-  return n > 0 ? decouple(c, factor->value) : KITH_OK;
+  if (cuts) KITH_TRY(decouple(c, factor->value));
+  if (by->damage == NULL) factor->generation = 0; /* all that are left are 1: nobody has to read them */
+  return KITH_OK;
+}
+
+const double *kith_connectivity_factors(const struct kith_pairs *pairs) {
+  const struct kith_pairwise *factor = kith_pairwise_named(pairs, kith_f_couple.name);
+  return factor != NULL && factor->generation == pairs->generation ? factor->value : NULL;
 }

@@ -334,7 +334,7 @@ static struct kith_package_traits mfm_traits(const void *settings) {
   if (((const struct mfm_settings *)settings)->faces != MFM_FACES_INTEGRATED)
     return (struct kith_package_traits){0};
   return (struct kith_package_traits){
-      .uncut = "integrated faces",
+      .uncoupled = "integrated faces",
       .cheaper = "method.faces=one-point: no overlap lists; a larger closure error on disordered nodes"};
 }
 

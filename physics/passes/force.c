@@ -100,9 +100,18 @@ KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
   return sum;
 }
 
+/* Part of force and heat of n entries passes; signal speeds stay. */
+KITH_INLINE void couple(const struct kith_force_pass *pass, size_t first, size_t n, double *restrict out) {
+  for (size_t k = 0; pass->f_couple != NULL && k < n; ++k) {
+    const double f = pass->f_couple[pass->connectivity->pairs.of_row[first + k]];
+    for (int m = 0; m <= KITH_HEAT; ++m) out[(size_t)m * KITH_STRIDE + k] *= f;
+  }
+}
+
 /* The block of n entries from `first` on of row i. */
 KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                            double *restrict out, struct sums *sums) {
+  couple(pass, first, n, out);
   walls(pass, i, pass->connectivity->rows.node + first, n, out);
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
   double fastest = sums->signal;
@@ -130,7 +139,7 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
   const double rate = sums->heat / mass;
   hydro->energy_rate->f64[i] = adds ? hydro->energy_rate->f64[i] + rate : rate;
   if (!adds) package->signal->f64[i] = sums->signal;
-  if (package->next != NULL) return;
+  if (!pass->is_last) return;
   for (int a = 0; a < NDIM; ++a)
     correction -= pairs[a] * (base[a] + pass->kick->lead * (external ? all[a] : 0) - velocity[a]);
   if (external) {
@@ -235,6 +244,10 @@ kith_status kith_force(struct kith_force_pass *pass) {
   sums.own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4));
   sums.shared = kept ? 0 : pairs.shared, sums.pairwise = of_row + (kept ? values : evaluated);
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
+  pass->f_couple = kith_connectivity_factors(&pass->connectivity->pairs);
+  pass->is_last = true;
+  for (const struct kith_package *p = package->next; p != NULL; p = p->next)
+    pass->is_last = pass->is_last && p->ops->evaluate == NULL;
   KITH_TRY(kith_reserve(&package->packed, &package->packed_capacity,
                         (size_t)all * kith_lanes_padded((size_t)pass->n_packed), sizeof(double)));
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);

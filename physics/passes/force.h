@@ -18,6 +18,8 @@
  * Traversal `pairs` evaluates each pair once, stores KITH_PAIR_VALUES doubles, and each node then sums its
  * row; `gather` evaluates the whole row of each node. Both sum in row order, so no result depends on the
  * number of threads. Canonical pairs (connectivity.h) may start at a ghost, which is packed like a node.
+ * Forces and heats have the factor of their pair, f_couple, which is the same for both ends: what is written
+ * above holds for any.
  *
  * A barrier node (package.h) is a wall to its neighbors: as a partner of i it has the state of i, with the
  * velocity along the line that joins them reversed; it does no work and conducts no heat. */
@@ -66,7 +68,9 @@ struct kith_force_pass {
   bool walls_known; /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
   const uint8_t *barrier;     /* [nodes] or NULL */
+  const double *f_couple;     /* [pairs] or NULL: 1 for all */
   struct kith_pairwise *pair; /* "pair_force": what traversal `pairs` stores */
+  bool is_last;               /* of the packages: what (1) of package.h needs is complete */
 };
 
 /* The first fields of packed particle i. */
