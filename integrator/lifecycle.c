@@ -10,9 +10,9 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
   int n = 1;
   for (const struct kith_package *p = it->package; p != NULL; p = p->next)
     demand[n++] = (struct kith_demand){p->ops->name,
-                                       p->ops->couple != NULL                 ? "f_couple"
+                                       p->ops->couple != NULL                ? "f_couple"
                                        : p->traversal == KITH_TRAVERSE_PAIRS ? "pairs"
-                                                                              : "gather",
+                                                                             : "gather",
                                        kith_package_requirements(p)};
 }
 

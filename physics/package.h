@@ -70,8 +70,8 @@ struct kith_kick {
 struct kith_package_traits {
   bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
   const char *history; /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
-  const char *uncoupled; /* what acts beyond the pairs that have a factor; NULL: nothing */
-  const char *cheaper; /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
+  const char *uncoupled; /* what acts beyond the pairs that f_couple is of; NULL: nothing */
+  const char *cheaper;   /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };
 
 struct kith_package_ops {

@@ -131,8 +131,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
   bool piston = false;
   for (int a = 0; a < NDIM; ++a) piston = piston || s->boundary[a].velocity != 0;
-  REFUSE_IF(package.uncoupled != NULL && any_region(s, is_coupled), "method",
-            "%s reach beyond the pairs that barrier, porosity and damage act on", package.uncoupled);
+  REFUSE_IF(package.uncoupled != NULL && any_region(s, kith_region_damaged), "method",
+            "%s reach beyond neighbors, between which porosity and damage act", package.uncoupled);
   REFUSE_IF(again && !package.recomputes, "partition.ghosts",
             "package %s has two passes before its forces, which would need ghosts of ghosts of ghosts; take "
             "exchange",

@@ -23,7 +23,8 @@ static kith_status create(struct kith_package *package) {
   struct coupling *coupling = package->self;
   coupling->damage = kith_nodes_field_named(package->hydro->nodes, "damage");
   if (package->barrier == NULL && coupling->damage == NULL)
-    KITH_FAIL(BAD_INPUT, "packages: coupling has nothing to couple: no region has barrier, porosity or damage");
+    KITH_FAIL(BAD_INPUT,
+              "packages: coupling has nothing to couple: no region has barrier, porosity or damage");
   return KITH_OK;
 }
 

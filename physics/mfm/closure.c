@@ -13,9 +13,10 @@ static const double tolerance = 1e-14; /* of |sum A| / sum |A|, root mean square
 static const struct kith_pairwise_spec face_weight = {"face_weight", 1, false,
                                                       "the face of SPH, by which faces are closed"};
 
-/* a_ij of pair p: the face that SPH would give it. */
+/* a_ij of pair p: the face that SPH would give it; none where a barrier parts the pair. */
 static double weight_of(const struct mfm_faces *f, size_t p) {
   const kith_index *pair = f->graph.pairs.node[p];
+  if (f->barrier != NULL && kith_norm(f->area->value + p * NDIM) == 0) return 0;
   const double *x = f->nodes->position->f64;
   const double r = sqrt(kith_distance2(x + (size_t)pair[0] * NDIM, x + (size_t)pair[1] * NDIM));
   double sum = 0;

@@ -62,7 +62,8 @@ struct mfm_faces {
   double neighbors;             /* V = ball H^d / neighbors */
   struct kith_profile *profile; /* may be NULL */
   /* package.h; may be NULL. Their faces are those of the other end with its mirror image, and are not
-   * closed */
+   * closed. Integrated: they are no quadrature nodes, which parts both sides, so that the side of a wall is
+   * open by half unless faces are closed */
   const struct kith_field *barrier;
 
   /* Fields, registered by mfm_faces_init. */

@@ -281,6 +281,10 @@ static kith_status mfm_create(struct kith_package *package) {
     if (hydro->material[l].eos->effective_gamma == NULL)
       KITH_FAIL(BAD_INPUT, "package mfm cannot have a material with equation of state %s: it has no gamma",
                 hydro->material[l].eos->name);
+  if (settings->faces == MFM_FACES_INTEGRATED && !settings->closed && package->barrier != NULL)
+    KITH_FAIL(BAD_INPUT,
+              "method.faces: integrated faces leave the side of a barrier open; give it "
+              "method.closed=true, or one-point faces");
   mfm->faces = (struct mfm_faces){.form = settings->faces,
                                   .closed = settings->closed,
                                   .nodes = hydro->nodes,

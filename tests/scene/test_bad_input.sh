@@ -114,9 +114,16 @@ domain={lower: [-1]}|missing; it is required
 END
 
 # ---- what cannot work together
-refused "integrated faces reach beyond the pairs that a barrier region cuts" "$kith" plan "$2/plate.yaml" \
-  --set method.package=mfm \
+refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
   --set method.faces=integrated
+refused "integrated faces leave the side of a barrier open" "$kith" plan "$2/plate.yaml" \
+  --set method.package=mfm --set method.faces=integrated
+refused "packages: coupling has nothing to couple" "$kith" plan tiny.yaml --set 'packages=[{name: coupling}]'
+refused "coupling is in the list twice" "$kith" plan "$2/layer.yaml" \
+  --set 'packages=[{name: coupling}, {name: coupling}]'
+refused "porosity: 1.5 is out of range [0, 1]" "$kith" plan "$2/layer.yaml" --set regions.1.porosity=1.5
+refused "damage: -0.1 is out of range [0, 1]" "$kith" plan "$2/layer.yaml" --set regions.1.damage=-0.1
+refused "damage, in [0, 1], is 1.9" "$kith" plan "$2/layer.yaml" --set 'regions.0.damage=1 - x'
 refused "cullen-dehnen has a history, and arkode may reject a step" "$kith" plan tiny.yaml \
   --set scheme.name=arkode --set method.energy=thermal \
   --set method.viscosity.name=cullen-dehnen

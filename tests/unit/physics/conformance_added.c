@@ -1,6 +1,7 @@
-/* Conformance of the packages that add to the rates of a hydro package: each, on top of each hydro package,
- * keeps momentum and energy, heats as the second law allows, adds nothing to gas of one velocity and
- * temperature, and does not depend on traversal, threads, the frame or its place in the list. */
+/* Conformance of the packages that act on top of a hydro package: each, on top of each hydro package, keeps
+ * momentum and energy and does not depend on traversal, threads, the frame or its place in the list. Those
+ * that add to the rates heat as the second law allows, and add nothing to gas of one velocity and temperature;
+ * those that couple the pairs change nothing where all nodes are sound. */
 #include <omp.h>
 #include "tests/unit/physics/added_world.h"
 
@@ -31,9 +32,39 @@ static void attach(struct world *w, const struct variant *v, struct added added[
   }
 }
 
-static void create(struct world *w, const struct variant *v, enum side side, struct added added[ADDED]) {
+static bool couples(const struct variant *v) {
+  bool any = false;
+  for (int k = 0; k < v->n; ++k) any = any || kith_added_all()[v->member[k]]->couple != NULL;
+  return any;
+}
+
+/* Without those that have rates. */
+static struct variant bare(const struct variant *v) {
+  struct variant out = *v;
+  out.n = 0;
+  for (int k = 0; k < v->n; ++k)
+    if (kith_added_all()[v->member[k]]->evaluate == NULL) out.member[out.n++] = v->member[k];
+  return out;
+}
+
+/* Some nodes sound, some broken, most between; or all sound. */
+static void create_damaged(struct world *w, const struct variant *v, enum side side,
+                           struct added added[ADDED], bool sound) {
+  static const struct kith_field_spec spec = {"damage", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "D"};
+  struct kith_field *damage;
   world_create(w, box, side, 0.3, &v->method, 77);
+  if (couples(v)) {
+    CHECK_OK(kith_nodes_field(w->nodes, &spec, &damage));
+    for (int i = 0; i < w->nodes->n_internal; ++i) {
+      const double d = 1.2 * fmod(0.618 * (double)w->nodes->id->i64[i], 1) - 0.1;
+      damage->f64[i] = sound ? 0 : fmin(fmax(d, 0), 1);
+    }
+  }
   attach(w, v, added);
+}
+
+static void create(struct world *w, const struct variant *v, enum side side, struct added added[ADDED]) {
+  create_damaged(w, v, side, added, false);
 }
 
 static void destroy(struct world *w, const struct variant *v, struct added added[ADDED]) {
@@ -112,7 +143,7 @@ static void check_kept(const struct variant *v, enum side side, const char *sche
 
 /* What it adds raises the entropy, sum m du/T > 0, where T = u. */
 static void check_second_law(const struct variant *v) {
-  const struct variant alone = {.hydro = v->hydro, .method = v->method};
+  const struct variant alone = bare(v);
   struct added added[ADDED];
   struct world w;
   double entropy = 0;
@@ -126,7 +157,7 @@ static void check_second_law(const struct variant *v) {
 
 /* One velocity and temperature: bitwise the rates of the hydro package. */
 static void check_even(const struct variant *v) {
-  const struct variant alone = {.hydro = v->hydro, .method = v->method};
+  const struct variant alone = bare(v);
   const struct variant *const variant[] = {v, &alone};
   struct rates r[2];
   for (int k = 0; k < 2; ++k) {
@@ -142,6 +173,21 @@ static void check_even(const struct variant *v) {
     destroy(&w, variant[k], added);
   }
   compare(&r[0], &r[1], 0);
+}
+
+/* What couples scales the forces, of which the hydro package has the most; sound nodes are as without it. */
+static void check_coupled(const struct variant *v) {
+  const struct variant alone = {.hydro = v->hydro, .method = v->method};
+  const struct rates damaged = rates_of(v, NULL), wanted = rates_of(&alone, NULL);
+  struct added added[ADDED];
+  struct world w;
+  struct rates sound;
+  create_damaged(&w, v, PERIODIC, added, true);
+  evaluate(&w);
+  take(&sound, &w);
+  destroy(&w, v, added);
+  compare(&sound, &wanted, 0);
+  CHECK(memcmp(damaged.acceleration, wanted.acceleration, sizeof wanted.acceleration) != 0);
 }
 
 /* ---- what nothing depends on ---- */
@@ -196,9 +242,13 @@ static void check_variant(struct variant v, int number) {
   const struct rates gather = rates_of(&v, NULL), moving = rates_of(&v, common);
   compare(&moving, &gather, 1e-10);
   check_kept(&v, (enum side)(number % 3), schemes[number % 4]);
-  check_second_law(&v);
-  check_even(&v);
-  check_limit(&v);
+  if (bare(&v).n < v.n) {
+    check_second_law(&v);
+    check_even(&v);
+    check_limit(&v);
+  } else {
+    check_coupled(&v);
+  }
   v.method.traversal = KITH_TRAVERSE_PAIRS;
   const struct rates pairs = rates_of(&v, NULL);
   compare(&pairs, &gather, 1e-13);
