@@ -85,16 +85,16 @@ struct kith_package_ops {
   void (*destroy)(struct kith_package *package);
   /* NULL: rows, pairs if the traversal goes over them, rows of ghosts that are computed again. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
-  /* Rates from the state; NULL: it has none. OUTGROWN: a support has to grow beyond the search radius of its node; supports are
-   * set to what they need at least, and the caller rebuilds the connectivity and calls again. A support that
-   * does not converge is NaN, and the density with it. */
+  /* Rates from the state; NULL: it has none. OUTGROWN: a support has to grow beyond the search radius of its
+   * node; supports are set to what they need at least, and the caller rebuilds the connectivity and calls
+   * again. A support that does not converge is NaN, and the density with it. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
                           const struct kith_kick *kick);
   size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
   bool expensive; /* evaluating a pair costs more than storing it: `pairs` is the default traversal */
-  /* Before culling, from pairs and their intersections as they were just built: fills f_couple, by which every
-   * force and heat of a pair is multiplied (connectivity.h). Only a package without `evaluate` has it. */
+  /* Before culling, from pairs and intersections that were just built: fills f_couple, by which every force
+   * and heat of a pair is multiplied (connectivity.h). Only a package without `evaluate` has it. */
   kith_status (*couple)(struct kith_package *package, struct kith_connectivity *connectivity);
   /* What one that adds to the rates has: the longest time step at Courant number 1 that node i allows, and
    * its name. */

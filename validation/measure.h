@@ -22,7 +22,7 @@
  *   separation         least distance of two nodes over the mean of their spacings V^(1/NDIM): 1 on a lattice
  *                      of cubes, 1.12 in fcc, some 0.7 in a glass, to 0 where nodes pair. Images across
  *                      periodic faces do not count
- *   transmitted        heat, per area across x, that has passed the middle of the domain along x: the internal
+ *   transmitted        heat, per area across x, that has passed the middle of the domain along x: internal
  *                      energy beyond it, less that at the start; nodes must not pass it
  *
  * V = mass / density. Serial: a few sweeps over the nodes, for separation over those within a spacing along x

@@ -1,6 +1,6 @@
 /* coupling.c - the factor of each pair, by what stands between its nodes. A thin barrier there cuts the pair,
- * which is then removed from rows, pairs, of_row, f_couple and intersection (there also nodes that an end does
- * not see any more). What is left is as if the search had never found them, so packages need not know. */
+ * which is then removed from rows, pairs, of_row, f_couple and intersection (there also nodes that an end
+ * does not see any more). What is left is as if the search had never found them: packages need not know. */
 #include "lib/connectivity/connectivity.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Conformance of the packages that act on top of a hydro package: each, on top of each hydro package, keeps
  * momentum and energy and does not depend on traversal, threads, the frame or its place in the list. Those
- * that add to the rates heat as the second law allows, and add nothing to gas of one velocity and temperature;
- * those that couple the pairs change nothing where all nodes are sound. */
+ * that add to the rates heat as the second law allows, and add nothing to gas of one velocity and
+ * temperature; those that couple the pairs change nothing where all nodes are sound. */
 #include <omp.h>
 #include "tests/unit/physics/added_world.h"
 

@@ -73,7 +73,8 @@ static void check_factors(const struct kith_connectivity *c, const struct kith_n
   CHECK(factor == NULL || (none > 0 && all > 0 && part > 0));
 }
 
-/* Walls of list 1; how many pairs they cut. With damage some of them pass a part, and others are broken or sound or between. */
+/* Walls of list 1; how many pairs they cut. With damage some of them pass a part, and others are broken or
+ * sound or between. */
 static size_t check_coupling(uint64_t seed, bool on_segment, bool damaged) {
   const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"},
                                other = {"damage", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "D"};
