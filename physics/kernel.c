@@ -26,16 +26,15 @@ double kith_kernel_most_neighbors(enum kith_kernel k) {
   return neighbors_of(k, cbrt(3 * facts->most_neighbors / (4 * M_PI)) / facts->support[2]);
 }
 
-double kith_kernel_neighbors(enum kith_kernel k) {
-  const double spacings = 1.2544; /* 2 sigma in node spacings: 60 neighbors for Wendland C2 in 3-D */
-  return fmin(neighbors_of(k, spacings), kith_kernel_most_neighbors(k));
+double kith_kernel_neighbors(enum kith_kernel k, double spacings) {
+  return fmin(neighbors_of(k, spacings > 0 ? spacings : 1.2544), kith_kernel_most_neighbors(k));
 }
 
 enum kith_kernel kith_kernel_unpaired(double neighbors) {
   int best = -1;
   for (int k = 0; k < KITH_N_KERNELS; ++k)
     if (kith_kernel_facts[k].most_neighbors <= 0 &&
-        (best < 0 || kith_kernel_neighbors((enum kith_kernel)k) <= neighbors))
+        (best < 0 || kith_kernel_neighbors((enum kith_kernel)k, 0) <= neighbors))
       best = k;
   return (enum kith_kernel)best;
 }

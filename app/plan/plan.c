@@ -200,7 +200,7 @@ static void show_method(const struct plan *plan) {
   const struct kith_package *p = &m->package;
   line("method", "%s: %s", p->ops->name, p->ops->doc);
   line("kernel", "%s, %.4g neighbors (%s)", kith_kernel_facts[p->kernel].name, p->neighbors,
-       m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this kernel");
+       m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this package and kernel");
   show_settings("settings", p->ops->params, p->settings);
   for (const struct kith_package *added = p->next; added != NULL; added = added->next) {
     line("added", "%s: %s", added->ops->name, added->ops->doc);
@@ -234,12 +234,14 @@ static void show_memory(const struct plan *plan) {
 static void show_dt(const struct plan *plan) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const struct kith_timestep_limit *limit = &it->timestep_limit;
+  line("Courant", "%.3g (%s)", it->cfl,
+       plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
   if (it->fixed_dt > 0)
-    line("first dt", "%.4g, as the scene says; Courant number %.3g would allow %.4g (%s, node %lld)",
-         it->fixed_dt, it->cfl, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
+    line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
+         it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
   else
-    line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s, Courant number %.3g)",
-         limit->dt, plan->full_dt, (long long)limit->node, kith_limit_name(limit->reason), it->cfl);
+    line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s)", limit->dt,
+         plan->full_dt, (long long)limit->node, kith_limit_name(limit->reason));
 }
 
 /* Steps that grow as the integrator lets them (KITH_GROWTH) up to the full dt, which then stays. */

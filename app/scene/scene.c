@@ -17,8 +17,8 @@ static const struct kith_param method_params[] = {
      .family = kith_package_member},
     {"kernel", KITH_PARAM_CHOICE, "wendland-c2", KITH_KERNEL_LIST(KERNEL_CHOICE),
      "interpolation kernel (kith list kernel)", IN(method.kernel)},
-    {"neighbors", KITH_PARAM_NUMBER, "0", "[0, 1000]", "nodes in a support; 0: the default of the kernel",
-     IN(method.neighbors)},
+    {"neighbors", KITH_PARAM_NUMBER, "0", "[0, 1000]",
+     "nodes in a support; 0: the default of the package, for the kernel", IN(method.neighbors)},
     {"energy", KITH_PARAM_CHOICE, "compatible", "thermal|compatible",
      "energy from the work of pairs, or from its own equation", IN(method.compatible)},
     {0}};
@@ -30,8 +30,8 @@ static const struct kith_param package_params[] = {
 static const struct kith_param scheme_params[] = {
     {"name", KITH_PARAM_MEMBER, "leapfrog", "", "time integration (kith list scheme)", IN(scheme.member),
      .family = kith_scheme_member},
-    {"cfl", KITH_PARAM_NUMBER, "0.3", "(0, 1000]", "Courant number; above 1 for implicit only",
-     IN(scheme.cfl)},
+    {"cfl", KITH_PARAM_NUMBER, "0", "[0, 1000]",
+     "Courant number; 0: the default of the package; above 1 for implicit only", IN(scheme.cfl)},
     {"dt", KITH_PARAM_NUMBER, "0", "[0, inf)", "fixed step; 0: by the Courant number", IN(scheme.dt)},
     {0}};
 

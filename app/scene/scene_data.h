@@ -113,14 +113,14 @@ struct kith_scene {
   struct {
     struct kith_selected package;
     enum kith_kernel kernel;
-    double neighbors; /* 0: the default of kernel and dimension */
+    double neighbors; /* 0: the default of the package, for the kernel */
     bool compatible;  /* energy: compatible | thermal */
   } method;
   int n_added;                                         /* packages after it, in their order */
   struct kith_selected added[KITH_ADDED_PACKAGES + 1]; /* the last: one too many, until it is refused */
   struct {
     struct kith_selected member;
-    double cfl, dt; /* dt > 0: fixed step */
+    double cfl, dt; /* cfl 0: the default of the package; dt > 0: fixed step */
   } scheme;
   struct {
     struct kith_selected search;

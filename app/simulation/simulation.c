@@ -6,6 +6,10 @@
 #include <string.h>
 #include "app/initial/initial_conditions.h"
 
+static const struct kith_package_ops *package_of(const struct kith_scene *scene) {
+  return kith_package_find(scene->method.package.name);
+}
+
 /* `next`: those after it are made by now. */
 static kith_status make_package(struct kith_simulation *m, struct kith_package *p,
                                 const struct kith_package_ops *ops, const void *settings,
@@ -52,7 +56,7 @@ static kith_status make_packages(struct kith_simulation *m) {
     KITH_TRY(make_package(m, coupling, &kith_package_coupling, NULL, next));
     next = coupling;
   }
-  KITH_TRY(make_package(m, &m->package, kith_package_find(hydro->name), hydro->settings, next));
+  KITH_TRY(make_package(m, &m->package, package_of(m->scene), hydro->settings, next));
   for (const struct kith_package *p = &m->package; p != NULL; p = p->next) {
     const size_t used = strlen(m->packages);
     snprintf(m->packages + used, sizeof m->packages - used, "%s%s", used > 0 ? ", " : "", p->ops->name);
@@ -102,7 +106,7 @@ static kith_status make_integrator(struct kith_simulation *m, bool check) {
                                .scheme = kith_scheme_find(scene->scheme.member.name),
                                .settings = scene->scheme.member.settings,
                                .profile = m->profile,
-                               .cfl = scene->scheme.cfl,
+                               .cfl = scene->scheme.cfl > 0 ? scene->scheme.cfl : package_of(scene)->cfl,
                                .fixed_dt = scene->scheme.dt,
                                .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
                                .cull = scene->connectivity.cull,
@@ -126,8 +130,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const struct kith_scene *s = m->scene;
   const struct kith_scheme_ops *scheme = kith_scheme_find(s->scheme.member.name);
   const char *name = s->method.package.name;
-  const struct kith_package_traits package =
-      kith_package_traits(kith_package_find(name), s->method.package.settings);
+  const struct kith_package_traits package = kith_package_traits(package_of(s), s->method.package.settings);
   const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
   bool piston = false;
   for (int a = 0; a < NDIM; ++a) piston = piston || s->boundary[a].velocity != 0;
@@ -166,8 +169,9 @@ static kith_status make(struct kith_simulation *m, bool check) {
   struct kith_package *p = &m->package;
   uint8_t *frozen = NULL;
   p->kernel = m->scene->method.kernel;
-  p->neighbors =
-      m->scene->method.neighbors > 0 ? m->scene->method.neighbors : kith_kernel_neighbors(p->kernel);
+  p->neighbors = m->scene->method.neighbors > 0
+                     ? m->scene->method.neighbors
+                     : kith_kernel_neighbors(p->kernel, package_of(m->scene)->spacings);
   kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen);
   if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);

@@ -252,5 +252,6 @@ const struct kith_package_ops kith_package_sph = {
     .create = sph_create,
     .evaluate = sph_evaluate,
     .traits = sph_traits,
+    .cfl = NDIM == 3 ? 0.4 : 0.3, /* at 0.5 the blast in 3-D is 3 % off; noise in 2-D grows with it */
     KITH_SETTINGS(params, sph_settings),
 };

@@ -80,7 +80,7 @@ scheme.name=implicit|give it method.energy=thermal
 scheme.table=[1]|--set scheme.table: a list where a single value belongs
 scheme.method=crank-nicholson|did you mean 'crank-nicolson'?
 scheme.rtol=0|0 is out of range [1e-12, 1]
-scheme.cfl=0|0 is out of range (0, 1000]
+scheme.cfl=-1|-1 is out of range [0, 1000]
 scheme.dt=-1|-1 is out of range [0, inf)
 method.neighbors=1|1 is too few for kernel wendland-c2
 connectivity.skin=-0.1|out of range [0, inf)

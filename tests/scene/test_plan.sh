@@ -47,6 +47,13 @@ shown "steps of 6 evaluations" "$@" --set scheme.name=arkode --set scheme.table=
 shown "skin 0.15 of the support" "$@" --set connectivity.rebuild=displacement --set connectivity.skin=0.15
 shown "at most: Verlet lists save rebuilds" "$@" --set connectivity.rebuild=displacement
 shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
+shown "Courant 0.3 (the default of this package)" "$@"
+shown "Courant 0.2 (as the scene says)" "$@" --set scheme.cfl=0.2
+set -- "$kith" plan "$inputs/sod.yaml" --set dimension=3 --set resolution=16
+shown "wendland-c2, 60.04 neighbors (the default of this package and kernel)" "$@"
+shown "wendland-c2, 45.07 neighbors (the default of this package and kernel)" "$@" --set method.package=mfm
+shown "Courant 0.4 (the default of this package)" "$@" --set method.package=mfm
+set -- "$kith" plan tiny.yaml
 shown "ghosts none" "$@" --set boundaries=
 ok "$@" --ranks 4
 table=*"on 4 ranks: 14.0 nodes"*"partitioner imbalance mean most mean most"*"kd 1."*

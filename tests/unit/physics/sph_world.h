@@ -66,7 +66,7 @@ static inline void world_package(struct world *w, const char *name, const struct
   w->package = (struct kith_package){.ops = kith_package_find(name),
                                      .hydro = &w->hydro,
                                      .kernel = m->kernel,
-                                     .neighbors = kith_kernel_neighbors(m->kernel),
+                                     .neighbors = kith_kernel_neighbors(m->kernel, 0),
                                      .compatible = m->compatible,
                                      .settings = w->settings,
                                      .traversal = m->traversal};

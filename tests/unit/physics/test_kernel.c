@@ -57,13 +57,13 @@ static void check_constants(enum kith_kernel k, const struct oracle_kernel *orac
   CHECK_CLOSE(kith_kernel_constant(k), oracle->constant, 1e-13 * oracle->constant);
   CHECK_CLOSE(kith_kernel_support(k), oracle->spread, 0.51e-6);     /* six digits are given */
   const double most = k == KITH_KERNEL_quartic ? 1.247978 : 1.2544; /* 67 in 3-D and not 68 */
-  CHECK_CLOSE(kith_kernel_neighbors(k), oracle_ball() * pow(most * oracle->spread, NDIM),
-              4e-6 * kith_kernel_neighbors(k));
+  CHECK_CLOSE(kith_kernel_neighbors(k, 0), oracle_ball() * pow(most * oracle->spread, NDIM),
+              4e-6 * kith_kernel_neighbors(k, 0));
 }
 
 /* The lattice with one node per unit volume has density 1. */
 static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *oracle) {
-  const double usual = kith_kernel_neighbors(k);
+  const double usual = kith_kernel_neighbors(k, 0);
   for (int s = 0; s < 6; ++s) {
     const double neighbors = usual * (0.9 + 0.25 * s), support = pow(neighbors / oracle_ball(), 1.0 / NDIM);
     const double weight = kith_kernel_self_weight(k, neighbors);
@@ -82,7 +82,7 @@ static void check_pairing(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k) {
     const struct oracle_kernel oracle = oracle_kernel((enum kith_kernel)k);
     const double got = kith_kernel_most_neighbors((enum kith_kernel)k);
-    CHECK(kith_kernel_neighbors((enum kith_kernel)k) <= got);
+    CHECK(kith_kernel_neighbors((enum kith_kernel)k, 0) <= got);
     if (k > KITH_KERNEL_quintic) CHECK(isinf(got));
     if (k > KITH_KERNEL_quintic) continue;
     if (NDIM == 3) CHECK_CLOSE(got, most[k], 1e-9);
@@ -91,7 +91,7 @@ static void check_pairing(void) {
     CHECK_CLOSE(4 * M_PI / 3 * pow(spacings * kith_kernel_facts[k].support[2], 3), most[k], 1e-5 * most[k]);
   }
   CHECK(kith_kernel_unpaired(1) == KITH_KERNEL_wendland_c2);
-  CHECK(kith_kernel_unpaired(kith_kernel_neighbors(KITH_KERNEL_wendland_c4)) == KITH_KERNEL_wendland_c4);
+  CHECK(kith_kernel_unpaired(kith_kernel_neighbors(KITH_KERNEL_wendland_c4, 0)) == KITH_KERNEL_wendland_c4);
   CHECK(kith_kernel_unpaired(1000) == KITH_KERNEL_wendland_c6);
 }
 
@@ -103,7 +103,7 @@ static void check_names(void) {
     CHECK(kith_kernel_find(names[k]) == (enum kith_kernel)k &&
           strcmp(kith_kernel_facts[k].name, names[k]) == 0);
   CHECK(kith_kernel_find("gauss") == KITH_N_KERNELS && kith_kernel_find("") == KITH_N_KERNELS);
-  if (NDIM == 3) CHECK_CLOSE(kith_kernel_neighbors(KITH_KERNEL_wendland_c2), 60, 0.1);
+  if (NDIM == 3) CHECK_CLOSE(kith_kernel_neighbors(KITH_KERNEL_wendland_c2, 0), 60, 0.1);
 }
 
 int main(void) {

@@ -91,7 +91,7 @@ static void spread_out(struct world *w) {
  * spacing or beyond (that of the denser end). */
 static void check_linear(enum kith_traversal traversal) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, traversal, false, 1, 2};
-  const double spacings = pow(kith_kernel_neighbors(m.kernel) / oracle_ball(), 1.0 / NDIM);
+  const double spacings = pow(kith_kernel_neighbors(m.kernel, 0) / oracle_ball(), 1.0 / NDIM);
   const double matrix[9] = {-0.7, 0.3, 0.2, -0.1, -0.9, 0.1, 0.1, -0.2, -0.6};
   struct world w;
   struct truth t = {0};

@@ -121,7 +121,7 @@ static void other_settings(void) {
       "scheme.dt=0.002",
       "connectivity.rebuild=displacement connectivity.skin=0.05",
       "boundaries.x=[open,reflecting] connectivity.rebuild=displacement",
-      "connectivity.rebuild=never connectivity.skin=0.5",
+      "connectivity.rebuild=never connectivity.skin=0.5 scheme.cfl=0.3",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 connectivity.rebuild=displacement",
       "scheme.name=arkode method.energy=thermal scheme.table=dormand-prince-7-4-5 scheme.adaptive=no",
