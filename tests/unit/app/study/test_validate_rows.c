@@ -66,10 +66,10 @@ int main(void) {
   CHECK_OK(kith_programs_find(&programs));
   snprintf(path, sizeof path, "%s/validation/ranks.yaml", programs.inputs);
   CHECK_OK(kith_rows_read_file(&rows, &n, path, programs.inputs));
-  CHECK(n >= 269);
+  CHECK(n >= 279);
   check_group(rows, n, "sod-1d", "materials-3d", 14 * 9);
   check_group(rows, n, "one-sod-1d", "one-materials-3d", 14 * 3);
-  check_group(rows, n, "default-sod-1d", "default-no-cull", 11 * 5);
+  check_group(rows, n, "default-sod-1d", "default-no-cull", 13 * 5);
   for (int k = 0; k < n; ++k)
     for (int j = 0; j < k; ++j) CHECK(strcmp(rows[k].job.label, rows[j].job.label) != 0);
   kith_free(&rows);
