@@ -10,10 +10,16 @@
 
 enum { DEEPEST = 32, MOST_KEYS = 256, LARGEST = 1 << 20 };
 
-kith_status kith_text_copy(char **out, const char *text, size_t length) {
+/* A copy of a string in kith_resize memory. */
+static kith_status text_copy(char **out, const char *text, size_t length) {
   KITH_TRY(kith_resize(out, 0, length + 1, 1));
   memcpy(*out, text, length);
   return KITH_OK;
+}
+
+void kith_path_stem(const char *path, char *stem, size_t size) {
+  const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path, *dot = strrchr(name, '.');
+  snprintf(stem, size, "%.*s", dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name), name);
 }
 
 /* --- messages --- */
@@ -98,7 +104,7 @@ static kith_status node_add(struct kith_config_node **out, struct kith_config_no
   if (parent->last != NULL) parent->last->next = *out;
   if (parent->first == NULL) parent->first = *out;
   parent->last = *out;
-  return key != NULL ? kith_text_copy(&(*out)->key, key, length) : KITH_OK;
+  return key != NULL ? text_copy(&(*out)->key, key, length) : KITH_OK;
 }
 
 static struct kith_config_node *child_of(const struct kith_config_node *node, const char *key,
@@ -222,7 +228,7 @@ static kith_status read_node(struct reader *r, struct kith_config_node *node) {
   if (strlen(text) != e->data.scalar.length) return fail_here(r, node, NULL, "a NUL character in a value");
   node->quoted = e->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
   node->null = !node->quoted && (text[0] == '\0' || strcmp(text, "~") == 0 || strcmp(text, "null") == 0);
-  return kith_text_copy(&node->text, text, strlen(text));
+  return text_copy(&node->text, text, strlen(text));
 }
 
 static kith_status read_stream(struct reader *r, struct kith_config_node *node) {
@@ -262,7 +268,7 @@ kith_status kith_config_parse(struct kith_config **out, const char *name, const 
   *out = NULL;
   struct kith_config *config = NULL;
   KITH_TRY(kith_resize(&config, 0, 1, sizeof *config));
-  kith_status status = kith_text_copy(&config->file, name, strlen(name));
+  kith_status status = text_copy(&config->file, name, strlen(name));
   if (status == KITH_OK) status = parse(config, text, length);
   if (status != KITH_OK) kith_config_destroy(&config);
   *out = config;

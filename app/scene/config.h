@@ -72,7 +72,7 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
     __attribute__((format(printf, 3, 4)));
 /* BAD_INPUT unless it is of this kind. */
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
-/* A copy of a string in kith_resize memory. */
-kith_status kith_text_copy(char **out, const char *text, size_t length);
+/* The name of a file without folders and ending. */
+void kith_path_stem(const char *path, char *stem, size_t size);
 
 #endif

@@ -45,7 +45,7 @@ static kith_status read_scalar(const struct kith_param *param, const struct kith
 static kith_status read_by_dimension(const struct kith_param *param, const struct kith_config_node *node,
                                      void *into) {
   char unused[ROOM];
-  const bool owned = param->kind == KITH_PARAM_TEXT || param->kind == KITH_PARAM_EXPRESSION;
+  const bool owned = param->kind == KITH_PARAM_EXPRESSION;
   const struct kith_config_node *root = node;
   while (root->parent != NULL) root = root->parent;
   if (root->dimension == 0) return kith_config_want(node, KITH_CONFIG_SCALAR);

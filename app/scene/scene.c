@@ -89,7 +89,7 @@ static const struct kith_param output_params[] = {
 static const struct kith_param scene_params[] = {
     {"base", KITH_PARAM_OTHER, "", "",
      "another scene file, whose keys are replaced by those that follow; these may have dots", .params = NULL},
-    {"scene", KITH_PARAM_TEXT, "", "", "its name; none: the name of the file", IN(name)},
+    {"scene", KITH_PARAM_NAME, "", "", "its name; none: the name of the file", IN(name)},
     {KITH_DIMENSION_PARAM, IN(dimension)},
     {"resolution", KITH_PARAM_NUMBER, NULL, "(0, inf)", "nodes per unit length in the densest region",
      IN(resolution)},
@@ -126,24 +126,13 @@ static const struct kith_param scene_params[] = {
     {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP)},
     {0}};
 
-/* The name of the file without folders and ending. */
-static kith_status default_name(struct kith_scene *scene) {
-  const char *slash = strrchr(scene->config->file, '/');
-  const char *stem = slash != NULL ? slash + 1 : scene->config->file;
-  const char *dot = strrchr(stem, '.');
-  return kith_text_copy(&scene->name, stem, dot != NULL && dot != stem ? (size_t)(dot - stem) : strlen(stem));
-}
-
 /* Results go to out/NAME unless told otherwise. */
 static kith_status check_name(const struct kith_scene *scene) {
-  enum { LONGEST = 100 };
   const char *name = scene->name;
-  if (name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL && strlen(name) <= LONGEST)
-    return KITH_OK;
+  if (name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL) return KITH_OK;
   const struct kith_config_node *given = kith_config_at(scene->config, "scene"), *root = scene->config->root;
   return kith_config_fail(given != NULL ? given : root, given != NULL ? NULL : "scene",
-                          "'%.60s' cannot name a directory: 1 to %d letters, no '/', no '.' in front", name,
-                          LONGEST);
+                          "'%.60s' cannot name a directory: no '/', no '.' in front", name);
 }
 
 kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
@@ -188,8 +177,8 @@ static kith_status read_parts(struct kith_scene *scene) {
     return kith_config_fail(kith_config_child(root, "dimension"), NULL,
                             "%d, but this program is the %d-D one", scene->dimension, NDIM);
   scene->connectivity.skin = -1;
+  kith_path_stem(scene->config->file, scene->name, sizeof scene->name);
   KITH_TRY(kith_params_read(scene_params, root, scene));
-  if (scene->name == NULL) KITH_TRY(default_name(scene));
   KITH_TRY(check_name(scene));
   KITH_TRY(kith_scene_domain(scene, kith_config_child(root, "domain")));
   KITH_TRY(kith_scene_boundaries(scene, kith_config_child(root, "boundaries")));

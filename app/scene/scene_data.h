@@ -90,7 +90,7 @@ struct kith_deposit { /* blast energy added to the nodes around a center, shared
 struct kith_scene {
   struct kith_config *config; /* owned: source locations point into it */
   int dimension;              /* NDIM */
-  char *name;
+  char name[101];
   char *text;        /* the effective scene: file with overrides applied, as YAML; what a checkpoint stores */
   double resolution; /* nodes per unit length in the densest region */
   enum kith_arrangement arrangement;

@@ -177,11 +177,6 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, s
 
 /* ---- scenes ---- */
 
-static void stem_of(const char *path, char *stem, size_t size) {
-  const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path, *dot = strrchr(name, '.');
-  snprintf(stem, size, "%.*s", dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name), name);
-}
-
 bool kith_suite_is_path(const char *name) {
   return strchr(name, '/') != NULL || fnmatch("*.yaml", name, 0) == 0;
 }
@@ -197,7 +192,7 @@ static void add_names(const struct kith_programs *programs, int folder, char *na
   snprintf(text, sizeof text, "%s%s/*.yaml", programs->inputs, folders[folder]);
   if (glob(text, 0, NULL, &found) != 0) return;
   for (size_t k = 0; k < found.gl_pathc; ++k) {
-    stem_of(found.gl_pathv[k], text, sizeof text);
+    kith_path_stem(found.gl_pathv[k], text, sizeof text);
     snprintf(names + strlen(names), size - strlen(names), "|%s", text);
   }
   globfree(&found);
@@ -244,7 +239,7 @@ static kith_status set_scene(struct kith_suite *s, const struct kith_study *c, s
   snprintf(own, sizeof own, "dimension=%d", s->dimension);
   overrides[0] = own;
   memcpy(overrides + first, c->options->overrides, sizeof c->options->overrides);
-  stem_of(job->scene, s->scene, sizeof s->scene);
+  kith_path_stem(job->scene, s->scene, sizeof s->scene);
   KITH_TRY(kith_scene_dimension(job->scene, first + c->options->n_overrides, overrides, &s->dimension));
   job->dimension = s->dimension;
   return KITH_OK;
@@ -364,7 +359,7 @@ kith_status kith_suite_read(struct kith_study *c, const char *subject) {
     snprintf(s->file, sizeof s->file, "%.760s", subject);
   else
     KITH_TRY(find_input(&c->programs, SUITES, "chart: no suite or scene", subject, s->file));
-  stem_of(s->file, s->name, sizeof s->name);
+  kith_path_stem(s->file, s->name, sizeof s->name);
   KITH_TRY(kith_config_read(&config, s->file));
   const kith_status status =
       kith_config_at(config, "regions") != NULL ? suite_of_scene(s, config, c) : read_suite(s, config, c);

@@ -142,15 +142,6 @@ static kith_status parse_name(const struct kith_param *param, const char *text, 
   return KITH_OK;
 }
 
-static kith_status parse_text(const struct kith_param *param, const char *text, void *into) {
-  (void)param;
-  char *copy = strdup(text);
-  if (copy == NULL) KITH_FAIL(NO_MEMORY, "no memory for a text");
-  kith_free(into); /* the value before, if any */
-  memcpy(into, &copy, sizeof copy);
-  return KITH_OK;
-}
-
 /* "[a, b]", or without brackets. */
 static kith_status parse_numbers(const struct kith_param *param, const char *text, void *values) {
   double *into = values;
@@ -173,17 +164,11 @@ static kith_status parse_numbers(const struct kith_param *param, const char *tex
 
 kith_status kith_param_parse(const struct kith_param *param, const char *text, void *into) {
   static kith_status (*const parse[])(const struct kith_param *, const char *, void *) = {
-      [KITH_PARAM_NUMBER] = parse_number,
-      [KITH_PARAM_INTEGER] = parse_integer,
-      [KITH_PARAM_BOOL] = parse_bool,
-      [KITH_PARAM_CHOICE] = parse_choice,
-      [KITH_PARAM_NAME] = parse_name,
-      [KITH_PARAM_MEMBER] = parse_name,
-      [KITH_PARAM_TEXT] = parse_text,
-      [KITH_PARAM_VECTOR] = parse_numbers,
-      [KITH_PARAM_INTERVAL] = parse_numbers,
-      [KITH_PARAM_SIDES] = parse_numbers,
-      [KITH_PARAM_OTHER] = NULL};
+      [KITH_PARAM_NUMBER] = parse_number,  [KITH_PARAM_INTEGER] = parse_integer,
+      [KITH_PARAM_BOOL] = parse_bool,      [KITH_PARAM_CHOICE] = parse_choice,
+      [KITH_PARAM_NAME] = parse_name,      [KITH_PARAM_MEMBER] = parse_name,
+      [KITH_PARAM_VECTOR] = parse_numbers, [KITH_PARAM_INTERVAL] = parse_numbers,
+      [KITH_PARAM_SIDES] = parse_numbers,  [KITH_PARAM_OTHER] = NULL};
   if (parse[param->kind] == NULL) KITH_FAIL(INTERNAL, "%s is not read from text", param->key);
   return parse[param->kind](param, text, into);
 }
@@ -229,8 +214,6 @@ void kith_param_format(const struct kith_param *param, const void *base, char *t
     format_choice(param->allowed, narrow ? *(const bool *)value : *(const int *)value, text, size);
   else if (param->kind == KITH_PARAM_NAME || param->kind == KITH_PARAM_MEMBER)
     snprintf(text, size, "%s", (const char *)value); /* the name stands first */
-  else if (param->kind == KITH_PARAM_TEXT)
-    snprintf(text, size, "%s", *(char *const *)value != NULL ? *(char *const *)value : "");
   else if (param->kind >= KITH_PARAM_VECTOR && param->kind <= KITH_PARAM_SIDES)
     format_numbers((int)(param->size / sizeof(double)), value, text, size);
 }
@@ -246,7 +229,6 @@ void kith_params_clear(const struct kith_param *params, void *base) {
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
     void *value = (char *)base + p->offset;
     if (p->kind == KITH_PARAM_MAP) kith_params_clear(p->params, base);
-    if (p->kind == KITH_PARAM_TEXT) kith_free(value);
     if (p->kind == KITH_PARAM_MEMBER) kith_free(&((struct kith_selected *)value)->settings);
   }
 }

@@ -38,7 +38,6 @@ enum kith_param_kind {
   KITH_PARAM_CHOICE,      /* one of the choices: its position as an int or bool, by size */
   KITH_PARAM_NAME,        /* char[]: one of the choices, or any name if there are none; with row.family, one
                           * or more of its members joined by '|', which may have options after a colon */
-  KITH_PARAM_TEXT,        /* char *, kith_resize memory owned by the struct */
   KITH_PARAM_EXPRESSION,  /* struct kith_expression *, owned by the struct: a number or a formula; NULL: none,
                            * what its default says is for the reader to do */
   KITH_PARAM_EXPRESSIONS, /* struct kith_expression *[n], owned: n to 3 of them, of which the first n count */
@@ -115,7 +114,7 @@ kith_status kith_params_defaults(const struct kith_param *params, void *base);
 /* BAD_INPUT "WHO: KEY is VALUE, must be in RANGE" for the first number that is not in its range. */
 kith_status kith_params_check(const struct kith_param *params, const char *who, const void *base);
 
-/* Frees what the struct at `base` owns through rows of kind TEXT and MEMBER. */
+/* Frees the settings that the struct at `base` owns through rows of kind MEMBER. */
 void kith_params_clear(const struct kith_param *params, void *base);
 
 /* Settings of a member in kith_resize memory, owned by the caller: defaults, and over these "key=value" pairs

@@ -4,23 +4,7 @@
  * = |x - center|, vortices the distance from the axis that runs through the center along axis 2. Gases are
  * ideal: pressure = (gamma - 1) density energy. Each member's mathematics, source, limits and parameters
  * stand in its file; what a scene need not give, because it follows from the rest of the scene, the member
- * derives.
- *
- *   riemann        two half spaces, planar along axis 0; either side may have its own gamma or be a vacuum
- *   sedov          point explosion in NDIM dimensions (a plane, a line, a point), gas uniform or with a
- *                  density that falls as a power of r
- *   noh            cold gas imploding onto a plane, a line or a point
- *   gresho         steady vortex, 2-D and 3-D
- *   yee            another steady vortex, a smooth one
- *   acoustic-wave  travelling wave along axis 0; linear theory: differs from the Euler equations by
- *                  O(amplitude^2)
- *   entropy-wave   a wave of density alone, carried along axis 0
- *   decaying-wave  waves of heat and of shear that conduction and viscosity let decay
- *   slabs          two half spaces of different temperature and conductivity in touch
- *   square         a denser box in gas of the same pressure
- *   two-blasts     two blasts that meet between walls: no exact solution, a reference of our own finite
- *                  volumes
- *   uniform        the same state everywhere and always
+ * derives. `kith list exact` lists them.
  *
  * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
  * status. After create a solution is read-only: any number of threads may ask it. */
