@@ -97,7 +97,7 @@ check 2 "wrong.yaml:2" "$kith" run wrong.yaml
 : >wrong.yaml
 check 2 "wrong.yaml" "$kith" run wrong.yaml
 check 2 "./kith of the source tree" "$kith" build
-check 2 "no suite or scene 'no-such'" "$kith" chart no-such
+check 2 "no suite 'no-such'" "$kith" chart no-such
 check 2 "no verb" "$kith"
 
 # Each option is refused by the verbs that do not take it, and each verb has its help.

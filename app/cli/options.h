@@ -20,7 +20,7 @@
   X(list, SCENE, "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene")          \
   X(validate, STUDY, "[SUITE|FILE]",                                                                      \
     "run scenes and judge their errors by tolerances; 'validate list': the suites")                       \
-  X(chart, STUDY, "SCENE|SUITE", "error against cost of many methods; 'chart list': the suites")          \
+  X(chart, STUDY, "SUITE", "error against cost of many methods; 'chart list': the suites")                \
   X(stress, STUDY, "[SWEEP|FILE]",                                                                        \
     "where methods stop working, one parameter at a time; 'stress list': the sweeps")                     \
   X(build, LAUNCHER, "", "build the programs")                                                            \

@@ -1,4 +1,4 @@
-/* chart.c - error against cost: `kith chart SCENE|SUITE`, and `kith chart list`.
+/* chart.c - error against cost: `kith chart SUITE`, and `kith chart list`.
  *
  * Runs every method of a suite (study.h) at every resolution, one run at a time so that they do not share
  * caches and memory, with one thread unless --threads says otherwise. Before anything runs, `kith plan`

@@ -26,8 +26,6 @@
  *     - {code: SWIFT, version: v1, machine: 2 cores, resolution: 50, cpu_seconds: 3, norms: {density.l1:
  *     0.1}}
  *
- * Any scene is a suite too: every hydro package at three resolutions around the scene's own.
- *
  * A file of sweeps for `kith stress` has `methods` as above and `sweeps`, a list of
  *
  *   - name: cfl-sod
@@ -130,7 +128,7 @@ struct kith_study {
 /* Both read `suite`, by `programs` and the overrides of `options`; what they have read is to be cleared, also
  * after a failure. BAD_INPUT with one line for whatever is wrong in the file itself; what scenes say of their
  * settings, kith_job_check tells.
- * A suite or a scene, by path or by name: NAME.yaml of inputs/suites, then of inputs. */
+ * A suite, by path or by name: NAME.yaml of inputs/suites. */
 kith_status kith_suite_read(struct kith_study *study, const char *subject);
 /* The sweeps of a file, or the one called `only`. */
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);

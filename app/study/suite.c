@@ -10,7 +10,6 @@
 #include <unistd.h>
 #include "app/scene/params.h"
 #include "lib/core/choices.h"
-#include "physics/package_list.h"
 
 /* ---- tables ---- */
 
@@ -181,15 +180,11 @@ bool kith_suite_is_path(const char *name) {
   return strchr(name, '/') != NULL || fnmatch("*.yaml", name, 0) == 0;
 }
 
-/* Of inputs. */
-enum { SUITES, SCENES, FOLDERS };
-static const char *const folders[FOLDERS] = {"/suites", ""};
-
-/* Adds "|noh|sedov|sod" to names: the YAML files of a folder, in alphabetical order. */
-static void add_names(const struct kith_programs *programs, int folder, char *names, size_t size) {
+/* Adds "|noh|sedov|sod" to names: the YAML files of a folder below inputs, in alphabetical order. */
+static void add_names(const struct kith_programs *programs, const char *folder, char *names, size_t size) {
   char text[KITH_PATH + 32];
   glob_t found;
-  snprintf(text, sizeof text, "%s%s/*.yaml", programs->inputs, folders[folder]);
+  snprintf(text, sizeof text, "%s%s/*.yaml", programs->inputs, folder);
   if (glob(text, 0, NULL, &found) != 0) return;
   for (size_t k = 0; k < found.gl_pathc; ++k) {
     kith_path_stem(found.gl_pathv[k], text, sizeof text);
@@ -206,15 +201,13 @@ static kith_status unknown(const char *what, const char *name, const char *choic
   KITH_FAIL(BAD_INPUT, "%s '%.60s'; there are %s", what, name, told);
 }
 
-/* NAME.yaml of the folders from `first` on. */
-static kith_status find_input(const struct kith_programs *programs, int first, const char *what,
+/* NAME.yaml of the folder. */
+static kith_status find_input(const struct kith_programs *programs, const char *folder, const char *what,
                               const char *name, char path[KITH_JOB_PATH]) {
   char names[4096] = "";
-  for (int k = first; k < FOLDERS; ++k) {
-    snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folders[k], name);
-    if (access(path, R_OK) == 0) return KITH_OK;
-    add_names(programs, k, names, sizeof names);
-  }
+  snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folder, name);
+  if (access(path, R_OK) == 0) return KITH_OK;
+  add_names(programs, folder, names, sizeof names);
   return unknown(what, name, names);
 }
 
@@ -223,7 +216,7 @@ static kith_status find_scene(const struct kith_config_node *node, const struct 
                               const char *name, char path[KITH_JOB_PATH]) {
   const char *from = node->location.file, *slash = strrchr(from, '/');
   if (!kith_suite_is_path(name))
-    return find_input(&c->programs, SCENES, "no scene", name, path) == KITH_OK
+    return find_input(&c->programs, "", "no scene", name, path) == KITH_OK
                ? KITH_OK
                : kith_config_fail(node, NULL, "%s", kith_failure());
   snprintf(path, KITH_JOB_PATH, "%.*s%.255s", slash != NULL ? (int)(slash - from) + 1 : 0, from, name);
@@ -317,40 +310,6 @@ static kith_status read_suite(struct kith_suite *s, const struct kith_config *co
   return KITH_OK;
 }
 
-/* Even numbers: some scenes want a corner of cells in their middle. */
-static double even(double x) {
-  return fmax(2 * round(x / 2), 2);
-}
-
-/* Every package at three resolutions of a scene: the text of a suite that stands for it. */
-static kith_status suite_of_scene(struct kith_suite *s, struct kith_config *config,
-                                  const struct kith_study *c) {
-#define METHOD(name) "  - {name: " #name ", settings: {method.package: " #name "}}\n"
-  static const char format[] =
-      "scene: './%s'\nresolution: [%g, %g, %g]\nnorms: [density.l1, velocity.l1, pressure.l1]\n"
-      "methods:\n" KITH_PACKAGE_LIST(METHOD);
-#undef METHOD
-  const char *slash = strrchr(config->file, '/');
-  char text[sizeof format + 512];
-  struct kith_config *suite = NULL;
-  struct kith_job job = {0};
-  double own;
-  if (kith_config_at(config, "exact") == NULL)
-    return kith_config_fail(config->root, "exact",
-                            "none: a scene without an exact solution has no errors to chart");
-  snprintf(job.scene, sizeof job.scene, "%s", config->file);
-  KITH_TRY(set_scene(s, c, &job));
-  config->root->dimension = s->dimension;
-  KITH_TRY(kith_param_read(&positive, config->root, &own));
-  const double factor = s->dimension == 3 ? sqrt(2) : 2;
-  snprintf(text, sizeof text, format, slash != NULL ? slash + 1 : config->file, even(own / factor), even(own),
-           even(own * factor));
-  KITH_TRY(kith_config_parse(&suite, config->file, text, strlen(text)));
-  const kith_status status = read_suite(s, suite, c);
-  kith_config_destroy(&suite);
-  return status;
-}
-
 kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   struct kith_config *config = NULL;
   KITH_TRY(kith_resize(&c->suite, 0, 1, sizeof *c->suite));
@@ -358,22 +317,22 @@ kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   if (kith_suite_is_path(subject) || access(subject, R_OK) == 0)
     snprintf(s->file, sizeof s->file, "%.760s", subject);
   else
-    KITH_TRY(find_input(&c->programs, SUITES, "chart: no suite or scene", subject, s->file));
+    KITH_TRY(find_input(&c->programs, "/suites", "chart: no suite", subject, s->file));
   kith_path_stem(s->file, s->name, sizeof s->name);
   KITH_TRY(kith_config_read(&config, s->file));
   const kith_status status =
-      kith_config_at(config, "regions") != NULL ? suite_of_scene(s, config, c) : read_suite(s, config, c);
+      kith_config_at(config, "regions") == NULL
+          ? read_suite(s, config, c)
+          : kith_config_fail(config->root, NULL, "a scene; a chart is of a suite (see kith chart list)");
   kith_config_destroy(&config);
   return status;
 }
 
 kith_status kith_suite_list(struct kith_study *study) {
-  for (int k = 0; k < FOLDERS; ++k) {
-    char names[2048] = "", told[2048];
-    add_names(&study->programs, k, names, sizeof names);
-    kith_choices_format(names, told, sizeof told);
-    printf(k == SUITES ? "suites  %s\n" : "scenes  %s: every package at three resolutions\n", told);
-  }
+  char names[2048] = "", told[2048];
+  add_names(&study->programs, "/suites", names, sizeof names);
+  kith_choices_format(names, told, sizeof told);
+  puts(told);
   return KITH_OK;
 }
 

@@ -38,10 +38,10 @@ bad "reference_codes.0.machine: missing" 'scene: sod' 'resolution: [50]' 'refere
 bad "bad.yaml:2: methods: more than 100" 'scene: sod' "methods: [$(seq -f '{name: %g}' -s ', ' 1 101)]" \
   'resolution: [50]'
 bad "bad.yaml:2: resolution: more than 64" 'scene: sod' "resolution: [$(seq -s ', ' 1 65)]"
-refused "did you mean 'sod'?" "$kith" chart sodd
-refused "chart: SCENE|SUITE is missing" "$kith" chart
+refused "no suite 'sod-1e'; did you mean 'sod-1d'?" "$kith" chart sod-1e
+refused "chart: SUITE is missing" "$kith" chart
 refused "nothere.yaml: No such file" "$kith" chart nothere.yaml
-refused "none: a scene without an exact solution" "$kith" chart plate -o out
+refused "sod.yaml:3: a scene; a chart is of a suite" "$kith" chart sod.yaml -o out
 refused "did you mean 'mach'?" "$kith" stress mack -o out
 refused "kith: --set foo: unknown key" "$kith" stress mach --set foo=1 -o out
 # No method takes this Courant number, but the sweep would not use it.
@@ -126,9 +126,10 @@ done=$(find out/runs -maxdepth 1 \( -type d -name '*[0-9a-f]' -o -name '*.failed
 physics() { sed -E 's/("[^"]*",){2}"(ok|failed)","[^"]*","[^"]*",[^,]*,/&\n/' "$1" | grep -v '^"'; }
 physics before/points.csv | cmp -s - <(physics out/points.csv) || wrong "other points after the kill"
 
-# ---- any scene; its settings may be overridden
-ok "$kith" chart sod.yaml -o any --quiet --set until=0.05 --set scheme.cfl=0.25
-(($(wc -l <any/points.csv) == 10)) || wrong "not 9 points for a scene"
+# ---- settings may be overridden; without methods there is the scene's own
+printf '%s\n' 'scene: sod.yaml' 'dimension: 1' 'resolution: [25, 50, 100]' >any.yaml
+ok "$kith" chart any.yaml -o any --quiet --set until=0.05 --set scheme.cfl=0.25
+(($(wc -l <any/points.csv) == 4)) || wrong "not 3 points for a scene"
 # Without targets, costs are compared at the largest error of the finest runs, which all reach.
 (($(grep -cE '^\|.* (-|0) \|' any/chart.md) == 0)) || wrong "no costs in: $(<any/chart.md)"
 ok "$kith" chart list
