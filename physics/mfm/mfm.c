@@ -354,7 +354,7 @@ const struct kith_package_ops kith_package_mfm = {
     .spacings = NDIM == 3   ? 1.14 /* 45 neighbors: less error for half of the cost of 60 */
                 : NDIM == 2 ? 1.33 /* 20: half of the noise of 18 */
                             : 0,
-    .cfl = NDIM == 3 ? 0.4 : 0.3, /* a sound wave grows from 0.36, 0.42, 0.46 on in 1-D, 2-D, 3-D */
+    .cfl = NDIM == 3 ? 0.4 : 0.3, /* a sound wave grows at 0.42, 0.45, 0.5 in 1-D, 2-D, 3-D */
     .bytes = mfm_bytes,
     .traits = mfm_traits,
     KITH_SETTINGS(params, mfm_settings),
