@@ -345,6 +345,7 @@ int main(void) {
   for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
     int number = 1;
     char all[512] = "";
+    CHECK((*p)->cfl > 0 && (*p)->cfl <= 1 && (*p)->spacings >= 0); /* its defaults */
     check_variant((*p)->name, "", 0);
     check_choices((*p)->name, "", (*p)->params, &number, all, sizeof all);
     if (number > 2) check_variant((*p)->name, all, number);
