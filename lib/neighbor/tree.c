@@ -21,7 +21,7 @@ enum {
   BUCKET = 10,  /* most nodes of a leaf, that is, of a group */
   WIDTH = 8,    /* cells of an octet */
   BATCH = 32,   /* octets tested before their children are visited */
-  MESSY = 64,   /* slots are sorted if more than n / MESSY steps go back along the curve */
+  MESSY = 6,   /* slots are sorted if more than n / MESSY steps go back along the curve */
   SLICE = 8192, /* elements that one thread counts or moves at a time */
 };
 
