@@ -22,9 +22,9 @@ struct kith_worker {
   struct kith_runs runs;
   struct kith_packed near;
   uint64_t *key; /* candidates as node << 32 | slot, three arrays: internal, ghost, spare for merging */
-  uint64_t *hit; /* [near.words] */
+  uint64_t *hit, *active;     /* [near.words] */
   uint64_t *bitmap, *touched; /* a set of nodes, and which words of it are not 0; both 0 between uses */
-  size_t key_capacity, hit_capacity, bitmap_capacity, touched_capacity, candidates;
+  size_t key_capacity, hit_capacity, active_capacity, bitmap_capacity, touched_capacity, candidates;
 };
 
 /* Chunks are fixed shares of the groups: their contents do not depend on which thread filled them. */
@@ -41,6 +41,8 @@ struct kith_builder {
   struct kith_rows spans;
   uint64_t *bits;
   size_t bits_capacity;
+  uint8_t *near; /* by slot: 1 if an active node may interact with it */
+  size_t near_capacity;
 };
 /* For at least as many threads as may run now. */
 kith_status kith_builder_reserve(struct kith_builder *scratch);
@@ -53,6 +55,7 @@ struct kith_build {
   const struct kith_search *search;
   const struct kith_excluder *excluders; /* chain or NULL */
   struct kith_builder *scratch;
+  bool selected; /* some nodes are not active */
 };
 /* Clears the bits of nodes that the chain rejects as partners of i in this phase; returns how many are left.
  * `node`: those of the bits, 64 for each word. */

@@ -103,11 +103,19 @@ static kith_status build_stages(struct kith_connectivity *c, const struct kith_b
   return status;
 }
 
+static bool any_idle(const struct kith_nodes *nodes) {
+  const kith_index n = nodes->activity != NULL ? kith_nodes_count(nodes) : 0;
+  bool idle = false;
+#pragma omp parallel for simd schedule(static) reduction(|| : idle)
+  for (kith_index i = 0; i < n; ++i) idle = idle || nodes->activity->u8[i] != KITH_ACTIVE;
+  return idle;
+}
+
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const struct kith_search *search, struct kith_requirements need,
                                     const struct kith_excluder *excluders, struct kith_profile *profile) {
   struct kith_connectivity *c = connectivity;
-  const struct kith_build build = {nodes, search, excluders, &c->scratch};
+  const struct kith_build build = {nodes, search, excluders, &c->scratch, any_idle(nodes)};
   if (search->nodes != nodes) KITH_FAIL(INTERNAL, "the search belongs to other nodes");
   KITH_TRY(kith_search_fresh(search));
   reset(c);

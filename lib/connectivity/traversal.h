@@ -30,10 +30,13 @@ typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
                           uint64_t *count, struct kith_profile *profile);
 
-/* The same over some of the chunks, while messages are under way. */
+/* The same over some of the nodes: those that take part in an evaluation, and while messages are under way
+ * those that need none. */
 enum { KITH_CHUNK = 128 }; /* nodes */
 struct kith_part {
-  const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up] */
+  const uint8_t *activity;  /* [n] of the nodes; NULL: all take part */
+  uint8_t least;            /* activity of those that do: the pass is called for each run of them */
+  const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up]; NULL: all are wanted */
   uint8_t wanted;           /* its value for those that are run */
   struct kith_ranks *ranks; /* is reminded of its messages; may be NULL */
 };

@@ -78,10 +78,10 @@ static kith_status make_map(struct kith_decomposition *d, const struct kith_node
 kith_status kith_decomposition_create(struct kith_decomposition **out, struct kith_nodes *nodes,
                                       const struct kith_box *box, const bool *periodic,
                                       const struct kith_decomposition_options *options) {
-  static const struct kith_field_spec home = {"home",    KITH_SCALAR, KITH_I64,
-                                              KITH_WORK, NULL,        "cell of the map cell -> rank"};
-  static const struct kith_field_spec work = {"work",    KITH_SCALAR, KITH_I64,
-                                              KITH_WORK, NULL,        "entries of the last row"};
+  static const struct kith_field_spec home = {"home",       KITH_SCALAR, KITH_I64,
+                                              KITH_DERIVED, NULL,        "cell of the map cell -> rank"};
+  static const struct kith_field_spec work = {"work",       KITH_SCALAR, KITH_I64,
+                                              KITH_DERIVED, NULL,        "entries of the last row"};
   struct kith_decomposition *d = NULL;
   *out = NULL;
   KITH_TRY(kith_resize(&d, 0, 1, sizeof *d));

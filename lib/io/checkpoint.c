@@ -178,7 +178,7 @@ kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct ki
   KITH_TRY(kith_nodes_counts(nodes, &counts));
   kith_status status = c != NULL ? put_lists(c, nodes, counts) : KITH_OK;
   for (int f = 0; f < nodes->n_fields; ++f) {
-    if (!kith_field_lasts(nodes->fields[f])) continue;
+    if (!kith_field_lasts(nodes, nodes->fields[f])) continue;
     status = put_field(c, GROUP_FIELD, nodes, nodes->fields[f], counts);
   }
   kith_free(&counts);
@@ -347,13 +347,13 @@ static kith_status match_fields(const struct kith_checkpoint *c, const struct ki
   for (int f = 0; f < nodes->n_fields; ++f) {
     const struct kith_field *field = nodes->fields[f];
     const struct section *s = NULL;
-    if (!kith_field_lasts(field)) continue;
+    if (!kith_field_lasts(nodes, field)) continue;
     KITH_TRY(
         expect(c, &s, GROUP_FIELD, field->spec.name, field->spec.type, (size_t)field->components, total));
   }
   for (const struct section *s = next_section(c, NULL); s != NULL; s = next_section(c, s)) {
     const struct kith_field *field = s->group == GROUP_FIELD ? kith_nodes_field_named(nodes, s->name) : NULL;
-    if (s->group == GROUP_FIELD && (field == NULL || !kith_field_lasts(field)))
+    if (s->group == GROUP_FIELD && (field == NULL || !kith_field_lasts(nodes, field)))
       KITH_FAIL(BAD_FILE, "%s: it has the field '%s', which this scene does not use", c->path, s->name);
   }
   return KITH_OK;
@@ -374,7 +374,7 @@ kith_status kith_checkpoint_nodes(struct kith_checkpoint *c, struct kith_nodes *
   KITH_TRY(replace_nodes(nodes, lists));
   ++nodes->positions;
   for (int f = 0; f < nodes->n_fields; ++f)
-    if (kith_field_lasts(nodes->fields[f]))
+    if (kith_field_lasts(nodes, nodes->fields[f]))
       read_section(find(c, GROUP_FIELD, nodes->fields[f]->spec.name), nodes->fields[f]->data);
   return KITH_OK;
 }

@@ -103,7 +103,8 @@ int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **
   int n = 0;
   for (int f = 0; f < nodes->n_fields; ++f)
     if (nodes->fields[f]->spec.role == KITH_STATE || nodes->fields[f] == nodes->search_radius ||
-        nodes->fields[f] == nodes->list || nodes->fields[f] == nodes->image)
+        nodes->fields[f] == nodes->list || nodes->fields[f] == nodes->image ||
+        nodes->fields[f] == nodes->activity)
       fields[n++] = nodes->fields[f];
   return n;
 }

@@ -156,6 +156,12 @@ kith_status kith_nodes_number_images(struct kith_nodes *nodes) {
   return kith_nodes_field(nodes, &image, &nodes->image);
 }
 
+kith_status kith_nodes_mark_activity(struct kith_nodes *nodes) {
+  static const struct kith_field_spec activity = {
+      "activity", KITH_SCALAR, KITH_U8, KITH_WORK, NULL, "idle, touched or active"};
+  return kith_nodes_field(nodes, &activity, &nodes->activity);
+}
+
 static kith_status move_fields(struct kith_nodes *nodes, kith_index capacity) {
   const size_t keep = (size_t)kith_nodes_count(nodes);
   for (int f = 0; f < nodes->n_fields; ++f) {

@@ -86,6 +86,9 @@ struct kith_ghost_block {
   struct kith_image image;
 };
 
+/* What a node does at this evaluation: nothing; it only receives from active neighbors; all. */
+enum { KITH_IDLE, KITH_TOUCHED, KITH_ACTIVE };
+
 struct kith_nodes {
   int n_lists;
   struct kith_node_list lists[KITH_MAX_LISTS];
@@ -102,6 +105,8 @@ struct kith_nodes {
   /* NULL unless kith_nodes_number_images: I64, derived, 0 for a node, for a ghost the number of the image of
    * its node; with the id it identifies every partner, on all ranks. */
   struct kith_field *image;
+  /* NULL unless kith_nodes_mark_activity: U8, work, idle, touched or active; a ghost has that of its node. */
+  struct kith_field *activity;
 
   int n_blocks;
   size_t blocks_capacity;
@@ -145,9 +150,18 @@ struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const 
  * and so on. */
 kith_status kith_nodes_number_images(struct kith_nodes *nodes);
 
-/* Is it in checkpoints? */
-static inline bool kith_field_lasts(const struct kith_field *field) {
-  return field->spec.role == KITH_STATE || field->spec.role == KITH_KEPT;
+/* From here on nodes have an `activity`, idle until someone marks them: lists are built, and passes run, for
+ * active and touched nodes only. */
+kith_status kith_nodes_mark_activity(struct kith_nodes *nodes);
+static inline bool kith_node_active(const struct kith_nodes *nodes, kith_index i) {
+  return nodes->activity == NULL || nodes->activity->u8[i] == KITH_ACTIVE;
+}
+
+/* Is it in checkpoints? Where nodes have an activity, work is too: idle ones keep it from evaluation to
+ * evaluation. */
+static inline bool kith_field_lasts(const struct kith_nodes *nodes, const struct kith_field *field) {
+  return field->spec.role == KITH_STATE || field->spec.role == KITH_KEPT ||
+         (nodes->activity != NULL && field->spec.role == KITH_WORK);
 }
 
 /* Bytes of one node's values. */

@@ -36,12 +36,12 @@ static double traffic(const struct kith_node_sweep *sweep, const struct kith_nod
          sweep->pairwise + (double)(entries * sizeof(kith_index) + internal * sizeof(size_t));
 }
 
-/* The chunks of `part`, or all: NULL. Adds to count. */
+/* The nodes of `part`. Adds to count. */
 static kith_status run(const struct kith_package *package, const struct kith_node_sweep *sweep,
                        const struct kith_part *part, uint64_t count[KITH_COUNTS]) {
   struct kith_profile *profile = package->profile;
   uint64_t now[KITH_COUNTS] = {0};
-  const bool again = part != NULL && part->wanted == 1;
+  const bool again = part->wanted == 1;
   if (again)
     kith_profile_resume(profile, sweep->stage);
   else
@@ -59,9 +59,11 @@ static kith_status run(const struct kith_package *package, const struct kith_nod
 static kith_status run_parts(struct kith_package *package, const struct kith_node_sweep *sweep,
                              uint64_t count[KITH_COUNTS]) {
   const struct kith_nodes *nodes = package->hydro->nodes;
-  if (!kith_halo_pending(package->hydro->halo)) return run(package, sweep, NULL, count);
+  struct kith_part part = {.activity = nodes->activity != NULL ? nodes->activity->u8 : NULL,
+                           .least = sweep->touched ? KITH_TOUCHED : KITH_ACTIVE};
+  if (!kith_halo_pending(package->hydro->halo)) return run(package, sweep, &part, count);
   kith_status status = find_border(&package->border, nodes, sweep->rows);
-  struct kith_part part = {.chunk = package->border.chunk, .ranks = nodes->ranks};
+  part.chunk = package->border.chunk, part.ranks = nodes->ranks;
   if (status == KITH_OK) status = run(package, sweep, &part, count);
   kith_profile_begin(package->profile, "refresh");
   kith_halo_finish_exchange(package->hydro->halo);

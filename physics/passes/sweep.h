@@ -26,6 +26,7 @@ struct kith_node_sweep {
   int lanes; /* as for kith_traverse */
   size_t width;
   bool iterates; /* the stage shows its iterations */
+  bool touched;  /* runs for touched nodes too, not for active ones alone */
   /* Traffic, for the counter "bytes" of the stage: each array that it needs is read or written once. Bytes of
    * a node or ghost that its neighbors read; that only the node itself reads and writes; of values of pairs.
    * The rows are added. */

@@ -33,6 +33,7 @@ static inline bool oracle_rejected(const struct kith_excluder *chain, const stru
 static inline bool oracle_neighbors(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
                                     int j) {
   return i != j && (oracle_holds(nodes, i, j) || oracle_holds(nodes, j, i)) &&
+         (kith_node_active(nodes, i) || kith_node_active(nodes, j)) &&
          !oracle_rejected(chain, nodes, i, j);
 }
 static inline bool oracle_overlap(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,

@@ -104,7 +104,7 @@ static inline const char *scenario_difference(const struct scenario *a, const st
   for (int f = 0; f < m->n_fields && different == NULL; ++f) {
     const struct kith_field *x = m->fields[f], *y = kith_nodes_field_named(n, x->spec.name);
     const size_t size = kith_field_node_size(x);
-    if (!kith_field_lasts(x) || y == NULL) continue;
+    if (!kith_field_lasts(m, x) || y == NULL) continue;
     for (int64_t id = 0; id <= most && different == NULL; ++id) {
       if ((of_a[id] < 0) != (of_b[id] < 0))
         different = "id";

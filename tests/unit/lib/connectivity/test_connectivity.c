@@ -134,6 +134,28 @@ static void lattices(void) {
   }
 }
 
+/* Where nodes are active or idle: rows of active nodes are whole, those of the others hold active nodes,
+ * ghosts among them. From no active node to all. */
+static void activity(void) {
+  const struct kith_requirements need = {.rows = true, .pairs = true};
+  const int count[3] = {NDIM == 1 ? 80 : 300, 0, 60};
+  uint64_t state = 23;
+  for (int percent = 0; percent <= 100; percent += percent < 4 ? 2 : 48) {
+    struct kith_nodes *nodes = oracle_random(3, count, NDIM == 3 ? 0.1 : 0.02 * NDIM, 3, &state);
+    CHECK_OK(kith_nodes_mark_activity(nodes));
+    for (kith_index i = 0; i < nodes->n_internal; ++i)
+      nodes->activity->u8[i] = 100 * check_random(&state) < percent ? KITH_ACTIVE : KITH_IDLE;
+    add_ghosts(nodes, 1 + 2 * 3 + 9, 0.3);
+    for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
+      struct kith_connectivity *c = build(nodes, *ops, need, NULL);
+      oracle_check(c, nodes, NULL);
+      CHECK((c->pairs.n > 0) == (percent > 0));
+      kith_connectivity_destroy(&c);
+    }
+    kith_nodes_destroy(&nodes);
+  }
+}
+
 /* Ten nodes in one place, some with search radius 0; and a far node outside of everything. */
 static void coincident(void) {
   uint64_t state = 3;
@@ -268,6 +290,7 @@ int main(void) {
   boundary_ghosts();
   thin_box();
   lattices();
+  activity();
   coincident();
   threads();
   reuse();
