@@ -17,14 +17,14 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
       {true,
        {"energy_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "energy at the start of the kick"},
        &it->energy_base},
-      {!it->scheme->stages,
+      {!it->scheme->stages && !kith_scheme_has_blocks(it->scheme, it->settings),
        {"energy_rate_last", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt, one evaluation earlier"},
        &it->energy_rate_last},
       {0}};
   if (it->package->compatible && it->scheme->incompatible != NULL)
     KITH_FAIL(BAD_INPUT, "scheme %s cannot keep a compatible energy: %s", it->scheme->name,
               it->scheme->incompatible);
-  KITH_TRY(kith_params_check(it->scheme->params, it->scheme->name, it->settings));
+  if (it->settings != NULL) KITH_TRY(kith_params_check(it->scheme->params, it->scheme->name, it->settings));
   it->kick = (struct kith_kick){0};
   KITH_TRY(kith_nodes_fields(it->nodes, fields));
   it->evaluations = it->scheme->evaluations;

@@ -41,7 +41,8 @@ struct kith_integrator {
 
   /* The step. */
   double time;
-  double clock; /* the time of the positions, within a step too: where faces that move are */
+  double until, every; /* where steps have to land next, and how far that is from where they did last */
+  double clock;        /* the time of the positions, within a step too: where faces that move are */
   uint64_t step;
   double dt;               /* of the last step */
   enum kith_limit limiter; /* what limited it, and the node that did (-1: none) */

@@ -16,6 +16,7 @@
   X(lifecycles, TOGETHER, "rebuilds of ghosts, searches and connectivity")                      \
   X(reorders, EACH, "reorderings of the nodes along the curve")                                 \
   X(evaluations, TOGETHER, "evaluations of the rates")                                          \
+  X(updates, EACH, "evaluations of single nodes: with block steps of the active ones")          \
   X(rejected_steps, TOGETHER, "attempts that were repeated with a shorter step")                \
   X(refreshes, TOGETHER, "evaluations that only refreshed the ghosts' values")                  \
   X(ghosts_created, EACH, "ghosts made by the boundaries")                                      \

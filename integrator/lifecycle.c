@@ -70,11 +70,14 @@ static void set_search_radius(const struct kith_integrator *it) {
     return;
   }
   const double *velocity_divergence = it->package->velocity_divergence->f64;
-  const double rate = 2 * KITH_MAX(it->dt, it->ahead) / NDIM;
+  const struct kith_block_steps *blocks = it->kick.blocks;
+  const double *step = blocks != NULL ? blocks->step->f64 : NULL;
+  const double rate = 2 * (blocks != NULL ? blocks->tick : KITH_MAX(it->dt, it->ahead)) / NDIM;
 #pragma omp parallel for simd schedule(static)
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     nodes->search_radius->f64[i] =
-        (1 + it->skin + KITH_MIN(rate * fabs(velocity_divergence[i]), 0.1)) * nodes->support->f64[i];
+        (1 + it->skin + KITH_MIN(rate * (step != NULL ? step[i] : 1) * fabs(velocity_divergence[i]), 0.1)) *
+        nodes->support->f64[i];
   if (it->ahead > 0) add_motion(it);
 }
 
@@ -228,6 +231,15 @@ static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason re
   return it->canonical ? kith_connectivity_canonical(it->connectivity, it->nodes) : KITH_OK;
 }
 
+/* The nodes that are not active, and have an active neighbor. */
+static void mark_touched(const struct kith_nodes *nodes, const struct kith_rows *rows) {
+  uint8_t *activity = nodes->activity->u8;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (activity[i] != KITH_ACTIVE)
+      activity[i] = rows->n > 0 && rows->first[i + 1] > rows->first[i] ? KITH_TOUCHED : KITH_IDLE;
+}
+
 /* Puts nodes back where boundaries want them, on the ranks that own their cells (the work of the last lists
  * tells who has too much), and in order if that is due. */
 static kith_status redistribute(struct kith_integrator *it) {
@@ -246,6 +258,8 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
   kith_status status;
   it->need = requirements(it);
   if (!it->holding) KITH_TRY(redistribute(it));
+  if (it->holding && it->kick.blocks != NULL)
+    KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, reorder(it)));
   set_search_radius(it);
   KITH_TRY(ghosts(it));
   KITH_STAGE(status, it->profile, "neighbors", kith_search_update(it->search));
@@ -254,6 +268,7 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
         status, it->profile, "connectivity",
         kith_connectivity_build(it->connectivity, nodes, it->search, it->need, it->excluders, it->profile));
   it->ledger.candidates += it->connectivity->candidates;
+  if (nodes->activity != NULL) mark_touched(nodes, &it->connectivity->rows);
   if (status == KITH_OK) status = couple(it);
   KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
   const kith_index before = kith_nodes_count(nodes);

@@ -32,11 +32,21 @@ struct kith_scheme_ops {
    * integrator->limiter to why. The rates of the last evaluation are there on entry of a step (and after):
    * those of the present state, unless the scheme evaluates in the middle. */
   kith_status (*advance)(struct kith_integrator *integrator, double *dt);
+  /* Do nodes have steps of their own, with these settings? NULL: never. If they do: what follows the first
+   * rates, and how long the next step, which is a base step, shall be. */
+  bool (*blocks)(const void *settings);
+  kith_status (*start)(struct kith_integrator *integrator);
+  double (*planned)(const struct kith_integrator *integrator);
   /* Where it keeps what its last error estimate allows for the next step, 0: no opinion. A restart stores it.
    * NULL: it estimates no errors. */
   double *(*accurate_dt)(struct kith_integrator *integrator);
   size_t (*bytes)(const struct kith_integrator *integrator); /* of the private state; NULL: none */
 };
+
+/* Do nodes have steps of their own? */
+static inline bool kith_scheme_has_blocks(const struct kith_scheme_ops *scheme, const void *settings) {
+  return scheme->blocks != NULL && scheme->blocks(settings);
+}
 
 #define KITH_SCHEME_LIST(X) X(leapfrog) X(rk2) X(cheap_rk2) X(verlet) X(rk4) X(arkode) X(implicit)
 #define X(name) extern const struct kith_scheme_ops kith_scheme_##name;

@@ -2,9 +2,14 @@
 #include "integrator/step.h"
 
 #include <math.h>
+#include <string.h>
 #include "integrator/lifecycle.h"
 
 enum { MAX_GROWTHS = 40 };
+
+static bool has_blocks(const struct kith_integrator *it) {
+  return kith_scheme_has_blocks(it->scheme, it->settings);
+}
 
 /* ---- lists and rates ---- */
 
@@ -54,13 +59,20 @@ static void refresh(struct kith_integrator *it) {
   it->ledger.refreshes += 1;
 }
 
+static uint64_t active_nodes(const struct kith_nodes *nodes) {
+  uint64_t active = 0;
+#pragma omp parallel for simd schedule(static) reduction(+ : active)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) active += kith_node_active(nodes, i);
+  return active;
+}
+
 kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   it->fresh = it->fresh && it->positions == it->nodes->positions;
   if (it->holding && !it->fresh) KITH_TRY(rebuild_if_due(it));
   const bool fresh = it->fresh;
   if (!fresh) refresh(it);
   it->fresh = false;
-  it->ledger.evaluations += 1;
+  it->ledger.evaluations += 1, it->ledger.updates += active_nodes(it->nodes);
   kith_status status;
   /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
   for (int growth = 0;
@@ -90,6 +102,7 @@ static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
   kith_status status = moved == KITH_OK ? kith_hydro_physical(it->hydro) : moved;
   status = kith_ranks_allreduce_status(it->nodes->ranks, status);
   if (status == KITH_OK) it->timestep_limit = kith_package_timestep_limit(it->package, it->cfl);
+  if (status == KITH_OK && has_blocks(it)) it->timestep_limit.dt = it->scheme->planned(it);
   kith_profile_end(it->profile);
   return status;
 }
@@ -98,12 +111,15 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "start");
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
   it->kick.time = it->kick.evaluation_dt = 0;
+  if (it->nodes->activity != NULL)
+    memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
   kith_status status = kith_integrator_rates(it);
+  if (status == KITH_OK && has_blocks(it)) status = it->scheme->start(it);
   if (status == KITH_OK) status = after_rates(it, KITH_OK);
   kith_profile_end(it->profile);
   KITH_TRY(status);
-  it->timestep_limit.dt *=
-      0.1; /* a first step from cold gas is too long: nothing has told the neighbors yet */
+  /* A first step from cold gas is too long: nothing has told the neighbors yet. */
+  if (!has_blocks(it)) it->timestep_limit.dt *= 0.1;
   return KITH_OK;
 }
 
@@ -125,7 +141,7 @@ static double next_dt(struct kith_integrator *it, double until) {
   else {
     if (accurate > 0 && accurate < limit.dt)
       limit = (struct kith_timestep_limit){accurate, -1, KITH_LIMIT_accuracy};
-    if (it->dt > 0 && limit.dt > KITH_GROWTH * it->dt)
+    if (it->dt > 0 && limit.dt > KITH_GROWTH * it->dt && !has_blocks(it))
       limit = (struct kith_timestep_limit){KITH_GROWTH * it->dt, -1, KITH_LIMIT_growth};
   }
   if (limit.dt > 0.5 * left) /* two equal steps, not one and a tiny last one */
@@ -146,7 +162,7 @@ static double look_ahead(const struct kith_integrator *it, double dt) {
 static kith_status take_step(struct kith_integrator *it, double *dt) {
   if (it->scheme->predict != NULL) it->scheme->predict(it, *dt);
   it->ahead = look_ahead(it, *dt);
-  KITH_TRY(rebuild_if_due(it));
+  if (!has_blocks(it)) KITH_TRY(rebuild_if_due(it)); /* they need none before the first tick */
   it->holding = it->scheme->stages;
   const kith_status status = it->scheme->advance(it, dt);
   it->holding = false, it->ahead = 0;
@@ -154,6 +170,7 @@ static kith_status take_step(struct kith_integrator *it, double *dt) {
 }
 
 kith_status kith_integrator_step(struct kith_integrator *it, double until) {
+  if (until != it->until) it->every = until - it->time, it->until = until;
   const double wanted = next_dt(it, until);
   double dt = wanted;
   if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)

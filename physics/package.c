@@ -104,8 +104,8 @@ const char *kith_limit_name(enum kith_limit limit) {
 
 /* The limit by node i: Courant with h = 2 sigma, acceleration, compression, loss of energy; and the packages
  * after this one. */
-static struct kith_timestep_limit limit_of_node(const struct kith_package *package, kith_index i,
-                                                double cfl) {
+struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package *package, kith_index i,
+                                                      double cfl) {
   const struct kith_hydro *hydro = package->hydro;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
   const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM),
@@ -145,7 +145,7 @@ struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package
     struct kith_timestep_limit mine = none; /* not best: another thread may be writing that already */
 #pragma omp for schedule(static) nowait
     for (kith_index i = 0; i < n; ++i) {
-      const struct kith_timestep_limit timestep_limit = limit_of_node(package, i, cfl);
+      const struct kith_timestep_limit timestep_limit = kith_package_limit_of_node(package, i, cfl);
       if (timestep_limit.dt < mine.dt || (timestep_limit.dt == mine.dt && timestep_limit.node < mine.node))
         mine = timestep_limit;
     }

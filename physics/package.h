@@ -31,6 +31,7 @@
 #include "lib/connectivity/connectivity.h"
 #include "lib/core/param.h"
 #include "lib/core/profile.h"
+#include "physics/block_steps.h"
 #include "physics/hydro.h"
 #include "physics/kernel.h"
 #include "physics/package_list.h"
@@ -60,16 +61,18 @@ struct kith_timestep_limit {
 
 /* The present kick of velocities: kept by the scheme, read by packages. */
 struct kith_kick {
-  struct kith_field *velocity_base; /* velocities at the start of the kick; filled before evaluate */
-  double time;                      /* kicked since then */
-  double lead;                      /* from the start of the kick to the evaluation */
-  double evaluation_dt;             /* time from one evaluation to the next; 0 at the start */
+  struct kith_field *velocity_base;      /* velocities at the start of the kick; filled before evaluate */
+  double time;                           /* kicked since then */
+  double lead;                           /* from the start of the kick to the evaluation */
+  double evaluation_dt;                  /* time from one evaluation to the next; 0 at the start */
+  const struct kith_block_steps *blocks; /* nodes have steps of their own; NULL: one for all */
 };
 
 /* What a member can and cannot do with its settings: checked against the rest of a scene. */
 struct kith_package_traits {
   bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
   const char *history; /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
+  const char *all_rows;  /* what needs the rows of all nodes at once: no block steps; NULL: nothing */
   const char *uncoupled; /* what acts beyond the pairs that f_couple is of; NULL: nothing */
   const char *cheaper;   /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };
@@ -175,6 +178,9 @@ void kith_package_refresh(struct kith_package *package, int n, struct kith_field
 kith_status kith_package_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                                   const struct kith_kick *kick);
 
+/* What node i alone allows: see below. */
+struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package *package, kith_index i,
+                                                      double cfl);
 /* The time step that the present state and rates allow: the least of the Courant condition with h = 2 sigma
  * and the signal speed, acceleration, compression, loss of energy, and the limits of the packages after this
  * one; of all ranks. Collective. */

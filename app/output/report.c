@@ -74,13 +74,13 @@ static json_t *collect_ledger(const struct kith_simulation *m) {
 }
 
 void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
-                         const struct kith_conservation_baseline *b, uint64_t first_step, double wall,
+                         const struct kith_conservation_baseline *b, double updates, double wall,
                          double cpu) {
   const struct kith_integrator *it = &m->integrator;
   const struct kith_totals now = kith_hydro_totals(&m->hydro);
   double sum[] = {(double)m->nodes->n_internal, (double)it->ledger.last_row_entries,
-                  (double)m->package.pair_evaluations, cpu};
-  kith_ranks_sum(m->nodes->ranks, sum, 4);
+                  (double)m->package.pair_evaluations, cpu, updates};
+  kith_ranks_sum(m->nodes->ranks, sum, 5);
 #define X(kind, member, key, value, unit, doc) .member = (value),
   *r = (struct kith_report){KITH_REPORT_LIST(X).measured = m->scene->measure.wanted,
                             .ledger = collect_ledger(m)};

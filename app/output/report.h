@@ -28,9 +28,8 @@ struct kith_spread {
 };
 
 /* kind, member, key, value, unit, doc. A value is an expression of m (simulation), it (integrator), b
- * (baseline), now (totals), sum (over ranks: nodes, row entries, pair
- * evaluations, processor seconds), wall (seconds) and first_step. Changes and drifts: the largest
- * over the run (simulation.h). */
+ * (baseline), now (totals), sum (over ranks: nodes, row entries, pair evaluations, processor seconds,
+ * updates) and wall (seconds). Changes and drifts: the largest over the run (simulation.h). */
 #define KITH_REPORT_LIST(X)                                                                             \
   X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \
   X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                               \
@@ -45,9 +44,8 @@ struct kith_spread {
   X(REAL, time, "time", it->time, "scene", "at the end")                                                \
   X(REAL, wall_seconds, "wall_seconds", wall, "s", "since the start or restart")                        \
   X(REAL, cpu_seconds, "cpu_seconds", sum[3], "s", "processor time of all ranks and threads")           \
-  X(REAL, node_updates_per_second, "node_updates_per_second",                                           \
-    sum[0] * (double)(it->step - first_step) / fmax(wall, 1e-9), "1/s",                                 \
-    "nodes * steps of this process / wall_seconds")                                                     \
+  X(REAL, node_updates_per_second, "node_updates_per_second", sum[4] / fmax(wall, 1e-9), "1/s",         \
+    "nodes * steps of this process, with block steps updates of active nodes, / wall_seconds")          \
   X(REAL, pairs_per_node, "pairs_per_node", 0.5 * sum[1] / fmax(sum[0], 1), "",                         \
     "half the row entries per node, at the end")                                                        \
   X(REAL, pair_evaluations, "pair_evaluations", sum[2], "", "evaluations of a pair function")           \
@@ -88,9 +86,9 @@ struct kith_report {
   json_t *ledger, *ranks_detail; /* objects; owned, may be NULL */
 };
 
-/* All but norms, measures and ranks_detail. The run began at `first_step`. Collective. */
+/* All but norms, measures and ranks_detail. updates: of nodes of this rank, by this process. Collective. */
 void kith_report_collect(struct kith_report *out, const struct kith_simulation *simulation,
-                         const struct kith_conservation_baseline *baseline, uint64_t first_step,
+                         const struct kith_conservation_baseline *baseline, double updates,
                          double wall_seconds, double cpu_seconds);
 /* Adds ranks_detail: nodes, entries and ghosts of the last neighbor lists, and per step what was sent between
  * `before` and now, the traffic when the steps began. Collective. */

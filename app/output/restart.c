@@ -3,7 +3,7 @@
 #include "app/output/output.h"
 #include "lib/io/checkpoint.h"
 
-enum { REALS = 6, COUNTS = 6, SUMS = 3 /* the last of the counts, which ranks add up */ };
+enum { REALS = 8, COUNTS = 6, SUMS = 3 /* the last of the counts, which ranks add up */ };
 
 /* What is stored of a run, of all ranks. */
 struct saved {
@@ -30,7 +30,8 @@ static struct places places_of(struct kith_output *output, struct kith_simulatio
   struct kith_integrator *it = &m->integrator;
   double *const accurate_dt = it->scheme->accurate_dt != NULL ? it->scheme->accurate_dt(it) : NULL;
   return (struct places){
-      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, accurate_dt, &output->next},
+      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, accurate_dt, &it->until, &it->every,
+       &output->next},
       {&it->step, (uint64_t *)&it->timestep_limit.node, &it->since_reorder, &m->package.pair_evaluations,
        &m->package.support_iterations, &m->package.fallbacks}};
 }

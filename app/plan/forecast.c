@@ -45,14 +45,17 @@ static kith_status steps_of(struct kith_simulation *m, int k, double until, doub
   double first;
   KITH_TRY(kith_simulation_start(m));
   KITH_TRY(kith_evaluation_measure(m, &first));
-  const uint64_t evaluations = it->ledger.evaluations;
+  const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings);
+  const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
   const double start = seconds_now();
   while (it->time < until) {
     KITH_TRY(kith_integrator_step(it, until));
     if (seconds_now() - start > limit) KITH_FAIL(DIVERGED, "a calibration run exceeds %.3g s", limit);
   }
-  out->steps[k] = (double)it->step;
-  out->growth = (seconds_now() - start) / fmax((double)(it->ledger.evaluations - evaluations), 1) / first;
+  const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
+               all = blocks ? of_node : (double)(it->ledger.evaluations - evaluations);
+  out->steps[k] = blocks ? of_node : (double)it->step;
+  out->growth = (seconds_now() - start) / fmax(all, 1) / first;
   return KITH_OK;
 }
 

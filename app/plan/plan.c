@@ -236,7 +236,10 @@ static void show_dt(const struct plan *plan) {
   const struct kith_timestep_limit *limit = &it->timestep_limit;
   line("Courant", "%.3g (%s)", it->cfl,
        plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
-  if (it->fixed_dt > 0)
+  if (kith_scheme_has_blocks(it->scheme, it->settings))
+    line("base step", "%.4g at first; the shortest step is that of node %lld, which allows %.4g (%s)",
+         limit->dt, (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
+  else if (it->fixed_dt > 0)
     line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
          it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
   else
@@ -254,11 +257,13 @@ static double expected_steps(double first, double full, double until) {
 /* Scenes that cost more than a second are calibrated: the larger those runs are, the more reliable. */
 static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
-  const bool fixed = it->fixed_dt > 0;
+  const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings);
   const double evaluation = it->evaluations * plan->evaluation;
   struct kith_calibration c = {.growth = 1};
   char time[32], all[32];
-  double steps = expected_steps(fixed ? it->fixed_dt : it->timestep_limit.dt,
+  double steps = expected_steps(fixed    ? it->fixed_dt
+                                : blocks ? 0.1 * plan->full_dt
+                                         : it->timestep_limit.dt,
                                 fixed ? it->fixed_dt : plan->full_dt, until);
   const double guess = steps * evaluation;
   const bool calibrated =
@@ -266,15 +271,21 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
   if (!calibrated) c.growth = 1; /* a run that failed leaves none */
   if (calibrated && !fixed) steps = c.expected;
-  if (calibrated)
+  if (blocks)
+    line("updates",
+         calibrated ? "about %.3g of a node to t = %.6g; calibration runs needed %.3g and %.3g"
+                    : "at most %.3g of a node to t = %.6g, as many as with a global step",
+         steps, until, c.steps[0], c.steps[1]);
+  else if (calibrated)
     line("steps", "about %.0f to t = %.6g; two calibration runs took %.0f at resolution %.4g, %.0f at %.4g",
          steps, until, c.steps[0], c.resolution[0], c.steps[1], c.resolution[1]);
   else
     line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
          fixed ? "all of the same length" : "dt grows by a quarter a step and then stays as it is now");
-  line("cost", "about %s: %.0f steps of %d evaluation%s of %s%s; %d thread%s",
-       kith_text_seconds(all, steps * evaluation * c.growth), steps, it->evaluations,
-       it->evaluations == 1 ? "" : "s", kith_text_seconds(time, plan->evaluation * c.growth),
+  line("cost", "about %s: %.3g %s of %d evaluation%s of %s%s; %d thread%s",
+       kith_text_seconds(all, steps * evaluation * c.growth), steps,
+       blocks ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
+       kith_text_seconds(time, plan->evaluation * c.growth),
        calibrated || !kith_rebuilds_lasting(it->rebuilds) ? "" : " at most: Verlet lists save rebuilds",
        omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
 }
@@ -283,7 +294,8 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
 static void show_cheaper(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const char *const settings[] = {
-      kith_rebuilds_lasting(&m->rebuilds)
+      kith_rebuilds_lasting(&m->rebuilds) ||
+              kith_scheme_has_blocks(m->integrator.scheme, m->integrator.settings)
           ? NULL
           : "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces",
       kith_package_traits(m->package.ops, m->package.settings).cheaper};

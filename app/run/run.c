@@ -40,7 +40,7 @@ struct run {
   struct kith_traffic before_steps;
   struct kith_report report;
   double until, started, cpu_started;
-  uint64_t first_step;
+  uint64_t first_step, first_updates;
   bool stopped; /* by a signal */
 };
 
@@ -235,9 +235,11 @@ static kith_status begin(struct run *run) {
   run->started = kith_seconds();
   run->cpu_started = cpu_seconds();
   run->first_step = run->simulation->integrator.step;
+  run->first_updates = run->simulation->integrator.ledger.updates;
   if (speaks(run)) kith_simulation_warn(run->simulation);
   if (run->options->restart != NULL) return KITH_OK;
   KITH_TRY(kith_simulation_start(run->simulation));
+  run->first_updates = run->simulation->integrator.ledger.updates;
   const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
   run->baseline = kith_conservation_baseline_of(&first);
   KITH_TRY(measure_start(run));
@@ -317,10 +319,17 @@ static kith_status write_report(struct run *run, struct kith_report *report) {
   return kith_report_write(report, path);
 }
 
+/* Updates of nodes of this rank. */
+static double updates(const struct run *run) {
+  const struct kith_integrator *it = &run->simulation->integrator;
+  if (it->nodes->activity != NULL) return (double)(it->ledger.updates - run->first_updates);
+  return (double)it->nodes->n_internal * (double)(it->step - run->first_step);
+}
+
 static kith_status finish(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   struct kith_report *report = &run->report;
-  kith_report_collect(report, run->simulation, &run->baseline, run->first_step, kith_seconds() - run->started,
+  kith_report_collect(report, run->simulation, &run->baseline, updates(run), kith_seconds() - run->started,
                       cpu_seconds() - run->cpu_started);
   KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step));
   KITH_TRY(write_state(run));

@@ -147,6 +147,15 @@ static kith_status check_combination(const struct kith_simulation *m) {
   REFUSE_IF(s->method.compatible && scheme->incompatible != NULL, "scheme.name",
             "%s cannot keep energy compatible: %s; give it method.energy=thermal", scheme->name,
             scheme->incompatible);
+  if (kith_scheme_has_blocks(scheme, s->scheme.member.settings)) {
+    REFUSE_IF(kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
+              "block steps build the lists of the active nodes at every tick: take always");
+    REFUSE_IF(package.all_rows != NULL, "scheme.steps", "%s need the rows of all nodes: take global steps",
+              package.all_rows);
+    REFUSE_IF(any_region(s, is_coupled), "scheme.steps",
+              "what passes a barrier follows from the rows of all nodes: take global steps");
+    REFUSE_IF(again, "partition.ghosts", "block steps have no rows of ghosts; take exchange");
+  }
   REFUSE_IF(s->scheme.cfl > 1 && !scheme->implicit, "scheme.cfl",
             "%g is out of range (0, 1] of %s; more is for implicit", s->scheme.cfl, scheme->name);
   REFUSE_IF(scheme->retries && package.history != NULL, "scheme.name",

@@ -1,23 +1,60 @@
 /* Scheme leapfrog: kick, drift, kick (velocity Verlet). The force sees velocities and energies that are
- * predicted to the end of the step; one evaluation. */
+ * predicted to the end of the step; one evaluation. With a global step, or with block time steps
+ * (integrator/block_steps.h). */
+#include "integrator/block_steps.h"
 #include "integrator/step.h"
+
+struct leapfrog_settings {
+  int block, levels, ratio;
+  uint64_t seed;
+};
+static const struct kith_param params[] = {
+    {"steps", KITH_PARAM_CHOICE, "global", "global|block",
+     "one step for all nodes; or each node its own, a power of two of the base step",
+     KITH_INTO(struct leapfrog_settings, block)},
+    {"levels", KITH_PARAM_INTEGER, "10", "[0, 10]", "the base step is at most 2^levels of the shortest step",
+     KITH_INTO(struct leapfrog_settings, levels)},
+    {"ratio", KITH_PARAM_CHOICE, "2", "2|4", "of the steps of neighbors, at most",
+     KITH_INTO(struct leapfrog_settings, ratio)},
+    {"random_steps", KITH_PARAM_INTEGER, "0", "[0, inf)",
+     "not 0: a seed of random steps and wake-ups, for tests of conservation",
+     KITH_INTO(struct leapfrog_settings, seed)},
+    {0}};
+
+/* Without settings: the default. */
+static bool blocks(const void *settings) {
+  return settings != NULL && ((const struct leapfrog_settings *)settings)->block;
+}
+
+static kith_status create(struct kith_integrator *it) {
+  const struct leapfrog_settings *settings = it->settings;
+  if (!blocks(settings)) return KITH_OK;
+  return kith_block_steps_create(
+      it, (struct kith_block_settings){
+              .levels = settings->levels, .ratio = settings->ratio == 0 ? 2 : 4, .seed = settings->seed});
+}
 
 static void predict(struct kith_integrator *it, double dt) {
   struct kith_hydro *hydro = it->hydro;
   struct kith_field *base = it->kick.velocity_base;
   kith_profile_begin(it->profile, "kick");
-  kith_kick(it, 0.5 * dt);
-  it->kick.lead = 0.5 * dt;
-  kith_field_copy(it->nodes, base, hydro->velocity);
-  kith_field_copy(it->nodes, it->energy_base, hydro->energy);
-  kith_drift(it, base, dt);
-  kith_predict(it, 0.5 * dt, 0.75 * dt);
+  if (blocks(it->settings)) {
+    kith_block_steps_begin(it, dt);
+  } else {
+    kith_kick(it, 0.5 * dt);
+    it->kick.lead = 0.5 * dt;
+    kith_field_copy(it->nodes, base, hydro->velocity);
+    kith_field_copy(it->nodes, it->energy_base, hydro->energy);
+    kith_drift(it, base, dt);
+    kith_predict(it, 0.5 * dt, 0.75 * dt);
+  }
   kith_profile_end(it->profile);
 }
 
 static kith_status advance(struct kith_integrator *it, double *step) {
   const double dt = *step;
   struct kith_hydro *hydro = it->hydro;
+  if (blocks(it->settings)) return kith_block_steps_advance(it);
   KITH_TRY(kith_integrator_evaluate(it));
   kith_profile_begin(it->profile, "kick");
   kith_field_copy(it->nodes, hydro->velocity, it->kick.velocity_base);
@@ -28,8 +65,15 @@ static kith_status advance(struct kith_integrator *it, double *step) {
   return KITH_OK;
 }
 
-const struct kith_scheme_ops kith_scheme_leapfrog = {.name = "leapfrog",
-                                                     .doc = "kick, drift, kick; one evaluation a step",
-                                                     .evaluations = 1,
-                                                     .predict = predict,
-                                                     .advance = advance};
+const struct kith_scheme_ops kith_scheme_leapfrog = {
+    .name = "leapfrog",
+    .doc = "kick, drift, kick; one evaluation a step, or block time steps",
+    .evaluations = 1,
+    .blocks = blocks,
+    .start = kith_block_steps_start,
+    .planned = kith_block_steps_planned,
+    .create = create,
+    .destroy = kith_block_steps_destroy,
+    .predict = predict,
+    .advance = advance,
+    KITH_SETTINGS(params, leapfrog_settings)};

@@ -335,9 +335,11 @@ static size_t mfm_bytes(const struct kith_package *package) {
 }
 
 static struct kith_package_traits mfm_traits(const void *settings) {
-  if (((const struct mfm_settings *)settings)->faces != MFM_FACES_INTEGRATED)
-    return (struct kith_package_traits){0};
+  const struct mfm_settings *mfm = settings;
+  if (mfm->faces != MFM_FACES_INTEGRATED)
+    return (struct kith_package_traits){.all_rows = mfm->closed ? "closed faces" : NULL};
   return (struct kith_package_traits){
+      .all_rows = "integrated faces",
       .uncoupled = "integrated faces",
       .cheaper = "method.faces=one-point: no overlap lists; a larger closure error on disordered nodes"};
 }

@@ -2,6 +2,7 @@
  * forces. */
 #include "physics/passes/force.h"
 
+#include <math.h>
 #include <string.h>
 
 /* --- loading --- */
@@ -91,6 +92,7 @@ KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t
 
 struct sums {
   double force[NDIM], heat, signal;
+  double impulse[NDIM + 1], opening[NDIM + 1]; /* with block steps: force, then heat */
 };
 
 KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
@@ -98,6 +100,36 @@ KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
 #pragma omp simd reduction(+ : sum)
   for (size_t k = 0; k < n; ++k) sum += lane[k];
   return sum;
+}
+
+/* With block steps: impulse and heat of a block of entries, each weighted by (1) of block_steps.h, and the
+ * part of them that opens the next interval of the pair. */
+KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
+                             const double *restrict out, struct sums *sums) {
+  const struct kith_block_steps *b = pass->kick->blocks;
+  const kith_index *restrict row = pass->connectivity->rows.node + first;
+  const double *restrict last = b->last->f64, *restrict step = b->step->f64, *restrict next = b->next->f64;
+  const double t = last[i], d = step[i], after = next[i];
+  double closing[KITH_BLOCK], opening[KITH_BLOCK];
+#pragma omp simd
+  for (size_t k = 0; k < n; ++k) {
+    const kith_index j = row[k];
+    const bool frozen = step[j] == 0;
+    const double dj = frozen ? KITH_TICKS : step[j], nj = frozen ? KITH_TICKS : next[j];
+    closing[k] = b->now - KITH_MAX(t, last[j]) - 0.5 * KITH_MIN(d, dj);
+    opening[k] = 0.5 * KITH_MIN(after, nj);
+  }
+  for (int a = 0; a <= NDIM; ++a) {
+    const double *restrict value = out + (size_t)(a < NDIM ? KITH_FORCE + a : KITH_HEAT) * KITH_STRIDE;
+    double ended = 0, begun = 0;
+#pragma omp simd reduction(+ : ended, begun)
+    for (size_t k = 0; k < n; ++k) {
+      ended += closing[k] * value[k];
+      begun += opening[k] * value[k];
+    }
+    sums->impulse[a] += b->tick * ended;
+    sums->opening[a] += begun / KITH_TICKS;
+  }
 }
 
 /* Part of force and heat of n entries passes; signal speeds stay. */
@@ -118,8 +150,72 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, siz
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
   sums->signal = fastest;
+  if (pass->kick->blocks != NULL) weigh_block(pass, i, first, n, out, sums);
   for (int a = 0; a < NDIM; ++a) sums->force[a] += sum_lane(n, out + (size_t)a * KITH_STRIDE);
   sums->heat += sum_lane(n, out + KITH_HEAT * KITH_STRIDE);
+}
+
+/* Ends the node, after the last package: (2) of block_steps.h. The present acceleration is that of the
+ * external force at the last activity. */
+static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
+  const struct kith_block_steps *b = pass->kick->blocks;
+  const struct kith_package *package = pass->package;
+  const struct kith_hydro *hydro = package->hydro;
+  const size_t at = (size_t)i * NDIM;
+  const bool active = kith_node_active(hydro->nodes, i),
+             external = package->pair_acceleration != hydro->acceleration;
+  const double base = b->tick * KITH_TICKS,
+               middle = b->tick * (b->now - b->last->f64[i] - 0.5 * b->step->f64[i]),
+               later = b->ends ? 0 : 0.5 * b->tick * b->next->f64[i], *restrict p = hydro->velocity->f64 + at,
+               *restrict k = b->impulse->f64 + at, *restrict opening = b->opening->f64 + at;
+  double *restrict w = b->velocity->f64 + at, *all = hydro->acceleration->f64 + at,
+                   *pairs = package->pair_acceleration->f64 + at, *restrict v = b->velocity_last->f64 + at;
+  double g[NDIM] = {0}, closing_work = 0, opening_work = 0, slope = 0;
+  if (external && active)
+    kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, g);
+  for (int a = 0; a < NDIM; ++a) {
+    const double o = base * opening[a],
+                 ahead = w[a] + (external ? middle * (active ? all[a] : all[a] - pairs[a]) : 0) - p[a];
+    closing_work += k[a] * (ahead + 0.5 * k[a]);
+    opening_work += opening[a] * (ahead + k[a]);
+    slope += o * opening[a];
+    if (active) v[a] = w[a] + k[a] + middle * g[a];
+    w[a] += k[a] + (b->ends ? 0 : o) + (active ? (middle + later) * g[a] : 0);
+    if (external && active) all[a] = pairs[a] + g[a];
+  }
+  double *const u = &b->energy->f64[i], *const begun = &b->opening_heat->f64[i];
+  *u += b->heat->f64[i] - (package->compatible ? closing_work : 0);
+  if (active) b->energy_last->f64[i] = *u;
+  *begun -= package->compatible ? opening_work : 0;
+  if (!b->ends) *u += base * (*begun - (package->compatible ? 0.5 * slope : 0));
+  if (!active) return;
+  const double rate = hydro->energy_rate->f64[i], interval = b->tick * (b->now - b->last->f64[i]);
+  b->rate_slope->f64[i] = interval > 0 ? (rate - b->rate_last->f64[i]) / interval : 0;
+  b->rate_last->f64[i] = rate;
+}
+
+KITH_INLINE void store_blocks(const struct kith_force_pass *pass, kith_index i, const struct sums *sums) {
+  const struct kith_block_steps *b = pass->kick->blocks;
+  struct kith_package *package = pass->package;
+  const struct kith_hydro *hydro = package->hydro;
+  const size_t at = (size_t)i * NDIM;
+  const double mass = hydro->mass->f64[i];
+  const bool adds = package->ops->longest_step != NULL, active = kith_node_active(hydro->nodes, i);
+  double *all = hydro->acceleration->f64 + at, *pairs = package->pair_acceleration->f64 + at;
+  double *impulse = b->impulse->f64 + at, *opening = b->opening->f64 + at;
+  for (int a = 0; a < NDIM; ++a) {
+    if (active && !adds && all != pairs) all[a] -= pairs[a];
+    if (active) pairs[a] = (adds ? pairs[a] : 0) + sums->force[a] / mass;
+    impulse[a] = (adds ? impulse[a] : 0) + sums->impulse[a] / mass;
+    opening[a] = (adds ? opening[a] : 0) + sums->opening[a] / mass;
+  }
+  double *const heat = &b->heat->f64[i], *const later = &b->opening_heat->f64[i],
+                *const rate = &hydro->energy_rate->f64[i], *const signal = &package->signal->f64[i];
+  *heat = (adds ? *heat : 0) + sums->impulse[NDIM] / mass;
+  *later = (adds ? *later : 0) + sums->opening[NDIM] / mass;
+  if (active) *rate = (adds ? *rate : 0) + sums->heat / mass;
+  if (!adds) *signal = active ? sums->signal : KITH_MAX(*signal, sums->signal);
+  if (pass->is_last) end_blocks(pass, i);
 }
 
 /* What (1) of package.h needs: from the sums of the first package, to which the others add, and the last
@@ -198,7 +294,10 @@ KITH_HOT static void nodes_chunk(void *context, kith_index begin, kith_index end
         gather(pass, i, first, n, s);
       sum_block(pass, i, first, n, out, &sums);
     }
-    store(pass, i, &sums);
+    if (pass->kick->blocks != NULL)
+      store_blocks(pass, i, &sums);
+    else
+      store(pass, i, &sums);
   }
 }
 
@@ -211,9 +310,15 @@ static const struct kith_pairwise_spec pair_force = {"pair_force", KITH_PAIR_VAL
 static void pack(void *context, kith_index begin, kith_index end) {
   const struct kith_force_pass *pass = context;
   struct kith_package *package = pass->package;
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  const uint8_t *activity =
+      nodes->activity != NULL ? nodes->activity->u8 : NULL; /* idle nodes are in no row */
+  const kith_index internal = nodes->n_internal;
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
-  for (kith_index i = begin; i < end; ++i) pass->pack(package, i, packed_particle(pass, i));
+  for (kith_index i = begin; i < end; ++i)
+    if (activity == NULL || i >= internal || activity[i] != KITH_IDLE)
+      pass->pack(package, i, packed_particle(pass, i));
   kith_profile_count(package->profile, "bytes",
                      16.0 * (double)kith_lanes_padded((size_t)pass->n_packed) * (end - begin));
   kith_profile_end(package->profile);
@@ -233,6 +338,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
       .rows = &pass->connectivity->rows,
       .chunk = pairs_chunk,
       .context = pass,
+      .touched = true,
       .lanes = (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges + KITH_PAIR_VALUES,
       .width = KITH_STRIDE,
       .arrived = pack,

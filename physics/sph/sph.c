@@ -197,12 +197,16 @@ static double balsara(const struct kith_package *package, kith_index i) {
 }
 
 /* What multiplies the viscosity of nodes begin .. end - 1. */
-static void set_factors(struct kith_package *package, double dt, kith_index begin, kith_index end) {
+static void set_factors(struct kith_package *package, const struct kith_kick *kick, kith_index begin,
+                        kith_index end) {
   const struct sph *sph = package->self;
+  const struct kith_block_steps *b = kick->blocks;
   const struct sph_settings *settings = package->settings;
   if (sph->factor == NULL) return;
 #pragma omp parallel for schedule(static)
   for (kith_index i = begin; i < end; ++i) {
+    if (!kith_node_active(package->hydro->nodes, i)) continue;
+    const double dt = b != NULL ? b->tick * (b->now - b->last->f64[i]) : kick->evaluation_dt;
     double factor = 1;
     if (sph->viscosity_switch != NULL)
       factor = sph->viscosity_switch->f64[i] =
@@ -223,7 +227,7 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
                                              .compression = sph->compression};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_evaluate_eos(hydro);
-  set_factors(package, kick->evaluation_dt, 0, nodes->n_internal);
+  set_factors(package, kick, 0, nodes->n_internal);
   struct kith_field *between[7] = {nodes->support, hydro->density, hydro->pressure, hydro->sound_speed,
                                    sph->grad_h_term};
   int n = 5;
@@ -231,7 +235,7 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   if (sph->factor != NULL) between[n++] = sph->factor;
   if (package->recompute) {
     kith_hydro_evaluate_eos_remote(hydro);
-    set_factors(package, kick->evaluation_dt, kith_nodes_first_remote(nodes), kith_nodes_count(nodes));
+    set_factors(package, kick, kith_nodes_first_remote(nodes), kith_nodes_count(nodes));
     kith_nodes_refresh_images(hydro->nodes, between, n);
   } else {
     kith_package_start_refresh(package, n, between);

@@ -192,9 +192,9 @@ static void collected(void) {
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 3)) {
     const struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&s.start);
     const struct kith_ledger *l = &s.simulation->integrator.ledger;
-    kith_report_collect(&r, s.simulation, &baseline, 1, 2.0, 3.0);
-    json_t *json = written(&r);
     const double n = s.simulation->nodes->n_internal;
+    kith_report_collect(&r, s.simulation, &baseline, 2 * n, 2.0, 3.0);
+    json_t *json = written(&r);
     check_number(json, "steps", 3), check_number(json, "nodes", n), check_number(json, "cpu_seconds", 3);
     check_number(json, "node_updates_per_second", n * 2 / 2.0), check_number(json, "dimension", NDIM);
     check_number(json, "kinetic|start", s.start.kinetic);

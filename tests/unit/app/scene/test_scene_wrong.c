@@ -60,8 +60,8 @@ static const struct wrong keys[] = {
     {11, "method:\n  package: sph\n  viscosity:\n    alfa: 1",
      "f:14: method.viscosity.alfa: unknown key; did you mean 'alpha'?"},
     {11, "scheme: {order_of_accuracy: 2}",
-     "f:11: scheme.order_of_accuracy: unknown key; known are name, cfl, dt, table, adaptive, rtol, "
-     "atol, method"},
+     "f:11: scheme.order_of_accuracy: unknown key; known are name, cfl, dt, steps, levels, ratio, "
+     "random_steps, table, adaptive, rtol, atol, method"},
     {8, "  - {material: gas, densty: 1}", "f:8: regions.0.densty: unknown key; did you mean 'density'?"},
     {8, "  - {material: gas, density: 1, pressure: 1, where: {insid: 1}}",
      "f:8: regions.0.where.insid: unknown key; did you mean 'inside'?"},

@@ -1,0 +1,398 @@
+/* Block time steps: the ticks of a base step. */
+#include "integrator/block_steps.h"
+
+#include <math.h>
+#include "integrator/lifecycle.h"
+#include "integrator/step.h"
+
+enum { GROWTH = 2 };                 /* of a node's step, from one to the next */
+static const double tolerated = 1.2; /* times the limit: a step is cut short only if it is longer than that */
+static const double start = 0.1;     /* the first steps: nothing has told the neighbors yet */
+
+struct blocks {
+  struct kith_block_steps steps; /* what packages see: first */
+  struct kith_block_settings settings;
+  struct kith_field *wanted;                      /* ticks: by the node's own limits; d if it is not active */
+  struct kith_field *wake;                        /* the tick at which the node is active at the latest */
+  struct kith_field *support_base, *density_base; /* at the last activity */
+  double planned;                                 /* length of the next base step */
+};
+
+static struct blocks *blocks_of(const struct kith_integrator *it) {
+  return it->self;
+}
+
+kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_block_settings settings) {
+  KITH_TRY(kith_nodes_mark_activity(it->nodes));
+  KITH_TRY(kith_resize(&it->self, 0, 1, sizeof(struct blocks)));
+  struct blocks *b = it->self;
+  b->settings = settings;
+#define SCALAR(name, role, doc) \
+  { name, KITH_SCALAR, KITH_F64, role, NULL, doc }
+#define VECTOR(name, role, doc) \
+  { name, KITH_VECTOR, KITH_F64, role, NULL, doc }
+  const struct kith_field_row fields[] = {
+      {true, SCALAR("tick_last", KITH_STATE, "tick of the last activity"), &b->steps.last},
+      {true, SCALAR("tick_step", KITH_STATE, "the step then, in ticks"), &b->steps.step},
+      {true, SCALAR("tick_next", KITH_STATE, "the step that an active node takes now"), &b->steps.next},
+      {true, SCALAR("tick_wanted", KITH_STATE, "the same without regard to neighbors"), &b->wanted},
+      {true, SCALAR("tick_wake", KITH_WORK, "tick of the next activity, if sooner"), &b->wake},
+      {true, SCALAR("support_base", KITH_WORK, "support at the last activity"), &b->support_base},
+      {true, SCALAR("density_base", KITH_WORK, "density at the last activity"), &b->density_base},
+      {true, VECTOR("velocity_last", KITH_WORK, "velocity at the last activity"), &b->steps.velocity_last},
+      {true, SCALAR("energy_last", KITH_WORK, "energy at the last activity"), &b->steps.energy_last},
+      {true, VECTOR("impulse", KITH_WORK, "of pairs, at this tick"), &b->steps.impulse},
+      {true, SCALAR("impulse_heat", KITH_WORK, "of pairs, at this tick"), &b->steps.heat},
+      {true, VECTOR("opening", KITH_KEPT, "impulse of the next base step, per time"), &b->steps.opening},
+      {true, SCALAR("opening_heat", KITH_KEPT, "the same of the energy"), &b->steps.opening_heat},
+      {true, SCALAR("rate_last", KITH_KEPT, "du/dt at the last activity"), &b->steps.rate_last},
+      {true, SCALAR("rate_slope", KITH_KEPT, "change of du/dt since then"), &b->steps.rate_slope},
+      {0}};
+#undef SCALAR
+#undef VECTOR
+  KITH_TRY(kith_nodes_fields(it->nodes, fields));
+  b->steps.velocity = it->kick.velocity_base, b->steps.energy = it->energy_base;
+  return KITH_OK;
+}
+
+void kith_block_steps_destroy(struct kith_integrator *it) {
+  it->kick.blocks = NULL;
+  kith_free(&it->self);
+}
+
+double kith_block_steps_planned(const struct kith_integrator *it) {
+  return blocks_of(it)->planned;
+}
+
+/* --- how long steps are --- */
+
+/* The largest power of two that is no more than this many ticks. */
+static double power_of_two(double ticks) {
+  int exponent;
+  if (!(ticks < KITH_TICKS)) return KITH_TICKS;
+  frexp(ticks, &exponent);
+  return ldexp(1, exponent - 1);
+}
+
+/* The largest power of two that divides tick n: where steps of that length end. */
+static double aligned(double n) {
+  const int64_t whole = (int64_t)n;
+  return whole == 0 ? KITH_TICKS : (double)(whole & -whole);
+}
+
+/* Numbers in [0, 1) that depend on node and time alone (splitmix64: Steele et al. 2014, OOPSLA). */
+static double random_of(const struct kith_integrator *it, kith_index i, double salt) {
+  const struct blocks *b = blocks_of(it);
+  uint64_t x = b->settings.seed + (uint64_t)it->nodes->id->i64[i] * UINT64_C(0x9e3779b97f4a7c15) +
+               (uint64_t)(b->steps.now + salt) * UINT64_C(0xd1342543de82ef95) +
+               it->step * UINT64_C(0x2545f4914f6cdd1d);
+  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+  return (double)((x ^ (x >> 31)) >> 11) / 9007199254740992.0;
+}
+
+/* The longest step that the state of node i allows; a fixed step is the base step. */
+static double limit_of(const struct kith_integrator *it, kith_index i) {
+  const struct blocks *b = blocks_of(it);
+  const double limit = it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, it->cfl).dt;
+  if (b->settings.seed == 0) return limit;
+  return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : limit) * exp2(-5 * random_of(it, i, 0.25));
+}
+
+/* Least and largest of the longest steps that nodes allow now, of all ranks. */
+static void range_of_limits(const struct kith_integrator *it, double factor, double *least, double *most) {
+  const struct blocks *b = blocks_of(it);
+  double low = INFINITY, high = 0;
+#pragma omp parallel for schedule(static) reduction(min : low) reduction(max : high)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    const double growth = b->steps.tick > 0 ? GROWTH * b->steps.tick * b->steps.step->f64[i] : INFINITY;
+    const double dt = KITH_MIN(factor * limit_of(it, i), growth);
+    b->wanted->f64[i] = dt;
+    low = KITH_MIN(low, dt), high = KITH_MAX(high, dt);
+  }
+  double both[] = {-low, high};
+  kith_ranks_max(it->nodes->ranks, both, 2);
+  *least = -both[0], *most = both[1];
+}
+
+/* The length of a base step that lasts `longest` at most and costs least per time: steps are rounded down to
+ * powers of two of it, so a shorter one may suit more nodes. A tick costs about as much as an update of a
+ * tenth of the nodes, whatever it updates. */
+static double cheapest_base(const struct kith_integrator *it, double longest) {
+  enum { PARTS = 8, LENGTHS = 3 * PARTS }; /* of an octave; all that are tried */
+  const double *restrict wanted = blocks_of(it)->wanted->f64;
+  uint64_t updates[LENGTHS + 1] = {0};
+  double ticks[LENGTHS] = {0}, best = longest, least = INFINITY;
+  for (int k = 0; k < LENGTHS; ++k) {
+    const double length = longest * exp2(-(double)k / PARTS);
+    uint64_t sum = 0;
+    double most = 0;
+#pragma omp parallel for schedule(static) reduction(+ : sum) reduction(max : most)
+    for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+      const double steps = KITH_TICKS / power_of_two(wanted[i] / length * KITH_TICKS);
+      sum += (uint64_t)steps;
+      most = KITH_MAX(most, steps);
+    }
+    updates[k] = sum, ticks[k] = most;
+  }
+  updates[LENGTHS] = (uint64_t)it->nodes->n_internal;
+  kith_ranks_sum_counts(it->nodes->ranks, updates, LENGTHS + 1);
+  kith_ranks_max(it->nodes->ranks, ticks, LENGTHS);
+  for (int k = 0; k < LENGTHS; ++k) {
+    const double length = longest * exp2(-(double)k / PARTS),
+                 cost = ((double)updates[k] + 0.1 * ticks[k] * (double)updates[LENGTHS]) / length;
+    if (cost < least) least = cost, best = length;
+  }
+  return best;
+}
+
+/* The next base step, from `time` on: it lands on the next output, after that on one as far away again. */
+static void plan(struct kith_integrator *it, double time, double factor) {
+  struct blocks *b = blocks_of(it);
+  double least, most;
+  range_of_limits(it, factor, &least, &most);
+  double longest = KITH_MIN(most, ldexp(least, b->settings.levels)), left = it->until - time;
+  if (!(left > 1e-9 * it->every)) left = it->every;
+  if (left > 0) longest = KITH_MIN(longest, left);
+  b->planned = it->fixed_dt > 0 ? it->fixed_dt : isfinite(longest) ? cheapest_base(it, longest) : longest;
+  const double tick = b->planned / KITH_TICKS;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    b->wanted->f64[i] = isfinite(tick) ? power_of_two(b->wanted->f64[i] / tick) : KITH_TICKS;
+}
+
+/* The steps that active nodes want at tick n, inside of a base step. */
+static void want(struct kith_integrator *it) {
+  struct blocks *b = blocks_of(it);
+  const double most = aligned(b->steps.now);
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    double *wanted = &b->wanted->f64[i];
+    *wanted = b->steps.step->f64[i];
+    if (!kith_node_active(it->nodes, i)) continue;
+    *wanted = KITH_MIN(power_of_two(limit_of(it, i) / b->steps.tick), KITH_MIN(most, GROWTH * *wanted));
+  }
+}
+
+/* The shortest step that a node or ghost of this rank wants; frozen ones want none. */
+static double finest_wanted(const struct kith_nodes *nodes, const struct blocks *b) {
+  const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
+  double finest = KITH_TICKS;
+#pragma omp parallel for simd schedule(static) reduction(min : finest)
+  for (kith_index i = 0; i < kith_nodes_count(nodes); ++i)
+    finest = KITH_MIN(finest, step[i] > 0 ? wanted[i] : KITH_TICKS);
+  return finest;
+}
+
+/* By the neighbors: at most `ratio` times what any of them wants. */
+static void limit_by_neighbors(struct kith_integrator *it) {
+  struct blocks *b = blocks_of(it);
+  const struct kith_rows *rows = &it->connectivity->rows;
+  const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
+  const double allowed = b->settings.ratio * finest_wanted(it->nodes, b); /* whoever the neighbors are */
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    double finest = INFINITY;
+    b->steps.next->f64[i] = wanted[i];
+    if (wanted[i] <= allowed || !kith_node_active(it->nodes, i)) continue;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
+      if (step[rows->node[e]] > 0) finest = KITH_MIN(finest, wanted[rows->node[e]]);
+    b->steps.next->f64[i] = KITH_MIN(wanted[i], b->settings.ratio * finest);
+  }
+  kith_halo_refresh(it->hydro->halo, it->nodes, &b->steps.next, 1);
+}
+
+/* Node i is active after this many ticks at the latest. */
+static void wake_in(struct blocks *b, kith_index i, double ticks) {
+  b->wake->f64[i] = KITH_MIN(b->wake->f64[i], b->steps.now + ticks);
+}
+
+/* After an evaluation: what the new rates allow, and what the steps of active neighbors do. */
+static void wake(struct kith_integrator *it, kith_index i) {
+  struct blocks *b = blocks_of(it);
+  const struct kith_rows *rows = &it->connectivity->rows;
+  const double step = b->steps.step->f64[i], own = power_of_two(tolerated * limit_of(it, i) / b->steps.tick);
+  if (own < step) wake_in(b, i, own);
+  if (b->settings.seed != 0 && random_of(it, i, 0.5) < 0.1) wake_in(b, i, aligned(b->steps.now));
+  if (b->steps.last->f64[i] == b->steps.now) return;
+  double finest = INFINITY;
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+    const kith_index j = rows->node[e];
+    if (kith_node_active(it->nodes, j)) finest = KITH_MIN(finest, b->steps.next->f64[j]);
+  }
+  if (step > b->settings.ratio * finest) wake_in(b, i, finest);
+}
+
+/* --- a tick --- */
+
+/* From each node's last activity to the present tick; positions from where they are, `drift` ago. */
+static void predict(struct kith_integrator *it, double drift) {
+  struct blocks *b = blocks_of(it);
+  const struct kith_block_steps *s = &b->steps;
+  const double dt = drift * s->tick;
+  double *restrict x = it->nodes->position->f64, *restrict v = it->hydro->velocity->f64;
+  const double *restrict w = s->velocity->f64, *restrict last = s->velocity_last->f64,
+                         *restrict acceleration = it->hydro->acceleration->f64;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    const double since = s->tick * (s->now - s->last->f64[i]);
+    for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k) {
+      x[k] += dt * w[k];
+      v[k] = last[k] + since * acceleration[k];
+    }
+    it->hydro->energy->f64[i] = s->energy_last->f64[i] + since * (it->hydro->energy_rate->f64[i] +
+                                                                  0.5 * since * s->rate_slope->f64[i]);
+    const double divergence = it->package->velocity_divergence->f64[i];
+    const double growth = divergence != 0 ? exp(fmax(-0.2, fmin(0.2, since * divergence / NDIM))) : 1;
+    it->nodes->support->f64[i] = b->support_base->f64[i] * growth;
+    it->hydro->density->f64[i] = b->density_base->f64[i] / kith_pow_dim(growth);
+    it->nodes->activity->u8[i] =
+        KITH_MIN(s->last->f64[i] + s->step->f64[i], b->wake->f64[i]) <= s->now ? KITH_ACTIVE : KITH_IDLE;
+  }
+  it->nodes->positions += 1;
+  it->clock = it->time + s->now * s->tick;
+}
+
+/* Counts the updates by the length of the step that they end. */
+static void count_levels(const struct kith_integrator *it) {
+#define OF(n) "updates, base step / " #n
+  static const char *const name[] = {OF(1),      OF(2),      OF(4),      OF(8),     OF(16),    OF(32),
+                                     OF(64),     OF(128),    OF(256),    OF(512),   OF(1024),  OF(2048),
+                                     OF(4096),   OF(8192),   OF(16384),  OF(32768), OF(65536), OF(131072),
+                                     OF(262144), OF(524288), OF(1048576)};
+#undef OF
+  enum { LEVELS = sizeof name / sizeof *name };
+  const double *restrict step = blocks_of(it)->steps.step->f64;
+  uint64_t count[LEVELS] = {0};
+  if (it->profile == NULL) return;
+#pragma omp parallel for schedule(static) reduction(+ : count[:LEVELS])
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    if (kith_node_active(it->nodes, i)) count[KITH_MIN(ilogb(KITH_TICKS / step[i]), LEVELS - 1)] += 1;
+  for (int level = 0; level < LEVELS; ++level)
+    if (count[level] > 0) kith_profile_count(it->profile, name[level], (double)count[level]);
+}
+
+/* After the evaluation: active nodes begin their next step. */
+static void close_tick(struct kith_integrator *it) {
+  struct blocks *b = blocks_of(it);
+  struct kith_block_steps *s = &b->steps;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    const bool active = kith_node_active(it->nodes, i);
+    if (active) {
+      s->last->f64[i] = s->now, s->step->f64[i] = s->next->f64[i];
+      b->wake->f64[i] = INFINITY;
+      b->support_base->f64[i] = it->nodes->support->f64[i];
+      b->density_base->f64[i] = it->hydro->density->f64[i];
+    }
+    if (!s->ends && it->nodes->activity->u8[i] != KITH_IDLE) wake(it, i);
+  }
+}
+
+/* The next tick at which a node is active, on any rank. */
+static double next_tick(const struct kith_integrator *it) {
+  const struct blocks *b = blocks_of(it);
+  double next = KITH_TICKS;
+#pragma omp parallel for simd schedule(static) reduction(min : next)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    next = KITH_MIN(next, KITH_MIN(b->steps.last->f64[i] + b->steps.step->f64[i], b->wake->f64[i]));
+  next = -next;
+  kith_ranks_max(it->nodes->ranks, &next, 1);
+  return -next;
+}
+
+/* Lists, steps and rates of the active nodes, at tick `now`. The first lists of a base step put nodes back in
+ * their places and on their ranks. */
+static kith_status evaluate(struct kith_integrator *it, bool first) {
+  struct blocks *b = blocks_of(it);
+  kith_boundaries_move(it->boundaries, it->clock);
+  it->kick.blocks = &b->steps;
+  it->holding = !first;
+  KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_always));
+  it->holding = true; /* until the end of the base step */
+  limit_by_neighbors(it);
+  return kith_integrator_evaluate(it);
+}
+
+static kith_status run_tick(struct kith_integrator *it, double n) {
+  struct blocks *b = blocks_of(it);
+  const double drift = n - b->steps.now;
+  kith_profile_begin(it->profile, "predict");
+  b->steps.now = n, b->steps.ends = n == KITH_TICKS;
+  predict(it, drift);
+  if (b->steps.ends)
+    plan(it, it->time + KITH_TICKS * b->steps.tick, 1);
+  else
+    want(it);
+  kith_profile_end(it->profile);
+  KITH_TRY(evaluate(it, drift == n));
+  kith_profile_begin(it->profile, "kick");
+  count_levels(it);
+  close_tick(it);
+  kith_profile_end(it->profile);
+  return KITH_OK;
+}
+
+/* --- a base step --- */
+
+kith_status kith_block_steps_start(struct kith_integrator *it) {
+  struct blocks *b = blocks_of(it);
+  b->steps.now = b->steps.tick = 0, b->steps.ends = true;
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    b->steps.last->f64[i] = 0, b->steps.step->f64[i] = 1;
+    it->nodes->activity->u8[i] = KITH_ACTIVE;
+  }
+  kith_field_copy(it->nodes, b->steps.velocity, it->hydro->velocity);
+  kith_field_copy(it->nodes, b->steps.energy, it->hydro->energy);
+  plan(it, it->time, start);
+  const kith_status status = evaluate(it, false);
+  it->holding = false, it->kick.blocks = NULL;
+  return status;
+}
+
+void kith_block_steps_begin(struct kith_integrator *it, double dt) {
+  struct blocks *b = blocks_of(it);
+  struct kith_block_steps *s = &b->steps;
+  s->now = 0, s->tick = dt / KITH_TICKS, s->ends = false;
+  kith_field_copy(it->nodes, s->velocity_last, it->hydro->velocity);
+  kith_field_copy(it->nodes, s->energy_last, it->hydro->energy);
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    const double *opening = s->opening->f64 + (size_t)i * NDIM,
+                 work = 0.5 * dt * dt * kith_dot(opening, opening);
+    double g[NDIM] = {0};
+    if (kith_external_force_acts(&it->hydro->external_force))
+      kith_external_force_add(&it->hydro->external_force, it->nodes->position->f64 + (size_t)i * NDIM, g);
+    for (int a = 0; a < NDIM; ++a)
+      it->hydro->velocity->f64[(size_t)i * NDIM + a] +=
+          dt * opening[a] + 0.5 * s->tick * s->next->f64[i] * g[a];
+    it->hydro->energy->f64[i] += dt * s->opening_heat->f64[i] - (it->package->compatible ? work : 0);
+    s->last->f64[i] = 0, s->step->f64[i] = s->next->f64[i];
+    b->support_base->f64[i] = it->nodes->support->f64[i];
+    b->density_base->f64[i] = it->hydro->density->f64[i];
+    b->wake->f64[i] = INFINITY;
+    const double own = power_of_two(tolerated * limit_of(it, i) / s->tick);
+    if (own < s->step->f64[i] && it->step > 0) wake_in(b, i, own);
+    it->nodes->activity->u8[i] = KITH_IDLE;
+  }
+  kith_field_copy(it->nodes, s->velocity, it->hydro->velocity);
+  kith_field_copy(it->nodes, s->energy, it->hydro->energy);
+}
+
+kith_status kith_block_steps_advance(struct kith_integrator *it) {
+  struct blocks *b = blocks_of(it);
+  kith_status status = KITH_OK;
+  while (status == KITH_OK && b->steps.now < KITH_TICKS) {
+    const double n = next_tick(it);
+    if (n >= b->steps.now + 1)
+      status = run_tick(it, n);
+    else
+      status =
+          kith_fail(KITH_DIVERGED, "a time step collapsed below %g at time %g", b->steps.tick, it->clock);
+  }
+  it->holding = false, it->kick.blocks = NULL;
+  if (status != KITH_OK) return status;
+  kith_field_copy(it->nodes, it->hydro->velocity, b->steps.velocity);
+  kith_field_copy(it->nodes, it->hydro->energy, b->steps.energy);
+  return KITH_OK;
+}

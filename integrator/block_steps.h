@@ -1,0 +1,44 @@
+/* block_steps.h - block time steps: each node advances with a step of its own, and momentum and energy are
+ * conserved to round-off.
+ *
+ * A step of the integrator is a base step. It has KITH_TICKS ticks, and the steps of the nodes are powers of
+ * two of them. At a tick at which a node's step ends,
+ *   1. all nodes are predicted: positions drift with the velocity at the middle of the node's step, the rest
+ *      follows from the state at its last activity;
+ *   2. the nodes whose step ends are active, and choose the next: by their own limits, at most twice the
+ *      last, at most `ratio` times that of a neighbor, and so that it ends where steps of its length do;
+ *   3. the lifecycle makes ghosts and lists of the active nodes and those that they touch;
+ *   4. packages run for active nodes, and the force pass for touched ones too (physics/block_steps.h);
+ *   5. a touched node whose step is more than `ratio` times that of an active neighbor, or longer than its
+ *      own limits now allow, is woken sooner: its step is cut short.
+ * At the end of the base step all nodes are active, so that the state is at one time: there nodes may be
+ * mirrored and migrate, there is output, and a run can restart. The next base step is as long as the longest
+ * step that a node wants, at most 2^levels of the shortest, lands on the next output, and is shortened if
+ * that saves updates, since steps are rounded down. With one level this is leapfrog with a global step.
+ *
+ * Individual steps: Saitoh and Makino (2009, ApJ 697, L99), Durier and Dalla Vecchia (2012, MNRAS 419, 465)
+ * for what goes wrong without steps 2 (ratio) and 5. */
+#ifndef KITH_INTEGRATOR_BLOCK_STEPS_H
+#define KITH_INTEGRATOR_BLOCK_STEPS_H
+
+#include "integrator/integrator.h"
+
+struct kith_block_settings {
+  int levels;    /* base step / shortest step <= 2^levels when it begins */
+  double ratio;  /* of the steps of neighbors, at most: 2 or 4 */
+  uint64_t seed; /* not 0: steps and wake-ups are chosen at random, for tests of conservation */
+};
+
+/* Private state (integrator->self) and fields. */
+kith_status kith_block_steps_create(struct kith_integrator *integrator, struct kith_block_settings settings);
+void kith_block_steps_destroy(struct kith_integrator *integrator);
+/* After the first rates: plans the first base step. Collective, as the following. */
+kith_status kith_block_steps_start(struct kith_integrator *integrator);
+/* Begins a base step of length dt. */
+void kith_block_steps_begin(struct kith_integrator *integrator, double dt);
+/* The ticks of the base step. */
+kith_status kith_block_steps_advance(struct kith_integrator *integrator);
+/* How long the next base step shall be. */
+double kith_block_steps_planned(const struct kith_integrator *integrator);
+
+#endif

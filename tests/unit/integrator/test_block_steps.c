@@ -1,0 +1,141 @@
+/* Block time steps: conservation whatever the steps are, one level against a global step, accuracy and
+ * updates of a blast, threads, what is refused. Lists of active nodes: test_connectivity; ranks and restarts:
+ * mpi. */
+#include <omp.h>
+#include "tests/unit/scenario.h"
+
+#define BLOCK "scheme: {steps: block}\n"
+
+/* A blast beside a wall in jittered gas that conducts heat, with a light fluid that touches it. */
+static const char blast[] =
+    "dimension: 3\nscene: blast\n"
+    "resolution: {1d: 60, 2d: 16, 3d: 8}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}, light: {gamma: 1.6666666666666667}}\n"
+    "regions:\n"
+    "  - {material: gas, where: {x: [0, 0.7]}, jitter: 0.2, seed: 3, lattice: cubic, density: 1, "
+    "pressure: 0.01}\n"
+    "  - {material: light, where: {x: [0.7, 1]}, lattice: cubic, density: 0.5, pressure: 0.01}\n"
+    "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: kernel, spacings: 2}\n"
+    "packages: [{name: conduction, conductivity: 0.001}]\n" BLOCK "until: 0.1\n";
+
+static const char wave[] =
+    "dimension: 1\nscene: wave\n"
+    "resolution: {1d: 64, 2d: 16, 3d: 10}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1], across: 7}\n"
+    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}}\n"
+    "regions:\n"
+    "  - {material: gas, lattice: cubic, density: 1 + 0.01*sin(2*pi*x), pressure: 0.6*(1 + "
+    "0.014*sin(2*pi*x)), velocity: [0.01*sin(2*pi*x), 0, 0]}\n"
+    "until: 0.2\n";
+
+static uint64_t updates(const struct scenario *s) {
+  return s->simulation->integrator.ledger.updates;
+}
+
+/* Energy relative to what there was, momentum to the sum of its sizes now: round-off of thousands of sums. */
+static void check_conserved(const struct scenario *s, bool momentum_too) {
+  const struct kith_totals a = s->start, b = kith_hydro_totals(&s->simulation->hydro);
+  CHECK_CLOSE(b.kinetic + b.internal + b.potential, a.kinetic + a.internal + a.potential,
+              1e-12 * (a.kinetic + a.internal + fabs(a.potential)));
+  for (int d = 0; momentum_too && d < NDIM; ++d) /* along x the wall takes some */
+    if (d > 0) CHECK_CLOSE(b.momentum[d], a.momentum[d], 1e-12 * b.momentum_scale);
+}
+
+/* Random steps and wake-ups, all packages, both traversals and what acts besides: drifts are round-off. */
+static void conservation(void) {
+  static const char *const settings[] = {"method.package=sph",
+                                         "method.package=sph traversal=pairs",
+                                         "method.package=crk",
+                                         "method.package=mfm",
+
+                                         "method.viscosity.name=cullen-dehnen",
+                                         "scheme.ratio=4"};
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
+    for (int seed = 0; seed < 2; ++seed) {
+      struct scenario s;
+      if (scenario_open(&s, blast, "%s scheme.random_steps=%d", settings[k], 7 * seed) &&
+          scenario_run(&s, 6)) {
+        check_conserved(&s, true);
+        const struct kith_ledger *ledger = &s.simulation->integrator.ledger;
+        const uint64_t nodes = (uint64_t)s.simulation->nodes->n_internal;
+        CHECK(ledger->updates < ledger->evaluations * nodes); /* some nodes did sleep */
+      }
+      scenario_close(&s);
+    }
+}
+
+/* With a fixed step there is one level, and the run is that of a global step but for the prediction of
+ * energies, which is of second order in dt in both: a hundred times closer than the wave is high. */
+static void one_level(void) {
+  struct scenario block, global;
+  if (scenario_open(&block, wave, "scheme.steps=block scheme.dt=0.002") && scenario_run(&block, 200) &&
+      scenario_open(&global, wave, "scheme.dt=0.002") && scenario_run(&global, 200)) {
+    CHECK(scenario_distance(&block, &global, "velocity") < 0.01);
+    CHECK(scenario_distance(&block, &global, "energy") < 1e-4);
+    CHECK(updates(&block) <= updates(&global) + 2 * (uint64_t)block.simulation->nodes->n_internal);
+    check_conserved(&block, false);
+  }
+  scenario_close(&block);
+  scenario_close(&global);
+}
+
+/* The blast costs less than half of the updates, and its energies are those of the global run within 2 %. */
+static void fewer_updates(void) {
+  struct scenario block, global;
+  if (scenario_open(&block, blast, "scheme.levels=10") && scenario_run(&block, 100000) &&
+      scenario_open(&global, blast, "scheme.steps=global") && scenario_run(&global, 100000)) {
+    const struct kith_totals a = kith_hydro_totals(&block.simulation->hydro),
+                             b = kith_hydro_totals(&global.simulation->hydro);
+    CHECK_CLOSE(a.kinetic, b.kinetic, 0.02 * (b.kinetic + b.internal));
+    CHECK(2 * updates(&block) < updates(&global) || NDIM > 1); /* in 3-D the blast fills this box */
+    CHECK(updates(&block) < updates(&global));
+  }
+  scenario_close(&block);
+  scenario_close(&global);
+}
+
+static void threads(void) {
+  struct scenario one, two;
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const bool first = scenario_open(&one, blast, "scheme.random_steps=5") && scenario_run(&one, 2);
+  omp_set_num_threads(2);
+  if (first && scenario_open(&two, blast, "scheme.random_steps=5") && scenario_run(&two, 2))
+    CHECK(scenario_difference(&one, &two) == NULL);
+  omp_set_num_threads(before);
+  scenario_close(&one);
+  scenario_close(&two);
+}
+
+static void refused(void) {
+  static const char *const settings[] = {"connectivity.rebuild=displacement",
+                                         "method.package=mfm method.faces=integrated",
+                                         "method.package=mfm method.closed=true", "regions.1.barrier=true"};
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k) {
+    struct kith_scene *scene = NULL;
+    struct kith_simulation *simulation = NULL;
+    char words[128], dimension[] = "dimension=0", *rest = NULL;
+    const char *overrides[4] = {dimension};
+    int n = 1;
+    dimension[10] = (char)('0' + NDIM);
+    snprintf(words, sizeof words, "%s", settings[k]);
+    for (char *w = strtok_r(words, " ", &rest); w != NULL; w = strtok_r(NULL, " ", &rest)) overrides[n++] = w;
+    kith_status status = kith_scene_parse(&scene, "blast.yaml", blast, strlen(blast), n, overrides);
+    if (status == KITH_OK) status = kith_simulation_create(&simulation, scene, NULL, true);
+    CHECK_STATUS(KITH_BAD_INPUT, status);
+    kith_simulation_destroy(&simulation);
+    kith_scene_destroy(&scene);
+  }
+}
+
+int main(void) {
+  conservation();
+  one_level();
+  fewer_updates();
+  threads();
+  refused();
+  return check_failed();
+}
