@@ -202,6 +202,24 @@ static void limit_by_neighbors(struct kith_integrator *it) {
   kith_halo_refresh(it->hydro->halo, it->nodes, &b->steps.next, 1);
 }
 
+/* Have all nodes of all ranks the same steps? Then all pairs have the same weight. Frozen ones have any. */
+static bool alike(const struct kith_integrator *it) {
+  const struct kith_nodes *nodes = it->nodes;
+  const struct kith_block_steps *s = &blocks_of(it)->steps;
+  const double *restrict last = s->last->f64, *restrict step = s->step->f64, *restrict next = s->next->f64;
+  double range[] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY, -INFINITY, -INFINITY};
+#pragma omp parallel for schedule(static) reduction(max : range[:6])
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double value[] = {last[i], step[i], next[i]};
+    for (int k = 0; k < 3; ++k) {
+      range[k] = KITH_MAX(range[k], value[k]);
+      range[3 + k] = KITH_MAX(range[3 + k], -value[k]);
+    }
+  }
+  kith_ranks_max(nodes->ranks, range, 6);
+  return range[0] == -range[3] && range[1] == -range[4] && range[2] == -range[5];
+}
+
 /* Node i is active after this many ticks at the latest. */
 static void wake_in(struct blocks *b, kith_index i, double ticks) {
   b->wake->f64[i] = KITH_MIN(b->wake->f64[i], b->steps.now + ticks);
@@ -311,6 +329,7 @@ static kith_status evaluate(struct kith_integrator *it, bool first) {
   KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_always));
   it->holding = true; /* until the end of the base step */
   limit_by_neighbors(it);
+  b->steps.alike = b->steps.ends && alike(it); /* else seldom, and not worth a look */
   return kith_integrator_evaluate(it);
 }
 

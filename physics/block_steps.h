@@ -22,9 +22,10 @@
 #define KITH_TICKS 1048576.0 /* of a base step */
 
 struct kith_block_steps {
-  double now;                            /* n */
-  double tick;                           /* its length in time; 0: there is no step to end yet */
-  bool ends;                             /* n is the end of the base step */
+  double now;  /* n */
+  double tick; /* its length in time; 0: there is no step to end yet */
+  bool ends;   /* n is the end of the base step */
+  bool alike;  /* t, d and d' are those of all nodes, which are active: one weight */
   struct kith_field *last, *step, *next; /* t, d, d': whole numbers of ticks; d = 0: never active (frozen) */
   struct kith_field *velocity, *energy;  /* w and its energy; (2) is added */
   struct kith_field *velocity_last, *energy_last; /* the state at t */

@@ -150,7 +150,7 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, siz
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
   sums->signal = fastest;
-  if (pass->kick->blocks != NULL) weigh_block(pass, i, first, n, out, sums);
+  if (pass->kick->blocks != NULL && !pass->kick->blocks->alike) weigh_block(pass, i, first, n, out, sums);
   for (int a = 0; a < NDIM; ++a) sums->force[a] += sum_lane(n, out + (size_t)a * KITH_STRIDE);
   sums->heat += sum_lane(n, out + KITH_HEAT * KITH_STRIDE);
 }
@@ -194,8 +194,19 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   b->rate_last->f64[i] = rate;
 }
 
-KITH_INLINE void store_blocks(const struct kith_force_pass *pass, kith_index i, const struct sums *sums) {
+/* The same from the sums of forces and heats, where all pairs have one weight. */
+static void weigh_sums(const struct kith_block_steps *b, kith_index i, struct sums *sums) {
+  const double closing = b->now - b->last->f64[i] - 0.5 * b->step->f64[i], opening = 0.5 * b->next->f64[i];
+  for (int a = 0; a <= NDIM; ++a) {
+    const double value = a < NDIM ? sums->force[a] : sums->heat;
+    sums->impulse[a] = b->tick * closing * value;
+    sums->opening[a] = opening / KITH_TICKS * value;
+  }
+}
+
+KITH_INLINE void store_blocks(const struct kith_force_pass *pass, kith_index i, struct sums *sums) {
   const struct kith_block_steps *b = pass->kick->blocks;
+  if (b->alike) weigh_sums(b, i, sums);
   struct kith_package *package = pass->package;
   const struct kith_hydro *hydro = package->hydro;
   const size_t at = (size_t)i * NDIM;
