@@ -249,7 +249,8 @@ void kith_simulation_destroy(struct kith_simulation **simulation) {
   struct kith_simulation *m = *simulation;
   if (m == NULL) return;
   kith_integrator_clear(&m->integrator);
-  for (struct kith_package *p = &m->package; p != NULL; p = p->next) kith_package_clear(p);
+  kith_package_clear(&m->package);
+  for (int k = 0; k < KITH_ADDED_PACKAGES; ++k) kith_package_clear(&m->added[k]); /* in the list or not yet */
   kith_boundaries_clear(&m->boundaries);
   kith_halo_destroy(&m->halo);
   kith_decomposition_destroy(&m->decomposition);

@@ -247,7 +247,7 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   uint64_t *record = chunk->word + chunk->n;
   record[0] = n;
   record[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
-  memcpy(record + HEAD, worker->near.node, n * sizeof(kith_index));
+  if (n > 0) memcpy(record + HEAD, worker->near.node, n * sizeof(kith_index));
   chunk->n += words;
   return test_targets(worker, build, group->run, self, length, record + HEAD + (n + 1) / 2);
 }
