@@ -91,12 +91,13 @@ static double random_of(const struct kith_integrator *it, kith_index i, double s
   return (double)((x ^ (x >> 31)) >> 11) / 9007199254740992.0;
 }
 
-/* The longest step that the state of node i allows; a fixed step is the base step. */
+/* The longest step that the state of node i allows; a fixed step is the base step, and random ones are
+ * shorter by up to 2^5. */
 static double limit_of(const struct kith_integrator *it, kith_index i) {
   const struct blocks *b = blocks_of(it);
   const double limit = it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, it->cfl).dt;
   if (b->settings.seed == 0) return limit;
-  return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : limit) * exp2(-5 * random_of(it, i, 0.25));
+  return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
 }
 
 /* Least and largest of the longest steps that nodes allow now, of all ranks. */

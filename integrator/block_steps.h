@@ -11,10 +11,11 @@
  *   4. packages run for active nodes, and the force pass for touched ones too (physics/block_steps.h);
  *   5. a touched node whose step is more than `ratio` times that of an active neighbor, or longer than its
  *      own limits now allow, is woken sooner: its step is cut short.
- * At the end of the base step all nodes are active, so that the state is at one time: there nodes may be
- * mirrored and migrate, there is output, and a run can restart. The next base step is as long as the longest
- * step that a node wants, at most 2^levels of the shortest, lands on the next output, and is shortened if
- * that saves updates, since steps are rounded down. With one level this is leapfrog with a global step.
+ * At the end of the base step all nodes are active, so that the state is at one time: there is output, and a
+ * run can restart. Nodes are mirrored and migrate at the first tick of the next one. A base step is as long
+ * as the longest step that a node wants, at most 2^levels of the shortest, lands on the next output, and is
+ * shortened if that saves updates, since steps are rounded down. With one level this is leapfrog with a
+ * global step.
  *
  * Individual steps: Saitoh and Makino (2009, ApJ 697, L99), Durier and Dalla Vecchia (2012, MNRAS 419, 465)
  * for what goes wrong without steps 2 (ratio) and 5. */

@@ -69,14 +69,29 @@ static kith_status report_value(const struct validation *v, const char *run, con
   return kith_report_measure(in_run(v, run, "report.json", path), measure, value);
 }
 
+/* Number `column` of a line of a CSV file; NaN: there is none. */
+static double csv_number(char *line, int column) {
+  for (char *field; (field = strsep(&line, ",")) != NULL; --column)
+    if (column == 0) return strtod(field, NULL);
+  return NAN;
+}
+
+/* The column of this name in the first line of a CSV file, or -1. */
+static int csv_column(char *line, const char *name) {
+  int column = 0;
+  for (char *field; (field = strsep(&line, ",\n")) != NULL; ++column)
+    if (strcmp(field, name) == 0) return column;
+  return -1;
+}
+
 /* The first check is of a decomposition that was made before anything was measured. */
 static kith_status balance(const struct validation *v, double *value) {
   char path[PATH], line[512];
-  double imbalance;
-  int n = 0;
+  int n = 0, column = -1;
   FILE *file = fopen(in_run(v, v->last, "balance.csv", path), "r");
-  for (*value = 0; file != NULL && fgets(line, sizeof line, file) != NULL;)
-    if (sscanf(line, "%*[^,],%*[^,],%lf", &imbalance) == 1 && n++ > 0) *value = fmax(*value, imbalance);
+  if (file != NULL && fgets(line, sizeof line, file) != NULL) column = csv_column(line, "imbalance");
+  for (*value = 0; column >= 0 && fgets(line, sizeof line, file) != NULL;)
+    if (n++ > 0) *value = fmax(*value, csv_number(line, column));
   if (file != NULL) fclose(file);
   if (n < 2) KITH_FAIL(BAD_FILE, "%s: %d checks of the balance, wanted two", path, n);
   return KITH_OK;

@@ -7,8 +7,8 @@
  * the root. Each cell knows the tight box of its nodes and their largest radius; the 8 cells of an octet are
  * tested at once.
  *
- * If the nodes lie along the curve already but for a few, slots keep the order of the nodes: nothing is
- * sorted, boxes stay tight, and candidates come in ascending node index. kith_search_cube gives the cube of
+ * If most nodes lie along the curve already (MESSY), slots keep the order of the nodes: nothing is sorted,
+ * boxes stay fairly tight, and candidates come in ascending node index. kith_search_cube gives the cube of
  * the curve.
  *
  * Internal nodes are one part, all ghosts another. Each part is a tree of its own.
@@ -21,7 +21,7 @@ enum {
   BUCKET = 10,  /* most nodes of a leaf, that is, of a group */
   WIDTH = 8,    /* cells of an octet */
   BATCH = 32,   /* octets tested before their children are visited */
-  MESSY = 6,   /* slots are sorted if more than n / MESSY steps go back along the curve */
+  MESSY = 6,    /* slots are sorted if more than n / MESSY steps go back along the curve */
   SLICE = 8192, /* elements that one thread counts or moves at a time */
 };
 
