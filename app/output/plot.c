@@ -6,7 +6,7 @@
 #include <string.h>
 #include "app/output/figure.h"
 
-enum { MOST_NODES = 20000, CLOUD = 4000, CURVE = 2000, PANELS = 4, COLUMNS = 1 + PANELS };
+enum { MOST_NODES = 20000, CURVE = 2000, PANELS = 4, COLUMNS = 1 + PANELS };
 
 /* The range of places, and of each panel's values for the nodes and the curve. */
 struct range {
@@ -127,7 +127,8 @@ static struct range shown_range(struct range n, struct range c, bool logarithmic
   return (struct range){n.lower - margin, n.upper + margin};
 }
 
-/* The picture. Its SVG has fewer nodes of a cloud: each is an object there. */
+/* The picture. */
+
 static void draw_panel(struct kith_figure *g, const struct kith_plot *p, const struct frame *frame, int j) {
   static const char *const names[] = {"density", "velocity", "pressure", "specific energy"},
                            *const speeds[] = {"velocity", "radial velocity", "azimuthal velocity"},
@@ -145,11 +146,10 @@ static void draw_panel(struct kith_figure *g, const struct kith_plot *p, const s
   fprintf(
       g->file->stream,
       "%sset logscale y\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
-      "plot NaN notitle, 'profile.dat' every (picture eq 'svg' ? %d : 1) using 1:%d with points pt 7 ps %s "
-      "lc rgb '#0072b2' title 'nodes', \\\n  'exact.dat' using 1:%d with lines lw 1.5 lc rgb '#d55e00' "
-      "title 'exact'\n",
-      logarithmic ? "" : "un", frame->place.lower, frame->place.upper, y.lower, y.upper,
-      p->nodes.n > CLOUD ? 4 : 1, j + 2, p->nodes.n > CLOUD ? "0.2" : "0.5", j + 2);
+      "plot NaN notitle, 'profile.dat' using 1:%d with points pt 7 ps %s lc rgb '#0072b2' title 'nodes', \\\n"
+      "  'exact.dat' using 1:%d with lines lw 1.5 lc rgb '#d55e00' title 'exact'\n",
+      logarithmic ? "" : "un", frame->place.lower, frame->place.upper, y.lower, y.upper, j + 2,
+      p->nodes.n > 4000 ? "0.2" : "0.5", j + 2);
 }
 
 kith_status kith_plot_write(const struct kith_plot *plot, const char *directory) {

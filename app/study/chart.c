@@ -8,7 +8,7 @@
  *   DIR/chart.md             for each norm a table: observed orders, the cost at a given error, who is on the
  *                            Pareto front (nothing is both cheaper and more accurate), which points of other
  *                            codes lie above that front; and the runs that failed. Also on stdout.
- *   DIR/chart.png, chart.svg errors against CPU-seconds, against pair evaluations (the same on any machine)
+ *   DIR/chart.png            errors against CPU-seconds, against pair evaluations (the same on any machine)
  *                            and against resolution, by gnuplot from DIR/chart.gp
  *   DIR/points.csv           all points
  *
@@ -151,24 +151,22 @@ static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {
   const double *x = a < COSTS ? c->cost[a] : c->resolution;
   const char *last = "";
   kith_figure_panel(g, s->measure[c->measure], labels[a], "error", true, 0, NULL);
-  if (a < COSTS) kith_figure_series(g, KITH_SERIES_FRONT, "Pareto front");
+  if (a < COSTS) kith_figure_series(g, "Pareto front", "smooth unique with lines lw 9 lc rgb '#dddddd'");
   for (int k = 0; k < c->n && a < COSTS; ++k)
-    if (c->on[a][k]) kith_figure_point(g, x[k], c->error[k], " ");
+    if (c->on[a][k]) kith_figure_point(g, x[k], c->error[k]);
   for (int k = 0; k < c->n; ++k) {
-    if (k % s->n_values == 0) kith_figure_series(g, KITH_SERIES_CURVE, s->job[k].label);
-    kith_figure_point(g, x[k], c->error[k], "%s at %s: %.3g, %.3g CPU-s, %.3g pair evaluations",
-                      s->job[k].label, s->job[k].value, c->error[k], c->cost[0][k], c->cost[1][k]);
+    if (k % s->n_values == 0)
+      kith_figure_series(g, s->job[k].label, "with linespoints lw 1.5 lt %d", k / s->n_values + 1);
+    kith_figure_point(g, x[k], c->error[k]);
   }
   for (int k = 0; k < s->n_codes && a == 0; ++k) {
     const struct kith_reference_code *code = &s->code[k];
-    if (strcmp(code->name, last) != 0) kith_figure_series(g, KITH_SERIES_REFERENCE, code->name);
-    kith_figure_point(g, code->cpu_seconds, code->norm[c->measure], "%s at %.4g: %.3g, %.3g CPU-s",
-                      code->name, code->resolution, code->norm[c->measure], code->cpu_seconds);
+    if (strcmp(code->name, last) != 0)
+      kith_figure_series(g, code->name, "with points pt %d lc rgb '#666c75'", k + 1);
+    kith_figure_point(g, code->cpu_seconds, code->norm[c->measure]);
     last = code->name;
   }
-  kith_figure_series(g, KITH_SERIES_LEVEL, "target");
-  kith_figure_point(g, 1, c->target, " ");
-  kith_figure_draw(g);
+  kith_figure_draw(g, c->target, "target");
 }
 
 static kith_status draw(const struct kith_study *s) {

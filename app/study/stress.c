@@ -7,8 +7,7 @@
  * methods are data (study.h). What was interrupted goes on when it is started again.
  *
  * On stdout, and in DIR/stress.md (-o, out/stress by default): a table, sweep by method; the file has also
- * the bounds, and why runs did not pass. DIR/points.csv has all runs, DIR/stress.png and stress.svg the
- * measures.
+ * the bounds, and why runs did not pass. DIR/points.csv has all runs, DIR/stress.png the measures.
  *
  * Exit code: 0; 3 if a method does not even pass the first value of a sweep; 1 if the results cannot be
  * written; 2 for an unknown sweep, or settings that no run takes. */
@@ -114,14 +113,11 @@ static void draw_sweep(struct kith_figure *g, const struct kith_suite *s) {
   snprintf(y_label, sizeof y_label, "%s%s", s->measure[0], s->of_first ? " over its first value" : "");
   kith_figure_panel(g, s->name, s->parameter, y_label, logarithmic, s->named_values ? s->n_values : 0, names);
   for (int k = 0; k < s->n_methods * s->n_values; ++k) {
-    if (k % s->n_values == 0) kith_figure_series(g, KITH_SERIES_CURVE, s->job[k].label);
-    const double value = judged_value(s, k);
-    kith_figure_point(g, s->job[k].x, value, "%s at %s: %.4g, %s", s->job[k].label, s->job[k].value, value,
-                      passes(s, k) ? "passes" : "does not pass");
+    if (k % s->n_values == 0)
+      kith_figure_series(g, s->job[k].label, "with linespoints lw 1.5 lt %d", k / s->n_values + 1);
+    kith_figure_point(g, s->job[k].x, judged_value(s, k));
   }
-  kith_figure_series(g, KITH_SERIES_LEVEL, "bound");
-  kith_figure_point(g, s->job[0].x, isnan(s->at_most) ? s->at_least : s->at_most, " ");
-  kith_figure_draw(g);
+  kith_figure_draw(g, isnan(s->at_most) ? s->at_least : s->at_most, "bound");
 }
 
 static kith_status draw(const struct kith_study *w) {

@@ -126,11 +126,10 @@ static void drawing(void) {
   p.scene = "it's `touch plot-was-here` \"$(x)\" \\ {/=9 a} \n @x %d";
   CHECK_OK(kith_plot_write(&p, directory));
   kith_status status = kith_gnuplot_run(directory, "plot");
-  struct stat png = {0}, svg = {0};
+  struct stat png = {0};
   if (status == KITH_OK) { /* else there is none here */
     CHECK(stat(in("plot.png"), &png) == 0 && png.st_size > 10000);
-    CHECK(stat(in("plot.svg"), &svg) == 0 && svg.st_size > 10000 && access(in("plot.log"), F_OK) != 0);
-    CHECK(strstr(load("plot.svg"), "touch plot-was-here") != NULL); /* as a text */
+    CHECK(access(in("plot.log"), F_OK) != 0);
     CHECK(access(in("plot-was-here"), F_OK) != 0);
     for (kith_index n = 0; n < 3; ++n) { /* no node; one; not a number; nothing to show at all */
       p = sample(n, n == 1 ? &planar : n == 2 ? NULL : &radial);
@@ -157,7 +156,7 @@ static void drawing(void) {
 }
 
 int main(void) {
-  static const char *const files[] = {"profile.dat", "exact.dat", "plot.gp", "plot.png", "plot.svg"};
+  static const char *const files[] = {"profile.dat", "exact.dat", "plot.gp", "plot.png"};
   CHECK(mkdtemp(directory) != NULL);
   CHECK_OK(kith_resize(&position, 0, MANY * NDIM, sizeof *position));
   CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));
