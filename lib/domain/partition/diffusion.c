@@ -76,10 +76,10 @@ static kith_status add_entries(struct border *border, int64_t c) {
   const size_t begin = border->n_entries;
   KITH_TRY(kith_grow(&border->entry, &border->capacity, begin, begin + KITH_CELL_NEIGHBORS,
                      sizeof *border->entry));
-  struct kith_cell_image image[KITH_CELL_NEIGHBORS];
-  const int n_images = kith_cells_neighbors(cells, c, image, NULL);
-  for (int k = 0; k < n_images; ++k)
-    if (owner[image[k].cell] != owner[c]) --entry_of(border, begin, c, owner[image[k].cell])->key;
+  int64_t neighbor[KITH_CELL_NEIGHBORS];
+  const int n = kith_cells_neighbors(cells, c, neighbor);
+  for (int k = 0; k < n; ++k)
+    if (owner[neighbor[k]] != owner[c]) --entry_of(border, begin, c, owner[neighbor[k]])->key;
   for (int side = 0; side < 2 * NDIM; ++side) {
     const int64_t d = kith_cells_beside(cells, c, side / 2, side % 2 == 0 ? -1 : 1);
     if (d >= 0 && owner[d] != owner[c]) entry_of(border, begin, c, owner[d])->key &= ~(uint64_t)NO_FACE;
@@ -162,10 +162,10 @@ static int compare_codes(const void *a, const void *b) {
 /* Would rank q with cell c have a neighboring rank that it did not have in the first map? */
 static bool makes_neighbors(const struct border *border, int32_t q, int64_t c) {
   const struct kith_diffusion *self = border->partition->self;
-  struct kith_cell_image image[KITH_CELL_NEIGHBORS];
-  const int n = kith_cells_neighbors(border->partition->cells, c, image, NULL);
+  int64_t neighbor[KITH_CELL_NEIGHBORS];
+  const int n = kith_cells_neighbors(border->partition->cells, c, neighbor);
   for (int k = 0; k < n; ++k) {
-    const int32_t other = image[k].cell == c ? q : border->owner[image[k].cell];
+    const int32_t other = neighbor[k] == c ? q : border->owner[neighbor[k]];
     const uint64_t code = ranks_code(border, q, other);
     if (other != q &&
         bsearch(&code, self->allowed, (size_t)self->n_allowed, sizeof code, compare_codes) == NULL)
@@ -224,7 +224,6 @@ static kith_status diffusion_first(struct kith_partition *partition, int32_t *ow
   struct border border = {.partition = partition, .owner = owner};
   kith_status status = border_find(&border);
   if (status == KITH_OK) status = kith_resize(&self->allowed, 0, border.n_entries, sizeof *self->allowed);
-  if (status == KITH_OK) self->restart = false, self->n_allowed = 0;
   for (size_t i = 0; status == KITH_OK && i < border.n_entries; ++i) {
     const uint64_t code = border.entry[i].key / SCORES;
     if (self->n_allowed == 0 || self->allowed[self->n_allowed - 1] != code)
@@ -235,9 +234,7 @@ static kith_status diffusion_first(struct kith_partition *partition, int32_t *ow
 }
 
 static kith_status diffusion_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
-  const struct kith_diffusion *self = partition->self;
   const size_t n = (size_t)partition->n_ranks;
-  if (self->restart) KITH_TRY(diffusion_first(partition, owner));
   struct border border = {.partition = partition, .owner = owner};
   double *load = NULL;
   KITH_TRY(kith_resize(&load, 0, 2 * n, sizeof *load));
@@ -248,14 +245,14 @@ static kith_status diffusion_update(struct kith_partition *partition, const doub
   return status;
 }
 
-static void diffusion_command(struct kith_partition *partition, int word) {
+static void diffusion_option(struct kith_partition *partition, int word) {
   struct kith_diffusion *self = partition->self;
   if (word <= KITH_SECOND_ORDER)
     self->flow = (enum kith_diffusion_flow)word;
   else if (word <= KITH_SECOND_ORDER + 2)
     self->fixed = word == KITH_SECOND_ORDER + 1;
   else
-    self->on_morton = word == KITH_SECOND_ORDER + 4, self->restart = true;
+    self->on_morton = word == KITH_SECOND_ORDER + 4;
 }
 
 static void diffusion_clear(struct kith_partition *partition) {
@@ -271,7 +268,7 @@ const struct kith_partitioner_ops kith_partitioner_diffusion = {
         "fixed|free|"                        /* the neighborhood: that of the start, or any */
         "cart|morton",                       /* the start */
     .state_size = sizeof(struct kith_diffusion),
-    .command = diffusion_command,
+    .option = diffusion_option,
     .first = diffusion_first,
     .update = diffusion_update,
     .clear = diffusion_clear,

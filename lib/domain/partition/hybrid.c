@@ -1,7 +1,6 @@
 /* hybrid.c - partitioned as a graph once, then balanced by diffusion.
  *
- * The first map and the first update are those of `graph`; all later updates diffuse, until an option
- * requests a graph again. `toggle` requests the one of the two that would not be next. */
+ * The first map and the first update are those of `graph`; all later updates diffuse. */
 #include "lib/domain/partition/partition.h"
 
 struct hybrid {
@@ -19,11 +18,6 @@ static kith_status hybrid_update(struct kith_partition *partition, const double 
 
 static kith_status hybrid_first(struct kith_partition *partition, int32_t *owner) {
   return kith_partitioner_graph.update(partition, NULL, owner);
-}
-
-static void hybrid_command(struct kith_partition *partition, int word) {
-  struct hybrid *self = partition->self;
-  self->diffuse = word == 2 ? !self->diffuse : word == 1;
 }
 
 static size_t hybrid_state(const struct kith_partition *partition, int64_t *word) {
@@ -45,9 +39,7 @@ const struct kith_partitioner_ops kith_partitioner_hybrid = {
 #ifndef KITH_SCOTCH
     .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
 #endif
-    .words = "graph|diffusion|toggle",
     .state_size = sizeof(struct hybrid),
-    .command = hybrid_command,
     .first = hybrid_first,
     .update = hybrid_update,
     .state = hybrid_state,

@@ -24,7 +24,7 @@ static kith_status find_member(const char *text, const struct kith_partitioner_o
   return KITH_OK;
 }
 
-kith_status kith_partition_command(struct kith_partition *partition, const char *words) {
+static kith_status apply_options(struct kith_partition *partition, const char *words) {
   const struct kith_partitioner_ops *ops = partition->ops;
   const char *known = ops->words != NULL ? ops->words : "";
   for (size_t length;; words += length + 1) {
@@ -35,8 +35,8 @@ kith_status kith_partition_command(struct kith_partition *partition, const char 
     kith_choices_format(known, all, sizeof all);
     if (k < 0)
       KITH_FAIL(BAD_INPUT, "partitioner '%s' does not know '%s': %s%s", ops->name, word,
-                ops->words == NULL ? "it has no variants and takes no commands" : "it knows ", all);
-    ops->command(partition, k);
+                ops->words == NULL ? "it has no variants" : "it knows ", all);
+    ops->option(partition, k);
     if (words[length] == '\0') return KITH_OK;
   }
 }
@@ -48,7 +48,7 @@ static kith_status start(struct kith_partition *partition, const char *text) {
   KITH_TRY(kith_resize(&partition->owner, 0, (size_t)partition->cells->n, sizeof *partition->owner));
   if (ops->state_size > 0) KITH_TRY(kith_resize(&partition->self, 0, 1, ops->state_size));
   const char *colon = strchr(text, ':');
-  if (colon != NULL) KITH_TRY(kith_partition_command(partition, colon + 1));
+  if (colon != NULL) KITH_TRY(apply_options(partition, colon + 1));
   return ops->first != NULL ? ops->first(partition, partition->owner)
                             : ops->update(partition, NULL, partition->owner);
 }

@@ -8,8 +8,7 @@
  * update.
  *
  * A partitioner is selected by a text: its name, and after a colon options, separated by commas, that choose
- * a variant or give a command: `cart`, `diffusion:willebeek`, `diffusion:fixed,morton`. Options can also be
- * given later. An option that the member does not have is refused.
+ * a variant: `cart`, `diffusion:willebeek`, `diffusion:fixed,morton`. Others are refused.
  *
  * Weights w_c >= 0 are the work of the cells. KITH_EMPTY_CELL times their mean (1 if all are zero) is added
  * to each, so that empty regions are divided evenly too. A rank may be left without a cell. */
@@ -28,10 +27,10 @@ struct kith_partitioner_ops {
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
   const char *needs; /* the library that is missing in this build; NULL: available */
-  const char *words; /* options: variants and commands, "a|b|c"; NULL: none */
+  const char *words; /* options, "a|b|c"; NULL: none */
   size_t state_size; /* bytes of private state at partition->self, initially zero */
-  /* Applies option number `word`, which takes effect at the next map. NULL without options. */
-  void (*command)(struct kith_partition *partition, int word);
+  /* Applies option number `word`, before the first map. NULL without options. */
+  void (*option)(struct kith_partition *partition, int word);
   /* The first map, without weights, after the options of the text: writes owner[n]. NULL: `update` without
    * weights makes it, where `owner` is that of the partition. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);
@@ -66,10 +65,6 @@ KITH_FAMILY_FUNCTIONS(kith_partitioner);
 kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
                                   const char *text);
 void kith_partition_destroy(struct kith_partition **partition);
-
-/* Options as after the colon, separated by commas. BAD_INPUT at the first unknown one; those before it
- * apply. */
-kith_status kith_partition_command(struct kith_partition *partition, const char *words);
 
 /* A new map from the present one. weight[cells->n]: the work of each cell, in any unit; NULL: equal.
  * *changed = false: no entry of the map changed. BAD_INPUT: a weight that is negative or not finite. After a
@@ -109,7 +104,6 @@ void kith_curve_clear(struct kith_partition *partition);
 struct kith_diffusion {
   enum kith_diffusion_flow { KITH_SCHORNBAUM, KITH_WILLEBEEK, KITH_SECOND_ORDER } flow;
   bool fixed;     /* no new neighbor ranks */
-  bool restart;   /* the next update begins with the start map */
   bool on_morton; /* start map: morton, not cart */
   int64_t n_allowed;
   uint64_t *allowed; /* [n_allowed] neighbors p, q in the start map, as p n_ranks + q, ascending; owned */
