@@ -27,35 +27,27 @@ static double viscosity(const struct kith_measured *m, bool vortices) {
   return NDIM > 1 ? log(start / (flow / norm)) / ((vortices ? 2 : 1) * k * k * m->time) : NAN;
 }
 
-static kith_status shear_viscosity(const struct kith_measured *m, double *value) {
-  *value = viscosity(m, false);
-  return KITH_OK;
+static double shear_viscosity(const struct kith_measured *m) {
+  return viscosity(m, false);
 }
 
-static kith_status vortex_viscosity(const struct kith_measured *m, double *value) {
-  *value = viscosity(m, true);
-  return KITH_OK;
+static double vortex_viscosity(const struct kith_measured *m) {
+  return viscosity(m, true);
 }
 
 /* ---- modes at an interface ---- */
 
-/* Distance from the nearer layer, at 1/4 or 3/4 of a box of side 1; from the middle of the domain. */
-static double from_layer(double y, double side) {
-  (void)side;
-  return fabs(KITH_MIN(y, 1 - y) - 0.25);
-}
-static double from_middle(double y, double side) {
-  return fabs(y - 0.5 * side);
-}
-
-/* 2 |sum w v_y exp(i k x)| / sum w, w = V exp(-k distance). */
-static double amplitude(const struct kith_measured *m, double k, double (*distance)(double y, double side)) {
+/* 2 |sum w v_y exp(i k x)| / sum w, w = V exp(-k distance), the distance from the nearer of two layers, at
+ * 1/4 and 3/4 of a box of side 1, or from the middle of the domain. */
+static double amplitude(const struct kith_measured *m, double k, bool two_layers) {
   const int y = NDIM > 1;
-  const double *lower = m->domain.lower, side = m->domain.upper[y] - lower[y];
+  const double *lower = m->domain.lower, middle = 0.5 * (m->domain.upper[y] - lower[y]);
   double s = 0, c = 0, d = 0;
   for (kith_index i = 0; i < m->nodes->n; ++i) {
     const double *x = m->nodes->position + (size_t)i * NDIM, *v = m->nodes->velocity + (size_t)i * NDIM;
-    const double along = k * (x[0] - lower[0]), w = volume(m, i) * exp(-k * distance(x[y] - lower[y], side));
+    const double along = k * (x[0] - lower[0]), up = x[y] - lower[y];
+    const double distance = fabs(two_layers ? KITH_MIN(up, 1 - up) - 0.25 : up - middle);
+    const double w = volume(m, i) * exp(-k * distance);
     s += w * v[y] * sin(along);
     c += w * v[y] * cos(along);
     d += w;
@@ -63,20 +55,18 @@ static double amplitude(const struct kith_measured *m, double k, double (*distan
   return NDIM > 1 ? 2 * hypot(s, c) / d : NAN;
 }
 
-static kith_status mcnally(const struct kith_measured *m, double *value) {
-  *value = amplitude(m, 4 * M_PI, from_layer);
-  return KITH_OK;
+static double mcnally(const struct kith_measured *m) {
+  return amplitude(m, 4 * M_PI, true);
 }
 
-static kith_status growth(const struct kith_measured *m, double *value) {
-  *value = amplitude(m, 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]), from_middle);
-  if (m->start != NULL) *value = acosh(*value / m->start[KITH_MEASURE_growth]) / m->time;
-  return KITH_OK;
+static double growth(const struct kith_measured *m) {
+  const double now = amplitude(m, 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]), false);
+  return m->start != NULL ? acosh(now / m->start[KITH_MEASURE_growth]) / m->time : now;
 }
 
 /* ---- the ring ---- */
 
-static kith_status spread(const struct kith_measured *m, double *value) {
+static double spread(const struct kith_measured *m) {
   double mass = 0, sum = 0, squares = 0;
   for (int pass = 0; pass < 2; ++pass)
     for (kith_index i = 0; i < m->nodes->n; ++i) {
@@ -86,8 +76,7 @@ static kith_status spread(const struct kith_measured *m, double *value) {
       else
         squares += m->nodes->mass[i] * (r - sum / mass) * (r - sum / mass);
     }
-  *value = sqrt(squares / mass) / (m->start != NULL ? m->start[KITH_MEASURE_spread] : 1);
-  return KITH_OK;
+  return sqrt(squares / mass) / (m->start != NULL ? m->start[KITH_MEASURE_spread] : 1);
 }
 
 /* ---- separation: nodes in the order of x, each against the next ones that are near enough along x ---- */
@@ -101,33 +90,31 @@ static int by_x(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-static kith_status separation(const struct kith_measured *m, double *value) {
+static double separation(const struct kith_measured *m) {
   struct place *p = NULL;
   const kith_index n = m->nodes->n;
   double widest = 0, least = INFINITY;
-  KITH_TRY(kith_resize(&p, 0, (size_t)n, sizeof *p));
+  if (n < 2 || kith_resize(&p, 0, (size_t)n, sizeof *p) != KITH_OK) return NAN;
   for (kith_index i = 0; i < n; ++i) {
     for (int a = 0; a < NDIM; ++a) p[i].x[a] = m->nodes->position[i * NDIM + a];
     p[i].spacing = pow(volume(m, i), 1.0 / NDIM);
     widest = KITH_MAX(widest, p[i].spacing);
   }
-  if (n > 0) qsort(p, (size_t)n, sizeof *p, by_x);
+  qsort(p, (size_t)n, sizeof *p, by_x);
   for (kith_index i = 0; i < n; ++i)
     for (kith_index j = i + 1; j < n && p[j].x[0] - p[i].x[0] <= least * widest; ++j)
       least = KITH_MIN(least, 2 * sqrt(kith_distance2(p[i].x, p[j].x)) / (p[i].spacing + p[j].spacing));
   kith_free(&p);
-  *value = n > 1 ? least : NAN;
-  return KITH_OK;
+  return least;
 }
 
-static kith_status transmitted(const struct kith_measured *m, double *value) {
+static double transmitted(const struct kith_measured *m) {
   const double middle = 0.5 * (m->domain.lower[0] + m->domain.upper[0]);
   double heat = 0, area = 1;
   for (int a = 1; a < NDIM; ++a) area *= m->domain.upper[a] - m->domain.lower[a];
   for (kith_index i = 0; i < m->nodes->n; ++i)
     if (m->nodes->position[(size_t)i * NDIM] > middle) heat += m->nodes->mass[i] * m->nodes->energy[i];
-  *value = heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
-  return KITH_OK;
+  return heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
 }
 
 /* ---- the list ---- */
@@ -138,11 +125,11 @@ const char *const kith_measure_names[KITH_N_MEASURES] = {
 #undef X
 };
 
-kith_status kith_measure_take(enum kith_measure which, const struct kith_measured *m, double *value) {
-  static kith_status (*const take[KITH_N_MEASURES])(const struct kith_measured *, double *) = {
+double kith_measure_take(enum kith_measure which, const struct kith_measured *m) {
+  static double (*const take[KITH_N_MEASURES])(const struct kith_measured *) = {
 #define X(name, doc) name,
       KITH_MEASURE_LIST(X)
 #undef X
   };
-  return take[which](m, value);
+  return take[which](m);
 }

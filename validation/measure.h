@@ -1,32 +1,23 @@
 /* measure.h - numbers that characterize a scene without an exact solution, taken from the nodes at the end of
  * a run: chosen by the scene's key `measure`, and found in the report under `measures`.
  *
- *   shear_viscosity    of the mode e = sin(k x) along y, k = 2 pi / L, L the length of the domain along x.
- *                      Not in 1-D: NaN
- *   vortex_viscosity   of the mode e = (sin k x cos k y, -cos k x sin k y), Taylor and Green's. Not in 1-D:
- *                      NaN. Viscosity nu damps the amplitude a = sum V v.e / sum V e.e as exp(-nu K^2 t), K^2
- *                      = k^2 for shear, 2 k^2 for the vortices. a(0) is taken from the kinetic energy of the
- *                      start, M a^2 / 4 for both. Noise does not count, as it would in the kinetic energy of
- *                      the end
+ *   shear_viscosity    of the mode e = sin(k x) along y, k = 2 pi / L, L the length of the domain along x
+ *   vortex_viscosity   of the mode e = (sin k x cos k y, -cos k x sin k y), Taylor and Green's. Viscosity nu
+ *                      damps the amplitude a = sum V v.e / sum V e.e as exp(-nu K^2 t), K^2 = k^2 for shear,
+ *                      2 k^2 for the vortices; M a^2 / 4 is the kinetic energy of the start for both
  *   mcnally            amplitude of a Kelvin-Helmholtz mode of two waves in a box of side 1, layers at 1/4
- *                      and 3/4 (McNally, Lyra and Passy, Astrophys. J. Suppl. 201 (2012) 18): with weights w
- *                      = V exp(-4 pi |y' - 1/4|), y' = y or 1 - y, whichever is in the lower half, 2 |sum w
- *                      v_y exp(4 pi i x)| / sum w; x, y from the lower corner of the domain. Not in 1-D: NaN
+ *                      and 3/4 (McNally, Lyra and Passy, Astrophys. J. Suppl. 201 (2012) 18)
  *   growth             rate of a Rayleigh-Taylor mode of one wave along x, at an interface in the middle of
- *                      the domain along y: its amplitude a = 2 |sum w v_y exp(i k x)| / sum w, w = V exp(-k
- *                      |y - middle|), grows as a(0) cosh(rate t) while it is small, if the flow starts as a
- *                      mode with the interface at rest. At most sqrt(A g k), A = (rho1 - rho2) / (rho1 +
- *                      rho2). NaN in 1-D, and if it shrinks
+ *                      the domain along y: its amplitude a grows as a(0) cosh(rate t) while it is small, if
+ *                      the interface starts at rest. NaN if it shrinks
  *   spread             of a ring about the center: standard deviation of the radius of the masses, over that
  *                      at the start
  *   separation         least distance of two nodes over the mean of their spacings V^(1/NDIM): 1 on a lattice
- *                      of cubes, 1.12 in fcc, some 0.7 in a glass, to 0 where nodes pair. Images across
- *                      periodic faces do not count
+ *                      of cubes, some 0.7 in a glass, to 0 where nodes pair. Images do not count
  *   transmitted        heat, per area across x, that has passed the middle of the domain along x: internal
  *                      energy beyond it, less that at the start; nodes must not pass it
  *
- * V = mass / density. Serial: a few sweeps over the nodes, for separation over those within a spacing along x
- * of each. */
+ * V = mass / density. Modes along y are NaN in 1-D. Serial: a few sweeps over the nodes. */
 #ifndef KITH_VALIDATION_MEASURE_H
 #define KITH_VALIDATION_MEASURE_H
 
@@ -63,6 +54,6 @@ enum kith_measure {
 extern const char *const kith_measure_names[KITH_N_MEASURES];
 
 /* NaN for what cannot be told. */
-kith_status kith_measure_take(enum kith_measure which, const struct kith_measured *m, double *value);
+double kith_measure_take(enum kith_measure which, const struct kith_measured *m);
 
 #endif

@@ -126,9 +126,6 @@ struct bin {
   double mass, volume, moment, flow; /* sums of m, V, V times place, V times speed */
 };
 
-static double bin_place(const struct bin *b) {
-  return b->moment / b->volume;
-}
 static double bin_speed(const struct bin *b) {
   return b->flow / b->volume;
 }
@@ -148,20 +145,13 @@ static void fill_bins(struct bin *bin, const struct measure *m, double origin, d
   }
 }
 
-/* Mean volume of the nodes within `distance` of the exact shock; 0 if there are none. */
-static double volume_near_shock(const struct measure *m, double distance) {
+/* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. */
+static double spacing_near_shock(const struct measure *m, double distance) {
   double sum = 0;
   kith_index count = 0;
   for (kith_index i = 0; i < m->nodes->n; ++i)
     if (inside(m, i) && fabs(coordinate(m, i) - m->shock) <= distance) sum += volume(m, i), ++count;
-  return count > 0 ? sum / count : 0;
-}
-
-/* Mean node spacing at the exact shock, or in the window if no node is near the shock. */
-static double spacing_at_shock(const struct measure *m) {
-  const double everywhere = pow(volume_near_shock(m, INFINITY), 1.0 / NDIM);
-  const double near = pow(volume_near_shock(m, 4 * everywhere), 1.0 / NDIM);
-  return near > 0 ? near : everywhere;
+  return count > 0 ? pow(sum / count, 1.0 / NDIM) : 0;
 }
 
 /* Exact state beside the exact shock: its density, and its outward speed. */
@@ -185,7 +175,8 @@ static double crossing(const struct bin *bin, int out, double level) {
     if (out * bin_speed(b) >= level) {
       if (before == NULL) return 0; /* the window begins behind the shock */
       const double s = (level - out * bin_speed(before)) / (out * (bin_speed(b) - bin_speed(before)));
-      return bin_place(before) + s * (bin_place(b) - bin_place(before));
+      const double place = before->moment / before->volume;
+      return place + s * (b->moment / b->volume - place);
     }
     before = b;
   }
@@ -251,7 +242,8 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                              .nodes = sums.nodes,
                              .shock_exact = shock};
   if (sums.nodes > 0) {
-    const double spacing = spacing_at_shock(&m);
+    const double mean = spacing_near_shock(&m, INFINITY), near = spacing_near_shock(&m, 4 * mean);
+    const double spacing = near > 0 ? near : mean;
     struct bin *bin = NULL;
     KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
     if (shock != 0) norms.shock_radius = shock_radius(&m, bin, spacing);

@@ -47,25 +47,21 @@ struct kith_profile_view {
   const double *position, *velocity, *mass, *density, *pressure, *energy;
 };
 
-/* Only nodes inside the window count, for every member of *out. Cost: one state() per node, on all threads,
- * and a few sweeps over the nodes. This process's nodes only. DIVERGED, with the node and the value, if a
- * value is not finite or a density or mass not positive. Members of *out are set on success only.
+/* Cost: one state() per node, on all threads, and a few sweeps over the nodes of this process. DIVERGED, with
+ * the node and the value, if a value is not finite or a density or mass not positive; *out is then unchanged.
  *
  * The measured shock. Nodes are binned by distance from the center (or along axis 0), bins one mean node
  * spacing wide: (mean V)^(1/NDIM) of the nodes within four mean spacings of the exact shock. A bin's speed is
- * sum V u / sum V, u along the outward direction, its place sum V r / sum V; empty bins are left out. From
- * outside inwards (outside is where the exact density is lower), the shock is where the bins' speed first
- * rises through
+ * sum V u / sum V along the outward direction, its place sum V r / sum V. From outside inwards (outside is
+ * where the exact density is lower), the shock is where the bins' speed first rises through
  *
  *   (ahead + min(peak, behind)) / 2,   ahead, behind: exact speeds at the two sides of the exact shock,
  *                                      peak: largest speed of a bin,
  *
- * by linear interpolation. Speed, not density: behind a blast density falls within a tenth of the radius, so
- * that a smeared density crosses half its peak far outside (4 % at sigma = 0.06 R), while speed falls slowly,
- * and across a viscous shock it is speed that goes with the specific volume, so half of it halves the layer.
- * A step smeared symmetrically is found where it is. A Sedov blast whose speed is smeared by a Gaussian is
- * found outside, by 0.1 % of R for sigma = 0.015 R, 0.7 % for 0.045 R, 1.5 % for 0.07 R, 2.7 % for 0.1 R: the
- * peak is a corner and drops. Choose a window that ends before other waves begin. */
+ * by linear interpolation. Speed, not density: behind a blast a smeared density crosses half its peak far
+ * outside, while speed falls slowly. A step smeared symmetrically is found where it is, a Sedov blast smeared
+ * by a Gaussian outside: by 0.1 % of R for sigma = 0.015 R, 0.7 % for 0.045 R, 2.7 % for 0.1 R. Choose a
+ * window that ends before other waves begin. */
 kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_ops *ops, const void *solution,
                                double time, const struct kith_window *window,
                                const struct kith_profile_view *nodes);

@@ -9,10 +9,9 @@
  * reference loops can be compared.
  *
  * Bytes are counted by the stages that walk over lists (counter "bytes"): each array that a stage needs, from
- * memory once, read or written, ghosts included; a neighbor that several rows share is counted once, and what
- * a store reads before it writes is not counted, neither here nor for the triad. So they are the least that
- * this data layout moves, and the share of the triad says how far a stage is from its memory bound: the rest
- * is arithmetic, latency and cache misses. */
+ * memory once, read or written, ghosts included. They are the least that this data layout moves, and the
+ * share of the triad says how far a stage is from its memory bound: the rest is arithmetic, latency and cache
+ * misses. */
 #include "app/cli/options.h"
 
 #include <math.h>

@@ -10,24 +10,22 @@
  *                  region the longest axis makes up for the rounding of the others (kith_lattice_balance).
  *   equal-spacing  v = resolution^-NDIM in all regions; the mass follows the density
  *
- * A displacement moves a node too, and stretches its volume as it stretches the lattice there. A region's own
- * `spacing` stands instead, and its density does not count for the others. Jitter moves a node after this
- * choice, by a function of seed and id alone; state and mass are taken where it then is. Energy comes from
- * the pressure through the equation of state. Support: H = (neighbors / ball * v)^(1/NDIM), a first guess.
+ * A region's own `spacing` stands instead, and its density does not count for the others. A displacement
+ * moves a node and stretches its volume as it stretches the lattice there; jitter moves it by a function of
+ * seed and id alone; state and mass are taken where it then is. Energy comes from the pressure through the
+ * equation of state. Support: H = (neighbors / ball * v)^(1/NDIM), a first guess.
  *
  * BAD_INPUT, with file and line: a region outside of the domain, without a node, or with a site inside
  * another region; density <= 0, pressure < 0, energy < 0 or values that are not finite, with the place; a
  * scene beyond 1e9 nodes.
  *
  * Regions in equilibrium: a package computes the density by its own sum, and with that the pressure would not
- * be the one that the scene gives. Their energy is set when this density is known, after the first
- * evaluation, by kith_initial_conditions_equilibrium; then the deposits are added.
+ * be the one that the scene gives. Their energy is set after the first evaluation, and then the deposits are
+ * added (kith_initial_conditions_equilibrium).
  *
- * With several ranks each creates all nodes, and then keeps its own (kith_simulation_distribute): this needs
- * no message and gives the same ids, but the memory of all nodes on every rank at the start.
- *
- * Nodes are created region by region within their list, id = index: 0 .. n - 1. Use kith_nodes_curve_order
- * after. Serial, a few 1e6 nodes per second (formulas of a region share one parser). */
+ * With several ranks each creates all nodes, and then keeps its own (kith_simulation_distribute): no message,
+ * the same ids, but the memory of all nodes on every rank at the start. Nodes are created region by region
+ * within their list, id = index: 0 .. n - 1. Serial, a few 1e6 nodes per second. */
 #ifndef KITH_APP_INITIAL_INITIAL_CONDITIONS_H
 #define KITH_APP_INITIAL_INITIAL_CONDITIONS_H
 

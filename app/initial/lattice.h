@@ -12,15 +12,11 @@
  *       hcp    a, 3^(1/2) a,    a = 2^(1/6) s       (1/4 5/6 1/4) (3/4 1/3 1/4) (1/4 1/6 3/4) (3/4 2/3 3/4),
  *              (8/3)^(1/2) a                        rows along x, layers along z
  *
- * An axis has extent / side cells, rounded (a half rounds up whatever the round-off), at least 1; cells are
- * stretched to fit. So every lattice continues exactly across periodic faces, and no site is on a face.
+ * An axis has extent / side cells, rounded, at least 1; cells are stretched to fit. So every lattice
+ * continues exactly across periodic faces, and no site is on a face.
  *
- * Mirrors. Along each axis the layers of sites lie symmetric about the middle of the box. Only cubic
- * continues exactly through a reflecting face. The others continue by a glide: layers keep their distance,
- * but the image is off sideways, by half a cell along y and z (bcc), along one of them (fcc), along the other
- * axis (2-D), and for hcp by half a cell along y (x faces), along z (y faces) and a third along y, up or down
- * (z faces). In bcc, fcc and hcp no plane between layers is a mirror: to do better, sites would have to be on
- * the face. */
+ * Along each axis the layers of sites lie symmetric about the middle of the box. Only cubic continues exactly
+ * through a reflecting face: the images of the others keep the distance of layers, but are off sideways. */
 #ifndef KITH_APP_INITIAL_LATTICE_H
 #define KITH_APP_INITIAL_LATTICE_H
 

@@ -3,13 +3,10 @@
  *
  * Written to the directory: profile.dat (a row a node: place, density, velocity, pressure, energy), exact.dat
  * (the same columns of the exact solution, dense) and plot.gp (figure.h), from which gnuplot makes plot.png;
- * it can be changed and run again there by hand. The place is x; for a radial solution the
- * distance from its center, as far as 1.6 radii of the exact shock, and the velocity is the one along that.
- * Of more than 20000 nodes profile.dat has 20000, one from each of as many equal stretches of the node order,
- * picked by a fixed hash: the same in every run.
- *
- * A picture is no reason to lose a run: what goes wrong with gnuplot is a warning on stderr, and the caller
- * shows a failure to write the files as one. */
+ * it can be changed and run again there by hand. The place is x; for a radial solution the distance from its
+ * center, as far as 1.6 radii of the exact shock, and the velocity is the one along that. Of more than 20000
+ * nodes profile.dat has 20000, one from each of as many equal stretches of the node order. What goes wrong
+ * with gnuplot is a warning on stderr. */
 #ifndef KITH_APP_OUTPUT_PLOT_H
 #define KITH_APP_OUTPUT_PLOT_H
 

@@ -4,20 +4,16 @@
  *
  *   seconds = steps * evaluations * t_start * growth
  *
- * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene
- * itself. steps and growth come from two calibration runs, the whole scene at lower resolutions r1 < r2.
- * steps: on the straight line through both (the number of Courant steps is proportional to the resolution,
- * that of the starting phase is constant). growth: mean time of an evaluation along the run over that at
- * its start; it holds longer support iterations, nodes out of order, and the rebuilds that Verlet lists
- * save.
+ * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene itself.
+ * steps and growth come from two calibration runs, the whole scene at lower resolutions r1 < r2. steps: on
+ * the straight line through both (the number of Courant steps is proportional to the resolution, that of the
+ * starting phase is constant). growth: mean time of an evaluation along the run over that at its start.
  *
- * Many: what N ranks would have of a scene, counted by one process.
- * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
- * start, as a run measures it. A partitioner makes its first map and continues until it changes nothing (at
- * most 20 times). Then
- *   ghosts        every node, for every rank that has a cell which it is near (lib/domain/cell_bounds.h), as
- *                 a periodic image too, and every mirror image that the lists of one process have: what the
- *                 halo sends before culling */
+ * Many: what N ranks would have of a scene, counted by one process. The cells are those of a run
+ * (lib/domain/decomposition.h); their work is nodes and row entries at the start. A partitioner makes its
+ * first map and continues until it changes nothing (at most 20 times). The ghosts are what the halo sends
+ * before culling: every node, for every rank that has a cell which it is near (lib/domain/cell_bounds.h), as
+ * a periodic image too, and every mirror image that the lists of one process have. */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 

@@ -4,17 +4,15 @@
  *   file.yaml:7: scheme.cfl: -1 is out of range [0, 1000]
  *   --set scheme.cfl: -1 is out of range [0, 1000]
  *
- * Parsed by libyaml. Overrides "a.b.c=value" (value is YAML; entries of lists are counted from 0:
- * regions.0.density=2) replace a value or add it; their location reads "--set a.b.c". Typed reading is in
- * params.h.
+ * Parsed by libyaml. Overrides "a.b.c=value" (value is YAML; entries of lists are counted from 0) replace a
+ * value or add it. Typed reading is in params.h.
  *
  * A scene may begin with `base: other.yaml` (found from its own folder): it is then that other scene, but for
- * its name, with every further key put over it as by --set, dots and all: `regions.0.pressure: 1000`. The
- * base may have a base.
+ * its name, with every further key put over it as by --set: `regions.0.pressure: 1000`. The base may have a
+ * base.
  *
- * Refused: what libyaml refuses, anchors, aliases and tags, more than one document, keys that are not words,
- * the same key twice, control characters, more than 256 keys in a map, nesting deeper than 32, files above 1
- * MiB. */
+ * Refused: what libyaml refuses, anchors, aliases and tags, a second document, keys that are not words, the
+ * same key twice, more than 256 keys in a map, nesting deeper than 32, files above 1 MiB. */
 #ifndef KITH_APP_SCENE_CONFIG_H
 #define KITH_APP_SCENE_CONFIG_H
 

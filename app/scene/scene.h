@@ -2,16 +2,10 @@
  *
  * Each key is read in one place, by a row of a table (lib/core/param.h) with default, range and meaning; the
  * reference of a scene (kith list scene) and the error messages come from the same tables. Everything that
- * can be wrong in the file is found here, before anything runs, but for what needs nodes (empty or
- * overlapping regions: app/initial).
+ * can be wrong in the file is found here, before anything runs, but for what needs nodes (app/initial).
  *
- * One file serves all dimensions: vectors may have more entries than NDIM, axes beyond NDIM are ignored, and
- * any single value may be {1d: .., 2d: .., 3d: ..}. A key without a value (`skin:`, `--set skin=`) is as if
- * it were not given.
- *
- * An exact solution derives its parameters from the rest of the scene (validation/exact/exact.h), as far as
- * that is constant in space; values under `exact` replace derived ones, and what cannot be derived is
- * required. */
+ * One file serves all dimensions: axes beyond NDIM are ignored, and any single value may be {1d: .., 2d: ..,
+ * 3d: ..}. A key without a value (`skin:`, `--set skin=`) is as if it were not given. */
 #ifndef KITH_APP_SCENE_SCENE_H
 #define KITH_APP_SCENE_SCENE_H
 

@@ -1,16 +1,15 @@
 /* chart.c - error against cost: `kith chart SUITE`, and `kith chart list`.
  *
  * Runs every method of a suite (study.h) at every resolution, one run at a time so that they do not share
- * caches and memory, with one thread unless --threads says otherwise. Before anything runs, `kith plan`
- * checks the settings of every method. A run that fails is a point with a reason; an interrupted chart goes
- * on when it is started again. DIR: -o, or out/chart/NAME.
+ * caches and memory, with one thread unless --threads says otherwise. A run that fails is a point with a
+ * reason. DIR: -o, or out/chart/NAME.
  *
- *   DIR/chart.md             for each norm a table: observed orders, the cost at a given error, who is on the
- *                            Pareto front (nothing is both cheaper and more accurate), which points of other
- *                            codes lie above that front; and the runs that failed. Also on stdout.
- *   DIR/chart.png            errors against CPU-seconds, against pair evaluations (the same on any machine)
- *                            and against resolution, by gnuplot from DIR/chart.gp
- *   DIR/points.csv           all points
+ *   DIR/chart.md    for each norm a table: observed orders, the cost at a given error, who is on the Pareto
+ *                   front (nothing is both cheaper and more accurate), which points of other codes lie above
+ *                   that front; and the runs that failed. Also on stdout.
+ *   DIR/chart.png   errors against CPU-seconds, against pair evaluations (the same on any machine) and
+ *                   against resolution, by gnuplot from DIR/chart.gp
+ *   DIR/points.csv  all points
  *
  * Exit code: 0; 1 if a run failed or the results cannot be written; 2 if the suite or the command line is
  * wrong. */

@@ -2,9 +2,8 @@
  * inputs/stress/sweeps.yaml by default; `kith stress list`.
  *
  * A sweep varies one parameter of one scene, from mild to hard, for every method; a bound on a measure says
- * what still counts as working. The answer is which values pass: up to which one, as a rule. A run that
- * fails, or takes more than two minutes of processor time, does not pass, and the reason is kept. Sweeps and
- * methods are data (study.h). What was interrupted goes on when it is started again.
+ * what still counts as working. The answer is which values pass. A run that fails, or takes more than two
+ * minutes of processor time, does not pass, and the reason is kept.
  *
  * On stdout, and in DIR/stress.md (-o, out/stress by default): a table, sweep by method; the file has also
  * the bounds, and why runs did not pass. DIR/points.csv has all runs, DIR/stress.png the measures.

@@ -11,7 +11,7 @@
  * What `kith chart` and `kith stress` have in common: suites, each a scene with methods and values of what is
  * varied, whose jobs run one after the other; a text and a figure are written of the points.
  *
- * A suite for `kith chart` is a small YAML file:
+ * A suite for `kith chart` is a YAML file:
  *
  *   scene: sod                        # a scene of inputs, or a path, relative to the suite's folder
  *   dimension: 1                      # none: the scene's
@@ -21,19 +21,17 @@
  *   resolution: [50, 100, 200]        # ascending
  *   norms: [density.l1, velocity.l1]  # what is charted: norms of the report
  *   targets: [0.01, 0.02]             # for each norm the error at which costs are compared; none: the
- *                                   # largest at the finest resolution
+ *                                     # largest at the finest resolution
  *   reference_codes:                  # points of other codes, measured elsewhere, that are shown beside
- *     - {code: SWIFT, version: v1, machine: 2 cores, resolution: 50, cpu_seconds: 3, norms: {density.l1:
- *     0.1}}
+ *     - {code: SWIFT, version: v1, machine: 2 cores, resolution: 50, cpu_seconds: 3,
+ *        norms: {density.l1: 0.1}}
  *
- * A file of sweeps for `kith stress` has `methods` as above and `sweeps`, a list of
+ * A file of sweeps for `kith stress` has `methods`, and `sweeps`, each with scene, dimension and settings,
+ * and
  *
- *   - name: cfl-sod
+ *     name: cfl-sod
  *     parameter: Courant number              # what is varied
- *     scene: sod
- *     dimension: 1
- *     settings: {resolution: 100}            # for every run
- *     measure: norms.density.l1              # as above
+ *     measure: norms.density.l1
  *     at_most: 1.1                           # or at_least: what still counts as working
  *     of_first: true                         # the measure over its value at the first value of the method
  *     reason: errors of the steps stay below a tenth of those of the nodes
@@ -41,11 +39,10 @@
  *
  * The order in which settings apply: settings, --set of the command line, method, value.
  *
- * DIR/points.csv has one line for each job. A run goes to DIR/runs/NAME.part and gets the directory
- * DIR/runs/NAME once it has finished, without its snapshots; NAME ends with a hash of the scene's text, of
- * the settings and of the program's version. A job whose directory is there is read, not run again, so a
- * study that was interrupted goes on, and it may grow. A failed run leaves its reason in
- * DIR/runs/NAME.failed; remove that file to try it again. What a run prints is in DIR/runs/NAME.log. */
+ * DIR/points.csv has one line for each job. A run gets the directory DIR/runs/NAME once it has finished,
+ * without its snapshots, NAME.log what it printed, and, if it failed, NAME.failed the reason; NAME ends with
+ * a hash of the scene's text, of the settings and of the program's version. A job that is there is read, not
+ * run again, so a study that was interrupted goes on, and it may grow. */
 #ifndef KITH_APP_STUDY_STUDY_H
 #define KITH_APP_STUDY_STUDY_H
 

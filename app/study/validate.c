@@ -7,10 +7,6 @@
  *   ranks   inputs/validation/ranks.yaml: runs of many processes against those of one
  *   FILE    rows of one's own, see validate_rows.h
  *
- * A row starts the program of its dimension, which stands beside this one, on a scene of the directory
- * `inputs` (looked for beside the program and above it, then in the working directory), and reads what it
- * measures from the report.
- *
  * One line per row on stdout, with the energy conservation error and the floors of its run, and whether it
  * ends in the same state as the row that it is compared with; and in DIR/validation.csv (-o, out/validate by
  * default), with all norms and where the bound comes from; what the runs print is in DIR/ROW.log.

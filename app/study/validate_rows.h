@@ -27,10 +27,9 @@
  *
  * What the group says holds for its rows where they say nothing; its settings come before theirs. Every row
  * is run as it is, on one process with one thread; then once for each value of the longest factor, where run
- * k of row i takes value (i + k) mod n of every other factor with n values. So every row meets every value of
- * the longest factor, and with enough rows two values of any two factors meet, if the numbers of values of
- * the other factors have no common divisor. These runs are called ROW.RxT.VALUE..., and compared with the
- * row. */
+ * k of row i takes value (i + k) mod n of every other factor with n values: with enough rows two values of
+ * any two factors meet, if these n have no common divisor. These runs are called ROW.RxT.VALUE..., and
+ * compared with the row. */
 #ifndef KITH_APP_STUDY_VALIDATE_ROWS_H
 #define KITH_APP_STUDY_VALIDATE_ROWS_H
 

@@ -1,13 +1,12 @@
 /* exact.h - exact solutions a run is compared with: one family, chosen by name from the scene.
  *
- * A solution gives the state at a place and a time. Space is always given as x[NDIM]; radial solutions use r
- * = |x - center|, vortices the distance from the axis that runs through the center along axis 2. Gases are
- * ideal: pressure = (gamma - 1) density energy. Each member's mathematics, source, limits and parameters
- * stand in its file; what a scene need not give, because it follows from the rest of the scene, the member
- * derives. `kith list exact` lists them.
+ * A solution gives the state at a place x[NDIM] and a time; radial solutions use r = |x - center|, vortices
+ * the distance from the axis through the center along axis 2. Gases are ideal: pressure = (gamma - 1) density
+ * energy. Mathematics, source, limits and parameters stand in the file of each; what follows from the rest of
+ * a scene the member derives. `kith list exact` lists them.
  *
- * create() may turn off GSL's error handler for the process (it would abort): errors of GSL come back as
- * status. After create a solution is read-only: any number of threads may ask it. */
+ * create() may turn off GSL's error handler for the process, which would abort: errors come back as status.
+ * After create a solution is read-only: any number of threads may ask it. */
 #ifndef KITH_VALIDATION_EXACT_EXACT_H
 #define KITH_VALIDATION_EXACT_EXACT_H
 
@@ -77,12 +76,12 @@ struct kith_exact_ops {
                    * need not be that of an ideal gas */
 };
 
-#define KITH_EXACT_LIST(X)                                                                              \
-  X(riemann)                                                                                            \
-  X(sedov)                                                                                              \
-  X(noh)                                                                                                \
-  X(gresho) X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform) X(decaying_wave) \
-      X(slabs)
+#define KITH_EXACT_LIST(X) \
+  X(riemann)               \
+  X(sedov)                 \
+  X(noh)                   \
+  X(gresho)                \
+  X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform) X(decaying_wave) X(slabs)
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X

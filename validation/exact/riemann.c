@@ -8,12 +8,9 @@
  *                         B = (g - 1) / (g + 1) p_K
  *   else, a rarefaction:  f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)
  *
- * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bisected in ln p. If
- * the left side is not negative at p = 0 there is no such p: the gases part and leave a vacuum, whose
- * velocity is set to x / t.
- *
- * The right-running wave is sampled as it is and the left-running one in the mirror, so one code does
- * both. */
+ * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bisected in ln p. If the left side is not
+ * negative at p = 0 the gases part and leave a vacuum, whose velocity is set to x / t. The left-running wave
+ * is the right-running one in the mirror. */
 #include "validation/exact/exact_parameters.h"
 
 struct settings {
@@ -58,10 +55,8 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
   const struct kith_exact_region *left = &scene->region[0], *right = &scene->region[1];
   if (scene->n_regions == 1) derive_vacuum(s, scene);
   if (scene->n_regions != 2) return;
-  if (left->lower[0] > right->lower[0] || left->upper[0] > right->upper[0]) {
-    right = left;
-    left = &scene->region[1];
-  }
+  if (left->lower[0] > right->lower[0] || left->upper[0] > right->upper[0])
+    left = &scene->region[1], right = &scene->region[0];
   const double a = left->upper[0], b = right->lower[0], length = scene->upper[0] - scene->lower[0];
   if (!(fabs(a - b) <= 1e-12 * length)) return; /* they do not touch, or are not split along x */
   s->interface_position = a;

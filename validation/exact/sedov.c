@@ -16,19 +16,16 @@
  * Three cases, by how n compares with (2 + j (gamma-1)) V at the shock:
  *   standard  more:  gas fills the sphere; w and g become powers of x at the center. Tabulated in ln x.
  *   singular  equal: V is the same everywhere, g and h are powers of x.
- *                    omega = (j (3-gamma) + 2 gamma - 2) / (gamma+1).
  *   vacuum    less:  V rises to 1 at some x_v, inside of which there is nothing. Integrated along the path of
  *                    ln x and z = -ln(1-V), which is smooth up to there, and tabulated in ln(ln x - ln x_v),
  *                    of which ln g and z are straight lines near the edge.
  *
- * They are integrated inwards once (gsl_odeiv2), with alpha = (2/n)^2 S_j int (g x^2 V^2 / 2 + h / (gamma-1))
- * x^(j-1) dx beside them (S_j = 2, 2 pi, 4 pi: E counts both sides of a plane), densely at the shock; state()
- * interpolates with cubics.
+ * They are integrated inwards once, with alpha = (2/n)^2 S_j int (g x^2 V^2 / 2 + h / (gamma-1)) x^(j-1) dx
+ * beside them (S_j = 2, 2 pi, 4 pi: E counts both sides of a plane); state() interpolates with cubics.
  *
- * Limits: the shock is taken as strong: the ambient pressure is returned ahead of it but neglected in the
- * solution. omega < j, so that mass is finite. Without a gradient density falls to 0 at the center and energy
- * diverges there, in 3-D so fast that its L1 norm does: g is floored at 1e-100 and x at e^-30 to keep them
- * finite; so is r of the undisturbed density, at 1e-9. */
+ * The ambient pressure is returned ahead of the shock but neglected in the solution. omega < j, so that mass
+ * is finite. At the center energy diverges, in 3-D so fast that its L1 norm does: g is floored at 1e-100 and
+ * x at e^-30; so is r of the undisturbed density, at 1e-9. */
 #include "lib/core/vec.h"
 #include "validation/exact/exact_parameters.h"
 
@@ -81,16 +78,11 @@ struct row {
 struct sedov {
   struct kith_exact_gas gas;
   enum kind kind;
-  double omega, radius1; /* radius1: R at time 1 */
-  double ln_void;        /* vacuum: ln x_v */
-  int rows;              /* intervals in use */
+  double omega, n, radius1; /* radius1: R at time 1 */
+  double ln_void;           /* vacuum: ln x_v */
+  int rows;                 /* intervals in use */
   struct row row[ROWS + 1];
 };
-
-/* n */
-static double power(double omega) {
-  return NDIM + 2 - omega;
-}
 
 /* h at ln x = y. From logarithms: near the center g x^2 / w is a number when its parts are not. */
 static double similarity_pressure(double gamma, double y, double v, double ln_w, double ln_g) {
@@ -101,8 +93,7 @@ static double similarity_pressure(double gamma, double y, double v, double ln_w,
 static double rise(const struct sedov *s, double v, double w) {
   const double gamma = s->gas.gamma;
   if (s->kind == SINGULAR) return 0; /* rounding would grow */
-  return v * (power(s->omega) - v * (2 + NDIM * (gamma - 1))) /
-         (gamma * (gamma - 1) * v * v - 2 * (1 - v) * w);
+  return v * (s->n - v * (2 + NDIM * (gamma - 1))) / (gamma * (gamma - 1) * v * v - 2 * (1 - v) * w);
 }
 
 /* d(energy integral) / d ln x. */
@@ -190,13 +181,6 @@ static kith_status integrate(struct sedov *s, double *energy) {
   return status;
 }
 
-/* V at the shock against the V that would stay. */
-static enum kind kind_of(double gamma, double omega) {
-  const double n = power(omega), moving = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1);
-  if (fabs(n - moving) < 1e-9 * n) return SINGULAR;
-  return n > moving ? STANDARD : VACUUM;
-}
-
 static kith_status check(const void *settings) {
   const struct settings *p = settings;
   if (p->omega < NDIM) return KITH_OK;
@@ -210,11 +194,14 @@ static kith_status sedov_create(void **self, const void *settings) {
   gsl_set_error_handler_off();
   KITH_TRY(kith_resize(self, 0, 1, sizeof(struct sedov)));
   struct sedov *sedov = *self;
-  sedov->gas = p->gas, sedov->omega = p->omega, sedov->kind = kind_of(p->gas.gamma, p->omega);
+  const double gamma = p->gas.gamma, n = NDIM + 2 - p->omega;
+  const double stays = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1); /* the n of which V does */
+  sedov->gas = p->gas, sedov->omega = p->omega, sedov->n = n;
+  sedov->kind = fabs(n - stays) < 1e-9 * n ? SINGULAR : n > stays ? STANDARD : VACUUM;
   const kith_status status = integrate(sedov, &energy);
+  const double alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
+  sedov->radius1 = pow(p->blast_energy / (alpha * p->gas.density), 1 / n);
   if (status != KITH_OK) kith_free(self);
-  const double n = power(p->omega), alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
-  if (status == KITH_OK) sedov->radius1 = pow(p->blast_energy / (alpha * p->gas.density), 1 / n);
   return status;
 }
 
@@ -257,12 +244,12 @@ static bool similarity(const struct sedov *s, double y, double *v, double *ln_w,
 
 static double sedov_shock(const void *self, double time) {
   const struct sedov *sedov = self;
-  return sedov->radius1 * pow(time, 2 / power(sedov->omega));
+  return sedov->radius1 * pow(time, 2 / sedov->n);
 }
 
 static void behind(const struct sedov *s, const double *x, double r, double shock, double time,
                    struct kith_exact_state *out) {
-  const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (power(s->omega) * time);
+  const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (s->n * time);
   const double density = s->gas.density * pow(shock, -s->omega);
   double v, ln_w, ln_g;
   *out = (struct kith_exact_state){0};
