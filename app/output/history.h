@@ -1,7 +1,5 @@
-/* history.h - DIR/history.csv, a row for each step, and DIR/balance.csv, a row for each check of the balance
- * of several ranks; readable by gnuplot and pandas as they are.
- *
- * A restart continues both: they read like those of the uninterrupted run. */
+/* history.h - DIR/history.csv, a row for each step; readable by gnuplot and pandas as it is. A restart
+ * continues it: it reads like that of the uninterrupted run. */
 #ifndef KITH_APP_OUTPUT_HISTORY_H
 #define KITH_APP_OUTPUT_HISTORY_H
 
@@ -32,28 +30,24 @@
   X(ghosts, 1, COUNT, all->ghosts, "", "ghost nodes")                                                        \
   X(entries, 1, COUNT, all->row_entries, "", "neighbors in the rows of internal nodes")                      \
   X(rebuilds, 1, COUNT, it->ledger.lifecycles, "", "neighbor lists rebuilt, since the start of the run")     \
+  X(imbalance, 1, BRIEF, d->last_imbalance, "",                                                              \
+    "of work, the busiest rank over the mean, at the last check")                                            \
+  X(repartitions, 1, COUNT, d->repartitions, "", "partitions changed so far")                                \
+  X(migrated, 1, COUNT, all->migrated, "", "nodes that changed their rank so far")                           \
   X(seconds, 1, BRIEF, seconds, "s", "wall time since the start of the process")
 
-#define KITH_BALANCE_LIST(X)                                                                               \
-  X(step, 1, COUNT, it->step, "", "since the start of the scene")                                          \
-  X(time, 1, REAL, it->time, "scene", "")                                                                  \
-  X(imbalance, 1, BRIEF, d->last_imbalance, "", "work of the busiest rank over the mean, before a change") \
-  X(repartitions, 1, COUNT, d->repartitions, "", "partitions changed so far")                              \
-  X(migrated, 1, COUNT, all->migrated, "", "nodes that changed their rank so far")
-
 struct kith_history {
-  struct kith_csv_log steps, balance; /* of rank 0 */
-  uint64_t balance_checks;            /* that have a row */
-  double started;                     /* kith_seconds */
+  struct kith_csv_log steps; /* of rank 0 */
+  double largest_imbalance;  /* of all checks but the first, of what was measured before; 0: none */
+  double started;            /* kith_seconds */
 };
 
-/* On rank 0. `restarted`: rows up to the step of the simulation are kept. BAD_FILE if those files are no
+/* On rank 0. `restarted`: rows up to the step of the simulation are kept. BAD_FILE if that file is no
  * history of this dimension. */
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *simulation, bool restarted);
 /* After a step. Collective; all ranks learn of a failure. */
 kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *simulation,
                               const struct kith_totals *now);
-kith_status kith_history_close(struct kith_history *history);
 
 #endif

@@ -107,5 +107,5 @@ kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile
 
 kith_status kith_output_close(struct kith_output *output) {
   kith_free(&output->times);
-  return kith_history_close(&output->history);
+  return kith_csv_log_close(&output->history.steps);
 }

@@ -1,7 +1,7 @@
 /* output.h - what a run leaves in its directory.
  *
  *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)
- *   DIR/report.json  DIR/plot.*                      DIR/balance.csv, of several ranks
+ *   DIR/report.json        DIR/plot.*
  *
  * All of several ranks write snapshots together (snapshot.h): nodes list by list, rank by rank, or, if the
  * order must be the same for any number of ranks, by id. Checkpoints are written by rank 0, with the number

@@ -126,7 +126,8 @@ static kith_status spread_stages(struct kith_report *r, struct kith_ranks *ranks
 }
 
 kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_simulation *m,
-                                     const struct kith_traffic *before, uint64_t n_steps) {
+                                     const struct kith_traffic *before, uint64_t n_steps,
+                                     double largest_imbalance) {
   struct kith_ranks *ranks = m->nodes->ranks;
   const struct kith_traffic now = kith_ranks_traffic(ranks);
   const struct kith_ledger *l = &m->integrator.ledger;
@@ -161,6 +162,7 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
     put(r->ranks_detail, of_all[k].key, number(sum));
   }
   put(r->ranks_detail, "repartitions", number(d != NULL ? (double)d->repartitions : 0));
+  put(r->ranks_detail, "largest_imbalance", number(largest_imbalance));
   return spread_stages(r, ranks);
 }
 

@@ -93,7 +93,8 @@ void kith_report_collect(struct kith_report *out, const struct kith_simulation *
 /* Adds ranks_detail: nodes, entries and ghosts of the last neighbor lists, and per step what was sent between
  * `before` and now, the traffic when the steps began. Collective. */
 kith_status kith_report_detail_ranks(struct kith_report *report, const struct kith_simulation *simulation,
-                                     const struct kith_traffic *before, uint64_t n_steps);
+                                     const struct kith_traffic *before, uint64_t n_steps,
+                                     double largest_imbalance);
 void kith_report_clear(struct kith_report *report);
 /* DIR/report.json, whole or not at all. */
 kith_status kith_report_write(const struct kith_report *report, const char *path);

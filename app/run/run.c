@@ -328,7 +328,8 @@ static kith_status finish(struct run *run) {
   struct kith_report *report = &run->report;
   kith_report_collect(report, run->simulation, &run->baseline, updates(run), kith_seconds() - run->started,
                       cpu_seconds() - run->cpu_started);
-  KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step));
+  KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step,
+                                    run->output.history.largest_imbalance));
   KITH_TRY(write_state(run));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, speaks(run) ? write_report(run, report) : KITH_OK));
   if (run->options->trace != NULL) KITH_TRY(kith_trace_write(run->ranks, run->profile, run->options->trace));

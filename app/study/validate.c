@@ -65,34 +65,6 @@ static kith_status report_value(const struct validation *v, const char *run, con
   return kith_report_measure(in_run(v, run, "report.json", path), measure, value);
 }
 
-/* Number `column` of a line of a CSV file; NaN: there is none. */
-static double csv_number(char *line, int column) {
-  for (char *field; (field = strsep(&line, ",")) != NULL; --column)
-    if (column == 0) return strtod(field, NULL);
-  return NAN;
-}
-
-/* The column of this name in the first line of a CSV file, or -1. */
-static int csv_column(char *line, const char *name) {
-  int column = 0;
-  for (char *field; (field = strsep(&line, ",\n")) != NULL; ++column)
-    if (strcmp(field, name) == 0) return column;
-  return -1;
-}
-
-/* The first check is of a decomposition that was made before anything was measured. */
-static kith_status balance(const struct validation *v, double *value) {
-  char path[PATH], line[512];
-  int n = 0, column = -1;
-  FILE *file = fopen(in_run(v, v->last, "balance.csv", path), "r");
-  if (file != NULL && fgets(line, sizeof line, file) != NULL) column = csv_column(line, "imbalance");
-  for (*value = 0; column >= 0 && fgets(line, sizeof line, file) != NULL;)
-    if (n++ > 0) *value = fmax(*value, csv_number(line, column));
-  if (file != NULL) fclose(file);
-  if (n < 2) KITH_FAIL(BAD_FILE, "%s: %d checks of the balance, wanted two", path, n);
-  return KITH_OK;
-}
-
 static kith_status same_norms(const struct validation *v, double *value) {
   static const char *const keys[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
                                      "norms.density_peak"};
@@ -150,7 +122,6 @@ static kith_status measure(struct validation *v, const struct kith_row *row, dou
     v->before = v->last, v->last = row->job.label;
   }
   if (row->kind == KITH_ROW_SAME_NORMS) return same_norms(v, value);
-  if (row->kind == KITH_ROW_BALANCE) return balance(v, value);
   if (row->kind == KITH_ROW_ORDER)
     *value = kith_order(v->n_errors - first, v->resolution + first, v->error + first);
   if (row->kind != KITH_ROW_VALUE) return KITH_OK;
@@ -235,7 +206,7 @@ static kith_status do_rows(struct validation *v) {
   if (v->n_compared > 0)
     printf("%d of %d runs end in the same state as the row they are compared with\n", v->n_same,
            v->n_compared);
-  return KITH_OK;
+  return kith_csv_log_close(&v->table);
 }
 
 /* ---- suites ---- */
@@ -279,7 +250,6 @@ static kith_status validate(struct validation *v, const char *suite, enum kith_e
   snprintf(path, sizeof path, "%s/validation.csv", v->directory);
   KITH_TRY(kith_csv_log_open(&v->table, path, names, NULL));
   KITH_TRY(do_rows(v));
-  KITH_TRY(kith_csv_log_close(&v->table));
   if (v->n_failed == 0) *code = v->n_wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
   return KITH_OK;
 }

@@ -43,10 +43,8 @@ struct rows {
 /* ---- a row ---- */
 
 static void read_measure(struct kith_row *row) {
-  static const char *const words[] = {[KITH_ROW_ORDER] = "order %d",
-                                      [KITH_ROW_SAME_NORMS] = "same norms",
-                                      [KITH_ROW_BALANCE] = "balance",
-                                      [KITH_ROW_NOTHING] = ""};
+  static const char *const words[] = {
+      [KITH_ROW_ORDER] = "order %d", [KITH_ROW_SAME_NORMS] = "same norms", [KITH_ROW_NOTHING] = ""};
   row->kind = KITH_ROW_VALUE;
   for (int k = KITH_ROW_ORDER; k <= KITH_ROW_NOTHING; ++k)
     if (strcmp(row->measure, words[k]) == 0 || sscanf(row->measure, words[k], &row->number) == 1)

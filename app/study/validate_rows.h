@@ -11,7 +11,6 @@
  * Measures: those of study.h, and
  *   order N       of convergence through the last N values that rows with a resolution have measured
  *   same norms    largest relative difference of the L1 norms between the last two runs
- *   balance       largest imbalance (busiest rank over mean) of all checks but the first
  * `same` is required beside a measure, or instead of one: the last snapshot equals that of the row `like`, an
  * earlier one. `bits`: every field bitwise, as it is stored, and as many row entries in the whole run; a
  * number: node by node by id, within this fraction of the largest value of a field.
@@ -39,7 +38,6 @@ enum kith_row_kind {
   KITH_ROW_VALUE, /* a measure of study.h */
   KITH_ROW_ORDER,
   KITH_ROW_SAME_NORMS,
-  KITH_ROW_BALANCE,
   KITH_ROW_NOTHING /* but `same` */
 };
 
