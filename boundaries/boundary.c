@@ -9,22 +9,16 @@ KITH_FAMILY(kith_boundary, KITH_BOUNDARY_LIST(X))
 
 /* Two boundaries on one axis would miss the images of images. */
 static kith_status check_faces(const struct kith_boundaries *boundaries, const struct kith_boundary *wanted) {
-  const char *name = wanted->ops->name;
-  if (wanted->axis < 0 || wanted->axis >= NDIM)
-    KITH_FAIL(BAD_INPUT, "%s boundary on axis %d: there are axes 0 to %d", name, wanted->axis, NDIM - 1);
-  if (!(wanted->lower < wanted->upper && wanted->upper - wanted->lower < INFINITY))
-    KITH_FAIL(BAD_INPUT, "%s boundary from %g to %g: lower must be less than upper, and both finite", name,
-              wanted->lower, wanted->upper);
-  if (!wanted->at_lower && !wanted->at_upper) KITH_FAIL(BAD_INPUT, "%s boundary that acts on no side", name);
-  if (wanted->ops->wraps && !(wanted->at_lower && wanted->at_upper))
-    KITH_FAIL(BAD_INPUT, "a %s boundary acts on both sides", name);
-  if (wanted->ops->one_side && wanted->at_lower && wanted->at_upper)
-    KITH_FAIL(BAD_INPUT, "a %s boundary acts on one side, not on both", name);
+  const bool both = wanted->at_lower && wanted->at_upper, any = wanted->at_lower || wanted->at_upper;
+  bool good = wanted->axis >= 0 && wanted->axis < NDIM && wanted->lower < wanted->upper &&
+              wanted->upper - wanted->lower < INFINITY && any && (both || !wanted->ops->wraps) &&
+              !(both && wanted->ops->one_side);
   for (int b = 0; b < boundaries->n; ++b)
-    if (boundaries->boundary[b]->ops->has_faces && boundaries->boundary[b]->axis == wanted->axis)
-      KITH_FAIL(BAD_INPUT, "axis %d has a %s boundary already: one boundary acts on both sides", wanted->axis,
-                boundaries->boundary[b]->ops->name);
-  return KITH_OK;
+    good =
+        good && !(boundaries->boundary[b]->ops->has_faces && boundaries->boundary[b]->axis == wanted->axis);
+  if (good) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "no %s boundary can act on axis %d from %g to %g, or on these sides of it",
+            wanted->ops->name, wanted->axis, wanted->lower, wanted->upper);
 }
 
 kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct kith_boundary_ops *ops,

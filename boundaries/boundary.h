@@ -34,8 +34,6 @@ struct kith_boundary_ops {
   size_t settings_size;
   /* Appends ghost blocks to the nodes; radius_factor is f. */
   kith_status (*ghosts)(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor);
-  /* Is any internal node outside of the faces? NULL: never. */
-  bool (*violated)(const struct kith_boundary *boundary, const struct kith_nodes *nodes);
   /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with all positions,
    * vectors and tensors of the node. DIVERGED for a node that is not finite or more than a thousand lengths
    * away; the others are put back. The shift of a wrap is added to `moved_by` (NDIM per node, may be NULL),

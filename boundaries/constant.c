@@ -15,9 +15,8 @@ static void destroy(struct kith_boundary *boundary) {
 
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                const uint8_t *chosen) {
-  if (boundary->ops->held_nodes != held_nodes)
-    KITH_FAIL(INTERNAL, "a %s boundary takes no nodes", boundary->ops->name);
-  if (boundary->self != NULL) KITH_FAIL(INTERNAL, "the constant boundary holds its nodes already");
+  if (boundary->ops->held_nodes != held_nodes || boundary->self != NULL)
+    KITH_FAIL(INTERNAL, "a %s boundary takes no nodes, or has taken some", boundary->ops->name);
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (chosen[i] && nodes->id->i64[i] < 0)
       KITH_FAIL(INTERNAL, "a constant boundary needs ids: node %d has none", i);
@@ -55,12 +54,9 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
       .kind = KITH_GHOST_FROZEN, .boundary = boundary->index, .list = list, .count = count};
   const kith_index first = kith_nodes_count(nodes);
   KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
-  for (int f = 0; f < held->n_fields; ++f) { /* fields registered later: zero */
+  for (int f = 0; f < held->n_fields; ++f) { /* the same as those of the nodes; ones registered later: zero */
     const struct kith_field *from = held->fields[f];
     const size_t size = kith_field_node_size(from);
-    if (strcmp(from->spec.name, nodes->fields[f]->spec.name) != 0)
-      KITH_FAIL(INTERNAL, "a constant boundary holds '%s', the nodes '%s'", from->spec.name,
-                nodes->fields[f]->spec.name);
     memcpy((char *)nodes->fields[f]->data + (size_t)first * size,
            (const char *)from->data + (size_t)begin * size, (size_t)count * size);
   }
@@ -73,8 +69,6 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
   (void)radius_factor; /* all of them, always */
   const struct kith_nodes *held = boundary->self;
   if (held == NULL) return KITH_OK;
-  if (held->n_lists != nodes->n_lists)
-    KITH_FAIL(INTERNAL, "a constant boundary holds %d lists, there are %d", held->n_lists, nodes->n_lists);
   const double ratio = radius_ratio(nodes); /* by all ranks, before one of them can fail */
   for (int l = 0; l < held->n_lists; ++l)
     if (held->lists[l].count > 0) KITH_TRY(add_list(boundary, nodes, l, ratio));

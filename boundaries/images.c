@@ -24,44 +24,38 @@ struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node[2];  /* [n] */
   kith_index *count[2]; /* [chunks] */
-  kith_index *first;    /* of chunks among those of one list, [chunks + 1] */
 };
 
-/* Includes nodes begin .. end - 1. false: a position or search radius is not finite. */
-static bool measure(struct line *line, const struct kith_nodes *nodes, kith_index begin, kith_index end,
-                    bool internal) {
+/* false: a position or search radius is not finite. */
+static bool measure(struct line *line, const struct kith_nodes *nodes) {
   const double *restrict x = nodes->position->f64 + line->boundary->axis;
   const double *restrict radius = nodes->search_radius->f64;
   const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
-  double left = -line->x_min, high = line->x_max, search_radius = line->search_radius, below = -INFINITY,
-         above = -INFINITY;
+  const kith_index end[2] = {nodes->n_internal, kith_nodes_count(nodes)};
+  double low = INFINITY, high = -INFINITY, widest = 0;
   int lost = 0;
-#pragma omp parallel for schedule(static) reduction(max : left, high, search_radius, below, above, lost)
-  for (kith_index i = begin; i < end; ++i) {
-    const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
-    left = KITH_MAX(left, -xi);
-    high = KITH_MAX(high, xi);
-    search_radius = KITH_MAX(search_radius, r);
-    below = KITH_MAX(below, r - (xi - lower));
-    above = KITH_MAX(above, r - (upper - xi));
-    lost = KITH_MAX(lost, !(fabs(xi) < INFINITY) | !(r < INFINITY));
-  }
-  line->x_min = -left, line->x_max = high, line->search_radius = search_radius;
-  if (internal) {
+  for (int part = 0; part < 2 && !lost; ++part) { /* internal nodes, then ghosts */
+    double below = -INFINITY, above = -INFINITY;
+#pragma omp parallel for schedule(static) reduction(min                  \
+                                                    : low) reduction(max \
+                                                                     : high, widest, below, above, lost)
+    for (kith_index i = part == 0 ? 0 : end[0]; i < end[part]; ++i) {
+      const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
+      low = KITH_MIN(low, xi);
+      high = KITH_MAX(high, xi);
+      widest = KITH_MAX(widest, r);
+      below = KITH_MAX(below, r - (xi - lower));
+      above = KITH_MAX(above, r - (upper - xi));
+      lost = KITH_MAX(lost, !(fabs(xi) < INFINITY) | !(r < INFINITY));
+    }
+    if (part == 1) continue;
     line->most[WANTED][0] = below, line->most[WANTED][1] = above;
-    line->most[OUT][0] = KITH_MAX(lower + left, 0.0), line->most[OUT][1] = KITH_MAX(high - upper, 0.0);
+    line->most[OUT][0] = KITH_MAX(lower - low, 0.0), line->most[OUT][1] = KITH_MAX(high - upper, 0.0);
   }
-  return !lost;
-}
-
-static bool measure_line(struct line *line, const struct kith_nodes *nodes) {
-  line->x_min = INFINITY, line->x_max = -INFINITY;
-  const bool internal = measure(line, nodes, 0, nodes->n_internal, true);
-  const bool finite = internal && measure(line, nodes, nodes->n_internal, kith_nodes_count(nodes), false);
   kith_ranks_max(nodes->ranks, line->most[0], 4); /* all else depends on the nodes of this rank */
-  if (!finite) return false;
-  line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + line->search_radius);
-  return true;
+  line->x_min = low, line->x_max = high, line->search_radius = widest;
+  line->slack = 1e-12 * (fabs(lower) + fabs(upper) + widest);
+  return !lost;
 }
 
 /* The test of one image, kept in registers. */
@@ -120,28 +114,19 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
   }
 }
 
-/* The hits of one list, ascending: counted by chunk, then filled. *control is owned by the caller. */
-static kith_status hits_of_list(const struct hits *hits, int side, const uint8_t *list_of, int list,
-                                kith_index **control, kith_index *total) {
-  kith_index *first = hits->first;
-  for (int fill = 0; fill < 2; ++fill) {
-#pragma omp parallel for schedule(static) if (hits->chunks > 1)
-    for (kith_index c = 0; c < hits->chunks; ++c) {
-      const kith_index *hit = hits->node[side] + (size_t)c * CHUNK, *end = hit + hits->count[side][c];
-      kith_index n = fill ? first[c] : 0;
-      for (; hit < end; ++hit) {
-        if (list_of[*hit] != list) continue;
-        if (fill) (*control)[n] = *hit;
-        ++n;
-      }
-      if (!fill) first[c + 1] = n;
+/* The hits of one list, ascending, into `control` (NULL: nowhere); returns how many. */
+static kith_index hits_of_list(const struct hits *hits, int side, const uint8_t *list_of, int list,
+                               kith_index *control) {
+  kith_index n = 0;
+  for (kith_index c = 0; c < hits->chunks; ++c) {
+    const kith_index *hit = hits->node[side] + (size_t)c * CHUNK, *end = hit + hits->count[side][c];
+    for (; hit < end; ++hit) {
+      if (list_of[*hit] != list) continue;
+      if (control != NULL) control[n] = *hit;
+      ++n;
     }
-    if (fill) break;
-    for (kith_index c = 0; c < hits->chunks; ++c) first[c + 1] += first[c];
-    *total = first[hits->chunks];
-    KITH_TRY(kith_resize(control, 0, (size_t)*total, sizeof **control));
   }
-  return KITH_OK;
+  return n;
 }
 
 /* Numbers of images along the axes, as one number: nodes.h. */
@@ -163,8 +148,10 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
     block.list = list;
     block.control = NULL;
     const kith_index first = kith_nodes_count(nodes);
-    KITH_TRY(hits_of_list(hits, n > 0, nodes->list->u8, list, &block.control, &block.count));
-    if (block.count > 0) KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
+    block.count = hits_of_list(hits, n > 0, nodes->list->u8, list, NULL);
+    KITH_TRY(kith_resize(&block.control, 0, (size_t)block.count, sizeof *block.control));
+    hits_of_list(hits, n > 0, nodes->list->u8, list, block.control);
+    KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
     for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
       nodes->image->i64[first + k] += n * image_code(axis);
   }
@@ -174,10 +161,9 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
 static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *hits) {
   const size_t n_nodes = (size_t)kith_nodes_count(nodes), chunks = (n_nodes + CHUNK - 1) / CHUNK;
   hits->n = (kith_index)n_nodes, hits->chunks = (kith_index)chunks;
-  KITH_TRY(kith_resize(&hits->node[0], 0, 2 * n_nodes + 3 * chunks + 1, sizeof **hits->node));
+  KITH_TRY(kith_resize(&hits->node[0], 0, 2 * (n_nodes + chunks), sizeof **hits->node));
   hits->node[1] = hits->node[0] + n_nodes;
   hits->count[0] = hits->node[1] + n_nodes, hits->count[1] = hits->count[0] + chunks;
-  hits->first = hits->count[1] + chunks;
   for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
     find_hits(line, nodes, n, hits);
     KITH_TRY(add_image(line, nodes, -n, hits));
@@ -190,7 +176,7 @@ kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
   struct line line = {.boundary = boundary, .factor = radius_factor};
-  if (!measure_line(&line, nodes))
+  if (!measure(&line, nodes))
     KITH_FAIL(DIVERGED, "the position or search radius of a node is not finite (axis %d)", boundary->axis);
   if (kith_nodes_count(nodes) == 0) return KITH_OK;
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
@@ -206,31 +192,15 @@ kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes
 
 /* ---- enforcing ---- */
 
-/* The interval for nodes: unbounded on a side that does not act, half-open if the boundary wraps. */
-static void interval_of(const struct kith_boundary *boundary, double *low, double *high) {
-  const double upper = boundary->upper;
-  *low = boundary->at_lower ? boundary->lower : -INFINITY;
-  *high = !boundary->at_upper ? INFINITY : boundary->ops->wraps ? nextafter(upper, -INFINITY) : upper;
-}
-
-bool kith_images_violated(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
-  const double *x = nodes->position->f64 + boundary->axis;
-  double low, high;
-  bool any = false;
-  interval_of(boundary, &low, &high);
-#pragma omp parallel for schedule(static) reduction(|| : any)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    any = any || !(x[(size_t)i * NDIM] >= low && x[(size_t)i * NDIM] <= high);
-  return any;
-}
-
 kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
   const double *x = nodes->position->f64 + boundary->axis;
   const double far = KITH_MOST_IMAGES * fabs(boundary->upper - boundary->lower);
-  double low, high;
+  /* The interval for nodes: unbounded on a side that does not act, half-open if the boundary wraps. */
+  const double upper = boundary->ops->wraps ? nextafter(boundary->upper, -INFINITY) : boundary->upper;
+  const double low = boundary->at_lower ? boundary->lower : -INFINITY,
+               high = boundary->at_upper ? upper : INFINITY;
   kith_index lost = INT32_MAX;
   bool any = false;
-  interval_of(boundary, &low, &high);
   if (!(low < high))
     KITH_FAIL(DIVERGED, "the faces of the %s boundary on axis %d are at %g and %g: no room for nodes",
               boundary->ops->name, boundary->axis, boundary->lower, boundary->upper);

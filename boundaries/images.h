@@ -17,14 +17,12 @@
 
 enum { KITH_MOST_IMAGES = 1000 };
 
-/* `ghosts`, `violated` and `enforce` of boundary.h by `image_of` and `put_back`. DIVERGED also if the faces
+/* `ghosts` and `enforce` of boundary.h by `image_of` and `put_back`. DIVERGED also if the faces
  * leave no room for nodes. */
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
-bool kith_images_violated(const struct kith_boundary *boundary, const struct kith_nodes *nodes);
 kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
-#define KITH_IMAGES                                                                               \
-  .ghosts = kith_images_ghosts, .violated = kith_images_violated, .enforce = kith_images_enforce, \
-  .image_of = image_of, .put_back = put_back
+#define KITH_IMAGES \
+  .ghosts = kith_images_ghosts, .enforce = kith_images_enforce, .image_of = image_of, .put_back = put_back
 
 #endif

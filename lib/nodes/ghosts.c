@@ -4,16 +4,14 @@
 #include <omp.h>
 #include <string.h>
 
-/* out[k] = in[control[k]] times one sign per component, plus a shift; `components` is known to the
- * compiler. */
-static inline void copy_signed(double *restrict out, const double *in, const kith_index *restrict control,
+/* out[k] = sign in[control[k]] + shift, component by component; their number is known to the compiler. */
+static inline void copy_mapped(double *restrict out, const double *in, const kith_index *restrict control,
                                kith_index begin, kith_index end, int components, const double *sign,
                                const double *shift) {
   for (kith_index k = begin; k < end; ++k) {
     const double *from = in + (size_t)control[k] * (size_t)components;
     double *to = out + (size_t)k * (size_t)components;
-    for (int c = 0; c < components; ++c)
-      to[c] = shift != NULL ? sign[c] * from[c] + shift[c] : sign[c] * from[c];
+    for (int c = 0; c < components; ++c) to[c] = sign[c] * from[c] + shift[c];
   }
 }
 
@@ -22,18 +20,23 @@ static inline void copy_plain(int64_t *restrict out, const int64_t *in, const ki
   for (kith_index k = begin; k < end; ++k) out[k] = in[control[k]];
 }
 
-/* The sign of each component of a field of this kind. */
-static void signs_of(enum kith_kind kind, const double *axis, double *sign) {
-  const bool two = kind == KITH_TENSOR || kind == KITH_SYMMETRIC; /* indices */
-  for (int a = 0; a < NDIM; ++a) {
-    if (!two) *sign++ = axis[a];
-    for (int b = kind == KITH_TENSOR ? 0 : a; two && b < NDIM; ++b) *sign++ = axis[a] * axis[b];
-  }
-}
+/* How an image changes each component of a field of this kind. */
+struct map {
+  double sign[NDIM * NDIM], shift[NDIM * NDIM];
+};
 
-/* What is added to each component; NULL: nothing. */
-static const double *shift_of(enum kith_kind kind, const struct kith_image *image) {
-  return kind == KITH_POSITION ? image->shift : kind == KITH_VELOCITY ? image->velocity : NULL;
+static struct map map_of(enum kith_kind kind, const struct kith_image *image) {
+  const bool two = kind == KITH_TENSOR || kind == KITH_SYMMETRIC; /* indices */
+  struct map map;
+  double *sign = map.sign;
+  for (int c = 0; c < NDIM * NDIM; ++c) map.shift[c] = -0.0; /* + -0 changes nothing */
+  for (int a = 0; a < NDIM; ++a) {
+    if (!two) *sign++ = image->sign[a];
+    for (int b = kind == KITH_TENSOR ? 0 : a; two && b < NDIM; ++b) *sign++ = image->sign[a] * image->sign[b];
+    if (kind == KITH_POSITION) map.shift[a] = image->shift[a];
+    if (kind == KITH_VELOCITY) map.shift[a] = image->velocity[a];
+  }
+  return map;
 }
 
 /* Ghosts begin .. end of the block get their values of one field. */
@@ -46,17 +49,14 @@ static void refresh_part(struct kith_field *field, const struct kith_ghost_block
   } else if (field->spec.kind == KITH_SCALAR) { /* doubles are copied as words too: bitwise */
     copy_plain(field->i64 + first, field->i64, control, begin, end);
   } else {
-    double sign[NDIM * NDIM], *to = field->f64 + first;
-    const double *shift = shift_of(field->spec.kind, &block->image);
-    signs_of(field->spec.kind, block->image.sign, sign);
-    if (shift != NULL)
-      copy_signed(to, field->f64, control, begin, end, NDIM, sign, shift);
-    else if (field->components == NDIM)
-      copy_signed(to, field->f64, control, begin, end, NDIM, sign, NULL);
+    const struct map map = map_of(field->spec.kind, &block->image);
+    double *to = field->f64 + first;
+    if (field->components == NDIM)
+      copy_mapped(to, field->f64, control, begin, end, NDIM, map.sign, map.shift);
     else if (field->components == NDIM * NDIM)
-      copy_signed(to, field->f64, control, begin, end, NDIM * NDIM, sign, NULL);
+      copy_mapped(to, field->f64, control, begin, end, NDIM * NDIM, map.sign, map.shift);
     else
-      copy_signed(to, field->f64, control, begin, end, NDIM * (NDIM + 1) / 2, sign, NULL);
+      copy_mapped(to, field->f64, control, begin, end, NDIM * (NDIM + 1) / 2, map.sign, map.shift);
   }
 }
 
@@ -64,12 +64,9 @@ void kith_nodes_map(struct kith_nodes *nodes, kith_index i, const struct kith_im
   for (int f = 0; f < nodes->n_fields; ++f) {
     const struct kith_field *field = nodes->fields[f];
     if (field->spec.kind == KITH_SCALAR) continue;
-    double sign[NDIM * NDIM], *value = field->f64 + (size_t)i * (size_t)field->components;
-    const double *shift = shift_of(field->spec.kind, image);
-    signs_of(field->spec.kind, image->sign, sign);
-    for (int c = 0; c < field->components; ++c)
-      if (sign[c] < 0 || (shift != NULL && shift[c] != 0))
-        value[c] = sign[c] * value[c] + (shift != NULL ? shift[c] : -0.0); /* + -0 changes nothing */
+    const struct map map = map_of(field->spec.kind, image);
+    double *value = field->f64 + (size_t)i * (size_t)field->components;
+    for (int c = 0; c < field->components; ++c) value[c] = map.sign[c] * value[c] + map.shift[c];
   }
 }
 
@@ -112,13 +109,8 @@ int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **
 static kith_status check_block(const struct kith_nodes *nodes, const struct kith_ghost_block *block) {
   if (block->list < 0 || block->list >= nodes->n_lists || block->count < 0)
     KITH_FAIL(INTERNAL, "a block of %d ghosts for list %d of %d", block->count, block->list, nodes->n_lists);
-  if (block->kind != KITH_GHOST_IMAGE) {
-    if (block->control != NULL) KITH_FAIL(INTERNAL, "frozen and remote ghosts have no control nodes");
-    return KITH_OK;
-  }
-  if (block->control == NULL && block->count > 0) KITH_FAIL(INTERNAL, "image ghosts need control nodes");
   const kith_index first = kith_nodes_count(nodes);
-  for (kith_index k = 0; k < block->count; ++k) {
+  for (kith_index k = 0; block->kind == KITH_GHOST_IMAGE && k < block->count; ++k) {
     const kith_index c = block->control[k];
     if (c < 0 || c >= first || nodes->list->u8[c] != block->list)
       KITH_FAIL(INTERNAL, "node %d cannot control ghost %d of list %d", c, first + k, block->list);

@@ -4,25 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-static size_t type_size(enum kith_type type) {
-  return type == KITH_U8 ? 1 : 8;
-}
-
 size_t kith_field_node_size(const struct kith_field *field) {
-  return (size_t)field->components * type_size(field->spec.type);
-}
-
-static int components_of(enum kith_kind kind) {
-  switch (kind) {
-    case KITH_SCALAR:
-      return 1;
-    case KITH_TENSOR:
-      return NDIM * NDIM;
-    case KITH_SYMMETRIC:
-      return NDIM * (NDIM + 1) / 2;
-    default:
-      return NDIM;
-  }
+  return (size_t)field->components * (field->spec.type == KITH_U8 ? 1 : 8);
 }
 
 static kith_status register_standing(struct kith_nodes *nodes) {
@@ -125,6 +108,9 @@ struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const 
 
 kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec,
                              struct kith_field **out) {
+  static const int components[] = {[KITH_SCALAR] = 1,           [KITH_VECTOR] = NDIM,
+                                   [KITH_TENSOR] = NDIM * NDIM, [KITH_SYMMETRIC] = NDIM * (NDIM + 1) / 2,
+                                   [KITH_POSITION] = NDIM,      [KITH_VELOCITY] = NDIM};
   struct kith_field *field = kith_nodes_field_named(nodes, spec->name);
   if (field != NULL) {
     if (!same_spec(&field->spec, spec))
@@ -138,7 +124,7 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
     KITH_FAIL(INTERNAL, "no room for field '%s': there are %d", spec->name, KITH_MAX_FIELDS);
   KITH_TRY(kith_resize(&field, 0, 1, sizeof *field));
   field->spec = *spec;
-  field->components = components_of(spec->kind);
+  field->components = components[spec->kind];
   const kith_status status =
       kith_resize(&field->data, 0, allocated(nodes->capacity), kith_field_node_size(field));
   if (status != KITH_OK) {
@@ -157,8 +143,8 @@ kith_status kith_nodes_number_images(struct kith_nodes *nodes) {
 }
 
 kith_status kith_nodes_mark_activity(struct kith_nodes *nodes) {
-  static const struct kith_field_spec activity = {
-      "activity", KITH_SCALAR, KITH_U8, KITH_WORK, NULL, "idle, touched or active"};
+  static const struct kith_field_spec activity = {"activity", KITH_SCALAR, KITH_U8,
+                                                  KITH_WORK,  NULL,        "idle, touched or active"};
   return kith_nodes_field(nodes, &activity, &nodes->activity);
 }
 
