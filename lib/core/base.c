@@ -60,7 +60,7 @@ kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
 
 kith_status kith_grow(void *p, size_t *capacity, size_t keep, size_t count, size_t size) {
   if (count <= *capacity) return KITH_OK;
-  const size_t wanted = *capacity == 0 ? count : count + count / 16 + 8;
+  const size_t wanted = count + count / 32 + 8;
   KITH_TRY(kith_resize(p, keep, wanted, size));
   *capacity = wanted;
   return KITH_OK;

@@ -55,8 +55,8 @@ const char *kith_failure(void);
 /* 64-byte aligned memory. *p is replaced; on failure it is left as it was. New bytes are zero.
  * `count` elements of `size` bytes, of which the first `keep` elements survive. count 0 frees. */
 kith_status kith_resize(void *p, size_t keep, size_t count, size_t size);
-/* The same for at least `count` elements of an array that grows, with a little to spare if it must move:
- * *capacity is what it has room for. */
+/* The same for at least `count` elements of an array that grows, with a little to spare: *capacity is what it
+ * has room for. */
 kith_status kith_grow(void *p, size_t *capacity, size_t keep, size_t count, size_t size);
 /* The same without the contents. */
 kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size);

@@ -19,38 +19,54 @@ KITH_INLINE double kith_lanes_total(const kith_lanes *s) {
   return ((*s)[0] + (*s)[1]) + ((*s)[2] + (*s)[3]);
 }
 
-/* Doubles 0 .. 3 of four records, of which double q of all goes to to[q * stride .. q * stride + 3]. On many
- * processors that takes a fraction of the time of four loads that gather one double of each. */
-KITH_INLINE void kith_lanes_transpose(const double *a, const double *b, const double *c, const double *d,
-                                      double *to, size_t stride) {
+/* Double q of four records goes to to[q]. On many processors that takes a fraction of the time of four loads
+ * that gather one double of each. */
+KITH_INLINE void kith_lanes_transpose(const double *const from[KITH_LANES], kith_lanes to[KITH_LANES]) {
   typedef double unaligned __attribute__((vector_size(8 * KITH_LANES), aligned(8)));
-  const kith_lanes ra = *(const unaligned *)a, rb = *(const unaligned *)b, rc = *(const unaligned *)c,
-                   rd = *(const unaligned *)d;
-  const kith_lanes even_ab = __builtin_shufflevector(ra, rb, 0, 4, 2, 6),
-                   odd_ab = __builtin_shufflevector(ra, rb, 1, 5, 3, 7),
-                   even_cd = __builtin_shufflevector(rc, rd, 0, 4, 2, 6),
-                   odd_cd = __builtin_shufflevector(rc, rd, 1, 5, 3, 7);
-  *(kith_lanes *)to = __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5);
-  *(kith_lanes *)(to + stride) = __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5);
-  *(kith_lanes *)(to + 2 * stride) = __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
-  *(kith_lanes *)(to + 3 * stride) = __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
+  const kith_lanes a = *(const unaligned *)from[0], b = *(const unaligned *)from[1],
+                   c = *(const unaligned *)from[2], d = *(const unaligned *)from[3];
+  const kith_lanes even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6),
+                   odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7),
+                   even_cd = __builtin_shufflevector(c, d, 0, 4, 2, 6),
+                   odd_cd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  to[0] = __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5);
+  to[1] = __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5);
+  to[2] = __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
+  to[3] = __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
+}
+
+/* Entries k .. k + 3 of n; behind the last one it follows again, in `room`. */
+KITH_INLINE const kith_index *kith_lanes_entries(const kith_index *restrict node, size_t k, size_t n,
+                                                 kith_index room[KITH_LANES]) {
+  if (k + KITH_LANES <= n) return node + k;
+  for (size_t l = 0; l < KITH_LANES; ++l) room[l] = node[KITH_MIN(k + l, n - 1)];
+  return room;
 }
 
 /* Lanes that a vector takes when it is loaded. */
 enum { KITH_VECTOR_LANES = NDIM == 1 ? 1 : KITH_LANES };
 
+/* Component a of the vectors of four nodes goes to to[a]; lanes beyond NDIM hold anything. The field is read
+ * up to three doubles beyond the last vector: fields of nodes are allocated so. */
+KITH_INLINE void kith_lanes_vector(const double *restrict field, const kith_index *four,
+                                   kith_lanes to[KITH_VECTOR_LANES]) {
+  const double *from[KITH_LANES];
+  for (size_t l = 0; l < KITH_LANES; ++l) from[l] = field + (size_t)four[l] * NDIM;
+  if (NDIM > 1)
+    kith_lanes_transpose(from, to);
+  else
+    for (size_t l = 0; l < KITH_LANES; ++l) to[0][l] = *from[l];
+}
+
 /* The vectors of n nodes: component a of all goes to to[a * stride ..]. Up to the next multiple of four the
- * last one follows, and lanes beyond NDIM hold anything. The field is read up to three doubles beyond the
- * last vector: fields of nodes are allocated so. */
+ * last one follows. */
 KITH_INLINE void kith_lanes_vectors(const double *restrict field, const kith_index *restrict node, size_t n,
                                     double *restrict to, size_t stride) {
+  kith_index room[KITH_LANES];
+  kith_lanes vector[KITH_VECTOR_LANES];
   for (size_t k = 0; k < n; k += KITH_LANES) {
-    const double *from[KITH_LANES];
-    for (size_t l = 0; l < KITH_LANES; ++l) from[l] = field + (size_t)node[KITH_MIN(k + l, n - 1)] * NDIM;
-    if (NDIM > 1)
-      kith_lanes_transpose(from[0], from[1], from[2], from[3], to + k, stride);
-    else
-      for (size_t l = 0; l < KITH_LANES; ++l) to[k + l] = *from[l];
+    kith_lanes_vector(field, kith_lanes_entries(node, k, n, room), vector);
+    for (size_t a = 0; a < NDIM; ++a) *(kith_lanes *)(to + a * stride + k) = vector[a];
   }
 }
 

@@ -4,8 +4,8 @@
 #include <string.h>
 #include "lib/core/lanes.h"
 
-/* Lanes of scratch: separations x_j - x_i, velocity differences v_j - v_i, distances, weights. */
-enum { SEPARATION = 0, DIFFERENCE = KITH_VECTOR_LANES, DISTANCE = 2 * KITH_VECTOR_LANES, WEIGHT, LANES };
+/* Lanes of scratch: separations x_j - x_i, distances, weights. */
+enum { SEPARATION = 0, DISTANCE = NDIM, WEIGHT, LANES };
 
 /* Of the last but one ln H, where Omega is taken; its noise is below a sound wave of amplitude 1e-6. */
 static const double tolerance = 1e-7;
@@ -27,19 +27,18 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
                                 struct kith_scratch *s) {
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
-  const double *restrict x = nodes->position->f64;
+  const double *restrict x = nodes->position->f64, *restrict xi = x + (size_t)i * NDIM;
   double *restrict r = kith_scratch_lane(s, DISTANCE);
-  kith_lanes_vectors(x, row, n, kith_scratch_lane(s, SEPARATION), s->width);
-  for (size_t k = 0; k < n; ++k) r[k] = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double xi = x[(size_t)i * NDIM + a];
-    double *restrict d = kith_scratch_lane(s, SEPARATION + a);
-#pragma omp simd
-    for (size_t k = 0; k < n; ++k) {
-      d[k] -= xi;
-      r[k] += d[k] * d[k];
+  for (size_t k = 0; k < n; k += KITH_LANES) {
+    kith_index room[KITH_LANES];
+    kith_lanes d[KITH_VECTOR_LANES], r2 = {0};
+    kith_lanes_vector(x, kith_lanes_entries(row, k, n, room), d);
+    for (int a = 0; a < NDIM; ++a) {
+      d[a] -= xi[a];
+      r2 += d[a] * d[a];
+      *(kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k) = d[a];
     }
-    for (size_t k = n; k < padded; ++k) d[k] = 0;
+    *(kith_lanes *)(r + k) = r2;
   }
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) r[k] = sqrt(r[k]);
@@ -145,49 +144,44 @@ KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct density_pass *p
   wall_sums(kernel, pass, i, 1 / inverse_support, mass, s, sum_mw, sum_mq2g);
 }
 
-/* Differences of a vector field over the row. A barrier has the mirror image of the vector of i: the
- * difference is twice the component along x_ij, reversed. */
-KITH_INLINE void load_differences(const struct density_pass *pass, const struct kith_field *field,
-                                  kith_index i, size_t padded, struct kith_scratch *s) {
-  const struct kith_rows *rows = &pass->connectivity->rows;
-  const kith_index *restrict row = rows->node + rows->first[i];
-  const size_t n = rows->first[i + 1] - rows->first[i];
-  const double *restrict v = field->f64;
-  kith_lanes_vectors(v, row, n, kith_scratch_lane(s, DIFFERENCE), s->width);
-  for (int a = 0; a < NDIM; ++a) {
-    const double vi = v[(size_t)i * NDIM + a];
-    double *restrict d = kith_scratch_lane(s, DIFFERENCE + a);
-#pragma omp simd
-    for (size_t k = 0; k < n; ++k) d[k] -= vi;
-    for (size_t k = n; k < padded; ++k) d[k] = 0;
-  }
-  for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
-    if (!pass->barrier[row[k]]) continue;
-    const double r = kith_scratch_lane(s, DISTANCE)[k];
+/* Differences d of the vectors of four entries from k on: a barrier has the mirror image of
+ * the vector of i: the difference is twice the component along x_ij, reversed. */
+KITH_INLINE void mirror(const uint8_t *barrier, const kith_index *four, size_t k, const double *vi,
+                        const struct kith_scratch *s, kith_lanes *d) {
+  for (size_t l = 0; l < KITH_LANES; ++l) {
+    if (!barrier[four[l]]) continue;
+    const double r = kith_scratch_lane(s, DISTANCE)[k + l];
     double along = 0;
-    for (int a = 0; a < NDIM; ++a) along += v[(size_t)i * NDIM + a] * kith_scratch_lane(s, SEPARATION + a)[k];
+    for (int a = 0; a < NDIM; ++a) along += vi[a] * kith_scratch_lane(s, SEPARATION + a)[k + l];
     for (int a = 0; a < NDIM; ++a)
-      kith_scratch_lane(s, DIFFERENCE + a)[k] =
-          -2 * along * kith_scratch_lane(s, SEPARATION + a)[k] / (r * r);
+      d[a][l] = -2 * along * kith_scratch_lane(s, SEPARATION + a)[k + l] / (r * r);
   }
 }
 
-/* The gradient of the field whose differences are loaded. */
-KITH_INLINE bool linear_gradient(size_t padded, const struct kith_scratch *s, double *gradient) {
+/* The gradient of a vector field. Padding has no weight. */
+KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct kith_field *field,
+                                 kith_index i, const struct kith_scratch *s, double *gradient) {
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const kith_index *restrict row = rows->node + rows->first[i];
+  const size_t n = rows->first[i + 1] - rows->first[i];
+  const double *restrict v = field->f64, *restrict vi = v + (size_t)i * NDIM;
   kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, flux[NDIM][NDIM] = {{{0}}};
-  for (size_t k = 0; k < padded; k += KITH_LANES) {
+  for (size_t k = 0; k < n; k += KITH_LANES) {
     const kith_lanes w = *(const kith_lanes *)(kith_scratch_lane(s, WEIGHT) + k);
-    kith_lanes x[NDIM], wx[NDIM];
+    kith_index room[KITH_LANES];
+    const kith_index *four = kith_lanes_entries(row, k, n, room);
+    kith_lanes x[NDIM], wx[NDIM], d[KITH_VECTOR_LANES];
+    kith_lanes_vector(v, four, d);
+    for (int a = 0; a < NDIM; ++a) d[a] -= vi[a];
+    if (pass->barrier != NULL) mirror(pass->barrier, four, k, vi, s, d);
     for (int a = 0; a < NDIM; ++a) {
       x[a] = *(const kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
       wx[a] = w * x[a];
     }
     for (int a = 0, m = 0; a < NDIM; ++a)
       for (int b = a; b < NDIM; ++b) moment[m++] += wx[a] * x[b];
-    for (int a = 0; a < NDIM; ++a) {
-      const kith_lanes v = *(const kith_lanes *)(kith_scratch_lane(s, DIFFERENCE + a) + k);
-      for (int b = 0; b < NDIM; ++b) flux[a][b] += v * wx[b];
-    }
+    for (int a = 0; a < NDIM; ++a)
+      for (int b = 0; b < NDIM; ++b) flux[a][b] += d[a] * wx[b];
   }
   double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], full[NDIM][NDIM];
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) m[k] = kith_lanes_total(&moment[k]);
@@ -228,12 +222,11 @@ static double curl_of(const double *g) {
 }
 
 /* The parts of the velocity gradient that are wanted. */
-KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i, size_t padded,
-                                   struct kith_scratch *s) {
+KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_density_wanted *wanted = &pass->wanted;
   double gradient[NDIM * NDIM], divergence = 0;
-  load_differences(pass, pass->package->hydro->velocity, i, padded, s);
-  if (!linear_gradient(padded, s, gradient)) s->count[KITH_COUNT_FALLBACKS] += 1;
+  if (!linear_gradient(pass, pass->package->hydro->velocity, i, s, gradient))
+    s->count[KITH_COUNT_FALLBACKS] += 1;
   for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
   pass->package->velocity_divergence->f64[i] = divergence;
   if (wanted->curl != NULL) wanted->curl->f64[i] = curl_of(gradient);
@@ -248,8 +241,7 @@ KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i
   double rate = 0, change[NDIM * NDIM];
   for (int a = 0; a < NDIM; ++a)
     for (int b = 0; b < NDIM; ++b) rate -= gradient[a * NDIM + b] * gradient[b * NDIM + a];
-  load_differences(pass, pass->package->hydro->acceleration, i, padded, s);
-  linear_gradient(padded, s, change);
+  linear_gradient(pass, pass->package->hydro->acceleration, i, s, change);
   for (int a = 0; a < NDIM; ++a) rate += change[a * NDIM + a];
   wanted->compression->f64[i] = rate;
 }
@@ -267,7 +259,7 @@ KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pas
       continue;
     }
     set_density(kernel, pass, i, *support, sum_w, sum_q2g, s);
-    set_gradients(pass, i, padded, s);
+    set_gradients(pass, i, s);
   }
 }
 

@@ -21,9 +21,12 @@ KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const ki
     const double *from[KITH_LANES];
     for (size_t l = 0; l < KITH_LANES; ++l)
       from[l] = packed_particle(pass, partner[KITH_MIN(k + l, n - 1) * stride]);
-    for (int m = 0; m < n_packed; m += KITH_LANES)
-      kith_lanes_transpose(from[0] + m, from[1] + m, from[2] + m, from[3] + m, kith_lane(s, m) + k,
-                           KITH_STRIDE);
+    for (int m = 0; m < n_packed; m += KITH_LANES) {
+      kith_lanes four[KITH_LANES];
+      kith_lanes_transpose(from, four);
+      for (int q = 0; q < KITH_LANES; ++q)
+        *(kith_lanes *)(kith_lane(s, m + q) + k) = four[q], from[q] += KITH_LANES;
+    }
   }
   if (pass->barrier == NULL) return;
   const double *self = packed_particle(pass, i);
