@@ -36,31 +36,26 @@ _Static_assert(sizeof(struct kith_node_list) == 40, "a new member of a list must
 
 struct kith_checkpoint {
   struct kith_atomic_file *out; /* writing */
-  uint64_t sum;                 /* of the words written */
-  char tail[8];                 /* bytes of an incomplete word */
-  size_t n_tail;
   kith_status status; /* of writing: after a failure nothing more is written, and it cannot be committed */
-  char *map;          /* reading: the whole file */
+  char *map;          /* the whole file, once it is there */
   size_t size;
   char *scene;       /* owned */
   char chunk[CHUNK]; /* values of other ranks */
   char path[];
 };
 
-/* Checksum of whole words, continued from h. Each word enters through one-to-one functions of h, so two files
- * that differ in one word never agree. Multiplier: the one of 64-bit FNV; the shift carries high bits
- * down. */
-static uint64_t checksum(uint64_t h, const void *data, size_t bytes) {
+/* Checksum of whole words. Each enters through one-to-one functions of h, so two files that differ in one
+ * word never agree. Start and multiplier: those of 64-bit FNV; the shift carries high bits down. */
+static uint64_t checksum(const char *data, size_t bytes) {
+  uint64_t h = UINT64_C(0xcbf29ce484222325);
   for (size_t k = 0; k < bytes; k += 8) {
     uint64_t word;
-    memcpy(&word, (const char *)data + k, 8);
+    memcpy(&word, data + k, 8);
     h = (h ^ word) * UINT64_C(0x100000001b3);
     h ^= h >> 29;
   }
   return h;
 }
-
-static const uint64_t checksum_start = UINT64_C(0xcbf29ce484222325);
 
 /* Bytes of the values of a section, and with the zeros behind them. */
 static size_t bytes_of(const struct section *s) {
@@ -88,47 +83,32 @@ static kith_status create(struct kith_checkpoint **out, const char *path) {
 
 /* ---- writing ---- */
 
-static void write_words(struct kith_checkpoint *c, const void *data, size_t bytes) {
+static void write_bytes(struct kith_checkpoint *c, const void *data, size_t bytes) {
   if (c->status != KITH_OK || bytes == 0) return;
-  c->sum = checksum(c->sum, data, bytes);
   if (fwrite(data, 1, bytes, c->out->stream) != bytes)
     c->status = kith_fail(KITH_BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
 }
 
-/* Any number of bytes, whole words of them at once. */
-static void add_bytes(struct kith_checkpoint *c, const char *data, size_t bytes) {
-  for (; bytes > 0 && c->n_tail % 8 != 0; --bytes) c->tail[c->n_tail++] = *data++;
-  if (c->n_tail == 8) {
-    write_words(c, c->tail, 8);
-    c->n_tail = 0;
-  }
-  const size_t whole = bytes / 8 * 8;
-  write_words(c, data, whole);
-  if (bytes > whole) memcpy(c->tail, data + whole, bytes - whole), c->n_tail = bytes - whole;
-}
-
-static void begin_section(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
-                          size_t components, size_t rows) {
+static struct section begin_section(struct kith_checkpoint *c, enum group group, const char *name,
+                                    enum kith_type type, size_t components, size_t rows) {
   struct section s = {.group = group, .type = type, .components = components, .rows = rows};
   if (name[0] == '\0' || strlen(name) >= sizeof s.name)
     c->status = kith_fail(KITH_INTERNAL, "checkpoint: '%s' is too long a name, or empty", name);
   snprintf(s.name, sizeof s.name, "%s", name);
-  write_words(c, &s, sizeof s);
+  write_bytes(c, &s, sizeof s);
+  return s;
 }
 
-static kith_status end_section(struct kith_checkpoint *c) {
-  memset(c->tail + c->n_tail, 0, 8 - c->n_tail);
-  if (c->n_tail > 0) write_words(c, c->tail, 8);
-  c->n_tail = 0;
+static kith_status end_section(struct kith_checkpoint *c, const struct section *s) {
+  write_bytes(c, (const char[8]){0}, padded(bytes_of(s)) - bytes_of(s));
   return c->status;
 }
 
 static kith_status put(struct kith_checkpoint *c, enum group group, const char *name, enum kith_type type,
                        size_t components, size_t rows, const void *data) {
-  const struct section s = {.type = type, .components = components, .rows = rows};
-  begin_section(c, group, name, type, components, rows);
-  add_bytes(c, data, bytes_of(&s));
-  return end_section(c);
+  const struct section s = begin_section(c, group, name, type, components, rows);
+  write_bytes(c, data, bytes_of(&s));
+  return end_section(c, &s);
 }
 
 /* Nodes: list by list, rank by rank. */
@@ -144,8 +124,10 @@ static kith_status put_field(struct kith_checkpoint *c, enum group group, const 
   const size_t size = kith_field_node_size(field);
   const int me = kith_ranks_rank(nodes->ranks);
   size_t rows = 0;
+  struct section s;
   for (int l = 0; l < nodes->n_lists; ++l) rows += sum_of(nodes, counts, l);
-  if (c != NULL) begin_section(c, group, field->spec.name, field->spec.type, (size_t)field->components, rows);
+  if (c != NULL)
+    s = begin_section(c, group, field->spec.name, field->spec.type, (size_t)field->components, rows);
   for (int l = 0; l < nodes->n_lists; ++l)
     for (int r = 0; r < kith_ranks_size(nodes->ranks); ++r) {
       char *mine = (char *)field->data + (size_t)nodes->lists[l].first * size;
@@ -154,10 +136,10 @@ static kith_status put_field(struct kith_checkpoint *c, enum group group, const 
         char *piece = me == r ? mine : c->chunk;
         n = KITH_MIN(bytes, (size_t)CHUNK);
         kith_ranks_send_to_root(nodes->ranks, r, piece, n);
-        if (me == 0) add_bytes(c, piece, n);
+        if (me == 0) write_bytes(c, piece, n);
       }
     }
-  return c != NULL ? end_section(c) : KITH_OK;
+  return c != NULL ? end_section(c, &s) : KITH_OK;
 }
 
 static kith_status put_lists(struct kith_checkpoint *c, const struct kith_nodes *nodes,
@@ -198,9 +180,8 @@ kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *p
   const struct header header = {.magic = MAGIC, .mark = MARK, .version = VERSION, .dimension = NDIM};
   KITH_TRY(create(out, path));
   struct kith_checkpoint *c = *out;
-  c->sum = checksum_start;
   c->status = kith_atomic_file_open(&c->out, path);
-  write_words(c, &header, sizeof header);
+  write_bytes(c, &header, sizeof header);
   const kith_status status = put(c, GROUP_SCENE, "scene", KITH_U8, 1, strlen(scene), scene);
   if (status != KITH_OK) kith_checkpoint_close(out);
   return status;
@@ -211,22 +192,9 @@ kith_status kith_checkpoint_put(struct kith_checkpoint *c, const char *name, enu
   return put(c, GROUP_ARRAY, name, type, 1, n, values);
 }
 
-kith_status kith_checkpoint_commit(struct kith_checkpoint **c) {
-  const uint64_t sum = (*c)->sum;
-  write_words(*c, &sum, sizeof sum);
-  const kith_status status =
-      (*c)->status == KITH_OK
-          ? kith_atomic_file_commit(&(*c)->out, true)
-          : kith_fail(KITH_BAD_FILE, "%s: not written: an earlier part of it failed", (*c)->path);
-  kith_checkpoint_close(c);
-  return status;
-}
-
-/* ---- reading ---- */
-
-static kith_status map_file(struct kith_checkpoint *c) {
+static kith_status map_file(struct kith_checkpoint *c, const char *path) {
   struct stat present;
-  const int fd = open(c->path, O_RDONLY | O_CLOEXEC);
+  const int fd = open(path, O_RDONLY | O_CLOEXEC);
   const bool there = fd >= 0 && fstat(fd, &present) == 0, regular = there && S_ISREG(present.st_mode);
   const size_t size = regular ? (size_t)present.st_size : 0;
   void *map = size > 0 ? mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0) : NULL;
@@ -237,6 +205,24 @@ static kith_status map_file(struct kith_checkpoint *c) {
   c->map = map, c->size = size;
   return KITH_OK;
 }
+
+/* The checksum is that of the file as it can be read. */
+static kith_status finish(struct kith_checkpoint *c) {
+  if (c->status != KITH_OK) KITH_FAIL(BAD_FILE, "%s: not written: an earlier part of it failed", c->path);
+  if (fflush(c->out->stream) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
+  KITH_TRY(map_file(c, c->out->temporary));
+  const uint64_t sum = checksum(c->map, c->size);
+  write_bytes(c, &sum, sizeof sum);
+  return c->status == KITH_OK ? kith_atomic_file_commit(&c->out, true) : c->status;
+}
+
+kith_status kith_checkpoint_commit(struct kith_checkpoint **c) {
+  const kith_status status = finish(*c);
+  kith_checkpoint_close(c);
+  return status;
+}
+
+/* ---- reading ---- */
 
 /* The section behind s, or the first one of s is NULL; NULL: there is none. */
 static const struct section *next_section(const struct kith_checkpoint *c, const struct section *s) {
@@ -261,7 +247,7 @@ static kith_status verify(struct kith_checkpoint *c) {
   if (h->version != VERSION)
     KITH_FAIL(BAD_FILE, "%s: checkpoint version %u, this program reads %d", c->path, h->version, VERSION);
   memcpy(&sum, c->map + c->size - 8, 8);
-  if (c->size % 8 != 0 || sum != checksum(checksum_start, c->map, c->size - 8))
+  if (c->size % 8 != 0 || sum != checksum(c->map, c->size - 8))
     KITH_FAIL(BAD_FILE, "%s: damaged or cut short: its checksum is wrong", c->path);
   if (h->dimension != NDIM)
     KITH_FAIL(BAD_INPUT, "%s: a %u-D checkpoint, this program is %d-D", c->path, h->dimension, NDIM);
@@ -308,7 +294,7 @@ static kith_status read_scene(struct kith_checkpoint *c) {
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path) {
   KITH_TRY(create(out, path));
-  kith_status status = map_file(*out);
+  kith_status status = map_file(*out, path);
   if (status == KITH_OK) status = verify(*out);
   if (status == KITH_OK) status = read_scene(*out);
   if (status != KITH_OK) kith_checkpoint_close(out);

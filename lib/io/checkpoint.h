@@ -22,8 +22,8 @@
  *   checksum  u64, of all words before
  *
  * Groups: 0 scene, 1 lists, 2 fields, 3 named arrays; types: those of kith_type. A list is a row of 6 words:
- * name[32], first, count. Numbers are in the byte order of the machine. Cost: one pass over the memory to
- * write, two over the file to read.
+ * name[32], first, count. Numbers are in the byte order of the machine. Cost: one pass over the memory and
+ * one over the file to write, two over the file to read.
  *
  * With several ranks, rank 0 writes. Nodes are stored list by list, rank by rank; the values of the others
  * are sent to rank 0 piece by piece, field by field: beyond its own nodes it needs a quarter of a megabyte.

@@ -13,7 +13,7 @@
 struct writer {
   const struct kith_atomic_file *out;
   hid_t file, particles, vtk, point_data;
-  void *room; /* for the widest field of this rank's nodes, and for its part of the cells */
+  void *room; /* for the widest field of this rank's nodes */
   const char *now;
   char failed[96]; /* what was written at the first failure; empty: none */
 };
@@ -315,6 +315,7 @@ static void fill_field(const struct writer *w, const struct kith_nodes *nodes, c
   H5Dclose(data);
 }
 
+/* Of nodes first .. first + n - 1. */
 static void fill_cells(const struct writer *w, size_t first, size_t n, bool last) {
   static const char *const names[] = {"VTKHDF/Connectivity", "VTKHDF/Offsets", "VTKHDF/Types"};
   int64_t *number = w->room;
@@ -328,32 +329,25 @@ static void fill_cells(const struct writer *w, size_t first, size_t n, bool last
   }
 }
 
-/* Where the equal part of the cells that a rank writes begins. */
-static size_t cells_before(const struct part *part, int rank, int size) {
-  return (size_t)((double)part->total / size * rank);
-}
-
 static void fill_all(const struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
-  const int rank = kith_ranks_rank(nodes->ranks), size = kith_ranks_size(nodes->ranks);
+  const bool last = kith_ranks_rank(nodes->ranks) == kith_ranks_size(nodes->ranks) - 1;
   for (int k = 0; k < nodes->n_fields; ++k)
     if (nodes->fields[k]->spec.output != NULL) fill_field(w, nodes, nodes->fields[k], part);
-  const bool last = rank == size - 1;
-  const size_t first = cells_before(part, rank, size);
-  fill_cells(w, first, (last ? part->total : cells_before(part, rank + 1, size)) - first, last);
+  for (int l = 0; l < nodes->n_lists; ++l)
+    fill_cells(w, part->first[l], (size_t)nodes->lists[l].count, last && l == nodes->n_lists - 1);
 }
 
-static kith_status room_to_fill(struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
-  const size_t cells = part->total / (size_t)kith_ranks_size(nodes->ranks) + 3;
+static kith_status room_to_fill(struct writer *w, const struct kith_nodes *nodes) {
   size_t columns = 1;
   for (int k = 0; k < nodes->n_fields; ++k)
     if (nodes->fields[k]->spec.output != NULL) columns = KITH_MAX(columns, columns_of(nodes->fields[k]));
   if (access(w->out->temporary, R_OK | W_OK) != 0)
     KITH_FAIL(BAD_FILE, "%s: cannot write: not there for all ranks", w->out->path);
-  return kith_resize(&w->room, 0, KITH_MAX(cells, (size_t)nodes->n_internal * columns), 8);
+  return kith_resize(&w->room, 0, (size_t)nodes->n_internal * columns + 1, 8);
 }
 
 static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, room_to_fill(w, nodes, part)));
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, room_to_fill(w, nodes)));
   const hid_t how = H5Pcreate(H5P_FILE_ACCESS);
   /* Nothing is held back in a buffer: what cannot be written is known at once, and the file can be closed. */
   H5Pset_sieve_buf_size(how, 0);
