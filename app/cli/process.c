@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <jansson.h>
+#include <limits.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -16,16 +17,14 @@
 #include <unistd.h>
 
 kith_status kith_programs_find(struct kith_programs *p) {
-  char self[KITH_PATH - 32];
-  const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-  if (length <= 0) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
-  self[length] = '\0';
+  char self[PATH_MAX];
+  if (realpath("/proc/self/exe", self) == NULL) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
   *strrchr(self, '/') = '\0';
-  snprintf(p->prefix, sizeof p->prefix, "%s/kith-", self);
+  snprintf(p->prefix, sizeof p->prefix, "%.700s/kith-", self);
   static const char *const places[] = {"../inputs", "../../inputs", "../../../inputs",
                                        "../share/kith/inputs"};
   for (size_t k = 0; k < sizeof places / sizeof *places; ++k) {
-    snprintf(p->inputs, sizeof p->inputs, "%s/%s", self, places[k]);
+    snprintf(p->inputs, sizeof p->inputs, "%.700s/%s", self, places[k]);
     if (access(p->inputs, R_OK) == 0) return KITH_OK;
   }
   snprintf(p->inputs, sizeof p->inputs, "inputs");
@@ -95,15 +94,8 @@ kith_status kith_report_number(const char *path, const char *key, double *value)
   return KITH_OK;
 }
 
-/* The last line of a log. */
-static void last_line(const char *log, char line[256]) {
-  FILE *file = fopen(log, "r");
-  for (line[0] = '\0'; file != NULL && fgets(line, 256, file) != NULL;) line[strcspn(line, "\n")] = '\0';
-  if (file != NULL) fclose(file);
-}
-
 kith_status kith_gnuplot_run(const char *directory, const char *name) {
-  char script[64], log[KITH_PATH + 64], line[256];
+  char script[64], log[KITH_PATH + 64];
   char *const words[] = {"/usr/bin/env", "-C", (char *)(uintptr_t)directory, "gnuplot", script, NULL};
   int code;
   if (access(directory, X_OK) != 0) KITH_FAIL(BAD_FILE, "%s: no directory to draw in", directory);
@@ -111,8 +103,7 @@ kith_status kith_gnuplot_run(const char *directory, const char *name) {
   snprintf(log, sizeof log, "%.*s/%s.log", KITH_PATH, directory, name);
   unlink(log);
   KITH_TRY(kith_process_run(words, log, 0, &code));
-  last_line(log, line);
-  if (code != 0 && code != 127) KITH_FAIL(BAD_FILE, "no picture, gnuplot failed: %s; see %s", line, log);
+  if (code != 0 && code != 127) KITH_FAIL(BAD_FILE, "no picture, gnuplot failed; see %s", log);
   unlink(log);
   if (code == 127)
     KITH_FAIL(UNSUPPORTED, "no picture: gnuplot cannot be run; %s is in %s", script, directory);

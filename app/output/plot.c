@@ -43,13 +43,10 @@ static double place_of(const struct kith_plot *p, const double *center, kith_ind
   return kith_exact_place(p->exact, center, p->nodes.position + (size_t)i * NDIM);
 }
 
-/* The node of stretch k of `stretches`: one of it, picked by the finisher of splitmix64. */
+/* The node of stretch k of `stretches`, by golden sections: no pattern with that of a lattice. */
 static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
   const int64_t first = (int64_t)n * k / stretches, next = (int64_t)n * (k + 1) / stretches;
-  uint64_t z = (uint64_t)k + UINT64_C(0x9e3779b97f4a7c15);
-  z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-  z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
-  return (kith_index)(first + (int64_t)((z ^ (z >> 31)) % (uint64_t)(next - first)));
+  return (kith_index)(first + (int64_t)((double)(next - first) * fmod(k * 0.6180339887498949, 1)));
 }
 
 static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, const char *directory) {

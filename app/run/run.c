@@ -51,9 +51,7 @@ struct run {
 static kith_status become_mpirun(const struct kith_options *options) {
   enum { MOST_WORDS = 512 };
   char self[PATH_MAX], number[16], *words[MOST_WORDS];
-  const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-  if (length <= 0) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
-  self[length] = '\0';
+  if (realpath("/proc/self/exe", self) == NULL) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
   snprintf(number, sizeof number, "%d", options->ranks);
   char *const first[] = {"mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "-n", number, self};
   int n = 0;

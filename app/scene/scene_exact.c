@@ -25,21 +25,9 @@ static double pressure_of(const struct kith_material *m, const struct kith_regio
                                 kith_expression_constant(region->energy));
 }
 
-static void velocity_at(const void *context, const double *x, double *velocity) {
-  struct kith_expression *const *formula = ((const struct kith_scene *)context)->region[0].velocity;
-  for (int a = 0; a < NDIM; ++a) {
-    velocity[a] = 0;
-    if (formula[a] != NULL && kith_expression_at(formula[a], NDIM, x, &velocity[a]) != KITH_OK)
-      velocity[a] = NAN;
-  }
-}
-
 static struct kith_exact_scene describe(const struct kith_scene *scene) {
-  struct kith_exact_scene out = {.until = scene->until,
-                                 .n_regions = scene->n_regions,
-                                 .n_deposits = scene->n_deposits,
-                                 .velocity = velocity_at,
-                                 .context = scene};
+  struct kith_exact_scene out = {
+      .until = scene->until, .n_regions = scene->n_regions, .n_deposits = scene->n_deposits};
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *const side[] = {scene->boundary[a].lower, scene->boundary[a].upper};
     out.lower[a] = scene->domain.lower[a], out.upper[a] = scene->domain.upper[a];

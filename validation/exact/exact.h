@@ -37,9 +37,6 @@ struct kith_exact_scene {
   } region[2];                       /* the first two */
   int n_deposits;
   double deposit_energy, deposit_center[NDIM]; /* of the first one */
-  /* Velocity of the first region at x, also where it is not constant; NaN where it is not defined. */
-  void (*velocity)(const void *context, const double *x, double *velocity);
-  const void *context;
 };
 
 /* What a Riemann problem makes of its two states, between the outer waves. [0]: the left-running wave and the

@@ -23,19 +23,6 @@ static const struct kith_param params[] = {
     KITH_EXACT_CENTER,
     {0}};
 
-/* The speed at a point away from the center, which is the origin. */
-static void derive(void *settings, const struct kith_exact_scene *scene) {
-  struct noh *noh = settings;
-  double x[NDIM], v[NDIM];
-  kith_exact_derive_gas(settings, scene);
-  for (int a = 0; a < NDIM; ++a) { /* somewhere between the origin and the farther face */
-    const double lower = scene->lower[a], upper = scene->upper[a];
-    x[a] = (0.6 + 0.1 * a) * (fabs(lower) > fabs(upper) ? lower : upper);
-  }
-  scene->velocity(scene->context, x, v);
-  noh->speed = kith_norm(v);
-}
-
 static double noh_shock(const void *self, double time) {
   const struct noh *noh = self;
   return (noh->gas.gamma - 1) / 2 * noh->speed * time;
@@ -61,7 +48,7 @@ const struct kith_exact_ops kith_exact_noh = {
     .name = "noh",
     .doc = "cold gas imploding onto a plane, a line or a point",
     KITH_SETTINGS(params, noh),
-    .derive = derive,
+    .derive = kith_exact_derive_gas,
     .state = noh_state,
     .shock = noh_shock,
     .radial = true,

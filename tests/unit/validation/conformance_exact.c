@@ -63,19 +63,9 @@ static void check_ranges(const struct kith_exact_ops *ops) {
   }
 }
 
-static void swirl(const void *context, const double *x, double *velocity) {
-  (void)x;
-  for (int a = 0; a < NDIM; ++a) velocity[a] = ((const double *)context)[a];
-}
-
 /* Two regions of constant state that touch along x, one deposit in the lower corner, walls there. */
 static struct kith_exact_scene scene_with(double gamma, const double *velocity) {
-  struct kith_exact_scene s = {.until = 0.25,
-                               .n_regions = 2,
-                               .n_deposits = 1,
-                               .deposit_energy = 3,
-                               .velocity = swirl,
-                               .context = velocity};
+  struct kith_exact_scene s = {.until = 0.25, .n_regions = 2, .n_deposits = 1, .deposit_energy = 3};
   for (int a = 0; a < NDIM; ++a) {
     s.lower[a] = -1, s.upper[a] = 1, s.deposit_center[a] = -1;
     s.axis[a].mirror[0] = s.axis[a].mirror[1] = a == 0, s.axis[a].periodic = a > 0;
@@ -100,7 +90,7 @@ static void check_derived(const struct kith_exact_ops *ops) {
   double own[EXACT_NUMBERS];
   exact_fill(own, ops, &sample);
   /* What waves, vortices and slabs cannot tell; in the order of tables. */
-  const char *const given[] = {"density", "pressure", "energy", "conductivity", "amplitude"};
+  const char *const given[] = {"density", "velocity", "pressure", "energy", "conductivity", "amplitude"};
   for (size_t k = 0; k < sizeof given / sizeof *given; ++k) {
     const struct kith_param *row = kith_params_find(ops->params, given[k]);
     if (row == NULL || !isnan(*(double *)((char *)settings + row->offset))) continue;
@@ -124,7 +114,7 @@ static void check_derived(const struct kith_exact_ops *ops) {
 
 /* Against what the scene is. */
 static void check_derived_values(void) {
-  const double velocity[] = {0.3, 0.4, 0}, speed = NDIM == 1 ? 0.3 : 0.5;
+  const double velocity[] = {0.3, 0.4, 0};
   struct kith_exact_scene scene = scene_with(1.6, velocity);
   for (const struct kith_exact_ops *const *all = kith_exact_all(); *all != NULL; ++all) {
     void *settings;
@@ -134,7 +124,6 @@ static void check_derived_values(void) {
     if (*all == &kith_exact_riemann)
       CHECK(p.interface_position == 0.2 && p.density[1] == 2 && p.pressure[0] == 0.5 && p.velocity[1] == 0.3);
     if (*all == &kith_exact_sedov) CHECK(p.blast_energy == 6 && p.center[0] == -1 && p.omega == 0);
-    if (*all == &kith_exact_noh) CHECK_CLOSE(p.velocity[0], speed, 1e-15);
     if (*all == &kith_exact_square)
       CHECK(p.side[0] == 1.2 && p.center[0] == -0.4 && p.density[1] == 2 &&
             p.period[NDIM - 1] == (NDIM > 1 ? 2 : 0));

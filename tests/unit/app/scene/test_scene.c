@@ -180,10 +180,8 @@ static void derives_sedov(void) {
 static void derives_others(void) {
   struct kith_scene *s = read_exact(
       "regions: [{material: gas, density: 1, pressure: 1e-6, velocity: ['-2*x/r', '-2*y/r', '-2*z/r']}]\n"
-      "exact: {name: noh, window: {x: [0.25, 0.75]}}\n");
-  if (s != NULL)
-    CHECK_CLOSE(exact_parameters_of(s->exact.ops, s->exact.settings).velocity[0], 2,
-                1e-14); /* a root of a sum of squares */
+      "exact: {name: noh, velocity: 2, window: {x: [0.25, 0.75]}}\n");
+  if (s != NULL) CHECK(exact_parameters_of(s->exact.ops, s->exact.settings).density[0] == 1);
   if (s != NULL) CHECK(s->exact.window.kind == KITH_WINDOW_SLAB && s->exact.window.center[0] == 0.5);
   if (s != NULL) CHECK(s->exact.window.inner == 0 && s->exact.window.outer == 0.25);
   kith_scene_destroy(&s);

@@ -341,8 +341,7 @@ static void refused_elsewhere(void) {
              "f:8: regions.0.velocity.2: formula 'z)'", ""); /* beyond the dimension too */
   refused_at(8, "  - {material: gas, density: 1, pressure: 1,\n     where: {inside: 'x <'}}",
              "f:9: regions.0.where.inside: formula 'x <'", "");
-  refused_at(11, "exact: {name: noh}",
-             "f:11: exact: ", "velocity"); /* at rest: the solution itself refuses */
+  refused_at(11, "exact: {name: noh}", "f:11: exact.velocity: missing", "");
   refused_at(11, "neighbor: {search: tre}", "f:11: neighbor.search: 'tre' is not one of ",
              "did you mean 'tree'?");
   refused_at(11, "exact: {name: riemann, density: 1, pressure: [-1, 0]}",
