@@ -8,11 +8,10 @@
 #include <string.h>
 #include <time.h>
 #include "integrator/lifecycle.h"
-#include "lib/domain/cell_bounds.h"
 #include "lib/domain/decomposition.h"
 #include "lib/domain/partition/partition.h"
 
-enum { MOST_RANKS = 16384, MOST_RANKS_OF_A_NODE = 512 };
+enum { MOST_RANKS = 16384 };
 
 /* ---- one process ---- */
 
@@ -92,28 +91,20 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
   return KITH_OK;
 }
 
-/* ---- the model ---- */
-
-/* Of a node or image. */
-struct mark {
-  int32_t rank;  /* -1: of a frozen one, which all have */
-  bool periodic; /* an image across periodic faces */
-};
+/* ---- many ranks ---- */
 
 struct model {
   const struct kith_simulation *simulation;
   int n_ranks;
   struct kith_cells cells;
-  int64_t *home;                   /* [n_internal] the cell of each node */
-  struct kith_cell_bounds *bounds; /* [cells.n] */
-  double *work, *rank_work;        /* [cells.n], [n_ranks] */
-  double search_radius;            /* the largest of all */
-  double factor;                   /* f of cell_bounds.h */
   struct kith_partition *partition;
-  const int32_t *owner; /* [cells.n] its map */
-  struct mark *mark;    /* of all nodes */
-  double *made, *peers; /* [n_ranks] ghosts, ranks that it exchanges with */
-  uint8_t *meets;       /* [from][to] */
+  double *work, *rank_work; /* [cells.n], [n_ranks] */
+  int64_t *home;            /* [n_internal] the cell of each node */
+  int32_t *owner,
+      *seen; /* of all nodes: their rank, -1 of frozen ones, which all have; last rank that needs it */
+  kith_index *first, *next; /* [n_ranks], [n_internal]: the nodes of a rank; -1: no more */
+  double *ghosts, *peers;   /* [n_ranks] */
+  uint8_t *meets;           /* [n_ranks][n_ranks] */
 };
 
 static kith_status fill_cells(struct model *o) {
@@ -124,116 +115,63 @@ static kith_status fill_cells(struct model *o) {
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     o->home[i] = kith_cells_of(&o->cells, nodes->position->f64 + (size_t)i * NDIM);
     o->work[o->home[i]] += 1 + (double)(first[i + 1] - first[i]);
-    o->search_radius = fmax(o->search_radius, nodes->search_radius->f64[i]);
   }
-  return kith_cell_bounds_of_nodes(nodes, o->home, (size_t)o->cells.n, &o->bounds);
-}
-
-/* ---- who is sent where ---- */
-
-struct targets {
-  int n;
-  bool full; /* there are more */
-  struct {
-    int32_t rank;
-    int shift[NDIM];
-  } of[MOST_RANKS_OF_A_NODE];
-};
-
-static void aim(struct targets *t, int32_t rank, const int *shift) {
-  for (int k = 0; k < t->n; ++k)
-    if (t->of[k].rank == rank && memcmp(t->of[k].shift, shift, sizeof t->of[k].shift) == 0) return;
-  t->full = t->n == MOST_RANKS_OF_A_NODE;
-  if (t->full) return;
-  t->of[t->n].rank = rank;
-  memcpy(t->of[t->n++].shift, shift, sizeof t->of[0].shift);
-}
-
-/* The ranks that node x is sent to: all cells around it are tested, also images of cells across periodic
- * faces. */
-static void find_targets(const struct model *o, const double *x, double search_radius, int32_t own,
-                         struct targets *t) {
-  const struct kith_cells *g = &o->cells;
-  int64_t low[NDIM], count[NDIM], n = 1;
-  t->n = 0, t->full = false;
-  for (int a = 0; a < NDIM; ++a) {
-    int64_t high = (int64_t)floor((x[a] + o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
-    low[a] = (int64_t)floor((x[a] - o->factor * o->search_radius - g->lower[a]) / g->edge[a]);
-    if (!g->periodic[a]) { /* images are outside */
-      low[a] = KITH_MIN(KITH_MAX(low[a], 0), g->count[a] - 1);
-      high = KITH_MAX(KITH_MIN(high, g->count[a] - 1), 0);
-    }
-    n *= count[a] = high - low[a] + 1;
-  }
-  for (int64_t number = 0; number < n; ++number) {
-    int64_t k[NDIM];
-    int shift[NDIM];
-    double y[NDIM]; /* the image of x that stands where the cell sees it */
-    kith_grid_place(count, number, k);
-    for (int a = 0; a < NDIM; ++a) {
-      k[a] += low[a];
-      shift[a] = (int)floor((double)k[a] / (double)g->count[a]);
-      k[a] -= shift[a] * g->count[a];
-      y[a] = x[a] - shift[a] * (g->upper[a] - g->lower[a]);
-    }
-    const int64_t c = kith_grid_number(g->count, k);
-    if (o->owner[c] != own && kith_cell_bounds_near(&o->bounds[c], y, search_radius, o->factor))
-      aim(t, o->owner[c], shift);
-  }
-}
-
-static void mark_nodes(struct model *o) {
-  const struct kith_nodes *nodes = o->simulation->nodes;
-  struct mark *mark = o->mark;
-  for (kith_index i = 0; i < nodes->n_internal; ++i) mark[i].rank = o->owner[o->home[i]];
-  for (int b = 0; b < nodes->n_blocks; ++b) {
-    const struct kith_ghost_block *block = &nodes->blocks[b];
-    const bool wraps = o->simulation->boundaries.boundary[block->boundary]->ops->wraps;
-    for (kith_index k = 0; k < block->count; ++k) {
-      const struct mark *control = block->control != NULL ? &mark[block->control[k]] : NULL;
-      mark[block->first + k] = (struct mark){.rank = control != NULL ? control->rank : -1,
-                                             .periodic = wraps || (control != NULL && control->periodic)};
-    }
-  }
-}
-
-/* Periodic images are found from their nodes, as many as there are; mirror images are those in the lists. */
-static kith_status count_ghosts(struct model *o) {
-  const struct kith_nodes *nodes = o->simulation->nodes;
-  const size_t n = (size_t)o->n_ranks;
-  for (kith_index i = 0; i < kith_nodes_count(nodes); ++i) {
-    struct targets t;
-    const int32_t rank = o->mark[i].rank;
-    if (rank < 0 || o->mark[i].periodic) continue;
-    find_targets(o, nodes->position->f64 + (size_t)i * NDIM, nodes->search_radius->f64[i], rank, &t);
-    if (t.full) KITH_FAIL(UNSUPPORTED, "a node is sent to more than %d ranks", MOST_RANKS_OF_A_NODE);
-    for (int k = 0; k < t.n; ++k) {
-      o->made[t.of[k].rank] += 1;
-      o->meets[(size_t)rank * n + (size_t)t.of[k].rank] = 1;
-    }
-  }
-  for (size_t k = 0; k < n * n; ++k) o->peers[k / n] += o->meets[k] | o->meets[k % n * n + k / n];
   return KITH_OK;
 }
 
-/* ---- one partitioner ---- */
+/* An image belongs to the rank of its node. */
+static kith_status find_owners(struct model *o) {
+  const struct kith_nodes *nodes = o->simulation->nodes;
+  const size_t all = (size_t)kith_nodes_count(nodes);
+  KITH_TRY(kith_resize(&o->owner, 0, 2 * all, sizeof *o->owner));
+  KITH_TRY(kith_resize(&o->first, 0, (size_t)(o->n_ranks + nodes->n_internal), sizeof *o->first));
+  o->seen = o->owner + all, o->next = o->first + o->n_ranks;
+  for (int r = 0; r < o->n_ranks; ++r) o->first[r] = -1;
+  for (kith_index i = nodes->n_internal - 1; i >= 0; --i) {
+    const int32_t rank = o->owner[i] = o->partition->owner[o->home[i]];
+    o->next[i] = o->first[rank];
+    o->first[rank] = i;
+  }
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    for (kith_index k = 0; k < block->count; ++k)
+      o->owner[block->first + k] = block->control != NULL ? o->owner[block->control[k]] : -1;
+  }
+  for (size_t i = 0; i < all; ++i) o->seen[i] = -1;
+  return KITH_OK;
+}
+
+/* Rank by rank, what the rows of its nodes hold of others. */
+static void count_ghosts(struct model *o) {
+  const struct kith_connectivity *c = o->simulation->connectivity;
+  const struct kith_rows *rows = c->built.overlap ? &c->overlap : &c->rows;
+  const size_t n = (size_t)o->n_ranks;
+  for (int32_t rank = 0; rank < o->n_ranks; ++rank)
+    for (kith_index i = o->first[rank]; i >= 0; i = o->next[i])
+      for (size_t k = rows->first[i]; k < rows->first[i + 1]; ++k) {
+        const kith_index j = rows->node[k];
+        if (o->owner[j] < 0 || o->owner[j] == rank || o->seen[j] == rank) continue;
+        o->seen[j] = rank;
+        o->ghosts[rank] += 1;
+        o->meets[(size_t)rank * n + (size_t)o->owner[j]] = 1;
+      }
+  for (size_t k = 0; k < n * n; ++k) o->peers[k / n] += o->meets[k] | o->meets[k % n * n + k / n];
+}
 
 static kith_status predict(struct model *o, const char *partitioner, struct kith_forecast *f) {
   const size_t n = (size_t)o->n_ranks;
   KITH_TRY(fill_cells(o));
   KITH_TRY(kith_partition_create(&o->partition, &o->cells, o->n_ranks, partitioner));
   KITH_TRY(kith_partition_converge(o->partition, o->work));
-  o->owner = o->partition->owner;
-  KITH_TRY(kith_resize(&o->mark, 0, (size_t)kith_nodes_count(o->simulation->nodes), sizeof *o->mark));
+  KITH_TRY(find_owners(o));
   KITH_TRY(kith_resize(&o->rank_work, 0, 3 * n, sizeof *o->rank_work));
   KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
-  o->made = o->rank_work + n, o->peers = o->made + n;
-  mark_nodes(o);
-  KITH_TRY(count_ghosts(o));
-  *f = (struct kith_forecast){.imbalance =
-                                  kith_partition_loads(o->partition, o->owner, o->work, o->rank_work)};
+  o->ghosts = o->rank_work + n, o->peers = o->ghosts + n;
+  count_ghosts(o);
+  *f = (struct kith_forecast){
+      .imbalance = kith_partition_loads(o->partition, o->partition->owner, o->work, o->rank_work)};
   for (size_t r = 0; r < n; ++r) {
-    f->ghosts += o->made[r] / (double)n, f->most_ghosts = fmax(f->most_ghosts, o->made[r]);
+    f->ghosts += o->ghosts[r] / (double)n, f->most_ghosts = fmax(f->most_ghosts, o->ghosts[r]);
     f->peers += o->peers[r] / (double)n, f->most_peers = fmax(f->most_peers, o->peers[r]);
   }
   return KITH_OK;
@@ -241,7 +179,7 @@ static kith_status predict(struct model *o, const char *partitioner, struct kith
 
 kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, const char *partitioner,
                                 struct kith_forecast *out) {
-  struct model o = {.simulation = m, .n_ranks = n_ranks, .factor = m->connectivity->built.overlap ? 2 : 1};
+  struct model o = {.simulation = m, .n_ranks = n_ranks};
   bool periodic[NDIM];
   if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
   if (m->scene->partition.recompute)
@@ -250,7 +188,7 @@ kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, co
   KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
   const kith_status status = predict(&o, partitioner, out);
-  void *const owned[] = {&o.home, &o.bounds, &o.work, &o.rank_work, &o.mark, &o.meets};
+  void *const owned[] = {&o.home, &o.work, &o.rank_work, &o.owner, &o.first, &o.meets};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
   kith_partition_destroy(&o.partition);
   return status;

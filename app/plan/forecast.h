@@ -11,9 +11,8 @@
  *
  * Many: what N ranks would have of a scene, counted by one process. The cells are those of a run
  * (lib/domain/decomposition.h); their work is nodes and row entries at the start. A partitioner makes its
- * first map and continues until it changes nothing (at most 20 times). The ghosts are what the halo sends
- * before culling: every node, for every rank that has a cell which it is near (lib/domain/cell_bounds.h), as
- * a periodic image too, and every mirror image that the lists of one process have. */
+ * first map and continues until it changes nothing (at most 20 times). The ghosts of a rank are the nodes and
+ * images of others in the rows of its nodes: what culling keeps. */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 
@@ -40,7 +39,7 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
 
 struct kith_forecast {
   double imbalance;           /* most work over the mean */
-  double ghosts, most_ghosts; /* of a rank, before culling: mean, most */
+  double ghosts, most_ghosts; /* of a rank: mean, most */
   double peers, most_peers;   /* ranks that it exchanges with */
 };
 

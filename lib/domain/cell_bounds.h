@@ -3,8 +3,7 @@
  * The bounds of a cell are the box around its nodes and their largest search radius R. Node j is near a cell,
  * and is sent to the rank that owns it, if
  *     d(x_j, box) <= f max(R_j, R of the cell),
- * f = 1, or 2 when overlap is required: then whatever a node of the cell may interact with is near it. The
- * halo and the forecast (app/plan) both use the functions of this file. */
+ * f = 1, or 2 when overlap is required: then whatever a node of the cell may interact with is near it. */
 #ifndef KITH_DOMAIN_CELL_BOUNDS_H
 #define KITH_DOMAIN_CELL_BOUNDS_H
 

@@ -2,7 +2,7 @@
  * tests/mpi/planned.sh compares it with runs. */
 #include "tests/check.h"
 #include "app/plan/forecast.h"
-#include "lib/domain/cell_bounds.h"
+#include "lib/core/vec.h"
 #include "lib/domain/decomposition.h"
 #include <math.h>
 #include <string.h>
@@ -57,17 +57,20 @@ static struct kith_partition *map_of(const struct kith_simulation *m, struct kit
   return partition;
 }
 
-/* Is y near a cell of the rank? */
-static bool is_near(const struct kith_partition *map, const struct kith_cell_bounds *bounds, int rank,
-                    const double *y, double search_radius) {
-  for (int64_t c = 0; c < map->cells->n; ++c)
-    if (map->owner[c] == rank && kith_cell_bounds_near(&bounds[c], y, search_radius, 1)) return true;
+/* Is y, with this search radius, a neighbor of a node of the rank? */
+static bool is_near(const struct kith_simulation *m, const int32_t *owner, int rank, const double *y,
+                    double search_radius) {
+  const struct kith_nodes *nodes = m->nodes;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double r = fmax(search_radius, nodes->search_radius->f64[i]);
+    if (owner[i] == rank && kith_distance2(nodes->position->f64 + (size_t)i * NDIM, y) <= r * r) return true;
+  }
   return false;
 }
 
 /* Images of j across the faces: shifted by n lengths, or, in x of a box with walls, mirrored. */
-static double count_of(const struct kith_simulation *m, const struct kith_partition *map,
-                       const struct kith_cell_bounds *bounds, int rank, kith_index j, bool walls) {
+static double count_of(const struct kith_simulation *m, const int32_t *owner, int rank, kith_index j,
+                       bool walls) {
   const double *x = m->nodes->position->f64 + (size_t)j * NDIM;
   double n = 0, y[NDIM];
   int shift[NDIM];
@@ -75,29 +78,26 @@ static double count_of(const struct kith_simulation *m, const struct kith_partit
   for (int a = 0; a < NDIM;) {
     for (int k = 0; k < NDIM; ++k) y[k] = x[k] + shift[k];
     if (walls && shift[0] != 0) y[0] = shift[0] < 0 ? -x[0] : 2 - x[0];
-    n += is_near(map, bounds, rank, y, m->nodes->search_radius->f64[j]);
+    n += is_near(m, owner, rank, y, m->nodes->search_radius->f64[j]);
     for (a = 0; a < NDIM && ++shift[a] > 1; ++a) shift[a] = -1;
   }
   return n;
 }
 
-/* Every image of every node against every cell. */
+/* Every image of every node against every node. */
 static double brute_ghosts(const struct kith_simulation *m, int n_ranks, bool walls) {
   struct kith_cells cells;
   struct kith_partition *map = map_of(m, &cells, n_ranks);
-  struct kith_cell_bounds *bounds = NULL;
-  int64_t *home = NULL;
+  int32_t *owner = NULL;
   double n = 0;
-  CHECK_OK(kith_resize(&home, 0, (size_t)m->nodes->n_internal, sizeof *home));
+  CHECK_OK(kith_resize(&owner, 0, (size_t)m->nodes->n_internal, sizeof *owner));
   for (kith_index j = 0; j < m->nodes->n_internal; ++j)
-    home[j] = kith_cells_of(&cells, m->nodes->position->f64 + (size_t)j * NDIM);
-  CHECK_OK(kith_cell_bounds_of_nodes(m->nodes, home, (size_t)cells.n, &bounds));
+    owner[j] = map->owner[kith_cells_of(&cells, m->nodes->position->f64 + (size_t)j * NDIM)];
   for (kith_index j = 0; j < m->nodes->n_internal; ++j)
     for (int r = 0; r < n_ranks; ++r)
-      if (map->owner[home[j]] != r) n += count_of(m, map, bounds, r, j, walls);
+      if (owner[j] != r) n += count_of(m, owner, r, j, walls);
   kith_partition_destroy(&map);
-  kith_free(&bounds);
-  kith_free(&home);
+  kith_free(&owner);
   return n / n_ranks;
 }
 
