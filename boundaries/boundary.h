@@ -78,7 +78,7 @@ struct kith_boundary {
   bool at_lower, at_upper; /* which sides act (periodic: both) */
   double start;            /* where the face that acts (the lower one of two) is at time 0 */
   const void *settings;    /* of its own parameters: the caller's to fill, borrowed; NULL: none */
-  void *self;
+  void *self; /* private; of distributed, the last boundary: the halo, set by the caller, borrowed */
 };
 
 #define KITH_BOUNDARY_LIST(X) X(reflecting) X(piston) X(periodic) X(constant) X(distributed)
@@ -93,10 +93,6 @@ KITH_FAMILY_FUNCTIONS(kith_boundary);
  * H of the internal nodes; fields registered later are zero. */
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                const uint8_t *chosen);
-
-/* distributed: the halo that creates its ghosts, borrowed. Always the last boundary. */
-struct kith_halo;
-void kith_distributed_init(struct kith_boundary *boundary, struct kith_halo *halo);
 
 /* All boundaries of a run, in order. */
 enum { KITH_MAX_BOUNDARIES = 2 * NDIM + 8 };

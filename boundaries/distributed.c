@@ -4,10 +4,6 @@
 
 #include "lib/domain/halo.h"
 
-void kith_distributed_init(struct kith_boundary *boundary, struct kith_halo *halo) {
-  boundary->self = halo;
-}
-
 static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
   return kith_halo_add_ghosts(boundary->self, nodes, boundary->index, radius_factor);
 }

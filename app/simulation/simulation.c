@@ -221,7 +221,7 @@ kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ra
   m->integrator.decomposition = m->decomposition;
   KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_distributed, 0, 0, 1, false, false));
   KITH_TRY(kith_halo_create(&m->halo, m->nodes->ranks, m->decomposition));
-  kith_distributed_init(m->boundaries.boundary[m->boundaries.n - 1], m->halo);
+  m->boundaries.boundary[m->boundaries.n - 1]->self = m->halo;
   m->hydro.halo = m->halo;
   m->package.recompute = m->scene->partition.recompute;
   return kith_decomposition_keep_own(m->decomposition, m->nodes);

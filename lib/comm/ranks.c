@@ -142,6 +142,10 @@ void kith_ranks_min(struct kith_ranks *ranks, double *values, int n) {
   reduce(ranks, values, n, MPI_DOUBLE, MPI_MIN);
 }
 
+void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n) {
+  reduce(ranks, values, n, MPI_DOUBLE, MPI_SUM);
+}
+
 void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
   reduce(ranks, values, n, MPI_UINT64_T, MPI_SUM);
 }
@@ -162,18 +166,6 @@ static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, vo
   ++ranks->traffic.collectives;
 }
 
-/* All terms go to all ranks, so that each adds them in the same order. */
-void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n) {
-  double *all = NULL;
-  if (ranks == NULL || n == 0) return;
-  collect(ranks, values, (size_t)n * sizeof *values, &all);
-  for (int k = 0; k < n; ++k) {
-    values[k] = 0;
-    for (int r = 0; r < ranks->size; ++r) values[k] += all[(size_t)r * (size_t)n + (size_t)k];
-  }
-  kith_free(&all);
-}
-
 int kith_ranks_minloc(struct kith_ranks *ranks, double value, int64_t tie) {
   struct {
     double value;
@@ -190,11 +182,9 @@ int kith_ranks_minloc(struct kith_ranks *ranks, double value, int64_t tie) {
 }
 
 void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {
-  enum { MOST = 1 << 30 };
-  for (size_t at = 0; ranks != NULL && at < bytes; at += MOST) {
-    MPI_Bcast((char *)data + at, (int)KITH_MIN(bytes - at, (size_t)MOST), MPI_BYTE, root, ranks->all);
-    ++ranks->traffic.collectives;
-  }
+  if (ranks == NULL) return;
+  MPI_Bcast(data, (int)bytes, MPI_BYTE, root, ranks->all);
+  ++ranks->traffic.collectives;
 }
 
 /* ---- between ranks ---- */

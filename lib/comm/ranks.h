@@ -10,9 +10,8 @@
  * return together. A failure where no such agreement follows (no memory between two exchanges) ends all ranks
  * through kith_ranks_abort, which the program calls if a failure was not agreed on.
  *
- * Sums of doubles are added in the order of the ranks: they are bitwise identical on every rank and in every
- * run, but differ with the number of ranks. Sums that the state of a run depends on are exact (sum.h).
- * Maxima, minima and sums of integers do not depend on an order. */
+ * Maxima, minima and sums of integers do not depend on an order. Sums of doubles do: they are for figures
+ * that are shown; those that the state of a run depends on are exact (sum.h). */
 #ifndef KITH_COMM_RANKS_H
 #define KITH_COMM_RANKS_H
 
@@ -51,7 +50,7 @@ void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n);
 /* The rank with the smallest value; of several, the one with the smallest tie. */
 int kith_ranks_minloc(struct kith_ranks *ranks, double value, int64_t tie);
-void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes);
+void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes); /* below 2 GB */
 
 /* MPI_Alltoall: from[r * n .. ] is what rank r had in to[me * n .. ]. */
 void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t *from, int n);

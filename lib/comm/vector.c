@@ -8,7 +8,6 @@
 struct content {
   struct kith_vectors *set;
   double *own[KITH_VECTOR_MAX_PARTS]; /* NULL: the caller's */
-  bool counted;                       /* among the bytes of the set */
 };
 
 static struct content *content_of(N_Vector v) {
@@ -32,8 +31,8 @@ static int64_t length(N_Vector v, int part) {
 
 static void destroy(N_Vector v) {
   struct content *c = content_of(v);
-  if (c != NULL && c->counted) c->set->bytes -= (size_t)c->set->own * sizeof(double);
-  for (int part = 0; c != NULL && part < c->set->parts; ++part) kith_free(&c->own[part]);
+  if (c->own[0] != NULL) c->set->bytes -= (size_t)c->set->own * sizeof(double);
+  for (int part = 0; part < c->set->parts; ++part) kith_free(&c->own[part]);
   kith_free(&v->content);
   N_VFreeEmpty(v);
 }
@@ -58,8 +57,7 @@ static N_Vector clone(N_Vector of) {
   /* One number more: an empty set has vectors too. */
   for (int part = 0; status == KITH_OK && part < parts(v); ++part)
     status = kith_resize(&c->own[part], 0, (size_t)length(v, part) + 1, sizeof(double));
-  c->set->bytes += (size_t)c->set->own * sizeof(double);
-  c->counted = true;
+  if (c->own[0] != NULL) c->set->bytes += (size_t)c->set->own * sizeof(double);
   if (status == KITH_OK) return v;
   destroy(v);
   return NULL;

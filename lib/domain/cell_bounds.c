@@ -16,12 +16,10 @@ static void include(struct kith_cell_bounds *to, const struct kith_cell_bounds *
   to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
 }
 
-static void include_node(struct kith_cell_bounds *to, const struct kith_nodes *nodes, kith_index i) {
-  const double search_radius = nodes->search_radius->f64[i];
-  if (!(search_radius >= 0)) return;
-  if (!(to->search_radius >= 0)) to->box = kith_box_empty();
-  kith_box_include(&to->box, nodes->position->f64 + (size_t)i * NDIM);
-  to->search_radius = KITH_MAX(to->search_radius, search_radius);
+static inline void include_node(struct kith_cell_bounds *to, const struct kith_nodes *nodes, kith_index i) {
+  struct kith_cell_bounds node = {.search_radius = nodes->search_radius->f64[i], .box = kith_box_empty()};
+  kith_box_include(&node.box, nodes->position->f64 + (size_t)i * NDIM);
+  include(to, &node);
 }
 
 /* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include. */
@@ -43,13 +41,6 @@ kith_status kith_cell_bounds_of_nodes(const struct kith_nodes *nodes, const int6
   }
   *bounds = cell;
   return KITH_OK;
-}
-
-size_t kith_cell_bounds_compact(struct kith_cell_bounds *bounds, size_t n) {
-  size_t left = 0;
-  for (size_t c = 0; c < n; ++c)
-    if (bounds[c].search_radius >= 0) bounds[left++] = bounds[c];
-  return left;
 }
 
 /* Square of the distance between boxes, or images of them on the periodic axes of `cells` (NULL: none). */

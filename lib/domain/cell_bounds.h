@@ -25,8 +25,6 @@ static inline bool kith_cell_bounds_near(const struct kith_cell_bounds *cell, co
 /* Cell c has the internal nodes with home[i] == c, c = 0 .. n - 1. *bounds: [n], owned by the caller. */
 kith_status kith_cell_bounds_of_nodes(const struct kith_nodes *nodes, const int64_t *home, size_t n,
                                       struct kith_cell_bounds **bounds);
-/* Moves those that have nodes to the front; returns how many. */
-size_t kith_cell_bounds_compact(struct kith_cell_bounds *bounds, size_t n);
 /* The largest search radius of `own` and of all cells that come within the larger search radius of both, as
  * images too on periodic axes. */
 double kith_cell_bounds_widest(const struct kith_cell_bounds *own, const struct kith_cells *cells,

@@ -3,17 +3,6 @@
 
 static const double NEARLY = 1e-9; /* L / edge may round to just below a whole number */
 
-static kith_status check(const double *lower, const double *upper, double least_edge, int64_t most_cells) {
-  for (int a = 0; a < NDIM; ++a)
-    if (!(isfinite(lower[a]) && isfinite(upper[a]) && lower[a] < upper[a] && isfinite(upper[a] - lower[a])))
-      KITH_FAIL(BAD_INPUT, "cells from %g to %g on axis %d: lower must be less than upper, and both finite",
-                lower[a], upper[a], a);
-  if (!(least_edge > 0)) KITH_FAIL(BAD_INPUT, "cells with an edge of %g: not positive", least_edge);
-  if (most_cells < 1 || most_cells > INT32_MAX)
-    KITH_FAIL(BAD_INPUT, "at most %lld cells: not from 1 to %d", (long long)most_cells, INT32_MAX);
-  return KITH_OK;
-}
-
 /* Counts for this edge; returns their product (no integer yet: it may be huge). */
 static double count_for(struct kith_cells *cells, double edge) {
   double n = 1;
@@ -28,9 +17,13 @@ static double count_for(struct kith_cells *cells, double edge) {
 
 kith_status kith_cells_init(struct kith_cells *cells, const double *lower, const double *upper,
                             const bool *periodic, double least_edge, int64_t most_cells) {
-  KITH_TRY(check(lower, upper, least_edge, most_cells));
   struct kith_cells made = {.n = 1};
+  if (!(least_edge > 0) || most_cells < 1 || most_cells > INT32_MAX)
+    KITH_FAIL(BAD_INPUT, "%lld cells of an edge of %g", (long long)most_cells, least_edge);
   for (int a = 0; a < NDIM; ++a) {
+    if (!(lower[a] < upper[a] && isfinite(upper[a] - lower[a])))
+      KITH_FAIL(BAD_INPUT, "cells from %g to %g on axis %d: lower must be less than upper, and both finite",
+                lower[a], upper[a], a);
     made.lower[a] = lower[a], made.upper[a] = upper[a];
     made.periodic[a] = periodic[a];
   }

@@ -170,15 +170,16 @@ static void scratch_clear(struct scratch *s) {
   kith_free(&s->from);
 }
 
-/* The bounds of the cells of all ranks. */
+/* The bounds of the cells of all ranks; compact: without those that have no nodes. */
 static kith_status gather_bounds(const struct kith_halo *halo, const struct kith_nodes *nodes,
                                  struct scratch *s, bool compact) {
-  s->n_own = (size_t)halo->decomposition->n_own + 1;
+  const size_t cells = (size_t)halo->decomposition->n_own + 1;
   kith_status status = kith_resize(&s->part, 0, (size_t)kith_ranks_size(halo->ranks) + 1, sizeof *s->part);
   if (status == KITH_OK)
-    status = kith_cell_bounds_of_nodes(nodes, halo->decomposition->home->i64, s->n_own, &s->own);
+    status = kith_cell_bounds_of_nodes(nodes, halo->decomposition->home->i64, cells, &s->own);
   KITH_TRY(kith_ranks_allreduce_status(halo->ranks, status));
-  if (compact) s->n_own = kith_cell_bounds_compact(s->own, s->n_own);
+  for (size_t c = 0; c < cells; ++c)
+    if (!compact || s->own[c].search_radius >= 0) s->own[s->n_own++] = s->own[c];
   return kith_ranks_gather(halo->ranks, s->own, s->n_own * sizeof *s->own, &s->bounds, s->part);
 }
 

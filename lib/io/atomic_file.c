@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <libgen.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -23,12 +24,15 @@ static kith_status open_temporary(struct kith_atomic_file *file) {
 }
 
 kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *path) {
-  const size_t length = strlen(path) + 1, longest = length + strlen(".partial");
+  const size_t longest = strlen(path) + sizeof ".previous";
   *out = NULL;
-  KITH_TRY(kith_resize(out, 0, 1, sizeof **out + length + longest));
-  (*out)->path = strcpy((char *)(*out + 1), path);
-  (*out)->temporary = (*out)->path + length;
-  snprintf((*out)->temporary, longest, "%s.partial", path);
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out + 3 * longest));
+  struct kith_atomic_file *file = *out;
+  file->path = strcpy((char *)(file + 1), path);
+  file->temporary = file->path + longest;
+  file->previous = file->temporary + longest;
+  snprintf(file->temporary, longest, "%s.partial", path);
+  snprintf(file->previous, longest, "%s.previous", path);
   return KITH_OK;
 }
 
@@ -51,29 +55,19 @@ static int flush_to_disk(struct kith_atomic_file *file) {
 
 /* A second name first, then the rename below replaces the first: PATH is never missing. Where hard links are
  * not to be had, PATH is missing for a moment. */
-static kith_status set_aside(const char *path) {
-  char *previous = NULL;
-  const size_t bytes = strlen(path) + sizeof ".previous";
-  KITH_TRY(kith_resize(&previous, 0, bytes, 1));
-  snprintf(previous, bytes, "%s.previous", path);
-  int result = unlink(previous);
-  if (result == 0 || errno == ENOENT) result = link(path, previous);
-  if (result != 0 && errno != ENOENT) result = rename(path, previous);
-  const int why = errno;
-  kith_free(&previous);
-  if (result != 0 && why != ENOENT)
-    KITH_FAIL(BAD_FILE, "%s: cannot keep it as .previous: %s", path, strerror(why));
-  return KITH_OK;
+static kith_status set_aside(const struct kith_atomic_file *file) {
+  unlink(file->previous);
+  if (link(file->path, file->previous) == 0 || errno == ENOENT) return KITH_OK;
+  if (rename(file->path, file->previous) == 0) return KITH_OK;
+  KITH_FAIL(BAD_FILE, "%s: cannot keep it as .previous: %s", file->path, strerror(errno));
 }
 
 /* Syncs the rename itself. File systems that cannot sync a directory return EINVAL. */
 static int sync_directory(const char *path) {
-  char *directory = strdup(path);
-  if (directory == NULL) return -1;
-  char *slash = strrchr(directory, '/');
-  if (slash != NULL) slash[slash == directory] = '\0';
-  const int fd = open(slash != NULL ? directory : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  kith_free(&directory);
+  char *copy = strdup(path);
+  if (copy == NULL) return -1;
+  const int fd = open(dirname(copy), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  kith_free(&copy);
   if (fd < 0) return -1;
   const int result = fsync(fd) == 0 || errno == EINVAL ? 0 : -1;
   close(fd);
@@ -82,7 +76,7 @@ static int sync_directory(const char *path) {
 
 static kith_status publish(struct kith_atomic_file *file, bool keep_previous) {
   if (flush_to_disk(file) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(errno));
-  if (keep_previous) KITH_TRY(set_aside(file->path));
+  if (keep_previous) KITH_TRY(set_aside(file));
   if (rename(file->temporary, file->path) != 0)
     KITH_FAIL(BAD_FILE, "%s: cannot rename %s: %s", file->path, file->temporary, strerror(errno));
   if (sync_directory(file->path) != 0)

@@ -14,7 +14,7 @@
 #include "lib/core/base.h"
 
 struct kith_atomic_file {
-  char *path, *temporary; /* stored behind this */
+  char *path, *temporary, *previous; /* stored behind this */
   FILE *stream;
 };
 

@@ -273,13 +273,10 @@ static kith_status lay_out(struct writer *w, const struct kith_nodes *nodes, siz
 static void write_rows(const struct writer *w, hid_t data, hid_t type, size_t columns, size_t first, size_t n,
                        const void *values) {
   const hsize_t start[2] = {first, 0}, extent[2] = {n, KITH_MAX(columns, (size_t)1)};
+  if (n == 0 || w->failed[0] != '\0') return;
   const hid_t there = H5Dget_space(data), here = H5Screate_simple(columns == 0 ? 1 : 2, extent, NULL);
-  if (n > 0)
-    H5Sselect_hyperslab(there, H5S_SELECT_SET, start, NULL, extent, NULL);
-  else
-    H5Sselect_none(there), H5Sselect_none(here);
-  const bool empty = H5Sget_simple_extent_npoints(there) == 0; /* for all ranks */
-  if (!empty && w->failed[0] == '\0') H5Dwrite(data, type, here, there, H5P_DEFAULT, values);
+  H5Sselect_hyperslab(there, H5S_SELECT_SET, start, NULL, extent, NULL);
+  H5Dwrite(data, type, here, there, H5P_DEFAULT, values);
   H5Sclose(here);
   H5Sclose(there);
 }
@@ -308,9 +305,9 @@ static void fill_field(const struct writer *w, const struct kith_nodes *nodes, c
   snprintf(path, sizeof path, "PartType0/%s", field->spec.output);
   const hid_t data = H5Dopen2(w->file, path, H5P_DEFAULT);
   for (int l = 0; l < nodes->n_lists; ++l) {
-    const size_t count = (size_t)nodes->lists[l].count;
-    const void *first = count > 0 ? values + (size_t)nodes->lists[l].first * size : NULL;
-    write_rows(w, data, native_type(field->spec.type), columns, part->first[l], count, first);
+    const struct kith_node_list *list = &nodes->lists[l];
+    write_rows(w, data, native_type(field->spec.type), columns, part->first[l], (size_t)list->count,
+               values + (size_t)list->first * size);
   }
   H5Dclose(data);
 }

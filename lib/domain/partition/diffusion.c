@@ -1,4 +1,5 @@
-/* diffusion.c - load diffuses between neighboring ranks: cells at their border change owner.
+/* diffusion.c - load diffuses between neighboring ranks: cells at their border change owner. And
+ * hybrid, which begins with a graph.
  *
  * One update is one step of diffusion, simulated for all ranks on the replicated map: the loads l_p of the
  * ranks; the work f_pq that is to flow between neighbors; then every rank in turn gives border cells away,
@@ -24,6 +25,18 @@
 
 enum { ITERATIONS = 10, NO_FACE = 32, SCORES = 64 };
 static const double BETA = 1.8;
+
+enum flow { SCHORNBAUM, WILLEBEEK, SECOND_ORDER };
+
+/* Private state. */
+struct diffusion {
+  enum flow flow;
+  bool fixed;     /* no new neighbor ranks */
+  bool on_morton; /* start map: morton, not cart */
+  int64_t n_allowed;
+  uint64_t *allowed; /* [n_allowed] neighbors p, q in the start map, as p n_ranks + q, ascending; owned */
+  bool diffuse;      /* of hybrid: at the next update */
+};
 
 /* Ranks p, q that share faces, ascending; entries first .. end - 1 are p's cells with a face to q, best
  * first. */
@@ -161,7 +174,7 @@ static int compare_codes(const void *a, const void *b) {
 
 /* Would rank q with cell c have a neighboring rank that it did not have in the first map? */
 static bool makes_neighbors(const struct border *border, int32_t q, int64_t c) {
-  const struct kith_diffusion *self = border->partition->self;
+  const struct diffusion *self = border->partition->self;
   int64_t neighbor[KITH_CELL_NEIGHBORS];
   const int n = kith_cells_neighbors(border->partition->cells, c, neighbor);
   for (int k = 0; k < n; ++k) {
@@ -178,7 +191,7 @@ static bool makes_neighbors(const struct border *border, int32_t q, int64_t c) {
  * cell was rounded up). cells_of[]: numbers of the cells of the ranks. */
 static double give(const struct border *border, const struct pair *pair, double budget, const double *weight,
                    double *load, double *cells_of) {
-  const struct kith_diffusion *self = border->partition->self;
+  const struct diffusion *self = border->partition->self;
   const int32_t p = pair->p, q = pair->q;
   for (int64_t i = pair->first; i < pair->end && budget > 0 && cells_of[p] > 1; ++i) {
     const int64_t c = border->entry[i].cell;
@@ -195,12 +208,12 @@ static double give(const struct border *border, const struct pair *pair, double 
 
 /* One step. load[], cells_of[]: [n_ranks], scratch. */
 static void diffuse(struct border *border, const double *weight, double *load, double *cells_of) {
-  const enum kith_diffusion_flow flow = ((const struct kith_diffusion *)border->partition->self)->flow;
+  const enum flow flow = ((const struct diffusion *)border->partition->self)->flow;
   kith_partition_loads(border->partition, border->owner, weight, load);
-  if (flow == KITH_WILLEBEEK)
+  if (flow == WILLEBEEK)
     flow_willebeek(border, load);
   else
-    flow_iterated(border, flow == KITH_SECOND_ORDER ? BETA : 1, load, cells_of);
+    flow_iterated(border, flow == SECOND_ORDER ? BETA : 1, load, cells_of);
   kith_partition_loads(border->partition, border->owner, weight, load);
   kith_partition_loads(border->partition, border->owner, NULL, cells_of);
   for (int64_t row = 0, end; row < border->n_pairs; row = end) {
@@ -215,7 +228,7 @@ static void diffuse(struct border *border, const double *weight, double *load, d
 
 /* The start map, and its neighborhood: the pairs of ranks that touch. */
 static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
-  struct kith_diffusion *self = partition->self;
+  struct diffusion *self = partition->self;
   struct kith_partition *map = NULL;
   KITH_TRY(
       kith_partition_create(&map, partition->cells, partition->n_ranks, self->on_morton ? "morton" : "cart"));
@@ -246,17 +259,17 @@ static kith_status diffusion_update(struct kith_partition *partition, const doub
 }
 
 static void diffusion_option(struct kith_partition *partition, int word) {
-  struct kith_diffusion *self = partition->self;
-  if (word <= KITH_SECOND_ORDER)
-    self->flow = (enum kith_diffusion_flow)word;
-  else if (word <= KITH_SECOND_ORDER + 2)
-    self->fixed = word == KITH_SECOND_ORDER + 1;
+  struct diffusion *self = partition->self;
+  if (word <= SECOND_ORDER)
+    self->flow = (enum flow)word;
+  else if (word <= SECOND_ORDER + 2)
+    self->fixed = word == SECOND_ORDER + 1;
   else
-    self->on_morton = word == KITH_SECOND_ORDER + 4;
+    self->on_morton = word == SECOND_ORDER + 4;
 }
 
 static void diffusion_clear(struct kith_partition *partition) {
-  struct kith_diffusion *self = partition->self;
+  struct diffusion *self = partition->self;
   kith_free(&self->allowed);
 }
 
@@ -267,9 +280,49 @@ const struct kith_partitioner_ops kith_partitioner_diffusion = {
         "schornbaum|willebeek|second-order|" /* flows, in the order of their enumeration */
         "fixed|free|"                        /* the neighborhood: that of the start, or any */
         "cart|morton",                       /* the start */
-    .state_size = sizeof(struct kith_diffusion),
+    .state_size = sizeof(struct diffusion),
     .option = diffusion_option,
     .first = diffusion_first,
     .update = diffusion_update,
     .clear = diffusion_clear,
+};
+
+/* ---- hybrid: the first map and the first update are those of the graph, later ones diffuse ---- */
+
+static kith_status hybrid_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
+  struct diffusion *self = partition->self;
+  if (self->diffuse) return diffusion_update(partition, weight, owner);
+  KITH_TRY(kith_partitioner_graph.update(partition, weight, owner));
+  self->diffuse = true;
+  return KITH_OK;
+}
+
+static kith_status hybrid_first(struct kith_partition *partition, int32_t *owner) {
+  return kith_partitioner_graph.update(partition, NULL, owner);
+}
+
+static size_t hybrid_state(const struct kith_partition *partition, int64_t *word) {
+  const struct diffusion *self = partition->self;
+  if (word != NULL) *word = self->diffuse;
+  return 1;
+}
+
+static kith_status hybrid_restore(struct kith_partition *partition, const int64_t *word) {
+  struct diffusion *self = partition->self;
+  if (*word != 0 && *word != 1) KITH_FAIL(BAD_FILE, "partitioner 'hybrid': its state is damaged");
+  self->diffuse = *word == 1;
+  return KITH_OK;
+}
+
+const struct kith_partitioner_ops kith_partitioner_hybrid = {
+    .name = "hybrid",
+    .doc = "partitioned as a graph once, then diffusion",
+#ifndef KITH_SCOTCH
+    .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
+#endif
+    .state_size = sizeof(struct diffusion),
+    .first = hybrid_first,
+    .update = hybrid_update,
+    .state = hybrid_state,
+    .restore = hybrid_restore,
 };

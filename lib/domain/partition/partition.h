@@ -100,13 +100,5 @@ kith_status kith_curve_update(struct kith_partition *partition, const double *we
 void kith_curve_clear(struct kith_partition *partition);
 #define KITH_CURVE \
   .state_size = sizeof(struct kith_curve), .update = kith_curve_update, .clear = kith_curve_clear
-/* The private state of `diffusion`, which `hybrid` has too. Zero: the defaults. */
-struct kith_diffusion {
-  enum kith_diffusion_flow { KITH_SCHORNBAUM, KITH_WILLEBEEK, KITH_SECOND_ORDER } flow;
-  bool fixed;     /* no new neighbor ranks */
-  bool on_morton; /* start map: morton, not cart */
-  int64_t n_allowed;
-  uint64_t *allowed; /* [n_allowed] neighbors p, q in the start map, as p n_ranks + q, ascending; owned */
-};
 
 #endif
