@@ -58,15 +58,22 @@ KITH_INLINE void kith_lanes_vector(const double *restrict field, const kith_inde
     for (size_t l = 0; l < KITH_LANES; ++l) to[0][l] = *from[l];
 }
 
-/* The vectors of n nodes: component a of all goes to to[a * stride ..]. Up to the next multiple of four the
- * last one follows. */
-KITH_INLINE void kith_lanes_vectors(const double *restrict field, const kith_index *restrict node, size_t n,
-                                    double *restrict to, size_t stride) {
-  kith_index room[KITH_LANES];
-  kith_lanes vector[KITH_VECTOR_LANES];
+/* x_j - x_i of n nodes j: component a goes to to[a * stride ..], |x_j - x_i|^2 to r2. Up to the next multiple
+ * of four the last one follows. */
+KITH_INLINE void kith_lanes_separations(const double *restrict x, kith_index i,
+                                        const kith_index *restrict node, size_t n, double *restrict to,
+                                        size_t stride, double *restrict r2) {
+  const double *restrict xi = x + (size_t)i * NDIM;
   for (size_t k = 0; k < n; k += KITH_LANES) {
-    kith_lanes_vector(field, kith_lanes_entries(node, k, n, room), vector);
-    for (size_t a = 0; a < NDIM; ++a) *(kith_lanes *)(to + a * stride + k) = vector[a];
+    kith_index room[KITH_LANES];
+    kith_lanes d[KITH_VECTOR_LANES], sum = {0};
+    kith_lanes_vector(x, kith_lanes_entries(node, k, n, room), d);
+    for (int a = 0; a < NDIM; ++a) {
+      d[a] -= xi[a];
+      sum += d[a] * d[a];
+      *(kith_lanes *)(to + (size_t)a * stride + k) = d[a];
+    }
+    *(kith_lanes *)(r2 + k) = sum;
   }
 }
 

@@ -89,7 +89,7 @@ static bool same_spec(const struct kith_field_spec *a, const struct kith_field_s
   return a->kind == b->kind && a->type == b->type && a->role == b->role && same_text(a->output, b->output);
 }
 
-/* A vector is loaded with what follows it (kith_lanes_vectors). */
+/* A vector is loaded with what follows it (kith_lanes_vector). */
 static size_t allocated(kith_index capacity) {
   return (size_t)capacity + 1;
 }

@@ -28,7 +28,7 @@ KITH_INLINE void conduction_pair(enum kith_kernel kernel, const void *constant, 
   OUT(KITH_PARTNER_HEAT) = -q;
   OUT(KITH_SIGNAL) = 0;
 }
-KITH_FORCE_BLOCKS(conduction_pair)
+KITH_FORCE_BLOCKS(conduction_pair, PACKED)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct conduction_settings *settings = package->settings;

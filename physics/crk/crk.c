@@ -64,8 +64,8 @@ static double volume_factor(const struct kith_package *package) {
   return kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors;
 }
 
-/* Lanes of scratch: x_i - x_j; V W; V g C / H^(d + 2), the factor of x in V grad W. */
-enum { SEPARATION = 0, WEIGHT = KITH_VECTOR_LANES, SLOPE, LANES };
+/* Lanes of scratch: x_j - x_i; V W; V g C / H^(d + 2), the factor of x_i - x_j in V grad W. */
+enum { SEPARATION = 0, WEIGHT = NDIM, SLOPE, LANES };
 
 /* Sums over a row, of V W: m0, m1, m2; of V grad W x..x: the first and second, and the third, symmetric,
  * moment. */
@@ -97,30 +97,21 @@ KITH_INLINE size_t load_row(enum kith_kernel kernel, const struct moments_pass *
   const struct kith_nodes *nodes = pass->package->hydro->nodes;
   const kith_index *restrict row = pass->rows->node + pass->rows->first[i];
   const size_t n = pass->rows->first[i + 1] - pass->rows->first[i], padded = kith_lanes_padded(n);
-  const double *restrict x = nodes->position->f64, *restrict support = nodes->support->f64;
+  const double *restrict support = nodes->support->f64;
   double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict slope = kith_scratch_lane(s, SLOPE);
-  kith_lanes_vectors(x, row, n, kith_scratch_lane(s, SEPARATION), s->width);
-  for (size_t k = 0; k < padded; ++k) weight[k] = 0, slope[k] = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double xi = x[(size_t)i * NDIM + a];
-    double *restrict d = kith_scratch_lane(s, SEPARATION + a);
-#pragma omp simd
-    for (size_t k = 0; k < n; ++k) {
-      d[k] = xi - d[k];
-      weight[k] += d[k] * d[k];
-    }
-    for (size_t k = n; k < padded; ++k) d[k] = 0;
-  }
+  kith_lanes_separations(nodes->position->f64, i, row, n, kith_scratch_lane(s, SEPARATION), s->width, weight);
   const double own = 1 / support[i];
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) {
     double wi, gi, wj, gj;
-    const double inverse = 1 / support[row[k]], r = sqrt(weight[k]), ratio = kith_pow_dim(own / inverse);
+    const double inverse = 1 / support[row[k]], r = sqrt(weight[k]),
+                 ratio = kith_pow_dim(own * support[row[k]]);
     kith_kernel_value(kernel, r * own, &wi, &gi);
     kith_kernel_value(kernel, r * inverse, &wj, &gj);
     weight[k] = 0.5 * pass->volume * (wj + ratio * wi);
     slope[k] = 0.5 * pass->volume * (gj * inverse * inverse + ratio * gi * own * own);
   }
+  for (size_t k = n; k < padded; ++k) weight[k] = slope[k] = 0;
   return padded;
 }
 
@@ -130,7 +121,7 @@ KITH_INLINE void sum_row(size_t padded, const struct kith_scratch *s, double *su
     const kith_lanes w = *(const kith_lanes *)(kith_scratch_lane(s, WEIGHT) + k),
                      g = *(const kith_lanes *)(kith_scratch_lane(s, SLOPE) + k);
     kith_lanes x[NDIM];
-    for (int a = 0; a < NDIM; ++a) x[a] = *(const kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
+    for (int a = 0; a < NDIM; ++a) x[a] = -*(const kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
     total[M0] += w;
     for (int a = 0, m2 = 0, m3 = 0; a < NDIM; ++a) {
       const kith_lanes wx = w * x[a], gx = g * x[a];
@@ -286,7 +277,7 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
   OUT(KITH_SIGNAL) = g < 0 ? p.signal : 0;
 }
 
-KITH_FORCE_BLOCKS(pair_crk)
+KITH_FORCE_BLOCKS(pair_crk, CRK_PACKED)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;

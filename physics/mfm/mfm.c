@@ -56,7 +56,7 @@ struct gradients_pass {
 };
 
 /* Lanes of scratch: x_j - x_i, the weights w, and w d(rho), w dP. */
-enum { SEPARATION = 0, WEIGHT = KITH_VECTOR_LANES, OF_DENSITY, OF_PRESSURE, LANES };
+enum { SEPARATION = 0, WEIGHT = NDIM, OF_DENSITY, OF_PRESSURE, LANES };
 
 /* sum w dx dx, sum w d(rho) dx, sum w dP dx over the row of i. A barrier has the state of i. */
 KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
@@ -66,33 +66,22 @@ KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *p
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
-  const double *restrict x = hydro->nodes->position->f64, *restrict density = hydro->density->f64,
-                         *restrict pressure = hydro->pressure->f64;
+  const double *restrict density = hydro->density->f64, *restrict pressure = hydro->pressure->f64;
   const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
   const double inverse = 1 / hydro->nodes->support->f64[i];
   double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict drho = kith_scratch_lane(s, OF_DENSITY),
                    *restrict dp = kith_scratch_lane(s, OF_PRESSURE);
   kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, of_density[NDIM] = {{0}}, of_pressure[NDIM] = {{0}};
-  kith_lanes_vectors(x, row, n, kith_scratch_lane(s, SEPARATION), s->width);
-  for (size_t k = 0; k < padded; ++k) weight[k] = drho[k] = dp[k] = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double xi = x[(size_t)i * NDIM + a];
-    double *restrict d = kith_scratch_lane(s, SEPARATION + a);
-#pragma omp simd
-    for (size_t k = 0; k < padded; ++k) {
-      d[k] -= xi;
-      weight[k] += d[k] * d[k];
-    }
-  }
-  for (size_t k = 0; k < n; ++k) drho[k] = density[row[k]], dp[k] = pressure[row[k]];
+  kith_lanes_separations(hydro->nodes->position->f64, i, row, n, kith_scratch_lane(s, SEPARATION), s->width,
+                         weight);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) {
     double w, g;
     kith_kernel_value(kernel, sqrt(weight[k]) * inverse, &w, &g);
     weight[k] = w;
-    drho[k] = w * (drho[k] - density[i]), dp[k] = w * (dp[k] - pressure[i]);
+    drho[k] = w * (density[row[k]] - density[i]), dp[k] = w * (pressure[row[k]] - pressure[i]);
   }
-  for (size_t k = n; k < padded; ++k) weight[k] = 0;
+  for (size_t k = n; k < padded; ++k) weight[k] = drho[k] = dp[k] = 0;
   for (size_t k = 0; barrier != NULL && k < n; ++k)
     if (barrier[row[k]]) drho[k] = dp[k] = 0;
   for (size_t k = 0; k < padded; k += KITH_LANES) {
@@ -170,7 +159,7 @@ enum {
   MFM_PRESSURE_SLOPE = MFM_DENSITY_SLOPE + NDIM,
   MFM_VELOCITY_SLOPE = MFM_PRESSURE_SLOPE + NDIM, /* [a][b] = dv_a / dx_b */
   MFM_PACKED = MFM_VELOCITY_SLOPE + NDIM * NDIM,
-  MFM_AREA = MFM_PACKED
+  MFM_AREA = (MFM_PACKED + KITH_LANES - 1) / KITH_LANES * KITH_LANES
 };
 
 /* L of (4). */
@@ -242,9 +231,9 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (l.sound + r.sound) + KITH_MAX(-du, 0.0) : 0;
 }
 
-KITH_HOT static void block(const struct kith_force_pass *pass, kith_index i, size_t n,
-                           struct kith_scratch *s) {
-  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, pass, i, n, s);
+KITH_HOT static void block(const struct kith_force_pass *pass, kith_index i,
+                           const kith_index *restrict partner, size_t n, struct kith_scratch *s) {
+  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, n, s);
 }
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {

@@ -27,19 +27,8 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
                                 struct kith_scratch *s) {
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
-  const double *restrict x = nodes->position->f64, *restrict xi = x + (size_t)i * NDIM;
   double *restrict r = kith_scratch_lane(s, DISTANCE);
-  for (size_t k = 0; k < n; k += KITH_LANES) {
-    kith_index room[KITH_LANES];
-    kith_lanes d[KITH_VECTOR_LANES], r2 = {0};
-    kith_lanes_vector(x, kith_lanes_entries(row, k, n, room), d);
-    for (int a = 0; a < NDIM; ++a) {
-      d[a] -= xi[a];
-      r2 += d[a] * d[a];
-      *(kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k) = d[a];
-    }
-    *(kith_lanes *)(r + k) = r2;
-  }
+  kith_lanes_separations(nodes->position->f64, i, row, n, kith_scratch_lane(s, SEPARATION), s->width, r);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) r[k] = sqrt(r[k]);
   for (size_t k = n; k < padded; ++k) r[k] = 16 * nodes->search_radius->f64[i];

@@ -12,26 +12,11 @@ KITH_INLINE double *packed_particle(const struct kith_force_pass *pass, kith_ind
   return pass->package->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed);
 }
 
-/* All fields of n partners, four at a time. Behind the last one lanes hold it again, up to a multiple of
- * four. */
-KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict partner,
-                      size_t stride, size_t n, struct kith_scratch *s) {
-  const int n_packed = pass->n_packed;
-  for (size_t k = 0; k < n; k += KITH_LANES) {
-    const double *from[KITH_LANES];
-    for (size_t l = 0; l < KITH_LANES; ++l)
-      from[l] = packed_particle(pass, partner[KITH_MIN(k + l, n - 1) * stride]);
-    for (int m = 0; m < n_packed; m += KITH_LANES) {
-      kith_lanes four[KITH_LANES];
-      kith_lanes_transpose(from, four);
-      for (int q = 0; q < KITH_LANES; ++q)
-        *(kith_lanes *)(kith_lane(s, m + q) + k) = four[q], from[q] += KITH_LANES;
-    }
-  }
-  if (pass->barrier == NULL) return;
+void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
+                       struct kith_scratch *s) {
   const double *self = packed_particle(pass, i);
   for (size_t k = 0; k < n; ++k) {
-    if (!pass->barrier[partner[k * stride]]) continue;
+    if (!pass->barrier[partner[k]]) continue;
     double along = 0, r2 = 0;
     for (int a = 0; a < NDIM; ++a) {
       const double x = self[KITH_PACKED_X + a] - kith_lane(s, KITH_PACKED_X + a)[k];
@@ -43,7 +28,7 @@ KITH_INLINE void load(const struct kith_force_pass *pass, kith_index i, const ki
           pass->no_slip ? -self[KITH_PACKED_V + a]
                         : self[KITH_PACKED_V + a] -
                               2 * along / r2 * (self[KITH_PACKED_X + a] - kith_lane(s, KITH_PACKED_X + a)[k]);
-    for (int m = KITH_PACKED_OWN; m < n_packed; ++m) kith_lane(s, m)[k] = self[m];
+    for (int m = KITH_PACKED_OWN; m < pass->n_packed; ++m) kith_lane(s, m)[k] = self[m];
   }
 }
 
@@ -53,7 +38,7 @@ KITH_INLINE void load_edge(const struct kith_force_pass *pass, size_t p, bool st
   const size_t edges = (size_t)pass->edges;
   for (size_t m = 0; m < edges; ++m) {
     const double value = pass->edge->value[p * edges + m];
-    kith_lane(s, pass->n_packed + (int)m)[k] = starts ? value : -value;
+    kith_force_edges(pass, s)[m * KITH_STRIDE + k] = starts ? value : -value;
   }
 }
 
@@ -265,13 +250,14 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
 KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_force_pass *pass = context;
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
-  const double *restrict out = kith_lane(s, pass->n_packed + pass->edges);
+  const double *restrict out = kith_force_values(pass, s);
   for (kith_index i = begin; i < end; ++i)
     for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; p += KITH_BLOCK) {
       const size_t n = KITH_MIN(pairs->first[i + 1] - p, (size_t)KITH_BLOCK);
-      load(pass, i, &pairs->node[p][1], 2, n, s);
+      kith_index partner[KITH_BLOCK];
+      for (size_t k = 0; k < n; ++k) partner[k] = pairs->node[p + k][1];
       for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
-      pass->evaluate(pass, i, n, s);
+      pass->evaluate(pass, i, partner, n, s);
       double *restrict value = pass->pair->value + p * KITH_PAIR_VALUES;
       for (size_t k = 0; k < n; ++k)
         for (int m = 0; m < KITH_PAIR_VALUES; ++m)
@@ -284,12 +270,11 @@ KITH_INLINE void gather(const struct kith_force_pass *pass, kith_index i, size_t
                         struct kith_scratch *s) {
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
   const kith_index *restrict row = pass->connectivity->rows.node + first;
-  load(pass, i, row, 1, n, s);
   for (size_t k = 0; pass->edges > 0 && k < n; ++k) {
     const size_t p = pairs->of_row[first + k];
     load_edge(pass, p, kith_pair_starts(pass->connectivity, p, i, row[k]), k, s);
   }
-  pass->evaluate(pass, i, n, s);
+  pass->evaluate(pass, i, row, n, s);
 }
 
 /* The sums of each node of the chunk: second half of `pairs`, or all of `gather`. */
@@ -297,7 +282,7 @@ KITH_HOT static void nodes_chunk(void *context, kith_index begin, kith_index end
   const struct kith_force_pass *pass = context;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const bool kept = pass->package->traversal == KITH_TRAVERSE_PAIRS;
-  double *out = kith_lane(s, pass->n_packed + pass->edges);
+  double *out = kith_force_values(pass, s);
   for (kith_index i = begin; i < end; ++i) {
     struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[i]};
     for (size_t first = rows->first[i]; first < rows->first[i + 1]; first += KITH_BLOCK) {

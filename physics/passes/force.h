@@ -50,9 +50,9 @@ typedef void kith_pair_function(enum kith_kernel kernel, const void *constants, 
 typedef void kith_force_packed(const struct kith_package *package, kith_index i, double *restrict packed);
 
 struct kith_force_pass;
-/* Evaluates n <= KITH_BLOCK pairs of i whose partners are in the lanes. */
-typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i, size_t n,
-                              struct kith_scratch *scratch);
+/* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; the values of the edges are in the lanes. */
+typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i,
+                              const kith_index *restrict partner, size_t n, struct kith_scratch *scratch);
 
 /* One evaluation of all pairs of the connectivity. */
 struct kith_force_pass {
@@ -81,31 +81,55 @@ static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i,
   }
 }
 
-/* n <= KITH_BLOCK pairs of i, into the lanes behind fields and edges. In canonical order whole vectors are
- * evaluated, with stale values behind the last pair: the compiler may contract products and sums differently
- * in the remainder of a loop, and the values of a pair must not depend on its position, which depends on the
- * ranks. */
-KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel,
-                                     const struct kith_force_pass *pass, kith_index i, size_t n,
-                                     struct kith_scratch *s) {
-  const double *restrict self = pass->package->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed),
-                         *restrict j = s->lane;
-  double *restrict out = kith_lane(s, pass->n_packed + pass->edges);
-  const size_t lanes = pass->connectivity->canonical ? (n + 7) / 8 * 8 : n;
+/* In the lanes edges and then the values of the pairs follow the fields, of which there are whole groups. */
+KITH_INLINE double *kith_force_edges(const struct kith_force_pass *pass, const struct kith_scratch *s) {
+  return kith_lane(s, (int)kith_lanes_padded((size_t)pass->n_packed));
+}
+KITH_INLINE double *kith_force_values(const struct kith_force_pass *pass, const struct kith_scratch *s) {
+  return kith_lane(s, (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges);
+}
+
+/* Partners of i that are barriers. */
+void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
+                       struct kith_scratch *s);
+
+/* What a kith_force_block does. Whole vectors are evaluated, with stale values behind the last pair: the
+ * compiler may contract products and sums differently in the remainder of a loop, and the values of a pair
+ * must not depend on its position, which depends on the ranks; and remainders are slow. */
+KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, size_t n_packed,
+                                     const struct kith_force_pass *pass, kith_index i,
+                                     const kith_index *restrict partner, size_t n, struct kith_scratch *s) {
+  const size_t size = kith_lanes_padded(n_packed);
+  const double *restrict packed = pass->package->packed, *restrict self = packed + (size_t)i * size;
+  double *restrict j = s->lane, *restrict out = kith_force_values(pass, s);
+  for (size_t k = 0; k < n; k += KITH_LANES) {
+    kith_index room[KITH_LANES];
+    const kith_index *four = kith_lanes_entries(partner, k, n, room);
+    for (size_t m = 0; m < size; m += KITH_LANES) {
+      const double *from[KITH_LANES];
+      kith_lanes field[KITH_LANES];
+      for (size_t l = 0; l < KITH_LANES; ++l) from[l] = packed + (size_t)four[l] * size + m;
+      kith_lanes_transpose(from, field);
+      for (size_t q = 0; q < KITH_LANES; ++q) *(kith_lanes *)(&J(m + q) + k) = field[q];
+    }
+  }
+  if (pass->barrier != NULL) kith_force_mirror(pass, i, partner, n, s);
+  const size_t lanes = (n + 7) / 8 * 8;
 #pragma omp simd
   for (size_t k = 0; k < lanes; ++k) pair(kernel, pass->constants, self, j + k, out + k);
   s->count[KITH_COUNT_EVALUATIONS] += n;
 }
 
-/* Compiles it with the function PAIR once per kernel, so that the kernel is a constant in the loop over
- * pairs; PAIR_of[kernel] are the functions for kith_force. */
-#define KITH_FORCE_BLOCKS(pair)                  \
+/* Compiles it with the function PAIR, of particles of N_PACKED fields, once per kernel, so that the kernel is
+ * a constant in the loop over pairs; PAIR_of[kernel] are the functions for kith_force. */
+#define KITH_FORCE_BLOCKS(pair, n_packed)        \
+  enum { pair##_packed = n_packed };             \
   KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair) \
   static kith_force_block *const pair##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, pair)};
-#define KITH_FORCE_BLOCK_(pair, name, ...)                                                       \
-  KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i, size_t n, \
-                                     struct kith_scratch *s) {                                   \
-    kith_force_evaluate(pair, KITH_KERNEL_##name, pass, i, n, s);                                \
+#define KITH_FORCE_BLOCK_(pair, name, ...)                                                                   \
+  KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i,                       \
+                                     const kith_index *restrict partner, size_t n, struct kith_scratch *s) { \
+    kith_force_evaluate(pair, KITH_KERNEL_##name, pair##_packed, pass, i, partner, n, s);                    \
   }
 
 /* Packs the particles and sums the pairs: accelerations (with the external force), signal speeds, and what

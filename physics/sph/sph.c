@@ -112,8 +112,8 @@ KITH_INLINE void pair_full(enum kith_kernel kernel, const void *constants, const
                            const double *restrict j, double *restrict out) {
   sph_pair(kernel, true, constants, i, j, out);
 }
-KITH_FORCE_BLOCKS(pair_simple)
-KITH_FORCE_BLOCKS(pair_full)
+KITH_FORCE_BLOCKS(pair_simple, SPH_SIMPLE)
+KITH_FORCE_BLOCKS(pair_full, SPH_FULL)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;

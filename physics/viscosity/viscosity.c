@@ -33,7 +33,7 @@ KITH_INLINE void viscosity_pair(enum kith_kernel kernel, const void *constant, c
   OUT(KITH_HEAT) = OUT(KITH_PARTNER_HEAT) = -0.5 * flow * v2;
   OUT(KITH_SIGNAL) = 0;
 }
-KITH_FORCE_BLOCKS(viscosity_pair)
+KITH_FORCE_BLOCKS(viscosity_pair, KITH_DIFFUSION_OWN)
 
 static double viscosity_of(const struct kith_package *package, kith_index i) {
   return kith_diffusion_of(package->hydro, i,

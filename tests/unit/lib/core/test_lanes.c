@@ -15,17 +15,20 @@ static void transposes(void) {
 }
 
 /* Rows of 0 to 9 nodes, the last node of the field among them: it is allocated as fields of nodes are. */
-static void vectors(void) {
+static void separations(void) {
   enum { NODES = 7, STRIDE = 16 };
   static const kith_index row[] = {6, 0, 3, 3, 5, 1, 6, 2, 6};
   double *field = NULL, *to = NULL;
   CHECK_OK(kith_resize(&field, 0, NODES + 1, NDIM * sizeof *field));
   for (int k = 0; k < NODES * NDIM; ++k) field[k] = 100 + k;
-  CHECK_OK(kith_resize(&to, 0, KITH_VECTOR_LANES * STRIDE, sizeof *to));
+  CHECK_OK(kith_resize(&to, 0, (NDIM + 1) * STRIDE, sizeof *to));
   for (size_t n = 0; n <= sizeof row / sizeof *row; ++n) {
-    kith_lanes_vectors(field, row, n, to, STRIDE);
-    for (size_t k = 0; k < kith_lanes_padded(n); ++k)
-      for (int a = 0; a < NDIM; ++a) CHECK(to[a * STRIDE + k] == field[row[KITH_MIN(k, n - 1)] * NDIM + a]);
+    kith_lanes_separations(field, 4, row, n, to, STRIDE, to + NDIM * STRIDE);
+    for (size_t k = 0; k < kith_lanes_padded(n); ++k) {
+      const double apart = NDIM * (row[KITH_MIN(k, n - 1)] - 4); /* on each axis */
+      for (int a = 0; a < NDIM; ++a) CHECK(to[a * STRIDE + k] == apart);
+      CHECK(to[NDIM * STRIDE + k] == NDIM * apart * apart);
+    }
   }
   kith_free(&field);
   kith_free(&to);
@@ -33,6 +36,6 @@ static void vectors(void) {
 
 int main(void) {
   transposes();
-  vectors();
+  separations();
   return check_failed();
 }
