@@ -165,8 +165,7 @@ static double density_beside(const struct measure *m, double offset, double *spe
   return s.density;
 }
 
-/* Walking inwards, from the highest bin if out is 1 and from the lowest if it is -1: the place where the
- * speed towards `out` rises through `level`. */
+/* Inwards, from the highest bin if out is 1, else from the lowest: where the speed rises through `level`. */
 static double crossing(const struct bin *bin, int out, double level) {
   const struct bin *before = NULL;
   for (int k = 0; k < BINS; ++k) {

@@ -52,8 +52,7 @@ struct figures {
 
 /* ---- loops that anybody could have written: what a figure is measured by ---- */
 
-/* Bytes per second of a[i] = b[i] + 3 c[i] over 3 arrays of 2^24 doubles, 24 bytes counted an element; best
- * of five. */
+/* Bytes per second of a[i] = b[i] + 3 c[i], 2^24 doubles, 24 bytes counted an element; best of five. */
 static kith_status reference_triad(double *bytes_per_second) {
   enum { N = 1 << 24 };
   double *a = NULL, best = INFINITY;
@@ -114,8 +113,7 @@ static double plain_force(const struct kith_simulation *m, kith_index i) {
   return rate + kith_norm(sum);
 }
 
-/* ns per node of a sum over the rows of a simulation: one scalar loop, fixed supports, nothing kept;
- * best of three. */
+/* ns per node of a sum over the rows: one scalar loop, nothing kept; best of three. */
 static double time_of(const struct kith_simulation *m,
                       double (*node)(const struct kith_simulation *, kith_index)) {
   double best = INFINITY;
@@ -200,8 +198,7 @@ static kith_status run_case(const struct kith_options *options, const char *cons
 
 /* ---- tables ---- */
 
-/* Runs and prints a case: two settings beside the package, or NULL. Without a `base`, whose reference loops
- * it is compared with, it times its own. */
+/* A case: two settings beside the package, or NULL. Without a `base` it times its own reference loops. */
 static kith_status bench_case(const struct kith_options *options, const char *const setting[3], int threads,
                               const struct figures *base, struct figures *f) {
   char what[64];
@@ -244,8 +241,7 @@ static bool ends_with(const char *path, const char *name) {
   return strcmp(last != NULL ? last + 1 : path, name) == 0;
 }
 
-/* Stages on one thread, beside the triad (bytes per ns) and the reference loops, and on all threads; and the
- * memory. all: NULL if there is one. */
+/* Stages on one thread, beside triad and reference loops, and on all (NULL if there is one); memory. */
 static void print_stages(const char *package, const struct figures *one, const struct figures *all,
                          double triad, int threads) {
   const double plain = one->plain_density + one->plain_force;

@@ -10,9 +10,9 @@
 #include <limits.h>
 #include "lib/core/base.h"
 
-/* name, what runs it, its argument, doc. What runs it: SCENE the program of the scene's dimension (kith-1d,
- * kith-2d, kith-3d); STUDY the program kith itself, which starts those; LAUNCHER the script ./kith of the
- * source tree. An argument in brackets may be left out. */
+/* name, what runs it (SCENE: the program of the scene's dimension; STUDY: the program kith, which starts
+ * those; LAUNCHER: the script ./kith of the source tree), its argument (in brackets: may be left out),
+ * doc. */
 #define KITH_VERB_LIST(X)                                                                                 \
   X(run, SCENE, "SCENE", "run a scene and compare it with its exact solution")                            \
   X(plan, SCENE, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
@@ -58,9 +58,8 @@ struct kith_options {
   char **arguments; /* as given, with the program first, ended by NULL */
 };
 
-/* name, letter or 0, argument, kind, least and most of a value, member, verbs that take it, doc. Kinds: FLAG
- * (bool), COUNT (int), NUMBER (double), TEXT, SETTING ("key=value", may be
- * repeated). */
+/* name, letter or 0, argument, kind (SETTING: "key=value", may be repeated), least and most of a value,
+ * member, verbs that take it, doc. */
 #define KITH_OPTION_LIST(X)                                                                                \
   X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),     \
     "use VALUE for KEY of the scene (dotted: method.kernel=cubic); may be repeated")                       \
@@ -91,8 +90,7 @@ enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KI
 KITH_VERB_LIST(X)
 #undef X
 
-/* Returns the verb. Ends the process with code 2 and one line on stderr if the command line is wrong; with 0
- * for --help and --version. `argv` stays in its order. */
+/* Ends the process with one line and code 2 if something is wrong, with 0 for --help and --version. */
 enum kith_verb_id kith_options_parse(struct kith_options *options, int argc, char **argv);
 
 #endif

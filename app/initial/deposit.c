@@ -50,8 +50,7 @@ static double weight(const struct kith_deposit *deposit, double r, double radius
   return r <= radius * (1 + tolerance) ? 1 : 0;
 }
 
-/* sum m w over the nodes of all ranks. Nodes that were dealt out or reordered give the same for any number of
- * ranks: an exact sum. */
+/* sum m w over the nodes of all ranks: exact where their order depends on the ranks. */
 static double sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
                           const struct kith_hydro *hydro, double radius) {
   const struct kith_nodes *nodes = hydro->nodes;

@@ -12,8 +12,7 @@
 
 #include "app/scene/scene.h"
 
-/* Adds those of the scene to the specific energy of the internal nodes. BAD_INPUT with the line of a deposit
- * without a node within its radius. */
+/* To the specific energy of the internal nodes. BAD_INPUT for a deposit without a node in its radius. */
 kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro);
 
 #endif

@@ -55,8 +55,7 @@ static kith_status density_at(const struct kith_region *region, const double *x,
   return *density > 0 ? KITH_OK : refused(region, "density", *density, x);
 }
 
-/* Mean density over the part of `box` that is in the region: the value if it is a constant, else over a grid
- * of samples. */
+/* Mean density over the part of `box` in the region: a constant, or the mean of a grid of samples. */
 static kith_status mean_density_of(const struct kith_region *region, const struct kith_box *box,
                                    double *mean) {
   if (!isnan(kith_expression_constant(region->density))) return density_at(region, box->lower, mean);

@@ -32,16 +32,14 @@
 #include "app/scene/scene.h"
 #include "physics/hydro.h"
 
-/* Creates the nodes with their lists, registers the hydro fields and fills center, position, velocity, mass,
- * energy, density, support, id. frozen[i] (one byte per internal node, kith_resize memory, owned by the
- * caller, NULL if no region is frozen). */
+/* Creates the nodes with their lists and fills the hydro fields. frozen[i]: one byte per internal node,
+ * kith_resize memory owned by the caller, NULL if no region is frozen. */
 kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro *hydro,
                                     const struct kith_scene *scene, double neighbors, uint8_t **frozen);
 
 /* Has the scene a region in equilibrium? */
 bool kith_initial_conditions_pending(const struct kith_scene *scene);
-/* Energies of such regions from their pressure and hydro->density, and the deposits of the scene. The rates
- * must be evaluated again. */
+/* Sets their energies, and adds the deposits. The rates must be evaluated again. */
 kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
                                                 const struct kith_hydro *hydro);
 

@@ -37,13 +37,11 @@ struct kith_lattice_fit {
 kith_status kith_lattice_fit(struct kith_lattice_fit *out, enum kith_lattice kind, const struct kith_box *box,
                              double spacing);
 /* Brings site_volume closer to `volume` by the number of cells along an axis with more than twice the cells
- * of any other, where the others have at least 2. Elsewhere there is no axis to choose, and nothing
- * changes. */
+ * of any other, where the others have at least 2. */
 kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume);
 /* Place of site 0 .. sites - 1. */
 void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x);
-/* Moves x by up to `largest` along each axis, uniformly; mirrored at the faces of the fit's box. Depends on
- * seed and id only. */
+/* Moves x by up to `largest` along each axis, mirrored at the faces. Depends on seed and id only. */
 void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uint64_t seed, int64_t id,
                          double *x);
 

@@ -6,9 +6,8 @@
 #include "app/simulation/simulation.h"
 #include "lib/io/csv.h"
 
-/* Columns: name, least dimension that has it, how it is printed (REAL: 17 digits), value, unit, doc. A
- * value is an expression of it (integrator), now (totals), all (sums over ranks), d (decomposition),
- * seconds. */
+/* Columns: name, least dimension that has it, how it is printed (REAL: 17 digits), value (of it, the
+ * integrator, now: totals, all: sums over ranks, d: decomposition, seconds), unit, doc. */
 #define KITH_HISTORY_LIST(X)                                                                                 \
   X(step, 1, COUNT, it->step, "", "since the start of the scene")                                            \
   X(time, 1, REAL, it->time, "scene", "at the end of the step")                                              \
@@ -42,8 +41,7 @@ struct kith_history {
   double started;            /* kith_seconds */
 };
 
-/* On rank 0. `restarted`: rows up to the step of the simulation are kept. BAD_FILE if that file is no
- * history of this dimension. */
+/* On rank 0. `restarted`: rows up to the simulation's step are kept; BAD_FILE if it has other columns. */
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *simulation, bool restarted);
 /* After a step. Collective; all ranks learn of a failure. */

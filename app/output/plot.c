@@ -67,8 +67,7 @@ static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, c
 
 /* The exact curve. */
 
-/* On a ray from the center it goes towards a corner: in a periodic box the images of the center are farthest
- * there. */
+/* On a ray to a corner: in a periodic box the images of the center are farthest there. */
 static kith_status write_curve(const struct kith_plot *p, struct frame *frame, const char *directory) {
   const double *center = frame->center, lower = center != NULL ? 0 : frame->place.lower;
   struct kith_atomic_file *file;

@@ -48,8 +48,7 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
 }
 
-/* Beyond energy and momentum, only what the scene is about: a vortex, or gas at rest that no shock will
- * move. */
+/* Beyond energy and momentum, what a scene is about: a vortex, or gas at rest that no shock will move. */
 static void print_conservation(const struct kith_report *r, FILE *f) {
   const bool vortex = r->compared && r->norms.vortex,
              at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;

@@ -43,8 +43,7 @@ struct kith_forecast {
   double peers, most_peers;   /* ranks that it exchanges with */
 };
 
-/* Of a simulation that was started, without ranks; partitioner: as in a scene. BAD_INPUT: more than 16384
- * ranks, or ghosts that compute their own values. */
+/* Of a started simulation without ranks. BAD_INPUT: more than 16384 ranks, or ghosts: recompute. */
 kith_status kith_forecast_ranks(const struct kith_simulation *simulation, int n_ranks,
                                 const char *partitioner, struct kith_forecast *out);
 

@@ -46,8 +46,7 @@ struct run {
 
 /* ---- processes ---- */
 
-/* Becomes mpirun with the same command line. Ranks are not bound to cores: the threads of a rank would all
- * have to share one. */
+/* Becomes mpirun. Ranks are not bound to cores: the threads of a rank would all have to share one. */
 static kith_status become_mpirun(const struct kith_options *options) {
   enum { MOST_WORDS = 512 };
   char self[PATH_MAX], number[16], *words[MOST_WORDS];
@@ -66,9 +65,8 @@ static kith_status become_mpirun(const struct kith_options *options) {
   KITH_FAIL(UNSUPPORTED, "--ranks %d: mpirun cannot be started: %s", options->ranks, strerror(errno));
 }
 
-/* *ranks: the processes of this run, NULL if there is one. If several are required and have not been started,
- * this process becomes mpirun. Without --threads and OMP_NUM_THREADS the ranks of a computer share its
- * cores. */
+/* *ranks: NULL if this process is the only one. It becomes mpirun if several are required. Without --threads
+ * and OMP_NUM_THREADS the ranks of a computer share its cores. */
 static kith_status launch(struct kith_ranks **ranks, const struct kith_options *options) {
   *ranks = NULL;
   if (options->ranks > 1 && kith_ranks_launched() == 1) return become_mpirun(options);
@@ -341,8 +339,7 @@ static kith_status finish(struct run *run) {
   return KITH_OK;
 }
 
-/* The last failure, said once. If the other ranks do not know of it they wait for this one: then all end
- * here. */
+/* The last failure, said once. Ranks that do not know of it would wait for this one: then all end here. */
 static enum kith_exit complain(const struct run *run, enum kith_exit code) {
   const bool agreed = kith_ranks_status_is_shared(run->ranks);
   if (!agreed) fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(run->ranks), kith_failure());

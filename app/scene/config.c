@@ -86,8 +86,7 @@ static void node_destroy(struct kith_config_node **node) {
   kith_free(node);
 }
 
-/* A null; `key` is copied. BAD_INPUT for what lies too deep. Of a tree that is refused, places may be changed
- * to those that a message names. */
+/* A null; `key` is copied. BAD_INPUT for what lies too deep. */
 static kith_status node_add(struct kith_config_node **out, struct kith_config_node *parent, const char *key,
                             size_t length, struct kith_source_location location) {
   int depth = 0;
@@ -176,8 +175,7 @@ static kith_status next_event(struct reader *r) {
   return yaml_parser_parse(&r->parser, &r->event) ? KITH_OK : fail_syntax(r);
 }
 
-/* Only what every reader of YAML knows: no anchor, no tag. They stand first in the data of all events that
- * begin a value; an alias is an anchor alone. */
+/* No anchor, no tag: they stand first in the data of events that begin a value; an alias is an anchor. */
 static kith_status check_plain(const struct reader *r, struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
   if (e->data.scalar.anchor != NULL) return fail_here(r, node, NULL, "anchors and aliases are not supported");

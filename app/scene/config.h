@@ -64,8 +64,7 @@ const struct kith_config_node *kith_config_at(const struct kith_config *config, 
 
 /* "regions.0.density": the path of a node, or of its child `key`. */
 void kith_config_path(const struct kith_config_node *node, const char *key, char *path, size_t size);
-/* Records "location: path: message" and returns BAD_INPUT. `key`: of a child of `node` that is not there;
- * NULL: the node itself. */
+/* Records "location: path: message", BAD_INPUT. `key`: of a child that is not there; NULL: `node` itself. */
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* BAD_INPUT unless it is of this kind. */

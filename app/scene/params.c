@@ -40,8 +40,7 @@ static kith_status read_scalar(const struct kith_param *param, const struct kith
   return status == KITH_BAD_INPUT ? kith_config_fail(node, NULL, "%s", kith_failure()) : status;
 }
 
-/* {1d: .., 2d: .., 3d: ..}: the value of this dimension; those of the others are checked as far as they need
- * no memory. */
+/* {1d: .., 2d: .., 3d: ..}: the value of this dimension; others are checked if that needs no memory. */
 static kith_status read_by_dimension(const struct kith_param *param, const struct kith_config_node *node,
                                      void *into) {
   char unused[ROOM];
@@ -173,8 +172,7 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
               : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
-/* Values of parameters that the chosen member has not, but an other one: checked as the first of these reads
- * them, and dropped. */
+/* Values that the chosen member has not, but an other one: checked as the first of these reads them. */
 static kith_status check_others(struct kith_member chosen, kith_family *family,
                                 const struct kith_config_node *child) {
   char *unused = NULL;

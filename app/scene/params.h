@@ -25,12 +25,10 @@ kith_status kith_param_read(const struct kith_param *param, const struct kith_co
 /* One value as a row says; also for values that are entries of a list. */
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node, void *into);
 
-/* BAD_INPUT that names the first key of which two trees say otherwise. Numbers are compared by value, names
- * without regard to '-' and '_', all else as text. */
+/* BAD_INPUT names the first key of which two trees differ: in value, but for '-' and '_' in names. */
 kith_status kith_config_compare(const struct kith_config_node *a, const struct kith_config_node *b);
 
-/* Commented YAML: every key with default, range and meaning. It is itself a scene, but for the required
- * keys. */
+/* Commented YAML, itself a scene but for the required keys. */
 void kith_params_reference(const struct kith_param *params, FILE *file);
 
 #endif

@@ -13,8 +13,7 @@
 #include "app/scene/params.h"
 #include "app/scene/scene_data.h"
 
-/* Reads and checks. overrides: n strings "key=value" (dotted keys). BAD_INPUT: one line with file:line, key,
- * value, allowed, nearest. */
+/* Reads and checks. overrides: "key=value". BAD_INPUT: one line with file:line, key, value, allowed. */
 kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_overrides,
                             const char *const *overrides);
 /* The same from memory; `name` stands for the file. */

@@ -55,8 +55,7 @@ struct kith_region {
   const struct kith_config_node *node;        /* where it stands, for messages */
 };
 
-/* Is there anything that package coupling acts by? Damage is a field of nodes if a region gives it or a
- * porosity. */
+/* Does it damp what passes? Damage is a field of nodes if a region gives it or a porosity. */
 static inline bool kith_region_damaged(const struct kith_region *region) {
   return region->porosity >= 0 || region->damage != NULL;
 }
@@ -67,8 +66,7 @@ static inline double kith_material_pressure(const struct kith_material *material
   material->eos->state(material->settings, 1, &density, &energy, &pressure, &sound_speed);
   return pressure;
 }
-/* Is the pressure at this density and energy the one that was asked for? Some equations of state take nothing
- * from the energy. */
+/* Does the pressure follow as asked? Some equations of state take nothing from the energy. */
 static inline bool kith_pressure_holds(const struct kith_material *material, double density, double energy,
                                        double asked) {
   return material->eos->energy_positive ||

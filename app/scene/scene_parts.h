@@ -10,8 +10,7 @@ extern const struct kith_param kith_domain_params[], kith_boundaries_params[], k
 extern const struct kith_param kith_potential_params[];
 extern const struct kith_param kith_region_params[], kith_deposit_params[], kith_exact_params[];
 
-/* Each reads the part below `node` into the scene; what it depends on (domain, materials, ...) was read
- * before. */
+/* Each reads the part below `node` into the scene; what it depends on was read before. */
 kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node);
 /* External force: checks gravity and potential, which were read before. */

@@ -23,9 +23,8 @@ struct kith_simulation {
   struct kith_profile *profile;             /* NULL: not profiled */
 };
 
-/* Creates everything, in memory that *out owns; the nodes have their initial state. Call
- * kith_simulation_start, or restore and resume. `profile` is borrowed and may be NULL. BAD_INPUT with file
- * and line for what only shows when nodes are created. */
+/* Creates everything, with the initial state; then kith_simulation_start, or restore and resume. `profile` is
+ * borrowed and may be NULL. BAD_INPUT with file and line for what only shows when nodes are created. */
 kith_status kith_simulation_create(struct kith_simulation **out, const struct kith_scene *scene,
                                    struct kith_profile *profile, bool check);
 /* Of a fresh simulation, on every rank of a run, all of which have created the same scene: keeps the nodes of

@@ -216,8 +216,7 @@ static kith_status prepare(struct kith_study *s) {
   return kith_csv_log_open(&s->table, path, names, NULL);
 }
 
-/* Runs a job, or reads what an earlier study has of it. A run that fails is a point; an error is what keeps
- * points from being made. */
+/* Runs a job, or reads what an earlier study has of it. A run that fails is a point too. */
 static kith_status run_job(struct kith_study *s, double cpu_limit, const struct kith_suite *suite,
                            struct kith_job *job, struct kith_point *p) {
   char path[KITH_JOB_PATH], failure[KITH_JOB_PATH + 16], report[KITH_JOB_PATH + 16];

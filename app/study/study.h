@@ -67,10 +67,9 @@ struct kith_job {
 };
 /* Adds key=value; the key `ranks` gives the number of processes. BAD_INPUT if it does not fit. */
 kith_status kith_job_set(struct kith_job *job, const char *assignment);
-/* Starts `verb` (run, or plan, which takes no directory) of the job and waits; what it prints is in `log`.
- * *code: its exit code, or minus the signal that ended it; why: the reason if that is not 0. BAD_FILE if the
- * program cannot be started, or was interrupted from outside. cpu_limit: seconds of processor time; 0:
- * none. */
+/* Starts `verb` (run, or plan, which takes no directory) and waits; what it prints is in `log`. *code: its
+ * exit code, or minus the signal that ended it; why: the reason if that is not 0. BAD_FILE if it cannot be
+ * started, or was interrupted from outside. cpu_limit: seconds of processor time; 0: none. */
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
                          const char *directory, const char *log, double cpu_limit, int *code, char why[256]);
 /* What `kith plan` says of a job: BAD_INPUT with its message if it refuses the settings. */
@@ -150,22 +149,19 @@ struct kith_study_verb {
 /* Exit code: that of `verdict`, 1 if the results cannot be written, 2 if what is read is wrong. */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Of stress sweeps: which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; where
- * values have names "6 of 8". */
+/* Which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; of names "6 of 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
 
 /* ---- points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
 
-/* on[k] is true if no other point is at most as expensive and at most as wrong, and better in one of the two;
- * of equal points all are on the front. O(n^2). */
+/* on[k]: no other point is at most as expensive and as wrong, and better in one of the two. O(n^2). */
 void kith_pareto_front(int n, const double *cost, const double *error, bool *on);
 /* Observed order of convergence: minus the slope of the least-squares line through log error over log
  * resolution. NaN for fewer than two points at different resolutions. */
 double kith_order(int n, const double *resolution, const double *error);
 
 /* Where one method reaches an error of `target`: the resolution (they ascend) from which on its error stays
- * at or below it, between two points on a straight line of logarithms. An error that dips below and rises
- * again does not count. */
+ * at or below it, between two points on a straight line of logarithms. */
 struct kith_cost_at_error {
   double cost, resolution; /* NaN: never reached */
   bool between;            /* two points; else at the first one already */

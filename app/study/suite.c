@@ -74,8 +74,7 @@ static const struct kith_param norm_param = {"", KITH_PARAM_NAME, NULL, norm_cho
 
 /* ---- settings ---- */
 
-/* Sets `key` to the value of `node`, on one line as YAML has it, or, if that is a map, key.entry to each of
- * its entries. */
+/* Sets `key` to the value of `node`, on one line, or, if that is a map, key.entry to each of its entries. */
 static kith_status set_all(struct kith_job *job, const char *key, const struct kith_config_node *node) {
   char text[1024], *value;
   if (node->kind != KITH_CONFIG_MAP) {
@@ -146,8 +145,7 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
   return key == NULL ? apply_settings(job, value) : set_all(job, key, value);
 }
 
-/* Every method (methods NULL: the scene's) at every value, of `key` or with names; over what all have in
- * common. */
+/* Every method (NULL: the scene's) at every value, of `key` or with names; over what all have in common. */
 static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, struct kith_job *common,
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {

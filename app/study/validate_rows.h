@@ -55,8 +55,7 @@ struct kith_row {
   char varied[64];              /* values of its group's factors but ranks and threads; else "" */
 };
 
-/* Reads a file; scenes are those of `inputs`. *rows is memory of kith_resize, in the order of the runs, also
- * after a failure. BAD_INPUT with file, line and key. */
+/* Scenes are those of `inputs`. *rows: kith_resize memory, in the order of the runs, also after a failure. */
 kith_status kith_rows_read_file(struct kith_row **rows, int *n, const char *path, const char *inputs);
 
 #endif

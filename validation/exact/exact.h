@@ -17,14 +17,12 @@ struct kith_exact_state {
   double density, velocity[NDIM], pressure, energy;
 };
 
-/* The first member of the settings of all but riemann and slabs, and of what they create; what a member has
- * no row for is not used. */
+/* The first member of the settings of all but riemann and slabs, and of what they create. */
 struct kith_exact_gas {
   double gamma, density, pressure, uniform_velocity[NDIM], center[NDIM], period[NDIM];
 };
 
-/* What a scene says about itself, for members to derive their settings from. Values that are not constant in
- * space are NaN. */
+/* What members derive their settings from. Values that are not constant in space are NaN. */
 struct kith_exact_scene {
   double lower[NDIM], upper[NDIM], until; /* domain; end of the run */
   struct {
@@ -39,9 +37,8 @@ struct kith_exact_scene {
   double deposit_energy, deposit_center[NDIM]; /* of the first one */
 };
 
-/* What a Riemann problem makes of its two states, between the outer waves. [0]: the left-running wave and the
- * gas left of the contact, [1]: the right ones. A shock has tail = head. In a vacuum pressure and density are
- * 0 and the velocity is between its two edges. */
+/* Between the outer waves of a Riemann problem. [0]: the left-running wave and the gas left of the contact,
+ * [1]: the right ones. A shock has tail = head. A vacuum has the velocity between its two edges. */
 struct kith_exact_star {
   double pressure, velocity, density[2];
   double head[2], tail[2]; /* speeds dx/dt of the outer and inner edge of each wave */
@@ -84,18 +81,15 @@ KITH_EXACT_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_exact);
 
-/* *self owned by the caller, freed by kith_free. Settings out of range, or that do not fit together, are
- * BAD_INPUT with the parameter's name. */
+/* *self: freed by kith_free. BAD_INPUT, with the parameter's name, for settings that are wrong. */
 kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, const void *settings);
 /* View of center[NDIM] of a radial solution, else NULL. */
 const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self);
 
-/* Where x stands on the line that a member varies along: distance from the center, or from the axis of a
- * vortex; center NULL: x[0]. */
+/* Where x stands: its distance from the center, or the axis of a vortex; center NULL: x[0]. */
 double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x);
-/* The component of a velocity at x that the member has: outwards, around the axis of a vortex
- * (counterclockwise), along axis 1 if it is transverse, or along axis 0 (also with ops NULL). At the center
- * itself 0. */
+/* The component of a velocity at x that the member has: outwards, counterclockwise around the axis of a
+ * vortex, along axis 1 if it is transverse, or axis 0 (also with ops NULL). 0 at the center. */
 double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
                         const double *velocity);
 

@@ -98,8 +98,7 @@ static double mismatch(const struct side *side, double p) {
   return jump(&side[0], p) + jump(&side[1], p) + side[0].velocity + side[1].velocity;
 }
 
-/* The star pressure; false if it is below 1e-260 of the given ones, which no double can serve: *pressure is
- * above it. */
+/* False if it is below 1e-260 of the given ones, which no double can serve: *pressure is above it. */
 static bool star_pressure(const struct side *side, double *pressure) {
   const double closing = side[0].velocity + side[1].velocity;
   double scale = KITH_MAX(side[0].pressure, side[1].pressure);

@@ -205,8 +205,7 @@ static kith_status sedov_create(void **self, const void *settings) {
   return status;
 }
 
-/* Both values where the coordinate is `at`, by cubics through values and slopes; beyond the end of the table
- * along its tangent. Coordinates descend. */
+/* By cubics through values and slopes; beyond the end along its tangent. Coordinates descend. */
 static void look_up(const struct sedov *sedov, double at, double value[2]) {
   int low = 0, high = sedov->rows; /* row[low].at >= at > row[high].at */
   const struct row *last = &sedov->row[sedov->rows];

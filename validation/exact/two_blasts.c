@@ -71,8 +71,7 @@ static void slopes(struct flow *f) {
   }
 }
 
-/* A cell at its upper (side 1) or lower (-1) face, half a step later; the plain cell where that would be no
- * gas. */
+/* At the upper (1) or lower (-1) face, half a step later; the plain cell where that would be no gas. */
 static struct gas at_face(const struct cell *c, double dt, double side) {
   const double half = 0.5 * dt / c->mass, c2 = c->impedance * c->impedance;
   const struct gas g = {c->gas.v + 0.5 * side * c->slope.v + half * c->slope.u,
@@ -81,8 +80,7 @@ static struct gas at_face(const struct cell *c, double dt, double side) {
   return g.v > 0 && g.p > 0 ? g : c->gas;
 }
 
-/* How much the velocity changes through the wave that leads from g to the pressure p, and by how much more
- * per pressure. */
+/* The change of velocity through the wave from g to pressure p, and its derivative. */
 static double jump(const struct gas *g, double gamma, double p, double *slope) {
   const double w2 = 0.5 / g->v * ((gamma + 1) * p + (gamma - 1) * g->p);
   const double w = sqrt(w2); /* mass flow through it */
@@ -90,8 +88,7 @@ static double jump(const struct gas *g, double gamma, double p, double *slope) {
   return (p - g->p) / w;
 }
 
-/* Newton's method from the pressure between two sound waves: the sum of the jumps rises and is concave in
- * p. */
+/* Newton's method from the pressure between two sound waves: the jumps are concave in p. */
 static void star(const struct gas *l, const struct gas *r, double gamma, struct cell *face) {
   const double a = sqrt(gamma * l->p / l->v), b = sqrt(gamma * r->p / r->v);
   const double floor = 1e-12 * KITH_MIN(l->p, r->p);
@@ -146,8 +143,7 @@ static kith_status run(struct flow *f, double time) {
   return KITH_OK;
 }
 
-/* Cells of about the same mass, whole ones in each slab, the last of which ends at `end`. Walls at both
- * ends. One block of memory. */
+/* Cells of about the same mass, whole ones in each slab, the last of which ends at `end`. */
 static kith_status lay_out(struct flow **out, double gamma, int n_slabs, const struct slab *slab, double end,
                            int cells) {
   double total = 0;
