@@ -29,12 +29,10 @@ static double volume(const struct measure *m, kith_index i) {
 }
 
 static bool inside(const struct measure *m, kith_index i) {
+  static const double origin[NDIM];
   const struct kith_window *w = m->window;
-  if (w->kind == KITH_WINDOW_ALL) return true;
-  const double *x = place(m, i);
-  const double d =
-      w->kind == KITH_WINDOW_SLAB ? fabs(x[0] - w->center[0]) : kith_exact_place(m->ops, w->center, x);
-  return w->inner <= d && d <= w->outer;
+  const double *x = place(m, i), r = kith_exact_place(m->ops, m->center != NULL ? m->center : origin, x);
+  return w->x[0] <= x[0] && x[0] <= w->x[1] && w->r[0] <= r && r <= w->r[1];
 }
 
 /* Where node i stands on the line along which the solution varies, and its speed along that, or around. */

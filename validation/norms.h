@@ -11,16 +11,15 @@
 #ifndef KITH_VALIDATION_NORMS_H
 #define KITH_VALIDATION_NORMS_H
 
+#include <math.h>
 #include "validation/exact/exact.h"
 
-enum kith_window_kind { KITH_WINDOW_ALL, KITH_WINDOW_SLAB, KITH_WINDOW_BALL };
-
+/* Lower and upper bound, both inside: of x[0], and of the distance from the center of the solution (or the
+ * origin), or from the axis of a vortex. */
 struct kith_window {
-  enum kith_window_kind kind;
-  /* inner <= distance <= outer, of |x[0] - center[0]| in a slab, of |x - center| in a ball, of the distance
-   * from the axis of a vortex */
-  double center[NDIM], inner, outer;
+  double x[2], r[2];
 };
+#define KITH_WINDOW_ALL ((struct kith_window){{-INFINITY, INFINITY}, {0, INFINITY}})
 
 struct kith_norm {
   double l1, l2, linf;

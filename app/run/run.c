@@ -20,9 +20,9 @@
 #include "lib/io/atomic_file.h"
 #include "lib/nodes/migrate.h"
 
-/* One redrawn line on a terminal, else a row now and then. */
+/* A row now and then. */
 struct progress {
-  bool shown, terminal, begun;
+  bool shown, begun;
   double from, started, drawn; /* time and clock at the first step; clock when it was drawn */
 };
 
@@ -203,12 +203,12 @@ static void draw(const struct run *run, const struct kith_report *report) {
 
 /* ---- steps ---- */
 
-/* After a step: what is due, 10 times a second on a terminal, every 2 seconds otherwise, and the last one. */
+/* After a step: a row every 2 seconds, and the last one. */
 static void show_progress(struct run *run, bool last) {
   struct progress *p = &run->progress;
   const struct kith_integrator *it = &run->simulation->integrator;
   const double now = kith_seconds();
-  if (!p->shown || (!last && now - p->drawn < (p->terminal ? 0.1 : 2.0))) return;
+  if (!p->shown || (!last && now - p->drawn < 2)) return;
   p->drawn = now;
   const double done = run->until > p->from ? (it->time - p->from) / (run->until - p->from) : 1;
   char left[32];
@@ -217,10 +217,9 @@ static void show_progress(struct run *run, bool last) {
     fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
             "ghosts", "done", "ETA");
   p->begun = true;
-  fprintf(stderr, "%s%8llu  %-12.6g %-11.4g %-14s %12lld %10d %5.1f%%  %-10s%s", p->terminal ? "\r" : "",
-          (unsigned long long)it->step, it->time, it->dt, kith_limit_name(it->limiter),
-          (long long)it->limiting_node, it->nodes->n_ghost, 100 * done, left, p->terminal ? "" : "\n");
-  fflush(stderr);
+  fprintf(stderr, "%8llu  %-12.6g %-11.4g %-14s %12lld %10d %5.1f%%  %s\n", (unsigned long long)it->step,
+          it->time, it->dt, kith_limit_name(it->limiter), (long long)it->limiting_node, it->nodes->n_ghost,
+          100 * done, left);
 }
 
 /* First rates of a new run, and what its drifts are measured against. */
@@ -273,10 +272,8 @@ static bool finished(struct run *run) {
 
 static kith_status steps(struct run *run) {
   struct kith_integrator *it = &run->simulation->integrator;
-  run->progress = (struct progress){.shown = !run->options->quiet && speaks(run),
-                                    .terminal = isatty(STDERR_FILENO) != 0,
-                                    .from = it->time,
-                                    .started = kith_seconds()};
+  run->progress = (struct progress){
+      .shown = !run->options->quiet && speaks(run), .from = it->time, .started = kith_seconds()};
   run->before_steps = kith_ranks_traffic(run->ranks);
   for (bool end = finished(run); !end;) {
     KITH_TRY(kith_integrator_step(it, step_end(run)));
@@ -369,7 +366,6 @@ static enum kith_exit fail(struct run *run, kith_status status) {
 static enum kith_exit carry_out(struct run *run) {
   kith_status status = begin(run);
   if (status == KITH_OK) status = steps(run);
-  if (run->progress.begun && run->progress.terminal) fputc('\n', stderr); /* below the redrawn line */
   if (status != KITH_OK) return fail(run, status);
   if (finish(run) != KITH_OK) return complain(run, KITH_EXIT_FAILED);
   return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;

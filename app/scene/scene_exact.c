@@ -2,13 +2,10 @@
 #include <string.h>
 #include "app/scene/scene_parts.h"
 
-struct window {
-  double x[2], r[2];
-};
-
 static const struct kith_param window_params[] = {
-    {"x", KITH_PARAM_INTERVAL, "", "", "a <= x <= b", KITH_INTO(struct window, x)},
-    {"r", KITH_PARAM_INTERVAL, "", "[0, inf)", "a <= |position - center| <= b", KITH_INTO(struct window, r)},
+    {"x", KITH_PARAM_INTERVAL, "", "", "a <= x <= b", KITH_INTO(struct kith_window, x)},
+    {"r", KITH_PARAM_INTERVAL, "", "[0, inf)", "a <= |position - center| <= b",
+     KITH_INTO(struct kith_window, r)},
     {0}};
 const struct kith_param kith_exact_params[] = {
     {"name", KITH_PARAM_MEMBER, NULL, "", "the solution; what follows from the scene need not be given",
@@ -66,30 +63,6 @@ static kith_status check_complete(const struct kith_exact_ops *ops, const void *
   return KITH_OK;
 }
 
-/* --- window --- */
-
-static kith_status read_window(struct kith_scene *scene, const struct kith_config_node *node) {
-  struct kith_window *out = &scene->exact.window;
-  const struct kith_param *center = kith_params_find(scene->exact.ops->params, "center");
-  struct window w = {0};
-  out->kind = KITH_WINDOW_ALL;
-  if (node == NULL) return KITH_OK;
-  KITH_TRY(kith_params_read(window_params, node, &w));
-  const bool along = kith_config_child(node, "x") != NULL, radial = kith_config_child(node, "r") != NULL;
-  if (along && radial) return kith_config_fail(kith_config_child(node, "r"), NULL, "not together with x");
-  if (along) {
-    out->kind = KITH_WINDOW_SLAB;
-    out->center[0] = (w.x[0] + w.x[1]) / 2;
-    out->outer = (w.x[1] - w.x[0]) / 2;
-  } else if (radial) {
-    out->kind = KITH_WINDOW_BALL;
-    if (center != NULL)
-      memcpy(out->center, (const char *)scene->exact.settings + center->offset, sizeof out->center);
-    out->inner = w.r[0], out->outer = w.r[1];
-  }
-  return KITH_OK;
-}
-
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node) {
   struct kith_selected exact = {.name = ""};
   if (node == NULL) return KITH_OK;
@@ -102,7 +75,9 @@ kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_
   scene->exact.settings = exact.settings;
   KITH_TRY(kith_params_read(kith_exact_params, node, &exact));
   KITH_TRY(check_complete(scene->exact.ops, exact.settings, node));
-  KITH_TRY(read_window(scene, kith_config_child(node, "window")));
+  scene->exact.window = KITH_WINDOW_ALL;
+  const struct kith_config_node *window = kith_config_child(node, "window");
+  if (window != NULL) KITH_TRY(kith_params_read(window_params, window, &scene->exact.window));
   /* Would the member take them? Better to know before anything runs. */
   void *solution = NULL;
   if (kith_exact_create(&solution, scene->exact.ops, scene->exact.settings) != KITH_OK)

@@ -184,19 +184,16 @@ static kith_status put_point(struct kith_csv_log *table, const struct kith_suite
   return kith_csv_log_row(table);
 }
 
-/* "[3/12] sph at 100: norms.density.l1 0.0203, 0.01 CPU-s"; p NULL: it has begun. */
+/* "[3/12] sph at 100: norms.density.l1 0.0203, 0.01 CPU-s" */
 static void show_progress(const struct kith_study *s, const struct kith_suite *suite,
                           const struct kith_job *job, const struct kith_point *p) {
-  const bool terminal = isatty(STDERR_FILENO);
-  if (s->options->quiet || (p == NULL && !terminal)) return;
-  fprintf(stderr, "%s[%d/%d] %s at %s", terminal ? "\r\033[K" : "", s->n_done + (p == NULL), s->n_jobs,
-          job->label, job->value);
-  if (p != NULL && p->failed)
+  if (s->options->quiet) return;
+  fprintf(stderr, "[%d/%d] %s at %s", s->n_done, s->n_jobs, job->label, job->value);
+  if (p->failed)
     fprintf(stderr, " failed: %s\n", p->why);
-  else if (p != NULL)
+  else
     fprintf(stderr, ": %s %.4g, %.3g CPU-s\n", suite->measure[0], p->value[KITH_MEASURES],
             p->value[KITH_CPU_SECONDS]);
-  fflush(stderr);
 }
 
 /* ---- running ---- */
@@ -226,10 +223,7 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
   snprintf(report, sizeof report, "%s/report.json", path);
   p->failed = earlier_failure(failure, p->why);
   const bool found = p->failed || access(report, R_OK) == 0;
-  if (!found) {
-    show_progress(s, suite, job, NULL);
-    KITH_TRY(run_new(s, cpu_limit, job, path, failure, p));
-  }
+  if (!found) KITH_TRY(run_new(s, cpu_limit, job, path, failure, p));
   for (int k = 0; k < KITH_MEASURES + suite->n_measures; ++k) {
     const char *measure = k < KITH_MEASURES ? common[k] : suite->measure[k - KITH_MEASURES];
     if (p->failed || kith_report_measure(report, measure, &p->value[k]) != KITH_OK) p->value[k] = NAN;

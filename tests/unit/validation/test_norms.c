@@ -59,7 +59,7 @@ static void *still(void) {
                   (struct exact_parameters){.gamma = {2}, .density = {1}, .pressure = {1}});
 }
 
-static const struct kith_window all = {.kind = KITH_WINDOW_ALL};
+static const struct kith_window all = {{-INFINITY, INFINITY}, {0, INFINITY}};
 
 /* Three nodes of volumes 1, 3 and 4; energy of the solution is 1. */
 static void test_by_hand(void) {
@@ -87,17 +87,18 @@ static void test_by_hand(void) {
   CHECK_CLOSE(n.pressure.linf, 2, 0);
   CHECK_CLOSE(n.energy.l2, sqrt(4 * 0.25 / 8), 1e-15);
   /* Windows take their own edges: node 1 stands on both. */
-  struct kith_window w = {.kind = KITH_WINDOW_SLAB, .inner = 1, .outer = 1};
+  struct kith_window w = {{1, 1}, {0, INFINITY}};
   n = measured(&c, &kith_exact_uniform, self, 0, w);
   CHECK(n.nodes == 1 && n.density.l1 == 1 && n.pressure.l1 == 1 && n.density_peak == 2);
-  w = (struct kith_window){.kind = KITH_WINDOW_BALL, .center = {2}, .inner = 0, .outer = 0.5};
+  w = (struct kith_window){{-INFINITY, INFINITY}, {1.5, 2.5}};
   CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == 1);
-  w.center[NDIM - 1] += 1; /* the ball feels the last axis */
-  CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == 0);
-  w.kind = KITH_WINDOW_SLAB; /* the slab feels axis 0 only */
+  c.position[2 * NDIM + NDIM - 1] += 1; /* the distance feels the last axis */
   CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == (NDIM == 1 ? 0 : 1));
-  n = measured(&c, &kith_exact_uniform, self, 0,
-               (struct kith_window){.kind = KITH_WINDOW_BALL, .inner = 5, .outer = 6});
+  w.r[0] = 2.1;
+  CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == (NDIM == 1 ? 0 : 1));
+  w.x[1] = 1.5; /* both must hold */
+  CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == 0);
+  n = measured(&c, &kith_exact_uniform, self, 0, (struct kith_window){{-INFINITY, INFINITY}, {5, 6}});
   CHECK(n.nodes == 0 && n.density.l1 == 0 && n.density.l2 == 0 && n.density.linf == 0 && n.density_peak == 0);
   c.view.n = 0;
   CHECK(measured(&c, &kith_exact_uniform, self, 0, all).nodes == 0);
@@ -247,7 +248,7 @@ static void fill_radial(struct cloud *c, const struct profile *p, const double *
 
 static void test_planar_shock(void) {
   struct exact_parameters p = {.gamma = {1.4, 1.4}, .density = {1, .125}, .pressure = {1, .1}};
-  const struct kith_window window = {.kind = KITH_WINDOW_SLAB, .outer = 0.45};
+  const struct kith_window window = {{-0.45, 0.45}, {0, INFINITY}};
   static struct profile profile;
   for (int way = 0; way < 2; ++way) {
     void *self = solution(&kith_exact_riemann, p);
@@ -276,8 +277,7 @@ static void check_radial(const struct kith_exact_ops *ops, const struct exact_pa
   smear(&profile, ops, self, time, 0, half, smearing * ops->shock(self, time));
   lattice(&c, NDIM == 3 ? 50 : 128, half, 0.1);
   fill_radial(&c, &profile, p->center);
-  struct kith_window window = {.kind = KITH_WINDOW_BALL, .outer = 0.45};
-  memcpy(window.center, p->center, sizeof window.center);
+  const struct kith_window window = {{-INFINITY, INFINITY}, {0, 0.45}};
   const struct kith_norms n = measured(&c, ops, self, time, window);
   CHECK_CLOSE(n.shock_radius, n.shock_exact, 0.01 * n.shock_exact); /* the promise of the header */
   /* A node flung out of the center lifts the level to half the exact speed, no further. */
@@ -344,7 +344,7 @@ static void test_contact_pressure_error(void) {
   CHECK(measured(&c, &kith_exact_riemann, self, time, all).contact_pressure_error < 1e-14);
   c.pressure[0] *= 0.93, c.pressure[1] *= 1.05;
   CHECK_CLOSE(measured(&c, &kith_exact_riemann, self, time, all).contact_pressure_error, 0.07, 1e-14);
-  const struct kith_window right = {.kind = KITH_WINDOW_SLAB, .center = {contact + 0.5}, .outer = 0.5};
+  const struct kith_window right = {{contact, contact + 1}, {0, INFINITY}};
   CHECK_CLOSE(measured(&c, &kith_exact_riemann, self, time, right).contact_pressure_error, 0.05, 1e-14);
   /* Early on the star region is narrow: node 0 is in the rarefaction or beyond. */
   n = measured(&c, &kith_exact_riemann, self, 1e-3, all);
@@ -376,7 +376,7 @@ static void test_vortex(void) {
   CHECK_CLOSE(n.speed.l1, 0.4 / 4, 1e-15);
   CHECK_CLOSE(n.speed.l2, sqrt(0.16 / 4), 1e-15);
   CHECK_CLOSE(n.speed_peak, 0.6, 1e-14);
-  const struct kith_window ring = {.kind = KITH_WINDOW_BALL, .inner = 0.15, .outer = 0.35};
+  const struct kith_window ring = {{-INFINITY, INFINITY}, {0.15, 0.35}};
   CHECK(measured(&c, &kith_exact_gresho, self, 0, ring).nodes == 2);
   cloud_clear(&c);
   kith_free(&self);

@@ -308,8 +308,6 @@ static const struct wrong meanings[] = {
     {11, "exact: {name: reimann}",
      "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, yee, acoustic-wave, "
      "entropy-wave, square, two-blasts, uniform, decaying-wave, slabs; did you mean 'riemann'?"},
-    {11, "exact: {name: riemann, window: {x: [0, 1], r: [0, 1]}}",
-     "f:11: exact.window.r: not together with x"},
 };
 
 /* Messages whose words depend on the dimension, or on another room: that they are there, and where. */
