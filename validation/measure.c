@@ -8,8 +8,6 @@ static double volume(const struct kith_measured *m, kith_index i) {
   return m->nodes->mass[i] / m->nodes->density[i];
 }
 
-/* ---- viscosity ---- */
-
 /* nu, by the decay of a mode: of vortices, or of a shear wave. */
 static double viscosity(const struct kith_measured *m, bool vortices) {
   const int y = NDIM > 1;
@@ -34,8 +32,6 @@ static double shear_viscosity(const struct kith_measured *m) {
 static double vortex_viscosity(const struct kith_measured *m) {
   return viscosity(m, true);
 }
-
-/* ---- modes at an interface ---- */
 
 /* 2 |sum w v_y exp(i k x)| / sum w, w = V exp(-k distance), the distance from the nearer of two layers, at
  * 1/4 and 3/4 of a box of side 1, or from the middle of the domain. */
@@ -64,8 +60,6 @@ static double growth(const struct kith_measured *m) {
   return m->start != NULL ? acosh(now / m->start[KITH_MEASURE_growth]) / m->time : now;
 }
 
-/* ---- the ring ---- */
-
 static double spread(const struct kith_measured *m) {
   double mass = 0, sum = 0, squares = 0;
   for (int pass = 0; pass < 2; ++pass)
@@ -79,8 +73,7 @@ static double spread(const struct kith_measured *m) {
   return sqrt(squares / mass) / (m->start != NULL ? m->start[KITH_MEASURE_spread] : 1);
 }
 
-/* ---- separation: nodes in the order of x, each against the next ones that are near enough along x ---- */
-
+/* Nodes in the order of x, each against the next ones that are near enough along x. */
 struct place {
   double x[NDIM], spacing;
 };
@@ -116,8 +109,6 @@ static double transmitted(const struct kith_measured *m) {
     if (m->nodes->position[(size_t)i * NDIM] > middle) heat += m->nodes->mass[i] * m->nodes->energy[i];
   return heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
 }
-
-/* ---- the list ---- */
 
 const char *const kith_measure_names[KITH_N_MEASURES] = {
 #define X(name, doc) #name,

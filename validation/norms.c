@@ -44,8 +44,6 @@ static double speed(const struct measure *m, kith_index i, const double *velocit
   return kith_exact_speed(m->ops, m->center, place(m, i), velocity);
 }
 
-/* ---- refusing what cannot be measured ---- */
-
 static kith_status finite_nodes(const struct kith_profile_view *nodes) {
   const struct {
     const char *name;
@@ -65,8 +63,6 @@ static kith_status finite_nodes(const struct kith_profile_view *nodes) {
                   field[f].value[i]);
   return KITH_OK;
 }
-
-/* ---- norms ---- */
 
 enum { FIELDS = 5 }; /* density, velocity, pressure, energy, speed */
 
@@ -205,8 +201,6 @@ static void measure_peaks(const struct measure *m, struct bin *bin, double width
     out->speed_peak = KITH_MAX(out->speed_peak, fabs(bin_speed(&bin[k])));
   }
 }
-
-/* ---- the contact ---- */
 
 static double contact_pressure_error(const struct measure *m) {
   const struct kith_exact_star star = m->ops->star(m->solution);

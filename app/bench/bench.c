@@ -196,8 +196,6 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   return status;
 }
 
-/* ---- tables ---- */
-
 /* A case: two settings beside the package, or NULL. Without a `base` it times its own reference loops. */
 static kith_status bench_case(const struct kith_options *options, const char *const setting[3], int threads,
                               const struct figures *base, struct figures *f) {

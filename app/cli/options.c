@@ -51,8 +51,6 @@ __attribute__((noreturn, format(printf, 1, 2))) static void refuse(const char *f
   exit(KITH_EXIT_USAGE);
 }
 
-/* ---- values ---- */
-
 static double number(const struct row *row, const char *text) {
   char *end;
   const double value = strtod(text, &end);

@@ -34,7 +34,7 @@ kith_status kith_figure_open(struct kith_figure *g, const char *directory, const
 }
 
 void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_label, const char *y_label,
-                       bool logarithmic_x, int n_names, const char *const *names) {
+                       bool logarithmic_x) {
   FILE *f = g->file->stream;
   const char *const words[] = {title, x_label, y_label}, *const what[] = {"title", "xlabel", "ylabel"};
   g->n_series = g->n_points = 0;
@@ -43,14 +43,8 @@ void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_l
     put_quoted(f, words[k]);
     fputc('\n', f);
   }
-  fprintf(f,
-          "unset logscale\nset logscale %s\nset format '%%g'\nset xtics autofreq norotate\nset autoscale\n",
+  fprintf(f, "unset logscale\nset logscale %s\nset format '%%g'\nset autoscale\n",
           logarithmic_x ? "xy" : "y");
-  for (int k = 0; k < n_names; ++k) {
-    fputs(k == 0 ? "set xtics rotate by -40 (" : ", ", f);
-    put_quoted(f, names[k]);
-    fprintf(f, " %d%s", k, k == n_names - 1 ? ")\n" : "");
-  }
 }
 
 void kith_figure_series(struct kith_figure *g, const char *label, const char *style, ...) {

@@ -22,9 +22,9 @@ struct kith_figure {
 
 kith_status kith_figure_open(struct kith_figure *figure, const char *directory, const char *name,
                              const char *title, int rows, int columns);
-/* names: of x = 0, 1, 2...; NULL: numbers, on a logarithmic axis or not. y is logarithmic. */
+/* y is logarithmic. */
 void kith_figure_panel(struct kith_figure *figure, const char *title, const char *x_label,
-                       const char *y_label, bool logarithmic_x, int n_names, const char *const *names);
+                       const char *y_label, bool logarithmic_x);
 /* style: as the plot command of gnuplot takes it, "with lines". */
 __attribute__((format(printf, 3, 4))) void kith_figure_series(struct kith_figure *figure, const char *label,
                                                               const char *style, ...);

@@ -37,8 +37,6 @@ static void put_row(FILE *f, const double row[COLUMNS]) {
   for (int k = 0; k < COLUMNS; ++k) fprintf(f, "%.8g%c", row[k], k + 1 < COLUMNS ? ' ' : '\n');
 }
 
-/* Nodes. */
-
 static double place_of(const struct kith_plot *p, const double *center, kith_index i) {
   return kith_exact_place(p->exact, center, p->nodes.position + (size_t)i * NDIM);
 }
@@ -65,8 +63,6 @@ static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, c
   return kith_atomic_file_commit(&file, false);
 }
 
-/* The exact curve. */
-
 /* On a ray to a corner: in a periodic box the images of the center are farthest there. */
 static kith_status write_curve(const struct kith_plot *p, struct frame *frame, const char *directory) {
   const double *center = frame->center, lower = center != NULL ? 0 : frame->place.lower;
@@ -88,8 +84,6 @@ static kith_status write_curve(const struct kith_plot *p, struct frame *frame, c
   }
   return kith_atomic_file_commit(&file, false);
 }
-
-/* The frame. */
 
 static struct frame frame_of(const struct kith_plot *p) {
   struct frame frame = {.place = {INFINITY, -INFINITY}};
@@ -123,8 +117,6 @@ static struct range shown_range(struct range n, struct range c, bool logarithmic
   return (struct range){n.lower - margin, n.upper + margin};
 }
 
-/* The picture. */
-
 static void draw_panel(struct kith_figure *g, const struct kith_plot *p, const struct frame *frame, int j) {
   static const char *const names[] = {"density", "velocity", "pressure", "specific energy"},
                            *const speeds[] = {"velocity", "radial velocity", "azimuthal velocity"},
@@ -138,7 +130,7 @@ static void draw_panel(struct kith_figure *g, const struct kith_plot *p, const s
   const struct range y = shown_range(frame->nodes[j], frame->curve[j], logarithmic);
   char title[40] = "";
   if (l != NULL) snprintf(title, sizeof title, "L1 error %.3g", l1[j]);
-  kith_figure_panel(g, title, places[geometry], j == 1 ? speeds[geometry] : names[j], false, 0, NULL);
+  kith_figure_panel(g, title, places[geometry], j == 1 ? speeds[geometry] : names[j], false);
   fprintf(
       g->file->stream,
       "%sset logscale y\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"

@@ -173,8 +173,6 @@ void kith_report_clear(struct kith_report *report) {
   report->ledger = report->ranks_detail = NULL;
 }
 
-/* ---- the file ---- */
-
 static void put_norms(json_t *root, const struct kith_norms *n) {
 #define NUMBER(name) put(root, "norms." #name, number(n->name))
 #define FIELD(name) NUMBER(name.l1), NUMBER(name.l2), NUMBER(name.linf)

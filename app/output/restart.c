@@ -40,8 +40,6 @@ static bool first_rank(const struct kith_simulation *m) {
   return kith_ranks_rank(m->nodes->ranks) == 0;
 }
 
-/* ---- writing ---- */
-
 static struct saved collect(struct kith_output *output, struct kith_simulation *m,
                             const struct kith_conservation_baseline *baseline) {
   const struct places places = places_of(output, m);
@@ -85,8 +83,6 @@ kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simul
   kith_checkpoint_close(&c);
   return status;
 }
-
-/* ---- reading ---- */
 
 static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_simulation *m,
                             struct saved *saved, const char *path) {

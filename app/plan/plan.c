@@ -271,17 +271,16 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
   if (!calibrated) c.growth = 1; /* a run that failed leaves none */
   if (calibrated && !fixed) steps = c.expected;
-  if (blocks)
-    line("updates",
-         calibrated ? "about %.3g of a node to t = %.6g; calibration runs needed %.3g and %.3g"
-                    : "at most %.3g of a node to t = %.6g, as many as with a global step",
-         steps, until, c.steps[0], c.steps[1]);
-  else if (calibrated)
-    line("steps", "about %.0f to t = %.6g; two calibration runs took %.0f at resolution %.4g, %.0f at %.4g",
-         steps, until, c.steps[0], c.resolution[0], c.steps[1], c.resolution[1]);
+  const char *label = blocks ? "updates" : "steps";
+  if (calibrated)
+    line(label, "about %.*f%s to t = %.6g; two calibration runs took %.*f at resolution %.4g, %.*f at %.4g",
+         blocks, steps, blocks ? " of a node" : "", until, blocks, c.steps[0], c.resolution[0], blocks,
+         c.steps[1], c.resolution[1]);
   else
-    line("steps", "about %.0f to t = %.6g, an estimate: %s", steps, until,
-         fixed ? "all of the same length" : "dt grows by a quarter a step and then stays as it is now");
+    line(label, "about %.0f to t = %.6g, an estimate: %s", steps, until,
+         fixed    ? "all of the same length"
+         : blocks ? "as many as with a global step"
+                  : "dt grows by a quarter a step and then stays as it is now");
   line("cost", "about %s: %.3g %s of %d evaluation%s of %s%s; %d thread%s",
        kith_text_seconds(all, steps * evaluation * c.growth), steps,
        blocks ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
@@ -304,8 +303,6 @@ static void show_cheaper(const struct plan *plan) {
     if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";
 }
 
-/* ---- ranks ---- */
-
 /* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). */
 static kith_status show_ranks(const struct plan *plan, int n_ranks) {
   const struct kith_simulation *m = plan->simulation;
@@ -322,8 +319,6 @@ static kith_status show_ranks(const struct plan *plan, int n_ranks) {
   }
   return KITH_OK;
 }
-
-/* ---- the verb ---- */
 
 static void show(struct plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);

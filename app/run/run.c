@@ -82,8 +82,6 @@ static kith_status launch(struct kith_ranks **ranks, const struct kith_options *
   return KITH_OK;
 }
 
-/* ---- signals and clocks ---- */
-
 /* The only mutable global, for signal handlers: checked between steps. */
 static volatile sig_atomic_t stop_signal;
 

@@ -14,8 +14,6 @@ const struct kith_param kith_exact_params[] = {
      KITH_BELOW(window_params, MAP)},
     {0}};
 
-/* --- what the scene says; what is not constant is NaN --- */
-
 static double pressure_of(const struct kith_material *m, const struct kith_region *region) {
   if (region->pressure != NULL) return kith_expression_constant(region->pressure);
   return kith_material_pressure(m, kith_expression_constant(region->density),

@@ -149,7 +149,7 @@ static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {
   const struct kith_suite *s = c->suite;
   const double *x = a < COSTS ? c->cost[a] : c->resolution;
   const char *last = "";
-  kith_figure_panel(g, s->measure[c->measure], labels[a], "error", true, 0, NULL);
+  kith_figure_panel(g, s->measure[c->measure], labels[a], "error", true);
   if (a < COSTS) kith_figure_series(g, "Pareto front", "smooth unique with lines lw 9 lc rgb '#dddddd'");
   for (int k = 0; k < c->n && a < COSTS; ++k)
     if (c->on[a][k]) kith_figure_point(g, x[k], c->error[k]);
@@ -180,8 +180,6 @@ static kith_status draw(const struct kith_study *s) {
   }
   return kith_figure_close(&g);
 }
-
-/* ---- the verb ---- */
 
 /* `kith plan` looks at every method at its coarsest resolution. */
 static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {

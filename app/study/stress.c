@@ -6,16 +6,13 @@
  * minutes of processor time, does not pass, and the reason is kept.
  *
  * On stdout, and in DIR/stress.md (-o, out/stress by default): a table, sweep by method; the file has also
- * the bounds, and why runs did not pass. DIR/points.csv has all runs, DIR/stress.png the measures.
+ * the bounds, and why runs did not pass. DIR/points.csv has all runs.
  *
  * Exit code: 0; 3 if a method does not even pass the first value of a sweep; 1 if the results cannot be
  * written; 2 for an unknown sweep, or settings that no run takes. */
 #include <math.h>
 #include <string.h>
-#include "app/output/figure.h"
 #include "app/study/study.h"
-
-/* ---- verdicts ---- */
 
 /* The measure of job k as it is judged; NaN: the run failed. */
 static double judged_value(const struct kith_suite *s, int k) {
@@ -96,40 +93,8 @@ static void put_text(FILE *f, const struct kith_study *w, bool to_file) {
     fputs("# Where methods stop working\n\nOne parameter at a time, from mild to hard: values that pass.\n\n",
           f);
   put_table(f, w);
-  if (to_file) fputs("\n![the measures](stress.png)\n", f);
   for (int k = 0; k < w->n && to_file; ++k) put_sweep(f, &w->suite[k]);
 }
-
-/* ---- the figure ---- */
-
-/* Values above 0 that span much are best seen on a logarithmic axis. */
-static void draw_sweep(struct kith_figure *g, const struct kith_suite *s) {
-  const double first = s->job[0].x, last = s->job[s->n_values - 1].x;
-  const bool logarithmic = fmin(first, last) > 0 && fmax(first, last) >= 5 * fmin(first, last);
-  const char *names[KITH_SUITE_VALUES];
-  char y_label[128];
-  for (int v = 0; v < s->n_values; ++v) names[v] = s->job[v].value;
-  snprintf(y_label, sizeof y_label, "%s%s", s->measure[0], s->of_first ? " over its first value" : "");
-  kith_figure_panel(g, s->name, s->parameter, y_label, logarithmic, s->named_values ? s->n_values : 0, names);
-  for (int k = 0; k < s->n_methods * s->n_values; ++k) {
-    if (k % s->n_values == 0)
-      kith_figure_series(g, s->job[k].label, "with linespoints lw 1.5 lt %d", k / s->n_values + 1);
-    kith_figure_point(g, s->job[k].x, judged_value(s, k));
-  }
-  kith_figure_draw(g, isnan(s->at_most) ? s->at_least : s->at_most, "bound");
-}
-
-static kith_status draw(const struct kith_study *w) {
-  enum { ACROSS = 3 };
-  struct kith_figure g;
-  const int columns = KITH_MIN(w->n, ACROSS);
-  KITH_TRY(kith_figure_open(&g, w->directory, "stress", "where methods stop working",
-                            (w->n + columns - 1) / columns, columns));
-  for (int k = 0; k < w->n; ++k) draw_sweep(&g, &w->suite[k]);
-  return kith_figure_close(&g);
-}
-
-/* ---- the verb ---- */
 
 /* What the command line sets must make sense to one run at least, before any is started. */
 static kith_status read_sweeps(struct kith_study *w) {
@@ -168,7 +133,6 @@ enum kith_exit kith_stress(const struct kith_options *options) {
                                               .cpu_limit = 120,
                                               .list = list,
                                               .read = read_sweeps,
-                                              .draw = draw,
                                               .put = put_text,
                                               .verdict = verdict};
   return kith_study_run(&verb, options);

@@ -196,8 +196,6 @@ static void show_progress(const struct kith_study *s, const struct kith_suite *s
             p->value[KITH_CPU_SECONDS]);
 }
 
-/* ---- running ---- */
-
 static const char *const common[KITH_MEASURES] = {"cpu_seconds", "pair_evaluations", "nodes", "steps",
                                                   "energy_drift"};
 
@@ -245,7 +243,7 @@ static kith_status run_all(struct kith_study *s, double cpu_limit) {
 static kith_status write_all(const struct kith_study *s, const struct kith_study_verb *verb) {
   char path[KITH_PATH + 16];
   struct kith_atomic_file *file;
-  KITH_TRY(verb->draw(s));
+  if (verb->draw != NULL) KITH_TRY(verb->draw(s));
   snprintf(path, sizeof path, "%s/%s.md", s->directory, verb->name);
   KITH_TRY(kith_atomic_file_open(&file, path));
   verb->put(file->stream, s, true);

@@ -137,11 +137,11 @@ void kith_study_clear(struct kith_study *study);
 
 /* What differs. */
 struct kith_study_verb {
-  const char *name;                              /* of the text, NAME.md */
-  double cpu_limit;                              /* seconds of processor time for a run; 0: none */
-  kith_status (*list)(struct kith_study *study); /* prints what can be studied */
-  kith_status (*read)(struct kith_study *study); /* suites, the directory; nothing is written yet */
-  kith_status (*draw)(const struct kith_study *study);
+  const char *name;                                    /* of the text, NAME.md */
+  double cpu_limit;                                    /* seconds of processor time for a run; 0: none */
+  kith_status (*list)(struct kith_study *study);       /* prints what can be studied */
+  kith_status (*read)(struct kith_study *study);       /* suites, the directory; nothing is written yet */
+  kith_status (*draw)(const struct kith_study *study); /* NULL: no picture */
   void (*put)(FILE *out, const struct kith_study *study, bool to_file); /* to DIR/NAME.md, or to stdout */
   enum kith_exit (*verdict)(const struct kith_study *study);
 };

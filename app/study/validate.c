@@ -40,8 +40,6 @@ struct validation {
   struct kith_csv_log table;
 };
 
-/* ---- one run ---- */
-
 /* DIR/RUN/FILE */
 static const char *in_run(const struct validation *v, const char *run, const char *file, char path[PATH]) {
   snprintf(path, PATH, "%.700s/%s/%s", v->directory, run, file);
@@ -78,8 +76,6 @@ static kith_status same_norms(const struct validation *v, double *value) {
   }
   return KITH_OK;
 }
-
-/* ---- the same as another row ---- */
 
 /* The last file that a run's list of snapshots names: older runs may have left more. */
 static kith_status last_snapshot(const struct validation *v, const char *label, char path[PATH]) {

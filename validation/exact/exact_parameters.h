@@ -5,30 +5,18 @@
 #include <math.h>
 #include "validation/exact/exact.h"
 
-/* Rows of a table. */
-#define KITH_EXACT_INTO(member) KITH_INTO(struct kith_exact_gas, member)
-#define KITH_EXACT_GAMMA \
-  { "gamma", KITH_PARAM_NUMBER, NULL, "(1, inf)", "ratio of specific heats", KITH_EXACT_INTO(gamma) }
-#define KITH_EXACT_DENSITY(text) \
-  { "density", KITH_PARAM_NUMBER, NULL, "(0, inf)", text, KITH_EXACT_INTO(density), .unit = "density" }
-#define KITH_EXACT_PRESSURE(range, text) \
-  { "pressure", KITH_PARAM_NUMBER, NULL, range, text, KITH_EXACT_INTO(pressure), .unit = "pressure" }
-#define KITH_EXACT_CENTER                                                                     \
-  {                                                                                           \
-    "center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "of the symmetry", KITH_EXACT_INTO(center), \
-        .unit = "length"                                                                      \
-  }
-#define KITH_EXACT_VELOCITY                                                 \
-  {                                                                         \
-    "uniform_velocity", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "of the whole", \
-        KITH_EXACT_INTO(uniform_velocity), .unit = "velocity"               \
-  }
-#define KITH_EXACT_PERIOD                                                                         \
-  {                                                                                               \
-    "period", KITH_PARAM_VECTOR, "[0, 0, 0]", "[0, inf)",                                         \
-        "sides of the periodic box that it is carried through; 0: none", KITH_EXACT_INTO(period), \
-        .unit = "length"                                                                          \
-  }
+/* Rows of a table, of members of the gas. */
+#define KITH_EXACT_ROW(key, kind, fallback, range, text, of) \
+  { #key, KITH_PARAM_##kind, fallback, range, text, KITH_INTO(struct kith_exact_gas, key), .unit = of }
+#define KITH_EXACT_GAMMA KITH_EXACT_ROW(gamma, NUMBER, NULL, "(1, inf)", "ratio of specific heats", NULL)
+#define KITH_EXACT_DENSITY(text) KITH_EXACT_ROW(density, NUMBER, NULL, "(0, inf)", text, "density")
+#define KITH_EXACT_PRESSURE(range, text) KITH_EXACT_ROW(pressure, NUMBER, NULL, range, text, "pressure")
+#define KITH_EXACT_CENTER KITH_EXACT_ROW(center, VECTOR, "[0, 0, 0]", "", "of the symmetry", "length")
+#define KITH_EXACT_VELOCITY \
+  KITH_EXACT_ROW(uniform_velocity, VECTOR, "[0, 0, 0]", "", "of the whole", "velocity")
+#define KITH_EXACT_PERIOD                                 \
+  KITH_EXACT_ROW(period, VECTOR, "[0, 0, 0]", "[0, inf)", \
+                 "sides of the periodic box that it is carried through; 0: none", "length")
 
 /* derive() of a gas: the values of the first region, the sides of the domain along its periodic axes. */
 static inline void kith_exact_derive_gas(void *settings, const struct kith_exact_scene *scene) {
