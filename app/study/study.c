@@ -16,14 +16,17 @@
 /* ---- a job ---- */
 
 kith_status kith_job_set(struct kith_job *job, const char *assignment) {
-  enum { MOST_RANKS = 4096 };
+  enum { MOST = 4096 };
+  int *const count[] = {&job->ranks, &job->threads};
   const size_t used = strlen(job->settings), length = strlen(assignment);
-  if (strncmp(assignment, "ranks=", strlen("ranks=")) == 0) {
+  for (int k = 0; k < 2; ++k) {
+    const char *name = k == 0 ? "ranks=" : "threads=";
     char *end;
-    const long ranks = strtol(assignment + strlen("ranks="), &end, 10);
-    if (*end != '\0' || ranks < 1 || ranks > MOST_RANKS)
-      KITH_FAIL(BAD_INPUT, "%.80s: not one of 1 to %d processes", assignment, MOST_RANKS);
-    job->ranks = (int)ranks;
+    if (strncmp(assignment, name, strlen(name)) != 0) continue;
+    const long value = strtol(assignment + strlen(name), &end, 10);
+    if (*end != '\0' || value < 1 || value > MOST)
+      KITH_FAIL(BAD_INPUT, "%.80s: not one of 1 to %d", assignment, MOST);
+    *count[k] = (int)value;
     return KITH_OK;
   }
   if (strchr(assignment, '=') == NULL || strchr(assignment, '\n') != NULL)
@@ -215,7 +218,7 @@ static kith_status prepare(struct kith_study *s) {
 static kith_status run_job(struct kith_study *s, double cpu_limit, const struct kith_suite *suite,
                            struct kith_job *job, struct kith_point *p) {
   char path[KITH_JOB_PATH], failure[KITH_JOB_PATH + 16], report[KITH_JOB_PATH + 16];
-  job->threads = KITH_MAX(s->options->threads, 1);
+  if (job->threads == 0) job->threads = KITH_MAX(s->options->threads, 1);
   run_directory(s, job, path);
   snprintf(failure, sizeof failure, "%s.failed", path);
   snprintf(report, sizeof report, "%s/report.json", path);

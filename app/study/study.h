@@ -15,7 +15,7 @@
  *
  *   scene: sod                        # a scene of inputs, or a path, relative to the suite's folder
  *   dimension: 1                      # none: the scene's
- *   settings: {scheme.cfl: 0.2}       # for every run; keys as in --set, or nested; and `ranks`: processes
+ *   settings: {scheme.cfl: 0.2}       # for every run; keys as in --set, or nested; `ranks`, `threads`
  *   methods:                          # names for settings; none: one method, the scene's
  *     - {name: sph alpha 1, settings: {method.viscosity.name: monaghan}}
  *   resolution: [50, 100, 200]        # ascending
@@ -65,7 +65,7 @@ struct kith_job {
   char restart[KITH_JOB_PATH];           /* checkpoint; "": none */
   char settings[KITH_JOB_SETTINGS];      /* key=value as --set takes them, each ended by a newline */
 };
-/* Adds key=value; the key `ranks` gives the number of processes. BAD_INPUT if it does not fit. */
+/* Adds key=value; the keys `ranks` and `threads` are of the process. BAD_INPUT if it does not fit. */
 kith_status kith_job_set(struct kith_job *job, const char *assignment);
 /* Starts `verb` (run, or plan, which takes no directory) and waits; what it prints is in `log`. *code: its
  * exit code, or minus the signal that ended it; why: the reason if that is not 0. BAD_FILE if it cannot be

@@ -97,41 +97,35 @@ static kith_status add_row(struct rows *rows, const struct kith_row *row) {
 
 /* ---- a group ---- */
 
-/* Gives a row the value of a factor. */
+/* Gives a row the value of a factor, and its name the value, a directory too. */
 static kith_status vary(struct kith_row *row, const struct kith_config_node *value) {
-  static const struct kith_param count = {"", KITH_PARAM_INTEGER, NULL, "[1, 1000]", "", .size = sizeof(int)};
   const char *factor = value->parent->key;
-  char text[160];
+  char text[160], *name = row->job.label;
   if (value->kind != KITH_CONFIG_SCALAR || value->null)
     return kith_config_fail(value, NULL, "a value of a factor is one word or number");
-  if (strcmp(factor, "ranks") == 0) return kith_param_value(&count, value, &row->job.ranks);
-  if (strcmp(factor, "threads") == 0) return kith_param_value(&count, value, &row->job.threads);
-  const size_t used = strlen(row->varied);
-  if (used + strlen(value->text) + 2 > sizeof row->varied || strlen(factor) > 80)
+  const size_t used = strlen(row->varied), named = strlen(name), length = strlen(value->text);
+  if (used + length + 2 > sizeof row->varied || named + length + 2 > sizeof row->job.label ||
+      strlen(factor) > 80)
     return kith_config_fail(value, NULL, "too much to set in one row");
   snprintf(row->varied + used, sizeof row->varied - used, "%s%s", used > 0 ? " " : "", value->text);
+  snprintf(name + named, sizeof row->job.label - named, ".%s", value->text);
+  for (char *c = name + named; *c != '\0'; ++c)
+    if (*c == ' ' || *c == ':' || *c == ',') *c = '.';
   snprintf(text, sizeof text, "%s=%s", factor, value->text);
-  return kith_job_set(&row->job, text);
+  return kith_job_set(&row->job, text) == KITH_OK ? KITH_OK
+                                                  : kith_config_fail(value, NULL, "%s", kith_failure());
 }
 
-/* Run k of row i; it is called sod.4x2.kd.grid, a directory too. */
+/* Run k of row i. */
 static kith_status add_varied(struct rows *rows, const struct kith_row *like, int i, int k,
                               const struct kith_config_node *over, const struct kith_config_node *longest) {
   struct kith_row row = *like;
-  char *name = row.job.label;
-  const size_t used = strlen(name);
   snprintf(row.like, sizeof row.like, "%s", like->job.label);
   for (const struct kith_config_node *factor = over->first; factor != NULL; factor = factor->next) {
     const struct kith_config_node *value = factor->first;
     for (int skip = (factor == longest ? k : i + k) % factor->n; skip > 0; --skip) value = value->next;
     KITH_TRY(vary(&row, value));
   }
-  if (used + strlen(row.varied) + 12 > sizeof row.job.label)
-    return kith_config_fail(over, NULL, "row %s: the name is too long with its values", like->job.label);
-  snprintf(name + used, sizeof row.job.label - used, ".%dx%d%s%s", row.job.ranks, row.job.threads,
-           row.varied[0] != '\0' ? "." : "", row.varied);
-  for (char *c = name; *c != '\0'; ++c)
-    if (*c == ' ' || *c == ':' || *c == ',') *c = '.';
   return add_row(rows, &row);
 }
 

@@ -27,7 +27,7 @@
  * What the group says holds for its rows where they say nothing; its settings come before theirs. Every row
  * is run as it is, on one process with one thread; then once for each value of the longest factor, where run
  * k of row i takes value (i + k) mod n of every other factor with n values: with enough rows two values of
- * any two factors meet, if these n have no common divisor. These runs are called ROW.RxT.VALUE..., and
+ * any two factors meet, if these n have no common divisor. These runs are called ROW.VALUE.VALUE..., and
  * compared with the row. */
 #ifndef KITH_APP_STUDY_VALIDATE_ROWS_H
 #define KITH_APP_STUDY_VALIDATE_ROWS_H
@@ -52,7 +52,7 @@ struct kith_row {
   char like[KITH_JOB_LABEL];    /* "": nothing is compared */
   double tolerance;             /* of `same`; 0: bitwise */
   char restart[KITH_JOB_LABEL]; /* "": from the start */
-  char varied[64];              /* values of its group's factors but ranks and threads; else "" */
+  char varied[64];              /* values of its group's factors; else "" */
 };
 
 /* Scenes are those of `inputs`. *rows: kith_resize memory, in the order of the runs, also after a failure. */

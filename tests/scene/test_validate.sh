@@ -71,15 +71,15 @@ group() {
 group 'ranks: [1, 2, 3], threads: [1, 2], partition.name: [kd, hilbert]'
 ok "$kith" validate own.yaml -o v
 grep -q "^6 of 6 runs end in the same state" stdout || wrong "a group: $(tail -1 stdout)"
-grep -Eq "^a\.[123]x[12]\.(kd|hilbert) .* same as a$" stdout || wrong "names of a group: $(cat stdout)"
-awk -F, '/^b\.[123]x/ {n += ($14 > 0 && $15 > 0 && $16 != "" && $17 == "b" && $18 == 0)}
+grep -Eq "^a\.[123]\.[12]\.(kd|hilbert) .* same as a$" stdout || wrong "names of a group: $(cat stdout)"
+awk -F, '/^b\.[123]\./ {n += ($14 > 0 && $15 > 0 && $16 != "" && $17 == "b" && $18 == 0)}
   END {exit !(n >= 3)}' v/validation.csv || wrong "the table: $(cat v/validation.csv)"
 group ''
 stopped 2 "a group needs rows and factors" "$kith" validate own.yaml
 group 'ranks: []'
 stopped 2 "a factor without values" "$kith" validate own.yaml
 group 'ranks: [0]'
-stopped 2 "rows.0.over.ranks.0: 0 is out of range" "$kith" validate own.yaml
+stopped 2 "rows.0.over.ranks.0: ranks=0: not one of 1 to 4096" "$kith" validate own.yaml
 rows "same: bits, rows: [{name: a, $tube}]"
 stopped 2 "rows.0.over: missing" "$kith" validate own.yaml
 rows "over: {ranks: [2]}, rows: [{name: a, $tube}]"

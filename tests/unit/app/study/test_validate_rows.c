@@ -15,10 +15,8 @@ static void read_combination(const struct kith_row *row, struct combination *c) 
   char words[sizeof row->varied], *rest = words;
   memset(c, 0, sizeof *c);
   snprintf(c->value[0], sizeof c->value[0], "%s", row->like);
-  snprintf(c->value[1], sizeof c->value[1], "%d", row->job.ranks);
-  snprintf(c->value[2], sizeof c->value[2], "%d", row->job.threads);
   memcpy(words, row->varied, sizeof words);
-  for (int f = 3; f < FACTORS && *rest != '\0'; ++f) {
+  for (int f = 1; f < FACTORS && *rest != '\0'; ++f) {
     const size_t length = strcspn(rest, " ");
     snprintf(c->value[f], sizeof c->value[f], "%.*s", (int)length, rest);
     rest += length + (rest[length] == ' ');
