@@ -78,8 +78,6 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
   return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? write_series(output) : KITH_OK);
 }
 
-/* ---- the trace ---- */
-
 static kith_status append(const struct kith_atomic_file *file, const struct kith_profile *profile, int rank,
                           bool last) {
   FILE *f = fopen(file->temporary, "a");

@@ -7,8 +7,6 @@
 #include "app/cli/text.h"
 #include "lib/io/atomic_file.h"
 
-/* ---- JSON ---- */
-
 static json_t *text(const char *value) {
   json_t *json = value != NULL ? json_string(value) : NULL;
   return json != NULL ? json : json_null(); /* also what is not UTF-8 */
@@ -32,44 +30,37 @@ static void put(json_t *object, const char *path, json_t *value) {
   put(inner, dot + 1, value);
 }
 
-/* ---- collecting ---- */
-
-/* Sums over ranks of what each has done, and what all of them did together. */
-static void put_exchange(json_t *ledger, const struct kith_simulation *m) {
-  const struct kith_decomposition *decomposition = m->decomposition;
-  if (decomposition == NULL) return;
-  const struct kith_traffic traffic = kith_ranks_traffic(m->nodes->ranks);
-  uint64_t sum[] = {traffic.messages, traffic.bytes};
-  kith_ranks_sum_counts(m->nodes->ranks, sum, 2);
-  put(ledger, "messages", number((double)sum[0]));
-  put(ledger, "message_bytes", number((double)sum[1]));
-  put(ledger, "collective_calls", number((double)traffic.collectives));
-  put(ledger, "balance_checks", number((double)decomposition->balance_checks));
-  put(ledger, "repartitions", number((double)decomposition->repartitions));
-  put(ledger, "work_imbalance", number(decomposition->last_imbalance));
-  put(ledger, "cells", number((double)decomposition->cells.n));
+/* The sum over ranks. */
+static void put_sum(json_t *object, const char *key, struct kith_ranks *ranks, double mine) {
+  kith_ranks_sum(ranks, &mine, 1);
+  put(object, key, number(mine));
 }
 
 static json_t *collect_ledger(const struct kith_simulation *m) {
   struct kith_ranks *ranks = m->nodes->ranks;
   const struct kith_ledger l = kith_ledger_of_all(&m->integrator.ledger, ranks);
+  const struct kith_decomposition *decomposition = m->decomposition;
+  const struct kith_traffic traffic = kith_ranks_traffic(ranks);
   json_t *ledger = json_object();
   struct kith_ledger_entry entry;
-  for (int k = 0; kith_ledger_entry(&l, k, &entry); ++k) put(ledger, entry.name, number(entry.value));
-  uint64_t done[] = {m->package.support_iterations, m->package.fallbacks};
-  kith_ranks_sum_counts(ranks, done, 2);
-  put(ledger, "support_iterations", number((double)done[0]));
-  put(ledger, "gradient_fallbacks", number((double)done[1]));
   struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
+  for (int k = 0; kith_ledger_entry(&l, k, &entry); ++k) put(ledger, entry.name, number(entry.value));
+  put_sum(ledger, "support_iterations", ranks, (double)m->package.support_iterations);
+  put_sum(ledger, "gradient_fallbacks", ranks, (double)m->package.fallbacks);
   kith_simulation_bytes(m, bytes);
   for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
     char name[64];
-    double sum = (double)bytes[k].bytes;
-    kith_ranks_sum(ranks, &sum, 1);
     snprintf(name, sizeof name, "bytes_%s", bytes[k].name);
-    put(ledger, name, number(sum));
+    put_sum(ledger, name, ranks, (double)bytes[k].bytes);
   }
-  put_exchange(ledger, m);
+  if (decomposition == NULL) return ledger;
+  put_sum(ledger, "messages", ranks, (double)traffic.messages);
+  put_sum(ledger, "message_bytes", ranks, (double)traffic.bytes);
+  put(ledger, "collective_calls", number((double)traffic.collectives));
+  put(ledger, "balance_checks", number((double)decomposition->balance_checks));
+  put(ledger, "repartitions", number((double)decomposition->repartitions));
+  put(ledger, "work_imbalance", number(decomposition->last_imbalance));
+  put(ledger, "cells", number((double)decomposition->cells.n));
   return ledger;
 }
 
@@ -88,8 +79,6 @@ void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
   r->n_stages = kith_profile_stages(m->profile, &r->stages);
   r->n_counters = kith_profile_counters(m->profile, &r->counters);
 }
-
-/* ---- several ranks ---- */
 
 static struct kith_spread spread_of(struct kith_ranks *ranks, double mine) {
   struct kith_spread all = {mine, mine, mine};
@@ -131,11 +120,11 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   struct kith_ranks *ranks = m->nodes->ranks;
   const struct kith_traffic now = kith_ranks_traffic(ranks);
   const struct kith_ledger *l = &m->integrator.ledger;
-  const struct kith_decomposition *d = m->decomposition;
+  const struct kith_decomposition none = {0}, *d = m->decomposition != NULL ? m->decomposition : &none;
   struct kith_ledger_boundary remote = {0};
   const double steps = fmax((double)n_steps, 1),
                ghosts = kith_nodes_count(m->nodes) - kith_nodes_first_remote(m->nodes);
-  if (d != NULL) remote = l->boundary[m->boundaries.n - 1]; /* it comes last */
+  if (d != &none) remote = l->boundary[m->boundaries.n - 1]; /* it comes last */
   const struct {
     const char *key;
     double value;
@@ -143,26 +132,20 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
                    {"row_entries", (double)l->last_row_entries},
                    {"remote_ghosts", ghosts},
                    {"messages_per_step", (double)(now.messages - before->messages) / steps},
-                   {"bytes_per_step", (double)(now.bytes - before->bytes) / steps}},
-    of_all[] = {{"remote_ghosts_created", (double)remote.created},
-                {"remote_ghosts_culled", (double)remote.culled},
-                {"remote_ghosts_kept", (double)remote.kept},
-                {"nodes_migrated", d != NULL ? (double)d->migrated : 0}};
-  r->ranks_detail = json_object();
+                   {"bytes_per_step", (double)(now.bytes - before->bytes) / steps}};
+  json_t *detail = r->ranks_detail = json_object();
   for (size_t k = 0; k < sizeof of_a_rank / sizeof *of_a_rank; ++k) {
     json_t *inner = json_object();
     put_spread(inner, spread_of(ranks, of_a_rank[k].value));
-    put(r->ranks_detail, of_a_rank[k].key, inner);
+    put(detail, of_a_rank[k].key, inner);
   }
-  put(r->ranks_detail, "collectives_per_step",
-      number((double)(now.collectives - before->collectives) / steps));
-  for (size_t k = 0; k < sizeof of_all / sizeof *of_all; ++k) {
-    double sum = of_all[k].value;
-    kith_ranks_sum(ranks, &sum, 1);
-    put(r->ranks_detail, of_all[k].key, number(sum));
-  }
-  put(r->ranks_detail, "repartitions", number(d != NULL ? (double)d->repartitions : 0));
-  put(r->ranks_detail, "largest_imbalance", number(largest_imbalance));
+  put(detail, "collectives_per_step", number((double)(now.collectives - before->collectives) / steps));
+  put_sum(detail, "remote_ghosts_created", ranks, (double)remote.created);
+  put_sum(detail, "remote_ghosts_culled", ranks, (double)remote.culled);
+  put_sum(detail, "remote_ghosts_kept", ranks, (double)remote.kept);
+  put_sum(detail, "nodes_migrated", ranks, (double)d->migrated);
+  put(detail, "repartitions", number((double)d->repartitions));
+  put(detail, "largest_imbalance", number(largest_imbalance));
   return spread_stages(r, ranks);
 }
 

@@ -38,7 +38,7 @@ kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *
   return KITH_OK;
 }
 
-static kith_status steps_of(struct kith_simulation *m, int k, double until, double limit,
+static kith_status steps_of(struct kith_simulation *m, double until, double limit,
                             struct kith_calibration *out) {
   struct kith_integrator *it = &m->integrator;
   double first;
@@ -53,23 +53,23 @@ static kith_status steps_of(struct kith_simulation *m, int k, double until, doub
   }
   const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
                all = blocks ? of_node : (double)(it->ledger.evaluations - evaluations);
-  out->steps[k] = blocks ? of_node : (double)it->step;
+  out->steps = blocks ? of_node : (double)it->step;
   out->growth = (seconds_now() - start) / fmax(all, 1) / first;
   return KITH_OK;
 }
 
-static kith_status run(const struct kith_options *o, int k, double until, double limit,
+static kith_status run(const struct kith_options *o, double until, double limit,
                        struct kith_calibration *out) {
   const char *overrides[KITH_MAX_OVERRIDES + 1];
   char resolution[64];
   struct kith_scene *scene = NULL;
   struct kith_simulation *m = NULL;
   memcpy(overrides, o->overrides, sizeof o->overrides);
-  snprintf(resolution, sizeof resolution, "resolution=%.10g", out->resolution[k]);
+  snprintf(resolution, sizeof resolution, "resolution=%.10g", out->resolution);
   overrides[o->n_overrides] = resolution;
   KITH_TRY(kith_scene_read(&scene, o->subject, o->n_overrides + 1, overrides));
   kith_status status = kith_simulation_create(&m, scene, NULL, false);
-  if (status == KITH_OK) status = steps_of(m, k, until, limit, out);
+  if (status == KITH_OK) status = steps_of(m, until, limit, out);
   kith_simulation_destroy(&m);
   kith_scene_destroy(&scene);
   return status;
@@ -83,11 +83,9 @@ static double rounded(double resolution) {
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget) {
   const double part = fmin(pow(budget / cost, 1.0 / (NDIM + 1)), 0.8);
-  *out =
-      (struct kith_calibration){.resolution = {rounded(0.7 * part * resolution), rounded(part * resolution)}};
-  for (int k = 0; k < 2; ++k) KITH_TRY(run(options, k, until, 10 * budget, out));
-  const double slope = (out->steps[1] - out->steps[0]) / (out->resolution[1] - out->resolution[0]);
-  out->expected = out->steps[1] + fmax(slope, 0) * (resolution - out->resolution[1]);
+  *out = (struct kith_calibration){.resolution = rounded(part * resolution)};
+  KITH_TRY(run(options, until, 10 * budget, out));
+  out->expected = out->steps * resolution / out->resolution;
   return KITH_OK;
 }
 

@@ -5,9 +5,8 @@
  *   seconds = steps * evaluations * t_start * growth
  *
  * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene itself.
- * steps and growth come from two calibration runs, the whole scene at lower resolutions r1 < r2. steps: on
- * the straight line through both (the number of Courant steps is proportional to the resolution, that of the
- * starting phase is constant). growth: mean time of an evaluation along the run over that at its start.
+ * steps, which grow with the resolution, and growth, the mean time of an evaluation along the run over that
+ * at its start, come from a calibration run: the whole scene at a lower resolution.
  *
  * Many: what N ranks would have of a scene, counted by one process. The cells are those of a run
  * (lib/domain/decomposition.h); their work is nodes and row entries at the start. A partitioner makes its
@@ -26,12 +25,12 @@
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
 struct kith_calibration {
-  double resolution[2], steps[2]; /* of the two runs */
-  double expected;                /* steps of the scene itself */
+  double resolution, steps; /* of the run */
+  double expected;          /* steps of the scene itself */
   double growth;
 };
-/* Runs the scene of `options` twice, each run for about `budget` seconds, judged by `cost`, the estimate for
- * the scene itself. DIVERGED if a run fails or takes ten times as long. */
+/* Runs the scene of `options` for about `budget` seconds, judged by `cost`, the estimate for the scene
+ * itself. DIVERGED if the run fails or takes ten times as long. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
 

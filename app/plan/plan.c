@@ -3,7 +3,7 @@
  *
  * The objects are those of a run: nodes are created and the rates at the start are evaluated, once to have
  * them (time step, neighbors, memory) and up to three times more to measure their time. What costs more
- * than a second is calibrated by two short runs with fewer nodes (forecast.h).
+ * than a second is calibrated by a short run with fewer nodes (forecast.h).
  *
  * USAGE with one line if the scene is wrong; FAILED if its rates cannot be evaluated. */
 #include "app/cli/options.h"
@@ -254,7 +254,7 @@ static double expected_steps(double first, double full, double until) {
   return steps + (time < until ? ceil((until - time) / full) : 0);
 }
 
-/* Scenes that cost more than a second are calibrated: the larger those runs are, the more reliable. */
+/* Scenes that cost more than a second are calibrated: the larger that run is, the more reliable. */
 static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings);
@@ -273,9 +273,8 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   if (calibrated && !fixed) steps = c.expected;
   const char *label = blocks ? "updates" : "steps";
   if (calibrated)
-    line(label, "about %.*f%s to t = %.6g; two calibration runs took %.*f at resolution %.4g, %.*f at %.4g",
-         blocks, steps, blocks ? " of a node" : "", until, blocks, c.steps[0], c.resolution[0], blocks,
-         c.steps[1], c.resolution[1]);
+    line(label, "about %.*f%s to t = %.6g; a calibration run took %.*f at resolution %.4g", blocks, steps,
+         blocks ? " of a node" : "", until, blocks, c.steps, c.resolution);
   else
     line(label, "about %.0f to t = %.6g, an estimate: %s", steps, until,
          fixed    ? "all of the same length"

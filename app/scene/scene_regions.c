@@ -11,8 +11,6 @@
 #define DEFAULT_LATTICE "bcc"
 #endif
 
-/* --- regions --- */
-
 #define IN(member) KITH_INTO(struct kith_region, member)
 static const struct kith_param where_params[] = {
     {"x", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(where.extent[0])},
@@ -147,8 +145,6 @@ void kith_scene_regions_clear(struct kith_scene *scene) {
   kith_free(&scene->region);
   scene->n_regions = 0;
 }
-
-/* --- deposits --- */
 
 #define IN(member) KITH_INTO(struct kith_deposit, member)
 const struct kith_param kith_deposit_params[] = {

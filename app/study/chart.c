@@ -47,8 +47,6 @@ static void fill(struct cloud *c, const struct kith_study *s, int measure) {
   for (int a = 0; a < COSTS; ++a) kith_pareto_front(c->n, c->cost[a], c->error, c->on[a]);
 }
 
-/* ---- the text ---- */
-
 /* Method m at an error. */
 struct offer {
   int m;
@@ -139,8 +137,6 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
     if (s->point[k].failed) fprintf(f, "- %s at %s: %s\n", s->job[k].label, s->job[k].value, s->point[k].why);
   if (to_file) fputs("\n![error against cost](chart.png)\n", f);
 }
-
-/* ---- the figure ---- */
 
 /* a: against a cost; COSTS: against resolution. */
 static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {

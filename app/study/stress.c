@@ -48,8 +48,6 @@ void kith_sweep_answer(const struct kith_suite *s, int m, char text[128]) {
   }
 }
 
-/* ---- the text ---- */
-
 static void put_bound(FILE *f, const struct kith_suite *s) {
   const bool most = isnan(s->at_least);
   fprintf(f, "%s %s %.6g%s", s->measure[0], most ? "at most" : "at least", most ? s->at_most : s->at_least,

@@ -40,8 +40,6 @@ struct rows {
   size_t capacity;
 };
 
-/* ---- a row ---- */
-
 static void read_measure(struct kith_row *row) {
   static const char *const words[] = {
       [KITH_ROW_ORDER] = "order %d", [KITH_ROW_SAME_NORMS] = "same norms", [KITH_ROW_NOTHING] = ""};
@@ -155,8 +153,6 @@ static kith_status read_group(const struct kith_config_node *node, struct kith_r
   }
   return KITH_OK;
 }
-
-/* ---- a file ---- */
 
 /* A row that another one names. */
 static kith_status check_above(const struct rows *rows, const struct kith_config_node *node, const char *key,
