@@ -26,26 +26,19 @@ static bool passes(const struct kith_suite *s, int k) {
 }
 
 void kith_sweep_answer(const struct kith_suite *s, int m, char text[128]) {
-  const int n = s->n_values, start = m * n, end = start + n;
-  int good = 0;
-  size_t used = 0;
-  for (int k = start; k < end; ++k) good += passes(s, k);
+  const int n = s->n_values, start = m * n;
+  int good = 0, first = 0; /* all that pass, and those before the first that does not */
+  for (int k = 0; k < n; ++k) {
+    first += first == k && passes(s, start + k);
+    good += passes(s, start + k);
+  }
+  const char *last = s->job[start + KITH_MAX(first - 1, 0)].value;
   if (good == 0)
     snprintf(text, 128, "none");
-  else if (s->named_values)
+  else if (s->named_values || good > first)
     snprintf(text, 128, good == n ? "all %d" : "%d of %d", good, n);
-  else if (good == n)
-    snprintf(text, 128, "all (%s)", s->job[end - 1].value);
-  /* The stretches of values that pass. */
-  for (int k = start, next; good > 0 && good < n && !s->named_values && k < end; k = next) {
-    next = k + 1;
-    if (!passes(s, k)) continue;
-    while (next < end && passes(s, next)) ++next;
-    const bool several = next > k + 1, to = several && k == start;
-    snprintf(text + used, 128 - used, "%s%s%s%s", used > 0 ? ", " : "", to ? "to " : s->job[k].value,
-             several && !to ? " - " : "", several ? s->job[next - 1].value : "");
-    used = strlen(text);
-  }
+  else
+    snprintf(text, 128, good == n ? "all (%s)" : "to %s", last);
 }
 
 static void put_bound(FILE *f, const struct kith_suite *s) {

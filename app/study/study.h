@@ -149,7 +149,7 @@ struct kith_study_verb {
 /* Exit code: that of `verdict`, 1 if the results cannot be written, 2 if what is read is wrong. */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Which values pass with method m: "to 0.6", "20 - 40, 90", "none", "all (1000)"; of names "6 of 8". */
+/* Which values pass with method m: "none", "to 0.6", "all (1000)"; of names, or with gaps, "6 of 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
 
 /* ---- points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
