@@ -14,10 +14,9 @@
  * A ghost is created where an internal node may interact with it: at depth d outside of the face, if
  *   d <= f R_ghost   or   d <= max over internal nodes i of (f R_i - depth of i inside the face),
  * R the search radius, f = 1, or 2 when overlap is required (internal nodes of all ranks). As many images are
- * created as that takes: a box may be thinner than the search radius (beyond a thousand times: DIVERGED).
- * Nodes may lie outside of the box: see images.h. Ghosts come image by image (n = -1, 1, -2, 2, ...), list by
- * list, in the order of their controls. Nodes exactly on a reflecting face have a ghost at the same position:
- * coincident nodes are neighbors at distance 0. */
+ * created as that takes (above a thousand: DIVERGED). Nodes may lie outside of the box: see images.h. Ghosts
+ * come image by image (n = -1, 1, -2, 2, ...), list by list, in the order of their controls. Nodes on a
+ * reflecting face have a ghost at the same position: neighbors at distance 0. */
 #ifndef KITH_BOUNDARIES_BOUNDARY_H
 #define KITH_BOUNDARIES_BOUNDARY_H
 
@@ -34,10 +33,9 @@ struct kith_boundary_ops {
   size_t settings_size;
   /* Appends ghost blocks to the nodes; radius_factor is f. */
   kith_status (*ghosts)(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor);
-  /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with all positions,
-   * vectors and tensors of the node. DIVERGED for a node that is not finite or more than a thousand lengths
-   * away; the others are put back. The shift of a wrap is added to `moved_by` (NDIM per node, may be NULL),
-   * so that displacements can be corrected for it. NULL: nothing to do. */
+  /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with all fields of
+   * the node. DIVERGED for a node that is not finite or more than a thousand lengths away; the others are put
+   * back. The shift of a wrap is added to `moved_by` (NDIM per node, may be NULL). NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
   /* For members whose ghosts are images across their faces (images.h): image n = -1, 1, -2, 2, ... is
    * x -> sign * x + shift, false: there is none; put_back moves internal node i, which is outside. */
@@ -87,10 +85,9 @@ KITH_BOUNDARY_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_boundary);
 
-/* constant: removes the internal nodes with chosen[i] != 0 (length n_internal) and keeps all their fields;
- * they return as frozen ghosts whenever ghosts are created. Once per boundary, and the nodes must have ids:
- * else INTERNAL. Ghosts are dropped. The search radius of a frozen ghost is its support times the largest R /
- * H of the internal nodes; fields registered later are zero. */
+/* constant: removes the internal nodes with chosen[i] != 0, which return as frozen ghosts whenever ghosts are
+ * created. Once per boundary, and the nodes must have ids: else INTERNAL. The search radius of a frozen ghost
+ * is its support times the largest R / H of the internal nodes; fields registered later are zero. */
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                const uint8_t *chosen);
 

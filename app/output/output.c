@@ -69,7 +69,8 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
   snapshot_name(output->n_snapshots, name);
   path_in(output, name, path);
   struct kith_nodes *dealt = NULL;
-  if (simulation->scene->reproducible) KITH_TRY(kith_nodes_deal(simulation->nodes, &dealt));
+  if (simulation->scene->reproducible)
+    KITH_TRY(kith_nodes_by_id(simulation->nodes, kith_ranks_size(simulation->nodes->ranks), &dealt));
   const kith_status status = kith_snapshot_write(path, dealt != NULL ? dealt : simulation->nodes, &info);
   kith_nodes_destroy(&dealt);
   KITH_TRY(status);

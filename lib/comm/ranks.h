@@ -1,14 +1,12 @@
 /* ranks.h - the processes (MPI ranks) of one run and their communication. All MPI calls are in ranks.c.
  *
- * The communicator is passed down like any object. NULL stands for a run of one process: every function
- * accepts it and returns what it was given, and MPI is never started. With several ranks every function is
- * collective: all ranks call it, in the same order. Exceptions are functions that only tell something about
- * this rank, kith_ranks_send_to_root and kith_ranks_abort.
+ * NULL stands for a run of one process: every function accepts it and returns what it was given, and MPI is
+ * never started. With several ranks every function is collective, but for those that only tell something
+ * about this rank, kith_ranks_send_to_root and kith_ranks_abort.
  *
  * Errors. A stage in which only some ranks can fail ends with kith_ranks_allreduce_status: all ranks get the
  * failure with the smallest code (of the lowest rank, if several have it) with that rank's message, and
- * return together. A failure where no such agreement follows (no memory between two exchanges) ends all ranks
- * through kith_ranks_abort, which the program calls if a failure was not agreed on.
+ * return together. After a failure that was not agreed on the program ends all ranks (kith_ranks_abort).
  *
  * Maxima, minima and sums of integers do not depend on an order. Sums of doubles do: they are for figures
  * that are shown; those that the state of a run depends on are exact (sum.h). */

@@ -1,8 +1,7 @@
 /* param.h - parameters: what can be set, declared once, in a table beside the struct that it fills.
  *
- * A row says the key, the kind of value, its default, what is allowed, what it means, its unit and where the
- * value goes. From the table come reading a scene (app/scene/params.h), its reference (kith list scene), the
- * error messages, and what library users set by hand.
+ * From the table come reading a scene (app/scene/params.h), its reference (kith list scene), the error
+ * messages, and what library users set by hand.
  *
  * A member of a family declares its own parameters in its own file and nowhere else:
  *
@@ -17,10 +16,9 @@
  *
  * A table that lets the user choose a member has a row of kind MEMBER; reading it reads the member's own rows
  * too, from the same map, into the settings of a struct kith_selected. An object of the family holds `const
- * void *settings`, borrowed: the scene owns the memory and outlives the objects made from it. Without a
- * scene, kith_settings_create makes settings from defaults and "key=value" text. Settings that were read are
- * within their ranges. `create` of a member therefore checks only what depends on more than one value, and
- * calls kith_params_check if its settings may have been filled by hand. A member without parameters has
+ * void *settings`, borrowed: the scene owns the memory and outlives the objects made from it. Settings that
+ * were read are within their ranges: `create` of a member checks only what depends on more than one value,
+ * and calls kith_params_check if its settings may have been filled by hand. A member without parameters has
  * params NULL, and its settings are NULL.
  *
  * Nothing here knows YAML, and nothing depends on NDIM: the length of a vector is the size of its member. */

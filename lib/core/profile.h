@@ -4,11 +4,10 @@
  *     kith_profile_begin(p, "rows");  ...  kith_profile_end(p);
  *   kith_profile_end(p);
  *
- * A stage is known by its path ("step/connectivity/rows"). begin and end are called by the first thread,
- * outside of parallel regions; inside one, each thread reports its busy time with kith_profile_thread, from
- * which the imbalance follows. A stage that is still open is shown as if it ended now. An end without a begin
- * is ignored (the message of kith_failure says so). begin and end cost about 60 ns each. A NULL profile is
- * allowed everywhere and costs nothing. Names are string constants (borrowed) without quotes. */
+ * A stage is known by its path ("step/connectivity/rows"). begin and end, about 60 ns each, are called by the
+ * first thread, outside of parallel regions; inside one, each thread reports its busy time. A stage that is
+ * still open is shown as if it ended now. A NULL profile is allowed everywhere and costs nothing. Names are
+ * string constants (borrowed) without quotes. */
 #ifndef KITH_CORE_PROFILE_H
 #define KITH_CORE_PROFILE_H
 

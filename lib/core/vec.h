@@ -50,14 +50,4 @@ static inline void kith_box_include(struct kith_box *b, const double *x) {
   }
 }
 
-/* Squared distance from x to the box, 0 inside. */
-static inline double kith_box_distance2(const struct kith_box *b, const double *x) {
-  double s = 0;
-  for (int k = 0; k < NDIM; ++k) {
-    const double d = KITH_MAX(KITH_MAX(b->lower[k] - x[k], x[k] - b->upper[k]), 0.0);
-    s += d * d;
-  }
-  return s;
-}
-
 #endif

@@ -78,18 +78,17 @@ static kith_status make_map(struct kith_decomposition *d, const struct kith_node
 kith_status kith_decomposition_create(struct kith_decomposition **out, struct kith_nodes *nodes,
                                       const struct kith_box *box, const bool *periodic,
                                       const struct kith_decomposition_options *options) {
-  static const struct kith_field_spec home = {"home",       KITH_SCALAR, KITH_I64,
-                                              KITH_DERIVED, NULL,        "cell of the map cell -> rank"};
-  static const struct kith_field_spec work = {"work",       KITH_SCALAR, KITH_I64,
-                                              KITH_DERIVED, NULL,        "entries of the last row"};
   struct kith_decomposition *d = NULL;
   *out = NULL;
   KITH_TRY(kith_resize(&d, 0, 1, sizeof *d));
   d->ranks = nodes->ranks;
   d->every = options->every;
   d->imbalance = options->imbalance;
-  kith_status status = kith_nodes_field(nodes, &home, &d->home);
-  if (status == KITH_OK) status = kith_nodes_field(nodes, &work, &d->work);
+  const struct kith_field_row fields[] = {
+      {true, {"home", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "cell of the map cell -> rank"}, &d->home},
+      {true, {"work", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "entries of the last row"}, &d->work},
+      {0}};
+  kith_status status = kith_nodes_fields(nodes, fields);
   if (status == KITH_OK)
     status = kith_decomposition_cells(&d->cells, nodes, box, periodic,
                                       (int64_t)options->cells * kith_ranks_size(d->ranks));

@@ -4,17 +4,14 @@
  * Every rank lays out the whole scene and keeps the nodes in its cells (kith_decomposition_keep_own). Later,
  * nodes follow their cells when neighbor lists are rebuilt (kith_decomposition_redistribute), and only then.
  * `home` of a node is the index, among the cells of this rank, of the cell that it was in at the last
- * redistribution; n_own stands for any other cell, where a node may be after a restart until it is
- * redistributed.
+ * redistribution; n_own: another cell, as may be after a restart.
  *
- * Load balance. The work of a node is the number of entries of its last row, and 1 for the node itself. At
- * every `every`-th redistribution the work is summed by cells over all ranks; if the busiest rank has more
- * than `imbalance` times the mean, the partitioner is asked for a new map, which it may refuse. All ranks
- * compute the same map from the same weights.
+ * Load balance. The work of a node is the number of entries of its last row, plus 1. At every `every`-th
+ * redistribution the work is summed by cells over all ranks; if the busiest rank has more than `imbalance`
+ * times the mean, the partitioner is asked for a new map, which it may refuse.
  *
- * A restart on the same number of ranks is bitwise identical to an uninterrupted run: the work is a field of
- * the nodes, and the map and the state of the partitioner are stored. On another number of ranks, the map is
- * the first one of the scene. */
+ * A restart on the same number of ranks is bitwise identical to an uninterrupted run; on another number, the
+ * map is the first one of the scene. */
 #ifndef KITH_DOMAIN_DECOMPOSITION_H
 #define KITH_DOMAIN_DECOMPOSITION_H
 
@@ -66,9 +63,8 @@ kith_status kith_decomposition_redistribute(struct kith_decomposition *decomposi
 void kith_decomposition_measure(struct kith_decomposition *decomposition, const struct kith_nodes *nodes,
                                 const size_t *row_first);
 
-/* Adds to a checkpoint, which stores nodes list by list and rank by rank: the work of the nodes, the number
- * of nodes of each rank and list, the map, and the state of the partitioner. Collective; `c` is NULL on all
- * ranks but 0, which alone knows of a failure to write. */
+/* Adds the work of the nodes, their numbers by rank and list, the map, and the state of the partitioner.
+ * Collective; `c` is NULL on all ranks but 0, which alone knows of a failure to write. */
 kith_status kith_decomposition_save(const struct kith_decomposition *decomposition,
                                     const struct kith_nodes *nodes, struct kith_checkpoint *c);
 /* All nodes are present as they were stored. With the same numbers of ranks and cells, this rank keeps the

@@ -1,10 +1,29 @@
-/* Send lists, remote ghosts and their values. */
+/* Who is sent where: bounds of cells, candidates, send lists; remote ghosts and their values. */
 #include "lib/domain/halo.h"
 
+#include <omp.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "lib/domain/cell_bounds.h"
+enum { GROUP_SIZE = 64 }; /* candidates tested together */
+
+/* Of the nodes of a cell, as other ranks are told: the box around them, their largest search radius. */
+struct bounds {
+  double search_radius; /* < 0: it has no nodes */
+  struct kith_box box;
+};
+
+static const struct bounds nowhere = {.search_radius = -1};
+
+/* What may be sent: all nodes and images but frozen ones, in groups of consecutive nodes, which are tested
+ * together before their nodes are. */
+struct candidates {
+  kith_index n;  /* nodes and ghosts */
+  uint8_t *mark; /* [n] 1: not to be sent; during find_near, 2: sent */
+  int groups;
+  uint8_t *hit; /* [groups] does it hold one that is sent? */
+  struct bounds *group, all;
+};
 
 struct peer {
   int rank;
@@ -149,12 +168,176 @@ bool kith_halo_pending(const struct kith_halo *halo) {
   return halo != NULL && halo->pending;
 }
 
+/* ---- bounds ---- */
+
+static void include(struct bounds *to, const struct bounds *from) {
+  if (!(from->search_radius >= 0)) return;
+  if (!(to->search_radius >= 0)) to->box = kith_box_empty();
+  kith_box_include(&to->box, from->box.lower);
+  kith_box_include(&to->box, from->box.upper);
+  to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
+}
+
+static inline struct bounds bounds_of(const struct kith_nodes *nodes, kith_index i) {
+  struct bounds node = {.search_radius = nodes->search_radius->f64[i]};
+  for (int a = 0; a < NDIM; ++a)
+    node.box.lower[a] = node.box.upper[a] = nodes->position->f64[(size_t)i * NDIM + (size_t)a];
+  return node;
+}
+
+static inline void include_node(struct bounds *to, const struct kith_nodes *nodes, kith_index i) {
+  const struct bounds node = bounds_of(nodes, i);
+  include(to, &node);
+}
+
+/* Cell c has the internal nodes with home[i] == c, c = 0 .. n - 1. *bounds: [n], owned by the caller. Each
+ * thread has bounds of its own; a box and a maximum do not depend on the order of what they include. */
+static kith_status find_bounds(const struct kith_nodes *nodes, const int64_t *home, size_t n,
+                               struct bounds **bounds) {
+  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
+  const size_t all = n * (size_t)threads;
+  struct bounds *cell = NULL;
+  KITH_TRY(kith_resize(&cell, 0, all, sizeof *cell));
+  for (size_t c = 0; c < all; ++c) cell[c] = nowhere;
+#pragma omp parallel num_threads(threads)
+  {
+    struct bounds *mine = cell + n * (size_t)omp_get_thread_num();
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < nodes->n_internal; ++i) include_node(&mine[home[i]], nodes, i);
+#pragma omp for schedule(static)
+    for (size_t c = 0; c < n; ++c)
+      for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
+  }
+  *bounds = cell;
+  return KITH_OK;
+}
+
+/* Square of the distance between boxes, or images of them on the periodic axes of `cells` (NULL: none). */
+static inline double box_distance2(const struct kith_cells *cells, const struct kith_box *a,
+                                   const struct kith_box *b) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) {
+    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
+    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
+    if (cells != NULL && cells->periodic[k])
+      gap = KITH_MIN(gap, KITH_MAX(cells->upper[k] - cells->lower[k] + KITH_MIN(up, down), 0.0));
+    s += gap * gap;
+  }
+  return s;
+}
+
+/* d^2 <= (factor r)^2, no tighter than rounding could make it. */
+static bool is_within(double d2, double factor, double r) {
+  return d2 <= factor * factor * r * r * (1 + 1e-14);
+}
+
+/* Is a node, or may one of a group be, near the cell? */
+static inline bool is_near(const struct bounds *group, const struct bounds *cell, double factor) {
+  return group->search_radius >= 0 && is_within(box_distance2(NULL, &group->box, &cell->box), factor,
+                                                KITH_MAX(group->search_radius, cell->search_radius));
+}
+
+/* The largest search radius of `own` and of all cells that come within the larger search radius of both, as
+ * images too on periodic axes. */
+static double widest(const struct bounds *own, const struct kith_cells *cells, const struct bounds *all,
+                     size_t n) {
+  double search_radius = own->search_radius;
+  for (size_t k = 0; k < n; ++k)
+    if (all[k].search_radius > search_radius &&
+        is_within(box_distance2(cells, &own->box, &all[k].box), 1, all[k].search_radius))
+      search_radius = all[k].search_radius;
+  return search_radius;
+}
+
+/* ---- who is sent where ---- */
+
+static void mark_frozen(const struct kith_nodes *nodes, uint8_t *frozen) {
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+#pragma omp parallel for schedule(static) if (block->count > 10000)
+    for (kith_index k = 0; k < block->count; ++k)
+      frozen[block->first + k] = block->control == NULL || frozen[block->control[k]];
+  }
+}
+
+static kith_status gather_candidates(struct candidates *c, const struct kith_nodes *nodes) {
+  c->n = kith_nodes_count(nodes);
+  c->groups = (c->n + GROUP_SIZE - 1) / GROUP_SIZE;
+  c->all = nowhere;
+  KITH_TRY(kith_resize(&c->hit, 0, (size_t)c->groups, 1));
+  KITH_TRY(kith_resize(&c->mark, 0, (size_t)c->n, 1));
+  KITH_TRY(kith_resize(&c->group, 0, (size_t)c->groups, sizeof *c->group));
+  mark_frozen(nodes, c->mark);
+#pragma omp parallel for schedule(static) if (c->groups > 64)
+  for (int g = 0; g < c->groups; ++g) {
+    c->group[g] = nowhere;
+    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i)
+      if (!c->mark[i]) include_node(&c->group[g], nodes, i);
+  }
+  for (int g = 0; g < c->groups; ++g) include(&c->all, &c->group[g]);
+  return KITH_OK;
+}
+
+static void mark_group(const struct candidates *c, const struct kith_nodes *nodes, int g,
+                       const struct bounds *cell, int n, double factor) {
+  c->hit[g] = 0;
+  for (int k = 0; k < n; ++k) {
+    if (!is_near(&c->group[g], &cell[k], factor)) continue;
+    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+      const struct bounds node = bounds_of(nodes, i);
+      if (c->mark[i] == 0 && is_near(&node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
+    }
+  }
+}
+
+/* Counts the marked ones of each list (send NULL), or stores them: next[list] is where the next one goes. */
+static void sweep(const struct candidates *c, const struct kith_nodes *nodes, int64_t *next,
+                  kith_index *send) {
+  for (int g = 0; g < c->groups; ++g)
+    for (kith_index i = g * GROUP_SIZE; c->hit[g] && i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+      if (c->mark[i] != 2) continue;
+      const int64_t at = next[nodes->list->u8[i]]++;
+      if (send == NULL) continue;
+      send[at] = i;
+      c->mark[i] = 0;
+    }
+}
+
+/* The marked ones, list by list; the marks go. */
+static kith_status collect(struct candidates *c, const struct kith_nodes *nodes, kith_index **send,
+                           kith_index *n_send, int64_t *count) {
+  int64_t next[KITH_MAX_LISTS], total = 0;
+  sweep(c, nodes, count, NULL);
+  for (int l = 0; l < nodes->n_lists; ++l) next[l] = total, total += count[l];
+  KITH_TRY(kith_resize(send, 0, (size_t)total, sizeof **send));
+  sweep(c, nodes, next, *send);
+  *n_send = (kith_index)total;
+  return KITH_OK;
+}
+
+/* Those that are near any of cell[0 .. n - 1], by list and index: *send [*n_send], owned by the caller;
+ * count[list] is raised by how many there are. `cell` is reordered: cells that are far from all candidates
+ * are skipped, and groups that are far from all cells. */
+static kith_status find_near(struct candidates *c, const struct kith_nodes *nodes, struct bounds *cell,
+                             size_t n, double factor, kith_index **send, kith_index *n_send, int64_t *count) {
+  int near = 0;
+  struct bounds whole = nowhere;
+  for (size_t k = 0; k < n; ++k)
+    if (is_near(&c->all, &cell[k], factor)) include(&whole, &cell[k]), cell[near++] = cell[k];
+  *n_send = 0;
+  if (near == 0) return KITH_OK;
+#pragma omp parallel for schedule(dynamic, 16) if (c->groups > 64)
+  for (int g = 0; g < c->groups; ++g)
+    mark_group(c, nodes, g, cell, is_near(&c->group[g], &whole, factor) ? near : 0, factor);
+  return collect(c, nodes, send, n_send, count);
+}
+
 /* ---- ghosts ---- */
 
 /* What is needed while ghosts are made. */
 struct scratch {
-  struct kith_candidates candidates;
-  struct kith_cell_bounds *own;
+  struct candidates candidates;
+  struct bounds *own;
   size_t n_own;
   char *bounds;       /* of the cells of all ranks */
   size_t *part;       /* [ranks + 1] where those of each rank begin, in bytes */
@@ -162,7 +345,9 @@ struct scratch {
 };
 
 static void scratch_clear(struct scratch *s) {
-  kith_candidates_clear(&s->candidates);
+  kith_free(&s->candidates.mark);
+  kith_free(&s->candidates.group);
+  kith_free(&s->candidates.hit);
   kith_free(&s->own);
   kith_free(&s->bounds);
   kith_free(&s->part);
@@ -175,8 +360,7 @@ static kith_status gather_bounds(const struct kith_halo *halo, const struct kith
                                  struct scratch *s, bool compact) {
   const size_t cells = (size_t)halo->decomposition->n_own + 1;
   kith_status status = kith_resize(&s->part, 0, (size_t)kith_ranks_size(halo->ranks) + 1, sizeof *s->part);
-  if (status == KITH_OK)
-    status = kith_cell_bounds_of_nodes(nodes, halo->decomposition->home->i64, cells, &s->own);
+  if (status == KITH_OK) status = find_bounds(nodes, halo->decomposition->home->i64, cells, &s->own);
   KITH_TRY(kith_ranks_allreduce_status(halo->ranks, status));
   for (size_t c = 0; c < cells; ++c)
     if (!compact || s->own[c].search_radius >= 0) s->own[s->n_own++] = s->own[c];
@@ -189,14 +373,14 @@ static kith_status make_send_lists(struct kith_halo *halo, const struct kith_nod
   const size_t size = (size_t)kith_ranks_size(halo->ranks), lists = (size_t)nodes->n_lists;
   KITH_TRY(kith_resize(&s->to, 0, size * lists, sizeof *s->to));
   KITH_TRY(kith_resize(&s->from, 0, size * lists, sizeof *s->from));
-  KITH_TRY(kith_candidates_gather(&s->candidates, nodes));
+  KITH_TRY(gather_candidates(&s->candidates, nodes));
   for (int r = 0; r < (int)size; ++r) {
     struct peer *peer = &halo->peer[halo->n_peers++];
     *peer = (struct peer){.rank = r};
     if (r == kith_ranks_rank(halo->ranks)) continue;
-    KITH_TRY(kith_candidates_near(&s->candidates, nodes, (struct kith_cell_bounds *)(s->bounds + s->part[r]),
-                                  (s->part[r + 1] - s->part[r]) / sizeof *s->own, factor, &peer->send,
-                                  &peer->n_send, s->to + (size_t)r * lists));
+    KITH_TRY(find_near(&s->candidates, nodes, (struct bounds *)(s->bounds + s->part[r]),
+                       (s->part[r + 1] - s->part[r]) / sizeof *s->own, factor, &peer->send, &peer->n_send,
+                       s->to + (size_t)r * lists));
   }
   return KITH_OK;
 }
@@ -256,8 +440,7 @@ kith_status kith_halo_extend(const struct kith_halo *halo, struct kith_nodes *no
 #pragma omp for schedule(dynamic, 16)
       for (size_t c = 0; c < s.n_own; ++c)
         if (s.own[c].search_radius >= 0)
-          s.own[c].search_radius =
-              kith_cell_bounds_widest(&s.own[c], &d->cells, (struct kith_cell_bounds *)s.bounds, n_all);
+          s.own[c].search_radius = widest(&s.own[c], &d->cells, (struct bounds *)s.bounds, n_all);
 #pragma omp for schedule(static)
       for (kith_index i = 0; i < nodes->n_internal; ++i)
         nodes->search_radius->f64[i] = s.own[d->home->i64[i]].search_radius;

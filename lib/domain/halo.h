@@ -1,19 +1,17 @@
 /* halo.h - ghosts of nodes that other ranks own, and the exchange of their values.
  *
  * Who is sent. Every rank tells all others, for each of its cells, the box around the nodes in it and their
- * largest search radius. Node or image j is sent to rank s if it is near a cell of s, as cell_bounds.h says,
- * so that whatever a node of s may interact with is there. Frozen nodes and their images are not sent: every
- * rank has all of them. A corner between ranks needs no special case, because images are sent like nodes.
- * Remote ghosts are the last ghosts: rank by rank, and list by list, in the order of their nodes.
+ * largest search radius R. Node or image j is sent to the rank of a cell if
+ *     d(x_j, box) <= f max(R_j, R of the cell),
+ * f = 1, or 2 when overlap is required: whatever a node of that rank may interact with is there. Frozen nodes
+ * and their images are not sent: every rank has all of them. Remote ghosts are the last ghosts: rank by rank,
+ * and list by list, in the order of their nodes.
  *
  * Culling. A rank tells the owners which of its ghosts it keeps; the owners shorten their send lists, and
  * keep the images that are on them.
  *
- * Pairs between ranks. Both ranks evaluate such a pair, each for its own node, and so do all sums over rows.
- * A ghost never receives a contribution. Pairs are counted on both ranks.
- *
- * Values. Refreshing any set of fields takes one message to each rank with which ghosts are shared, after the
- * images have their values.
+ * Pairs between ranks are evaluated, and counted, on both, each for its own node: a ghost never receives a
+ * contribution. Refreshing any set of fields takes one message to each rank with which ghosts are shared.
  *
  * A halo of NULL stands for one process: there are no remote ghosts, images alone are refreshed. All
  * functions but kith_halo_remap and kith_halo_pending are collective. */
@@ -29,7 +27,7 @@ kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
                              const struct kith_decomposition *decomposition);
 void kith_halo_destroy(struct kith_halo **halo);
 
-/* Appends the remote ghosts, as blocks of this boundary. factor: f of cell_bounds.h. */
+/* Appends the remote ghosts, as blocks of this boundary. factor: f. */
 kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
                                  double factor);
 /* For ghosts whose rows are complete: raises the search radius of each internal node i to the largest R_j

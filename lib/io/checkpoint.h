@@ -5,15 +5,13 @@
  *   writing   kith_checkpoint_open_new(&c, path, scene); put...; kith_checkpoint_commit(&c)
  *   reading   kith_checkpoint_open(&c, path); nodes; read...; kith_checkpoint_close(&c)
  *
- * A file is written under a temporary name, synced, and renamed by commit; the previous one is kept as
- * PATH.previous. So a full disk or a kill at any moment leaves the last good one usable. A truncated file,
- * another dimension or another scene is refused with BAD_FILE / BAD_INPUT and a clear line. A checksum over
- * all data is verified before anything is used.
+ * Written as an atomic file that keeps the previous one (atomic_file.h): a full disk or a kill at any moment
+ * leaves the last good one usable. What is damaged, of another dimension or another scene is refused with a
+ * line before anything is used.
  *
- * The file is a plain container and not HDF5, because reading must survive damage: of 24000 small HDF5 files
- * with one to four random bytes changed or the end cut off, HDF5 1.10.8 hung on six, and no checksum inside
- * such a file helps the library that has to read it first. Here every byte is covered by a checksum that any
- * change within one 8-byte word changes, and every length is bounded by the size of the file:
+ * Not HDF5, because reading must survive damage: of 24000 small HDF5 files with one to four random bytes
+ * changed or the end cut off, HDF5 1.10.8 hung on six. Here a checksum, which any change within one 8-byte
+ * word changes, covers every byte, and every length is bounded by the size of the file:
  *
  *   header    24 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 2,
  *             u32 dimension, u32 zero
@@ -25,8 +23,7 @@
  * name[32], first, count. Numbers are in the byte order of the machine. Cost: one pass over the memory and
  * one over the file to write, two over the file to read.
  *
- * With several ranks, rank 0 writes. Nodes are stored list by list, rank by rank; the values of the others
- * are sent to rank 0 piece by piece, field by field: beyond its own nodes it needs a quarter of a megabyte.
+ * With several ranks, rank 0 writes: nodes list by list, rank by rank, in pieces of a quarter of a megabyte.
  * In reading, every rank reads all. */
 #ifndef KITH_IO_CHECKPOINT_H
 #define KITH_IO_CHECKPOINT_H
@@ -35,9 +32,8 @@
 
 struct kith_checkpoint;
 
-/* `scene`: the effective scene text; stored whole, compared on reading by the caller through
- * kith_checkpoint_scene. A name is 1 to 55 bytes long, and put once; a put that failed makes the commit
- * fail too. Nothing put is copied or kept. */
+/* `scene`: the effective scene text; the reader compares it. A name is 1 to 55 bytes long, and put once; a
+ * put that failed makes the commit fail too. */
 kith_status kith_checkpoint_open_new(struct kith_checkpoint **out, const char *path, const char *scene);
 /* Collective; `c` is NULL on all ranks but 0. A failure is known to rank 0 only. */
 kith_status kith_checkpoint_put_nodes(struct kith_checkpoint *c, const struct kith_nodes *nodes);
@@ -55,10 +51,9 @@ void kith_checkpoint_close(struct kith_checkpoint **c);
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path);
 const char *kith_checkpoint_scene(const struct kith_checkpoint *c); /* view */
-/* `nodes` must have the same lists (else BAD_INPUT); state fields that are registered and missing in the file
- * are BAD_FILE, and the other way round. Present nodes are replaced, ghosts are dropped, fields that are not
- * state are zero. On failure before the first node is replaced (all but NO_MEMORY and a disk that fails) the
- * nodes are as they were. */
+/* `nodes` must have the same lists (else BAD_INPUT) and the same fields that last (else BAD_FILE). Present
+ * nodes are replaced, ghosts are dropped, other fields are zero. On failure, but for NO_MEMORY, the nodes are
+ * as they were. */
 kith_status kith_checkpoint_nodes(struct kith_checkpoint *c, struct kith_nodes *nodes);
 /* Length of a named array, SIZE_MAX if it is not there. */
 size_t kith_checkpoint_length(const struct kith_checkpoint *c, const char *name);

@@ -1,15 +1,14 @@
 /* snapshot.h - one HDF5 file that ParaView (VTKHDF 1.0, UnstructuredGrid of vertices) and yt (Gadget layout)
  * both open.
  *
- * PartType0 holds every field of the nodes that has an `output` name, internal nodes only; among them,
- * always, Coordinates, SmoothingLength (the support H), ParticleIDs and MaterialIDs. Vectors are [n][3] and
- * tensors [n][9], padded with zeros in 1-D and 2-D; the attribute Description of each data set says what
- * it is. VTKHDF hard-links the same data sets: nothing is stored twice but the cells, 17 bytes for each node.
- * Header is that of Gadget. BoxSize is the scalar 0: readers then take the bounds of the data, which also
- * holds for negative coordinates and boxes that are not cubes; where an axis has no width, in 1-D and 2-D, yt
- * needs yt.load(..., bounding_box=...). Units says that all units are 1 (the scene's own). Run: attributes
- * Dimension, Time, Step, BoxLower, BoxUpper, MaterialNames (one a line), and the notes. Written to a
- * temporary name, synced, renamed. ParaView knows the layout by the extension, so PATH ends in .hdf.
+ * PartType0 holds every field of the internal nodes that has an `output` name; among them, always,
+ * Coordinates, SmoothingLength (the support H), ParticleIDs and MaterialIDs. Vectors are [n][3] and tensors
+ * [n][9], padded with zeros in 1-D and 2-D; their attribute Description says what they are. VTKHDF hard-links
+ * the same data sets, and has cells, 17 bytes for each node. Header is that of Gadget. BoxSize is the scalar
+ * 0: readers then take the bounds of the data, also of boxes that are not cubes; where an axis has no width,
+ * in 1-D and 2-D, yt needs yt.load(..., bounding_box=...). Units says that all units are 1 (the scene's own).
+ * Run: attributes Dimension, Time, Step, BoxLower, BoxUpper, MaterialNames (one a line), and the notes.
+ * ParaView knows the layout by the extension, so PATH ends in .hdf.
  *
  * With several ranks, rank 0 creates the file with all metadata; then all ranks write the values of their own
  * nodes through the MPI-IO of HDF5: no rank holds more than its own nodes and one more field of them. Nodes

@@ -189,22 +189,12 @@ static kith_status send_by_id(struct kith_nodes *copy, int parts) {
   return status;
 }
 
-static kith_status copy_by_id(const struct kith_nodes *nodes, int ranges, struct kith_nodes **out) {
+kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct kith_nodes **out) {
   *out = NULL;
   kith_status status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_copy(out, nodes, false));
   if (status == KITH_OK) (*out)->ranks = nodes->ranks;
-  if (status == KITH_OK && nodes->ranks != NULL) status = send_by_id(*out, ranges);
+  if (status == KITH_OK && nodes->ranks != NULL) status = send_by_id(*out, parts);
   if (status == KITH_OK) status = kith_ranks_allreduce_status(nodes->ranks, sort_by_id(*out));
   if (status != KITH_OK) kith_nodes_destroy(out);
   return status;
-}
-
-kith_status kith_nodes_deal(const struct kith_nodes *nodes, struct kith_nodes **dealt) {
-  return copy_by_id(nodes, kith_ranks_size(nodes->ranks), dealt);
-}
-
-kith_status kith_nodes_gather(const struct kith_nodes *nodes, struct kith_nodes **whole) {
-  KITH_TRY(copy_by_id(nodes, 1, whole));
-  if (kith_ranks_rank(nodes->ranks) != 0) kith_nodes_destroy(whole);
-  return KITH_OK;
 }

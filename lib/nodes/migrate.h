@@ -14,13 +14,9 @@ kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint
 /* counts[rank][list] of the nodes of all ranks: kith_resize memory owned by the caller. Collective. */
 kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts);
 
-/* Copies with the fields of snapshots (those with an `output` name, and the fields that all nodes have),
- * owned by the caller. Collective. */
-
-/* In an order that does not depend on the number of ranks: list by list, rank by rank, ids ascend. Each rank
- * gets an equal range of ids. */
-kith_status kith_nodes_deal(const struct kith_nodes *nodes, struct kith_nodes **dealt);
-/* All nodes on rank 0 (which needs the memory for them), each list by id; NULL on the other ranks. */
-kith_status kith_nodes_gather(const struct kith_nodes *nodes, struct kith_nodes **whole);
+/* A copy with the fields of snapshots (those with an `output` name, and the fields that all nodes have), in
+ * an order that does not depend on the number of ranks: list by list, rank by rank, ids ascend. Each of the
+ * first `parts` ranks gets an equal range of ids; 1: all nodes on rank 0. Owned by the caller. Collective. */
+kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct kith_nodes **out);
 
 #endif

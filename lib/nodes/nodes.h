@@ -6,10 +6,9 @@
  * A pair is two indices and a field is one array. A node list is one material; `first` and `count` give its
  * range of indices, `list[i]` the list of a node. The 64-bit global id of a node never changes.
  *
- * A field is registered once, with its name, kind, type and role; deleting, reordering, resizing, ghosts,
- * checkpoint and snapshot act on all registered fields, and there is no second list of them. Arrays are
- * [n][components], 64-byte aligned; they move when the nodes are resized, so hold the `struct kith_field *`,
- * not its data.
+ * A field is registered once; deleting, reordering, resizing, ghosts, checkpoint and snapshot act on all
+ * registered fields. Arrays are [n][components], 64-byte aligned; they move when the nodes are resized, so
+ * hold the `struct kith_field *`, not its data.
  *
  * Generations: counters of changes of positions and of ghosts. What is made from them stores their values,
  * and using it with other values is KITH_STALE. */
@@ -191,9 +190,9 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
 
 /* Drops all ghosts. */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
-/* Appends a block of ghosts. Ownership of `control` passes to the nodes, also on failure; block->first is set
- * here. Image ghosts get the fields that new ghosts have through their image; frozen and
- * remote ones are zero, for the caller to fill. An empty block is not kept. */
+/* Appends a block of ghosts. Ownership of `control` passes to the nodes, also on failure. Image ghosts get
+ * the fields that new ghosts have; frozen and remote ones are zero, for the caller to fill. An empty block is
+ * not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
 /* The fields that a new ghost has: the state, the id, list and image, and the search radius.
  * fields[KITH_MAX_FIELDS]; returns how many. */

@@ -6,15 +6,14 @@
  *   move = step / n  sum over the n ranks r around of (load_r / mean - 1) (unit vector to the center of r)
  *
  * in units of the regular spacing of each axis; half of that, and so on, until the mesh is valid. A corner on
- * a face of the box stays in it, periodic or not: the mesh need not match across. An update has 2^NDIM
- * rounds, one for each color of corners (odd and even positions along the axes), so that no two corners of a
- * rank's edge move at once. A round that raises the sum of squares of the loads is undone, and the step of
- * the color halved; otherwise it is doubled, up to 2.
+ * a face of the box stays in it, periodic or not. An update has 2^NDIM rounds, one for each color of corners
+ * (odd and even positions along the axes), so that no two corners of a rank's edge move at once. A round that
+ * raises the sum of squares of the loads is undone, and the step of the color halved; otherwise it is
+ * doubled, up to 2.
  *
- * The shape of a rank consists of NDIM! simplices about one diagonal (the same diagonal everywhere, so that
- * faces match). The mesh is valid if all of them have a positive volume: then they cover the box exactly
- * once. A cell belongs to the first rank whose closed shape contains its midpoint. All this is computed in
- * integers, in units of 1/unit of a cell: exact, without rounding. */
+ * The shape of a rank consists of NDIM! simplices about one diagonal, the same everywhere. The mesh is valid
+ * if all of them have a positive volume: then they cover the box exactly once. A cell belongs to the first
+ * rank whose closed shape contains its midpoint. All this is computed in integers: exact. */
 #include "lib/domain/partition/partition.h"
 
 #include <string.h>

@@ -3,9 +3,8 @@
  *
  * Every rank holds the whole map, owner[cell], and computes it by itself: a partitioner is a deterministic
  * function of the cells, the number of ranks, the present map and the weights, which are replicated. Nothing
- * here communicates; ranks cannot disagree; the rank of any position is one table lookup; and a map for 4096
- * ranks can be inspected in one process. Memory: 4 bytes per cell on every rank, 8 for curves; more during an
- * update.
+ * here communicates, and a map for 4096 ranks can be inspected in one process. Memory: 4 bytes per cell on
+ * every rank, 8 for curves; more during an update.
  *
  * A partitioner is selected by a text: its name, and after a colon options, separated by commas, that choose
  * a variant: `cart`, `diffusion:willebeek`, `diffusion:fixed,morton`. Others are refused.

@@ -128,14 +128,14 @@ static void same_for_all_searches(void) {
 }
 
 /* All nodes, list by list, by id, with their values; also when they were reordered. */
-static void by_id(kith_status (*copy)(const struct kith_nodes *nodes, struct kith_nodes **out)) {
+static void by_id(void) {
   struct scenario s;
   struct kith_nodes *whole = NULL;
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
     const struct kith_nodes *nodes = s.simulation->nodes;
     int64_t most;
     kith_index *place = scenario_places(&s, &most);
-    CHECK_OK(copy(nodes, &whole));
+    CHECK_OK(kith_nodes_by_id(nodes, 1, &whole));
     CHECK(whole->n_internal == nodes->n_internal && whole->n_ghost == 0);
     for (int l = 0; l < nodes->n_lists; ++l) CHECK(whole->lists[l].count == nodes->lists[l].count);
     const struct kith_field *mass = kith_nodes_field_named(whole, "mass");
@@ -169,8 +169,7 @@ int main(void) {
   order("method.package=mfm");
   order("connectivity.cull=false");
   same_for_all_searches();
-  by_id(kith_nodes_deal);
-  by_id(kith_nodes_gather);
+  by_id();
   refusals();
   return check_failed();
 }
