@@ -170,11 +170,13 @@ bool kith_halo_pending(const struct kith_halo *halo) {
 
 /* ---- bounds ---- */
 
-static void include(struct bounds *to, const struct bounds *from) {
+static inline void include(struct bounds *to, const struct bounds *from) {
   if (!(from->search_radius >= 0)) return;
   if (!(to->search_radius >= 0)) to->box = kith_box_empty();
-  kith_box_include(&to->box, from->box.lower);
-  kith_box_include(&to->box, from->box.upper);
+  for (int a = 0; a < NDIM; ++a) {
+    to->box.lower[a] = KITH_MIN(to->box.lower[a], from->box.lower[a]);
+    to->box.upper[a] = KITH_MAX(to->box.upper[a], from->box.upper[a]);
+  }
   to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
 }
 
@@ -227,7 +229,7 @@ static inline double box_distance2(const struct kith_cells *cells, const struct 
 }
 
 /* d^2 <= (factor r)^2, no tighter than rounding could make it. */
-static bool is_within(double d2, double factor, double r) {
+static inline bool is_within(double d2, double factor, double r) {
   return d2 <= factor * factor * r * r * (1 + 1e-14);
 }
 
@@ -284,8 +286,9 @@ static void mark_group(const struct candidates *c, const struct kith_nodes *node
   for (int k = 0; k < n; ++k) {
     if (!is_near(&c->group[g], &cell[k], factor)) continue;
     for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+      if (c->mark[i] != 0) continue;
       const struct bounds node = bounds_of(nodes, i);
-      if (c->mark[i] == 0 && is_near(&node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
+      if (is_near(&node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
     }
   }
 }
