@@ -47,7 +47,6 @@ struct figures {
   double ns[MOST_STAGES], bytes[MOST_STAGES], step; /* a stage's own time and traffic; 0: not counted */
   double plain_density, plain_force;                /* ns of the reference loops on the same rows */
   enum kith_traversal traversal;
-  struct kith_bytes memory[KITH_SIMULATION_STRUCTURES];
 };
 
 /* ---- loops that anybody could have written: what a figure is measured by ---- */
@@ -170,7 +169,6 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
       .energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1,
       .traversal = m->package.traversal};
   take_stages(m->profile, updates, out);
-  kith_simulation_bytes(m, out->memory);
   return KITH_OK;
 }
 
@@ -239,11 +237,11 @@ static bool ends_with(const char *path, const char *name) {
   return strcmp(last != NULL ? last + 1 : path, name) == 0;
 }
 
-/* Stages on one thread, beside triad and reference loops, and on all (NULL if there is one); memory. */
+/* Stages on one thread, beside triad and reference loops, and on all (NULL if there is one). */
 static void print_stages(const char *package, const struct figures *one, const struct figures *all,
                          double triad, int threads) {
   const double plain = one->plain_density + one->plain_force;
-  double rest = one->step, traffic = 0, memory = 0, rows = 0;
+  double rest = one->step, traffic = 0, rows = 0;
   printf("\n  %-28s %8s %8s %8s %7s %7s %8s %10s", package, "ns/node", "ns/entry", "ns/pair", "bytes", "GB/s",
          "of triad", "over plain");
   if (all != NULL) printf(" %2d threads %8s", threads, "speed-up");
@@ -265,14 +263,8 @@ static void print_stages(const char *package, const struct figures *one, const s
              all != NULL ? all->plain_force : 0);
   printf(
       "  a node and step: %.2f candidates, %.3f ns each in rows; %.2f row entries, hit rate %.4f;"
-      " %.2f pairs\n"
-      "  bytes per node:",
+      " %.2f pairs\n\n",
       one->candidates, rows / one->candidates, one->entries, one->entries / one->candidates, one->pairs);
-  for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
-    memory += (double)one->memory[k].bytes / one->nodes;
-    printf(" %s %.0f,", one->memory[k].name, (double)one->memory[k].bytes / one->nodes);
-  }
-  printf(" in all %.0f\n\n", memory);
 }
 
 static kith_status bench_package(const struct kith_options *options, const char *package, bool first, int all,

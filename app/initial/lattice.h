@@ -1,16 +1,10 @@
 /* lattice.h - sites of a lattice that fits a box with a whole number of cells along every axis.
  *
- * Cells are rectangular. With s^NDIM the volume of a node, their ideal sides and the sites (in cells) are
+ * Cells are rectangular. With s^NDIM the volume of a node their ideal sides are s in 1-D, and
  *
- *   1-D all    s                                    1/2
- *   2-D cubic  s, s                                 (1/2 1/2)
- *       bcc    a, a             a = 2^(1/2) s       (1/4 1/4) (3/4 3/4)
- *       hcp    a, 3^(1/2) a     a^2 = 2 s^2/3^(1/2) (1/4 1/4) (3/4 3/4), rows along x
- *   3-D cubic  s, s, s                              (1/2 1/2 1/2)
- *       bcc    a, a, a          a = 2^(1/3) s       (1/4 1/4 1/4) (3/4 3/4 3/4)
- *       fcc    a, a, a          a = 4^(1/3) s       (1/4 1/4 1/4) (3/4 3/4 1/4) (3/4 1/4 3/4) (1/4 3/4 3/4)
- *       hcp    a, 3^(1/2) a,    a = 2^(1/6) s       (1/4 5/6 1/4) (3/4 1/3 1/4) (1/4 1/6 3/4) (3/4 2/3 3/4),
- *              (8/3)^(1/2) a                        rows along x, layers along z
+ *   cubic  s            bcc  2^(1/NDIM) s           fcc  4^(1/3) s
+ *   hcp    2-D: a, 3^(1/2) a, a^2 = 2 s^2/3^(1/2), rows along x
+ *          3-D: a, 3^(1/2) a, (8/3)^(1/2) a, a = 2^(1/6) s, rows along x, layers along z
  *
  * An axis has extent / side cells, rounded, at least 1; cells are stretched to fit. So every lattice
  * continues exactly across periodic faces, and no site is on a face.

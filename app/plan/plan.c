@@ -180,12 +180,6 @@ static void show_passes(const struct plan *plan) {
   line("passes", "%s", text.s);
 }
 
-static const char *traversal_reason(const struct kith_simulation *m) {
-  if (m->scene->traversal[0] != '\0') return "as the scene says";
-  if (m->package.ops->expensive) return "the default: the force of a pair is expensive and is stored";
-  return "the default: evaluating a pair at both its ends is faster than storing it";
-}
-
 /* The parameters of the package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
 static void show_settings(const char *label, const struct kith_param *params, const void *settings) {
   struct text text = {""};
@@ -209,7 +203,10 @@ static void show_method(const struct plan *plan) {
   line("energy", "%s",
        p->compatible ? "compatible: from the work of pairs, conserved to round-off"
                      : "thermal: its own equation");
-  line("traversal", "%s (%s)", p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather", traversal_reason(m));
+  line("traversal", "%s (%s)", p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
+       m->scene->traversal[0] != '\0' ? "as the scene says"
+       : p->ops->expensive            ? "the default: the force of a pair is expensive and is stored"
+                           : "the default: evaluating a pair at both its ends is faster than storing it");
   show_passes(plan);
   line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }

@@ -74,14 +74,13 @@ static inline bool kith_pressure_holds(const struct kith_material *material, dou
 }
 
 enum kith_deposit_shape { KITH_DEPOSIT_POINT, KITH_DEPOSIT_BALL, KITH_DEPOSIT_KERNEL };
-struct kith_deposit { /* blast energy added to the nodes around a center, shared by weight; sums exactly to
-                         `energy` */
-  double energy;      /* in the whole domain, as the sum over its nodes */
+/* Blast energy added to the nodes around a center, shared by weight. */
+struct kith_deposit {
+  double energy; /* in the whole domain, as the sum over its nodes */
   double center[NDIM];
   enum kith_deposit_shape shape;
-  double radius;   /* ball, kernel: radius of the support; */
-  double spacings; /* instead of radius: in node spacings at the center (kernel: h, the support is 2 h of a
-                      cubic spline) */
+  double radius;   /* ball, kernel: radius of the support */
+  double spacings; /* instead, in node spacings at the center; of a kernel half of the support */
   const struct kith_config_node *node; /* where it stands, for messages */
 };
 

@@ -8,9 +8,6 @@
  *   A / B - 1                |A / B - 1|, the relative difference
  *   shock                    short for norms.shock_radius / norms.shock_exact - 1
  *
- * What `kith chart` and `kith stress` have in common: suites, each a scene with methods and values of what is
- * varied, whose jobs run one after the other; a text and a figure are written of the points.
- *
  * A suite for `kith chart` is a YAML file:
  *
  *   scene: sod                        # a scene of inputs, or a path, relative to the suite's folder

@@ -1,7 +1,6 @@
 /* Nodes of scenes: masses, places, states, regions, deposits, jitter, displacement and what is refused. */
 #include <stdlib.h>
 #include <string.h>
-#include "app/initial/deposit.h"
 #include "app/initial/initial_conditions.h"
 #include "tests/check.h"
 #include "tests/unit/materials.h"
