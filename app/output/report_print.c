@@ -112,28 +112,18 @@ static void print_cost(const struct kith_report *r, FILE *f) {
   fputc('\n', f);
 }
 
-/* "messages per step", as the key without '_'. */
-static void print_key(const char *key, FILE *f) {
-  fputs("  ", f);
-  for (const char *c = key; *c != '\0'; ++c) fputc(*c == '_' ? ' ' : *c, f);
-  fprintf(f, "%*s", 24 - (int)strlen(key), "");
-}
-
 static void print_ranks_detail(json_t *detail, FILE *f) {
   const char *key;
   json_t *value;
   fprintf(f, "\n  %-24s %10s %10s %10s %9s\n", "of a rank", "min", "mean", "max", "max/mean");
   json_object_foreach(detail, key, value) {
     if (!(at(value, "max") > 0)) continue;
-    print_key(key, f);
-    fprintf(f, " %10.5g %10.5g %10.5g %9.3f\n", at(value, "min"), at(value, "mean"), at(value, "max"),
-            at(value, "max") / at(value, "mean"));
+    fprintf(f, "  %-24s %10.5g %10.5g %10.5g %9.3f\n", key, at(value, "min"), at(value, "mean"),
+            at(value, "max"), at(value, "max") / at(value, "mean"));
   }
   fprintf(f, "\n  %-24s %10s\n", "of all ranks", "total");
   json_object_foreach(detail, key, value) {
-    if (!json_is_number(value)) continue;
-    print_key(key, f);
-    fprintf(f, " %10.10g\n", json_number_value(value));
+    if (json_is_number(value)) fprintf(f, "  %-24s %10.10g\n", key, json_number_value(value));
   }
 }
 

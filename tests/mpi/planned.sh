@@ -28,7 +28,7 @@ for ((rank = 0; rank < ranks; ++rank)); do
     { echo "the trace lacks rank $rank" && exit 1; }
 done
 [[ $(head -1 "$out/trace")$(tail -1 "$out/trace") == "[]" ]] || { echo "the trace is not whole" && exit 1; }
-grep -q "remote ghosts kept" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
+grep -q "remote_ghosts_kept" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
 planned() { awk -v column="$1" '$1 == "kd" {print $column}' "$out/plan"; }
 of_a_list() {
   awk -v all="$(number "$1")" -v lists="$(number lifecycles)" -v n="$ranks" 'BEGIN {print all / lists / n}'

@@ -272,7 +272,7 @@ static void profile(void) {
   fclose(f);
   const char *row = strstr(text, "    rows ");
   CHECK(row != NULL && strstr(row, " 0.25000     0.50000     0.75000      1.50\n") != NULL);
-  CHECK(strstr(row, "  remote ghosts kept               77\n") != NULL &&
+  CHECK(strstr(row, "  remote_ghosts_kept               77\n") != NULL &&
         strstr(row, "  0.0 %        0.0 ") != NULL);
   row = strstr(row + 1, "    rows ");
   CHECK(row != NULL && strstr(row, " 1.50\n") != NULL);
