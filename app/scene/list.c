@@ -39,31 +39,18 @@ static void add_params(char *text, size_t size, const char *map, const struct ki
 #define NAMED(name, doc) {#name, doc, NULL, 0},
 #define LISTED(name, word, doc) {#word, doc, NULL, 0},
 #define KERNEL(name, word, doc, ...) {word, doc, NULL, 0},
+#define TABLE(constant, word) {#word, "", NULL, 0},
 static const struct kith_member kernels[] = {KITH_KERNEL_LIST(KERNEL){0}},
                                 excluders[] = {KITH_EXCLUDER_LIST(NAMED){0}},
                                 viscosities[] = {KITH_VISCOSITY_LIST(LISTED){0}},
                                 lattices[] = {KITH_LATTICE_LIST(LISTED){0}},
-                                measures[] = {KITH_MEASURE_LIST(NAMED){0}};
-
-static void print_one_table(int k, const char *name) {
-  struct kith_table table;
-  char doc[64], error[32] = "no error estimate";
-  if (kith_table_read(&table, k) != KITH_OK) return;
-  if (table.embedded > 0) snprintf(error, sizeof error, "errors by order %d", table.embedded);
-  snprintf(doc, sizeof doc, "order %d, %s; %d evaluations a step", table.order, error, table.evaluations);
-  print_label(name, false, doc, 28);
-}
-#define TABLE(constant, word) print_one_table(k++, #word);
-static void print_table(void) {
-  int k = 0;
-  KITH_TABLE_LIST(TABLE)
-}
+                                measures[] = {KITH_MEASURE_LIST(NAMED){0}},
+                                tables[] = {KITH_TABLE_LIST(TABLE){0}};
 
 static const struct family {
   const char *name, *doc, *key; /* key of a scene that chooses */
   kith_family *family;
   const struct kith_member *members;
-  void (*print)(void);
 } families[] = {
     {"package", "what is computed on pairs", "method.package", .family = kith_package_member},
     {"added", "what adds to the rates of the package", "packages", .family = kith_added_member},
@@ -71,7 +58,8 @@ static const struct family {
     {"viscosity", "what makes shocks", "method.viscosity.name", .members = viscosities},
     {"eos", "equation of state", "materials.NAME.eos", .family = kith_eos_member},
     {"scheme", "how the state is advanced", "scheme.name", .family = kith_scheme_member},
-    {"table", "Runge-Kutta tables of arkode", "scheme.table", .print = print_table},
+    {"table", "Runge-Kutta tables of arkode: stages, order of the error estimate, order", "scheme.table",
+     .members = tables},
     {"search", "neighbor search", "neighbor.search", .family = kith_search_member},
     {"partitioner", "which rank has which cell", "partition.name", .family = kith_partitioner_member},
     {"rebuild", "when neighbor lists are rebuilt, joined by |", "connectivity.rebuild",
@@ -87,7 +75,6 @@ enum { FAMILIES = sizeof families / sizeof families[0] };
 
 static void print_family(const struct family *family) {
   printf("  %-11s %s (%s)\n", family->name, family->doc, family->key);
-  if (family->print != NULL) return family->print();
   for (int k = 0;; ++k) {
     const struct kith_member m = family->members != NULL ? family->members[k] : family->family(k);
     char text[1024];
