@@ -127,8 +127,6 @@ static double time_of(const struct kith_simulation *m,
   return 1e9 * best / m->nodes->n_internal;
 }
 
-/* ---- one run ---- */
-
 static double counted(const struct kith_profile *profile, const char *path, const char *name) {
   const struct kith_counter *counter;
   for (int c = kith_profile_counters(profile, &counter); c-- > 0; ++counter)

@@ -82,8 +82,6 @@ static void take_value(const struct row *row, const char *text, struct kith_opti
     add_override(o, text);
 }
 
-/* ---- help ---- */
-
 /* "run, plan": the verbs that take an option. */
 static const char *takers(const struct row *row, char text[128]) {
   int n = 0;
@@ -145,13 +143,6 @@ static void list_options(struct option known[N_ROWS + 1], char letters[64]) {
   known[N_ROWS] = (struct option){0};
 }
 
-/* Which option a code of getopt_long stands for. */
-static int row_of(int code) {
-  int k = 0;
-  while (code < OPTION && rows[k].letter != code) ++k;
-  return code < OPTION ? k : code - OPTION;
-}
-
 /* An option that is not known, or has a value without taking one. */
 __attribute__((noreturn)) static void refuse_option(const char *given) {
   char near[64], name[64];
@@ -197,7 +188,9 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
       take_word(o, optarg);
       continue;
     }
-    const int k = row_of(c);
+    int k = c - OPTION;
+    if (c < OPTION) /* a letter */
+      for (k = 0; rows[k].letter != c;) ++k;
     given[k] = true;
     take_value(&rows[k], optarg, o);
   }

@@ -75,15 +75,12 @@ static kith_status run(const struct kith_options *o, double until, double limit,
   return status;
 }
 
-/* Whole and even, where that makes little difference: lattices and centers may need it. */
-static double rounded(double resolution) {
-  return resolution > 10 ? 2 * round(0.5 * resolution) : resolution;
-}
-
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget) {
   const double part = fmin(pow(budget / cost, 1.0 / (NDIM + 1)), 0.8);
-  *out = (struct kith_calibration){.resolution = rounded(part * resolution)};
+  /* Whole and even, where that makes little difference: lattices and centers may need it. */
+  const double lower = part * resolution;
+  *out = (struct kith_calibration){.resolution = lower > 10 ? 2 * round(0.5 * lower) : lower};
   KITH_TRY(run(options, until, 10 * budget, out));
   out->expected = out->steps * resolution / out->resolution;
   return KITH_OK;

@@ -18,8 +18,6 @@
 #include "app/simulation/simulation.h"
 #include "app/cli/options.h"
 
-/* ---- one process ---- */
-
 /* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
  * up to 3, as many as half a second allows, which is disturbed least by other programs. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
@@ -33,8 +31,6 @@ struct kith_calibration {
  * itself. DIVERGED if the run fails or takes ten times as long. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
-
-/* ---- many ---- */
 
 struct kith_forecast {
   double imbalance;           /* most work over the mean */

@@ -44,8 +44,6 @@ struct run {
   bool stopped; /* by a signal */
 };
 
-/* ---- processes ---- */
-
 /* Becomes mpirun. Ranks are not bound to cores: the threads of a rank would all have to share one. */
 static kith_status become_mpirun(const struct kith_options *options) {
   enum { MOST_WORDS = 512 };

@@ -88,8 +88,6 @@ static kith_status read_entries(const struct kith_param *param, const struct kit
                           kept[1].number);
 }
 
-/* --- rows --- */
-
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node,
                              void *into) {
   const bool map = node->kind == KITH_CONFIG_MAP, sides = param->kind == KITH_PARAM_SIDES;
@@ -194,8 +192,6 @@ kith_status kith_params_read(const struct kith_param *params, const struct kith_
   if (chooser == NULL) return KITH_OK;
   return read_member(chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
 }
-
-/* --- comparison --- */
 
 static bool same_text(const char *a, const char *b) {
   char *end_a, *end_b;

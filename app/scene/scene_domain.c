@@ -159,8 +159,6 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
-/* --- materials --- */
-
 const struct kith_param kith_materials_params[] = {
     {"eos", KITH_PARAM_MEMBER, "ideal", "", "equation of state", .family = kith_eos_member}, {0}};
 

@@ -11,8 +11,6 @@
 #include "app/scene/params.h"
 #include "lib/core/choices.h"
 
-/* ---- tables ---- */
-
 #define IN(member) KITH_INTO(struct kith_suite, member)
 #define COMMON                                                                             \
   {"scene", KITH_PARAM_NAME, NULL, "", "a scene of inputs, or a path", IN(scene)},         \

@@ -55,8 +55,6 @@ static kith_status run(const struct validation *v, const struct kith_job *job) {
   return code == 0 ? KITH_OK : kith_fail(KITH_DIVERGED, "the run failed: %s; see %s", why, log);
 }
 
-/* ---- what is measured ---- */
-
 static kith_status report_value(const struct validation *v, const char *run, const char *measure,
                                 double *value) {
   char path[PATH];
@@ -105,8 +103,6 @@ static kith_status compare(const struct validation *v, const struct kith_row *ro
   if (entries[0] != entries[1]) *same = (struct kith_snapshot_diff){INFINITY, "rows"};
   return KITH_OK;
 }
-
-/* ---- rows ---- */
 
 static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
   const int first = KITH_MAX(v->n_errors - row->number, 0);
@@ -204,8 +200,6 @@ static kith_status do_rows(struct validation *v) {
            v->n_compared);
   return kith_csv_log_close(&v->table);
 }
-
-/* ---- suites ---- */
 
 static void list(void) {
   puts(
