@@ -170,10 +170,29 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
               : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
+/* Values that the chosen member has not, but an other one: checked as the first of these reads them. */
+static kith_status check_others(struct kith_member chosen, kith_family *family,
+                                const struct kith_config_node *child) {
+  char *unused = NULL;
+  const struct kith_param *param = kith_params_find(chosen.params, child->key);
+  if (param != NULL || child->null) return KITH_OK;
+  int k = -1;
+  while (param == NULL && family(++k).name != NULL) param = kith_params_find(family(k).params, child->key);
+  if (param == NULL) return KITH_OK;
+  KITH_TRY(kith_resize(&unused, 0, family(k).settings_size, 1));
+  const kith_status status = kith_param_read(param, child->parent, unused);
+  kith_params_clear(family(k).params, unused);
+  kith_free(&unused);
+  return status;
+}
+
 /* The rows of the member that was chosen, from the same map. */
 static kith_status read_member(const struct kith_param *chooser, const struct kith_config_node *map,
                                struct kith_selected *selected) {
   const struct kith_member chosen = kith_family_member(chooser->family, selected->name);
+  for (const struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL;
+       child = child->next)
+    KITH_TRY(check_others(chosen, chooser->family, child));
   const bool made = selected->settings == NULL;
   if (made) KITH_TRY(kith_settings_create(&selected->settings, chosen, NULL));
   for (const struct kith_param *p = chosen.params; p != NULL && p->key != NULL; ++p)

@@ -18,7 +18,7 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
 /* Reads all rows from a map into *base (zero where nothing was read before). map NULL: every default. What
  * *base owns stays, to be freed by its owner, also after a failure. With a row of kind MEMBER the parameters
  * of the chosen member are read too, over settings that are there already; those of other members of the
- * family have no effect, so that one scene serves all. */
+ * family are checked and have no effect, so that one scene serves all. */
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map, void *base);
 /* One row of it. */
 kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base);
