@@ -1,7 +1,6 @@
 /* config.h - a YAML file as a tree with line numbers, overrides, and one clear line for what is wrong.
  *
  *   file.yaml:12: method.kernl: unknown key; did you mean 'kernel'?
- *   file.yaml:7: scheme.cfl: -1 is out of range [0, 1000]
  *   --set scheme.cfl: -1 is out of range [0, 1000]
  *
  * Parsed by libyaml. Overrides "a.b.c=value" (value is YAML; entries of lists are counted from 0) replace a
