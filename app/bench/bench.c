@@ -5,13 +5,11 @@
  * The case: Sedov with 10^6 nodes (100^3; --set resolution=N), every node each step, double, adaptive
  * supports (60 neighbors in 3-D), Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve
  * order. Every package: with its defaults on one thread and on all, with the other traversal on one; the
- * first one with other settings too. Absolute figures hold for one machine and one moment; ratios to the
- * reference loops can be compared.
+ * first one with other settings too. Ratios to the reference loops can be compared between machines.
  *
  * Bytes are counted by the stages that walk over lists (counter "bytes"): each array that a stage needs, from
  * memory once, read or written, ghosts included. They are the least that this data layout moves, and the
- * share of the triad says how far a stage is from its memory bound: the rest is arithmetic, latency and cache
- * misses. */
+ * share of the triad says how far a stage is from its memory bound. */
 #include "app/cli/options.h"
 
 #include <math.h>

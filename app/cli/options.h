@@ -1,9 +1,8 @@
 /* options.h - the command line: the table of verbs and the table of options.
  *
- * Everything that is said about verbs and options follows from the two lists below: parsing (options.c, by
- * getopt_long), `kith --help` and `kith VERB --help`, the refusal of an option that a verb does not take, and
- * the dispatch in app/kith.c and app/main.c. A verb is one line here and a function kith_<verb>; an option is
- * one line here and a member of struct kith_options. */
+ * Parsing (options.c, by getopt_long), help, the refusal of an option that a verb does not take, and the
+ * dispatch in app/kith.c and app/main.c follow from them. A verb is one line here and a function kith_<verb>;
+ * an option is one line here and a member of struct kith_options. */
 #ifndef KITH_APP_CLI_OPTIONS_H
 #define KITH_APP_CLI_OPTIONS_H
 

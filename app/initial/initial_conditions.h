@@ -23,7 +23,7 @@
  * be the one that the scene gives. Their energy is set after the first evaluation, and then the deposits are
  * added (kith_initial_conditions_equilibrium).
  *
- * With several ranks each creates all nodes, and then keeps its own (kith_simulation_distribute): no message,
+ * Of several ranks each creates all nodes, and then keeps its own (kith_simulation_distribute): no message,
  * the same ids, but the memory of all nodes on every rank at the start. Nodes are created region by region
  * within their list, id = index: 0 .. n - 1. Serial, a few 1e6 nodes per second. */
 #ifndef KITH_APP_INITIAL_INITIAL_CONDITIONS_H

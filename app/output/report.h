@@ -11,8 +11,7 @@
  * A number that is not finite is null.
  *
  * A stage in which ranks exchange data (refresh, ghosts, control, ...) includes the time a rank waits for
- * others: the minimum over the ranks is an upper bound of packing and sending, what the others have more is
- * waiting. */
+ * others: what a rank has more than the minimum over the ranks is waiting. */
 #ifndef KITH_APP_OUTPUT_REPORT_H
 #define KITH_APP_OUTPUT_REPORT_H
 

@@ -1,8 +1,7 @@
 /* plan.c - `kith plan SCENE`: what a scene will build and why, memory, time step and expected cost; with
  * --ranks N what each partitioner would make of it. Nothing is written.
  *
- * The objects are those of a run: nodes are created and the rates at the start are evaluated, once to have
- * them (time step, neighbors, memory) and up to three times more to measure their time. What costs more
+ * The objects are those of a run: nodes are created and the rates at the start are evaluated. What costs more
  * than a second is calibrated by a short run with fewer nodes (forecast.h).
  *
  * USAGE with one line if the scene is wrong; FAILED if its rates cannot be evaluated. */
@@ -24,8 +23,6 @@ struct plan {
   double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
   double evaluation; /* seconds of one at the start */
 };
-
-/* ---- text ---- */
 
 /* "  label         text". An empty label continues the line above. */
 __attribute__((format(printf, 2, 3))) static void line(const char *label, const char *format, ...) {
@@ -160,8 +157,6 @@ static void show_lifecycle(const struct kith_simulation *m) {
   else
     line("reordering", "never");
 }
-
-/* ---- method ---- */
 
 /* The stages directly below the package's: its passes in the order of their first call, per evaluation. */
 static void show_passes(const struct plan *plan) {

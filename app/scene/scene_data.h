@@ -1,7 +1,6 @@
 /* scene_data.h - what a scene says, as plain data: the structs that reading a scene fills.
  *
- * Lengths, times, ... are in the scene's own units. Strings, expressions and settings are owned by the scene;
- * the scene outlives all that is made from it. */
+ * Units are the scene's own. The scene owns strings, expressions and settings, and outlives what it makes. */
 #ifndef KITH_APP_SCENE_SCENE_DATA_H
 #define KITH_APP_SCENE_SCENE_DATA_H
 

@@ -51,8 +51,7 @@ void kith_simulation_bytes(const struct kith_simulation *simulation,
  *   momentum  max_a |p_a - p0_a| / max(S, S0),  S = sum m |v|; axes without walls and external forces only
  *   angular   |L - L0| / max(S, S0),            L about the center (hydro.h), S = sum m |r x v|; NaN in 1-D,
  *             with walls or uniform gravity, and with frozen nodes, which give angular momentum to the gas
- *   rebound   largest rise of the kinetic energy above its minimum until then: a flow that nothing drives
- *             must not speed up
+ *   rebound   largest rise of the kinetic energy above its minimum until then
  *
  * Kept over restarts. Only double: checkpoints store it as numbers. */
 struct kith_conservation_baseline {

@@ -5,10 +5,9 @@
  *   r < 0.4   v = 2 - 5 r     P = P0 + rho (12.5 r^2 + 4 - 20 r + 4 ln(5 r))
  *   beyond    v = 0           P = P0 + rho (4 ln 2 - 2)
  *
- * v counterclockwise. Steady: the pressure holds the gas on its circles, dP/dr = rho v^2 / r; v has kinks at
- * 0.2 and 0.4. With uniform_velocity the vortex is carried along; a period > 0 along an axis brings it back
- * (the box of the scene): the center moves then, and is the parameter's again after whole periods.
- * Not in 1-D. */
+ * v counterclockwise. Steady: the pressure holds the gas on its circles, dP/dr = rho v^2 / r. With
+ * uniform_velocity the vortex is carried along; a period > 0 along an axis brings it back (the box of the
+ * scene). Not in 1-D. */
 #include "validation/exact/exact_parameters.h"
 
 static const struct kith_param params[] = {KITH_EXACT_GAMMA,
