@@ -58,7 +58,7 @@ static const struct family {
     {"viscosity", "what makes shocks", "method.viscosity.name", .members = viscosities},
     {"eos", "equation of state", "materials.NAME.eos", .family = kith_eos_member},
     {"scheme", "how the state is advanced", "scheme.name", .family = kith_scheme_member},
-    {"table", "Runge-Kutta tables of arkode: stages, order of the error estimate, order", "scheme.table",
+    {"table", "Runge-Kutta tables of arkode: stages, order of the errors, order", "scheme.table",
      .members = tables},
     {"search", "neighbor search", "neighbor.search", .family = kith_search_member},
     {"partitioner", "which rank has which cell", "partition.name", .family = kith_partitioner_member},
