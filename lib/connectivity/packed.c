@@ -61,7 +61,34 @@ KITH_HOT static int hits(const struct kith_packed *packed, const double *x, doub
   return count;
 }
 
+#ifdef __x86_64__
+/* The same with masks, which the compiler does not use by itself. */
+__attribute__((target("avx512f"))) static int hits_wide(const struct kith_packed *packed, const double *x,
+                                                        double target_radius2, uint64_t *restrict hit) {
+  int count = 0;
+  for (int w = 0; w < packed->words; ++w) {
+    uint64_t bits = 0;
+    for (int k = 0; k < 64; k += 8) {
+      __m512d d2 = _mm512_setzero_pd(), r2 = _mm512_load_pd(packed->radius2 + 64 * w + k);
+      for (int a = 0; a < NDIM; ++a) {
+        const __m512d c = _mm512_load_pd(packed->coordinate[a] + 64 * w + k);
+        const __m512d d = _mm512_sub_pd(c, _mm512_set1_pd(x[a])), square = _mm512_mul_pd(d, d);
+        d2 = a == 0 ? square : _mm512_add_pd(d2, square);
+      }
+      r2 = _mm512_max_pd(r2, _mm512_set1_pd(target_radius2));
+      bits |= (uint64_t)_mm512_cmp_pd_mask(d2, r2, _CMP_LE_OQ) << k;
+    }
+    hit[w] = bits;
+    count += __builtin_popcountll(bits);
+  }
+  return count;
+}
+#endif
+
 int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx512f")) return hits_wide(packed, x, radius2, hit);
+#endif
   return hits(packed, x, radius2, hit);
 }
 
@@ -94,27 +121,7 @@ int kith_packed_between(const struct kith_packed *packed, const double *x, const
   return between(packed, x, y, hit);
 }
 
-#ifdef __x86_64__
-/* The same, 16 nodes at a time. A compression into memory would be slower than one into a register. */
-__attribute__((target("avx512f"))) static void extract_wide(const kith_index *node, int words,
-                                                            const uint64_t *hit, kith_index *restrict out) {
-  for (int k = 0; k < 64 * words; k += 16) {
-    const __mmask16 bits = (__mmask16)(hit[k / 64] >> (k % 64));
-    const int n = __builtin_popcount(bits);
-    const __m512i nodes = _mm512_maskz_loadu_epi32(bits, node + k);
-    _mm512_mask_storeu_epi32(out, (__mmask16)((1u << n) - 1), _mm512_mask_compress_epi32(nodes, bits, nodes));
-    out += n;
-  }
-}
-#endif
-
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx512f")) {
-    extract_wide(node, words, hit, out);
-    return;
-  }
-#endif
   for (int w = 0; w < words; ++w)
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = node[64 * w + __builtin_ctzll(bits)];
 }

@@ -168,7 +168,7 @@ kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more) {
   const int64_t wanted = (int64_t)kith_nodes_count(nodes) + more;
   if (wanted > INT32_MAX) KITH_FAIL(UNSUPPORTED, "%lld nodes: more than an index counts", (long long)wanted);
   if (wanted <= nodes->capacity) return KITH_OK;
-  const int64_t ahead = KITH_MAX(wanted, (int64_t)nodes->capacity + nodes->capacity / 4);
+  const int64_t ahead = KITH_MAX(wanted, (int64_t)nodes->capacity + nodes->capacity / 8);
   const kith_index capacity = (kith_index)KITH_MIN(ahead, INT32_MAX);
   KITH_TRY(move_fields(nodes, capacity));
   nodes->capacity = capacity;

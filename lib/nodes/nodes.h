@@ -166,7 +166,7 @@ static inline bool kith_field_lasts(const struct kith_nodes *nodes, const struct
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
-/* Memory for `more` nodes behind the present ones, and a quarter of the capacity beyond if fields must
+/* Memory for `more` nodes behind the present ones, and an eighth of the capacity beyond if fields must
  * move. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more);
 /* Frees the memory behind the present nodes but for a quarter of them. */

@@ -232,8 +232,9 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
 }
 
 KITH_HOT static void block(const struct kith_force_pass *pass, kith_index i,
-                           const kith_index *restrict partner, size_t n, struct kith_scratch *s) {
-  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, n, s);
+                           const kith_index *restrict partner, size_t n, size_t known,
+                           struct kith_scratch *s) {
+  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, n, known, s);
 }
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {

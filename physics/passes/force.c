@@ -67,7 +67,9 @@ KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t
   const uint32_t *restrict pair = pairs->of_row + first;
   const kith_index *restrict row = pass->connectivity->rows.node + first;
   const double *restrict value = pass->pair->value;
+  const size_t known = pass->connectivity->rows.first[pass->package->hydro->nodes->n_internal] - first;
   for (size_t k = 0; k < n; ++k) {
+    if (k + KITH_AHEAD < known) __builtin_prefetch(value + (size_t)pair[k + KITH_AHEAD] * KITH_PAIR_VALUES);
     const double *v = value + (size_t)pair[k] * KITH_PAIR_VALUES;
     const bool starts = kith_pair_starts(pass->connectivity, pair[k], i, row[k]);
     for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] = starts ? v[a] : -v[a];
@@ -256,8 +258,10 @@ KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end
       const size_t n = KITH_MIN(pairs->first[i + 1] - p, (size_t)KITH_BLOCK);
       kith_index partner[KITH_BLOCK];
       for (size_t k = 0; k < n; ++k) partner[k] = pairs->node[p + k][1];
+      for (size_t q = p + KITH_AHEAD; q < KITH_MIN(p + KITH_AHEAD + n, pairs->n); ++q)
+        kith_force_ask(packed_particle(pass, pairs->node[q][1]), (size_t)pass->n_packed);
       for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
-      pass->evaluate(pass, i, partner, n, s);
+      pass->evaluate(pass, i, partner, n, n, s);
       double *restrict value = pass->pair->value + p * KITH_PAIR_VALUES;
       for (size_t k = 0; k < n; ++k)
         for (int m = 0; m < KITH_PAIR_VALUES; ++m)
@@ -269,12 +273,13 @@ KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end
 KITH_INLINE void gather(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                         struct kith_scratch *s) {
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
-  const kith_index *restrict row = pass->connectivity->rows.node + first;
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const kith_index *restrict row = rows->node + first;
   for (size_t k = 0; pass->edges > 0 && k < n; ++k) {
     const size_t p = pairs->of_row[first + k];
     load_edge(pass, p, kith_pair_starts(pass->connectivity, p, i, row[k]), k, s);
   }
-  pass->evaluate(pass, i, row, n, s);
+  pass->evaluate(pass, i, row, n, rows->first[rows->n] - first, s);
 }
 
 /* The sums of each node of the chunk: second half of `pairs`, or all of `gather`. */

@@ -50,9 +50,11 @@ typedef void kith_pair_function(enum kith_kernel kernel, const void *constants, 
 typedef void kith_force_packed(const struct kith_package *package, kith_index i, double *restrict packed);
 
 struct kith_force_pass;
-/* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; the values of the edges are in the lanes. */
+/* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; the values of the edges are in the lanes. Of
+ * `known` partners, some of nodes that come later, those some way ahead are asked for. */
 typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i,
-                              const kith_index *restrict partner, size_t n, struct kith_scratch *scratch);
+                              const kith_index *restrict partner, size_t n, size_t known,
+                              struct kith_scratch *scratch);
 
 /* One evaluation of all pairs of the connectivity. */
 struct kith_force_pass {
@@ -89,6 +91,13 @@ KITH_INLINE double *kith_force_values(const struct kith_force_pass *pass, const 
   return kith_lane(s, (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges);
 }
 
+/* Particles are asked for this many partners before they are loaded: a row or two, the time that memory takes
+ * to answer. */
+enum { KITH_AHEAD = 96 };
+KITH_INLINE void kith_force_ask(const double *packed, size_t n_packed) {
+  for (size_t m = 0; m < n_packed; m += 8) __builtin_prefetch(packed + m); /* 64 bytes a line */
+}
+
 /* Partners of i that are barriers. */
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
                        struct kith_scratch *s);
@@ -98,13 +107,16 @@ void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const k
  * must not depend on its position, which depends on the ranks; and remainders are slow. */
 KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, size_t n_packed,
                                      const struct kith_force_pass *pass, kith_index i,
-                                     const kith_index *restrict partner, size_t n, struct kith_scratch *s) {
+                                     const kith_index *restrict partner, size_t n, size_t known,
+                                     struct kith_scratch *s) {
   const size_t size = kith_lanes_padded(n_packed);
   const double *restrict packed = pass->package->packed, *restrict self = packed + (size_t)i * size;
   double *restrict j = s->lane, *restrict out = kith_force_values(pass, s);
   for (size_t k = 0; k < n; k += KITH_LANES) {
     kith_index room[KITH_LANES];
     const kith_index *four = kith_lanes_entries(partner, k, n, room);
+    for (size_t l = k + KITH_AHEAD; l < KITH_MIN(k + KITH_AHEAD + KITH_LANES, known); ++l)
+      kith_force_ask(packed + (size_t)partner[l] * size, n_packed);
     for (size_t m = 0; m < size; m += KITH_LANES) {
       const double *from[KITH_LANES];
       kith_lanes field[KITH_LANES];
@@ -126,10 +138,11 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   enum { pair##_packed = n_packed };             \
   KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair) \
   static kith_force_block *const pair##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, pair)};
-#define KITH_FORCE_BLOCK_(pair, name, ...)                                                                   \
-  KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i,                       \
-                                     const kith_index *restrict partner, size_t n, struct kith_scratch *s) { \
-    kith_force_evaluate(pair, KITH_KERNEL_##name, pair##_packed, pass, i, partner, n, s);                    \
+#define KITH_FORCE_BLOCK_(pair, name, ...)                                                       \
+  KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i,           \
+                                     const kith_index *restrict partner, size_t n, size_t known, \
+                                     struct kith_scratch *s) {                                   \
+    kith_force_evaluate(pair, KITH_KERNEL_##name, pair##_packed, pass, i, partner, n, known, s); \
   }
 
 /* Packs the particles and sums the pairs: accelerations (with the external force), signal speeds, and what
