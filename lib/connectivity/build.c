@@ -6,9 +6,8 @@
  * entries at their final position. So no distance is tested twice, and what is kept in between is smaller
  * than the rows themselves.
  *
- * Where nodes are active or idle, a pass before these marks the slots that active ones may interact with.
- * Groups without a marked slot are left out; a target that is not active has its active neighbors in its row,
- * and a group of such targets has only active candidates. */
+ * Where nodes are active or idle, only active ones are targets, ghosts among them. An idle node has its active
+ * neighbors in its row: that is the transpose of their rows, counted with the bits and filled in last. */
 #include "lib/connectivity/build.h"
 
 #include <omp.h>
@@ -16,25 +15,26 @@
 
 /* Fewer targets: a smaller box and fewer tests each; more: candidates are packed less often. The time is flat
  * between 16 and 48. */
-enum { GROUP_SIZE = 32 };
+enum { GROUP_SIZE = 32, GROUP_SLOTS = 4 * GROUP_SIZE }; /* the slots of its targets, and of idle nodes */
 
 /* --- groups --- */
 
-/* Targets: their slots, their box, their largest search radius; is any of them active? */
+/* Targets, the active nodes of a run of slots: how many, their box, their largest search radius. */
 struct group {
   struct kith_run run;
+  kith_index targets;
   struct kith_box box;
   double radius, radius2;
-  bool active;
 };
 
 static struct group group_of(const struct kith_search *search, kith_index first, kith_index count) {
   struct group group = {.run = {first, count}, .box = kith_box_empty()};
   for (kith_index slot = first; slot < first + count; ++slot) {
     double x[NDIM];
+    if (!kith_node_active(search->nodes, search->node[slot])) continue;
     for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
     kith_box_include(&group.box, x);
-    group.active = group.active || kith_node_active(search->nodes, search->node[slot]);
+    ++group.targets;
     group.radius = KITH_MAX(group.radius, search->nodes->search_radius->f64[search->node[slot]]);
     group.radius2 = KITH_MAX(group.radius2, search->radius2[slot]);
   }
@@ -50,13 +50,13 @@ static double volume(const struct group *group) {
 
 /* Joins b to a if it follows in the slots and lies close by, which it does not where the curve jumps. */
 static bool join(struct group *a, const struct group *b) {
-  if (a->run.first + a->run.count != b->run.first || a->run.count + b->run.count > GROUP_SIZE) return false;
-  struct group both = {.run = {a->run.first, a->run.count + b->run.count}, .box = a->box};
+  const kith_index slots = b->run.first + b->run.count - a->run.first;
+  if (slots > GROUP_SLOTS || a->targets + b->targets > GROUP_SIZE) return false;
+  struct group both = {.run = {a->run.first, slots}, .targets = a->targets + b->targets, .box = a->box};
   kith_box_include(&both.box, b->box.lower);
   kith_box_include(&both.box, b->box.upper);
   both.radius = KITH_MAX(a->radius, b->radius);
   both.radius2 = KITH_MAX(a->radius2, b->radius2);
-  both.active = a->active || b->active;
   if (!(volume(&both) <= 1.5 * KITH_MAX(volume(a), volume(b)))) return false;
   *a = both;
   return true;
@@ -118,9 +118,8 @@ static kith_status collect(struct kith_worker *worker, const struct kith_build *
   uint64_t *inner = key[0], *outer = key[1];
   for (size_t k = 0; k < within; ++k) {
     const kith_index node = search->node[slot[k]];
-    const bool wanted = group->active || kith_node_active(build->nodes, node);
     *inner = *outer = (uint64_t)node << 32 | (uint64_t)slot[k];
-    inner += wanted && node < build->nodes->n_internal, outer += wanted && node >= build->nodes->n_internal;
+    inner += node < build->nodes->n_internal, outer += node >= build->nodes->n_internal;
   }
   n[0] = (size_t)(inner - key[0]), n[1] = (size_t)(outer - key[1]);
   return KITH_OK;
@@ -189,34 +188,35 @@ static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done
   return KITH_OK;
 }
 
-/* Which candidates are active, for targets that are not: of those that one hits only these count. */
-static kith_status mark_active(struct kith_worker *worker, const struct kith_nodes *nodes) {
+/* The idle ones among the candidates that are no ghosts: who is a neighbor of them has them in its row. */
+static kith_status mark_idle(struct kith_worker *worker, const struct kith_nodes *nodes) {
   const struct kith_packed *near = &worker->near;
-  const size_t words = (size_t)near->words;
-  KITH_TRY(kith_reserve(&worker->active, &worker->active_capacity, words, sizeof *worker->active));
+  KITH_TRY(kith_reserve(&worker->idle, &worker->idle_capacity, (size_t)near->words, sizeof *worker->idle));
   for (int w = 0; w < near->words; ++w) {
     const int n = KITH_MIN(64, near->n - 64 * w);
-    worker->active[w] = 0;
-    for (int k = 0; k < n; ++k)
-      worker->active[w] |= (uint64_t)kith_node_active(nodes, near->node[64 * w + k]) << k;
+    worker->idle[w] = 0;
+    for (int k = 0; k < n; ++k) {
+      const kith_index node = near->node[64 * w + k];
+      worker->idle[w] |= (uint64_t)(node < nodes->n_internal && !kith_node_active(nodes, node)) << k;
+    }
   }
   return KITH_OK;
 }
 
-static int keep_active(const struct kith_worker *worker, uint64_t *hit) {
-  int count = 0;
-  for (int w = 0; w < worker->near.words; ++w) {
-    hit[w] &= worker->active[w];
-    count += __builtin_popcountll(hit[w]);
-  }
-  return count;
+/* Each of them has one more entry. */
+static void count_idle(const struct kith_worker *worker, const uint64_t *hit, size_t *length) {
+  for (int w = 0; w < worker->near.words; ++w)
+    for (uint64_t bits = hit[w] & worker->idle[w]; bits != 0; bits &= bits - 1)
+#pragma omp atomic
+      ++length[worker->near.node[64 * w + __builtin_ctzll(bits)]];
 }
 
 static kith_status test_targets(struct kith_worker *worker, const struct kith_build *build,
                                 struct kith_run targets, const int *self, size_t *length, uint64_t *hit) {
   const struct kith_search *search = build->search;
-  for (kith_index m = 0; m < targets.count; ++m, hit += worker->near.words) {
+  for (kith_index m = 0; m < targets.count; ++m) {
     const kith_index slot = targets.first + m, i = search->node[slot];
+    if (!kith_node_active(build->nodes, i)) continue;
     double x[NDIM];
     for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
     int count = kith_packed_hits(&worker->near, x, search->radius2[slot], hit);
@@ -226,11 +226,12 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
       count -= (*word & bit) != 0;
       *word &= ~bit;
     }
-    if (build->selected && !kith_node_active(build->nodes, i)) count = keep_active(worker, hit);
     if (build->excluders != NULL) KITH_TRY(exclude(worker, build, i, hit, &count));
+    if (build->selected) count_idle(worker, hit, length);
     length[i] = (size_t)count;
+    hit += worker->near.words;
+    worker->candidates += (size_t)worker->near.n;
   }
-  worker->candidates += (size_t)worker->near.n * (size_t)targets.count;
   return KITH_OK;
 }
 
@@ -238,11 +239,11 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
 static kith_status test_group(struct kith_worker *worker, const struct kith_build *build,
                               struct kith_words *chunk, size_t *length, const struct group *group, int done,
                               int all) {
-  int self[GROUP_SIZE];
+  int self[GROUP_SLOTS];
   KITH_TRY(candidates(worker, build, group, self));
-  if (build->selected) KITH_TRY(mark_active(worker, build->nodes));
+  if (build->selected) KITH_TRY(mark_idle(worker, build->nodes));
   const size_t n = (size_t)worker->near.n,
-               words = HEAD + (n + 1) / 2 + (size_t)worker->near.words * (size_t)group->run.count;
+               words = HEAD + (n + 1) / 2 + (size_t)worker->near.words * (size_t)group->targets;
   KITH_TRY(reserve_chunk(chunk, words, done, all));
   uint64_t *record = chunk->word + chunk->n;
   record[0] = n;
@@ -252,49 +253,15 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   return test_targets(worker, build, group->run, self, length, record + HEAD + (n + 1) / 2);
 }
 
-/* Marks the slots that a group of active nodes may interact with. */
-static kith_status mark_near(struct kith_worker *worker, const struct kith_build *build,
-                             const struct group *group) {
+/* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one. */
+static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number,
+                              size_t *lengths, bool ghosts) {
   const struct kith_search *search = build->search;
-  if (!group->active) return KITH_OK;
-  worker->runs.n = 0;
-  KITH_TRY(search->ops->coarse(search, &group->box, group->radius, KITH_GATHER_SCATTER, &worker->runs));
-  for (int r = 0; r < worker->runs.n; ++r)
-    for (kith_index k = 0; k < worker->runs.run[r].count; ++k)
-#pragma omp atomic write
-      build->scratch->near[worker->runs.run[r].first + k] = 1;
-  return KITH_OK;
-}
-
-/* Has none of these slots anything to do with an active node? */
-static bool far(const struct kith_build *build, kith_index first, kith_index count) {
-  if (!build->selected) return false;
-  for (kith_index slot = first; slot < first + count; ++slot)
-    if (build->scratch->near[slot]) return false;
-  return true;
-}
-
-/* What is done with each group of a chunk: its rows are tested, or `lengths` is NULL and what is near is
- * marked. */
-struct visit {
-  const struct kith_build *build;
-  struct kith_worker *worker;
-  struct kith_words *chunk;
-  size_t *lengths;
-};
-
-static kith_status visit_group(const struct visit *visit, const struct group *group, int done, int all) {
-  if (visit->lengths == NULL) return mark_near(visit->worker, visit->build, group);
-  return test_group(visit->worker, visit->build, visit->chunk, visit->lengths, group, done, all);
-}
-
-/* Cuts large groups, joins small ones. Ghosts and internal nodes are never in one group. */
-static kith_status visit_chunk(const struct visit *visit, int chunk_number, bool ghosts) {
-  const struct kith_build *build = visit->build;
-  const struct kith_search *search = build->search;
+  struct kith_words *chunk = &build->scratch->chunk[chunk_number];
   const int start = kith_part_start(search->n_groups, chunk_number, KITH_ROW_CHUNKS),
             stop = kith_part_start(search->n_groups, chunk_number + 1, KITH_ROW_CHUNKS);
   struct group open = {0};
+  chunk->n = 0;
   for (int g = start; g < stop; ++g) {
     const struct kith_run group = search->group[g];
     if (group.count == 0 || (!ghosts && search->node[group.first] >= build->nodes->n_internal)) continue;
@@ -302,25 +269,23 @@ static kith_status visit_chunk(const struct visit *visit, int chunk_number, bool
     for (kith_index p = 0; p < parts; ++p) {
       const kith_index from = kith_part_start(group.count, p, parts),
                        to = kith_part_start(group.count, p + 1, parts);
-      if (visit->lengths != NULL && far(build, group.first + from, to - from)) continue;
       const struct group next = group_of(search, group.first + from, to - from);
-      if (open.run.count > 0 && join(&open, &next)) continue;
-      if (open.run.count > 0) KITH_TRY(visit_group(visit, &open, g + 1 - start, stop - start));
+      if (next.targets == 0 || (open.targets > 0 && join(&open, &next))) continue;
+      if (open.targets > 0)
+        KITH_TRY(test_group(worker, build, chunk, lengths, &open, g + 1 - start, stop - start));
       open = next;
     }
   }
-  return open.run.count > 0 ? visit_group(visit, &open, 1, 1) : KITH_OK;
+  return open.targets > 0 ? test_group(worker, build, chunk, lengths, &open, 1, 1) : KITH_OK;
 }
 
-/* All chunks; the message of a failure stays on its thread. lengths: see `visit`. */
-static kith_status visit_chunks(const struct kith_build *build, size_t *lengths, bool ghosts) {
+/* All chunks; the message of a failure stays on its thread. */
+static kith_status test_chunks(const struct kith_build *build, size_t *lengths, bool ghosts) {
   struct kith_builder *scratch = build->scratch;
   int status = KITH_OK;
 #pragma omp parallel for schedule(dynamic, 1) reduction(max : status) if (build->search->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
-    const struct visit visit = {build, &scratch->worker[omp_get_thread_num()], &scratch->chunk[c], lengths};
-    scratch->chunk[c].n = 0;
-    const int mine = (int)visit_chunk(&visit, c, ghosts);
+    const int mine = (int)test_chunk(&scratch->worker[omp_get_thread_num()], build, c, lengths, ghosts);
     status = KITH_MAX(status, mine);
   }
   if (status == KITH_OK) return KITH_OK;
@@ -338,29 +303,65 @@ static void fill_chunk(struct kith_rows *rows, const struct kith_search *search,
     const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
     const kith_index *node = (const kith_index *)(record + HEAD);
     record += HEAD + (n + 1) / 2;
-    for (kith_index slot = first; slot < first + count; ++slot, record += words)
-      kith_packed_extract(node, words, record, rows->node + rows->first[search->node[slot]]);
+    for (kith_index slot = first; slot < first + count; ++slot) {
+      const kith_index i = search->node[slot];
+      if (!kith_node_active(search->nodes, i)) continue;
+      kith_packed_extract(node, words, record, rows->node + rows->first[i]);
+      record += words;
+    }
   }
+}
+
+static void sort_row(kith_index *node, size_t n) {
+  for (size_t k = 1; k < n; ++k) {
+    const kith_index moved = node[k];
+    size_t to = k;
+    for (; to > 0 && node[to - 1] > moved; --to) node[to] = node[to - 1];
+    node[to] = moved;
+  }
+}
+
+/* Rows of idle nodes from those of the active ones. Threads come in any order: rows are nearly sorted. */
+static kith_status transpose(struct kith_rows *rows, const struct kith_build *build) {
+  const struct kith_nodes *nodes = build->nodes;
+  struct kith_builder *scratch = build->scratch;
+  const kith_index n = nodes->n_internal;
+  KITH_TRY(kith_reserve(&scratch->filled, &scratch->filled_capacity, (size_t)n, sizeof *scratch->filled));
+  kith_index *filled = scratch->filled;
+  if (n > 0) memset(filled, 0, (size_t)n * sizeof *filled);
+#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
+  for (kith_index i = 0; i < rows->n; ++i) {
+    if (!kith_node_active(nodes, i)) continue;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1] && rows->node[e] < n; ++e) {
+      const kith_index j = rows->node[e];
+      kith_index at;
+      if (kith_node_active(nodes, j)) continue;
+#pragma omp atomic capture
+      at = filled[j]++;
+      rows->node[rows->first[j] + (size_t)at] = i;
+    }
+  }
+#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
+  for (kith_index i = 0; i < n; ++i)
+    if (filled[i] > 1) sort_row(rows->node + rows->first[i], (size_t)filled[i]);
+  rows->n = n;
+  return KITH_OK;
 }
 
 kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, bool ghosts,
                             size_t *candidates) {
   struct kith_builder *scratch = build->scratch;
+  ghosts = ghosts || build->selected;
   KITH_TRY(kith_rows_reserve(rows, ghosts ? kith_nodes_count(build->nodes) : build->nodes->n_internal));
   memset(rows->first, 0, ((size_t)rows->n + 1) * sizeof(size_t));
   for (int t = 0; t < scratch->threads; ++t) scratch->worker[t].candidates = 0;
-  if (build->selected) {
-    KITH_TRY(kith_reserve(&scratch->near, &scratch->near_capacity, (size_t)build->search->n, 1));
-    if (build->search->n > 0) memset(scratch->near, 0, (size_t)build->search->n);
-    KITH_TRY(visit_chunks(build, NULL, true));
-  }
-  KITH_TRY(visit_chunks(build, rows->first + 1, ghosts));
+  KITH_TRY(test_chunks(build, rows->first + 1, ghosts));
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(rows));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) fill_chunk(rows, build->search, &scratch->chunk[c]);
-  return KITH_OK;
+  return build->selected ? transpose(rows, build) : KITH_OK;
 }
 
 /* --- scratch --- */
@@ -378,14 +379,14 @@ void kith_builder_clear(struct kith_builder *scratch) {
     struct kith_worker *w = &scratch->worker[t];
     kith_runs_clear(&w->runs);
     kith_packed_clear(&w->near);
-    void *const owned[] = {&w->key, &w->hit, &w->active, &w->bitmap, &w->touched};
+    void *const owned[] = {&w->key, &w->hit, &w->idle, &w->bitmap, &w->touched};
     for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
   }
   kith_free(&scratch->worker);
   for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&scratch->chunk[k].word);
   kith_rows_clear(&scratch->spans);
   kith_free(&scratch->bits);
-  kith_free(&scratch->near);
+  kith_free(&scratch->filled);
   *scratch = (struct kith_builder){0};
 }
 
@@ -395,11 +396,10 @@ size_t kith_builder_bytes(const struct kith_builder *scratch) {
     const struct kith_worker *w = &scratch->worker[t];
     bytes += sizeof *w + (size_t)w->runs.capacity * sizeof(struct kith_run) +
              (size_t)w->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double));
-    words +=
-        w->key_capacity + w->hit_capacity + w->active_capacity + w->bitmap_capacity + w->touched_capacity;
+    words += w->key_capacity + w->hit_capacity + w->idle_capacity + w->bitmap_capacity + w->touched_capacity;
   }
   for (int k = 0; k < KITH_ROW_CHUNKS; ++k) words += scratch->chunk[k].capacity;
-  return bytes + scratch->near_capacity + words * sizeof(uint64_t);
+  return bytes + scratch->filled_capacity * sizeof *scratch->filled + words * sizeof(uint64_t);
 }
 
 int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,

@@ -22,9 +22,9 @@ struct kith_worker {
   struct kith_runs runs;
   struct kith_packed near;
   uint64_t *key; /* candidates as node << 32 | slot, three arrays: internal, ghost, spare for merging */
-  uint64_t *hit, *active;     /* [near.words] */
+  uint64_t *hit, *idle;       /* [near.words] */
   uint64_t *bitmap, *touched; /* a set of nodes, and which words of it are not 0; both 0 between uses */
-  size_t key_capacity, hit_capacity, active_capacity, bitmap_capacity, touched_capacity, candidates;
+  size_t key_capacity, hit_capacity, idle_capacity, bitmap_capacity, touched_capacity, candidates;
 };
 
 /* Chunks are fixed shares of the groups: their contents do not depend on which thread filled them. */
@@ -41,8 +41,8 @@ struct kith_builder {
   struct kith_rows spans;
   uint64_t *bits;
   size_t bits_capacity;
-  uint8_t *near; /* by slot: 1 if an active node may interact with it */
-  size_t near_capacity;
+  kith_index *filled; /* entries of the rows of idle nodes so far */
+  size_t filled_capacity;
 };
 /* For at least as many threads as may run now. */
 kith_status kith_builder_reserve(struct kith_builder *scratch);
