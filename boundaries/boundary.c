@@ -66,6 +66,21 @@ kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct ki
   return status;
 }
 
+/* At depth D inside of a face a node interacts with an image of one at depth d if D + d <= R of either: so
+ * only if D is no more than its own R, or than the most by which a support reaches out of the box. */
+bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struct kith_box *inside,
+                           const struct kith_box *reach, const struct kith_box *all) {
+  for (int n = 0; n < boundaries->n; ++n) {
+    const struct kith_boundary *b = boundaries->boundary[n];
+    if (!b->ops->has_faces || b->ops->move != NULL) return true;
+    const int a = b->axis;
+    const double out = KITH_MAX(b->lower - all->lower[a], all->upper[a] - b->upper);
+    if (b->at_lower && !(reach->lower[a] > b->lower && inside->lower[a] > b->lower + out)) return true;
+    if (b->at_upper && !(reach->upper[a] < b->upper && inside->upper[a] < b->upper - out)) return true;
+  }
+  return false;
+}
+
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time) {
   for (int b = 0; b < boundaries->n; ++b)
     if (boundaries->boundary[b]->ops->move != NULL)

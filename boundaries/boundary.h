@@ -106,6 +106,11 @@ void kith_boundaries_clear(struct kith_boundaries *boundaries);
  * counter `ghosts`. Collective. */
 kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
                                    double radius_factor, struct kith_profile *profile);
+/* May a node with position in box `inside` and a support in box `reach` have to do with any boundary, where
+ * the supports of all nodes of this rank lie in box `all`? Members that act on nodes have, wherever they
+ * are. */
+bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struct kith_box *inside,
+                           const struct kith_box *reach, const struct kith_box *all);
 /* Moves all faces to their positions at this time. */
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
 /* Enforces all boundaries (or only those that keep neighbor lists valid). */

@@ -2,10 +2,15 @@
 #include "integrator/block_steps.h"
 
 #include <math.h>
+#include <string.h>
 #include "integrator/lifecycle.h"
 #include "integrator/step.h"
 
-enum { GROWTH = 2 };                 /* of a node's step, from one to the next */
+enum {
+  GROWTH = 2,      /* of a node's step, from one to the next */
+  FEW = 4,         /* fewer active nodes than this part of all are looked up, with what is near them */
+  NEW_SEARCH = 40, /* what a new search costs for each node, in candidates */
+};
 static const double tolerated = 1.2; /* times the limit: a step is cut short only if it is longer than that */
 static const double start = 0.1;     /* the first steps: nothing has told the neighbors yet */
 
@@ -13,9 +18,15 @@ struct blocks {
   struct kith_block_steps steps; /* what packages see: first */
   struct kith_block_settings settings;
   struct kith_field *wanted;                      /* ticks: by the node's own limits; d if it is not active */
-  struct kith_field *wake;                        /* the tick at which the node is active at the latest */
+  struct kith_field *due;                         /* the tick of the next activity */
+  struct kith_field *position_base, *moved;       /* where it was at the tick of the last kick */
   struct kith_field *support_base, *density_base; /* at the last activity */
   double planned;                                 /* length of the next base step */
+  /* For ticks that are local. The supports of all nodes lie in a box, and nodes do not move farther than
+   * `slack`, less what their search radii grow, until they are taken in again. Candidates for each neighbor
+   * when all nodes were, and how many more there have been since, because nodes have moved. */
+  struct kith_box supports;
+  double slack, candidates, wasted;
 };
 
 static struct blocks *blocks_of(const struct kith_integrator *it) {
@@ -36,7 +47,9 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
       {true, SCALAR("tick_step", KITH_STATE, "the step then, in ticks"), &b->steps.step},
       {true, SCALAR("tick_next", KITH_STATE, "the step that an active node takes now"), &b->steps.next},
       {true, SCALAR("tick_wanted", KITH_STATE, "the same without regard to neighbors"), &b->wanted},
-      {true, SCALAR("tick_wake", KITH_WORK, "tick of the next activity, if sooner"), &b->wake},
+      {true, SCALAR("tick_due", KITH_WORK, "tick of the next activity"), &b->due},
+      {true, SCALAR("tick_moved", KITH_WORK, "tick of the last kick"), &b->moved},
+      {true, {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position then"}, &b->position_base},
       {true, SCALAR("support_base", KITH_WORK, "support at the last activity"), &b->support_base},
       {true, SCALAR("density_base", KITH_WORK, "density at the last activity"), &b->density_base},
       {true, VECTOR("velocity_last", KITH_WORK, "velocity at the last activity"), &b->steps.velocity_last},
@@ -57,6 +70,8 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
 
 void kith_block_steps_destroy(struct kith_integrator *it) {
   it->kick.blocks = NULL;
+  kith_free(&it->near.node);
+  it->near.capacity = 0;
   kith_free(&it->self);
 }
 
@@ -167,21 +182,23 @@ static void want(struct kith_integrator *it) {
   struct blocks *b = blocks_of(it);
   const double most = aligned(b->steps.now);
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-    double *wanted = &b->wanted->f64[i];
-    *wanted = b->steps.step->f64[i];
-    if (!kith_node_active(it->nodes, i)) continue;
-    *wanted = KITH_MIN(power_of_two(limit_of(it, i) / b->steps.tick), KITH_MIN(most, GROWTH * *wanted));
+  for (kith_index k = 0; k < it->near.n; ++k) {
+    const kith_index i = it->near.node[k];
+    b->wanted->f64[i] = KITH_MIN(power_of_two(limit_of(it, i) / b->steps.tick),
+                                 KITH_MIN(most, GROWTH * b->steps.step->f64[i]));
   }
 }
 
 /* The shortest step that a node or ghost of this rank wants; frozen ones want none. */
-static double finest_wanted(const struct kith_nodes *nodes, const struct blocks *b) {
-  const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
+static double finest_wanted(const struct kith_integrator *it) {
+  const double *restrict wanted = blocks_of(it)->wanted->f64, *restrict step = blocks_of(it)->steps.step->f64;
+  const kith_index n = it->near.only ? it->near.n : kith_nodes_count(it->nodes);
   double finest = KITH_TICKS;
-#pragma omp parallel for simd schedule(static) reduction(min : finest)
-  for (kith_index i = 0; i < kith_nodes_count(nodes); ++i)
+#pragma omp parallel for schedule(static) reduction(min : finest)
+  for (kith_index k = 0; k < n; ++k) {
+    const kith_index i = kith_near_node(it, k);
     finest = KITH_MIN(finest, step[i] > 0 ? wanted[i] : KITH_TICKS);
+  }
   return finest;
 }
 
@@ -190,9 +207,10 @@ static void limit_by_neighbors(struct kith_integrator *it) {
   struct blocks *b = blocks_of(it);
   const struct kith_rows *rows = &it->connectivity->rows;
   const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
-  const double allowed = b->settings.ratio * finest_wanted(it->nodes, b); /* whoever the neighbors are */
+  const double allowed = b->settings.ratio * finest_wanted(it); /* whoever the neighbors are */
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+  for (kith_index k = 0; k < kith_near_count(it); ++k) {
+    const kith_index i = kith_near_node(it, k);
     double finest = INFINITY;
     b->steps.next->f64[i] = wanted[i];
     if (wanted[i] <= allowed || !kith_node_active(it->nodes, i)) continue;
@@ -223,7 +241,7 @@ static bool alike(const struct kith_integrator *it) {
 
 /* Node i is active after this many ticks at the latest. */
 static void wake_in(struct blocks *b, kith_index i, double ticks) {
-  b->wake->f64[i] = KITH_MIN(b->wake->f64[i], b->steps.now + ticks);
+  b->due->f64[i] = KITH_MIN(b->due->f64[i], b->steps.now + ticks);
 }
 
 /* After an evaluation: what the new rates allow, and what the steps of active neighbors do. */
@@ -244,32 +262,101 @@ static void wake(struct kith_integrator *it, kith_index i) {
 
 /* --- a tick --- */
 
-/* From each node's last activity to the present tick; positions from where they are, `drift` ago. */
-static void predict(struct kith_integrator *it, double drift) {
+/* Of the support of node i, in a time `since` its last activity. */
+static double growth_of(const struct kith_integrator *it, kith_index i, double since) {
+  const double divergence = it->package->velocity_divergence->f64[i];
+  return divergence != 0 ? exp(fmax(-0.2, fmin(0.2, since * divergence / NDIM))) : 1;
+}
+
+/* From each node's last activity to the present tick; positions from the last kick. Those of the nodes of
+ * it->near that have this activity. */
+static void predict(struct kith_integrator *it, uint8_t activity) {
   struct blocks *b = blocks_of(it);
   const struct kith_block_steps *s = &b->steps;
-  const double dt = drift * s->tick;
   double *restrict x = it->nodes->position->f64, *restrict v = it->hydro->velocity->f64;
   const double *restrict w = s->velocity->f64, *restrict last = s->velocity_last->f64,
+                         *restrict base = b->position_base->f64,
                          *restrict acceleration = it->hydro->acceleration->f64;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-    const double since = s->tick * (s->now - s->last->f64[i]);
+  for (kith_index n = 0; n < kith_near_count(it); ++n) {
+    const kith_index i = kith_near_node(it, n);
+    if (it->nodes->activity->u8[i] != activity) continue;
+    const double since = s->tick * (s->now - s->last->f64[i]), dt = s->tick * (s->now - b->moved->f64[i]);
     for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k) {
-      x[k] += dt * w[k];
+      x[k] = base[k] + dt * w[k];
       v[k] = last[k] + since * acceleration[k];
     }
     it->hydro->energy->f64[i] = s->energy_last->f64[i] + since * (it->hydro->energy_rate->f64[i] +
                                                                   0.5 * since * s->rate_slope->f64[i]);
-    const double divergence = it->package->velocity_divergence->f64[i];
-    const double growth = divergence != 0 ? exp(fmax(-0.2, fmin(0.2, since * divergence / NDIM))) : 1;
+    const double growth = growth_of(it, i, since);
     it->nodes->support->f64[i] = b->support_base->f64[i] * growth;
     it->hydro->density->f64[i] = b->density_base->f64[i] / kith_pow_dim(growth);
-    it->nodes->activity->u8[i] =
-        KITH_MIN(s->last->f64[i] + s->step->f64[i], b->wake->f64[i]) <= s->now ? KITH_ACTIVE : KITH_IDLE;
   }
   it->nodes->positions += 1;
-  it->clock = it->time + s->now * s->tick;
+}
+
+/* The box around node i, this far to each side. */
+static void include_support(struct kith_box *box, const struct kith_integrator *it, kith_index i,
+                            double radius) {
+  for (int a = 0; a < NDIM; ++a) {
+    const double x = it->nodes->position->f64[(size_t)i * NDIM + a];
+    box->lower[a] = KITH_MIN(box->lower[a], x - radius), box->upper[a] = KITH_MAX(box->upper[a], x + radius);
+  }
+}
+
+/* The nodes whose step ends now are active: it->near. */
+static kith_status activate(struct kith_integrator *it) {
+  const struct blocks *b = blocks_of(it);
+  const kith_index n = it->nodes->n_internal;
+  KITH_TRY(kith_grow(&it->near.node, &it->near.capacity, 0, (size_t)n + 1, sizeof *it->near.node));
+  it->near.n = 0;
+  for (kith_index i = 0; i < n; ++i) {
+    const bool active = b->due->f64[i] <= b->steps.now;
+    it->nodes->activity->u8[i] = active ? KITH_ACTIVE : KITH_IDLE;
+    it->near.node[it->near.n] = i;
+    it->near.n += active;
+  }
+  it->clock = it->time + b->steps.now * b->steps.tick;
+  return KITH_OK;
+}
+
+/* May a tick leave alone the nodes that are not near active ones? These must be few, and so far from all
+ * boundaries that no ghost matters, and the search must not have cost more than a new one would. */
+static bool is_local(const struct kith_integrator *it) {
+  const struct blocks *b = blocks_of(it);
+  const kith_index all = it->nodes->n_internal;
+  struct kith_box inside = kith_box_empty(), reach = inside, supports = b->supports;
+  if (b->steps.ends || it->near.n > all / FEW || b->wasted > NEW_SEARCH * (double)all) return false;
+  for (kith_index k = 0; k < it->near.n; ++k) {
+    const kith_index i = it->near.node[k];
+    include_support(&inside, it, i, b->slack),
+        include_support(&reach, it, i, b->slack + it->nodes->search_radius->f64[i]);
+  }
+  for (int a = 0; a < NDIM; ++a) supports.lower[a] -= b->slack, supports.upper[a] += b->slack;
+  return !kith_boundaries_reach(it->boundaries, &inside, &reach, &supports);
+}
+
+/* it->near: active nodes, and those that they may interact with. Again when a support has grown. */
+static kith_status find_near(struct kith_integrator *it) {
+  kith_lifecycle_search_radii(it);
+  KITH_TRY(
+      kith_search_near(it->search, blocks_of(it)->slack, &it->near.node, &it->near.capacity, &it->near.n));
+  for (kith_index k = 0; k < it->near.n; ++k)
+    if (it->nodes->activity->u8[it->near.node[k]] == KITH_TOUCHED)
+      it->nodes->activity->u8[it->near.node[k]] = KITH_IDLE;
+  predict(it, KITH_IDLE);
+  return KITH_OK;
+}
+
+/* Predicts active nodes, and then all the others, or leaves it to the lifecycle to find those that matter. */
+static kith_status predict_nodes(struct kith_integrator *it, bool first) {
+  KITH_TRY(activate(it));
+  it->near.only = true, it->near.find = find_near;
+  predict(it, KITH_ACTIVE);
+  kith_lifecycle_search_radii(it);
+  it->near.only = !first && is_local(it);
+  if (!it->near.only) predict(it, KITH_IDLE);
+  return KITH_OK;
 }
 
 /* Counts the updates by the length of the step that they end. */
@@ -285,27 +372,45 @@ static void count_levels(const struct kith_integrator *it) {
   uint64_t count[LEVELS] = {0};
   if (it->profile == NULL) return;
 #pragma omp parallel for schedule(static) reduction(+ : count[:LEVELS])
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+  for (kith_index k = 0; k < kith_near_count(it); ++k) {
+    const kith_index i = kith_near_node(it, k);
     if (kith_node_active(it->nodes, i)) count[KITH_MIN(ilogb(KITH_TICKS / step[i]), LEVELS - 1)] += 1;
+  }
   for (int level = 0; level < LEVELS; ++level)
     if (count[level] > 0) kith_profile_count(it->profile, name[level], (double)count[level]);
 }
 
-/* After the evaluation: active nodes begin their next step. */
-static void close_tick(struct kith_integrator *it) {
+/* After the evaluation: active nodes begin their next step. `first`: boundaries may have moved nodes. */
+static void close_tick(struct kith_integrator *it, bool first) {
   struct blocks *b = blocks_of(it);
   struct kith_block_steps *s = &b->steps;
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-    const bool active = kith_node_active(it->nodes, i);
-    if (active) {
-      s->last->f64[i] = s->now, s->step->f64[i] = s->next->f64[i];
-      b->wake->f64[i] = INFINITY;
+  double slack = it->near.only ? b->slack : 0;
+  struct kith_box supports = it->near.only ? b->supports : kith_box_empty();
+#pragma omp declare reduction(join              \
+                              : struct kith_box \
+                              : kith_box_join(&omp_out, &omp_in)) initializer(omp_priv = kith_box_empty())
+#pragma omp parallel for schedule(static) reduction(max : slack) reduction(join : supports)
+  for (kith_index k = 0; k < kith_near_count(it); ++k) {
+    const kith_index i = kith_near_node(it, k);
+    const uint8_t activity = it->nodes->activity->u8[i];
+    if (activity == KITH_ACTIVE) {
+      s->last->f64[i] = s->now, s->step->f64[i] = b->wanted->f64[i] = s->next->f64[i];
+      b->due->f64[i] = s->now + s->next->f64[i];
       b->support_base->f64[i] = it->nodes->support->f64[i];
       b->density_base->f64[i] = it->hydro->density->f64[i];
     }
-    if (!s->ends && it->nodes->activity->u8[i] != KITH_IDLE) wake(it, i);
+    if (activity != KITH_IDLE || first) {
+      memcpy(b->position_base->f64 + (size_t)i * NDIM, it->nodes->position->f64 + (size_t)i * NDIM,
+             NDIM * sizeof(double));
+      b->moved->f64[i] = s->now;
+    }
+    if (!s->ends && activity != KITH_IDLE) wake(it, i);
+    const double radius = it->nodes->search_radius->f64[i], left = s->tick * (b->due->f64[i] - s->now);
+    slack = KITH_MAX(slack, left * kith_norm(s->velocity->f64 + (size_t)i * NDIM) +
+                                radius * fmax(0, growth_of(it, i, left) - 1));
+    include_support(&supports, it, i, radius);
   }
+  b->slack = slack, b->supports = supports;
 }
 
 /* The next tick at which a node is active, on any rank. */
@@ -313,8 +418,7 @@ static double next_tick(const struct kith_integrator *it) {
   const struct blocks *b = blocks_of(it);
   double next = KITH_TICKS;
 #pragma omp parallel for simd schedule(static) reduction(min : next)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    next = KITH_MIN(next, KITH_MIN(b->steps.last->f64[i] + b->steps.step->f64[i], b->wake->f64[i]));
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) next = KITH_MIN(next, b->due->f64[i]);
   next = -next;
   kith_ranks_max(it->nodes->ranks, &next, 1);
   return -next;
@@ -327,28 +431,42 @@ static kith_status evaluate(struct kith_integrator *it, bool first) {
   kith_boundaries_move(it->boundaries, it->clock);
   it->kick.blocks = &b->steps;
   it->holding = !first;
-  KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_always));
+  KITH_TRY(kith_lifecycle(it, it->near.only ? KITH_BECAUSE_selected : KITH_BECAUSE_always));
   it->holding = true; /* until the end of the base step */
   limit_by_neighbors(it);
   b->steps.alike = b->steps.ends && alike(it); /* else seldom, and not worth a look */
   return kith_integrator_evaluate(it);
 }
 
+/* How many candidates more there were than right after all nodes were taken in. */
+static void judge_search(struct kith_integrator *it) {
+  struct blocks *b = blocks_of(it);
+  const double entries = (double)it->ledger.last_row_entries,
+               candidates = (double)it->connectivity->candidates;
+  if (it->near.only)
+    b->wasted += fmax(0, candidates - b->candidates * entries);
+  else
+    b->candidates = entries > 0 ? candidates / entries : 0, b->wasted = 0;
+}
+
 static kith_status run_tick(struct kith_integrator *it, double n) {
   struct blocks *b = blocks_of(it);
-  const double drift = n - b->steps.now;
+  const bool first = b->steps.now == 0;
   kith_profile_begin(it->profile, "predict");
   b->steps.now = n, b->steps.ends = n == KITH_TICKS;
-  predict(it, drift);
-  if (b->steps.ends)
+  kith_status status = predict_nodes(it, first);
+  status = kith_ranks_allreduce_status(it->nodes->ranks, status);
+  if (status == KITH_OK && b->steps.ends)
     plan(it, it->time + KITH_TICKS * b->steps.tick, 1);
-  else
+  else if (status == KITH_OK)
     want(it);
   kith_profile_end(it->profile);
-  KITH_TRY(evaluate(it, drift == n));
+  KITH_TRY(status);
+  KITH_TRY(evaluate(it, first));
   kith_profile_begin(it->profile, "kick");
   count_levels(it);
-  close_tick(it);
+  close_tick(it, first);
+  judge_search(it);
   kith_profile_end(it->profile);
   return KITH_OK;
 }
@@ -366,7 +484,7 @@ kith_status kith_block_steps_start(struct kith_integrator *it) {
   kith_field_copy(it->nodes, b->steps.energy, it->hydro->energy);
   plan(it, it->time, start);
   const kith_status status = evaluate(it, false);
-  it->holding = false, it->kick.blocks = NULL;
+  it->holding = it->near.only = false, it->kick.blocks = NULL;
   return status;
 }
 
@@ -387,16 +505,17 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
       it->hydro->velocity->f64[(size_t)i * NDIM + a] +=
           dt * opening[a] + 0.5 * s->tick * s->next->f64[i] * g[a];
     it->hydro->energy->f64[i] += dt * s->opening_heat->f64[i] - (it->package->compatible ? work : 0);
-    s->last->f64[i] = 0, s->step->f64[i] = s->next->f64[i];
+    s->last->f64[i] = 0, s->step->f64[i] = b->wanted->f64[i] = s->next->f64[i];
     b->support_base->f64[i] = it->nodes->support->f64[i];
     b->density_base->f64[i] = it->hydro->density->f64[i];
-    b->wake->f64[i] = INFINITY;
+    b->due->f64[i] = s->step->f64[i], b->moved->f64[i] = 0;
     const double own = power_of_two(tolerated * limit_of(it, i) / s->tick);
     if (own < s->step->f64[i] && it->step > 0) wake_in(b, i, own);
     it->nodes->activity->u8[i] = KITH_IDLE;
   }
   kith_field_copy(it->nodes, s->velocity, it->hydro->velocity);
   kith_field_copy(it->nodes, s->energy, it->hydro->energy);
+  kith_field_copy(it->nodes, b->position_base, it->nodes->position);
 }
 
 kith_status kith_block_steps_advance(struct kith_integrator *it) {
@@ -410,7 +529,7 @@ kith_status kith_block_steps_advance(struct kith_integrator *it) {
       status =
           kith_fail(KITH_DIVERGED, "a time step collapsed below %g at time %g", b->steps.tick, it->clock);
   }
-  it->holding = false, it->kick.blocks = NULL;
+  it->holding = it->near.only = false, it->kick.blocks = NULL;
   if (status != KITH_OK) return status;
   kith_field_copy(it->nodes, it->hydro->velocity, b->steps.velocity);
   kith_field_copy(it->nodes, it->hydro->energy, b->steps.energy);

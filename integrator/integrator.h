@@ -66,6 +66,12 @@ struct kith_integrator {
   struct kith_built built; /* fields are NULL if lists neither outlive a step nor are made again within one */
   bool resuming;           /* they are being rebuilt from `built`, bitwise identical */
   uint64_t since_reorder;
+  struct { /* block steps: what the present tick has to do with, if that is not all; find() finds it */
+    bool only;
+    kith_status (*find)(struct kith_integrator *integrator);
+    kith_index n, *node;
+    size_t capacity;
+  } near;
   struct kith_requirements need;
   struct { /* scratch of the lifecycle */
     uint8_t *keep;
@@ -73,6 +79,14 @@ struct kith_integrator {
     size_t keep_capacity, renumber_capacity;
   } scratch;
 };
+
+/* The nodes that the present step or tick has to do with, k = 0 .. count - 1. */
+static inline kith_index kith_near_count(const struct kith_integrator *it) {
+  return it->near.only ? it->near.n : it->nodes->n_internal;
+}
+static inline kith_index kith_near_node(const struct kith_integrator *it, kith_index k) {
+  return it->near.only ? it->near.node[k] : k;
+}
 
 /* Registers fields. The members that the caller sets must be there. BAD_INPUT if the scheme refuses its
  * settings. */

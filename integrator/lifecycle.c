@@ -63,7 +63,7 @@ static void add_motion(const struct kith_integrator *it) {
         KITH_MIN(1.01 * it->ahead * (speed_of(it, i, c) + fastest), 0.25 * nodes->support->f64[i]);
 }
 
-static void set_search_radius(const struct kith_integrator *it) {
+void kith_lifecycle_search_radii(const struct kith_integrator *it) {
   const struct kith_nodes *nodes = it->nodes;
   if (it->resuming) { /* bitwise identical to what it was */
     kith_field_copy(nodes, nodes->search_radius, it->built.search_radius);
@@ -73,11 +73,13 @@ static void set_search_radius(const struct kith_integrator *it) {
   const struct kith_block_steps *blocks = it->kick.blocks;
   const double *step = blocks != NULL ? blocks->step->f64 : NULL;
   const double rate = 2 * (blocks != NULL ? blocks->tick : KITH_MAX(it->dt, it->ahead)) / NDIM;
-#pragma omp parallel for simd schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
+#pragma omp parallel for schedule(static)
+  for (kith_index k = 0; k < kith_near_count(it); ++k) {
+    const kith_index i = kith_near_node(it, k);
     nodes->search_radius->f64[i] =
         (1 + it->skin + KITH_MIN(rate * (step != NULL ? step[i] : 1) * fabs(velocity_divergence[i]), 0.1)) *
         nodes->support->f64[i];
+  }
   if (it->ahead > 0) add_motion(it);
 }
 
@@ -106,7 +108,7 @@ static kith_status reorder(struct kith_integrator *it) {
 static kith_status ghosts_with_rows(struct kith_integrator *it) {
   KITH_TRY(kith_halo_extend(it->hydro->halo, it->nodes));
   KITH_TRY(kith_boundaries_ghosts(it->boundaries, it->nodes, 2, it->profile));
-  set_search_radius(it);
+  kith_lifecycle_search_radii(it);
   kith_halo_refresh(it->hydro->halo, it->nodes, &it->nodes->search_radius, 1);
   return KITH_OK;
 }
@@ -258,11 +260,17 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
   kith_status status;
   it->need = requirements(it);
   if (!it->holding) KITH_TRY(redistribute(it));
-  if (it->holding && it->kick.blocks != NULL)
+  if (it->holding && it->kick.blocks != NULL && !it->near.only)
     KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, reorder(it)));
-  set_search_radius(it);
-  KITH_TRY(ghosts(it));
-  KITH_STAGE(status, it->profile, "neighbors", kith_search_update(it->search));
+  if (it->near.only) KITH_TRY(it->near.find(it));
+  kith_lifecycle_search_radii(it);
+  if (it->near.only)
+    kith_nodes_drop_ghosts(nodes);
+  else
+    KITH_TRY(ghosts(it));
+  KITH_STAGE(status, it->profile, "neighbors",
+             it->near.only ? kith_search_update_selected(it->search, it->near.node, it->near.n)
+                           : kith_search_update(it->search));
   if (status == KITH_OK)
     KITH_STAGE(
         status, it->profile, "connectivity",

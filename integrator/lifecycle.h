@@ -23,9 +23,13 @@ enum { KITH_DEMANDS = 2 + KITH_ADDED_PACKAGES }; /* those without a package are 
 void kith_lifecycle_demands(const struct kith_integrator *integrator,
                             struct kith_demand demand[KITH_DEMANDS]);
 
-/* The whole of it, from the present positions. Where integrator->holding, nodes stay in their places.
- * Collective. */
+/* The whole of it, from the present positions. Where integrator->holding, nodes stay in their places. Where
+ * integrator->near.only, these nodes are far from all boundaries: they alone are taken in anew, and there are
+ * no ghosts. Collective. */
 kith_status kith_lifecycle(struct kith_integrator *integrator, enum kith_rebuild_reason reason);
+
+/* Sets R_i of the nodes that integrator->near names. */
+void kith_lifecycle_search_radii(const struct kith_integrator *integrator);
 
 /* Rebuilds the lists that were made from integrator->built, bitwise identical. The two fields (NDIM and 1
  * numbers a node) are overwritten. Collective. */

@@ -6,8 +6,8 @@
  * entries at their final position. So no distance is tested twice, and what is kept in between is smaller
  * than the rows themselves.
  *
- * Where nodes are active or idle, only active ones are targets, ghosts among them. An idle node has its active
- * neighbors in its row: that is the transpose of their rows, counted with the bits and filled in last. */
+ * Where nodes are active or idle, only active ones are targets, ghosts among them. An idle node has its
+ * active neighbors in its row: the transpose of their rows, counted with the bits and filled in last. */
 #include "lib/connectivity/build.h"
 
 #include <omp.h>
@@ -53,8 +53,7 @@ static bool join(struct group *a, const struct group *b) {
   const kith_index slots = b->run.first + b->run.count - a->run.first;
   if (slots > GROUP_SLOTS || a->targets + b->targets > GROUP_SIZE) return false;
   struct group both = {.run = {a->run.first, slots}, .targets = a->targets + b->targets, .box = a->box};
-  kith_box_include(&both.box, b->box.lower);
-  kith_box_include(&both.box, b->box.upper);
+  kith_box_join(&both.box, &b->box);
   both.radius = KITH_MAX(a->radius, b->radius);
   both.radius2 = KITH_MAX(a->radius2, b->radius2);
   if (!(volume(&both) <= 1.5 * KITH_MAX(volume(a), volume(b)))) return false;
@@ -253,7 +252,8 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   return test_targets(worker, build, group->run, self, length, record + HEAD + (n + 1) / 2);
 }
 
-/* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one. */
+/* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one
+ * group. */
 static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number,
                               size_t *lengths, bool ghosts) {
   const struct kith_search *search = build->search;

@@ -50,4 +50,9 @@ static inline void kith_box_include(struct kith_box *b, const double *x) {
   }
 }
 
+static inline void kith_box_join(struct kith_box *b, const struct kith_box *other) {
+  kith_box_include(b, other->lower);
+  kith_box_include(b, other->upper);
+}
+
 #endif

@@ -296,6 +296,7 @@ static kith_index collect_leaving(struct kith_search *search, const kith_index *
 static kith_status grid_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
   struct grid *grid = search->self;
+  if (search->ghosts != search->nodes->ghosts) return kith_search_update(search); /* their slots are gone */
   KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)count));
   struct kith_keyed *item = grid->entering[0], *scratch = grid->entering[1];
   const kith_index leaving = collect_leaving(search, nodes, count);

@@ -4,6 +4,7 @@
 #include "lib/core/family.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 void kith_runs_clear(struct kith_runs *runs) {
   kith_free(&runs->run);
@@ -45,6 +46,7 @@ void kith_search_destroy(struct kith_search **search) {
   for (int a = 0; a < NDIM; ++a) kith_free(&s->coordinate[a]);
   kith_free(&s->radius2);
   kith_free(&s->group);
+  kith_free(&s->near);
   kith_free(search);
 }
 
@@ -68,10 +70,13 @@ kith_status kith_search_update(struct kith_search *search) {
 
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
-  if (search->ghosts != search->nodes->ghosts || search->n != kith_nodes_count(search->nodes))
+  const struct kith_nodes *present = search->nodes;
+  if (search->n_internal != present->n_internal ||
+      (present->n_ghost > 0 && search->ghosts != present->ghosts))
     KITH_FAIL(STALE, "nodes were added or removed since the last update of the %s search", search->ops->name);
   if (!search->ops->update_selected) return kith_search_update(search);
   mark_stale(search);
+  search->n = kith_nodes_count(present);
   KITH_TRY(search->ops->update_selected(search, nodes, count));
   stamp(search);
   return KITH_OK;
@@ -87,6 +92,53 @@ kith_status kith_search_fresh(const struct kith_search *search) {
 }
 
 /* Queries. */
+
+/* Marks the slots that active nodes of group g may interact with. */
+static kith_status mark_near(struct kith_search *search, int g, double slack, struct kith_runs *runs) {
+  const struct kith_nodes *nodes = search->nodes;
+  const struct kith_run group = search->group[g];
+  struct kith_box box = kith_box_empty();
+  double radius = -1;
+  for (kith_index slot = group.first; slot < group.first + group.count; ++slot) {
+    const kith_index i = search->node[slot];
+    if (i >= nodes->n_internal || !kith_node_active(nodes, i)) continue;
+    kith_box_include(&box, nodes->position->f64 + (size_t)i * NDIM);
+    radius = KITH_MAX(radius, nodes->search_radius->f64[i]);
+  }
+  if (radius < 0) return KITH_OK;
+  for (int a = 0; a < NDIM; ++a) box.lower[a] -= slack, box.upper[a] += slack;
+  runs->n = 0;
+  KITH_TRY(search->ops->coarse(search, &box, radius, KITH_GATHER_SCATTER, runs));
+  for (int r = 0; r < runs->n; ++r)
+    for (kith_index slot = runs->run[r].first; slot < runs->run[r].first + runs->run[r].count; ++slot)
+#pragma omp atomic write
+      search->near[slot] = 1;
+  return KITH_OK;
+}
+
+kith_status kith_search_near(struct kith_search *search, double slack, kith_index **found, size_t *capacity,
+                             kith_index *count) {
+  int status = KITH_OK;
+  if (search->n > 0) memset(search->near, 0, (size_t)search->n);
+#pragma omp parallel reduction(max : status) if (search->n > 1000)
+  {
+    struct kith_runs runs = {0};
+    kith_status mine = KITH_OK;
+#pragma omp for schedule(dynamic, 64)
+    for (int g = 0; g < search->n_groups; ++g)
+      if (mine == KITH_OK) mine = mark_near(search, g, slack, &runs);
+    kith_runs_clear(&runs);
+    status = (int)mine;
+  }
+  KITH_TRY((kith_status)status);
+  KITH_TRY(kith_grow(found, capacity, 0, (size_t)search->n_internal, sizeof **found));
+  *count = 0;
+  for (kith_index slot = 0; slot < search->n; ++slot) {
+    (*found)[*count] = search->node[slot]; /* written in any case, kept if it counts */
+    *count += search->near[slot] && search->node[slot] < search->n_internal;
+  }
+  return KITH_OK;
+}
 
 static bool within(const struct kith_search *search, kith_index slot, const double *x, double radius2,
                    enum kith_search_mode mode) {
@@ -130,7 +182,7 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
 }
 
 size_t kith_search_bytes(const struct kith_search *search) {
-  const size_t slot = sizeof *search->node + (NDIM + 1) * sizeof(double);
+  const size_t slot = sizeof *search->node + (NDIM + 1) * sizeof(double) + sizeof *search->near;
   return sizeof *search + search->ops->state_size + (size_t)search->capacity * slot +
          search->groups_capacity * sizeof *search->group +
          (search->ops->bytes != NULL ? search->ops->bytes(search) : 0);
@@ -166,19 +218,14 @@ kith_status kith_search_reserve(struct kith_search *search, kith_index n) {
   for (int a = 0; a < NDIM; ++a)
     KITH_TRY(kith_resize(&search->coordinate[a], keep, wanted_capacity, sizeof(double)));
   KITH_TRY(kith_resize(&search->radius2, keep, wanted_capacity, sizeof(double)));
+  KITH_TRY(kith_resize(&search->near, keep, wanted_capacity + 1, 1));
   search->capacity = (kith_index)wanted_capacity;
   return KITH_OK;
 }
 
 void kith_search_pack(struct kith_search *search, kith_index first, kith_index count) {
-  const double *restrict position = search->nodes->position->f64, *restrict search_radius =
-                                                                      search->nodes->search_radius->f64;
 #pragma omp parallel for schedule(static) if (count > 10000)
-  for (kith_index slot = first; slot < first + count; ++slot) {
-    const size_t i = (size_t)search->node[slot];
-    for (int a = 0; a < NDIM; ++a) search->coordinate[a][slot] = position[i * NDIM + a];
-    search->radius2[slot] = search_radius[i] * search_radius[i];
-  }
+  for (kith_index slot = first; slot < first + count; ++slot) kith_search_pack_slot(search, slot);
 }
 
 kith_status kith_search_group(struct kith_search *search, kith_index first, kith_index count) {

@@ -10,9 +10,9 @@
  *
  * Slot order: every search keeps its nodes in an order of its own, in which the nodes of a cell are
  * contiguous, with coordinates and squared radii packed by slot, so that candidates are streamed and not
- * gathered. A run is a range of slots. Within equal cells slots ascend in node index. Candidates are a
- * superset: no neighbor is ever missing, wherever the nodes are: outside of the box, at equal positions, with
- * non-uniform radii.
+ * gathered. A run is a range of slots. Within equal cells slots ascend in node index when all nodes were
+ * updated. Candidates are a superset: no neighbor is ever missing, wherever the nodes are: outside of the
+ * box, at equal positions, with non-uniform radii.
  *
  *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either */
 #ifndef KITH_NEIGHBOR_SEARCH_H
@@ -69,7 +69,8 @@ struct kith_search_ops {
    * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that rounding loses no candidate. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
-  /* Optional. Only these nodes moved or changed their radius; NULL: update. */
+  /* Optional. Only these nodes moved or changed their radius, and there are no ghosts any more if n is
+   * n_internal now; NULL: update. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
   size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */
 };
@@ -90,6 +91,7 @@ struct kith_search {
   int n_groups;
   size_t groups_capacity;
   struct kith_run *group;
+  uint8_t *near; /* [capacity] by slot, scratch of kith_search_near */
 };
 
 #define KITH_SEARCH_LIST(X) X(tree) X(grid) X(brute)
@@ -105,9 +107,14 @@ void kith_search_destroy(struct kith_search **search);
 /* Takes in all nodes as they are now: positions and search radii. */
 kith_status kith_search_update(struct kith_search *search);
 /* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
- * were added or removed. A node may be named more than once. */
+ * were added or removed; but all ghosts may have gone. A node may be named more than once. */
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count);
+/* The internal nodes that may interact with an active one, and these, by slot, into *found, which kith_grow
+ * moves. Active nodes are where they are now; the others have not moved farther than `slack` since they were
+ * taken in, less what their search radii grew. */
+kith_status kith_search_near(struct kith_search *search, double slack, kith_index **found, size_t *capacity,
+                             kith_index *count);
 /* STALE, by name, unless the search was made from the present positions and ghosts: after a cull, too. */
 kith_status kith_search_fresh(const struct kith_search *search);
 
@@ -128,6 +135,12 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 /* For members.
  * Room for n slots (present ones are kept). */
 kith_status kith_search_reserve(struct kith_search *search, kith_index n);
+static inline void kith_search_pack_slot(struct kith_search *search, kith_index slot) {
+  const size_t i = (size_t)search->node[slot];
+  const double radius = search->nodes->search_radius->f64[i];
+  for (int a = 0; a < NDIM; ++a) search->coordinate[a][slot] = search->nodes->position->f64[i * NDIM + a];
+  search->radius2[slot] = radius * radius;
+}
 /* Packs coordinates and squared radii of the nodes in slots first .. first + count - 1. */
 void kith_search_pack(struct kith_search *search, kith_index first, kith_index count);
 /* Adds a group of targets. */

@@ -12,10 +12,12 @@
  * the curve.
  *
  * Internal nodes are one part, all ghosts another. Each part is a tree of its own.
- * update O(n); coarse O(log n + found). */
+ * update O(n); update_selected O(selected log n) and a look at each leaf; coarse O(log n + found). */
 #include "lib/core/sfc_key.h"
 #include "lib/core/keyed.h"
 #include "lib/neighbor/search.h"
+
+#include <string.h>
 
 enum {
   BUCKET = 10,  /* most nodes of a leaf, that is, of a group */
@@ -51,6 +53,11 @@ struct tree {
   uint8_t *cut;   /* it ends a cell of the next level */
   kith_index *slice;
   struct kith_keyed *item[2];
+  /* Scratch of selected updates. */
+  kith_index *slot; /* of a node; made by the first one after an update, if slots were sorted */
+  uint8_t *moved;   /* leaves, something in which has */
+  size_t slots_capacity, moved_capacity;
+  bool sorted, mapped;
 };
 
 static void tree_clear(struct kith_search *search) {
@@ -62,6 +69,8 @@ static void tree_clear(struct kith_search *search) {
   kith_free(&tree->rank);
   kith_free(&tree->cut);
   kith_free(&tree->slice);
+  kith_free(&tree->slot);
+  kith_free(&tree->moved);
   for (int k = 0; k < 2; ++k) kith_free(&tree->item[k]);
 }
 
@@ -97,7 +106,10 @@ static kith_status order_slots(struct kith_search *search, kith_index begin, kit
   double lower[NDIM], upper[NDIM];
   kith_search_cube(x, n, lower, upper);
   kith_sfc_keys(x, n, lower, upper, tree->key);
-  if (count_steps_back(tree->key, n) > n / MESSY) return sort_slots(search, begin, n);
+  if (count_steps_back(tree->key, n) > n / MESSY) {
+    tree->sorted = true;
+    return sort_slots(search, begin, n);
+  }
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < n; ++i) search->node[begin + i] = begin + i;
   return KITH_OK;
@@ -270,8 +282,70 @@ static kith_status tree_update(struct kith_search *search) {
   struct tree *tree = search->self;
   tree->n_parts = 0;
   tree->n_octets = tree->n_leaves = 0;
+  tree->sorted = tree->mapped = false;
   KITH_TRY(add_part(search, 0, search->n_internal));
   return add_part(search, search->n_internal, search->n - search->n_internal);
+}
+
+/* Selected updates: nodes keep their slots, and boxes are made anew from the leaves that have moved. */
+
+static kith_status map_slots(struct kith_search *search) {
+  struct tree *tree = search->self;
+  if (!tree->sorted || tree->mapped) return KITH_OK;
+  KITH_TRY(kith_reserve(&tree->slot, &tree->slots_capacity, (size_t)search->n, sizeof *tree->slot));
+#pragma omp parallel for schedule(static)
+  for (kith_index slot = 0; slot < search->n; ++slot) tree->slot[search->node[slot]] = slot;
+  tree->mapped = true;
+  return KITH_OK;
+}
+
+/* The leaf of a slot: the last that begins there or before. */
+static kith_index leaf_of(const struct tree *tree, kith_index slot) {
+  kith_index from = 0, to = tree->n_leaves;
+  while (to - from > 1) {
+    const kith_index middle = from + (to - from) / 2;
+    if (tree->leaf[middle] <= slot)
+      from = middle;
+    else
+      to = middle;
+  }
+  return from;
+}
+
+/* Did anything in octet o of this level move? */
+static bool enclose_again(const struct kith_search *search, int level, kith_index o) {
+  const struct tree *tree = search->self;
+  bool any = false;
+  for (kith_index c = tree->child[o], k = 0; c < tree->child[o + 1]; ++c, ++k) {
+    if (!(level == 0 ? tree->moved[c] : enclose_again(search, level - 1, c))) continue;
+    any = true;
+    if (level == 0)
+      enclose_leaf(search, tree->leaf[c], tree->leaf[c + 1], &tree->octet[o], k);
+    else
+      enclose_octet(&tree->octet[c], tree->child[c + 1] - tree->child[c], &tree->octet[o], k);
+  }
+  return any;
+}
+
+static kith_status tree_update_selected(struct kith_search *search, const kith_index *nodes,
+                                        kith_index count) {
+  struct tree *tree = search->self;
+  KITH_TRY(map_slots(search));
+  KITH_TRY(kith_reserve(&tree->moved, &tree->moved_capacity, (size_t)tree->n_leaves + 1, 1));
+  memset(tree->moved, 0, (size_t)tree->n_leaves + 1);
+  if (search->n == search->n_internal && search->n > 0) { /* ghosts, if there were any, are gone */
+    tree->n_parts = 1;
+    while (search->group[search->n_groups - 1].first >= search->n) --search->n_groups;
+  }
+#pragma omp parallel for schedule(static) if (count > 1000)
+  for (kith_index k = 0; k < count; ++k) {
+    const kith_index slot = tree->sorted ? tree->slot[nodes[k]] : nodes[k];
+    kith_search_pack_slot(search, slot);
+#pragma omp atomic write
+    tree->moved[leaf_of(tree, slot)] = 1;
+  }
+  for (int p = 0; p < tree->n_parts; ++p) enclose_again(search, tree->part[p].levels - 1, tree->part[p].root);
+  return KITH_OK;
 }
 
 /* Queries. */
@@ -361,7 +435,8 @@ static size_t tree_bytes(const struct kith_search *search) {
   const size_t scratch = sizeof *tree->key + sizeof *tree->rank + sizeof *tree->cut;
   return tree->octets_capacity * sizeof *tree->octet + tree->children_capacity * sizeof *tree->child +
          tree->leaves_capacity * sizeof *tree->leaf + (size_t)tree->capacity * scratch +
-         2 * tree->sort_capacity * sizeof **tree->item;
+         2 * tree->sort_capacity * sizeof **tree->item + tree->slots_capacity * sizeof *tree->slot +
+         tree->moved_capacity;
 }
 
 const struct kith_search_ops kith_search_tree = {
@@ -370,6 +445,7 @@ const struct kith_search_ops kith_search_tree = {
     .state_size = sizeof(struct tree),
     .clear = tree_clear,
     .update = tree_update,
+    .update_selected = tree_update_selected,
     .coarse = tree_coarse,
     .bytes = tree_bytes,
 };

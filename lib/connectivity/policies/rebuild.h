@@ -20,8 +20,9 @@
 #endif
 
 /* Reasons that are no policy: there are no lists yet; a support outgrew its search radius; nodes or a face
- * moved within a step; the caller requested it. */
-#define KITH_REBUILD_CAUSE_LIST(X) X(first_build) X(support) X(stage) X(requested)
+ * moved within a step; the caller requested it; some nodes are active, and only what is near them was
+ * updated. */
+#define KITH_REBUILD_CAUSE_LIST(X) X(first_build) X(support) X(stage) X(requested) X(selected)
 
 enum kith_rebuild_reason {
   KITH_BECAUSE_none,
