@@ -131,21 +131,22 @@ static void range_of_limits(const struct kith_integrator *it, double factor, dou
   *least = -both[0], *most = both[1];
 }
 
-/* The length of a base step that lasts `longest` at most and costs least per time: steps are rounded down to
- * powers of two of it, so a shorter one may suit more nodes. A tick costs about as much as an update of a
- * tenth of the nodes, whatever it updates. */
-static double cheapest_base(const struct kith_integrator *it, double longest) {
+/* The length of a base step that costs least per time: a part of what is left until the next output, no longer
+ * than `longest`. Steps are rounded down to powers of two of it, so a shorter one may suit more nodes. A tick
+ * costs about as much as an update of a tenth of the nodes, whatever it updates. */
+static double cheapest_base(const struct kith_integrator *it, double longest, double left) {
   enum { PARTS = 8, LENGTHS = 3 * PARTS }; /* of an octave; all that are tried */
-  const double *restrict wanted = blocks_of(it)->wanted->f64;
+  const double *restrict wanted = blocks_of(it)->wanted->f64, fewest = left > 0 ? ceil(left / longest) : 1;
   uint64_t updates[LENGTHS + 1] = {0};
-  double ticks[LENGTHS] = {0}, best = longest, least = INFINITY;
+  double length[LENGTHS], ticks[LENGTHS] = {0}, best = longest, least = INFINITY;
   for (int k = 0; k < LENGTHS; ++k) {
-    const double length = longest * exp2(-(double)k / PARTS);
+    const double shorter = exp2((double)k / PARTS);
+    length[k] = left > 0 ? left / ceil(fewest * shorter) : longest / shorter;
     uint64_t sum = 0;
     double most = 0;
 #pragma omp parallel for schedule(static) reduction(+ : sum) reduction(max : most)
     for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-      const double steps = KITH_TICKS / power_of_two(wanted[i] / length * KITH_TICKS);
+      const double steps = KITH_TICKS / power_of_two(wanted[i] / length[k] * KITH_TICKS);
       sum += (uint64_t)steps;
       most = KITH_MAX(most, steps);
     }
@@ -155,9 +156,8 @@ static double cheapest_base(const struct kith_integrator *it, double longest) {
   kith_ranks_sum_counts(it->nodes->ranks, updates, LENGTHS + 1);
   kith_ranks_max(it->nodes->ranks, ticks, LENGTHS);
   for (int k = 0; k < LENGTHS; ++k) {
-    const double length = longest * exp2(-(double)k / PARTS),
-                 cost = ((double)updates[k] + 0.1 * ticks[k] * (double)updates[LENGTHS]) / length;
-    if (cost < least) least = cost, best = length;
+    const double cost = ((double)updates[k] + 0.1 * ticks[k] * (double)updates[LENGTHS]) / length[k];
+    if (cost < least) least = cost, best = length[k];
   }
   return best;
 }
@@ -165,12 +165,14 @@ static double cheapest_base(const struct kith_integrator *it, double longest) {
 /* The next base step, from `time` on: it lands on the next output, after that on one as far away again. */
 static void plan(struct kith_integrator *it, double time, double factor) {
   struct blocks *b = blocks_of(it);
-  double least, most;
+  double least, most, left = it->until - time;
   range_of_limits(it, factor, &least, &most);
-  double longest = KITH_MIN(most, ldexp(least, b->settings.levels)), left = it->until - time;
   if (!(left > 1e-9 * it->every)) left = it->every;
-  if (left > 0) longest = KITH_MIN(longest, left);
-  b->planned = it->fixed_dt > 0 ? it->fixed_dt : isfinite(longest) ? cheapest_base(it, longest) : longest;
+  const double longest = KITH_MIN(most, ldexp(least, b->settings.levels));
+  b->planned = it->fixed_dt > 0    ? it->fixed_dt
+               : isfinite(longest) ? cheapest_base(it, longest, left)
+               : left > 0          ? left
+                                   : longest;
   const double tick = b->planned / KITH_TICKS;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
