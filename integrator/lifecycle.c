@@ -71,14 +71,15 @@ void kith_lifecycle_search_radii(const struct kith_integrator *it) {
   }
   const double *velocity_divergence = it->package->velocity_divergence->f64;
   const struct kith_block_steps *blocks = it->kick.blocks;
-  const double *step = blocks != NULL ? blocks->step->f64 : NULL;
-  const double rate = 2 * (blocks != NULL ? blocks->tick : KITH_MAX(it->dt, it->ahead)) / NDIM;
+  const double longest = KITH_MAX(it->dt, it->ahead);
 #pragma omp parallel for schedule(static)
   for (kith_index k = 0; k < kith_near_count(it); ++k) {
     const kith_index i = kith_near_node(it, k);
-    nodes->search_radius->f64[i] =
-        (1 + it->skin + KITH_MIN(rate * (step != NULL ? step[i] : 1) * fabs(velocity_divergence[i]), 0.1)) *
-        nodes->support->f64[i];
+    const double h = nodes->support->f64[i],
+                 dt = blocks != NULL ? blocks->tick * blocks->step->f64[i] : longest;
+    const double change = dt * (2 * fabs(velocity_divergence[i]) / NDIM +
+                                dt * kith_norm(it->hydro->acceleration->f64 + (size_t)i * NDIM) / h);
+    nodes->search_radius->f64[i] = (1 + it->skin + KITH_MIN(change, 0.1)) * h;
   }
   if (it->ahead > 0) add_motion(it);
 }
