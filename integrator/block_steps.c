@@ -131,9 +131,9 @@ static void range_of_limits(const struct kith_integrator *it, double factor, dou
   *least = -both[0], *most = both[1];
 }
 
-/* The length of a base step that costs least per time: a part of what is left until the next output, no longer
- * than `longest`. Steps are rounded down to powers of two of it, so a shorter one may suit more nodes. A tick
- * costs about as much as an update of a tenth of the nodes, whatever it updates. */
+/* The length of a base step that costs least per time: a part of what is left until the next output, no
+ * longer than `longest`. Steps are rounded down to powers of two of it, so a shorter one may suit more nodes.
+ * A tick costs about as much as an update of a tenth of the nodes, whatever it updates. */
 static double cheapest_base(const struct kith_integrator *it, double longest, double left) {
   enum { PARTS = 8, LENGTHS = 3 * PARTS }; /* of an octave; all that are tried */
   const double *restrict wanted = blocks_of(it)->wanted->f64, fewest = left > 0 ? ceil(left / longest) : 1;
@@ -183,7 +183,7 @@ static void plan(struct kith_integrator *it, double time, double factor) {
 static void want(struct kith_integrator *it) {
   struct blocks *b = blocks_of(it);
   const double most = aligned(b->steps.now);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (it->near.n > KITH_FEW)
   for (kith_index k = 0; k < it->near.n; ++k) {
     const kith_index i = it->near.node[k];
     b->wanted->f64[i] = KITH_MIN(power_of_two(limit_of(it, i) / b->steps.tick),
@@ -196,7 +196,7 @@ static double finest_wanted(const struct kith_integrator *it) {
   const double *restrict wanted = blocks_of(it)->wanted->f64, *restrict step = blocks_of(it)->steps.step->f64;
   const kith_index n = it->near.only ? it->near.n : kith_nodes_count(it->nodes);
   double finest = KITH_TICKS;
-#pragma omp parallel for schedule(static) reduction(min : finest)
+#pragma omp parallel for schedule(static) reduction(min : finest) if (n > KITH_FEW)
   for (kith_index k = 0; k < n; ++k) {
     const kith_index i = kith_near_node(it, k);
     finest = KITH_MIN(finest, step[i] > 0 ? wanted[i] : KITH_TICKS);
@@ -210,7 +210,7 @@ static void limit_by_neighbors(struct kith_integrator *it) {
   const struct kith_rows *rows = &it->connectivity->rows;
   const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
   const double allowed = b->settings.ratio * finest_wanted(it); /* whoever the neighbors are */
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
   for (kith_index k = 0; k < kith_near_count(it); ++k) {
     const kith_index i = kith_near_node(it, k);
     double finest = INFINITY;
@@ -251,7 +251,7 @@ static void wake(struct kith_integrator *it, kith_index i) {
   struct blocks *b = blocks_of(it);
   const struct kith_rows *rows = &it->connectivity->rows;
   const double step = b->steps.step->f64[i], own = power_of_two(tolerated * limit_of(it, i) / b->steps.tick);
-  if (own < step) wake_in(b, i, own);
+  if (own < step && isfinite(b->settings.ratio)) wake_in(b, i, own);
   if (b->settings.seed != 0 && random_of(it, i, 0.5) < 0.1) wake_in(b, i, aligned(b->steps.now));
   if (b->steps.last->f64[i] == b->steps.now) return;
   double finest = INFINITY;
@@ -279,7 +279,7 @@ static void predict(struct kith_integrator *it, uint8_t activity) {
   const double *restrict w = s->velocity->f64, *restrict last = s->velocity_last->f64,
                          *restrict base = b->position_base->f64,
                          *restrict acceleration = it->hydro->acceleration->f64;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
   for (kith_index n = 0; n < kith_near_count(it); ++n) {
     const kith_index i = kith_near_node(it, n);
     if (it->nodes->activity->u8[i] != activity) continue;
@@ -373,7 +373,6 @@ static void count_levels(const struct kith_integrator *it) {
   const double *restrict step = blocks_of(it)->steps.step->f64;
   uint64_t count[LEVELS] = {0};
   if (it->profile == NULL) return;
-#pragma omp parallel for schedule(static) reduction(+ : count[:LEVELS])
   for (kith_index k = 0; k < kith_near_count(it); ++k) {
     const kith_index i = kith_near_node(it, k);
     if (kith_node_active(it->nodes, i)) count[KITH_MIN(ilogb(KITH_TICKS / step[i]), LEVELS - 1)] += 1;
@@ -391,7 +390,10 @@ static void close_tick(struct kith_integrator *it, bool first) {
 #pragma omp declare reduction(join              \
                               : struct kith_box \
                               : kith_box_join(&omp_out, &omp_in)) initializer(omp_priv = kith_box_empty())
-#pragma omp parallel for schedule(static) reduction(max : slack) reduction(join : supports)
+#pragma omp parallel for schedule(static) reduction(max      \
+                                                    : slack) \
+    reduction(join                                           \
+              : supports) if (kith_near_count(it) > KITH_FEW)
   for (kith_index k = 0; k < kith_near_count(it); ++k) {
     const kith_index i = kith_near_node(it, k);
     const uint8_t activity = it->nodes->activity->u8[i];
@@ -512,7 +514,7 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
     b->density_base->f64[i] = it->hydro->density->f64[i];
     b->due->f64[i] = s->step->f64[i], b->moved->f64[i] = 0;
     const double own = power_of_two(tolerated * limit_of(it, i) / s->tick);
-    if (own < s->step->f64[i] && it->step > 0) wake_in(b, i, own);
+    if (own < s->step->f64[i] && it->step > 0 && isfinite(b->settings.ratio)) wake_in(b, i, own);
     it->nodes->activity->u8[i] = KITH_IDLE;
   }
   kith_field_copy(it->nodes, s->velocity, it->hydro->velocity);

@@ -72,7 +72,7 @@ void kith_lifecycle_search_radii(const struct kith_integrator *it) {
   const double *velocity_divergence = it->package->velocity_divergence->f64;
   const struct kith_block_steps *blocks = it->kick.blocks;
   const double longest = KITH_MAX(it->dt, it->ahead);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
   for (kith_index k = 0; k < kith_near_count(it); ++k) {
     const kith_index i = kith_near_node(it, k);
     const double h = nodes->support->f64[i],

@@ -1,6 +1,7 @@
 /* Scheme leapfrog: kick, drift, kick (velocity Verlet). The force sees velocities and energies that are
  * predicted to the end of the step; one evaluation. With a global step, or with block time steps
  * (integrator/block_steps.h). */
+#include <math.h>
 #include "integrator/block_steps.h"
 #include "integrator/step.h"
 
@@ -14,7 +15,8 @@ static const struct kith_param params[] = {
      KITH_INTO(struct leapfrog_settings, block)},
     {"levels", KITH_PARAM_INTEGER, "10", "[0, 10]", "the base step is at most 2^levels of the shortest step",
      KITH_INTO(struct leapfrog_settings, levels)},
-    {"ratio", KITH_PARAM_CHOICE, "2", "2|4", "of the steps of neighbors, at most",
+    {"ratio", KITH_PARAM_CHOICE, "2", "2|4|none",
+     "of the steps of neighbors, at most; none: to see what that is for",
      KITH_INTO(struct leapfrog_settings, ratio)},
     {"random_steps", KITH_PARAM_INTEGER, "0", "[0, inf)",
      "not 0: a seed of random steps and wake-ups, for tests of conservation",
@@ -30,8 +32,9 @@ static kith_status create(struct kith_integrator *it) {
   const struct leapfrog_settings *settings = it->settings;
   if (!blocks(settings)) return KITH_OK;
   return kith_block_steps_create(
-      it, (struct kith_block_settings){
-              .levels = settings->levels, .ratio = settings->ratio == 0 ? 2 : 4, .seed = settings->seed});
+      it, (struct kith_block_settings){.levels = settings->levels,
+                                       .ratio = (const double[]){2, 4, INFINITY}[settings->ratio],
+                                       .seed = settings->seed});
 }
 
 static void predict(struct kith_integrator *it, double dt) {

@@ -97,6 +97,27 @@ static void fewer_updates(void) {
   scenario_close(&global);
 }
 
+/* Where nobody is limited by neighbors or woken, a strong blast runs into nodes that sleep. */
+static void without_limits(void) {
+  static const char cold[] =
+      "dimension: 3\nscene: cold\n"
+      "resolution: {1d: 200, 2d: 40, 3d: 16}\n"
+      "domain: {lower: [-0.5, -0.5, -0.5], upper: [0.5, 0.5, 0.5]}\n"
+      "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+      "materials: {gas: {gamma: 1.6666666666666667}}\n"
+      "regions:\n"
+      "  - {material: gas, lattice: cubic, density: 1, pressure: 1e-6}\n"
+      "energy: {energy: 1, center: [0, 0, 0], over: kernel}\n" BLOCK "until: 0.04\n";
+  for (int limited = 0; limited < 2; ++limited) {
+    struct scenario s;
+    if (scenario_open(&s, cold, "scheme.ratio=%s", limited ? "2" : "none")) {
+      CHECK_OK(scenario_start(&s));
+      CHECK_STATUS(limited ? KITH_OK : KITH_DIVERGED, scenario_steps(&s, 100000));
+    }
+    scenario_close(&s);
+  }
+}
+
 static void threads(void) {
   struct scenario one, two;
   const int before = omp_get_max_threads();
@@ -135,6 +156,7 @@ int main(void) {
   conservation();
   one_level();
   fewer_updates();
+  without_limits();
   threads();
   refused();
   return check_failed();
