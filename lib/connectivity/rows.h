@@ -30,13 +30,6 @@ size_t kith_rows_bytes(const struct kith_rows *rows);
 /* The length of the longest row. */
 size_t kith_rows_longest(const struct kith_rows *rows);
 
-/* Position of the first entry of a sorted row that is >= j. No branches: they could not be predicted. */
-static inline size_t kith_lower_bound(const kith_index *node, size_t from, size_t to, kith_index j) {
-  if (from == to) return from;
-  const kith_index *at = node + from;
-  for (size_t n = to - from; n > 1; n -= n / 2) at += at[n / 2 - 1] < j ? n / 2 : 0;
-  return (size_t)(at - node) + (*at < j);
-}
 /* Does sorted row i hold j? */
 static inline bool kith_rows_hold(const struct kith_rows *rows, kith_index i, kith_index j) {
   const size_t e = kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], j);

@@ -66,6 +66,15 @@ void kith_free(void *p);
 #define KITH_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define KITH_MAX(a, b) ((a) > (b) ? (a) : (b))
 
+/* Position of the first of the ascending entries from .. to - 1 that is >= j, or `to`. No branches: they
+ * could not be predicted. */
+static inline size_t kith_lower_bound(const kith_index *node, size_t from, size_t to, kith_index j) {
+  if (from == to) return from;
+  const kith_index *at = node + from;
+  for (size_t n = to - from; n > 1; n -= n / 2) at += at[n / 2 - 1] < j ? n / 2 : 0;
+  return (size_t)(at - node) + (*at < j);
+}
+
 /* Inlined into its caller for certain, so that it is compiled for the caller's instruction set. */
 #define KITH_INLINE __attribute__((always_inline)) static inline
 

@@ -1,4 +1,4 @@
-/* keyed.c - a stable parallel radix sort by key, and merges of what is sorted. */
+/* keyed.c - a stable parallel radix sort by key. */
 #include "lib/core/keyed.h"
 
 #include <omp.h>
@@ -6,10 +6,10 @@
 
 enum { SHORT = 20, DIGIT = 8, BINS = 1 << DIGIT, TOP_DIGIT = 11, TOP_BINS = 1 << TOP_DIGIT, MAX_CHUNKS = 64 };
 
-kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t keep, size_t n) {
+kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t n) {
   size_t of_scratch = *capacity;
-  KITH_TRY(kith_grow(&item[1], &of_scratch, 0, n, sizeof **item));
-  return kith_grow(&item[0], capacity, keep, n, sizeof **item);
+  KITH_TRY(kith_reserve(&item[1], &of_scratch, n, sizeof **item));
+  return kith_reserve(&item[0], capacity, n, sizeof **item);
 }
 
 static inline int bit_length(uint64_t v) {
@@ -92,21 +92,4 @@ kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch,
   }
   kith_free(&place);
   return KITH_OK;
-}
-
-static inline bool before(struct kith_keyed a, struct kith_keyed b) {
-  return a.key < b.key || (a.key == b.key && a.node < b.node);
-}
-
-void kith_keyed_merge(struct kith_keyed *item, kith_index n, const struct kith_keyed *in, kith_index k,
-                      struct kith_keyed *scratch) {
-  const struct kith_keyed *const end = in + k;
-  struct kith_keyed *to = scratch;
-  for (kith_index i = 0; i < n; ++i) {
-    if (item[i].node < 0) continue;
-    while (in < end && before(*in, item[i])) *to++ = *in++;
-    *to++ = item[i];
-  }
-  while (in < end) *to++ = *in++;
-  memcpy(item, scratch, (size_t)(to - scratch) * sizeof *item);
 }

@@ -12,15 +12,10 @@ struct kith_keyed {
   kith_index node;
 };
 
-/* Room for n items in both arrays, which have *capacity; the first `keep` of item[0] survive. */
-kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t keep, size_t n);
+/* Room for n items in both arrays, which have *capacity. */
+kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t n);
 
 /* Sorts item[n]; scratch[n] is overwritten. The same result for any number of threads. O(n). */
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n);
-
-/* Merges in[k] into item[n], both sorted by key, then node, and drops the items whose node is -1; item needs
- * room for what is left, scratch for the same. O(n + k). */
-void kith_keyed_merge(struct kith_keyed *item, kith_index n, const struct kith_keyed *in, kith_index k,
-                      struct kith_keyed *scratch);
 
 #endif

@@ -14,6 +14,15 @@ KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, dou
                            2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
 }
 
+/* out += G v. */
+KITH_INLINE void kith_symmetric_add(const double *g, const double *v, double *out) {
+  for (int a = 0, m = 0; a < NDIM; ++a)
+    for (int b = a; b < NDIM; ++b, ++m) {
+      out[a] += g[m] * v[b];
+      if (b != a) out[b] += g[m] * v[a];
+    }
+}
+
 /* Inverse of a symmetric positive matrix (upper triangle); false, and zero, if it is close to singular:
  * unless its determinant is more than `least` times trace^NDIM. That of an isotropic matrix is (trace /
  * NDIM)^NDIM. */

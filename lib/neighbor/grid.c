@@ -9,9 +9,8 @@
  * within range is one run. Rows are found through a hash table, so space has no edge; cells beyond
  * 2^GRID_COORDINATE_BITS are clamped to the last one: still correct, but slow.
  *
- * update            O(n): keys, sort, tables
- * update_selected   O(selected) if no node left its cell; else merges those that did: O(n)
- * coarse            O(rows within range), at most O(rows of a level) for each level */
+ * update   O(n): keys, sort, tables; for a few moved nodes too
+ * coarse   O(rows within range), at most O(rows of a level) for each level */
 #include <string.h>
 
 #include "lib/core/keyed.h"
@@ -28,7 +27,6 @@ enum {
   GRID_LEVELS = 24,
   GRID_LEVEL_BITS = 5,
   GRID_COORDINATE_BITS = NDIM == 3 ? 19 : 29,
-  GRID_GHOST_BIT = GRID_LEVEL_BITS + NDIM * GRID_COORDINATE_BITS,
   GRID_TOP = (1 << GRID_COORDINATE_BITS) - 1, /* largest coordinate of a cell */
 };
 /* A line of cells: cell[r.cell] .. cell[(r + 1).cell]. */
@@ -54,14 +52,12 @@ struct grid {
   double origin[NDIM], bound;     /* of level 0 */
   double per_length[GRID_LEVELS]; /* cells */
   kith_index n_cells, n_rows;
-  size_t items_capacity, slots_capacity, entering_capacity, cells_capacity, rows_capacity;
-  struct kith_keyed *item[2];     /* [n] by slot; scratch */
-  struct kith_keyed *entering[2]; /* items on their way into the slots; scratch */
-  kith_index *slot_of;            /* [n] by node */
-  struct cell *cell;              /* [n_cells + 1] */
-  struct row *row;                /* [n_rows + 1] */
-  kith_index *table;              /* [table_size] rows by hash, -1: none */
-  uint32_t table_size;            /* a power of two, at least twice the rows */
+  size_t items_capacity, cells_capacity, rows_capacity;
+  struct kith_keyed *item[2]; /* [n] by slot; scratch */
+  struct cell *cell;          /* [n_cells + 1] */
+  struct row *row;            /* [n_rows + 1] */
+  kith_index *table;          /* [table_size] rows by hash, -1: none */
+  uint32_t table_size;        /* a power of two, at least twice the rows */
   struct layer layer[2 * GRID_LEVELS];
 };
 
@@ -83,15 +79,9 @@ static inline int32_t row_coordinate(const struct row *row, int a) {
   return (int32_t)(row->key >> (NDIM - 2 - a) * GRID_COORDINATE_BITS & GRID_TOP);
 }
 
-static inline struct layer *layer_of(struct grid *grid, uint64_t key) {
-  const uint64_t top = key >> (GRID_GHOST_BIT - GRID_LEVEL_BITS);
-  return &grid->layer[(top >> GRID_LEVEL_BITS) * GRID_LEVELS + (top & ((1 << GRID_LEVEL_BITS) - 1))];
-}
-
 static void grid_clear(struct kith_search *search) {
   struct grid *grid = search->self;
-  for (int k = 0; k < 2; ++k) kith_free(&grid->item[k]), kith_free(&grid->entering[k]);
-  kith_free(&grid->slot_of);
+  for (int k = 0; k < 2; ++k) kith_free(&grid->item[k]);
   kith_free(&grid->cell);
   kith_free(&grid->row);
   kith_free(&grid->table);
@@ -197,7 +187,9 @@ static void list_layers(struct grid *grid) {
   memset(grid->layer, 0, sizeof grid->layer);
   for (kith_index r = 0; r < grid->n_rows; ++r) {
     const struct row *row = &grid->row[r];
-    struct layer *layer = layer_of(grid, row->key << GRID_COORDINATE_BITS);
+    const uint64_t top = row->key >> (NDIM - 1) * GRID_COORDINATE_BITS; /* ghost or not, level */
+    struct layer *layer =
+        &grid->layer[(top >> GRID_LEVEL_BITS) * GRID_LEVELS + (top & ((1 << GRID_LEVEL_BITS) - 1))];
     if (layer->rows++ == 0) layer->row = r;
     for (kith_index c = row->cell; c < row[1].cell; ++c)
       layer->radius2 = KITH_MAX(layer->radius2, grid->cell[c].radius2);
@@ -224,90 +216,25 @@ static kith_status group_row(struct kith_search *search, const struct row *row) 
   return KITH_OK;
 }
 
-/* The cell that holds a slot. O(log n). */
-static kith_index cell_of_slot(const struct grid *grid, kith_index slot) {
-  kith_index first = 0, last = grid->n_cells;
-  while (last - first > 1) {
-    const kith_index middle = first + (last - first) / 2;
-    if (grid->cell[middle].slot <= slot)
-      first = middle;
-    else
-      last = middle;
-  }
-  return first;
-}
-
 /* Slots. */
 
-/* Fills the slots, and makes the tables of them, from the sorted items. */
-static kith_status fill_slots(struct kith_search *search) {
+static kith_status grid_update(struct kith_search *search) {
   struct grid *grid = search->self;
+  const size_t n = (size_t)search->n;
+  KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, n));
+  choose_frame(search);
+#pragma omp parallel for schedule(static) if (search->n > 10000)
+  for (kith_index i = 0; i < search->n; ++i) grid->item[0][i] = (struct kith_keyed){key_of(search, i), i};
+  KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], n));
 #pragma omp parallel for schedule(static)
-  for (kith_index s = 0; s < search->n; ++s) {
-    search->node[s] = grid->item[0][s].node;
-    grid->slot_of[search->node[s]] = s;
-  }
+  for (kith_index s = 0; s < search->n; ++s) search->node[s] = grid->item[0][s].node;
   kith_search_pack(search, 0, search->n);
-  search->n_groups = 0;
   KITH_TRY(list_cells(search));
   KITH_TRY(list_rows(grid));
   KITH_TRY(hash_rows(grid));
   list_layers(grid);
   for (kith_index r = 0; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
   return KITH_OK;
-}
-
-static kith_status grid_update(struct kith_search *search) {
-  struct grid *grid = search->self;
-  const size_t n = (size_t)search->n;
-  KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, 0, n));
-  KITH_TRY(kith_reserve(&grid->slot_of, &grid->slots_capacity, n, sizeof *grid->slot_of));
-  choose_frame(search);
-#pragma omp parallel for schedule(static) if (search->n > 10000)
-  for (kith_index i = 0; i < search->n; ++i) grid->item[0][i] = (struct kith_keyed){key_of(search, i), i};
-  KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], n));
-  return fill_slots(search);
-}
-
-/* Refreshes the slots of nodes that stay in their cells and collects the others, as items with the node for a
- * key. Returns the number of these. */
-static kith_index collect_leaving(struct kith_search *search, const kith_index *nodes, kith_index count) {
-  struct grid *grid = search->self;
-  kith_index leaving = 0;
-  for (kith_index k = 0; k < count; ++k) {
-    const kith_index s = grid->slot_of[nodes[k]];
-    struct kith_keyed *item = &grid->item[0][s];
-    if (item->node < 0) continue; /* was named before */
-    const uint64_t key = key_of(search, nodes[k]);
-    if (key == item->key) {
-      kith_search_pack(search, s, 1);
-      struct layer *layer = layer_of(grid, key);
-      struct cell *cell = &grid->cell[cell_of_slot(grid, s)];
-      layer->radius2 = KITH_MAX(layer->radius2, search->radius2[s]);
-      cell->radius2 = KITH_MAX(cell->radius2, search->radius2[s]);
-      continue;
-    }
-    grid->entering[0][leaving++] = (struct kith_keyed){(uint64_t)nodes[k], nodes[k]};
-    item->node = -1;
-  }
-  return leaving;
-}
-
-static kith_status grid_update_selected(struct kith_search *search, const kith_index *nodes,
-                                        kith_index count) {
-  struct grid *grid = search->self;
-  if (search->ghosts != search->nodes->ghosts) return kith_search_update(search); /* their slots are gone */
-  KITH_TRY(kith_keyed_grow(grid->entering, &grid->entering_capacity, 0, (size_t)count));
-  struct kith_keyed *item = grid->entering[0], *scratch = grid->entering[1];
-  const kith_index leaving = collect_leaving(search, nodes, count);
-  if (leaving == 0) return KITH_OK;
-  if (leaving > search->n / 4) return grid_update(search);
-  /* By key, equal keys by node. */
-  KITH_TRY(kith_keyed_sort(item, scratch, (size_t)leaving));
-  for (kith_index k = 0; k < leaving; ++k) item[k].key = key_of(search, item[k].node);
-  KITH_TRY(kith_keyed_sort(item, scratch, (size_t)leaving));
-  kith_keyed_merge(grid->item[0], search->n, item, leaving, grid->item[1]);
-  return fill_slots(search);
 }
 
 /* Queries. */
@@ -442,18 +369,16 @@ static kith_status grid_coarse(const struct kith_search *search, const struct ki
 
 static size_t grid_bytes(const struct kith_search *search) {
   const struct grid *grid = search->self;
-  return 2 * (grid->items_capacity + grid->entering_capacity) * sizeof **grid->item +
-         grid->slots_capacity * sizeof *grid->slot_of + grid->cells_capacity * sizeof *grid->cell +
+  return 2 * grid->items_capacity * sizeof **grid->item + grid->cells_capacity * sizeof *grid->cell +
          grid->rows_capacity * sizeof *grid->row + grid->table_size * sizeof *grid->table;
 }
 
 const struct kith_search_ops kith_search_grid = {
     .name = "grid",
-    .doc = "nested levels of cells by radius: for radii that differ much; cheap updates of a few moved nodes",
+    .doc = "nested levels of cells by radius: for radii that differ much",
     .state_size = sizeof(struct grid),
     .clear = grid_clear,
     .update = grid_update,
-    .update_selected = grid_update_selected,
     .coarse = grid_coarse,
     .bytes = grid_bytes,
 };

@@ -89,7 +89,7 @@ static kith_index count_steps_back(const uint64_t *key, kith_index n) {
 
 static kith_status sort_slots(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
-  KITH_TRY(kith_keyed_grow(tree->item, &tree->sort_capacity, 0, (size_t)n));
+  KITH_TRY(kith_keyed_grow(tree->item, &tree->sort_capacity, (size_t)n));
   struct kith_keyed *item = tree->item[0];
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < n; ++i) item[i] = (struct kith_keyed){tree->key[i], begin + i};
@@ -299,19 +299,6 @@ static kith_status map_slots(struct kith_search *search) {
   return KITH_OK;
 }
 
-/* The leaf of a slot: the last that begins there or before. */
-static kith_index leaf_of(const struct tree *tree, kith_index slot) {
-  kith_index from = 0, to = tree->n_leaves;
-  while (to - from > 1) {
-    const kith_index middle = from + (to - from) / 2;
-    if (tree->leaf[middle] <= slot)
-      from = middle;
-    else
-      to = middle;
-  }
-  return from;
-}
-
 /* Did anything in octet o of this level move? */
 static bool enclose_again(const struct kith_search *search, int level, kith_index o) {
   const struct tree *tree = search->self;
@@ -342,7 +329,7 @@ static kith_status tree_update_selected(struct kith_search *search, const kith_i
     const kith_index slot = tree->sorted ? tree->slot[nodes[k]] : nodes[k];
     kith_search_pack_slot(search, slot);
 #pragma omp atomic write
-    tree->moved[leaf_of(tree, slot)] = 1;
+    tree->moved[kith_lower_bound(tree->leaf, 0, (size_t)tree->n_leaves, slot + 1) - 1] = 1;
   }
   for (int p = 0; p < tree->n_parts; ++p) enclose_again(search, tree->part[p].levels - 1, tree->part[p].root);
   return KITH_OK;

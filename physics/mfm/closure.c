@@ -33,7 +33,7 @@ static double weight_of(const struct mfm_faces *f, size_t p) {
 /* Is the missing face of node i a free surface? It is if no neighbor lies in its direction within 53 degrees
  * (measured inside a gas: within 42). */
 static bool is_surface(const struct mfm_faces *f, kith_index i, const double *missing) {
-  const struct mfm_links *links = &f->links;
+  const struct kith_rows *links = &f->links;
   const double *x = f->nodes->position->f64, least2 = 0.36 * kith_dot(missing, missing);
   for (size_t e = links->first[i]; e < links->first[i + 1]; ++e) {
     double d[NDIM];
@@ -48,29 +48,26 @@ static bool is_surface(const struct mfm_faces *f, kith_index i, const double *mi
 static kith_status link_nodes(struct mfm_faces *f) {
   const struct kith_rows *rows = &f->graph.rows;
   const uint32_t *of_row = f->graph.pairs.of_row;
-  struct mfm_links *links = &f->links;
+  struct kith_rows *links = &f->links;
   KITH_TRY(kith_pairwise_prepare(&f->graph.pairs, &face_weight, &f->weight));
-  KITH_TRY(kith_reserve(&links->first, &links->first_capacity, (size_t)rows->n + 1, sizeof *links->first));
+  KITH_TRY(kith_rows_reserve(links, rows->n));
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) f->weight->value[p] = weight_of(f, p);
-  links->first[0] = 0;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < rows->n; ++i) {
     size_t n = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) n += f->weight->value[of_row[e]] > 0;
     links->first[i + 1] = n;
   }
-  for (kith_index i = 0; i < rows->n; ++i) links->first[i + 1] += links->first[i];
-  KITH_TRY(kith_reserve(&links->node, &links->node_capacity, links->first[rows->n], sizeof *links->node));
-  KITH_TRY(
-      kith_reserve(&links->weight, &links->weight_capacity, links->first[rows->n], sizeof *links->weight));
+  KITH_TRY(kith_rows_sum(links));
+  KITH_TRY(kith_reserve(&f->link_weight, &f->link_capacity, links->first[rows->n], sizeof *f->link_weight));
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < rows->n; ++i) {
     size_t at = links->first[i];
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       if (!(f->weight->value[of_row[e]] > 0)) continue;
       links->node[at] = rows->node[e];
-      links->weight[at++] = f->weight->value[of_row[e]];
+      f->link_weight[at++] = f->weight->value[of_row[e]];
     }
   }
   return KITH_OK;
@@ -89,7 +86,7 @@ static void equations(struct mfm_faces *f, double *restrict scale) {
       for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area->value[p * NDIM + a];
       whole += kith_norm(f->area->value + p * NDIM);
     }
-    for (size_t e = f->links.first[i]; e < f->links.first[i + 1]; ++e) weights += f->links.weight[e];
+    for (size_t e = f->links.first[i]; e < f->links.first[i + 1]; ++e) weights += f->link_weight[e];
     const bool surface = (f->barrier != NULL && f->barrier->u8[i]) ||
                          (!(kith_norm(sum) <= surface_share * whole) && is_surface(f, i, sum));
     f->diagonal[i] = surface || weights == 0 ? -1 : weights;
@@ -103,7 +100,7 @@ static void equations(struct mfm_faces *f, double *restrict scale) {
 /* z_i = sum_j a_ij (v_i - v_j). */
 static int laplacian(void *context, N_Vector v, N_Vector z) {
   struct mfm_faces *f = context;
-  const struct mfm_links *links = &f->links;
+  const struct kith_rows *links = &f->links;
   double *restrict shift = f->shift->f64, *restrict out = kith_vector_numbers(z, 0);
   if (f->graph.rows.n > 0)
     memcpy(shift, kith_vector_numbers(v, 0), (size_t)f->graph.rows.n * NDIM * sizeof *shift);
@@ -113,7 +110,7 @@ static int laplacian(void *context, N_Vector v, N_Vector z) {
     double sum[NDIM];
     for (int a = 0; a < NDIM; ++a) sum[a] = fabs(f->diagonal[i]) * shift[(size_t)i * NDIM + a];
     for (size_t e = links->first[i]; f->diagonal[i] > 0 && e < links->first[i + 1]; ++e)
-      for (int a = 0; a < NDIM; ++a) sum[a] -= links->weight[e] * shift[(size_t)links->node[e] * NDIM + a];
+      for (int a = 0; a < NDIM; ++a) sum[a] -= f->link_weight[e] * shift[(size_t)links->node[e] * NDIM + a];
     for (int a = 0; a < NDIM; ++a) out[(size_t)i * NDIM + a] = sum[a];
   }
   return 0;

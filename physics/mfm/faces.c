@@ -22,16 +22,17 @@ kith_status mfm_faces_init(struct mfm_faces *f) {
 }
 
 size_t mfm_faces_bytes(const struct mfm_faces *f) {
-  return (f->holders_capacity + f->links.first_capacity) * sizeof(size_t) +
-         (f->holder_capacity + f->links.node_capacity) * sizeof(kith_index) +
-         (f->value_capacity + f->links.weight_capacity + f->open_capacity + f->diagonal_capacity) *
-             sizeof(double);
+  const size_t numbers = f->value_capacity + f->link_capacity + f->open_capacity + f->diagonal_capacity;
+  return kith_rows_bytes(&f->holders) + kith_rows_bytes(&f->links) + numbers * sizeof(double);
 }
 
 void mfm_faces_clear(struct mfm_faces *f) {
-  void *const owned[] = {&f->holders,     &f->holder,     &f->value,        &f->open,
-                         &f->links.first, &f->links.node, &f->links.weight, &f->diagonal};
-  for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
+  kith_rows_clear(&f->holders);
+  kith_rows_clear(&f->links);
+  kith_free(&f->value);
+  kith_free(&f->link_weight);
+  kith_free(&f->open);
+  kith_free(&f->diagonal);
   *f = (struct mfm_faces){0};
 }
 
@@ -83,14 +84,10 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
       const double *mi = matrix + li * KITH_SYMMETRIC_SIZE, *mj = matrix + lj * KITH_SYMMETRIC_SIZE;
       const double along =
           (mi[0] > 0 ? 0 : central(f, inverse_i) * gi) + (mj[0] > 0 ? 0 : central(f, inverse_j) * gj);
-      double sum[NDIM];
+      double both[KITH_SYMMETRIC_SIZE], sum[NDIM];
+      for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) both[m] = wi * mi[m] + wj * mj[m];
       for (int a = 0; a < NDIM; ++a) sum[a] = along * d[a];
-      for (int a = 0, m = 0; a < NDIM; ++a)
-        for (int b = a; b < NDIM; ++b, ++m) {
-          const double both = wi * mi[m] + wj * mj[m];
-          sum[a] += both * d[b];
-          if (b != a) sum[b] += both * d[a];
-        }
+      kith_symmetric_add(both, d, sum);
       for (int a = 0; a < NDIM; ++a) area[k * NDIM + a] = sum[a];
     }
   }

@@ -81,22 +81,17 @@ struct mfm_faces {
 
   /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk
    * and its gradient */
-  size_t *holders;    /* [nodes + 1] */
-  kith_index *holder; /* [holders[nodes]] */
-  double *value;      /* [holders[nodes]][KITH_LANES] */
-  size_t holders_capacity, holder_capacity, value_capacity;
+  struct kith_rows holders;
+  double *value; /* [entries of holders][KITH_LANES] */
+  size_t value_capacity;
 
   /* closed */
   struct kith_pairwise *weight; /* a_ij */
-  struct mfm_links {
-    size_t *first;    /* [n + 1] rows of the nodes that have a weight */
-    kith_index *node; /* [first[n]] */
-    double *weight;   /* [first[n]] */
-    size_t first_capacity, node_capacity, weight_capacity;
-  } links;
-  double *open;     /* [n][NDIM] - sum A */
-  double *diagonal; /* [n] sum a, negative: stays open */
-  size_t open_capacity, diagonal_capacity;
+  struct kith_rows links;       /* the entries of the graph's rows that have a weight */
+  double *link_weight;          /* of each of them */
+  double *open;                 /* [n][NDIM] - sum A */
+  double *diagonal;             /* [n] sum a, negative: stays open */
+  size_t link_capacity, open_capacity, diagonal_capacity;
 };
 
 /* Registers fields. */

@@ -50,7 +50,7 @@ KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pas
       ++count;
     }
     f->quadrature->f64[k] = sqrt(kith_ball() * kith_pow_dim(h[k]) / f->neighbors) / sum;
-    f->holders[k + 1] = is_quadrature_node(f, rows, k) ? count : 0;
+    f->holders.first[k + 1] = is_quadrature_node(f, rows, k) ? count : 0;
   }
 }
 
@@ -62,8 +62,8 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
   const struct kith_rows *rows = &pass->connectivity->rows;
   const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
   for (kith_index k = begin; k < end; ++k) {
-    size_t at = f->holders[k];
-    if (f->holders[k + 1] == at) continue;
+    size_t at = f->holders.first[k];
+    if (f->holders.first[k + 1] == at) continue;
     const double *xk = x + (size_t)k * NDIM, scale = f->quadrature->f64[k];
     for (size_t e = rows->first[k] - 1; e + 1 <= rows->first[k + 1]; ++e) { /* k first, then its row */
       const bool self = e + 1 == rows->first[k];
@@ -74,7 +74,7 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
       kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
       const double c = scale * height(f, h[j]);
       double *value = f->value + at * KITH_LANES;
-      f->holder[at++] = j;
+      f->holders.node[at++] = j;
       memset(value, 0, KITH_LANES * sizeof *value);
       value[0] = c * w;
       for (int a = 0; a < NDIM; ++a) value[1 + a] = c * g * (xk[a] - xj[a]) / (h[j] * h[j]);
@@ -85,15 +85,10 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
 /* The position of i among the holders of k, or of the first above it; they ascend except the first, which is
  * k. In canonical order they do not: the position of i, or the end. */
 KITH_INLINE size_t position(const struct mfm_faces *f, bool canonical, kith_index k, kith_index i) {
-  size_t from = f->holders[k] + 1, to = f->holders[k + 1];
-  while (canonical && from < to && f->holder[from] != i) ++from;
-  while (!canonical && from < to) {
-    const size_t middle = (from + to) / 2;
-    if (f->holder[middle] < i)
-      from = middle + 1;
-    else
-      to = middle;
-  }
+  size_t from = f->holders.first[k] + 1;
+  const size_t to = f->holders.first[k + 1];
+  if (!canonical) return kith_lower_bound(f->holders.node, from, to, i);
+  while (from < to && f->holders.node[from] != i) ++from;
   return from;
 }
 
@@ -101,15 +96,15 @@ KITH_INLINE size_t position(const struct mfm_faces *f, bool canonical, kith_inde
  * all nodes. */
 KITH_INLINE void add_node(const struct mfm_faces *f, bool canonical, kith_index i, kith_index k,
                           kith_lanes *restrict sum) {
-  const size_t self = f->holders[k], end = f->holders[k + 1];
+  const size_t self = f->holders.first[k], end = f->holders.first[k + 1];
   const kith_lanes *restrict value = (const kith_lanes *)f->value;
   if (self == end) return; /* no node of the quadrature */
   const size_t found = k == i ? self : position(f, canonical, k, i);
-  if (found == end || f->holder[found] != i) return; /* the support of i does not hold k */
+  if (found == end || f->holders.node[found] != i) return; /* the support of i does not hold k */
   const kith_lanes mine = value[found];
   if (canonical || k > i) sum[k] += mine[0] * value[self] - value[self][0] * mine;
   for (size_t e = canonical ? self + 1 : k == i ? position(f, false, k, i) : found + 1; e < end; ++e)
-    sum[f->holder[e]] += mine[0] * value[e] - value[e][0] * mine;
+    sum[f->holders.node[e]] += mine[0] * value[e] - value[e][0] * mine;
 }
 
 /* Faces of the pairs that start at i. In canonical order all quadrature nodes of both supports are on this
@@ -182,20 +177,17 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
 static kith_status find_holders(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   const kith_index n = pass->connectivity->rows.n;
-  for (kith_index k = 0; k < n; ++k) f->holders[k + 1] += f->holders[k];
-  KITH_TRY(kith_reserve(&f->holder, &f->holder_capacity, f->holders[n], sizeof *f->holder));
-  KITH_TRY(kith_reserve(&f->value, &f->value_capacity, f->holders[n] * KITH_LANES, sizeof *f->value));
+  KITH_TRY(kith_rows_sum(&f->holders));
+  KITH_TRY(kith_reserve(&f->value, &f->value_capacity, f->holders.first[n] * KITH_LANES, sizeof *f->value));
   return kith_traverse(n, holders_chunk_of[f->kernel], pass, 1, 0, NULL, f->profile);
 }
 
 kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   struct pass pass = {f, connectivity};
   const kith_index n = connectivity->rows.n;
-  kith_status status = kith_reserve(&f->holders, &f->holders_capacity, (size_t)n + 1, sizeof *f->holders);
-  if (status == KITH_OK) {
-    f->holders[0] = 0;
+  kith_status status = kith_rows_reserve(&f->holders, n);
+  if (status == KITH_OK)
     status = kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile);
-  }
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
   status = find_holders(&pass);

@@ -101,16 +101,6 @@ KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *p
     density_sum[a] = kith_lanes_total(&of_density[a]), pressure_sum[a] = kith_lanes_total(&of_pressure[a]);
 }
 
-/* out = M v of a symmetric matrix. */
-KITH_INLINE void apply(const double *matrix, const double *v, double *out) {
-  for (int a = 0; a < NDIM; ++a) out[a] = 0;
-  for (int a = 0, m = 0; a < NDIM; ++a)
-    for (int b = a; b < NDIM; ++b, ++m) {
-      out[a] += matrix[m] * v[b];
-      if (b != a) out[b] += matrix[m] * v[a];
-    }
-}
-
 KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index begin,
                                  kith_index end, struct kith_scratch *s) {
   const struct mfm *mfm = pass->package->self;
@@ -121,8 +111,11 @@ KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients
     s->count[KITH_COUNT_EVALUATIONS] +=
         pass->connectivity->rows.first[i + 1] - pass->connectivity->rows.first[i];
     if (!mfm_invert(moment, inverse)) s->count[KITH_COUNT_FALLBACKS] += 1;
-    apply(inverse, density, mfm->density_slope->f64 + (size_t)i * NDIM);
-    apply(inverse, pressure, mfm->pressure_slope->f64 + (size_t)i * NDIM);
+    double *of_density = mfm->density_slope->f64 + (size_t)i * NDIM,
+           *of_pressure = mfm->pressure_slope->f64 + (size_t)i * NDIM;
+    for (int a = 0; a < NDIM; ++a) of_density[a] = of_pressure[a] = 0;
+    kith_symmetric_add(inverse, density, of_density);
+    kith_symmetric_add(inverse, pressure, of_pressure);
     const double volume = kith_ball() * kith_pow_dim(support[i]) / pass->package->neighbors;
     for (int m = 0; mfm->faces.matrix != NULL && m < KITH_SYMMETRIC_SIZE; ++m)
       mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m] = volume * inverse[m];

@@ -172,17 +172,14 @@ KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct k
     for (int a = 0; a < NDIM; ++a)
       for (int b = 0; b < NDIM; ++b) flux[a][b] += d[a] * wx[b];
   }
-  double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], full[NDIM][NDIM];
+  double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE];
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) m[k] = kith_lanes_total(&moment[k]);
   const bool regular = kith_invert_symmetric(m, 1e-6, inverse);
-  for (int a = 0, k = 0; a < NDIM; ++a)
-    for (int b = a; b < NDIM; ++b) full[a][b] = full[b][a] = inverse[k++];
-  for (int a = 0; a < NDIM; ++a)
-    for (int b = 0; b < NDIM; ++b) {
-      double sum = 0;
-      for (int c = 0; c < NDIM; ++c) sum += kith_lanes_total(&flux[a][c]) * full[c][b];
-      gradient[a * NDIM + b] = sum;
-    }
+  for (int a = 0; a < NDIM; ++a) {
+    double sum[NDIM];
+    for (int b = 0; b < NDIM; ++b) sum[b] = kith_lanes_total(&flux[a][b]), gradient[a * NDIM + b] = 0;
+    kith_symmetric_add(inverse, sum, gradient + a * NDIM);
+  }
   return regular;
 }
 

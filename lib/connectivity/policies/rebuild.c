@@ -82,8 +82,9 @@ kith_status kith_rebuilds_check(const struct kith_rebuilds *rebuilds, const stru
   *reason = rebuilds->snapshot_taken ? KITH_BECAUSE_none : KITH_BECAUSE_first_build;
   for (int k = 0; k < rebuilds->n && *reason == KITH_BECAUSE_none; ++k) {
     const struct kith_rebuild *policy = &rebuilds->policy[k];
-    if (kith_ranks_any(nodes->ranks, policy->ops->needs_rebuild(policy, &rebuilds->cover, nodes)))
-      *reason = policy->reason;
+    const bool due =
+        policy->ops->needs_rebuild != NULL && policy->ops->needs_rebuild(policy, &rebuilds->cover, nodes);
+    if (kith_ranks_any(nodes->ranks, policy->ops->every_step || due)) *reason = policy->reason;
   }
   if (*reason != KITH_BECAUSE_none || covers(rebuilds) || kith_rebuilds_covered(rebuilds, nodes))
     return KITH_OK;

@@ -43,7 +43,7 @@ struct kith_rebuild_ops {
   size_t settings_size;
   bool covers;     /* fires before the lists could miss a pair */
   bool every_step; /* fires whatever happened */
-  /* What this rank wants; the family joins the ranks. Never called before a snapshot. */
+  /* What this rank wants; the family joins the ranks. Never called before a snapshot. NULL: nothing. */
   bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_cover *cover,
                         const struct kith_nodes *nodes);
   /* Remembers in policy->self what the lists were made from, and forgets it. NULL: nothing to remember. */
