@@ -1,6 +1,5 @@
 /* kith.c - the program `kith`: carries out what makes many runs (validate, chart, stress), and starts the
  * program of the scene's dimension (kith-1d, kith-2d or kith-3d, which stand beside it) for the rest. */
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

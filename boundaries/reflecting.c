@@ -47,7 +47,7 @@ struct piston {
 };
 static const struct kith_param piston_params[] = {
     {"velocity", KITH_PARAM_NUMBER, NULL, "", "of the face, along its axis",
-     KITH_INTO(struct piston, velocity), .unit = "velocity"},
+     KITH_INTO(struct piston, velocity)},
     {0}};
 
 static double face_velocity(const void *settings) {

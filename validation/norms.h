@@ -4,8 +4,8 @@
  *
  * with V = mass / density of the node, over the nodes inside the window. For vectors d is the length of the
  * difference; `speed` takes only the component that the solution has (exact.h: along x, outwards, around).
- * A vortex is mostly quoted by the L1 of its speed, "mean |v - v_phi|": the noise across it does not count
- * there. Sums are taken in fixed blocks in node order, so they do not depend on the number of threads.
+ * A vortex is mostly quoted by the L1 of its speed, "mean |v - v_phi|". Sums are taken in fixed blocks in
+ * node order, so they do not depend on the number of threads.
  *
  * The energy of a Sedov blast has no L1 norm in 3-D (it diverges at the center): compare its pressure. */
 #ifndef KITH_VALIDATION_NORMS_H
@@ -58,9 +58,8 @@ struct kith_profile_view {
  *                                      peak: largest speed of a bin,
  *
  * by linear interpolation. Speed, not density: behind a blast a smeared density crosses half its peak far
- * outside, while speed falls slowly. A step smeared symmetrically is found where it is, a Sedov blast smeared
- * by a Gaussian outside: by 0.1 % of R for sigma = 0.015 R, 0.7 % for 0.045 R, 2.7 % for 0.1 R. Choose a
- * window that ends before other waves begin. */
+ * outside. A Sedov blast smeared by a Gaussian is found outside of its place: by 0.1 % of R for sigma = 0.015
+ * R, 0.7 % for 0.045 R, 2.7 % for 0.1 R. Choose a window that ends before other waves begin. */
 kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_ops *ops, const void *solution,
                                double time, const struct kith_window *window,
                                const struct kith_profile_view *nodes);

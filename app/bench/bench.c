@@ -4,12 +4,11 @@
  *
  * The case: Sedov with 10^6 nodes (100^3; --set resolution=N), every node each step, double, adaptive
  * supports (60 neighbors in 3-D), Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve
- * order. Every package: with its defaults on one thread and on all, with the other traversal on one; the
- * first one with other settings too. Ratios to the reference loops can be compared between machines.
+ * order. Every package: with its defaults on one thread and on all, with the other traversal on one. Ratios
+ * to the reference loops can be compared between machines.
  *
- * Bytes are counted by the stages that walk over lists (counter "bytes"): each array that a stage needs, from
- * memory once, read or written, ghosts included. They are the least that this data layout moves, and the
- * share of the triad says how far a stage is from its memory bound. */
+ * Bytes (counter "bytes") are the least that the data layout of a stage moves: each array it needs, once,
+ * ghosts included. The share of the triad says how far a stage is from its memory bound. */
 #include "app/cli/options.h"
 
 #include <math.h>
@@ -168,14 +167,14 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   return KITH_OK;
 }
 
-static kith_status run_case(const struct kith_options *options, const char *const setting[3], int threads,
+static kith_status run_case(const struct kith_options *options, const char *const setting[2], int threads,
                             bool reference, struct figures *out) {
-  const char *overrides[KITH_MAX_OVERRIDES + 3];
+  const char *overrides[KITH_MAX_OVERRIDES + 2];
   int n = 0;
   struct kith_scene *scene = NULL;
   struct kith_profile *profile = NULL;
   struct kith_simulation *m = NULL;
-  for (int k = 0; k < 3 && setting[k] != NULL; ++k) overrides[n++] = setting[k];
+  for (int k = 0; k < 2 && setting[k] != NULL; ++k) overrides[n++] = setting[k];
   for (int k = 0; k < options->n_overrides; ++k) overrides[n++] = options->overrides[k];
   omp_set_num_threads(threads);
   kith_status status = kith_scene_parse(&scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
@@ -190,16 +189,14 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   return status;
 }
 
-/* A case: two settings beside the package, or NULL. Without a `base` it times its own reference loops. */
-static kith_status bench_case(const struct kith_options *options, const char *const setting[3], int threads,
+/* A case: the package, and a setting or NULL. Without a `base` it times its own reference loops. */
+static kith_status bench_case(const struct kith_options *options, const char *const setting[2], int threads,
                               const struct figures *base, struct figures *f) {
   char what[64];
   KITH_TRY(run_case(options, setting, threads, base == NULL, f));
   if (base == NULL) base = f;
   snprintf(what, sizeof what, "%s%s %s", strchr(setting[0], '=') + 1, setting[1] != NULL ? "," : "",
-           setting[1] == NULL   ? ""
-           : setting[2] == NULL ? setting[1]
-                                : setting[2]);
+           setting[1] != NULL ? setting[1] : "");
   printf("  %-40s %7d %11.3g %10.0f %10.2f %9.0f %13.1e\n", what, threads, f->updates, 1e9 / f->updates,
          1e9 / f->updates / (base->plain_density + base->plain_force), f->rebuilds, f->energy_drift);
   fflush(stdout);
@@ -263,22 +260,15 @@ static void print_stages(const char *package, const struct figures *one, const s
       one->candidates, rows / one->candidates, one->entries, one->entries / one->candidates, one->pairs);
 }
 
-static kith_status bench_package(const struct kith_options *options, const char *package, bool first, int all,
+static kith_status bench_package(const struct kith_options *options, const char *package, int all,
                                  double triad) {
-  static const char lists[] = "connectivity.rebuild=displacement";
-  static const char *const other[][2] = {{"method.energy=thermal"},
-                                         {lists, "connectivity.skin=0.05"},
-                                         {lists, "connectivity.skin=0.1"},
-                                         {lists, "connectivity.skin=0.2"}};
   struct figures one, many, f;
   char setting[64];
   snprintf(setting, sizeof setting, "method.package=%s", package);
-  KITH_TRY(bench_case(options, (const char *[3]){setting}, 1, NULL, &one));
-  if (all > 1) KITH_TRY(bench_case(options, (const char *[3]){setting}, all, NULL, &many));
+  KITH_TRY(bench_case(options, (const char *[2]){setting}, 1, NULL, &one));
+  if (all > 1) KITH_TRY(bench_case(options, (const char *[2]){setting}, all, NULL, &many));
   const char *traversal = one.traversal == KITH_TRAVERSE_PAIRS ? "traversal=gather" : "traversal=pairs";
-  KITH_TRY(bench_case(options, (const char *[3]){setting, traversal}, 1, &one, &f));
-  for (size_t k = 0; first && k < sizeof other / sizeof *other; ++k)
-    KITH_TRY(bench_case(options, (const char *[3]){setting, other[k][0], other[k][1]}, 1, &one, &f));
+  KITH_TRY(bench_case(options, (const char *[2]){setting, traversal}, 1, &one, &f));
   print_stages(package, &one, all > 1 ? &many : NULL, triad, all);
   return KITH_OK;
 }
@@ -294,7 +284,7 @@ static kith_status bench(const struct kith_options *options, int all) {
   printf("  %-40s %7s %11s %10s %10s %9s %13s\n", "case", "threads", "updates/s", "ns/update", "over plain",
          "rebuilds", "energy drift");
   for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p)
-    KITH_TRY(bench_package(options, (*p)->name, p == kith_package_all(), all, 1e-9 * one));
+    KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one));
   return KITH_OK;
 }
 

@@ -19,13 +19,11 @@
  * another region; density <= 0, pressure < 0, energy < 0 or values that are not finite, with the place; a
  * scene beyond 1e9 nodes.
  *
- * Regions in equilibrium: a package computes the density by its own sum, and with that the pressure would not
- * be the one that the scene gives. Their energy is set after the first evaluation, and then the deposits are
- * added (kith_initial_conditions_equilibrium).
+ * Regions in equilibrium: with the density that a package sums the pressure would not be the one that the
+ * scene gives. Their energy is set after the first evaluation, and then the deposits are added.
  *
  * Of several ranks each creates all nodes, and then keeps its own (kith_simulation_distribute): no message,
- * the same ids, but the memory of all nodes on every rank at the start. Nodes are created region by region
- * within their list, id = index: 0 .. n - 1. Serial, a few 1e6 nodes per second. */
+ * the same ids, but the memory of all nodes on every rank at the start. id = index: 0 .. n - 1. */
 #ifndef KITH_APP_INITIAL_INITIAL_CONDITIONS_H
 #define KITH_APP_INITIAL_INITIAL_CONDITIONS_H
 

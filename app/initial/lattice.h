@@ -7,10 +7,8 @@
  *          3-D: a, 3^(1/2) a, (8/3)^(1/2) a, a = 2^(1/6) s, rows along x, layers along z
  *
  * An axis has extent / side cells, rounded, at least 1; cells are stretched to fit. So every lattice
- * continues exactly across periodic faces, and no site is on a face.
- *
- * Along each axis the layers of sites lie symmetric about the middle of the box. Only cubic continues exactly
- * through a reflecting face: the images of the others keep the distance of layers, but are off sideways. */
+ * continues exactly across periodic faces, and no site is on a face. Layers lie symmetric about the middle of
+ * the box: the images of all but cubic in a reflecting face are off sideways. */
 #ifndef KITH_APP_INITIAL_LATTICE_H
 #define KITH_APP_INITIAL_LATTICE_H
 

@@ -8,13 +8,13 @@
 
 enum { MOST_NODES = 20000, CURVE = 2000, PANELS = 4, COLUMNS = 1 + PANELS };
 
-/* The range of places, and of each panel's values for the nodes and the curve. */
+/* The range of places, and of each panel's values of nodes. */
 struct range {
   double lower, upper;
 };
 struct frame {
   const double *center; /* NULL: planar */
-  struct range place, nodes[PANELS], curve[PANELS];
+  struct range place, nodes[PANELS];
 };
 
 static void include(struct range *r, double value) {
@@ -64,7 +64,7 @@ static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, c
 }
 
 /* On a ray to a corner: in a periodic box the images of the center are farthest there. */
-static kith_status write_curve(const struct kith_plot *p, struct frame *frame, const char *directory) {
+static kith_status write_curve(const struct kith_plot *p, const struct frame *frame, const char *directory) {
   const double *center = frame->center, lower = center != NULL ? 0 : frame->place.lower;
   struct kith_atomic_file *file;
   KITH_TRY(open_data(&file, frame, directory, "exact.dat"));
@@ -80,7 +80,6 @@ static kith_status write_curve(const struct kith_plot *p, struct frame *frame, c
     const double row[COLUMNS] = {place, state.density, kith_exact_speed(p->exact, center, x, state.velocity),
                                  state.pressure, state.energy};
     put_row(file->stream, row);
-    for (int j = 0; j < PANELS; ++j) include(&frame->curve[j], row[1 + j]);
   }
   return kith_atomic_file_commit(&file, false);
 }
@@ -88,7 +87,7 @@ static kith_status write_curve(const struct kith_plot *p, struct frame *frame, c
 static struct frame frame_of(const struct kith_plot *p) {
   struct frame frame = {.place = {INFINITY, -INFINITY}};
   if (p->exact != NULL) frame.center = kith_exact_center(p->exact, p->solution);
-  for (int j = 0; j < PANELS; ++j) frame.nodes[j] = frame.curve[j] = frame.place;
+  for (int j = 0; j < PANELS; ++j) frame.nodes[j] = frame.place;
   for (kith_index i = 0; i < p->nodes.n; ++i) include(&frame.place, place_of(p, frame.center, i));
   if (!(frame.place.lower < frame.place.upper)) { /* no node, or all at one place */
     const double middle = isfinite(frame.place.lower) ? frame.place.lower : 0;
@@ -102,19 +101,14 @@ static struct frame frame_of(const struct kith_plot *p) {
   return frame;
 }
 
-/* All nodes are shown, and the curve as far as it goes beyond them by no more than half their span (a decade
- * on a logarithmic axis): the energy in the center of a blast has no bound. */
-static struct range shown_range(struct range n, struct range c, bool logarithmic) {
-  if (n.lower > n.upper) n = c.lower > c.upper ? (struct range){0, 1} : c;
-  const double room = 0.5 * (n.upper - n.lower);
-  if (logarithmic)
-    return (struct range){0.5 * n.lower, 2 * KITH_MAX(n.upper, KITH_MIN(c.upper, 10 * n.upper))};
-  n.upper = KITH_MAX(n.upper, KITH_MIN(c.upper, n.upper + room));
-  n.lower = KITH_MIN(n.lower, KITH_MAX(c.lower, n.lower - room));
-  const double size = KITH_MAX(fabs(n.lower), fabs(n.upper));
-  double margin = 0.07 * (n.upper - n.lower);
-  if (margin <= 1e-10 * size) margin = KITH_MAX(0.1 * size, 0.1);
-  return (struct range){n.lower - margin, n.upper + margin};
+/* Between these bounds gnuplot shows all: the nodes, and the curve as far as it goes beyond them by no more
+ * than half their span (a decade on a logarithmic axis): the energy in the center of a blast has no bound. */
+static struct range widest(struct range n, bool logarithmic) {
+  if (n.lower > n.upper) n = (struct range){0, 1};
+  if (logarithmic) return (struct range){0.1 * n.lower, 10 * n.upper};
+  const double size = KITH_MAX(fabs(n.lower), fabs(n.upper)), span = n.upper - n.lower;
+  const double room = span > 1e-10 * size ? 0.5 * span : KITH_MAX(0.1 * size, 0.1);
+  return (struct range){n.lower - room, n.upper + room};
 }
 
 static void draw_panel(struct kith_figure *g, const struct kith_plot *p, const struct frame *frame, int j) {
@@ -127,17 +121,18 @@ static void draw_panel(struct kith_figure *g, const struct kith_plot *p, const s
   const int geometry = p->exact != NULL && p->exact->vortex ? 2 : frame->center != NULL;
   const bool logarithmic =
       j == PANELS - 1 && frame->nodes[j].lower > 0 && frame->nodes[j].upper > 1e4 * frame->nodes[j].lower;
-  const struct range y = shown_range(frame->nodes[j], frame->curve[j], logarithmic);
+  const bool any = frame->nodes[j].lower <= frame->nodes[j].upper; /* gnuplot stops at nothing to draw */
+  const struct range y = widest(frame->nodes[j], logarithmic);
   char title[40] = "";
   if (l != NULL) snprintf(title, sizeof title, "L1 error %.3g", l1[j]);
   kith_figure_panel(g, title, places[geometry], j == 1 ? speeds[geometry] : names[j], false);
   fprintf(
       g->file->stream,
-      "%sset logscale y\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
+      "%sset logscale y\nset xrange [%.9g:%.9g]\nset yrange [%.9g%s:%s%.9g]\n"
       "plot NaN notitle, 'profile.dat' using 1:%d with points pt 7 ps %s lc rgb '#0072b2' title 'nodes', \\\n"
       "  'exact.dat' using 1:%d with lines lw 1.5 lc rgb '#d55e00' title 'exact'\n",
-      logarithmic ? "" : "un", frame->place.lower, frame->place.upper, y.lower, y.upper, j + 2,
-      p->nodes.n > 4000 ? "0.2" : "0.5", j + 2);
+      logarithmic ? "" : "un", frame->place.lower, frame->place.upper, y.lower, any ? "<*" : "",
+      any ? "*<" : "", y.upper, j + 2, p->nodes.n > 4000 ? "0.2" : "0.5", j + 2);
 }
 
 kith_status kith_plot_write(const struct kith_plot *plot, const char *directory) {

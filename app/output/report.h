@@ -10,8 +10,7 @@
  *   ranks_detail.<name>[.{min,mean,max}] what each of several ranks did and exchanged
  * A number that is not finite is null.
  *
- * A stage in which ranks exchange data (refresh, ghosts, control, ...) includes the time a rank waits for
- * others: what a rank has more than the minimum over the ranks is waiting. */
+ * A stage in which ranks exchange data includes waiting: what a rank has more than the least of the ranks. */
 #ifndef KITH_APP_OUTPUT_REPORT_H
 #define KITH_APP_OUTPUT_REPORT_H
 

@@ -1,5 +1,4 @@
 /* Checkpoints: the fields of the nodes, and beside them the arrays of numbers below. */
-#include <string.h>
 #include "app/output/output.h"
 #include "lib/io/checkpoint.h"
 

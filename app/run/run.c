@@ -22,7 +22,7 @@
 
 /* A row now and then. */
 struct progress {
-  bool shown, begun;
+  bool shown;
   double from, started, drawn; /* time and clock at the first step; clock when it was drawn */
 };
 
@@ -209,10 +209,6 @@ static void show_progress(struct run *run, bool last) {
   const double done = run->until > p->from ? (it->time - p->from) / (run->until - p->from) : 1;
   char left[32];
   kith_text_seconds(left, done > 0 ? (now - p->started) * (1 - done) / done : 0);
-  if (!p->begun)
-    fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
-            "ghosts", "done", "ETA");
-  p->begun = true;
   fprintf(stderr, "%8llu  %-12.6g %-11.4g %-14s %12lld %10d %5.1f%%  %s\n", (unsigned long long)it->step,
           it->time, it->dt, kith_limit_name(it->limiter), (long long)it->limiting_node, it->nodes->n_ghost,
           100 * done, left);
@@ -271,6 +267,9 @@ static kith_status steps(struct run *run) {
   run->progress = (struct progress){
       .shown = !run->options->quiet && speaks(run), .from = it->time, .started = kith_seconds()};
   run->before_steps = kith_ranks_traffic(run->ranks);
+  if (run->progress.shown)
+    fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
+            "ghosts", "done", "ETA");
   for (bool end = finished(run); !end;) {
     KITH_TRY(kith_integrator_step(it, step_end(run)));
     KITH_TRY(after_step(run));

@@ -1,7 +1,6 @@
 /* Parameters of a scene: maps of the YAML tree, read by tables. */
 #include "app/scene/params.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "app/scene/expression.h"
@@ -259,18 +258,16 @@ static bool list_owners(const struct kith_param *param, kith_family *family, int
   return first == member;
 }
 
-/* "required; what it means (unit; of a, b); in (0, 1]" */
+/* "required; what it means (a, b); in (0, 1]" */
 static void print_comment(const struct kith_param *param, const char *owners, int written, FILE *file) {
   char members[ROOM] = "", choices[ROOM];
-  const char *unit = param->unit != NULL ? param->unit : "";
   if (param->family != NULL) kith_family_choices(param->family, members, sizeof members);
   const char *allowed = param->family != NULL ? members : param->allowed;
   const bool range = allowed[0] == '(' || allowed[0] == '[';
   kith_choices_format(allowed, choices, sizeof choices);
   fprintf(file, "%*s# %s%s", KITH_MAX(1, 36 - written), "", param->fallback == NULL ? "required; " : "",
           param->doc);
-  if (unit[0] != '\0' || owners[0] != '\0')
-    fprintf(file, " (%s%s%s)", unit, unit[0] != '\0' && owners[0] != '\0' ? "; " : "", owners);
+  if (owners[0] != '\0') fprintf(file, " (%s)", owners);
   fprintf(file, "%s%s\n", allowed[0] == '\0' ? "" : range ? "; in " : "; one of ", choices);
 }
 

@@ -1,5 +1,4 @@
 /* The exact solution of a scene: its settings, derived from the scene unless they are given. */
-#include <string.h>
 #include "app/scene/scene_parts.h"
 
 static const struct kith_param window_params[] = {

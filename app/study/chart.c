@@ -5,8 +5,7 @@
  * reason. DIR: -o, or out/chart/NAME.
  *
  *   DIR/chart.md    for each norm a table: observed orders, the cost at a given error, who is on the Pareto
- *                   front (nothing is both cheaper and more accurate), which points of other codes lie above
- *                   that front; and the runs that failed. Also on stdout.
+ *                   front, which points of other codes lie above it; the runs that failed. Also on stdout
  *   DIR/chart.png   errors against CPU-seconds, against pair evaluations (the same on any machine) and
  *                   against resolution, by gnuplot from DIR/chart.gp
  *   DIR/points.csv  all points

@@ -11,7 +11,6 @@
  * Exit code: 0; 3 if a method does not even pass the first value of a sweep; 1 if the results cannot be
  * written; 2 for an unknown sweep, or settings that no run takes. */
 #include <math.h>
-#include <string.h>
 #include "app/study/study.h"
 
 /* The measure of job k as it is judged; NaN: the run failed. */

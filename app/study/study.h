@@ -4,8 +4,7 @@
  * A measure is what is read from the report of a run:
  *
  *   norms.density.l1         the number at a dotted key of report.json
- *   A / B                    the ratio of two keys
- *   A / B - 1                |A / B - 1|, the relative difference
+ *   A / B, or A / B - 1      the ratio of two keys, or its distance from 1
  *   shock                    short for norms.shock_radius / norms.shock_exact - 1
  *
  * A suite for `kith chart` is a YAML file:
@@ -36,10 +35,9 @@
  *
  * The order in which settings apply: settings, --set of the command line, method, value.
  *
- * DIR/points.csv has one line for each job. A run gets the directory DIR/runs/NAME once it has finished,
- * without its snapshots, NAME.log what it printed, and, if it failed, NAME.failed the reason; NAME ends with
- * a hash of the scene's text, of the settings and of the program's version. A job that is there is read, not
- * run again, so a study that was interrupted goes on, and it may grow. */
+ * DIR/points.csv has a line for each job, DIR/runs/NAME what it left but for its snapshots, NAME.log what it
+ * printed, NAME.failed why it failed; NAME ends with a hash of scene, settings and version. A job that is
+ * there is read, not run again: a study that was interrupted goes on. */
 #ifndef KITH_APP_STUDY_STUDY_H
 #define KITH_APP_STUDY_STUDY_H
 
@@ -118,18 +116,14 @@ struct kith_study {
   struct kith_csv_log table; /* points.csv */
 };
 
-/* Both read `suite`, by `programs` and the overrides of `options`; what they have read is to be cleared, also
- * after a failure. BAD_INPUT with one line for whatever is wrong in the file itself; what scenes say of their
- * settings, kith_job_check tells.
- * A suite, by path or by name: NAME.yaml of inputs/suites. */
+/* Both read `suite`, to be cleared also after a failure. BAD_INPUT for what is wrong in the file itself (of
+ * their settings scenes tell: kith_job_check). A suite, by path, or by name: NAME.yaml of inputs/suites. */
 kith_status kith_suite_read(struct kith_study *study, const char *subject);
 /* The sweeps of a file, or the one called `only`. */
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);
-/* Prints the suites there are. */
 kith_status kith_suite_list(struct kith_study *study);
 /* Is it a path to a YAML file rather than a name? */
 bool kith_suite_is_path(const char *name);
-/* Frees the suites. */
 void kith_study_clear(struct kith_study *study);
 
 /* What differs. */
@@ -143,7 +137,7 @@ struct kith_study_verb {
   enum kith_exit (*verdict)(const struct kith_study *study);
 };
 
-/* Exit code: that of `verdict`, 1 if the results cannot be written, 2 if what is read is wrong. */
+/* Exit code: that of `verdict`, or 1 (results cannot be written), or 2 (what is read is wrong). */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
 /* Which values pass with method m: "none", "to 0.6", "all (1000)"; of names, or with gaps, "6 of 8". */

@@ -25,10 +25,9 @@
  *         - {name: noh, dimension: 1, scene: noh, settings: "resolution=50"}
  *
  * What the group says holds for its rows where they say nothing; its settings come before theirs. Every row
- * is run as it is, on one process with one thread; then once for each value of the longest factor, where run
- * k of row i takes value (i + k) mod n of every other factor with n values: with enough rows two values of
- * any two factors meet, if these n have no common divisor. These runs are called ROW.VALUE.VALUE..., and
- * compared with the row. */
+ * is run as it is, on one process with one thread, and compared with its runs ROW.VALUE.VALUE..., one for
+ * each value of the longest factor: run k of row i takes value (i + k) mod n of every other factor with n
+ * values. So with enough rows two values of any two factors meet, if these n have no common divisor. */
 #ifndef KITH_APP_STUDY_VALIDATE_ROWS_H
 #define KITH_APP_STUDY_VALIDATE_ROWS_H
 

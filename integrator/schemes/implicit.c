@@ -11,8 +11,7 @@
 #include "integrator/schemes/stages.h"
 
 enum { MOST_NEWTON = 20, KRYLOV = 15, RESTARTS = 5, KINSOL_VECTORS = 8 };
-static const double residual_part =
-    1e-3; /* of the tolerances: the error of the solver hides behind that of the step */
+static const double residual_part = 1e-3; /* of the tolerances: it hides behind the error of the step */
 
 struct implicit_settings {
   bool backward_euler;
@@ -125,9 +124,8 @@ static size_t bytes(const struct kith_integrator *it) {
 const struct kith_scheme_ops kith_scheme_implicit = {
     .name = "implicit",
     .doc =
-        "Crank-Nicolson or backward Euler (scheme.method) by KINSOL of SUNDIALS, "
-        "Newton and GMRES without a matrix: for smooth slow flows; "
-        "Courant numbers above 1; thermal energy only",
+        "Crank-Nicolson or backward Euler (scheme.method) by KINSOL of SUNDIALS, Newton and GMRES without a "
+        "matrix: for smooth slow flows; Courant numbers above 1; thermal energy only",
     KITH_SETTINGS(params, implicit_settings),
     .evaluations = 12,
     .incompatible =

@@ -2,31 +2,36 @@
 #include "integrator/schemes/stages.h"
 
 #include <math.h>
+#include <string.h>
 #include "integrator/lifecycle.h"
 
 enum { MOST_HALVINGS = 10 };
 
-/* The fields that a step may be repeated from, beside velocity and energy, which every scheme keeps. */
-enum { POSITION, SUPPORT, DIVERGENCE, ACCELERATION, ENERGY_RATE };
-static struct kith_field *present(const struct kith_integrator *it, int which) {
-  struct kith_field *const field[KITH_START_FIELDS] = {it->nodes->position, it->nodes->support,
-                                                       it->package->velocity_divergence,
-                                                       it->hydro->acceleration, it->hydro->energy_rate};
-  return field[which];
-}
+/* What a step may be repeated from: the state, its rates, and the growth of supports they begin with. */
+enum { POSITION, SUPPORT, VELOCITY, ENERGY, ACCELERATION, ENERGY_RATE, DIVERGENCE };
 
 kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   static const char *const names[] = {"stage_built_radius", "stage_built_support", "stage_built_x",
                                       "stage_built_y", "stage_built_z"};
   static const struct kith_field_spec start[KITH_START_FIELDS] = {
-      {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the start"},
-      {"support_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "support at the start"},
-      {"expansion_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "div v at the start"},
-      {"acceleration_base", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dv/dt at the start"},
-      {"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "du/dt at the start"}};
+      [POSITION] = {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the start"},
+      [SUPPORT] = {"support_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "support at the start"},
+      [ACCELERATION] = {"acceleration_base", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dv/dt at the start"},
+      [ENERGY_RATE] = {"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "du/dt at the start"},
+      [DIVERGENCE] = {"expansion_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "div v at the start"}};
+  struct kith_field *const present[KITH_START_FIELDS] = {it->nodes->position,
+                                                         it->nodes->support,
+                                                         it->hydro->velocity,
+                                                         it->hydro->energy,
+                                                         it->hydro->acceleration,
+                                                         it->hydro->energy_rate,
+                                                         it->package->velocity_divergence};
   KITH_TRY(kith_resize(&it->self, 0, 1, size));
   struct kith_stages *s = it->self;
-  for (int k = 0; k < KITH_START_FIELDS; ++k) KITH_TRY(kith_nodes_field(it->nodes, &start[k], &s->start[k]));
+  memcpy(s->present, present, sizeof present);
+  s->start[VELOCITY] = it->kick.velocity_base, s->start[ENERGY] = it->energy_base; /* of every scheme */
+  for (int k = 0; k < KITH_START_FIELDS; ++k)
+    if (s->start[k] == NULL) KITH_TRY(kith_nodes_field(it->nodes, &start[k], &s->start[k]));
   return kith_built_fields(&s->built, it->nodes, names, KITH_WORK);
 }
 
@@ -74,9 +79,7 @@ static kith_status fit(struct kith_integrator *it, const struct kith_solver *sol
 kith_status kith_stages_begin(struct kith_integrator *it, const struct kith_solver *solver) {
   struct kith_stages *s = it->self;
   KITH_TRY(fit(it, solver));
-  for (int k = 0; k < KITH_START_FIELDS; ++k) kith_field_copy(it->nodes, s->start[k], present(it, k));
-  kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
-  kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
+  for (int k = 0; k < KITH_START_FIELDS; ++k) kith_field_copy(it->nodes, s->start[k], s->present[k]);
   kith_built_copy(it->nodes, &s->built, &it->built);
   it->kick.time = 0;
   s->lifecycles = it->ledger.lifecycles;
@@ -104,14 +107,10 @@ kith_status kith_stages_again(struct kith_integrator *it) {
 
 static kith_status restore(struct kith_integrator *it) {
   struct kith_stages *s = it->self;
-  kith_field_copy(it->nodes, it->nodes->position, s->start[POSITION]);
-  kith_field_copy(it->nodes, it->hydro->velocity, it->kick.velocity_base);
-  kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
-  kith_field_copy(it->nodes, it->nodes->support, s->start[SUPPORT]);
+  for (int k = 0; k < ACCELERATION; ++k) kith_field_copy(it->nodes, s->present[k], s->start[k]);
   it->nodes->positions += 1;
   KITH_TRY(kith_stages_again(it));
-  kith_field_copy(it->nodes, it->hydro->acceleration, s->start[ACCELERATION]);
-  kith_field_copy(it->nodes, it->hydro->energy_rate, s->start[ENERGY_RATE]);
+  for (int k = ACCELERATION; k < DIVERGENCE; ++k) kith_field_copy(it->nodes, s->present[k], s->start[k]);
   return KITH_OK;
 }
 

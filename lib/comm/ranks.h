@@ -23,17 +23,13 @@ int kith_ranks_launched(void);
 /* Starts MPI, once per process. *out is NULL if there is only one process. UNSUPPORTED if MPI knows of fewer
  * processes than were started. */
 kith_status kith_ranks_create(struct kith_ranks **out);
-/* Ends MPI when all ranks have called it. Accepts a pointer to NULL. */
 void kith_ranks_destroy(struct kith_ranks **ranks);
-/* Ends all ranks immediately. */
 __attribute__((noreturn)) void kith_ranks_abort(struct kith_ranks *ranks, int code);
 
 int kith_ranks_rank(const struct kith_ranks *ranks); /* 0 .. size - 1; 0 if NULL */
 int kith_ranks_size(const struct kith_ranks *ranks); /* 1 if NULL */
-/* Ranks on this machine, which share its cores. */
 int kith_ranks_on_this_machine(const struct kith_ranks *ranks);
-/* The communicator as the handle that MPI_Comm_f2c takes, for libraries that communicate by themselves; 0 if
- * NULL. */
+/* For libraries that communicate by themselves: what MPI_Comm_f2c takes; 0 if NULL. */
 int kith_ranks_communicator(const struct kith_ranks *ranks);
 
 /* The status of all ranks: see above. */
@@ -58,8 +54,7 @@ void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t 
 kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
                               size_t *part);
 
-/* `bytes` at `data` of rank `from`, at most INT_MAX, are copied to `data` of rank 0. Called by these two
- * ranks only; nothing to do if `from` is 0. */
+/* `bytes` at `data` of rank `from`, at most INT_MAX, to `data` of rank 0. Called by these two only. */
 void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, size_t bytes);
 
 /* Messages between pairs of ranks, started together and completed together. Both sides know the sizes, which

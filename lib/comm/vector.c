@@ -10,27 +10,19 @@ struct content {
   double *own[KITH_VECTOR_MAX_PARTS]; /* NULL: the caller's */
 };
 
-static struct content *content_of(N_Vector v) {
-  return v->content;
+static struct kith_vectors *set_of(N_Vector v) {
+  return ((const struct content *)v->content)->set;
 }
 
 double *kith_vector_numbers(N_Vector v, int part) {
-  const struct content *c = content_of(v);
+  const struct content *c = v->content;
   return c->own[part] != NULL ? c->own[part] : *c->set->part[part].numbers;
-}
-
-static int parts(N_Vector v) {
-  return content_of(v)->set->parts;
-}
-
-static int64_t length(N_Vector v, int part) {
-  return content_of(v)->set->part[part].length;
 }
 
 /* ---- life ---- */
 
 static void destroy(N_Vector v) {
-  struct content *c = content_of(v);
+  struct content *c = v->content;
   if (c->own[0] != NULL) c->set->bytes -= (size_t)c->set->own * sizeof(double);
   for (int part = 0; part < c->set->parts; ++part) kith_free(&c->own[part]);
   kith_free(&v->content);
@@ -45,18 +37,18 @@ static N_Vector make(struct kith_vectors *set) {
     N_VFreeEmpty(v);
     return NULL;
   }
-  content_of(v)->set = set;
+  ((struct content *)v->content)->set = set;
   return v;
 }
 
 static N_Vector clone(N_Vector of) {
-  N_Vector v = make(content_of(of)->set);
+  N_Vector v = make(set_of(of));
   if (v == NULL) return NULL;
-  struct content *c = content_of(v);
+  struct content *c = v->content;
   kith_status status = N_VCopyOps(of, v) == 0 ? KITH_OK : KITH_NO_MEMORY;
   /* One number more: an empty set has vectors too. */
-  for (int part = 0; status == KITH_OK && part < parts(v); ++part)
-    status = kith_resize(&c->own[part], 0, (size_t)length(v, part) + 1, sizeof(double));
+  for (int part = 0; status == KITH_OK && part < c->set->parts; ++part)
+    status = kith_resize(&c->own[part], 0, (size_t)c->set->part[part].length + 1, sizeof(double));
   if (c->own[0] != NULL) c->set->bytes += (size_t)c->set->own * sizeof(double);
   if (status == KITH_OK) return v;
   destroy(v);
@@ -69,7 +61,7 @@ static N_Vector_ID identity(N_Vector v) {
 }
 
 static sunindextype count(N_Vector v) {
-  return content_of(v)->set->length;
+  return set_of(v)->length;
 }
 
 /* ---- element by element ---- */
@@ -78,9 +70,9 @@ static sunindextype count(N_Vector v) {
  * same vector. */
 #define ELEMENTS(name, parameters, declare, expression)                                                    \
   static void name parameters {                                                                            \
-    for (int part = 0; part < parts(zv); ++part) {                                                         \
+    for (int part = 0; part < set_of(zv)->parts; ++part) {                                                 \
       double *z = kith_vector_numbers(zv, part);                                                           \
-      const int64_t n = length(zv, part);                                                                  \
+      const int64_t n = set_of(zv)->part[part].length;                                                     \
       declare;                                                                                             \
       _Pragma("omp parallel for simd schedule(static)") for (int64_t k = 0; k < n; ++k) z[k] = expression; \
     }                                                                                                      \
@@ -100,9 +92,9 @@ ELEMENTS(shifted, (N_Vector xv, double b, N_Vector zv), X_ONLY, x[k] + b)
 /* z = sum of c_j x_j, in the order of j; z may be x_0. */
 static int combination(int n_vectors, double *c, N_Vector *xv, N_Vector zv) {
   enum { RUN = 512 };
-  for (int part = 0; part < parts(zv); ++part) {
+  for (int part = 0; part < set_of(zv)->parts; ++part) {
     double *z = kith_vector_numbers(zv, part);
-    const int64_t n = length(zv, part), runs = (n + RUN - 1) / RUN;
+    const int64_t n = set_of(zv)->part[part].length, runs = (n + RUN - 1) / RUN;
 #pragma omp parallel for schedule(static)
     for (int64_t r = 0; r < runs; ++r) {
       const int64_t begin = r * RUN;
@@ -140,9 +132,10 @@ static void sum_part(enum sum what, const double *x, const double *y, int64_t n,
 
 static double sum(enum sum what, N_Vector xv, N_Vector yv) {
   struct kith_sum total = {0};
-  for (int part = 0; part < parts(xv); ++part)
-    sum_part(what, kith_vector_numbers(xv, part), kith_vector_numbers(yv, part), length(xv, part), &total);
-  kith_sum_ranks(content_of(xv)->set->ranks, &total, 1);
+  for (int part = 0; part < set_of(xv)->parts; ++part)
+    sum_part(what, kith_vector_numbers(xv, part), kith_vector_numbers(yv, part),
+             set_of(xv)->part[part].length, &total);
+  kith_sum_ranks(set_of(xv)->ranks, &total, 1);
   return kith_sum_value(&total);
 }
 
@@ -156,18 +149,18 @@ static double weighted_norm(N_Vector x, N_Vector w) {
   return sqrt(sum(SQUARES, x, w));
 }
 static double mean_norm(N_Vector x, N_Vector w) {
-  return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(content_of(x)->set->length, 1));
+  return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(set_of(x)->length, 1));
 }
 
 /* The largest |x|, or the largest -x, at least `most`. */
 static double extreme(N_Vector xv, bool negative, double most) {
-  for (int part = 0; part < parts(xv); ++part) {
+  for (int part = 0; part < set_of(xv)->parts; ++part) {
     const double *x = kith_vector_numbers(xv, part);
-    const int64_t n = length(xv, part);
+    const int64_t n = set_of(xv)->part[part].length;
 #pragma omp parallel for simd schedule(static) reduction(max : most)
     for (int64_t k = 0; k < n; ++k) most = KITH_MAX(most, negative ? -x[k] : fabs(x[k]));
   }
-  kith_ranks_max(content_of(xv)->set->ranks, &most, 1);
+  kith_ranks_max(set_of(xv)->ranks, &most, 1);
   return most;
 }
 

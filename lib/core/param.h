@@ -9,8 +9,7 @@
  *   static const struct kith_param params[] = {
  *       {"gamma", KITH_PARAM_NUMBER, "1.4", "(1, inf)", "ratio of specific heats",
  *        KITH_INTO(struct stiffened, gamma)},
- *       {"stiffness", KITH_PARAM_NUMBER, "0", "[0, inf)", "P0", KITH_INTO(struct stiffened, stiffness),
- *        .unit = "pressure"},
+ *       {"stiffness", KITH_PARAM_NUMBER, "0", "[0, inf)", "P0", KITH_INTO(struct stiffened, stiffness)},
  *       {0}};
  *   const struct kith_eos_ops kith_eos_stiffened = {..., KITH_SETTINGS(params, stiffened)};
  *
@@ -80,7 +79,6 @@ struct kith_param {
   size_t offset, size;
   const struct kith_param *params; /* MAP: its rows; OTHER: rows for the reference */
   enum kith_param_form form;
-  const char *unit;    /* in the scene's own units: "length", "velocity"...; NULL: none */
   kith_family *family; /* MEMBER, NAME: who can be chosen; NULL: none */
 };
 

@@ -9,9 +9,9 @@
  * leaves the last good one usable. What is damaged, of another dimension or another scene is refused with a
  * line before anything is used.
  *
- * Not HDF5, because reading must survive damage: of 24000 small HDF5 files with one to four random bytes
- * changed or the end cut off, HDF5 1.10.8 hung on six. Here a checksum, which any change within one 8-byte
- * word changes, covers every byte, and every length is bounded by the size of the file:
+ * Not HDF5, because reading must survive damage: of 24000 small files with one to four random bytes changed
+ * or the end cut off, HDF5 1.10.8 hung on six. Here a checksum covers every byte, and every length is bounded
+ * by the size of the file:
  *
  *   header    24 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 2,
  *             u32 dimension, u32 zero
@@ -20,11 +20,8 @@
  *   checksum  u64, of all words before
  *
  * Groups: 0 scene, 1 lists, 2 fields, 3 named arrays; types: those of kith_type. A list is a row of 6 words:
- * name[32], first, count. Numbers are in the byte order of the machine. Cost: one pass over the memory and
- * one over the file to write, two over the file to read.
- *
- * With several ranks, rank 0 writes: nodes list by list, rank by rank, in pieces of a quarter of a megabyte.
- * In reading, every rank reads all. */
+ * name[32], first, count. Numbers are in the byte order of the machine. Of several ranks, rank 0 writes:
+ * nodes list by list, rank by rank; in reading, every rank reads all. */
 #ifndef KITH_IO_CHECKPOINT_H
 #define KITH_IO_CHECKPOINT_H
 
@@ -46,7 +43,7 @@ kith_status kith_checkpoint_put(struct kith_checkpoint *c, const char *name, enu
                                 const void *values, size_t n);
 /* Closes, syncs, renames; frees *c in any case. */
 kith_status kith_checkpoint_commit(struct kith_checkpoint **c);
-/* After reading; a file that is being written is given up. Frees *c; accepts a pointer to NULL. */
+/* A file that is being written is given up. Frees *c; accepts a pointer to NULL. */
 void kith_checkpoint_close(struct kith_checkpoint **c);
 
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path);

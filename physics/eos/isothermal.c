@@ -4,9 +4,9 @@
 struct isothermal {
   double sound_speed;
 };
-static const struct kith_param params[] = {{"sound_speed", KITH_PARAM_NUMBER, "1", "(0, inf)", "c0",
-                                            KITH_INTO(struct isothermal, sound_speed), .unit = "velocity"},
-                                           {0}};
+static const struct kith_param params[] = {
+    {"sound_speed", KITH_PARAM_NUMBER, "1", "(0, inf)", "c0", KITH_INTO(struct isothermal, sound_speed)},
+    {0}};
 
 static void state(const void *settings, kith_index n, const double *density, const double *energy,
                   double *pressure, double *sound_speed) {

@@ -6,11 +6,11 @@
 struct stiffened {
   double gamma, stiffness;
 };
-static const struct kith_param params[] = {{"gamma", KITH_PARAM_NUMBER, "1.4", "(1, inf)",
-                                            "ratio of specific heats", KITH_INTO(struct stiffened, gamma)},
-                                           {"stiffness", KITH_PARAM_NUMBER, "0", "[0, inf)", "P0",
-                                            KITH_INTO(struct stiffened, stiffness), .unit = "pressure"},
-                                           {0}};
+static const struct kith_param params[] = {
+    {"gamma", KITH_PARAM_NUMBER, "1.4", "(1, inf)", "ratio of specific heats",
+     KITH_INTO(struct stiffened, gamma)},
+    {"stiffness", KITH_PARAM_NUMBER, "0", "[0, inf)", "P0", KITH_INTO(struct stiffened, stiffness)},
+    {0}};
 
 static void state(const void *settings, kith_index n, const double *density, const double *energy,
                   double *pressure, double *sound_speed) {

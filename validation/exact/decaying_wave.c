@@ -20,10 +20,10 @@ static const struct kith_param params[] = {
     {"energy", KITH_PARAM_NUMBER, "0", "[0, inf)", "mean, per unit mass", IN(energy)},
     {"energy_amplitude", KITH_PARAM_NUMBER, "0", "", "A", IN(energy_amplitude)},
     {"diffusivity", KITH_PARAM_NUMBER, "0", "[0, inf)", "of heat: chi = k / (rho c_v)", IN(diffusivity)},
-    {"velocity_amplitude", KITH_PARAM_NUMBER, "0", "", "B", IN(velocity_amplitude), .unit = "velocity"},
+    {"velocity_amplitude", KITH_PARAM_NUMBER, "0", "", "B", IN(velocity_amplitude)},
     {"viscosity", KITH_PARAM_NUMBER, "0", "[0, inf)", "kinematic: nu = mu / rho", IN(viscosity)},
-    {"wavelength", KITH_PARAM_NUMBER, NULL, "(0, inf)", "along x", IN(wavelength), .unit = "length"},
-    {"origin", KITH_PARAM_NUMBER, "0", "", "x of phase 0", IN(origin), .unit = "length"},
+    {"wavelength", KITH_PARAM_NUMBER, NULL, "(0, inf)", "along x", IN(wavelength)},
+    {"origin", KITH_PARAM_NUMBER, "0", "", "x of phase 0", IN(origin)},
     {0}};
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {

@@ -6,17 +6,16 @@
 #include "validation/exact/exact.h"
 
 /* Rows of a table, of members of the gas. */
-#define KITH_EXACT_ROW(key, kind, fallback, range, text, of) \
-  { #key, KITH_PARAM_##kind, fallback, range, text, KITH_INTO(struct kith_exact_gas, key), .unit = of }
-#define KITH_EXACT_GAMMA KITH_EXACT_ROW(gamma, NUMBER, NULL, "(1, inf)", "ratio of specific heats", NULL)
-#define KITH_EXACT_DENSITY(text) KITH_EXACT_ROW(density, NUMBER, NULL, "(0, inf)", text, "density")
-#define KITH_EXACT_PRESSURE(range, text) KITH_EXACT_ROW(pressure, NUMBER, NULL, range, text, "pressure")
-#define KITH_EXACT_CENTER KITH_EXACT_ROW(center, VECTOR, "[0, 0, 0]", "", "of the symmetry", "length")
-#define KITH_EXACT_VELOCITY \
-  KITH_EXACT_ROW(uniform_velocity, VECTOR, "[0, 0, 0]", "", "of the whole", "velocity")
+#define KITH_EXACT_ROW(key, kind, fallback, range, text) \
+  { #key, KITH_PARAM_##kind, fallback, range, text, KITH_INTO(struct kith_exact_gas, key) }
+#define KITH_EXACT_GAMMA KITH_EXACT_ROW(gamma, NUMBER, NULL, "(1, inf)", "ratio of specific heats")
+#define KITH_EXACT_DENSITY(text) KITH_EXACT_ROW(density, NUMBER, NULL, "(0, inf)", text)
+#define KITH_EXACT_PRESSURE(range, text) KITH_EXACT_ROW(pressure, NUMBER, NULL, range, text)
+#define KITH_EXACT_CENTER KITH_EXACT_ROW(center, VECTOR, "[0, 0, 0]", "", "of the symmetry")
+#define KITH_EXACT_VELOCITY KITH_EXACT_ROW(uniform_velocity, VECTOR, "[0, 0, 0]", "", "of the whole")
 #define KITH_EXACT_PERIOD                                 \
   KITH_EXACT_ROW(period, VECTOR, "[0, 0, 0]", "[0, inf)", \
-                 "sides of the periodic box that it is carried through; 0: none", "length")
+                 "sides of the periodic box that it is carried through; 0: none")
 
 /* derive() of a gas: the values of the first region, the sides of the domain along its periodic axes. */
 static inline void kith_exact_derive_gas(void *settings, const struct kith_exact_scene *scene) {

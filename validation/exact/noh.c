@@ -17,8 +17,7 @@ struct noh {
 static const struct kith_param params[] = {
     KITH_EXACT_GAMMA,
     KITH_EXACT_DENSITY("undisturbed"),
-    {"velocity", KITH_PARAM_NUMBER, NULL, "(0, inf)", "speed of the inflow", KITH_INTO(struct noh, speed),
-     .unit = "velocity"},
+    {"velocity", KITH_PARAM_NUMBER, NULL, "(0, inf)", "speed of the inflow", KITH_INTO(struct noh, speed)},
     KITH_EXACT_PRESSURE("[0, inf)", "ahead of the shock"),
     KITH_EXACT_CENTER,
     {0}};

@@ -16,17 +16,13 @@
 struct settings {
   double gamma[2], density[2], pressure[2], velocity[2], interface_position;
 };
+#define IN(member) KITH_INTO(struct settings, member)
 static const struct kith_param params[] = {
-    {"gamma", KITH_PARAM_SIDES, NULL, "(1, inf)", "ratio of specific heats: [left, right]",
-     KITH_INTO(struct settings, gamma)},
-    {"density", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0: vacuum",
-     KITH_INTO(struct settings, density), .unit = "density"},
-    {"velocity", KITH_PARAM_SIDES, NULL, "", "[left, right]", KITH_INTO(struct settings, velocity),
-     .unit = "velocity"},
-    {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0 in a vacuum",
-     KITH_INTO(struct settings, pressure), .unit = "pressure"},
-    {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the jump",
-     KITH_INTO(struct settings, interface_position), .unit = "length"},
+    {"gamma", KITH_PARAM_SIDES, NULL, "(1, inf)", "ratio of specific heats: [left, right]", IN(gamma)},
+    {"density", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0: vacuum", IN(density)},
+    {"velocity", KITH_PARAM_SIDES, NULL, "", "[left, right]", IN(velocity)},
+    {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0 in a vacuum", IN(pressure)},
+    {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the jump", IN(interface_position)},
     {0}};
 
 static void derive_side(struct settings *s, int side, const struct kith_exact_region *region) {

@@ -13,13 +13,12 @@ struct slabs {
 };
 #define IN(member) KITH_INTO(struct slabs, member)
 static const struct kith_param params[] = {
-    {"density", KITH_PARAM_SIDES, NULL, "(0, inf)", "[left, right]", IN(density), .unit = "density"},
-    {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]", IN(pressure), .unit = "pressure"},
+    {"density", KITH_PARAM_SIDES, NULL, "(0, inf)", "[left, right]", IN(density)},
+    {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]", IN(pressure)},
     {"energy", KITH_PARAM_SIDES, NULL, "[0, inf)", "at the start, per unit mass: [left, right]", IN(energy)},
     {"conductivity", KITH_PARAM_SIDES, NULL, "(0, inf)", "[left, right]", IN(conductivity)},
     {"specific_heat", KITH_PARAM_SIDES, "1", "(0, inf)", "[left, right]", IN(specific_heat)},
-    {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the contact", IN(interface_position),
-     .unit = "length"},
+    {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the contact", IN(interface_position)},
     {0}};
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {

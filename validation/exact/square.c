@@ -8,16 +8,15 @@ struct square {
   struct kith_exact_gas gas;
   double density[2], side[NDIM];
 };
+#define IN(member) KITH_INTO(struct square, member)
 static const struct kith_param params[] = {
     KITH_EXACT_GAMMA,
-    {"density", KITH_PARAM_SIDES, NULL, "(0, inf)", "[inside, outside]", KITH_INTO(struct square, density),
-     .unit = "density"},
+    {"density", KITH_PARAM_SIDES, NULL, "(0, inf)", "[inside, outside]", IN(density)},
     KITH_EXACT_PRESSURE("[0, inf)", "of the gas"),
     KITH_EXACT_VELOCITY,
     KITH_EXACT_CENTER,
     KITH_EXACT_PERIOD,
-    {"side", KITH_PARAM_VECTOR, NULL, "(0, inf)", "sides of the box", KITH_INTO(struct square, side),
-     .unit = "length"},
+    {"side", KITH_PARAM_VECTOR, NULL, "(0, inf)", "sides of the box", IN(side)},
     {0}};
 
 /* The first of two regions is the box, the second is around it. */

@@ -13,17 +13,16 @@ struct wave {
   struct kith_exact_gas gas;
   double amplitude, wavelength, origin;
 };
-static const struct kith_param params[] = {KITH_EXACT_GAMMA,
-                                           KITH_EXACT_DENSITY("mean"),
-                                           KITH_EXACT_PRESSURE("(0, inf)", "undisturbed"),
-                                           KITH_EXACT_VELOCITY,
-                                           {"amplitude", KITH_PARAM_NUMBER, NULL, "(-1, 1)",
-                                            "of the density, relative", KITH_INTO(struct wave, amplitude)},
-                                           {"wavelength", KITH_PARAM_NUMBER, NULL, "(0, inf)", "along x",
-                                            KITH_INTO(struct wave, wavelength), .unit = "length"},
-                                           {"origin", KITH_PARAM_NUMBER, "0", "", "x of phase 0 at the start",
-                                            KITH_INTO(struct wave, origin), .unit = "length"},
-                                           {0}};
+#define IN(member) KITH_INTO(struct wave, member)
+static const struct kith_param params[] = {
+    KITH_EXACT_GAMMA,
+    KITH_EXACT_DENSITY("mean"),
+    KITH_EXACT_PRESSURE("(0, inf)", "undisturbed"),
+    KITH_EXACT_VELOCITY,
+    {"amplitude", KITH_PARAM_NUMBER, NULL, "(-1, 1)", "of the density, relative", IN(amplitude)},
+    {"wavelength", KITH_PARAM_NUMBER, NULL, "(0, inf)", "along x", IN(wavelength)},
+    {"origin", KITH_PARAM_NUMBER, "0", "", "x of phase 0 at the start", IN(origin)},
+    {0}};
 
 static void derive_acoustic(void *settings, const struct kith_exact_scene *scene) {
   struct wave *w = settings;
