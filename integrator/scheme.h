@@ -23,7 +23,8 @@ struct kith_scheme_ops {
   bool stages;              /* evaluates at several times of a step, by the lists of its start */
   bool retries; /* repeats a step with a shorter dt: lists are made for the longest that may come */
   /* Fields, private state in integrator->self, checks of what depends on several settings (BAD_INPUT, the
-   * message begins with the key of the setting: "table: ..."). NULL: nothing of this. */
+   * message begins with the key of the setting: "table: ..."). `destroy`: what the private state owns; it is
+   * freed behind that. NULL: nothing of this. */
   kith_status (*create)(struct kith_integrator *integrator);
   void (*destroy)(struct kith_integrator *integrator);
   /* To where the lists are needed, by a step of dt. NULL: they are needed at the start. */

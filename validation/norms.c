@@ -10,7 +10,6 @@ enum { BINS = 1 << 16 };                    /* half of them on each side of the 
 static const double contact_distance = 0.1; /* nodes this close to the contact count */
 static const double peak_bin = 0.005;
 
-/* What every measure looks at. */
 struct measure {
   const struct kith_exact_ops *ops;
   const void *solution;
@@ -113,8 +112,6 @@ static kith_status sum_blocks(const struct measure *m, struct sums *total) {
   }
   return KITH_OK;
 }
-
-/* ---- profiles ---- */
 
 struct bin {
   double mass, volume, moment, flow; /* sums of m, V, V times place, V times speed */

@@ -211,7 +211,6 @@ static void print_cell(int width, int digits, double value) {
     printf(" %*s", width, "-");
 }
 
-/* A line of the roofline: of a stage, of the step, or of a reference loop. */
 static void print_line(const char *what, const struct figures *f, double ns, double bytes, double plain,
                        double triad, double ns_all) {
   printf("  %-28s %8.1f", what, ns);

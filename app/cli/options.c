@@ -101,7 +101,6 @@ static void print_option(const struct row *row, bool of_all) {
   kith_text_wrapped(stdout, 26, label, text);
 }
 
-/* `verb` NULL: everything. */
 static void print_help(const struct kith_verb *verb) {
   printf("usage: kith %s%s%s [OPTION]...\n\n", verb != NULL ? verb->name : "VERB",
          verb == NULL || verb->argument[0] != '\0' ? " " : "", verb != NULL ? verb->argument : "[ARGUMENT]");
@@ -118,8 +117,6 @@ static void print_help(const struct kith_verb *verb) {
     if (verb == NULL || rows[k].verbs >> (verb - verbs) & 1) print_option(&rows[k], verb == NULL);
   printf("\nexit codes: 0 ok, 1 the run or the build failed, 2 usage or scene, 3 out of tolerance\n");
 }
-
-/* ---- parsing ---- */
 
 static const struct kith_verb *find_verb(const char *name) {
   static const struct kith_param row = {.kind = KITH_PARAM_CHOICE, .allowed = VERBS, .size = sizeof(int)};

@@ -81,7 +81,6 @@ struct kith_options {
   X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help: that of a verb")                    \
   X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, compiler and flags")
 
-/* Exit codes of the program. */
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
 
 /* What carries out a verb. */

@@ -8,7 +8,6 @@
 
 /* --- regions: geometry, and the state at a place --- */
 
-/* A place in a message. */
 #define PLACE "(%.10g, %.10g, %.10g)"
 #define COORDINATES(x) (x)[0], NDIM > 1 ? (x)[1 % NDIM] : 0.0, NDIM > 2 ? (x)[2 % NDIM] : 0.0
 
@@ -89,7 +88,6 @@ static kith_status displaced(const struct kith_region *region, const double *x, 
   return KITH_OK;
 }
 
-/* Determinant of d[row][column]. */
 static double determinant(const double d[3][3]) {
   double sum = 0;
   for (int a = 0; a < 3; ++a) {
@@ -194,7 +192,6 @@ static double nearest(const struct kith_deposit *deposit, const struct kith_scen
   return least;
 }
 
-/* Radius of what is heated. */
 static double heated_radius(const struct kith_deposit *deposit, double least, double spacing) {
   if (deposit->shape == KITH_DEPOSIT_POINT) return least + tolerance * spacing;
   if (deposit->radius > 0) return deposit->radius;

@@ -30,7 +30,6 @@ static void put(json_t *object, const char *path, json_t *value) {
   put(inner, dot + 1, value);
 }
 
-/* The sum over ranks. */
 static void put_sum(json_t *object, const char *key, struct kith_ranks *ranks, double mine) {
   kith_ranks_sum(ranks, &mine, 1);
   put(object, key, number(mine));

@@ -13,8 +13,6 @@
 
 enum { MOST_RANKS = 16384 };
 
-/* ---- one process ---- */
-
 /* Processor time where there is one thread: other programs do not count. */
 static double seconds_now(void) {
   struct timespec t;
@@ -86,8 +84,6 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
   return KITH_OK;
 }
 
-/* ---- many ranks ---- */
-
 struct model {
   const struct kith_simulation *simulation;
   int n_ranks;
@@ -136,7 +132,6 @@ static kith_status find_owners(struct model *o) {
   return KITH_OK;
 }
 
-/* Rank by rank, what the rows of its nodes hold of others. */
 static void count_ghosts(struct model *o) {
   const struct kith_connectivity *c = o->simulation->connectivity;
   const struct kith_rows *rows = c->built.overlap ? &c->overlap : &c->rows;

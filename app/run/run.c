@@ -304,7 +304,6 @@ static kith_status write_report(struct run *run, struct kith_report *report) {
   return kith_report_write(report, path);
 }
 
-/* Updates of nodes of this rank. */
 static double updates(const struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   if (it->nodes->activity != NULL) return (double)(it->ledger.updates - run->first_updates);
@@ -357,7 +356,6 @@ static enum kith_exit fail(struct run *run, kith_status status) {
   return KITH_EXIT_FAILED;
 }
 
-/* From the first rates to the report. */
 static enum kith_exit carry_out(struct run *run) {
   kith_status status = begin(run);
   if (status == KITH_OK) status = steps(run);

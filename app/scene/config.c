@@ -148,7 +148,6 @@ static struct kith_source_location event_location(const struct reader *r) {
   return (struct kith_source_location){r->file, r->has_lines ? (int)r->event.start_mark.line + 1 : 0};
 }
 
-/* At the present event. */
 static kith_status fail_here(const struct reader *r, struct kith_config_node *node, const char *key,
                              const char *what) {
   node->location = event_location(r);
@@ -281,7 +280,6 @@ void kith_config_destroy(struct kith_config **config) {
   kith_free(config);
 }
 
-/* One file, without its base. */
 static kith_status read_one(struct kith_config **out, const char *path) {
   char *text = NULL, line[512];
   const char *wrong = NULL;

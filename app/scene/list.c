@@ -15,14 +15,6 @@
 #include "lib/connectivity/excluder.h"
 #include "physics/passes/viscosity.h"
 
-/* Names of members: '_' as '-'; keys as they are written. */
-static void print_label(const char *name, bool key, const char *doc, int column) {
-  char label[40];
-  snprintf(label, sizeof label, "    %s", name);
-  if (!key) kith_choices_format(name, label + 4, sizeof label - 4);
-  kith_text_wrapped(stdout, column, label, doc);
-}
-
 /* Appends "; key (default): what it means" of each parameter, those of a map as "map.key". */
 static void add_params(char *text, size_t size, const char *map, const struct kith_param *params) {
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
@@ -77,11 +69,13 @@ static void print_family(const struct family *family) {
   printf("  %-11s %s (%s)\n", family->name, family->doc, family->key);
   for (int k = 0;; ++k) {
     const struct kith_member m = family->members != NULL ? family->members[k] : family->family(k);
-    char text[1024];
+    char text[1024], label[40];
     if (m.name == NULL) return;
     snprintf(text, sizeof text, "%s", m.doc);
     add_params(text, sizeof text, "", m.params);
-    print_label(m.name, family->members == measures, text, 26);
+    snprintf(label, sizeof label, "    %s", m.name);
+    if (family->members != measures) kith_choices_format(m.name, label + 4, sizeof label - 4); /* no keys */
+    kith_text_wrapped(stdout, 26, label, text);
   }
 }
 
@@ -95,10 +89,9 @@ enum kith_exit kith_list(const struct kith_options *options) {
     return KITH_EXIT_USAGE;
   }
   if (one == 0) kith_scene_reference(stdout);
-  if (one > 0) print_family(&families[one - 1]);
-  for (int f = 0; one < 0 && f < FAMILIES; ++f) {
-    if (f > 0) putchar('\n');
-    print_family(&families[f]);
+  for (int f = 0; f < FAMILIES; ++f) {
+    if (one < 0 && f > 0) putchar('\n');
+    if (one < 0 || one == f + 1) print_family(&families[f]);
   }
   return KITH_EXIT_OK;
 }

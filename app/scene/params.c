@@ -126,7 +126,6 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
   return status;
 }
 
-/* The row that chooses a member, or NULL. */
 static const struct kith_param *find_chooser(const struct kith_param *params) {
   for (; params != NULL && params->key != NULL; ++params)
     if (params->kind == KITH_PARAM_MEMBER) return params;

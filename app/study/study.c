@@ -13,8 +13,6 @@
 #include "app/cli/text.h"
 #include "lib/io/atomic_file.h"
 
-/* ---- a job ---- */
-
 kith_status kith_job_set(struct kith_job *job, const char *assignment) {
   enum { MOST = 4096 };
   int *const count[] = {&job->ranks, &job->threads};
@@ -108,8 +106,6 @@ kith_status kith_report_measure(const char *report, const char *measure, double 
   return KITH_OK;
 }
 
-/* ---- what is kept of runs ---- */
-
 /* FNV-1a, 64 bits. */
 static uint64_t hash(uint64_t h, const char *text) {
   for (; *text != '\0'; ++text) h = (h ^ (unsigned char)*text) * UINT64_C(0x100000001b3);
@@ -164,8 +160,6 @@ static bool earlier_failure(const char *path, char why[256]) {
   fclose(file);
   return true;
 }
-
-/* ---- the table and the progress ---- */
 
 static void put_quoted(FILE *out, const char *text) {
   fputc('"', out);

@@ -125,7 +125,6 @@ static double last_value(const struct validation *v, const char *key) {
   return v->last != NULL && report_value(v, v->last, key, &value) == KITH_OK ? value : NAN;
 }
 
-/* What a row has come to. */
 struct outcome {
   double value, seconds;
   struct kith_snapshot_diff same; /* NaN: not required */
@@ -221,7 +220,6 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   return KITH_OK;
 }
 
-/* One line per row on the screen and in DIR/validation.csv. */
 static kith_status validate(struct validation *v, const char *suite, enum kith_exit *code) {
   static const char names[] =
       "row,measured,relation,bound,verdict,seconds,source,density.l1,velocity.l1,pressure.l1,energy_drift,"

@@ -93,8 +93,6 @@ static kith_status add_row(struct rows *rows, const struct kith_row *row) {
   return KITH_OK;
 }
 
-/* ---- a group ---- */
-
 /* Gives a row the value of a factor, and its name the value, a directory too. */
 static kith_status vary(struct kith_row *row, const struct kith_config_node *value) {
   const char *factor = value->parent->key;
@@ -154,7 +152,6 @@ static kith_status read_group(const struct kith_config_node *node, struct kith_r
   return KITH_OK;
 }
 
-/* A row that another one names. */
 static kith_status check_above(const struct rows *rows, const struct kith_config_node *node, const char *key,
                                const char *name) {
   bool found = name[0] == '\0';

@@ -38,8 +38,6 @@ struct arkode {
   double accurate_dt; /* what the last error estimate allows for the next step, 0: no opinion */
 };
 
-/* ---- tables ---- */
-
 kith_status kith_table_read(struct kith_table *table, int row) {
   ARKodeButcherTable t = ARKodeButcherTable_LoadERK(table_ids[row]);
   if (t == NULL) KITH_FAIL(NO_MEMORY, "no memory for a Runge-Kutta table");
@@ -49,8 +47,6 @@ kith_status kith_table_read(struct kith_table *table, int row) {
   ARKodeButcherTable_Free(t);
   return KITH_OK;
 }
-
-/* ---- what ERKStep calls ---- */
 
 /* It begins another attempt: nothing may be left of the last one. */
 static kith_status follow_attempts(struct kith_integrator *it) {
@@ -102,8 +98,6 @@ static int weights_of(N_Vector state, N_Vector weights, void *integrator) {
   kith_stages_weights(it, &settings->tolerances, state, weights);
   return 0;
 }
-
-/* ---- a step ---- */
 
 static bool is_adaptive(const struct kith_integrator *it) {
   return ((const struct arkode_settings *)it->settings)->adaptive && it->fixed_dt <= 0;
@@ -191,7 +185,7 @@ static kith_status create(struct kith_integrator *it) {
 }
 
 static void destroy(struct kith_integrator *it) {
-  kith_stages_destroy(it, &solver);
+  kith_stages_forget(it, &solver);
 }
 
 static size_t bytes(const struct kith_integrator *it) {

@@ -114,7 +114,7 @@ static kith_status create(struct kith_integrator *it) {
 }
 
 static void destroy(struct kith_integrator *it) {
-  kith_stages_destroy(it, &solver);
+  kith_stages_forget(it, &solver);
 }
 
 static size_t bytes(const struct kith_integrator *it) {

@@ -29,11 +29,6 @@ static kith_status create(struct kith_integrator *it) {
   return kith_nodes_field(it->nodes, &position, &y->start[0]);
 }
 
-static void destroy(struct kith_integrator *it) {
-  kith_free(&it->self);
-}
-
-/* to = from + dt rate, of each part. */
 static void combine(const struct kith_nodes *nodes, struct kith_field *const *to,
                     struct kith_field *const *from, struct kith_field *const *rate, double dt) {
   for (int p = 0; p < PARTS; ++p) {
@@ -70,5 +65,4 @@ const struct kith_scheme_ops kith_scheme_rk4 = {
         "energies that follow from kicks are no rate of the state, and rates are what it combines",
     .stages = true,
     .create = create,
-    .destroy = destroy,
     .advance = advance};

@@ -35,14 +35,9 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   return kith_built_fields(&s->built, it->nodes, names, KITH_WORK);
 }
 
-static void forget(struct kith_integrator *it, const struct kith_solver *solver) {
+void kith_stages_forget(struct kith_integrator *it, const struct kith_solver *solver) {
   solver->forget(it);
   kith_vectors_destroy(&((struct kith_stages *)it->self)->vectors);
-}
-
-void kith_stages_destroy(struct kith_integrator *it, const struct kith_solver *solver) {
-  forget(it, solver);
-  kith_free(&it->self);
 }
 
 size_t kith_stages_bytes(const struct kith_integrator *it, size_t size, int vectors) {
@@ -55,8 +50,6 @@ void kith_stages_quiet(int code, const char *module, const char *function, char 
   (void)code, (void)module, (void)function, (void)message, (void)data;
 }
 
-/* ---- the step ---- */
-
 /* Vectors whose view is the fields, and a solver, for the nodes there are: some may have gone to other
  * ranks. */
 static kith_status fit(struct kith_integrator *it, const struct kith_solver *solver) {
@@ -66,13 +59,13 @@ static kith_status fit(struct kith_integrator *it, const struct kith_solver *sol
   const bool fits =
       s->vectors != NULL && s->vectors->part[KITH_VECTOR_ENERGY].length == it->nodes->n_internal;
   if (!kith_ranks_any(it->nodes->ranks, !fits)) return KITH_OK;
-  forget(it, solver);
+  kith_stages_forget(it, solver);
   for (int p = 0; p < KITH_VECTOR_PARTS; ++p)
     part[p] =
         (struct kith_vector_part){&field[p]->f64, (int64_t)it->nodes->n_internal * field[p]->components};
   KITH_TRY(kith_vectors_create(&s->vectors, it->nodes->ranks, KITH_VECTOR_PARTS, part));
   if (solver->set_up(it)) return KITH_OK;
-  forget(it, solver);
+  kith_stages_forget(it, solver);
   KITH_FAIL(NO_MEMORY, "%s cannot be set up", solver->name);
 }
 
@@ -126,8 +119,6 @@ kith_status kith_stages_try(struct kith_integrator *it, const struct kith_solver
   }
   return status;
 }
-
-/* ---- vectors ---- */
 
 void kith_stages_copy_rates(const struct kith_integrator *it, N_Vector rates) {
   const struct kith_hydro *hydro = it->hydro;

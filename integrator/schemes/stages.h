@@ -59,7 +59,8 @@ struct kith_solver {
 };
 
 kith_status kith_stages_create(struct kith_integrator *integrator, size_t size);
-void kith_stages_destroy(struct kith_integrator *integrator, const struct kith_solver *solver);
+/* Solver and vectors go. */
+void kith_stages_forget(struct kith_integrator *integrator, const struct kith_solver *solver);
 /* Of private state of `size` bytes; before there are vectors, with as many as are expected. */
 size_t kith_stages_bytes(const struct kith_integrator *integrator, size_t size, int vectors);
 /* Collective. */

@@ -16,8 +16,6 @@ struct kith_ranks {
   int n_requests;
 };
 
-/* ---- life ---- */
-
 int kith_ranks_launched(void) {
   static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
   for (size_t k = 0; k < sizeof sizes / sizeof *sizes; ++k) {
@@ -89,8 +87,6 @@ int kith_ranks_communicator(const struct kith_ranks *ranks) {
   return ranks != NULL ? MPI_Comm_c2f(ranks->all) : 0;
 }
 
-/* ---- agreement ---- */
-
 /* Broadcasts the message of the rank that failed, with "rank N: " in front unless it has that already or all
  * ranks failed. */
 static void tell(struct kith_ranks *ranks, int root, bool alone) {
@@ -119,8 +115,6 @@ kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status st
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks) {
   return ranks == NULL || (ranks->agreed[0] != '\0' && strcmp(ranks->agreed, kith_failure()) == 0);
 }
-
-/* ---- reductions ---- */
 
 static void reduce(struct kith_ranks *ranks, void *values, int n, MPI_Datatype type, MPI_Op op) {
   if (ranks == NULL) return;
@@ -186,8 +180,6 @@ void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t
   MPI_Bcast(data, (int)bytes, MPI_BYTE, root, ranks->all);
   ++ranks->traffic.collectives;
 }
-
-/* ---- between ranks ---- */
 
 void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t *from, int n) {
   if (ranks == NULL) {

@@ -57,7 +57,6 @@ static inline void kith_sum_add(struct kith_sum *sum, double term) {
   if (++sum->terms == KITH_SUM_MOST) kith_sum_carry(sum);
 }
 
-/* Adds `from` to `to`. */
 void kith_sum_join(struct kith_sum *to, const struct kith_sum *from);
 /* Each of n sums over all ranks. Collective. */
 void kith_sum_ranks(struct kith_ranks *ranks, struct kith_sum *sums, int n);

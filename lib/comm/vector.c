@@ -19,8 +19,6 @@ double *kith_vector_numbers(N_Vector v, int part) {
   return c->own[part] != NULL ? c->own[part] : *c->set->part[part].numbers;
 }
 
-/* ---- life ---- */
-
 static void destroy(N_Vector v) {
   struct content *c = v->content;
   if (c->own[0] != NULL) c->set->bytes -= (size_t)c->set->own * sizeof(double);
@@ -28,6 +26,8 @@ static void destroy(N_Vector v) {
   kith_free(&v->content);
   N_VFreeEmpty(v);
 }
+
+static const struct _generic_N_Vector_Ops operations;
 
 /* A vector without numbers of its own. */
 static N_Vector make(struct kith_vectors *set) {
@@ -38,6 +38,7 @@ static N_Vector make(struct kith_vectors *set) {
     return NULL;
   }
   ((struct content *)v->content)->set = set;
+  *v->ops = operations;
   return v;
 }
 
@@ -45,7 +46,7 @@ static N_Vector clone(N_Vector of) {
   N_Vector v = make(set_of(of));
   if (v == NULL) return NULL;
   struct content *c = v->content;
-  kith_status status = N_VCopyOps(of, v) == 0 ? KITH_OK : KITH_NO_MEMORY;
+  kith_status status = KITH_OK;
   /* One number more: an empty set has vectors too. */
   for (int part = 0; status == KITH_OK && part < c->set->parts; ++part)
     status = kith_resize(&c->own[part], 0, (size_t)c->set->part[part].length + 1, sizeof(double));
@@ -63,8 +64,6 @@ static N_Vector_ID identity(N_Vector v) {
 static sunindextype count(N_Vector v) {
   return set_of(v)->length;
 }
-
-/* ---- element by element ---- */
 
 /* Defines name(parameters): z[k] = expression in k and, as declared, x[k] and y[k], for all k; all may be the
  * same vector. */
@@ -109,8 +108,6 @@ static int combination(int n_vectors, double *c, N_Vector *xv, N_Vector zv) {
   }
   return 0;
 }
-
-/* ---- over all elements ---- */
 
 enum { FEW = 4096 }; /* numbers: for fewer, waking threads costs more than they save */
 
@@ -171,30 +168,25 @@ static double least(N_Vector x) {
   return -extreme(x, true, -INFINITY);
 }
 
-/* ---- the set ---- */
-
-static void fill_ops(N_Vector v) {
-  const struct _generic_N_Vector_Ops ops = {.nvgetvectorid = identity,
-                                            .nvclone = clone,
-                                            .nvdestroy = destroy,
-                                            .nvgetlength = count,
-                                            .nvlinearsum = linear_sum,
-                                            .nvconst = constant,
-                                            .nvprod = product,
-                                            .nvdiv = quotient,
-                                            .nvscale = scaled,
-                                            .nvabs = magnitude,
-                                            .nvinv = inverse,
-                                            .nvaddconst = shifted,
-                                            .nvdotprod = dot,
-                                            .nvmaxnorm = largest,
-                                            .nvwrmsnorm = mean_norm,
-                                            .nvmin = least,
-                                            .nvwl2norm = weighted_norm,
-                                            .nvl1norm = l1_norm,
-                                            .nvlinearcombination = combination};
-  *v->ops = ops;
-}
+static const struct _generic_N_Vector_Ops operations = {.nvgetvectorid = identity,
+                                                        .nvclone = clone,
+                                                        .nvdestroy = destroy,
+                                                        .nvgetlength = count,
+                                                        .nvlinearsum = linear_sum,
+                                                        .nvconst = constant,
+                                                        .nvprod = product,
+                                                        .nvdiv = quotient,
+                                                        .nvscale = scaled,
+                                                        .nvabs = magnitude,
+                                                        .nvinv = inverse,
+                                                        .nvaddconst = shifted,
+                                                        .nvdotprod = dot,
+                                                        .nvmaxnorm = largest,
+                                                        .nvwrmsnorm = mean_norm,
+                                                        .nvmin = least,
+                                                        .nvwl2norm = weighted_norm,
+                                                        .nvl1norm = l1_norm,
+                                                        .nvlinearcombination = combination};
 
 kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ranks, int n_parts,
                                 const struct kith_vector_part *part) {
@@ -216,7 +208,6 @@ kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ra
   }
   kith_ranks_sum_counts(ranks, &all, 1);
   set->length = (int64_t)all;
-  fill_ops(set->view);
   *out = set;
   return KITH_OK;
 }

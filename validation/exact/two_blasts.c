@@ -42,8 +42,6 @@ struct flow {
   struct cell cell[]; /* [n + 1]: the last one is the upper face of the one before */
 };
 
-/* ---- a step of the flow ---- */
-
 /* The limited slope of b, per cell, between its neighbors a and c. */
 static double limited(double a, double b, double c) {
   const double left = b - a, right = c - b, center = 0.5 * (c - a);
@@ -159,8 +157,6 @@ static kith_status lay_out(struct flow **out, double gamma) {
   f->cell[f->n].face = 1;
   return KITH_OK;
 }
-
-/* ---- the solution ---- */
 
 struct settings {
   struct kith_exact_gas gas; /* gamma alone */
