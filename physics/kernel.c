@@ -1,19 +1,11 @@
 /* Facts of the kernels, default numbers of neighbors, self weights. */
 #include "physics/kernel.h"
 
-#include "lib/core/family.h"
-
 const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS] = {
 #define X(name, words, doc, most, c1, c2, c3, s1, s2, s3) {words, doc, most, {c1, c2, c3}, {s1, s2, s3}},
     KITH_KERNEL_LIST(X)
 #undef X
 };
-
-enum kith_kernel kith_kernel_find(const char *name) {
-  for (int k = 0; k < KITH_N_KERNELS; ++k)
-    if (kith_name_is(kith_kernel_facts[k].name, name, strlen(name))) return (enum kith_kernel)k;
-  return KITH_N_KERNELS;
-}
 
 /* Of a kernel with this many node spacings in 2 sigma. */
 static double neighbors_of(enum kith_kernel k, double spacings) {

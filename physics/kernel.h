@@ -45,8 +45,6 @@ struct kith_kernel_facts {
 };
 extern const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS];
 
-/* KITH_N_KERNELS if there is none of this name; '-' and '_' are the same. */
-enum kith_kernel kith_kernel_find(const char *name);
 static inline double kith_kernel_constant(enum kith_kernel k) {
   return kith_kernel_facts[k].constant[NDIM - 1];
 }

@@ -6,11 +6,11 @@
  * nor a large node more of the small cells than it covers.
  *
  * Slots ascend by (ghost, level, row, cell): a row is a line of cells along the last axis, and the part of it
- * within range is one run. Rows are found through a hash table, so space has no edge; cells beyond
- * 2^GRID_COORDINATE_BITS are clamped to the last one: still correct, but slow.
+ * within range is one run. Only rows that hold nodes exist, and are found by their keys: space has no edge;
+ * cells beyond 2^GRID_COORDINATE_BITS are clamped to the last one: still correct, but slow.
  *
  * update   O(n): keys, sort, tables; for a few moved nodes too
- * coarse   O(rows within range), at most O(rows of a level) for each level */
+ * coarse   O(rows within range, and log rows for each line of them) for each level */
 #include <string.h>
 
 #include "lib/core/keyed.h"
@@ -44,8 +44,7 @@ struct cell {
 /* The nodes of one level, internal or ghosts. */
 struct layer {
   kith_index row, rows;
-  double radius2;                   /* largest */
-  int32_t lower[NDIM], upper[NDIM]; /* coordinates of cells; those along rows are not kept */
+  double radius2; /* largest */
 };
 
 struct grid {
@@ -56,23 +55,8 @@ struct grid {
   struct kith_keyed *item[2]; /* [n] by slot; scratch */
   struct cell *cell;          /* [n_cells + 1] */
   struct row *row;            /* [n_rows + 1] */
-  kith_index *table;          /* [table_size] rows by hash, -1: none */
-  uint32_t table_size;        /* a power of two, at least twice the rows */
   struct layer layer[2 * GRID_LEVELS];
 };
-
-static inline uint32_t hash_of(uint64_t key) {
-  return (uint32_t)(key * UINT64_C(0x9e3779b97f4a7c15) >> 32);
-}
-
-/* The row of a key, or NULL. */
-static inline const struct row *find_row(const struct grid *grid, uint64_t key) {
-  for (uint32_t k = hash_of(key);; ++k) {
-    const kith_index r = grid->table[k & (grid->table_size - 1)];
-    if (r < 0) return NULL;
-    if (grid->row[r].key == key) return &grid->row[r];
-  }
-}
 
 /* Coordinate of a row along axis a < NDIM - 1. */
 static inline int32_t row_coordinate(const struct row *row, int a) {
@@ -84,7 +68,6 @@ static void grid_clear(struct kith_search *search) {
   for (int k = 0; k < 2; ++k) kith_free(&grid->item[k]);
   kith_free(&grid->cell);
   kith_free(&grid->row);
-  kith_free(&grid->table);
 }
 
 /* Keys. */
@@ -135,16 +118,14 @@ static void choose_frame(struct kith_search *search) {
 static kith_status list_cells(const struct kith_search *search) {
   struct grid *grid = search->self;
   const struct kith_keyed *item = grid->item[0];
-  kith_index cells = 0, c = 0;
-#pragma omp parallel for schedule(static) reduction(+ : cells)
-  for (kith_index s = 0; s < search->n; ++s) cells += s == 0 || item[s].key != item[s - 1].key;
-  KITH_TRY(kith_reserve(&grid->cell, &grid->cells_capacity, (size_t)cells + 1, sizeof *grid->cell));
+  kith_index cells = 0;
+  KITH_TRY(kith_reserve(&grid->cell, &grid->cells_capacity, (size_t)search->n + 1, sizeof *grid->cell));
   for (kith_index s = 0; s < search->n; ++s) {
     const double radius2 = search->radius2[s];
     if (s == 0 || item[s].key != item[s - 1].key)
-      grid->cell[c++] = (struct cell){(int32_t)(item[s].key & GRID_TOP), s, radius2};
+      grid->cell[cells++] = (struct cell){(int32_t)(item[s].key & GRID_TOP), s, radius2};
     else
-      grid->cell[c - 1].radius2 = KITH_MAX(grid->cell[c - 1].radius2, radius2);
+      grid->cell[cells - 1].radius2 = KITH_MAX(grid->cell[cells - 1].radius2, radius2);
   }
   grid->n_cells = cells;
   grid->cell[cells] = (struct cell){0, search->n, 0};
@@ -167,22 +148,6 @@ static kith_status list_rows(struct grid *grid) {
   return KITH_OK;
 }
 
-static kith_status hash_rows(struct grid *grid) {
-  uint32_t size = 64;
-  while (size < 2 * (uint32_t)grid->n_rows) size *= 2;
-  if (size > grid->table_size) {
-    KITH_TRY(kith_resize(&grid->table, 0, size, sizeof *grid->table));
-    grid->table_size = size;
-  }
-  memset(grid->table, -1, grid->table_size * sizeof *grid->table);
-  for (kith_index r = 0; r < grid->n_rows; ++r) {
-    uint32_t k = hash_of(grid->row[r].key) & (grid->table_size - 1);
-    while (grid->table[k] >= 0) k = (k + 1) & (grid->table_size - 1);
-    grid->table[k] = r;
-  }
-  return KITH_OK;
-}
-
 static void list_layers(struct grid *grid) {
   memset(grid->layer, 0, sizeof grid->layer);
   for (kith_index r = 0; r < grid->n_rows; ++r) {
@@ -193,11 +158,6 @@ static void list_layers(struct grid *grid) {
     if (layer->rows++ == 0) layer->row = r;
     for (kith_index c = row->cell; c < row[1].cell; ++c)
       layer->radius2 = KITH_MAX(layer->radius2, grid->cell[c].radius2);
-    for (int a = 0; a < NDIM - 1; ++a) {
-      const int32_t c = row_coordinate(row, a);
-      layer->lower[a] = layer->rows == 1 ? c : KITH_MIN(layer->lower[a], c);
-      layer->upper[a] = layer->rows == 1 ? c : KITH_MAX(layer->upper[a], c);
-    }
   }
 }
 
@@ -231,7 +191,6 @@ static kith_status grid_update(struct kith_search *search) {
   kith_search_pack(search, 0, search->n);
   KITH_TRY(list_cells(search));
   KITH_TRY(list_rows(grid));
-  KITH_TRY(hash_rows(grid));
   list_layers(grid);
   for (kith_index r = 0; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
   return KITH_OK;
@@ -288,39 +247,42 @@ static inline kith_status take_row(const struct grid *grid, const struct row *ro
   return count > 0 ? kith_runs_add(runs, slot, count) : KITH_OK;
 }
 
-static inline bool next_row(const struct query *q, int64_t *c) {
-  for (int a = NDIM - 2; a >= 0; --a) {
-    if (c[a]++ < q->last[a]) return true;
-    c[a] = q->first[a];
+/* The least key, from this one on, of a row that may lie within range. */
+static inline uint64_t next_key(uint64_t key, const struct query *q) {
+  for (int a = 0; a < NDIM - 1; ++a) {
+    const int shift = (NDIM - 2 - a) * GRID_COORDINATE_BITS;
+    const int64_t c = (int64_t)(key >> shift & GRID_TOP);
+    if (c >= q->first[a] && c <= q->last[a]) continue;
+    const uint64_t before = (key >> shift >> GRID_COORDINATE_BITS) + (c > q->last[a]);
+    return (before << GRID_COORDINATE_BITS | (uint64_t)q->first[a]) << shift;
   }
-  return false;
+  return key;
 }
 
-/* Looks up each row that may exist. */
-static inline kith_status find_rows(const struct grid *grid, uint64_t layer, const struct query *q,
+/* The first of rows `row` .. `end` - 1 whose key is at least `key`, or `end`. */
+static inline const struct row *row_from(const struct row *row, const struct row *end, uint64_t key) {
+  for (ptrdiff_t n = end - row; n > 0;) {
+    const ptrdiff_t half = n / 2;
+    if (row[half].key < key)
+      row += half + 1, n -= half + 1;
+    else
+      n = half;
+  }
+  return row;
+}
+
+static inline kith_status take_rows(const struct grid *grid, const struct layer *layer, const struct query *q,
                                     struct kith_runs *runs) {
-  int64_t c[NDIM];
-  for (int a = 0; a < NDIM; ++a) c[a] = q->first[a];
-  do {
-    uint64_t key = layer;
+  const struct row *row = grid->row + layer->row, *const end = row + layer->rows;
+  while (row < end) {
+    const uint64_t key = next_key(row->key, q);
     double gap2 = 0;
-    for (int a = 0; a < NDIM - 1; ++a) {
-      key = key << GRID_COORDINATE_BITS | (uint64_t)c[a];
-      gap2 += square_gap(q, a, c[a]);
+    if (key != row->key) {
+      row = row_from(row, end, key);
+      continue;
     }
-    const struct row *row = gap2 <= q->search_radius * q->search_radius ? find_row(grid, key) : NULL;
-    if (row) KITH_TRY(take_row(grid, row, q, gap2, runs));
-  } while (next_row(q, c));
-  return KITH_OK;
-}
-
-/* Tests each row that exists. */
-static inline kith_status test_rows(const struct grid *grid, const struct layer *layer, const struct query *q,
-                                    struct kith_runs *runs) {
-  for (const struct row *row = grid->row + layer->row; row < grid->row + layer->row + layer->rows; ++row) {
-    double gap2 = 0;
     for (int a = 0; a < NDIM - 1; ++a) gap2 += square_gap(q, a, row_coordinate(row, a));
-    KITH_TRY(take_row(grid, row, q, gap2, runs));
+    KITH_TRY(take_row(grid, row++, q, gap2, runs));
   }
   return KITH_OK;
 }
@@ -328,8 +290,7 @@ static inline kith_status test_rows(const struct grid *grid, const struct layer 
 KITH_HOT static kith_status query_layer(const struct grid *grid, int number, const struct kith_box *box,
                                         double radius, enum kith_search_mode mode, struct kith_runs *runs) {
   const struct layer *layer = &grid->layer[number];
-  const int level = number % GRID_LEVELS;
-  const double per_length = grid->per_length[level];
+  const double per_length = grid->per_length[number % GRID_LEVELS];
   const double scale = per_length * (1 + KITH_SEARCH_SLACK), own = radius * scale,
                largest = sqrt(layer->radius2) * scale;
   struct query q = {.search_radius = mode == KITH_GATHER    ? own
@@ -337,7 +298,6 @@ KITH_HOT static kith_status query_layer(const struct grid *grid, int number, con
                                                             : KITH_MAX(own, largest),
                     .targets2 = mode == KITH_SCATTER ? 0 : own * own,
                     .cells2 = mode == KITH_GATHER ? 0 : scale * scale};
-  double rows = 1;
   for (int a = 0; a < NDIM; ++a) {
     /* Rounding moves a node of the box or of a cell by no more than this. */
     const double far =
@@ -348,13 +308,10 @@ KITH_HOT static kith_status query_layer(const struct grid *grid, int number, con
     q.lower[a] = KITH_MIN(lower, GRID_TOP + 1.0);
     q.upper[a] = KITH_MAX(upper, 0.0);
     if (a == NDIM - 1) break;
-    q.first[a] = KITH_MAX(clamp(q.lower[a] - q.search_radius), layer->lower[a]);
-    q.last[a] = KITH_MIN(clamp(q.upper[a] + q.search_radius), layer->upper[a]);
-    if (q.first[a] > q.last[a]) return KITH_OK;
-    rows *= (double)(q.last[a] - q.first[a] + 1);
+    q.first[a] = clamp(q.lower[a] - q.search_radius);
+    q.last[a] = clamp(q.upper[a] + q.search_radius);
   }
-  if (rows > layer->rows) return test_rows(grid, layer, &q, runs);
-  return find_rows(grid, (uint64_t)(number / GRID_LEVELS) << GRID_LEVEL_BITS | (uint64_t)level, &q, runs);
+  return take_rows(grid, layer, &q, runs);
 }
 
 static kith_status grid_coarse(const struct kith_search *search, const struct kith_box *box, double radius,
@@ -370,7 +327,7 @@ static kith_status grid_coarse(const struct kith_search *search, const struct ki
 static size_t grid_bytes(const struct kith_search *search) {
   const struct grid *grid = search->self;
   return 2 * grid->items_capacity * sizeof **grid->item + grid->cells_capacity * sizeof *grid->cell +
-         grid->rows_capacity * sizeof *grid->row + grid->table_size * sizeof *grid->table;
+         grid->rows_capacity * sizeof *grid->row;
 }
 
 const struct kith_search_ops kith_search_grid = {

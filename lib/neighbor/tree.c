@@ -20,11 +20,11 @@
 #include <string.h>
 
 enum {
-  BUCKET = 10,  /* most nodes of a leaf, that is, of a group */
-  WIDTH = 8,    /* cells of an octet */
-  BATCH = 32,   /* octets tested before their children are visited */
-  MESSY = 6,    /* slots are sorted if more than n / MESSY steps go back along the curve */
-  SLICE = 8192, /* elements that one thread counts or moves at a time */
+  BUCKET = 10, /* most nodes of a leaf, that is, of a group */
+  WIDTH = 8,   /* cells of an octet */
+  BATCH = 32,  /* octets tested before their children are visited */
+  MESSY = 6,   /* slots are sorted if more than n / MESSY steps go back along the curve */
+  MANY = 8192, /* elements: for fewer, waking threads costs more than they save */
 };
 
 struct octet {
@@ -51,13 +51,12 @@ struct tree {
   uint64_t *key;
   uint16_t *rank; /* of the cut behind a slot or cell: the higher the earlier */
   uint8_t *cut;   /* it ends a cell of the next level */
-  kith_index *slice;
   struct kith_keyed *item[2];
   /* Scratch of selected updates. */
-  kith_index *slot; /* of a node; made by the first one after an update, if slots were sorted */
+  kith_index *slot; /* of a node; if slots were sorted */
   uint8_t *moved;   /* leaves, something in which has */
   size_t slots_capacity, moved_capacity;
-  bool sorted, mapped;
+  bool sorted;
 };
 
 static void tree_clear(struct kith_search *search) {
@@ -68,7 +67,6 @@ static void tree_clear(struct kith_search *search) {
   kith_free(&tree->key);
   kith_free(&tree->rank);
   kith_free(&tree->cut);
-  kith_free(&tree->slice);
   kith_free(&tree->slot);
   kith_free(&tree->moved);
   for (int k = 0; k < 2; ++k) kith_free(&tree->item[k]);
@@ -135,48 +133,24 @@ static inline bool is_cut(const uint16_t *rank, kith_index n, kith_index i, kith
   return upper - lower + 1 > most;
 }
 
-/* slice[s]: cuts before slice s; the number of all cuts is returned. */
-static kith_index count_cuts(struct tree *tree, kith_index n) {
-  const kith_index slices = (n + SLICE - 1) / SLICE;
-#pragma omp parallel for schedule(static) if (slices > 1)
-  for (kith_index s = 0; s < slices; ++s) {
-    kith_index count = 0;
-    for (kith_index i = s * SLICE; i < KITH_MIN(n, (s + 1) * SLICE); ++i) count += tree->cut[i];
-    tree->slice[s] = count;
-  }
-  kith_index sum = 0;
-  for (kith_index s = 0; s < slices; ++s) {
-    const kith_index count = tree->slice[s];
-    tree->slice[s] = sum;
-    sum += count;
-  }
-  return sum;
-}
-
 /* Cuts n elements, at least one, into ranges of at most `most`; returns their number. */
 static kith_index cut_ranges(struct tree *tree, kith_index n, kith_index most) {
-#pragma omp parallel for schedule(static) if (n > SLICE)
-  for (kith_index i = 0; i < n - 1; ++i) tree->cut[i] = is_cut(tree->rank, n, i, most);
+  kith_index ranges = 1;
+#pragma omp parallel for schedule(static) reduction(+ : ranges) if (n > MANY)
+  for (kith_index i = 0; i < n - 1; ++i) ranges += tree->cut[i] = is_cut(tree->rank, n, i, most);
   tree->cut[n - 1] = 1;
-  const kith_index ranges = count_cuts(tree, n);
   if (most == BUCKET || n == 1 || ranges <= (n + 1) / 2) return ranges;
   /* A lopsided tree would have too many levels: cut at equal numbers instead. */
   for (kith_index i = 0; i < n - 1; ++i) tree->cut[i] = i % most == most - 1;
-  return count_cuts(tree, n);
+  return (n + most - 1) / most;
 }
 
 /* first[k], k = 0 .. ranges: where range k begins, counted from `base`. Only the cuts between ranges stay in
  * `rank`. */
 static void list_ranges(struct tree *tree, kith_index n, kith_index base, kith_index *first) {
-  const kith_index slices = (n + SLICE - 1) / SLICE;
-#pragma omp parallel for schedule(static) if (slices > 1)
-  for (kith_index s = 0; s < slices; ++s) {
-    kith_index *end = first + 1 + tree->slice[s];
-    for (kith_index i = s * SLICE; i < KITH_MIN(n, (s + 1) * SLICE); ++i)
-      if (tree->cut[i]) *end++ = base + i + 1;
-  }
-  first[0] = base;
-  for (kith_index k = 1; first[k] < base + n; ++k) tree->rank[k - 1] = tree->rank[first[k] - base - 1];
+  *first = base;
+  for (kith_index i = 0, k = 0; i < n; ++i)
+    if (tree->cut[i]) tree->rank[k++] = tree->rank[i], first[k] = base + i + 1;
 }
 
 static kith_status reserve_scratch(struct tree *tree, kith_index n) {
@@ -184,14 +158,13 @@ static kith_status reserve_scratch(struct tree *tree, kith_index n) {
   KITH_TRY(kith_resize(&tree->key, 0, (size_t)n, sizeof *tree->key));
   KITH_TRY(kith_resize(&tree->rank, 0, (size_t)n, sizeof *tree->rank));
   KITH_TRY(kith_resize(&tree->cut, 0, (size_t)n, sizeof *tree->cut));
-  KITH_TRY(kith_resize(&tree->slice, 0, (size_t)n / SLICE + 1, sizeof *tree->slice));
   tree->capacity = n;
   return KITH_OK;
 }
 
 /* Leaves of slots begin .. begin + n - 1. */
 static kith_status cut_leaves(struct tree *tree, kith_index begin, kith_index n, kith_index *leaves) {
-#pragma omp parallel for schedule(static) if (n > SLICE)
+#pragma omp parallel for schedule(static) if (n > MANY)
   for (kith_index i = 0; i < n - 1; ++i) tree->rank[i] = rank_of(tree->key, i);
   *leaves = cut_ranges(tree, n, BUCKET);
   const size_t old_n = (size_t)tree->n_leaves, new_n = old_n + (size_t)*leaves + 1;
@@ -282,22 +255,17 @@ static kith_status tree_update(struct kith_search *search) {
   struct tree *tree = search->self;
   tree->n_parts = 0;
   tree->n_octets = tree->n_leaves = 0;
-  tree->sorted = tree->mapped = false;
+  tree->sorted = false;
   KITH_TRY(add_part(search, 0, search->n_internal));
-  return add_part(search, search->n_internal, search->n - search->n_internal);
-}
-
-/* Selected updates: nodes keep their slots, and boxes are made anew from the leaves that have moved. */
-
-static kith_status map_slots(struct kith_search *search) {
-  struct tree *tree = search->self;
-  if (!tree->sorted || tree->mapped) return KITH_OK;
+  KITH_TRY(add_part(search, search->n_internal, search->n - search->n_internal));
+  if (!tree->sorted) return KITH_OK;
   KITH_TRY(kith_reserve(&tree->slot, &tree->slots_capacity, (size_t)search->n, sizeof *tree->slot));
 #pragma omp parallel for schedule(static)
   for (kith_index slot = 0; slot < search->n; ++slot) tree->slot[search->node[slot]] = slot;
-  tree->mapped = true;
   return KITH_OK;
 }
+
+/* Selected updates: nodes keep their slots, and boxes are made anew from the leaves that have moved. */
 
 /* Did anything in octet o of this level move? */
 static bool enclose_again(const struct kith_search *search, int level, kith_index o) {
@@ -317,7 +285,6 @@ static bool enclose_again(const struct kith_search *search, int level, kith_inde
 static kith_status tree_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
   struct tree *tree = search->self;
-  KITH_TRY(map_slots(search));
   KITH_TRY(kith_reserve(&tree->moved, &tree->moved_capacity, (size_t)tree->n_leaves + 1, 1));
   memset(tree->moved, 0, (size_t)tree->n_leaves + 1);
   if (search->n == search->n_internal && search->n > 0) { /* ghosts, if there were any, are gone */

@@ -99,10 +99,7 @@ static void check_names(void) {
   static const char *const names[] = {"cubic",       "quartic",     "quintic",
                                       "wendland-c2", "wendland-c4", "wendland-c6"};
   CHECK(KITH_N_KERNELS == 6);
-  for (int k = 0; k < 6; ++k)
-    CHECK(kith_kernel_find(names[k]) == (enum kith_kernel)k &&
-          strcmp(kith_kernel_facts[k].name, names[k]) == 0);
-  CHECK(kith_kernel_find("gauss") == KITH_N_KERNELS && kith_kernel_find("") == KITH_N_KERNELS);
+  for (int k = 0; k < 6; ++k) CHECK(strcmp(kith_kernel_facts[k].name, names[k]) == 0);
   if (NDIM == 3) CHECK_CLOSE(kith_kernel_neighbors(KITH_KERNEL_wendland_c2, 0), 60, 0.1);
 }
 
