@@ -13,7 +13,7 @@ static void state(const void *settings, kith_index n, const double *density, con
                   double *pressure, double *sound_speed) {
   const struct ideal *p = settings;
   const double g1 = p->gamma - 1, gg1 = p->gamma * g1;
-#pragma omp parallel for simd schedule(static)
+#pragma omp simd
   for (kith_index i = 0; i < n; ++i) {
     pressure[i] = g1 * density[i] * energy[i];
     sound_speed[i] = sqrt(KITH_MAX(gg1 * energy[i], 0.0));

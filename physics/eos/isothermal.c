@@ -12,7 +12,7 @@ static void state(const void *settings, kith_index n, const double *density, con
                   double *pressure, double *sound_speed) {
   (void)energy;
   const double c0 = ((const struct isothermal *)settings)->sound_speed;
-#pragma omp parallel for simd schedule(static)
+#pragma omp simd
   for (kith_index i = 0; i < n; ++i) {
     pressure[i] = c0 * c0 * density[i];
     sound_speed[i] = c0;

@@ -16,7 +16,7 @@ static void state(const void *settings, kith_index n, const double *density, con
                   double *pressure, double *sound_speed) {
   const struct stiffened *p = settings;
   const double g = p->gamma, p0 = p->stiffness;
-#pragma omp parallel for simd schedule(static)
+#pragma omp simd
   for (kith_index i = 0; i < n; ++i) {
     pressure[i] = (g - 1) * density[i] * energy[i] - g * p0;
     sound_speed[i] = sqrt(KITH_MAX(g * (pressure[i] + p0) / density[i], 0.0));
