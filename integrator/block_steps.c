@@ -270,9 +270,9 @@ static double growth_of(const struct kith_integrator *it, kith_index i, double s
   return divergence != 0 ? exp(fmax(-0.2, fmin(0.2, since * divergence / NDIM))) : 1;
 }
 
-/* From each node's last activity to the present tick; positions from the last kick. Those of the nodes of
- * it->near that have this activity. */
-static void predict(struct kith_integrator *it, uint8_t activity) {
+/* From each node's last activity to the present tick; positions from the last kick. Of the nodes of it->near
+ * the active ones, the idle ones, or both. */
+static void predict(struct kith_integrator *it, bool active, bool idle) {
   struct blocks *b = blocks_of(it);
   const struct kith_block_steps *s = &b->steps;
   double *restrict x = it->nodes->position->f64, *restrict v = it->hydro->velocity->f64;
@@ -282,7 +282,7 @@ static void predict(struct kith_integrator *it, uint8_t activity) {
 #pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
   for (kith_index n = 0; n < kith_near_count(it); ++n) {
     const kith_index i = kith_near_node(it, n);
-    if (it->nodes->activity->u8[i] != activity) continue;
+    if (!(it->nodes->activity->u8[i] == KITH_ACTIVE ? active : idle)) continue;
     const double since = s->tick * (s->now - s->last->f64[i]), dt = s->tick * (s->now - b->moved->f64[i]);
     for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k) {
       x[k] = base[k] + dt * w[k];
@@ -322,20 +322,25 @@ static kith_status activate(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* May a tick leave alone the nodes that are not near active ones? These must be few, and so far from all
- * boundaries that no ghost matters, and the search must not have cost more than a new one would. */
-static bool is_local(const struct kith_integrator *it) {
-  const struct blocks *b = blocks_of(it);
+/* Are active nodes few, and has the search cost less than a new one would? Then it may pay to look up what is
+ * near them. */
+static bool are_few(const struct kith_integrator *it) {
   const kith_index all = it->nodes->n_internal;
+  return !blocks_of(it)->steps.ends && it->near.n <= all / FEW &&
+         blocks_of(it)->wasted <= NEW_SEARCH * (double)all;
+}
+
+/* May active nodes, or what is near them, have to do with a ghost? */
+static bool reach_boundaries(const struct kith_integrator *it) {
+  const struct blocks *b = blocks_of(it);
   struct kith_box inside = kith_box_empty(), reach = inside, supports = b->supports;
-  if (b->steps.ends || it->near.n > all / FEW || b->wasted > NEW_SEARCH * (double)all) return false;
   for (kith_index k = 0; k < it->near.n; ++k) {
     const kith_index i = it->near.node[k];
-    include_support(&inside, it, i, b->slack),
-        include_support(&reach, it, i, b->slack + it->nodes->search_radius->f64[i]);
+    include_support(&inside, it, i, b->slack);
+    include_support(&reach, it, i, b->slack + it->nodes->search_radius->f64[i]);
   }
   for (int a = 0; a < NDIM; ++a) supports.lower[a] -= b->slack, supports.upper[a] += b->slack;
-  return !kith_boundaries_reach(it->boundaries, &inside, &reach, &supports);
+  return kith_boundaries_reach(it->boundaries, &inside, &reach, &supports);
 }
 
 /* it->near: active nodes, and those that they may interact with. Again when a support has grown. */
@@ -346,18 +351,20 @@ static kith_status find_near(struct kith_integrator *it) {
   for (kith_index k = 0; k < it->near.n; ++k)
     if (it->nodes->activity->u8[it->near.node[k]] == KITH_TOUCHED)
       it->nodes->activity->u8[it->near.node[k]] = KITH_IDLE;
-  predict(it, KITH_IDLE);
+  predict(it, false, true);
   return KITH_OK;
 }
 
-/* Predicts active nodes, and then all the others, or leaves it to the lifecycle to find those that matter. */
+/* Predicts active nodes, and all others too or leaves it to the lifecycle to find those that matter. */
 static kith_status predict_nodes(struct kith_integrator *it, bool first) {
   KITH_TRY(activate(it));
-  it->near.only = true, it->near.find = find_near;
-  predict(it, KITH_ACTIVE);
+  const bool few = !first && are_few(it);
+  it->near.only = few, it->near.find = find_near;
+  predict(it, true, !few);
+  if (!few) return KITH_OK;
   kith_lifecycle_search_radii(it);
-  it->near.only = !first && is_local(it);
-  if (!it->near.only) predict(it, KITH_IDLE);
+  it->near.only = !reach_boundaries(it);
+  if (!it->near.only) predict(it, false, true);
   return KITH_OK;
 }
 
@@ -408,7 +415,8 @@ static void close_tick(struct kith_integrator *it, bool first) {
              NDIM * sizeof(double));
       b->moved->f64[i] = s->now;
     }
-    if (!s->ends && activity != KITH_IDLE) wake(it, i);
+    if (s->ends) continue; /* all nodes are taken in anew */
+    if (activity != KITH_IDLE) wake(it, i);
     const double radius = it->nodes->search_radius->f64[i], left = s->tick * (b->due->f64[i] - s->now);
     slack = KITH_MAX(slack, left * kith_norm(s->velocity->f64 + (size_t)i * NDIM) +
                                 radius * fmax(0, growth_of(it, i, left) - 1));
