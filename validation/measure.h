@@ -40,9 +40,7 @@ struct kith_measured {
   struct kith_box domain;
   double center[NDIM]; /* of rotation */
   double time, kinetic_start;
-  /* [KITH_N_MEASURES]: what was taken at the start; NULL: this is the start, take what will be compared
-   * with */
-  const double *start;
+  const double *start; /* [KITH_N_MEASURES]: what was taken then; NULL: this is the start */
 };
 
 enum kith_measure {

@@ -16,8 +16,7 @@
  * equation of state. Support: H = (neighbors / ball * v)^(1/NDIM), a first guess.
  *
  * BAD_INPUT, with file and line: a region outside of the domain, without a node, or with a site inside
- * another region; density <= 0, pressure < 0, energy < 0 or values that are not finite, with the place; a
- * scene beyond 1e9 nodes.
+ * another region; impossible values, with the place; a scene beyond 1e9 nodes.
  *
  * Regions in equilibrium: with the density that a package sums the pressure would not be the one that the
  * scene gives. Their energy is set after the first evaluation, and then the deposits are added.

@@ -32,8 +32,6 @@ kith_status kith_output_close(struct kith_output *output);
  * file appears whole or not at all. All learn of a failure. */
 kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile *profile, const char *path);
 
-/* ---- restart.c ---- */
-
 kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *simulation,
                                    const struct kith_conservation_baseline *baseline);
 /* Fills a fresh simulation from a checkpoint: fields, clock, neighbor lists. BAD_FILE if it is damaged,

@@ -19,7 +19,7 @@
 #include "app/cli/options.h"
 
 /* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
- * up to 3, as many as half a second allows, which is disturbed least by other programs. */
+ * up to 3, as many as half a second allows. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
 struct kith_calibration {

@@ -1,10 +1,8 @@
 /* plan.c - `kith plan SCENE`: what a scene will build and why, memory, time step and expected cost; with
  * --ranks N what each partitioner would make of it. Nothing is written.
  *
- * The objects are those of a run: nodes are created and the rates at the start are evaluated. What costs more
- * than a second is calibrated by a short run with fewer nodes (forecast.h).
- *
- * USAGE with one line if the scene is wrong; FAILED if its rates cannot be evaluated. */
+ * The objects are those of a run, with the rates at the start: FAILED if these cannot be evaluated. What
+ * costs more than a second is calibrated by a short run with fewer nodes (forecast.h). */
 #include "app/cli/options.h"
 
 #include <math.h>
@@ -51,8 +49,6 @@ __attribute__((format(printf, 3, 4))) static void add(struct text *text, const c
   va_end(arguments);
 }
 
-/* ---- the scene ---- */
-
 /* The parameters of a table but for its maps: "gamma 1.4, stiffness 0". */
 static void add_settings(struct text *text, const struct kith_param *params, const void *settings) {
   char value[64];
@@ -81,8 +77,6 @@ static void show_materials(const struct kith_simulation *m) {
       line("", "%-12s %9d nodes; boundary %s", "frozen", held->n_internal, boundary->ops->name);
   }
 }
-
-/* ---- connectivity ---- */
 
 static void structure(const char *name, bool built, int digits, double amount, const char *of,
                       const char *why) {
@@ -205,8 +199,6 @@ static void show_method(const struct plan *plan) {
   show_passes(plan);
   line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }
-
-/* ---- cost ---- */
 
 static void show_memory(const struct plan *plan) {
   struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];

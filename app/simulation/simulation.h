@@ -27,8 +27,8 @@ struct kith_simulation {
  * borrowed and may be NULL. BAD_INPUT with file and line for what only shows when nodes are created. */
 kith_status kith_simulation_create(struct kith_simulation **out, const struct kith_scene *scene,
                                    struct kith_profile *profile, bool check);
-/* Of a fresh simulation, on every rank of a run, all of which have created the same scene: keeps the nodes of
- * this rank. No communication, but everything after it is collective. NULL ranks: nothing to do. */
+/* On every rank of a run, after all have created the same scene: keeps the nodes of this rank. Everything
+ * after it is collective. NULL ranks: nothing to do. */
 kith_status kith_simulation_distribute(struct kith_simulation *simulation, struct kith_ranks *ranks);
 /* First rates, and what needs them (initial_conditions.h: regions in equilibrium). DIVERGED as a step. */
 kith_status kith_simulation_start(struct kith_simulation *simulation);

@@ -2,11 +2,9 @@
  * inputs/stress/sweeps.yaml by default; `kith stress list`.
  *
  * A sweep varies one parameter of one scene, from mild to hard, for every method; a bound on a measure says
- * what still counts as working. The answer is which values pass. A run that fails, or takes more than two
- * minutes of processor time, does not pass, and the reason is kept.
- *
- * On stdout, and in DIR/stress.md (-o, out/stress by default): a table, sweep by method; the file has also
- * the bounds, and why runs did not pass. DIR/points.csv has all runs.
+ * what still counts as working. A run that fails, or takes more than two minutes of processor time, does not
+ * pass. On stdout, and in DIR/stress.md (-o, out/stress by default): which values pass, sweep by method; the
+ * file has also the bounds, and why runs did not pass. DIR/points.csv has all runs.
  *
  * Exit code: 0; 3 if a method does not even pass the first value of a sweep; 1 if the results cannot be
  * written; 2 for an unknown sweep, or settings that no run takes. */

@@ -62,9 +62,8 @@ struct kith_job {
 };
 /* Adds key=value; the keys `ranks` and `threads` are of the process. BAD_INPUT if it does not fit. */
 kith_status kith_job_set(struct kith_job *job, const char *assignment);
-/* Starts `verb` (run, or plan, which takes no directory) and waits; what it prints is in `log`. *code: its
- * exit code, or minus the signal that ended it; why: the reason if that is not 0. BAD_FILE if it cannot be
- * started, or was interrupted from outside. cpu_limit: seconds of processor time; 0: none. */
+/* Starts `verb` (run, or plan, which takes no directory) and waits: see kith_process_run. why: the reason if
+ * *code is not 0. BAD_FILE if it cannot be started, or was interrupted from outside. */
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
                          const char *directory, const char *log, double cpu_limit, int *code, char why[256]);
 /* What `kith plan` says of a job: BAD_INPUT with its message if it refuses the settings. */

@@ -70,8 +70,6 @@ static const char norm_choices[] =
     "contact_pressure_error|density_peak";
 static const struct kith_param norm_param = {"", KITH_PARAM_NAME, NULL, norm_choices, "", .size = 32};
 
-/* ---- settings ---- */
-
 /* Sets `key` to the value of `node`, on one line, or, if that is a map, key.entry to each of its entries. */
 static kith_status set_all(struct kith_job *job, const char *key, const struct kith_config_node *node) {
   char text[1024], *value;
@@ -110,8 +108,6 @@ static kith_status apply_overrides(struct kith_job *job, const struct kith_optio
   }
   return KITH_OK;
 }
-
-/* ---- methods and values ---- */
 
 /* `params`: of its entries, which have a name first, none like another; NULL: plain values. */
 static kith_status check_list(const struct kith_config_node *list, const struct kith_param *params,
@@ -169,8 +165,6 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, s
   }
   return KITH_OK;
 }
-
-/* ---- scenes ---- */
 
 bool kith_suite_is_path(const char *name) {
   return strchr(name, '/') != NULL || fnmatch("*.yaml", name, 0) == 0;
@@ -244,8 +238,6 @@ static kith_status read_common(struct kith_suite *s, const struct kith_param *pa
   KITH_TRY(set_scene(s, c, job));
   return apply_settings(job, map);
 }
-
-/* ---- suites ---- */
 
 /* Without `norms`: that of the density. */
 static kith_status read_norms(struct kith_suite *s, const struct kith_config *config) {
@@ -331,8 +323,6 @@ kith_status kith_suite_list(struct kith_study *study) {
   puts(told);
   return KITH_OK;
 }
-
-/* ---- sweeps ---- */
 
 static kith_status read_sweep(struct kith_suite *s, const struct kith_config_node *node,
                               const struct kith_config_node *methods, const struct kith_study *c) {

@@ -1,9 +1,8 @@
 /* validate.c - runs with their tolerances: `kith validate [SUITE|FILE]`; list() says which suites there are,
  * rows of one's own are as in validate_rows.h.
  *
- * One line per row on stdout, with the energy conservation error and the floors of its run, and whether it
- * ends in the same state as the row that it is compared with; and in DIR/validation.csv (-o, out/validate by
- * default), with all norms and where the bound comes from; what the runs print is in DIR/ROW.log.
+ * One line per row on stdout, and, with norms and where the bound comes from, in DIR/validation.csv (-o,
+ * out/validate by default); what the runs print is in DIR/ROW.log.
  *
  * Exit code: 0; 3 if a row is out of tolerance; 1 if a run failed or the results cannot be written; 2 for an
  * unknown suite or a wrong file. */

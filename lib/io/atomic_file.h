@@ -3,9 +3,8 @@
  *   kith_atomic_file_open(&f, path); write to f->stream; kith_atomic_file_commit(&f, false);
  *
  * Everything is written under f->temporary (PATH.partial); commit flushes and syncs it, renames it to PATH
- * and syncs the directory: PATH is good at every moment. What a killed process left is overwritten by the
- * next one; two processes must not write the same path at once. A library that wants a name instead of a
- * stream may write f->temporary itself, and close it before the commit. */
+ * and syncs the directory: PATH is good at every moment. A library that wants a name instead of a stream may
+ * write f->temporary itself, and close it before the commit. */
 #ifndef KITH_IO_ATOMIC_FILE_H
 #define KITH_IO_ATOMIC_FILE_H
 

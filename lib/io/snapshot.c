@@ -36,8 +36,6 @@ static kith_status outcome(const struct writer *w) {
   KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", w->out->path, w->failed);
 }
 
-/* Attributes and data sets. */
-
 static void attribute(struct writer *w, hid_t owner, const char *name, hid_t type, hsize_t n,
                       const void *values) {
   const hid_t space = n == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &n, NULL);
@@ -101,8 +99,6 @@ static hid_t group(struct writer *w, hid_t owner, const char *name) {
   return H5Gcreate2(owner, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
 }
 
-/* Fields. */
-
 /* Columns in the file: 0 for a scalar, 3 or 9 for what has an index per axis. */
 static size_t columns_of(const struct kith_field *field) {
   return field->spec.kind == KITH_SCALAR ? 0 : field->spec.kind == KITH_TENSOR ? 9 : 3;
@@ -131,8 +127,6 @@ static void lay_out_cells(struct writer *w, size_t n) {
   H5Dclose(new_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0));
   H5Dclose(new_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0));
 }
-
-/* Groups of attributes. */
 
 /* Six particle types, of which type 0 is used. No attribute Code, no root group Parameters: yt stumbles over
  * them. */

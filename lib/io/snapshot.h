@@ -1,12 +1,11 @@
 /* snapshot.h - one HDF5 file that ParaView (VTKHDF 1.0, UnstructuredGrid of vertices) and yt (Gadget layout)
  * both open.
  *
- * PartType0 holds every field of the internal nodes that has an `output` name; among them, always,
- * Coordinates, SmoothingLength (the support H), ParticleIDs and MaterialIDs. Vectors are [n][3] and tensors
- * [n][9], padded with zeros in 1-D and 2-D; their attribute Description says what they are. VTKHDF hard-links
- * the same data sets, and has cells, 17 bytes for each node. Header is that of Gadget. BoxSize is the scalar
- * 0: readers then take the bounds of the data, also of boxes that are not cubes; where an axis has no width,
- * in 1-D and 2-D, yt needs yt.load(..., bounding_box=...). Units says that all units are 1 (the scene's own).
+ * PartType0 holds every field of the internal nodes that has an `output` name; SmoothingLength is the
+ * support. Vectors are [n][3] and tensors [n][9], zeros behind in 1-D and 2-D; Description says what they
+ * are. VTKHDF hard-links the same data sets, and has cells, 17 bytes a node. Header is that of
+ * Gadget. BoxSize is 0: readers then take the bounds of the data; where an axis has no width, in 1-D and 2-D,
+ * yt needs yt.load(..., bounding_box=...). Units says that all units are 1 (the scene's own).
  * Run: attributes Dimension, Time, Step, BoxLower, BoxUpper, MaterialNames (one a line), and the notes.
  * ParaView knows the layout by the extension, so PATH ends in .hdf.
  *
@@ -34,9 +33,8 @@ struct kith_snapshot_info {
 };
 
 /* BAD_FILE with the path and the reason. Collective: all ranks give the same path, which must be visible to
- * all, and the same `info`. Rank 0 reserves disk space before HDF5 begins: a full disk is found then. All
- * ranks return the same status, but for an MPI-IO that cannot open the file on some ranks only: see
- * ranks.h. */
+ * all, and the same `info`. All return the same status, but for an MPI-IO that cannot open the file on some
+ * ranks only: see ranks.h. */
 kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes,
                                 const struct kith_snapshot_info *info);
 #endif

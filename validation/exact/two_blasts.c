@@ -11,9 +11,8 @@
  * Newton's iterations in which both waves are jumps.
  *
  * States are kept at equal times from 0 to `end_time`, the last one beyond it, and interpolated between these
- * with the gas: contacts stay sharp, shocks are so at the times kept. With 800 cells density is good to 1 %,
- * places of shocks and contacts to 0.001, but for two or three cells beside each contact. Takes half a second
- * to create. */
+ * with the gas: contacts stay sharp. With 800 cells density is good to 1 %, places of shocks and contacts to
+ * 0.001, but for two or three cells beside each contact. Takes half a second to create. */
 #include "validation/exact/exact_parameters.h"
 
 #include <string.h>
