@@ -84,10 +84,14 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
       const double *mi = matrix + li * KITH_SYMMETRIC_SIZE, *mj = matrix + lj * KITH_SYMMETRIC_SIZE;
       const double along =
           (mi[0] > 0 ? 0 : central(f, inverse_i) * gi) + (mj[0] > 0 ? 0 : central(f, inverse_j) * gj);
-      double both[KITH_SYMMETRIC_SIZE], sum[NDIM];
-      for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) both[m] = wi * mi[m] + wj * mj[m];
+      double sum[NDIM];
       for (int a = 0; a < NDIM; ++a) sum[a] = along * d[a];
-      kith_symmetric_add(both, d, sum);
+      for (int a = 0, m = 0; a < NDIM; ++a)
+        for (int b = a; b < NDIM; ++b, ++m) {
+          const double both = wi * mi[m] + wj * mj[m];
+          sum[a] += both * d[b];
+          if (b != a) sum[b] += both * d[a];
+        }
       for (int a = 0; a < NDIM; ++a) area[k * NDIM + a] = sum[a];
     }
   }
