@@ -272,12 +272,34 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
        omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
 }
 
-/* Model no more than a scene needs: settings that save time, and their trade-off. */
+/* Of the updates of a global step, those that each node's own limit asks for at the start. */
+static double share_of_updates(const struct plan *plan) {
+  const struct kith_integrator *it = &plan->simulation->integrator;
+  double sum = 0;
+#pragma omp parallel for schedule(static) reduction(+ : sum)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    sum += plan->full_dt / kith_package_limit_of_node(it->package, i, it->cfl).dt;
+  return sum / it->nodes->n_internal;
+}
+
+/* Model no more than a scene needs: settings that save time, and their trade-off. Block steps pay where steps
+ * differ much: a tick costs more than a step of as many nodes, and steps are rounded down. */
 static void show_cheaper(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
+  const struct kith_integrator *it = &m->integrator;
+  const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings);
+  const bool possible = it->scheme->blocks != NULL && it->fixed_dt <= 0 && m->package.barrier == NULL &&
+                        kith_package_traits(m->package.ops, m->package.settings).all_rows == NULL;
+  const double share = possible ? share_of_updates(plan) : 1;
+  char steps[160];
+  snprintf(steps, sizeof steps,
+           share < 0.4
+               ? "scheme.steps=block: limits of nodes differ, %.2g of the updates would do at the start"
+               : "scheme.steps=global: limits of nodes are alike, block steps save nothing (%.2g)",
+           share);
   const char *const settings[] = {
-      kith_rebuilds_lasting(&m->rebuilds) ||
-              kith_scheme_has_blocks(m->integrator.scheme, m->integrator.settings)
+      blocks == (share < 0.4) ? NULL : steps,
+      kith_rebuilds_lasting(&m->rebuilds) || blocks
           ? NULL
           : "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces",
       kith_package_traits(m->package.ops, m->package.settings).cheaper};
