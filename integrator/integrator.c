@@ -21,9 +21,6 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
        {"energy_rate_last", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt, one evaluation earlier"},
        &it->energy_rate_last},
       {0}};
-  if (it->package->compatible && it->scheme->incompatible != NULL)
-    KITH_FAIL(BAD_INPUT, "scheme %s cannot keep a compatible energy: %s", it->scheme->name,
-              it->scheme->incompatible);
   if (it->settings != NULL) KITH_TRY(kith_params_check(it->scheme->params, it->scheme->name, it->settings));
   it->kick = (struct kith_kick){0};
   KITH_TRY(kith_nodes_fields(it->nodes, fields));

@@ -24,7 +24,6 @@
 #include "lib/core/vec.h"
 #include "validation/norms.h"
 
-/* name, doc */
 #define KITH_MEASURE_LIST(X)                                                          \
   X(shear_viscosity, "numerical viscosity, from the decay of a shear wave")           \
   X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices") \
@@ -34,7 +33,6 @@
   X(separation, "least distance of two nodes, in spacings")                           \
   X(transmitted, "heat that has passed the middle of the domain along x")
 
-/* What a measure may look at. */
 struct kith_measured {
   const struct kith_profile_view *nodes;
   struct kith_box domain;

@@ -3,10 +3,9 @@
  *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)
  *   DIR/report.json        DIR/plot.*
  *
- * All of several ranks write snapshots together (snapshot.h): nodes list by list, rank by rank, or, if the
- * order must be the same for any number of ranks, by id. Checkpoints are written by rank 0, with the number
- * of nodes of each rank: on the same number of ranks a restart is bitwise identical, on another number
- * nodes go to the rank of their cell. All of these are collective. */
+ * All of several ranks write snapshots together (snapshot.h), by id if the order must be the same for any
+ * number of ranks. Checkpoints are written by rank 0: on the same number of ranks a restart is bitwise
+ * identical, on another number nodes go to the rank of their cell. All of these are collective. */
 #ifndef KITH_APP_OUTPUT_OUTPUT_H
 #define KITH_APP_OUTPUT_OUTPUT_H
 
@@ -27,9 +26,8 @@ kith_status kith_output_directory(struct kith_output *output, const char *direct
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 kith_status kith_output_close(struct kith_output *output);
-/* A JSON array of the events of all ranks: a rank is a process of it, with its threads. Each appends its own
- * to the file, in turn, which must be visible to all. Their clocks were aligned (kith_profile_align). The
- * file appears whole or not at all. All learn of a failure. */
+/* A JSON array of the events of all ranks, whose clocks were aligned (kith_profile_align). Each appends its
+ * own to the file, in turn, which must be visible to all. All learn of a failure. */
 kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile *profile, const char *path);
 
 kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *simulation,

@@ -1,12 +1,11 @@
 /* plot.h - the picture of a run: density, velocity, pressure and specific energy of the nodes over the exact
  * curve.
  *
- * Written to the directory: profile.dat (a row a node: place, density, velocity, pressure, energy), exact.dat
- * (the same columns of the exact solution, dense) and plot.gp (figure.h), from which gnuplot makes plot.png;
- * it can be changed and run again there by hand. The place is x; for a radial solution the distance from its
- * center, as far as 1.6 radii of the exact shock, and the velocity is the one along that. Of more than 20000
- * nodes profile.dat has 20000, one from each of as many equal stretches of the node order. What goes wrong
- * with gnuplot is a warning on stderr. */
+ * Written to the directory: profile.dat (a row a node: place, density, velocity, pressure, energy; of more
+ * than 20000 nodes 20000), exact.dat (the same columns of the exact solution, dense) and plot.gp (figure.h),
+ * from which gnuplot makes plot.png; it can be changed and run again there by hand. The place is x; for a
+ * radial solution the distance from its center, as far as 1.6 radii of the exact shock, and the velocity is
+ * the one along that. What goes wrong with gnuplot is a warning on stderr. */
 #ifndef KITH_APP_OUTPUT_PLOT_H
 #define KITH_APP_OUTPUT_PLOT_H
 

@@ -24,19 +24,12 @@ static void print_run(const struct kith_report *r, FILE *f) {
 }
 
 static void print_norms(const struct kith_norms *n, FILE *f) {
-  const struct {
-    const char *name;
-    const struct kith_norm *norm;
-  } rows[] = {{"density", &n->density},
-              {"velocity", &n->velocity},
-              {"pressure", &n->pressure},
-              {"energy", &n->energy},
-              {"azimuthal", &n->speed}};
+  static const char *const names[] = {"density", "velocity", "pressure", "energy", "azimuthal"};
+  const struct kith_norm norm[] = {n->density, n->velocity, n->pressure, n->energy, n->speed};
   fprintf(f, "\n  against exact %18s %12s %12s   (%" PRId64 " nodes)\n", "L1", "L2", "Linf",
           (int64_t)n->nodes);
   for (int k = 0; k < (n->vortex ? 5 : 4); ++k)
-    fprintf(f, "    %-16s %13.4e %12.4e %12.4e\n", rows[k].name, rows[k].norm->l1, rows[k].norm->l2,
-            rows[k].norm->linf);
+    fprintf(f, "    %-16s %13.4e %12.4e %12.4e\n", names[k], norm[k].l1, norm[k].l2, norm[k].linf);
   if (n->shock_exact > 0 && n->shock_radius <= 0)
     fprintf(f, "    no shock found, exact %.5g\n", n->shock_exact);
   if (n->shock_exact > 0 && n->shock_radius > 0)

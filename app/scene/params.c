@@ -10,8 +10,6 @@ enum { LONGEST_FORMULA = 1000, ROOM = 512 };
 
 static const char *const dimension_keys[] = {"1d", "2d", "3d"};
 
-/* --- one value --- */
-
 /* A number is handed on with all its digits. */
 static kith_status read_expression(const struct kith_config_node *node, void *into) {
   static const struct kith_param number = {.kind = KITH_PARAM_NUMBER, .allowed = ""};
@@ -58,8 +56,6 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
   if (mine != NULL) return KITH_OK;
   return kith_config_fail(node, key, "missing, and the scene is %d-D", root->dimension);
 }
-
-/* --- several values --- */
 
 /* As many as `into` holds; vectors may have more, up to 3: these are checked, and dropped. */
 static kith_status read_entries(const struct kith_param *param, const struct kith_config_node *node,
@@ -240,8 +236,6 @@ kith_status kith_config_compare(const struct kith_config_node *a, const struct k
   kith_config_path(other, NULL, path, sizeof path);
   KITH_FAIL(BAD_INPUT, "written by a run of another scene or with other settings: %s differs", path);
 }
-
-/* --- the reference --- */
 
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file);
 

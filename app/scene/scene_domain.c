@@ -116,8 +116,6 @@ kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_co
   return KITH_OK;
 }
 
-/* --- forces from outside: gravity and the potential of a point --- */
-
 #define IN(member) KITH_INTO(struct kith_scene, external_force.member)
 const struct kith_param kith_potential_params[] = {
     {"center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "where the point is", IN(center)},

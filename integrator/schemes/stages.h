@@ -1,7 +1,6 @@
 /* stages.h - a step made by a solver of SUNDIALS: it works on vectors (lib/comm/vector.h) without knowing
- * nodes, evaluates the rates of any state, and may repeat the step with a shorter dt. For arkode.c and
- * implicit.c. Inside a step nodes are neither reordered nor migrated (integrator->holding), so an entry of a
- * vector stays with its node.
+ * nodes, evaluates the rates of any state, and may repeat the step with a shorter dt. Inside a step nodes are
+ * neither reordered nor migrated (integrator->holding), so an entry of a vector stays with its node.
  *
  *   kith_stages_begin   keeps the state, and what the lists were made from, which serve the whole step.
  *   kith_stages_try     attempts, each half as long as the last, until one does not diverge. Before each the
@@ -22,7 +21,7 @@
 struct kith_tolerances {
   double rtol, atol;
 };
-/* Rows of a parameter table for the settings `type`, whose member `tolerances` they fill. */
+/* Rows of a table for the settings `type`, whose member `tolerances` they fill. */
 #define KITH_TOLERANCE(type, key, value, range, doc) \
   { #key, KITH_PARAM_NUMBER, value, range, doc, KITH_INTO(type, tolerances.key) }
 #define KITH_TOLERANCE_PARAMS(type)                                                                    \
