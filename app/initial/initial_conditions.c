@@ -6,8 +6,6 @@
 #include <string.h>
 #include "lib/comm/sum.h"
 
-/* --- regions: geometry, and the state at a place --- */
-
 #define PLACE "(%.10g, %.10g, %.10g)"
 #define COORDINATES(x) (x)[0], NDIM > 1 ? (x)[1 % NDIM] : 0.0, NDIM > 2 ? (x)[2 % NDIM] : 0.0
 
@@ -239,8 +237,6 @@ static kith_status add_deposits(const struct kith_scene *scene, const struct kit
   for (int k = 0; k < scene->n_deposits; ++k) KITH_TRY(add_deposit(&scene->deposit[k], scene, hydro));
   return KITH_OK;
 }
-
-/* --- nodes --- */
 
 /* A region and the lattice that fills it. */
 struct plan {

@@ -22,8 +22,6 @@ void kith_path_stem(const char *path, char *stem, size_t size) {
   snprintf(stem, size, "%.*s", dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name), name);
 }
 
-/* --- messages --- */
-
 void kith_config_path(const struct kith_config_node *node, const char *key, char *path, size_t size) {
   char index[16];
   path[0] = '\0';
@@ -298,8 +296,6 @@ static kith_status read_one(struct kith_config **out, const char *path) {
   return status;
 }
 
-/* --- overrides --- */
-
 /* The node at a dotted path, which is made if need be: an entry of a list must be there, and a single value
  * has no keys. *out: NULL if a word of the path is empty. */
 static kith_status reach(struct kith_config_node *root, const char *path, size_t length,
@@ -343,8 +339,6 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
   struct reader r = {.file = place.file, .text = equals + 1, .length = strlen(equals + 1)};
   return read_document(&r, node);
 }
-
-/* --- bases --- */
 
 /* The value of `from`, which is left a null. */
 static void node_take(struct kith_config_node *node, struct kith_config_node *from) {

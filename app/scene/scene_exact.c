@@ -13,12 +13,6 @@ const struct kith_param kith_exact_params[] = {
      KITH_BELOW(window_params, MAP)},
     {0}};
 
-static double pressure_of(const struct kith_material *m, const struct kith_region *region) {
-  if (region->pressure != NULL) return kith_expression_constant(region->pressure);
-  return kith_material_pressure(m, kith_expression_constant(region->density),
-                                kith_expression_constant(region->energy));
-}
-
 static struct kith_exact_scene describe(const struct kith_scene *scene) {
   struct kith_exact_scene out = {
       .until = scene->until, .n_regions = scene->n_regions, .n_deposits = scene->n_deposits};
@@ -38,7 +32,10 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     const struct kith_material *m = &scene->material[region->material];
     out.region[r].gamma = m->eos->gamma_law ? m->eos->effective_gamma(m->settings) : NAN;
     out.region[r].density = kith_expression_constant(region->density);
-    out.region[r].pressure = pressure_of(m, region);
+    out.region[r].pressure =
+        region->pressure != NULL
+            ? kith_expression_constant(region->pressure)
+            : kith_material_pressure(m, out.region[r].density, kith_expression_constant(region->energy));
     for (int a = 0; a < NDIM; ++a) {
       out.region[r].velocity[a] =
           region->velocity[a] != NULL ? kith_expression_constant(region->velocity[a]) : 0;

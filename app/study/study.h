@@ -46,8 +46,6 @@
 #include "app/cli/process.h"
 #include "lib/io/csv.h"
 
-/* ---- a job ---- */
-
 enum { KITH_JOB_SETTINGS = 4096, KITH_JOB_LABEL = 128, KITH_JOB_PATH = KITH_PATH + 256 };
 
 struct kith_job {
@@ -70,8 +68,6 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
 kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job);
 /* A measure of a report. BAD_FILE if it is not there. */
 kith_status kith_report_measure(const char *report, const char *measure, double *value);
-
-/* ---- suites ---- */
 
 enum { KITH_SUITE_MEASURES = 8, KITH_SUITE_METHODS = 100, KITH_SUITE_VALUES = 64 };
 

@@ -64,8 +64,8 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
 enum { ROWS = 4096 };            /* intervals of the table */
 static const double depth = 30;  /* the table spans -depth <= ln x <= 0 */
 static const double thin = -230; /* ln of the floor of g */
-static const double edge_z =
-    19; /* vacuum: 1 - V = e^-19 at the end of the table; ln x_v is known to its square */
+/* vacuum: 1 - V = e^-19 at the end of the table; ln x_v is known to its square */
+static const double edge_z = 19;
 static const double least_r = 1e-9;
 
 enum kind { STANDARD, SINGULAR, VACUUM };
@@ -149,8 +149,7 @@ static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double
 
 /* First ln x by row, then, when the edge is known, the coordinate. */
 static kith_status fill_void(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
-  const double start =
-      log((s->gas.gamma + 1) / (s->gas.gamma - 1)); /* 1 - V = (gamma-1)/(gamma+1) at the shock */
+  const double start = log((s->gas.gamma + 1) / (s->gas.gamma - 1)); /* 1 - V = exp(-start) at the shock */
   double path = 0, q[4] = {0, start, 0, start}, dq[4];
   s->rows = -1;
   for (int k = 0; k <= ROWS && q[3] < edge_z; ++k) {
