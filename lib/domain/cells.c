@@ -73,20 +73,29 @@ int64_t kith_cells_beside(const struct kith_cells *cells, int64_t c, int axis, i
   return kith_grid_number(cells->count, k);
 }
 
-/* Offset number `code` in base 3, one digit an axis: the middle code is the cell itself. */
-int kith_cells_neighbors(const struct kith_cells *cells, int64_t c, int64_t *neighbor) {
-  int64_t k[NDIM];
-  int n = 0;
-  kith_grid_place(cells->count, c, k);
-  for (int code = 0; code <= KITH_CELL_NEIGHBORS; ++code) {
-    int64_t there[NDIM];
-    bool exists = code != KITH_CELL_NEIGHBORS / 2;
-    for (int a = 0, rest = code; a < NDIM; ++a, rest /= 3) {
-      const int64_t m = cells->count[a], at = k[a] + rest % 3 - 1;
-      exists = exists && (cells->periodic[a] || (at >= 0 && at < m));
-      there[a] = (at + m) % m;
-    }
-    if (exists) neighbor[n++] = kith_grid_number(cells->count, there);
+/* Offset number `code` in base 3, one digit an axis: the middle code is the cell itself, and its mirror image
+ * about the middle is the opposite offset. False: there is no cell. */
+static bool image_at(const struct kith_cells *cells, const int64_t *k, int code,
+                     struct kith_cell_image *image) {
+  int64_t there[NDIM];
+  for (int a = 0; a < NDIM; ++a, code /= 3) {
+    there[a] = k[a] + code % 3 - 1;
+    image->shift[a] = there[a] < 0 ? -1 : there[a] >= cells->count[a];
+    if (image->shift[a] != 0 && !cells->periodic[a]) return false;
+    there[a] -= image->shift[a] * cells->count[a];
   }
+  image->cell = kith_grid_number(cells->count, there);
+  return true;
+}
+
+int kith_cells_neighbors(const struct kith_cells *cells, int64_t c, struct kith_cell_image *image,
+                         int *n_forward) {
+  const int half = KITH_CELL_NEIGHBORS / 2;
+  int64_t k[NDIM];
+  kith_grid_place(cells->count, c, k);
+  int n = 0;
+  for (int d = 1; d <= half; ++d) n += image_at(cells, k, half + d, &image[n]);
+  if (n_forward != NULL) *n_forward = n;
+  for (int d = 1; d <= half; ++d) n += image_at(cells, k, half - d, &image[n]);
   return n;
 }

@@ -5,8 +5,10 @@
  * last face of an axis to the last cell; a position is inside the box of its cell exactly, whatever the
  * rounding.
  *
- * Neighbors share a face, an edge or a corner, also across periodic faces. With 1 or 2 cells on a periodic
- * axis a cell is its own neighbor, or that of another cell more than once; so no axis needs three cells.
+ * Neighbors share a face, an edge or a corner; across a periodic face they are images. An image of a cell,
+ * (cell, shift), is displaced by shift[a] (upper[a] - lower[a]). With 1 or 2 cells on a periodic axis a cell
+ * is its own neighbor, or meets another cell more than once, as different images; so no axis needs three
+ * cells.
  *
  * The grid is a plain value: it owns no memory and is copied freely. */
 #ifndef KITH_DOMAIN_CELLS_H
@@ -21,6 +23,11 @@ struct kith_cells {
   double edge[NDIM]; /* (upper - lower) / count */
   bool periodic[NDIM];
   int64_t count[NDIM], n; /* per axis, at least 1; their product, at most INT32_MAX */
+};
+
+struct kith_cell_image {
+  int64_t cell;
+  int shift[NDIM]; /* -1, 0, 1 lengths of the box */
 };
 
 /* As many cells per axis as edges of at least `least_edge` fit (within 1e-9 of a cell), at least one: a box
@@ -54,7 +61,12 @@ static inline int64_t kith_grid_number(const int64_t *count, const int64_t *k) {
  * axis); -1: none. */
 int64_t kith_cells_beside(const struct kith_cells *cells, int64_t c, int axis, int side);
 
-/* The neighbors of c, as often as they touch it: neighbor[KITH_CELL_NEIGHBORS]; returns how many. */
-int kith_cells_neighbors(const struct kith_cells *cells, int64_t c, int64_t *neighbor);
+/* All neighbors of c except itself: their number is returned; `image` has space for KITH_CELL_NEIGHBORS. The
+ * first *n_forward (may be NULL) are its forward half: the offsets whose last non-zero component is positive,
+ * in the order +x, three of +y, nine of +z. A loop over the forward halves of all cells visits every
+ * unordered pair of cell images, up to shifts of both, exactly once, without pairs of a cell with itself
+ * unshifted. */
+int kith_cells_neighbors(const struct kith_cells *cells, int64_t c, struct kith_cell_image *image,
+                         int *n_forward);
 
 #endif

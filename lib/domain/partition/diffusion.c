@@ -89,10 +89,10 @@ static kith_status add_entries(struct border *border, int64_t c) {
   const size_t begin = border->n_entries;
   KITH_TRY(kith_grow(&border->entry, &border->capacity, begin, begin + KITH_CELL_NEIGHBORS,
                      sizeof *border->entry));
-  int64_t neighbor[KITH_CELL_NEIGHBORS];
-  const int n = kith_cells_neighbors(cells, c, neighbor);
+  struct kith_cell_image neighbor[KITH_CELL_NEIGHBORS];
+  const int n = kith_cells_neighbors(cells, c, neighbor, NULL);
   for (int k = 0; k < n; ++k)
-    if (owner[neighbor[k]] != owner[c]) --entry_of(border, begin, c, owner[neighbor[k]])->key;
+    if (owner[neighbor[k].cell] != owner[c]) --entry_of(border, begin, c, owner[neighbor[k].cell])->key;
   for (int side = 0; side < 2 * NDIM; ++side) {
     const int64_t d = kith_cells_beside(cells, c, side / 2, side % 2 == 0 ? -1 : 1);
     if (d >= 0 && owner[d] != owner[c]) entry_of(border, begin, c, owner[d])->key &= ~(uint64_t)NO_FACE;
@@ -175,10 +175,11 @@ static int compare_codes(const void *a, const void *b) {
 /* Would rank q with cell c have a neighboring rank that it did not have in the first map? */
 static bool makes_neighbors(const struct border *border, int32_t q, int64_t c) {
   const struct diffusion *self = border->partition->self;
-  int64_t neighbor[KITH_CELL_NEIGHBORS];
-  const int n = kith_cells_neighbors(border->partition->cells, c, neighbor);
+  struct kith_cell_image neighbor[KITH_CELL_NEIGHBORS];
+  const int n = kith_cells_neighbors(border->partition->cells, c, neighbor, NULL);
   for (int k = 0; k < n; ++k) {
-    const int32_t other = neighbor[k] == c ? q : border->owner[neighbor[k]];
+    const int64_t d = neighbor[k].cell;
+    const int32_t other = d == c ? q : border->owner[d];
     const uint64_t code = ranks_code(border, q, other);
     if (other != q &&
         bsearch(&code, self->allowed, (size_t)self->n_allowed, sizeof code, compare_codes) == NULL)

@@ -146,26 +146,40 @@ static bool touches(const struct kith_cells *cells, int64_t c, int64_t d, const 
   return !same;
 }
 
-/* met[c][d], how often the function names d, against `touches` for all shifts. */
+static int code_of(const int *shift, int sign) {
+  int code = 0;
+  for (int a = NDIM - 1; a >= 0; --a) code = 3 * code + 1 + sign * shift[a];
+  return code;
+}
+
+/* met[c][d][shift] is 1 for what the function names; then against `touches`, and the forward half pair by
+ * pair. */
 static void check_neighbors(const struct kith_cells *cells) {
   const size_t n = (size_t)cells->n;
-  int *met = calloc(n * n, sizeof *met);
+  int *met = calloc(n * n * SHIFTS, sizeof *met), *forward = calloc(n * n * SHIFTS, sizeof *forward);
   for (size_t c = 0; c < n; ++c) {
-    int64_t neighbor[KITH_CELL_NEIGHBORS];
-    const int all = kith_cells_neighbors(cells, (int64_t)c, neighbor);
-    for (int k = 0; k < all; ++k) ++met[c * n + (size_t)neighbor[k]];
+    struct kith_cell_image image[KITH_CELL_NEIGHBORS];
+    int n_forward = -1;
+    const int all = kith_cells_neighbors(cells, (int64_t)c, image, &n_forward);
+    for (int k = 0; k < all; ++k) {
+      const size_t at = (c * n + (size_t)image[k].cell) * SHIFTS + (size_t)code_of(image[k].shift, 1);
+      ++met[at];
+      forward[at] += k < n_forward;
+    }
   }
   for (size_t c = 0; c < n; ++c)
-    for (size_t d = 0; d < n; ++d) {
-      int wanted = 0;
+    for (size_t d = 0; d < n; ++d)
       for (int code = 0; code < SHIFTS; ++code) {
         int shift[NDIM], rest = code;
         for (int a = 0; a < NDIM; ++a, rest /= 3) shift[a] = rest % 3 - 1;
-        wanted += touches(cells, (int64_t)c, (int64_t)d, shift);
+        const bool neighbors = touches(cells, (int64_t)c, (int64_t)d, shift);
+        const size_t at = (c * n + d) * SHIFTS + (size_t)code;
+        const size_t back = (d * n + c) * SHIFTS + (size_t)code_of(shift, -1);
+        CHECK(met[at] == neighbors);
+        CHECK(forward[at] + forward[back] == neighbors);
       }
-      CHECK(met[c * n + d] == wanted);
-    }
   free(met);
+  free(forward);
 }
 
 /* All mixtures of 1, 2, 3 and 4 cells, periodic or not. */
@@ -191,11 +205,30 @@ static void test_neighbors(void) {
   }
 }
 
+/* +x, the three of +y, the nine of +z. */
+static void test_half_shell_order(void) {
+  int count[NDIM];
+  bool periodic[NDIM];
+  for (int a = 0; a < NDIM; ++a) count[a] = 3, periodic[a] = false;
+  const struct kith_cells cells = grid(count, periodic);
+  const int64_t middle = cells.n / 2;
+  struct kith_cell_image image[KITH_CELL_NEIGHBORS];
+  int n_forward = 0;
+  CHECK(kith_cells_neighbors(&cells, middle, image, &n_forward) == KITH_CELL_NEIGHBORS);
+  CHECK(n_forward == KITH_CELL_NEIGHBORS / 2);
+  for (int k = 0; k < n_forward;
+       ++k) { /* 3 cells an axis: the half shell is all that comes after the middle */
+    CHECK(image[k].cell == middle + 1 + k);
+    CHECK(image[n_forward + k].cell == middle - 1 - k);
+  }
+}
+
 int main(void) {
   test_counts();
   test_bad_input();
   test_unique();
   test_outside();
   test_neighbors();
+  test_half_shell_order();
   return check_failed();
 }

@@ -257,10 +257,10 @@ static void check_wave(struct kith_partition *partition, const double *weight) {
 static bool neighbors_in(const struct kith_partition *partition, bool (*table)[MOST_RANKS], bool note) {
   bool all = true;
   for (int64_t c = 0; c < partition->cells->n; ++c) {
-    int64_t neighbor[KITH_CELL_NEIGHBORS];
-    const int n = kith_cells_neighbors(partition->cells, c, neighbor);
+    struct kith_cell_image neighbor[KITH_CELL_NEIGHBORS];
+    const int n = kith_cells_neighbors(partition->cells, c, neighbor, NULL);
     for (int k = 0; k < n; ++k) {
-      const int p = partition->owner[c], q = partition->owner[neighbor[k]];
+      const int p = partition->owner[c], q = partition->owner[neighbor[k].cell];
       if (note) table[p][q] = true;
       all = all && (table[p][q] || p == q);
     }
