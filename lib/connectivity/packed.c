@@ -92,13 +92,12 @@ int kith_packed_hits(const struct kith_packed *packed, const double *x, double r
   return hits(packed, x, radius2, hit);
 }
 
-KITH_HOT static int between(const struct kith_packed *packed, const double *x, const double *y,
-                            uint64_t *restrict hit) {
+KITH_HOT static void between(const struct kith_packed *packed, const double *x, const double *y,
+                             uint64_t *restrict hit) {
   const double *c[NDIM];
   double from[NDIM], to[NDIM];
   for (int a = 0; a < NDIM; ++a) c[a] = packed->coordinate[a], from[a] = x[a], to[a] = y[a];
   const int words = packed->words;
-  int count = 0;
   for (int w = 0; w < words; ++w) {
     uint64_t inside[64], bits = 0;
     for (int k = 0; k < 64; ++k) {
@@ -112,13 +111,11 @@ KITH_HOT static int between(const struct kith_packed *packed, const double *x, c
     }
     for (uint64_t k = 0; k < 64; ++k) bits |= inside[k] << k;
     hit[w] &= bits;
-    count += __builtin_popcountll(hit[w]);
   }
-  return count;
 }
 
-int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit) {
-  return between(packed, x, y, hit);
+void kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit) {
+  between(packed, x, y, hit);
 }
 
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {

@@ -23,8 +23,8 @@ void kith_packed_close(struct kith_packed *packed, int n);
 /* Bit p of hit[words]: d2(x, p) <= max(radius2, radius2_p). Returns the number of bits set. */
 int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit);
 /* Keeps the bits of nodes whose closest point on the segment from x to y lies strictly between the ends:
- * (x_p - x).(y - x) > 0 and (x_p - y).(x - y) > 0. Returns how many are left. */
-int kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit);
+ * (x_p - x).(y - x) > 0 and (x_p - y).(x - y) > 0. */
+void kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit);
 /* Writes the nodes of the bits set, ascending. */
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out);
 /* Writes the slots of a run within range of the box, d2(box, slot) <= max(radius2, radius2_slot), ascending;

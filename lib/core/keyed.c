@@ -67,13 +67,6 @@ static void scatter(const struct kith_keyed *from, struct kith_keyed *to, size_t
       to[place[c][from[i].key >> shift & (TOP_BINS - 1)]++] = from[i];
 }
 
-static uint64_t differing_bits(const struct kith_keyed *item, size_t n) {
-  uint64_t differing = 0;
-#pragma omp parallel for schedule(static) reduction(| : differing)
-  for (size_t i = 0; i < n; ++i) differing |= item[i].key ^ item[0].key;
-  return differing;
-}
-
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n) {
   if (n < TOP_BINS) {
     sort_bin(item, scratch, n, false);
@@ -84,7 +77,10 @@ kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch,
   uint32_t(*place)[TOP_BINS] = NULL;
   KITH_TRY(kith_resize(&place, 0, chunks + 1, sizeof *place));
   uint32_t *const end = place[chunks];
-  scatter(item, scratch, n, KITH_MAX(bit_length(differing_bits(item, n)) - TOP_DIGIT, 0), chunks, place, end);
+  uint64_t differing = 0;
+#pragma omp parallel for schedule(static) reduction(| : differing)
+  for (size_t i = 0; i < n; ++i) differing |= item[i].key ^ item[0].key;
+  scatter(item, scratch, n, KITH_MAX(bit_length(differing) - TOP_DIGIT, 0), chunks, place, end);
 #pragma omp parallel for schedule(dynamic, 16)
   for (int d = 0; d < TOP_BINS; ++d) {
     const size_t first = d > 0 ? end[d - 1] : 0;

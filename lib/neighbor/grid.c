@@ -137,14 +137,12 @@ static inline uint64_t row_key(const struct grid *grid, kith_index cell) {
 }
 
 static kith_status list_rows(struct grid *grid) {
-  kith_index rows = 0;
-  for (kith_index c = 0; c < grid->n_cells; ++c) rows += c == 0 || row_key(grid, c) != row_key(grid, c - 1);
-  KITH_TRY(kith_reserve(&grid->row, &grid->rows_capacity, (size_t)rows + 1, sizeof *grid->row));
+  KITH_TRY(kith_reserve(&grid->row, &grid->rows_capacity, (size_t)grid->n_cells + 1, sizeof *grid->row));
   grid->n_rows = 0;
   for (kith_index c = 0; c < grid->n_cells; ++c)
     if (c == 0 || row_key(grid, c) != row_key(grid, c - 1))
       grid->row[grid->n_rows++] = (struct row){row_key(grid, c), c};
-  grid->row[rows] = (struct row){0, grid->n_cells};
+  grid->row[grid->n_rows] = (struct row){0, grid->n_cells};
   return KITH_OK;
 }
 

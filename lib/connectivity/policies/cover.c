@@ -4,9 +4,8 @@
 #include <float.h>
 #include <string.h>
 #include "lib/comm/sum.h"
+#include "lib/connectivity/rows.h"
 #include "lib/core/vec.h"
-
-enum { FEW = 1000 }; /* nodes: for fewer, waking threads costs more than they save */
 
 /* Where node i is, or will be `ahead`. */
 static void position_of(const struct kith_cover *cover, const struct kith_nodes *nodes, kith_index i,
@@ -35,7 +34,7 @@ static void displacement(const struct kith_cover *cover, const double *x, const 
 static void first_drift(const struct kith_cover *cover, const struct kith_nodes *nodes, double *first) {
   const int64_t *restrict id = nodes->id->i64;
   int64_t least = INT64_MAX;
-#pragma omp parallel for schedule(static) reduction(min : least) if (cover->n > FEW)
+#pragma omp parallel for schedule(static) reduction(min : least) if (cover->n > KITH_FEW)
   for (kith_index i = 0; i < cover->n; ++i) least = KITH_MIN(least, id[i]);
   kith_index i = 0;
   while (i < cover->n && id[i] != least) ++i;
@@ -50,7 +49,7 @@ void kith_mean_vector(const struct kith_nodes *nodes,
                       double mean[NDIM]) {
   struct kith_sum total[NDIM] = {0};
   uint64_t n = (uint64_t)nodes->n_internal;
-#pragma omp parallel if (n > FEW)
+#pragma omp parallel if (n > KITH_FEW)
   {
     struct kith_sum mine[NDIM] = {0};
     double x[NDIM];
@@ -108,7 +107,7 @@ bool kith_cover_holds(const struct kith_cover *cover, const struct kith_nodes *n
   if (cover->n == 0 && nodes->ranks == NULL) return true;
   double drift[NDIM], most = 0;
   common_drift(cover, nodes, drift);
-#pragma omp parallel for schedule(static) reduction(max : most) if (cover->n > FEW)
+#pragma omp parallel for schedule(static) reduction(max : most) if (cover->n > KITH_FEW)
   for (kith_index i = 0; i < cover->n; ++i) {
     double x[NDIM];
     position_of(cover, nodes, i, x);
@@ -117,7 +116,7 @@ bool kith_cover_holds(const struct kith_cover *cover, const struct kith_nodes *n
   }
   kith_ranks_max(nodes->ranks, &most, 1);
   int missing = 0;
-#pragma omp parallel for schedule(static) reduction(| : missing) if (cover->n > FEW)
+#pragma omp parallel for schedule(static) reduction(| : missing) if (cover->n > KITH_FEW)
   for (kith_index i = 0; i < cover->n; ++i)
     missing |=
         !(support_of(cover, nodes, i) + cover->moved[i] + most <= cover->search_radius[i]); /* NaN: too */
