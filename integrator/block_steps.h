@@ -3,7 +3,7 @@
  *
  * A step of the integrator is a base step. It has KITH_TICKS ticks, and the steps of the nodes are powers of
  * two of them. At a tick at which a node's step ends,
- *   1. all nodes are predicted: positions drift with the velocity at the middle of the node's step, the rest
+ *   1. nodes are predicted: positions drift with the velocity at the middle of the node's step, the rest
  *      follows from the state at its last activity;
  *   2. the nodes whose step ends are active, and choose the next: by their own limits, at most twice the
  *      last, at most `ratio` times that of a neighbor, and so that it ends where steps of its length do;
@@ -11,11 +11,15 @@
  *   4. packages run for active nodes, and the force pass for touched ones too (physics/block_steps.h);
  *   5. a touched node whose step is more than `ratio` times that of an active neighbor, or longer than its
  *      own limits now allow, is woken sooner: its step is cut short.
+ * Where active nodes are few and far from all boundaries, a tick is local: only nodes near active ones are
+ * predicted and taken in by the search, and there are no ghosts; the state has the same bits. The search is
+ * made anew when it has cost as much in candidates that are no neighbors any more. On several ranks no tick is
+ * local.
  * At the end of the base step all nodes are active, so that the state is at one time: there is output, and a
  * run can restart. Nodes are mirrored and migrate at the first tick of the next one. A base step is as long
- * as the longest step that a node wants, at most 2^levels of the shortest, lands on the next output, and is
- * shortened if that saves updates, since steps are rounded down. With one level this is leapfrog with a
- * global step.
+ * as the longest step that a node wants, at most 2^levels of the shortest, a part of what is left until the
+ * next output, and shortened if that saves updates, since steps are rounded down. With one level this is
+ * leapfrog with a global step.
  *
  * Individual steps: Saitoh and Makino (2009, ApJ 697, L99), Durier and Dalla Vecchia (2012, MNRAS 419, 465)
  * for what goes wrong without steps 2 (ratio) and 5. */
@@ -26,7 +30,7 @@
 
 struct kith_block_settings {
   int levels;    /* base step / shortest step <= 2^levels when it begins */
-  double ratio;  /* of the steps of neighbors, at most: 2 or 4 */
+  double ratio;  /* of the steps of neighbors, at most: 2 or 4; infinite: no limit, no wake-ups */
   uint64_t seed; /* not 0: steps and wake-ups are chosen at random, for tests of conservation */
 };
 
