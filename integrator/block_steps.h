@@ -13,8 +13,8 @@
  *      own limits now allow, is woken sooner: its step is cut short.
  * Where active nodes are few and far from all boundaries, a tick is local: only nodes near active ones are
  * predicted and taken in by the search, and there are no ghosts; the state has the same bits. The search is
- * made anew when it has cost as much in candidates that are no neighbors any more. On several ranks no tick is
- * local.
+ * made anew when it has cost as much in candidates that are no neighbors any more. On several ranks no tick
+ * is local.
  * At the end of the base step all nodes are active, so that the state is at one time: there is output, and a
  * run can restart. Nodes are mirrored and migrate at the first tick of the next one. A base step is as long
  * as the longest step that a node wants, at most 2^levels of the shortest, a part of what is left until the
