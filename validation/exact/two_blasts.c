@@ -41,6 +41,11 @@ struct flow {
   struct cell cell[]; /* [n + 1]: the last one is the upper face of the one before */
 };
 
+/* Gas at rest or moving, the same from `from` to the next one's `from`. */
+struct slab {
+  double from, density, velocity, pressure;
+};
+
 /* The limited slope of b, per cell, between its neighbors a and c. */
 static double limited(double a, double b, double c) {
   const double left = b - a, right = c - b, center = 0.5 * (c - a);
@@ -135,25 +140,29 @@ static kith_status run(struct flow *f, double time) {
   return KITH_OK;
 }
 
-/* Cells of about the same mass, whole ones in each of the three slabs. */
-static kith_status lay_out(struct flow **out, double gamma) {
-  enum { SLABS = 3 };
-  static const double from[SLABS + 1] = {0, 0.1, 0.9, 1}, pressure[SLABS] = {1000, 0.01, 100};
+/* Cells of about the same mass, whole ones in each slab, the last of which ends at `end`. */
+static kith_status lay_out(struct flow **out, double gamma, int n_slabs, const struct slab *slab, double end,
+                           int cells) {
+  double total = 0;
   *out = NULL;
-  /* Each slab may have half a cell more than its share. */
-  KITH_TRY(kith_resize(out, 0, 1, sizeof **out + (CELLS + SLABS + 1) * sizeof *(*out)->cell));
+  for (int k = 0; k < n_slabs; ++k)
+    total += slab[k].density * ((k + 1 < n_slabs ? slab[k + 1].from : end) - slab[k].from);
+  /* Each slab may have half a cell more than its share, or one instead of none. */
+  const size_t most = (size_t)cells + (size_t)n_slabs + 1;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out + most * sizeof *(*out)->cell));
   struct flow *f = *out;
   f->gamma = gamma;
-  for (int s = 0; s < SLABS; ++s) {
-    const double length = from[s + 1] - from[s];
-    const int count = (int)lround(CELLS * length);
+  for (const struct slab *s = slab; s < slab + n_slabs; ++s) {
+    const double length = (s + 1 < slab + n_slabs ? s[1].from : end) - s->from;
+    const int count = KITH_MAX(1, (int)lround(cells * (s->density * length) / total));
     for (int i = 0; i < count; ++i)
-      f->cell[f->n++] = (struct cell){.face = from[s] + i * (length / count),
-                                      .mass = length / count,
-                                      .gas = {1, 0, pressure[s]},
-                                      .energy = pressure[s] / (gamma - 1)};
+      f->cell[f->n++] =
+          (struct cell){.face = s->from + i * (length / count),
+                        .mass = s->density * (length / count),
+                        .gas = {1 / s->density, s->velocity, s->pressure},
+                        .energy = s->pressure / s->density / (gamma - 1) + 0.5 * s->velocity * s->velocity};
   }
-  f->cell[f->n].face = 1;
+  f->cell[f->n].face = end;
   return KITH_OK;
 }
 
@@ -179,8 +188,9 @@ struct two_blasts {
 
 static kith_status create(void **self, const void *settings) {
   const struct settings *p = settings;
+  static const struct slab slabs[] = {{0, 1, 0, 1000}, {0.1, 1, 0, 0.01}, {0.9, 1, 0, 100}};
   struct flow *flow = NULL;
-  KITH_TRY(lay_out(&flow, p->gas.gamma));
+  KITH_TRY(lay_out(&flow, p->gas.gamma, 3, slabs, 1, CELLS));
   const size_t row = ((size_t)flow->n + 1) * sizeof *flow->cell;
   kith_status status = kith_resize(self, 0, 1, sizeof(struct two_blasts) + (KEPT + 1) * row);
   struct two_blasts *b = *self;
