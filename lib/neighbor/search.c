@@ -131,7 +131,7 @@ kith_status kith_search_near(struct kith_search *search, double slack, kith_inde
     status = (int)mine;
   }
   KITH_TRY((kith_status)status);
-  KITH_TRY(kith_grow(found, capacity, 0, (size_t)search->n_internal, sizeof **found));
+  KITH_TRY(kith_grow(found, capacity, 0, (size_t)search->n_internal + 1, sizeof **found));
   *count = 0;
   for (kith_index slot = 0; slot < search->n; ++slot) {
     (*found)[*count] = search->node[slot]; /* written in any case, kept if it counts */
