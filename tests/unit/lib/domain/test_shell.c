@@ -46,6 +46,22 @@ static void check_shell(const struct kith_partition *partition, const struct kit
   }
 }
 
+/* What p sends to q is, place by place, what q expects of p. */
+static void check_both_sides(const struct kith_shell *shell, int n_ranks) {
+  for (int p = 0; p < n_ranks; ++p)
+    for (int k = 0; k < shell[p].n_neighbors; ++k) {
+      const struct kith_shell *other = &shell[shell[p].neighbor[k]];
+      int back = 0;
+      while (back < other->n_neighbors && other->neighbor[back] != p) ++back;
+      CHECK(back < other->n_neighbors);
+      if (back == other->n_neighbors) continue;
+      const int64_t n = shell[p].send_first[k + 1] - shell[p].send_first[k];
+      CHECK(n == other->receive_first[back + 1] - other->receive_first[back]);
+      CHECK(n > 0 && memcmp(shell[p].send + shell[p].send_first[k],
+                            other->receive + other->receive_first[back], (size_t)n * sizeof(int64_t)) == 0);
+    }
+}
+
 static void check_map(const struct kith_partition *partition) {
   struct kith_shell shell[MOST_RANKS] = {{0}};
   for (int r = 0; r < partition->n_ranks; ++r) {
