@@ -101,13 +101,13 @@ static void fewer_updates(void) {
 static void without_limits(void) {
   static const char cold[] =
       "dimension: 3\nscene: cold\n"
-      "resolution: {1d: 200, 2d: 40, 3d: 16}\n"
+      "resolution: {1d: 200, 2d: 40, 3d: 20}\n"
       "domain: {lower: [-0.5, -0.5, -0.5], upper: [0.5, 0.5, 0.5]}\n"
       "boundaries: {x: periodic, y: periodic, z: periodic}\n"
       "materials: {gas: {gamma: 1.6666666666666667}}\n"
       "regions:\n"
       "  - {material: gas, lattice: cubic, density: 1, pressure: 1e-6}\n"
-      "energy: {energy: 1, center: [0, 0, 0], over: kernel}\n" BLOCK "until: 0.04\n";
+      "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2}\n" BLOCK "until: 0.05\n";
   for (int limited = 0; limited < 2; ++limited) {
     struct scenario s;
     if (scenario_open(&s, cold, "scheme.ratio=%s", limited ? "2" : "none")) {
