@@ -50,19 +50,14 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
 }
 
 /* Nothing asks for the pressure of a chunk of idle nodes. */
-static bool all_idle(const struct kith_nodes *nodes, kith_index begin, kith_index end) {
-  for (kith_index i = begin; i < end; ++i)
-    if (nodes->activity == NULL || nodes->activity->u8[i] != KITH_IDLE) return false;
-  return true;
-}
-
 static void evaluate_eos(const struct kith_hydro *hydro, int list, kith_index first, kith_index count) {
   enum { CHUNK = 256 };
   const struct kith_material *material = &hydro->material[list];
+  const struct kith_field *activity = hydro->nodes->activity;
 #pragma omp parallel for schedule(static) if (count > CHUNK)
   for (kith_index i = first; i < first + count; i += CHUNK) {
     const kith_index n = KITH_MIN(CHUNK, first + count - i);
-    if (!all_idle(hydro->nodes, i, i + n))
+    if (activity == NULL || !kith_all_idle(activity->u8, i, i + n))
       material->eos->state(material->settings, n, hydro->density->f64 + i, hydro->energy->f64 + i,
                            hydro->pressure->f64 + i, hydro->sound_speed->f64 + i);
   }

@@ -156,6 +156,13 @@ static inline bool kith_node_active(const struct kith_nodes *nodes, kith_index i
   return nodes->activity == NULL || nodes->activity->u8[i] == KITH_ACTIVE;
 }
 
+/* Are nodes begin .. end - 1 all idle? Written for the vectorizer. */
+static inline bool kith_all_idle(const uint8_t *activity, kith_index begin, kith_index end) {
+  uint8_t any = 0;
+  for (kith_index i = begin; i < end; ++i) any |= activity[i];
+  return any == KITH_IDLE;
+}
+
 /* Is it in checkpoints? Where nodes have an activity, work is too: idle ones keep it from evaluation to
  * evaluation. */
 static inline bool kith_field_lasts(const struct kith_nodes *nodes, const struct kith_field *field) {
