@@ -259,7 +259,7 @@ KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end
       kith_index partner[KITH_BLOCK];
       for (size_t k = 0; k < n; ++k) partner[k] = pairs->node[p + k][1];
       for (size_t q = p + KITH_AHEAD; q < KITH_MIN(p + KITH_AHEAD + n, pairs->n); ++q)
-        kith_force_ask(packed_particle(pass, pairs->node[q][1]), (size_t)pass->n_packed);
+        kith_force_prefetch(packed_particle(pass, pairs->node[q][1]), (size_t)pass->n_packed);
       for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
       pass->evaluate(pass, i, partner, n, n, s);
       double *restrict value = pass->pair->value + p * KITH_PAIR_VALUES;

@@ -51,7 +51,7 @@ typedef void kith_force_packed(const struct kith_package *package, kith_index i,
 
 struct kith_force_pass;
 /* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; the values of the edges are in the lanes. Of
- * `known` partners, some of nodes that come later, those some way ahead are asked for. */
+ * `known` partners, some of nodes that come later, those some way ahead are prefetched. */
 typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i,
                               const kith_index *restrict partner, size_t n, size_t known,
                               struct kith_scratch *scratch);
@@ -91,10 +91,10 @@ KITH_INLINE double *kith_force_values(const struct kith_force_pass *pass, const 
   return kith_lane(s, (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges);
 }
 
-/* Particles are asked for this many partners before they are loaded: a row or two, the time that memory takes
- * to answer. */
+/* Particles are prefetched this many partners before they are loaded: a row or two, the time that memory
+ * takes to answer. */
 enum { KITH_AHEAD = 96 };
-KITH_INLINE void kith_force_ask(const double *packed, size_t n_packed) {
+KITH_INLINE void kith_force_prefetch(const double *packed, size_t n_packed) {
   for (size_t m = 0; m < n_packed; m += 8) __builtin_prefetch(packed + m); /* 64 bytes a line */
 }
 
@@ -116,7 +116,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
     kith_index room[KITH_LANES];
     const kith_index *four = kith_lanes_entries(partner, k, n, room);
     for (size_t l = k + KITH_AHEAD; l < KITH_MIN(k + KITH_AHEAD + KITH_LANES, known); ++l)
-      kith_force_ask(packed + (size_t)partner[l] * size, n_packed);
+      kith_force_prefetch(packed + (size_t)partner[l] * size, n_packed);
     for (size_t m = 0; m < size; m += KITH_LANES) {
       const double *from[KITH_LANES];
       kith_lanes field[KITH_LANES];
