@@ -58,8 +58,8 @@ static void evaluate_eos(const struct kith_hydro *hydro, int list, kith_index fi
   for (kith_index i = first; i < first + count; i += CHUNK) {
     const kith_index n = KITH_MIN(CHUNK, first + count - i);
     if (activity == NULL || !kith_all_idle(activity->u8, i, i + n))
-      material->eos->state(material->settings, n, hydro->density->f64 + i, hydro->energy->f64 + i,
-                           hydro->pressure->f64 + i, hydro->sound_speed->f64 + i);
+      kith_material_state(material, n, hydro->density->f64 + i, hydro->energy->f64 + i,
+                          hydro->pressure->f64 + i, hydro->sound_speed->f64 + i);
   }
 }
 
@@ -94,8 +94,8 @@ static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
     if (!isfinite(hydro->acceleration->f64[i * NDIM + a])) return "its acceleration is not finite";
   if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i]))
     return "its density is not a positive number";
-  const bool positive = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
-  return positive && hydro->energy->f64[i] < 0 ? "its energy is negative" : NULL;
+  return kith_material_outside(&hydro->material[hydro->nodes->list->u8[i]], hydro->density->f64[i],
+                               hydro->energy->f64[i], hydro->pressure->f64[i], hydro->sound_speed->f64[i]);
 }
 
 /* DIVERGED names the first internal node with which something is wrong. */

@@ -40,11 +40,6 @@ double kith_external_force_potential(const struct kith_external_force *external_
 void kith_external_force_add(const struct kith_external_force *external_force, const double *x,
                              double *acceleration);
 
-struct kith_material {
-  const struct kith_eos_ops *eos;
-  const void *settings; /* of its equation of state; borrowed */
-};
-
 struct kith_hydro {
   struct kith_nodes *nodes;                      /* borrowed */
   struct kith_material material[KITH_MAX_LISTS]; /* of each node list; its name is the list's */
@@ -71,7 +66,7 @@ void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro);
 kith_status kith_hydro_finite(const struct kith_hydro *hydro);
 
 /* For use after rates are computed, to stop a run that left the physical range: DIVERGED names the first
- * internal node with a value that is not finite, or a negative energy where the material forbids it. */
+ * internal node with a value that is not finite, or a state outside of its equation of state. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 
 /* Sums over internal nodes of all ranks, exact (sum.h): bitwise identical for any number of

@@ -62,13 +62,13 @@ static inline bool kith_region_damaged(const struct kith_region *region) {
 static inline double kith_material_pressure(const struct kith_material *material, double density,
                                             double energy) {
   double pressure, sound_speed;
-  material->eos->state(material->settings, 1, &density, &energy, &pressure, &sound_speed);
+  kith_material_state(material, 1, &density, &energy, &pressure, &sound_speed);
   return pressure;
 }
 /* Does the pressure follow as asked? Some equations of state take nothing from the energy. */
 static inline bool kith_pressure_holds(const struct kith_material *material, double density, double energy,
                                        double asked) {
-  return material->eos->energy_positive ||
+  return !material->eos->barotropic ||
          !(fabs(kith_material_pressure(material, density, energy) - asked) > 1e-9 * fabs(asked));
 }
 

@@ -157,19 +157,38 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
+struct material {
+  struct kith_selected eos;
+  bool cut;
+};
 const struct kith_param kith_materials_params[] = {
-    {"eos", KITH_PARAM_MEMBER, "ideal", "", "equation of state", .family = kith_eos_member}, {0}};
+    {"eos", KITH_PARAM_MEMBER, "ideal", "", "equation of state", .family = kith_eos_member,
+     KITH_INTO(struct material, eos)},
+    {"tension", KITH_PARAM_CHOICE, "allowed", "allowed|cut",
+     "a negative pressure: as the equation of state has it, or 0, and the sound speed too",
+     KITH_INTO(struct material, cut)},
+    {0}};
 
 static kith_status read_material(struct kith_scene *scene, const struct kith_config_node *node) {
   const int m = scene->n_materials;
   const size_t room = sizeof scene->material_name[m];
-  struct kith_selected eos = {.name = ""};
+  struct material read = {.eos = {.name = ""}};
   if (m == KITH_MAX_LISTS) return kith_config_fail(node, NULL, "more than %d materials", KITH_MAX_LISTS);
   if (strlen(node->key) >= room)
     return kith_config_fail(node, NULL, "a name longer than %zu letters", room - 1);
-  const kith_status status = kith_params_read(kith_materials_params, node->null ? NULL : node, &eos);
+  kith_status status = kith_params_read(kith_materials_params, node->null ? NULL : node, &read);
+  const struct kith_eos_ops *eos = kith_eos_find(read.eos.name);
+  if (status == KITH_OK && eos->load != NULL) {
+    const struct kith_config_node *file = kith_config_child(node, "file");
+    const char *slash = strrchr(file->location.file, '/');
+    char folder[4096];
+    snprintf(folder, sizeof folder, "%.*s", slash == NULL ? 0 : (int)(slash + 1 - file->location.file),
+             file->location.file);
+    if (eos->load(&read.eos.settings, folder) != KITH_OK)
+      status = kith_config_fail(node, NULL, "%s", kith_failure());
+  }
   snprintf(scene->material_name[m], room, "%s", node->key);
-  scene->material[m] = (struct kith_material){kith_eos_find(eos.name), eos.settings};
+  scene->material[m] = (struct kith_material){eos, read.eos.settings, read.cut};
   ++scene->n_materials;
   return status;
 }

@@ -30,12 +30,18 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
   for (int r = 0; r < KITH_MIN(scene->n_regions, 2); ++r) {
     const struct kith_region *region = &scene->region[r];
     const struct kith_material *m = &scene->material[region->material];
-    out.region[r].gamma = m->eos->gamma_law ? m->eos->effective_gamma(m->settings) : NAN;
+    const struct kith_power_law law =
+        m->eos->power_law != NULL ? m->eos->power_law(m->settings) : (struct kith_power_law){NAN, NAN};
+    out.region[r].gamma = law.gamma, out.region[r].stiffness = law.stiffness;
+    out.region[r].barotropic = m->eos->barotropic;
     out.region[r].density = kith_expression_constant(region->density);
     out.region[r].pressure =
         region->pressure != NULL
             ? kith_expression_constant(region->pressure)
             : kith_material_pressure(m, out.region[r].density, kith_expression_constant(region->energy));
+    out.region[r].energy = region->energy != NULL
+                               ? kith_expression_constant(region->energy)
+                               : m->eos->energy(m->settings, out.region[r].density, out.region[r].pressure);
     for (int a = 0; a < NDIM; ++a) {
       out.region[r].velocity[a] =
           region->velocity[a] != NULL ? kith_expression_constant(region->velocity[a]) : 0;

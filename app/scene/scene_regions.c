@@ -73,7 +73,7 @@ static kith_status check_equilibrium(const struct kith_scene *scene, const struc
   if (region->frozen || region->barrier)
     return kith_config_fail(equilibrium, NULL, "not together with frozen: their density stays as given");
   const struct kith_eos_ops *eos = scene->material[region->material].eos;
-  if (eos->energy_positive) return KITH_OK;
+  if (!eos->barotropic) return KITH_OK;
   return kith_config_fail(equilibrium, NULL, "not for eos %s: its pressure takes nothing from energy",
                           eos->name);
 }

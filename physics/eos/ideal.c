@@ -24,8 +24,8 @@ static double energy_of(const void *settings, double density, double pressure) {
   return pressure / ((((const struct ideal *)settings)->gamma - 1) * density);
 }
 
-static double effective_gamma(const void *settings) {
-  return ((const struct ideal *)settings)->gamma;
+static struct kith_power_law power_law(const void *settings) {
+  return (struct kith_power_law){((const struct ideal *)settings)->gamma, 0};
 }
 
 const struct kith_eos_ops kith_eos_ideal = {.name = "ideal",
@@ -33,6 +33,5 @@ const struct kith_eos_ops kith_eos_ideal = {.name = "ideal",
                                             KITH_SETTINGS(params, ideal),
                                             .state = state,
                                             .energy = energy_of,
-                                            .effective_gamma = effective_gamma,
-                                            .energy_positive = true,
-                                            .gamma_law = true};
+                                            .power_law = power_law,
+                                            .energy_positive = true};

@@ -25,9 +25,9 @@ static double energy_of(const void *settings, double density, double pressure) {
   return 0;
 }
 
-static double effective_gamma(const void *settings) {
+static struct kith_power_law power_law(const void *settings) {
   (void)settings;
-  return 1;
+  return (struct kith_power_law){1, 0};
 }
 
 const struct kith_eos_ops kith_eos_isothermal = {.name = "isothermal",
@@ -35,4 +35,5 @@ const struct kith_eos_ops kith_eos_isothermal = {.name = "isothermal",
                                                  KITH_SETTINGS(params, isothermal),
                                                  .state = state,
                                                  .energy = energy_of,
-                                                 .effective_gamma = effective_gamma};
+                                                 .power_law = power_law,
+                                                 .barotropic = true};

@@ -28,8 +28,9 @@ static double energy_of(const void *settings, double density, double pressure) {
   return (pressure + p->gamma * p->stiffness) / ((p->gamma - 1) * density);
 }
 
-static double effective_gamma(const void *settings) {
-  return ((const struct stiffened *)settings)->gamma;
+static struct kith_power_law power_law(const void *settings) {
+  const struct stiffened *p = settings;
+  return (struct kith_power_law){p->gamma, p->stiffness};
 }
 
 const struct kith_eos_ops kith_eos_stiffened = {.name = "stiffened",
@@ -37,5 +38,5 @@ const struct kith_eos_ops kith_eos_stiffened = {.name = "stiffened",
                                                 KITH_SETTINGS(params, stiffened),
                                                 .state = state,
                                                 .energy = energy_of,
-                                                .effective_gamma = effective_gamma,
+                                                .power_law = power_law,
                                                 .energy_positive = true};

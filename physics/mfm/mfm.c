@@ -246,7 +246,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[MFM_PRESSURE] = hydro->pressure->f64[i];
   packed[MFM_BULK] = hydro->density->f64[i] * c * c;
   const struct kith_material *material = &hydro->material[hydro->nodes->list->u8[i]];
-  packed[MFM_GAMMA] = material->eos->effective_gamma(material->settings);
+  packed[MFM_GAMMA] = kith_material_gamma(material, hydro->density->f64[i], hydro->energy->f64[i]);
 }
 
 /* --- fields, passes --- */
@@ -260,10 +260,6 @@ static kith_status mfm_create(struct kith_package *package) {
       {true, {"density_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "d rho/dx"}, &mfm->density_slope},
       {true, {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"}, &mfm->pressure_slope},
       {0}};
-  for (int l = 0; l < hydro->nodes->n_lists; ++l)
-    if (hydro->material[l].eos->effective_gamma == NULL)
-      KITH_FAIL(BAD_INPUT, "package mfm cannot have a material with equation of state %s: it has no gamma",
-                hydro->material[l].eos->name);
   if (settings->faces == MFM_FACES_INTEGRATED && !settings->closed && package->barrier != NULL)
     KITH_FAIL(BAD_INPUT,
               "method.faces: integrated faces leave the side of a barrier open; give it "

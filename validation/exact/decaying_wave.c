@@ -48,5 +48,5 @@ const struct kith_exact_ops kith_exact_decaying_wave = {
     .derive = derive,
     .state = state,
     .transverse = true,
-    .diffusive = true,
+    .not_ideal = true,
 };

@@ -1,9 +1,9 @@
 /* exact.h - exact solutions a run is compared with: one family, chosen by name from the scene.
  *
  * A solution gives the state at a place x[NDIM] and a time; radial solutions use r = |x - center|, vortices
- * the distance from the axis through the center along axis 2. Gases are ideal: pressure = (gamma - 1) density
- * energy. Mathematics, source, limits and parameters stand in the file of each; what follows from the rest of
- * a scene the member derives. `kith list exact` lists them.
+ * the distance from the axis through the center along axis 2. Gases are ideal, pressure = (gamma - 1)
+ * density energy, unless the member says otherwise. Mathematics, source, limits and parameters stand in the
+ * file of each; what follows from the rest of a scene the member derives. `kith list exact` lists them.
  *
  * create() may turn off GSL's error handler for the process, which would abort: errors come back as status.
  * After create a solution is read-only: any number of threads may ask it. */
@@ -30,7 +30,10 @@ struct kith_exact_scene {
   } axis[NDIM];
   int n_regions;
   struct kith_exact_region {
-    double gamma, density, pressure, velocity[NDIM];
+    /* rho c^2 = gamma (P + stiffness): 0 in an ideal gas; NaN if its material has no such law. */
+    double gamma, stiffness;
+    bool barotropic; /* its pressure takes nothing from its energy */
+    double density, pressure, energy, velocity[NDIM];
     double lower[NDIM], upper[NDIM]; /* its box; infinite where the scene gives none */
   } region[2];                       /* the first two */
   int n_deposits;
@@ -66,8 +69,8 @@ struct kith_exact_ops {
   bool radial;                                      /* it has a center; else it varies along axis 0 only */
   bool vortex;     /* it turns about an axis through the center, along axis 2 */
   bool transverse; /* its velocity is along axis 1 */
-  bool diffusive; /* heat is conducted or the gas is viscous: no solution of Euler's equations, and the energy
-                   * need not be that of an ideal gas */
+  bool not_ideal;  /* heat is conducted, the gas is viscous, or it is no gas: no solution of Euler's equations
+                   * of an ideal gas */
 };
 
 #define KITH_EXACT_LIST(X) \
@@ -75,7 +78,9 @@ struct kith_exact_ops {
   X(sedov)                 \
   X(noh)                   \
   X(gresho)                \
-  X(yee) X(acoustic_wave) X(entropy_wave) X(square) X(two_blasts) X(uniform) X(decaying_wave) X(slabs)
+  X(yee)                   \
+  X(acoustic_wave)         \
+  X(entropy_wave) X(square) X(two_blasts) X(uniform) X(decaying_wave) X(slabs) X(hugoniot)
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X

@@ -17,10 +17,14 @@
   KITH_EXACT_ROW(period, VECTOR, "[0, 0, 0]", "[0, inf)", \
                  "sides of the periodic box that it is carried through; 0: none")
 
+static inline double kith_exact_ideal_gamma(const struct kith_exact_region *region) {
+  return region->stiffness == 0 && !region->barotropic ? region->gamma : NAN;
+}
+
 /* derive() of a gas: the values of the first region, the sides of the domain along its periodic axes. */
 static inline void kith_exact_derive_gas(void *settings, const struct kith_exact_scene *scene) {
   struct kith_exact_gas *gas = settings;
-  gas->gamma = scene->region[0].gamma;
+  gas->gamma = kith_exact_ideal_gamma(&scene->region[0]);
   gas->density = scene->region[0].density;
   gas->pressure = scene->region[0].pressure;
   for (int a = 0; a < NDIM; ++a)

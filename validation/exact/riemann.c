@@ -1,24 +1,34 @@
 /* riemann: two uniform half spaces meet at x[0] = interface_position at t = 0. E. F. Toro, Riemann Solvers
- * and Numerical Methods for Fluid Dynamics, chapter 4, with a gamma for each side (each gas keeps its own up
- * to the contact).
+ * and Numerical Methods for Fluid Dynamics, chapter 4, with a gamma g and a stiffness s for each side (each
+ * keeps its own up to the contact): rho c^2 = g (P + s). Below p is P + s.
  *
- * Pressure p and velocity are equal on both sides of the contact. Wave K changes the velocity by
+ * Pressure and velocity are equal on both sides of the contact. Wave K changes the velocity by
  *
  *   p > p_K, a shock:     f_K(p) = (p - p_K) sqrt(A / (p + B)),  A = 2 / ((g + 1) rho_K),
  *                         B = (g - 1) / (g + 1) p_K
- *   else, a rarefaction:  f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1)
+ *     of a barotropic one f_K(p) = sqrt((p - p_K) (1 / rho_K - 1 / rho)), rho = rho_K (p / p_K)^(1 / g)
+ *   else, a rarefaction:  f_K(p) = 2 c_K / (g - 1) ((p / p_K)^((g - 1) / 2g) - 1);  g = 1: c_K ln(p / p_K)
  *
- * and p solves f_L + f_R + u_R - u_L = 0, which is monotone: bisected in ln p. If the left side is not
- * negative at p = 0 the gases part and leave a vacuum, whose velocity is set to x / t. The left-running wave
- * is the right-running one in the mirror. */
+ * and P solves f_L + f_R + u_R - u_L = 0, which is monotone: bisected in the logarithm of the pressure above
+ * the lesser -s. If the left side is not negative at 0 the gases part and leave a vacuum, whose velocity is
+ * set to x / t; what is stiff is torn, and refused. Barotropic are isothermal gases (g = 1, s = 0) and those
+ * of Tait: their energy, which acts on nothing, takes the work of P and what shocks lose. The left-running
+ * wave is the right-running one in the mirror. */
 #include "validation/exact/exact_parameters.h"
 
 struct settings {
-  double gamma[2], density[2], pressure[2], velocity[2], interface_position;
+  double gamma[2], stiffness[2], density[2], pressure[2], velocity[2], energy[2], interface_position;
+  bool barotropic;
 };
 #define IN(member) KITH_INTO(struct settings, member)
 static const struct kith_param params[] = {
-    {"gamma", KITH_PARAM_SIDES, NULL, "(1, inf)", "ratio of specific heats: [left, right]", IN(gamma)},
+    {"gamma", KITH_PARAM_SIDES, NULL, "[1, inf)",
+     "ratio of specific heats, or exponent of the density: [left, right]", IN(gamma)},
+    {"stiffness", KITH_PARAM_SIDES, "0", "", "tension at which the sound speed is 0: [left, right]",
+     IN(stiffness)},
+    {"barotropic", KITH_PARAM_BOOL, "false", "", "the pressure takes nothing from the energy",
+     IN(barotropic)},
+    {"energy", KITH_PARAM_SIDES, "0", "", "of barotropic ones at the start: [left, right]", IN(energy)},
     {"density", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0: vacuum", IN(density)},
     {"velocity", KITH_PARAM_SIDES, NULL, "", "[left, right]", IN(velocity)},
     {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0 in a vacuum", IN(pressure)},
@@ -27,6 +37,8 @@ static const struct kith_param params[] = {
 
 static void derive_side(struct settings *s, int side, const struct kith_exact_region *region) {
   s->gamma[side] = region->gamma;
+  s->stiffness[side] = region->stiffness;
+  s->energy[side] = region->barotropic ? region->energy : 0;
   s->density[side] = region->density;
   s->pressure[side] = region->pressure;
   s->velocity[side] = region->velocity[0];
@@ -41,6 +53,7 @@ static void derive_vacuum(struct settings *s, const struct kith_exact_scene *sce
   derive_side(s, above ? 0 : 1, gas);
   const int empty = above ? 1 : 0;
   s->interface_position = above ? gas->upper[0] : gas->lower[0];
+  s->barotropic = gas->barotropic;
   s->gamma[empty] = s->gamma[!empty];
   s->density[empty] = s->velocity[empty] = s->pressure[empty] = 0;
 }
@@ -58,17 +71,22 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
   s->interface_position = a;
   derive_side(s, 0, left);
   derive_side(s, 1, right);
+  s->barotropic = left->barotropic;
+  if (left->barotropic != right->barotropic) s->gamma[0] = NAN; /* not solved here */
 }
 
-/* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas. */
+/* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas.
+ * Pressures are above the lesser -s of both sides, and `more` is that by which the own -s is below it. */
 struct side {
-  double gamma, density, velocity, pressure, sound;
+  double gamma, density, velocity, pressure, more, sound, stiffness, energy;
+  bool barotropic;
 };
 
 struct riemann {
   struct side side[2];
   bool shock[2];
-  struct kith_exact_star star;
+  double base;                 /* what pressures are above, with the opposite sign */
+  struct kith_exact_star star; /* with its true pressure */
 };
 
 static const double mirror[2] = {-1, 1};
@@ -77,11 +95,14 @@ static const double mirror[2] = {-1, 1};
 static const double weakest_shock = 1e-9;
 
 static double jump(const struct side *s, double p) {
-  const double g = s->gamma;
-  if (p <= s->pressure && s->pressure == 0) return 0; /* cold gas does not expand */
-  if (p <= s->pressure) return 2 * s->sound / (g - 1) * expm1((g - 1) / (2 * g) * log(p / s->pressure));
-  const double a = 2 / ((g + 1) * s->density), b = (g - 1) / (g + 1) * s->pressure;
-  return (p - s->pressure) * sqrt(a / (p + b));
+  const double g = s->gamma, start = s->pressure + s->more, end = p + s->more;
+  if (p <= s->pressure && start == 0) return 0; /* cold gas does not expand */
+  const double ratio = log(end / start);
+  if (p <= s->pressure)
+    return g > 1 ? 2 * s->sound / (g - 1) * expm1((g - 1) / (2 * g) * ratio) : s->sound * ratio;
+  if (s->barotropic) return sqrt((p - s->pressure) * -expm1(-ratio / g) / s->density);
+  const double a = 2 / ((g + 1) * s->density), b = (g - 1) / (g + 1) * start;
+  return (p - s->pressure) * sqrt(a / (end + b));
 }
 
 /* Inner edge, u + c, of a rarefaction down to p, as u - 2 c / (g - 1) is kept; of a vacuum if p is 0. */
@@ -107,16 +128,20 @@ static bool star_pressure(const struct side *side, double *pressure) {
   return found;
 }
 
-static void finish_side(struct riemann *problem, int k) {
+static void finish_side(struct riemann *problem, int k, double p) {
   const struct side *s = &problem->side[k];
   struct kith_exact_star *star = &problem->star;
-  const double g = s->gamma, p = star->pressure, push = p * (g + 1) + s->pressure * (g - 1);
-  problem->shock[k] = p > s->pressure * (1 + weakest_shock);
-  if (p > s->pressure) {
-    star->density[k] = s->density * push / (p * (g - 1) + s->pressure * (g + 1));
+  const double g = s->gamma, start = s->pressure + s->more, end = p + s->more;
+  const double push = end * (g + 1) + start * (g - 1);
+  problem->shock[k] = end > start * (1 + weakest_shock);
+  if (p > s->pressure && !s->barotropic) {
+    star->density[k] = s->density * push / (end * (g - 1) + start * (g + 1));
     star->head[k] = star->tail[k] = mirror[k] * (s->velocity + sqrt(push / (2 * s->density)));
+  } else if (p > s->pressure) {
+    star->density[k] = s->density * pow(end / start, 1 / g);
+    star->head[k] = star->tail[k] = mirror[k] * (s->velocity + (p - s->pressure) / (s->density * jump(s, p)));
   } else {
-    star->density[k] = s->density * pow(p / s->pressure, 1 / g);
+    star->density[k] = s->density * pow(end / start, 1 / g);
     star->head[k] = mirror[k] * (s->velocity + s->sound);
     star->tail[k] = mirror[k] * rarefaction_tail(s, p);
   }
@@ -135,25 +160,29 @@ static void finish_vacuum(struct riemann *problem, double least) {
   star->velocity = (star->tail[0] + star->tail[1]) / 2;
 }
 
-static void solve(struct riemann *problem) {
+static kith_status solve(struct riemann *problem) {
   const struct side *side = problem->side;
   double p = 0;
   const bool empty = side[0].density == 0 || side[1].density == 0;
-  if (empty || rarefaction_tail(&side[0], 0) + rarefaction_tail(&side[1], 0) >= 0 ||
-      !star_pressure(side, &p)) {
+  if (empty || mismatch(side, 0) >= 0 || !star_pressure(side, &p)) {
+    if (side[0].stiffness != 0 || side[1].stiffness != 0)
+      KITH_FAIL(BAD_INPUT, "exact solution riemann: what is stiff leaves no vacuum: it would be torn");
     finish_vacuum(problem, p);
-    return;
+    return KITH_OK;
   }
   const double left = side[0].velocity + jump(&side[0], p), right = side[1].velocity + jump(&side[1], p);
   problem->star.velocity = (right - left) / 2;
-  problem->star.pressure = p;
-  for (int k = 0; k < 2; ++k) finish_side(problem, k);
+  problem->star.pressure = p - problem->base;
+  for (int k = 0; k < 2; ++k) finish_side(problem, k, p);
+  return KITH_OK;
 }
 
 static kith_status check(const void *settings) {
   const struct settings *p = settings;
   for (int k = 0; k < 2; ++k)
-    if (p->density[k] == 0 && p->pressure[k] != 0)
+    if (p->gamma[k] == 1 && !p->barotropic)
+      KITH_FAIL(BAD_INPUT, "exact solution riemann: gamma[%d] is 1, which only barotropic gases have", k);
+    else if (p->density[k] == 0 && p->pressure[k] != 0)
       KITH_FAIL(BAD_INPUT, "exact solution riemann: pressure[%d] is %g, must be 0 where the density is 0", k,
                 p->pressure[k]);
   if (p->density[0] > 0 || p->density[1] > 0) return KITH_OK;
@@ -165,14 +194,32 @@ static kith_status riemann_create(void **self, const void *settings) {
   KITH_TRY(kith_resize(self, 0, 1, sizeof(struct riemann)));
   struct riemann *problem = *self;
   problem->star.interface = p->interface_position;
+  problem->base = KITH_MIN(p->stiffness[0], p->stiffness[1]);
   for (int k = 0; k < 2; ++k) {
     struct side *s = &problem->side[k];
-    s->gamma = p->gamma[k], s->density = p->density[k], s->pressure = p->pressure[k];
+    s->gamma = p->gamma[k], s->density = p->density[k], s->stiffness = p->stiffness[k];
+    s->pressure = p->pressure[k] + problem->base, s->more = s->stiffness - problem->base;
     s->velocity = mirror[k] * p->velocity[k];
-    s->sound = s->density > 0 ? sqrt(s->gamma * s->pressure / s->density) : 0;
+    s->sound = s->density > 0 ? sqrt(s->gamma * (p->pressure[k] + s->stiffness) / s->density) : 0;
+    s->barotropic = p->barotropic, s->energy = p->energy[k];
   }
-  solve(problem);
-  return KITH_OK;
+  const kith_status status = solve(problem);
+  if (status != KITH_OK) kith_free(self);
+  return status;
+}
+
+/* Of side k at this density and pressure. A barotropic one has taken the work: of an isentrope, or,
+ * `shocked`, that of the mean of both pressures. */
+static double energy_of(const struct side *s, double density, double pressure, double base, bool shocked) {
+  const double g = s->gamma, volume = density > 0 ? 1 / density : 0, end = pressure + s->stiffness,
+               start = s->pressure + s->more;
+  if (density == 0) return 0;
+  if (!s->barotropic) return kith_exact_energy(g, density, end) + s->stiffness * volume;
+  const double from = 1 / s->density, squeeze = from - volume;
+  if (shocked) return s->energy + 0.5 * (pressure + s->pressure - base) * squeeze;
+  const double work =
+      g > 1 ? (end * volume - start * from) / (g - 1) : start * from * log(density / s->density);
+  return s->energy + work - s->stiffness * squeeze;
 }
 
 /* Side k at this speed dx / dt. */
@@ -180,20 +227,21 @@ static void sample(const struct riemann *problem, int k, double speed, struct ki
   const struct side *s = &problem->side[k];
   const struct kith_exact_star *star = &problem->star;
   const double xi = mirror[k] * speed, head = mirror[k] * star->head[k], tail = mirror[k] * star->tail[k];
-  double density = s->density, velocity = s->velocity, pressure = s->pressure;
+  double density = s->density, velocity = s->velocity, pressure = s->pressure - problem->base;
   if (xi < head && xi > tail) { /* inside a rarefaction */
     const double g = s->gamma, c = 2 / (g + 1) - (g - 1) / (g + 1) * (velocity - xi) / s->sound; /* in c_K */
     const double ratio = KITH_MAX(c, 0.0); /* round-off at the edge of a vacuum */
     velocity = 2 / (g + 1) * (xi - s->sound + (g - 1) / 2 * velocity);
-    density *= pow(ratio, 2 / (g - 1));
-    pressure *= pow(ratio, 2 * g / (g - 1));
+    const double power = g > 1 ? pow(ratio, 2 / (g - 1)) : exp((velocity - s->velocity) / s->sound);
+    density *= power;
+    pressure = (s->pressure + s->more) * pow(power, g) - s->stiffness;
   } else if (xi < head) {
     density = star->density[k], pressure = star->pressure;
     velocity = density > 0 ? mirror[k] * star->velocity : xi;
   }
   *out =
       (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
-  out->energy = kith_exact_energy(s->gamma, density, pressure);
+  out->energy = energy_of(s, density, pressure, problem->base, xi <= tail && problem->shock[k]);
 }
 
 static void riemann_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
@@ -218,7 +266,7 @@ static struct kith_exact_star riemann_star(const void *self) {
 
 const struct kith_exact_ops kith_exact_riemann = {
     .name = "riemann",
-    .doc = "two half spaces of ideal gas, each with its gamma, or a vacuum",
+    .doc = "two half spaces of ideal or stiffened gas, isothermal or of Tait, or a vacuum",
     KITH_SETTINGS(params, settings),
     .derive = derive,
     .check = check,

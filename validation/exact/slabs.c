@@ -52,5 +52,5 @@ const struct kith_exact_ops kith_exact_slabs = {
     KITH_SETTINGS(params, slabs),
     .derive = derive,
     .state = state,
-    .diffusive = true,
+    .not_ideal = true,
 };

@@ -26,7 +26,7 @@ static const struct kith_param params[] = {
 
 static void derive_acoustic(void *settings, const struct kith_exact_scene *scene) {
   struct wave *w = settings;
-  w->gas.gamma = scene->region[0].gamma;
+  w->gas.gamma = kith_exact_ideal_gamma(&scene->region[0]);
   w->wavelength = scene->upper[0] - scene->lower[0];
 }
 

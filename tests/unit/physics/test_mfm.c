@@ -284,22 +284,7 @@ static void check_line(void) {
   world_destroy(&w);
 }
 
-/* A gas without the gamma that the Riemann solver needs is refused. */
-static void check_refused(void) {
-  const struct form form = {MFM_FACES_ONE_POINT, false, true, KITH_TRAVERSE_PAIRS, KITH_KERNEL_wendland_c2};
-  struct kith_eos_ops without = kith_eos_ideal;
-  struct world w;
-  without.name = "odd", without.effective_gamma = NULL;
-  mfm_create(&w, boxes[0], PERIODIC, 0.3, &form, 3);
-  kith_package_clear(&w.package);
-  w.hydro.material[1].eos = &without;
-  CHECK_STATUS(KITH_BAD_INPUT, kith_package_init(&w.package));
-  CHECK(strstr(kith_failure(), "equation of state odd") != NULL);
-  world_destroy(&w);
-}
-
 int main(void) {
-  check_refused();
   check_worlds();
   for (int faces = MFM_FACES_ONE_POINT; faces <= MFM_FACES_INTEGRATED; ++faces) {
     check_even((enum mfm_faces_form)faces, PERIODIC);

@@ -208,6 +208,11 @@ int main(void) {
                                        "viscous-wave",
                                        "saltzman",
                                        "sedov-gradient",
+                                       "water-tube",
+                                       "tait-tube",
+                                       "isothermal-tube",
+                                       "copper-piston",
+                                       "copper-table",
                                        "gresho",
                                        "yee"};
   const size_t n = sizeof inputs / sizeof inputs[0] - (NDIM == 1 ? 2 : 0); /* a vortex needs 2 dimensions */

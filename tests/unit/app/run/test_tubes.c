@@ -21,6 +21,9 @@ static const struct tube tubes[] = {
     {"toro-5", 1691.65, 8.68977, 12.2508},
     {"leblanc", 5.15578e-4, .621839, .829118},
     {"free-expansion", 0, 0, 0},
+    {"water-tube", .4557602, .2316035, 1.967415}, /* by quadrature of isentropes */
+    {"tait-tube", .4607264, .2364020, 1.948911},
+    {"isothermal-tube", .3457801, 1.061952, 1.663202},
 };
 
 /* NULL if it is refused. */

@@ -264,7 +264,8 @@ static const struct wrong ranges[] = {
      "f:11: connectivity.reorder: 9999999999 does not fit a 32-bit integer"},
     {11, "connectivity: {skin: -1}", "f:11: connectivity.skin: -1 is out of range [0, inf)"},
     {11, "energy: {energy: -1}", "f:11: energy.energy: -1 is out of range [0, inf)"},
-    {11, "exact: {name: riemann, gamma: [1.4, 1]}", "f:11: exact.gamma.1: 1 is out of range (1, inf)"},
+    {11, "exact: {name: riemann, gamma: [1.4, 1]}",
+     "f:11: exact: exact solution riemann: gamma[1] is 1, which only barotropic gases have"},
     {11, "exact: {name: riemann, window: {r: [-1, 1]}}",
      "f:11: exact.window.r.0: -1 is out of range [0, inf)"},
 };
@@ -275,7 +276,8 @@ static const struct wrong meanings[] = {
     {5, "boundaries: {z: [reflecting, periodic]}",
      "f:5: boundaries.z: periodic on one side only; it must be on both"},
     {6, "materials: {gas: {eos: idael}}",
-     "f:6: materials.gas.eos: 'idael' is not one of ideal, isothermal, stiffened; did you mean 'ideal'?"},
+     "f:6: materials.gas.eos: 'idael' is not one of ideal, isothermal, stiffened, "
+     "tait, mie-grueneisen, table; did you mean 'ideal'?"},
     {8, "  - {material: gsa, density: 1, pressure: 1}",
      "f:8: regions.0.material: 'gsa' is not one of gas; did you mean 'gas'?"},
     {8, "  - {material: water, density: 1, pressure: 1}",
@@ -307,7 +309,7 @@ static const struct wrong meanings[] = {
      "f:11: energy.spacings: not together with radius"},
     {11, "exact: {name: reimann}",
      "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, yee, acoustic-wave, "
-     "entropy-wave, square, two-blasts, uniform, decaying-wave, slabs; did you mean 'riemann'?"},
+     "entropy-wave, square, two-blasts, uniform, decaying-wave, slabs, hugoniot; did you mean 'riemann'?"},
 };
 
 /* Messages whose words depend on the dimension, or on another room: that they are there, and where. */
