@@ -5,6 +5,7 @@
 #include <string.h>
 #include "integrator/lifecycle.h"
 #include "integrator/step.h"
+#include "lib/core/random.h"
 
 enum {
   GROWTH = 2,      /* of a node's step, from one to the next */
@@ -95,15 +96,13 @@ static double aligned(double n) {
   return whole == 0 ? KITH_TICKS : (double)(whole & -whole);
 }
 
-/* Numbers in [0, 1) that depend on node and time alone (splitmix64: Steele et al. 2014, OOPSLA). */
+/* Numbers in [0, 1) that depend on node and time alone. */
 static double random_of(const struct kith_integrator *it, kith_index i, double salt) {
   const struct blocks *b = blocks_of(it);
-  uint64_t x = b->settings.seed + (uint64_t)it->nodes->id->i64[i] * UINT64_C(0x9e3779b97f4a7c15) +
-               (uint64_t)(b->steps.now + salt) * UINT64_C(0xd1342543de82ef95) +
-               it->step * UINT64_C(0x2545f4914f6cdd1d);
-  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-  return (double)((x ^ (x >> 31)) >> 11) / 9007199254740992.0;
+  const uint64_t x = b->settings.seed + (uint64_t)it->nodes->id->i64[i] * UINT64_C(0x9e3779b97f4a7c15) +
+                     (uint64_t)(b->steps.now + salt) * UINT64_C(0xd1342543de82ef95) +
+                     it->step * UINT64_C(0x2545f4914f6cdd1d);
+  return (double)(kith_mixed_bits(x) >> 11) / 9007199254740992.0;
 }
 
 /* The longest step that the state of node i allows; a fixed step is the base step, and random ones are

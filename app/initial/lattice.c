@@ -1,7 +1,10 @@
 /* Lattices: cells that fit a box, their sites, jitter. */
 #include "app/initial/lattice.h"
 
-/* Sides for unit volume of a node, and sites; n = 0: not in this dimension. */
+#include "app/initial/glass.h"
+#include "lib/core/random.h"
+
+/* Sides for unit volume of a node, and sites; n = 0: not in this dimension. A glass has sites of its own. */
 struct cell {
   double side[NDIM];
   int n;
@@ -11,11 +14,13 @@ struct cell {
 static const struct cell cells[] = {
 #if KITH_NDIM == 1
     [KITH_LATTICE_CUBIC... KITH_LATTICE_HCP] = {{1}, 1, {{0.5}}},
+    [KITH_LATTICE_GLASS] = {{1}, 1, {{0.5}}}, /* at rest where they are evenly spaced */
 #elif KITH_NDIM == 2
     [KITH_LATTICE_CUBIC] = {{1, 1}, 1, {{0.5, 0.5}}},
     [KITH_LATTICE_BCC] = {{1.4142135623730950488, 1.4142135623730950488}, 2, {{0.25, 0.25}, {0.75, 0.75}}},
     [KITH_LATTICE_FCC] = {{0}, 0, {{0}}},
     [KITH_LATTICE_HCP] = {{1.0745699318235418522, 1.8612097182041991979}, 2, {{0.25, 0.25}, {0.75, 0.75}}},
+    [KITH_LATTICE_GLASS] = {{KITH_GLASS_SIDE, KITH_GLASS_SIDE}, KITH_GLASS_SITES, {{0}}},
 #else
     [KITH_LATTICE_CUBIC] = {{1, 1, 1}, 1, {{0.5, 0.5, 0.5}}},
     [KITH_LATTICE_BCC] = {{1.2599210498948731648, 1.2599210498948731648, 1.2599210498948731648},
@@ -28,6 +33,7 @@ static const struct cell cells[] = {
         {{1.1224620483093729814, 1.9441612972396656054, 1.8329728493314701685},
          4,
          {{0.25, 5. / 6, 0.25}, {0.75, 1. / 3, 0.25}, {0.25, 1. / 6, 0.75}, {0.75, 2. / 3, 0.75}}},
+    [KITH_LATTICE_GLASS] = {{KITH_GLASS_SIDE, KITH_GLASS_SIDE, KITH_GLASS_SIDE}, KITH_GLASS_SITES, {{0}}},
 #endif
 };
 
@@ -58,6 +64,7 @@ kith_status kith_lattice_fit(struct kith_lattice_fit *out, enum kith_lattice kin
                              double spacing) {
   if (cells[kind].n == 0) KITH_FAIL(BAD_INPUT, "this lattice does not exist in %d-D", NDIM);
   out->kind = kind;
+  out->site = NDIM > 1 && kind == KITH_LATTICE_GLASS ? kith_glass_sites() : cells[kind].site;
   out->box = *box;
   for (int a = 0; a < NDIM; ++a) out->cells[a] = whole(extent(box, a) / (cells[kind].side[a] * spacing));
   return count_sites(out);
@@ -82,9 +89,9 @@ kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume) {
 
 /* Counted from the middle of the box, so that sites on both sides of it mirror each other exactly. */
 void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x) {
-  const struct cell *cell = &cells[fit->kind];
-  const double *offset = cell->site[site % cell->n];
-  int64_t rest = site / cell->n;
+  const int per_cell = cells[fit->kind].n;
+  const double *offset = fit->site[site % per_cell];
+  int64_t rest = site / per_cell;
   for (int a = NDIM - 1; a >= 0; --a) {
     const double n = (double)fit->cells[a], at = (double)(rest % fit->cells[a]) + offset[a];
     x[a] = 0.5 * (fit->box.lower[a] + fit->box.upper[a]) + extent(&fit->box, a) * ((2 * at - n) / (2 * n));
@@ -92,23 +99,10 @@ void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double 
   }
 }
 
-/* The finalizer of splitmix64. */
-static uint64_t mixed(uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-/* Uniform in [-1, 1): a function of its arguments, without a state. */
-static double draw(uint64_t seed, int64_t id, int axis) {
-  const uint64_t counter = 3 * (uint64_t)id + (uint64_t)axis + 1;
-  return (double)(mixed(mixed(seed) + 0x9e3779b97f4a7c15u * counter) >> 11) * 0x1p-52 - 1;
-}
-
 void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uint64_t seed, int64_t id,
                          double *x) {
   for (int a = 0; a < NDIM; ++a) {
-    x[a] += largest * draw(seed, id, a);
+    x[a] += largest * kith_random(seed, id, a);
     if (x[a] < fit->box.lower[a]) x[a] = 2 * fit->box.lower[a] - x[a];
     if (x[a] > fit->box.upper[a]) x[a] = 2 * fit->box.upper[a] - x[a];
   }

@@ -5,6 +5,7 @@
  *   cubic  s            bcc  2^(1/NDIM) s           fcc  4^(1/3) s
  *   hcp    2-D: a, 3^(1/2) a, a^2 = 2 s^2/3^(1/2), rows along x
  *          3-D: a, 3^(1/2) a, (8/3)^(1/2) a, a = 2^(1/6) s, rows along x, layers along z
+ *   glass  10 s along each axis (glass.h); s in 1-D
  *
  * An axis has extent / side cells, rounded, at least 1; cells are stretched to fit. So every lattice
  * continues exactly across periodic faces, and no site is on a face. Layers lie symmetric about the middle of
@@ -20,8 +21,9 @@ struct kith_lattice_fit {
   enum kith_lattice kind;
   struct kith_box box;
   int64_t cells[NDIM];
-  int64_t sites;      /* in all */
-  double site_volume; /* volume of the box / sites */
+  const double (*site)[NDIM]; /* in a cell of side 1 */
+  int64_t sites;              /* in all */
+  double site_volume;         /* volume of the box / sites */
 };
 
 /* Cells for a finite box that is not empty, so that a site has about the volume spacing^NDIM.

@@ -20,7 +20,8 @@
   X(CUBIC, cubic, "squares, cubes: the only one that continues through reflecting faces") \
   X(BCC, bcc, "body-centered cubic; squares on their tips in 2-D")                        \
   X(FCC, fcc, "face-centered cubic; not in 2-D")                                          \
-  X(HCP, hcp, "hexagonal close packing; triangles in 2-D")
+  X(HCP, hcp, "hexagonal close packing; triangles in 2-D")                                \
+  X(GLASS, glass, "relaxed from random places: no direction is special; whole cells of 10 spacings")
 enum kith_lattice {
 #define X(name, word, doc) KITH_LATTICE_##name,
   KITH_LATTICE_LIST(X)

@@ -114,7 +114,7 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
   KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
   if (NDIM == 2 && region->lattice == KITH_LATTICE_FCC)
     return kith_config_fail(kith_config_child(node, "lattice"), NULL,
-                            "fcc does not exist in 2-D; cubic, bcc and hcp do");
+                            "fcc does not exist in 2-D; cubic, bcc, hcp and glass do");
   KITH_TRY(check_state(scene, region, node));
   return check_equilibrium(scene, region, node);
 }

@@ -235,6 +235,31 @@ static void balanced(void) {
   CHECK(NDIM == 1 ? fit.sites > before : fit.sites == before);
 }
 
+/* A glass is even (its kernel sums are alike), nobody is close to another, and no two sites see the same. */
+static void glass(void) {
+  double side[3] = {20, 10, 10}, least = INFINITY, most = 0, sum = 0, squares = 0, first = 0;
+  const struct kith_box box = box_of(-3, side);
+  struct kith_lattice_fit fit;
+  CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_GLASS, &box, 1));
+  CHECK(fit.sites == (NDIM == 1 ? 20 : NDIM == 2 ? 200 : 2000));
+  for (int64_t i = 0; i < fit.sites; i += NDIM == 3 ? 7 : 1) {
+    int count;
+    double x[NDIM];
+    const double r = nearest(&fit, i, &count);
+    kith_lattice_site(&fit, i, x);
+    for (int a = 0; a < NDIM; ++a) CHECK(box.lower[a] <= x[a] && x[a] < box.upper[a]);
+    const double density = kernel_sum(&fit, x, 2.4) - 1; /* without its own part */
+    if (i == 0) first = density;
+    least = KITH_MIN(least, r), most = KITH_MAX(most, r);
+    sum += density / first - 1, squares += (density / first - 1) * (density / first - 1);
+  }
+  const double n = (double)(NDIM == 3 ? (fit.sites + 6) / 7 : fit.sites), mean = sum / n;
+  CHECK(least > 0.9 &&
+        most < 1.1); /* 0.93 to 1.09: between those of a cubic lattice and of a close-packed one */
+  CHECK(sqrt(squares / n - mean * mean) < 0.006); /* 0.002 to 0.004 */
+  if (NDIM > 1) CHECK(most > least + 0.01);
+}
+
 static void jitter(void) {
   const double side[3] = {1, 1, 1};
   const struct kith_box box = box_of(0, side);
@@ -289,6 +314,7 @@ int main(void) {
   exact_counts();
   halves();
   balanced();
+  glass();
   jitter();
   refusals();
   return check_failed();

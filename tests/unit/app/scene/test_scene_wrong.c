@@ -283,7 +283,7 @@ static const struct wrong meanings[] = {
     {8, "  - {material: water, density: 1, pressure: 1}",
      "f:8: regions.0.material: 'water' is not one of gas"},
     {8, "  - {material: gas, density: 1, pressure: 1, lattice: fc}",
-     "f:8: regions.0.lattice: 'fc' is not one of cubic, bcc, fcc, hcp; did you mean 'fcc'?"},
+     "f:8: regions.0.lattice: 'fc' is not one of cubic, bcc, fcc, hcp, glass; did you mean 'fcc'?"},
     {8, "  - {material: gas, density: 1, pressure: 1, energy: 1}",
      "f:8: regions.0.energy: not together with pressure"},
     {11, "arrangement: equal", "f:11: arrangement: 'equal' is not one of equal-mass, equal-spacing"},
@@ -387,7 +387,7 @@ static void refuses_overrides(void) {
 static void refuses_by_dimension(void) {
   if (NDIM == 2)
     refused_at(9, "  - {material: gas, density: 1, pressure: 1,\n     lattice: fcc}",
-               "f:10: regions.1.lattice: fcc does not exist in 2-D; cubic, bcc and hcp do", "");
+               "f:10: regions.1.lattice: fcc does not exist in 2-D; cubic, bcc, hcp and glass do", "");
   refused_at(3, NDIM == 1 ? "resolution: {2d: 1}" : "resolution: {1d: 1}",
              NDIM == 1   ? "f:3: resolution.1d: missing, and the scene is 1-D"
              : NDIM == 2 ? "f:3: resolution.2d: missing, and the scene is 2-D"

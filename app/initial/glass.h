@@ -1,0 +1,17 @@
+/* glass.h - a glass: sites without directions, at rest among each other. */
+#ifndef KITH_APP_INITIAL_GLASS_H
+#define KITH_APP_INITIAL_GLASS_H
+
+#include "lib/core/base.h"
+
+enum {
+  KITH_GLASS_SIDE = 10, /* of the periodic cell, in mean spacings */
+  KITH_GLASS_SITES = NDIM == 3   ? 1000
+                     : NDIM == 2 ? 100
+                                 : 10
+};
+
+/* The places of the sites in a cell of side 1, the same in each call. Takes a tenth of a second, once. */
+const double (*kith_glass_sites(void))[NDIM];
+
+#endif
