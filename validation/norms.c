@@ -5,9 +5,8 @@
 #include <string.h>
 #include "lib/core/vec.h"
 
-enum { BLOCK = 1024 };                      /* nodes per partial sum */
-enum { BINS = 1 << 16 };                    /* half of them on each side of the exact shock */
-static const double contact_distance = 0.1; /* nodes this close to the contact count */
+enum { BLOCK = 1024 };   /* nodes per partial sum */
+enum { BINS = 1 << 16 }; /* half of them on each side of the exact shock */
 static const double peak_bin = 0.005;
 
 struct measure {
@@ -136,12 +135,14 @@ static void fill_bins(struct bin *bin, const struct measure *m, double origin, d
   }
 }
 
-/* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. */
-static double spacing_near_shock(const struct measure *m, double distance) {
-  double sum = 0;
+/* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. *mass: their mean. */
+static double spacing_near_shock(const struct measure *m, double distance, double *mass) {
+  double sum = 0, masses = 0;
   kith_index count = 0;
   for (kith_index i = 0; i < m->nodes->n; ++i)
-    if (inside(m, i) && fabs(coordinate(m, i) - m->shock) <= distance) sum += volume(m, i), ++count;
+    if (inside(m, i) && fabs(coordinate(m, i) - m->shock) <= distance)
+      sum += volume(m, i), masses += m->nodes->mass[i], ++count;
+  *mass = count > 0 ? masses / count : *mass;
   return count > 0 ? pow(sum / count, 1.0 / NDIM) : 0;
 }
 
@@ -173,7 +174,8 @@ static double crossing(const struct bin *bin, int out, double level) {
   return 0;
 }
 
-static double shock_radius(const struct measure *m, struct bin *bin, double width) {
+static void find_shock(const struct measure *m, struct bin *bin, double width, double mass,
+                       struct kith_norms *norms) {
   fill_bins(bin, m, m->shock, width);
   double below, above, peak = -INFINITY;
   const double low = density_beside(m, -1e-6 * width, &below), high = density_beside(m, 1e-6 * width, &above);
@@ -182,7 +184,10 @@ static double shock_radius(const struct measure *m, struct bin *bin, double widt
   for (int k = 0; k < BINS; ++k)
     if (bin[k].volume > 0) peak = KITH_MAX(peak, out * bin_speed(&bin[k]));
   const double level = (ahead + KITH_MIN(peak, behind)) / 2;
-  return level > ahead ? crossing(bin, out, level) : 0;
+  if (level > ahead) norms->shock_radius = crossing(bin, out, level);
+  if (norms->shock_radius != 0)
+    norms->shock_offset =
+        out * (norms->shock_radius - m->shock) / pow(mass / KITH_MIN(low, high), 1.0 / NDIM);
 }
 
 static void measure_peaks(const struct measure *m, struct bin *bin, double width, struct kith_norms *out) {
@@ -201,13 +206,13 @@ static void measure_peaks(const struct measure *m, struct bin *bin, double width
 
 static double contact_pressure_error(const struct measure *m) {
   const struct kith_exact_star star = m->ops->star(m->solution);
-  if (star.pressure <= 0) return 0;
+  if (star.pressure == 0) return 0;
   double worst = 0;
   for (kith_index i = 0; i < m->nodes->n; ++i) {
-    const double d = place(m, i)[0] - star.interface;
-    const bool in_star = star.tail[0] * m->time < d && d < star.tail[1] * m->time;
-    if (!in_star || fabs(d - star.velocity * m->time) > contact_distance || !inside(m, i)) continue;
-    worst = KITH_MAX(worst, fabs(m->nodes->pressure[i] - star.pressure) / star.pressure);
+    const double d = place(m, i)[0] - star.interface - star.velocity * m->time; /* from the contact */
+    const double wave = (star.tail[d > 0] - star.velocity) * m->time;
+    if (fabs(d) > 0.5 * fabs(wave) || !inside(m, i)) continue;
+    worst = KITH_MAX(worst, fabs((m->nodes->pressure[i] - star.pressure) / star.pressure));
   }
   return worst;
 }
@@ -230,11 +235,13 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                              .nodes = sums.nodes,
                              .shock_exact = shock};
   if (sums.nodes > 0) {
-    const double mean = spacing_near_shock(&m, INFINITY), near = spacing_near_shock(&m, 4 * mean);
+    double mass = 0;
+    const double mean = spacing_near_shock(&m, INFINITY, &mass),
+                 near = spacing_near_shock(&m, 4 * mean, &mass);
     const double spacing = near > 0 ? near : mean;
     struct bin *bin = NULL;
     KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
-    if (shock != 0) norms.shock_radius = shock_radius(&m, bin, spacing);
+    if (shock != 0) find_shock(&m, bin, spacing, mass, &norms);
     measure_peaks(&m, bin, spacing, &norms);
     if (ops->star != NULL) norms.contact_pressure_error = contact_pressure_error(&m);
     kith_free(&bin);

@@ -28,11 +28,15 @@ struct kith_norm {
 struct kith_norms {
   struct kith_norm density, velocity, pressure, energy, speed;
   kith_index nodes; /* nodes inside the window; with none, all the rest is 0 */
-  /* max |P - P*| / P* of nodes within 0.1 of the contact and between the outer waves: Riemann problems with a
-   * star pressure only, else 0 */
+  /* max |(P - P*) / P*| of nodes no farther from the contact than half of the way to the wave on their side,
+   * so that neither counts: Riemann problems with a star pressure only, else 0 */
   double contact_pressure_error;
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
+  /* How far the measured one is ahead, in spacings of the undisturbed gas, (mean mass / exact density ahead)^
+   * (1/NDIM) of the nodes that also give the width of the bins: what is smeared by the same number of nodes
+   * at any resolution has the same offset; 0 if none is measured. */
+  double shock_offset;
   /* Radial solutions: largest mean density over radial bins of 0.005, or of one node spacing at the shock if
    * that is larger; else the largest density of a node. */
   double density_peak;

@@ -33,8 +33,8 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->shock_exact > 0 && n->shock_radius <= 0)
     fprintf(f, "    no shock found, exact %.5g\n", n->shock_exact);
   if (n->shock_exact > 0 && n->shock_radius > 0)
-    fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%)\n", n->shock_radius, n->shock_exact,
-            100 * (n->shock_radius / n->shock_exact - 1));
+    fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%, %+.2f spacings)\n", n->shock_radius, n->shock_exact,
+            100 * (n->shock_radius / n->shock_exact - 1), n->shock_offset);
   if (n->contact_pressure_error > 0)
     fprintf(f, "    pressure error at the contact %.2f %%\n", 100 * n->contact_pressure_error);
   if (n->vortex) fprintf(f, "    peak of the azimuthal velocity %.5g\n", n->speed_peak);
