@@ -1,8 +1,10 @@
 /* Lattices: cells that fit a box, their sites, jitter. */
 #include "app/initial/lattice.h"
 
+#include <math.h>
 #include "app/initial/glass.h"
 #include "lib/core/random.h"
+#include "lib/core/vec.h"
 
 /* Sides for unit volume of a node, and sites; n = 0: not in this dimension. A glass has sites of its own. */
 struct cell {
@@ -106,4 +108,64 @@ void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uin
     if (x[a] < fit->box.lower[a]) x[a] = 2 * fit->box.lower[a] - x[a];
     if (x[a] > fit->box.upper[a]) x[a] = 2 * fit->box.upper[a] - x[a];
   }
+}
+
+#if KITH_NDIM > 1
+/* A strain of exp(+-angle) along two axes, or, of `between`, along the two directions halfway between them. */
+struct shear {
+  int axis[2];
+  bool between;
+  double angle;
+};
+
+static double sheared_r2(const struct shear *shear, const double *x) {
+  const double u = x[shear->axis[0]], v = x[shear->axis[1]], grow = exp(shear->angle),
+               c = 0.5 * (grow + 1 / grow), s = 0.5 * (grow - 1 / grow);
+  const double p = shear->between ? c * u + s * v : grow * u, q = shear->between ? s * u + c * v : v / grow;
+  double r2 = p * p + q * q;
+  for (int a = 0; a < NDIM; ++a)
+    if (a != shear->axis[0] && a != shear->axis[1]) r2 += x[a] * x[a];
+  return r2;
+}
+
+/* The kernel sum at a site of a sheared lattice of spacing 1. */
+static double sheared_sum(const struct cell *cell, enum kith_kernel kernel, double support,
+                          const struct shear *shear) {
+  double sum = 0;
+  int reach[3] = {0, 0, 0};
+  for (int a = 0; a < NDIM; ++a) reach[a] = 2 + (int)(support / cell->side[a]);
+  for (int k = -reach[0]; k <= reach[0]; ++k)
+    for (int l = -reach[1]; l <= reach[1]; ++l)
+      for (int m = -reach[2]; m <= reach[2]; ++m)
+        for (int site = 0; site < cell->n; ++site) {
+          const int at[3] = {k, l, m};
+          double x[NDIM], w, g;
+          for (int a = 0; a < NDIM; ++a)
+            x[a] = cell->side[a] * (at[a] + cell->site[site][a] - cell->site[0][a]);
+          kith_kernel_value(kernel, sqrt(sheared_r2(shear, x)) / support, &w, &g);
+          sum += w;
+        }
+  return sum;
+}
+#endif
+
+double kith_lattice_stiffness(enum kith_lattice kind, enum kith_kernel kernel, double neighbors) {
+  double least = INFINITY;
+#if KITH_NDIM > 1
+  static const double angle = 1e-3; /* its square, 1e-6, is the error */
+  const struct cell *cell = &cells[kind];
+  const double support = pow(neighbors / kith_ball(), 1.0 / NDIM);
+  if (cell->n == 0 || kind == KITH_LATTICE_GLASS) return INFINITY;
+  for (int a = 0; a < NDIM; ++a)
+    for (int b = 0; b < a; ++b)
+      for (int between = 0; between < 2; ++between) {
+        double sum[3];
+        for (int k = 0; k < 3; ++k)
+          sum[k] = sheared_sum(cell, kernel, support, &(struct shear){{b, a}, between == 1, (k - 1) * angle});
+        least = KITH_MIN(least, (sum[0] - 2 * sum[1] + sum[2]) / (angle * angle * sum[1]));
+      }
+#else
+  (void)kind, (void)kernel, (void)neighbors;
+#endif
+  return least;
 }

@@ -14,6 +14,7 @@
 #define KITH_APP_INITIAL_LATTICE_H
 
 #include "app/scene/scene.h"
+#include "physics/kernel.h"
 
 enum { KITH_MAX_SITES = 1000000000 }; /* of one fit, and nodes of a scene */
 
@@ -38,5 +39,12 @@ void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double 
 /* Moves x by up to `largest` along each axis, mirrored at the faces. Depends on seed and id only. */
 void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uint64_t seed, int64_t id,
                          double *x);
+
+/* How stiff the ideal lattice is under shear: the least second derivative of ln n by a strain that keeps the
+ * volume, n the kernel sum at a site. Where it is negative gas at rest lowers its energy by giving way, at a
+ * growth rate of some tenths of sound speed / spacing, whatever the viscosity is. (The strains along and
+ * between axes: the lattice as a whole, not waves of a few spacings.) INFINITY for what has no shear or no
+ * lattice: 1-D, a glass. */
+double kith_lattice_stiffness(enum kith_lattice kind, enum kith_kernel kernel, double neighbors);
 
 #endif

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 #include "app/cli/text.h"
+#include "app/initial/lattice.h"
 #include "app/plan/forecast.h"
 #include "integrator/lifecycle.h"
 
@@ -178,6 +179,32 @@ static void show_settings(const char *label, const struct kith_param *params, co
   if (text.s[0] != '\0') line(label, "%s", text.s);
 }
 
+/* Whether gas at rest stays on the lattices of the scene: the elastic ones of kith_lattice_stiffness(). */
+static void show_lattices(const struct plan *plan) {
+#define WORD(name, word, doc) #word,
+  static const char *const word[] = {KITH_LATTICE_LIST(WORD)};
+#undef WORD
+  enum { LATTICES = sizeof word / sizeof *word };
+  const struct kith_scene *scene = plan->simulation->scene;
+  const struct kith_package *p = &plan->simulation->package;
+  bool used[LATTICES] = {false};
+  struct text stiff = {""};
+  for (int k = 0; k < LATTICES; ++k) {
+    const double stiffness = kith_lattice_stiffness(k, p->kernel, p->neighbors);
+    if (isfinite(stiffness) && stiffness > 0) add(&stiff, ", ", "%s", word[k]);
+  }
+  for (int r = 0; r < scene->n_regions; ++r) used[scene->region[r].lattice] = true;
+  for (int k = 0; k < LATTICES; ++k) {
+    const double stiffness = kith_lattice_stiffness(k, p->kernel, p->neighbors);
+    if (!used[k] || !isfinite(stiffness)) continue;
+    if (stiffness > 0)
+      line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", word[k], stiffness);
+    else
+      line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s", word[k],
+           stiffness, stiff.s[0] != '\0' ? stiff.s : "none");
+  }
+}
+
 static void show_method(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_package *p = &m->package;
@@ -185,6 +212,7 @@ static void show_method(const struct plan *plan) {
   line("kernel", "%s, %.4g neighbors (%s)", kith_kernel_facts[p->kernel].name, p->neighbors,
        m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this package and kernel");
   show_settings("settings", p->ops->params, p->settings);
+  show_lattices(plan);
   for (const struct kith_package *added = p->next; added != NULL; added = added->next) {
     line("added", "%s: %s", added->ops->name, added->ops->doc);
     show_settings("settings", added->ops->params, added->settings);

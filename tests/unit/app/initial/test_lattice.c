@@ -260,6 +260,41 @@ static void glass(void) {
   if (NDIM > 1) CHECK(most > least + 0.01);
 }
 
+/* Signs are those of what grows or dies out in runs: `kith stress rest-cubic-2d` and the like. Values by the
+ * second derivative of the kernel, for the squares of 2-D: sum of W'' (A/r)^2 + W' (2 B/r - A^2/r^3). */
+static void stiffness(void) {
+  static const struct {
+    enum kith_lattice kind;
+    double neighbors[2];
+    bool stiff;
+  } known[] = {{KITH_LATTICE_CUBIC, {12, 32}, true}, {KITH_LATTICE_CUBIC, {18, 60}, false},
+               {KITH_LATTICE_HCP, {18, 60}, true},   {KITH_LATTICE_HCP, {28, 32}, false},
+               {KITH_LATTICE_BCC, {12, 60}, true},   {KITH_LATTICE_BCC, {16, 45}, false}};
+  for (size_t k = 0; k < sizeof known / sizeof *known; ++k) {
+    const double s =
+        kith_lattice_stiffness(known[k].kind, KITH_KERNEL_wendland_c2, known[k].neighbors[NDIM == 3]);
+    CHECK(NDIM == 1 ? isinf(s) : known[k].stiff ? s > 0.02 : s < -0.02);
+  }
+#if KITH_NDIM == 2
+  const double support = sqrt(20 / 3.14159265358979323846);
+  double along = 0, across = 0, sum = 0;
+  for (int k = -4; k <= 4; ++k)
+    for (int l = -4; l <= 4; ++l) {
+      const double r2 = k * k + l * l, r = sqrt(r2), q = r / support, t = 1 - q;
+      if (q >= 1) continue;
+      sum += t * t * t * t * (1 + 4 * q);
+      if (r == 0) continue;
+      const double first = -20 * q * t * t * t / support,
+                   second = (60 * q * t * t - 20 * t * t * t) / (support * support);
+      const double a = k * k - l * l, b = 2 * k * l; /* x.e.x of the two strains; |e x|^2 = r^2 */
+      along += second * a * a / r2 + first * (2 * r - a * a / (r2 * r));
+      across += second * b * b / r2 + first * (2 * r - b * b / (r2 * r));
+    }
+  CHECK_CLOSE(kith_lattice_stiffness(KITH_LATTICE_CUBIC, KITH_KERNEL_wendland_c2, 20),
+              fmin(along, across) / sum, 1e-5); /* fourth derivatives times 1e-6 */
+#endif
+}
+
 static void jitter(void) {
   const double side[3] = {1, 1, 1};
   const struct kith_box box = box_of(0, side);
@@ -315,6 +350,7 @@ int main(void) {
   halves();
   balanced();
   glass();
+  stiffness();
   jitter();
   refusals();
   return check_failed();
