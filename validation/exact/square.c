@@ -23,12 +23,14 @@ static const struct kith_param params[] = {
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct square *s = settings;
   const struct kith_exact_region *box = &scene->region[0];
-  if (scene->n_regions != 2) return;
   kith_exact_derive_moving(settings, scene);
+  if (scene->n_regions != 2) return;
   s->density[0] = box->density, s->density[1] = scene->region[1].density;
   for (int a = 0; a < NDIM; ++a) {
-    s->side[a] = box->upper[a] - box->lower[a];
-    s->gas.center[a] = 0.5 * (box->lower[a] + box->upper[a]);
+    const bool all = !isfinite(box->upper[a] - box->lower[a]); /* of the domain along this axis, and more */
+    const double *lower = all ? scene->lower : box->lower, *upper = all ? scene->upper : box->upper;
+    s->side[a] = (all ? 2 : 1) * (upper[a] - lower[a]);
+    s->gas.center[a] = 0.5 * (lower[a] + upper[a]);
   }
 }
 

@@ -38,7 +38,7 @@ static const struct mfm_faces *faces_of(const struct world *w) {
 struct mfm_truth {
   struct truth t;
   struct partners far; /* of overlap */
-  double density_slope[MOST][NDIM], pressure_slope[MOST][NDIM], exchange[MOST];
+  double pressure_slope[MOST][NDIM], exchange[MOST];
 };
 
 static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const double *q, double *slope) {
@@ -70,20 +70,19 @@ static double limit(double slope, double difference) {
 static struct mfm_side state_of(const struct world *w, const struct mfm_truth *m, int node,
                                 const double *sign, const double *d, const double *n, const double *change) {
   const struct kith_material *material = &w->hydro.material[w->nodes->list->u8[node]];
-  double rho = 0, pressure = 0, u = 0;
+  double pressure = 0, u = 0;
   for (int a = 0; a < NDIM; ++a) {
-    rho += m->density_slope[node][a] * sign[a] * d[a];
     pressure += m->pressure_slope[node][a] * sign[a] * d[a];
     for (int b = 0; b < NDIM; ++b) u += n[a] * sign[a] * m->t.gradient[node][a][b] * sign[b] * d[b];
   }
   struct mfm_side s = {
       .gamma = material_value(material, "sound_speed") > 0 ? 1 : material_value(material, "gamma")};
   const double elastic = m->t.density[node] * m->t.sound[node] * m->t.sound[node] / s.gamma; /* P + P0 */
-  s.density = m->t.density[node] + fmax(0.5 * limit(rho, change[0]), -0.5 * m->t.density[node]);
-  const double more = fmax(0.5 * limit(pressure, change[1]), -0.5 * elastic);
+  s.density = m->t.density[node];
+  const double more = fmax(0.5 * limit(pressure, change[0]), -0.5 * elastic);
   s.pressure = m->t.pressure[node] + more;
   s.sound = sqrt(s.gamma * (elastic + more) / s.density);
-  s.velocity = -0.5 * change[2] + 0.5 * limit(u, change[2]);
+  s.velocity = -0.5 * change[1] + 0.5 * limit(u, change[1]);
   return s;
 }
 
@@ -124,13 +123,12 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
       n[a] = area[a] / size, d[a] = -p->x[a], back[a] = p->x[a];
       du += n[a] * (p->sign[a] * v[p->node * NDIM + a] - v[i * NDIM + a]);
     }
-    const double drho = m->t.density[p->node] - m->t.density[i],
-                 dp = m->t.pressure[p->node] - m->t.pressure[i];
-    const double there[] = {drho, dp, du}, from[] = {-drho, -dp, -du};
+    const double dp = m->t.pressure[p->node] - m->t.pressure[i];
+    const double there[] = {dp, du}, from[] = {-dp, -du};
     const struct mfm_side l = state_of(w, m, i, one, d, n, there),
                           r = state_of(w, m, p->node, p->sign, back, n, from);
     const struct mfm_star star = mfm_riemann(l, r);
-    signal = fmax(signal, 0.5 * (l.sound + r.sound) + fmax(0, -du));
+    signal = fmax(signal, 0.5 * (m->t.sound[i] + m->t.sound[p->node]) + fmax(0, -du));
     double heat = 0, heat_j = 0;
     for (int a = 0; a < NDIM; ++a) {
       const double push = -star.pressure * area[a], vj = p->sign[a] * v[p->node * NDIM + a];
@@ -162,10 +160,7 @@ static void truth_states(const struct world *w, struct mfm_truth *m) {
   truth_close(w, &m->t);
   truth_gradient(w, &m->t);
   partners_find(&m->far, w, 2.3 * widest);
-  for (int i = 0; i < n; ++i) {
-    gradient_of(w, m, i, m->t.density, m->density_slope[i]);
-    gradient_of(w, m, i, m->t.pressure, m->pressure_slope[i]);
-  }
+  for (int i = 0; i < n; ++i) gradient_of(w, m, i, m->t.pressure, m->pressure_slope[i]);
 }
 
 static void truth_clear_all(struct mfm_truth *m) {
@@ -192,8 +187,6 @@ static void check_world(const struct form *form, enum side side, const int *cell
   for (int i = 0; i < n; ++i) sum_faces(&w, &m, i);
   CHECK_FIELD(w.hydro.density->f64, m.t.density, n, round_off);
   CHECK_FIELD(w.hydro.pressure->f64, m.t.pressure, n, round_off);
-  CHECK_FIELD(kith_nodes_field_named(w.nodes, "density_slope")->f64, &m.density_slope[0][0], n * NDIM,
-              round_off);
   CHECK_FIELD(kith_nodes_field_named(w.nodes, "pressure_slope")->f64, &m.pressure_slope[0][0], n * NDIM,
               round_off);
   CHECK_FIELD(w.hydro.acceleration->f64, &m.t.acceleration[0][0], n * NDIM, round_off);
