@@ -192,6 +192,7 @@ KITH_INLINE void set_density(enum kith_kernel kernel, const struct density_pass 
     if (!pass->equal_masses) mass_sums(kernel, pass, i, 1 / support, s, &sum_mw, &sum_mq2g);
     pass->wanted.grad_h_term->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
   }
+  if (pass->wanted.omega != NULL) pass->wanted.omega->f64[i] = omega;
   pass->package->hydro->density->f64[i] = pass->constant * sum_mw / kith_pow_dim(support);
 }
 
@@ -305,7 +306,7 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .equal_masses = equal_masses(package->hydro),
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
   /* Of a node alone: support (read, written), search radius, mass, density, divergence; what is wanted. */
-  const int scalars = 6 + (wanted->grad_h_term != NULL) + (wanted->curl != NULL) +
+  const int scalars = 6 + (wanted->grad_h_term != NULL) + (wanted->omega != NULL) + (wanted->curl != NULL) +
                       (wanted->compression != NULL) + (wanted->shear != NULL ? KITH_SYMMETRIC_SIZE : 0) +
                       (wanted->gradient != NULL ? NDIM * NDIM : 0);
   const struct kith_node_sweep sweep = {.stage = "density",

@@ -20,6 +20,7 @@
  * their own rows. */
 struct kith_density_wanted {
   struct kith_field *grad_h_term; /* X; and the density is the sum of masses */
+  struct kith_field *omega;       /* Omega */
   struct kith_field *shear;       /* symmetric part of G, upper triangle */
   struct kith_field *gradient;    /* G, [a][b] */
   struct kith_field *curl;        /* |curl v|; 0 in 1-D */

@@ -13,7 +13,9 @@ static const double round_off = 1e-10;
 enum { ROWS = NDIM + 1 };
 struct kernels {
   double c[MOST][ROWS], dc[MOST][NDIM][ROWS];
+  double smooth[MOST]; /* s */
 };
+static const double self_weight = NDIM < 3 ? 1.5 : 2;
 
 /* A world whose package is crk. */
 static void create(struct world *w, const int *cells, enum side side, double jitter, const struct method *m,
@@ -63,7 +65,8 @@ static void solve(double a[ROWS][ROWS], double *b) {
 /* c solves M c = (1, 0..), M = sum_j V_j W p p with p = (1, x); dc solves M dc = - dM c. */
 static void truth_kernel(const struct world *w, const struct truth *t, int i, struct kernels *out) {
   double m[ROWS][ROWS] = {{0}}, dm[NDIM][ROWS][ROWS] = {{{0}}}, copy[ROWS][ROWS];
-  m[0][0] = 2 * t->self * volume(w, t->support[i]) * w->kernel.constant / pow(t->support[i], NDIM) *
+  double flux[NDIM] = {0}, change2 = 0, trace = 0;
+  m[0][0] = self_weight * t->self * volume(w, t->support[i]) * w->kernel.constant / pow(t->support[i], NDIM) *
             oracle_w(&w->kernel, 0);
   const double own = m[0][0];
   for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
@@ -71,7 +74,12 @@ static void truth_kernel(const struct world *w, const struct truth *t, int i, st
     double value, factor, base[ROWS] = {1};
     kernel_of(w, t->support[i], t->support[p->node], p->r, &value, &factor);
     value *= volume(w, t->support[p->node]), factor *= volume(w, t->support[p->node]);
-    for (int a = 0; a < NDIM; ++a) base[a + 1] = p->x[a];
+    const double hi = t->support[i], hj = t->support[p->node], g = oracle_g(&w->kernel, p->r / hi);
+    trace += g * p->r * p->r;
+    for (int a = 0; a < NDIM; ++a) {
+      base[a + 1] = p->x[a];
+      flux[a] += g * p->x[a] * 2 * (hi - hj) / (hi + hj);
+    }
     for (int a = 0; a < ROWS; ++a)
       for (int b = 0; b < ROWS; ++b) {
         m[a][b] += value * base[a] * base[b];
@@ -93,6 +101,10 @@ static void truth_kernel(const struct world *w, const struct truth *t, int i, st
     memcpy(copy, m, sizeof m);
     solve(copy, out->dc[i][c]);
   }
+  for (int a = 0; a < NDIM; ++a) change2 += flux[a] * flux[a];
+  const double spacing = t->support[i] / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
+  const double change = NDIM * spacing * sqrt(change2) / trace; /* |grad ln H|, if neighbors are even */
+  out->smooth[i] = 1 / (1 + pow(change / 0.4, 4));
 }
 
 /* Gradient of the corrected kernel of a node with coefficients c, dc, whose image has these signs, at x from
@@ -106,6 +118,13 @@ static void corrected(const double *c, double (*dc)[ROWS], const double *sign, c
     for (int b = 0; b < NDIM; ++b) change += dc[a][b + 1] * sign[b] * x[b];
     gradient[a] = sign[a] * change * value + crk_a * factor * x[a];
   }
+}
+
+/* - P V^2 / Omega (grad W)(H) of node k, the factor of x. */
+static double sph_push(const struct world *w, const struct truth *t, int k, double r) {
+  const double h = t->support[k], v = volume(w, h);
+  return -t->pressure[k] * v * v / t->omega[k] * w->kernel.constant * oracle_g(&w->kernel, r / h) /
+         pow(h, NDIM + 2);
 }
 
 /* Force, rate and slope. */
@@ -127,9 +146,11 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
       const double mu = truth_jump(w, t, i, p), sound = (t->sound[i] + t->sound[j]) / 2;
       const double rho = 2 / (1 / t->density[i] + 1 / t->density[j]);
       const double q = rho * (beta * mu * mu - alpha * sound * mu);
+      const double smooth = fmin(kernels->smooth[i], kernels->smooth[j]);
+      const double volumes = volume(w, t->support[i]) * volume(w, t->support[j]);
       const double total = t->pressure[i] + t->pressure[j] + q;
       for (int a = 0; a < NDIM; ++a) {
-        f[a] = -0.5 * volume(w, t->support[i]) * volume(w, t->support[j]) * total * (gi[a] - gj[a]);
+        f[a] = -0.5 * smooth * volumes * total * (gi[a] - gj[a]);
         const double jump = p->sign[a] * v[j * NDIM + a] - v[i * NDIM + a];
         force[a] += f[a];
         ff += f[a] * f[a], vv += jump * jump, fv += f[a] * jump;
@@ -137,6 +158,13 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
       const double cosine = ff * vv > 0 ? fv / sqrt(ff) / sqrt(vv) : 0;
       const double share = (total + cosine * (t->pressure[j] - t->pressure[i])) / (2 * total);
       heat += share * fv;
+      const double own = sph_push(w, t, i, p->r), other = sph_push(w, t, j, p->r),
+                   central = -volumes * q * factor;
+      for (int a = 0; a < NDIM; ++a) {
+        const double jump = p->sign[a] * v[j * NDIM + a] - v[i * NDIM + a];
+        force[a] += (1 - smooth) * (own + other + central) * p->x[a];
+        heat += (1 - smooth) * (own + 0.5 * central) * p->x[a] * jump;
+      }
       if (p->r > 0) signal = fmax(signal, fmax(1, alpha) * sound - beta * mu);
     }
     const double mass = w->hydro.mass->f64[i];
@@ -177,6 +205,7 @@ static void check_kernels(const struct world *w, const struct kernels *k) {
   CHECK_FIELD(field(w, "kernel_slope"), slope, n * NDIM, round_off);
   CHECK_FIELD(field(w, "kernel_scale_gradient"), gradient, n * NDIM, round_off);
   CHECK_FIELD(field(w, "kernel_slope_gradient"), tensor, n * NDIM * NDIM, round_off);
+  CHECK_FIELD(field(w, "smooth"), k->smooth, n, round_off);
 }
 
 /* sum V W^R = 1, sum V W^R x = 0, sum V grad W^R = 0, sum V grad W^R x = - 1, with the coefficients of the
@@ -187,11 +216,11 @@ static void check_exact(const struct world *w, const struct truth *t) {
   for (int i = 0; i < w->nodes->n_internal; ++i) {
     const double h = w->nodes->support->f64[i],
                  one = oracle_w(&w->kernel, 0) * w->kernel.constant / pow(h, NDIM);
-    double sum = 2 * t->self * volume(w, h) * one * A[i], first[NDIM] = {0}, g[NDIM] = {0},
+    double sum = self_weight * t->self * volume(w, h) * one * A[i], first[NDIM] = {0}, g[NDIM] = {0},
            gx[NDIM][NDIM] = {{0}};
     double size = 1 / h;
     for (int a = 0; a < NDIM; ++a)
-      g[a] = 2 * t->self * volume(w, h) * one * dA[i * NDIM + a], size += fabs(g[a]);
+      g[a] = self_weight * t->self * volume(w, h) * one * dA[i * NDIM + a], size += fabs(g[a]);
     for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
       const struct partner *p = &t->partners.partner[k];
       const double hj = w->nodes->support->f64[p->node], v = volume(w, hj);
