@@ -80,7 +80,10 @@ struct kith_exact_ops {
   X(gresho)                \
   X(yee)                   \
   X(acoustic_wave)         \
-  X(entropy_wave) X(square) X(two_blasts) X(uniform) X(decaying_wave) X(slabs) X(hugoniot)
+  X(entropy_wave)          \
+  X(square)                \
+  X(two_blasts)            \
+  X(shu_osher) X(uniform) X(decaying_wave) X(slabs) X(hugoniot) X(kidder)
 #define X(name) extern const struct kith_exact_ops kith_exact_##name;
 KITH_EXACT_LIST(X)
 #undef X

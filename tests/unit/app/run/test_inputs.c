@@ -211,6 +211,7 @@ int main(void) {
                                        "water-tube",
                                        "tait-tube",
                                        "isothermal-tube",
+                                       "slow-shock",
                                        "copper-piston",
                                        "copper-table",
                                        "gresho",
