@@ -309,7 +309,8 @@ static const struct wrong meanings[] = {
      "f:11: energy.spacings: not together with radius"},
     {11, "exact: {name: reimann}",
      "f:11: exact.name: 'reimann' is not one of riemann, sedov, noh, gresho, yee, acoustic-wave, "
-     "entropy-wave, square, two-blasts, shu-osher, uniform, decaying-wave, slabs, hugoniot, kidder; did you mean 'riemann'?"},
+     "entropy-wave, square, two-blasts, shu-osher, uniform, decaying-wave, slabs, hugoniot, kidder; "
+     "did you mean 'riemann'?"},
 };
 
 /* Messages whose words depend on the dimension, or on another room: that they are there, and where. */
