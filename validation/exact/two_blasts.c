@@ -19,8 +19,8 @@
  * States are kept at equal times from 0 to `end_time`, the last one beyond it, and interpolated between these
  * with the gas: contacts stay sharp. Two blasts have 800 cells: density is good to 1 %, places of shocks and
  * contacts to 0.001, but for two or three cells beside each contact; half a second to create. Shu and Osher's
- * have 3000: the L1 of the density from x = -2.5 to 2.8 is good to 0.003 (first order: 1500 differ by 0.0044
- * from 6000, 3000 by 0.0020); a second and a half. */
+ * have 2000: the L1 of the density from x = -2.5 to 2.8 is good to 0.005 (first order: 1000 differ by 0.0068
+ * from 6000, 2000 by 0.0032); most of a second. */
 #include "validation/exact/exact_parameters.h"
 
 #include <string.h>
@@ -217,11 +217,11 @@ static kith_status create_two_blasts(void **self, const void *settings) {
 }
 
 static kith_status create_shu_osher(void **self, const void *settings) {
-  enum { WAVES = 1500 };
+  enum { WAVES = 1000 };
   struct slab slabs[1 + WAVES] = {{-12, 3.857143, 2.629369, 10.333333}};
   for (int k = 0; k < WAVES; ++k)
     slabs[1 + k] = (struct slab){-4 + 9.0 * k / WAVES, 1 + 0.2 * sin(5 * (-4 + 9 * (k + 0.5) / WAVES)), 0, 1};
-  return keep(self, settings, 1 + WAVES, slabs, 5, 3000);
+  return keep(self, settings, 1 + WAVES, slabs, 5, 2000);
 }
 
 /* Cell i at `at`, in kept times, between two of them. */
