@@ -83,22 +83,57 @@ static int by_x(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-static double separation(const struct kith_measured *m) {
+/* Owned by the caller; NULL without memory. */
+static struct place *places_by_x(const struct kith_measured *m) {
   struct place *p = NULL;
   const kith_index n = m->nodes->n;
-  double widest = 0, least = INFINITY;
-  if (n < 2 || kith_resize(&p, 0, (size_t)n, sizeof *p) != KITH_OK) return NAN;
+  if (kith_resize(&p, 0, (size_t)n, sizeof *p) != KITH_OK) return NULL;
   for (kith_index i = 0; i < n; ++i) {
-    for (int a = 0; a < NDIM; ++a) p[i].x[a] = m->nodes->position[i * NDIM + a];
+    for (int a = 0; a < NDIM; ++a) p[i].x[a] = m->nodes->position[i * NDIM + a] - m->domain.lower[a];
     p[i].spacing = pow(volume(m, i), 1.0 / NDIM);
-    widest = KITH_MAX(widest, p[i].spacing);
   }
   qsort(p, (size_t)n, sizeof *p, by_x);
+  return p;
+}
+
+static double separation(const struct kith_measured *m) {
+  const kith_index n = m->nodes->n;
+  struct place *p = n < 2 ? NULL : places_by_x(m);
+  double widest = 0, least = INFINITY;
+  if (p == NULL) return NAN;
+  for (kith_index i = 0; i < n; ++i) widest = KITH_MAX(widest, p[i].spacing);
   for (kith_index i = 0; i < n; ++i)
     for (kith_index j = i + 1; j < n && p[j].x[0] - p[i].x[0] <= least * widest; ++j)
       least = KITH_MIN(least, 2 * sqrt(kith_distance2(p[i].x, p[j].x)) / (p[i].spacing + p[j].spacing));
   kith_free(&p);
   return least;
+}
+
+static double asymmetry(const struct kith_measured *m) {
+  const kith_index n = m->nodes->n;
+  struct place *p = NDIM == 1 || n == 0 ? NULL : places_by_x(m);
+  double farthest = 0, spacing = 0;
+  if (p == NULL) return NAN;
+  for (kith_index i = 0; i < n; ++i) {
+    struct place image = p[i];
+    image.x[0] = p[i].x[NDIM > 1], image.x[NDIM > 1] = p[i].x[0];
+    kith_index low = 0, high = n; /* the first one that is not left of the image; from there both ways */
+    while (low < high) {
+      const kith_index middle = low + (high - low) / 2;
+      if (p[middle].x[0] < image.x[0])
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    double nearest = INFINITY;
+    for (kith_index k = low; k < n && p[k].x[0] - image.x[0] < nearest; ++k)
+      nearest = KITH_MIN(nearest, sqrt(kith_distance2(p[k].x, image.x)));
+    for (kith_index k = low; k > 0 && image.x[0] - p[k - 1].x[0] < nearest; --k)
+      nearest = KITH_MIN(nearest, sqrt(kith_distance2(p[k - 1].x, image.x)));
+    farthest = KITH_MAX(farthest, nearest), spacing += p[i].spacing / n;
+  }
+  kith_free(&p);
+  return farthest / spacing;
 }
 
 static double transmitted(const struct kith_measured *m) {

@@ -14,6 +14,9 @@
  *                      at the start
  *   separation         least distance of two nodes over the mean of their spacings V^(1/NDIM): 1 on a lattice
  *                      of cubes, some 0.7 in a glass, to 0 where nodes pair. Images do not count
+ *   asymmetry          of a problem that is the same with x and y exchanged: largest distance of a node's
+ *                      mirror image from the nearest node, in mean spacings; some 1e-13 while all is the
+ *                      mirror of itself. NaN in 1-D
  *   transmitted        heat, per area across x, that has passed the middle of the domain along x: internal
  *                      energy beyond it, less that at the start; nodes must not pass it
  *
@@ -31,6 +34,7 @@
   X(growth, "growth rate of a Rayleigh-Taylor mode")                                  \
   X(spread, "width of a ring about the center, over that at the start")               \
   X(separation, "least distance of two nodes, in spacings")                           \
+  X(asymmetry, "distance of a node's image in the diagonal from a node, in spacings") \
   X(transmitted, "heat that has passed the middle of the domain along x")
 
 struct kith_measured {

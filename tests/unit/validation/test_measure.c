@@ -87,6 +87,18 @@ static void separation(struct cloud *c) {
   CHECK(isnan(taken(c, KITH_MEASURE_separation)));
 }
 
+/* A lattice is its own image in the diagonal, until a node off the diagonal moves. */
+static void asymmetry(struct cloud *c) {
+  lattice(c);
+  if (NDIM == 1) CHECK(isnan(taken(c, KITH_MEASURE_asymmetry)));
+  if (NDIM == 1) return;
+  CHECK_CLOSE(taken(c, KITH_MEASURE_asymmetry), 0, 1e-12);
+  c->position[3 * NDIM] += 0.2 / SIDE;
+  CHECK_CLOSE(taken(c, KITH_MEASURE_asymmetry), 0.2, 1e-11);
+  c->position[3 * SIDE * NDIM + 1] += 0.2 / SIDE; /* its image too */
+  CHECK_CLOSE(taken(c, KITH_MEASURE_asymmetry), 0, 1e-11);
+}
+
 /* A mode that has grown by cosh(sigma t), whatever else moves along y with another wave. */
 static void growth(struct cloud *c) {
   double start[KITH_N_MEASURES] = {0};
@@ -129,6 +141,7 @@ int main(void) {
   viscosities(&c);
   mcnally(&c);
   separation(&c);
+  asymmetry(&c);
   growth(&c);
   spread(&c);
   return check_failed();
