@@ -111,7 +111,7 @@ void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uin
 }
 
 #if KITH_NDIM > 1
-/* A strain of exp(+-angle) along two axes, or, of `between`, along the two directions halfway between them. */
+/* A strain of exp(+-angle) along two axes, or, of `between`, along the directions halfway between them. */
 struct shear {
   int axis[2];
   bool between;

@@ -23,7 +23,8 @@
  * both sides depends on it, and through them P* and S* only as far as the reconstructed states differ. This
  * bounds the damping of a node: at small jumps sum_j A q_i q_j / (q_i + q_j) / m_i <= c_i sum_j A / V_i,
  * whatever its partners weigh, as in even gas, with which the Courant condition copes. A density that was
- * reconstructed across a contact of 1000 : 1 makes the thin side up to 750 times as heavy, and it grows from round-off.
+ * reconstructed across a contact of 1000 : 1 makes the thin side up to 750 times as heavy, and it grows from
+ * round-off.
  *
  * Passes: density -> equation of state -> ghosts -> gradients, matrices -> ghosts -> faces -> packing ->
  * force [pairs]. */
