@@ -228,8 +228,12 @@ kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ra
 }
 
 kith_status kith_simulation_start(struct kith_simulation *m) {
+  const bool pending = kith_initial_conditions_pending(m->scene);
+  /* Until energies are those of the densities found, nothing is torn. */
+  for (int l = 0; l < m->nodes->n_lists; ++l) m->hydro.material[l].cut |= pending;
   KITH_TRY(kith_integrator_start(&m->integrator));
-  if (!kith_initial_conditions_pending(m->scene)) return KITH_OK;
+  if (!pending) return KITH_OK;
+  for (int l = 0; l < m->nodes->n_lists; ++l) m->hydro.material[l].cut = m->scene->material[l].cut;
   KITH_TRY(kith_initial_conditions_equilibrium(m->scene, &m->hydro));
   return kith_integrator_start(&m->integrator);
 }
