@@ -114,13 +114,26 @@ static kith_status ghosts_with_rows(struct kith_integrator *it) {
   return KITH_OK;
 }
 
+/* A support that cannot find its neighbors would grow, and images with it, until memory ends. */
+static kith_status bound_ghosts(const struct kith_integrator *it) {
+  enum { MOST = 100 }; /* for each node, and for each neighbor that is wanted */
+  const struct kith_nodes *nodes = it->nodes;
+  kith_index widest = 0;
+  if (nodes->n_ghost <= MOST * (nodes->n_internal + it->package->neighbors)) return KITH_OK;
+  for (kith_index i = 1; i < nodes->n_internal; ++i)
+    if (nodes->support->f64[i] > nodes->support->f64[widest]) widest = i;
+  KITH_FAIL(DIVERGED, "%d nodes have %d images: the support of node %lld, %g, does not find its neighbors",
+            nodes->n_internal, nodes->n_ghost, (long long)nodes->id->i64[widest],
+            nodes->support->f64[widest]);
+}
+
 static kith_status ghosts(struct kith_integrator *it) {
   const int factor = it->need.overlap ? 2 : 1;
   kith_status status;
   KITH_STAGE(status, it->profile, "ghosts",
              it->package->recompute ? ghosts_with_rows(it)
                                     : kith_boundaries_ghosts(it->boundaries, it->nodes, factor, it->profile));
-  KITH_TRY(status);
+  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks, status == KITH_OK ? bound_ghosts(it) : status));
   for (int b = 0; b < it->boundaries->n; ++b)
     it->ledger.boundary[b].created += (uint64_t)it->boundaries->boundary[b]->made;
   it->ledger.ghosts_created += (uint64_t)it->nodes->n_ghost;

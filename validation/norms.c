@@ -245,6 +245,9 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
     measure_peaks(&m, bin, spacing, &norms);
     if (ops->star != NULL) norms.contact_pressure_error = contact_pressure_error(&m);
     kith_free(&bin);
+  } else { /* nothing was compared: no number passes for that */
+    static const struct kith_norm none = {NAN, NAN, NAN};
+    norms.density = norms.velocity = norms.pressure = norms.energy = norms.speed = none;
   }
   *out = norms;
   return KITH_OK;

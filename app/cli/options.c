@@ -1,12 +1,14 @@
 /* options.c - parsing of the command line and its help, from the tables of options.h. */
 #include "app/cli/options.h"
 
+#include <fcntl.h>
 #include <getopt.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include "app/cli/text.h"
 #include "lib/core/choices.h"
 #include "lib/core/param.h"
@@ -171,10 +173,19 @@ static void check_together(const struct kith_options *o, const bool *given) {
     refuse("%s: %s is missing (see kith %s --help)", verb->name, verb->argument, verb->name);
 }
 
+/* A file must not get the descriptor of a stream that is closed, and with it all messages. */
+static void open_streams(void) {
+  int descriptor;
+  do descriptor = open("/dev/null", O_RDWR);
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO);
+  if (descriptor >= 0) close(descriptor);
+}
+
 enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **argv) {
   struct option known[N_ROWS + 1];
   char letters[64];
   bool given[N_ROWS] = {false};
+  open_streams();
   list_options(known, letters);
   *o = (struct kith_options){.until = -1, .steps = -1, .arguments = argv};
   opterr = 0;

@@ -50,10 +50,11 @@ struct kith_options {
   const char *restart;                       /* checkpoint file or NULL */
   const char *trace;                         /* file or NULL */
   double until;                              /* < 0: the scene's */
+  double walltime;                           /* minutes; 0: no limit */
   int steps;                                 /* < 0: no limit */
   int threads;                               /* 0: not given */
   int ranks;                                 /* 0: as many as were started */
-  bool check, profile, quiet, help, version;
+  bool check, profile, quiet, overwrite, help, version;
   char **arguments; /* as given, with the program first, ended by NULL */
 };
 
@@ -71,7 +72,11 @@ struct kith_options {
     "threads of a process (default: all cores, shared among ranks; runs of chart and stress: 1)")          \
   X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                            \
   X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                       \
+  X(walltime, 0, "MINUTES", NUMBER, 0.001, 1e9, walltime, F(run),                                          \
+    "stop with a checkpoint before this time has passed, by two steps")                                    \
   X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                         \
+  X(overwrite, 0, 0, FLAG, 0, 0, overwrite, F(run),                                                        \
+    "start anew in a directory that has the checkpoint of an earlier run")                                 \
   X(check, 0, 0, FLAG, 0, 0, check, F(run) | F(plan), "verify all structures after every rebuild")         \
   X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks") \
   X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                           \

@@ -1,9 +1,10 @@
 /* Nodes from a scene: what is in a region, how many nodes each gets, where they stand, their state. */
 #include "app/initial/initial_conditions.h"
 
-#include "app/initial/lattice.h"
-
 #include <string.h>
+#include <unistd.h>
+#include "app/cli/text.h"
+#include "app/initial/lattice.h"
 #include "lib/comm/sum.h"
 
 #define PLACE "(%.10g, %.10g, %.10g)"
@@ -442,12 +443,25 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   return KITH_OK;
 }
 
+/* Fields of nodes and their rows, the least that a run takes, fit into the memory of this computer. */
+static kith_status check_memory(const struct setup *s, kith_index total) {
+  size_t each = (size_t)ceil(s->neighbors) * sizeof(kith_index);
+  char need[32], there[32];
+  for (int f = 0; f < s->nodes->n_fields; ++f) each += kith_field_node_size(s->nodes->fields[f]);
+  const double bytes = (double)total * (double)each,
+               memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
+  if (bytes <= memory) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "%s: %lld nodes take more than %s of memory, and there are %s: set a lower resolution",
+            s->scene->name, (long long)total, kith_text_bytes(need, bytes), kith_text_bytes(there, memory));
+}
+
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
   kith_index total;
   KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1), sizeof *s->plan));
   KITH_TRY(fit_lattices(s));
   KITH_TRY(count_nodes(s, &total));
   KITH_TRY(create_nodes(s, nodes));
+  KITH_TRY(check_memory(s, total));
   KITH_TRY(kith_nodes_grow(s->nodes, total));
   KITH_TRY(append_nodes(s));
   for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(visit_sites(s, &s->plan[k], true));

@@ -1,10 +1,13 @@
 /* The directory of a run: snapshots and their series, the trace. */
 #include "app/output/output.h"
 
+#include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <jansson.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/file.h>
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "app/cli/text.h"
@@ -30,6 +33,41 @@ kith_status kith_output_directory(struct kith_output *output, const char *direct
 
 static void snapshot_name(int number, char name[32]) {
   snprintf(name, 32, "snapshot_%04d.hdf", number);
+}
+
+kith_status kith_output_clear(const struct kith_output *output, bool restarted) {
+  static const char *const checkpoints[] = {"checkpoint.kith", "checkpoint.kith.previous"};
+  char path[640];
+  for (int k = 0; k < 2 && !restarted; ++k) {
+    path_in(output, checkpoints[k], path);
+    if (unlink(path) != 0 && errno != ENOENT)
+      KITH_FAIL(BAD_FILE, "%s: cannot remove it: %s", path, strerror(errno));
+  }
+  DIR *directory = opendir(output->directory);
+  if (directory == NULL) KITH_FAIL(BAD_FILE, "%s: %s", output->directory, strerror(errno));
+  for (const struct dirent *entry; (entry = readdir(directory)) != NULL;) {
+    int number, end = 0;
+    if (sscanf(entry->d_name, "snapshot_%4d.hdf%n", &number, &end) != 1 || entry->d_name[end] != '\0')
+      continue;
+    snprintf(path, sizeof path, "%s/snapshot_%04d.hdf", output->directory, number);
+    if (number >= output->n_snapshots) unlink(path);
+  }
+  closedir(directory);
+  return KITH_OK;
+}
+
+kith_status kith_output_claim(struct kith_output *output, bool restarted, bool overwrite) {
+  char path[640];
+  output->lock = open(output->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (output->lock < 0 || (flock(output->lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK))
+    KITH_FAIL(BAD_FILE, "%s: another run writes there; wait for it, or give -o DIR", output->directory);
+  path_in(output, "checkpoint.kith", path);
+  if (!restarted && !overwrite && access(path, F_OK) == 0)
+    KITH_FAIL(BAD_FILE,
+              "%s: there is the checkpoint of an earlier run; go on with --restart %s, add --overwrite, or "
+              "give -o DIR",
+              output->directory, path);
+  return KITH_OK;
 }
 
 /* Of the snapshots that are there: a restart may have begun in another directory. */
@@ -106,5 +144,6 @@ kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile
 
 kith_status kith_output_close(struct kith_output *output) {
   kith_free(&output->times);
+  if (output->lock > 0) close(output->lock);
   return kith_csv_log_close(&output->history.steps);
 }

@@ -14,6 +14,7 @@
 
 struct kith_output {
   char directory[512];
+  int lock; /* descriptor of the directory, which this run alone writes to; 0: not locked */
   int n_snapshots;
   size_t capacity;
   double *times; /* of the snapshots written */
@@ -23,6 +24,12 @@ struct kith_output {
 
 /* Where results go. `create`: with its parents; BAD_FILE if it cannot be written. */
 kith_status kith_output_directory(struct kith_output *output, const char *directory, bool create);
+/* On rank 0: no other run may write there, until it is closed. The checkpoint of an earlier run is refused
+ * unless this one goes on from one or may overwrite it. */
+kith_status kith_output_claim(struct kith_output *output, bool restarted, bool overwrite);
+/* On rank 0: what is left of an earlier run goes, snapshots that this one has yet to write and, if it goes on
+ * from none, checkpoints. */
+kith_status kith_output_clear(const struct kith_output *output, bool restarted);
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 kith_status kith_output_close(struct kith_output *output);

@@ -26,6 +26,10 @@ static void print_run(const struct kith_report *r, FILE *f) {
 static void print_norms(const struct kith_norms *n, FILE *f) {
   static const char *const names[] = {"density", "velocity", "pressure", "energy", "azimuthal"};
   const struct kith_norm norm[] = {n->density, n->velocity, n->pressure, n->energy, n->speed};
+  if (n->nodes == 0) {
+    fprintf(f, "\n  against exact: no node is in exact.window\n");
+    return;
+  }
   fprintf(f, "\n  against exact %18s %12s %12s   (%" PRId64 " nodes)\n", "L1", "L2", "Linf",
           (int64_t)n->nodes);
   for (int k = 0; k < (n->vortex ? 5 : 4); ++k)

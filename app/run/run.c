@@ -5,9 +5,7 @@
 #include "app/cli/options.h"
 
 #include <errno.h>
-#include <limits.h>
 #include <omp.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +15,7 @@
 #include "app/output/output.h"
 #include "app/output/plot.h"
 #include "app/output/report.h"
+#include "app/run/signals.h"
 #include "lib/io/atomic_file.h"
 #include "lib/nodes/migrate.h"
 
@@ -40,34 +39,14 @@ struct run {
   struct kith_traffic before_steps;
   struct kith_report report;
   double until, started, cpu_started;
+  double saved, slowest; /* clock at the last checkpoint; seconds of the slowest step */
   uint64_t first_step, first_updates;
-  bool stopped; /* by a signal */
+  bool stopped, save; /* by a signal, or for want of time; a checkpoint is due. The same on all ranks */
 };
 
-/* Becomes mpirun. Ranks are not bound to cores: the threads of a rank would all have to share one. */
-static kith_status become_mpirun(const struct kith_options *options) {
-  enum { MOST_WORDS = 512 };
-  char self[PATH_MAX], number[16], *words[MOST_WORDS];
-  if (realpath("/proc/self/exe", self) == NULL) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
-  snprintf(number, sizeof number, "%d", options->ranks);
-  char *const first[] = {"mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "-n", number, self};
-  int n = 0;
-  for (; n < (int)(sizeof first / sizeof *first); ++n) words[n] = first[n];
-  for (char **word = options->arguments + 1; *word != NULL; ++word) {
-    if (n + 1 == MOST_WORDS) KITH_FAIL(BAD_INPUT, "more than %d words", MOST_WORDS);
-    words[n++] = *word;
-  }
-  words[n] = NULL;
-  fflush(NULL);
-  execvp(words[0], words);
-  KITH_FAIL(UNSUPPORTED, "--ranks %d: mpirun cannot be started: %s", options->ranks, strerror(errno));
-}
-
-/* *ranks: NULL if this process is the only one. It becomes mpirun if several are required. Without --threads
- * and OMP_NUM_THREADS the ranks of a computer share its cores. */
-static kith_status launch(struct kith_ranks **ranks, const struct kith_options *options) {
-  *ranks = NULL;
-  if (options->ranks > 1 && kith_ranks_launched() == 1) return become_mpirun(options);
+/* *ranks: NULL if this process is the only one. Without --threads and OMP_NUM_THREADS the ranks of a computer
+ * share its cores. */
+static kith_status join_ranks(struct kith_ranks **ranks, const struct kith_options *options) {
   KITH_TRY(kith_ranks_create(ranks));
   const int size = kith_ranks_size(*ranks);
   if (size > 1 && options->threads == 0 && getenv("OMP_NUM_THREADS") == NULL) {
@@ -78,23 +57,6 @@ static kith_status launch(struct kith_ranks **ranks, const struct kith_options *
     return kith_ranks_allreduce_status(
         *ranks, kith_fail(KITH_BAD_INPUT, "--ranks %d, but %d processes were started", options->ranks, size));
   return KITH_OK;
-}
-
-/* The only mutable global, for signal handlers: checked between steps. */
-static volatile sig_atomic_t stop_signal;
-
-static void on_signal(int number) {
-  stop_signal = number;
-}
-
-static void catch_signals(void) {
-  struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
-  sigaction(SIGINT, &action, NULL);
-  sigaction(SIGTERM, &action, NULL);
-  sigaction(SIGUSR1, &action, NULL);
-  /* A file that may not grow further is an error of its write. */
-  action.sa_handler = SIG_IGN;
-  sigaction(SIGXFSZ, &action, NULL);
 }
 
 static double cpu_seconds(void) {
@@ -112,12 +74,15 @@ static kith_status open_output(struct run *run) {
   char directory[256];
   snprintf(directory, sizeof directory, "out/%s", run->scene->name);
   KITH_TRY(kith_output_directory(&run->output, o->directory != NULL ? o->directory : directory, speaks(run)));
+  if (speaks(run)) KITH_TRY(kith_output_claim(&run->output, o->restart != NULL, o->overwrite));
   if (speaks(run) && o->trace != NULL) { /* can it be written? Better to know now than at the end */
     struct kith_atomic_file *file;
     KITH_TRY(kith_atomic_file_open(&file, o->trace));
     kith_atomic_file_abandon(&file);
   }
-  return kith_history_open(&run->output.history, run->output.directory, run->simulation, o->restart != NULL);
+  KITH_TRY(
+      kith_history_open(&run->output.history, run->output.directory, run->simulation, o->restart != NULL));
+  return speaks(run) ? kith_output_clear(&run->output, o->restart != NULL) : KITH_OK;
 }
 
 /* The scene and its nodes: the same on every rank, which then keeps its own. */
@@ -216,7 +181,7 @@ static void show_progress(struct run *run, bool last) {
 
 /* First rates of a new run, and what its drifts are measured against. */
 static kith_status begin(struct run *run) {
-  run->started = kith_seconds();
+  run->started = run->saved = kith_seconds();
   run->cpu_started = cpu_seconds();
   run->first_step = run->simulation->integrator.step;
   run->first_updates = run->simulation->integrator.ledger.updates;
@@ -238,6 +203,12 @@ static double step_end(const struct run *run) {
   return every <= 0 || next > run->until - 1e-9 * every ? run->until : next;
 }
 
+/* A checkpoint of now. */
+static kith_status save(struct run *run) {
+  run->saved = kith_seconds();
+  return kith_output_checkpoint(&run->output, run->simulation, &run->baseline);
+}
+
 static kith_status after_step(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   const struct kith_totals totals = kith_hydro_totals(&run->simulation->hydro);
@@ -249,15 +220,23 @@ static kith_status after_step(struct run *run) {
     run->output.next += every;
   }
   const int steps_between = run->scene->output.checkpoint;
-  if (steps_between > 0 && it->step % (uint64_t)steps_between == 0)
-    KITH_TRY(kith_output_checkpoint(&run->output, run->simulation, &run->baseline));
+  if (run->save || (steps_between > 0 && it->step % (uint64_t)steps_between == 0)) return save(run);
   return KITH_OK;
 }
 
-/* A signal may have reached some ranks only. */
-static bool finished(struct run *run) {
+/* A signal may have reached some ranks only; clocks differ: rank 0 has the one that counts. */
+static void ask_ranks(struct run *run) {
+  const struct kith_options *o = run->options;
+  const double now = kith_seconds(), minutes = run->scene->output.checkpoint_minutes;
+  const bool late = o->walltime > 0 && now - run->started + 2 * run->slowest > 60 * o->walltime;
+  double wanted[] = {kith_signals_stop() || (speaks(run) && late),
+                     speaks(run) && minutes > 0 && now - run->saved > 60 * minutes};
+  kith_ranks_max(run->ranks, wanted, 2);
+  run->stopped = wanted[0] > 0, run->save = wanted[1] > 0;
+}
+
+static bool finished(const struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
-  run->stopped = kith_ranks_any(run->ranks, stop_signal != 0);
   return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) ||
          run->stopped;
 }
@@ -270,11 +249,13 @@ static kith_status steps(struct run *run) {
   if (run->progress.shown)
     fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
             "ghosts", "done", "ETA");
-  for (bool end = finished(run); !end;) {
+  while (!finished(run)) {
+    const double begun = kith_seconds();
     KITH_TRY(kith_integrator_step(it, step_end(run)));
+    run->slowest = KITH_MAX(run->slowest, kith_seconds() - begun);
+    ask_ranks(run);
     KITH_TRY(after_step(run));
-    end = finished(run);
-    show_progress(run, end);
+    show_progress(run, finished(run));
   }
   return KITH_OK;
 }
@@ -284,8 +265,7 @@ static kith_status steps(struct run *run) {
 /* The checkpoint comes first: the last snapshot is not one that a longer run would write. */
 static kith_status write_state(struct run *run) {
   const double time = run->simulation->integrator.time;
-  if (run->scene->output.checkpoint_at_end || run->stopped)
-    KITH_TRY(kith_output_checkpoint(&run->output, run->simulation, &run->baseline));
+  if (run->scene->output.checkpoint_at_end || run->stopped) KITH_TRY(save(run));
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
   const bool compared = run->exact != NULL || run->scene->output.plot || measures(run->scene);
@@ -325,8 +305,7 @@ static kith_status finish(struct run *run) {
   kith_report_print(report, run->options->profile, stdout);
   printf("results in %s\n", run->output.directory);
   if (run->stopped)
-    fprintf(stderr, "kith: stopped by signal %d; go on with --restart %s/checkpoint.kith\n", (int)stop_signal,
-            run->output.directory);
+    fprintf(stderr, "kith: stopped; go on with --restart %s/checkpoint.kith\n", run->output.directory);
   return KITH_OK;
 }
 
@@ -358,16 +337,26 @@ static enum kith_exit fail(struct run *run, kith_status status) {
 
 static enum kith_exit carry_out(struct run *run) {
   kith_status status = begin(run);
+  kith_signals_catch();
   if (status == KITH_OK) status = steps(run);
   if (status != KITH_OK) return fail(run, status);
   if (finish(run) != KITH_OK) return complain(run, KITH_EXIT_FAILED);
   return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
+/* The process that starts mpirun does no more than that. */
+static enum kith_exit launch(const struct kith_options *options) {
+  enum kith_exit code = KITH_EXIT_FAILED;
+  if (kith_signals_launch(options->ranks, options->arguments, &code) != KITH_OK)
+    fprintf(stderr, "kith: %s\n", kith_failure());
+  return code;
+}
+
 enum kith_exit kith_run(const struct kith_options *options) {
   struct run run = {.options = options};
-  catch_signals();
-  kith_status status = launch(&run.ranks, options);
+  if (options->ranks > 1 && kith_ranks_launched() == 1) return launch(options);
+  kith_signals_ignore();
+  kith_status status = join_ranks(&run.ranks, options);
   if (status == KITH_OK) status = prepare(&run);
   enum kith_exit code = status == KITH_OK ? carry_out(&run) : complain(&run, KITH_EXIT_USAGE);
   if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {

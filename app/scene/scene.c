@@ -80,8 +80,10 @@ static const struct kith_param output_params[] = {
     {"every", KITH_PARAM_NUMBER, "0", "[0, inf)", "time between snapshots; 0: first and last only",
      IN(output.every)},
     {"plot", KITH_PARAM_BOOL, "true", "", "plot the result beside the exact solution", IN(output.plot)},
-    {"checkpoint", KITH_PARAM_INTEGER, "0", "[0, inf)", "steps between checkpoints; 0: on a signal only",
+    {"checkpoint", KITH_PARAM_INTEGER, "0", "[0, inf)", "steps between checkpoints; 0: by time only",
      IN(output.checkpoint)},
+    {"checkpoint_minutes", KITH_PARAM_NUMBER, "15", "[0, inf)",
+     "minutes between checkpoints, on the clock; 0: by steps only", IN(output.checkpoint_minutes)},
     {"checkpoint_at_end", KITH_PARAM_BOOL, "false", "", "one more checkpoint after the last step",
      IN(output.checkpoint_at_end)},
     {0}};
@@ -135,7 +137,13 @@ static kith_status check_name(const struct kith_scene *scene) {
                           "'%.60s' cannot name a directory: no '/', no '.' in front", name);
 }
 
+enum { MOST_SNAPSHOTS = 9998 }; /* and the first and the last one: their numbers have four digits */
+
 kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
+  if (scene->output.every > 0 && until / scene->output.every > MOST_SNAPSHOTS)
+    return kith_config_fail(kith_config_at(scene->config, "output.every"), NULL,
+                            "%g makes more than %d snapshots until %g", scene->output.every, MOST_SNAPSHOTS,
+                            until);
   for (int a = 0; a < NDIM; ++a) {
     char path[] = "boundaries.x";
     path[sizeof path - 2] = "xyz"[a];

@@ -149,7 +149,8 @@ struct kith_scene {
   struct {
     double every; /* time between snapshots, 0: only first and last */
     bool plot;
-    int checkpoint; /* steps between checkpoints, 0: only on a signal */
+    int checkpoint;            /* steps between checkpoints; 0: by time only */
+    double checkpoint_minutes; /* minutes between them; 0: by steps only */
     bool checkpoint_at_end;
   } output;
 };

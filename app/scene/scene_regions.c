@@ -158,9 +158,15 @@ const struct kith_param kith_deposit_params[] = {
     {0}};
 #undef IN
 
-static kith_status read_deposit(struct kith_deposit *deposit, const struct kith_config_node *node) {
+static kith_status read_deposit(const struct kith_scene *scene, struct kith_deposit *deposit,
+                                const struct kith_config_node *node) {
   deposit->node = node;
   KITH_TRY(kith_params_read(kith_deposit_params, node, deposit));
+  for (int a = 0; a < NDIM; ++a)
+    if (deposit->center[a] < scene->domain.lower[a] || deposit->center[a] > scene->domain.upper[a])
+      return kith_config_fail(kith_config_child(node, "center"), NULL,
+                              "%g is outside of the domain, %g to %g", deposit->center[a],
+                              scene->domain.lower[a], scene->domain.upper[a]);
   const bool point = deposit->shape == KITH_DEPOSIT_POINT, radius = deposit->radius > 0,
              spacings = deposit->spacings > 0;
   const char *key = radius ? "radius" : "spacings";
@@ -178,8 +184,8 @@ kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_conf
   const int n = list ? node->n : 1;
   KITH_TRY(kith_resize(&scene->deposit, 0, (size_t)n, sizeof *scene->deposit));
   scene->n_deposits = n;
-  if (!list) return read_deposit(scene->deposit, node);
+  if (!list) return read_deposit(scene, scene->deposit, node);
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
-    KITH_TRY(read_deposit(&scene->deposit[child->index], child));
+    KITH_TRY(read_deposit(scene, &scene->deposit[child->index], child));
   return KITH_OK;
 }

@@ -64,7 +64,7 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   if (job->ranks > 1 && directory != NULL) fprintf(f, "\n--ranks=%d", job->ranks);
   if (job->steps > 0) fprintf(f, "\n--steps=%d", job->steps);
   if (job->restart[0] != '\0') fprintf(f, "\n--restart=%s", job->restart);
-  if (directory != NULL) fprintf(f, "\n-o\n%s", directory);
+  if (directory != NULL) fprintf(f, "\n-o\n%s\n--overwrite", directory);
   for (const char *s = job->settings; *s != '\0'; s += strcspn(s, "\n") + 1)
     fprintf(f, "\n--set=%.*s", (int)strcspn(s, "\n"), s);
   fclose(f);
@@ -77,7 +77,7 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   if (status != KITH_OK || *code == 0) return status;
   find_reason(log, *code, why);
   if (*code == 127) KITH_FAIL(BAD_FILE, "cannot start %s%dd", programs->prefix, job->dimension);
-  if (*code == -SIGINT || *code == -SIGTERM || *code == -SIGHUP || strncmp(why, "stopped by signal", 17) == 0)
+  if (*code == -SIGINT || *code == -SIGTERM || *code == -SIGHUP || strncmp(why, "stopped; go on", 14) == 0)
     KITH_FAIL(BAD_FILE, "a run was stopped from outside, see %s", log);
   return KITH_OK;
 }

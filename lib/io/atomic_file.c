@@ -18,7 +18,9 @@ static kith_status open_temporary(struct kith_atomic_file *file) {
   struct stat present;
   if (stat(path, &present) == 0 && !S_ISREG(present.st_mode)) /* a rename would replace a device or a pipe */
     KITH_FAIL(BAD_FILE, "%s: cannot write: not a regular file", path);
-  file->stream = fopen(file->temporary, "wb");
+  unlink(file->temporary); /* of a run that was killed; a link would lead elsewhere */
+  const int descriptor = open(file->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  file->stream = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
   if (file->stream == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
   return KITH_OK;
 }

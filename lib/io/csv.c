@@ -2,8 +2,10 @@
 #include "lib/io/csv.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static kith_status failed(const struct kith_csv_log *log) {
@@ -27,9 +29,10 @@ static kith_status kept_length(FILE *file, const char *path, const char *names, 
 
 static kith_status open_log(struct kith_csv_log *log, const char *names, const uint64_t *last) {
   size_t kept = 0;
-  log->file = last != NULL ? fopen(log->path, "r+") : NULL;
-  if (last != NULL && log->file == NULL && errno != ENOENT) return failed(log);
-  if (log->file == NULL) log->file = fopen(log->path, "w");
+  /* A link is not followed: it may point anywhere. */
+  const int flags = O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | (last == NULL ? O_TRUNC : 0),
+            descriptor = open(log->path, flags, 0666);
+  log->file = descriptor >= 0 ? fdopen(descriptor, "r+") : NULL;
   if (log->file == NULL || fseek(log->file, 0, SEEK_END) != 0) return failed(log);
   if (ftell(log->file) > 0) KITH_TRY(kept_length(log->file, log->path, names, *last, &kept));
   if (last != NULL && (ftruncate(fileno(log->file), (off_t)kept) != 0 || fseek(log->file, 0, SEEK_END) != 0))
@@ -57,8 +60,11 @@ kith_status kith_csv_log_row(struct kith_csv_log *log) {
 
 kith_status kith_csv_log_close(struct kith_csv_log *log) {
   if (log->file == NULL) return KITH_OK;
-  const bool good = !ferror(log->file);
-  const kith_status status = fclose(log->file) == 0 && good ? KITH_OK : failed(log);
+  struct stat file;
+  const bool good = !ferror(log->file), gone = fstat(fileno(log->file), &file) != 0 || file.st_nlink == 0;
+  kith_status status = fclose(log->file) == 0 && good ? KITH_OK : failed(log);
+  if (status == KITH_OK && gone)
+    status = kith_fail(KITH_BAD_FILE, "%s: someone has removed it during the run", log->path);
   log->file = NULL;
   kith_free(&log->path);
   return status;

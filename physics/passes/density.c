@@ -252,19 +252,33 @@ KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pas
 
 KITH_KERNEL_CHUNKS(density_chunk)
 
+/* A neighbor of node i at the same place, or -1. */
+static kith_index at_same_place(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i) {
+  const double *x = nodes->position->f64;
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
+    if (memcmp(x + (size_t)i * NDIM, x + (size_t)rows->node[e] * NDIM, NDIM * sizeof *x) == 0)
+      return rows->node[e];
+  return -1;
+}
+
 /* Names the first node without a solution: one whose support does not converge, else one whose support has to
  * grow beyond its search radius. */
-static kith_status unsolved(const struct kith_nodes *nodes) {
+static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_rows *rows) {
   const double *support = nodes->support->f64, *search_radius = nodes->search_radius->f64;
   kith_index first = -1;
   for (kith_index i = 0; i < nodes->n_internal && (first < 0 || !isnan(support[first])); ++i)
     if (isnan(support[i]) || (first < 0 && support[i] > search_radius[i])) first = i;
   if (first < 0) KITH_FAIL(INTERNAL, "a support was counted as unsolved, and all are solved");
   const double *x = nodes->position->f64 + (size_t)first * NDIM;
+  const kith_index same = at_same_place(nodes, rows, first);
   const kith_status status = isnan(support[first]) ? KITH_DIVERGED : KITH_OUTGROWN;
-  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g", (long long)nodes->id->i64[first],
-                   x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0,
-                   isnan(support[first]) ? "does not converge within" : "outgrew", search_radius[first]);
+  char why[96] = "";
+  if (same >= 0)
+    snprintf(why, sizeof why, ": node %lld is at the same place", (long long)nodes->id->i64[same]);
+  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g%s",
+                   (long long)nodes->id->i64[first], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
+                   NDIM > 2 ? x[NDIM - 1] : 0.0,
+                   isnan(support[first]) ? "does not converge within" : "outgrew", search_radius[first], why);
 }
 
 /* Are the masses of all nodes of all ranks equal? All ranks have to sum in the same way. */
@@ -321,6 +335,6 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
   uint64_t count[KITH_COUNTS];
   kith_status status = kith_package_sweep(package, &sweep, count);
   if (status == KITH_OK && package->recompute) status = recompute(&pass, sweep);
-  if (status == KITH_OK && count[KITH_COUNT_OUTGROWN] > 0) status = unsolved(nodes);
+  if (status == KITH_OK && count[KITH_COUNT_OUTGROWN] > 0) status = unsolved(nodes, &connectivity->rows);
   return kith_ranks_allreduce_status(nodes->ranks, status);
 }

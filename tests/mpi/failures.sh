@@ -139,7 +139,7 @@ case $6 in
     # Room for the first snapshot and two checkpoints and a half: the third is cut short.
     full checkpoint.kith $((16 + snapshot + checkpoint * 5 / 2)) output.checkpoint=20
     # A snapshot claims more room than it needs at last.
-    full snapshot_ $((400 + snapshot * 4 + checkpoint * 3)) output.checkpoint=20 output.every=5e-5
+    full snapshot_ $((400 + snapshot * 4 + checkpoint * 3)) output.checkpoint=20 output.every=1.1e-4
     ;;
   file-size)
     command -v prlimit >/dev/null || skip "no prlimit here"

@@ -12,7 +12,7 @@ run() { # directory ranks words...
   shift 2
   rm -f "$directory"/snapshot_*.hdf
   $mpirun -n "$ranks" "$program" run "$scene" --set output.plot=false --set output.checkpoint=10 $words \
-    -q -o "$directory" "$@" > "$directory.log" 2>&1 && return
+    --overwrite -q -o "$directory" "$@" > "$directory.log" 2>&1 && return
   echo "failed: $ranks ranks $*"; cat "$directory.log"; exit 1
 }
 last() { ls "$1"/snapshot_*.hdf | tail -1; }

@@ -33,7 +33,7 @@ few="$program run $scene --set output.plot=false -q -o $out/few --set resolution
 few="$few --set partition.cells=1"
 timeout 60 $mpirun -n 7 $few > "$out/out" 2>&1 || { echo "more ranks than nodes:"; cat "$out/out"; failed=1; }
 # A checkpoint that cannot be written: rank 0 tries, all stop, nobody waits.
-rm -rf "$out/full" && mkdir -p "$out/full/checkpoint.kith" || exit 1
-expect 1 "not a regular file" $mpirun -n 3 $program run "$scene" --set output.plot=false -q -o "$out/full" \
-  --set output.checkpoint=1
+rm -rf "$out/full" && mkdir -p "$out/full/checkpoint.kith.partial" || exit 1
+expect 1 "checkpoint.kith: cannot write" $mpirun -n 3 $program run "$scene" --set output.plot=false -q \
+  -o "$out/full" --set output.checkpoint=1
 exit $failed

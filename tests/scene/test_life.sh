@@ -85,7 +85,7 @@ for rebuild in always displacement; do
   wait $!
   code=$?
   [[ $code == 1 &&
-    $(<stderr) == "kith: stopped by signal 15; go on with --restart parts/checkpoint.kith" ]] ||
+    $(<stderr) == "kith: stopped; go on with --restart parts/checkpoint.kith" ]] ||
     wrong "SIGTERM gave $code, $(<stderr)"
   before=$(wc -l <parts/history.csv)
   "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith >stdout 2>stderr &
@@ -121,7 +121,7 @@ for scheme in rk2 cheap-rk2 verlet arkode; do
     --set connectivity.rebuild=displacement --set scheme.name=$scheme --set method.energy=$energy
   ok "$kith" run tiny.yaml "$@" -o whole
   for steps in 7 20; do
-    ok "$kith" run tiny.yaml "$@" -o parts --steps $steps
+    ok "$kith" run tiny.yaml "$@" -o parts --overwrite --steps $steps
     ok "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith
     rm -f parts/*.previous
     same_run whole parts

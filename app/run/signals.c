@@ -1,0 +1,101 @@
+/* Signals of a run; mpirun as a child, so that it does not end the ranks before they have written. */
+#include "app/run/signals.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static const int caught[] = {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2};
+enum { CAUGHT = sizeof caught / sizeof *caught };
+
+/* The only mutable globals, for signal handlers. */
+static volatile sig_atomic_t stop, child;
+
+/* Those that are ignored, as nohup does, stay so. */
+static void handle_with(void (*handler)(int), int flags) {
+  struct sigaction action = {.sa_handler = handler, .sa_flags = flags}, before;
+  for (int k = 0; k < CAUGHT; ++k)
+    if (sigaction(caught[k], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
+      sigaction(caught[k], &action, NULL);
+}
+
+/* The next one has its usual effect, the end. */
+static void on_signal(int number) {
+  (void)number;
+  stop = 1;
+  handle_with(SIG_DFL, 0);
+}
+
+void kith_signals_ignore(void) {
+  signal(SIGXFSZ, SIG_IGN);
+  signal(SIGPIPE, SIG_IGN);
+}
+
+void kith_signals_catch(void) {
+  handle_with(on_signal, SA_RESTART);
+}
+
+bool kith_signals_stop(void) {
+  return stop != 0;
+}
+
+/* mpirun gives USR1 to all ranks; TERM ends them. */
+static void pass_on(int number) {
+  (void)number;
+  kill(child, stop++ == 0 ? SIGUSR1 : SIGTERM);
+}
+
+/* Not in the foreground of the terminal: what it sends when a key is pressed would end the ranks. */
+static void become_mpirun(char *const *words) {
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  execvp(words[0], words);
+  fprintf(stderr, "kith: --ranks: mpirun cannot be started: %s\n", strerror(errno));
+  _exit(KITH_EXIT_FAILED);
+}
+
+/* Ranks are not bound to cores: the threads of a rank would all have to share one. */
+static kith_status words_of(int ranks, char *const *own, char **words, int most) {
+  static char self[PATH_MAX], number[16];
+  if (realpath("/proc/self/exe", self) == NULL) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
+  snprintf(number, sizeof number, "%d", ranks);
+  char *const first[] = {"mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "--stdin", "none", "-n",
+                         number,   self};
+  int n = 0;
+  for (; n < (int)(sizeof first / sizeof *first); ++n) words[n] = first[n];
+  for (char *const *word = own + 1; *word != NULL; ++word) {
+    if (n + 1 == most) KITH_FAIL(BAD_INPUT, "more than %d words", most);
+    words[n++] = *word;
+  }
+  words[n] = NULL;
+  return KITH_OK;
+}
+
+kith_status kith_signals_launch(int ranks, char *const *own, enum kith_exit *code) {
+  enum { MOST_WORDS = 512 };
+  char *words[MOST_WORDS];
+  int result;
+  KITH_TRY(words_of(ranks, own, words, MOST_WORDS));
+  fflush(NULL);
+  const pid_t mpirun = fork();
+  if (mpirun < 0) KITH_FAIL(BAD_FILE, "--ranks %d: cannot start mpirun: %s", ranks, strerror(errno));
+  if (mpirun == 0) become_mpirun(words);
+  child = mpirun;
+  handle_with(pass_on, SA_RESTART);
+  while (waitpid(mpirun, &result, 0) < 0)
+    if (errno != EINTR) KITH_FAIL(BAD_FILE, "--ranks %d: lost mpirun: %s", ranks, strerror(errno));
+  const int exited = WIFEXITED(result) ? WEXITSTATUS(result) : 128 + WTERMSIG(result);
+  *code = exited < 128 ? (enum kith_exit)exited : KITH_EXIT_FAILED;
+  if (exited < 128 && stop < 2) return KITH_OK;
+  if (stop != 0) KITH_FAIL(BAD_FILE, "stopped at once; what was written before is whole");
+  KITH_FAIL(BAD_FILE,
+            "a rank was ended by signal %d (%s); the last checkpoint, if there is one, goes on with "
+            "--restart",
+            exited - 128, strsignal(exited - 128));
+}
