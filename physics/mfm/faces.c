@@ -88,7 +88,7 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
       for (int a = 0; a < NDIM; ++a) sum[a] = along * d[a];
       for (int a = 0, m = 0; a < NDIM; ++a)
         for (int b = a; b < NDIM; ++b, ++m) {
-          const double both = wi * mi[m] + wj * mj[m];
+          const double both = mfm_weight(wi, gi) * mi[m] + mfm_weight(wj, gj) * mj[m];
           sum[a] += both * d[b];
           if (b != a) sum[b] += both * d[a];
         }

@@ -8,7 +8,13 @@
  *                   M_i = sum_j w_i (x_j - x_i) (x_j - x_i), w_i = w(r_ij / H_i)
  *               Both matrices are positive, so a face always points towards the neighbor. Where M has no good
  *               inverse (all neighbors on a line, or on one side) that end contributes as in SPH, -V^2 grad
- *               W.
+ *               W. w is -W'(q) / q, in 1-D W(q). Hopkins has W, but in 2-D and 3-D the force of an even
+ *               pressure, -P sum_j A_ij, then is the gradient of nothing: shears of a lattice grow from
+ *               round-off whatever the lattice is, and drive the nodes for ever. With -W' / q the faces are
+ *               those of SPH with a matrix for a constant, and the force is as that of SPH to first order:
+ *               the gradient of a kernel sum. It orders nodes, rests on the lattices on which that sum is
+ *               largest (`kith plan` names them), and what gives way elsewhere comes to rest. On a line
+ *               nothing shears, and W has a tenth less error.
  *   integrated  between all nodes whose supports share a node, the integral by its definition:
  *                   A_ij = sum_k V_k (psi_i grad psi_j - psi_j grad psi_i)(x_k), psi_i(x) = W(x - x_i, H_i) /
  *                   s(x), s = sum_l W(x - x_l, H_l)
@@ -21,12 +27,12 @@
  *                   A_ij *= (s_i + s_j) / 2,  s_i = 2 V_i d / tr sum_j A_ij (x_j - x_i)
  *                                                  (1)
  *               exact on lattices; on nodes 0.3 spacings off (2-D) the error of the sum is 0.12 instead of
- *               0.19, that of one-point faces.
+ *               0.19, that of one-point faces with w = W.
  *
  * On disordered nodes neither form closes, sum_j A_ij != 0, so a uniform pressure accelerates nodes. Measured
  * for nodes of unit volume, up to 0.3 spacings off a square lattice, 20 neighbors
- * (tests/unit/physics/test_mfm_faces.c):  mean |sum A|  0.47
- * one-point, 0.18 integrated;  mean sum |A|  3.4, 2.5;  faces  20, 64. Less area is not less dissipation:
+ * (tests/unit/physics/test_mfm_faces.c):  mean |sum A|  0.42
+ * one-point, 0.18 integrated;  mean sum |A|  3.3, 2.5;  faces  20, 64. Less area is not less dissipation:
  * open integrated faces disorder the nodes where one-point faces order them, and Gresho's vortex is lost with
  * them; they should be closed. mfm_faces_close adds the smallest correction that does it,
  *     A_ij += a_ij (l_i - l_j),  sum_j a_ij (l_i - l_j) = - sum_j A_ij                         (2)
@@ -106,6 +112,11 @@ kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectiv
 
 /* Inverse of the sum M, close to singular if the worst direction has about 1/60 of the others. */
 bool mfm_invert(const double *m, double *inverse);
+
+/* w of one-point faces and of the sum M, from the value of the kernel and g = W' / q. */
+KITH_INLINE double mfm_weight(double w, double g) {
+  return NDIM == 1 ? w : -g;
+}
 
 /* Steps of mfm_faces_build. Areas of the pairs of the graph, which are those of the overlap (integrated.c).
  * Collective. */
