@@ -6,6 +6,7 @@
 #   file-size   the same where no file system can be made: files may not grow
 #   no-memory   a rank gets no more memory
 #   killed      a rank is killed
+#   stopped     by signals, and a rank is killed, where the program started mpirun itself
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5/$6
 source_of_scene=$(cd "$(dirname "$scene")" && pwd)/$(basename "$scene")
 rm -rf "$out" && mkdir -p "$out" && cd "$out" || exit 1
@@ -169,6 +170,33 @@ case $6 in
     finish "a killed rank"
     [[ $code != 0 && $code != 143 ]] || wrong "a killed rank: code $code"
     goes_on "a killed rank" --set output.checkpoint=20
+    ;;
+  stopped)
+    # stop WHAT SIGNAL...: of a run on 3 ranks; sets `code`.
+    stop() {
+      local what=$1
+      shift
+      rm -rf run
+      timeout 100 "$program" run "$source_of_scene" --ranks 3 "${settings[@]}" -o run \
+        --set output.checkpoint=20 >stdout 2>stderr &
+      job=$!
+      wait_for_steps
+      ruler=$(pgrep -P $job) # `timeout` would end its child by itself
+      for signal; do
+        [[ $signal == rank ]] || kill "-$signal" "$ruler"
+        [[ $signal != rank ]] || pkill -KILL -n -f "$source_of_scene --ranks 3"
+      done
+      wait $job
+      code=$?
+      [[ $code == 1 ]] || wrong "$what: ended with $code: $(<stderr)"
+    }
+    stop "a signal" TERM
+    ended "a signal" $code "stopped; go on with --restart run/checkpoint.kith"
+    goes_on "a signal" --set output.checkpoint=20
+    stop "two signals" INT TERM
+    grep -q "^kith: stopped" stderr || wrong "two signals: $(<stderr)" # in time, or at once
+    stop "a killed rank" rank
+    grep -q "^kith: a rank was ended by signal 9" stderr || wrong "a killed rank: $(<stderr)"
     ;;
   *) wrong "unknown case $6" ;;
 esac

@@ -128,6 +128,18 @@ for scheme in rk2 cheap-rk2 verlet arkode; do
   done
 done
 
+# One run at a time in a directory, and none that forgets its checkpoint.
+rm -rf parts
+"$kith" run tiny.yaml "$@" -o parts >stdout 2>stderr &
+rows parts 5 $!
+stopped 2 "parts: another run writes there" "$kith" run tiny.yaml "$@" -o parts
+wait $!
+stopped 2 "parts: there is the checkpoint of an earlier run" "$kith" run tiny.yaml "$@" -o parts
+touch parts/snapshot_0123.hdf parts/snapshot_of_mine.hdf
+ok "$kith" run tiny.yaml "$@" -o parts --overwrite --steps 3
+[[ ! -e parts/snapshot_0123.hdf && -e parts/snapshot_of_mine.hdf ]] ||
+  wrong "stale snapshots stay, or others go"
+
 # A restart into another directory leaves the first one alone, and lists only the snapshots that are there.
 rm -rf other parts
 ok "$kith" run tiny.yaml "$@" --steps 30 -o parts
