@@ -15,8 +15,8 @@
  * Forces are those of the antisymmetric part of the gradient: they conserve momentum, but not angular
  * momentum, for they are not central.
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D,  D = grad W^R_ij - grad W^R_ji        (5)
- *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-alpha c_mean mu + beta mu^2),
- *     mu as in viscosity.h                                                                            (6)
+ *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-s_mean alpha c_mean mu + beta mu^2),
+ *     mu and Balsara's factor s as in viscosity.h                                                     (6)
  * The work f . (v_j - v_i) of a pair is shared evenly except for the pressures: where it heats the pair, the
  * node of lower pressure gets the larger part, as in the paper; where it cools the pair, the node of higher
  * pressure gives the larger part, so that a cold node does not lose energy to a hot one.
@@ -39,13 +39,9 @@
 
 struct crk_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
-  int balsara;                              /* none: settings that sph shares with crk may say so */
 };
 static const struct kith_param viscosity_params[] = {
-    KITH_VISCOSITY_PARAMS(struct crk_settings, "|none|monaghan|limited"),
-    {"balsara", KITH_PARAM_CHOICE, "none", "none", "only sph has the factor",
-     KITH_INTO(struct crk_settings, balsara)},
-    {0}};
+    KITH_VISCOSITY_PARAMS(struct crk_settings, "|none|monaghan|limited"), {0}};
 static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)}, {0}};
 
@@ -55,6 +51,7 @@ enum {
   CRK_VOLUME,
   CRK_RATE,   /* V / Omega */
   CRK_SMOOTH, /* s */
+  CRK_SWITCH, /* s of (6) */
   CRK_A,
   CRK_C,
   CRK_DA = CRK_C + NDIM,  /* dA + C */
@@ -65,6 +62,7 @@ enum {
 struct crk {
   struct kith_field *a, *c, *a_gradient, *c_gradient; /* A, C, dA + C, dC_b / dx_c */
   struct kith_field *omega, *smooth;                  /* of (8), (9) */
+  struct kith_field *curl, *factor;                   /* NULL without Balsara's factor; it */
   struct kith_field *shear;                           /* NULL unless the viscosity is limited */
 };
 
@@ -297,8 +295,8 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
                    J(CRK_VOLUME) * gi * i[KITH_PACKED_INVERSE] * i[KITH_PACKED_INVERSE];
 
   const double di = i[KITH_PACKED_DENSITY], dj = J(KITH_PACKED_DENSITY), density = 2 * di * dj / (di + dj);
-  const double viscosity =
-      density * (c->viscosity.beta * p.mu - c->viscosity.alpha * p.sound) * p.mu; /* Q of (6) */
+  const double alpha = c->viscosity.alpha * 0.5 * (i[CRK_SWITCH] + J(CRK_SWITCH));
+  const double viscosity = density * (c->viscosity.beta * p.mu - alpha * p.sound) * p.mu; /* Q of (6) */
 
   const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity,
                smooth = KITH_MIN(i[CRK_SMOOTH], J(CRK_SMOOTH)),
@@ -337,6 +335,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
     packed[CRK_DA + a] = crk->a_gradient->f64[at + a];
     for (int b = 0; b < NDIM; ++b) packed[CRK_DC + a * NDIM + b] = crk->c_gradient->f64[(at + a) * NDIM + b];
   }
+  packed[CRK_SWITCH] = crk->factor != NULL ? crk->factor->f64[i] : 1;
   packed[CRK_PRESSURE] = hydro->pressure->f64[i];
   /* A frozen node has no moments: its kernel is the plain one. */
   const bool frozen = crk->a->f64[i] == 0;
@@ -364,6 +363,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
 static kith_status crk_create(struct kith_package *package) {
   struct crk *crk = package->self;
   const struct crk_settings *settings = package->settings;
+  const bool balsara = kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
       {true, {"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"}, &crk->a},
       {true, {"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &crk->c},
@@ -373,6 +373,10 @@ static kith_status crk_create(struct kith_package *package) {
        &crk->c_gradient},
       {true, {"omega", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h factor Omega"}, &crk->omega},
       {true, {"smooth", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "s of the forces"}, &crk->smooth},
+      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &crk->curl},
+      {balsara,
+       {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
+       &crk->factor},
       {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
        {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
        &crk->shear},
@@ -384,15 +388,24 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
                                 const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
-  const struct kith_density_wanted wanted = {.omega = crk->omega, .shear = crk->shear};
+  const struct kith_density_wanted wanted = {.omega = crk->omega, .curl = crk->curl, .shear = crk->shear};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_package_start_refresh(package, 1, &(struct kith_field *){hydro->nodes->support});
   KITH_TRY(moments(package, connectivity));
   kith_hydro_evaluate_eos(hydro);
-  struct kith_field *const between[] = {hydro->density, hydro->pressure, hydro->sound_speed, crk->a,
-                                        crk->c,         crk->a_gradient, crk->c_gradient,    crk->omega,
-                                        crk->smooth,    crk->shear};
-  kith_package_start_refresh(package, crk->shear != NULL ? 10 : 9, between);
+  const struct crk_settings *settings = package->settings;
+  struct kith_field *between[11] = {hydro->density,  hydro->pressure, hydro->sound_speed, crk->a,     crk->c,
+                                    crk->a_gradient, crk->c_gradient, crk->omega,         crk->smooth};
+  int n = 9;
+  if (crk->shear != NULL) between[n++] = crk->shear;
+  if (crk->factor != NULL) {
+    between[n++] = crk->factor;
+#pragma omp parallel for schedule(static)
+    for (kith_index i = 0; i < hydro->nodes->n_internal; ++i)
+      if (kith_node_active(hydro->nodes, i))
+        crk->factor->f64[i] = kith_balsara(package, &settings->viscosity, crk->curl, i);
+  }
+  kith_package_start_refresh(package, n, between);
   return forces(package, connectivity, kick);
 }
 

@@ -6,14 +6,14 @@
  *                            + m_i m_j Pi_ij grad_i W_mean]                                            (3)
  *     m_i du_i/dt =   sum_j [psi_i (m_j - X_i) v_ij . grad_i W(H_i)
  *                            + (1/2) m_i m_j Pi_ij v_ij . grad_i W_mean]                               (4)
- *     Pi_ij = s_mean (-alpha c_mean mu + beta mu^2) / rho_mean,
+ *     Pi_ij = (-s_mean alpha c_mean mu + beta mu^2) / rho_mean,
  *     mu as in viscosity.h  (Monaghan 1997, JCoPh 136, 298)                                            (5)
  * viscosity `cullen-dehnen`: the switch s follows the compression rate (Cullen and Dehnen 2010, MNRAS 408,
  *     669; in the form of Price et al. 2018, PASA 35, e031, eqs. 45-48): with h = 2 sigma and
  *     A = max(0, -d(div v)/dt) (div v)^2 / ((div v)^2 + (curl v)^2) where div v < 0,
  *     s_local = min(1, 10 h^2 A / c^2); s rises to it at once and decays to it in the time
  *     h / (0.1 v_signal).                                                                              (6)
- * Balsara's factor multiplies s (Balsara 1995, JCoPh 121, 357). conduction a_u: the heat
+ * Balsara's factor (viscosity.h) multiplies s, which is 1 without the switch. conduction a_u: the heat
  *     m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
  *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
  *
@@ -21,24 +21,12 @@
 #include "physics/passes/density.h"
 #include "physics/passes/viscosity.h"
 
-#define BALSARA_LIST(X) X(NONE, none) X(FACTOR, balsara) X(SQUARED, squared)
-enum balsara {
-#define X(name, word) BALSARA_##name,
-  BALSARA_LIST(X)
-#undef X
-};
 struct sph_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
-  enum balsara balsara;
   double conduction;
 };
-#define AS_CHOICE(name, word) "|" #word
 static const struct kith_param viscosity_params[] = {
-    KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST(KITH_AS_LISTED_CHOICE)),
-    {"balsara", KITH_PARAM_CHOICE, "none", BALSARA_LIST(AS_CHOICE),
-     "Balsara's factor, for less viscosity in shear; squared is sharper",
-     KITH_INTO(struct sph_settings, balsara)},
-    {0}};
+    KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST(KITH_AS_LISTED_CHOICE)), {0}};
 static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
     {"conduction", KITH_PARAM_NUMBER, "0", "[0, inf)", "of heat, where pressure jumps; 1 is usual",
@@ -78,9 +66,8 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_c
   const double gi = kith_kernel_gradient(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
   const double gj = kith_kernel_gradient(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
   const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY);
-  double viscosity =
-      (c->viscosity.beta * p.mu - c->viscosity.alpha * p.sound) * p.mu / densities; /* Pi / 2 */
-  if (full) viscosity *= 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH));
+  const double alpha = full ? c->viscosity.alpha * 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH)) : c->viscosity.alpha;
+  const double viscosity = (c->viscosity.beta * p.mu - alpha * p.sound) * p.mu / densities; /* Pi / 2 */
 
   /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
   const double masses = i[SPH_MASS] * J(SPH_MASS);
@@ -153,7 +140,7 @@ static kith_status sph_create(struct kith_package *package) {
   const struct sph_settings *settings = package->settings;
   const bool limited = settings->viscosity.name == KITH_VISCOSITY_LIMITED;
   const bool rising = settings->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
-  const bool switched = rising || settings->balsara != BALSARA_NONE;
+  const bool switched = rising || kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
       {true, {"grad_h_term", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"}, &sph->grad_h_term},
       {limited,
@@ -185,17 +172,6 @@ static double viscosity_switch(const struct kith_package *package, double dt, ki
   return wanted + (s - wanted) * exp(-0.1 * signal * dt / h);
 }
 
-/* Balsara's factor: |div v| / (|div v| + |curl v| + 1e-4 c / h). */
-static double balsara(const struct kith_package *package, kith_index i) {
-  const struct sph *sph = package->self;
-  const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
-  const double divergence = fabs(package->velocity_divergence->f64[i]);
-  const double sum = divergence + sph->curl->f64[i] + 1e-4 * package->hydro->sound_speed->f64[i] / h;
-  const double factor = sum > 0 ? divergence / sum : 1;
-  return ((const struct sph_settings *)package->settings)->balsara == BALSARA_SQUARED ? factor * factor
-                                                                                      : factor;
-}
-
 /* What multiplies the viscosity of nodes begin .. end - 1. */
 static void set_factors(struct kith_package *package, const struct kith_kick *kick, kith_index begin,
                         kith_index end) {
@@ -211,8 +187,7 @@ static void set_factors(struct kith_package *package, const struct kith_kick *ki
     if (sph->viscosity_switch != NULL)
       factor = sph->viscosity_switch->f64[i] =
           viscosity_switch(package, dt, i, sph->viscosity_switch->f64[i]);
-    if (settings->balsara != BALSARA_NONE) factor *= balsara(package, i);
-    sph->factor->f64[i] = factor;
+    sph->factor->f64[i] = factor * kith_balsara(package, &settings->viscosity, sph->curl, i);
   }
 }
 

@@ -81,8 +81,9 @@ static inline void world_viscous(struct world *w, const char *name, const struct
 #undef X
   };
   char text[200];
-  w->viscosity = (struct kith_viscosity_settings){m->viscosity, m->alpha, m->beta};
-  snprintf(text, sizeof text, "viscosity.name=%s viscosity.alpha=%.17g viscosity.beta=%.17g",
+  w->viscosity = (struct kith_viscosity_settings){m->viscosity, m->alpha, m->beta, KITH_BALSARA_NONE};
+  snprintf(text, sizeof text,
+           "viscosity.name=%s viscosity.alpha=%.17g viscosity.beta=%.17g viscosity.balsara=none",
            names[m->viscosity], m->alpha, m->beta);
   world_package(w, name, m, text);
 }
