@@ -116,7 +116,7 @@ static kith_status ghosts_with_rows(struct kith_integrator *it) {
 
 /* A support that cannot find its neighbors would grow, and images with it, until memory ends. */
 static kith_status bound_ghosts(const struct kith_integrator *it) {
-  enum { MOST = 100 }; /* for each node, and for each neighbor that is wanted */
+  enum { MOST = NDIM == 3 ? 1000 : NDIM == 2 ? 400 : 100 }; /* a node, and a neighbor that is wanted */
   const struct kith_nodes *nodes = it->nodes;
   kith_index widest = 0;
   if (nodes->n_ghost <= MOST * (nodes->n_internal + it->package->neighbors)) return KITH_OK;
