@@ -295,8 +295,9 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
                    J(CRK_VOLUME) * gi * i[KITH_PACKED_INVERSE] * i[KITH_PACKED_INVERSE];
 
   const double di = i[KITH_PACKED_DENSITY], dj = J(KITH_PACKED_DENSITY), density = 2 * di * dj / (di + dj);
-  const double alpha = c->viscosity.alpha * 0.5 * (i[CRK_SWITCH] + J(CRK_SWITCH));
-  const double viscosity = density * (c->viscosity.beta * p.mu - alpha * p.sound) * p.mu; /* Q of (6) */
+  const double s = 0.5 * (i[CRK_SWITCH] + J(CRK_SWITCH)), alpha = c->viscosity.alpha * s,
+               beta = c->viscosity.factored > 0 ? c->viscosity.beta * s : c->viscosity.beta;
+  const double viscosity = density * (beta * p.mu - alpha * p.sound) * p.mu; /* Q of (6) */
 
   const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity,
                smooth = KITH_MIN(i[CRK_SMOOTH], J(CRK_SMOOTH)),

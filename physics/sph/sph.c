@@ -66,8 +66,9 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_c
   const double gi = kith_kernel_gradient(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
   const double gj = kith_kernel_gradient(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
   const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY);
-  const double alpha = full ? c->viscosity.alpha * 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH)) : c->viscosity.alpha;
-  const double viscosity = (c->viscosity.beta * p.mu - alpha * p.sound) * p.mu / densities; /* Pi / 2 */
+  const double s = full ? 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH)) : 1, alpha = c->viscosity.alpha * s,
+               beta = c->viscosity.factored > 0 ? c->viscosity.beta * s : c->viscosity.beta;
+  const double viscosity = (beta * p.mu - alpha * p.sound) * p.mu / densities; /* Pi / 2 */
 
   /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
   const double masses = i[SPH_MASS] * J(SPH_MASS);

@@ -26,19 +26,22 @@ static double loss(const char *settings) {
 
 #if NDIM > 1
 #define SHEAR "regions.0.velocity=[0,sin(2*pi*x),0] method.viscosity.beta=0 "
-/* In shear the divergence is zero: with the factor nothing is left but what the lattice makes of it. */
+/* In shear the divergence is zero to round-off: what is left is e / (curl + e), which is larger on the
+ * wide supports of 3-D. */
 static void check_shear(void) {
-  CHECK(loss(SHEAR "method.viscosity.balsara=none") > 0.01);
-  CHECK(loss(SHEAR "method.viscosity.balsara=none method.package=crk") > 0.01);
-  /* On a lattice the divergence is zero to round-off. */
-  CHECK_CLOSE(loss(SHEAR "method.viscosity.balsara=balsara"), 0, 1e-9);
-  CHECK_CLOSE(loss(SHEAR "method.viscosity.balsara=squared"), 0, 1e-9);
-  CHECK_CLOSE(loss(SHEAR "method.viscosity.balsara=balsara method.package=crk"), 0, 1e-9);
+  const double sph = loss(SHEAR "method.viscosity.balsara=none"),
+               crk = loss(SHEAR "method.viscosity.balsara=none method.package=crk");
+  const double left = NDIM == 3 ? 0.06 : 0.02;
+  CHECK(sph > 0.01 && crk > 0.01);
+  CHECK(loss(SHEAR) < left * sph);
+  CHECK(loss(SHEAR "method.viscosity.balsara=balsara") < left * sph);
+  CHECK(loss(SHEAR "method.viscosity.balsara=squared") < left * sph);
+  CHECK(loss(SHEAR "method.package=crk") < left * crk);
 }
 #endif
 
 #define CONVERGING "regions.0.velocity=[-sin(2*pi*x),0,0] "
-/* Without a curl the factor is 1, but for the 1e-8 c / h that keeps it finite. */
+/* Without a curl the factor is 1. */
 static void check_compression(void) {
   const double none = loss(CONVERGING "method.viscosity.balsara=none"),
                one = loss(CONVERGING "method.viscosity.balsara=squared");
