@@ -99,7 +99,7 @@ enum {
  *     Toro 3, 200                 .113 .0218 .0314      Sod, 200 of equal masses   .0384 .0087 .0098
  * and 2-D and 3-D hardly depend on it: Sedov 60^2 .128 .127 .127, Noh 50^2 .709 .699 .682, Sedov 26^3 .237
  * .234 .233. There a cubic spline with its default neighbors takes 1.8 to damp them. */
-static const double self_weight = NDIM < 3 ? 1.5 : 2;
+static const double moment_weight = NDIM < 3 ? 1.5 : 2;
 
 static const double steep = 0.4; /* the change of (9) at which half of a force is (8) */
 
@@ -110,8 +110,8 @@ struct moments_pass {
   double spacings; /* H in mean node spacings */
 };
 
-KITH_INLINE size_t load_row(enum kith_kernel kernel, const struct moments_pass *pass, kith_index i,
-                            struct kith_scratch *s) {
+KITH_INLINE size_t load_kernels(enum kith_kernel kernel, const struct moments_pass *pass, kith_index i,
+                                struct kith_scratch *s) {
   const struct kith_nodes *nodes = pass->package->hydro->nodes;
   const kith_index *restrict row = pass->rows->node + pass->rows->first[i];
   const size_t n = pass->rows->first[i + 1] - pass->rows->first[i], padded = kith_lanes_padded(n);
@@ -224,9 +224,9 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
   double w0, g0, sum[SUMS];
   kith_kernel_value(kernel, 0, &w0, &g0);
   for (kith_index i = begin; i < end; ++i) {
-    const size_t padded = load_row(kernel, pass, i, s), at = (size_t)i * NDIM;
+    const size_t padded = load_kernels(kernel, pass, i, s), at = (size_t)i * NDIM;
     sum_row(padded, s, sum);
-    sum[M0] += pass->volume * self_weight * pass->package->self_weight * w0;
+    sum[M0] += pass->volume * moment_weight * pass->package->self_weight * w0;
     s->count[KITH_COUNT_EVALUATIONS] += padded;
     s->count[KITH_COUNT_FALLBACKS] += !correct(sum, &crk->a->f64[i], &crk->c->f64[at],
                                                &crk->a_gradient->f64[at], &crk->c_gradient->f64[at * NDIM]);
