@@ -59,7 +59,8 @@ kith_status kith_output_clear(const struct kith_output *output, bool restarted) 
 kith_status kith_output_claim(struct kith_output *output, bool restarted, bool overwrite) {
   char path[640];
   output->lock = open(output->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (output->lock < 0 || (flock(output->lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK))
+  if (output->lock < 0) KITH_FAIL(BAD_FILE, "%s: cannot open it: %s", output->directory, strerror(errno));
+  if (flock(output->lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
     KITH_FAIL(BAD_FILE, "%s: another run writes there; wait for it, or give -o DIR", output->directory);
   path_in(output, "checkpoint.kith", path);
   if (!restarted && !overwrite && access(path, F_OK) == 0)
