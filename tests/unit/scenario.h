@@ -58,11 +58,13 @@ static inline kith_status scenario_start(struct scenario *s) {
   return status;
 }
 
-/* Up to `steps` more steps, or to the scene's end. */
+/* Up to `steps` more steps, or to the scene's end. Every eighth is checked: that takes longer than a step. */
 static inline kith_status scenario_steps(struct scenario *s, int steps) {
   struct kith_integrator *it = &s->simulation->integrator;
-  for (int k = 0; k < steps && it->time < s->scene->until; ++k)
+  for (int k = 0; k < steps && it->time < s->scene->until; ++k) {
+    it->check = k % 8 == 0;
     KITH_TRY(kith_integrator_step(it, s->scene->until));
+  }
   return KITH_OK;
 }
 

@@ -158,7 +158,7 @@ static bool behind(const struct scenario *s, kith_index i) {
  * or nearly, where faces of both sides are closed in one solve. */
 static void check_leak(const char *package, double round_off) {
   struct scenario calm, loud;
-  const int steps = NDIM == 3 ? 25 : 100;
+  const int steps = NDIM == 3 ? 12 : 100;
   scenario_open(&calm, tube, "method.package=%s regions.0.pressure=1", package);
   scenario_open(&loud, tube, "method.package=%s", package);
   if (scenario_run(&calm, steps) && scenario_run(&loud, steps)) {
@@ -195,7 +195,7 @@ static void check_leak(const char *package, double round_off) {
 /* Kinetic energy and mean position on the left, with a plate and with a wall. */
 static void check_wall(const char *package, double tolerance) {
   struct scenario plate, wall;
-  const int steps = NDIM == 3 ? 25 : 100;
+  const int steps = NDIM == 3 ? 12 : 100;
   /* Open faces of mfm push off any uneven place, and a wall is one; closed ones do not. */
   scenario_open(&plate, tube, "method.package=%s method.closed=true", package);
   scenario_open(&wall, walled, "method.package=%s method.closed=true", package);
