@@ -15,8 +15,8 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
-#include "app/cli/text.h"
 #include "app/simulation/simulation.h"
+#include "lib/core/version.h"
 
 #if NDIM == 1
 #define SIZE "dimension: 1\nresolution: 1000000\nmethod: {kernel: wendland-c2}\n"
@@ -278,7 +278,7 @@ static kith_status bench(const struct kith_options *options, int all) {
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);
   KITH_TRY(reference_triad(&many));
-  printf("kith bench: %d-D Sedov, kith %s, %s, %s\n", NDIM, kith_version, kith_compiler, kith_flags);
+  printf("kith bench: %d-D Sedov, kith %s, %s, %s\n", NDIM, kith_version(), kith_compiler(), kith_flags());
   printf("  reference: triad on 1 thread %.2f GB/s, on %d %.2f GB/s\n\n", 1e-9 * one, all, 1e-9 * many);
   printf("  %-40s %7s %11s %10s %10s %9s %13s\n", "case", "threads", "updates/s", "ns/update", "over plain",
          "rebuilds", "energy drift");

@@ -12,6 +12,7 @@
 #include "app/cli/text.h"
 #include "lib/core/choices.h"
 #include "lib/core/param.h"
+#include "lib/core/version.h"
 
 #define X(name, runs, argument, doc) {#name, KITH_RUNS_##runs, argument, doc},
 static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
@@ -202,7 +203,7 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
     given[k] = true;
     take_value(&rows[k], optarg, o);
   }
-  if (o->version) printf("kith %s (%s, %s)\n", kith_version, kith_compiler, kith_flags);
+  if (o->version) printf("kith %s (%s, %s)\n", kith_version(), kith_compiler(), kith_flags());
   if (o->help && !o->version) print_help(o->verb);
   if (o->version || o->help) exit(KITH_EXIT_OK);
   for (; optind < argc; ++optind) take_word(o, argv[optind]); /* behind "--" */

@@ -1,4 +1,4 @@
-/* text.c - wrapped text, quantities with units, and version and flags as the build system defines them. */
+/* text.c - wrapped text and quantities with units. */
 #include "app/cli/text.h"
 
 #include <string.h>
@@ -39,10 +39,3 @@ const char *kith_text_seconds(char text[32], double seconds) {
     snprintf(text, 32, "%.1f h", seconds / 3600);
   return text;
 }
-
-const char kith_version[] = KITH_VERSION, kith_flags[] = KITH_FLAGS;
-#ifdef __clang__
-const char kith_compiler[] = "clang " __clang_version__;
-#else
-const char kith_compiler[] = "gcc " __VERSION__;
-#endif

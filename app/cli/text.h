@@ -1,5 +1,4 @@
-/* text.h - text for people: wrapped at blanks to 100 columns, quantities with units, and what this program
- * is. */
+/* text.h - text for people: wrapped at blanks to 100 columns, quantities with units. */
 #ifndef KITH_APP_CLI_TEXT_H
 #define KITH_APP_CLI_TEXT_H
 
@@ -12,9 +11,5 @@ void kith_text_wrapped(FILE *out, int indent, const char *label, const char *tex
 /* "4.66 MiB" and "22.7 ms"; returns `text`. */
 const char *kith_text_bytes(char text[32], double bytes);
 const char *kith_text_seconds(char text[32], double seconds);
-
-extern const char kith_version[];  /* "0.1.0" */
-extern const char kith_compiler[]; /* name and version */
-extern const char kith_flags[];
 
 #endif

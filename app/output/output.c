@@ -10,7 +10,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 #include "app/cli/process.h"
-#include "app/cli/text.h"
+#include "lib/core/version.h"
 #include "lib/io/atomic_file.h"
 #include "lib/io/snapshot.h"
 #include "lib/nodes/migrate.h"
@@ -94,9 +94,9 @@ static kith_status write_series(const struct kith_output *output) {
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
   const struct kith_integrator *it = &simulation->integrator;
   char build[256];
-  snprintf(build, sizeof build, "%d-D, %s, %s", NDIM, kith_compiler, kith_flags);
+  snprintf(build, sizeof build, "%d-D, %s, %s", NDIM, kith_compiler(), kith_flags());
   const struct kith_note notes[] = {{"Program", "kith"},
-                                    {"Version", kith_version},
+                                    {"Version", kith_version()},
                                     {"Build", build},
                                     {"SceneName", simulation->scene->name},
                                     {"Scene", simulation->scene->text},

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <omp.h>
 #include <string.h>
-#include "app/cli/text.h"
+#include "lib/core/version.h"
 #include "lib/io/atomic_file.h"
 
 static json_t *text(const char *value) {

@@ -60,9 +60,9 @@ struct kith_spread {
     "largest |v| / c of a node, over the run")                                                          \
   X(REAL, final_mach, "velocity_over_sound.end", now.velocity_over_sound, "", "the same at the end")    \
   X(COUNT, floors, "floors", 0, "", "values raised to a floor: 0, a run stops instead and says where")  \
-  X(TEXT, version, "version", kith_version, "", "of kith")                                              \
-  X(TEXT, compiler, "compiler", kith_compiler, "", "")                                                  \
-  X(TEXT, flags, "flags", kith_flags, "", "of the compiler")
+  X(TEXT, version, "version", kith_version(), "", "of kith")                                            \
+  X(TEXT, compiler, "compiler", kith_compiler(), "", "")                                                \
+  X(TEXT, flags, "flags", kith_flags(), "", "of the compiler")
 
 /* Texts and arrays are borrowed. A text that is NULL is null in the file. */
 struct kith_report {

@@ -17,9 +17,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "app/cli/text.h"
 #include "app/output/figure.h"
 #include "app/study/study.h"
+#include "lib/core/version.h"
 
 enum { COSTS = 2, POINTS = KITH_SUITE_METHODS * KITH_SUITE_VALUES };
 static const int cost_column[COSTS] = {KITH_CPU_SECONDS, KITH_PAIR_EVALUATIONS};
@@ -119,7 +119,7 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
           "# %s: error against cost\n\nScene %s in %d-D, %d methods at %d resolutions. kith %s, one run at a "
           "time on %d thread%s. Norms are weighted by volume, against the exact solution. A method is on the "
           "front at a resolution if no run is both cheaper and more accurate.\n",
-          s->name, s->scene, s->dimension, s->n_methods, s->n_values, kith_version, s->job->threads,
+          s->name, s->scene, s->dimension, s->n_methods, s->n_values, kith_version(), s->job->threads,
           s->job->threads == 1 ? "" : "s");
   for (int measure = 0; measure < s->n_measures; ++measure) {
     fill(&c, study, measure);

@@ -1,13 +1,14 @@
 /* snapshot_diff.c - reads fields as doubles, which hold ids up to 2^53, and compares them in the order of
  * ids. */
+#define _GNU_SOURCE /* qsort_r */
 #include "app/study/study.h"
 
 #include <float.h>
-#include <gsl/gsl_sort.h>
 #include <hdf5.h>
 #include <hdf5_hl.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct field {
@@ -68,6 +69,11 @@ static herr_t compare_field(hid_t group, const char *name, const H5L_info_t *inf
   return 0;
 }
 
+static int compare_ids(const void *a, const void *b, void *ids) {
+  const double *id = ids, x = id[*(const size_t *)a], y = id[*(const size_t *)b];
+  return (x > y) - (x < y);
+}
+
 static bool open_side(struct side *s, const char *path, bool by_nodes) {
   s->file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
   s->particles = H5Gopen2(s->file, "PartType0", H5P_DEFAULT);
@@ -75,7 +81,7 @@ static bool open_side(struct side *s, const char *path, bool by_nodes) {
       kith_resize(&s->order, 0, s->id.shape[0] + 1, sizeof *s->order) != KITH_OK)
     return false;
   for (size_t k = 0; k < s->id.shape[0]; ++k) s->order[k] = k;
-  if (by_nodes) gsl_sort_index(s->order, s->id.value, 1, s->id.shape[0]);
+  if (by_nodes) qsort_r(s->order, s->id.shape[0], sizeof *s->order, compare_ids, s->id.value);
   return true;
 }
 

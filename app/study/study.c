@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#include "app/cli/text.h"
+#include "lib/core/version.h"
 #include "lib/io/atomic_file.h"
 
 kith_status kith_job_set(struct kith_job *job, const char *assignment) {
@@ -119,7 +119,7 @@ static void run_directory(const struct kith_study *s, const struct kith_job *job
   FILE *scene = fopen(job->scene, "r");
   while (scene != NULL && fgets(text, sizeof text, scene) != NULL) key = hash(key, text);
   if (scene != NULL) fclose(scene);
-  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version, job->dimension, job->threads,
+  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version(), job->dimension, job->threads,
            KITH_MAX(job->ranks, 1));
   key = hash(hash(key, text), job->settings);
   snprintf(name, KITH_JOB_PATH - (size_t)(name - path), "%s-%s-%016" PRIx64, job->label, job->value, key);

@@ -114,7 +114,7 @@ static bool set_up(struct kith_integrator *it) {
   double no_parameters[3];
   void *m = s->memory = ERKStepCreate(rates, 0, s->vectors->view, s->vectors->context);
   if (m == NULL) return false;
-  int bad = ERKStepSetUserData(m, it) | ERKStepSetErrHandlerFn(m, kith_stages_quiet, NULL);
+  int bad = ERKStepSetUserData(m, it) | KITH_QUIET(ERKStepSetErrHandlerFn, m);
   bad |= ERKStepSetTableNum(m, table_ids[settings->table]) | ERKStepSetPostprocessStepFn(m, end_of_step);
   bad |= ERKStepSetInterpolantType(m, ARK_INTERP_LAGRANGE) | ERKStepSetInterpolantDegree(m, 0); /* unused */
   bad |= ERKStepWFtolerances(m, weights_of) | ERKStepSetStabilityFn(m, stable_step, it);

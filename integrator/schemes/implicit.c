@@ -68,7 +68,7 @@ static bool set_up(struct kith_integrator *it) {
   m->solver = SUNLinSol_SPGMR(m->vector[ITERATE], SUN_PREC_NONE, KRYLOV, vectors->context);
   void *k = m->stages.memory = KINCreate(vectors->context);
   if (m->solver == NULL || k == NULL) return false;
-  int bad = KINSetErrHandlerFn(k, kith_stages_quiet, NULL) | KINSetUserData(k, it);
+  int bad = KITH_QUIET(KINSetErrHandlerFn, k) | KINSetUserData(k, it);
   bad |= KINInit(k, residual, m->vector[ITERATE]);
   bad |= KINSetLinearSolver(k, m->solver, NULL) | SUNLinSol_SPGMRSetMaxRestarts(m->solver, RESTARTS);
   return (bad | KINSetNumMaxIters(k, MOST_NEWTON) | KINSetFuncNormTol(k, residual_part)) == 0;

@@ -46,10 +46,6 @@ size_t kith_stages_bytes(const struct kith_integrator *it, size_t size, int vect
   return size + (s->vectors != NULL ? s->vectors->bytes : (size_t)vectors * vector);
 }
 
-void kith_stages_quiet(int code, const char *module, const char *function, char *message, void *data) {
-  (void)code, (void)module, (void)function, (void)message, (void)data;
-}
-
 /* Vectors whose view is the fields, and a solver, for the nodes there are: some may have gone to other
  * ranks. */
 static kith_status fit(struct kith_integrator *it, const struct kith_solver *solver) {

@@ -69,8 +69,6 @@ kith_status kith_stages_try(struct kith_integrator *integrator, const struct kit
 /* `time` from the start of the step. */
 kith_status kith_stages_rates(struct kith_integrator *integrator, double time);
 kith_status kith_stages_again(struct kith_integrator *integrator);
-/* An error handler for solvers: the flag that they return is enough. */
-void kith_stages_quiet(int code, const char *module, const char *function, char *message, void *data);
 
 /* The rates at hand, as a vector: velocity, acceleration, energy rate. */
 void kith_stages_copy_rates(const struct kith_integrator *integrator, N_Vector rates);

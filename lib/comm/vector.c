@@ -188,6 +188,18 @@ static const struct _generic_N_Vector_Ops operations = {.nvgetvectorid = identit
                                                         .nvl1norm = l1_norm,
                                                         .nvlinearcombination = combination};
 
+bool kith_sundials_create(SUNContext *context) {
+#if SUNDIALS_VERSION_MAJOR >= 7
+  return SUNContext_Create(SUN_COMM_NULL, context) == 0 && SUNContext_ClearErrHandlers(*context) == 0;
+#else
+  return SUNContext_Create(NULL, context) == 0;
+#endif
+}
+
+void kith_sundials_quiet(int code, const char *module, const char *function, char *message, void *data) {
+  (void)code, (void)module, (void)function, (void)message, (void)data;
+}
+
 kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ranks, int n_parts,
                                 const struct kith_vector_part *part) {
   struct kith_vectors *set = NULL;
@@ -198,7 +210,7 @@ kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ra
   if (status == KITH_OK) {
     *set = (struct kith_vectors){.ranks = ranks, .parts = n_parts, .own = (int64_t)all};
     memcpy(set->part, part, (size_t)n_parts * sizeof *part);
-    if (SUNContext_Create(NULL, &set->context) == 0) set->view = make(set);
+    if (kith_sundials_create(&set->context)) set->view = make(set);
     if (set->view == NULL) status = kith_fail(KITH_NO_MEMORY, "no vectors of SUNDIALS");
   }
   status = kith_ranks_allreduce_status(ranks, status);

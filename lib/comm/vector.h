@@ -29,6 +29,16 @@ struct kith_vectors {
   size_t bytes; /* of all clones that live */
 };
 
+/* A context that prints nothing: errors are codes that the caller looks at. False: no memory. Up to version 6
+ * each solver has a handler of its own beside it, KITH_QUIET(ERKStepSetErrHandlerFn, solver). */
+bool kith_sundials_create(SUNContext *context);
+void kith_sundials_quiet(int code, const char *module, const char *function, char *message, void *data);
+#if SUNDIALS_VERSION_MAJOR >= 7
+#define KITH_QUIET(set_handler, solver) 0
+#else
+#define KITH_QUIET(set_handler, solver) set_handler(solver, kith_sundials_quiet, NULL)
+#endif
+
 /* Owned by the caller; all vectors and solvers that were made with it go first. Collective; the status is
  * agreed on. */
 kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ranks, int parts,

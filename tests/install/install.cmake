@@ -1,4 +1,4 @@
-# Installs the build below itself, then builds and runs a consumer with what was installed.
+# Installs the build below itself, builds and runs the examples with what was installed, and removes it.
 set(place ${build}/install-test)
 file(REMOVE_RECURSE ${place})
 macro(run)
@@ -8,8 +8,16 @@ macro(run)
   endif()
 endmacro()
 run(${CMAKE_COMMAND} --install ${build} --prefix ${place}/prefix)
+if(NOT EXISTS ${place}/prefix/share/doc/kith/LICENSE)
+  message(FATAL_ERROR "no licence installed")
+endif()
 # Nothing may lean on the build: only the installed files are named.
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${place}/build -G Ninja -D CMAKE_C_COMPILER=${compiler}
   -D CMAKE_PREFIX_PATH=${place}/prefix)
 run(${CMAKE_COMMAND} --build ${place}/build)
 run(${CMAKE_CTEST_COMMAND} --test-dir ${place}/build --no-tests=error --output-on-failure)
+run(${CMAKE_COMMAND} --build ${build} --target uninstall)
+file(GLOB_RECURSE left ${place}/prefix/*)
+if(left)
+  message(FATAL_ERROR "uninstall left ${left}")
+endif()

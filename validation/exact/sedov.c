@@ -29,8 +29,9 @@
 #include "lib/core/vec.h"
 #include "validation/exact/exact_parameters.h"
 
-#include <gsl/gsl_errno.h>
-#include <gsl/gsl_odeiv2.h>
+#include <arkode/arkode_erkstep.h>
+#include <nvector/nvector_serial.h>
+#include "lib/comm/vector.h"
 
 struct settings {
   struct kith_exact_gas gas;
@@ -103,42 +104,57 @@ static double energy_density(const struct sedov *s, double y, double v, double l
 }
 
 /* By ln x: q = ln w, ln g, energy integral. */
-static int slopes(double y, const double *q, double *dq, void *context) {
-  const struct sedov *s = context;
+static void slopes(double y, const double *q, double *dq, const struct sedov *s) {
   const double w = exp(q[0]), v = (1 + w) / s->gas.gamma, dv = w * rise(s, v, w);
   dq[0] = s->gas.gamma * rise(s, v, w);
   dq[1] = (dv + NDIM * v - s->omega) / (1 - v);
   dq[2] = energy_density(s, y, v, q[0], q[1]);
-  return GSL_SUCCESS;
 }
 
 /* By the length of a path in ln x and z = -ln(1 - V): q = ln x, ln g, energy integral, z. Near the singular
  * case x runs while V stands, near the edge V runs while x stands. */
-static int slopes_of_void(double path, const double *q, double *dq, void *context) {
-  const struct sedov *s = context;
+static void slopes_of_void(const double *q, double *dq, const struct sedov *s) {
   const double left = exp(-q[3]), v = 1 - left, w = s->gas.gamma * v - 1, dv = w * rise(s, v, w);
-  (void)path;
   dq[0] = -left / (left - dv); /* dv < 0: x falls as V rises */
   dq[3] = -dv / (left - dv);
   dq[1] = -(dv + NDIM * v - s->omega) / (left - dv);
   dq[2] = energy_density(s, q[0], v, log(w), q[1]) * dq[0];
-  return GSL_SUCCESS;
 }
 
-static kith_status advance(gsl_odeiv2_driver *driver, const struct sedov *s, double *from, double to,
-                           double *q) {
-  const int error = to == *from ? GSL_SUCCESS : gsl_odeiv2_driver_apply(driver, from, to, q);
-  if (error == GSL_SUCCESS) return KITH_OK;
-  KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, omega %g, at %g: %s", s->gas.gamma, s->omega, *from,
-            gsl_strerror(error));
+static int rates(double at, N_Vector state, N_Vector rate, void *context) {
+  const struct sedov *s = context;
+  const double *q = N_VGetArrayPointer(state);
+  double *dq = N_VGetArrayPointer(rate);
+  if (s->kind == VACUUM)
+    slopes_of_void(q, dq, s);
+  else
+    slopes(at, q, dq, s);
+  return 0;
 }
 
-static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
-  double y = 0, q[3] = {log((s->gas.gamma - 1) / (s->gas.gamma + 1)),
-                        log((s->gas.gamma + 1) / (s->gas.gamma - 1)), 0};
+/* What is integrated, by ERKStep of SUNDIALS: the numbers of `state` at `at`. */
+struct path {
+  SUNContext context;
+  N_Vector state;
+  void *solver;
+  double at;
+};
+
+static kith_status advance(struct path *path, const struct sedov *s, double to) {
+  if (to == path->at) return KITH_OK;
+  int flag = ERKStepSetStopTime(path->solver, to);
+  if (flag == ARK_SUCCESS) flag = ERKStepEvolve(path->solver, to, path->state, &path->at, ARK_NORMAL);
+  if (flag >= ARK_SUCCESS) return KITH_OK;
+  KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, omega %g, at %g: error %d of ERKStep", s->gas.gamma,
+            s->omega, path->at, flag);
+}
+
+static kith_status fill_table(struct sedov *s, struct path *path, double *energy) {
+  const double *q = N_VGetArrayPointer(path->state);
   for (int k = 0; k <= ROWS; ++k) {
+    const double y = -depth * ((double)k / ROWS) * ((double)k / ROWS);
     double dq[3];
-    KITH_TRY(advance(driver, s, &y, -depth * ((double)k / ROWS) * ((double)k / ROWS), q));
+    KITH_TRY(advance(path, s, y));
     slopes(y, q, dq, s);
     s->row[k] = (struct row){y, {q[0], q[1]}, {dq[0], dq[1]}};
   }
@@ -148,17 +164,17 @@ static kith_status fill_table(struct sedov *s, gsl_odeiv2_driver *driver, double
 }
 
 /* First ln x by row, then, when the edge is known, the coordinate. */
-static kith_status fill_void(struct sedov *s, gsl_odeiv2_driver *driver, double *energy) {
-  const double start = log((s->gas.gamma + 1) / (s->gas.gamma - 1)); /* 1 - V = exp(-start) at the shock */
-  double path = 0, q[4] = {0, start, 0, start}, dq[4];
+static kith_status fill_void(struct sedov *s, struct path *path, double *energy) {
+  const double *q = N_VGetArrayPointer(path->state);
+  double dq[4];
   s->rows = -1;
   for (int k = 0; k <= ROWS && q[3] < edge_z; ++k) {
-    KITH_TRY(advance(driver, s, &path, (depth + edge_z) * k / ROWS, q));
-    slopes_of_void(path, q, dq, s);
+    KITH_TRY(advance(path, s, (depth + edge_z) * k / ROWS));
+    slopes_of_void(q, dq, s);
     s->row[k] = (struct row){q[0], {q[3], q[1]}, {dq[3] / dq[0], dq[1] / dq[0]}};
     s->rows = k;
   }
-  KITH_TRY(advance(driver, s, &path, path + edge_z, q));
+  KITH_TRY(advance(path, s, path->at + edge_z));
   s->ln_void = q[0];
   *energy = -q[2];
   for (int k = 0; k <= s->rows; ++k) {
@@ -170,13 +186,25 @@ static kith_status fill_void(struct sedov *s, gsl_odeiv2_driver *driver, double 
 }
 
 static kith_status integrate(struct sedov *s, double *energy) {
-  gsl_odeiv2_system system = {s->kind == VACUUM ? slopes_of_void : slopes, NULL, s->kind == VACUUM ? 4 : 3,
-                              s};
-  gsl_odeiv2_driver *driver = gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd,
-                                                            s->kind == VACUUM ? 1e-6 : -1e-6, 1e-13, 1e-13);
-  if (driver == NULL) KITH_FAIL(NO_MEMORY, "exact solution sedov: no memory for the integrator");
-  const kith_status status = (s->kind == VACUUM ? fill_void : fill_table)(s, driver, energy);
-  gsl_odeiv2_driver_free(driver);
+  const double jump = log((s->gas.gamma + 1) / (s->gas.gamma - 1)); /* 1 - V = exp(-jump) at the shock */
+  double standard[3] = {-jump, jump, 0}, vacuum[4] = {0, jump, 0, jump};
+  const bool empty = s->kind == VACUUM;
+  struct path path = {.at = 0};
+  kith_status status = KITH_NO_MEMORY;
+  if (kith_sundials_create(&path.context)) {
+    path.state = N_VMake_Serial(empty ? 4 : 3, empty ? vacuum : standard, path.context);
+    path.solver = path.state == NULL ? NULL : ERKStepCreate(rates, 0, path.state, path.context);
+  }
+  if (path.solver != NULL &&
+      (ERKStepSetUserData(path.solver, s) | KITH_QUIET(ERKStepSetErrHandlerFn, path.solver) |
+       ERKStepSetOrder(path.solver, 8) | ERKStepSStolerances(path.solver, 1e-13, 1e-13) |
+       ERKStepSetMaxNumSteps(path.solver, -1)) == 0)
+    status = (empty ? fill_void : fill_table)(s, &path, energy);
+  else
+    kith_fail(status, "exact solution sedov: no memory for the integrator");
+  if (path.solver != NULL) ERKStepFree(&path.solver);
+  if (path.state != NULL) N_VDestroy(path.state);
+  if (path.context != NULL) SUNContext_Free(&path.context);
   return status;
 }
 
@@ -190,7 +218,6 @@ static kith_status check(const void *settings) {
 static kith_status sedov_create(void **self, const void *settings) {
   const struct settings *p = settings;
   double energy = 0;
-  gsl_set_error_handler_off();
   KITH_TRY(kith_resize(self, 0, 1, sizeof(struct sedov)));
   struct sedov *sedov = *self;
   const double gamma = p->gas.gamma, n = NDIM + 2 - p->omega;
