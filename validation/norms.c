@@ -234,6 +234,8 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                              .vortex = ops->vortex,
                              .nodes = sums.nodes,
                              .shock_exact = shock};
+  const double *inside = ops->radial ? window->r : window->x;
+  norms.shock_outside = shock != 0 && !(shock >= inside[0] && shock <= inside[1]);
   if (sums.nodes > 0) {
     double mass = 0;
     const double mean = spacing_near_shock(&m, INFINITY, &mass),

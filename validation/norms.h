@@ -33,6 +33,7 @@ struct kith_norms {
   double contact_pressure_error;
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
+  bool shock_outside;  /* it is outside of the window: the norms do not see it */
   /* How far the measured one is ahead, in spacings of the undisturbed gas, (mean mass / exact density ahead)^
    * (1/NDIM) of the nodes that also give the width of the bins: what is smeared by the same number of nodes
    * at any resolution has the same offset; 0 if none is measured. */

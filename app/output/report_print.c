@@ -39,6 +39,8 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->shock_exact > 0 && n->shock_radius > 0)
     fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%, %+.2f spacings)\n", n->shock_radius, n->shock_exact,
             100 * (n->shock_radius / n->shock_exact - 1), n->shock_offset);
+  if (n->shock_outside)
+    fprintf(f, "    the exact shock is outside of exact.window: the errors above do not include it\n");
   if (n->contact_pressure_error > 0)
     fprintf(f, "    pressure error at the contact %.2f %%\n", 100 * n->contact_pressure_error);
   if (n->vortex) fprintf(f, "    peak of the azimuthal velocity %.5g\n", n->speed_peak);
@@ -49,7 +51,8 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
 static void print_conservation(const struct kith_report *r, FILE *f) {
   const bool vortex = r->compared && r->norms.vortex,
              at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
-  fprintf(f, "\n  relative drift: energy %.2e, momentum %.2e", r->energy_drift, r->momentum_drift);
+  fprintf(f, "\n  conservation errors: energy %.2e of the total, momentum %.2e of sum m |v|", r->energy_drift,
+          r->momentum_drift);
   if (vortex)
     fprintf(f, ", angular momentum %.2e\n  kinetic energy %.4g of %.4g, rebound %.2e",
             r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);

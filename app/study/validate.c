@@ -23,7 +23,7 @@ struct validation {
   struct kith_programs programs;
   int n;
   struct kith_row *rows;     /* owned */
-  bool quick;                /* only those rows */
+  bool quick;                /* only those rows, of SUITE-quick */
   const char *last, *before; /* the last two that ran, by name; NULL: none */
   int n_compared, n_same;    /* with another row */
   int n_done, n_wrong, n_failed;
@@ -130,15 +130,35 @@ struct outcome {
   bool failed, good;
 };
 
-static double bound(const struct kith_row *row) {
-  return isnan(row->at_least) ? row->at_most : row->at_least;
+/* What is required of a row: a bound, or a figure up to `within`. */
+struct limit {
+  const char *relation;
+  double value, within;
+};
+
+static struct limit limit_of(const struct kith_row *row) {
+  const double figure = strtod(row->prints, NULL);
+  const char *point = strchr(row->prints, '.'), *power = strpbrk(row->prints, "eE");
+  if (row->prints[0] == '\0')
+    return isnan(row->at_least) ? (struct limit){"<=", row->at_most, 0}
+                                : (struct limit){">=", row->at_least, 0};
+  if (row->within > 0) return (struct limit){"=", figure, row->within * fabs(figure)};
+  const double digits = point == NULL ? 0 : (double)strspn(point + 1, "0123456789");
+  return (struct limit){"=", figure, pow(10, (power != NULL ? strtod(power + 1, NULL) : 0) - digits)};
+}
+
+static bool holds(const struct limit *limit, double value) {
+  return limit->relation[0] == '<'   ? value <= limit->value
+         : limit->relation[0] == '>' ? value >= limit->value
+                                     : fabs(value - limit->value) <= 1.000001 * limit->within;
 }
 
 static void print_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
   char limit[32] = "";
   const bool same = o->same.difference <= row->tolerance;
+  const struct limit required = limit_of(row);
   if (row->kind != KITH_ROW_NOTHING)
-    snprintf(limit, sizeof limit, "%s %-10.4g", isnan(row->at_least) ? "<=" : ">=", bound(row));
+    snprintf(limit, sizeof limit, "%-2s %-10.4g", required.relation, required.value);
   printf("%-*s %12.5g  %-13s %-6s %9.1e %7.0f %7.1f s", v->width, row->job.label, o->value, limit,
          o->good ? "ok" : "FAILED", last_value(v, "energy_drift"), last_value(v, "floors"), o->seconds);
   if (o->same.difference == 0) printf("  same as %s", row->like);
@@ -152,8 +172,9 @@ static kith_status put_row(struct validation *v, const struct kith_row *row, con
   static const char *const also[] = {"norms.density.l1", "norms.velocity.l1", "norms.pressure.l1",
                                      "energy_drift",     "momentum_drift",    "floors"};
   FILE *f = v->table.file;
-  fprintf(f, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->job.label, o->value,
-          isnan(row->at_least) ? "<=" : ">=", bound(row), o->good ? "ok" : "FAILED", o->seconds, row->source);
+  const struct limit required = limit_of(row);
+  fprintf(f, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->job.label, o->value, required.relation, required.value,
+          o->good ? "ok" : "FAILED", o->seconds, row->source);
   for (size_t k = 0; k < sizeof also / sizeof *also; ++k) fprintf(f, ",%.17g", last_value(v, also[k]));
   fprintf(f, ",%d,%d,%s,%s,%.17g", KITH_MAX(row->job.ranks, 1), row->job.threads, row->varied, row->like,
           o->same.difference);
@@ -165,9 +186,9 @@ static kith_status do_row(struct validation *v, const struct kith_row *row) {
   const double begun = kith_seconds();
   char why[256];
   o.failed = measure(v, row, &o.value) != KITH_OK || compare(v, row, &o.same) != KITH_OK;
+  const struct limit required = limit_of(row);
   o.good = !o.failed && !(o.same.difference > row->tolerance) &&
-           (row->kind == KITH_ROW_NOTHING ||
-            (isnan(row->at_least) ? o.value <= row->at_most : o.value >= row->at_least));
+           (row->kind == KITH_ROW_NOTHING || holds(&required, o.value));
   o.seconds = kith_seconds() - begun;
   snprintf(why, sizeof why, "%s", kith_failure());
   print_row(v, row, &o);
@@ -195,10 +216,12 @@ static kith_status do_rows(struct validation *v) {
 
 static void list(void) {
   puts(
-      "quick  1-D and small 2-D runs, minutes; the default\n"
-      "full   all rows of quick, and larger ones\n"
-      "gates  what must hold for each package, with the known exemptions\n"
-      "ranks  runs of 1 to 8 processes against one: bitwise identical, balance, ghosts; minutes\n"
+      "quick   1-D and small 2-D runs, minutes; the default\n"
+      "full    all rows of quick, and larger ones\n"
+      "gates   what must hold for each package, with the known exemptions\n"
+      "ranks   runs of 1 to 8 processes against one: bitwise identical, balance, ghosts; minutes\n"
+      "readme  the figures of README and manual: do their commands print them? readme-quick: in seconds\n"
+      "decks   small, medium and large runs of a proxy application, with their stored results\n"
       "The rows are in inputs/validation; a file of one's own may have others.");
 }
 
@@ -206,13 +229,20 @@ static void list(void) {
 static kith_status read_rows(struct validation *v, const char *suite) {
   char path[PATH];
   const bool is_path = strpbrk(suite, "/.") != NULL;
-  v->quick = strcmp(suite, "quick") == 0;
-  if (v->quick || strcmp(suite, "full") == 0) suite = "targets";
+  const char *name = strcmp(suite, "full") == 0    ? "targets"
+                     : strcmp(suite, "quick") == 0 ? "targets-quick"
+                                                   : suite;
+  const char *quick = strstr(name, "-quick");
+  v->quick = !is_path && quick != NULL;
   snprintf(path, sizeof path, "%s", suite);
-  if (!is_path) snprintf(path, sizeof path, "%s/validation/%.100s.yaml", v->programs.inputs, suite);
+  if (!is_path)
+    snprintf(path, sizeof path, "%s/validation/%.*s.yaml", v->programs.inputs,
+             quick != NULL ? (int)KITH_MIN(quick - name, 100) : 100, name);
   if (!is_path && access(path, R_OK) != 0)
-    KITH_FAIL(BAD_INPUT, "validate: no suite '%.60s'; quick, full, gates, ranks, list, or a file of rows",
-              suite);
+    KITH_FAIL(
+        BAD_INPUT,
+        "validate: no suite '%.60s'; one of quick, full, gates, ranks, readme, decks, or a file of rows",
+        suite);
   KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, v->programs.inputs));
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;

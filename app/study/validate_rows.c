@@ -26,6 +26,8 @@ static const struct kith_param row_params[] = {
     {"measure", KITH_PARAM_NAME, "", "", "what is measured", IN(row.measure)},
     {"at_most", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_most)},
     {"at_least", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_least)},
+    {"prints", KITH_PARAM_NAME, "", "", "the figure that a document prints", IN(row.prints)},
+    {"within", KITH_PARAM_NUMBER, "", "(0, 1)", "the part by which it may differ", IN(row.within)},
     {"same", KITH_PARAM_NAME, "", "", "bits, or a fraction of the largest value of a field", IN(row.same)},
     {"like", KITH_PARAM_NAME, "", "", "the row whose last snapshot is the same", IN(row.like)},
     {"source", KITH_PARAM_NAME, "", "", "of the bound", IN(row.source)},
@@ -56,8 +58,9 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
     return kith_config_fail(node, NULL, "row %s is no group: over and rows belong to one", name);
   if (row->kind == KITH_ROW_NOTHING && row->same[0] == '\0')
     return kith_config_fail(node, NULL, "row %s needs a measure or same", name);
-  if (row->kind != KITH_ROW_NOTHING && isnan(row->at_most) == isnan(row->at_least))
-    return kith_config_fail(node, NULL, "row %s needs one bound, at_most or at_least", name);
+  const int bounds = !isnan(row->at_most) + !isnan(row->at_least) + (row->prints[0] != '\0');
+  if (row->kind != KITH_ROW_NOTHING && bounds != 1)
+    return kith_config_fail(node, NULL, "row %s needs one bound: at_most, at_least, or prints", name);
   if ((row->job.scene[0] != '\0') != (row->job.dimension > 0))
     return kith_config_fail(node, NULL, "row %s: scene and dimension come together", name);
   if (row->kind == KITH_ROW_ORDER && row->number < 1)

@@ -6,6 +6,9 @@
  *     - {name: sod-order, measure: order 4, at_least: 0.9}
  *     - {name: sod-4, dimension: 1, scene: sod, ranks: 4, same: 1e-11, like: sod-100}
  *
+ *     - {name: sod-readme, dimension: 1, scene: sod, measure: norms.velocity.l1, prints: 0.0412}
+ *
+ * `prints` instead of a bound: the figure that a document has, to its last digit, or `within` a fraction of it.
  * Settings are those of --set, separated by blanks. A row without a scene measures the last run once more.
  * `steps: N` ends a run after step N; `restart: ROW` continues the last checkpoint of that row, one above.
  * Measures: those of study.h, and
@@ -44,7 +47,9 @@ struct kith_row {
   struct kith_job job; /* label: the row's name; dimension 0: no run of its own; threads 0: all */
   char measure[96], source[256];
   bool quick;                   /* in the suite of minutes */
-  double at_most, at_least;     /* one of them; the other is NaN */
+  double at_most, at_least;     /* one of them, or none of them but `prints`; else NaN */
+  char prints[32];              /* a figure as a document has it; "": none */
+  double within;                /* of it; 0: one in its last digit */
   enum kith_row_kind kind;      /* of the measure */
   int number;                   /* N of the measure */
   char same[32];                /* as written */

@@ -20,6 +20,13 @@ grep -q "^3 rows, 0 out of tolerance; [0-9]* s$" stdout || wrong "the sums: $(ta
 awk -F, '/^short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"")}' v/validation.csv ||
   wrong "the table: $(cat v/validation.csv)"
 
+# A figure as a document prints it: its last digit may differ by one.
+measured=$(awk -F, '/^short/ {printf "%.3f", $2}' v/validation.csv)
+rows "$row, prints: $measured" "$row, prints: 0.5" "$row, prints: 0.5, within: 0.999" \
+  "$row, prints: $measured, quick: true"
+"$kith" validate own.yaml -o v >stdout 2>stderr
+[[ $? == 3 && $(grep -c "^short .* = .* ok" stdout) == 3 ]] || wrong "figures of a document: $(cat stdout stderr)"
+
 rows "$row, at_most: 1e-9" \
   "name: twice, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', measure: norms.density.l1,
     at_most: 1" \
@@ -33,7 +40,7 @@ rows "${row/norms.density.l1/norms.nothing}, at_most: 1"
 (($? == 1)) || wrong "a measure that is not in the report"
 grep -q "no norms.nothing" stdout || wrong "why: $(cat stdout)"
 rows "$row"
-stopped 2 "own.yaml:2: rows.0: row short needs one bound, at_most or at_least" "$kith" validate own.yaml
+stopped 2 "own.yaml:2: rows.0: row short needs one bound: at_most, at_least, or prints" "$kith" validate own.yaml
 rows "$row, at_most: 1, at_least: 0"
 stopped 2 "needs one bound" "$kith" validate own.yaml
 rows 'name: drift, measure: energy_drift, at_most: 1e-12'
@@ -44,7 +51,8 @@ rows "$row, at_moist: 1"
 stopped 2 "did you mean 'at_most'" "$kith" validate own.yaml
 echo "scene: sod" >own.yaml
 stopped 2 "no rows" "$kith" validate own.yaml
-stopped 2 "no suite 'quack'; quick, full, gates, ranks, list, or a file of rows" "$kith" validate quack
+stopped 2 "no suite 'quack'; one of quick, full, gates, ranks, readme, decks, or a file of rows" \
+  "$kith" validate quack
 stopped 2 "missing.yaml: No such file" "$kith" validate missing.yaml
 
 # Ratios; runs of several ranks, and what is the same as another run.

@@ -264,6 +264,8 @@ static void test_planar_shock(void) {
       CHECK_CLOSE(n.shock_radius, n.shock_exact, 0.01 * fabs(n.shock_exact)); /* the promise of the header */
       CHECK(n.shock_offset * (fabs(n.shock_radius) - fabs(n.shock_exact)) > 0); /* ahead is above 0 */
       CHECK_CLOSE(n.density_peak, 1, 0.01);
+      const struct kith_window left = {{-0.3, 0.3}, {0, INFINITY}};
+      CHECK(!n.shock_outside && measured(&c, &kith_exact_riemann, self, 0.2, left).shock_outside);
       cloud_clear(&c);
     }
     kith_free(&self);
