@@ -8,7 +8,7 @@
  *
  *     - {name: sod-readme, dimension: 1, scene: sod, measure: norms.velocity.l1, prints: 0.0412}
  *
- * `prints` instead of a bound: the figure that a document has, to its last digit, or `within` a fraction of it.
+ * `prints` instead of a bound: the figure that a document has, to its last digit, or `within` a part of it.
  * Settings are those of --set, separated by blanks. A row without a scene measures the last run once more.
  * `steps: N` ends a run after step N; `restart: ROW` continues the last checkpoint of that row, one above.
  * Measures: those of study.h, and

@@ -25,7 +25,8 @@ measured=$(awk -F, '/^short/ {printf "%.3f", $2}' v/validation.csv)
 rows "$row, prints: $measured" "$row, prints: 0.5" "$row, prints: 0.5, within: 0.999" \
   "$row, prints: $measured, quick: true"
 "$kith" validate own.yaml -o v >stdout 2>stderr
-[[ $? == 3 && $(grep -c "^short .* = .* ok" stdout) == 3 ]] || wrong "figures of a document: $(cat stdout stderr)"
+[[ $? == 3 && $(grep -c "^short .* = .* ok" stdout) == 3 ]] ||
+  wrong "figures of a document: $(cat stdout stderr)"
 
 rows "$row, at_most: 1e-9" \
   "name: twice, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', measure: norms.density.l1,
@@ -40,7 +41,8 @@ rows "${row/norms.density.l1/norms.nothing}, at_most: 1"
 (($? == 1)) || wrong "a measure that is not in the report"
 grep -q "no norms.nothing" stdout || wrong "why: $(cat stdout)"
 rows "$row"
-stopped 2 "own.yaml:2: rows.0: row short needs one bound: at_most, at_least, or prints" "$kith" validate own.yaml
+stopped 2 "own.yaml:2: rows.0: row short needs one bound: at_most, at_least, or prints" \
+  "$kith" validate own.yaml
 rows "$row, at_most: 1, at_least: 0"
 stopped 2 "needs one bound" "$kith" validate own.yaml
 rows 'name: drift, measure: energy_drift, at_most: 1e-12'
