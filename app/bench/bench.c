@@ -7,6 +7,8 @@
  * order. Every package: with its defaults on one thread and on all, with the other traversal on one. Ratios
  * to the reference loops can be compared between machines.
  *
+ * The last line is the figure of merit: of the first package, with its defaults on all threads.
+ *
  * Bytes (counter "bytes") are the least that the data layout of a stage moves: each array it needs, once,
  * ghosts included. The share of the triad says how far a stage is from its memory bound. */
 #include "app/cli/options.h"
@@ -15,7 +17,7 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
-#include "app/simulation/simulation.h"
+#include "app/output/report.h"
 #include "lib/core/version.h"
 
 #if NDIM == 1
@@ -44,6 +46,7 @@ struct figures {
   double ns[MOST_STAGES], bytes[MOST_STAGES], step; /* a stage's own time and traffic; 0: not counted */
   double plain_density, plain_force;                /* ns of the reference loops on the same rows */
   enum kith_traversal traversal;
+  struct kith_fom fom;
 };
 
 /* ---- loops that anybody could have written: what a figure is measured by ---- */
@@ -124,13 +127,6 @@ static double time_of(const struct kith_simulation *m,
   return 1e9 * best / m->nodes->n_internal;
 }
 
-static double counted(const struct kith_profile *profile, const char *path, const char *name) {
-  const struct kith_counter *counter;
-  for (int c = kith_profile_counters(profile, &counter); c-- > 0; ++counter)
-    if (strcmp(counter->path, path) == 0 && strcmp(counter->name, name) == 0) return counter->total;
-  return 0;
-}
-
 static void take_stages(const struct kith_profile *profile, double updates, struct figures *out) {
   static const char lists[] = "step/lifecycle/connectivity";
   const struct kith_stage *stage;
@@ -139,12 +135,12 @@ static void take_stages(const struct kith_profile *profile, double updates, stru
     if (strcmp(stage[k].path, "step") == 0) out->step = 1e9 * stage[k].seconds / updates;
     if (strncmp(stage[k].path, "step/", 5) != 0 || out->n_stages == MOST_STAGES) continue;
     snprintf(out->path[out->n_stages], sizeof out->path[0], "%s", stage[k].path + 5);
-    out->bytes[out->n_stages] = counted(profile, stage[k].path, "bytes") / updates;
+    out->bytes[out->n_stages] = kith_profile_counted(profile, stage[k].path, "bytes") / updates;
     out->ns[out->n_stages++] = 1e9 * stage[k].self_seconds / updates;
   }
-  out->candidates = counted(profile, lists, "candidates") / updates;
-  out->entries = counted(profile, lists, "row entries") / updates;
-  out->pairs = counted(profile, lists, "pairs") / updates;
+  out->candidates = kith_profile_counted(profile, lists, "candidates") / updates;
+  out->entries = kith_profile_counted(profile, lists, "row entries") / updates;
+  out->pairs = kith_profile_counted(profile, lists, "pairs") / updates;
 }
 
 static kith_status time_steps(struct kith_simulation *m, const struct kith_options *options,
@@ -153,6 +149,7 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   const uint64_t wanted = options->steps >= 0 ? (uint64_t)options->steps : 10;
   const struct kith_totals before = kith_hydro_totals(&m->hydro);
   KITH_TRY(kith_simulation_start(m));
+  const uint64_t evaluated = m->package.pair_evaluations;
   const double start = kith_seconds();
   while (it->step < wanted && it->time < m->scene->until) KITH_TRY(kith_integrator_step(it, m->scene->until));
   const double seconds = kith_seconds() - start, n = m->nodes->n_internal, updates = n * (double)it->step;
@@ -164,6 +161,9 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
       .energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1,
       .traversal = m->package.traversal};
   take_stages(m->profile, updates, out);
+  out->fom = (struct kith_fom){out->updates, out->updates / omp_get_max_threads(),
+                               (double)(m->package.pair_evaluations - evaluated) / seconds, 0};
+  for (int k = 0; k < out->n_stages; ++k) out->fom.bytes_per_update += out->bytes[k];
   return KITH_OK;
 }
 
@@ -260,7 +260,7 @@ static void print_stages(const char *package, const struct figures *one, const s
 }
 
 static kith_status bench_package(const struct kith_options *options, const char *package, int all,
-                                 double triad) {
+                                 double triad, struct kith_fom *fom) {
   struct figures one, many, f;
   char setting[64];
   snprintf(setting, sizeof setting, "method.package=%s", package);
@@ -269,11 +269,13 @@ static kith_status bench_package(const struct kith_options *options, const char 
   const char *traversal = one.traversal == KITH_TRAVERSE_PAIRS ? "traversal=gather" : "traversal=pairs";
   KITH_TRY(bench_case(options, (const char *[2]){setting, traversal}, 1, &one, &f));
   print_stages(package, &one, all > 1 ? &many : NULL, triad, all);
+  *fom = all > 1 ? many.fom : one.fom;
   return KITH_OK;
 }
 
 static kith_status bench(const struct kith_options *options, int all) {
   double one, many;
+  struct kith_fom fom, first;
   omp_set_num_threads(1);
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);
@@ -282,8 +284,11 @@ static kith_status bench(const struct kith_options *options, int all) {
   printf("  reference: triad on 1 thread %.2f GB/s, on %d %.2f GB/s\n\n", 1e-9 * one, all, 1e-9 * many);
   printf("  %-40s %7s %11s %10s %10s %9s %13s\n", "case", "threads", "updates/s", "ns/update", "over plain",
          "rebuilds", "energy drift");
-  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p)
-    KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one));
+  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
+    KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one, &fom));
+    if (p == kith_package_all()) first = fom;
+  }
+  kith_fom_print(&first, stdout);
   return KITH_OK;
 }
 

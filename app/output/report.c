@@ -4,6 +4,8 @@
 #include <math.h>
 #include <omp.h>
 #include <string.h>
+#include <time.h>
+#include <unistd.h>
 #include "lib/core/version.h"
 #include "lib/io/atomic_file.h"
 
@@ -63,20 +65,62 @@ static json_t *collect_ledger(const struct kith_simulation *m) {
   return ledger;
 }
 
+/* A word as a shell takes it. */
+static void put_word(FILE *f, const char *word) {
+  const bool plain = word[0] != '\0' && strspn(word,
+                                               "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                               "0123456789-_=./:,+%@") == strlen(word);
+  if (!plain) fputc('\'', f);
+  for (const char *c = word; *c != '\0'; ++c) fputs(*c == '\'' ? "'\\''" : (char[]){*c, '\0'}, f);
+  if (!plain) fputc('\'', f);
+}
+
+kith_status kith_provenance_take(struct kith_provenance *p, char *const *arguments) {
+  const time_t now = time(NULL);
+  size_t size;
+  *p = (struct kith_provenance){.host = ""};
+  FILE *f = open_memstream(&p->command, &size);
+  gethostname(p->host, sizeof p->host - 1);
+  strftime(p->date, sizeof p->date, "%Y-%m-%dT%H:%M:%SZ", gmtime(&now));
+  if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for the command line");
+  for (char *const *word = arguments; *word != NULL; ++word) {
+    if (word != arguments) fputc(' ', f);
+    put_word(f, *word);
+  }
+  if (fclose(f) != 0) KITH_FAIL(NO_MEMORY, "no memory for the command line");
+  return KITH_OK;
+}
+
+/* Over the steps: set-up, first rates and output are no part of a figure of merit. */
+static struct kith_fom fom_of(const struct kith_simulation *m, double updates, double pairs) {
+  const struct kith_stage *stage;
+  double seconds = 0, bytes = kith_profile_counted(m->profile, "step/", "bytes");
+  for (int n = kith_profile_stages(m->profile, &stage); n-- > 0; ++stage)
+    if (strcmp(stage->path, "step") == 0) seconds = stage->seconds;
+  kith_ranks_sum(m->nodes->ranks, &bytes, 1);
+  const double per_second = 1 / fmax(seconds, 1e-9),
+               cores = kith_ranks_size(m->nodes->ranks) * omp_get_max_threads();
+  return (struct kith_fom){updates * per_second, updates * per_second / cores, pairs * per_second,
+                           bytes / fmax(updates, 1)};
+}
+
 void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
-                         const struct kith_conservation_baseline *b, double updates, double wall,
-                         double cpu) {
+                         const struct kith_conservation_baseline *b, const struct kith_provenance *p,
+                         double updates, double pairs, double wall, double cpu) {
   const struct kith_integrator *it = &m->integrator;
   const struct kith_totals now = kith_hydro_totals(&m->hydro);
-  double sum[] = {(double)m->nodes->n_internal, (double)it->ledger.last_row_entries,
-                  (double)m->package.pair_evaluations, cpu, updates};
-  kith_ranks_sum(m->nodes->ranks, sum, 5);
+  double sum[] = {(double)m->nodes->n_internal,
+                  (double)it->ledger.last_row_entries,
+                  (double)m->package.pair_evaluations,
+                  cpu,
+                  updates,
+                  pairs};
+  kith_ranks_sum(m->nodes->ranks, sum, 6);
 #define X(kind, member, key, value, unit, doc) .member = (value),
   *r = (struct kith_report){KITH_REPORT_LIST(X).measured = m->scene->measure.wanted,
                             .ledger = collect_ledger(m)};
 #undef X
-  r->n_stages = kith_profile_stages(m->profile, &r->stages);
-  r->n_counters = kith_profile_counters(m->profile, &r->counters);
+  r->fom = fom_of(m, sum[4], sum[5]);
 }
 
 static struct kith_spread spread_of(struct kith_ranks *ranks, double mine) {
@@ -145,6 +189,8 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   put_sum(detail, "nodes_migrated", ranks, (double)d->migrated);
   put(detail, "repartitions", number((double)d->repartitions));
   put(detail, "largest_imbalance", number(largest_imbalance));
+  r->n_stages = kith_profile_stages(m->profile, &r->stages);
+  r->n_counters = kith_profile_counters(m->profile, &r->counters);
   return spread_stages(r, ranks);
 }
 
@@ -187,6 +233,10 @@ static json_t *json_of(const struct kith_report *r) {
 #define X(kind, member, key, value, unit, doc) put(root, key, JSON_##kind(r->member));
   KITH_REPORT_LIST(X)
 #undef X
+  put(root, "fom",
+      json_pack("{s:f, s:f, s:f, s:f}", "node_updates_per_second", r->fom.updates_per_second, "per_core",
+                r->fom.per_core, "pairs_per_second", r->fom.pairs_per_second, "bytes_per_update",
+                r->fom.bytes_per_update));
   put(root, "norms", r->compared ? json_object() : json_null());
   if (r->compared) put_norms(root, &r->norms);
   put(root, "measures", json_object());

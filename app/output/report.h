@@ -5,7 +5,10 @@
  *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}, and the other members of norms.h; null
  *                                        without an exact solution
  *   measures.<name>                      those the scene requests (measure.h)
- *   stages.<path>.{seconds,calls}        of rank 0; of several ranks also {min,mean,max} of their seconds
+ *   stages.<path>.{seconds,calls}        of rank 0; of several ranks also {min,mean,max} of their seconds.
+ *                                        Those of the first level, set-up, start, step, output, comparison
+ *                                        and pictures, sum up to program_seconds
+ *   fom.<name>                           figures of merit, over the seconds of the steps alone
  *   ledger.<name>                        counts of the connectivity lifecycle, of all ranks, and bytes
  *   ranks_detail.<name>[.{min,mean,max}] what each of several ranks did and exchanged
  * A number that is not finite is null.
@@ -25,9 +28,24 @@ struct kith_spread {
   double min, mean, max;
 };
 
+/* Who made a report, when and how. */
+struct kith_provenance {
+  char host[64], date[32];
+  char *command; /* owned */
+};
+/* Of now, and of a program started by these words. NO_MEMORY. */
+kith_status kith_provenance_take(struct kith_provenance *provenance, char *const *arguments);
+
+/* Figures of merit: of all ranks and threads; bytes: the least that the steps move, as counted by stages. */
+struct kith_fom {
+  double updates_per_second, per_core, pairs_per_second, bytes_per_update;
+};
+/* "FOM node-updates/s = ...": the last line of run and bench. */
+void kith_fom_print(const struct kith_fom *fom, FILE *out);
+
 /* kind, member, key, value, unit, doc. A value is an expression of m (simulation), it (integrator), b
- * (baseline), now (totals), sum (over ranks: nodes, row entries, pair evaluations, processor seconds,
- * updates) and wall (seconds). Changes and drifts: the largest over the run (simulation.h). */
+ * (baseline), p (provenance), now (totals), sum (over ranks: nodes, row entries, pair evaluations, processor
+ * seconds, updates) and wall (seconds). Changes and drifts: the largest over the run (simulation.h). */
 #define KITH_REPORT_LIST(X)                                                                             \
   X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \
   X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                               \
@@ -60,7 +78,12 @@ struct kith_spread {
     "largest |v| / c of a node, over the run")                                                          \
   X(REAL, final_mach, "velocity_over_sound.end", now.velocity_over_sound, "", "the same at the end")    \
   X(COUNT, floors, "floors", 0, "", "values raised to a floor: 0, a run stops instead and says where")  \
+  X(REAL, program_seconds, "program_seconds", 0, "s", "since the program began, pictures included")     \
   X(TEXT, version, "version", kith_version(), "", "of kith")                                            \
+  X(TEXT, commit, "commit", kith_commit(), "", "of the sources, null if they are in no repository")     \
+  X(TEXT, host, "host", p->host, "", "of rank 0")                                                       \
+  X(TEXT, date, "date", p->date, "", "of the start, ISO 8601, UTC")                                     \
+  X(TEXT, command, "command", p->command, "", "line, as a shell takes it")                              \
   X(TEXT, compiler, "compiler", kith_compiler(), "", "")                                                \
   X(TEXT, flags, "flags", kith_flags(), "", "of the compiler")
 
@@ -72,6 +95,7 @@ struct kith_report {
 #define X(kind, member, key, value, unit, doc) KITH_REPORT_##kind member;
   KITH_REPORT_LIST(X)
 #undef X
+  struct kith_fom fom;
   bool compared; /* with an exact solution: norms are there */
   struct kith_norms norms;
   const bool *measured; /* [KITH_N_MEASURES]; NULL: nothing is */
@@ -84,12 +108,14 @@ struct kith_report {
   json_t *ledger, *ranks_detail; /* objects; owned, may be NULL */
 };
 
-/* All but norms, measures and ranks_detail. updates: of nodes of this rank, by this process. Collective. */
+/* All but norms, measures, stages and ranks_detail. updates, pairs: of nodes and pairs of this rank, in the
+ * steps of this process. The provenance is borrowed. Collective. */
 void kith_report_collect(struct kith_report *out, const struct kith_simulation *simulation,
-                         const struct kith_conservation_baseline *baseline, double updates,
+                         const struct kith_conservation_baseline *baseline,
+                         const struct kith_provenance *provenance, double updates, double pairs,
                          double wall_seconds, double cpu_seconds);
-/* Adds ranks_detail: nodes, entries and ghosts of the last neighbor lists, and per step what was sent between
- * `before` and now, the traffic when the steps began. Collective. */
+/* Adds the stages until now, and ranks_detail: nodes, entries and ghosts of the last neighbor lists, and per
+ * step what was sent between `before` and now, the traffic when the steps began. Collective. */
 kith_status kith_report_detail_ranks(struct kith_report *report, const struct kith_simulation *simulation,
                                      const struct kith_traffic *before, uint64_t n_steps,
                                      double largest_imbalance);

@@ -69,31 +69,58 @@ static void print_counters(const struct kith_report *r, const struct kith_stage 
               r->counters[c].total);
 }
 
-/* The upper levels, or all: with the imbalance of threads, or the seconds of all ranks, and counters. Names
- * are indented by depth, and cut where they are too long. */
+static double bytes_of(const struct kith_report *r, const struct kith_stage *stage) {
+  for (int c = 0; c < r->n_counters; ++c)
+    if (strcmp(r->counters[c].path, stage->path) == 0 && strcmp(r->counters[c].name, "bytes") == 0)
+      return r->counters[c].total;
+  return 0;
+}
+
+/* What is 0 is not there. */
+static void put_cell(FILE *f, int width, int digits, double value) {
+  if (value > 0)
+    fprintf(f, " %*.*f", width, digits, value);
+  else
+    fprintf(f, " %*s", width, "-");
+}
+
+/* The upper levels, or all: with bytes and the imbalance of threads, or the seconds of all ranks, and
+ * counters. Shares are of the seconds of the program; ns per update are those of steps. Names are indented by
+ * depth, and cut where they are too long. */
 static void print_stages(const struct kith_report *r, bool all, FILE *f) {
   enum { WIDTH = 36 };
   const struct kith_spread *spread = r->stage_spread;
-  const double updates = r->node_updates_per_second * r->wall_seconds;
+  const double updates = r->node_updates_per_second * r->wall_seconds,
+               program = KITH_MAX(r->program_seconds, 1e-9);
+  double rest = program;
   if (r->n_stages == 0) return;
   fprintf(f, "\n  %-*s %9s %11s %7s %10s", WIDTH, "stage", "calls", "seconds", "share", "ns/update");
-  if (all && spread == NULL) fprintf(f, " %9s", "imbalance");
+  if (all && spread == NULL) fprintf(f, " %8s %7s %9s", "B/update", "GB/s", "imbalance");
   if (all && spread != NULL) fprintf(f, " %11s %11s %11s", "min", "mean", "max");
   fprintf(f, "%s\n", spread != NULL ? "  max/mean" : "");
   for (int s = 0; s < r->n_stages; ++s) {
     const struct kith_stage *stage = &r->stages[s];
     if (!all && (stage->depth > 2 || (stage->depth > 0 && strncmp(stage->path, "step/", 5) != 0))) continue;
+    const double per_update = updates > 0 && strncmp(stage->path, "step", 4) == 0 ? 1 / updates : 0;
     const int indent = KITH_MIN(2 * stage->depth, WIDTH - 8), room = WIDTH - indent;
-    fprintf(f, "  %*s%-*.*s %9" PRIu64 " %11.5f %5.1f %% %10.1f", indent, "", room, room, stage->name,
-            stage->calls, stage->seconds, r->wall_seconds > 0 ? 100 * stage->seconds / r->wall_seconds : 0.0,
-            updates > 0 ? 1e9 * stage->seconds / updates : 0.0);
-    if (all && spread == NULL && stage->imbalance > 0) fprintf(f, " %9.2f", stage->imbalance);
+    fprintf(f, "  %*s%-*.*s %9" PRIu64 " %11.5f %5.1f %%", indent, "", room, room, stage->name, stage->calls,
+            stage->seconds, 100 * stage->seconds / program);
+    put_cell(f, 10, 1, 1e9 * per_update * stage->seconds);
+    if (all && spread == NULL) {
+      const double bytes = bytes_of(r, stage);
+      put_cell(f, 8, 0, per_update * bytes);
+      put_cell(f, 7, 2, bytes > 0 ? 1e-9 * bytes / stage->self_seconds : 0);
+      put_cell(f, 9, 2, stage->imbalance);
+    }
     if (all && spread != NULL)
       fprintf(f, " %11.5f %11.5f %11.5f", spread[s].min, spread[s].mean, spread[s].max);
     if (spread != NULL && spread[s].mean > 0) fprintf(f, "%10.2f", spread[s].max / spread[s].mean);
     fputc('\n', f);
     if (all) print_counters(r, stage, f);
+    if (stage->depth == 0) rest -= stage->seconds;
   }
+  fprintf(f, "  %-*s %9s %11.5f %5.1f %%\n", WIDTH, "outside of any stage", "", rest, 100 * rest / program);
+  fprintf(f, "  %-*s %9s %11.5f %5.1f %%\n", WIDTH, "program", "", program, 100.0);
   if (all) print_counters(r, NULL, f);
 }
 
@@ -125,6 +152,11 @@ static void print_ranks_detail(json_t *detail, FILE *f) {
   json_object_foreach(detail, key, value) {
     if (json_is_number(value)) fprintf(f, "  %-24s %10.10g\n", key, json_number_value(value));
   }
+}
+
+void kith_fom_print(const struct kith_fom *fom, FILE *out) {
+  fprintf(out, "FOM node-updates/s = %.4g (per core %.4g, pairs/s %.4g, bytes/update %.0f)\n",
+          fom->updates_per_second, fom->per_core, fom->pairs_per_second, fom->bytes_per_update);
 }
 
 void kith_report_print(const struct kith_report *report, bool all, FILE *out) {

@@ -37,10 +37,11 @@ struct run {
   struct kith_conservation_baseline baseline;
   struct progress progress;
   struct kith_traffic before_steps;
+  struct kith_provenance provenance;
   struct kith_report report;
-  double until, started, cpu_started;
-  double saved, slowest; /* clock at the last checkpoint; seconds of the slowest step */
-  uint64_t first_step, first_updates;
+  double entered, until, started, cpu_started; /* entered: clock when the program began */
+  double saved, slowest;                       /* clock at the last checkpoint; seconds of the slowest step */
+  uint64_t first_step, first_updates, first_pairs;
   bool stopped, save; /* by a signal, or for want of time; a checkpoint is due. The same on all ranks */
 };
 
@@ -91,7 +92,6 @@ static kith_status create(struct run *run) {
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
   run->until = o->until >= 0 ? o->until : run->scene->until;
   KITH_TRY(kith_scene_lasts(run->scene, run->until));
-  KITH_TRY(kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL));
   if (run->scene->exact.ops != NULL)
     KITH_TRY(kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings));
   KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->profile, o->check));
@@ -99,11 +99,18 @@ static kith_status create(struct run *run) {
 }
 
 static kith_status prepare(struct run *run) {
-  const char *restart = run->options->restart;
-  KITH_TRY(kith_ranks_allreduce_status(run->ranks, create(run)));
+  const struct kith_options *o = run->options;
+  const char *restart = o->restart;
+  KITH_TRY(kith_ranks_allreduce_status(
+      run->ranks, kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL)));
   kith_profile_align(run->profile); /* all ranks leave the reduction together */
+  kith_profile_begin_since(run->profile, "set-up", run->entered);
+  KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, create(run)));
   if (restart != NULL) KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));
-  return kith_ranks_allreduce_status(run->ranks, open_output(run));
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, open_output(run)));
+  kith_profile_end(run->profile);
+  return KITH_OK;
 }
 
 /* ---- comparison: norms and measures of all nodes, on rank 0 ---- */
@@ -185,14 +192,19 @@ static kith_status begin(struct run *run) {
   run->cpu_started = cpu_seconds();
   run->first_step = run->simulation->integrator.step;
   run->first_updates = run->simulation->integrator.ledger.updates;
+  run->first_pairs = run->simulation->package.pair_evaluations;
   if (speaks(run)) kith_simulation_warn(run->simulation);
   if (run->options->restart != NULL) return KITH_OK;
   KITH_TRY(kith_simulation_start(run->simulation));
   run->first_updates = run->simulation->integrator.ledger.updates;
+  run->first_pairs = run->simulation->package.pair_evaluations;
   const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
   run->baseline = kith_conservation_baseline_of(&first);
-  KITH_TRY(measure_start(run));
-  KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
+  kith_status status;
+  KITH_STAGE(status, run->profile, "comparison", measure_start(run));
+  KITH_TRY(status);
+  KITH_STAGE(status, run->profile, "output", kith_output_snapshot(&run->output, run->simulation));
+  KITH_TRY(status);
   run->output.next = run->scene->output.every;
   return KITH_OK;
 }
@@ -253,9 +265,11 @@ static kith_status steps(struct run *run) {
     const double begun = kith_seconds();
     KITH_TRY(kith_integrator_step(it, step_end(run)));
     run->slowest = KITH_MAX(run->slowest, kith_seconds() - begun);
+    kith_profile_begin(run->profile, "output");
     ask_ranks(run);
     KITH_TRY(after_step(run));
     show_progress(run, finished(run));
+    kith_profile_end(run->profile);
   }
   return KITH_OK;
 }
@@ -272,16 +286,14 @@ static kith_status write_state(struct run *run) {
   return compared ? gather(run) : KITH_OK;
 }
 
-static kith_status write_report(struct run *run, struct kith_report *report) {
-  char path[640];
+static kith_status compare(const struct run *run, struct kith_report *report) {
   const struct kith_profile_view view = view_of(run);
   report->compared = run->exact != NULL;
   if (report->compared)
     KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, report->time,
                                 &run->scene->exact.window, &view));
   measure(run, run->baseline.measure, report->measure);
-  snprintf(path, sizeof path, "%s/report.json", run->output.directory);
-  return kith_report_write(report, path);
+  return KITH_OK;
 }
 
 static double updates(const struct run *run) {
@@ -293,17 +305,30 @@ static double updates(const struct run *run) {
 static kith_status finish(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   struct kith_report *report = &run->report;
-  kith_report_collect(report, run->simulation, &run->baseline, updates(run), kith_seconds() - run->started,
-                      cpu_seconds() - run->cpu_started);
+  const bool first = speaks(run);
+  kith_status status;
+  char path[640];
+  kith_report_collect(report, run->simulation, &run->baseline, &run->provenance, updates(run),
+                      (double)(run->simulation->package.pair_evaluations - run->first_pairs),
+                      kith_seconds() - run->started, cpu_seconds() - run->cpu_started);
+  KITH_STAGE(status, run->profile, "output", write_state(run));
+  KITH_TRY(status);
+  KITH_STAGE(status, run->profile, "comparison",
+             kith_ranks_allreduce_status(run->ranks, first ? compare(run, report) : KITH_OK));
+  KITH_TRY(status);
+  kith_profile_begin(run->profile, "pictures");
+  if (run->scene->output.plot && first) draw(run, report);
+  kith_profile_end(run->profile);
   KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step,
                                     run->output.history.largest_imbalance));
-  KITH_TRY(write_state(run));
-  KITH_TRY(kith_ranks_allreduce_status(run->ranks, speaks(run) ? write_report(run, report) : KITH_OK));
+  report->program_seconds = kith_seconds() - run->entered;
+  snprintf(path, sizeof path, "%s/report.json", run->output.directory);
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, first ? kith_report_write(report, path) : KITH_OK));
   if (run->options->trace != NULL) KITH_TRY(kith_trace_write(run->ranks, run->profile, run->options->trace));
-  if (!speaks(run)) return KITH_OK;
-  if (run->scene->output.plot) draw(run, report);
+  if (!first) return KITH_OK;
   kith_report_print(report, run->options->profile, stdout);
   printf("results in %s\n", run->output.directory);
+  if (!run->stopped) kith_fom_print(&report->fom, stdout);
   if (run->stopped)
     fprintf(stderr, "kith: stopped; go on with --restart %s/checkpoint.kith\n", run->output.directory);
   return KITH_OK;
@@ -329,6 +354,9 @@ static enum kith_exit fail(struct run *run, kith_status status) {
     snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
              run->output.n_snapshots - 1);
   if (!kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
+  if (run->options->trace != NULL &&
+      kith_trace_write(run->ranks, run->profile, run->options->trace) != KITH_OK && speaks(run))
+    fprintf(stderr, "kith: warning: %s\n", kith_failure());
   if (speaks(run))
     fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
             (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
@@ -353,7 +381,7 @@ static enum kith_exit launch(const struct kith_options *options) {
 }
 
 enum kith_exit kith_run(const struct kith_options *options) {
-  struct run run = {.options = options};
+  struct run run = {.options = options, .entered = kith_seconds()};
   if (options->ranks > 1 && kith_ranks_launched() == 1) return launch(options);
   kith_signals_ignore();
   kith_status status = join_ranks(&run.ranks, options);
@@ -364,6 +392,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
     code = KITH_EXIT_FAILED;
   }
   kith_report_clear(&run.report);
+  kith_free(&run.provenance.command);
   kith_free(&run.exact);
   kith_nodes_destroy(&run.whole);
   kith_simulation_destroy(&run.simulation);

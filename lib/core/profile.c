@@ -1,8 +1,27 @@
 /* Nested timers and counters: a tree of timers, and for a trace the list of what each thread did. */
 #include "lib/core/profile.h"
 
+#include <inttypes.h>
 #include <string.h>
 #include <time.h>
+
+#if defined KITH_LIKWID
+#define LIKWID_PERFMON
+#include <likwid-marker.h>
+#define MARK_BEGIN(timer) _Pragma("omp parallel") LIKWID_MARKER_START((timer)->path)
+#define MARK_END(timer) _Pragma("omp parallel") LIKWID_MARKER_STOP((timer)->path)
+#elif defined KITH_CALIPER
+#include <caliper/cali.h>
+#define MARK_BEGIN(timer) CALI_MARK_BEGIN((timer)->name)
+#define MARK_END(timer) CALI_MARK_END((timer)->name)
+#else
+#define MARK_BEGIN(timer) ((void)0)
+#define MARK_END(timer) ((void)0)
+#endif
+#ifndef LIKWID_MARKER_INIT
+#define LIKWID_MARKER_INIT ((void)0)
+#define LIKWID_MARKER_CLOSE ((void)0)
+#endif
 
 struct timer {
   const char *name;
@@ -24,7 +43,9 @@ struct event {
 struct row {
   _Alignas(64) struct event *events;
   size_t n, capacity;
+  uint64_t left_out; /* for want of memory, or because there are MOST_EVENTS */
 };
+enum { MOST_EVENTS = 1 << 18 }; /* of a thread: some 40 MB of a trace */
 
 struct kith_profile {
   double origin; /* of the clock of a trace */
@@ -75,6 +96,7 @@ kith_status kith_profile_create(struct kith_profile **out, int threads, bool tra
   kith_status status = kith_resize(&p->rows, 0, (size_t)p->threads, sizeof *p->rows);
   if (status == KITH_OK) status = add_timer(p, NULL, "", &p->root);
   p->now = p->root;
+  LIKWID_MARKER_INIT;
   *out = p;
   if (status != KITH_OK) kith_profile_destroy(out);
   return status;
@@ -83,6 +105,7 @@ kith_status kith_profile_create(struct kith_profile **out, int threads, bool tra
 void kith_profile_destroy(struct kith_profile **profile) {
   struct kith_profile *p = *profile;
   if (p == NULL) return;
+  LIKWID_MARKER_CLOSE;
   for (struct timer *t = p->root, *next; t != NULL; t = next) next = t->next, kith_free(&t);
   for (int r = 0; p->rows != NULL && r < p->threads; ++r) kith_free(&p->rows[r].events);
   kith_free(&p->rows);
@@ -99,7 +122,7 @@ static inline bool same(const char *a, const char *b) {
   return a == b || strcmp(a, b) == 0;
 }
 
-static void enter(struct kith_profile *p, const char *name, uint64_t calls) {
+static void enter(struct kith_profile *p, const char *name, uint64_t calls, double since) {
   if (p == NULL) return;
   struct timer *child = p->now->next;
   while (child != NULL && child->depth > p->now->depth &&
@@ -113,24 +136,30 @@ static void enter(struct kith_profile *p, const char *name, uint64_t calls) {
   p->now = child;
   child->open = true;
   child->calls += calls;
-  child->start = kith_seconds();
+  child->start = since > 0 ? since : kith_seconds();
+  MARK_BEGIN(child);
 }
 
 void kith_profile_begin(struct kith_profile *profile, const char *name) {
-  enter(profile, name, 1);
+  enter(profile, name, 1, 0);
+}
+
+void kith_profile_begin_since(struct kith_profile *profile, const char *name, double since) {
+  enter(profile, name, 1, since);
 }
 
 void kith_profile_resume(struct kith_profile *profile, const char *name) {
-  enter(profile, name, 0);
+  enter(profile, name, 0, 0);
 }
 
-/* An event for which there is no memory is left out of the trace. */
 static void record(struct kith_profile *p, int thread, double start, double stop) {
   struct row *row = &p->rows[thread];
-  if (!p->trace ||
-      kith_grow(&row->events, &row->capacity, row->n, row->n + 1, sizeof *row->events) != KITH_OK)
-    return;
-  row->events[row->n++] = (struct event){p->now, start, stop};
+  if (!p->trace) return;
+  if (row->n < MOST_EVENTS &&
+      kith_grow(&row->events, &row->capacity, row->n, row->n + 1, sizeof *row->events) == KITH_OK)
+    row->events[row->n++] = (struct event){p->now, start, stop};
+  else
+    ++row->left_out;
 }
 
 void kith_profile_end(struct kith_profile *p) {
@@ -145,6 +174,7 @@ void kith_profile_end(struct kith_profile *p) {
     (void)kith_fail(KITH_INTERNAL, "a stage of the profile was ended that never began");
     return;
   }
+  MARK_END(t);
   t->seconds += stop - t->start;
   t->open = false;
   record(p, 0, t->start, stop);
@@ -154,7 +184,7 @@ void kith_profile_end(struct kith_profile *p) {
 void kith_profile_thread(struct kith_profile *p, int thread, double start, double stop) {
   if (p == NULL || thread < 0 || thread >= p->threads || p->skipped > 0) return;
   p->now->busy[thread] += stop - start;
-  record(p, thread, start, stop);
+  if (thread > 0) record(p, thread, start, stop); /* of the first thread the event is the stage itself */
 }
 
 void kith_profile_count(struct kith_profile *p, const char *counter, double amount) {
@@ -207,9 +237,19 @@ int kith_profile_counters(const struct kith_profile *profile, const struct kith_
   return profile != NULL ? (int)profile->n_counters : 0;
 }
 
+double kith_profile_counted(const struct kith_profile *p, const char *path, const char *counter) {
+  const size_t length = strlen(path) + (path[0] == '\0' || path[strlen(path) - 1] != '/');
+  double total = 0;
+  for (size_t c = 0; p != NULL && c < p->n_counters; ++c)
+    if (strncmp(p->counters[c].path, path, length) == 0 && same(p->counters[c].name, counter))
+      total += p->counters[c].total;
+  return total;
+}
+
 static void write_event(const struct kith_profile *p, FILE *file, int process, int row, struct event event) {
+  const double start = KITH_MAX(event.start, p->origin); /* what began before all ranks were there */
   fprintf(file, ",\n{\"ph\":\"X\",\"pid\":%d,\"tid\":%d,\"ts\":%.3f,\"dur\":%.3f,", process, row,
-          1e6 * (event.start - p->origin), 1e6 * (event.stop - event.start));
+          1e6 * (start - p->origin), 1e6 * KITH_MAX(event.stop - start, 0));
   fprintf(file, "\"name\":\"%s\",\"args\":{\"path\":\"%s\"}}", event.timer->name, event.timer->path);
 }
 
@@ -225,6 +265,11 @@ void kith_profile_write_events(const struct kith_profile *p, int process, FILE *
     fputs(",\n", file);
     write_name(file, process, r, "thread_name", "thread", r);
     for (size_t e = 0; e < p->rows[r].n; ++e) write_event(p, file, process, r, p->rows[r].events[e]);
+    if (p->rows[r].left_out > 0)
+      fprintf(file,
+              ",\n{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"left_out\",\"args\":{\"events\":%" PRIu64
+              "}}",
+              process, r, p->rows[r].left_out);
   }
   for (const struct timer *t = p->now; t != p->root; t = t->parent) /* open stages, as if they ended here */
     write_event(p, file, process, 0, (struct event){t, t->start, now});

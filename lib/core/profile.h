@@ -7,7 +7,10 @@
  * A stage is known by its path ("step/connectivity/rows"). begin and end, about 60 ns each, are called by the
  * first thread, outside of parallel regions; inside one, each thread reports its busy time. A stage that is
  * still open is shown as if it ended now. A NULL profile is allowed everywhere and costs nothing. Names are
- * string constants (borrowed) without quotes. */
+ * string constants (borrowed) without quotes.
+ *
+ * Compiled with -DKITH_LIKWID (link with -llikwid) or -DKITH_CALIPER (-lcaliper), each stage is also a region
+ * of LIKWID's marker API, on every thread, or of Caliper. */
 #ifndef KITH_CORE_PROFILE_H
 #define KITH_CORE_PROFILE_H
 
@@ -33,7 +36,8 @@ struct kith_counter {
   double total;
 };
 
-/* `trace`: keep every begin and end as an event, for kith_profile_write_events. */
+/* `trace`: keep every begin and end as an event, for kith_profile_write_events; of a thread at most 2^18,
+ * and it is said how many were left out. */
 kith_status kith_profile_create(struct kith_profile **out, int threads, bool trace);
 void kith_profile_destroy(struct kith_profile **profile);
 /* Several processes that call this at the same moment have a common clock in their traces from here on. */
@@ -47,11 +51,13 @@ void kith_profile_begin(struct kith_profile *profile, const char *name);
     (status) = (call);                          \
     kith_profile_end(profile);                  \
   } while (0)
+/* A stage that began at `since` (kith_seconds), before there was a profile. */
+void kith_profile_begin_since(struct kith_profile *profile, const char *name, double since);
 /* The same stage goes on, after others: not another call. */
 void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);
 /* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that
- * thread. */
+ * thread. In a trace this is an event of all threads but the first, which shows the stage itself. */
 void kith_profile_thread(struct kith_profile *profile, int thread, double start, double stop);
 /* Adds to a counter of the present stage. */
 void kith_profile_count(struct kith_profile *profile, const char *counter, double amount);
@@ -60,6 +66,8 @@ void kith_profile_count(struct kith_profile *profile, const char *counter, doubl
  * in the order of their first count. */
 int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out);
 int kith_profile_counters(const struct kith_profile *profile, const struct kith_counter **out);
+/* The total of a counter in the stage of this path, or in all below it if the path ends with '/'. */
+double kith_profile_counted(const struct kith_profile *profile, const char *path, const char *counter);
 
 /* Trace events as those of one process, one row per thread: JSON objects separated by commas. Perfetto and a
  * browser's tracing page open an array of them. */

@@ -1,6 +1,9 @@
 /* The version of the library, and what the build system has compiled it with. */
 #include "lib/core/version.h"
 
+#include <stddef.h>
+#include "commit.h" /* KITH_COMMIT: the build makes it */
+
 #define TEXT_OF(number) #number
 #define TEXT(number) TEXT_OF(number)
 
@@ -14,6 +17,10 @@ const char *kith_compiler(void) {
 #else
   return "gcc " __VERSION__;
 #endif
+}
+
+const char *kith_commit(void) {
+  return sizeof KITH_COMMIT > 1 ? KITH_COMMIT : NULL;
 }
 
 const char *kith_flags(void) {

@@ -9,6 +9,7 @@
 #define KITH_VERSION_PATCH 0
 
 const char *kith_version(void);  /* "0.2.0" */
+const char *kith_commit(void);   /* of the sources, "-dirty" behind it if they differ; NULL: not known */
 const char *kith_compiler(void); /* name and version */
 const char *kith_flags(void);    /* build type and flags */
 

@@ -64,6 +64,7 @@ static struct kith_report sample(void) {
                               .steps = 210,
                               .time = 0.2,
                               .wall_seconds = 12.5,
+                              .program_seconds = 13,
                               .cpu_seconds = 24.5,
                               .node_updates_per_second = 4.1e5,
                               .pairs_per_node = 30.25,
@@ -195,7 +196,11 @@ static void collected(void) {
     const struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&s.start);
     const struct kith_ledger *l = &s.simulation->integrator.ledger;
     const double n = s.simulation->nodes->n_internal;
-    kith_report_collect(&r, s.simulation, &baseline, 2 * n, 2.0, 3.0);
+    struct kith_provenance provenance;
+    const struct kith_traffic none = {0};
+    CHECK_OK(kith_provenance_take(&provenance, (char *[]){"kith", "run", "it's one", "--set=a=[1]", NULL}));
+    kith_report_collect(&r, s.simulation, &baseline, &provenance, 2 * n, 5 * n, 2.0, 3.0);
+    CHECK_OK(kith_report_detail_ranks(&r, s.simulation, &none, 3, 1));
     json_t *json = written(&r);
     check_number(json, "steps", 3), check_number(json, "nodes", n), check_number(json, "cpu_seconds", 3);
     check_number(json, "node_updates_per_second", n * 2 / 2.0), check_number(json, "dimension", NDIM);
@@ -208,7 +213,13 @@ static void collected(void) {
     CHECK(created > 0 && created == json_number_value(at(json, "ledger|ghosts_culled")) +
                                         json_number_value(at(json, "ledger|ghosts_kept")));
     CHECK(json_number_value(at(json, "ledger|bytes_nodes")) > 8 * n);
+    const char *command = json_string_value(at(json, "command")), *date = json_string_value(at(json, "date"));
+    CHECK(strcmp(command, "kith run 'it'\\''s one' '--set=a=[1]'") == 0);
+    CHECK(strlen(json_string_value(at(json, "host"))) > 0 && strlen(date) == 20 && date[10] == 'T');
+    const double fom = json_number_value(at(json, "fom|node_updates_per_second"));
+    CHECK_CLOSE(fom * 2.5, json_number_value(at(json, "fom|pairs_per_second")), 1e-12 * fom);
     json_decref(json);
+    kith_free(&provenance.command);
     kith_report_clear(&r);
   }
   scenario_close(&s);
@@ -275,7 +286,7 @@ static void profile(void) {
   const char *row = strstr(text, "    rows ");
   CHECK(row != NULL && strstr(row, " 0.25000     0.50000     0.75000      1.50\n") != NULL);
   CHECK(strstr(row, "  remote_ghosts_kept               77\n") != NULL &&
-        strstr(row, "  0.0 %        0.0 ") != NULL);
+        strstr(row, "  0.0 %          -        -       -      1.50\n") != NULL);
   row = strstr(row + 1, "    rows ");
   CHECK(row != NULL && strstr(row, " 1.50\n") != NULL);
   free(text);

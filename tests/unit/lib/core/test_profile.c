@@ -123,6 +123,8 @@ static void check_tree(void) {
   CHECK(strcmp(c[0].name, "nodes") == 0 && c[0].path[0] == '\0' && c[0].total == 12);
   CHECK(strcmp(c[1].name, "pairs") == 0 && strcmp(c[1].path, paths[2]) == 0 && c[1].total == 30);
   CHECK(strcmp(c[2].name, "candidates") == 0 && strcmp(c[2].path, paths[2]) == 0 && c[2].total == 300);
+  CHECK(kith_profile_counted(p, paths[2], "pairs") == 30 && kith_profile_counted(p, "step/", "pairs") == 30);
+  CHECK(kith_profile_counted(p, "step", "pairs") == 0 && kith_profile_counted(NULL, "step/", "pairs") == 0);
   kith_profile_destroy(&p);
   CHECK(p == NULL);
 }
@@ -183,11 +185,28 @@ static void check_trace(void) {
   fclose(file);
   CHECK(is_json(text));
   CHECK(!is_json("[1,]") && !is_json("{\"a\" 1}") && !is_json("[\"a]") && is_json("[{\"a\":[1,-2e3]},{}]"));
-  /* 11 ended stages, 3 open ones, 3 busy times on each of two threads */
-  CHECK(occurrences(text, "\"ph\":\"X\"") == 20 && occurrences(text, "\"ph\":\"M\"") == 3);
-  CHECK(occurrences(text, "\"tid\":1,\"ts\"") == 3 && occurrences(text, "\"dur\"") == 20);
-  CHECK(occurrences(text, "\"path\":\"step/connectivity/rows\"") == 9);
-  CHECK(occurrences(text, "\"dur\":3000000.000,\"name\":\"rows\"") == 3);
+  /* 11 ended stages, 3 open ones, 3 busy times on the second thread: none twice */
+  CHECK(occurrences(text, "\"ph\":\"X\"") == 17 && occurrences(text, "\"ph\":\"M\"") == 3);
+  CHECK(occurrences(text, "\"tid\":1,\"ts\"") == 3 && occurrences(text, "\"dur\"") == 17);
+  CHECK(occurrences(text, "\"path\":\"step/connectivity/rows\"") == 6);
+  kith_profile_destroy(&p);
+}
+
+/* What is left out of a trace that would have no end is told. */
+static void check_bounded(void) {
+  struct kith_profile *p = NULL;
+  char *text = NULL;
+  size_t size = 0;
+  FILE *file = open_memstream(&text, &size);
+  CHECK_OK(kith_profile_create(&p, 1, true));
+  for (int k = 0; k < (1 << 18) + 5; ++k) kith_profile_begin(p, "a"), kith_profile_end(p);
+  fputc('[', file);
+  kith_profile_write_events(p, 0, file);
+  fputc(']', file);
+  fclose(file);
+  CHECK(is_json(text) && occurrences(text, "\"ph\":\"X\"") == 1 << 18);
+  CHECK(strstr(text, "\"name\":\"left_out\",\"args\":{\"events\":5}") != NULL);
+  free(text);
   kith_profile_destroy(&p);
 }
 
@@ -198,9 +217,13 @@ static void check_processes(void) {
   FILE *file = fmemopen(text, sizeof text, "w");
   CHECK_OK(kith_profile_create(&p, 1, true));
   spin(0.01);
+  const double before = kith_seconds();
+  spin(0.01);
   kith_profile_align(p);
-  kith_profile_begin(p, "a");
+  kith_profile_begin_since(p, "a", before); /* shown from the alignment on */
   kith_profile_end(p);
+  const struct kith_stage *s;
+  CHECK(kith_profile_stages(p, &s) == 1 && s[0].seconds >= 0.01);
   fprintf(file, "[");
   kith_profile_write_events(p, 3, file);
   fprintf(file, ",");
@@ -219,6 +242,7 @@ int main(void) {
   check_unbalanced();
   check_growth();
   check_trace();
+  check_bounded();
   check_processes();
   return check_failed();
 }
