@@ -54,7 +54,7 @@ static void print_conservation(const struct kith_report *r, FILE *f) {
   fprintf(f, "\n  conservation errors: energy %.2e of the total, momentum %.2e of sum m |v|", r->energy_drift,
           r->momentum_drift);
   if (vortex)
-    fprintf(f, ", angular momentum %.2e\n  kinetic energy %.4g of %.4g, rebound %.2e",
+    fprintf(f, "\n  angular momentum %.2e; kinetic energy %.4g of %.4g, rebound %.2e",
             r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);
   if (at_rest)
     fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->largest_mach, r->final_mach);

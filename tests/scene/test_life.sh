@@ -29,10 +29,16 @@ ok "$kith" run tiny.yaml --quiet -o out --until 0.2 --set materials.gas.eos=isot
   --set regions.1.pressure=0.125
 rm -rf out
 
+# ---- a run that fails leaves its trace, whole
+stopped 1 "energy is negative" "$kith" run tiny.yaml --quiet -o out --set scheme.dt=0.04 --trace out.json
+[[ $(head -1 out.json)$(tail -1 out.json) == "[]" ]] && grep -q '"path":"step/control"' out.json ||
+  wrong "the trace of a run that failed is not whole"
+rm -rf out
+
 # ---- the uninterrupted run
-# What a report holds, but for seconds, bytes and the calls of stages, which a restart counts from its own
-# start.
-counts() { sed '/"stages": {/,/^  }/d' "$1/report.json" | grep -v 'second\|bytes'; }
+# What a report holds, but for date, command, seconds, bytes and the calls of stages, which a restart counts
+# from its own start.
+counts() { sed '/"stages": {/,/^  }/d' "$1/report.json" | grep -v 'second\|bytes\|date\|command\|per_core'; }
 
 # same_run A B: whatever two directories hold, but for that.
 same_run() {
