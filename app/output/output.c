@@ -91,6 +91,13 @@ static kith_status write_series(const struct kith_output *output) {
   return kith_atomic_file_commit(&file, false);
 }
 
+static const struct kith_nodes *frozen_nodes(const struct kith_boundaries *boundaries) {
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->held_nodes != NULL)
+      return boundaries->boundary[b]->ops->held_nodes(boundaries->boundary[b]);
+  return NULL;
+}
+
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
   const struct kith_integrator *it = &simulation->integrator;
   char build[256];
@@ -101,7 +108,12 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
                                     {"SceneName", simulation->scene->name},
                                     {"Scene", simulation->scene->text},
                                     {NULL, NULL}};
-  const struct kith_snapshot_info info = {it->time, it->step, simulation->scene->domain, notes};
+  struct kith_snapshot_info info = {.time = it->time,
+                                    .step = it->step,
+                                    .box = simulation->scene->domain,
+                                    .frozen = frozen_nodes(&simulation->boundaries),
+                                    .notes = notes};
+  for (int a = 0; a < NDIM; ++a) info.periodic[a] = simulation->scene->period[a] > 0;
   char name[32], path[640];
   const size_t n = (size_t)output->n_snapshots;
   KITH_TRY(kith_grow(&output->times, &output->capacity, n, n + 1, sizeof *output->times));

@@ -18,10 +18,11 @@ struct writer {
   char failed[96]; /* what was written at the first failure; empty: none */
 };
 
-/* The rows of the file that belong to this rank. */
+/* Rows of the file. */
 struct part {
-  size_t total;                 /* nodes of all ranks */
-  size_t first[KITH_MAX_LISTS]; /* row of the first node of a list of this rank */
+  size_t total;                  /* nodes of all ranks, and frozen ones */
+  size_t first[KITH_MAX_LISTS];  /* row of the first node of a list of this rank */
+  size_t frozen[KITH_MAX_LISTS]; /* the same of frozen nodes, which rank 0 writes */
 };
 
 static herr_t note_failure(hid_t stack, void *writer) {
@@ -118,6 +119,9 @@ static void lay_out_field(struct writer *w, const struct kith_field *field, size
                  H5P_DEFAULT);
 }
 
+static const struct kith_field_spec node_flags = {
+    .type = KITH_U8, .output = "NodeFlags", .doc = "0 internal, 1 frozen, 2 frozen and a barrier"};
+
 /* One VERTEX cell (type 1 of VTK) a node. */
 static void lay_out_cells(struct writer *w, size_t n) {
   static const char *const counts[] = {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"};
@@ -133,11 +137,13 @@ static void lay_out_cells(struct writer *w, size_t n) {
 static void write_header(struct writer *w, size_t n, const struct kith_snapshot_info *info) {
   static const char *const flags[] = {"Flag_Sfr",    "Flag_Cooling",  "Flag_StellarAge",
                                       "Flag_Metals", "Flag_Feedback", "Flag_Entropy_ICs"};
-  static const char *const zeros[] = {"Redshift", "BoxSize", "Omega0", "OmegaLambda"};
+  static const char *const zeros[] = {"Redshift", "Omega0", "OmegaLambda"};
   const hid_t header = group(w, w->file, "Header");
   const uint32_t low[6] = {(uint32_t)n}, high[6] = {(uint32_t)((uint64_t)n >> 32)};
   const int64_t flag = 0, files = 1;
   const double mass[6] = {0}, one = 1; /* mass 0: each particle has its own */
+  double side = 0;
+  for (int a = 0; a < NDIM; ++a) side = KITH_MAX(side, info->box.upper[a] - info->box.lower[a]);
   PUT(w, header, "NumPart_ThisFile", 6, low);
   PUT(w, header, "NumPart_Total", 6, low);
   PUT(w, header, "NumPart_Total_HighWord", 6, high);
@@ -145,7 +151,9 @@ static void write_header(struct writer *w, size_t n, const struct kith_snapshot_
   PUT(w, header, "NumFilesPerSnapshot", 0, &files);
   PUT(w, header, "Time", 0, &info->time);
   for (size_t k = 0; k < sizeof zeros / sizeof *zeros; ++k) PUT(w, header, zeros[k], 0, mass);
+  PUT(w, header, "BoxSize", 0, &side);
   PUT(w, header, "HubbleParam", 0, &one);
+  PUT(w, header, "Flag_DoublePrecision", 0, &files);
   for (size_t k = 0; k < sizeof flags / sizeof *flags; ++k) PUT(w, header, flags[k], 0, &flag);
   H5Gclose(header);
 }
@@ -163,6 +171,7 @@ static void write_units(struct writer *w) {
   const hid_t units = group(w, w->file, "Units");
   const double one = 1;
   for (size_t k = 0; k < sizeof names / sizeof *names; ++k) PUT(w, units, names[k], 0, &one);
+  put_text(w, units, "Description", "code units: those of the scene, whatever they are");
   H5Gclose(units);
 }
 
@@ -181,6 +190,8 @@ static void write_run(struct writer *w, const struct kith_nodes *nodes,
                       const struct kith_snapshot_info *info) {
   const hid_t run = group(w, w->file, "Run");
   const int64_t dimension = NDIM, step = (int64_t)info->step;
+  uint32_t periodic[NDIM];
+  for (int a = 0; a < NDIM; ++a) periodic[a] = info->periodic[a];
   char materials[KITH_MAX_LISTS * (sizeof nodes->lists[0].name + 1)] = "";
   for (int l = 0; l < nodes->n_lists; ++l) {
     if (l > 0) strcat(materials, "\n");
@@ -191,6 +202,7 @@ static void write_run(struct writer *w, const struct kith_nodes *nodes,
   PUT(w, run, "Time", 0, &info->time);
   PUT(w, run, "BoxLower", NDIM, info->box.lower);
   PUT(w, run, "BoxUpper", NDIM, info->box.upper);
+  PUT(w, run, "Periodic", NDIM, periodic);
   put_text(w, run, "MaterialNames", materials);
   for (const struct kith_note *note = info->notes; note != NULL && note->name != NULL; ++note)
     write_note(w, run, note);
@@ -209,6 +221,7 @@ static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t
   put_text(w, w->vtk, "Type", "UnstructuredGrid");
   for (int f = 0; f < nodes->n_fields; ++f)
     if (nodes->fields[f]->spec.output != NULL) lay_out_field(w, nodes->fields[f], n);
+  lay_out_field(w, &(struct kith_field){.spec = node_flags}, n);
   lay_out_cells(w, n);
   H5Gclose(w->point_data);
   H5Gclose(w->vtk);
@@ -286,27 +299,43 @@ static void pad(double *wide, const struct kith_field *field, size_t n, size_t c
   }
 }
 
-/* List by list: those of a rank are in one piece. */
-static void fill_field(const struct writer *w, const struct kith_nodes *nodes, const struct kith_field *field,
-                       const struct part *part) {
+/* List by list: those of a rank are in one piece. `values` NULL: zero; `first`: rows of the file. */
+static void fill_lists(const struct writer *w, const struct kith_nodes *nodes, const struct kith_field *field,
+                       const size_t *first, const char *values) {
   const size_t columns = columns_of(field), size = columns > 0 ? 8 * columns : kith_field_node_size(field);
-  const char *values = field->data;
-  if (columns > (size_t)field->components) {
+  char path[64];
+  if (values == NULL) values = memset(w->room, 0, (size_t)nodes->n_internal * size);
+  if (columns > (size_t)field->components && values != w->room) {
     pad(w->room, field, (size_t)nodes->n_internal, columns);
     values = w->room;
   }
-  char path[64];
   snprintf(path, sizeof path, "PartType0/%s", field->spec.output);
   const hid_t data = H5Dopen2(w->file, path, H5P_DEFAULT);
   for (int l = 0; l < nodes->n_lists; ++l) {
     const struct kith_node_list *list = &nodes->lists[l];
-    write_rows(w, data, native_type(field->spec.type), columns, part->first[l], (size_t)list->count,
+    write_rows(w, data, native_type(field->spec.type), columns, first[l], (size_t)list->count,
                values + (size_t)list->first * size);
   }
   H5Dclose(data);
 }
 
-/* Of nodes first .. first + n - 1. */
+/* The fields of these nodes as far as `like` has them; those that were registered later are zero. */
+static void fill_fields(const struct writer *w, const struct kith_nodes *like, const struct kith_nodes *nodes,
+                        const size_t *first) {
+  for (int k = 0; k < like->n_fields; ++k) {
+    if (like->fields[k]->spec.output == NULL) continue;
+    const struct kith_field *field = kith_nodes_field_named(nodes, like->fields[k]->spec.name);
+    fill_lists(w, nodes, field != NULL ? field : like->fields[k], first, field != NULL ? field->data : NULL);
+  }
+  const struct kith_field flags = {.spec = node_flags, .components = 1},
+                          *barrier = kith_nodes_field_named(nodes, "barrier");
+  uint8_t *flag = memset(w->room, nodes != like, (size_t)nodes->n_internal);
+  for (kith_index i = 0; i < nodes->n_internal && nodes != like && barrier != NULL; ++i)
+    if (barrier->u8[i]) flag[i] = 2;
+  fill_lists(w, nodes, &flags, first, w->room);
+}
+
+/* Of n nodes from row `first` on; `last`: the end of the last cell too. */
 static void fill_cells(const struct writer *w, size_t first, size_t n, bool last) {
   static const char *const names[] = {"VTKHDF/Connectivity", "VTKHDF/Offsets", "VTKHDF/Types"};
   int64_t *number = w->room;
@@ -320,25 +349,33 @@ static void fill_cells(const struct writer *w, size_t first, size_t n, bool last
   }
 }
 
-static void fill_all(const struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
-  const bool last = kith_ranks_rank(nodes->ranks) == kith_ranks_size(nodes->ranks) - 1;
-  for (int k = 0; k < nodes->n_fields; ++k)
-    if (nodes->fields[k]->spec.output != NULL) fill_field(w, nodes, nodes->fields[k], part);
+static void fill_all(const struct writer *w, const struct kith_nodes *nodes, const struct kith_nodes *frozen,
+                     const struct part *part) {
+  const bool writes_all = kith_ranks_rank(nodes->ranks) == 0;
+  fill_fields(w, nodes, nodes, part->first);
   for (int l = 0; l < nodes->n_lists; ++l)
-    fill_cells(w, part->first[l], (size_t)nodes->lists[l].count, last && l == nodes->n_lists - 1);
+    fill_cells(w, part->first[l], (size_t)nodes->lists[l].count, false);
+  if (!writes_all) return;
+  if (frozen != NULL) fill_fields(w, nodes, frozen, part->frozen);
+  for (int l = 0; l < nodes->n_lists && frozen != NULL; ++l)
+    fill_cells(w, part->frozen[l], (size_t)frozen->lists[l].count, false);
+  fill_cells(w, part->total, 0, true);
 }
 
-static kith_status room_to_fill(struct writer *w, const struct kith_nodes *nodes) {
+static kith_status room_to_fill(struct writer *w, const struct kith_nodes *nodes,
+                                const struct kith_nodes *frozen) {
+  const kith_index held = frozen != NULL ? frozen->n_internal : 0;
   size_t columns = 1;
   for (int k = 0; k < nodes->n_fields; ++k)
     if (nodes->fields[k]->spec.output != NULL) columns = KITH_MAX(columns, columns_of(nodes->fields[k]));
   if (access(w->out->temporary, R_OK | W_OK) != 0)
     KITH_FAIL(BAD_FILE, "%s: cannot write: not there for all ranks", w->out->path);
-  return kith_resize(&w->room, 0, (size_t)nodes->n_internal * columns + 1, 8);
+  return kith_resize(&w->room, 0, (size_t)KITH_MAX(nodes->n_internal, held) * columns + 1, 8);
 }
 
-static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const struct part *part) {
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, room_to_fill(w, nodes)));
+static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const struct kith_nodes *frozen,
+                        const struct part *part) {
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, room_to_fill(w, nodes, frozen)));
   const hid_t how = H5Pcreate(H5P_FILE_ACCESS);
   /* Nothing is held back in a buffer: what cannot be written is known at once, and the file can be closed. */
   H5Pset_sieve_buf_size(how, 0);
@@ -348,21 +385,25 @@ static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const 
   w->file = H5Fopen(w->out->temporary, H5F_ACC_RDWR, how);
   H5Pclose(how);
   KITH_TRY(outcome(w));
-  fill_all(w, nodes, part);
+  fill_all(w, nodes, frozen, part);
   H5Fflush(w->file, H5F_SCOPE_GLOBAL); /* on each machine */
   H5Fclose(w->file);
   return kith_ranks_allreduce_status(nodes->ranks, outcome(w));
 }
 
-static kith_status find_part(struct part *part, const struct kith_nodes *nodes) {
+static kith_status find_part(struct part *part, const struct kith_nodes *nodes,
+                             const struct kith_nodes *frozen) {
   const int me = kith_ranks_rank(nodes->ranks), size = kith_ranks_size(nodes->ranks);
   int64_t *count = NULL;
   KITH_TRY(kith_nodes_counts(nodes, &count));
-  for (int l = 0; l < nodes->n_lists; ++l)
+  for (int l = 0; l < nodes->n_lists; ++l) {
     for (int r = 0; r < size; ++r) {
       if (r == me) part->first[l] = part->total;
       part->total += (size_t)count[r * nodes->n_lists + l];
     }
+    part->frozen[l] = part->total;
+    if (frozen != NULL) part->total += (size_t)frozen->lists[l].count;
+  }
   kith_free(&count);
   return KITH_OK;
 }
@@ -372,11 +413,11 @@ static kith_status write_file(struct kith_atomic_file **file, const struct kith_
   const bool first = kith_ranks_rank(nodes->ranks) == 0;
   struct part part = {0};
   struct writer w = {.out = *file, .now = "its start"};
-  KITH_TRY(find_part(&part, nodes));
+  KITH_TRY(find_part(&part, nodes, info->frozen));
   H5Eset_auto2(H5E_DEFAULT, note_failure, &w);
   kith_status status =
       kith_ranks_allreduce_status(nodes->ranks, first ? lay_out(&w, nodes, part.total, info) : KITH_OK);
-  if (status == KITH_OK) status = fill(&w, nodes, &part);
+  if (status == KITH_OK) status = fill(&w, nodes, info->frozen, &part);
   kith_free(&w.room);
   KITH_TRY(status);
   return kith_ranks_allreduce_status(nodes->ranks, first ? kith_atomic_file_commit(file, false) : KITH_OK);

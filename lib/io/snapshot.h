@@ -4,9 +4,10 @@
  * PartType0 holds every field of the internal nodes that has an `output` name; SmoothingLength is the
  * support. Vectors are [n][3] and tensors [n][9], zeros behind in 1-D and 2-D; Description says what they
  * are. VTKHDF hard-links the same data sets, and has cells, 17 bytes a node. Header is that of
- * Gadget. BoxSize is 0: readers then take the bounds of the data; where an axis has no width, in 1-D and 2-D,
- * yt needs yt.load(..., bounding_box=...). Units says that all units are 1 (the scene's own).
- * Run: attributes Dimension, Time, Step, BoxLower, BoxUpper, MaterialNames (one a line), and the notes.
+ * Gadget; BoxSize, of which it has one, is the longest side of the box. Units says that all units are 1 (the
+ * scene's own); yt's reader of Gadget files assumes kpc whatever they say, app/python/kith.py teaches it.
+ * Run: attributes Dimension, Time, Step, BoxLower, BoxUpper, Periodic (of each axis), MaterialNames (one a
+ * line), and the notes. Frozen nodes stand behind the internal ones of their list; NodeFlags tells them.
  * ParaView knows the layout by the extension, so PATH ends in .hdf.
  *
  * With several ranks, rank 0 creates the file with all metadata; then all ranks write the values of their own
@@ -29,6 +30,8 @@ struct kith_snapshot_info {
   double time;
   uint64_t step;
   struct kith_box box;
+  bool periodic[NDIM];
+  const struct kith_nodes *frozen; /* the same on all ranks; NULL: none */
   const struct kith_note *notes;
 };
 

@@ -54,6 +54,7 @@ static const struct kith_snapshot_info info = {
     .time = 0.25,
     .step = 17,
     .box = {.lower = {-1}, .upper = {2}},
+    .periodic = {[NDIM - 1] = true},
     .notes = (const struct kith_note[]){{"Version", "0.1.0"}, {"Empty", ""}, {NULL, NULL}}};
 
 static void read_all(hid_t file, const char *name, hid_t type, size_t rows, size_t columns, void *values) {
@@ -71,14 +72,16 @@ static void read_all(hid_t file, const char *name, hid_t type, size_t rows, size
 static void particles(hid_t file) {
   double x[N][3], v[N][3], rho[N], s[N][9];
   int64_t id[N];
-  uint8_t material[N];
+  uint8_t material[N], flag[N];
   read_all(file, "PartType0/Coordinates", H5T_NATIVE_DOUBLE, N, 3, x);
   read_all(file, "PartType0/Velocities", H5T_NATIVE_DOUBLE, N, 3, v);
   read_all(file, "PartType0/Density", H5T_NATIVE_DOUBLE, N, 0, rho);
   read_all(file, "PartType0/Stress", H5T_NATIVE_DOUBLE, N, 9, s);
   read_all(file, "PartType0/ParticleIDs", H5T_NATIVE_INT64, N, 0, id);
   read_all(file, "PartType0/MaterialIDs", H5T_NATIVE_UINT8, N, 0, material);
+  read_all(file, "PartType0/NodeFlags", H5T_NATIVE_UINT8, N, 0, flag);
   for (int i = 0; i < N; ++i) {
+    CHECK(flag[i] == 0);
     for (int a = 0; a < 3; ++a) {
       CHECK(x[i][a] == (a < NDIM ? i + a / 10.0 : 0) && v[i][a] == (a < NDIM ? -i - a / 10.0 : 0));
       for (int b = 0; b < 3; ++b) CHECK(s[i][3 * a + b] == (a < NDIM && b < NDIM ? 100 * i + 10 * a + b : 0));
@@ -150,12 +153,14 @@ static void attributes(hid_t file) {
   CHECK(numbers(file, "Header", "NumPart_Total", v) == 6 && v[0] == N);
   CHECK(numbers(file, "Header", "NumPart_Total_HighWord", v) == 6 && v[0] == 0);
   CHECK(numbers(file, "Header", "MassTable", v) == 6 && v[0] == 0);
-  CHECK(numbers(file, "Header", "BoxSize", v) == 0 && v[0] == 0); /* yt takes no vector */
+  CHECK(numbers(file, "Header", "BoxSize", v) == 0 && v[0] == 3); /* yt takes no vector */
+  CHECK(numbers(file, "Header", "Flag_DoublePrecision", v) == 0 && v[0] == 1);
   CHECK(numbers(file, "Header", "Time", v) == 0 && v[0] == 0.25);
   CHECK(numbers(file, "Header", "NumFilesPerSnapshot", v) == 0 && v[0] == 1);
   CHECK(numbers(file, "Units", "UnitLength_in_cm", v) == 0 && v[0] == 1);
   CHECK(numbers(file, "Run", "BoxLower", v) == NDIM % 4 && v[0] == -1);
   CHECK(numbers(file, "Run", "BoxUpper", v) == NDIM && v[0] == 2);
+  CHECK(numbers(file, "Run", "Periodic", v) == NDIM && v[NDIM - 1] == 1);
   CHECK(numbers(file, "Run", "Step", v) == 0 && v[0] == 17);
   CHECK(numbers(file, "Run", "Dimension", v) == 0 && v[0] == NDIM);
   CHECK(strcmp(text_of(file, "Run", "Version").s, "0.1.0") == 0 &&
@@ -194,6 +199,37 @@ static void layout(void) {
   const size_t n = load(in("a.hdf"), a, sizeof a);
   CHECK(n < 40000); /* what was reserved is given back: 8 nodes need little but the names */
   CHECK(n > 1000 && n < sizeof a && load(in("b.hdf"), b, sizeof b) == n && memcmp(a, b, n) == 0);
+  kith_nodes_destroy(&nodes);
+}
+
+/* Frozen nodes stand behind the internal ones of their list, with flags; fields that they lack are zero. */
+static void frozen(void) {
+  static const struct kith_field_spec barrier = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, ""},
+                                      later = {"later", KITH_SCALAR, KITH_F64, KITH_STATE, "Later", ""};
+  enum { ALL = N + 2 };
+  struct kith_nodes *nodes = make(GAS, WALL), *held = make(1, 1);
+  struct kith_snapshot_info with = info;
+  struct kith_field *field;
+  double rho[ALL], value[ALL];
+  uint8_t flag[ALL], material[ALL];
+  with.frozen = held;
+  CHECK_OK(kith_nodes_field(held, &barrier, &field));
+  field->u8[1] = 1;
+  CHECK_OK(kith_nodes_field(nodes, &later, &field));
+  for (int i = 0; i < N; ++i) field->f64[i] = 7;
+  CHECK_OK(kith_snapshot_write(in("frozen.hdf"), nodes, &with));
+  const hid_t file = H5Fopen(in("frozen.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+  read_all(file, "PartType0/Density", H5T_NATIVE_DOUBLE, ALL, 0, rho);
+  read_all(file, "PartType0/Later", H5T_NATIVE_DOUBLE, ALL, 0, value);
+  read_all(file, "PartType0/NodeFlags", H5T_NATIVE_UINT8, ALL, 0, flag);
+  read_all(file, "PartType0/MaterialIDs", H5T_NATIVE_UINT8, ALL, 0, material);
+  for (int i = 0; i < ALL; ++i) {
+    const bool wall = i > GAS, still = i == GAS || i == ALL - 1;
+    CHECK(flag[i] == (still ? 1 + wall : 0) && material[i] == wall && value[i] == (still ? 0 : 7));
+    CHECK(rho[i] == 100 + (i == GAS ? 0 : i == ALL - 1 ? 1 : i - wall));
+  }
+  H5Fclose(file);
+  kith_nodes_destroy(&held);
   kith_nodes_destroy(&nodes);
 }
 
@@ -257,9 +293,10 @@ static void failures(void) {
 }
 
 int main(void) {
-  static const char *const files[] = {"a.hdf", "b.hdf", "empty.hdf", "long.hdf"};
+  static const char *const files[] = {"a.hdf", "b.hdf", "frozen.hdf", "empty.hdf", "long.hdf"};
   CHECK(mkdtemp(directory) != NULL);
   layout();
+  frozen();
   empty();
   long_note();
   failures();
