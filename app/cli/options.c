@@ -18,6 +18,44 @@
 static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
 #undef X
 
+/* What `kith VERB --help` adds: what the verb reads and writes, and examples. */
+static const char *const details[KITH_N_VERBS] = {
+    [KITH_VERB_run] =
+        "Writes to DIR: snapshot_NNNN.hdf (ParaView, yt), snapshots.hdf.series, history.csv (a row for each "
+        "step), report.json (errors, costs, counts), pictures, and a checkpoint every 15 minutes. INT, TERM "
+        "and USR1 stop it after the present step with a checkpoint.\n"
+        "  kith run inputs/sod.yaml --set method.package=crk --set resolution=400\n"
+        "  kith run inputs/sedov.yaml --ranks 2 --threads 1 --profile --trace sedov.json\n"
+        "  kith run inputs/sedov.yaml -o out/sedov --restart out/sedov/checkpoint.kith --until 0.1",
+    [KITH_VERB_plan] =
+        "Shows requirements and who has them, memory, time step, cost by a calibration run with fewer nodes, "
+        "and settings that save time. With --ranks N: work, ghosts and peers of each partitioner.\n"
+        "  kith plan inputs/sedov.yaml --set resolution=100\n"
+        "  kith plan inputs/sedov.yaml --ranks 4096",
+    [KITH_VERB_bench] =
+        "Times every stage of a 3-D Sedov blast (kith-1d bench, kith-2d bench: 1-D, 2-D).\n"
+        "  kith bench --set resolution=100 --threads 1",
+    [KITH_VERB_list] =
+        "  kith list           all families, with the parameters of each member\n"
+        "  kith list boundary  one family\n"
+        "  kith list scene     every key of a scene: default, meaning, range",
+    [KITH_VERB_validate] =
+        "Writes a line for each row, and validation.csv with norms and where the bound comes from. Without an "
+        "argument: quick. A row is a scene, settings, a measure and a bound; rows of your own: a file.\n"
+        "  kith validate full\n"
+        "  kith validate readme      the figures that README and manual print\n"
+        "  kith validate my-rows.yaml -o out/mine",
+    [KITH_VERB_chart] =
+        "Runs methods at several resolutions; writes chart.md, chart.png, points.csv. It continues "
+        "where it was interrupted.\n"
+        "  kith chart sod-1d\n"
+        "  kith chart my-suite.yaml --set method.neighbors=50",
+    [KITH_VERB_stress] =
+        "Writes stress.md and points.csv: up to which value of a parameter each method works.\n"
+        "  kith stress cfl-sod",
+    [KITH_VERB_build] = "  ./kith build",
+    [KITH_VERB_test] = "  ./kith test quick -R sod    only tests whose names hold `sod`"};
+
 enum kind { FLAG, COUNT, NUMBER, TEXT, SETTING };
 struct row {
   const char *name;
@@ -107,7 +145,17 @@ static void print_option(const struct row *row, bool of_all) {
 static void print_help(const struct kith_verb *verb) {
   printf("usage: kith %s%s%s [OPTION]...\n\n", verb != NULL ? verb->name : "VERB",
          verb == NULL || verb->argument[0] != '\0' ? " " : "", verb != NULL ? verb->argument : "[ARGUMENT]");
-  if (verb != NULL) printf("%s\n\noptions:\n", verb->doc);
+  if (verb != NULL) {
+    char lines[1024], *rest = lines;
+    snprintf(lines, sizeof lines, "%s", details[verb - verbs]);
+    printf("%s\n\n", verb->doc);
+    for (const char *line; (line = strsep(&rest, "\n")) != NULL;)
+      if (line[0] == ' ')
+        puts(line);
+      else
+        kith_text_wrapped(stdout, 0, "", line);
+    printf("\noptions:\n");
+  }
   if (verb == NULL)
     printf("A time-stepping SPH mini-application: the lifecycle of particle connectivity.\n\nverbs:\n");
   for (const struct kith_verb *v = verbs; verb == NULL && v < verbs + KITH_N_VERBS; ++v) {

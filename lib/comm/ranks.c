@@ -14,6 +14,7 @@ struct kith_ranks {
   struct kith_traffic traffic;
   MPI_Request *request; /* [2 size] of the pending exchange */
   int n_requests;
+  bool started_mpi; /* and so ends it */
 };
 
 int kith_ranks_launched(void) {
@@ -27,11 +28,16 @@ int kith_ranks_launched(void) {
 
 static kith_status start(struct kith_ranks *ranks) {
   int level;
-  MPI_Comm beside;
   if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level) != MPI_SUCCESS)
     KITH_FAIL(UNSUPPORTED, "MPI cannot be started");
+  ranks->started_mpi = true;
   if (level < MPI_THREAD_FUNNELED) KITH_FAIL(UNSUPPORTED, "this MPI library does not support threads");
-  MPI_Comm_dup(MPI_COMM_WORLD, &ranks->all);
+  return KITH_OK;
+}
+
+static kith_status join(struct kith_ranks *ranks, MPI_Comm communicator) {
+  MPI_Comm beside;
+  MPI_Comm_dup(communicator, &ranks->all);
   MPI_Comm_rank(ranks->all, &ranks->rank);
   MPI_Comm_size(ranks->all, &ranks->size);
   MPI_Comm_split_type(ranks->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &beside);
@@ -46,7 +52,8 @@ kith_status kith_ranks_create(struct kith_ranks **out) {
   if (launched == 1) return KITH_OK;
   struct kith_ranks *ranks = NULL;
   KITH_TRY(kith_resize(&ranks, 0, 1, sizeof *ranks));
-  const kith_status status = start(ranks);
+  kith_status status = start(ranks);
+  if (status == KITH_OK) status = join(ranks, MPI_COMM_WORLD);
   *out = ranks;
   const bool alone = status == KITH_OK && ranks->size == 1;
   if (status != KITH_OK || alone) kith_ranks_destroy(out);
@@ -59,13 +66,21 @@ kith_status kith_ranks_create(struct kith_ranks **out) {
   return status;
 }
 
+kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator) {
+  struct kith_ranks *ranks = NULL;
+  *out = NULL;
+  KITH_TRY(kith_resize(&ranks, 0, 1, sizeof *ranks));
+  const kith_status status = join(ranks, MPI_Comm_f2c(communicator));
+  *out = ranks;
+  if (status != KITH_OK || ranks->size == 1) kith_ranks_destroy(out);
+  return status;
+}
+
 void kith_ranks_destroy(struct kith_ranks **ranks) {
   if (*ranks == NULL) return;
   kith_free(&(*ranks)->request);
-  if ((*ranks)->size > 0) {
-    MPI_Comm_free(&(*ranks)->all);
-    MPI_Finalize();
-  }
+  if ((*ranks)->size > 0) MPI_Comm_free(&(*ranks)->all);
+  if ((*ranks)->started_mpi) MPI_Finalize();
   kith_free(ranks);
 }
 

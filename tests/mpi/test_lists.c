@@ -185,8 +185,19 @@ static void one_fails(void) {
   scenario_close(&s);
 }
 
+/* Processes of a program that has its own communicator: they end without ending MPI. */
+static void callers_communicator(void) {
+  struct kith_ranks *those;
+  if (ranks == NULL) return;
+  CHECK_OK(kith_ranks_create_on(&those, kith_ranks_communicator(ranks)));
+  CHECK(kith_ranks_rank(those) == kith_ranks_rank(ranks) && kith_ranks_size(those) == kith_ranks_size(ranks));
+  CHECK(kith_ranks_any(those, kith_ranks_rank(those) == 1) == (kith_ranks_size(those) > 1));
+  kith_ranks_destroy(&those);
+}
+
 int main(void) {
   CHECK_OK(kith_ranks_create(&ranks));
+  callers_communicator();
   all_partitioners();
   follow(thin, "reproducible=true", 3);
   follow(box, "reproducible=true connectivity.rebuild=displacement", 6);
