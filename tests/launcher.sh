@@ -63,6 +63,15 @@ sed -i 's/echo "bind/echo "now bind/' "$tree/program"
 check 0 "now bind" "$kith" list
 mv "$tree" "$place/moved"
 check 0 "now bind" "$place/moved/kith" list
+cp -r "$place/moved" "$place/copy"
+check 0 "moved or copied: building release again" "$place/copy/kith" list
+# A checkout of somebody else: what cannot be written is built in the cache. Root can write anything.
+if ((EUID != 0)); then
+  rm -rf "$place/copy/build" && chmod -R a-w "$place/copy"
+  check 0 "in elsewhere: [list]" env XDG_CACHE_HOME="$place/cache" "$place/copy/kith" list
+  [[ -d $place/cache/kith ]] || { echo "no build in the cache" && failures=$((failures + 1)); }
+  chmod -R u+w "$place/copy"
+fi
 rm "$place/moved/program"
 check 1 "building release failed" "$place/moved/kith" list
 check 1 "needed by 'copied'" "$place/moved/kith" build

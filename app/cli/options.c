@@ -40,7 +40,7 @@ static const char *const details[KITH_N_VERBS] = {
         "  kith list boundary  one family\n"
         "  kith list scene     every key of a scene: default, meaning, range",
     [KITH_VERB_validate] =
-        "Writes a line for each row, and validation.csv with norms and where the bound comes from. Without an "
+        "Writes a line for each row, and validation.csv with norms and the reason of each bound. Without an "
         "argument: quick. A row is a scene, settings, a measure and a bound; rows of your own: a file.\n"
         "  kith validate full\n"
         "  kith validate readme      the figures that README and manual print\n"

@@ -23,8 +23,8 @@ int kith_ranks_launched(void);
 /* Starts MPI, once per process. *out is NULL if there is only one process. UNSUPPORTED if MPI knows of fewer
  * processes than were started. */
 kith_status kith_ranks_create(struct kith_ranks **out);
-/* The processes of a communicator (what MPI_Comm_c2f gives) in a program that starts and ends MPI itself. It is
- * duplicated. NULL for one process. */
+/* The processes of a communicator (what MPI_Comm_c2f gives), of a program that starts and ends MPI itself. It
+ * is duplicated. NULL for one process. */
 kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator);
 void kith_ranks_destroy(struct kith_ranks **ranks);
 __attribute__((noreturn)) void kith_ranks_abort(struct kith_ranks *ranks, int code);

@@ -1,4 +1,5 @@
 /* Formulas of scenes: values, constants, and what is refused. */
+#include <stdio.h>
 #include <string.h>
 #include "app/scene/expression.h"
 #include "tests/check.h"
@@ -98,8 +99,33 @@ static void apart(void) {
   kith_expression_destroy(&g);
 }
 
+/* The rows `| \`formula\` | value |` of the manual, at (1, 2, 3). */
+static void manual(void) {
+  const double at[3] = {1, 2, 3};
+  char line[256], formula[128];
+  double value, told;
+  int n = 0;
+  FILE *file = fopen(KITH_MANUAL "/scene.md", "r");
+  CHECK(file != NULL);
+  while (NDIM == 3 && file != NULL && fgets(line, sizeof line, file) != NULL) {
+    struct kith_expression *f = NULL;
+    if (sscanf(line, "| `%127[^`]` | %lf |", formula, &told) != 2) continue;
+    CHECK_OK(kith_expression_create(&f, formula));
+    if (f != NULL) CHECK_OK(kith_expression_at(f, 3, at, &value));
+    if (f == NULL || fabs(value - told) > 1e-15 * fabs(told)) {
+      fprintf(stderr, "%s is %.17g\n", formula, value);
+      ++check_failures;
+    }
+    kith_expression_destroy(&f);
+    ++n;
+  }
+  CHECK(NDIM < 3 || n > 20);
+  if (file != NULL) fclose(file);
+}
+
 int main(void) {
   values();
+  manual();
   refused_formulas();
   not_finite();
   constants();
