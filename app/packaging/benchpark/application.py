@@ -15,7 +15,9 @@ class Kith(ExecutableApplication):
         use_mpi=True,
     )
     workload("sedov", executables=["blast"])
-    workload_variable("scene", default="{kith}/share/kith/inputs/sedov.yaml", description="Scene", workloads=["sedov"])
+    workload_variable(
+        "scene", default="{kith}/share/kith/inputs/sedov.yaml", description="Scene", workloads=["sedov"]
+    )
     workload_variable("resolution", default="100", description="Nodes along an edge", workloads=["sedov"])
     workload_variable("steps", default="20", description="Time steps", workloads=["sedov"])
 
