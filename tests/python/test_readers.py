@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """test_readers.py PROGRAMS INPUTS: what h5py, app/python/kith.py, yt and VTK's reader (that of ParaView) see
 in the snapshots of runs in 1-D, 2-D and 3-D: units, box, time, fields. Ends with 77, skipped, without h5py
-and
-numpy; yt, VTK and matplotlib are left out where they are not installed, and this is said."""
+and numpy; yt, VTK and matplotlib are left out where they are not installed, and this is said."""
 import os
 import subprocess
 import sys
