@@ -238,7 +238,32 @@ kith_status kith_simulation_start(struct kith_simulation *m) {
   return kith_integrator_start(&m->integrator);
 }
 
+/* A mirror continues no lattice but cubic: its layers are off sideways, and gas at rest beside it moves. */
+static void warn_of_mirrors(const struct kith_scene *scene) {
+#define WORD(name, word, doc) #word,
+  static const char *const words[] = {KITH_LATTICE_LIST(WORD)};
+#undef WORD
+  for (int r = 0; NDIM > 1 && r < scene->n_regions; ++r)
+    for (int a = 0; a < NDIM; ++a) {
+      const struct kith_region *region = &scene->region[r];
+      const struct kith_boundary_ops *lower = scene->boundary[a].lower, *upper = scene->boundary[a].upper;
+      const bool ordered = region->lattice != KITH_LATTICE_CUBIC && region->lattice != KITH_LATTICE_GLASS;
+      const bool at_lower =
+                     lower != NULL && lower->mirrors && region->where.extent[a][0] <= scene->domain.lower[a],
+                 at_upper =
+                     upper != NULL && upper->mirrors && region->where.extent[a][1] >= scene->domain.upper[a];
+      if (!ordered || !(at_lower || at_upper)) continue;
+      fprintf(
+          stderr,
+          "kith: warning: regions.%d.lattice: %s does not continue through the mirror along %c, gas at rest "
+          "beside it moves; take cubic, or a periodic axis\n",
+          r, words[region->lattice], "xyz"[a]);
+      return;
+    }
+}
+
 void kith_simulation_warn(const struct kith_simulation *m) {
+  warn_of_mirrors(m->scene);
   const struct kith_package *p = &m->package;
   const double most = kith_kernel_most_neighbors(p->kernel);
   if (p->neighbors <= most) return;
