@@ -13,7 +13,7 @@ static void put_quoted(FILE *f, const char *text) {
 }
 
 kith_status kith_figure_open(struct kith_figure *g, const char *directory, const char *name,
-                             const char *title, int rows, int columns) {
+                             const char *title, int rows, int columns, const int panel[2]) {
   char path[KITH_PATH + 40];
   *g = (struct kith_figure){0};
   snprintf(g->directory, sizeof g->directory, "%s", directory);
@@ -21,14 +21,18 @@ kith_status kith_figure_open(struct kith_figure *g, const char *directory, const
   snprintf(path, sizeof path, "%s/%s.gp", directory, name);
   KITH_TRY(kith_atomic_file_open(&g->file, path));
   FILE *f = g->file->stream;
+  const int width = panel[0] * columns, height = panel[1] * rows + 40;
   fprintf(f,
-          "# gnuplot %s.gp draws %s.png\n"
-          "set terminal pngcairo noenhanced size %d,%d font 'Sans,11'\n"
-          "set output '%s.png'\nset colorsequence podo\nset grid lc rgb '#e3e6ea'\nset border 3\n"
-          "set tics nomirror\nset key outside bottom center horizontal samplen 2 width -3 font 'Sans,8'\n"
+          "# gnuplot %s.gp draws %s.png, then %s.pdf\n"
+          "if (!exists('pdf')) pdf = 0\n"
+          "if (pdf) set terminal pdfcairo noenhanced size %.2f,%.2f font 'Sans,12'; set output '%s.pdf'\n"
+          "if (!pdf) set terminal pngcairo noenhanced size %d,%d font 'Sans,12'; set output '%s.png'\n"
+          "set colorsequence podo\nset grid lt 1 lw 0.5 lc rgb '#dde1e6'\nset border 3 lc rgb '#30343a'\n"
+          "set tics nomirror\nset key outside top center horizontal samplen 2 font 'Sans,11'\n"
           "set multiplot layout %d,%d title ",
-          name, name, 500 * columns, 480 * rows, name, rows, columns);
+          name, name, name, width / 80.0, height / 80.0, name, width, height, name, rows, columns);
   put_quoted(f, title);
+  fputs(" font 'Sans,13'", f);
   fputc('\n', f);
   return KITH_OK;
 }
@@ -79,7 +83,8 @@ void kith_figure_draw(struct kith_figure *g, double level, const char *label) {
 }
 
 kith_status kith_figure_close(struct kith_figure *g) {
-  fputs("unset multiplot\n", g->file->stream);
+  fputs("unset multiplot\nset output\n", g->file->stream);
+  if (!g->png_only) fprintf(g->file->stream, "if (!pdf) pdf = 1; load '%s.gp'\n", g->name);
   KITH_TRY(kith_atomic_file_commit(&g->file, false));
   if (kith_gnuplot_run(g->directory, g->name) != KITH_OK)
     fprintf(stderr, "kith: warning: %s\n", kith_failure());

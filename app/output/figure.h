@@ -1,6 +1,7 @@
-/* figure.h - panels of curves over two axes, drawn by gnuplot: DIR/NAME.gp, and from it DIR/NAME.png.
+/* figure.h - panels of curves over two axes, drawn by gnuplot: DIR/NAME.gp, and from it DIR/NAME.png and
+ * DIR/NAME.pdf.
  *
- *   kith_figure_open(&f, DIR, NAME, title, rows, columns);
+ *   kith_figure_open(&f, DIR, NAME, title, rows, columns, panel);
  *   for each panel: kith_figure_panel, then for each curve kith_figure_series and its points, then
  *     kith_figure_draw;
  *   kith_figure_close(&f); */
@@ -13,6 +14,7 @@
 struct kith_figure {
   char directory[KITH_PATH], name[32];
   struct kith_atomic_file *file;
+  bool png_only; /* no pdf: of one of many */
   /* Of the panel: what its plot command says of the series. */
   int n_series, n_points;
   FILE *plot;
@@ -20,8 +22,9 @@ struct kith_figure {
   size_t plot_size;
 };
 
+/* panel: width and height of one, in pixels of the png. */
 kith_status kith_figure_open(struct kith_figure *figure, const char *directory, const char *name,
-                             const char *title, int rows, int columns);
+                             const char *title, int rows, int columns, const int panel[2]);
 /* y is logarithmic. */
 void kith_figure_panel(struct kith_figure *figure, const char *title, const char *x_label,
                        const char *y_label, bool logarithmic_x);

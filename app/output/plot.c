@@ -1,20 +1,35 @@
-/* plot.c - data files and the picture of a run. */
+/* plot.c - what a picture shows, its data files, and the script of its panels. */
 #include "app/output/plot.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include "app/output/figure.h"
+#include "app/output/map.h"
+#include "lib/core/vec.h"
 
-enum { MOST_NODES = 20000, CURVE = 2000, PANELS = 4, COLUMNS = 1 + PANELS };
+enum { MOST_NODES = 20000, CURVE = 2000, BINS = 60 };
 
-/* The range of places, and of each panel's values of nodes. */
 struct range {
   double lower, upper;
 };
-struct frame {
-  const double *center; /* NULL: planar */
-  struct range place, nodes[PANELS];
+#define NO_RANGE ((struct range){INFINITY, -INFINITY})
+
+/* What of a node is shown where. */
+struct panel {
+  enum kith_picture_field field;
+  bool error, map;
+  struct range nodes, exact; /* of a curve: values in the range of places */
+};
+
+struct picture {
+  const struct kith_plot *plot;
+  char prefix[48];      /* of the data files */
+  const double *center; /* NULL: curves over x */
+  double middle[NDIM];
+  struct range place;
+  int n, columns;
+  struct panel panel[KITH_PICTURE_PANELS];
 };
 
 static void include(struct range *r, double value) {
@@ -23,22 +38,117 @@ static void include(struct range *r, double value) {
   r->upper = KITH_MAX(r->upper, value);
 }
 
-static kith_status open_data(struct kith_atomic_file **out, const struct frame *frame, const char *directory,
+/* ---- values ---- */
+
+static struct kith_exact_state node_state(const struct kith_plot *p, kith_index i) {
+  struct kith_exact_state s = {p->nodes.density[i], {0}, p->nodes.pressure[i], p->nodes.energy[i]};
+  for (int a = 0; a < NDIM; ++a) s.velocity[a] = p->nodes.velocity[(size_t)i * NDIM + a];
+  return s;
+}
+
+static double field_of(const struct picture *f, const struct panel *panel, const double *x,
+                       const struct kith_exact_state *s) {
+  const bool speed = panel->map && f->center == NULL;
+  switch (panel->field) {
+    case KITH_PICTURE_DENSITY:
+      return s->density;
+    case KITH_PICTURE_PRESSURE:
+      return s->pressure;
+    case KITH_PICTURE_ENERGY:
+      return s->energy;
+    case KITH_PICTURE_VELOCITY:
+      return speed ? kith_norm(s->velocity) : kith_exact_speed(f->plot->exact, f->center, x, s->velocity);
+    default: {
+      const int axis = (int)panel->field - KITH_PICTURE_VELOCITY_X;
+      return axis < NDIM ? s->velocity[axis] : 0;
+    }
+  }
+}
+
+static double value_of(const struct picture *f, const struct panel *panel, kith_index i) {
+  const struct kith_plot *p = f->plot;
+  const double *x = p->nodes.position + (size_t)i * NDIM;
+  const struct kith_exact_state node = node_state(p, i);
+  struct kith_exact_state exact;
+  if (!panel->error) return field_of(f, panel, x, &node);
+  p->exact->state(p->solution, x, p->time, &exact);
+  return field_of(f, panel, x, &node) - field_of(f, panel, x, &exact);
+}
+
+static double place_of(const struct picture *f, kith_index i) {
+  return kith_exact_place(f->plot->exact, f->center, f->plot->nodes.position + (size_t)i * NDIM);
+}
+
+/* ---- what is shown ---- */
+
+static void add_panel(struct picture *f, enum kith_picture_field field, bool error, bool map) {
+  if (f->n == KITH_PICTURE_PANELS || (error && f->plot->exact == NULL)) return;
+  f->panel[f->n++] = (struct panel){field, error, map, NO_RANGE, NO_RANGE};
+}
+
+/* Chosen ones; else four curves, a map of the density, or, about the center of an exact solution, curves and
+ * beside them a map of what it is about and of its error. */
+static void choose_panels(struct picture *f) {
+  static const enum kith_picture_field usual[] = {KITH_PICTURE_DENSITY, KITH_PICTURE_VELOCITY,
+                                                  KITH_PICTURE_PRESSURE, KITH_PICTURE_ENERGY};
+  const struct kith_picture *wanted = f->plot->picture;
+  const struct kith_exact_ops *exact = f->plot->exact;
+  const bool chosen = wanted->kind != KITH_PICTURE_AUTO,
+             maps = NDIM > 1 && (chosen ? wanted->kind >= KITH_PICTURE_MAP : exact == NULL),
+             both = NDIM > 1 && !chosen && f->center != NULL && wanted->n_fields == 0;
+  for (int k = 0; k < wanted->n_fields; ++k)
+    add_panel(f, wanted->panel[k].field, wanted->panel[k].error, maps);
+  for (int k = 0; k < 4 && wanted->n_fields == 0 && !(maps && k > 0); ++k) {
+    add_panel(f, usual[k], false, maps);
+    if (both && k % 2 == 1)
+      add_panel(f, exact->vortex ? KITH_PICTURE_VELOCITY : KITH_PICTURE_DENSITY, k > 1, true);
+  }
+  f->columns = both || f->n > 4 ? 3 : f->n > 1 ? 2 : 1;
+}
+
+static void choose_places(struct picture *f) {
+  const struct kith_plot *p = f->plot;
+  struct range box[NDIM];
+  f->place = NO_RANGE;
+  for (int a = 0; a < NDIM; ++a) {
+    box[a] = NO_RANGE;
+    for (kith_index i = 0; i < p->nodes.n; ++i) include(&box[a], p->nodes.position[(size_t)i * NDIM + a]);
+    f->middle[a] = 0.5 * (box[a].lower + box[a].upper);
+  }
+  if (p->exact != NULL) f->center = kith_exact_center(p->exact, p->solution);
+  if (p->picture->kind == KITH_PICTURE_RADIAL && f->center == NULL) f->center = f->middle;
+  if (p->picture->kind == KITH_PICTURE_PROFILE) f->center = NULL;
+  for (kith_index i = 0; i < p->nodes.n; ++i) include(&f->place, place_of(f, i));
+  if (!(f->place.lower < f->place.upper)) { /* no node, or all at one place */
+    const double middle = isfinite(f->place.lower) ? f->place.lower : 0;
+    f->place = (struct range){middle - 0.5, middle + 0.5};
+  }
+  if (f->center != NULL) {
+    const double shock =
+        p->exact != NULL && p->exact->shock != NULL ? p->exact->shock(p->solution, p->time) : 0;
+    f->place.lower = 0;
+    if (shock > 0) f->place.upper = KITH_MIN(f->place.upper, 1.6 * shock);
+  }
+}
+
+/* ---- data of curves ---- */
+
+static kith_status open_data(struct kith_atomic_file **out, const struct picture *f, const char *directory,
                              const char *name) {
-  char path[KITH_PATH + 16];
-  if (strlen(directory) >= KITH_PATH) KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
-  snprintf(path, sizeof path, "%.*s/%s", KITH_PATH, directory, name);
+  static const char *const word[] = {
+#define X(name, word, label) #word,
+      KITH_PICTURE_FIELDS(X)
+#undef X
+  };
+  char path[KITH_PATH + 80];
+  snprintf(path, sizeof path, "%.*s/%s%s", KITH_PATH, directory, f->prefix, name);
   KITH_TRY(kith_atomic_file_open(out, path));
-  fprintf((*out)->stream, "# %s density velocity pressure energy\n", frame->center != NULL ? "r" : "x");
+  fputs(f->center != NULL ? "# r" : "# x", (*out)->stream);
+  for (int k = 0; k < f->n; ++k)
+    if (!f->panel[k].map)
+      fprintf((*out)->stream, " %s%s", word[f->panel[k].field], f->panel[k].error ? "-error" : "");
+  fputc('\n', (*out)->stream);
   return KITH_OK;
-}
-
-static void put_row(FILE *f, const double row[COLUMNS]) {
-  for (int k = 0; k < COLUMNS; ++k) fprintf(f, "%.8g%c", row[k], k + 1 < COLUMNS ? ' ' : '\n');
-}
-
-static double place_of(const struct kith_plot *p, const double *center, kith_index i) {
-  return kith_exact_place(p->exact, center, p->nodes.position + (size_t)i * NDIM);
 }
 
 /* The node of stretch k of `stretches`, by golden sections: no pattern with that of a lattice. */
@@ -47,105 +157,274 @@ static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
   return (kith_index)(first + (int64_t)((double)(next - first) * fmod(k * 0.6180339887498949, 1)));
 }
 
-static kith_status write_nodes(const struct kith_plot *p, struct frame *frame, const char *directory) {
+static kith_status write_nodes(struct picture *f, const char *directory) {
   struct kith_atomic_file *file;
-  const kith_index n = p->nodes.n, shown = KITH_MIN(n, (kith_index)MOST_NODES);
-  KITH_TRY(open_data(&file, frame, directory, "profile.dat"));
+  const kith_index n = f->plot->nodes.n, shown = KITH_MIN(n, (kith_index)MOST_NODES);
+  KITH_TRY(open_data(&file, f, directory, "profile.dat"));
   for (kith_index k = 0; k < shown; ++k) {
     const kith_index i = picked(n, shown, k);
-    const double *x = p->nodes.position + (size_t)i * NDIM, *v = p->nodes.velocity + (size_t)i * NDIM;
-    const double row[COLUMNS] = {place_of(p, frame->center, i), p->nodes.density[i],
-                                 kith_exact_speed(p->exact, frame->center, x, v), p->nodes.pressure[i],
-                                 p->nodes.energy[i]};
-    put_row(file->stream, row);
-    for (int j = 0; j < PANELS && row[0] <= frame->place.upper; ++j) include(&frame->nodes[j], row[1 + j]);
+    const double place = place_of(f, i);
+    fprintf(file->stream, "%.8g", place);
+    for (int j = 0; j < f->n; ++j) {
+      if (f->panel[j].map) continue;
+      const double value = value_of(f, &f->panel[j], i);
+      fprintf(file->stream, " %.8g", value);
+      if (place <= f->place.upper) include(&f->panel[j].nodes, value);
+    }
+    fputc('\n', file->stream);
+  }
+  return kith_atomic_file_commit(&file, false);
+}
+
+static kith_status write_means(const struct picture *f, const char *directory) {
+  const struct kith_profile_view *nodes = &f->plot->nodes;
+  double sum[BINS][2 + KITH_PICTURE_PANELS] = {{0}};
+  struct kith_atomic_file *file;
+  for (kith_index i = 0; i < nodes->n && NDIM > 1; ++i) {
+    const double place = place_of(f, i), volume = nodes->mass[i] / nodes->density[i],
+                 part = (place - f->place.lower) / (f->place.upper - f->place.lower);
+    if (!(part >= 0 && part <= 1 && isfinite(volume))) continue;
+    double *bin = sum[KITH_MIN((int)(part * BINS), BINS - 1)];
+    bin[0] += volume, bin[1] += volume * place;
+    for (int j = 0; j < f->n; ++j)
+      if (!f->panel[j].map) bin[2 + j] += volume * value_of(f, &f->panel[j], i);
+  }
+  KITH_TRY(open_data(&file, f, directory, "mean.dat"));
+  for (int b = 0; b < BINS; ++b) {
+    if (!(sum[b][0] > 0)) continue;
+    fprintf(file->stream, "%.8g", sum[b][1] / sum[b][0]);
+    for (int j = 0; j < f->n; ++j)
+      if (!f->panel[j].map) fprintf(file->stream, " %.8g", sum[b][2 + j] / sum[b][0]);
+    fputc('\n', file->stream);
   }
   return kith_atomic_file_commit(&file, false);
 }
 
 /* On a ray to a corner: in a periodic box the images of the center are farthest there. */
-static kith_status write_curve(const struct kith_plot *p, const struct frame *frame, const char *directory) {
-  const double *center = frame->center, lower = center != NULL ? 0 : frame->place.lower;
+static kith_status write_curve(struct picture *f, const char *directory) {
+  const struct kith_plot *p = f->plot;
+  const double *center = f->center;
+  const bool diagonal = NDIM > 1 && center != NULL;
   struct kith_atomic_file *file;
-  KITH_TRY(open_data(&file, frame, directory, "exact.dat"));
+  KITH_TRY(open_data(&file, f, directory, "exact.dat"));
   for (int k = 0; k <= CURVE && p->exact != NULL; ++k) {
-    const double place = lower + (frame->place.upper - lower) * k / CURVE;
-    const bool diagonal = NDIM > 1 && center != NULL;
+    const double place = f->place.lower + (f->place.upper - f->place.lower) * k / CURVE;
     struct kith_exact_state state;
     double x[NDIM] = {0};
     for (int a = 0; a < NDIM && center != NULL; ++a) x[a] = center[a];
     x[0] += diagonal ? M_SQRT1_2 * place : place;
     if (diagonal) x[NDIM > 1] += M_SQRT1_2 * place;
     p->exact->state(p->solution, x, p->time, &state);
-    const double row[COLUMNS] = {place, state.density, kith_exact_speed(p->exact, center, x, state.velocity),
-                                 state.pressure, state.energy};
-    put_row(file->stream, row);
+    fprintf(file->stream, "%.8g", place);
+    for (int j = 0; j < f->n; ++j) {
+      if (f->panel[j].map) continue;
+      const double value = f->panel[j].error ? 0 : field_of(f, &f->panel[j], x, &state);
+      fprintf(file->stream, " %.8g", value);
+      include(&f->panel[j].exact, value);
+    }
+    fputc('\n', file->stream);
   }
   return kith_atomic_file_commit(&file, false);
 }
 
-static struct frame frame_of(const struct kith_plot *p) {
-  struct frame frame = {.place = {INFINITY, -INFINITY}};
-  if (p->exact != NULL) frame.center = kith_exact_center(p->exact, p->solution);
-  for (int j = 0; j < PANELS; ++j) frame.nodes[j] = frame.place;
-  for (kith_index i = 0; i < p->nodes.n; ++i) include(&frame.place, place_of(p, frame.center, i));
-  if (!(frame.place.lower < frame.place.upper)) { /* no node, or all at one place */
-    const double middle = isfinite(frame.place.lower) ? frame.place.lower : 0;
-    frame.place = (struct range){middle - 0.5, middle + 0.5};
-  }
-  if (frame.center != NULL) {
-    const double shock = p->exact->shock != NULL ? p->exact->shock(p->solution, p->time) : 0;
-    frame.place.lower = 0;
-    if (shock > 0) frame.place.upper = KITH_MIN(frame.place.upper, 1.6 * shock);
-  }
-  return frame;
+/* ---- panels ---- */
+
+static const char *field_label(const struct picture *f, const struct panel *panel) {
+  static const char *const label[] = {
+#define X(name, word, label) label,
+      KITH_PICTURE_FIELDS(X)
+#undef X
+  };
+  const bool vortex = f->plot->exact != NULL && f->plot->exact->vortex;
+  if (panel->field != KITH_PICTURE_VELOCITY) return label[panel->field];
+  if (f->center != NULL) return vortex ? "azimuthal velocity" : "radial velocity";
+  return panel->map ? "speed" : label[panel->field];
 }
 
-/* Between these bounds gnuplot shows all: the nodes, and the curve as far as it goes beyond them by no more
- * than half their span (a decade on a logarithmic axis): the energy in the center of a blast has no bound. */
-static struct range widest(struct range n, bool logarithmic) {
-  if (n.lower > n.upper) n = (struct range){0, 1};
-  if (logarithmic) return (struct range){0.1 * n.lower, 10 * n.upper};
+/* Five or so: steps of 1, 2 or 5. */
+static double tics(struct range r) {
+  const double step = (r.upper - r.lower) / 5, power = pow(10, floor(log10(step)));
+  return step > 0 ? power * (step < 1.5 * power   ? 1
+                             : step < 3.5 * power ? 2
+                             : step < 7.5 * power ? 5
+                                                  : 10)
+                  : 1;
+}
+
+static void put_title(char title[96], const struct picture *f, const struct panel *panel) {
+  const struct kith_norms *l = f->plot->norms;
+  const int used = snprintf(title, 96, "%s%s", panel->error ? "error of the " : "", field_label(f, panel));
+  if (l == NULL || panel->field > KITH_PICTURE_ENERGY || panel->map) return;
+  const struct kith_norm *const norm[] = {&l->density, &l->velocity, &l->pressure, &l->energy};
+  snprintf(title + used, 96 - (size_t)used, ", L1 error %.3g", norm[panel->field]->l1);
+}
+
+/* Nodes and the exact curve, with some room. Where the curve has no bound, as the energy in the center of a
+ * blast, it ends three spans (on a logarithmic axis a decade) beyond the nodes. */
+static struct range widest(const struct panel *panel, bool logarithmic) {
+  struct range n = panel->nodes, all = n;
+  if (!(n.lower <= n.upper)) return (struct range){0, 1};
+  include(&all, panel->exact.lower), include(&all, panel->exact.upper);
+  if (logarithmic)
+    return (struct range){KITH_MAX(all.lower, 0.1 * n.lower) / 1.5, KITH_MIN(all.upper, 10 * n.upper) * 1.5};
   const double size = KITH_MAX(fabs(n.lower), fabs(n.upper)), span = n.upper - n.lower;
-  const double room = span > 1e-10 * size ? 0.5 * span : KITH_MAX(0.1 * size, 0.1);
+  const double most = span > 1e-10 * size ? 3 * span : KITH_MAX(size, 1);
+  n = (struct range){KITH_MAX(all.lower, n.lower - most), KITH_MIN(all.upper, n.upper + most)};
+  const double flat = KITH_MAX(0.1 * size, 1e-12),
+               room = n.upper - n.lower > 1e-10 * size ? 0.06 * (n.upper - n.lower) : flat;
   return (struct range){n.lower - room, n.upper + room};
 }
 
-static void draw_panel(struct kith_figure *g, const struct kith_plot *p, const struct frame *frame, int j) {
-  static const char *const names[] = {"density", "velocity", "pressure", "specific energy"},
-                           *const speeds[] = {"velocity", "radial velocity", "azimuthal velocity"},
-                           *const places[] = {"x", "distance from the center", "distance from the axis"};
-  const struct kith_norms *l = p->norms;
-  const double l1[] = {l ? l->density.l1 : 0, l ? l->velocity.l1 : 0, l ? l->pressure.l1 : 0,
-                       l ? l->energy.l1 : 0};
-  const int geometry = p->exact != NULL && p->exact->vortex ? 2 : frame->center != NULL;
-  const bool logarithmic =
-      j == PANELS - 1 && frame->nodes[j].lower > 0 && frame->nodes[j].upper > 1e4 * frame->nodes[j].lower;
-  const bool any = frame->nodes[j].lower <= frame->nodes[j].upper; /* gnuplot stops at nothing to draw */
-  const struct range y = widest(frame->nodes[j], logarithmic);
-  char title[40] = "";
-  if (l != NULL) snprintf(title, sizeof title, "L1 error %.3g", l1[j]);
-  kith_figure_panel(g, title, places[geometry], j == 1 ? speeds[geometry] : names[j], false);
+static void draw_curve(struct kith_figure *g, const struct picture *f, const struct panel *panel,
+                       int column) {
+  const struct kith_plot *p = f->plot;
+  const bool logarithmic = panel->field == KITH_PICTURE_ENERGY && panel->nodes.lower > 0 &&
+                           panel->nodes.upper > 1e4 * panel->nodes.lower,
+             vortex = p->exact != NULL && p->exact->vortex;
+  const struct range y = widest(panel, logarithmic);
+  const char *color = NDIM > 1 ? "#8fb8de" : "#0072b2";
+  char title[96], label[80];
+  put_title(title, f, panel);
+  snprintf(label, sizeof label, "%s%s (code units)", panel->error ? "error of the " : "",
+           field_label(f, panel));
+  kith_figure_panel(g, title,
+                    f->center == NULL ? "x (code units)"
+                    : vortex          ? "distance from the axis (code units)"
+                                      : "distance from the center (code units)",
+                    label, false);
+  fprintf(g->file->stream,
+          "%sset logscale y\nset xtics %g\nset ytics autofreq\n"
+          "set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
+          "plot NaN with points pt 7 ps 0.6 lc rgb '%s' title 'nodes', \\\n"
+          "  '%sprofile.dat' using 1:%d with points pt 7 ps %s lc rgb '%s' notitle",
+          logarithmic ? "" : "un", tics(f->place), f->place.lower, f->place.upper, y.lower, y.upper, color,
+          f->prefix, column,
+          p->nodes.n > 4000 ? "0.2"
+          : NDIM > 1        ? "0.35"
+                            : "0.5",
+          color);
+  if (p->exact != NULL)
+    fprintf(g->file->stream, ", \\\n  '%sexact.dat' using 1:%d with lines lw 2 lc rgb '#d55e00' title '%s'",
+            f->prefix, column, panel->error ? "no error" : "exact");
+  if (NDIM > 1)
+    fprintf(
+        g->file->stream,
+        ", \\\n  '%smean.dat' using 1:%d with points pt 6 ps 0.7 lw 1.5 lc rgb 'black' title 'mean in bins'",
+        f->prefix, column);
+  fputc('\n', g->file->stream);
+}
+
+static kith_status write_pixels(const struct picture *f, const struct panel *panel, const char *directory,
+                                const char *name, const struct kith_map *map, struct range *shown) {
+  const struct kith_profile_view *nodes = &f->plot->nodes;
+  const size_t n = (size_t)map->pixels[0] * (size_t)map->pixels[1];
+  char path[KITH_PATH + 80];
+  struct kith_atomic_file *file;
+  double *of = NULL;
+  float *value = NULL;
+  kith_status status = kith_resize(&of, 0, (size_t)nodes->n + 1, sizeof *of);
+  if (status == KITH_OK) status = kith_resize(&value, 0, n, sizeof *value);
+  for (kith_index i = 0; i < nodes->n && status == KITH_OK; ++i) of[i] = value_of(f, panel, i);
+  if (status == KITH_OK) status = kith_map_draw(map, nodes, of, value);
+  snprintf(path, sizeof path, "%.*s/%s", KITH_PATH, directory, name);
+  if (status == KITH_OK) status = kith_atomic_file_open(&file, path);
+  if (status == KITH_OK) {
+    for (size_t k = 0; k < n; ++k) include(shown, value[k]);
+    fwrite(value, sizeof *value, n, file->stream); /* a short write fails at commit */
+    status = kith_atomic_file_commit(&file, false);
+  }
+  kith_free(&of);
+  kith_free(&value);
+  return status;
+}
+
+/* Errors and components from blue through white to red; else a palette whose lightness grows. */
+static kith_status draw_map(struct kith_figure *g, const struct picture *f, int k, const char *directory) {
+  static const char rising[] =
+      "0 '#440154', 1 '#472d7b', 2 '#3b528b', 3 '#2c728e', 4 '#21918c', 5 '#28ae80', "
+      "6 '#5ec962', 7 '#addc30', 8 '#fde725'",
+                    signs[] = "0 '#2166ac', 1 '#67a9cf', 2 '#f7f7f7', 3 '#ef8a62', 4 '#b2182b'";
+  const struct panel *panel = &f->panel[k];
+  const struct kith_picture *wanted = f->plot->picture;
+  const bool signed_values = panel->error || panel->field >= KITH_PICTURE_VELOCITY_X;
+  struct range colors = NO_RANGE;
+  char name[64], title[96], labels[2][32];
+  int normal = 2;
+  double at = NAN;
+  for (int a = 0; a < NDIM; ++a)
+    if (isfinite(wanted->plane[a])) normal = a, at = wanted->plane[a];
+  if (NDIM == 3 && !isfinite(at)) at = f->middle[2];
+  const struct kith_map map =
+      kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);
+  struct range side[2];
+  for (int a = 0; a < 2; ++a)
+    side[a] = (struct range){map.lower[a], map.lower[a] + map.pixels[a] * map.size[a]};
+  snprintf(name, sizeof name, "%smap_%d.bin", f->prefix, k + 1);
+  KITH_TRY(write_pixels(f, panel, directory, name, &map, &colors));
+  if (signed_values)
+    colors.upper = KITH_MAX(fabs(colors.lower), fabs(colors.upper)), colors.lower = -colors.upper;
+  if (k == 0 && isfinite(wanted->range[0])) colors = (struct range){wanted->range[0], wanted->range[1]};
+  if (!(colors.upper - colors.lower > 1e-12 * fabs(colors.upper))) colors.upper = colors.lower + 1;
+  if (!isfinite(colors.lower)) colors = (struct range){0, 1};
+  put_title(title, f, panel);
+  if (NDIM == 3 && map.normal >= 0)
+    snprintf(title + strlen(title), sizeof title - strlen(title), " at %c = %.3g", "xyz"[normal], at);
+  if (NDIM == 3 && map.normal < 0)
+    snprintf(title + strlen(title), sizeof title - strlen(title), ", mean along %c", "xyz"[normal]);
+  for (int a = 0; a < 2; ++a) snprintf(labels[a], sizeof labels[a], "%c (code units)", "xyz"[map.across[a]]);
+  kith_figure_panel(g, title, labels[0], labels[1], false);
   fprintf(
       g->file->stream,
-      "%sset logscale y\nset xrange [%.9g:%.9g]\nset yrange [%.9g%s:%s%.9g]\n"
-      "plot NaN notitle, 'profile.dat' using 1:%d with points pt 7 ps %s lc rgb '#0072b2' title 'nodes', \\\n"
-      "  'exact.dat' using 1:%d with lines lw 1.5 lc rgb '#d55e00' title 'exact'\n",
-      logarithmic ? "" : "un", frame->place.lower, frame->place.upper, y.lower, any ? "<*" : "",
-      any ? "*<" : "", y.upper, j + 2, p->nodes.n > 4000 ? "0.2" : "0.5", j + 2);
+      "unset logscale\nunset key\nset size ratio -1\nset palette defined (%s)\nset cblabel 'code units'\n"
+      "set cbrange [%.9g:%.9g]\nset xtics %g\nset ytics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
+      "plot '%s' binary array=(%d,%d) format='%%float' dx=%.9g dy=%.9g origin=(%.9g,%.9g) with image\n"
+      "set size noratio\nset key\n",
+      signed_values ? signs : rising, colors.lower, colors.upper, tics(side[0]), tics(side[1]), side[0].lower,
+      side[0].upper, side[1].lower, side[1].upper, name, map.pixels[0], map.pixels[1], map.size[0],
+      map.size[1], side[0].lower + 0.5 * map.size[0], side[1].lower + 0.5 * map.size[1]);
+  return KITH_OK;
+}
+
+/* In pixels: a lone map as its plane is. */
+static void panel_size(const struct picture *f, int size[2]) {
+  size[0] = 500, size[1] = 460;
+  if (f->n > 1 || !f->panel[0].map) return;
+  const struct kith_map map = kith_map_of(&f->plot->nodes, 2, NAN);
+  size[0] = 760, size[1] = 130 + 560 * map.pixels[1] / map.pixels[0];
+  size[1] = KITH_MAX(260, KITH_MIN(size[1], 1200));
 }
 
 kith_status kith_plot_write(const struct kith_plot *plot, const char *directory) {
-  struct frame frame = frame_of(plot);
+  struct picture f = {.plot = plot};
   struct kith_figure figure;
   char title[256];
+  int size[2], column = 1;
+  kith_status status = KITH_OK;
+  if (strlen(directory) >= KITH_PATH) KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
+  if (plot->frame != NULL) snprintf(f.prefix, sizeof f.prefix, "%.40s_", plot->frame);
+  choose_places(&f);
+  choose_panels(&f);
   int used = snprintf(title, sizeof title, "%.150s    %d-D,  t = %.4g,  %lld nodes", plot->scene, NDIM,
                       plot->time, (long long)plot->nodes.n);
   if (plot->resolution > 0)
     snprintf(title + used, sizeof title - (size_t)used, ",  resolution %.4g", plot->resolution);
-  KITH_TRY(write_nodes(plot, &frame, directory));
-  KITH_TRY(write_curve(plot, &frame, directory));
-  KITH_TRY(kith_figure_open(&figure, directory, "plot", title, 2, 2));
-  for (int j = 0; j < PANELS; ++j) draw_panel(&figure, plot, &frame, j);
+  for (int k = 0; k < f.n; ++k) column += !f.panel[k].map;
+  if (column > 1) {
+    KITH_TRY(write_nodes(&f, directory));
+    KITH_TRY(write_means(&f, directory));
+    KITH_TRY(write_curve(&f, directory));
+  }
+  panel_size(&f, size);
+  KITH_TRY(kith_figure_open(&figure, directory, plot->frame != NULL ? plot->frame : "plot", title,
+                            (f.n + f.columns - 1) / f.columns, f.columns, size));
+  figure.png_only = plot->frame != NULL;
+  for (int k = 0, c = 1; k < f.n && status == KITH_OK; ++k) {
+    if (f.panel[k].map)
+      status = draw_map(&figure, &f, k, directory);
+    else
+      draw_curve(&figure, &f, &f.panel[k], ++c);
+  }
+  if (status != KITH_OK) kith_atomic_file_abandon(&figure.file);
+  KITH_TRY(status);
   return kith_figure_close(&figure);
 }

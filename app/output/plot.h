@@ -1,19 +1,26 @@
-/* plot.h - the picture of a run: density, velocity, pressure and specific energy of the nodes over the exact
- * curve.
+/* plot.h - the picture of a run: curves of the nodes beside the exact solution, and maps.
  *
- * Written to the directory: profile.dat (a row a node: place, density, velocity, pressure, energy; of more
- * than 20000 nodes 20000), exact.dat (the same columns of the exact solution, dense) and plot.gp (figure.h),
- * from which gnuplot makes plot.png; it can be changed and run again there by hand. The place is x; for a
- * radial solution the distance from its center, as far as 1.6 radii of the exact shock, and the velocity is
- * the one along that. What goes wrong with gnuplot is a warning on stderr. */
+ * Written to the directory, NAME being plot, or frame_NNNN with its name before each file and a '_':
+ *
+ *   profile.dat  a row a node: place, and the value of each curve; of more than 20000 nodes 20000. The place
+ *                is x, or for a radial picture the distance from the center, as far as 1.6 radii of the exact
+ *                shock; the velocity is then the one along that, or around the axis of a vortex
+ *   exact.dat    the same columns of the exact solution, dense
+ *   mean.dat     the same, means by volume of all nodes in bins of the place; in 1-D empty
+ *   map_K.bin    pixels of the K-th map (map.h), float, row by row
+ *   NAME.gp      from which gnuplot makes NAME.png and NAME.pdf; it can be changed and run again there
+ *
+ * What goes wrong with gnuplot is a warning on stderr. */
 #ifndef KITH_APP_OUTPUT_PLOT_H
 #define KITH_APP_OUTPUT_PLOT_H
 
+#include "app/scene/picture.h"
 #include "validation/norms.h"
 
 /* All borrowed. */
 struct kith_plot {
-  const char *scene;
+  const char *scene, *frame; /* frame: name of one picture of many; NULL: plot */
+  const struct kith_picture *picture;
   double time, resolution; /* resolution: nodes per unit length, 0: not shown */
   struct kith_profile_view nodes;
   const struct kith_exact_ops *exact; /* NULL: no exact solution */

@@ -156,17 +156,31 @@ static kith_status measure_start(struct run *run) {
   return KITH_OK;
 }
 
-/* A picture that cannot be drawn is a warning. */
-static void draw(const struct run *run, const struct kith_report *report) {
+/* A picture that cannot be drawn is a warning. norms: NULL: not shown. */
+static void draw(const struct run *run, const char *frame, const struct kith_norms *norms) {
   const struct kith_plot plot = {.scene = run->scene->name,
-                                 .time = report->time,
+                                 .frame = frame,
+                                 .picture = &run->scene->output.picture,
+                                 .time = run->simulation->integrator.time,
                                  .resolution = run->scene->resolution,
                                  .nodes = view_of(run),
                                  .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
                                  .solution = run->exact,
-                                 .norms = report->compared ? &report->norms : NULL};
+                                 .norms = norms};
   if (kith_plot_write(&plot, run->output.directory) != KITH_OK)
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
+}
+
+/* And the picture of it, if every one is to have one. */
+static kith_status write_snapshot(struct run *run) {
+  char name[32];
+  snprintf(name, sizeof name, "frame_%04d", run->output.n_snapshots);
+  KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
+  if (!run->scene->output.plot || !run->scene->output.picture.frames) return KITH_OK;
+  KITH_TRY(gather(run));
+  if (speaks(run)) draw(run, name, NULL);
+  kith_nodes_destroy(&run->whole);
+  return KITH_OK;
 }
 
 /* ---- steps ---- */
@@ -203,7 +217,7 @@ static kith_status begin(struct run *run) {
   kith_status status;
   KITH_STAGE(status, run->profile, "comparison", measure_start(run));
   KITH_TRY(status);
-  KITH_STAGE(status, run->profile, "output", kith_output_snapshot(&run->output, run->simulation));
+  KITH_STAGE(status, run->profile, "output", write_snapshot(run));
   KITH_TRY(status);
   run->output.next = run->scene->output.every;
   return KITH_OK;
@@ -228,7 +242,7 @@ static kith_status after_step(struct run *run) {
   KITH_TRY(kith_history_step(&run->output.history, run->simulation, &totals));
   const double every = run->scene->output.every;
   if (every > 0 && it->time > run->output.next - 1e-9 * every) {
-    KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
+    KITH_TRY(write_snapshot(run));
     run->output.next += every;
   }
   const int steps_between = run->scene->output.checkpoint;
@@ -281,7 +295,7 @@ static kith_status write_state(struct run *run) {
   const double time = run->simulation->integrator.time;
   if (run->scene->output.checkpoint_at_end || run->stopped) KITH_TRY(save(run));
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
-    KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
+    KITH_TRY(write_snapshot(run));
   const bool compared = run->exact != NULL || run->scene->output.plot || measures(run->scene);
   return compared ? gather(run) : KITH_OK;
 }
@@ -317,7 +331,7 @@ static kith_status finish(struct run *run) {
              kith_ranks_allreduce_status(run->ranks, first ? compare(run, report) : KITH_OK));
   KITH_TRY(status);
   kith_profile_begin(run->profile, "pictures");
-  if (run->scene->output.plot && first) draw(run, report);
+  if (run->scene->output.plot && first) draw(run, NULL, report->compared ? &report->norms : NULL);
   kith_profile_end(run->profile);
   KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step,
                                     run->output.history.largest_imbalance));

@@ -79,7 +79,9 @@ static const struct kith_param measure_params[] = {
 static const struct kith_param output_params[] = {
     {"every", KITH_PARAM_NUMBER, "0", "[0, inf)", "time between snapshots; 0: first and last only",
      IN(output.every)},
-    {"plot", KITH_PARAM_BOOL, "true", "", "plot the result beside the exact solution", IN(output.plot)},
+    {"plot", KITH_PARAM_OTHER, "", "",
+     "true or none: the picture that suits the scene; false: no picture; or which one",
+     KITH_BELOW(kith_picture_params, MAP)},
     {"checkpoint", KITH_PARAM_INTEGER, "0", "[0, inf)", "steps between checkpoints; 0: by time only",
      IN(output.checkpoint)},
     {"checkpoint_minutes", KITH_PARAM_NUMBER, "15", "[0, inf)",
@@ -196,6 +198,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(kith_scene_regions(scene, kith_config_child(root, "regions")));
   KITH_TRY(kith_scene_deposits(scene, kith_config_child(root, "energy")));
   KITH_TRY(read_packages(scene, kith_config_child(root, "packages")));
+  KITH_TRY(kith_scene_picture(scene, kith_config_at(scene->config, "output.plot")));
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }
 

@@ -6,6 +6,7 @@
 
 #include "app/scene/config.h"
 #include "app/scene/expression.h"
+#include "app/scene/picture.h"
 #include "boundaries/boundary.h"
 #include "lib/core/vec.h"
 #include "lib/neighbor/search.h"
@@ -149,6 +150,7 @@ struct kith_scene {
   struct {
     double every; /* time between snapshots, 0: only first and last */
     bool plot;
+    struct kith_picture picture;
     int checkpoint;            /* steps between checkpoints; 0: by time only */
     double checkpoint_minutes; /* minutes between them; 0: by steps only */
     bool checkpoint_at_end;

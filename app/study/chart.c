@@ -168,7 +168,8 @@ static kith_status draw(const struct kith_study *s) {
   struct cloud c;
   char title[160];
   snprintf(title, sizeof title, "%s, %d-D: error against cost", s->suite->name, s->suite->dimension);
-  KITH_TRY(kith_figure_open(&g, s->directory, "chart", title, s->suite->n_measures, COSTS + 1));
+  KITH_TRY(kith_figure_open(&g, s->directory, "chart", title, s->suite->n_measures, COSTS + 1,
+                            (const int[]){500, 480}));
   for (int measure = 0; measure < s->suite->n_measures; ++measure) {
     fill(&c, s, measure);
     for (int a = 0; a <= COSTS; ++a) draw_panel(&g, &c, a);

@@ -19,6 +19,8 @@ except ImportError as missing:
     sys.exit(77)
 
 warnings.simplefilter("ignore")
+sys.dont_write_bytecode = True
+os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
 HERE = os.path.dirname(os.path.abspath(__file__))
 PYTHON = os.path.join(HERE, "..", "..", "app", "python")
 sys.path.insert(0, PYTHON)

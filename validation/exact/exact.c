@@ -34,7 +34,8 @@ const double *kith_exact_center(const struct kith_exact_ops *ops, const void *se
 double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x) {
   if (center == NULL) return x[0];
   double r2 = 0;
-  for (int a = 0; a < NDIM && !(a == 2 && ops->vortex); ++a) r2 += (x[a] - center[a]) * (x[a] - center[a]);
+  for (int a = 0; a < NDIM && !(a == 2 && ops != NULL && ops->vortex); ++a)
+    r2 += (x[a] - center[a]) * (x[a] - center[a]);
   return sqrt(r2);
 }
 
@@ -44,7 +45,7 @@ double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, 
   const double r = kith_exact_place(ops, center, x);
   double s = 0;
   if (r <= 0) return 0;
-  if (NDIM > 1 && ops->vortex)
+  if (NDIM > 1 && ops != NULL && ops->vortex)
     s = velocity[NDIM > 1] * (x[0] - center[0]) - velocity[0] * (x[NDIM > 1] - center[NDIM > 1]);
   else
     for (int a = 0; a < NDIM; ++a) s += velocity[a] * (x[a] - center[a]);

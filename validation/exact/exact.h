@@ -94,10 +94,11 @@ kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, con
 /* View of center[NDIM] of a radial solution, else NULL. */
 const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self);
 
-/* Where x stands: its distance from the center, or the axis of a vortex; center NULL: x[0]. */
+/* Where x stands: its distance from the center, or the axis of a vortex; center NULL: x[0]. Here and below
+ * ops may be NULL. */
 double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x);
 /* The component of a velocity at x that the member has: outwards, counterclockwise around the axis of a
- * vortex, along axis 1 if it is transverse, or axis 0 (also with ops NULL). 0 at the center. */
+ * vortex, along axis 1 if it is transverse, or axis 0 if the center is NULL. 0 at the center. */
 double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
                         const double *velocity);
 

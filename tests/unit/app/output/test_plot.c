@@ -55,6 +55,7 @@ static const struct kith_exact_ops turning = {
     .name = "turning", .state = state, .radial = true, .vortex = true};
 static const struct kith_exact_ops planar = {.name = "planar", .state = state};
 
+static const struct kith_picture usual = {.plane = {NAN, NAN, NAN}, .range = {NAN, NAN}};
 enum { MANY = 50001 };
 static double *position, *velocity, *scalar;
 
@@ -64,6 +65,7 @@ static struct kith_plot sample(kith_index n, const struct kith_exact_ops *exact)
     position[(size_t)i * NDIM] = 1 + (i + 0.5) / n, velocity[(size_t)i * NDIM] = -2, scalar[i] = 1 + i % 2;
   }
   return (struct kith_plot){.scene = "test",
+                            .picture = &usual,
                             .time = 0.5,
                             .resolution = 10,
                             .exact = exact,
@@ -104,7 +106,10 @@ static void contents(void) {
 /* 20000 of many, no two of the same, from end to end, the same again. */
 static void thinned(void) {
   double last[5], least, most, before = -INFINITY;
-  const struct kith_plot p = sample(MANY, NULL);
+  struct kith_picture curves = usual;
+  struct kith_plot p = sample(MANY, NULL);
+  curves.kind = KITH_PICTURE_PROFILE;
+  p.picture = &curves;
   CHECK_OK(kith_plot_write(&p, directory));
   CHECK(rows("profile.dat", last, &least, &most) == 20000 && least < 1.0001 && most > 1.9999);
   char *first = strdup(load("profile.dat"));
@@ -129,6 +134,7 @@ static void drawing(void) {
   struct stat png = {0};
   if (status == KITH_OK) { /* else there is none here */
     CHECK(stat(in("plot.png"), &png) == 0 && png.st_size > 10000);
+    CHECK(stat(in("plot.pdf"), &png) == 0 && png.st_size > 10000);
     CHECK(access(in("plot.log"), F_OK) != 0);
     CHECK(access(in("plot-was-here"), F_OK) != 0);
     for (kith_index n = 0; n < 3; ++n) { /* no node; one; not a number; nothing to show at all */
@@ -156,7 +162,8 @@ static void drawing(void) {
 }
 
 int main(void) {
-  static const char *const files[] = {"profile.dat", "exact.dat", "plot.gp", "plot.png"};
+  static const char *const files[] = {"profile.dat", "exact.dat", "mean.dat",  "plot.gp",   "plot.png",
+                                      "plot.pdf",    "map_1.bin", "map_2.bin", "map_3.bin", "map_6.bin"};
   CHECK(mkdtemp(directory) != NULL);
   CHECK_OK(kith_resize(&position, 0, MANY * NDIM, sizeof *position));
   CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));

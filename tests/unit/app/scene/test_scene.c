@@ -84,6 +84,7 @@ static void sod_rest(const struct kith_scene *s) {
   CHECK(strcmp(s->scheme.member.name, "leapfrog") == 0 && s->scheme.cfl == 0.3 && s->scheme.dt == 0);
   CHECK(strcmp(s->neighbor.search.name, "tree") == 0 && strcmp(s->connectivity.rebuild, "always") == 0);
   CHECK(s->connectivity.skin < 0 && s->connectivity.cull && s->connectivity.reorder == 20);
+  CHECK(s->output.picture.kind == KITH_PICTURE_AUTO && isnan(s->output.picture.range[0]));
   CHECK(s->output.every == 0.05 && s->output.plot && s->output.checkpoint == 0 &&
         !s->output.checkpoint_at_end);
   const struct exact_parameters held = exact_parameters_of(s->exact.ops, s->exact.settings), *p = &held;
@@ -267,6 +268,21 @@ static void reads_across(void) {
   kith_scene_destroy(&s);
 }
 
+static void reads_pictures(void) {
+  struct kith_scene *s = read_exact(
+      "regions: [{material: gas, density: 1, pressure: 1}]\nexact: {name: uniform}\n"
+      "output:\n"
+      "  plot: {kind: slice, field: [pressure, velocity-y, density-error], plane: {y: 0.25},\n"
+      "    range: [1, 2], frames: true}\n");
+  if (s == NULL) return;
+  const struct kith_picture *p = &s->output.picture;
+  CHECK(s->output.plot && p->kind == KITH_PICTURE_SLICE && p->frames && p->n_fields == 3);
+  CHECK(p->panel[0].field == KITH_PICTURE_PRESSURE && p->panel[1].field == KITH_PICTURE_VELOCITY_Y);
+  CHECK(p->panel[2].field == KITH_PICTURE_DENSITY && p->panel[2].error && !p->panel[1].error);
+  CHECK(p->plane[1] == 0.25 && isnan(p->plane[0]) && isnan(p->plane[2]) && p->range[1] == 2);
+  kith_scene_destroy(&s);
+}
+
 /* --- the rest --- */
 
 static void reads_files(void) {
@@ -368,6 +384,7 @@ int main(void) {
   derives_gresho();
   reads_shapes();
   reads_across();
+  reads_pictures();
   reads_files();
   reference();
   return check_failed();

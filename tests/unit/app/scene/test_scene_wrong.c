@@ -55,6 +55,16 @@ static void refuse(const struct wrong *wrong, int n) {
 
 static const struct wrong keys[] = {
     {1, "scen: base", "f:1: scen: unknown key; did you mean 'scene'?"},
+    {11, "output: {plot: maybe}", "f:11: output.plot: 'maybe' is not one of true, false"},
+    {11, "output: {plot: {kind: maps}}",
+     "f:11: output.plot.kind: 'maps' is not one of auto, profile, radial, map, slice; did you mean 'map'?"},
+    {11, "output: {plot: {field: [density, colour]}}",
+     "f:11: output.plot.field.1: unknown field; known are density, velocity, pressure, energy, velocity-x, "
+     "velocity-y, velocity-z, each with -error too"},
+    {11, "output: {plot: {field: density-error}}",
+     "f:11: output.plot.field: an error, and the scene has no exact solution"},
+    {11, "output: {plot: {plane: {x: 1, y: 0}}}",
+     "f:11: output.plot.plane: one axis, across which the plane is"},
     {11, "outputs: {}", "f:11: outputs: unknown key; did you mean 'output'?"},
     {11, "method: {kernl: cubic}", "f:11: method.kernl: unknown key; did you mean 'kernel'?"},
     {11, "method:\n  package: sph\n  viscosity:\n    alfa: 1",

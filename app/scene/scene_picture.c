@@ -1,0 +1,64 @@
+/* The key output.plot: true, false, or which picture. */
+#include "app/scene/scene_parts.h"
+#include "lib/core/choices.h"
+
+#include <math.h>
+#include <string.h>
+
+#define IN(member) KITH_INTO(struct kith_picture, member)
+static const struct kith_param plane_params[] = {
+    {"x", KITH_PARAM_NUMBER, "", "", "across x, here", IN(plane[0])},
+    {"y", KITH_PARAM_NUMBER, "", "", "across y, here", IN(plane[1])},
+    {"z", KITH_PARAM_NUMBER, "", "", "across z, here", IN(plane[2])},
+    {0}};
+const struct kith_param kith_picture_params[] = {
+    {"kind", KITH_PARAM_CHOICE, "auto", KITH_PICTURE_KINDS(KITH_AS_LISTED_CHOICE),
+     "auto: curves with the exact solution, maps without one, both about a center", IN(kind)},
+    {"field", KITH_PARAM_OTHER, "", KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE),
+     "one or a list of up to 8; with -error behind it the difference from the exact solution",
+     .params = NULL},
+    {"plane", KITH_PARAM_MAP, "", "", "of a slice, or the line of sight of a map; none: z, in the middle",
+     KITH_BELOW(plane_params, MAP)},
+    {"range", KITH_PARAM_INTERVAL, "", "", "of the colors of the first map; none: of its values", IN(range)},
+    {"frames", KITH_PARAM_BOOL, "false", "", "frame_NNNN.png of each snapshot: a movie", IN(frames)},
+    {0}};
+
+static kith_status read_field(struct kith_picture *picture, const struct kith_config_node *node) {
+  static const char known[] = KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE);
+  char name[32], choices[256];
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_SCALAR));
+  snprintf(name, sizeof name, "%s", node->text);
+  char *error = strlen(name) > 6 ? name + strlen(name) - 6 : NULL;
+  const bool is_error = error != NULL && kith_name_is(error, "-error", 6);
+  if (is_error) *error = '\0';
+  const int field = kith_choices_index(known, name);
+  kith_choices_format(known, choices, sizeof choices);
+  if (field < 0)
+    return kith_config_fail(node, NULL, "unknown field; known are %s, each with -error too", choices);
+  if (picture->n_fields == KITH_PICTURE_PANELS)
+    return kith_config_fail(node, NULL, "more than %d fields in a picture", KITH_PICTURE_PANELS);
+  picture->panel[picture->n_fields].field = (enum kith_picture_field)field;
+  picture->panel[picture->n_fields++].error = is_error;
+  return KITH_OK;
+}
+
+kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_config_node *node) {
+  static const struct kith_param plot = {"plot", KITH_PARAM_BOOL, "true", "", "", .size = sizeof(bool)};
+  struct kith_picture *picture = &scene->output.picture;
+  *picture = (struct kith_picture){.plane = {NAN, NAN, NAN}, .range = {NAN, NAN}};
+  scene->output.plot = true;
+  if (node == NULL) return KITH_OK;
+  if (node->kind != KITH_CONFIG_MAP) return kith_param_value(&plot, node, &scene->output.plot);
+  KITH_TRY(kith_params_read(kith_picture_params, node, picture));
+  const struct kith_config_node *field = kith_config_child(node, "field");
+  const bool list = field != NULL && field->kind == KITH_CONFIG_LIST;
+  if (field != NULL && !list) KITH_TRY(read_field(picture, field));
+  for (const struct kith_config_node *k = list ? field->first : NULL; k != NULL; k = k->next)
+    KITH_TRY(read_field(picture, k));
+  for (int k = 0; k < picture->n_fields; ++k)
+    if (picture->panel[k].error && kith_config_at(scene->config, "exact") == NULL)
+      return kith_config_fail(field, NULL, "an error, and the scene has no exact solution");
+  if (isfinite(picture->plane[0]) + isfinite(picture->plane[1]) + isfinite(picture->plane[2]) > 1)
+    return kith_config_fail(kith_config_child(node, "plane"), NULL, "one axis, across which the plane is");
+  return KITH_OK;
+}
