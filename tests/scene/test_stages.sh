@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# test_stages.sh PROGRAMS INPUTS: the manual has every stage that runs go through, and the stages of the first
+# level sum up to the whole program.
+inputs=$(readlink -f "$2")
+source "$(dirname "$0")/common.sh"
+page=$inputs/../app/manual/stages.md
+
+# stages NAME WORD...: a run of a few steps, and the names in its trace that the page lacks.
+stages() {
+  local name=$1
+  shift
+  ok "$kith" run "$@" --quiet --steps 3 --trace $name.json -o $name
+  grep -o '"ph":"X".*"path":"[^"]*"' $name.json | sed 's/.*"path":"//; s/"$//' | tr / '\n' | sort -u |
+    while read -r stage; do grep -q "\`$stage\`" "$page" || echo "$stage"; done >missing
+  [[ ! -s missing ]] || wrong "stages that the manual lacks: $(tr '\n' ' ' <missing)"
+}
+stages gather tiny.yaml
+stages pairs tiny.yaml --set traversal=pairs --set method.package=crk
+stages faces tiny.yaml --set method.package=mfm --set method.faces=integrated
+stages blocks tiny.yaml --set scheme.steps=block
+stages culled "$inputs/plate.yaml" --set resolution=40 --set output.plot=false
+
+# Seconds that are in no stage: 1 % of the program, or what a machine at work takes away.
+awk '/"program_seconds"/ {program = $2 + 0}
+  /"stages": \{/ {inside = 1}
+  inside && /^    "[a-z-]*": \{/ {top = 1}
+  inside && /^    "[a-z-]*\// {top = 0}
+  top && /"seconds"/ {sum += $2; top = 0}
+  END {if (!(sum > 0.9 * program && sum <= program)) print sum " of " program " seconds"}' \
+  gather/report.json >differs
+[[ ! -s differs ]] || wrong "stages of the first level: $(<differs)"
+
+exit $((failures > 0))
