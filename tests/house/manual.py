@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""manual.py ROOT BIN [--write]: README and manual say what the programs in BIN say.
+"""manual.py ROOT BIN [--write | --pictures]: README and manual say what the programs in BIN say.
 
   blocks     what stands between `<!-- begin COMMAND -->` and `<!-- end -->` is what the command prints, or,
              for `figures PREFIX...`, the rows of inputs/validation that have such names and a figure
   links      to files and headings of this tree lead somewhere
   commands   in fenced blocks and tables are parsed, and set up with few nodes
   packaging  files of app/packaging parse, and have the version and the packages of this tree
---write brings the blocks up to date. Prints every breach; exit code 1 if there is one."""
+--write brings the blocks up to date, and README's picture. --pictures compares that, byte by byte: with other
+versions of gnuplot or of fonts it differs. Prints every breach; exit code 1 if there is one."""
 import ast
 import glob
 import os
@@ -183,6 +184,23 @@ def try_command(line):
     return done.stderr.strip() if done.returncode != 0 else ""
 
 
+# ---- pictures
+
+
+def check_picture(write):
+    """README's picture is what its first command draws."""
+    path = os.path.join(ROOT, "validation/results/sod.png")
+    with tempfile.TemporaryDirectory() as place:
+        run([f"{BIN}/kith", "run", "inputs/sod.yaml", "--quiet", "-o", f"{place}/out"], ROOT)
+        with open(f"{place}/out/plot.png", "rb") as drawn, open(path, "rb") as kept:
+            new, old = drawn.read(), kept.read()
+    if write:
+        with open(path, "wb") as kept:
+            kept.write(new)
+    elif new != old:
+        breach("validation/results/sod.png: not what ./kith run inputs/sod.yaml draws")
+
+
 # ---- packaging
 
 
@@ -215,6 +233,8 @@ def check_packaging():
 def main():
     texts = documents()
     write = "--write" in sys.argv
+    if write or "--pictures" in sys.argv:
+        check_picture(write)
     for path, text in texts.items():
         check_blocks(path, text, write)
         check_links(path, text, texts)
