@@ -30,7 +30,7 @@ struct kith_integrator {
   struct kith_rebuilds *rebuilds;
   const struct kith_scheme_ops *scheme;
   const void *settings;                     /* of the scheme: what its params fill; NULL if it has none */
-  const struct kith_excluder *excluders;    /* may be NULL */
+  struct kith_excluder *excluders;          /* may be NULL */
   struct kith_profile *profile;             /* may be NULL */
   struct kith_decomposition *decomposition; /* of the nodes of several ranks; NULL: one process */
   bool canonical;       /* lists are in an order that all numbers of ranks share; nodes number their images */

@@ -12,7 +12,7 @@
 #include "lib/core/choices.h"
 #include "integrator/integrator.h"
 #include "integrator/schemes/arkode.h"
-#include "lib/connectivity/excluder.h"
+#include "lib/connectivity/list.h"
 #include "physics/passes/viscosity.h"
 
 /* Appends "; key (default): what it means" of each parameter, those of a map as "map.key". */
@@ -33,7 +33,6 @@ static void add_params(char *text, size_t size, const char *map, const struct ki
 #define KERNEL(name, word, doc, ...) {word, doc, NULL, 0},
 #define TABLE(constant, word) {#word, "", NULL, 0},
 static const struct kith_member kernels[] = {KITH_KERNEL_LIST(KERNEL){0}},
-                                excluders[] = {KITH_EXCLUDER_LIST(NAMED){0}},
                                 viscosities[] = {KITH_VISCOSITY_LIST(LISTED){0}},
                                 lattices[] = {KITH_LATTICE_LIST(LISTED){0}},
                                 measures[] = {KITH_MEASURE_LIST(NAMED){0}},
@@ -56,7 +55,10 @@ static const struct family {
     {"partitioner", "which rank has which cell", "partition.name", .family = kith_partitioner_member},
     {"rebuild", "when neighbor lists are rebuilt, joined by |", "connectivity.rebuild",
      .family = kith_rebuild_member},
-    {"excluder", "pairs that are left out", "for packages", .members = excluders},
+    {"excluder", "pairs that are left out, joined by |", "connectivity.exclude",
+     .family = kith_excluder_member},
+    {"storage", "how lists of probes and contacts are kept", "connectivity.storage",
+     .family = kith_storage_member},
     {"boundary", "where ghosts come from", "boundaries.x", .family = kith_boundary_member},
     {"lattice", "how a region is filled", "regions.N.lattice", .members = lattices},
     {"exact", "what a run is compared with", "exact.name", .family = kith_exact_member},

@@ -3,7 +3,7 @@
 #include "app/scene/scene_parts.h"
 #include "lib/core/choices.h"
 #include "integrator/integrator.h"
-#include "lib/connectivity/policies/rebuild.h"
+#include "lib/connectivity/list.h"
 #include "lib/domain/partition/partition.h"
 #include "physics/package.h"
 
@@ -38,7 +38,8 @@ static const struct kith_param scheme_params[] = {
 static const struct kith_param neighbor_params[] = {
     {"search", KITH_PARAM_MEMBER, "tree", "", "neighbor search", IN(neighbor.search),
      .family = kith_search_member},
-    {"storage", KITH_PARAM_CHOICE, "csr", "csr", "storage of neighbor lists", IN(neighbor.storage)},
+    {"storage", KITH_PARAM_CHOICE, "csr", "csr", "storage of the rows that packages read",
+     IN(neighbor.storage)},
     {0}};
 
 static const struct kith_param connectivity_params[] = {
@@ -52,6 +53,13 @@ static const struct kith_param connectivity_params[] = {
     {"reorder", KITH_PARAM_INTEGER, "20", "[0, inf)",
      "lifecycles between reorderings of the nodes along the curve, the first one included; 0: never",
      IN(connectivity.reorder)},
+    {"exclude", KITH_PARAM_NAME, "", "",
+     "what are no neighbors, joined by |, with settings after a colon: materials:of=gas and=dust (kith list "
+     "excluder)",
+     IN(connectivity.exclude), .family = kith_excluder_member},
+    {"storage", KITH_PARAM_NAME, "csr", "",
+     "of the lists of probes and contacts: csr, padded:width=64, compressed (kith list storage)",
+     IN(connectivity.storage), .family = kith_storage_member},
     {0}};
 
 static const struct kith_param partition_params[] = {

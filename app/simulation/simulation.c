@@ -103,6 +103,7 @@ static kith_status make_integrator(struct kith_simulation *m, bool check) {
                                .search = m->search,
                                .connectivity = m->connectivity,
                                .rebuilds = &m->rebuilds,
+                               .excluders = m->excluders.n > 0 ? m->excluders.excluder : NULL,
                                .scheme = kith_scheme_find(scene->scheme.member.name),
                                .settings = scene->scheme.member.settings,
                                .profile = m->profile,
@@ -172,6 +173,21 @@ static kith_status check_combination(const struct kith_simulation *m) {
 #undef REFUSE_IF
 }
 
+/* What is wrong with them shows when they are set up with the nodes: better now than in the first step. */
+static kith_status make_excluders(struct kith_simulation *m) {
+  const struct kith_selection all = {.nodes = m->nodes};
+  struct kith_excluder self = {.ops = &kith_excluder_self};
+  kith_status status = kith_excluders_create(&m->excluders, m->scene->connectivity.exclude);
+  if (m->excluders.n > 0) self.next = m->excluders.excluder;
+  if (status == KITH_OK) status = kith_excluder_setup(&self, &all, &all);
+  if (status == KITH_OK && m->excluders.n > 0) status = kith_excluder_keeps_pairs(m->excluders.excluder);
+  char message[512];
+  snprintf(message, sizeof message, "%s", kith_failure());
+  return status == KITH_BAD_INPUT
+             ? kith_config_fail(at(m->scene, "connectivity.exclude"), NULL, "%s", message)
+             : status;
+}
+
 static kith_status make(struct kith_simulation *m, bool check) {
   KITH_TRY(kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, m->scene->period));
   KITH_TRY(check_combination(m));
@@ -188,6 +204,7 @@ static kith_status make(struct kith_simulation *m, bool check) {
   if (status == KITH_OK)
     status = kith_search_create(&m->search, kith_search_find(m->scene->neighbor.search.name), m->nodes);
   if (status == KITH_OK) status = kith_connectivity_create(&m->connectivity);
+  if (status == KITH_OK) status = make_excluders(m);
   if (status == KITH_OK) status = make_integrator(m, check);
   if (status == KITH_OK) status = make_boundaries(m, frozen); /* last: frozen nodes take all fields along */
   kith_free(&frozen);
@@ -284,6 +301,7 @@ void kith_simulation_destroy(struct kith_simulation **simulation) {
   kith_halo_destroy(&m->halo);
   kith_decomposition_destroy(&m->decomposition);
   kith_rebuilds_clear(&m->rebuilds);
+  kith_excluders_clear(&m->excluders);
   kith_connectivity_destroy(&m->connectivity);
   kith_search_destroy(&m->search);
   kith_nodes_destroy(&m->nodes);

@@ -17,6 +17,7 @@ struct kith_simulation {
   struct kith_search *search;
   struct kith_connectivity *connectivity;
   struct kith_rebuilds rebuilds;
+  struct kith_excluders excluders;
   struct kith_integrator integrator;
   struct kith_decomposition *decomposition; /* NULL: all nodes are in this process */
   struct kith_halo *halo;                   /* the same */

@@ -10,6 +10,7 @@
  * active neighbors in its row: the transpose of their rows, counted with the bits and filled in last. */
 #include "lib/connectivity/build.h"
 
+#include <math.h>
 #include <omp.h>
 #include <string.h>
 
@@ -27,17 +28,35 @@ struct group {
   double radius, radius2;
 };
 
-static struct group group_of(const struct kith_search *search, kith_index first, kith_index count) {
+static inline kith_index row_of(const struct kith_build *build, kith_index i) {
+  return build->row != NULL ? build->row[i] : i;
+}
+static inline bool is_target(const struct kith_build *build, kith_index i) {
+  return row_of(build, i) >= 0 && (!build->selected || kith_node_active(build->nodes, i));
+}
+
+/* How far from the box the neighbors of its targets may lie, where their own radii do not say. */
+static void reach(const struct kith_build *build, struct group *group) {
+  if (build->cutoff == KITH_CUTOFF_number) group->radius = build->number;
+  if (build->cutoff == KITH_CUTOFF_boxes)
+    group->radius = sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (group->radius + build->number);
+  if (build->cutoff == KITH_CUTOFF_number || build->cutoff == KITH_CUTOFF_boxes)
+    group->radius2 = group->radius * group->radius;
+}
+
+static struct group group_of(const struct kith_build *build, kith_index first, kith_index count) {
+  const struct kith_search *search = build->targets->search;
   struct group group = {.run = {first, count}, .box = kith_box_empty()};
   for (kith_index slot = first; slot < first + count; ++slot) {
     double x[NDIM];
-    if (!kith_node_active(search->nodes, search->node[slot])) continue;
+    if (!is_target(build, search->node[slot])) continue;
     for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
     kith_box_include(&group.box, x);
     ++group.targets;
-    group.radius = KITH_MAX(group.radius, search->nodes->search_radius->f64[search->node[slot]]);
+    group.radius = KITH_MAX(group.radius, search->radius->f64[search->node[slot]]);
     group.radius2 = KITH_MAX(group.radius2, search->radius2[slot]);
   }
+  reach(build, &group);
   return group;
 }
 
@@ -114,6 +133,12 @@ static kith_status collect(struct kith_worker *worker, const struct kith_build *
   kith_index *slot = (kith_index *)key[2];
   for (int r = 0; r < worker->runs.n; ++r)
     within += kith_box_slots(search, worker->runs.run[r], &group->box, group->radius2, slot + within);
+  if (build->column != NULL) {
+    const size_t all_within = within;
+    within = 0;
+    for (size_t k = 0; k < all_within; ++k) /* `within` is never ahead of k */
+      slot[within] = slot[k], within += build->column[search->node[slot[k]]] >= 0;
+  }
   uint64_t *inner = key[0], *outer = key[1];
   for (size_t k = 0; k < within; ++k) {
     const kith_index node = search->node[slot[k]];
@@ -140,18 +165,27 @@ static void pack(struct kith_packed *near, const struct kith_search *search, con
 
 static kith_status candidates(struct kith_worker *worker, const struct kith_build *build,
                               const struct group *group, int *self) {
+  static const enum kith_search_mode modes[] = {[KITH_CUTOFF_number] = KITH_GATHER,
+                                                [KITH_CUTOFF_gather] = KITH_GATHER,
+                                                [KITH_CUTOFF_scatter] = KITH_SCATTER,
+                                                [KITH_CUTOFF_gather_scatter] = KITH_GATHER_SCATTER,
+                                                [KITH_CUTOFF_boxes] = KITH_GATHER};
   const struct kith_search *search = build->search;
+  const bool same = build->targets->search == search;
+  const struct kith_run targets = {group->run.first, same ? group->run.count : 0};
   uint64_t *key[3];
   size_t n[2];
   for (kith_index m = 0; m < group->run.count; ++m) self[m] = -1;
   worker->runs.n = 0;
-  KITH_TRY(search->ops->coarse(search, &group->box, group->radius, KITH_GATHER_SCATTER, &worker->runs));
+  KITH_TRY(search->ops->coarse(search, &group->box, group->radius, modes[build->cutoff], &worker->runs));
   KITH_TRY(collect(worker, build, group, key, n));
   KITH_TRY(kith_packed_reserve(&worker->near, n[0] + n[1]));
   /* Sorted keys may end in the spare array, so each part is packed before the next is sorted. */
   for (int part = 0; part < 2; ++part)
-    pack(&worker->near, search, sort_keys(key[part], key[2], n[part]), part == 0 ? 0 : (int)n[0],
-         (int)n[part], group->run, self);
+    pack(&worker->near, search, build->unsorted ? key[part] : sort_keys(key[part], key[2], n[part]),
+         part == 0 ? 0 : (int)n[0], (int)n[part], targets, self);
+  if (modes[build->cutoff] == KITH_GATHER) /* radii of sources do not count */
+    for (size_t p = 0; p < n[0] + n[1]; ++p) worker->near.radius2[p] = -1;
   kith_packed_close(&worker->near, (int)(n[0] + n[1]));
   return KITH_OK;
 }
@@ -210,16 +244,42 @@ static void count_idle(const struct kith_worker *worker, const uint64_t *hit, si
       ++length[worker->near.node[64 * w + __builtin_ctzll(bits)]];
 }
 
+/* The candidates whose box touches that of target i at x. */
+static int box_hits(const struct kith_packed *near, const struct kith_build *build, kith_index i,
+                    const double *x, uint64_t *hit) {
+  const double radius = build->targets->search->radius->f64[i];
+  int count = 0;
+  memset(hit, 0, (size_t)near->words * sizeof *hit);
+  for (int p = 0; p < near->n; ++p) {
+    const double both = radius + build->search->radius->f64[near->node[p]];
+    bool touches = true;
+    for (int a = 0; a < NDIM; ++a) touches = touches && fabs(near->coordinate[a][p] - x[a]) <= both;
+    hit[p / 64] |= (uint64_t)touches << (p % 64);
+    count += touches;
+  }
+  return count;
+}
+
+/* The candidates that are neighbors of the target i in this slot. */
+static int hits_of(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
+                   uint64_t *hit) {
+  const struct kith_search *search = build->targets->search;
+  double x[NDIM];
+  for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
+  if (build->cutoff == KITH_CUTOFF_boxes) return box_hits(near, build, search->node[slot], x, hit);
+  const double radius2 = build->cutoff == KITH_CUTOFF_number    ? build->number * build->number
+                         : build->cutoff == KITH_CUTOFF_scatter ? -1
+                                                                : search->radius2[slot];
+  return kith_packed_hits(near, x, radius2, hit);
+}
+
 static kith_status test_targets(struct kith_worker *worker, const struct kith_build *build,
                                 struct kith_run targets, const int *self, size_t *length, uint64_t *hit) {
-  const struct kith_search *search = build->search;
   for (kith_index m = 0; m < targets.count; ++m) {
-    const kith_index slot = targets.first + m, i = search->node[slot];
-    if (!kith_node_active(build->nodes, i)) continue;
-    double x[NDIM];
-    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
-    int count = kith_packed_hits(&worker->near, x, search->radius2[slot], hit);
-    if (self[m] >= 0) {
+    const kith_index slot = targets.first + m, i = build->targets->search->node[slot];
+    if (!is_target(build, i)) continue;
+    int count = hits_of(&worker->near, build, slot, hit);
+    if (self[m] >= 0 && !build->self) {
       uint64_t *word = &hit[self[m] / 64];
       const uint64_t bit = UINT64_C(1) << (self[m] % 64);
       count -= (*word & bit) != 0;
@@ -227,7 +287,7 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
     }
     if (build->excluders != NULL) KITH_TRY(exclude(worker, build, i, hit, &count));
     if (build->selected) count_idle(worker, hit, length);
-    length[i] = (size_t)count;
+    length[row_of(build, i)] = (size_t)count;
     hit += worker->near.words;
     worker->candidates += (size_t)worker->near.n;
   }
@@ -255,8 +315,9 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
 /* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one
  * group. */
 static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number,
-                              size_t *lengths, bool ghosts) {
-  const struct kith_search *search = build->search;
+                              size_t *lengths) {
+  const struct kith_search *search = build->targets->search;
+  const bool ghosts = build->targets->ghosts || build->selected;
   struct kith_words *chunk = &build->scratch->chunk[chunk_number];
   const int start = kith_part_start(search->n_groups, chunk_number, KITH_ROW_CHUNKS),
             stop = kith_part_start(search->n_groups, chunk_number + 1, KITH_ROW_CHUNKS);
@@ -264,12 +325,12 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
   chunk->n = 0;
   for (int g = start; g < stop; ++g) {
     const struct kith_run group = search->group[g];
-    if (group.count == 0 || (!ghosts && search->node[group.first] >= build->nodes->n_internal)) continue;
+    if (group.count == 0 || (!ghosts && search->node[group.first] >= search->n_internal)) continue;
     const kith_index parts = (group.count + GROUP_SIZE - 1) / GROUP_SIZE;
     for (kith_index p = 0; p < parts; ++p) {
       const kith_index from = kith_part_start(group.count, p, parts),
                        to = kith_part_start(group.count, p + 1, parts);
-      const struct group next = group_of(search, group.first + from, to - from);
+      const struct group next = group_of(build, group.first + from, to - from);
       if (next.targets == 0 || (open.targets > 0 && join(&open, &next))) continue;
       if (open.targets > 0)
         KITH_TRY(test_group(worker, build, chunk, lengths, &open, g + 1 - start, stop - start));
@@ -280,12 +341,13 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
 }
 
 /* All chunks; the message of a failure stays on its thread. */
-static kith_status test_chunks(const struct kith_build *build, size_t *lengths, bool ghosts) {
+static kith_status test_chunks(const struct kith_build *build, size_t *lengths) {
   struct kith_builder *scratch = build->scratch;
   int status = KITH_OK;
-#pragma omp parallel for schedule(dynamic, 1) reduction(max : status) if (build->search->n > KITH_FEW)
+#pragma omp parallel for schedule(dynamic, 1) reduction(max \
+                                                        : status) if (build->targets->search->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
-    const int mine = (int)test_chunk(&scratch->worker[omp_get_thread_num()], build, c, lengths, ghosts);
+    const int mine = (int)test_chunk(&scratch->worker[omp_get_thread_num()], build, c, lengths);
     status = KITH_MAX(status, mine);
   }
   if (status == KITH_OK) return KITH_OK;
@@ -295,8 +357,9 @@ static kith_status test_chunks(const struct kith_build *build, size_t *lengths, 
 
 /* --- pass 2 --- */
 
-static void fill_chunk(struct kith_rows *rows, const struct kith_search *search,
+static void fill_chunk(struct kith_rows *rows, const struct kith_build *build,
                        const struct kith_words *chunk) {
+  const kith_index *of_slot = build->targets->search->node;
   const uint64_t *record = chunk->word;
   while (record < chunk->word + chunk->n) {
     const int n = (int)record[0], words = (n + 63) / 64;
@@ -304,9 +367,9 @@ static void fill_chunk(struct kith_rows *rows, const struct kith_search *search,
     const kith_index *node = (const kith_index *)(record + HEAD);
     record += HEAD + (n + 1) / 2;
     for (kith_index slot = first; slot < first + count; ++slot) {
-      const kith_index i = search->node[slot];
-      if (!kith_node_active(search->nodes, i)) continue;
-      kith_packed_extract(node, words, record, rows->node + rows->first[i]);
+      const kith_index i = of_slot[slot];
+      if (!is_target(build, i)) continue;
+      kith_packed_extract(node, words, record, rows->node + rows->first[row_of(build, i)]);
       record += words;
     }
   }
@@ -348,19 +411,20 @@ static kith_status transpose(struct kith_rows *rows, const struct kith_build *bu
   return KITH_OK;
 }
 
-kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, bool ghosts,
-                            size_t *candidates) {
+kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, size_t *candidates) {
   struct kith_builder *scratch = build->scratch;
-  ghosts = ghosts || build->selected;
-  KITH_TRY(kith_rows_reserve(rows, ghosts ? kith_nodes_count(build->nodes) : build->nodes->n_internal));
+  const bool ghosts = build->targets->ghosts || build->selected;
+  KITH_TRY(kith_rows_reserve(rows, build->row != NULL ? build->rows
+                                   : ghosts           ? kith_nodes_count(build->nodes)
+                                                      : build->nodes->n_internal));
   memset(rows->first, 0, ((size_t)rows->n + 1) * sizeof(size_t));
   for (int t = 0; t < scratch->threads; ++t) scratch->worker[t].candidates = 0;
-  KITH_TRY(test_chunks(build, rows->first + 1, ghosts));
+  KITH_TRY(test_chunks(build, rows->first + 1));
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(rows));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
-  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) fill_chunk(rows, build->search, &scratch->chunk[c]);
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) fill_chunk(rows, build, &scratch->chunk[c]);
   return build->selected ? transpose(rows, build) : KITH_OK;
 }
 
@@ -404,12 +468,14 @@ size_t kith_builder_bytes(const struct kith_builder *scratch) {
 
 int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
                        const kith_index *node, int words, uint64_t *hit) {
+  struct kith_candidate candidate = {build->targets, build->sources, .i = i, .target = row_of(build, i)};
   int count = 0;
   for (int w = 0; w < words; ++w) {
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
       const int k = __builtin_ctzll(bits);
-      if (kith_excluder_rejects(build->excluders, phase, build->nodes, i, node[64 * w + k]))
-        hit[w] &= ~(UINT64_C(1) << k);
+      candidate.j = node[64 * w + k];
+      candidate.source = build->column != NULL ? build->column[candidate.j] : candidate.j;
+      if (kith_excluder_rejects(build->excluders, phase, &candidate)) hit[w] &= ~(UINT64_C(1) << k);
     }
     count += __builtin_popcountll(hit[w]);
   }

@@ -13,7 +13,7 @@
 #ifndef KITH_CONNECTIVITY_BUILD_H
 #define KITH_CONNECTIVITY_BUILD_H
 
-#include "lib/connectivity/excluder.h"
+#include "lib/connectivity/excluders/excluder.h"
 #include "lib/connectivity/packed.h"
 #include "lib/connectivity/pairs.h"
 
@@ -49,23 +49,42 @@ kith_status kith_builder_reserve(struct kith_builder *scratch);
 void kith_builder_clear(struct kith_builder *scratch);
 size_t kith_builder_bytes(const struct kith_builder *scratch);
 
+/* Which sources are neighbors of a target, with a radius R of each node (kith_search::radius).
+ *   number           |x_ij| <= a number
+ *   gather, scatter, gather_scatter    |x_ij| <= R_i, <= R_j, <= either
+ *   boxes            the boxes x -+ R of both share a point: |x_ij| <= R_i + R_j along each axis */
+#define KITH_CUTOFF_LIST(X) X(number) X(gather) X(scatter) X(gather_scatter) X(boxes)
+enum kith_cutoff {
+  KITH_CUTOFF_missing,
+#define X(name) KITH_CUTOFF_##name,
+  KITH_CUTOFF_LIST(X)
+#undef X
+};
+
 /* What every builder is given. */
 struct kith_build {
-  const struct kith_nodes *nodes;
-  const struct kith_search *search;
-  const struct kith_excluder *excluders; /* chain or NULL */
+  const struct kith_selection *targets, *sources;
+  const struct kith_nodes *nodes;   /* of the sources */
+  const struct kith_search *search; /* of the sources */
+  struct kith_excluder *excluders;  /* chain or NULL */
   struct kith_builder *scratch;
-  bool selected; /* some nodes are not active */
+  enum kith_cutoff cutoff;
+  double number;         /* the cutoff; of boxes the largest R of a source, else unused */
+  bool self;             /* a node may be its own neighbor */
+  bool unsorted;         /* entries of a row may come in any order */
+  bool selected;         /* some nodes are not active */
+  const kith_index *row; /* [nodes of the targets] ordinal of a target, -1: none; NULL: nodes are targets */
+  kith_index rows;       /* how many there are then */
+  const kith_index *column; /* the same of the sources */
 };
 /* Clears the bits of nodes that the chain rejects as partners of i in this phase; returns how many are left.
  * `node`: those of the bits, 64 for each word. */
 int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
                        const kith_index *node, int words, uint64_t *hit);
 
-/* Rows of significant neighbors, ascending: of internal nodes (rows->n = n_internal), of `ghosts` too if
- * wanted. *candidates: how many distances were tested. */
-kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, bool ghosts,
-                            size_t *candidates);
+/* Rows of neighbors, ascending: of the targets, or if build->row is NULL of internal nodes (rows->n =
+ * n_internal), of ghosts too if targets->ghosts. *candidates: how many distances were tested. */
+kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, size_t *candidates);
 /* Overlap rows of the first `n` nodes. Needs the rows of ghosts. (overlap.c) */
 kith_status kith_overlap_build(struct kith_rows *overlap, const struct kith_rows *rows, kith_index n,
                                const struct kith_build *build);

@@ -87,7 +87,7 @@ static kith_status build_stages(struct kith_connectivity *c, const struct kith_b
   }
   const double slots = (double)((NDIM + 1) * sizeof(double) + sizeof(kith_index)) * c->n;
   STAGE("rows", need.rows, slots + 2 * between(&c->scratch) + bytes_of(&c->rows),
-        kith_rows_build(&c->rows, build, need.ghost_rows || need.overlap, &c->candidates))
+        kith_rows_build(&c->rows, build, &c->candidates))
   STAGE("overlap", need.overlap, bytes_of(&c->rows) + bytes_of(&c->overlap),
         kith_overlap_build(&c->overlap, &c->rows, stored, build))
   const struct kith_rows internal = {.n = c->n_internal, .first = c->overlap.first, .node = c->overlap.node};
@@ -112,18 +112,28 @@ static bool any_idle(const struct kith_nodes *nodes) {
 }
 
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
-                                    const struct kith_search *search, struct kith_requirements need,
-                                    const struct kith_excluder *excluders, struct kith_profile *profile) {
+                                    struct kith_search *search, struct kith_requirements need,
+                                    struct kith_excluder *excluders, struct kith_profile *profile) {
   struct kith_connectivity *c = connectivity;
-  const struct kith_build build = {nodes, search, excluders, &c->scratch, any_idle(nodes)};
-  if (search->nodes != nodes) KITH_FAIL(INTERNAL, "the search belongs to other nodes");
+  need = completed(need);
+  struct kith_excluder self = {.ops = &kith_excluder_self, .next = excluders};
+  const struct kith_list_spec spec = {.targets = {nodes, search, .ghosts = need.ghost_rows || need.overlap},
+                                      .sources = {nodes, search},
+                                      .cutoff = KITH_CUTOFF_gather_scatter,
+                                      .radius = nodes->search_radius->spec.name,
+                                      .excluders = &self,
+                                      .storage = kith_storage_csr.name,
+                                      .rebuild = kith_rebuild_always.name};
+  struct kith_build build;
+  KITH_TRY(kith_excluder_keeps_pairs(excluders));
   KITH_TRY(kith_search_fresh(search));
+  KITH_TRY(kith_list_spec_prepare(&spec, &c->scratch, &build));
+  build.selected = any_idle(nodes);
   reset(c);
-  c->built = completed(need);
+  c->built = need;
   c->n = kith_nodes_count(nodes);
   c->n_internal = nodes->n_internal;
-  kith_status status = kith_builder_reserve(&c->scratch);
-  if (status == KITH_OK) status = build_stages(c, &build, profile);
+  const kith_status status = build_stages(c, &build, profile);
   if (status != KITH_OK) {
     reset(c);
     return status;

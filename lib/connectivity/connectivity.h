@@ -27,7 +27,7 @@
 #ifndef KITH_CONNECTIVITY_CONNECTIVITY_H
 #define KITH_CONNECTIVITY_CONNECTIVITY_H
 
-#include "lib/connectivity/build.h"
+#include "lib/connectivity/list.h"
 #include "lib/core/profile.h"
 
 /* What packages and schemes require; OR them. Nothing is built that is not required. */
@@ -56,11 +56,12 @@ void kith_connectivity_destroy(struct kith_connectivity **connectivity);
 /* Memory besides pairwise fields. */
 size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity);
 
-/* Builds what `need` requires. STALE if the search is. excluders: chain or NULL. profile: stages rows,
- * overlap, pairs, intersection; may be NULL. On failure nothing is there. */
+/* Builds what `need` requires, with rows that are a neighbor list of the nodes and themselves (list.h). STALE
+ * if the search is. excluders: chain or NULL; BAD_INPUT if one makes rows that are not symmetric. profile:
+ * stages rows, overlap, pairs, intersection; may be NULL. On failure nothing is there. */
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
-                                    const struct kith_search *search, struct kith_requirements need,
-                                    const struct kith_excluder *excluders, struct kith_profile *profile);
+                                    struct kith_search *search, struct kith_requirements need,
+                                    struct kith_excluder *excluders, struct kith_profile *profile);
 
 /* keep[g] = 1 for every ghost n_internal + g in the row of an internal node; the others are left as they
  * are. */

@@ -1,6 +1,7 @@
 /* Lists of choices "a|b|c". */
 #include "lib/core/choices.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -17,6 +18,12 @@ static bool next(const char **choices, const char **word, int *length) {
   *length = (int)strcspn(p, "|");
   *choices = p + *length;
   return *length > 0;
+}
+
+char *kith_trimmed(char *word) {
+  while (isspace((unsigned char)*word)) ++word;
+  for (size_t n = strlen(word); n > 0 && isspace((unsigned char)word[n - 1]);) word[--n] = '\0';
+  return word;
 }
 
 bool kith_name_is(const char *name, const char *text, size_t length) {

@@ -89,7 +89,7 @@ static inline double in_cells(const struct grid *grid, int a, double x, double p
 
 static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
   const struct grid *grid = search->self;
-  const int level = level_of(grid, search->nodes->search_radius->f64[i]);
+  const int level = level_of(grid, search->radius->f64[i]);
   uint64_t key = (uint64_t)(i >= search->n_internal) << GRID_LEVEL_BITS | (uint64_t)level;
   for (int a = 0; a < NDIM; ++a) {
     const double u =
@@ -101,7 +101,7 @@ static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
 
 static void choose_frame(struct kith_search *search) {
   struct grid *grid = search->self;
-  const double *search_radius = search->nodes->search_radius->f64;
+  const double *search_radius = search->radius->f64;
   double lower[NDIM], upper[NDIM], bound = 0;
   kith_search_cube(search->nodes->position->f64, search->n, lower, upper);
 #pragma omp parallel for schedule(static) reduction(max : bound)

@@ -30,6 +30,7 @@ kith_status kith_search_create(struct kith_search **out, const struct kith_searc
   struct kith_search *search = *out;
   search->ops = ops;
   search->nodes = nodes;
+  search->radius = nodes->search_radius;
   mark_stale(search);
   const kith_status status =
       ops->state_size > 0 ? kith_resize(&search->self, 0, 1, ops->state_size) : KITH_OK;
@@ -103,7 +104,7 @@ static kith_status mark_near(struct kith_search *search, int g, double slack, st
     const kith_index i = search->node[slot];
     if (i >= nodes->n_internal || !kith_node_active(nodes, i)) continue;
     kith_box_include(&box, nodes->position->f64 + (size_t)i * NDIM);
-    radius = KITH_MAX(radius, nodes->search_radius->f64[i]);
+    radius = KITH_MAX(radius, search->radius->f64[i]);
   }
   if (radius < 0) return KITH_OK;
   for (int a = 0; a < NDIM; ++a) box.lower[a] -= slack, box.upper[a] += slack;

@@ -80,8 +80,10 @@ struct kith_search {
   void *self;
   /* What it was made from. */
   const struct kith_nodes *nodes; /* borrowed */
-  kith_index n, n_internal;       /* nodes seen: internal and ghosts; internal */
-  uint64_t positions, ghosts;     /* generations */
+  const struct kith_field
+      *radius;                /* of each node: search_radius; the caller may set another before updates */
+  kith_index n, n_internal;   /* nodes seen: internal and ghosts; internal */
+  uint64_t positions, ghosts; /* generations */
   /* Slot order. */
   kith_index capacity;
   kith_index *node;         /* [n] node of a slot */
@@ -137,7 +139,7 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 kith_status kith_search_reserve(struct kith_search *search, kith_index n);
 static inline void kith_search_pack_slot(struct kith_search *search, kith_index slot) {
   const size_t i = (size_t)search->node[slot];
-  const double radius = search->nodes->search_radius->f64[i];
+  const double radius = search->radius->f64[i];
   for (int a = 0; a < NDIM; ++a) search->coordinate[a][slot] = search->nodes->position->f64[i * NDIM + a];
   search->radius2[slot] = radius * radius;
 }

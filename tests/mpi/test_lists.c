@@ -3,6 +3,7 @@
  * counted from the rows of the whole. */
 #include "lib/comm/ranks.h"
 #include "tests/unit/scenario.h"
+#include "tests/unit/six_boxes.h"
 
 static struct kith_ranks *ranks;
 
@@ -195,9 +196,120 @@ static void callers_communicator(void) {
   kith_ranks_destroy(&those);
 }
 
+/* --- lists with targets and sources of their own --- */
+
+static void count_pairs(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
+  const double *x = ((const struct kith_nodes *)context)->position->f64;
+  for (size_t k = 0; k < neighbors->n; ++k) {
+    kith_tally_add(tally, 0, 0);
+    kith_tally_add(
+        tally, 1,
+        kith_distance2(x + (size_t)neighbors->node * NDIM, x + (size_t)neighbors->source[k] * NDIM));
+  }
+}
+
+/* Pairs of all ranks, and the sum of their distances squared. */
+static void sum_pairs(const struct kith_list_spec *spec, struct kith_reducer sums[2]) {
+  struct kith_list *list;
+  enum kith_rebuild_reason why;
+  sums[0].kind = KITH_COUNT, sums[1].kind = KITH_SUM;
+  CHECK_OK(kith_list_create(&list, spec));
+  CHECK_OK(kith_list_update(list, &why));
+  CHECK_OK(kith_list_visit_all(list, count_pairs, (void *)(uintptr_t)spec->sources.nodes, sums, 2));
+  kith_list_destroy(&list);
+}
+
+static void table_of_six_boxes(void) {
+  for (int relation = 0; relation < 4; ++relation)
+    for (int chain = 0; chain < 4; ++chain) {
+      struct kith_nodes *nodes = six_boxes(kith_ranks_rank(ranks), kith_ranks_size(ranks));
+      struct kith_search *search;
+      struct kith_excluder excluder[2];
+      struct kith_reducer sums[2];
+      nodes->ranks = ranks;
+      CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
+      const struct kith_list_spec spec = six_boxes_spec(nodes, search, relation, chain, excluder);
+      sum_pairs(&spec, sums);
+      CHECK(sums[0].value == (double)six_boxes_pairs[relation][chain]);
+      kith_search_destroy(&search);
+      kith_nodes_destroy(&nodes);
+    }
+}
+
+/* Of one material near another: on all ranks together what one process finds, by distances alone. */
+static void lists_between_materials(void) {
+  struct scenario s[2] = {{0}};
+  struct kith_reducer sums[2][2], oracle[2] = {{KITH_COUNT, 0}, {KITH_SUM, 0}};
+  if (scenario_open(&s[0], box, "reproducible=true") && open_shared(&s[1], box, "reproducible=true")) {
+    for (int k = 0; k < 2; ++k) {
+      const struct kith_nodes *nodes = s[k].simulation->nodes;
+      struct kith_search *search;
+      CHECK_OK(scenario_start(&s[k]));
+      CHECK_OK(scenario_steps(&s[k], 2));
+      CHECK_OK(kith_search_create(&search, kith_search_find("grid"), nodes));
+      const struct kith_list_spec spec = {.targets = {nodes, search, .lists = 1},
+                                          .sources = {nodes, search, .lists = 2},
+                                          .cutoff = KITH_CUTOFF_gather_scatter,
+                                          .radius = "search_radius",
+                                          .storage = k == 0 ? "csr" : "compressed",
+                                          .rebuild = "always"};
+      sum_pairs(&spec, sums[k]);
+      kith_search_destroy(&search);
+    }
+    const struct kith_nodes *all = s[0].simulation->nodes;
+    struct kith_sum sum = {0};
+    for (kith_index i = 0; i < all->n_internal; ++i)
+      for (kith_index j = 0; j < kith_nodes_count(all); ++j)
+        if (all->list->u8[i] == 0 && all->list->u8[j] == 1 && interacts(all, i, j)) {
+          oracle[0].value += 1;
+          kith_sum_add(&sum, kith_distance2(all->position->f64 + (size_t)i * NDIM,
+                                            all->position->f64 + (size_t)j * NDIM));
+        }
+    oracle[1].value = kith_sum_value(&sum);
+    CHECK(oracle[0].value > 5);
+    for (int k = 0; k < 2; ++k)
+      for (int r = 0; r < 2; ++r) CHECK(sums[k][r].value == oracle[r].value);
+  }
+  scenario_close(&s[1]);
+  scenario_close(&s[0]);
+}
+
+/* What happens on one rank makes the lists of all again. */
+static void updates_together(void) {
+  struct kith_nodes *nodes = six_boxes(kith_ranks_rank(ranks), kith_ranks_size(ranks));
+  struct kith_search *search;
+  struct kith_excluder excluder[2];
+  struct kith_list *list;
+  enum kith_rebuild_reason why;
+  const bool last = kith_ranks_rank(ranks) == kith_ranks_size(ranks) - 1;
+  nodes->ranks = ranks;
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    nodes->support->f64[i] = 0.5 * nodes->search_radius->f64[i];
+  CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
+  struct kith_list_spec spec = six_boxes_spec(nodes, search, 0, 1, excluder);
+  spec.cutoff = KITH_CUTOFF_gather_scatter, spec.rebuild = "displacement";
+  CHECK_OK(kith_list_create(&list, &spec));
+  const enum kith_rebuild_reason wanted[4] = {KITH_BECAUSE_first_build, KITH_BECAUSE_none,
+                                              KITH_BECAUSE_displacement, KITH_BECAUSE_entity_change};
+  for (int k = 0; k < 4; ++k) {
+    if (last && k == 2 && nodes->n_internal > 0) nodes->position->f64[0] += 5, ++nodes->positions;
+    if (last && k == 3) ++nodes->ghosts;
+    CHECK_OK(kith_list_update(list, &why));
+    CHECK(why == wanted[k] || (kith_ranks_size(ranks) > 6 && k == 2));
+  }
+  kith_list_destroy(&list);
+  kith_search_destroy(&search);
+  kith_nodes_destroy(&nodes);
+}
+
 int main(void) {
   CHECK_OK(kith_ranks_create(&ranks));
   callers_communicator();
+}
+
+  table_of_six_boxes();
+  lists_between_materials();
+  updates_together();
   all_partitioners();
   follow(thin, "reproducible=true", 3);
   follow(box, "reproducible=true connectivity.rebuild=displacement", 6);

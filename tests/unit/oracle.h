@@ -26,15 +26,16 @@ static inline bool oracle_holds(const struct kith_nodes *nodes, int i, int k) {
 }
 static inline bool oracle_rejected(const struct kith_excluder *chain, const struct kith_nodes *nodes, int i,
                                    int j) {
+  const struct kith_selection all = {.nodes = nodes};
+  const struct kith_candidate candidate = {&all, &all, i, j, i, j};
   for (; chain; chain = chain->next)
-    if (chain->reject(chain->context, nodes, i, j)) return true;
+    if (chain->ops->reject(chain, &candidate)) return true;
   return false;
 }
 static inline bool oracle_neighbors(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
                                     int j) {
   return i != j && (oracle_holds(nodes, i, j) || oracle_holds(nodes, j, i)) &&
-         (kith_node_active(nodes, i) || kith_node_active(nodes, j)) &&
-         !oracle_rejected(chain, nodes, i, j);
+         (kith_node_active(nodes, i) || kith_node_active(nodes, j)) && !oracle_rejected(chain, nodes, i, j);
 }
 static inline bool oracle_overlap(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
                                   int j) {

@@ -1,7 +1,6 @@
 /* The family of rebuild policies, and the OR of several. */
 #include "lib/connectivity/policies/rebuild.h"
 
-#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 #include "lib/core/family.h"
@@ -10,15 +9,8 @@
 KITH_FAMILY(kith_rebuild, KITH_REBUILD_LIST(X))
 #undef X
 
-/* Without the blanks around it. */
-static char *trimmed(char *word) {
-  while (isspace((unsigned char)*word)) ++word;
-  for (size_t n = strlen(word); n > 0 && isspace((unsigned char)word[n - 1]);) word[--n] = '\0';
-  return word;
-}
-
 static kith_status add_policy(struct kith_rebuilds *out, char *word) {
-  char *options = word, *name = trimmed(strsep(&options, ":")); /* NULL without a colon */
+  char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
   int k = 0;
   while (kith_rebuild_all()[k] != NULL && kith_rebuild_all()[k] != kith_rebuild_find(name)) ++k;
   const struct kith_rebuild_ops *ops = kith_rebuild_all()[k];
@@ -26,7 +18,7 @@ static kith_status add_policy(struct kith_rebuilds *out, char *word) {
   if (ops == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no rebuild policy; there are:" KITH_REBUILD_LIST(X), name);
 #undef X
   if (options != NULL && ops->params == NULL)
-    KITH_FAIL(BAD_INPUT, "%s has no parameter %s", ops->name, trimmed(options));
+    KITH_FAIL(BAD_INPUT, "%s has no parameter %s", ops->name, kith_trimmed(options));
   for (int p = 0; p < out->n; ++p)
     if (out->policy[p].ops == ops && options != NULL)
       KITH_FAIL(BAD_INPUT, "rebuild policy %s is there twice", ops->name);

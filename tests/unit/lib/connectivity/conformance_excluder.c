@@ -1,8 +1,7 @@
-/* conformance_excluder.c - every excluder of the list, alone and in chains: what it rejects is in no row,
- * pair, overlap row or intersection, and no overlap goes through it; all searches agree. */
+/* conformance_excluder.c - every excluder, alone and in chains: what it rejects is in no row, pair, overlap
+ * row or intersection, and no overlap goes through it; all searches agree. Those of a scene, by their words;
+ * those that are refused. Excluders of lists whose targets are not their sources: test_list.c. */
 #include "tests/unit/oracle.h"
-
-#include "lib/connectivity/excluder.h"
 
 static struct kith_field *body, *chain_tag;
 
@@ -21,7 +20,7 @@ static struct kith_nodes *tagged_nodes(void) {
 }
 
 static struct kith_connectivity *build(const struct kith_nodes *nodes, const struct kith_search_ops *ops,
-                                       const struct kith_excluder *chain, int variant) {
+                                       struct kith_excluder *chain, int variant) {
   const struct kith_requirements need = {
       .overlap_pairs = true, .intersection = true, .ghost_rows = variant & 1, .on_segment = variant & 2};
   struct kith_search *search;
@@ -36,7 +35,7 @@ static struct kith_connectivity *build(const struct kith_nodes *nodes, const str
 }
 
 /* All that is built against the definitions, which ask the chain. Returns the number of pairs. */
-static size_t conforms(const struct kith_nodes *nodes, const struct kith_excluder *chain) {
+static size_t conforms(const struct kith_nodes *nodes, struct kith_excluder *chain) {
   size_t pairs = 0;
   for (int variant = 0; variant < 4; ++variant) {
     struct kith_connectivity *first = build(nodes, kith_search_find("brute"), chain, variant);
@@ -52,10 +51,13 @@ static size_t conforms(const struct kith_nodes *nodes, const struct kith_exclude
   return pairs;
 }
 
-static void check_none(void) {
-  struct kith_nodes *nodes = tagged_nodes();
-  CHECK(conforms(nodes, NULL) > 0);
-  kith_nodes_destroy(&nodes);
+/* A chain from words; how many pairs it leaves. */
+static size_t left_by(const struct kith_nodes *nodes, const char *words) {
+  struct kith_excluders chain;
+  CHECK_OK(kith_excluders_create(&chain, words));
+  const size_t pairs = conforms(nodes, chain.n > 0 ? chain.excluder : NULL);
+  kith_excluders_clear(&chain);
+  return pairs;
 }
 
 /* A row holds images of its own node, but never the node, though its distance is 0. */
@@ -69,7 +71,7 @@ static void check_self(void) {
   kith_nodes_destroy(&nodes);
 }
 
-static void check_symmetric_duplicates(void) {
+static void check_pairs_once(void) {
   struct kith_nodes *nodes = tagged_nodes();
   struct kith_connectivity *c = build(nodes, kith_search_find("grid"), NULL, 1);
   CHECK(2 * c->pairs.n == c->rows.first[c->rows.n]);
@@ -80,48 +82,125 @@ static void check_symmetric_duplicates(void) {
   kith_nodes_destroy(&nodes);
 }
 
-static void check_connected(void) {
+/* Those that a scene may name, against their definitions by hand. */
+static void check_words(void) {
   struct kith_nodes *nodes = tagged_nodes();
-  struct kith_excluder by_body, by_chain;
-  CHECK_OK(kith_excluder_connected(&by_body, body, NULL));
-  CHECK_OK(kith_excluder_connected(&by_chain, chain_tag, &by_body));
-  const size_t all = conforms(nodes, NULL), one = conforms(nodes, &by_body),
-               both = conforms(nodes, &by_chain);
+  const size_t all = left_by(nodes, ""), one = left_by(nodes, "connected:field=body"),
+               both = left_by(nodes, "connected:field=chain | connected:field=body");
   CHECK(both < one && one < all);
-  /* By hand: chain 1 is nodes 1, 5, ...; tag 0 connects nothing. */
-  CHECK(kith_excluder_rejects(&by_chain, KITH_NARROW, nodes, 1, 5));
-  CHECK(!kith_excluder_rejects(&by_chain, KITH_NARROW, nodes, 0, 4));
-  CHECK_STATUS(KITH_BAD_INPUT, kith_excluder_connected(&by_body, nodes->support, NULL));
+  CHECK(left_by(nodes, "materials:of=gas and=dust | connected:field=body") < one);
+  struct kith_excluders chain;
+  const struct kith_selection set = {.nodes = nodes};
+#define REJECTS(i, j) \
+  kith_excluder_rejects(chain.excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, i, j, i, j})
+  CHECK_OK(kith_excluders_create(&chain, "connected:field=chain"));
+  CHECK_OK(kith_excluder_setup(chain.excluder, &set, &set));
+  CHECK(REJECTS(1, 5) && !REJECTS(1, 6)); /* chain 1 is nodes 1, 5, ... */
+  CHECK(!REJECTS(0, 4));                  /* tag 0 connects nothing */
+  chain_tag->u8[6] = 1;                   /* what is read when it is asked */
+  CHECK(REJECTS(1, 6));
+  kith_excluders_clear(&chain);
+  CHECK_OK(kith_excluders_create(&chain, "materials:of=dust"));
+  CHECK_OK(kith_excluder_setup(chain.excluder, &set, &set));
+#define BROAD(i, j) \
+  kith_excluder_rejects(chain.excluder, KITH_BROAD, &(struct kith_candidate){&set, &set, i, j, i, j})
+  CHECK(BROAD(30, 31) && !BROAD(0, 1) && !BROAD(0, 31));
+  kith_excluders_clear(&chain);
   kith_nodes_destroy(&nodes);
 }
 
-static bool far_apart(const void *context, const struct kith_nodes *nodes, kith_index i, kith_index j) {
-  return fabs(nodes->position->f64[i * NDIM] - nodes->position->f64[j * NDIM]) > *(const double *)context;
+static void check_bonds(void) {
+  struct kith_nodes *nodes = tagged_nodes();
+  int64_t id[60][2];
+  for (int k = 0; k < 60; ++k) id[k][0] = k * 7 % 30, id[k][1] = k * 11 % 29;
+  const struct kith_bonds bonds = {60, (const int64_t(*)[2])id};
+  struct kith_excluder excluder = {.ops = &kith_excluder_bonds, .context = &bonds};
+  const size_t one = conforms(nodes, &excluder);
+  CHECK(one < conforms(nodes, NULL));
+  id[3][0] = 0, id[3][1] = 1; /* set up again, it knows of the new bond */
+  CHECK(conforms(nodes, &excluder) <= one + 2);
+  const struct kith_selection set = {.nodes = nodes};
+  CHECK(kith_excluder_rejects(&excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, 1, 0, 1, 0}));
+  kith_excluder_bonds.clear(&excluder);
+  kith_nodes_destroy(&nodes);
 }
 
-static bool odd_sum(const void *context, const struct kith_nodes *nodes, kith_index i, kith_index j) {
-  (void)context;
-  return (nodes->id->i64[i] + nodes->id->i64[j]) % 2 != 0;
+static bool far_apart(const struct kith_excluder *excluder, const struct kith_candidate *c) {
+  return sqrt(kith_candidate_distance2(c)) > *(const double *)excluder->context;
+}
+
+static bool odd_sum(const struct kith_excluder *excluder, const struct kith_candidate *c) {
+  const int64_t *id = c->sources->nodes->id->i64;
+  return (id[c->i] + id[c->j] + (excluder->self != NULL)) % 2 != 0;
+}
+
+static kith_status wrong_setup(struct kith_excluder *excluder, const struct kith_selection *targets,
+                               const struct kith_selection *sources) {
+  (void)excluder, (void)targets, (void)sources;
+  KITH_FAIL(BAD_INPUT, "a set-up that fails");
 }
 
 /* The same predicate gives the same result in both phases; chains of both phases. */
 static void check_custom(void) {
+  static const struct kith_excluder_ops broad_ops = {.name = "odd", .phase = KITH_BROAD, .reject = odd_sum},
+                                        narrow_ops = {.name = "odd", .phase = KITH_NARROW, .reject = odd_sum},
+                                        far_ops = {.name = "far", .phase = KITH_NARROW, .reject = far_apart},
+                                        wrong_ops = {.name = "wrong", .setup = wrong_setup};
   struct kith_nodes *nodes = tagged_nodes();
   const double width = 0.12;
-  struct kith_excluder same_body, predicate = {KITH_BROAD, odd_sum, NULL, NULL};
+  struct kith_excluder predicate = {.ops = &broad_ops};
   const size_t broad = conforms(nodes, &predicate);
-  predicate.phase = KITH_NARROW;
+  predicate.ops = &narrow_ops;
   CHECK(conforms(nodes, &predicate) == broad);
-  CHECK_OK(kith_excluder_connected(&same_body, body, NULL));
-  const struct kith_excluder narrow = {KITH_NARROW, far_apart, &width, &same_body};
-  const struct kith_excluder first = {KITH_BROAD, odd_sum, NULL, &narrow};
-  CHECK(conforms(nodes, &first) < broad);
+  struct kith_excluder far = {.ops = &far_ops, .context = &width};
+  predicate.next = &far;
+  CHECK(conforms(nodes, &predicate) < broad);
+  struct kith_excluder wrong = {.ops = &wrong_ops};
+  const struct kith_selection set = {.nodes = nodes};
+  CHECK_STATUS(KITH_BAD_INPUT, kith_excluder_setup(&wrong, &set, &set));
+  kith_nodes_destroy(&nodes);
+}
+
+/* By name. */
+static void check_refused(void) {
+  static const struct {
+    const char *words, *why;
+  } wrong[] = {{"self", "excluder self is in the chain twice"},
+               {"symmetric_duplicates", "packages need each interaction in both rows"},
+               {"connected:field=body | connected:field=body", "excluder connected is in the chain twice"},
+               {"connected:field=nothing", "nodes have no field 'nothing'"},
+               {"connected:field=position", "tags are integers"},
+               {"materials:of=iron", "there is no material 'iron'"},
+               {"bonds", "a program gives them"}};
+  struct kith_nodes *nodes = tagged_nodes();
+  struct kith_search *search;
+  struct kith_connectivity *c;
+  struct kith_excluders chain;
+  CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
+  CHECK_OK(kith_search_update(search));
+  CHECK_OK(kith_connectivity_create(&c));
+  for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k) {
+    CHECK_OK(kith_excluders_create(&chain, wrong[k].words));
+    CHECK_STATUS(KITH_BAD_INPUT,
+                 kith_connectivity_build(c, nodes, search, (struct kith_requirements){.rows = true},
+                                         chain.excluder, NULL));
+    if (strstr(kith_failure(), wrong[k].why) == NULL) fprintf(stderr, "%s\n", kith_failure());
+    CHECK(strstr(kith_failure(), wrong[k].why) != NULL);
+    kith_excluders_clear(&chain);
+  }
+  CHECK_STATUS(KITH_BAD_INPUT, kith_excluders_create(&chain, "selves"));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_excluders_create(&chain, "connected:tag=body"));
+  kith_connectivity_destroy(&c);
+  kith_search_destroy(&search);
   kith_nodes_destroy(&nodes);
 }
 
 int main(void) {
-#define X(name, doc) check_##name();
-  KITH_EXCLUDER_LIST(X)
-#undef X
+  check_self();
+  check_pairs_once();
+  check_words();
+  check_bonds();
+  check_custom();
+  check_refused();
   return check_failed();
 }

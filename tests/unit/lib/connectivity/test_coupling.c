@@ -43,12 +43,14 @@ static double factor_of(const struct rule *rule, const struct kith_nodes *nodes,
   return n / sum;
 }
 
-static bool crosses(const void *context, const struct kith_nodes *nodes, kith_index i, kith_index j) {
-  return factor_of(context, nodes, i, j) < 0;
+static bool crosses(const struct kith_excluder *excluder, const struct kith_candidate *c) {
+  return factor_of(excluder->context, c->sources->nodes, c->i, c->j) < 0;
 }
+static const struct kith_excluder_ops crossing = {
+    .name = "crossing", .phase = KITH_NARROW, .reject = crosses};
 
 static struct kith_connectivity *build(const struct kith_nodes *nodes, struct kith_requirements need,
-                                       const struct kith_excluder *excluders) {
+                                       struct kith_excluder *excluders) {
   struct kith_search *search;
   struct kith_connectivity *connectivity;
   CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
@@ -101,7 +103,7 @@ static size_t check_coupling(uint64_t seed, bool on_segment, bool damaged) {
   const size_t cut = before - c->pairs.n;
   CHECK_OK(kith_connectivity_valid(c, nodes));
   check_factors(c, nodes, &rule);
-  const struct kith_excluder excluder = {KITH_NARROW, crosses, &rule, NULL};
+  struct kith_excluder excluder = {.ops = &crossing, .context = &rule};
   struct kith_connectivity *fresh = build(nodes, need, &excluder);
   CHECK(oracle_same(c, fresh));
   CHECK_OK(kith_connectivity_canonical(c, nodes));

@@ -1,0 +1,125 @@
+/* The family of excluders, and chains of them. */
+#include "lib/connectivity/excluders/excluder.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include "lib/core/family.h"
+
+#define X(name) &kith_excluder_##name,
+KITH_FAMILY(kith_excluder, KITH_EXCLUDER_LIST(X))
+#undef X
+
+double kith_candidate_distance2(const struct kith_candidate *candidate) {
+  return kith_distance2(candidate->targets->nodes->position->f64 + (size_t)candidate->i * NDIM,
+                        candidate->sources->nodes->position->f64 + (size_t)candidate->j * NDIM);
+}
+
+/* Blocks ascend in `first`, and controls lie before their block: an image of an image is met in turn. */
+bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]) {
+  const struct kith_nodes *nodes = candidate->sources->nodes;
+  kith_index j = candidate->j;
+  for (int a = 0; a < NDIM; ++a) shift[a] = 0;
+  for (int b = nodes->n_blocks - 1; b >= 0 && j >= nodes->n_internal; --b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    if (j < block->first) continue;
+    if (block->kind == KITH_GHOST_FROZEN) return true;
+    if (block->kind != KITH_GHOST_IMAGE) return false;
+    for (int a = 0; a < NDIM; ++a) {
+      if (block->image.sign[a] < 0) return false;
+      shift[a] += block->image.shift[a];
+    }
+    j = block->control[j - block->first];
+  }
+  return true;
+}
+
+/* --- chains --- */
+
+kith_status kith_excluder_setup(struct kith_excluder *chain, const struct kith_selection *targets,
+                                const struct kith_selection *sources) {
+  for (struct kith_excluder *e = chain; e != NULL; e = e->next) {
+    for (const struct kith_excluder *k = chain; k != e; k = k->next)
+      if (k->ops == e->ops && k->context == e->context &&
+          (e->settings == NULL || memcmp(k->settings, e->settings, e->ops->settings_size) == 0))
+        KITH_FAIL(BAD_INPUT, "excluder %s is in the chain twice", e->ops->name);
+    if ((e->ops->self || e->ops->halves) && targets->nodes != sources->nodes)
+      KITH_FAIL(BAD_INPUT, "excluder %s: no target is a source, they are of different nodes", e->ops->name);
+    if (e->ops->setup != NULL) KITH_TRY(e->ops->setup(e, targets, sources));
+  }
+  return KITH_OK;
+}
+
+kith_status kith_excluder_keeps_pairs(const struct kith_excluder *chain) {
+  for (; chain != NULL; chain = chain->next)
+    if (chain->ops->halves)
+      KITH_FAIL(BAD_INPUT, "excluder %s: packages need each interaction in both rows", chain->ops->name);
+  return KITH_OK;
+}
+
+static kith_status add(struct kith_excluders *out, char *word) {
+  const int most = (int)(sizeof out->excluder / sizeof out->excluder[0]);
+  char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
+  const struct kith_member member = kith_family_member(kith_excluder_member, name);
+#define X(name) " " #name
+  if (member.name == NULL)
+    KITH_FAIL(BAD_INPUT, "'%s' is no excluder; there are:" KITH_EXCLUDER_LIST(X), name);
+#undef X
+  if (out->n == most) KITH_FAIL(BAD_INPUT, "more than %d excluders", most);
+  struct kith_excluder *e = &out->excluder[out->n++];
+  e->ops = kith_excluder_find(name);
+  return kith_settings_create(&e->settings, member, options);
+}
+
+kith_status kith_excluders_create(struct kith_excluders *out, const char *words) {
+  *out = (struct kith_excluders){0};
+  if (words[0] == '\0') return KITH_OK;
+  char *copy = strdup(words), *rest = copy;
+  kith_status status = copy != NULL ? KITH_OK : kith_fail(KITH_NO_MEMORY, "no memory for names of excluders");
+  while (rest != NULL && status == KITH_OK) status = add(out, strsep(&rest, "|"));
+  free(copy);
+  for (int k = 1; k < out->n; ++k) out->excluder[k - 1].next = &out->excluder[k];
+  if (status != KITH_OK) kith_excluders_clear(out);
+  return status;
+}
+
+void kith_excluders_clear(struct kith_excluders *excluders) {
+  for (struct kith_excluder *e = excluders->excluder; e < excluders->excluder + excluders->n; ++e) {
+    if (e->self != NULL && e->ops->clear != NULL) e->ops->clear(e);
+    kith_free(&e->settings);
+  }
+  *excluders = (struct kith_excluders){0};
+}
+
+/* --- members without settings --- */
+
+static bool same_node(const struct kith_excluder *excluder, const struct kith_candidate *c) {
+  (void)excluder;
+  return c->i == c->j;
+}
+
+const struct kith_excluder_ops kith_excluder_self = {
+    .name = "self",
+    .doc = "the node itself, but not its images; always active in the rows of packages",
+    .phase = KITH_BROAD,
+    .self = true,
+    .reject = same_node};
+
+/* Images of j at opposite shifts make one interaction where j is an image of i itself: the one whose first
+ * shift that is not 0 is negative goes. */
+static bool second_of_two(const struct kith_excluder *excluder, const struct kith_candidate *c) {
+  const int64_t *id = c->targets->nodes->id->i64;
+  double shift[NDIM];
+  (void)excluder;
+  if (!kith_selects(c->targets, c->j) || !kith_selects(c->sources, c->i)) return false;
+  if (id[c->i] != id[c->j] || !kith_candidate_shift(c, shift)) return id[c->j] < id[c->i];
+  int a = 0;
+  while (a < NDIM - 1 && shift[a] == 0) ++a;
+  return shift[a] < 0;
+}
+
+const struct kith_excluder_ops kith_excluder_symmetric_duplicates = {
+    .name = "symmetric_duplicates",
+    .doc = "of two nodes that are target and source to each other, the source with the lower id",
+    .phase = KITH_BROAD,
+    .halves = true,
+    .reject = second_of_two};

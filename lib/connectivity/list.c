@@ -1,0 +1,283 @@
+/* list.c - a neighbor list from its specification, kept as long as it holds. */
+#include "lib/connectivity/list.h"
+
+#include <math.h>
+#include <string.h>
+
+/* --- specifications --- */
+
+static kith_status check_selection(const struct kith_selection *selection, const char *who) {
+  if (selection->nodes == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no %s are given", who);
+  if (selection->search == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: the %s have no search", who);
+  if (selection->search->nodes != selection->nodes)
+    KITH_FAIL(BAD_INPUT, "neighbor list: the search of the %s belongs to other nodes", who);
+  return KITH_OK;
+}
+
+static kith_status check_radius(const struct kith_list_spec *spec, const struct kith_selection *selection,
+                                const char *who) {
+  const char *known = selection->search->radius->spec.name;
+  if (strcmp(known, spec->radius) == 0) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "neighbor list: the cutoff is field '%s', but the search of the %s knows '%s'",
+            spec->radius, who, known);
+}
+
+static kith_status check_cutoff(const struct kith_list_spec *spec) {
+#define X(name) " " #name
+  if (spec->cutoff == KITH_CUTOFF_missing)
+    KITH_FAIL(BAD_INPUT, "neighbor list: no cutoff is given; there are:" KITH_CUTOFF_LIST(X));
+#undef X
+  if (spec->cutoff == KITH_CUTOFF_number) {
+    if (spec->radius != NULL)
+      KITH_FAIL(BAD_INPUT, "neighbor list: the cutoff is a number and field '%s'", spec->radius);
+    if (!(spec->number > 0 && spec->number < INFINITY))
+      KITH_FAIL(BAD_INPUT, "neighbor list: the cutoff %g is not above 0", spec->number);
+    return KITH_OK;
+  }
+  if (spec->radius == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: the cutoff needs a field of radii");
+  if (spec->number != 0)
+    KITH_FAIL(BAD_INPUT, "neighbor list: the cutoff is field '%s' and the number %g", spec->radius,
+              spec->number);
+  if (spec->cutoff != KITH_CUTOFF_scatter) KITH_TRY(check_radius(spec, &spec->targets, "targets"));
+  return spec->cutoff != KITH_CUTOFF_gather ? check_radius(spec, &spec->sources, "sources") : KITH_OK;
+}
+
+/* The settings of storage and policies are for those who read them. */
+static kith_status check_kept(const struct kith_list_spec *spec) {
+  const struct kith_selection *t = &spec->targets, *s = &spec->sources;
+  const bool one =
+      t->nodes == s->nodes && t->lists == s->lists && t->chosen == s->chosen && t->context == s->context;
+  if (spec->storage == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no storage is given");
+  if (spec->rebuild == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no rebuild policy is given");
+  char name[32] = "";
+  strncat(name, spec->storage, KITH_MIN(strcspn(spec->storage, ":"), sizeof name - 1));
+  const struct kith_storage_ops *storage = kith_storage_find(name);
+  if (storage == NULL) return KITH_OK; /* refused where it is made */
+  if (storage->ascending && spec->unsorted)
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs sorted rows", name);
+  if (storage->upper && !one)
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs targets that are the sources", name);
+  for (const struct kith_excluder *e = spec->excluders; storage->upper && e != NULL; e = e->next)
+    if (e->ops->halves)
+      KITH_FAIL(BAD_INPUT, "neighbor list: storage %s and excluder %s would leave a quarter of the rows",
+                name, e->ops->name);
+  return KITH_OK;
+}
+
+kith_status kith_list_spec_check(const struct kith_list_spec *spec) {
+  KITH_TRY(check_selection(&spec->targets, "targets"));
+  KITH_TRY(check_selection(&spec->sources, "sources"));
+  if (spec->targets.nodes == spec->sources.nodes && spec->targets.search != spec->sources.search)
+    KITH_FAIL(BAD_INPUT, "neighbor list: targets and sources are of the same nodes, but of two searches");
+  KITH_TRY(check_cutoff(spec));
+  return check_kept(spec);
+}
+
+static double largest(const struct kith_search *search) {
+  double radius = 0;
+  for (kith_index i = 0; i < search->n; ++i) radius = KITH_MAX(radius, search->radius->f64[i]);
+  return radius;
+}
+
+kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kith_builder *scratch,
+                                   struct kith_build *build) {
+  const struct kith_excluder *first = spec->excluders;
+  KITH_TRY(kith_list_spec_check(spec));
+  KITH_TRY(kith_excluder_setup(spec->excluders, &spec->targets, &spec->sources));
+  KITH_TRY(kith_builder_reserve(scratch));
+  *build = (struct kith_build){
+      .targets = &spec->targets,
+      .sources = &spec->sources,
+      .nodes = spec->sources.nodes,
+      .search = spec->sources.search,
+      .excluders = first != NULL && first->ops->self ? first->next : spec->excluders,
+      .scratch = scratch,
+      .cutoff = spec->cutoff,
+      .number = spec->cutoff == KITH_CUTOFF_boxes ? largest(spec->sources.search) : spec->number,
+      .self = first == NULL || !first->ops->self, /* elsewhere in the chain it is asked as the others are */
+      .unsorted = spec->unsorted};
+  return KITH_OK;
+}
+
+/* --- a list --- */
+
+kith_status kith_list_create(struct kith_list **out, const struct kith_list_spec *spec) {
+  *out = NULL;
+  KITH_TRY(kith_list_spec_check(spec));
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  struct kith_list *list = *out;
+  list->spec = *spec;
+  kith_status status = kith_stored_create(&list->stored, spec->storage);
+  if (status == KITH_OK) status = kith_rebuilds_create(&list->rebuilds, spec->rebuild, spec->period);
+  if (status == KITH_OK && kith_rebuilds_lasting(&list->rebuilds) &&
+      spec->targets.nodes != spec->sources.nodes)
+    status = kith_fail(KITH_BAD_INPUT,
+                       "neighbor list: rebuild policy '%s' follows one set of nodes; between two: always",
+                       spec->rebuild);
+  if (status != KITH_OK) kith_list_destroy(out);
+  return status;
+}
+
+void kith_list_destroy(struct kith_list **list) {
+  struct kith_list *l = *list;
+  if (l == NULL) return;
+  kith_free(&l->target);
+  kith_free(&l->row);
+  kith_free(&l->source);
+  kith_free(&l->column);
+  kith_stored_clear(&l->stored);
+  kith_rebuilds_clear(&l->rebuilds);
+  kith_builder_clear(&l->scratch);
+  kith_free(list);
+}
+
+size_t kith_list_bytes(const struct kith_list *l) {
+  return (l->targets_capacity + l->rows_capacity + l->sources_capacity + l->columns_capacity) *
+             sizeof(kith_index) +
+         kith_stored_bytes(&l->stored) + kith_builder_bytes(&l->scratch);
+}
+
+/* Ordinals of the first `n` nodes. */
+static kith_status number(const struct kith_selection *selection, kith_index n, kith_index **node,
+                          size_t *nodes_capacity, kith_index **ordinal, size_t *ordinals_capacity,
+                          kith_index *count) {
+  const size_t all = (size_t)kith_nodes_count(selection->nodes);
+  KITH_TRY(kith_reserve(node, nodes_capacity, all, sizeof **node));
+  KITH_TRY(kith_reserve(ordinal, ordinals_capacity, all, sizeof **ordinal));
+  *count = 0;
+  for (kith_index i = 0; i < (kith_index)all; ++i) {
+    const bool is_one = i < n && kith_selects(selection, i);
+    (*ordinal)[i] = is_one ? *count : -1;
+    if (is_one) (*node)[(*count)++] = i;
+  }
+  return KITH_OK;
+}
+
+static kith_status number_both(struct kith_list *l) {
+  const struct kith_selection *t = &l->spec.targets, *s = &l->spec.sources;
+  KITH_TRY(number(t, t->ghosts ? kith_nodes_count(t->nodes) : t->nodes->n_internal, &l->target,
+                  &l->targets_capacity, &l->row, &l->rows_capacity, &l->n_targets));
+  return number(s, kith_nodes_count(s->nodes), &l->source, &l->sources_capacity, &l->column,
+                &l->columns_capacity, &l->n_sources);
+}
+
+static kith_status make_rows(struct kith_list *l) {
+  struct kith_build build;
+  struct kith_search *const search[2] = {l->spec.targets.search, l->spec.sources.search};
+  for (int k = 0; k < 2; ++k)
+    if (kith_search_fresh(search[k]) != KITH_OK) KITH_TRY(kith_search_update(search[k]));
+  KITH_TRY(kith_list_spec_prepare(&l->spec, &l->scratch, &build));
+  build.row = l->row, build.rows = l->n_targets, build.column = l->column;
+  KITH_TRY(kith_reserve(&l->stored.rows.node, &l->stored.rows.entries_capacity,
+                        (size_t)l->n_targets * (size_t)l->spec.expected, sizeof(kith_index)));
+  KITH_TRY(kith_rows_build(&l->stored.rows, &build, &l->candidates));
+  return kith_stored_keep(&l->stored, l->target);
+}
+
+static kith_status build_list(struct kith_list *l) {
+  const struct kith_nodes *nodes = l->spec.sources.nodes;
+  l->built = false;
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, number_both(l)));
+  uint64_t count[] = {(uint64_t)l->n_targets, (uint64_t)l->n_sources};
+  kith_ranks_sum_counts(nodes->ranks, count, 2);
+  if (count[0] > 0 && count[1] == 0)
+    KITH_FAIL(BAD_INPUT, "neighbor list: no node is a source of %llu targets", (unsigned long long)count[0]);
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, make_rows(l)));
+  if (kith_rebuilds_lasting(&l->rebuilds)) KITH_TRY(kith_rebuilds_snapshot(&l->rebuilds, nodes));
+  l->ghosts[0] = l->spec.targets.nodes->ghosts, l->ghosts[1] = nodes->ghosts;
+  l->built = true, l->invalidated = false;
+  l->builds += 1;
+  return KITH_OK;
+}
+
+/* Is it of other nodes or ghosts than there are? */
+static bool is_older(const struct kith_list *l) {
+  return l->ghosts[0] != l->spec.targets.nodes->ghosts || l->ghosts[1] != l->spec.sources.nodes->ghosts;
+}
+
+kith_status kith_list_update(struct kith_list *l, enum kith_rebuild_reason *why) {
+  const struct kith_nodes *nodes = l->spec.sources.nodes;
+  l->updates += 1;
+  *why = KITH_BECAUSE_none;
+  if (!l->built)
+    *why = KITH_BECAUSE_first_build;
+  else if (l->invalidated)
+    *why = KITH_BECAUSE_requested;
+  else if (kith_ranks_any(nodes->ranks, is_older(l)))
+    *why = KITH_BECAUSE_entity_change;
+  else if (!kith_rebuilds_lasting(&l->rebuilds)) /* there is no snapshot that others could look at */
+    *why = KITH_BECAUSE_always;
+  else
+    KITH_TRY(kith_rebuilds_check(&l->rebuilds, nodes, why));
+  return *why != KITH_BECAUSE_none ? build_list(l) : KITH_OK;
+}
+
+void kith_list_invalidate(struct kith_list *list) {
+  list->invalidated = true;
+}
+
+kith_status kith_list_current(const struct kith_list *l) {
+  if (!l->built) KITH_FAIL(STALE, "the neighbor list was not built yet");
+  if (l->invalidated) KITH_FAIL(STALE, "the neighbor list is invalidated");
+  if (is_older(l)) KITH_FAIL(STALE, "the neighbor list was made from other nodes or ghosts");
+  return KITH_OK;
+}
+
+/* --- iteration --- */
+
+static void begin_tally(struct kith_tally *tally, const struct kith_reducer *reducer, int n) {
+  tally->reducer = reducer;
+  for (int k = 0; k < n; ++k) {
+    memset(&tally->sum[k], 0, sizeof tally->sum[k]);
+    tally->extreme[k] = reducer[k].kind == KITH_LEAST ? INFINITY : -INFINITY;
+  }
+}
+
+static void join_tally(struct kith_tally *to, const struct kith_tally *from, int n) {
+  for (int k = 0; k < n; ++k) {
+    kith_sum_join(&to->sum[k], &from->sum[k]);
+    to->extreme[k] = to->reducer[k].kind == KITH_LEAST ? KITH_MIN(to->extreme[k], from->extreme[k])
+                                                       : KITH_MAX(to->extreme[k], from->extreme[k]);
+  }
+}
+
+static void finish_tally(struct kith_ranks *ranks, struct kith_tally *all, struct kith_reducer *reducer,
+                         int n) {
+  kith_sum_ranks(ranks, all->sum, n);
+  for (int k = 0; k < n; ++k) {
+    reducer[k].value = reducer[k].kind <= KITH_SUM ? kith_sum_value(&all->sum[k]) : all->extreme[k];
+    if (reducer[k].kind == KITH_LEAST) kith_ranks_min(ranks, &reducer[k].value, 1);
+    if (reducer[k].kind == KITH_MOST) kith_ranks_max(ranks, &reducer[k].value, 1);
+  }
+}
+
+kith_status kith_list_visit_all(const struct kith_list *l, kith_list_visit visit, void *context,
+                                struct kith_reducer *reducer, int n) {
+  struct kith_tally all;
+  bool failed = false;
+  KITH_TRY(kith_list_current(l));
+  begin_tally(&all, reducer, n);
+#pragma omp parallel reduction(|| : failed) if (l->n_targets > KITH_FEW)
+  {
+    struct kith_tally mine;
+    kith_index *space = NULL;
+    begin_tally(&mine, reducer, n);
+    failed = kith_resize(&space, 0, l->stored.longest + 1, sizeof *space) != KITH_OK;
+#pragma omp for schedule(dynamic, 64)
+    for (kith_index t = 0; t < l->n_targets; ++t) {
+      struct kith_neighbors neighbors = {.target = t, .node = l->target[t]};
+      if (failed) continue;
+      neighbors.source = kith_stored_row(&l->stored, t, space, &neighbors.n);
+      visit(context, &neighbors, &mine);
+    }
+#pragma omp critical
+    join_tally(&all, &mine, n);
+    kith_free(&space);
+  }
+  const struct kith_nodes *nodes = l->spec.sources.nodes;
+  const kith_status status =
+      failed ? kith_fail(KITH_NO_MEMORY, "no memory for a row of %zu", l->stored.longest) : KITH_OK;
+  KITH_TRY(n > 0 ? kith_ranks_allreduce_status(nodes->ranks, status) : status);
+  if (n > 0) finish_tally(nodes->ranks, &all, reducer, n);
+  return KITH_OK;
+}

@@ -1,0 +1,79 @@
+/* The family of storages, and the simplest one. */
+#include "lib/connectivity/storage/storage.h"
+
+#include <string.h>
+#include "lib/core/family.h"
+
+#define X(name) &kith_storage_##name,
+KITH_FAMILY(kith_storage, KITH_STORAGE_LIST(X))
+#undef X
+
+kith_status kith_stored_create(struct kith_stored *out, const char *words) {
+  char name[32];
+  const size_t length = strcspn(words, ":");
+  *out = (struct kith_stored){0};
+  if (length >= sizeof name) KITH_FAIL(BAD_INPUT, "'%s' is no storage", words);
+  memcpy(name, words, length), name[length] = '\0';
+  const struct kith_member member = kith_family_member(kith_storage_member, name);
+#define X(known) " " #known
+  if (member.name == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no storage; there are:" KITH_STORAGE_LIST(X), name);
+#undef X
+  if (words[length] == ':' && member.params == NULL)
+    KITH_FAIL(BAD_INPUT, "storage %s has no settings, not '%s'", name, words + length + 1);
+  out->ops = kith_storage_find(name);
+  return kith_settings_create(&out->settings, member, words[length] == ':' ? words + length + 1 : NULL);
+}
+
+kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node) {
+  stored->n = stored->rows.n;
+  stored->entries = stored->rows.first[stored->n];
+  stored->longest = kith_rows_longest(&stored->rows);
+  return stored->ops->store != NULL ? stored->ops->store(stored, node) : KITH_OK;
+}
+
+/* What rows that are kept as they are need. */
+static size_t bytes_of(const struct kith_rows *rows) {
+  if (rows->n == 0) return 0;
+  return ((size_t)rows->n + 1) * sizeof *rows->first + rows->first[rows->n] * sizeof *rows->node;
+}
+
+size_t kith_stored_bytes(const struct kith_stored *stored) {
+  return bytes_of(&stored->rows) + (stored->ops->bytes != NULL ? stored->ops->bytes(stored) : 0);
+}
+
+void kith_stored_clear(struct kith_stored *stored) {
+  if (stored->self != NULL && stored->ops->clear != NULL) stored->ops->clear(stored);
+  kith_free(&stored->self);
+  kith_free(&stored->settings);
+  kith_rows_clear(&stored->rows);
+  *stored = (struct kith_stored){0};
+}
+
+/* --- csr, half --- */
+
+static const kith_index *row(const struct kith_stored *stored, kith_index t, kith_index *space, size_t *n) {
+  const struct kith_rows *rows = &stored->rows;
+  (void)space;
+  *n = rows->first[t + 1] - rows->first[t];
+  return rows->node + rows->first[t];
+}
+
+const struct kith_storage_ops kith_storage_csr = {
+    .name = "csr", .doc = "offsets and entries, read in place: the default", .row = row};
+
+static kith_status keep_upper(struct kith_stored *stored, const kith_index *node) {
+  const struct kith_rows *rows = &stored->rows;
+#pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
+  for (kith_index t = 0; t < rows->n; ++t)
+    for (size_t e = rows->first[t]; e < rows->first[t + 1]; ++e)
+      if (rows->node[e] < node[t]) rows->node[e] = -1;
+  kith_rows_compact(&stored->rows);
+  return KITH_OK;
+}
+
+const struct kith_storage_ops kith_storage_half = {
+    .name = "half",
+    .doc = "csr with each interaction once, in the row of the node that comes first",
+    .upper = true,
+    .store = keep_upper,
+    .row = row};

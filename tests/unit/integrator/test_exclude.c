@@ -1,0 +1,132 @@
+/* test_exclude.c - excluders in a run: gases that do not see each other behave as if each were alone, bit for
+ * bit; barrier nodes that do not see each other make the same run with fewer entries; what is refused. */
+#include "tests/unit/scenario.h"
+
+static const char mixture[] =
+    "scene: mixture\n"
+    "dimension: 3\n"
+    "resolution: {1d: 30, 2d: 10, 3d: 6}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
+    "materials: {light: {gamma: 1.4}, heavy: {gamma: 1.6666666666666667}}\n"
+    "regions:\n"
+    "  - {material: light, where: {x: [0, 0.5]}, lattice: cubic, jitter: 0.3, seed: 4, density: 1, "
+    "pressure: 1, velocity: [1, 0, 0]}\n"
+    "  - {material: heavy, lattice: cubic, jitter: 0.3, seed: 5, density: 8, "
+    "pressure: 2, velocity: [-1, 0, 0], where: {x: [0.5, SIZE]}}\n"
+    "arrangement: equal-spacing\n"
+    "reproducible: true\n"
+    "scheme: {dt: 0.002}\n"
+    "until: 1\n";
+
+/* How many of the light nodes differ in position, velocity or energy. */
+static int differ(const struct scenario *a, const struct scenario *b) {
+  const struct kith_nodes *m = a->simulation->nodes, *n = b->simulation->nodes;
+  int64_t most;
+  kith_index *place = scenario_places(b, &most);
+  int count = 0;
+  CHECK(m->lists[0].count == n->lists[0].count && m->lists[0].count > 10);
+  for (kith_index i = 0; i < m->lists[0].count; ++i) {
+    const kith_index k = place[m->id->i64[i]];
+    const double *x = m->position->f64 + (size_t)i * NDIM, *y = n->position->f64 + (size_t)k * NDIM,
+                 *u = a->simulation->hydro.velocity->f64 + (size_t)i * NDIM,
+                 *v = b->simulation->hydro.velocity->f64 + (size_t)k * NDIM;
+    count += memcmp(x, y, NDIM * sizeof *x) != 0 || memcmp(u, v, NDIM * sizeof *u) != 0 ||
+             a->simulation->hydro.energy->f64[i] != b->simulation->hydro.energy->f64[k];
+  }
+  free(place);
+  return count;
+}
+
+/* `size`: where the heavy gas ends. */
+static bool run_mixture(struct scenario *s, const char *size, const char *package, const char *exclude) {
+  char text[2048];
+  snprintf(text, sizeof text, "%s%s%s", mixture, exclude[0] != '\0' ? "connectivity: {exclude: '" : "",
+           exclude);
+  if (exclude[0] != '\0') strcat(text, "'}\n");
+  memcpy(strstr(text, "SIZE"), size, 4);
+  return scenario_open(s, text, "method.package=%s", package) && scenario_run(s, 3);
+}
+
+/* The light gas feels the heavy one, but not if they are excluded: then it does not matter how much of it
+ * there is. */
+static void check_apart(const char *package) {
+  static const char apart_words[] = "materials:of=light and=heavy";
+  struct scenario mixed, apart, few;
+  if (run_mixture(&mixed, "1.00", package, "") && run_mixture(&apart, "1.00", package, apart_words) &&
+      run_mixture(&few, "0.75", package, apart_words)) {
+    CHECK(differ(&mixed, &apart) > 10);
+    CHECK(differ(&apart, &few) == 0);
+  }
+  scenario_close(&few);
+  scenario_close(&apart);
+  scenario_close(&mixed);
+}
+
+/* Integrated faces need rows of ghosts, among which are the barriers. */
+static void check_barriers(void) {
+  static const char plate[] =
+      "scene: plate\n"
+      "dimension: 2\n"
+      "resolution: {1d: 40, 2d: 12, 3d: 4}\n"
+      "domain: {lower: [-0.5, 0, 0], upper: [0.5, 0.5, 0.5]}\n"
+      "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
+      "materials: {gas: {gamma: 1.4}, wall: {gamma: 1.4}}\n"
+      "regions:\n"
+      "  - {material: gas, where: {x: [-0.5, 0]}, lattice: cubic, density: 1, "
+      "pressure: 1}\n"
+      "  - {material: gas, where: {x: [0.25, 0.5]}, lattice: cubic, density: 1, "
+      "pressure: 0.1}\n"
+      "  - {material: wall, where: {x: [0, 0.25]}, lattice: cubic, density: 1, "
+      "pressure: 1, barrier: true}\n"
+      "method: {package: mfm, faces: integrated, closed: true}\n"
+      "until: 1\n";
+  struct scenario all, fewer;
+  if (scenario_open(&all, plate, "arrangement=equal-spacing") && scenario_run(&all, 1) &&
+      scenario_open(&fewer, plate,
+                    "arrangement=equal-spacing connectivity.exclude=connected:field=barrier") &&
+      scenario_run(&fewer, 1)) {
+    const struct kith_rows *a = &all.simulation->connectivity->rows,
+                           *b = &fewer.simulation->connectivity->rows;
+    scenario_same(&all, &fewer, "barriers that do not see each other");
+    CHECK(a->n == b->n && b->n > fewer.simulation->nodes->n_internal);
+    CHECK(b->first[b->n] < a->first[a->n]);
+  }
+  scenario_close(&fewer);
+  scenario_close(&all);
+}
+
+static void check_refused(void) {
+  static const struct {
+    const char *exclude, *why;
+  } wrong[] = {{"connected:field=barrier", "nodes have no field 'barrier'"},
+               {"materials:of=iron", "there is no material 'iron'"},
+               {"self", "excluder self is in the chain twice"},
+               {"symmetric-duplicates", "packages need each interaction in both rows"},
+               {"none", "'none' is not one of self"},
+               {"bonds", "a program gives them"}};
+  char text[2048];
+  for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k) {
+    struct kith_scene *scene = NULL;
+    struct kith_simulation *m = NULL;
+    const char *dimension[] = {NDIM == 1 ? "dimension=1" : NDIM == 2 ? "dimension=2" : "dimension=3"};
+    snprintf(text, sizeof text, "%sconnectivity: {exclude: '%s'}\n", mixture, wrong[k].exclude);
+    memcpy(strstr(text, "SIZE"), "1.00", 4);
+    kith_status status = kith_scene_parse(&scene, "f", text, strlen(text), 1, dimension);
+    if (status == KITH_OK) status = kith_simulation_create(&m, scene, NULL, false);
+    CHECK(status == KITH_BAD_INPUT);
+    if (strstr(kith_failure(), wrong[k].why) == NULL) fprintf(stderr, "%s\n", kith_failure());
+    CHECK(strstr(kith_failure(), wrong[k].why) != NULL);
+    CHECK(strstr(kith_failure(), "connectivity.exclude") != NULL);
+    kith_simulation_destroy(&m);
+    kith_scene_destroy(&scene);
+  }
+}
+
+int main(void) {
+  check_apart("sph");
+  check_apart("mfm");
+  check_barriers();
+  check_refused();
+  return check_failed();
+}
