@@ -1,8 +1,8 @@
 /* list.h - a neighbor list: for each target the sources near it.
  *
  * Targets and sources are selections (selection.h): the same nodes, some of each, or points that are no
- * nodes. A specification says all of it; what is missing or contradicts itself is refused by name. The rows of
- * hydro packages are built from one as well (connectivity.h).
+ * nodes. A specification says all of it; what is missing or contradicts itself is refused by name. The rows
+ * of hydro packages are built from one as well (connectivity.h).
  *
  * Ordinals. Target t = 0 .. n_targets - 1 is node target[t], and row[i] is t again, or -1; the same of
  * sources and column[j]. Rows hold nodes, ascending unless `unsorted`.
