@@ -158,5 +158,8 @@ kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile
 kith_status kith_output_close(struct kith_output *output) {
   kith_free(&output->times);
   if (output->lock > 0) close(output->lock);
-  return kith_csv_log_close(&output->history.steps);
+  kith_probes_destroy(&output->probes);
+  const kith_status contacts = kith_contacts_destroy(&output->contacts);
+  const kith_status history = kith_csv_log_close(&output->history.steps);
+  return history != KITH_OK ? history : contacts;
 }

@@ -1,7 +1,7 @@
 /* output.h - what a run leaves in its directory.
  *
  *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)
- *   DIR/report.json        DIR/plot.*
+ *   DIR/report.json        DIR/plot.*                  DIR/probes.h5    DIR/contacts.csv
  *
  * All of several ranks write snapshots together (snapshot.h), by id if the order must be the same for any
  * number of ranks. Checkpoints are written by rank 0: on the same number of ranks a restart is bitwise
@@ -9,7 +9,9 @@
 #ifndef KITH_APP_OUTPUT_OUTPUT_H
 #define KITH_APP_OUTPUT_OUTPUT_H
 
+#include "app/output/contacts.h"
 #include "app/output/history.h"
+#include "app/output/probes.h"
 #include "app/simulation/simulation.h"
 
 struct kith_output {
@@ -20,6 +22,8 @@ struct kith_output {
   double *times; /* of the snapshots written */
   double next;   /* time of the next snapshot */
   struct kith_history history;
+  struct kith_probes *probes;     /* NULL: the scene has none */
+  struct kith_contacts *contacts; /* the same */
 };
 
 /* Where results go. `create`: with its parents; BAD_FILE if it cannot be written. */

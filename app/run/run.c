@@ -83,6 +83,10 @@ static kith_status open_output(struct run *run) {
   }
   KITH_TRY(
       kith_history_open(&run->output.history, run->output.directory, run->simulation, o->restart != NULL));
+  KITH_TRY(
+      kith_probes_create(&run->output.probes, run->simulation, run->output.directory, o->restart != NULL));
+  KITH_TRY(kith_contacts_create(&run->output.contacts, run->simulation, run->output.directory,
+                                o->restart != NULL));
   return speaks(run) ? kith_output_clear(&run->output, o->restart != NULL) : KITH_OK;
 }
 
@@ -220,7 +224,7 @@ static kith_status begin(struct run *run) {
   KITH_STAGE(status, run->profile, "output", write_snapshot(run));
   KITH_TRY(status);
   run->output.next = run->scene->output.every;
-  return KITH_OK;
+  return kith_probes_sample(run->output.probes, false);
 }
 
 /* The time the next step must not pass: the next snapshot, unless only a tiny last step would follow it. */
@@ -235,11 +239,19 @@ static kith_status save(struct run *run) {
   return kith_output_checkpoint(&run->output, run->simulation, &run->baseline);
 }
 
+static bool finished(const struct run *run) {
+  const struct kith_integrator *it = &run->simulation->integrator;
+  return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) ||
+         run->stopped;
+}
+
 static kith_status after_step(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   const struct kith_totals totals = kith_hydro_totals(&run->simulation->hydro);
   kith_conservation_baseline_update(&run->baseline, run->simulation, &totals);
   KITH_TRY(kith_history_step(&run->output.history, run->simulation, &totals));
+  KITH_TRY(kith_contacts_sample(run->output.contacts));
+  KITH_TRY(kith_probes_sample(run->output.probes, finished(run)));
   const double every = run->scene->output.every;
   if (every > 0 && it->time > run->output.next - 1e-9 * every) {
     KITH_TRY(write_snapshot(run));
@@ -259,12 +271,6 @@ static void ask_ranks(struct run *run) {
                      speaks(run) && minutes > 0 && now - run->saved > 60 * minutes};
   kith_ranks_max(run->ranks, wanted, 2);
   run->stopped = wanted[0] > 0, run->save = wanted[1] > 0;
-}
-
-static bool finished(const struct run *run) {
-  const struct kith_integrator *it = &run->simulation->integrator;
-  return it->time >= run->until || (run->options->steps >= 0 && it->step >= (uint64_t)run->options->steps) ||
-         run->stopped;
 }
 
 static kith_status steps(struct run *run) {

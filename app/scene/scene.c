@@ -60,6 +60,8 @@ static const struct kith_param connectivity_params[] = {
     {"storage", KITH_PARAM_NAME, "csr", "",
      "of the lists of probes and contacts: csr, padded:width=64, compressed (kith list storage)",
      IN(connectivity.storage), .family = kith_storage_member},
+    {"contacts", KITH_PARAM_OTHER, "", "", "materials whose nodes near each other contacts.csv tells of",
+     KITH_BELOW(kith_contact_params, LIST)},
     {0}};
 
 static const struct kith_param partition_params[] = {
@@ -133,6 +135,9 @@ static const struct kith_param scene_params[] = {
     {"until", KITH_PARAM_NUMBER, NULL, "[0, inf)", "time at the end", IN(until)},
     {"exact", KITH_PARAM_OTHER, "", "", "the exact solution to compare with",
      KITH_BELOW(kith_exact_params, MAP)},
+    {"probes", KITH_PARAM_OTHER, "", "",
+     "points at which fields are interpolated while the run goes on, into probes.h5",
+     KITH_BELOW(kith_probe_params, LIST)},
     {"measure", KITH_PARAM_MAP, "", "", "what is measured at the end, beside the exact solution",
      KITH_BELOW(measure_params, MAP)},
     {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP)},
@@ -207,6 +212,8 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(kith_scene_deposits(scene, kith_config_child(root, "energy")));
   KITH_TRY(read_packages(scene, kith_config_child(root, "packages")));
   KITH_TRY(kith_scene_picture(scene, kith_config_at(scene->config, "output.plot")));
+  KITH_TRY(kith_scene_probes(scene, kith_config_child(root, "probes")));
+  KITH_TRY(kith_scene_contacts(scene, kith_config_at(scene->config, "connectivity.contacts")));
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }
 
@@ -248,6 +255,8 @@ void kith_scene_destroy(struct kith_scene **scene) {
   if (*scene == NULL) return;
   kith_scene_regions_clear(*scene);
   kith_free(&(*scene)->deposit);
+  kith_free(&(*scene)->probe);
+  kith_free(&(*scene)->contact);
   kith_params_clear(scene_params, *scene);
   kith_free(&(*scene)->exact.settings);
   for (int k = 0; k < (*scene)->n_added; ++k) kith_free(&(*scene)->added[k].settings);

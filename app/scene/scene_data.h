@@ -85,6 +85,24 @@ struct kith_deposit {
   const struct kith_config_node *node; /* where it stands, for messages */
 };
 
+/* Points at + s edge[0] + t edge[1] + u edge[2], with s, t and u from 0 to 1: a point, or the points of a
+ * line, a plane or a grid. */
+struct kith_probe {
+  char name[32];
+  double at[NDIM], edge[3][NDIM]; /* an edge of 0: none */
+  double spacing;                 /* wanted; 0: 1 / resolution */
+  int points[3];                  /* along each edge, 1 where there is none */
+  int every;                      /* steps */
+  bool gradients;
+  const struct kith_config_node *node; /* where it stands, for messages */
+};
+enum { KITH_MOST_PROBES = 10000000 }; /* points of one */
+
+/* Two materials. */
+struct kith_contact {
+  char of[32], with[32];
+};
+
 struct kith_scene {
   struct kith_config *config; /* owned: source locations point into it */
   int dimension;              /* NDIM */
@@ -131,6 +149,10 @@ struct kith_scene {
     int reorder;                    /* steps between reorderings by curve, 0: never */
     char exclude[256], storage[64]; /* lib/connectivity: excluders/excluder.h, storage/storage.h */
   } connectivity;
+  int n_contacts;
+  struct kith_contact *contact;
+  int n_probes;
+  struct kith_probe *probe;
   bool reproducible;
   struct {
     char name[64]; /* and its options: lib/domain/partition/partition.h */

@@ -10,6 +10,7 @@ extern const struct kith_param kith_domain_params[], kith_boundaries_params[], k
 extern const struct kith_param kith_potential_params[];
 extern const struct kith_param kith_region_params[], kith_deposit_params[], kith_exact_params[];
 extern const struct kith_param kith_picture_params[];
+extern const struct kith_param kith_probe_params[], kith_contact_params[];
 
 /* Each reads the part below `node` into the scene; what it depends on was read before. */
 kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config_node *node);
@@ -19,6 +20,8 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
 kith_status kith_scene_materials(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_config_node *node);
+kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config_node *node);
+kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_config_node *node);
 void kith_scene_regions_clear(struct kith_scene *scene);

@@ -1,7 +1,7 @@
 #!/bin/sh
 # equal.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY TOLERANCE RANKS SETTING...: a scene on one process and on
 # each number of RANKS (in quotes). The last snapshots agree, by id, within the tolerance ("bytes": to the
-# last byte), and energy is conserved where it is compatible.
+# last byte, so do probes and contacts), and energy is conserved where it is compatible.
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5 tolerance=$6 counts=$7
 shift 7
 words=
@@ -19,6 +19,10 @@ for n in $counts; do
   run "$out/$n" $mpirun -n "$n" "$program"
   last=$(ls "$out/$n"/snapshot_*.hdf | tail -1)
   "$compare" "$out/1/${last##*/}" "$last" "$tolerance" || { echo "$n ranks differ from one process"; exit 1; }
+  for file in probes.h5 contacts.csv; do
+    [ "$tolerance" = bytes ] && [ -f "$out/1/$file" ] || continue
+    cmp "$out/1/$file" "$out/$n/$file" || { echo "$n ranks: $file differs from one process"; exit 1; }
+  done
   drift=$(sed -n 's/.*"energy_drift": \([^,]*\),.*/\1/p' "$out/$n/report.json")
   case " $* " in *method.energy=thermal*) continue ;; esac
   awk "BEGIN { exit !($drift <= 1e-12) }" || { echo "$n ranks: energy conservation error $drift"; exit 1; }

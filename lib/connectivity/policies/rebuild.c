@@ -9,6 +9,13 @@
 KITH_FAMILY(kith_rebuild, KITH_REBUILD_LIST(X))
 #undef X
 
+const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason) {
+#define X(name) #name,
+  static const char *const names[] = {"none", KITH_REBUILD_CAUSE_LIST(X) KITH_REBUILD_LIST(X)};
+#undef X
+  return names[reason];
+}
+
 static kith_status add_policy(struct kith_rebuilds *out, char *word) {
   char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
   int k = 0;

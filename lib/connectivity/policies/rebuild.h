@@ -31,6 +31,8 @@ enum kith_rebuild_reason {
 #undef X
       KITH_REBUILD_REASONS
 };
+/* "none", "first_build", ... */
+const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason);
 #define X(name) +1
 enum { KITH_REBUILD_POLICIES = 0 KITH_REBUILD_LIST(X) };
 #undef X

@@ -319,13 +319,24 @@ static void reference(void) {
   rewind(file);
   const size_t length = fread(text, 1, sizeof text, file);
   fclose(file);
-  const char *overrides[] = {dimension_override(),         "resolution=1",
-                             "domain.lower=[0, 0, 0]",     "domain.upper=[1, 1, 1]",
-                             "regions.0.material=NAME",    "regions.0.density=1",
-                             "regions.0.pressure=1",       "regions.0.where=",
-                             "energy.0.energy=1",          "until=1",
-                             "packages.0.name=conduction", "packages.0.conductivity=1",
-                             "exact.name=uniform"};
+  const char *overrides[] = {dimension_override(),
+                             "resolution=1",
+                             "domain.lower=[0, 0, 0]",
+                             "domain.upper=[1, 1, 1]",
+                             "regions.0.material=NAME",
+                             "regions.0.density=1",
+                             "regions.0.pressure=1",
+                             "regions.0.where=",
+                             "energy.0.energy=1",
+                             "until=1",
+                             "packages.0.name=conduction",
+                             "packages.0.conductivity=1",
+                             "exact.name=uniform",
+                             "materials.other.gamma=1.4",
+                             "probes.0.name=p",
+                             "probes.0.at=[0, 0, 0]",
+                             "connectivity.contacts.0.of=NAME",
+                             "connectivity.contacts.0.with=other"};
   struct kith_scene *s;
   CHECK_OK(kith_scene_parse(&s, "f", text, length, sizeof overrides / sizeof overrides[0], overrides));
   CHECK(s != NULL && s->n_regions == 1 && s->n_deposits == 1 && s->scheme.cfl == 0);

@@ -86,7 +86,7 @@ static const struct wrong keys[] = {
      "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
      "materials, gravity, potential, regions, energy, method, packages, scheme, neighbor, connectivity, "
      "reproducible, partition, traversal, "
-     "until, exact, measure, output"},
+     "until, exact, probes, measure, output"},
 };
 
 #if NDIM == 1
@@ -310,6 +310,22 @@ static const struct wrong meanings[] = {
      "f:11: connectivity.rebuild: '' is not one of always, never, entity-change, displacement"},
     {11, "connectivity: {rebuild: always never}",
      "f:11: connectivity.rebuild: 'always never' is not one of always, never, entity-change, displacement"},
+    {11, "connectivity: {exclude: selves}",
+     "f:11: connectivity.exclude: 'selves' is not one of self, symmetric-duplicates, connected, materials, "
+     "bonds"},
+    {11, "connectivity: {storage: compresed}",
+     "f:11: connectivity.storage: 'compresed' is not one of csr, padded, half, compressed; did you mean "
+     "'compressed'?"},
+    {11, "connectivity: {contacts: [{of: gas, with: iron}]}",
+     "f:11: connectivity.contacts.0.with: there is no material 'iron'"},
+    {11, "connectivity: {contacts: [{of: gas, with: gas}]}",
+     "f:11: connectivity.contacts.0.with: contacts are between two materials"},
+    {11, "probes: [{at: [0, 0, 0]}]", "f:11: probes.0.name: missing; it is required"},
+    {11, "probes: [{name: a, at: [0, 0, 0]}, {name: a, at: [0, 0, 0]}]",
+     "f:11: probes.1.name: there are two probes 'a'"},
+    {11, "probes: [{name: a/b, at: [0, 0, 0]}]", "f:11: probes.0.name: 'a/b' cannot name a group"},
+    {11, "probes: [{name: a, at: [0, 0, 0], along: [1, 0, 0], spacing: 1e-9}]",
+     "f:11: probes.0: more than 10000000 points"},
     {11, "neighbor: {storage: crs}", "f:11: neighbor.storage: 'crs' is not one of csr; did you mean 'csr'?"},
     {11, "energy: {energy: 1, over: bal, radius: 1}",
      "f:11: energy.over: 'bal' is not one of point, ball, kernel; did you mean 'ball'?"},
@@ -381,7 +397,7 @@ static void refuses_overrides(void) {
       "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, "
       "boundaries, materials, "
       "gravity, potential, regions, energy, method, packages, scheme, neighbor, connectivity, reproducible, "
-      "partition, traversal, until, exact, measure, output");
+      "partition, traversal, until, exact, probes, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");

@@ -1,0 +1,118 @@
+/* contacts.c - statistics of nodes of one material near those of another. */
+#include "app/output/contacts.h"
+
+#include <math.h>
+#include <string.h>
+#include "lib/io/csv.h"
+
+struct kith_contacts {
+  const struct kith_simulation *simulation; /* borrowed */
+  struct kith_search *search;
+  struct kith_list **list;   /* [scene->n_contacts] */
+  struct kith_csv_log table; /* of rank 0 */
+};
+
+/* reducer */
+enum { NODES, PAIRS, DISTANCE, APPROACH, REDUCERS };
+
+/* Lists that last hold more than what is near now. */
+static void look(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
+  const struct kith_simulation *m = context;
+  const double *x = m->nodes->position->f64, *v = m->hydro.velocity->f64, *h = m->nodes->support->f64;
+  const size_t i = (size_t)neighbors->node;
+  bool meets = false;
+  for (size_t k = 0; k < neighbors->n; ++k) {
+    const size_t j = (size_t)neighbors->source[k];
+    const double r = sqrt(kith_distance2(x + i * NDIM, x + j * NDIM));
+    if (!(r <= KITH_MAX(h[i], h[j]))) continue;
+    double closing = 0;
+    for (int a = 0; a < NDIM; ++a)
+      closing -= (x[i * NDIM + a] - x[j * NDIM + a]) * (v[i * NDIM + a] - v[j * NDIM + a]);
+    meets = true;
+    kith_tally_add(tally, PAIRS, 1);
+    kith_tally_add(tally, DISTANCE, r);
+    kith_tally_add(tally, APPROACH, r > 0 ? closing / r : 0);
+  }
+  if (meets) kith_tally_add(tally, NODES, 1);
+}
+
+static int list_of(const struct kith_nodes *nodes, const char *material) {
+  int l = 0;
+  while (strcmp(nodes->lists[l].name, material) != 0) ++l; /* the scene has it */
+  return l;
+}
+
+static kith_status create(struct kith_contacts *c, const struct kith_simulation *m) {
+  const struct kith_scene *scene = m->scene;
+  KITH_TRY(kith_resize(&c->list, 0, (size_t)scene->n_contacts, sizeof *c->list));
+  KITH_TRY(kith_search_create(&c->search, m->search->ops, m->nodes));
+  for (int k = 0; k < scene->n_contacts; ++k) {
+    const struct kith_contact *contact = &scene->contact[k];
+    const struct kith_list_spec spec = {
+        .targets = {m->nodes, c->search, .lists = UINT64_C(1) << list_of(m->nodes, contact->of)},
+        .sources = {m->nodes, c->search, .lists = UINT64_C(1) << list_of(m->nodes, contact->with)},
+        .cutoff = KITH_CUTOFF_gather_scatter,
+        .radius = m->nodes->search_radius->spec.name,
+        .storage = scene->connectivity.storage,
+        .rebuild = scene->connectivity.rebuild,
+        .period = scene->period};
+    KITH_TRY(kith_list_create(&c->list[k], &spec));
+  }
+  return KITH_OK;
+}
+
+kith_status kith_contacts_create(struct kith_contacts **out, const struct kith_simulation *m,
+                                 const char *directory, bool restarted) {
+  char path[640];
+  *out = NULL;
+  if (m->scene->n_contacts == 0) return KITH_OK;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  (*out)->simulation = m;
+  KITH_TRY(create(*out, m));
+  if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
+  snprintf(path, sizeof path, "%s/contacts.csv", directory);
+  return kith_csv_log_open(&(*out)->table, path, "step,time,of,with,nodes,pairs,distance,approach,builds,why",
+                           restarted ? &m->integrator.step : NULL);
+}
+
+static kith_status add_row(struct kith_contacts *c, int k, const struct kith_reducer *found,
+                           enum kith_rebuild_reason why) {
+  const struct kith_integrator *it = &c->simulation->integrator;
+  const struct kith_contact *contact = &c->simulation->scene->contact[k];
+  fprintf(c->table.file, "%llu,%.17g,%s,%s,%.0f,%.0f,%.17g,%.17g,%llu,%s", (unsigned long long)it->step,
+          it->time, contact->of, contact->with, found[NODES].value, found[PAIRS].value,
+          found[PAIRS].value > 0 ? found[DISTANCE].value : NAN,
+          found[PAIRS].value > 0 ? found[APPROACH].value : NAN, (unsigned long long)c->list[k]->builds,
+          kith_rebuild_reason_name(why));
+  return kith_csv_log_row(&c->table);
+}
+
+kith_status kith_contacts_sample(struct kith_contacts *c) {
+  if (c == NULL) return KITH_OK;
+  const struct kith_simulation *m = c->simulation;
+  struct kith_ranks *ranks = m->nodes->ranks;
+  for (int k = 0; k < m->scene->n_contacts; ++k) {
+    struct kith_reducer found[REDUCERS] = {[NODES] = {KITH_COUNT, 0},
+                                           [PAIRS] = {KITH_COUNT, 0},
+                                           [DISTANCE] = {KITH_LEAST, 0},
+                                           [APPROACH] = {KITH_MOST, 0}};
+    enum kith_rebuild_reason why;
+    KITH_TRY(kith_list_update(c->list[k], &why));
+    KITH_TRY(kith_list_visit_all(c->list[k], look, (void *)(uintptr_t)m, found, REDUCERS));
+    const kith_status status = kith_ranks_rank(ranks) == 0 ? add_row(c, k, found, why) : KITH_OK;
+    KITH_TRY(kith_ranks_allreduce_status(ranks, status));
+  }
+  return KITH_OK;
+}
+
+kith_status kith_contacts_destroy(struct kith_contacts **contacts) {
+  struct kith_contacts *c = *contacts;
+  if (c == NULL) return KITH_OK;
+  const kith_status status = kith_csv_log_close(&c->table);
+  for (int k = 0; c->list != NULL && k < c->simulation->scene->n_contacts; ++k)
+    kith_list_destroy(&c->list[k]);
+  kith_free(&c->list);
+  kith_search_destroy(&c->search);
+  kith_free(contacts);
+  return status;
+}

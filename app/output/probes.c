@@ -1,0 +1,352 @@
+/* probes.c - least squares at points, from exact sums over the nodes near each point and its images. */
+#include "app/output/probes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "lib/io/series.h"
+
+/* Unknowns of a field: its value and its gradient. Values at a node: scalars, then the velocity. What is
+ * summed: the moments of (1), then its right-hand sides. */
+enum {
+  TERMS = NDIM + 1,
+  SCALARS = 3,
+  VALUES = SCALARS + NDIM,
+  MOMENTS = TERMS * (TERMS + 1) / 2,
+  SUMS = MOMENTS + TERMS * VALUES,
+  CHUNK = 64 /* points that are summed up together */
+};
+
+/* The columns of the file, of which those of gradients are the second half. */
+static const struct kith_series_column columns[] = {
+    {"density", "", 1},
+    {"pressure", "", 1},
+    {"energy", "per unit mass", 1},
+    {"velocity", "zeros behind in 1-D and 2-D", 3},
+    {"density_gradient", "", 3},
+    {"pressure_gradient", "", 3},
+    {"energy_gradient", "", 3},
+    {"velocity_gradient", "row of each component of the velocity, column of each axis", 9}};
+enum { COLUMNS = sizeof columns / sizeof *columns };
+
+/* One probe of the scene. */
+struct set {
+  const struct kith_probe *probe;
+  struct kith_nodes *points;   /* internal; images of them are ghosts */
+  struct kith_field *mirror;   /* 1 along each axis, of an image -1 where it is mirrored */
+  struct kith_field *velocity; /* 0, of an image that of its mirror */
+  struct kith_search *search;  /* of the points */
+  struct kith_list *list;
+  struct kith_rows images; /* targets of each point: itself and its images */
+  struct kith_series series;
+  double *at;              /* [n][3] */
+  double *column[COLUMNS]; /* of the present sample */
+  uint64_t sampled;        /* step after the last sample; 0: none yet */
+};
+
+struct kith_probes {
+  struct kith_simulation *simulation; /* borrowed */
+  struct kith_search *search;         /* of the nodes, by their supports */
+  struct kith_boundaries faces;       /* those that have images; all borrowed */
+  const struct kith_field *barrier;   /* NULL: there is none */
+  struct kith_sum (*sums)[SUMS];      /* [CHUNK] */
+  int n;
+  struct set *set;
+  char path[640];
+};
+
+/* --- creation --- */
+
+/* Nodes and frozen nodes; every rank has all of these, so rank 0 takes them. */
+static bool is_source(const void *context, const struct kith_nodes *nodes, kith_index i) {
+  const struct kith_probes *p = context;
+  if (p->barrier != NULL && p->barrier->u8[i]) return false;
+  if (i < nodes->n_internal) return true;
+  if (kith_ranks_rank(nodes->ranks) != 0) return false;
+  int b = nodes->n_blocks - 1;
+  while (i < nodes->blocks[b].first) --b;
+  return nodes->blocks[b].kind == KITH_GHOST_FROZEN;
+}
+
+/* Points along the edges, the last edge fastest. */
+static void place_points(struct set *s) {
+  const struct kith_probe *probe = s->probe;
+  const int *n = probe->points;
+  for (kith_index i = 0; i < s->points->n_internal; ++i) {
+    const int at[3] = {i / (n[1] * n[2]), i / n[2] % n[1], i % n[2]};
+    for (int a = 0; a < NDIM; ++a) {
+      double x = probe->at[a];
+      for (int k = 0; k < 3; ++k)
+        if (n[k] > 1) x += at[k] * probe->edge[k][a] / (n[k] - 1);
+      s->points->position->f64[(size_t)i * NDIM + a] = s->at[3 * (size_t)i + a] = x;
+      s->mirror->f64[(size_t)i * NDIM + a] = 1;
+    }
+    s->points->id->i64[i] = i;
+  }
+  ++s->points->positions;
+}
+
+static kith_status make_points(struct set *s) {
+  static const char *const name[] = {"points"};
+  static const struct kith_field_spec mirror = {"mirror", KITH_VECTOR, KITH_F64, KITH_STATE, NULL, "sign"},
+                                      drift = {"drift",    KITH_VELOCITY, KITH_F64,
+                                               KITH_STATE, NULL,          "velocity of an image at rest"};
+  const int *n = s->probe->points;
+  kith_index first;
+  KITH_TRY(kith_nodes_create(&s->points, 1, name));
+  KITH_TRY(kith_nodes_field(s->points, &mirror, &s->mirror));
+  KITH_TRY(kith_nodes_field(s->points, &drift, &s->velocity));
+  KITH_TRY(kith_nodes_append(s->points, 0, n[0] * n[1] * n[2], &first));
+  KITH_TRY(kith_resize(&s->at, 0, 3 * (size_t)s->points->n_internal, sizeof *s->at));
+  place_points(s);
+  return KITH_OK;
+}
+
+static kith_status make_set(const struct kith_probes *p, struct set *s, const struct kith_probe *probe) {
+  const struct kith_simulation *m = p->simulation;
+  s->probe = probe;
+  KITH_TRY(make_points(s));
+  const size_t n = (size_t)s->points->n_internal;
+  s->series = (struct kith_series){.name = probe->name,
+                                   .n = n,
+                                   .points = s->at,
+                                   .shape = {probe->points[0], probe->points[1], probe->points[2]},
+                                   .n_columns = probe->gradients ? COLUMNS : COLUMNS / 2,
+                                   .column = columns};
+  for (int k = 0; k < s->series.n_columns; ++k)
+    KITH_TRY(kith_resize(&s->column[k], 0, n * (size_t)columns[k].components, sizeof(double)));
+  KITH_TRY(kith_search_create(&s->search, m->search->ops, s->points));
+  const struct kith_list_spec spec = {.targets = {s->points, s->search, .ghosts = true},
+                                      .sources = {m->nodes, p->search, .chosen = is_source, .context = p},
+                                      .cutoff = KITH_CUTOFF_scatter,
+                                      .radius = m->nodes->support->spec.name,
+                                      .storage = m->scene->connectivity.storage,
+                                      .rebuild = kith_rebuild_always.name,
+                                      .expected = (kith_index)m->package.neighbors};
+  return kith_list_create(&s->list, &spec);
+}
+
+static kith_status create(struct kith_probes *p, const char *directory, bool restarted) {
+  const struct kith_simulation *m = p->simulation;
+  struct kith_series *series = NULL;
+  KITH_TRY(kith_resize(&p->set, 0, (size_t)m->scene->n_probes, sizeof *p->set));
+  KITH_TRY(kith_resize(&p->sums, 0, CHUNK, sizeof *p->sums));
+  KITH_TRY(kith_search_create(&p->search, m->search->ops, m->nodes));
+  p->search->radius = m->nodes->support;
+  p->barrier = kith_nodes_field_named(m->nodes, "barrier");
+  for (int b = 0; b < m->boundaries.n; ++b)
+    if (m->boundaries.boundary[b]->ops->has_faces)
+      p->faces.boundary[p->faces.n++] = m->boundaries.boundary[b];
+  for (; p->n < m->scene->n_probes; ++p->n) KITH_TRY(make_set(p, &p->set[p->n], &m->scene->probe[p->n]));
+  snprintf(p->path, sizeof p->path, "%s/probes.h5", directory);
+  if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
+  KITH_TRY(kith_resize(&series, 0, (size_t)p->n, sizeof *series));
+  for (int k = 0; k < p->n; ++k) series[k] = p->set[k].series;
+  const kith_status status = restarted ? kith_series_resume(p->path, series, p->n, m->integrator.step)
+                                       : kith_series_create(p->path, series, p->n);
+  kith_free(&series);
+  return status;
+}
+
+kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation *simulation,
+                               const char *directory, bool restarted) {
+  *out = NULL;
+  if (simulation->scene->n_probes == 0) return KITH_OK;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  (*out)->simulation = simulation;
+  return create(*out, directory, restarted);
+}
+
+void kith_probes_destroy(struct kith_probes **probes) {
+  struct kith_probes *p = *probes;
+  if (p == NULL) return;
+  for (int k = 0; p->set != NULL && k < p->simulation->scene->n_probes; ++k) {
+    struct set *s = &p->set[k];
+    kith_list_destroy(&s->list);
+    kith_search_destroy(&s->search);
+    kith_nodes_destroy(&s->points);
+    kith_rows_clear(&s->images);
+    kith_free(&s->at);
+    for (int c = 0; c < COLUMNS; ++c) kith_free(&s->column[c]);
+  }
+  kith_free(&p->set);
+  kith_free(&p->sums);
+  kith_search_destroy(&p->search);
+  kith_free(probes);
+}
+
+/* --- the sums of a point --- */
+
+/* Images of the points wherever a support may reach through a face: nodes may be a little beyond it. */
+static kith_status make_images(struct kith_probes *p, struct set *s) {
+  const struct kith_nodes *nodes = p->simulation->nodes;
+  struct kith_nodes *points = s->points;
+  double widest = 0;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) widest = KITH_MAX(widest, nodes->support->f64[i]);
+  kith_ranks_max(nodes->ranks, &widest, 1);
+  for (kith_index i = 0; i < points->n_internal; ++i) points->search_radius->f64[i] = 1.25 * widest;
+  ++points->positions;
+  KITH_TRY(kith_boundaries_ghosts(&p->faces, points, 1, NULL));
+  KITH_TRY(kith_rows_reserve(&s->images, points->n_internal));
+  size_t *first = s->images.first;
+  memset(first, 0, ((size_t)points->n_internal + 1) * sizeof *first);
+  for (kith_index g = 0; g < kith_nodes_count(points); ++g) ++first[points->id->i64[g] + 1];
+  KITH_TRY(kith_rows_sum(&s->images));
+  for (kith_index g = kith_nodes_count(points) - 1; g >= 0;
+       --g) /* moves first[k + 1] to where row k begins */
+    s->images.node[--first[points->id->i64[g] + 1]] = g;
+  memmove(first, first + 1, (size_t)points->n_internal * sizeof *first);
+  first[points->n_internal] = (size_t)kith_nodes_count(points);
+  return KITH_OK;
+}
+
+/* What node j adds to the sums of a point that it sees as its image g. scale: of lengths. */
+static void add_node(const struct kith_probes *p, const struct set *s, kith_index g, kith_index j,
+                     double scale, struct kith_sum *sums) {
+  const struct kith_simulation *m = p->simulation;
+  const struct kith_hydro *hydro = &m->hydro;
+  const double *x = m->nodes->position->f64 + (size_t)j * NDIM, *v = hydro->velocity->f64 + (size_t)j * NDIM,
+               *y = s->points->position->f64 + (size_t)g * NDIM, *sign = s->mirror->f64 + (size_t)g * NDIM,
+               *moves = s->velocity->f64 + (size_t)g * NDIM;
+  const double h = m->nodes->support->f64[j], r = sqrt(kith_distance2(x, y));
+  double term[TERMS] = {1}, weight, slope,
+         value[VALUES] = {hydro->density->f64[j], hydro->pressure->f64[j], hydro->energy->f64[j]};
+  kith_kernel_value(m->package.kernel, r / h, &weight, &slope);
+  weight *= hydro->mass->f64[j] / (hydro->density->f64[j] * kith_pow_dim(h));
+  for (int a = 0; a < NDIM; ++a) {
+    term[1 + a] = sign[a] * (x[a] - y[a]) / scale;
+    value[SCALARS + a] = sign[a] * (v[a] - moves[a]);
+  }
+  for (int k = 0; k < TERMS; ++k)
+    for (int l = k; l < TERMS; ++l) kith_sum_add(sums++, weight * term[k] * term[l]);
+  for (int f = 0; f < VALUES; ++f)
+    for (int k = 0; k < TERMS; ++k) kith_sum_add(sums++, weight * term[k] * value[f]);
+}
+
+static void add_point(const struct kith_probes *p, const struct set *s, kith_index i, double scale,
+                      kith_index *space, struct kith_sum *sums) {
+  for (size_t e = s->images.first[i]; e < s->images.first[i + 1]; ++e) {
+    const kith_index g = s->images.node[e];
+    size_t n;
+    const kith_index *node = kith_stored_row(&s->list->stored, s->list->row[g], space, &n);
+    for (size_t k = 0; k < n; ++k) add_node(p, s, g, node[k], scale, sums);
+  }
+}
+
+/* --- the solution --- */
+
+/* Cholesky factors of the moments, scaled to 1 on the diagonal by size[k]. false: no gradient. */
+static bool factorize(const double *sum, double factor[TERMS][TERMS], double size[TERMS]) {
+  double m[TERMS][TERMS];
+  for (int k = 0; k < TERMS; ++k)
+    for (int l = k; l < TERMS; ++l) m[k][l] = m[l][k] = *sum++;
+  for (int k = 0; k < TERMS; ++k) size[k] = 1 / sqrt(m[k][k]);
+  for (int k = 0; k < TERMS; ++k)
+    for (int l = 0; l <= k; ++l) {
+      double rest = m[k][l] * size[k] * size[l];
+      for (int i = 0; i < l; ++i) rest -= factor[k][i] * factor[l][i];
+      if (l < k) factor[k][l] = rest / factor[l][l];
+      if (l < k) continue;
+      if (!(rest > 1e-10)) return false;
+      factor[k][k] = sqrt(rest);
+    }
+  return true;
+}
+
+/* Value and gradient of one field: `right` becomes the solution. */
+static void solve(double factor[TERMS][TERMS], const double size[TERMS], double right[TERMS]) {
+  for (int k = 0; k < TERMS; ++k) {
+    right[k] *= size[k];
+    for (int i = 0; i < k; ++i) right[k] -= factor[k][i] * right[i];
+    right[k] /= factor[k][k];
+  }
+  for (int k = TERMS - 1; k >= 0; --k) {
+    for (int i = k + 1; i < TERMS; ++i) right[k] -= factor[i][k] * right[i];
+    right[k] /= factor[k][k];
+  }
+  for (int k = 0; k < TERMS; ++k) right[k] *= size[k];
+}
+
+static bool is_behind_face(const struct kith_probes *p, const double *x) {
+  for (int b = 0; b < p->faces.n; ++b) {
+    const struct kith_boundary *face = p->faces.boundary[b];
+    const double slack = 1e-9 * (face->upper - face->lower);
+    if (face->at_lower && x[face->axis] < face->lower - slack) return true;
+    if (face->at_upper && x[face->axis] > face->upper + slack) return true;
+  }
+  return false;
+}
+
+/* Into the columns of the file: value and gradient of all fields at point i. */
+static void put(const struct set *s, size_t i, int field, const double solution[TERMS], double scale) {
+  const bool scalar = field < SCALARS;
+  const size_t k = scalar ? 0 : (size_t)(field - SCALARS);
+  const int c = scalar ? field : SCALARS;
+  s->column[c][i * (size_t)columns[c].components + k] = solution[0];
+  if (!s->probe->gradients) return;
+  double *gradient = s->column[COLUMNS / 2 + c] + i * (size_t)columns[COLUMNS / 2 + c].components + 3 * k;
+  for (int a = 0; a < NDIM; ++a) gradient[a] = solution[1 + a] / scale;
+}
+
+static void finish_point(const struct kith_probes *p, const struct set *s, size_t i,
+                         const struct kith_sum *sums, double scale) {
+  double sum[SUMS], factor[TERMS][TERMS], size[TERMS];
+  for (int k = 0; k < SUMS; ++k) sum[k] = kith_sum_value(&sums[k]);
+  const bool hidden = is_behind_face(p, s->points->position->f64 + i * NDIM);
+  const bool regular = !hidden && factorize(sum, factor, size);
+  for (int f = 0; f < VALUES; ++f) {
+    double solution[TERMS];
+    memcpy(solution, sum + MOMENTS + f * TERMS, sizeof solution);
+    if (regular) solve(factor, size, solution);
+    if (!regular) solution[0] = hidden || !(sum[0] > 0) ? NAN : solution[0] / sum[0];
+    for (int k = 1; k < TERMS && !regular; ++k) solution[k] = NAN;
+    put(s, i, f, solution, scale);
+  }
+}
+
+static kith_status sample_chunk(struct kith_probes *p, const struct set *s, kith_index begin,
+                                kith_index end) {
+  const double scale = s->points->search_radius->f64[0];
+  bool failed = false;
+  memset(p->sums, 0, CHUNK * sizeof *p->sums);
+#pragma omp parallel reduction(|| : failed)
+  {
+    kith_index *space = NULL;
+    failed = kith_resize(&space, 0, s->list->stored.longest + 1, sizeof *space) != KITH_OK;
+#pragma omp for schedule(dynamic, 1)
+    for (kith_index i = begin; i < end; ++i)
+      if (!failed) add_point(p, s, i, scale, space, p->sums[i - begin]);
+    kith_free(&space);
+  }
+  struct kith_ranks *ranks = p->simulation->nodes->ranks;
+  KITH_TRY(kith_ranks_allreduce_status(
+      ranks, failed ? kith_fail(KITH_NO_MEMORY, "no memory for a row of probes") : KITH_OK));
+  kith_sum_ranks(ranks, p->sums[0], (int)(end - begin) * SUMS);
+  for (kith_index i = begin; i < end; ++i) finish_point(p, s, (size_t)i, p->sums[i - begin], scale);
+  return KITH_OK;
+}
+
+static kith_status sample(struct kith_probes *p, struct set *s) {
+  const struct kith_integrator *it = &p->simulation->integrator;
+  struct kith_ranks *ranks = p->simulation->nodes->ranks;
+  enum kith_rebuild_reason why;
+  KITH_TRY(kith_ranks_allreduce_status(ranks, make_images(p, s)));
+  KITH_TRY(kith_list_update(s->list, &why));
+  for (kith_index i = 0; i < s->points->n_internal; i += CHUNK)
+    KITH_TRY(sample_chunk(p, s, i, KITH_MIN(i + CHUNK, s->points->n_internal)));
+  s->sampled = it->step + 1;
+  return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0
+                                                ? kith_series_append(p->path, &s->series, it->time, it->step,
+                                                                     (const double *const *)s->column)
+                                                : KITH_OK);
+}
+
+kith_status kith_probes_sample(struct kith_probes *p, bool last) {
+  for (int k = 0; p != NULL && k < p->n; ++k) {
+    const uint64_t step = p->simulation->integrator.step;
+    struct set *s = &p->set[k];
+    const bool is_due = last || step % (uint64_t)s->probe->every == 0;
+    if (is_due && s->sampled != step + 1) KITH_TRY(sample(p, s));
+  }
+  return KITH_OK;
+}

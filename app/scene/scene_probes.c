@@ -1,0 +1,97 @@
+/* What a scene wants to know on the way: probes, and contacts of materials. */
+#include <string.h>
+#include "app/scene/scene_parts.h"
+
+#define IN(member) KITH_INTO(struct kith_probe, member)
+const struct kith_param kith_probe_params[] = {
+    {"name", KITH_PARAM_NAME, NULL, "", "of its group in probes.h5", IN(name)},
+    {"at", KITH_PARAM_VECTOR, NULL, "", "the point, or where a line, a plane or a grid begins", IN(at)},
+    {"along", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "edge of a line, from its beginning to its end",
+     IN(edge[0])},
+    {"across", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "second edge, of a plane", IN(edge[1])},
+    {"up", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "third edge, of a grid", IN(edge[2])},
+    {"spacing", KITH_PARAM_NUMBER, "0", "[0, inf)",
+     "of the points along the edges, about: both ends are points; 0: 1 / resolution", IN(spacing)},
+    {"every", KITH_PARAM_INTEGER, "1", "[1, inf)", "steps between samples; the first and last state, too",
+     IN(every)},
+    {"gradients", KITH_PARAM_BOOL, "false", "", "gradients of the fields as well", IN(gradients)},
+    {0}};
+#undef IN
+
+const struct kith_param kith_contact_params[] = {
+    {"of", KITH_PARAM_NAME, NULL, "", "a material: its nodes are asked", KITH_INTO(struct kith_contact, of)},
+    {"with", KITH_PARAM_NAME, NULL, "", "another one, what they meet", KITH_INTO(struct kith_contact, with)},
+    {0}};
+
+/* Points along the edges. A million million would not be found out before memory ends. */
+static kith_status count_points(const struct kith_scene *scene, struct kith_probe *probe) {
+  const double spacing = probe->spacing > 0 ? probe->spacing : 1 / scene->resolution;
+  double all = 1;
+  for (int k = 0; k < 3; ++k) {
+    const double n = rint(kith_norm(probe->edge[k]) / spacing) + 1;
+    all *= n;
+    if (!(all <= KITH_MOST_PROBES))
+      return kith_config_fail(probe->node, NULL, "more than %d points", KITH_MOST_PROBES);
+    probe->points[k] = (int)n;
+  }
+  return KITH_OK;
+}
+
+/* Where an axis is open, gas may come out of the domain. */
+static kith_status check_inside(const struct kith_scene *scene, const struct kith_probe *probe) {
+  for (int corner = 0; corner < 8; ++corner)
+    for (int a = 0; a < NDIM; ++a) {
+      double x = probe->at[a];
+      for (int k = 0; k < 3; ++k) x += (corner >> k & 1) * probe->edge[k][a];
+      const double lower = scene->domain.lower[a], upper = scene->domain.upper[a],
+                   slack = 1e-9 * (upper - lower);
+      const bool below = scene->boundary[a].lower != NULL && x < lower - slack,
+                 above = scene->boundary[a].upper != NULL && x > upper + slack;
+      if (below || above)
+        return kith_config_fail(probe->node, NULL, "a point at %c = %g is outside of the domain", "xyz"[a],
+                                x);
+    }
+  return KITH_OK;
+}
+
+kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config_node *node) {
+  if (node == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
+  KITH_TRY(kith_resize(&scene->probe, 0, (size_t)node->n, sizeof *scene->probe));
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    struct kith_probe *probe = &scene->probe[scene->n_probes++];
+    probe->node = child;
+    KITH_TRY(kith_params_read(kith_probe_params, child, probe));
+    if (probe->name[0] == '\0' || strchr(probe->name, '/') != NULL)
+      return kith_config_fail(kith_config_child(child, "name"), NULL, "'%s' cannot name a group",
+                              probe->name);
+    for (const struct kith_probe *p = scene->probe; p < probe; ++p)
+      if (strcmp(p->name, probe->name) == 0)
+        return kith_config_fail(kith_config_child(child, "name"), NULL, "there are two probes '%s'", p->name);
+    KITH_TRY(count_points(scene, probe));
+    KITH_TRY(check_inside(scene, probe));
+  }
+  return KITH_OK;
+}
+
+static kith_status check_material(const struct kith_scene *scene, const struct kith_config_node *child,
+                                  const char *key, const char *name) {
+  for (int m = 0; m < scene->n_materials; ++m)
+    if (strcmp(scene->material_name[m], name) == 0) return KITH_OK;
+  return kith_config_fail(kith_config_child(child, key), NULL, "there is no material '%s'", name);
+}
+
+kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node) {
+  if (node == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
+  KITH_TRY(kith_resize(&scene->contact, 0, (size_t)node->n, sizeof *scene->contact));
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
+    struct kith_contact *contact = &scene->contact[scene->n_contacts++];
+    KITH_TRY(kith_params_read(kith_contact_params, child, contact));
+    KITH_TRY(check_material(scene, child, "of", contact->of));
+    KITH_TRY(check_material(scene, child, "with", contact->with));
+    if (strcmp(contact->of, contact->with) == 0)
+      return kith_config_fail(kith_config_child(child, "with"), NULL, "contacts are between two materials");
+  }
+  return KITH_OK;
+}

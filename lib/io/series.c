@@ -1,0 +1,189 @@
+/* series.c - data sets that grow, through HDF5. Handles are negative after a failure, and calls with one fail
+ * as well: failures are counted and told once. */
+#include "lib/io/series.h"
+
+#include <hdf5.h>
+#include <string.h>
+
+enum { FIXED = 2 }; /* columns before those of the series: time, step */
+
+struct column {
+  char name[64];
+  hid_t type;
+  int rank; /* of a sample: 0 a number, 1 of each point, 2 several of each */
+  hsize_t size[3];
+};
+
+/* Column k of the file; its first dimension are the samples. */
+static struct column column_of(const struct kith_series *series, int k) {
+  struct column c = {.name = "time", .type = H5T_NATIVE_DOUBLE, .size = {0, series->n, 0}};
+  if (k == 1) strcpy(c.name, "step"), c.type = H5T_NATIVE_UINT64;
+  if (k < FIXED) return c;
+  const struct kith_series_column *of = &series->column[k - FIXED];
+  strncat(strcpy(c.name, ""), of->name, sizeof c.name - 1);
+  c.rank = of->components > 1 ? 2 : 1;
+  c.size[2] = (hsize_t)of->components;
+  return c;
+}
+
+static herr_t count_failure(hid_t stack, void *failures) {
+  (void)stack;
+  ++*(int *)failures;
+  return 0;
+}
+
+static void attribute(hid_t owner, const char *name, hid_t type, hsize_t n, const void *values) {
+  const hid_t space = n > 0 ? H5Screate_simple(1, &n, NULL) : H5Screate(H5S_SCALAR);
+  const hid_t id = H5Acreate2(owner, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
+  H5Awrite(id, type, values);
+  H5Aclose(id);
+  H5Sclose(space);
+}
+
+static void create_column(hid_t group, const struct kith_series *series, int k) {
+  struct column c = column_of(series, k);
+  const hsize_t most[3] = {H5S_UNLIMITED, c.size[1], c.size[2]},
+                chunk[3] = {c.rank > 0 ? 1 : 1024, c.size[1], c.size[2]};
+  const hid_t space = H5Screate_simple(1 + c.rank, c.size, most), how = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_chunk(how, 1 + c.rank, chunk);
+  H5Pset_obj_track_times(how, false); /* the same samples make the same file */
+  const hid_t id = H5Dcreate2(group, c.name, c.type, space, H5P_DEFAULT, how, H5P_DEFAULT);
+  if (k >= FIXED) {
+    const hid_t text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(text, strlen(series->column[k - FIXED].doc) + 1);
+    attribute(id, "description", text, 0, series->column[k - FIXED].doc);
+    H5Tclose(text);
+  }
+  H5Dclose(id);
+  H5Pclose(how);
+  H5Sclose(space);
+}
+
+static void create_group(hid_t file, const struct kith_series *series) {
+  const hid_t group = H5Gcreate2(file, series->name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  const hsize_t size[2] = {series->n, 3};
+  const hid_t space = H5Screate_simple(2, size, NULL), how = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_obj_track_times(how, false);
+  const hid_t points = H5Dcreate2(group, "points", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, how, H5P_DEFAULT);
+  H5Dwrite(points, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, series->points);
+  H5Dclose(points);
+  H5Pclose(how);
+  H5Sclose(space);
+  attribute(group, "shape", H5T_NATIVE_INT, 3, series->shape);
+  for (int k = 0; k < FIXED + series->n_columns; ++k) create_column(group, series, k);
+  H5Gclose(group);
+}
+
+/* How many samples a column has; -1: there is none, or it is of other points. */
+static hssize_t samples_of(hid_t group, const struct column *c) {
+  hsize_t size[3] = {0};
+  if (H5Lexists(group, c->name, H5P_DEFAULT) <= 0) return -1;
+  const hid_t id = H5Dopen2(group, c->name, H5P_DEFAULT), space = H5Dget_space(id);
+  const bool fits = H5Sget_simple_extent_ndims(space) == 1 + c->rank;
+  if (fits) H5Sget_simple_extent_dims(space, size, NULL);
+  H5Sclose(space);
+  H5Dclose(id);
+  for (int k = 1; k <= c->rank; ++k)
+    if (size[k] != c->size[k]) return -1;
+  return fits ? (hssize_t)size[0] : -1;
+}
+
+/* Samples up to `step`: they ascend. */
+static hsize_t samples_until(hid_t group, hsize_t n, uint64_t step) {
+  uint64_t *steps = NULL;
+  if (n == 0 || kith_resize(&steps, 0, n, sizeof *steps) != KITH_OK) return 0;
+  const hid_t id = H5Dopen2(group, "step", H5P_DEFAULT);
+  H5Dread(id, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, steps);
+  H5Dclose(id);
+  while (n > 0 && steps[n - 1] > step) --n;
+  kith_free(&steps);
+  return n;
+}
+
+/* false: the group has other columns. */
+static bool cut(hid_t file, const struct kith_series *series, uint64_t step) {
+  if (H5Lexists(file, series->name, H5P_DEFAULT) <= 0) return false;
+  const hid_t group = H5Gopen2(file, series->name, H5P_DEFAULT);
+  struct column c = column_of(series, 1);
+  const hssize_t n = samples_of(group, &c);
+  const hsize_t kept = n > 0 ? samples_until(group, (hsize_t)n, step) : 0;
+  bool same = n >= 0;
+  for (int k = 0; k < FIXED + series->n_columns && same; ++k) {
+    c = column_of(series, k);
+    same = samples_of(group, &c) >= (hssize_t)kept;
+    c.size[0] = kept;
+    if (!same) continue;
+    const hid_t id = H5Dopen2(group, c.name, H5P_DEFAULT);
+    H5Dset_extent(id, c.size);
+    H5Dclose(id);
+  }
+  H5Gclose(group);
+  return same;
+}
+
+static void append(hid_t group, const struct kith_series *series, int k, const void *values) {
+  struct column c = column_of(series, k);
+  const hsize_t from[3] = {(hsize_t)KITH_MAX(samples_of(group, &c), 0)}, one[3] = {1, c.size[1], c.size[2]};
+  c.size[0] = from[0] + 1;
+  const hid_t id = H5Dopen2(group, c.name, H5P_DEFAULT);
+  H5Dset_extent(id, c.size);
+  const hid_t space = H5Dget_space(id), sample = H5Screate_simple(1 + c.rank, one, NULL);
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, from, NULL, one, NULL);
+  H5Dwrite(id, c.type, sample, space, H5P_DEFAULT, values);
+  H5Sclose(sample);
+  H5Sclose(space);
+  H5Dclose(id);
+}
+
+/* What is done to an open file. */
+struct job {
+  const struct kith_series *series;
+  int count;
+  bool create, resume;
+  double time;
+  uint64_t step;
+  const double *const *values;
+};
+
+/* false: the file is of other series. */
+static bool carry_out(hid_t file, const struct job *job) {
+  bool same = true;
+  for (int s = 0; s < job->count && job->create; ++s) create_group(file, &job->series[s]);
+  for (int s = 0; s < job->count && job->resume; ++s) same = same && cut(file, &job->series[s], job->step);
+  if (job->values == NULL) return same;
+  const hid_t group = H5Gopen2(file, job->series->name, H5P_DEFAULT);
+  append(group, job->series, 0, &job->time);
+  append(group, job->series, 1, &job->step);
+  for (int k = 0; k < job->series->n_columns; ++k) append(group, job->series, FIXED + k, job->values[k]);
+  H5Gclose(group);
+  return same;
+}
+
+static kith_status with_file(const char *path, const struct job *job) {
+  int failures = 0;
+  H5E_auto2_t handler;
+  void *data;
+  H5Eget_auto2(H5E_DEFAULT, &handler, &data);
+  H5Eset_auto2(H5E_DEFAULT, count_failure, &failures);
+  const hid_t file = job->create ? H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)
+                                 : H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
+  const bool same = file < 0 || carry_out(file, job);
+  if (file >= 0) H5Fclose(file);
+  H5Eset_auto2(H5E_DEFAULT, handler, data);
+  if (!same) KITH_FAIL(BAD_FILE, "%s: it has other probes than the scene", path);
+  if (failures > 0 || file < 0) KITH_FAIL(BAD_FILE, "%s: HDF5 cannot write it", path);
+  return KITH_OK;
+}
+
+kith_status kith_series_create(const char *path, const struct kith_series *series, int count) {
+  return with_file(path, &(struct job){.series = series, .count = count, .create = true});
+}
+
+kith_status kith_series_resume(const char *path, const struct kith_series *series, int count, uint64_t step) {
+  return with_file(path, &(struct job){.series = series, .count = count, .resume = true, .step = step});
+}
+
+kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,
+                               const double *const *values) {
+  return with_file(path, &(struct job){.series = series, .time = time, .step = step, .values = values});
+}

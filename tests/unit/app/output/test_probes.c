@@ -1,0 +1,316 @@
+/* test_probes.c - probes.h5: fields that are linear are exact, values and gradients, at any point among
+ * disordered nodes; at periodic and reflecting faces what a sum over all images gives; series of samples, and
+ * a restart that goes on with them; too few nodes. And contacts.csv. */
+#include <hdf5.h>
+#include <omp.h>
+#include <unistd.h>
+
+#include "app/output/output.h"
+#include "tests/unit/oracle.h"
+#include "tests/unit/scenario.h"
+
+static char directory[] = "probes_XXXXXX";
+
+static const char *in(const char *name) {
+  static char path[128];
+  snprintf(path, sizeof path, "%s/%s", directory, name);
+  return path;
+}
+
+static const char box[] =
+    "scene: box\n"
+    "dimension: 3\n"
+    "resolution: {1d: 40, 2d: 10, 3d: 6}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "materials: {gas: {gamma: 1.4}, other: {gamma: 1.4}}\n"
+    "arrangement: equal-spacing\n"
+    "regions:\n"
+    "  - {material: gas, where: {x: [0, 0.5]}, jitter: 0.3, lattice: cubic, density: 1, pressure: 1}\n"
+    "  - {material: other, where: {x: [0.5, 1]}, jitter: 0.3, lattice: cubic, density: 1, pressure: 1}\n"
+    "connectivity: {contacts: [{of: gas, with: other}]}\n"
+    "probes:\n"
+    "  - {name: center, at: [0.5, 0.5, 0.5], gradients: true}\n"
+    "  - {name: line, at: [0.01, 0.02, 0.03], along: [0.9, 0.9, 0.9], spacing: 0.1, gradients: true}\n"
+    "  - {name: slice, at: [0, 0, 0.5], along: [1, 0, 0], across: [0, 1, 0], spacing: 0.25, every: 2}\n"
+    "  - {name: grid, at: [0, 0, 0], along: [1, 0, 0], across: [0, 1, 0], up: [0, 0, 1], spacing: 0.5}\n"
+    "until: 1\n";
+
+/* Sample k of a column, [n][components]; and how many samples there are. */
+static size_t read_column(const char *probe, const char *column, hsize_t k, double *values, hsize_t size) {
+  char name[96];
+  hsize_t shape[3] = {0, 1, 1};
+  snprintf(name, sizeof name, "%s/%s", probe, column);
+  const hid_t file = H5Fopen(in("probes.h5"), H5F_ACC_RDONLY, H5P_DEFAULT),
+              data = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(data);
+  H5Sget_simple_extent_dims(space, shape, NULL);
+  const hsize_t from[3] = {k}, one[3] = {1, shape[1], shape[2]}, n = shape[1] * shape[2];
+  const hid_t sample = H5Screate_simple(1, &n, NULL);
+  CHECK(k < shape[0] && n == size);
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, from, NULL, one, NULL);
+  CHECK(H5Dread(data, H5T_NATIVE_DOUBLE, sample, space, H5P_DEFAULT, values) >= 0);
+  H5Sclose(sample);
+  H5Sclose(space);
+  H5Dclose(data);
+  H5Fclose(file);
+  return shape[0];
+}
+
+/* A linear function; the others are numbered. */
+static double linear(int f, const double *x) {
+  double value = 2 + f;
+  for (int a = 0; a < NDIM; ++a) value += (0.3 + 0.1 * f - 0.5 * a) * x[a];
+  return value;
+}
+
+static void make_linear(const struct scenario *s) {
+  const struct kith_hydro *h = &s->simulation->hydro;
+  for (kith_index i = 0; i < h->nodes->n_internal; ++i) {
+    const double *x = h->nodes->position->f64 + (size_t)i * NDIM;
+    h->density->f64[i] = linear(0, x), h->pressure->f64[i] = linear(1, x), h->energy->f64[i] = linear(2, x);
+    for (int a = 0; a < NDIM; ++a) h->velocity->f64[(size_t)i * NDIM + a] = linear(3 + a, x);
+  }
+}
+
+/* All open: every point is inside of the nodes or near their edge. */
+static void check_linear(const char *storage) {
+  static const char *const names[] = {"density", "pressure", "energy"};
+  struct scenario s;
+  struct kith_probes *probes;
+  if (scenario_open(&s, box, "connectivity.storage=%s", storage)) {
+    CHECK_OK(scenario_start(&s));
+    make_linear(&s);
+    CHECK_OK(kith_probes_create(&probes, s.simulation, directory, false));
+    CHECK_OK(kith_probes_sample(probes, false));
+    kith_probes_destroy(&probes);
+    const struct kith_probe *line = &s.scene->probe[1];
+    const int n = line->points[0];
+    double value[128], gradient[400];
+    CHECK(n >= 10 && n <= 17);
+    for (int f = 0; f < 3; ++f) {
+      char name[64];
+      CHECK(read_column("line", names[f], 0, value, (hsize_t)n) == 1);
+      snprintf(name, sizeof name, "%s_gradient", names[f]);
+      read_column("line", name, 0, gradient, 3 * (hsize_t)n);
+      for (int i = 0; i < n; ++i) {
+        double x[NDIM];
+        for (int a = 0; a < NDIM; ++a) x[a] = line->at[a] + 0.9 * i / (n - 1);
+        CHECK_CLOSE(value[i], linear(f, x), 1e-12);
+        for (int a = 0; a < 3; ++a)
+          CHECK_CLOSE(gradient[3 * i + a], a < NDIM ? 0.3 + 0.1 * f - 0.5 * a : 0, 1e-11);
+      }
+    }
+    read_column("line", "velocity", 0, gradient, 3 * (hsize_t)n);
+    for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(gradient[a], linear(3 + a, line->at), 1e-12);
+    read_column("center", "velocity_gradient", 0, gradient, 9);
+    for (int a = 0; a < NDIM; ++a)
+      for (int b = 0; b < NDIM; ++b) CHECK_CLOSE(gradient[3 * a + b], 0.3 + 0.1 * (3 + a) - 0.5 * b, 1e-11);
+  }
+  scenario_close(&s);
+}
+
+/* --- images --- */
+
+/* Solves by elimination with pivots: not as the probes do. */
+static void eliminate(double m[NDIM + 1][NDIM + 2]) {
+  for (int k = 0; k <= NDIM; ++k) {
+    int p = k;
+    for (int r = k + 1; r <= NDIM; ++r)
+      if (fabs(m[r][k]) > fabs(m[p][k])) p = r;
+    for (int c = 0; c < NDIM + 2; ++c) {
+      const double swap = m[k][c];
+      m[k][c] = m[p][c], m[p][c] = swap;
+    }
+    for (int r = 0; r <= NDIM; ++r) {
+      const double factor = m[r][k] / m[k][k];
+      for (int c = 0; c < NDIM + 2 && r != k; ++c) m[r][c] -= factor * m[k][c];
+    }
+  }
+  for (int k = 0; k <= NDIM; ++k) m[k][NDIM + 1] /= m[k][k];
+}
+
+/* The x-velocity (or y) and its gradient at x, over all nodes and their images, -1, 0 and 1 along each axis:
+ * shifts along x and z, mirrors along y. */
+static void oracle_at(const struct scenario *s, const double *x, int component, double out[NDIM + 1]) {
+  const struct kith_hydro *h = &s->simulation->hydro;
+  double m[NDIM + 1][NDIM + 2] = {{0}};
+  int image[3];
+  for (kith_index j = 0; j < h->nodes->n_internal; ++j)
+    for (image[0] = -1; image[0] <= 1; ++image[0])
+      for (image[1] = NDIM > 1 ? -1 : 0; image[1] <= (NDIM > 1); ++image[1])
+        for (image[2] = NDIM > 2 ? -1 : 0; image[2] <= (NDIM > 2); ++image[2]) {
+          double term[NDIM + 1] = {1}, r2 = 0, w, g, v = h->velocity->f64[(size_t)j * NDIM + component];
+          for (int a = 0; a < NDIM; ++a) {
+            const double own = h->nodes->position->f64[(size_t)j * NDIM + a];
+            double y = own + image[a];
+            if (a == 1 && image[a] != 0) y = (image[a] > 0 ? 2 : 0) - own;
+            if (a == 1 && image[a] != 0 && component == 1) v = -v;
+            term[1 + a] = y - x[a];
+            r2 += term[1 + a] * term[1 + a];
+          }
+          const double support = h->nodes->support->f64[j];
+          if (!(r2 < support * support)) continue;
+          kith_kernel_value(s->simulation->package.kernel, sqrt(r2) / support, &w, &g);
+          w *= h->mass->f64[j] / (h->density->f64[j] * kith_pow_dim(support));
+          for (int k = 0; k <= NDIM; ++k) {
+            for (int l = 0; l <= NDIM; ++l) m[k][l] += w * term[k] * term[l];
+            m[k][NDIM + 1] += w * term[k] * v;
+          }
+        }
+  eliminate(m);
+  for (int k = 0; k <= NDIM; ++k) out[k] = m[k][NDIM + 1];
+}
+
+static void check_images(void) {
+  struct scenario s;
+  struct kith_probes *probes;
+  if (scenario_open(&s, box, "boundaries.x=periodic boundaries.y=reflecting boundaries.z=periodic")) {
+    CHECK_OK(scenario_start(&s));
+    CHECK_OK(scenario_steps(&s, 2));
+    for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i)
+      for (int a = 0; a < NDIM; ++a) {
+        const double *x = s.simulation->nodes->position->f64 + (size_t)i * NDIM;
+        s.simulation->hydro.velocity->f64[(size_t)i * NDIM + a] = sin(3 * x[0] + a) + x[NDIM - 1] * x[0];
+      }
+    CHECK_OK(kith_probes_create(&probes, s.simulation, directory, false));
+    CHECK_OK(kith_probes_sample(probes, true));
+    const struct kith_probe *slice = &s.scene->probe[2];
+    const int n = slice->points[0] * slice->points[1];
+    double first[400], again[400], wanted[NDIM + 1];
+    read_column("slice", "velocity", 0, first, 3 * (hsize_t)n);
+    for (int i = 0; i < n; ++i) {
+      const int at[3] = {i / slice->points[1], i % slice->points[1], 2};
+      double x[NDIM];
+      for (int a = 0; a < NDIM; ++a) x[a] = 0.25 * at[a];
+      for (int a = 0; a < NDIM; ++a) {
+        oracle_at(&s, x, a, wanted);
+        CHECK_CLOSE(first[3 * i + a], wanted[0], 1e-12);
+      }
+    }
+    omp_set_num_threads(1); /* the same bits */
+    for (int k = 0; k < 2; ++k) {
+      s.simulation->integrator.step += 1;
+      CHECK_OK(kith_probes_sample(probes, true));
+    }
+    read_column("slice", "velocity", 2, again, 3 * (hsize_t)n);
+    CHECK(memcmp(first, again, 3 * (size_t)n * sizeof *first) == 0);
+    omp_set_num_threads(2);
+    kith_probes_destroy(&probes);
+  }
+  scenario_close(&s);
+}
+
+/* --- series --- */
+
+static void check_series(void) {
+  struct scenario s;
+  struct kith_probes *probes;
+  double value[400], step;
+  if (scenario_open(&s, box, "scheme.dt=0.0001")) {
+    CHECK_OK(scenario_start(&s));
+    CHECK_OK(kith_probes_create(&probes, s.simulation, directory, false));
+    CHECK_OK(kith_probes_sample(probes, false));
+    for (int k = 0; k < 5; ++k) {
+      CHECK_OK(scenario_steps(&s, 1));
+      CHECK_OK(kith_probes_sample(probes, k == 4));
+    }
+    kith_probes_destroy(&probes);
+    CHECK(read_column("center", "step", 5, &step, 1) == 6 && step == 5);
+    CHECK(read_column("slice", "step", 3, &step, 1) == 4 && step == 5); /* 0, 2, 4 and the last */
+    read_column("grid", "density", 0, value, NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27);
+    /* A restart at step 3 drops what is after it. */
+    s.simulation->integrator.step = 3;
+    CHECK_OK(kith_probes_create(&probes, s.simulation, directory, true));
+    kith_probes_destroy(&probes);
+    CHECK(read_column("center", "step", 3, &step, 1) == 4 && step == 3);
+    CHECK(read_column("slice", "step", 1, &step, 1) == 2 && step == 2);
+    /* Other probes, or no file, cannot be gone on with. */
+    s.scene->probe[0].gradients = false, strcpy(s.scene->probe[0].name, "middle");
+    CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
+    CHECK(strstr(kith_failure(), "it has other probes than the scene") != NULL);
+    kith_probes_destroy(&probes);
+    unlink(in("probes.h5"));
+    CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
+    kith_probes_destroy(&probes);
+  }
+  scenario_close(&s);
+}
+
+/* Too few nodes for a gradient, and none at all. */
+static void check_sparse(void) {
+  struct scenario s;
+  struct kith_probes *probes;
+  double value[3], gradient[3];
+  if (scenario_open(&s, box, "probes.0.at=[0.9,0.9,0.9]")) {
+    CHECK_OK(scenario_start(&s));
+    struct kith_nodes *nodes = s.simulation->nodes;
+    for (kith_index i = 0; i < nodes->n_internal; ++i)
+      for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] = i == 0 ? 0.89 : -50;
+    ++nodes->positions;
+    s.simulation->hydro.pressure->f64[0] = 7;
+    CHECK_OK(kith_probes_create(&probes, s.simulation, directory, false));
+    CHECK_OK(kith_probes_sample(probes, false));
+    kith_probes_destroy(&probes);
+    read_column("center", "pressure", 0, value, 1);
+    read_column("center", "pressure_gradient", 0, gradient, 3);
+    CHECK(fabs(value[0] - 7) < 1e-14 && isnan(gradient[0]));
+    double line[32];
+    read_column("line", "pressure", 0, line, (hsize_t)s.scene->probe[1].points[0]);
+    CHECK(isnan(line[0]));
+  }
+  scenario_close(&s);
+}
+
+/* --- contacts --- */
+
+static void check_contacts(const char *settings) {
+  struct scenario s;
+  struct kith_contacts *contacts;
+  char line[256], why[32];
+  if (scenario_open(&s, box, "%s", settings)) {
+    CHECK_OK(scenario_start(&s));
+    CHECK_OK(kith_contacts_create(&contacts, s.simulation, directory, false));
+    for (int k = 0; k < 3; ++k) {
+      CHECK_OK(scenario_steps(&s, 1));
+      CHECK_OK(kith_contacts_sample(contacts));
+    }
+    CHECK_OK(kith_contacts_destroy(&contacts));
+    const struct kith_nodes *nodes = s.simulation->nodes;
+    const double *h = nodes->support->f64;
+    double wanted[3] = {0, 0, INFINITY}, found[3];
+    int builds, steps;
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      bool meets = false;
+      for (kith_index j = 0; nodes->list->u8[i] == 0 && j < kith_nodes_count(nodes); ++j) {
+        const double r = sqrt(oracle_distance2(nodes, i, j));
+        if (nodes->list->u8[j] != 1 || !(r <= fmax(h[i], h[j]))) continue;
+        meets = true, wanted[1] += 1, wanted[2] = fmin(wanted[2], r);
+      }
+      wanted[0] += meets;
+    }
+    FILE *file = fopen(in("contacts.csv"), "r");
+    for (int k = 0; k < 4; ++k) CHECK(fgets(line, sizeof line, file) != NULL);
+    fclose(file);
+    CHECK(sscanf(line, "%d,%*[^,],gas,other,%lf,%lf,%lf,%*[^,],%d,%31s", &steps, &found[0], &found[1],
+                 &found[2], &builds, why) == 6);
+    for (int k = 0; k < 3; ++k) CHECK_CLOSE(found[k], wanted[k], 1e-14);
+    CHECK(wanted[0] > 0 && steps == 3);
+    const bool kept = kith_rebuilds_lasting(&s.simulation->rebuilds);
+    CHECK(builds == (kept ? 1 : 3) && (strcmp(why, "none") == 0) == kept);
+  }
+  scenario_close(&s);
+}
+
+int main(void) {
+  CHECK(mkdtemp(directory) != NULL);
+  check_linear("csr");
+  check_linear("compressed");
+  check_images();
+  check_series();
+  check_sparse();
+  check_contacts("connectivity.storage=padded");
+  check_contacts("connectivity.rebuild=displacement boundaries.x=periodic scheme.dt=0.0001");
+  unlink(in("probes.h5"));
+  unlink(in("contacts.csv"));
+  rmdir(directory);
+  return check_failed();
+}
