@@ -290,7 +290,7 @@ static void put(const struct set *s, size_t i, int field, const double solution[
 
 static void finish_point(const struct kith_probes *p, const struct set *s, size_t i,
                          const struct kith_sum *sums, double scale) {
-  double sum[SUMS], factor[TERMS][TERMS], size[TERMS];
+  double sum[SUMS], factor[TERMS][TERMS] = {{0}}, size[TERMS] = {0};
   for (int k = 0; k < SUMS; ++k) sum[k] = kith_sum_value(&sums[k]);
   const bool hidden = is_behind_face(p, s->points->position->f64 + i * NDIM);
   const bool regular = !hidden && factorize(sum, factor, size);

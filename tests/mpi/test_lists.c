@@ -305,8 +305,6 @@ static void updates_together(void) {
 int main(void) {
   CHECK_OK(kith_ranks_create(&ranks));
   callers_communicator();
-}
-
   table_of_six_boxes();
   lists_between_materials();
   updates_together();
