@@ -1,5 +1,6 @@
 /* test_exclude.c - excluders in a run: gases that do not see each other behave as if each were alone, bit for
- * bit; barrier nodes that do not see each other make the same run with fewer entries; what is refused. */
+ * bit; barrier nodes that do not see each other make the same run, to round-off, with fewer entries; what is
+ * refused. */
 #include "tests/unit/scenario.h"
 
 static const char mixture[] =
@@ -63,7 +64,8 @@ static void check_apart(const char *package) {
   scenario_close(&mixed);
 }
 
-/* Integrated faces need rows of ghosts, among which are the barriers. */
+/* Integrated faces need rows of ghosts, among which are the barriers; faces between barriers are none, and
+ * the solver that closes the others meets them in another order. */
 static void check_barriers(void) {
   static const char plate[] =
       "scene: plate\n"
@@ -88,7 +90,8 @@ static void check_barriers(void) {
       scenario_run(&fewer, 1)) {
     const struct kith_rows *a = &all.simulation->connectivity->rows,
                            *b = &fewer.simulation->connectivity->rows;
-    scenario_same(&all, &fewer, "barriers that do not see each other");
+    CHECK(scenario_distance(&all, &fewer, "velocity") <= 1e-11);
+    CHECK(scenario_distance(&all, &fewer, "energy") <= 1e-13);
     CHECK(a->n == b->n && b->n > fewer.simulation->nodes->n_internal);
     CHECK(b->first[b->n] < a->first[a->n]);
   }
