@@ -19,6 +19,9 @@ for scene in "$inputs"/*.yaml; do
   if [[ $scene == */gresho.yaml || $scene == */yee.yaml ]]; then
     shown "nothing is written" "$kith" plan "$scene" --set resolution=4
     stopped 2 "a vortex needs 2 or 3 dimensions" "$kith" plan "$scene" --set dimension=1
+  elif [[ $scene == */four-states.yaml || $scene == */triple-point.yaml ]]; then
+    shown "nothing is written" "$kith" plan "$scene" --set resolution=4
+    stopped 2 "it holds no node" "$kith" plan "$scene" --set dimension=1
   elif [[ $scene == */rayleigh-taylor.yaml ]]; then
     shown "nothing is written" "$kith" plan "$scene"
     stopped 2 "along y: there is no such axis in 1-D" "$kith" plan "$scene" --set dimension=1
