@@ -8,6 +8,7 @@ cp "$inputs/sod.yaml" .
 cat >small.yaml <<'END_YAML'
 scene: sod.yaml
 dimension: 1
+settings: {arrangement: equal-mass}
 methods:
   - {name: sph, settings: {method.package: sph}}
   - {name: alpha <1>, settings: {method.viscosity: {name: monaghan}}}
