@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* In single quotes nothing is special to gnuplot but these. */
 static void put_quoted(FILE *f, const char *text) {
@@ -12,28 +13,32 @@ static void put_quoted(FILE *f, const char *text) {
   fputc('\'', f);
 }
 
+enum { TITLE = 40 };
+
+static int height_of(const struct kith_figure_layout *l) {
+  return TITLE + l->rows * l->height + l->legend;
+}
+
 kith_status kith_figure_open(struct kith_figure *g, const char *directory, const char *name,
-                             const char *title, int rows, int columns, const int panel[2]) {
+                             const char *title, const struct kith_figure_layout *layout) {
   char path[KITH_PATH + 40];
-  *g = (struct kith_figure){0};
+  *g = (struct kith_figure){.layout = *layout};
   snprintf(g->directory, sizeof g->directory, "%s", directory);
   snprintf(g->name, sizeof g->name, "%s", name);
   snprintf(path, sizeof path, "%s/%s.gp", directory, name);
   KITH_TRY(kith_atomic_file_open(&g->file, path));
   FILE *f = g->file->stream;
-  const int width = panel[0] * columns, height = panel[1] * rows + 40;
+  const int width = layout->columns * layout->width, height = height_of(layout);
   fprintf(f,
           "# gnuplot %s.gp draws %s.png, then %s.pdf\n"
           "if (!exists('pdf')) pdf = 0\n"
           "if (pdf) set terminal pdfcairo noenhanced size %.2f,%.2f font 'Sans,12'; set output '%s.pdf'\n"
           "if (!pdf) set terminal pngcairo noenhanced size %d,%d font 'Sans,12'; set output '%s.png'\n"
-          "set colorsequence podo\nset grid lt 1 lw 0.5 lc rgb '#dde1e6'\nset border 3 lc rgb '#30343a'\n"
-          "set tics nomirror\nset key outside top center horizontal samplen 2 font 'Sans,11'\n"
-          "set multiplot layout %d,%d title ",
-          name, name, name, width / 80.0, height / 80.0, name, width, height, name, rows, columns);
+          "set colorsequence podo\nset grid lt 1 lw 0.5 lc rgb '#dde1e6'\n"
+          "set border 3 lc rgb '#30343a'\nset tics nomirror\nunset key\nset multiplot title ",
+          name, name, name, width / 110.0, height / 110.0, name, width, height, name);
   put_quoted(f, title);
-  fputs(" font 'Sans,13'", f);
-  fputc('\n', f);
+  fputs(" font 'Sans,13'\n", f);
   return KITH_OK;
 }
 
@@ -41,7 +46,12 @@ void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_l
                        bool logarithmic_x) {
   FILE *f = g->file->stream;
   const char *const words[] = {title, x_label, y_label}, *const what[] = {"title", "xlabel", "ylabel"};
-  g->n_series = g->n_points = 0;
+  const struct kith_figure_layout *l = &g->layout;
+  const int row = g->n_panels / l->columns, column = g->n_panels % l->columns;
+  const double height = height_of(l);
+  ++g->n_panels, g->n_series = g->n_points = 0;
+  fprintf(f, "set origin %.6f,%.6f\nset size %.6f,%.6f\n", (double)column / l->columns,
+          1 - (TITLE + (row + 1) * l->height) / height, 1.0 / l->columns, l->height / height);
   for (int k = 0; k < 3; ++k) {
     fprintf(f, "set %s ", what[k]);
     put_quoted(f, words[k]);
@@ -53,16 +63,21 @@ void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_l
 
 void kith_figure_series(struct kith_figure *g, const char *label, const char *style, ...) {
   va_list arguments;
+  char how[160];
   if (g->n_series == 0) g->plot = open_memstream(&g->plot_text, &g->plot_size);
   if (g->n_series > 0) fputs("END\n", g->file->stream);
   fprintf(g->file->stream, "$series%d << END\n", g->n_series);
   if (g->plot == NULL) return; /* no memory: no picture */
-  fprintf(g->plot, ", $series%d ", g->n_series++);
   va_start(arguments, style);
-  vfprintf(g->plot, style, arguments);
+  vsnprintf(how, sizeof how, style, arguments);
   va_end(arguments);
-  fputs(" title ", g->plot);
-  put_quoted(g->plot, label);
+  fprintf(g->plot, ", $series%d %s", g->n_series++, how);
+  if (g->n_panels > 1) return;       /* all are in the first panel, from which the legend is */
+  char *with = strstr(how, "with "); /* behind "smooth unique" */
+  if (g->legend == NULL) g->legend = open_memstream(&g->legend_text, &g->legend_size);
+  if (g->legend == NULL) return;
+  fprintf(g->legend, ", NaN %s title ", with != NULL ? with : how);
+  put_quoted(g->legend, label);
 }
 
 void kith_figure_point(struct kith_figure *g, double x, double y) {
@@ -71,20 +86,30 @@ void kith_figure_point(struct kith_figure *g, double x, double y) {
   ++g->n_points;
 }
 
-void kith_figure_draw(struct kith_figure *g, double level, const char *label) {
+void kith_figure_draw(struct kith_figure *g, double level) {
   FILE *f = g->file->stream;
   fputs("END\n", f);
   if (g->n_points == 0)
     fputs("set xrange [1:10]\nset yrange [1:10]\n", f); /* gnuplot stops at nothing to draw */
   if (g->plot != NULL && fclose(g->plot) == 0)
-    fprintf(f, "plot %.9g with lines dt 2 lc rgb '#666c75' title '%s'%s\n", level, label, g->plot_text);
+    fprintf(f, "plot %.9g with lines dt 2 lc rgb '#666c75'%s\n", level, g->plot_text);
   free(g->plot_text);
   g->plot_text = NULL;
 }
 
+void kith_figure_legend(struct kith_figure *g, const char *entries) {
+  fprintf(g->file->stream,
+          "set origin 0,0\nset size 1,%.6f\nset margins 0,0,0,0\nunset title\nunset xlabel\nunset ylabel\n"
+          "unset tics\nunset grid\nunset border\nunset logscale\nset xrange [0:1]\nset yrange [0:1]\n"
+          "set key center center horizontal samplen 2.5 font 'Sans,11'\nplot %s\n",
+          (double)g->layout.legend / height_of(&g->layout), entries);
+}
+
 kith_status kith_figure_close(struct kith_figure *g) {
+  if (g->legend != NULL && fclose(g->legend) == 0) kith_figure_legend(g, g->legend_text + 2);
+  free(g->legend_text);
   fputs("unset multiplot\nset output\n", g->file->stream);
-  if (!g->png_only) fprintf(g->file->stream, "if (!pdf) pdf = 1; load '%s.gp'\n", g->name);
+  if (!g->png_only) fprintf(g->file->stream, "if (!pdf) reset; pdf = 1; load '%s.gp'\n", g->name);
   KITH_TRY(kith_atomic_file_commit(&g->file, false));
   if (kith_gnuplot_run(g->directory, g->name) != KITH_OK)
     fprintf(stderr, "kith: warning: %s\n", kith_failure());

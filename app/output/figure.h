@@ -1,7 +1,7 @@
 /* figure.h - panels of curves over two axes, drawn by gnuplot: DIR/NAME.gp, and from it DIR/NAME.png and
  * DIR/NAME.pdf.
  *
- *   kith_figure_open(&f, DIR, NAME, title, rows, columns, panel);
+ *   kith_figure_open(&f, DIR, NAME, title, &layout);
  *   for each panel: kith_figure_panel, then for each curve kith_figure_series and its points, then
  *     kith_figure_draw;
  *   kith_figure_close(&f); */
@@ -11,30 +11,43 @@
 #include "app/cli/process.h"
 #include "lib/io/atomic_file.h"
 
+struct kith_figure_layout {
+  int rows, columns, width, height; /* of a panel, in pixels of the png */
+  int legend;                       /* height of a strip below the panels */
+};
+
 struct kith_figure {
+  struct kith_figure_layout layout;
   char directory[KITH_PATH], name[32];
   struct kith_atomic_file *file;
   bool png_only; /* no pdf: of one of many */
+  int n_panels;  /* so far */
   /* Of the panel: what its plot command says of the series. */
   int n_series, n_points;
   FILE *plot;
   char *plot_text;
   size_t plot_size;
+  /* The series of the first panel. */
+  FILE *legend;
+  char *legend_text;
+  size_t legend_size;
 };
 
-/* panel: width and height of one, in pixels of the png. */
 kith_status kith_figure_open(struct kith_figure *figure, const char *directory, const char *name,
-                             const char *title, int rows, int columns, const int panel[2]);
+                             const char *title, const struct kith_figure_layout *layout);
 /* y is logarithmic. */
 void kith_figure_panel(struct kith_figure *figure, const char *title, const char *x_label,
                        const char *y_label, bool logarithmic_x);
-/* style: as the plot command of gnuplot takes it, "with lines". */
+/* style: as the plot command of gnuplot takes it, "with lines". The legend shows the series of the first
+ * panel. */
 __attribute__((format(printf, 3, 4))) void kith_figure_series(struct kith_figure *figure, const char *label,
                                                               const char *style, ...);
 /* A point of the last series; left out where x or y cannot be drawn. */
 void kith_figure_point(struct kith_figure *figure, double x, double y);
 /* The panel, with a dashed line across it at y = level. */
-void kith_figure_draw(struct kith_figure *figure, double level, const char *label);
+void kith_figure_draw(struct kith_figure *figure, double level);
+/* For panels whose plot commands the caller writes: the legend below them, as what `plot` takes. */
+void kith_figure_legend(struct kith_figure *figure, const char *entries);
 /* Writes the script and runs gnuplot. A figure is no reason to lose a study: what goes wrong with gnuplot is
  * a warning on stderr; BAD_FILE if the script cannot be written. */
 kith_status kith_figure_close(struct kith_figure *figure);

@@ -275,6 +275,11 @@ static struct range widest(const struct panel *panel, bool logarithmic) {
   return (struct range){n.lower - room, n.upper + room};
 }
 
+/* How gnuplot draws them. */
+#define NODES (NDIM > 1 ? "#8fb8de" : "#0072b2")
+#define EXACT "lines lw 2 lc rgb '#d55e00'"
+#define MEANS "points pt 6 ps 0.7 lw 1.5 lc rgb 'black'"
+
 static void draw_curve(struct kith_figure *g, const struct picture *f, const struct panel *panel,
                        int column) {
   const struct kith_plot *p = f->plot;
@@ -282,7 +287,7 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
                            panel->nodes.upper > 1e4 * panel->nodes.lower,
              vortex = p->exact != NULL && p->exact->vortex;
   const struct range y = widest(panel, logarithmic);
-  const char *color = NDIM > 1 ? "#8fb8de" : "#0072b2";
+  const char *size = p->nodes.n > 4000 ? "0.2" : NDIM > 1 ? "0.35" : "0.5";
   char title[96], label[80];
   put_title(title, f, panel);
   snprintf(label, sizeof label, "%s%s (code units)", panel->error ? "error of the " : "",
@@ -295,22 +300,12 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
   fprintf(g->file->stream,
           "%sset logscale y\nset xtics %g\nset ytics autofreq\n"
           "set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
-          "plot NaN with points pt 7 ps 0.6 lc rgb '%s' title 'nodes', \\\n"
-          "  '%sprofile.dat' using 1:%d with points pt 7 ps %s lc rgb '%s' notitle",
-          logarithmic ? "" : "un", tics(f->place), f->place.lower, f->place.upper, y.lower, y.upper, color,
-          f->prefix, column,
-          p->nodes.n > 4000 ? "0.2"
-          : NDIM > 1        ? "0.35"
-                            : "0.5",
-          color);
+          "plot NaN, '%sprofile.dat' using 1:%d with points pt 7 ps %s lc rgb '%s'",
+          logarithmic ? "" : "un", tics(f->place), f->place.lower, f->place.upper, y.lower, y.upper,
+          f->prefix, column, size, NODES);
   if (p->exact != NULL)
-    fprintf(g->file->stream, ", \\\n  '%sexact.dat' using 1:%d with lines lw 2 lc rgb '#d55e00' title '%s'",
-            f->prefix, column, panel->error ? "no error" : "exact");
-  if (NDIM > 1)
-    fprintf(
-        g->file->stream,
-        ", \\\n  '%smean.dat' using 1:%d with points pt 6 ps 0.7 lw 1.5 lc rgb 'black' title 'mean in bins'",
-        f->prefix, column);
+    fprintf(g->file->stream, ", \\\n  '%sexact.dat' using 1:%d with " EXACT, f->prefix, column);
+  if (NDIM > 1) fprintf(g->file->stream, ", \\\n  '%smean.dat' using 1:%d with " MEANS, f->prefix, column);
   fputc('\n', g->file->stream);
 }
 
@@ -375,30 +370,39 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
   kith_figure_panel(g, title, labels[0], labels[1], false);
   fprintf(
       g->file->stream,
-      "unset logscale\nunset key\nset size ratio -1\nset palette defined (%s)\nset cblabel 'code units'\n"
+      "unset logscale\nset size ratio -1\nset palette defined (%s)\nset cblabel 'code units'\n"
       "set cbrange [%.9g:%.9g]\nset xtics %g\nset ytics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
       "plot '%s' binary array=(%d,%d) format='%%float' dx=%.9g dy=%.9g origin=(%.9g,%.9g) with image\n"
-      "set size noratio\nset key\n",
+      "set size noratio\n",
       signed_values ? signs : rising, colors.lower, colors.upper, tics(side[0]), tics(side[1]), side[0].lower,
       side[0].upper, side[1].lower, side[1].upper, name, map.pixels[0], map.pixels[1], map.size[0],
       map.size[1], side[0].lower + 0.5 * map.size[0], side[1].lower + 0.5 * map.size[1]);
   return KITH_OK;
 }
 
-/* In pixels: a lone map as its plane is. */
-static void panel_size(const struct picture *f, int size[2]) {
-  size[0] = 500, size[1] = 460;
-  if (f->n > 1 || !f->panel[0].map) return;
+/* A lone map as its plane is. */
+static struct kith_figure_layout layout_of(const struct picture *f, bool curves) {
+  struct kith_figure_layout l = {
+      .rows = (f->n + f->columns - 1) / f->columns, .columns = f->columns, .width = 500, .height = 440};
+  if (curves) l.legend = 34;
+  if (f->n > 1 || curves) return l;
   const struct kith_map map = kith_map_of(&f->plot->nodes, 2, NAN);
-  size[0] = 760, size[1] = 130 + 560 * map.pixels[1] / map.pixels[0];
-  size[1] = KITH_MAX(260, KITH_MIN(size[1], 1200));
+  l.width = 760, l.height = KITH_MAX(260, KITH_MIN(130 + 560 * map.pixels[1] / map.pixels[0], 1200));
+  return l;
+}
+
+static void draw_legend(struct kith_figure *g, const struct picture *f) {
+  char entries[320];
+  snprintf(entries, sizeof entries, "NaN with points pt 7 ps 0.7 lc rgb '%s' title 'nodes'%s%s", NODES,
+           f->plot->exact != NULL ? ", NaN with " EXACT " title 'exact'" : "",
+           NDIM > 1 ? ", NaN with " MEANS " title 'means in bins'" : "");
+  kith_figure_legend(g, entries);
 }
 
 kith_status kith_plot_write(const struct kith_plot *plot, const char *directory) {
   struct picture f = {.plot = plot};
   struct kith_figure figure;
   char title[256];
-  int size[2], column = 1;
   kith_status status = KITH_OK;
   if (strlen(directory) >= KITH_PATH) KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
   if (plot->frame != NULL) snprintf(f.prefix, sizeof f.prefix, "%.40s_", plot->frame);
@@ -408,23 +412,24 @@ kith_status kith_plot_write(const struct kith_plot *plot, const char *directory)
                       plot->time, (long long)plot->nodes.n);
   if (plot->resolution > 0)
     snprintf(title + used, sizeof title - (size_t)used, ",  resolution %.4g", plot->resolution);
-  for (int k = 0; k < f.n; ++k) column += !f.panel[k].map;
-  if (column > 1) {
+  bool curves = false;
+  for (int k = 0; k < f.n; ++k) curves = curves || !f.panel[k].map;
+  if (curves) {
     KITH_TRY(write_nodes(&f, directory));
     KITH_TRY(write_means(&f, directory));
     KITH_TRY(write_curve(&f, directory));
   }
-  panel_size(&f, size);
-  KITH_TRY(kith_figure_open(&figure, directory, plot->frame != NULL ? plot->frame : "plot", title,
-                            (f.n + f.columns - 1) / f.columns, f.columns, size));
+  const struct kith_figure_layout layout = layout_of(&f, curves);
+  KITH_TRY(kith_figure_open(&figure, directory, plot->frame != NULL ? plot->frame : "plot", title, &layout));
   figure.png_only = plot->frame != NULL;
-  for (int k = 0, c = 1; k < f.n && status == KITH_OK; ++k) {
+  for (int k = 0, column = 1; k < f.n && status == KITH_OK; ++k) {
     if (f.panel[k].map)
       status = draw_map(&figure, &f, k, directory);
     else
-      draw_curve(&figure, &f, &f.panel[k], ++c);
+      draw_curve(&figure, &f, &f.panel[k], ++column);
   }
   if (status != KITH_OK) kith_atomic_file_abandon(&figure.file);
   KITH_TRY(status);
+  if (curves) draw_legend(&figure, &f);
   return kith_figure_close(&figure);
 }

@@ -160,16 +160,21 @@ static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {
     kith_figure_point(g, code->cpu_seconds, code->norm[c->measure]);
     last = code->name;
   }
-  kith_figure_draw(g, c->target, "target");
+  kith_figure_draw(g, c->target);
 }
 
 static kith_status draw(const struct kith_study *s) {
   struct kith_figure g;
   struct cloud c;
-  char title[160];
-  snprintf(title, sizeof title, "%s, %d-D: error against cost", s->suite->name, s->suite->dimension);
-  KITH_TRY(kith_figure_open(&g, s->directory, "chart", title, s->suite->n_measures, COSTS + 1,
-                            (const int[]){500, 480}));
+  const struct kith_figure_layout layout = {.rows = s->suite->n_measures,
+                                            .columns = COSTS + 1,
+                                            .width = 500,
+                                            .height = 420,
+                                            .legend = 30 + 4 * (s->suite->n_methods + s->suite->n_codes)};
+  char title[200];
+  snprintf(title, sizeof title, "%s, %d-D: error against cost; dashed: the error at which costs are compared",
+           s->suite->name, s->suite->dimension);
+  KITH_TRY(kith_figure_open(&g, s->directory, "chart", title, &layout));
   for (int measure = 0; measure < s->suite->n_measures; ++measure) {
     fill(&c, s, measure);
     for (int a = 0; a <= COSTS; ++a) draw_panel(&g, &c, a);

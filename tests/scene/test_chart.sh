@@ -77,11 +77,12 @@ grep -Eq "$row" out/chart.md ||
 if command -v gnuplot >/dev/null; then
   head -c 8 out/chart.png | cmp -s - <(printf '\211PNG\r\n\032\n') || wrong "no chart.png"
   (($(stat -c %s out/chart.png) > 30000)) || wrong "an empty picture"
-  for text in 'pair evaluations' 'resolution (nodes per unit length)' 'A <code> & "more"' 'Pareto front' \
-    'target'; do
+  for text in 'pair evaluations' 'resolution (nodes per unit length)' 'A <code> & "more"' 'Pareto front'; do
     grep -qF "'$text'" out/chart.gp || wrong "chart.gp lacks '$text'"
   done
-  (($(grep -c '^plot .*alpha <1>' out/chart.gp) == 6)) || wrong "not 6 panels with all methods"
+  (($(grep -c '^plot .*series3' out/chart.gp) == 4 && $(grep -c '^plot .*series2' out/chart.gp) == 6)) ||
+    wrong "not 6 panels with all methods"
+  (($(grep -c '^plot .*alpha <1>.*A <code>' out/chart.gp) == 1)) || wrong "not one legend with all"
 fi
 
 # ---- once more: all is there, nothing runs, and the tables are the same
