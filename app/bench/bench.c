@@ -7,7 +7,8 @@
  * order. Every package: with its defaults on one thread and on all, with the other traversal on one. Ratios
  * to the reference loops can be compared between machines.
  *
- * The last line is the figure of merit: of the first package, with its defaults on all threads.
+ * Then storages of neighbor lists (storage.h). The last line is the figure of merit: of the first package,
+ * with its defaults on all threads.
  *
  * Bytes (counter "bytes") are the least that the data layout of a stage moves: each array it needs, once,
  * ghosts included. The share of the triad says how far a stage is from its memory bound. */
@@ -17,6 +18,7 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
+#include "app/bench/storage.h"
 #include "app/output/report.h"
 #include "lib/core/version.h"
 
@@ -167,8 +169,10 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   return KITH_OK;
 }
 
+/* `also`: what is done with the nodes after the steps; NULL: nothing. */
 static kith_status run_case(const struct kith_options *options, const char *const setting[2], int threads,
-                            bool reference, struct figures *out) {
+                            kith_status (*also)(struct kith_simulation *, struct figures *),
+                            struct figures *out) {
   const char *overrides[KITH_MAX_OVERRIDES + 2];
   int n = 0;
   struct kith_scene *scene = NULL;
@@ -181,19 +185,28 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   if (status == KITH_OK) status = kith_profile_create(&profile, threads, false);
   if (status == KITH_OK) status = kith_simulation_create(&m, scene, profile, false);
   if (status == KITH_OK) status = time_steps(m, options, out);
-  if (status == KITH_OK && reference)
-    out->plain_density = time_of(m, plain_density), out->plain_force = time_of(m, plain_force);
+  if (status == KITH_OK && also != NULL) status = also(m, out);
   kith_simulation_destroy(&m);
   kith_profile_destroy(&profile);
   kith_scene_destroy(&scene);
   return status;
 }
 
+static kith_status time_loops(struct kith_simulation *m, struct figures *out) {
+  out->plain_density = time_of(m, plain_density), out->plain_force = time_of(m, plain_force);
+  return KITH_OK;
+}
+
+static kith_status time_storages(struct kith_simulation *m, struct figures *out) {
+  (void)out;
+  return kith_bench_storage(m);
+}
+
 /* A case: the package, and a setting or NULL. Without a `base` it times its own reference loops. */
 static kith_status bench_case(const struct kith_options *options, const char *const setting[2], int threads,
                               const struct figures *base, struct figures *f) {
   char what[64];
-  KITH_TRY(run_case(options, setting, threads, base == NULL, f));
+  KITH_TRY(run_case(options, setting, threads, base == NULL ? time_loops : NULL, f));
   if (base == NULL) base = f;
   snprintf(what, sizeof what, "%s%s %s", strchr(setting[0], '=') + 1, setting[1] != NULL ? "," : "",
            setting[1] != NULL ? setting[1] : "");
@@ -276,6 +289,7 @@ static kith_status bench_package(const struct kith_options *options, const char 
 static kith_status bench(const struct kith_options *options, int all) {
   double one, many;
   struct kith_fom fom, first;
+  struct figures unused;
   omp_set_num_threads(1);
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);
@@ -288,6 +302,7 @@ static kith_status bench(const struct kith_options *options, int all) {
     KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one, &fom));
     if (p == kith_package_all()) first = fom;
   }
+  KITH_TRY(run_case(options, (const char *const[2]){NULL}, 1, time_storages, &unused));
   kith_fom_print(&first, stdout);
   return KITH_OK;
 }

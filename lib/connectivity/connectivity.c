@@ -117,13 +117,14 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
   struct kith_connectivity *c = connectivity;
   need = completed(need);
   struct kith_excluder self = {.ops = &kith_excluder_self, .next = excluders};
-  const struct kith_list_spec spec = {.targets = {nodes, search, .ghosts = need.ghost_rows || need.overlap},
-                                      .sources = {nodes, search},
-                                      .cutoff = KITH_CUTOFF_gather_scatter,
-                                      .radius = nodes->search_radius->spec.name,
-                                      .excluders = &self,
-                                      .storage = kith_storage_csr.name,
-                                      .rebuild = kith_rebuild_always.name};
+  const struct kith_list_spec spec = {
+      .targets = {.nodes = nodes, .search = search, .ghosts = need.ghost_rows || need.overlap},
+      .sources = {.nodes = nodes, .search = search},
+      .cutoff = KITH_CUTOFF_gather_scatter,
+      .radius = nodes->search_radius->spec.name,
+      .excluders = &self,
+      .storage = kith_storage_csr.name,
+      .rebuild = kith_rebuild_always.name};
   struct kith_build build;
   KITH_TRY(kith_excluder_keeps_pairs(excluders));
   KITH_TRY(kith_search_fresh(search));

@@ -57,6 +57,9 @@ static kith_status check_kept(const struct kith_list_spec *spec) {
     KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs sorted rows", name);
   if (storage->upper && !one)
     KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs targets that are the sources", name);
+  if (storage->upper && (spec->cutoff == KITH_CUTOFF_gather || spec->cutoff == KITH_CUTOFF_scatter))
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs a cutoff that is the same for both of a pair",
+              name);
   for (const struct kith_excluder *e = spec->excluders; storage->upper && e != NULL; e = e->next)
     if (e->ops->halves)
       KITH_FAIL(BAD_INPUT, "neighbor list: storage %s and excluder %s would leave a quarter of the rows",

@@ -138,8 +138,9 @@ static void check_definitions(void) {
         spec.storage = storages[relation % 5 == 3 ? 0 : relation % 5];
         omp_set_num_threads(1 + relation % 3);
         CHECK(conforms(&spec) > 10);
-        if (relation == 0) spec.storage = "half";
-        if (relation == 0) CHECK(conforms(&spec) > 10);
+        const bool halves = relation == 0 && cutoff != KITH_CUTOFF_gather && cutoff != KITH_CUTOFF_scatter;
+        if (halves) spec.storage = "half";
+        if (halves) CHECK(conforms(&spec) > 10);
         spec.storage = "csr", spec.unsorted = true, spec.expected = 5;
         CHECK(conforms(&spec) > 10);
       }
@@ -228,7 +229,9 @@ static void check_refusals(void) {
   REFUSES("storage compressed needs sorted rows", spec.storage = "compressed", spec.unsorted = true);
   REFUSES("storage half needs targets that are the sources", spec.storage = "half",
           spec.sources = ((struct kith_selection){.nodes = other, .search = elsewhere}));
-  REFUSES("would leave a quarter", spec.storage = "half", spec.excluders = &once);
+  REFUSES("storage half needs a cutoff that is the same for both", spec.storage = "half");
+  REFUSES("would leave a quarter", spec.storage = "half", spec.cutoff = KITH_CUTOFF_boxes,
+          spec.excluders = &once);
   REFUSES("no rebuild policy is given", spec.rebuild = NULL);
   REFUSES("'daily' is no rebuild policy", spec.rebuild = "daily");
   REFUSES("follows one set of nodes", spec.rebuild = "displacement",
