@@ -75,14 +75,17 @@ def command_of(row):
 
 
 def figures(prefixes):
-    """A table: what, the figure, and below it the command and the key of report.json."""
-    lines = ["| what | figure | `report.json` | command |", "|---|---|---|---|"]
+    """A table: a line for each command, with all that is read from its run. `source` is WHAT: FIGURE."""
+    lines = ["| run | figures | command |", "|---|---|---|"]
+    table = {}
     for row in rows().values():
         if any(row["name"].startswith(prefix) for prefix in prefixes):
             figure = row.get("prints", f"at most {row['at_most']}" if "at_most" in row else
                              f"at least {row.get('at_least')}")
             figure += f" (± {100 * float(row['within']):g} %)" if "within" in row else ""
-            lines.append(f"| {row['source']} | {figure} | `{row['measure']}` | `{command_of(row)}` |")
+            what, _, name = row["source"].partition(": ")
+            table.setdefault(command_of(row), [what, []])[1].append(f"{name or what} {figure}")
+    lines += [f"| {what} | {'<br>'.join(read)} | `{command}` |" for command, (what, read) in table.items()]
     return lines
 
 
