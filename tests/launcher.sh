@@ -87,8 +87,8 @@ kith=$PWD/kith
 for dim in 1 2 3; do
   check 0 "${dim}d run $dim.yaml bind true" "$kith" run $dim.yaml
   check 0 "${dim}d run $dim.yaml --ranks 2 bind " "$kith" run $dim.yaml --ranks 2
-  check 0 "${dim}d plan --set a=2.yaml -q $dim.yaml --thr=1" \
-    "$kith" plan --set a=2.yaml -q $dim.yaml --thr=1
+  check 0 "${dim}d plan --set a=2.yaml $dim.yaml --thr=1" \
+    "$kith" plan --set a=2.yaml $dim.yaml --thr=1
   check 0 "${dim}d run -- $dim.yaml" "$kith" run -- $dim.yaml
   check 0 "${dim}d run" \
     "$kith" run --set dimension=2 3.yaml --set method.dimension=1 --set=dimension=$dim --quiet

@@ -60,30 +60,29 @@ struct kith_options {
 
 /* name, letter or 0, argument, kind (SETTING: "key=value", may be repeated), least and most of a value,
  * member, verbs that take it, doc. */
-#define KITH_OPTION_LIST(X)                                                                                \
-  X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),     \
-    "use VALUE for KEY of the scene (dotted: method.kernel=cubic); may be repeated")                       \
-  X(output, 'o', "DIR", TEXT, 0, 0, directory, F(run) | F(validate) | F(chart) | F(stress),                \
-    "write results to DIR (default: below out)")                                                           \
-  X(ranks, 0, "N", COUNT, 1, KITH_MAX_RANKS, ranks, F(run) | F(plan),                                      \
-    "processes, started by mpirun (default: 1, or those of mpirun -n N kith run); plan: of a run on N")    \
-  X(threads, 0, "N", COUNT, 1, KITH_MAX_THREADS, threads,                                                  \
-    F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                    \
-    "threads of a process (default: all cores, shared among ranks; runs of chart and stress: 1)")          \
-  X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                            \
-  X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                       \
-  X(walltime, 0, "MINUTES", NUMBER, 0.001, 1e9, walltime, F(run),                                          \
-    "stop with a checkpoint before this time has passed, by two steps")                                    \
-  X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                         \
-  X(overwrite, 0, 0, FLAG, 0, 0, overwrite, F(run),                                                        \
-    "start anew in a directory that has the checkpoint of an earlier run")                                 \
-  X(check, 0, 0, FLAG, 0, 0, check, F(run) | F(plan), "verify all structures after every rebuild")         \
-  X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks") \
-  X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                           \
-    "write trace events of all ranks for Perfetto or a browser's tracing page")                            \
-  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(plan) | F(chart) | F(stress),                             \
-    "no progress, only the results")                                                                       \
-  X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help: that of a verb")                    \
+#define KITH_OPTION_LIST(X)                                                                                  \
+  X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),       \
+    "use VALUE for KEY of the scene (dotted: method.kernel=cubic; KEY?=VALUE: if it means anything), often") \
+  X(output, 'o', "DIR", TEXT, 0, 0, directory, F(run) | F(validate) | F(chart) | F(stress),                  \
+    "write results to DIR (default: below out)")                                                             \
+  X(ranks, 0, "N", COUNT, 1, KITH_MAX_RANKS, ranks, F(run) | F(plan),                                        \
+    "processes, started by mpirun (default: 1, or those of mpirun -n N kith run); plan: of a run on N")      \
+  X(threads, 0, "N", COUNT, 1, KITH_MAX_THREADS, threads,                                                    \
+    F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                      \
+    "threads of a process (default: all cores, shared among ranks; runs of chart and stress: 1)")            \
+  X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                              \
+  X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                         \
+  X(walltime, 0, "MINUTES", NUMBER, 0.001, 1e9, walltime, F(run),                                            \
+    "stop with a checkpoint before this time has passed, by two steps")                                      \
+  X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                           \
+  X(overwrite, 0, 0, FLAG, 0, 0, overwrite, F(run),                                                          \
+    "start anew in a directory that has the checkpoint of an earlier run")                                   \
+  X(check, 0, 0, FLAG, 0, 0, check, F(run), "verify all structures after every rebuild")                     \
+  X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks")   \
+  X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                             \
+    "write trace events of all ranks for Perfetto or a browser's tracing page")                              \
+  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(chart) | F(stress), "no progress, only the results")        \
+  X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help: that of a verb")                      \
   X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, compiler and flags")
 
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };

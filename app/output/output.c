@@ -4,8 +4,8 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <jansson.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -71,24 +71,43 @@ kith_status kith_output_claim(struct kith_output *output, bool restarted, bool o
   return KITH_OK;
 }
 
+/* jansson goes on without what it gets no memory for. */
+static _Thread_local bool json_incomplete;
+
+static void *json_allocate(size_t bytes) {
+  void *p = malloc(bytes);
+  json_incomplete |= p == NULL;
+  return p;
+}
+
+void kith_json_watch(void) {
+  json_set_alloc_funcs(json_allocate, free);
+}
+
+kith_status kith_json_write(const char *path, json_t *json) {
+  struct kith_atomic_file *file = NULL;
+  kith_status status = kith_atomic_file_open(&file, path);
+  if (status == KITH_OK) json_dumpf(json, file->stream, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+  json_decref(json);
+  if (status == KITH_OK && json_incomplete) status = kith_fail(KITH_NO_MEMORY, "no memory for %s", path);
+  if (status == KITH_OK) fputc('\n', file->stream); /* what could not be written shows at the commit */
+  if (status == KITH_OK) return kith_atomic_file_commit(&file, false);
+  kith_atomic_file_abandon(&file);
+  return status;
+}
+
 /* Of the snapshots that are there: a restart may have begun in another directory. */
 static kith_status write_series(const struct kith_output *output) {
-  struct kith_atomic_file *file;
   char path[640], name[32];
   json_t *files = json_array();
-  path_in(output, "snapshots.hdf.series", path);
-  KITH_TRY(kith_atomic_file_open(&file, path));
   for (int k = 0; k < output->n_snapshots; ++k) {
     snapshot_name(k, name);
     path_in(output, name, path);
     if (access(path, F_OK) == 0)
       json_array_append_new(files, json_pack("{s:s, s:f}", "name", name, "time", output->times[k]));
   }
-  json_t *series = json_pack("{s:s, s:o}", "file-series-version", "1.0", "files", files);
-  json_dumpf(series, file->stream, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
-  fputc('\n', file->stream);
-  json_decref(series);
-  return kith_atomic_file_commit(&file, false);
+  path_in(output, "snapshots.hdf.series", path);
+  return kith_json_write(path, json_pack("{s:s, s:o}", "file-series-version", "1.0", "files", files));
 }
 
 static const struct kith_nodes *frozen_nodes(const struct kith_boundaries *boundaries) {

@@ -9,6 +9,7 @@
 #ifndef KITH_APP_OUTPUT_OUTPUT_H
 #define KITH_APP_OUTPUT_OUTPUT_H
 
+#include <jansson.h>
 #include "app/output/contacts.h"
 #include "app/output/history.h"
 #include "app/output/probes.h"
@@ -37,6 +38,10 @@ kith_status kith_output_clear(const struct kith_output *output, bool restarted);
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 kith_status kith_output_close(struct kith_output *output);
+/* Takes the JSON. What jansson had no memory for since kith_json_watch is an error; nothing is written
+ * then. */
+kith_status kith_json_write(const char *path, json_t *json);
+void kith_json_watch(void);
 /* A JSON array of the events of all ranks, whose clocks were aligned (kith_profile_align). Each appends its
  * own to the file, in turn, which must be visible to all. All learn of a failure. */
 kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile *profile, const char *path);

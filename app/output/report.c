@@ -6,8 +6,8 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
+#include "app/output/output.h"
 #include "lib/core/version.h"
-#include "lib/io/atomic_file.h"
 
 static json_t *text(const char *value) {
   json_t *json = value != NULL ? json_string(value) : NULL;
@@ -250,12 +250,5 @@ static json_t *json_of(const struct kith_report *r) {
 }
 
 kith_status kith_report_write(const struct kith_report *report, const char *path) {
-  struct kith_atomic_file *file;
-  KITH_TRY(kith_atomic_file_open(&file, path));
-  json_t *json = json_of(report);
-  json_dumpf(json, file->stream,
-             JSON_INDENT(2) | JSON_REAL_PRECISION(17)); /* a short write fails at commit */
-  fputc('\n', file->stream);
-  json_decref(json);
-  return kith_atomic_file_commit(&file, false);
+  return kith_json_write(path, json_of(report));
 }

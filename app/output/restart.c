@@ -1,4 +1,5 @@
 /* Checkpoints: the fields of the nodes, and beside them the arrays of numbers below. */
+#include <math.h>
 #include "app/output/output.h"
 #include "lib/io/checkpoint.h"
 
@@ -72,7 +73,9 @@ kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simul
   struct saved saved = collect(output, m, baseline);
   char path[640];
   snprintf(path, sizeof path, "%s/checkpoint.kith", output->directory);
-  kith_status status = first_rank(m) ? kith_checkpoint_open_new(&c, path, m->scene->text) : KITH_OK;
+  /* The history first: a restart keeps its rows up to the checkpoint. */
+  kith_status status = kith_csv_log_sync(&output->history.steps);
+  if (status == KITH_OK && first_rank(m)) status = kith_checkpoint_open_new(&c, path, m->scene->text);
   status = kith_ranks_allreduce_status(ranks, status);
   if (status == KITH_OK) {
     status = put_all(c, m, output, &saved);
@@ -100,6 +103,9 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
     if (places.real[k] != NULL) *places.real[k] = saved->real[k];
   for (int k = 0; k < COUNTS; ++k) /* sums are kept by rank 0 */
     if (k < COUNTS - SUMS || first_rank(m)) *places.count[k] = saved->count[k];
+  const double every = m->scene->output.every, next = output->next, now = m->integrator.time;
+  if (every > 0 && !(next > now && next <= now + (1 + 1e-9) * every)) /* it was another one */
+    output->next = every * (floor(now / every * (1 + 1e-9)) + 1);
   KITH_TRY(kith_reserve(&output->times, &output->capacity, n_snapshots, sizeof *output->times));
   output->n_snapshots = (int)n_snapshots;
   return kith_checkpoint_get(c, "snapshot_times", KITH_F64, output->times, n_snapshots);

@@ -102,6 +102,19 @@ static kith_status create(struct run *run) {
   return kith_simulation_distribute(run->simulation, run->ranks);
 }
 
+/* Of a restart: what was asked for must not be over. */
+static kith_status check_future(const struct run *run) {
+  const struct kith_integrator *it = &run->simulation->integrator;
+  const struct kith_options *o = run->options;
+  if (it->time > run->until)
+    KITH_FAIL(BAD_INPUT, "%s: %g is in the past of the checkpoint, which is at time %g",
+              o->until >= 0 ? "--until" : "until", run->until, it->time);
+  if (o->steps >= 0 && it->step > (uint64_t)o->steps)
+    KITH_FAIL(BAD_INPUT, "--steps: %d is in the past of the checkpoint, which is at step %llu", o->steps,
+              (unsigned long long)it->step);
+  return KITH_OK;
+}
+
 static kith_status prepare(struct run *run) {
   const struct kith_options *o = run->options;
   const char *restart = o->restart;
@@ -111,7 +124,10 @@ static kith_status prepare(struct run *run) {
   kith_profile_begin_since(run->profile, "set-up", run->entered);
   KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, create(run)));
-  if (restart != NULL) KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));
+  if (restart != NULL) {
+    KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));
+    KITH_TRY(kith_ranks_allreduce_status(run->ranks, check_future(run)));
+  }
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, open_output(run)));
   kith_profile_end(run->profile);
   return KITH_OK;
@@ -404,9 +420,11 @@ enum kith_exit kith_run(const struct kith_options *options) {
   struct run run = {.options = options, .entered = kith_seconds()};
   if (options->ranks > 1 && kith_ranks_launched() == 1) return launch(options);
   kith_signals_ignore();
+  kith_json_watch();
   kith_status status = join_ranks(&run.ranks, options);
   if (status == KITH_OK) status = prepare(&run);
-  enum kith_exit code = status == KITH_OK ? carry_out(&run) : complain(&run, KITH_EXIT_USAGE);
+  const enum kith_exit refused = status == KITH_NO_MEMORY ? KITH_EXIT_FAILED : KITH_EXIT_USAGE;
+  enum kith_exit code = status == KITH_OK ? carry_out(&run) : complain(&run, refused);
   if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;

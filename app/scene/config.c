@@ -67,7 +67,7 @@ kith_status kith_config_want(const struct kith_config_node *node, enum kith_conf
 static void node_destroy(struct kith_config_node **node);
 
 /* Leaves a null. */
-static void node_clear(struct kith_config_node *node) {
+void kith_config_drop(struct kith_config_node *node) {
   for (struct kith_config_node *child = node->first, *next; child != NULL; child = next) {
     next = child->next;
     node_destroy(&child);
@@ -79,7 +79,7 @@ static void node_clear(struct kith_config_node *node) {
 
 static void node_destroy(struct kith_config_node **node) {
   if (*node == NULL) return;
-  node_clear(*node);
+  kith_config_drop(*node);
   kith_free(&(*node)->key);
   kith_free(node);
 }
@@ -143,7 +143,8 @@ struct reader {
 };
 
 static struct kith_source_location event_location(const struct reader *r) {
-  return (struct kith_source_location){r->file, r->has_lines ? (int)r->event.start_mark.line + 1 : 0};
+  const int line = (int)r->event.start_mark.line + 1;
+  return (struct kith_source_location){r->file, r->has_lines ? line : 0, r->has_lines ? 0 : 1, false};
 }
 
 static kith_status fail_here(const struct reader *r, struct kith_config_node *node, const char *key,
@@ -161,7 +162,7 @@ static kith_status fail_syntax(const struct reader *r) {
     line = 0;
     for (size_t i = 0; i < KITH_MIN(p->problem_offset, r->length); ++i) line += r->text[i] == '\n';
   }
-  r->target->location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0};
+  r->target->location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0, 0, false};
   return kith_config_fail(r->target, NULL, "not YAML: %s%s%s",
                           p->problem != NULL ? p->problem : "cannot be read", p->context != NULL ? " " : "",
                           p->context != NULL ? p->context : "");
@@ -251,7 +252,7 @@ static kith_status read_document(struct reader *r, struct kith_config_node *node
 }
 
 static kith_status parse(struct kith_config *config, const char *text, size_t length) {
-  const struct kith_source_location top = {config->file, 1};
+  const struct kith_source_location top = {config->file, 1, 0, false};
   KITH_TRY(node_add(&config->root, NULL, NULL, 0, top));
   struct reader r = {.file = config->file, .text = text, .length = length, .has_lines = true};
   KITH_TRY(read_document(&r, config->root));
@@ -307,7 +308,7 @@ static kith_status reach(struct kith_config_node *root, const char *path, size_t
     const size_t n = (size_t)((dot != NULL ? dot : end) - part);
     if (n == 0) return KITH_OK;
     if (node->null)
-      node_clear(node), node->kind = KITH_CONFIG_MAP, node->null = false, node->location = location;
+      kith_config_drop(node), node->kind = KITH_CONFIG_MAP, node->null = false, node->location = location;
     struct kith_config_node *child = child_of(node, part, n);
     if (child == NULL && node->kind != KITH_CONFIG_MAP) {
       char key[64];
@@ -325,30 +326,40 @@ static kith_status reach(struct kith_config_node *root, const char *path, size_t
 }
 
 kith_status kith_config_override(struct kith_config *config, const char *assignment) {
-  const struct kith_source_location place = {"--set", 0};
   const char *equals = strchr(assignment, '=');
+  const bool optional = equals != NULL && equals > assignment && equals[-1] == '?';
+  const struct kith_source_location place = {"--set", 0, 1, optional};
   struct kith_config_node *node = NULL;
-  if (equals != NULL) KITH_TRY(reach(config->root, assignment, (size_t)(equals - assignment), place, &node));
+  if (equals != NULL)
+    KITH_TRY(reach(config->root, assignment, (size_t)(equals - assignment) - optional, place, &node));
   if (node == NULL) {
     char line[256];
     snprintf(line, sizeof line, "--set %.100s: write it as key=value", assignment);
     return refuse(line);
   }
-  node_clear(node);
+  kith_config_drop(node);
   node->location = place;
   struct reader r = {.file = place.file, .text = equals + 1, .length = strlen(equals + 1)};
-  return read_document(&r, node);
+  KITH_TRY(read_document(&r, node));
+  node->location.optional = optional;
+  return KITH_OK;
 }
 
 /* The value of `from`, which is left a null. */
 static void node_take(struct kith_config_node *node, struct kith_config_node *from) {
-  node_clear(node);
+  kith_config_drop(node);
   node->kind = from->kind, node->null = from->null, node->quoted = from->quoted;
   node->text = from->text, node->first = from->first, node->last = from->last, node->n = from->n;
   node->location = from->location;
   for (struct kith_config_node *child = node->first; child != NULL; child = child->next) child->parent = node;
   from->text = NULL, from->first = from->last = NULL;
-  node_clear(from);
+  kith_config_drop(from);
+}
+
+/* These are of a base. */
+static void demote(struct kith_config_node *node) {
+  --node->location.layer;
+  for (struct kith_config_node *child = node->first; child != NULL; child = child->next) demote(child);
 }
 
 static kith_status read_with_base(struct kith_config **out, const char *path, int deep);
@@ -367,8 +378,9 @@ static kith_status take_base(struct kith_config *config, int deep) {
   if (access(path, R_OK) != 0) return kith_config_fail(name, NULL, "%.200s: %s", path, strerror(errno));
   KITH_TRY(read_with_base(&config->base, path, deep + 1));
   struct kith_config_node *root = config->base->root;
+  demote(root);
   for (struct kith_config_node *child = root->first; child != NULL; child = child->next)
-    if (strcmp(child->key, "scene") == 0) node_clear(child);
+    if (strcmp(child->key, "scene") == 0) kith_config_drop(child);
   for (struct kith_config_node *child = config->root->first, *place; child != NULL; child = child->next) {
     if (child == name) continue;
     KITH_TRY(reach(root, child->key, strlen(child->key), child->location, &place));

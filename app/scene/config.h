@@ -19,7 +19,9 @@
 /* Where a value stands, for messages: view of the config's strings. */
 struct kith_source_location {
   const char *file;
-  int line; /* from 1; 0: not in a file but in an override */
+  int line;      /* from 1; 0: not in a file but in an override */
+  int layer;     /* later ones replace earlier ones: overrides 1, the file 0, its base -1, ... */
+  bool optional; /* of an override: where it means nothing it is dropped */
 };
 
 enum kith_config_kind { KITH_CONFIG_SCALAR, KITH_CONFIG_LIST, KITH_CONFIG_MAP };
@@ -49,12 +51,15 @@ kith_status kith_config_read(struct kith_config **out, const char *path);
 kith_status kith_config_parse(struct kith_config **out, const char *name, const char *text, size_t length);
 void kith_config_destroy(struct kith_config **config);
 
-/* Applies "a.b.c=value". Whether the key means anything is found when the tree is read. */
+/* Applies "a.b.c=value", or "a.b.c?=value", which holds where the key means anything. Whether it is known is
+ * found when the tree is read. */
 kith_status kith_config_override(struct kith_config *config, const char *assignment);
 /* A tree as YAML: file order, one way of writing each value, no comments; on one line, or a map and a list of
  * maps on a line for each entry. *text: kith_resize memory, owned by the caller. */
 kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text);
 
+/* Makes a node null: as if it were not given. */
+void kith_config_drop(struct kith_config_node *node);
 /* The child of a map (or, by number, of a list); NULL if it is not there or null, or if `node` is NULL. */
 const struct kith_config_node *kith_config_child(const struct kith_config_node *node, const char *key);
 /* The value at a dotted path from the root, or NULL. */

@@ -1,6 +1,7 @@
 /* Parameters of a scene: maps of the YAML tree, read by tables. */
 #include "app/scene/params.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include "app/scene/expression.h"
@@ -164,34 +165,67 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
               : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
-/* Values that the chosen member has not, but an other one: checked as the first of these reads them. */
-static kith_status check_others(struct kith_member chosen, kith_family *family,
-                                const struct kith_config_node *child) {
-  char *unused = NULL;
-  const struct kith_param *param = kith_params_find(chosen.params, child->key);
-  if (param != NULL || child->null) return KITH_OK;
-  int k = -1;
-  while (param == NULL && family(++k).name != NULL) param = kith_params_find(family(k).params, child->key);
-  if (param == NULL) return KITH_OK;
-  KITH_TRY(kith_resize(&unused, 0, family(k).settings_size, 1));
-  const kith_status status = kith_param_read(param, child->parent, unused);
-  kith_params_clear(family(k).params, unused);
-  kith_free(&unused);
-  return status;
+/* Members of the family that have the key, "mfm, sph". Is this one the first of them? */
+static bool list_owners(const char *key, kith_family *family, int member, char *names, size_t size) {
+  int first = -1;
+  for (int k = 0; family(k).name != NULL; ++k) {
+    if (kith_params_find(family(k).params, key) == NULL) continue;
+    if (first < 0) first = k;
+    snprintf(names + strlen(names), size - strlen(names), "%s%s", k > first ? ", " : "", family(k).name);
+  }
+  return first == member;
+}
+
+/* Of all that is in it and must mean something. */
+static int last_layer(const struct kith_config_node *node) {
+  int last = node->n > 0 || node->location.optional ? INT_MIN : node->location.layer;
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    last = KITH_MAX(last, last_layer(child));
+  return last;
+}
+
+/* A value that only others than the chosen member have. It is refused, unless what chooses the member came
+ * later, as by --set: one scene serves all then, and the value is dropped. */
+static kith_status check_other(const struct kith_param *chooser, struct kith_member chosen,
+                               const struct kith_config_node *map, struct kith_config_node *child) {
+  char owners[ROOM] = "";
+  const struct kith_config_node *choice = kith_config_child(map, chooser->key);
+  if (child->null || kith_params_find(chosen.params, child->key) != NULL) return KITH_OK;
+  list_owners(child->key, chooser->family, 0, owners, sizeof owners);
+  if (owners[0] == '\0') return KITH_OK;
+  if (last_layer(child) >= (choice != NULL ? choice->location.layer : INT_MIN + 1))
+    return kith_config_fail(child, NULL, "means nothing for %s, only for %s", chosen.name, owners);
+  kith_config_drop(child);
+  return KITH_OK;
+}
+
+/* A value that means nothing beside another one. */
+static kith_status check_needs(const struct kith_param *params, const struct kith_config_node *map,
+                               const void *base) {
+  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
+    char key[ROOM], value[ROOM];
+    if (p->needs == NULL || kith_config_child(map, p->key) == NULL) continue;
+    const char *wanted = strchr(p->needs, '=') + 1;
+    snprintf(key, sizeof key, "%.*s", (int)(wanted - p->needs - 1), p->needs);
+    kith_param_format(kith_params_find(params, key), base, value, sizeof value);
+    if (strcmp(value, wanted) != 0)
+      return kith_config_fail(kith_config_child(map, p->key), NULL, "means nothing with %s: %s; add %s: %s",
+                              key, value, key, wanted);
+  }
+  return KITH_OK;
 }
 
 /* The rows of the member that was chosen, from the same map. */
-static kith_status read_member(const struct kith_param *chooser, const struct kith_config_node *map,
-                               struct kith_selected *selected) {
+static kith_status read_member(const struct kith_param *params, const struct kith_param *chooser,
+                               const struct kith_config_node *map, struct kith_selected *selected) {
   const struct kith_member chosen = kith_family_member(chooser->family, selected->name);
-  for (const struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL;
-       child = child->next)
-    KITH_TRY(check_others(chosen, chooser->family, child));
+  for (struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL; child = child->next)
+    if (kith_params_find(params, child->key) == NULL) KITH_TRY(check_other(chooser, chosen, map, child));
   const bool made = selected->settings == NULL;
   if (made) KITH_TRY(kith_settings_create(&selected->settings, chosen, NULL));
   for (const struct kith_param *p = chosen.params; p != NULL && p->key != NULL; ++p)
     if (made || kith_config_child(map, p->key) != NULL) KITH_TRY(kith_param_read(p, map, selected->settings));
-  return KITH_OK;
+  return check_needs(chosen.params, map, selected->settings);
 }
 
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map,
@@ -203,7 +237,7 @@ kith_status kith_params_read(const struct kith_param *params, const struct kith_
     KITH_TRY(check_key(params, child));
   for (const struct kith_param *p = params; p->key != NULL; ++p) KITH_TRY(kith_param_read(p, map, base));
   if (chooser == NULL) return KITH_OK;
-  return read_member(chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
+  return read_member(params, chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
 }
 
 static bool same_text(const char *a, const char *b) {
@@ -213,43 +247,64 @@ static bool same_text(const char *a, const char *b) {
   return numbers ? x == y : kith_name_is(a, b, strlen(b));
 }
 
-/* The first value of `a` that `b` has not, or has otherwise; NULL: none. */
-static const struct kith_config_node *find_other(const struct kith_config_node *a,
-                                                 const struct kith_config_node *b) {
-  char index[16];
-  const struct kith_config_node *other = NULL;
-  if (a->null) return NULL;
-  if (b == NULL || a->kind != b->kind) return a;
-  if (a->kind == KITH_CONFIG_SCALAR) return same_text(a->text, b->text) ? NULL : a;
-  for (const struct kith_config_node *child = a->first; child != NULL && other == NULL; child = child->next) {
-    snprintf(index, sizeof index, "%d", child->index);
-    other = find_other(child, kith_config_child(b, child->key != NULL ? child->key : index));
-  }
-  return other;
+/* Two values of a key that differ; NULL: none given. */
+struct difference {
+  const struct kith_config_node *value[2];
+};
+
+/* A value beside none: it may be the default. */
+static bool is_default(const struct kith_param *row, const struct kith_config_node *value) {
+  return row != NULL && row->fallback != NULL && value->kind == KITH_CONFIG_SCALAR &&
+         same_text(value->text, row->fallback);
 }
 
-kith_status kith_config_compare(const struct kith_config_node *a, const struct kith_config_node *b) {
-  char path[512];
-  const struct kith_config_node *other = find_other(a, b);
-  if (other == NULL) other = find_other(b, a);
-  if (other == NULL) return KITH_OK;
-  kith_config_path(other, NULL, path, sizeof path);
-  KITH_FAIL(BAD_INPUT, "written by a run of another scene or with other settings: %s differs", path);
+static bool find_difference(const struct kith_param *rows, const struct kith_param *row,
+                            const struct kith_config_node *a, const struct kith_config_node *b, bool swapped,
+                            struct difference *found) {
+  char index[16];
+  if (a->null || (row != NULL && row->role != KITH_ROLE_STATE)) return false;
+  if (b == NULL && a->kind == KITH_CONFIG_SCALAR && is_default(row, a)) return false;
+  if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind) ||
+      (a->kind == KITH_CONFIG_SCALAR && !same_text(a->text, b->text))) {
+    found->value[swapped] = a, found->value[!swapped] = b;
+    return true;
+  }
+  for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
+    snprintf(index, sizeof index, "%d", child->index);
+    const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : index);
+    const struct kith_param *below = child->key != NULL ? kith_params_find(rows, child->key) : NULL;
+    if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))
+      return true;
+  }
+  return false;
+}
+
+/* On one line, cut where it is long. */
+static void show_value(const struct kith_config_node *node, char text[64]) {
+  char *whole = NULL;
+  snprintf(text, 64, "%s",
+           node == NULL         ? "not given"
+           : node->text != NULL ? node->text
+                                : "another list or map");
+  if (node == NULL || node->text != NULL || kith_config_emit(node, true, &whole) != KITH_OK) return;
+  snprintf(text, 64, "%.*s", (int)strcspn(whole, "\n"), whole);
+  kith_free(&whole);
+}
+
+kith_status kith_config_compare(const struct kith_param *params, const struct kith_config_node *a,
+                                const struct kith_config_node *b) {
+  char path[512], now[64], then[64];
+  struct difference found;
+  if (!find_difference(params, NULL, a, b, false, &found) &&
+      !find_difference(params, NULL, b, a, true, &found))
+    return KITH_OK;
+  kith_config_path(found.value[found.value[0] == NULL], NULL, path, sizeof path);
+  show_value(found.value[0], now), show_value(found.value[1], then);
+  KITH_FAIL(BAD_INPUT, "written by another scene or with other settings: %s is %s there, and %s now", path,
+            then, now);
 }
 
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file);
-
-/* Members of the family that have the parameter, "mfm, sph". Is this one the first of them? */
-static bool list_owners(const struct kith_param *param, kith_family *family, int member, char *names,
-                        size_t size) {
-  int first = -1;
-  for (int k = 0; family(k).name != NULL; ++k) {
-    if (kith_params_find(family(k).params, param->key) == NULL) continue;
-    if (first < 0) first = k;
-    snprintf(names + strlen(names), size - strlen(names), "%s%s", k > first ? ", " : "", family(k).name);
-  }
-  return first == member;
-}
 
 /* "required; what it means (a, b); in (0, 1]" */
 static void print_comment(const struct kith_param *param, const char *owners, int written, FILE *file) {
@@ -264,13 +319,17 @@ static void print_comment(const struct kith_param *param, const char *owners, in
   fprintf(file, "%s%s\n", allowed[0] == '\0' ? "" : range ? "; in " : "; one of ", choices);
 }
 
-static void print_param(const struct kith_param *param, const char *owners, int indent, bool item,
+/* idle: it means something for others than the default, so that it is a comment. */
+static void print_param(const struct kith_param *param, const char *owners, bool idle, int indent, bool item,
                         FILE *file) {
   const char *value = param->fallback == NULL ? "" : param->fallback;
-  const int written = fprintf(file, "%*s%s%s:%s%s", item ? indent - 2 : indent, "", item ? "- " : "",
+  const int written = fprintf(file, "%*s%s%s:%s%s", item ? indent - 2 : indent, "",
+                              item   ? "- "
+                              : idle ? "# "
+                                     : "",
                               param->key, value[0] != '\0' ? " " : "", value);
   print_comment(param, owners, written, file);
-  if (param->params == NULL) return;
+  if (param->params == NULL || idle) return;
   if (param->form == KITH_FORM_NAMED) fprintf(file, "%*sNAME:\n", indent + 2, "");
   print_params(param->params, indent + (param->form <= KITH_FORM_MAP ? 2 : 4), param->form == KITH_FORM_LIST,
                file);
@@ -278,11 +337,16 @@ static void print_param(const struct kith_param *param, const char *owners, int 
 
 /* Each key once. */
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file) {
-  const struct kith_param *p;
+  const struct kith_param *p, *chooser = find_chooser(params);
+  const char *chosen = chooser != NULL && chooser->fallback != NULL ? chooser->fallback : "";
   for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
     char owners[ROOM] = "";
-    if (r.members == 0 || list_owners(p, r.family, r.members - 1, owners, sizeof owners))
-      print_param(p, owners, indent, item && p == params, file);
+    const bool of_member = r.members > 0;
+    if (of_member && !list_owners(p->key, r.family, r.members - 1, owners, sizeof owners)) continue;
+    const bool idle =
+        p->needs != NULL ||
+        (of_member && kith_params_find(kith_family_member(r.family, chosen).params, p->key) == NULL);
+    print_param(p, owners, idle, indent, item && p == params, file);
   }
 }
 

@@ -18,15 +18,18 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
 /* Reads all rows from a map into *base (zero where nothing was read before). map NULL: every default. What
  * *base owns stays, to be freed by its owner, also after a failure. With a row of kind MEMBER the parameters
  * of the chosen member are read too, over settings that are there already; those of other members of the
- * family are checked and have no effect, so that one scene serves all. */
+ * family are refused, or, if the member was chosen over the file that has them, dropped. */
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map, void *base);
 /* One row of it. */
 kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base);
 /* One value as a row says; also for values that are entries of a list. */
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node, void *into);
 
-/* BAD_INPUT names the first key of which two trees differ: in value, but for '-' and '_' in names. */
-kith_status kith_config_compare(const struct kith_config_node *a, const struct kith_config_node *b);
+/* BAD_INPUT names the first key of which a scene now and one then differ, with both values. '-' and '_' in
+ * names are the same, and so are 16 and 16.0, a default and nothing; keys whose role is not state may
+ * differ. */
+kith_status kith_config_compare(const struct kith_param *params, const struct kith_config_node *now,
+                                const struct kith_config_node *then);
 
 /* Commented YAML, itself a scene but for the required keys. */
 void kith_params_reference(const struct kith_param *params, FILE *file);

@@ -7,9 +7,12 @@
 #include "lib/domain/partition/partition.h"
 #include "physics/package.h"
 
+#include <ctype.h>
 #include <string.h>
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
+#define FREE .role = KITH_ROLE_FREE
+#define OUTPUT .role = KITH_ROLE_OUTPUT
 
 #define KERNEL_CHOICE(name, word, ...) "|" word
 static const struct kith_param method_params[] = {
@@ -31,7 +34,7 @@ static const struct kith_param scheme_params[] = {
     {"name", KITH_PARAM_MEMBER, "leapfrog", "", "time integration (kith list scheme)", IN(scheme.member),
      .family = kith_scheme_member},
     {"cfl", KITH_PARAM_NUMBER, "0", "[0, 1000]",
-     "Courant number; 0: the default of the package; above 1 for implicit only", IN(scheme.cfl)},
+     "Courant number; 0: the default of the package; above 1 for implicit only", IN(scheme.cfl), FREE},
     {"dt", KITH_PARAM_NUMBER, "0", "[0, inf)", "fixed step; 0: by the Courant number", IN(scheme.dt)},
     {0}};
 
@@ -49,31 +52,31 @@ static const struct kith_param connectivity_params[] = {
     {"skin", KITH_PARAM_NUMBER, "", "[0, inf)",
      "search radius of Verlet lists beyond the support, as a part of it; none: the default of the policy",
      IN(connectivity.skin)},
-    {"cull", KITH_PARAM_BOOL, "true", "", "drop ghosts that no node needs", IN(connectivity.cull)},
+    {"cull", KITH_PARAM_BOOL, "true", "", "drop ghosts that no node needs", IN(connectivity.cull), FREE},
     {"reorder", KITH_PARAM_INTEGER, "20", "[0, inf)",
      "lifecycles between reorderings of the nodes along the curve, the first one included; 0: never",
-     IN(connectivity.reorder)},
+     IN(connectivity.reorder), FREE},
     {"exclude", KITH_PARAM_NAME, "", "",
      "what are no neighbors, joined by |, with settings after a colon: materials:of=gas and=dust (kith list "
      "excluder)",
      IN(connectivity.exclude), .family = kith_excluder_member},
     {"storage", KITH_PARAM_NAME, "csr", "",
      "of the lists of probes and contacts: csr, padded:width=64, compressed (kith list storage)",
-     IN(connectivity.storage), .family = kith_storage_member},
+     IN(connectivity.storage), .family = kith_storage_member, FREE},
     {"contacts", KITH_PARAM_OTHER, "", "", "materials whose nodes near each other contacts.csv tells of",
-     KITH_BELOW(kith_contact_params, LIST)},
+     KITH_BELOW(kith_contact_params, LIST), OUTPUT},
     {0}};
 
 static const struct kith_param partition_params[] = {
     {"name", KITH_PARAM_NAME, "kd", "",
      "partitioner (kith list partitioner), with its options after a colon: diffusion:fixed,morton",
-     IN(partition.name), .family = kith_partitioner_member},
+     IN(partition.name), .family = kith_partitioner_member, FREE},
     {"every", KITH_PARAM_INTEGER, "20", "[0, inf)",
-     "rebuilds of neighbor lists between checks of the balance; 0: never", IN(partition.every)},
+     "rebuilds of neighbor lists between checks of the balance; 0: never", IN(partition.every), FREE},
     {"imbalance", KITH_PARAM_NUMBER, "1.05", "[1, inf)",
-     "work of the busiest rank over the mean that is tolerated", IN(partition.imbalance)},
+     "work of the busiest rank over the mean that is tolerated", IN(partition.imbalance), FREE},
     {"cells", KITH_PARAM_INTEGER, "256", "[1, 1000000]", "cells per rank that the partitioner distributes",
-     IN(partition.cells)},
+     IN(partition.cells), FREE},
     {"ghosts", KITH_PARAM_CHOICE, "exchange", "exchange|recompute",
      "values of ghosts between the passes of a package: sent by their owners, or computed again from two "
      "layers of ghosts (sph; not if reproducible)",
@@ -102,8 +105,9 @@ static const struct kith_param output_params[] = {
 
 static const struct kith_param scene_params[] = {
     {"base", KITH_PARAM_OTHER, "", "",
-     "another scene file, whose keys are replaced by those that follow; these may have dots", .params = NULL},
-    {"scene", KITH_PARAM_NAME, "", "", "its name; none: the name of the file", IN(name)},
+     "another scene file, whose keys are replaced by those that follow; these may have dots", .params = NULL,
+     OUTPUT},
+    {"scene", KITH_PARAM_NAME, "", "", "its name; none: the name of the file", IN(name), OUTPUT},
     {KITH_DIMENSION_PARAM, IN(dimension)},
     {"resolution", KITH_PARAM_NUMBER, NULL, "(0, inf)", "nodes per unit length in the densest region",
      IN(resolution)},
@@ -124,32 +128,35 @@ static const struct kith_param scene_params[] = {
     {"packages", KITH_PARAM_OTHER, "", "", "what acts on top of the hydro package, in this order",
      KITH_BELOW(package_params, LIST)},
     {"scheme", KITH_PARAM_MAP, "", "", "time integration", KITH_BELOW(scheme_params, MAP)},
-    {"neighbor", KITH_PARAM_MAP, "", "", "neighbor search", KITH_BELOW(neighbor_params, MAP)},
+    {"neighbor", KITH_PARAM_MAP, "", "", "neighbor search", KITH_BELOW(neighbor_params, MAP), FREE},
     {"connectivity", KITH_PARAM_MAP, "", "", "neighbor lists", KITH_BELOW(connectivity_params, MAP)},
     {"reproducible", KITH_PARAM_BOOL, "false", "",
      "bitwise identical results for any number of ranks and threads, any partitioner and search",
      IN(reproducible)},
     {"partition", KITH_PARAM_MAP, "", "", "distribution over ranks", KITH_BELOW(partition_params, MAP)},
     {"traversal", KITH_PARAM_NAME, "", "pairs|gather",
-     "how passes traverse pairs; none: the default of each pass", IN(traversal)},
-    {"until", KITH_PARAM_NUMBER, NULL, "[0, inf)", "time at the end", IN(until)},
+     "how passes traverse pairs; none: the default of each pass", IN(traversal), FREE},
+    {"until", KITH_PARAM_NUMBER, NULL, "[0, inf)", "time at the end", IN(until), FREE},
     {"exact", KITH_PARAM_OTHER, "", "", "the exact solution to compare with",
-     KITH_BELOW(kith_exact_params, MAP)},
+     KITH_BELOW(kith_exact_params, MAP), OUTPUT},
     {"probes", KITH_PARAM_OTHER, "", "",
      "points at which fields are interpolated while the run goes on, into probes.h5",
-     KITH_BELOW(kith_probe_params, LIST)},
+     KITH_BELOW(kith_probe_params, LIST), OUTPUT},
     {"measure", KITH_PARAM_MAP, "", "", "what is measured at the end, beside the exact solution",
      KITH_BELOW(measure_params, MAP)},
-    {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP)},
+    {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP), OUTPUT},
     {0}};
 
 /* Results go to out/NAME unless told otherwise. */
 static kith_status check_name(const struct kith_scene *scene) {
   const char *name = scene->name;
-  if (name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL) return KITH_OK;
+  bool plain = name[0] != '\0' && name[0] != '.';
+  for (const char *c = name; *c != '\0'; ++c) plain = plain && *c != '/' && !iscntrl((unsigned char)*c);
+  if (plain) return KITH_OK;
   const struct kith_config_node *given = kith_config_at(scene->config, "scene"), *root = scene->config->root;
   return kith_config_fail(given != NULL ? given : root, given != NULL ? NULL : "scene",
-                          "'%.60s' cannot name a directory: no '/', no '.' in front", name);
+                          "'%.60s' cannot name a directory: no '/', no '.' in front, no control characters",
+                          name);
 }
 
 enum { MOST_SNAPSHOTS = 9998 }; /* and the first and the last one: their numbers have four digits */
@@ -270,7 +277,7 @@ void kith_scene_destroy(struct kith_scene **scene) {
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text) {
   struct kith_config *config;
   KITH_TRY(kith_config_parse(&config, "checkpoint", text, strlen(text)));
-  const kith_status status = kith_config_compare(scene->config->root, config->root);
+  const kith_status status = kith_config_compare(scene_params, scene->config->root, config->root);
   kith_config_destroy(&config);
   return status;
 }

@@ -70,13 +70,15 @@ static const char norm_choices[] =
     "contact_pressure_error|density_peak";
 static const struct kith_param norm_param = {"", KITH_PARAM_NAME, NULL, norm_choices, "", .size = 32};
 
-/* Sets `key` to the value of `node`, on one line, or, if that is a map, key.entry to each of its entries. */
-static kith_status set_all(struct kith_job *job, const char *key, const struct kith_config_node *node) {
+/* Sets `key` to the value of `node`, on one line, or, if that is a map, key.entry to each of its entries.
+ * sign: "=", or "?=" of values, which may mean nothing to some of the methods. */
+static kith_status set_all(struct kith_job *job, const char *key, const char *sign,
+                           const struct kith_config_node *node) {
   char text[1024], *value;
   if (node->kind != KITH_CONFIG_MAP) {
     KITH_TRY(kith_config_emit(node, true, &value));
     const size_t length = strcspn(value, "\n"); /* a plain value is followed by an end of the document */
-    const int written = snprintf(text, sizeof text, "%s=%.*s", key, (int)length, value);
+    const int written = snprintf(text, sizeof text, "%s%s%.*s", key, sign, (int)length, value);
     const bool whole = value[length + 1] == '\0' || strcmp(value + length, "\n...\n") == 0;
     kith_free(&value);
     return whole && written < (int)sizeof text ? kith_job_set(job, text)
@@ -84,17 +86,18 @@ static kith_status set_all(struct kith_job *job, const char *key, const struct k
   }
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     snprintf(text, sizeof text, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);
-    KITH_TRY(set_all(job, text, child));
+    KITH_TRY(set_all(job, text, sign, child));
   }
   return KITH_OK;
 }
 
 /* The settings of a suite, a method or a value, which may have none; `map` NULL: nothing. */
-static kith_status apply_settings(struct kith_job *job, const struct kith_config_node *map) {
+static kith_status apply_settings(struct kith_job *job, const char *sign,
+                                  const struct kith_config_node *map) {
   const struct kith_config_node *settings = kith_config_child(map, "settings");
   if (settings == NULL) return KITH_OK;
   KITH_TRY(kith_config_want(settings, KITH_CONFIG_MAP));
-  return set_all(job, "", settings);
+  return set_all(job, "", sign, settings);
 }
 
 /* What --set sets must not be what is varied (by values of `varied`, if that is not NULL). */
@@ -136,7 +139,7 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
     return kith_config_fail(shown, NULL, "a value is one word or number of at most %zu letters", size - 1);
   job->x = strtod(job->value, &end);
   if (*end != '\0') s->named_values = true, job->x = value->index;
-  return key == NULL ? apply_settings(job, value) : set_all(job, key, value);
+  return key == NULL ? apply_settings(job, "?=", value) : set_all(job, key, "=", value);
 }
 
 /* Every method (NULL: the scene's) at every value, of `key` or with names; over what all have in common. */
@@ -156,7 +159,7 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, s
     *job = *common;
     snprintf(job->label, sizeof job->label, "%.100s", name != NULL ? name->text : s->scene);
     job->line = method != NULL ? method->location.line : values->location.line;
-    KITH_TRY(apply_settings(job, method));
+    KITH_TRY(apply_settings(job, "=", method));
     KITH_TRY(set_value(s, job, key, value));
     value = value->next;
     if (value != NULL) continue;
@@ -236,7 +239,7 @@ static kith_status read_common(struct kith_suite *s, const struct kith_param *pa
   KITH_TRY(kith_params_read(params, map, s));
   KITH_TRY(find_scene(kith_config_child(map, "scene"), c, s->scene, job->scene));
   KITH_TRY(set_scene(s, c, job));
-  return apply_settings(job, map);
+  return apply_settings(job, "=", map);
 }
 
 /* Without `norms`: that of the density. */

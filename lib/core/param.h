@@ -70,6 +70,10 @@ struct kith_selected {
   void *settings;
 };
 
+/* What a restart may change: nothing that the state depends on; what is written, or until when; how things
+ * are computed. */
+enum kith_param_role { KITH_ROLE_STATE, KITH_ROLE_OUTPUT, KITH_ROLE_FREE };
+
 struct kith_param {
   const char *key; /* NULL ends a table */
   enum kith_param_kind kind;
@@ -79,7 +83,9 @@ struct kith_param {
   size_t offset, size;
   const struct kith_param *params; /* MAP: its rows; OTHER: rows for the reference */
   enum kith_param_form form;
-  kith_family *family; /* MEMBER, NAME: who can be chosen; NULL: none */
+  kith_family *family;       /* MEMBER, NAME: who can be chosen; NULL: none */
+  enum kith_param_role role; /* of a map: of all that is in it */
+  const char *needs; /* "steps=block": it means nothing unless another row of the table has this value */
 };
 
 /* The ends of a row: where its value goes, or the rows below it. */

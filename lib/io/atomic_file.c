@@ -100,3 +100,13 @@ void kith_atomic_file_abandon(struct kith_atomic_file **file) {
   unlink((*file)->temporary);
   release(file);
 }
+
+int kith_write_at(int descriptor, const void *data, size_t bytes, uint64_t place) {
+  for (size_t done = 0; done < bytes;) {
+    errno = EIO; /* unless the call says otherwise */
+    const ssize_t n = pwrite(descriptor, (const char *)data + done, bytes - done, (off_t)(place + done));
+    if (n <= 0 && errno != EINTR) return -1;
+    done += (size_t)KITH_MAX(n, (ssize_t)0);
+  }
+  return 0;
+}

@@ -27,5 +27,7 @@ kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *pat
 kith_status kith_atomic_file_commit(struct kith_atomic_file **file, bool keep_previous);
 /* Gives up: removes the temporary file. Accepts a pointer to NULL. */
 void kith_atomic_file_abandon(struct kith_atomic_file **file);
+/* pwrite of all: 0, or -1 with errno. */
+int kith_write_at(int descriptor, const void *data, size_t bytes, uint64_t place);
 
 #endif

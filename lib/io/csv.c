@@ -58,6 +58,10 @@ kith_status kith_csv_log_row(struct kith_csv_log *log) {
   return fflush(log->file) != 0 || ferror(log->file) ? failed(log) : KITH_OK;
 }
 
+kith_status kith_csv_log_sync(struct kith_csv_log *log) {
+  return log->file != NULL && fsync(fileno(log->file)) != 0 ? failed(log) : KITH_OK;
+}
+
 kith_status kith_csv_log_close(struct kith_csv_log *log) {
   if (log->file == NULL) return KITH_OK;
   struct stat file;

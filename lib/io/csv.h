@@ -20,6 +20,8 @@ kith_status kith_csv_log_open(struct kith_csv_log *out, const char *path, const 
                               const uint64_t *last);
 /* After the values of a row were printed to `file`: ends it. BAD_FILE if it could not be written. */
 kith_status kith_csv_log_row(struct kith_csv_log *log);
+/* What was written is on the disk. A closed log: nothing to do. */
+kith_status kith_csv_log_sync(struct kith_csv_log *log);
 /* BAD_FILE if the last of it could not be written; closed in any case. A closed log: nothing to do. */
 kith_status kith_csv_log_close(struct kith_csv_log *log);
 

@@ -1,21 +1,38 @@
 /* snapshot.c - the layout of a snapshot, written through HDF5. */
 #include "lib/io/snapshot.h"
 
+#include <errno.h>
 #include <fcntl.h>
 #include <hdf5.h>
+#include <signal.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
 #include <unistd.h>
-#include "lib/nodes/migrate.h"
 #include "lib/io/atomic_file.h"
+#include "lib/nodes/migrate.h"
+
+enum { CELL_DATA = 3 }; /* data sets of the cells */
+
+/* What rank 0 finds out, in memory that two processes share. */
+struct layout {
+  bool done;
+  int error;       /* errno of the first failure */
+  char failed[96]; /* what was written then; empty: none */
+  haddr_t end;     /* bytes of the file */
+  haddr_t place[]; /* of the values in the file: of each field, of the flags, of the cells */
+};
 
 /* HDF5 handles are numbers, negative after a failure. No call is skipped then, so that the layout below reads
  * as a list: calls of HDF5 with a negative handle fail as well, and HDF5 tells note_failure of each. */
 struct writer {
   const struct kith_atomic_file *out;
   hid_t file, particles, vtk, point_data;
+  int descriptor; /* of the file */
+  struct layout *layout;
   void *room; /* for the widest field of this rank's nodes */
   const char *now;
-  char failed[96]; /* what was written at the first failure; empty: none */
 };
 
 /* Rows of the file. */
@@ -28,13 +45,10 @@ struct part {
 static herr_t note_failure(hid_t stack, void *writer) {
   struct writer *w = writer;
   (void)stack;
-  if (w->failed[0] == '\0') snprintf(w->failed, sizeof w->failed, "%s", w->now);
+  if (w->layout->failed[0] != '\0') return 0;
+  w->layout->error = errno;
+  snprintf(w->layout->failed, sizeof w->layout->failed, "%s", w->now);
   return 0;
-}
-
-static kith_status outcome(const struct writer *w) {
-  if (w->failed[0] == '\0') return KITH_OK;
-  KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", w->out->path, w->failed);
 }
 
 static void attribute(struct writer *w, hid_t owner, const char *name, hid_t type, hsize_t n,
@@ -109,27 +123,34 @@ static hid_t native_type(enum kith_type type) {
   return type == KITH_F64 ? H5T_NATIVE_DOUBLE : type == KITH_I64 ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT8;
 }
 
-static void lay_out_field(struct writer *w, const struct kith_field *field, size_t n) {
+/* Where its values begin; of no values, nowhere. */
+static haddr_t close_data(hid_t data) {
+  const haddr_t place = H5Dget_offset(data);
+  H5Dclose(data);
+  return place;
+}
+
+static haddr_t lay_out_field(struct writer *w, const struct kith_field *field, size_t n) {
   const char *name = field->spec.output;
   const hid_t data = new_data(w, w->particles, name, native_type(field->spec.type), n, columns_of(field));
   put_text(w, data, "Description", field->spec.doc != NULL ? field->spec.doc : "");
-  H5Dclose(data);
   const bool points = field->spec.kind == KITH_POSITION;
   H5Lcreate_hard(w->particles, name, points ? w->vtk : w->point_data, points ? "Points" : name, H5P_DEFAULT,
                  H5P_DEFAULT);
+  return close_data(data);
 }
 
 static const struct kith_field_spec node_flags = {
     .type = KITH_U8, .output = "NodeFlags", .doc = "0 internal, 1 frozen, 2 frozen and a barrier"};
 
 /* One VERTEX cell (type 1 of VTK) a node. */
-static void lay_out_cells(struct writer *w, size_t n) {
+static void lay_out_cells(struct writer *w, size_t n, haddr_t place[CELL_DATA]) {
   static const char *const counts[] = {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"};
   const int64_t count = (int64_t)n;
   for (int k = 0; k < 3; ++k) put_data(w, w->vtk, counts[k], H5T_NATIVE_INT64, &count);
-  H5Dclose(new_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0));
-  H5Dclose(new_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0));
-  H5Dclose(new_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0));
+  place[0] = close_data(new_data(w, w->vtk, "Connectivity", H5T_NATIVE_INT64, n, 0));
+  place[1] = close_data(new_data(w, w->vtk, "Offsets", H5T_NATIVE_INT64, n + 1, 0));
+  place[2] = close_data(new_data(w, w->vtk, "Types", H5T_NATIVE_UINT8, n, 0));
 }
 
 /* Six particle types, of which type 0 is used. No attribute Code, no root group Parameters: yt stumbles over
@@ -220,72 +241,61 @@ static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t
   PUT(w, w->vtk, "Version", 2, ((const int64_t[]){1, 0}));
   put_text(w, w->vtk, "Type", "UnstructuredGrid");
   for (int f = 0; f < nodes->n_fields; ++f)
-    if (nodes->fields[f]->spec.output != NULL) lay_out_field(w, nodes->fields[f], n);
-  lay_out_field(w, &(struct kith_field){.spec = node_flags}, n);
-  lay_out_cells(w, n);
+    if (nodes->fields[f]->spec.output != NULL) w->layout->place[f] = lay_out_field(w, nodes->fields[f], n);
+  w->layout->place[nodes->n_fields] = lay_out_field(w, &(struct kith_field){.spec = node_flags}, n);
+  lay_out_cells(w, n, w->layout->place + nodes->n_fields + 1);
   H5Gclose(w->point_data);
   H5Gclose(w->vtk);
   H5Gclose(w->particles);
 }
 
-/* An upper bound of the file's size: data, cells, notes, and what HDF5 spends on names and attributes. */
-static off_t room_for(const struct kith_nodes *nodes, size_t n, const struct kith_snapshot_info *info) {
-  enum { BASE = 1 << 17, PER_FIELD = 1 << 13, CELLS = 17 };
-  size_t bytes = BASE;
-  for (int f = 0; f < nodes->n_fields; ++f) {
-    const size_t columns = KITH_MAX(columns_of(nodes->fields[f]), (size_t)1);
-    if (nodes->fields[f]->spec.output != NULL) bytes += PER_FIELD + n * columns * 8;
-  }
-  for (const struct kith_note *note = info->notes; note != NULL && note->name != NULL; ++note)
-    bytes += 2 * strlen(note->text) + PER_FIELD;
-  return (off_t)(bytes + n * CELLS);
+static kith_status failed(const struct writer *w) {
+  KITH_FAIL(BAD_FILE, "%s: cannot write: %s", w->out->path, strerror(errno != 0 ? errno : EIO));
 }
 
-static kith_status reserve(const struct kith_atomic_file *file, off_t bytes) {
-  const int error = posix_fallocate(fileno(file->stream), 0, bytes);
-  if (error != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", file->path, strerror(error));
-  return KITH_OK;
-}
-
-/* Gives back what was reserved and not used: the file ends where HDF5 says it does. */
-static kith_status trim(struct writer *w) {
-  haddr_t end = 0;
-  w->now = "the end of the file";
-  const hid_t id = H5Fopen(w->out->temporary, H5F_ACC_RDONLY, H5P_DEFAULT);
-  H5Fget_eoa(id, &end);
-  H5Fclose(id);
-  if (w->failed[0] == '\0' && ftruncate(fileno(w->out->stream), (off_t)end) != 0) note_failure(0, w);
-  return outcome(w);
-}
-
-/* By rank 0. When the disk is full HDF5 1.10 cannot close its file, keeps it, and brings the program down at
- * exit. So the room is reserved before HDF5 begins, and again when it has emptied the file. */
-static kith_status lay_out(struct writer *w, const struct kith_nodes *nodes, size_t n,
-                           const struct kith_snapshot_info *info) {
-  const off_t room = room_for(nodes, n, info);
-  KITH_TRY(reserve(w->out, room));
+static void lay_out(struct writer *w, const struct kith_nodes *nodes, size_t n,
+                    const struct kith_snapshot_info *info) {
   w->now = "the beginning of the file";
+  errno = 0;
+  const bool ready = H5open() >= 0 && H5Eset_auto2(H5E_DEFAULT, note_failure, w) >= 0;
   w->file = H5Fcreate(w->out->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  KITH_TRY(outcome(w));
-  const kith_status status = reserve(w->out, room);
-  if (status == KITH_OK) lay_out_all(w, nodes, n, info);
+  lay_out_all(w, nodes, n, info);
   w->now = "the end of the file";
+  H5Fflush(w->file, H5F_SCOPE_LOCAL);
+  H5Fget_eoa(w->file, &w->layout->end);
   H5Fclose(w->file);
-  return status == KITH_OK ? trim(w) : status;
+  w->layout->done = ready;
+}
+
+/* By rank 0: all but the values, and room for these. HDF5 1.10 cannot close a file that it cannot write, nor
+ * always survive a lack of memory, and brings the program down then or at its end. So it works in a process
+ * of its own, which ends without its consent; in this one only where there can be no other. */
+static kith_status lay_out_apart(struct writer *w, const struct kith_nodes *nodes, size_t n,
+                                 const struct kith_snapshot_info *info) {
+  const pid_t child = fork();
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    dup2(open("/dev/null", O_WRONLY | O_CLOEXEC), STDERR_FILENO);
+  }
+  if (child <= 0) lay_out(w, nodes, n, info);
+  if (child == 0) _exit(0);
+  while (child > 0 && waitpid(child, NULL, 0) < 0 && errno == EINTR) continue;
+  const struct layout *layout = w->layout;
+  errno = layout->error;
+  if (errno != 0) return failed(w);
+  if (!layout->done || layout->failed[0] != '\0')
+    KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", w->out->path,
+              layout->failed[0] != '\0' ? layout->failed : "its start");
+  errno = posix_fallocate(w->descriptor, 0, (off_t)layout->end);
+  return errno == 0 ? KITH_OK : failed(w);
 }
 
 /* Values, by all ranks: each writes its own rows, which are contiguous in each list, without waiting for
- * others. (A collective write is not faster, and Open MPI 4.1 hangs in it when one rank cannot write.) */
+ * others. */
 
-static void write_rows(const struct writer *w, hid_t data, hid_t type, size_t columns, size_t first, size_t n,
-                       const void *values) {
-  const hsize_t start[2] = {first, 0}, extent[2] = {n, KITH_MAX(columns, (size_t)1)};
-  if (n == 0 || w->failed[0] != '\0') return;
-  const hid_t there = H5Dget_space(data), here = H5Screate_simple(columns == 0 ? 1 : 2, extent, NULL);
-  H5Sselect_hyperslab(there, H5S_SELECT_SET, start, NULL, extent, NULL);
-  H5Dwrite(data, type, here, there, H5P_DEFAULT, values);
-  H5Sclose(here);
-  H5Sclose(there);
+static kith_status write_rows(const struct writer *w, haddr_t place, size_t first, size_t n, size_t size,
+                              const void *values) {
+  return kith_write_at(w->descriptor, values, n * size, place + first * size) == 0 ? KITH_OK : failed(w);
 }
 
 /* Vectors of NDIM into 3, tensors of NDIM x NDIM into 3 x 3; the rest is zero. */
@@ -300,8 +310,8 @@ static void pad(double *wide, const struct kith_field *field, size_t n, size_t c
 }
 
 /* List by list: those of a rank are in one piece. `values` NULL: zero; `first`: rows of the file. */
-static void fill_lists(const struct writer *w, const struct kith_nodes *nodes, const struct kith_field *field,
-                       const size_t *first, const char *values) {
+static kith_status fill_lists(const struct writer *w, haddr_t place, const struct kith_nodes *nodes,
+                              const struct kith_field *field, const size_t *first, const char *values) {
   const size_t columns = columns_of(field), size = columns > 0 ? 8 * columns : kith_field_node_size(field);
   char path[64];
   if (values == NULL) values = memset(w->room, 0, (size_t)nodes->n_internal * size);
@@ -309,86 +319,69 @@ static void fill_lists(const struct writer *w, const struct kith_nodes *nodes, c
     pad(w->room, field, (size_t)nodes->n_internal, columns);
     values = w->room;
   }
-  snprintf(path, sizeof path, "PartType0/%s", field->spec.output);
-  const hid_t data = H5Dopen2(w->file, path, H5P_DEFAULT);
   for (int l = 0; l < nodes->n_lists; ++l) {
     const struct kith_node_list *list = &nodes->lists[l];
-    write_rows(w, data, native_type(field->spec.type), columns, first[l], (size_t)list->count,
-               values + (size_t)list->first * size);
+    KITH_TRY(write_rows(w, place, first[l], (size_t)list->count, size, values + (size_t)list->first * size));
   }
-  H5Dclose(data);
+  return KITH_OK;
 }
 
 /* The fields of these nodes as far as `like` has them; those that were registered later are zero. */
-static void fill_fields(const struct writer *w, const struct kith_nodes *like, const struct kith_nodes *nodes,
-                        const size_t *first) {
+static kith_status fill_fields(const struct writer *w, const struct kith_nodes *like,
+                               const struct kith_nodes *nodes, const size_t *first) {
   for (int k = 0; k < like->n_fields; ++k) {
     if (like->fields[k]->spec.output == NULL) continue;
     const struct kith_field *field = kith_nodes_field_named(nodes, like->fields[k]->spec.name);
-    fill_lists(w, nodes, field != NULL ? field : like->fields[k], first, field != NULL ? field->data : NULL);
+    KITH_TRY(fill_lists(w, w->layout->place[k], nodes, field != NULL ? field : like->fields[k], first,
+                        field != NULL ? field->data : NULL));
   }
   const struct kith_field flags = {.spec = node_flags, .components = 1},
                           *barrier = kith_nodes_field_named(nodes, "barrier");
   uint8_t *flag = memset(w->room, nodes != like, (size_t)nodes->n_internal);
   for (kith_index i = 0; i < nodes->n_internal && nodes != like && barrier != NULL; ++i)
     if (barrier->u8[i]) flag[i] = 2;
-  fill_lists(w, nodes, &flags, first, w->room);
+  return fill_lists(w, w->layout->place[like->n_fields], nodes, &flags, first, w->room);
 }
 
 /* Of n nodes from row `first` on; `last`: the end of the last cell too. */
-static void fill_cells(const struct writer *w, size_t first, size_t n, bool last) {
-  static const char *const names[] = {"VTKHDF/Connectivity", "VTKHDF/Offsets", "VTKHDF/Types"};
+static kith_status fill_cells(const struct writer *w, const haddr_t place[CELL_DATA], size_t first, size_t n,
+                              bool last) {
   int64_t *number = w->room;
   for (size_t i = 0; i < n + last; ++i) number[i] = (int64_t)(first + i);
-  for (int k = 0; k < 3; ++k) {
-    const hid_t data = H5Dopen2(w->file, names[k], H5P_DEFAULT);
-    if (k == 2) memset(w->room, 1, n);
-    write_rows(w, data, k == 2 ? H5T_NATIVE_UINT8 : H5T_NATIVE_INT64, 0, first, n + (k == 1 && last),
-               w->room);
-    H5Dclose(data);
-  }
+  KITH_TRY(write_rows(w, place[0], first, n, 8, number));
+  KITH_TRY(write_rows(w, place[1], first, n + last, 8, number));
+  memset(number, 1, n);
+  return write_rows(w, place[2], first, n, 1, number);
 }
 
-static void fill_all(const struct writer *w, const struct kith_nodes *nodes, const struct kith_nodes *frozen,
-                     const struct part *part) {
-  const bool writes_all = kith_ranks_rank(nodes->ranks) == 0;
-  fill_fields(w, nodes, nodes, part->first);
+static kith_status fill_all(const struct writer *w, const struct kith_nodes *nodes,
+                            const struct kith_nodes *frozen, const struct part *part) {
+  const haddr_t *cells = w->layout->place + nodes->n_fields + 1;
+  KITH_TRY(fill_fields(w, nodes, nodes, part->first));
   for (int l = 0; l < nodes->n_lists; ++l)
-    fill_cells(w, part->first[l], (size_t)nodes->lists[l].count, false);
-  if (!writes_all) return;
-  if (frozen != NULL) fill_fields(w, nodes, frozen, part->frozen);
+    KITH_TRY(fill_cells(w, cells, part->first[l], (size_t)nodes->lists[l].count, false));
+  if (kith_ranks_rank(nodes->ranks) != 0) return KITH_OK;
+  if (frozen != NULL) KITH_TRY(fill_fields(w, nodes, frozen, part->frozen));
   for (int l = 0; l < nodes->n_lists && frozen != NULL; ++l)
-    fill_cells(w, part->frozen[l], (size_t)frozen->lists[l].count, false);
-  fill_cells(w, part->total, 0, true);
+    KITH_TRY(fill_cells(w, cells, part->frozen[l], (size_t)frozen->lists[l].count, false));
+  return fill_cells(w, cells, part->total, 0, true);
 }
 
-static kith_status room_to_fill(struct writer *w, const struct kith_nodes *nodes,
-                                const struct kith_nodes *frozen) {
+/* Other ranks than 0 sync what they wrote: they may be on other machines. */
+static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const struct kith_nodes *frozen,
+                        const struct part *part) {
   const kith_index held = frozen != NULL ? frozen->n_internal : 0;
+  const bool first = kith_ranks_rank(nodes->ranks) == 0;
   size_t columns = 1;
   for (int k = 0; k < nodes->n_fields; ++k)
     if (nodes->fields[k]->spec.output != NULL) columns = KITH_MAX(columns, columns_of(nodes->fields[k]));
-  if (access(w->out->temporary, R_OK | W_OK) != 0)
-    KITH_FAIL(BAD_FILE, "%s: cannot write: not there for all ranks", w->out->path);
-  return kith_resize(&w->room, 0, (size_t)KITH_MAX(nodes->n_internal, held) * columns + 1, 8);
-}
-
-static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const struct kith_nodes *frozen,
-                        const struct part *part) {
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, room_to_fill(w, nodes, frozen)));
-  const hid_t how = H5Pcreate(H5P_FILE_ACCESS);
-  /* Nothing is held back in a buffer: what cannot be written is known at once, and the file can be closed. */
-  H5Pset_sieve_buf_size(how, 0);
-  if (nodes->ranks != NULL)
-    H5Pset_fapl_mpio(how, MPI_Comm_f2c(kith_ranks_communicator(nodes->ranks)), MPI_INFO_NULL);
-  w->now = "the values";
-  w->file = H5Fopen(w->out->temporary, H5F_ACC_RDWR, how);
-  H5Pclose(how);
-  KITH_TRY(outcome(w));
-  fill_all(w, nodes, frozen, part);
-  H5Fflush(w->file, H5F_SCOPE_GLOBAL); /* on each machine */
-  H5Fclose(w->file);
-  return kith_ranks_allreduce_status(nodes->ranks, outcome(w));
+  KITH_TRY(kith_resize(&w->room, 0, (size_t)KITH_MAX(nodes->n_internal, held) * columns + 1, 8));
+  if (!first) w->descriptor = open(w->out->temporary, O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
+  if (w->descriptor < 0) return failed(w);
+  kith_status status = fill_all(w, nodes, frozen, part);
+  if (!first && fsync(w->descriptor) != 0 && status == KITH_OK) status = failed(w);
+  if (!first) close(w->descriptor);
+  return status;
 }
 
 static kith_status find_part(struct part *part, const struct kith_nodes *nodes,
@@ -412,12 +405,19 @@ static kith_status write_file(struct kith_atomic_file **file, const struct kith_
                               const struct kith_snapshot_info *info) {
   const bool first = kith_ranks_rank(nodes->ranks) == 0;
   struct part part = {0};
-  struct writer w = {.out = *file, .now = "its start"};
-  KITH_TRY(find_part(&part, nodes, info->frozen));
-  H5Eset_auto2(H5E_DEFAULT, note_failure, &w);
-  kith_status status =
-      kith_ranks_allreduce_status(nodes->ranks, first ? lay_out(&w, nodes, part.total, info) : KITH_OK);
-  if (status == KITH_OK) status = fill(&w, nodes, info->frozen, &part);
+  struct writer w = {.out = *file, .descriptor = first ? fileno((*file)->stream) : -1};
+  const size_t places = (size_t)nodes->n_fields + 1 + CELL_DATA,
+               bytes = sizeof *w.layout + places * sizeof *w.layout->place;
+  kith_status status = find_part(&part, nodes, info->frozen);
+  w.layout = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (w.layout == MAP_FAILED) status = kith_fail(KITH_NO_MEMORY, "no memory to write %s", (*file)->path);
+  if (status == KITH_OK && first) status = lay_out_apart(&w, nodes, part.total, info);
+  status = kith_ranks_allreduce_status(nodes->ranks, status);
+  if (status == KITH_OK) {
+    kith_ranks_broadcast(nodes->ranks, 0, w.layout, bytes);
+    status = kith_ranks_allreduce_status(nodes->ranks, fill(&w, nodes, info->frozen, &part));
+  }
+  if (w.layout != MAP_FAILED) munmap(w.layout, bytes);
   kith_free(&w.room);
   KITH_TRY(status);
   return kith_ranks_allreduce_status(nodes->ranks, first ? kith_atomic_file_commit(file, false) : KITH_OK);
@@ -427,13 +427,9 @@ kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes
                                 const struct kith_snapshot_info *info) {
   const bool first = kith_ranks_rank(nodes->ranks) == 0;
   struct kith_atomic_file *file;
-  H5E_auto2_t print;
-  void *with;
   kith_status status = first ? kith_atomic_file_open(&file, path) : kith_atomic_file_join(&file, path);
   status = kith_ranks_allreduce_status(nodes->ranks, status);
-  H5Eget_auto2(H5E_DEFAULT, &print, &with);
   if (status == KITH_OK) status = write_file(&file, nodes, info);
-  H5Eset_auto2(H5E_DEFAULT, print, with);
   kith_atomic_file_abandon(&file);
   return status;
 }

@@ -11,9 +11,9 @@
  * ParaView knows the layout by the extension, so PATH ends in .hdf.
  *
  * With several ranks, rank 0 creates the file with all metadata; then all ranks write the values of their own
- * nodes through the MPI-IO of HDF5: no rank holds more than its own nodes and one more field of them. Nodes
+ * nodes to their places in it: no rank holds more than its own nodes and one more field of them. Nodes
  * are stored list by list, rank by rank, in memory order. The layout depends on the numbers of nodes only:
- * neither on the number of ranks nor on whether MPI is used. */
+ * not on the number of ranks. */
 #ifndef KITH_IO_SNAPSHOT_H
 #define KITH_IO_SNAPSHOT_H
 
@@ -36,8 +36,7 @@ struct kith_snapshot_info {
 };
 
 /* BAD_FILE with the path and the reason. Collective: all ranks give the same path, which must be visible to
- * all, and the same `info`. All return the same status, but for an MPI-IO that cannot open the file on some
- * ranks only: see ranks.h. */
+ * all, and the same `info`. All return the same status. */
 kith_status kith_snapshot_write(const char *path, const struct kith_nodes *nodes,
                                 const struct kith_snapshot_info *info);
 #endif

@@ -139,8 +139,8 @@ case $6 in
     snapshot=$(du -k "$(last sizes)" | cut -f1) checkpoint=$(du -k sizes/checkpoint.kith | cut -f1)
     # Room for the first snapshot and two checkpoints and a half: the third is cut short.
     full checkpoint.kith $((16 + snapshot + checkpoint * 5 / 2)) output.checkpoint=20
-    # A snapshot claims more room than it needs at last.
-    full snapshot_ $((400 + snapshot * 4 + checkpoint * 3)) output.checkpoint=20 output.every=1.1e-4
+    # Room for two snapshots and half of the third, of which each is larger than a checkpoint.
+    full snapshot_ $((16 + snapshot * 5 / 2 + checkpoint * 5 / 2)) output.checkpoint=20 output.every=1.1e-4
     ;;
   file-size)
     command -v prlimit >/dev/null || skip "no prlimit here"

@@ -9,7 +9,7 @@ for setting in "$@"; do settings+=(--set "$setting"); done
 rm -rf "$out" && mkdir -p "$out"
 $mpirun -n "$ranks" "$program" run "$scene" "${settings[@]}" --set output.plot=false --steps 4 --quiet \
   --profile --trace "$out/trace" -o "$out" >"$out/profile"
-"$program" plan "$scene" "${settings[@]}" --ranks "$ranks" --quiet >"$out/plan"
+"$program" plan "$scene" "${settings[@]}" --ranks "$ranks" >"$out/plan"
 # number KEY: the mean of all ranks, or the number itself.
 number() {
   awk -v key="\"$1\":" '

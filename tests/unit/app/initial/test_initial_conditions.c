@@ -49,7 +49,7 @@ static struct kith_region *add(struct stage *s, enum kith_lattice lattice, const
     region->velocity[a] = formula("0");
   }
   struct kith_config_node *node = &s->node[s->scene.n_regions - 1];
-  node->location = (struct kith_source_location){"hand.yaml", 10 * s->scene.n_regions};
+  node->location = (struct kith_source_location){.file = "hand.yaml", .line = 10 * s->scene.n_regions};
   region->node = node;
   return region;
 }
@@ -407,7 +407,7 @@ static void overlaps(void) {
   struct stage s;
   open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "x - 2");
-  s.node[0].location = (struct kith_source_location){"--set", 0};
+  s.node[0].location = (struct kith_source_location){.file = "--set"};
   refuses(&s, "--set ", "density is -"); /* no line in an override */
   open_stage(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.52; /* less than a node's spacing too far */

@@ -120,7 +120,8 @@ static const struct wrong forces[] = {
     {5, "boundaries: {x: [{kind: pistn, velocity: 1}, open]}",
      "f:5: boundaries.x.0.kind: 'pistn' is not one of open, reflecting, piston, periodic; did you mean "
      "'piston'?"},
-    {5, "boundaries: {x: {kind: open, velocity: 1}}", "f:5: boundaries.x.kind: open has no settings"},
+    {5, "boundaries: {x: {kind: open, velocity: 1}}",
+     "f:5: boundaries.x.velocity: means nothing for open, only for piston"},
     {5, "boundaries: {x: " PISTON "}",
      "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
     {5, "boundaries: {x: [" PISTON ", " PISTON "]}",

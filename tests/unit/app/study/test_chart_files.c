@@ -147,7 +147,7 @@ static void check_sweeps(struct kith_study *study) {
   CHECK(sweeps[0].job[3].x == 0.2 && strcmp(sweeps[0].job[3].label, "b") == 0 && isnan(sweeps[0].at_least));
   CHECK(has(&sweeps[0].job[3], "until=1") && has(&sweeps[0].job[3], "scheme.dt=1") &&
         has(&sweeps[0].job[3], "scheme.cfl=0.2"));
-  CHECK(sweeps[1].named_values && sweeps[1].of_first && has(&sweeps[1].job[0], "b=[2, 3]"));
+  CHECK(sweeps[1].named_values && sweeps[1].of_first && has(&sweeps[1].job[0], "b?=[2, 3]"));
   CHECK(read_sweeps(study, "sweeps:\n" SWEEP("one", "values: {until: [1]}"), "ones") == KITH_BAD_INPUT &&
         said("did you mean 'one'"));
   for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
