@@ -313,7 +313,6 @@ static void pad(double *wide, const struct kith_field *field, size_t n, size_t c
 static kith_status fill_lists(const struct writer *w, haddr_t place, const struct kith_nodes *nodes,
                               const struct kith_field *field, const size_t *first, const char *values) {
   const size_t columns = columns_of(field), size = columns > 0 ? 8 * columns : kith_field_node_size(field);
-  char path[64];
   if (values == NULL) values = memset(w->room, 0, (size_t)nodes->n_internal * size);
   if (columns > (size_t)field->components && values != w->room) {
     pad(w->room, field, (size_t)nodes->n_internal, columns);
