@@ -12,6 +12,7 @@
 #include <time.h>
 #include <unistd.h>
 #include "app/cli/text.h"
+#include "app/output/growth.h"
 #include "app/output/output.h"
 #include "app/output/plot.h"
 #include "app/output/report.h"
@@ -34,6 +35,7 @@ struct run {
   void *exact;              /* solution; NULL: the scene has none */
   struct kith_nodes *whole; /* of all ranks, on rank 0; NULL: not gathered, or this is the only one */
   struct kith_output output;
+  struct kith_growth growth;
   struct kith_conservation_baseline baseline;
   struct progress progress;
   struct kith_traffic before_steps;
@@ -87,6 +89,9 @@ static kith_status open_output(struct run *run) {
       kith_probes_create(&run->output.probes, run->simulation, run->output.directory, o->restart != NULL));
   KITH_TRY(kith_contacts_create(&run->output.contacts, run->simulation, run->output.directory,
                                 o->restart != NULL));
+  const struct kith_integrator *it = &run->simulation->integrator;
+  KITH_TRY(kith_growth_open(&run->growth, run->scene, run->output.directory, speaks(run),
+                            o->restart != NULL ? &it->step : NULL, it->time));
   return speaks(run) ? kith_output_clear(&run->output, o->restart != NULL) : KITH_OK;
 }
 
@@ -150,8 +155,8 @@ static bool measures(const struct kith_scene *scene) {
   return wanted;
 }
 
-/* start: what was measured then; NULL: this is the start. */
-static void measure(const struct run *run, const double *start, double *value) {
+/* start: what was measured then; NULL: this is the start, or what a mode is compared with. */
+static double take(const struct run *run, enum kith_measure which, const double *start) {
   const struct kith_profile_view view = view_of(run);
   struct kith_measured measured = {.nodes = &view,
                                    .domain = run->scene->domain,
@@ -159,8 +164,12 @@ static void measure(const struct run *run, const double *start, double *value) {
                                    .kinetic_start = run->baseline.totals.kinetic,
                                    .start = start};
   memcpy(measured.center, run->simulation->hydro.center, sizeof measured.center);
+  return kith_measure_take(which, &measured);
+}
+
+static void measure(const struct run *run, const double *start, double *value) {
   for (int k = 0; k < KITH_N_MEASURES; ++k)
-    if (run->scene->measure.wanted[k]) value[k] = kith_measure_take((enum kith_measure)k, &measured);
+    if (run->scene->measure.wanted[k]) value[k] = take(run, (enum kith_measure)k, start);
 }
 
 static kith_status gather(struct run *run) {
@@ -174,6 +183,17 @@ static kith_status measure_start(struct run *run) {
   if (speaks(run)) measure(run, NULL, run->baseline.measure);
   kith_nodes_destroy(&run->whole);
   return KITH_OK;
+}
+
+/* The amplitude of the mode that grows, when it is wanted. */
+static kith_status sample_growth(struct run *run) {
+  const struct kith_integrator *it = &run->simulation->integrator;
+  if (!kith_growth_due(&run->growth, it->time)) return KITH_OK;
+  KITH_TRY(gather(run));
+  const double amplitude = speaks(run) ? take(run, run->growth.measure, NULL) : 0;
+  kith_nodes_destroy(&run->whole);
+  return kith_ranks_allreduce_status(run->ranks,
+                                     kith_growth_add(&run->growth, it->step, it->time, amplitude));
 }
 
 /* A picture that cannot be drawn is a warning. norms: NULL: not shown. */
@@ -236,6 +256,7 @@ static kith_status begin(struct run *run) {
   run->baseline = kith_conservation_baseline_of(&first);
   kith_status status;
   KITH_STAGE(status, run->profile, "comparison", measure_start(run));
+  if (status == KITH_OK) status = sample_growth(run);
   KITH_TRY(status);
   KITH_STAGE(status, run->profile, "output", write_snapshot(run));
   KITH_TRY(status);
@@ -266,6 +287,7 @@ static kith_status after_step(struct run *run) {
   const struct kith_totals totals = kith_hydro_totals(&run->simulation->hydro);
   kith_conservation_baseline_update(&run->baseline, run->simulation, &totals);
   KITH_TRY(kith_history_step(&run->output.history, run->simulation, &totals));
+  KITH_TRY(sample_growth(run));
   KITH_TRY(kith_contacts_sample(run->output.contacts));
   KITH_TRY(kith_probes_sample(run->output.probes, finished(run)));
   const double every = run->scene->output.every;
@@ -354,6 +376,10 @@ static kith_status finish(struct run *run) {
   KITH_TRY(status);
   kith_profile_begin(run->profile, "pictures");
   if (run->scene->output.plot && first) draw(run, NULL, report->compared ? &report->norms : NULL);
+  if (run->scene->output.plot && first && run->growth.scene != NULL &&
+      kith_growth_draw(&run->growth, run->output.directory, run->baseline.measure[run->growth.measure]) !=
+          KITH_OK)
+    fprintf(stderr, "kith: warning: %s\n", kith_failure());
   kith_profile_end(run->profile);
   KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step,
                                     run->output.history.largest_imbalance));
@@ -429,6 +455,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;
   }
+  (void)kith_csv_log_close(&run.growth.log);
   kith_report_clear(&run.report);
   kith_free(&run.provenance.command);
   kith_free(&run.exact);

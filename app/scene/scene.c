@@ -87,7 +87,10 @@ static const struct kith_param measure_params[] = {
 #define X(name, doc) {#name, KITH_PARAM_BOOL, "false", "", doc, IN(measure.wanted[KITH_MEASURE_##name])},
     KITH_MEASURE_LIST(X)
 #undef X
-        {0}};
+        {"rate", KITH_PARAM_NUMBER, "0", "[0, inf)",
+         "growth rate of the mode by linear theory, drawn beside its amplitude; 0: not known",
+         IN(measure.rate)},
+    {0}};
 
 static const struct kith_param output_params[] = {
     {"every", KITH_PARAM_NUMBER, "0", "[0, inf)", "time between snapshots; 0: first and last only",

@@ -169,6 +169,7 @@ struct kith_scene {
   } exact;
   struct {
     bool wanted[KITH_N_MEASURES];
+    double rate; /* of growth, by linear theory; 0: not known */
   } measure;
   struct {
     double every; /* time between snapshots, 0: only first and last */

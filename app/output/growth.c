@@ -1,0 +1,64 @@
+/* The growth of a mode, by rows of a table, and its picture. */
+#include "app/output/growth.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include "app/output/figure.h"
+
+enum { SAMPLES = 100 };
+
+/* The first multiple of `every` behind `time`, but for rounding: the same whether or not a run was
+ * interrupted, and the last one is the end. */
+static double next_after(const struct kith_growth *g, double time) {
+  return (floor(time / g->every + 1e-6) + 1 - 1e-6) * g->every;
+}
+
+kith_status kith_growth_open(struct kith_growth *g, const struct kith_scene *scene, const char *directory,
+                             bool writes, const uint64_t *last, double time) {
+  char path[640];
+  const bool *wanted = scene->measure.wanted;
+  if (NDIM == 1 || !(wanted[KITH_MEASURE_growth] || wanted[KITH_MEASURE_mcnally]) || !(scene->until > 0))
+    return KITH_OK;
+  g->scene = scene;
+  g->measure = wanted[KITH_MEASURE_growth] ? KITH_MEASURE_growth : KITH_MEASURE_mcnally;
+  g->every = scene->until / SAMPLES;
+  g->next = last != NULL ? next_after(g, time) : 0;
+  snprintf(path, sizeof path, "%s/growth.csv", directory);
+  return writes ? kith_csv_log_open(&g->log, path, "step,time,amplitude", last) : KITH_OK;
+}
+
+bool kith_growth_due(const struct kith_growth *g, double time) {
+  return g->scene != NULL && time >= g->next;
+}
+
+kith_status kith_growth_add(struct kith_growth *g, uint64_t step, double time, double amplitude) {
+  g->next = next_after(g, time);
+  if (g->log.file == NULL) return KITH_OK;
+  fprintf(g->log.file, "%" PRIu64 ",%.9g,%.9g", step, time, amplitude);
+  return kith_csv_log_row(&g->log);
+}
+
+kith_status kith_growth_draw(struct kith_growth *g, const char *directory, double first) {
+  static const struct kith_figure_layout layout = {1, 1, 700, 480, 34};
+  const double rate = g->scene->measure.rate;
+  struct kith_figure figure;
+  char title[256], entries[256];
+  if (g->log.file == NULL || !(first > 0)) return KITH_OK;
+  KITH_TRY(kith_csv_log_close(&g->log)); /* gnuplot reads it now */
+  snprintf(title, sizeof title, "%.150s    %d-D,  resolution %.4g", g->scene->name, NDIM,
+           g->scene->resolution);
+  KITH_TRY(kith_figure_open(&figure, directory, "growth", title, &layout));
+  kith_figure_panel(&figure, "amplitude of the mode", "time (code units)", "velocity (code units)", false);
+  fputs("set datafile separator ','\nplot 'growth.csv' using 2:3 with points pt 7 ps 0.5 lc rgb '#0072b2'",
+        figure.file->stream);
+  if (rate > 0)
+    fprintf(figure.file->stream, ", %.9g * cosh(%.9g * x) with lines lw 2 lc rgb '#d55e00'", first, rate);
+  fputc('\n', figure.file->stream);
+  const int used =
+      snprintf(entries, sizeof entries, "NaN with points pt 7 ps 0.7 lc rgb '#0072b2' title 'run'");
+  if (rate > 0)
+    snprintf(entries + used, sizeof entries - (size_t)used,
+             ", NaN with lines lw 2 lc rgb '#d55e00' title 'linear theory, rate %.4g'", rate);
+  kith_figure_legend(&figure, entries);
+  return kith_figure_close(&figure);
+}

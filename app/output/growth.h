@@ -1,0 +1,26 @@
+/* growth.h - DIR/growth.csv: the amplitude of the mode that a scene measures (growth or mcnally, measure.h),
+ * at some 100 times of a run; DIR/growth.png and .pdf: beside linear theory if the scene knows its rate. */
+#ifndef KITH_APP_OUTPUT_GROWTH_H
+#define KITH_APP_OUTPUT_GROWTH_H
+
+#include "app/scene/scene.h"
+#include "lib/io/csv.h"
+
+struct kith_growth {
+  const struct kith_scene *scene; /* NULL: it measures no mode */
+  enum kith_measure measure;
+  struct kith_csv_log log; /* of rank 0 */
+  double every, next;
+};
+
+/* `last`: of a restart, the step from which it goes on, else NULL; `writes`: on rank 0. */
+kith_status kith_growth_open(struct kith_growth *growth, const struct kith_scene *scene,
+                             const char *directory, bool writes, const uint64_t *last, double time);
+/* Is the amplitude wanted at this time? The same on all ranks. */
+bool kith_growth_due(const struct kith_growth *growth, double time);
+/* On all ranks; amplitude: of rank 0. */
+kith_status kith_growth_add(struct kith_growth *growth, uint64_t step, double time, double amplitude);
+/* first: amplitude at the start, which grows as cosh(rate t). */
+kith_status kith_growth_draw(struct kith_growth *growth, const char *directory, double first);
+
+#endif

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# test_growth.sh PROGRAMS INPUTS: growth.csv holds what measures.growth is made of, a restart continues it,
+# and the picture has the curve of linear theory.
+inputs=$(readlink -f "$2")
+source "$(dirname "$0")/common.sh"
+[[ -x $programs/kith-2d ]] || exit 0
+
+run() { ok "$kith" run "$inputs/shear-layer.yaml" --quiet --set resolution=12 --set until=0.6 "$@"; }
+run -o whole
+awk -F, 'NR > 1 {n++; if (NR == 2) first = $3; time = $2; last = $3}
+  END {a = last / first; print n, log(a + sqrt(a * a - 1)) / time}' whole/growth.csv >made
+read -r n rate <made
+told=$(awk '/"growth":/ {print $2}' whole/report.json)
+awk -v a="$rate" -v b="$told" 'BEGIN {exit !(a > 0 && (a - b) ^ 2 < 1e-12)}' ||
+  wrong "growth.csv gives the rate $rate, the report $told"
+((n > 20 && n <= 101)) || wrong "$n samples of the amplitude"
+if command -v gnuplot >/dev/null; then
+  grep -q 'cosh(0.873 \* x)' whole/growth.gp || wrong "no theory in the picture"
+  (($(stat -c %s whole/growth.png) > 10000)) || wrong "an empty picture"
+fi
+
+run -o parts --steps 20 --set output.checkpoint_at_end=true
+run -o parts --restart parts/checkpoint.kith --set output.checkpoint_at_end=true
+same whole/growth.csv parts/growth.csv
+
+exit $((failures > 0))
