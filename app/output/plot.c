@@ -28,6 +28,7 @@ struct picture {
   const double *center; /* NULL: curves over x */
   double middle[NDIM];
   struct range place;
+  bool tube; /* the nodes fill a box that is long in x alone */
   int n, columns;
   struct panel panel[KITH_PICTURE_PANELS];
 };
@@ -86,7 +87,7 @@ static void add_panel(struct picture *f, enum kith_picture_field field, bool err
   f->panel[f->n++] = (struct panel){field, error, map, NO_RANGE, NO_RANGE};
 }
 
-/* Chosen ones; else four curves, a map of the density, or, about the center of an exact solution, curves and
+/* Chosen ones; else four curves; without an exact solution a map of the density, but of a tube; or, about the center of an exact solution, curves and
  * beside them a map of what it is about and of its error. */
 static void choose_panels(struct picture *f) {
   static const enum kith_picture_field usual[] = {KITH_PICTURE_DENSITY, KITH_PICTURE_VELOCITY,
@@ -94,7 +95,7 @@ static void choose_panels(struct picture *f) {
   const struct kith_picture *wanted = f->plot->picture;
   const struct kith_exact_ops *exact = f->plot->exact;
   const bool chosen = wanted->kind != KITH_PICTURE_AUTO,
-             maps = NDIM > 1 && (chosen ? wanted->kind >= KITH_PICTURE_MAP : exact == NULL),
+             maps = NDIM > 1 && (chosen ? wanted->kind >= KITH_PICTURE_MAP : exact == NULL && !f->tube),
              both = NDIM > 1 && !chosen && f->center != NULL && wanted->n_fields == 0;
   for (int k = 0; k < wanted->n_fields; ++k)
     add_panel(f, wanted->panel[k].field, wanted->panel[k].error, maps);
@@ -109,12 +110,15 @@ static void choose_panels(struct picture *f) {
 static void choose_places(struct picture *f) {
   const struct kith_plot *p = f->plot;
   struct range box[NDIM];
+  double wide = 0;
   f->place = NO_RANGE;
   for (int a = 0; a < NDIM; ++a) {
     box[a] = NO_RANGE;
     for (kith_index i = 0; i < p->nodes.n; ++i) include(&box[a], p->nodes.position[(size_t)i * NDIM + a]);
     f->middle[a] = 0.5 * (box[a].lower + box[a].upper);
+    wide = KITH_MAX(wide, a > 0 ? box[a].upper - box[a].lower : 0);
   }
+  f->tube = box[0].upper - box[0].lower > 5 * wide;
   if (p->exact != NULL) f->center = kith_exact_center(p->exact, p->solution);
   if (p->picture->kind == KITH_PICTURE_RADIAL && f->center == NULL) f->center = f->middle;
   if (p->picture->kind == KITH_PICTURE_PROFILE) f->center = NULL;
@@ -309,6 +313,16 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
   fputc('\n', g->file->stream);
 }
 
+/* What the picture's maps show. */
+static struct kith_map map_of(const struct picture *f) {
+  const struct kith_picture *wanted = f->plot->picture;
+  int normal = 2;
+  double at = NDIM == 3 ? f->middle[NDIM - 1] : NAN;
+  for (int a = 0; a < NDIM; ++a)
+    if (isfinite(wanted->plane[a])) normal = a, at = wanted->plane[a];
+  return kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);
+}
+
 static kith_status write_pixels(const struct picture *f, const struct panel *panel, const char *directory,
                                 const char *name, const struct kith_map *map, struct range *shown) {
   const struct kith_profile_view *nodes = &f->plot->nodes;
@@ -344,13 +358,7 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
   const bool signed_values = panel->error || panel->field >= KITH_PICTURE_VELOCITY_X;
   struct range colors = NO_RANGE;
   char name[64], title[96], labels[2][32];
-  int normal = 2;
-  double at = NAN;
-  for (int a = 0; a < NDIM; ++a)
-    if (isfinite(wanted->plane[a])) normal = a, at = wanted->plane[a];
-  if (NDIM == 3 && !isfinite(at)) at = f->middle[2];
-  const struct kith_map map =
-      kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);
+  const struct kith_map map = map_of(f);
   struct range side[2];
   for (int a = 0; a < 2; ++a)
     side[a] = (struct range){map.lower[a], map.lower[a] + map.pixels[a] * map.size[a]};
@@ -363,18 +371,24 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
   if (!isfinite(colors.lower)) colors = (struct range){0, 1};
   put_title(title, f, panel);
   if (NDIM == 3 && map.normal >= 0)
-    snprintf(title + strlen(title), sizeof title - strlen(title), " at %c = %.3g", "xyz"[normal], at);
+    snprintf(title + strlen(title), sizeof title - strlen(title), " at %c = %.3g", "xyz"[map.normal], map.at);
   if (NDIM == 3 && map.normal < 0)
-    snprintf(title + strlen(title), sizeof title - strlen(title), ", mean along %c", "xyz"[normal]);
+    snprintf(title + strlen(title), sizeof title - strlen(title), ", mean along %c",
+             "xyz"[3 - map.across[0] - map.across[1]]);
+  strncat(title, " (code units)", sizeof title - strlen(title) - 1);
+  const double longest = KITH_MAX(side[0].upper - side[0].lower, side[1].upper - side[1].lower);
+  const bool flat = side[1].upper - side[1].lower < 0.35 * longest;
+  const double step = tics((struct range){0, longest}),
+               color_step = tics((struct range){0, (flat ? 1.6 : 1) * (colors.upper - colors.lower)});
   for (int a = 0; a < 2; ++a) snprintf(labels[a], sizeof labels[a], "%c (code units)", "xyz"[map.across[a]]);
   kith_figure_panel(g, title, labels[0], labels[1], false);
   fprintf(
       g->file->stream,
-      "unset logscale\nset size ratio -1\nset palette defined (%s)\nset cblabel 'code units'\n"
+      "unset logscale\nset size ratio -1\nset palette defined (%s)\nset cbtics %g\n"
       "set cbrange [%.9g:%.9g]\nset xtics %g\nset ytics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
       "plot '%s' binary array=(%d,%d) format='%%float' dx=%.9g dy=%.9g origin=(%.9g,%.9g) with image\n"
       "set size noratio\n",
-      signed_values ? signs : rising, colors.lower, colors.upper, tics(side[0]), tics(side[1]), side[0].lower,
+      signed_values ? signs : rising, color_step, colors.lower, colors.upper, step, step, side[0].lower,
       side[0].upper, side[1].lower, side[1].upper, name, map.pixels[0], map.pixels[1], map.size[0],
       map.size[1], side[0].lower + 0.5 * map.size[0], side[1].lower + 0.5 * map.size[1]);
   return KITH_OK;
@@ -386,7 +400,7 @@ static struct kith_figure_layout layout_of(const struct picture *f, bool curves)
       .rows = (f->n + f->columns - 1) / f->columns, .columns = f->columns, .width = 500, .height = 440};
   if (curves) l.legend = 34;
   if (f->n > 1 || curves) return l;
-  const struct kith_map map = kith_map_of(&f->plot->nodes, 2, NAN);
+  const struct kith_map map = map_of(f);
   l.width = 760, l.height = KITH_MAX(260, KITH_MIN(130 + 560 * map.pixels[1] / map.pixels[0], 1200));
   return l;
 }

@@ -89,7 +89,7 @@ static const struct kith_param measure_params[] = {
 #undef X
         {"rate", KITH_PARAM_NUMBER, "0", "[0, inf)",
          "growth rate of the mode by linear theory, drawn beside its amplitude; 0: not known",
-         IN(measure.rate)},
+         IN(measure.rate), OUTPUT},
     {0}};
 
 static const struct kith_param output_params[] = {
