@@ -4,7 +4,7 @@
   blocks     what stands between `<!-- begin COMMAND -->` and `<!-- end -->` is what the command prints, or,
              for `figures PREFIX...`, the rows of inputs/validation that have such names and a figure
   links      to files and headings of this tree lead somewhere
-  commands   in fenced blocks and tables are parsed, and set up with few nodes
+  commands   in fenced blocks and tables are parsed, and set up with few nodes; so are scenes
   packaging  files of app/packaging parse, and have the version and the packages of this tree
 --write brings the blocks up to date, and README's picture. --pictures compares that, byte by byte: with other
 versions of gnuplot or of fonts it differs. Prints every breach; exit code 1 if there is one."""
@@ -187,6 +187,18 @@ def try_command(line):
     return done.stderr.strip() if done.returncode != 0 else ""
 
 
+def check_scenes(path, text):
+    """Scenes in the text are set up with few nodes."""
+    for block in re.findall(r"^```yaml\n(scene: .*?)^```", text, re.S | re.M):
+        with tempfile.TemporaryDirectory() as place:
+            with open(f"{place}/own.yaml", "w", encoding="utf-8") as file:
+                file.write(block)
+            done = run([f"{BIN}/kith", "run", "own.yaml", "--set", "resolution=10", "--set", "output.plot=false",
+                        "--steps", "0", "--quiet", "-o", "out"], place)
+            if done.returncode != 0:
+                breach(f"{path}: {block.splitlines()[0]}: {done.stderr.strip()}")
+
+
 # ---- pictures
 
 
@@ -241,6 +253,7 @@ def main():
     for path, text in texts.items():
         check_blocks(path, text, write)
         check_links(path, text, texts)
+        check_scenes(path, text)
     every = sorted({(line, path) for path, text in texts.items() if path != "CHANGELOG.md"
                     for line in commands(text)})
     with ThreadPoolExecutor(2) as pool:
