@@ -193,8 +193,8 @@ def check_scenes(path, text):
         with tempfile.TemporaryDirectory() as place:
             with open(f"{place}/own.yaml", "w", encoding="utf-8") as file:
                 file.write(block)
-            done = run([f"{BIN}/kith", "run", "own.yaml", "--set", "resolution=10", "--set", "output.plot=false",
-                        "--steps", "0", "--quiet", "-o", "out"], place)
+            done = run([f"{BIN}/kith", "run", "own.yaml", "--set", "resolution=10",
+                        "--set", "output.plot=false", "--steps", "0", "--quiet", "-o", "out"], place)
             if done.returncode != 0:
                 breach(f"{path}: {block.splitlines()[0]}: {done.stderr.strip()}")
 
