@@ -14,6 +14,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 kith_status kith_programs_find(struct kith_programs *p) {
@@ -92,6 +93,23 @@ kith_status kith_report_number(const char *path, const char *key, double *value)
   json_decref(report);
   if (!found) KITH_FAIL(BAD_FILE, "%s: no %s", path, key);
   return KITH_OK;
+}
+
+double kith_process_age(void) {
+  char text[1024] = "";
+  unsigned long long begun = 0; /* clock ticks after the machine started: field 22, 20 behind the name */
+  struct timespec now;
+  FILE *f = fopen("/proc/self/stat", "r");
+  if (f == NULL || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;
+  const size_t length = fread(text, 1, sizeof text - 1, f);
+  fclose(f);
+  text[length] = '\0';
+  const char *field = strrchr(text, ')');
+  for (int k = 0; k < 20 && field != NULL; ++k) field = strchr(field + 1, ' ');
+  if (field == NULL || sscanf(field, "%llu", &begun) != 1) return 0;
+  const double age =
+      (double)now.tv_sec + 1e-9 * (double)now.tv_nsec - (double)begun / (double)sysconf(_SC_CLK_TCK);
+  return age > 0 && age < 5 ? age : 0;
 }
 
 kith_status kith_gnuplot_run(const char *directory, const char *name) {

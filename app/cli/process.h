@@ -22,6 +22,10 @@ kith_status kith_directory_make(const char *path);
  * seconds of processor time after which SIGXCPU ends it; 0: none. It ends when this process ends. */
 kith_status kith_process_run(char *const *words, const char *log, double cpu_limit, int *code);
 
+/* Seconds since this process began, to a hundredth: loading comes before main. 0: not known, or so many that
+ * the launcher has built the programs before it became this one. */
+double kith_process_age(void);
+
 /* The number at a dotted path of a report ("norms.density.l1"). BAD_FILE if there is none, or it is null. */
 kith_status kith_report_number(const char *path, const char *key, double *value);
 

@@ -87,8 +87,8 @@ static void add_panel(struct picture *f, enum kith_picture_field field, bool err
   f->panel[f->n++] = (struct panel){field, error, map, NO_RANGE, NO_RANGE};
 }
 
-/* Chosen ones; else four curves; without an exact solution a map of the density, but of a tube; or, about the center of an exact solution, curves and
- * beside them a map of what it is about and of its error. */
+/* Chosen ones; else four curves; without an exact solution a map of the density, but of a tube; or, about the
+ * center of an exact solution, curves and beside them a map of what it is about and of its error. */
 static void choose_panels(struct picture *f) {
   static const enum kith_picture_field usual[] = {KITH_PICTURE_DENSITY, KITH_PICTURE_VELOCITY,
                                                   KITH_PICTURE_PRESSURE, KITH_PICTURE_ENERGY};

@@ -11,6 +11,7 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
+#include "app/cli/process.h"
 #include "app/cli/text.h"
 #include "app/output/growth.h"
 #include "app/output/output.h"
@@ -443,7 +444,7 @@ static enum kith_exit launch(const struct kith_options *options) {
 }
 
 enum kith_exit kith_run(const struct kith_options *options) {
-  struct run run = {.options = options, .entered = kith_seconds()};
+  struct run run = {.options = options, .entered = kith_seconds() - kith_process_age()};
   if (options->ranks > 1 && kith_ranks_launched() == 1) return launch(options);
   kith_signals_ignore();
   kith_json_watch();
