@@ -28,6 +28,10 @@ struct group {
   double radius, radius2;
 };
 
+/* As in the rows of packages: every node of a group is a target, and its row is its number. */
+static inline bool all_targets(const struct kith_build *build) {
+  return build->row == NULL && !build->selected;
+}
 static inline kith_index row_of(const struct kith_build *build, kith_index i) {
   return build->row != NULL ? build->row[i] : i;
 }
@@ -36,28 +40,30 @@ static inline bool is_target(const struct kith_build *build, kith_index i) {
 }
 
 /* How far from the box the neighbors of its targets may lie, where their own radii do not say. */
-static void reach(const struct kith_build *build, struct group *group) {
-  if (build->cutoff == KITH_CUTOFF_number) group->radius = build->number;
-  if (build->cutoff == KITH_CUTOFF_boxes)
-    group->radius = sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (group->radius + build->number);
-  if (build->cutoff == KITH_CUTOFF_number || build->cutoff == KITH_CUTOFF_boxes)
-    group->radius2 = group->radius * group->radius;
+static double reach(const struct kith_build *build, double radius) {
+  if (build->cutoff == KITH_CUTOFF_number) return build->number;
+  return sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (radius + build->number); /* of boxes */
 }
 
 static struct group group_of(const struct kith_build *build, kith_index first, kith_index count) {
   const struct kith_search *search = build->targets->search;
-  struct group group = {.run = {first, count}, .box = kith_box_empty()};
+  const double *own = search->radius->f64;
+  const bool all = all_targets(build);
+  struct kith_box box = kith_box_empty();
+  double radius = 0, radius2 = 0;
+  kith_index targets = 0;
   for (kith_index slot = first; slot < first + count; ++slot) {
     double x[NDIM];
-    if (!is_target(build, search->node[slot])) continue;
+    if (!all && !is_target(build, search->node[slot])) continue;
     for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
-    kith_box_include(&group.box, x);
-    ++group.targets;
-    group.radius = KITH_MAX(group.radius, search->radius->f64[search->node[slot]]);
-    group.radius2 = KITH_MAX(group.radius2, search->radius2[slot]);
+    kith_box_include(&box, x);
+    ++targets;
+    radius = KITH_MAX(radius, own[search->node[slot]]);
+    radius2 = KITH_MAX(radius2, search->radius2[slot]);
   }
-  reach(build, &group);
-  return group;
+  if (build->cutoff == KITH_CUTOFF_number || build->cutoff == KITH_CUTOFF_boxes)
+    radius = reach(build, radius), radius2 = radius * radius;
+  return (struct group){{first, count}, targets, box, radius, radius2};
 }
 
 /* Volume in which candidates may lie. */
@@ -275,9 +281,11 @@ static int hits_of(const struct kith_packed *near, const struct kith_build *buil
 
 static kith_status test_targets(struct kith_worker *worker, const struct kith_build *build,
                                 struct kith_run targets, const int *self, size_t *length, uint64_t *hit) {
+  const kith_index *node = build->targets->search->node;
+  const bool all = all_targets(build);
   for (kith_index m = 0; m < targets.count; ++m) {
-    const kith_index slot = targets.first + m, i = build->targets->search->node[slot];
-    if (!is_target(build, i)) continue;
+    const kith_index slot = targets.first + m, i = node[slot];
+    if (!all && !is_target(build, i)) continue;
     int count = hits_of(&worker->near, build, slot, hit);
     if (self[m] >= 0 && !build->self) {
       uint64_t *word = &hit[self[m] / 64];
@@ -287,7 +295,7 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
     }
     if (build->excluders != NULL) KITH_TRY(exclude(worker, build, i, hit, &count));
     if (build->selected) count_idle(worker, hit, length);
-    length[row_of(build, i)] = (size_t)count;
+    length[all ? i : row_of(build, i)] = (size_t)count;
     hit += worker->near.words;
     worker->candidates += (size_t)worker->near.n;
   }
@@ -360,6 +368,7 @@ static kith_status test_chunks(const struct kith_build *build, size_t *lengths) 
 static void fill_chunk(struct kith_rows *rows, const struct kith_build *build,
                        const struct kith_words *chunk) {
   const kith_index *of_slot = build->targets->search->node;
+  const bool all = all_targets(build);
   const uint64_t *record = chunk->word;
   while (record < chunk->word + chunk->n) {
     const int n = (int)record[0], words = (n + 63) / 64;
@@ -368,8 +377,8 @@ static void fill_chunk(struct kith_rows *rows, const struct kith_build *build,
     record += HEAD + (n + 1) / 2;
     for (kith_index slot = first; slot < first + count; ++slot) {
       const kith_index i = of_slot[slot];
-      if (!is_target(build, i)) continue;
-      kith_packed_extract(node, words, record, rows->node + rows->first[row_of(build, i)]);
+      if (!all && !is_target(build, i)) continue;
+      kith_packed_extract(node, words, record, rows->node + rows->first[all ? i : row_of(build, i)]);
       record += words;
     }
   }
