@@ -142,8 +142,11 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
   KITH_TRY(kith_resize(&series, 0, (size_t)p->n, sizeof *series));
   for (int k = 0; k < p->n; ++k) series[k] = p->set[k].series;
-  const kith_status status = restarted ? kith_series_resume(p->path, series, p->n, m->integrator.step)
-                                       : kith_series_create(p->path, series, p->n);
+  kith_status status = restarted ? KITH_OK : kith_series_create(p->path, series, p->n);
+  for (int k = 0; k < p->n && restarted && status == KITH_OK; ++k) { /* without last states */
+    const uint64_t step = m->integrator.step;
+    status = kith_series_resume(p->path, &series[k], step - step % (uint64_t)p->set[k].probe->every);
+  }
   kith_free(&series);
   return status;
 }

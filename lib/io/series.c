@@ -149,7 +149,7 @@ struct job {
 static bool carry_out(hid_t file, const struct job *job) {
   bool same = true;
   for (int s = 0; s < job->count && job->create; ++s) create_group(file, &job->series[s]);
-  for (int s = 0; s < job->count && job->resume; ++s) same = same && cut(file, &job->series[s], job->step);
+  if (job->resume) same = cut(file, job->series, job->step);
   if (job->values == NULL) return same;
   const hid_t group = H5Gopen2(file, job->series->name, H5P_DEFAULT);
   append(group, job->series, 0, &job->time);
@@ -179,8 +179,8 @@ kith_status kith_series_create(const char *path, const struct kith_series *serie
   return with_file(path, &(struct job){.series = series, .count = count, .create = true});
 }
 
-kith_status kith_series_resume(const char *path, const struct kith_series *series, int count, uint64_t step) {
-  return with_file(path, &(struct job){.series = series, .count = count, .resume = true, .step = step});
+kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step) {
+  return with_file(path, &(struct job){.series = series, .resume = true, .step = step});
 }
 
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,

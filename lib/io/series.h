@@ -28,8 +28,8 @@ struct kith_series {
 
 /* A new file, which replaces an old one. BAD_FILE with the path. */
 kith_status kith_series_create(const char *path, const struct kith_series *series, int count);
-/* Goes on with a file: samples after `step` are dropped. BAD_FILE if it is not of these series. */
-kith_status kith_series_resume(const char *path, const struct kith_series *series, int count, uint64_t step);
+/* Goes on with one of them: samples after `step` are dropped. BAD_FILE if it is not in the file. */
+kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step);
 /* values[column][n][components]. */
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time,
                                uint64_t step, const double *const *values);

@@ -6,7 +6,7 @@
 static const char mixture[] =
     "scene: mixture\n"
     "dimension: 3\n"
-    "resolution: {1d: 30, 2d: 10, 3d: 6}\n"
+    "resolution: {1d: 30, 2d: 8, 3d: 4}\n"
     "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
     "materials: {light: {gamma: 1.4}, heavy: {gamma: 1.6666666666666667}}\n"
@@ -70,7 +70,7 @@ static void check_barriers(void) {
   static const char plate[] =
       "scene: plate\n"
       "dimension: 2\n"
-      "resolution: {1d: 40, 2d: 12, 3d: 4}\n"
+      "resolution: {1d: 40, 2d: 8, 3d: 4}\n"
       "domain: {lower: [-0.5, 0, 0], upper: [0.5, 0.5, 0.5]}\n"
       "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
       "materials: {gas: {gamma: 1.4}, wall: {gamma: 1.4}}\n"

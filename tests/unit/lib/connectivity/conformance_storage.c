@@ -26,7 +26,7 @@ static void copy_rows(struct kith_rows *to, const struct kith_rows *from) {
   memcpy(to->first, from->first, ((size_t)from->n + 1) * sizeof *to->first);
   for (kith_index t = from->n; t > 0; --t) to->first[t] -= to->first[t - 1]; /* lengths */
   CHECK_OK(kith_rows_sum(to));
-  memcpy(to->node, from->node, from->first[from->n] * sizeof *to->node);
+  if (from->first[from->n] > 0) memcpy(to->node, from->node, from->first[from->n] * sizeof *to->node);
 }
 
 static void gives_back(struct kith_stored *stored, const struct kith_rows *rows, const kith_index *node) {
