@@ -7,15 +7,19 @@
 KITH_FAMILY(kith_boundary, KITH_BOUNDARY_LIST(X))
 #undef X
 
-/* Two boundaries on one axis would miss the images of images. */
+/* Two boundaries on one axis would miss the images of images, which a zone has not. */
+static bool parted(const struct kith_boundary *a, const struct kith_boundary *b) {
+  const bool passes = kith_boundary_passes(a->ops) || kith_boundary_passes(b->ops);
+  return a->axis != b->axis || (passes && !(a->at_lower && b->at_lower) && !(a->at_upper && b->at_upper));
+}
+
 static kith_status check_faces(const struct kith_boundaries *boundaries, const struct kith_boundary *wanted) {
   const bool both = wanted->at_lower && wanted->at_upper, any = wanted->at_lower || wanted->at_upper;
   bool good = wanted->axis >= 0 && wanted->axis < NDIM && wanted->lower < wanted->upper &&
               wanted->upper - wanted->lower < INFINITY && any && (both || !wanted->ops->wraps) &&
-              !(both && wanted->ops->one_side);
+              !(both && (wanted->ops->one_side || kith_boundary_passes(wanted->ops)));
   for (int b = 0; b < boundaries->n; ++b)
-    good =
-        good && !(boundaries->boundary[b]->ops->has_faces && boundaries->boundary[b]->axis == wanted->axis);
+    good = good && (!boundaries->boundary[b]->ops->has_faces || parted(boundaries->boundary[b], wanted));
   if (good) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "no %s boundary can act on axis %d from %g to %g, or on these sides of it",
             wanted->ops->name, wanted->axis, wanted->lower, wanted->upper);

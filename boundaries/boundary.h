@@ -1,5 +1,5 @@
 /* boundary.h - boundary conditions by ghosts. One family: reflecting, piston, periodic, constant,
- * distributed.
+ * inflow, outflow, distributed.
  *
  * A boundary acts on one axis (both of its sides, or one), or on a set of nodes (constant). In the order of
  * the list each creates its ghosts from nodes and from earlier ghosts, so edges and corners are filled
@@ -49,17 +49,23 @@ struct kith_boundary_ops {
   /* The nodes that it holds, as nodes of their own with the same lists and fields; NULL: none. View. */
   const struct kith_nodes *(*held_nodes)(const struct kith_boundary *boundary);
   /* Properties that callers test, instead of names. */
-  bool has_faces;    /* acts on sides of the domain; false: on nodes, wherever they are */
-  bool mirrors;      /* an immovable mirror */
-  bool wraps;        /* a node that leaves on one side comes back on the other: acts on both sides */
-  bool one_side;     /* acts on one side, whose opposite side must be open */
-  bool keeps_lists;  /* enforcing it leaves neighbor lists valid; false: it is done before a rebuild only */
-  bool keeps_ghosts; /* its ghosts are never culled */
+  bool has_faces;      /* acts on sides of the domain; false: on nodes, wherever they are */
+  bool mirrors;        /* an immovable mirror */
+  bool wraps;          /* a node that leaves on one side comes back on the other: acts on both sides */
+  bool one_side;       /* acts on one side, whose opposite side must be open */
+  bool keeps_lists;    /* enforcing it leaves neighbor lists valid; false: it is done before a rebuild only */
+  bool keeps_ghosts;   /* its ghosts are never culled */
+  bool enters, leaves; /* gas passes the face, from or to a zone of nodes behind it (flow.h) */
 };
 
 /* Is this axis periodic, if one of its sides has this boundary? NULL: open. */
 static inline bool kith_boundary_wraps(const struct kith_boundary_ops *ops) {
   return ops != NULL && ops->wraps;
+}
+
+/* Does gas pass the side? NULL: open, which has no zone behind it. */
+static inline bool kith_boundary_passes(const struct kith_boundary_ops *ops) {
+  return ops != NULL && (ops->enters || ops->leaves);
 }
 
 /* Velocity of its face along the axis. */
@@ -75,11 +81,13 @@ struct kith_boundary {
   double lower, upper;     /* faces */
   bool at_lower, at_upper; /* which sides act (periodic: both) */
   double start;            /* where the face that acts (the lower one of two) is at time 0 */
+  double zone[NDIM];       /* behind a face that gas passes: from it to what continues it; the caller's */
   const void *settings;    /* of its own parameters: the caller's to fill, borrowed; NULL: none */
   void *self; /* private; of distributed, the last boundary: the halo, set by the caller, borrowed */
 };
 
-#define KITH_BOUNDARY_LIST(X) X(reflecting) X(piston) X(periodic) X(constant) X(distributed)
+#define KITH_BOUNDARY_LIST(X) \
+  X(reflecting) X(piston) X(periodic) X(constant) X(inflow) X(outflow) X(distributed)
 #define X(name) extern const struct kith_boundary_ops kith_boundary_##name;
 KITH_BOUNDARY_LIST(X)
 #undef X
@@ -97,8 +105,8 @@ struct kith_boundaries {
   int n;
   struct kith_boundary *boundary[KITH_MAX_BOUNDARIES]; /* owned */
 };
-/* BAD_INPUT unless lower < upper, the axis exists and has no boundary yet, and the member can act on these
- * sides. Members without faces ignore all of these. */
+/* BAD_INPUT unless lower < upper, the axis exists and has no boundary yet (or one on the other side, and gas
+ * passes either), and the member can act on these sides. Members without faces ignore all of these. */
 kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct kith_boundary_ops *ops,
                                 int axis, double lower, double upper, bool at_lower, bool at_upper);
 void kith_boundaries_clear(struct kith_boundaries *boundaries);

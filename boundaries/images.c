@@ -129,11 +129,6 @@ static kith_index hits_of_list(const struct hits *hits, int side, const uint8_t 
   return n;
 }
 
-/* Numbers of images along the axes, as one number: nodes.h. */
-static int64_t image_code(int axis) {
-  return axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;
-}
-
 static kith_status add_image(const struct line *line, struct kith_nodes *nodes, int n,
                              const struct hits *hits) {
   if (!is_needed(line, n)) return KITH_OK;
@@ -153,7 +148,7 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
     hits_of_list(hits, n > 0, nodes->list->u8, list, block.control);
     KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
     for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
-      nodes->image->i64[first + k] += n * image_code(axis);
+      nodes->image->i64[first + k] += n * kith_image_code(axis);
   }
   return KITH_OK;
 }

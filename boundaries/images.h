@@ -22,6 +22,11 @@ enum { KITH_MOST_IMAGES = 1000 };
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
 kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
+/* Numbers of images along the axes, as one number: nodes.h. */
+static inline int64_t kith_image_code(int axis) {
+  return axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;
+}
+
 #define KITH_IMAGES \
   .ghosts = kith_images_ghosts, .enforce = kith_images_enforce, .image_of = image_of, .put_back = put_back
 

@@ -99,6 +99,8 @@ void kith_kick(struct kith_integrator *it, double dt) {
   const double late = it->kick.time + 0.5 * dt;
   kick_by_rates(it, dt);
   it->kick.time += dt;
+  it->hydro->through.energy += dt * it->flow.rate.energy;
+  for (int a = 0; a < NDIM; ++a) it->hydro->through.momentum[a] += dt * it->flow.rate.momentum[a];
   if (!package->compatible) return;
   double *restrict u = it->hydro->energy->f64;
   const double *restrict correction = package->energy_correction->f64, *restrict a =

@@ -5,6 +5,7 @@
 #ifndef KITH_INTEGRATOR_INTEGRATOR_H
 #define KITH_INTEGRATOR_INTEGRATOR_H
 
+#include "boundaries/flow.h"
 #include "integrator/ledger.h"
 #include "integrator/scheme.h"
 #include "lib/connectivity/connectivity.h"
@@ -18,6 +19,16 @@
 struct kith_built {
   struct kith_field *x[NDIM], *search_radius, *support;
 };
+
+/* The field of nodes: mass over density of an inflow that changes. */
+#define KITH_ZONE_VOLUME "zone_volume"
+
+struct kith_flow_state {
+  double density, energy, velocity[NDIM];
+};
+/* The state at the face of an inflow, beside x. */
+typedef kith_status kith_flow_state_at(const void *context, const struct kith_boundary *boundary, int list,
+                                       const double *x, double time, struct kith_flow_state *out);
 
 struct kith_integrator {
   /* Set by the caller. All borrowed. */
@@ -56,6 +67,13 @@ struct kith_integrator {
   struct kith_field *energy_rate_last; /* unless the scheme has stages */
   int evaluations;                     /* of the rates, per step; with implicit a guess */
   void *self;
+
+  struct {                     /* gas that comes and goes: flow.h */
+    kith_flow_state_at *state; /* at the faces of inflows; NULL: they stay as they are. The caller's, with: */
+    const void *context;
+    int64_t id_stride;
+    struct kith_through rate; /* of what the gas gets from outside, by the last evaluation */
+  } flow;
 
   /* The lists. */
   enum kith_rebuild_reason due; /* why they must be rebuilt whatever the policies say; none: ask them */

@@ -27,8 +27,9 @@ struct kith_scheme_ops {
    * freed behind that. NULL: nothing of this. */
   kith_status (*create)(struct kith_integrator *integrator);
   void (*destroy)(struct kith_integrator *integrator);
-  /* To where the lists are needed, by a step of dt. NULL: they are needed at the start. */
-  void (*predict)(struct kith_integrator *integrator, double dt);
+  /* To where the lists are needed, by a step of dt. NULL: they are needed at the start. Gas comes and goes
+   * here (flow.h), where a scheme can do with that. */
+  kith_status (*predict)(struct kith_integrator *integrator, double dt);
   /* The rest: all state is at time + *dt. It may take a shorter step: then it sets *dt to what it took, and
    * integrator->limiter to why. The rates of the last evaluation are there on entry of a step (and after):
    * those of the present state, unless the scheme evaluates in the middle. */

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "integrator/flow.h"
 #include "integrator/lifecycle.h"
 
 enum { MAX_GROWTHS = 40 };
@@ -86,6 +87,7 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
     KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_support));
     it->fresh = false;
   }
+  if (status == KITH_OK) kith_flow_rates(it);
   return status;
 }
 
@@ -160,7 +162,7 @@ static double look_ahead(const struct kith_integrator *it, double dt) {
 }
 
 static kith_status take_step(struct kith_integrator *it, double *dt) {
-  if (it->scheme->predict != NULL) it->scheme->predict(it, *dt);
+  if (it->scheme->predict != NULL) KITH_TRY(it->scheme->predict(it, *dt));
   it->ahead = look_ahead(it, *dt);
   if (!has_blocks(it)) KITH_TRY(rebuild_if_due(it)); /* they need none before the first tick */
   it->holding = it->scheme->stages;

@@ -45,6 +45,8 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
   hydro->nodes = nodes;
   hydro->halo = NULL;
   hydro->external_force = (struct kith_external_force){0};
+  hydro->through = (struct kith_through){0};
+  hydro->outside_force = hydro->outside_power = NULL;
   for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = 0;
   return kith_nodes_fields(nodes, table);
 }
@@ -122,6 +124,19 @@ kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
   return check(hydro, unphysical);
 }
 
+kith_status kith_hydro_flag(struct kith_hydro *hydro) {
+  const struct kith_field_row table[] = {
+      {true,
+       {"outside_force", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "of partners that are no gas"},
+       &hydro->outside_force},
+      {true,
+       {"outside_power", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "dE/dt by partners that are no gas"},
+       &hydro->outside_power},
+      {0}};
+  KITH_TRY(kith_nodes_flag(hydro->nodes));
+  return kith_nodes_fields(hydro->nodes, table);
+}
+
 enum {
   MASS = 0,
   KINETIC,
@@ -172,6 +187,7 @@ static double sum_nodes(const struct kith_hydro *hydro, double *total) {
     struct kith_sum mine[SUMS] = {0};
 #pragma omp for schedule(static) nowait
     for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
+      if (!kith_node_is_gas(hydro->nodes, i)) continue;
       const double speed = add_node(hydro, i, forced, mine);
       fastest = KITH_MAX(fastest, speed);
     }
@@ -193,9 +209,10 @@ struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
                           .potential = total[POTENTIAL],
                           .momentum_scale = total[SCALE],
                           .angular_scale = total[ANGULAR_SCALE],
+                          .through = hydro->through,
                           .velocity_over_sound = fastest};
   for (int a = 0; a < NDIM; ++a)
-    t.momentum[a] = total[MOMENTUM + a], t.work += hydro->wall[a] * t.momentum[a];
+    t.momentum[a] = total[MOMENTUM + a], t.work += hydro->wall[a] * (t.momentum[a] - t.through.momentum[a]);
   for (int a = 0; a < 3; ++a) t.angular[a] = total[ANGULAR + a];
   return t;
 }

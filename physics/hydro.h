@@ -40,21 +40,34 @@ double kith_external_force_potential(const struct kith_external_force *external_
 void kith_external_force_add(const struct kith_external_force *external_force, const double *x,
                              double *acceleration);
 
+/* What the gas got since the start: from nodes that came through faces, and by the forces and heats of all
+ * that is no gas (nodes.h), such as frozen nodes. */
+struct kith_through {
+  double mass, momentum[NDIM], energy;
+};
+
 struct kith_hydro {
   struct kith_nodes *nodes;                      /* borrowed */
   struct kith_material material[KITH_MAX_LISTS]; /* of each node list; its name is the list's */
   struct kith_field *mass, *velocity, *energy;   /* state */
   struct kith_field *density, *pressure, *sound_speed;
   struct kith_field *acceleration, *energy_rate; /* state: the next step starts from them */
+  /* Of gas: the force of all partners that are no gas, and the rate at which they change its energy. NULL
+   * unless nodes have flags. */
+  struct kith_field *outside_force, *outside_power;
   /* Set by the caller, zero until then. */
   struct kith_halo *halo; /* exchanges values of remote ghosts, borrowed; NULL: one process */
   double center[NDIM];    /* the angular momentum is taken about it */
   struct kith_external_force external_force; /* acts on every node */
   double wall[NDIM];                         /* velocity of the one wall that moves along this axis */
+  struct kith_through through;               /* added up by the integrator */
 };
 
 /* Registers the fields, and zeroes what the caller sets, except the materials. */
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
+
+/* From here on nodes have flags, and gas what is outside of it. */
+kith_status kith_hydro_flag(struct kith_hydro *hydro);
 
 /* Pressure and sound speed of all internal nodes from density and energy. */
 void kith_hydro_evaluate_eos(const struct kith_hydro *hydro);
@@ -69,16 +82,17 @@ kith_status kith_hydro_finite(const struct kith_hydro *hydro);
  * internal node with a value that is not finite, or a state outside of its equation of state. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 
-/* Sums over internal nodes of all ranks, exact (sum.h): bitwise identical for any number of
+/* Sums over the gas of all ranks, exact (sum.h): bitwise identical for any number of
  * threads and ranks. Collective. All members are double, for checkpoints. The angular momentum uses positions
  * in the box: a node that crosses a periodic face changes it, so in a periodic box it is conserved only while
  * what crosses has no momentum along the face, as outside of a vortex. */
 struct kith_totals {
   double mass, kinetic, internal, momentum[NDIM];
   double potential; /* of the external force */
-  /* Velocity of the moving wall times momentum: up to a constant the work that it has done, if nothing else
-   * exerts a force along its axis. Kinetic + internal + potential - work is conserved. */
+  /* Velocity of the moving wall times the momentum that did not come through: up to a constant the work that
+   * it has done. Kinetic + internal + potential - work - through.energy is conserved. */
   double work;
+  struct kith_through through;
   double angular[3];     /* sum m (x - center) x v; components that a dimension lacks are 0 */
   double momentum_scale; /* sum m |v|, and sum m |(x - center) x v|: the scales that drifts are divided by */
   double angular_scale;

@@ -145,6 +145,29 @@ static double transmitted(const struct kith_measured *m) {
   return heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
 }
 
+static double shock_angle(const struct kith_measured *m) {
+  enum { SECTORS = 180 };
+  const double length = m->domain.upper[0] - m->domain.lower[0], degree = acos(-1.0) / 180;
+  double mass[SECTORS] = {0}, size[SECTORS] = {0}, least = INFINITY, most = 0, before = NAN;
+  for (kith_index i = 0; NDIM > 1 && i < m->nodes->n; ++i) {
+    const double x = m->nodes->position[(size_t)i * NDIM] - m->domain.lower[0],
+                 y = m->nodes->position[(size_t)i * NDIM + (NDIM > 1)] - m->domain.lower[NDIM > 1],
+                 r = sqrt(x * x + y * y), sector = 2 * atan2(y, x) / degree;
+    if (!(r > 0.3 * length && r < 0.8 * length && sector >= 0 && sector < SECTORS)) continue;
+    mass[(int)sector] += m->nodes->mass[i], size[(int)sector] += volume(m, i);
+  }
+  for (int k = 0; k < SECTORS; ++k)
+    if (size[k] > 0) least = fmin(least, mass[k] / size[k]), most = fmax(most, mass[k] / size[k]);
+  for (int k = 0, last = 0; k < SECTORS; ++k) {
+    const double now = mass[k] / size[k], middle = 0.5 * (least + most);
+    if (!(size[k] > 0)) continue;
+    if (before >= middle && now < middle)
+      return 0.5 * (last + 0.5 + (k - last) * (before - middle) / (before - now));
+    before = now, last = k;
+  }
+  return NAN;
+}
+
 const char *const kith_measure_names[KITH_N_MEASURES] = {
 #define X(name, doc) #name,
     KITH_MEASURE_LIST(X)

@@ -20,6 +20,11 @@
  *   transmitted        heat, per area across x, that has passed the middle of the domain along x: internal
  *                      energy beyond it, less that at the start; nodes must not pass it
  *
+ *   shock_angle        of a shock, straight from the lower corner of the domain, to x, in degrees: densities
+ *                      are averaged in sectors of half a degree, between 0.3 and 0.8 of the length of the
+ *                      domain along x from the corner; it is where they pass the middle of the largest and
+ *                      the least, from x on. NaN in 1-D
+ *
  * V = mass / density. Modes along y are NaN in 1-D. Serial: a few sweeps over the nodes. */
 #ifndef KITH_VALIDATION_MEASURE_H
 #define KITH_VALIDATION_MEASURE_H
@@ -35,7 +40,8 @@
   X(spread, "width of a ring about the center, over that at the start")               \
   X(separation, "least distance of two nodes, in spacings")                           \
   X(asymmetry, "distance of a node's image in the diagonal from a node, in spacings") \
-  X(transmitted, "heat that has passed the middle of the domain along x")
+  X(transmitted, "heat that has passed the middle of the domain along x")             \
+  X(shock_angle, "of an oblique shock from the lower corner of the domain, in degrees from x")
 
 struct kith_measured {
   const struct kith_profile_view *nodes;

@@ -145,6 +145,32 @@ static kith_status state_at(const struct kith_region *region, const struct kith_
   return possible ? KITH_OK : refused(region, "energy", state->energy, x);
 }
 
+/* By the formulas of an inflow. */
+static kith_status inflow_state(const struct kith_flow_settings *flow, const struct kith_material *material,
+                                const struct kith_config_node *node, const double *x, struct state *state) {
+  struct kith_region face = {
+      .node = node, .density = flow->density, .pressure = flow->pressure, .energy = flow->energy};
+  memcpy(face.velocity, flow->velocity, sizeof face.velocity);
+  return state_at(&face, material, x, state);
+}
+
+kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *b, int list,
+                                           const double *x, double time, struct kith_flow_state *out) {
+  const struct kith_scene *s = scene;
+  const struct kith_flow_settings *flow = b->settings;
+  struct state state;
+  double at[NDIM];
+  memcpy(at, x, sizeof at);
+  at[b->axis] = b->at_upper ? b->upper : b->lower;
+  struct kith_expression *const formula[] = {flow->density, flow->pressure, flow->energy};
+  for (int k = 0; k < 3; ++k) kith_expression_time(formula[k], time);
+  for (int a = 0; a < NDIM; ++a) kith_expression_time(flow->velocity[a], time);
+  KITH_TRY(inflow_state(flow, &s->material[list], s->config->root, at, &state));
+  *out = (struct kith_flow_state){.density = state.density, .energy = state.energy};
+  memcpy(out->velocity, state.velocity, sizeof out->velocity);
+  return KITH_OK;
+}
+
 /* --- deposits ---
  *
  * Node i at distance r_i from the center gets the part w_i m_i / sum_j w_j m_j of the energy:
@@ -242,6 +268,7 @@ static kith_status add_deposits(const struct kith_scene *scene, const struct kit
 /* A region and the lattice that fills it. */
 struct plan {
   const struct kith_region *region; /* borrowed */
+  int axis, side; /* of a zone behind a face that gas passes: the lattice goes on there; axis < 0: no zone */
   struct kith_box box;
   struct kith_lattice_fit fit;
   double mean_density; /* 0 where `spacing` is given: not used */
@@ -252,10 +279,13 @@ struct setup {
   const struct kith_scene *scene;
   struct kith_nodes *nodes;
   struct kith_hydro *hydro;
-  struct plan *plan;         /* one per region, owned */
+  struct plan *plan; /* one per region, then one per zone, owned */
+  int n_plans;
   struct kith_field *damage; /* NULL: no region has any */
   struct kith_field *wanted; /* pressure of nodes in equilibrium, NaN for the others; NULL: no such region */
   double neighbors;
+  double (*zone)[2][NDIM];   /* by axis and side: from a zone to what continues it */
+  struct kith_field *volume; /* of sites in zones whose state changes; NULL: there are none */
 };
 
 /* volume: of a node, which the number of cells is balanced for; 0: it is not. */
@@ -272,8 +302,8 @@ static kith_status fit_lattices(struct setup *s) {
   const double spacing = 1 / s->scene->resolution;
   struct plan *densest = NULL; /* of the regions whose spacing is not given */
   for (int k = 0; k < s->scene->n_regions; ++k) {
-    struct plan *plan = &s->plan[k];
-    plan->region = &s->scene->region[k];
+    struct plan *plan = &s->plan[s->n_plans++];
+    plan->region = &s->scene->region[k], plan->axis = -1;
     KITH_TRY(region_box(plan->region, &s->scene->domain, &plan->box));
     if (plan->region->spacing > 0) continue;
     KITH_TRY(mean_density_of(plan->region, &plan->box, &plan->mean_density));
@@ -293,6 +323,119 @@ static kith_status fit_lattices(struct setup *s) {
                                       : spacing,
                          volume));
   }
+  return KITH_OK;
+}
+
+/* --- zones behind faces that gas passes: the lattices of the regions at the face go on --- */
+
+static const struct kith_boundary_ops *side_ops(const struct kith_scene *scene, int axis, int side) {
+  return side == 0 ? scene->boundary[axis].lower : scene->boundary[axis].upper;
+}
+
+static kith_status refused_flow(const struct kith_scene *scene, int axis, const char *why, double value) {
+  char path[] = "boundaries.x";
+  path[sizeof path - 2] = "xyz"[axis];
+  return kith_config_fail(kith_config_at(scene->config, path), NULL, why, value);
+}
+
+/* Where the state of a site in a zone is taken: at the face, inside of the region. */
+static void to_face(const struct setup *s, const struct plan *plan, double *x) {
+  const double lower = s->scene->domain.lower[plan->axis], upper = s->scene->domain.upper[plan->axis];
+  x[plan->axis] = plan->side == 0 ? lower : nextafter(upper, lower);
+}
+
+/* What the state at a face must be like: that of an inflow leads inwards, along the face only where that
+ * repeats; no pressure comes back to gas that leaves faster than sound. */
+static kith_status check_flow(const struct setup *s, const struct plan *plan, const struct state *state) {
+  const struct kith_scene *scene = s->scene;
+  const int a = plan->axis;
+  const double inwards = plan->side == 0 ? state->velocity[a] : -state->velocity[a];
+  const struct kith_flow_settings *flow = scene->boundary[a].settings[plan->side];
+  double pressure, sound;
+  kith_material_state(&scene->material[plan->region->material], 1, &state->density, &state->energy, &pressure,
+                      &sound);
+  if (flow->pressure_far > 0 && -inwards > sound)
+    return refused_flow(
+        scene, a,
+        "gas leaves at Mach %g, faster than an outflow with pressure_far can take: no pressure "
+        "reaches it from behind",
+        -inwards / sound);
+  if (side_ops(scene, a, plan->side)->leaves) return KITH_OK;
+  if (!(inwards > 0))
+    return refused_flow(scene, a, "an inflow whose velocity into the domain is %g: nothing enters", inwards);
+  for (int b = 0; b < NDIM; ++b)
+    if (b != a && !(scene->period[b] > 0) && state->velocity[b] != 0 &&
+        side_ops(scene, b, state->velocity[b] > 0 ? 0 : 1) != NULL)
+      return refused_flow(scene, a,
+                          "a velocity of %g along the face of an inflow comes out of a wall beside it",
+                          state->velocity[b]);
+  return KITH_OK;
+}
+
+/* The state of a zone: at its face, as the inflow says or as in the region. */
+static kith_status zone_state(const struct setup *s, const struct plan *plan, const double *x,
+                              struct state *state) {
+  const struct kith_flow_settings *flow = s->scene->boundary[plan->axis].settings[plan->side];
+  const struct kith_material *material = &s->scene->material[plan->region->material];
+  double at[NDIM];
+  memcpy(at, x, sizeof at);
+  to_face(s, plan, at);
+  KITH_TRY(flow->density != NULL ? inflow_state(flow, material, plan->region->node, at, state)
+                                 : state_at(plan->region, material, at, state));
+  return plan->region->frozen || plan->region->barrier ? KITH_OK : check_flow(s, plan, state);
+}
+
+/* Gas that enters at an angle comes from a slanted zone, so that it does not come through walls beside it:
+ * along axes that do not repeat, sites lie upstream of where they enter. */
+static kith_status slant_zone(const struct setup *s, const struct plan *zone) {
+  struct state state;
+  double middle[NDIM], *shift = s->zone[zone->axis][zone->side];
+  for (int a = 0; a < NDIM; ++a) middle[a] = 0.5 * (zone->box.lower[a] + zone->box.upper[a]);
+  KITH_TRY(zone_state(s, zone, middle, &state));
+  for (int b = 0; b < NDIM; ++b)
+    if (NDIM > 1 && b != zone->axis && !(s->scene->period[b] > 0))
+      shift[b] = shift[zone->axis] * state.velocity[b] / state.velocity[zone->axis];
+  return KITH_OK;
+}
+
+/* Whole cells, to the depth that the settings want; the same of all regions at the face. */
+static kith_status add_zone(struct setup *s, const struct plan *from, int axis, int side) {
+  const struct kith_flow_settings *flow = s->scene->boundary[axis].settings[side];
+  const double face = side == 0 ? s->scene->domain.lower[axis] : s->scene->domain.upper[axis],
+               length = from->box.upper[axis] - from->box.lower[axis],
+               cell = length / (double)from->fit.cells[axis],
+               support = pow(s->neighbors / kith_ball() * from->fit.site_volume, 1.0 / NDIM);
+  if (!(fabs((side == 0 ? from->box.lower : from->box.upper)[axis] - face) < 1e-9 * cell)) return KITH_OK;
+  struct plan *zone = &s->plan[s->n_plans++];
+  *zone = *from;
+  zone->axis = axis, zone->side = side;
+  const bool enters = side_ops(s->scene, axis, side)->enters,
+             stays = from->region->frozen || from->region->barrier;
+  const int64_t cells = (int64_t)ceil((stays && !enters ? 0.5 : 1) * flow->depth * support / cell);
+  const double depth = (double)cells * cell;
+  zone->fit.sites = from->fit.sites / from->fit.cells[axis] * cells;
+  zone->fit.cells[axis] = cells;
+  zone->fit.box.lower[axis] = side == 0 ? face - depth : face;
+  zone->fit.box.upper[axis] = side == 0 ? face : face + depth;
+  double *known = &s->zone[axis][side][axis];
+  if (enters && *known != 0 && fabs(fabs(*known) - depth) > 1e-9 * cell)
+    return refused_flow(s->scene, axis,
+                        "regions with different lattices meet at the face: one has cells of %g, and layers "
+                        "could not enter as a whole; give them one spacing",
+                        cell);
+  *known = (side == 0 ? -1 : 1) * fmax(fabs(*known), depth);
+  return enters && !stays ? slant_zone(s, zone) : KITH_OK;
+}
+
+static kith_status add_zones(struct setup *s) {
+  for (int a = 0; a < NDIM; ++a)
+    for (int side = 0; side < 2; ++side) {
+      const int before = s->n_plans;
+      if (!kith_boundary_passes(side_ops(s->scene, a, side))) continue;
+      for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(add_zone(s, &s->plan[k], a, side));
+      if (s->n_plans == before)
+        return refused_flow(s->scene, a, "no region reaches the face that gas passes", 0);
+    }
   return KITH_OK;
 }
 
@@ -320,15 +463,28 @@ static kith_status check_alone(const struct setup *s, const struct plan *plan, c
   return KITH_OK;
 }
 
+static void slant(const struct setup *s, const struct plan *plan, double *x) {
+  const double *shift = s->zone[plan->axis][plan->side];
+  double at[NDIM];
+  memcpy(at, x, sizeof at);
+  to_face(s, plan, at);
+  const double part = (x[plan->axis] - at[plan->axis]) / shift[plan->axis];
+  for (int b = 0; b < NDIM; ++b)
+    if (b != plan->axis) x[b] += part * shift[b];
+}
+
 static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, double *x) {
   const struct kith_region *region = plan->region;
   const double spacing = pow(plan->fit.site_volume, 1.0 / NDIM);
-  double volume = plan->fit.site_volume, stretch;
+  const bool zone = plan->axis >= 0;
+  double volume = plan->fit.site_volume, stretch = 1;
   struct state state;
-  if (region->jitter > 0) kith_lattice_jitter(&plan->fit, region->jitter * spacing, region->seed, i, x);
-  KITH_TRY(displace(region, &s->scene->domain, 1e-3 * spacing, x, &stretch));
+  if (region->jitter > 0 && !zone)
+    kith_lattice_jitter(&plan->fit, region->jitter * spacing, region->seed, i, x);
+  if (!zone) KITH_TRY(displace(region, &s->scene->domain, 1e-3 * spacing, x, &stretch));
   volume *= stretch;
-  KITH_TRY(state_at(region, &s->scene->material[region->material], x, &state));
+  KITH_TRY(zone ? zone_state(s, plan, x, &state)
+                : state_at(region, &s->scene->material[region->material], x, &state));
   for (int a = 0; a < NDIM; ++a) {
     s->nodes->position->f64[i * NDIM + a] = x[a];
     s->hydro->velocity->f64[i * NDIM + a] = state.velocity[a];
@@ -338,6 +494,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   s->hydro->mass->f64[i] = state.density * volume;
   s->hydro->density->f64[i] = state.density;
   s->hydro->energy->f64[i] = state.energy;
+  if (s->volume != NULL) s->volume->f64[i] = volume;
   if (s->damage != NULL) KITH_TRY(damage_at(region, x, &s->damage->f64[i]));
   if (s->wanted != NULL) s->wanted->f64[i] = region->equilibrium ? state.pressure : NAN;
   return KITH_OK;
@@ -345,14 +502,17 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
 
 /* Counts the sites that the region holds, of which no other region may hold one, or makes them its nodes. */
 static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fill) {
-  double x[NDIM];
+  double x[NDIM], at[NDIM];
   bool holds;
   plan->count = 0;
   for (int64_t site = 0; site < plan->fit.sites; ++site) {
     kith_lattice_site(&plan->fit, site, x);
-    KITH_TRY(region_holds(plan->region, x, &holds));
+    memcpy(at, x, sizeof at);
+    if (plan->axis >= 0) to_face(s, plan, at);
+    KITH_TRY(region_holds(plan->region, at, &holds));
     if (!holds) continue;
-    KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, x) : check_alone(s, plan, x));
+    if (plan->axis >= 0) slant(s, plan, x);
+    KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, x) : check_alone(s, plan, at));
     ++plan->count;
   }
   if (plan->count == 0) return kith_config_fail(plan->region->node, NULL, "it holds no node");
@@ -362,11 +522,11 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
 static kith_status count_nodes(const struct setup *s, kith_index *total) {
   int64_t sites = 0;
   *total = 0;
-  for (int k = 0; k < s->scene->n_regions; ++k) sites += s->plan[k].fit.sites;
+  for (int k = 0; k < s->n_plans; ++k) sites += s->plan[k].fit.sites;
   if (sites > KITH_MAX_SITES)
     KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
               (double)KITH_MAX_SITES);
-  for (int k = 0; k < s->scene->n_regions; ++k) {
+  for (int k = 0; k < s->n_plans; ++k) {
     KITH_TRY(visit_sites(s, &s->plan[k], false));
     *total += s->plan[k].count;
   }
@@ -376,24 +536,33 @@ static kith_status count_nodes(const struct setup *s, kith_index *total) {
 /* List by list, so that none is moved. */
 static kith_status append_nodes(const struct setup *s) {
   for (int list = 0; list < s->scene->n_materials; ++list)
-    for (int k = 0; k < s->scene->n_regions; ++k)
+    for (int k = 0; k < s->n_plans; ++k)
       if (s->plan[k].region->material == list)
         KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
   return KITH_OK;
 }
 
 /* Barriers are a field of their own: their ghosts are barriers too. Barriers are frozen. */
-static kith_status mark_frozen(const struct setup *s, uint8_t **frozen) {
+static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
   static const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"};
   struct kith_field *barrier;
-  for (int k = 0; k < s->scene->n_regions; ++k) {
+  for (int k = 0; k < s->n_plans; ++k) {
     const struct plan *plan = &s->plan[k];
-    if (!plan->region->frozen && !plan->region->barrier) continue;
+    const size_t count = (size_t)plan->count;
+    const bool wall = plan->region->barrier, stays = plan->region->frozen || wall;
+    if (!stays && plan->axis < 0) continue;
+    KITH_TRY(kith_hydro_flag(s->hydro));
+    memset(s->nodes->flag->u8 + plan->first,
+           wall    ? KITH_BARRIER
+           : stays ? KITH_FROZEN
+                   : KITH_ZONE + 2 * plan->axis + plan->side,
+           count);
+    if (!stays) continue;
     if (*frozen == NULL) KITH_TRY(kith_resize(frozen, 0, (size_t)s->nodes->n_internal, 1));
-    memset(*frozen + plan->first, 1, (size_t)plan->count);
-    if (!plan->region->barrier) continue;
+    memset(*frozen + plan->first, 1, count);
+    if (!wall) continue;
     KITH_TRY(kith_nodes_field(s->nodes, &spec, &barrier));
-    memset(barrier->u8 + plan->first, 1, (size_t)plan->count);
+    memset(barrier->u8 + plan->first, 1, count);
   }
   return KITH_OK;
 }
@@ -422,6 +591,24 @@ kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
 static const struct kith_field_spec damage_spec = {
     "damage", KITH_SCALAR, KITH_F64, KITH_STATE, "Damage", "part of heat and momentum that does not pass"};
 
+static const struct kith_field_spec zone_volume = {
+    KITH_ZONE_VOLUME, KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "of a site of the lattice that enters"};
+
+/* Does a formula of an inflow depend on anything? */
+bool kith_initial_conditions_unsteady(const struct kith_scene *scene) {
+  bool changes = false;
+  for (int a = 0; a < NDIM; ++a)
+    for (int side = 0; side < 2; ++side) {
+      const struct kith_boundary_ops *ops = side_ops(scene, a, side);
+      const struct kith_flow_settings *flow = scene->boundary[a].settings[side];
+      if (ops == NULL || !ops->enters || flow->density == NULL) continue;
+      changes = changes || isnan(kith_expression_constant(flow->density)) ||
+                isnan(kith_expression_constant(flow->pressure != NULL ? flow->pressure : flow->energy));
+      for (int b = 0; b < NDIM; ++b) changes = changes || isnan(kith_expression_constant(flow->velocity[b]));
+    }
+  return changes;
+}
+
 static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   const char *names[KITH_MAX_LISTS];
   for (int list = 0; list < s->scene->n_materials; ++list) names[list] = s->scene->material_name[list];
@@ -430,6 +617,8 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   KITH_TRY(kith_hydro_init(s->hydro, s->nodes));
   if (kith_initial_conditions_pending(s->scene))
     KITH_TRY(kith_nodes_field(s->nodes, &wanted_pressure, &s->wanted));
+  if (kith_initial_conditions_unsteady(s->scene))
+    KITH_TRY(kith_nodes_field(s->nodes, &zone_volume, &s->volume));
   for (int k = 0; k < s->scene->n_regions; ++k)
     if (kith_region_damaged(&s->scene->region[k]))
       KITH_TRY(kith_nodes_field(s->nodes, &damage_spec, &s->damage));
@@ -457,25 +646,27 @@ static kith_status check_memory(const struct setup *s, kith_index total) {
 
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
   kith_index total;
-  KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1), sizeof *s->plan));
+  KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1) * 3, sizeof *s->plan));
   KITH_TRY(fit_lattices(s));
+  KITH_TRY(add_zones(s));
   KITH_TRY(count_nodes(s, &total));
   KITH_TRY(create_nodes(s, nodes));
   KITH_TRY(check_memory(s, total));
   KITH_TRY(kith_nodes_grow(s->nodes, total));
   KITH_TRY(append_nodes(s));
-  for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(visit_sites(s, &s->plan[k], true));
+  for (int k = 0; k < s->n_plans; ++k) KITH_TRY(visit_sites(s, &s->plan[k], true));
   s->nodes->positions += 1;
-  KITH_TRY(mark_frozen(s, frozen));
+  KITH_TRY(flag_nodes(s, frozen));
   if (!kith_initial_conditions_pending(s->scene)) KITH_TRY(add_deposits(s->scene, s->hydro));
   return KITH_OK;
 }
 
 kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro *hydro,
-                                    const struct kith_scene *scene, double neighbors, uint8_t **frozen) {
+                                    const struct kith_scene *scene, double neighbors, uint8_t **frozen,
+                                    double (*zone)[2][NDIM]) {
   *nodes = NULL;
   *frozen = NULL;
-  struct setup s = {.scene = scene, .hydro = hydro, .neighbors = neighbors};
+  struct setup s = {.scene = scene, .hydro = hydro, .neighbors = neighbors, .zone = zone};
   const kith_status status = build(&s, nodes, frozen);
   kith_free(&s.plan);
   if (status == KITH_OK) return KITH_OK;

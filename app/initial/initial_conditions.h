@@ -18,6 +18,9 @@
  * BAD_INPUT, with file and line: a region outside of the domain, without a node, or with a site inside
  * another region; impossible values, with the place; a scene beyond 1e9 nodes.
  *
+ * Zones behind faces that gas passes: the lattices of the regions at the face go on, in whole cells, with the
+ * state at the face.
+ *
  * Regions in equilibrium: with the density that a package sums the pressure would not be the one that the
  * scene gives. Their energy is set after the first evaluation, and then the deposits are added.
  *
@@ -27,12 +30,21 @@
 #define KITH_APP_INITIAL_INITIAL_CONDITIONS_H
 
 #include "app/scene/scene.h"
+#include "integrator/integrator.h"
 #include "physics/hydro.h"
 
 /* Creates the nodes with their lists and fills the hydro fields. frozen[i]: one byte per internal node,
- * kith_resize memory owned by the caller, NULL if no region is frozen. */
+ * kith_resize memory owned by the caller, NULL if no region is frozen. zone[NDIM][2][NDIM]: of faces that gas
+ * passes, by axis and side, kith_boundary.zone (boundary.h); must be zero before. */
 kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro *hydro,
-                                    const struct kith_scene *scene, double neighbors, uint8_t **frozen);
+                                    const struct kith_scene *scene, double neighbors, uint8_t **frozen,
+                                    double (*zone)[2][NDIM]);
+
+/* Does the state at the face of an inflow change? */
+bool kith_initial_conditions_unsteady(const struct kith_scene *scene);
+/* That state, beside x: a kith_flow_state_at (integrator.h), whose context is the scene. */
+kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *boundary, int list,
+                                           const double *x, double time, struct kith_flow_state *out);
 
 /* Has the scene a region in equilibrium? */
 bool kith_initial_conditions_pending(const struct kith_scene *scene);

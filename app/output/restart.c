@@ -11,6 +11,7 @@ struct saved {
   uint64_t count[COUNTS];
   struct kith_conservation_baseline baseline;
   struct kith_ledger ledger;
+  struct kith_through through[2]; /* until now, and its rate */
 };
 
 /* Its arrays of 8-byte numbers: member, name in the file, type. */
@@ -18,6 +19,7 @@ struct saved {
   X(real, "clock", KITH_F64)        \
   X(count, "counts", KITH_I64)      \
   X(baseline, "baseline", KITH_F64) \
+  X(through, "through", KITH_F64)   \
   X(ledger, "ledger", KITH_I64)
 
 /* Where the numbers belong. */
@@ -44,7 +46,8 @@ static struct saved collect(struct kith_output *output, struct kith_simulation *
                             const struct kith_conservation_baseline *baseline) {
   const struct places places = places_of(output, m);
   struct saved saved = {.baseline = *baseline,
-                        .ledger = kith_ledger_of_all(&m->integrator.ledger, m->nodes->ranks)};
+                        .ledger = kith_ledger_of_all(&m->integrator.ledger, m->nodes->ranks),
+                        .through = {m->hydro.through, m->integrator.flow.rate}};
   for (int k = 0; k < REALS; ++k) saved.real[k] = places.real[k] != NULL ? *places.real[k] : 0;
   for (int k = 0; k < COUNTS; ++k) saved.count[k] = *places.count[k];
   kith_ranks_sum_counts(m->nodes->ranks, saved.count + COUNTS - SUMS, SUMS);
@@ -106,6 +109,7 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   const double every = m->scene->output.every, next = output->next, now = m->integrator.time;
   if (every > 0 && !(next > now && next <= now + (1 + 1e-9) * every)) /* it was another one */
     output->next = every * (floor(now / every * (1 + 1e-9)) + 1);
+  m->hydro.through = saved->through[0], m->integrator.flow.rate = saved->through[1];
   KITH_TRY(kith_reserve(&output->times, &output->capacity, n_snapshots, sizeof *output->times));
   output->n_snapshots = (int)n_snapshots;
   return kith_checkpoint_get(c, "snapshot_times", KITH_F64, output->times, n_snapshots);

@@ -173,8 +173,13 @@ static void measure(const struct run *run, const double *start, double *value) {
     if (run->scene->measure.wanted[k]) value[k] = take(run, (enum kith_measure)k, start);
 }
 
+/* All gas, on rank 0. */
 static kith_status gather(struct run *run) {
-  return run->ranks != NULL ? kith_nodes_by_id(run->simulation->nodes, 1, &run->whole) : KITH_OK;
+  const struct kith_nodes *nodes = run->simulation->nodes;
+  if (run->ranks == NULL && nodes->flag == NULL) return KITH_OK;
+  KITH_TRY(kith_nodes_by_id(nodes, 1, &run->whole));
+  const struct kith_field *flag = kith_nodes_field_named(run->whole, "flag");
+  return flag != NULL ? kith_nodes_delete(run->whole, flag->u8) : KITH_OK;
 }
 
 /* What measures are compared with at the end. */

@@ -8,7 +8,7 @@
 struct kith_expression {
   muParserHandle_t parser; /* owned */
   char *formula;           /* owned, on one line */
-  muFloat_t x[3], r;       /* the parser's variables point here */
+  muFloat_t x[3], r, t;    /* the parser's variables point here */
   bool constant;
 };
 
@@ -52,6 +52,7 @@ static kith_status build(struct kith_expression *self, const char *formula) {
   if (!self->parser) KITH_FAIL(NO_MEMORY, "formula '%s': no parser", self->formula);
   for (int a = 0; a < 3; ++a) mupDefineVar(self->parser, names[a], &self->x[a]);
   mupDefineVar(self->parser, "r", &self->r);
+  mupDefineVar(self->parser, "t", &self->t);
   mupDefineConst(self->parser, "pi", 3.14159265358979323846);
   mupDefineConst(self->parser, "e", 2.71828182845904523536);
   return parse(self);
@@ -71,6 +72,10 @@ void kith_expression_destroy(struct kith_expression **expression) {
   if (self->parser) mupRelease(self->parser);
   kith_free(&self->formula);
   kith_free(expression);
+}
+
+void kith_expression_time(struct kith_expression *self, double time) {
+  if (self != NULL) self->t = time;
 }
 
 kith_status kith_expression_at(struct kith_expression *self, int n, const double *x, double *value) {

@@ -1,4 +1,4 @@
-/* expression.h - a number or a formula in x, y, z, r from a scene, evaluated by muParser. */
+/* expression.h - a number or a formula in x, y, z, r, t from a scene, evaluated by muParser. */
 #ifndef KITH_APP_SCENE_EXPRESSION_H
 #define KITH_APP_SCENE_EXPRESSION_H
 
@@ -6,12 +6,14 @@
 
 struct kith_expression; /* opaque */
 
-/* BAD_INPUT with the parser's reason and the place in the formula. x, y, z, r, pi, e and muParser's functions
- * are known. In a dimension below 3, y and z are 0. r = |x|. */
+/* BAD_INPUT with the parser's reason and the place in the formula. x, y, z, r, t, pi, e and the functions of
+ * muParser are known. In a dimension below 3, y and z are 0. r = |x|. t is the time: 0 until it is set. */
 kith_status kith_expression_create(struct kith_expression **out, const char *formula);
 void kith_expression_destroy(struct kith_expression **expression);
 /* Value at x[n], n from 1 to 3; BAD_INPUT if it is not finite. Not thread-safe on one object. */
 kith_status kith_expression_at(struct kith_expression *expression, int n, const double *x, double *value);
+/* t, from here on; NULL: nothing. */
+void kith_expression_time(struct kith_expression *expression, double time);
 /* The value of a formula without variables; NaN if it has some, or is not finite, or if it is NULL. */
 double kith_expression_constant(struct kith_expression *expression);
 

@@ -123,6 +123,13 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
   return status;
 }
 
+void kith_params_clear_formulas(const struct kith_param *params, void *base) {
+  for (; base != NULL && params != NULL && params->key != NULL; ++params)
+    if (params->kind == KITH_PARAM_EXPRESSION || params->kind == KITH_PARAM_EXPRESSIONS)
+      for (size_t at = 0; at < params->size; at += sizeof(struct kith_expression *))
+        kith_expression_destroy((struct kith_expression **)((char *)base + params->offset + at));
+}
+
 static const struct kith_param *find_chooser(const struct kith_param *params) {
   for (; params != NULL && params->key != NULL; ++params)
     if (params->kind == KITH_PARAM_MEMBER) return params;

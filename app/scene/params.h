@@ -31,6 +31,9 @@ kith_status kith_param_value(const struct kith_param *param, const struct kith_c
 kith_status kith_config_compare(const struct kith_param *params, const struct kith_config_node *now,
                                 const struct kith_config_node *then);
 
+/* Destroys the formulas that the struct at `base` (NULL: nothing) owns. */
+void kith_params_clear_formulas(const struct kith_param *params, void *base);
+
 /* Commented YAML, itself a scene but for the required keys. */
 void kith_params_reference(const struct kith_param *params, FILE *file);
 

@@ -270,7 +270,7 @@ void kith_scene_destroy(struct kith_scene **scene) {
   kith_params_clear(scene_params, *scene);
   kith_free(&(*scene)->exact.settings);
   for (int k = 0; k < (*scene)->n_added; ++k) kith_free(&(*scene)->added[k].settings);
-  for (int a = 0; a < NDIM; ++a) kith_free(&(*scene)->boundary[a].settings);
+  kith_scene_boundaries_clear(*scene);
   for (int m = 0; m < (*scene)->n_materials; ++m) kith_free(&(*scene)->material[m].settings);
   kith_free(&(*scene)->text);
   kith_config_destroy(&(*scene)->config);

@@ -7,7 +7,7 @@
 #include "app/scene/config.h"
 #include "app/scene/expression.h"
 #include "app/scene/picture.h"
-#include "boundaries/boundary.h"
+#include "boundaries/flow.h"
 #include "lib/core/vec.h"
 #include "lib/neighbor/search.h"
 #include "physics/eos.h"
@@ -115,7 +115,7 @@ struct kith_scene {
   int across;          /* spacings along the other axes than x; 0: as given */
   struct {             /* per axis */
     const struct kith_boundary_ops *lower, *upper; /* NULL: open */
-    const void *settings;                          /* owned */
+    void *settings[2];                             /* of lower and upper, NULL: none; owned */
     double velocity;                               /* of a face that moves, else 0 */
   } boundary[NDIM];
   struct kith_external_force external_force; /* force from outside */

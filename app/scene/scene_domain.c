@@ -59,12 +59,15 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
   return KITH_OK;
 }
 
-/* One boundary acts on an axis: on both of its sides, with the same settings, or on one. */
+/* One boundary acts on an axis: on both of its sides, with the same settings, or on one; or gas passes a
+ * side, whatever the other one is. */
 static kith_status check_sides(const struct kith_boundary_ops *lower, const struct kith_boundary_ops *upper,
                                const struct kith_selected side[2], const struct kith_config_node *node) {
   if (kith_boundary_wraps(lower) != kith_boundary_wraps(upper))
     return kith_config_fail(node, NULL, "periodic on one side only; it must be on both");
   if (lower == NULL || upper == NULL) return KITH_OK;
+  if ((kith_boundary_passes(lower) || kith_boundary_passes(upper)) && !lower->one_side && !upper->one_side)
+    return KITH_OK;
   const char *alone = lower->one_side ? lower->name : upper->name;
   if (lower == upper && lower->one_side)
     return kith_config_fail(node, NULL, "two %ss; one acts on a side, opposite to an open one", alone);
@@ -86,8 +89,21 @@ static kith_status read_sides(const struct kith_config_node *node, struct kith_s
   if (pair && node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
   KITH_TRY(read_side(pair ? node->first : node, &side[0]));
   if (pair) return read_side(node->last, &side[1]);
+  if (kith_boundary_passes(kith_boundary_find(side[0].name))) return read_side(node, &side[1]);
   memcpy(side[1].name, side[0].name, sizeof side[1].name);
   return KITH_OK;
+}
+
+static void clear_side(const struct kith_boundary_ops *ops, void **settings) {
+  if (ops != NULL) kith_params_clear_formulas(ops->params, *settings);
+  kith_free(settings);
+}
+
+void kith_scene_boundaries_clear(struct kith_scene *scene) {
+  for (int a = 0; a < NDIM; ++a) {
+    clear_side(scene->boundary[a].lower, &scene->boundary[a].settings[0]);
+    clear_side(scene->boundary[a].upper, &scene->boundary[a].settings[1]);
+  }
 }
 
 static kith_status read_axis(struct kith_scene *scene, int axis, const struct kith_config_node *node) {
@@ -101,19 +117,51 @@ static kith_status read_axis(struct kith_scene *scene, int axis, const struct ki
     scene->boundary[axis].lower = lower, scene->boundary[axis].upper = upper;
     if (kith_boundary_wraps(lower))
       scene->period[axis] = scene->domain.upper[axis] - scene->domain.lower[axis];
-    scene->boundary[axis].settings = side[used].settings;
+    for (int s = 0; s < 2; ++s) scene->boundary[axis].settings[s] = side[s].settings;
     scene->boundary[axis].velocity =
         kith_boundary_face_velocity(used == 0 ? lower : upper, side[used].settings);
-    side[used].settings = NULL;
+    side[0].settings = side[1].settings = NULL;
   }
-  kith_free(&side[0].settings), kith_free(&side[1].settings);
+  for (int s = 0; s < 2; ++s) clear_side(kith_boundary_find(side[s].name), &side[s].settings);
   return status;
+}
+
+/* The state at the face of an inflow is given as a whole or not at all. */
+static kith_status check_flow(const struct kith_boundary_ops *ops, const struct kith_flow_settings *flow,
+                              const struct kith_config_node *node) {
+  if (!kith_boundary_passes(ops)) return KITH_OK;
+  const bool energy = flow->energy != NULL, pressure = flow->pressure != NULL, any = energy || pressure;
+  if ((flow->density != NULL) != any || (flow->velocity[0] != NULL) != any)
+    return kith_config_fail(
+        node, NULL,
+        "the state at an inflow is density, velocity and pressure or energy; give all, or "
+        "none and it is that of the region at the face");
+  if (energy && pressure) return kith_config_fail(node, NULL, "energy: not together with pressure");
+  return KITH_OK;
+}
+
+/* Zones behind faces of two axes would have to meet in the corner. */
+static kith_status check_flows(const struct kith_scene *scene, const struct kith_config_node *node) {
+  int axis = -1;
+  for (int a = 0; a < NDIM; ++a) {
+    const struct kith_boundary_ops *const side[2] = {scene->boundary[a].lower, scene->boundary[a].upper};
+    const struct kith_config_node *own = kith_config_child(node, kith_boundaries_params[a].key);
+    for (int s = 0; s < 2; ++s) KITH_TRY(check_flow(side[s], scene->boundary[a].settings[s], own));
+    if (!kith_boundary_passes(side[0]) && !kith_boundary_passes(side[1])) continue;
+    if (axis >= 0)
+      return kith_config_fail(own, NULL,
+                              "gas passes faces along %c already, and the zones behind both would "
+                              "meet in the corners; one axis can have an inflow or outflow",
+                              "xyz"[axis]);
+    axis = a;
+  }
+  return KITH_OK;
 }
 
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
   for (int a = 0; a < 3; ++a)
     KITH_TRY(read_axis(scene, a, kith_config_child(node, kith_boundaries_params[a].key)));
-  return KITH_OK;
+  return check_flows(scene, node);
 }
 
 #define IN(member) KITH_INTO(struct kith_scene, external_force.member)
@@ -139,6 +187,11 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
     if (mass && repeats)
       return kith_config_fail(potential, NULL, "its pull does not repeat, but the domain does along %c",
                               "xyz"[a]);
+    if ((kith_boundary_passes(scene->boundary[a].lower) || kith_boundary_passes(scene->boundary[a].upper)) &&
+        kith_external_force_acts(force))
+      return kith_config_fail(potential != NULL ? potential : gravity, NULL,
+                              "not together with an inflow or outflow: the gas behind their faces does not "
+                              "fall");
     /* The momentum along its axis tells the work of a piston. */
     if (scene->boundary[a].velocity != 0 && (force->gravity[a] != 0 || mass))
       return kith_config_fail(potential != NULL ? potential : gravity, NULL,

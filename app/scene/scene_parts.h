@@ -24,6 +24,7 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
 kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_config_node *node);
+void kith_scene_boundaries_clear(struct kith_scene *scene);
 void kith_scene_regions_clear(struct kith_scene *scene);
 
 #endif

@@ -30,9 +30,6 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   return kith_package_init(p);
 }
 
-static bool is_frozen(const struct kith_region *region) {
-  return region->barrier || region->frozen;
-}
 static bool is_coupled(const struct kith_region *region) {
   return region->barrier || kith_region_damaged(region);
 }
@@ -64,19 +61,35 @@ static kith_status make_packages(struct kith_simulation *m) {
   return KITH_OK;
 }
 
-/* Frozen nodes first: the images of the others' axes include them. */
+/* The boundary that acts on a side of the axis, or on both. */
+static kith_status add_boundary(struct kith_simulation *m, int axis, const struct kith_boundary_ops *lower,
+                                const struct kith_boundary_ops *upper) {
+  if (lower == NULL && upper == NULL) return KITH_OK;
+  const int side = lower != NULL ? 0 : 1;
+  KITH_TRY(kith_boundaries_add(&m->boundaries, side == 0 ? lower : upper, axis, m->scene->domain.lower[axis],
+                               m->scene->domain.upper[axis], lower != NULL, upper != NULL));
+  struct kith_boundary *made = m->boundaries.boundary[m->boundaries.n - 1];
+  made->settings = m->scene->boundary[axis].settings[side];
+  memcpy(made->zone, m->zone[axis][side], sizeof made->zone);
+  return KITH_OK;
+}
+
+/* Frozen nodes first: the images of the others' axes include them, and those of the zones behind faces that
+ * gas passes. */
 static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *frozen) {
   if (frozen != NULL) {
     KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_constant, 0, 0, 1, false, false));
     KITH_TRY(kith_constant_take(m->boundaries.boundary[0], m->nodes, frozen));
   }
-  for (int a = 0; a < NDIM; ++a) {
-    const struct kith_boundary_ops *lower = m->scene->boundary[a].lower, *upper = m->scene->boundary[a].upper;
-    if (lower == NULL && upper == NULL) continue;
-    KITH_TRY(kith_boundaries_add(&m->boundaries, lower != NULL ? lower : upper, a, m->scene->domain.lower[a],
-                                 m->scene->domain.upper[a], lower != NULL, upper != NULL));
-    m->boundaries.boundary[m->boundaries.n - 1]->settings = m->scene->boundary[a].settings;
-  }
+  for (int walls = 0; walls < 2; ++walls)
+    for (int a = 0; a < NDIM; ++a) {
+      const struct kith_boundary_ops *of[2] = {m->scene->boundary[a].lower, m->scene->boundary[a].upper};
+      const bool apart = kith_boundary_passes(of[0]) || kith_boundary_passes(of[1]);
+      for (int side = 0; apart && side < 2; ++side)
+        if (kith_boundary_passes(of[side]) == !walls)
+          KITH_TRY(add_boundary(m, a, side == 0 ? of[0] : NULL, side == 1 ? of[1] : NULL));
+      if (!apart && walls) KITH_TRY(add_boundary(m, a, of[0], of[1]));
+    }
   return KITH_OK;
 }
 
@@ -95,25 +108,28 @@ static kith_status make_integrator(struct kith_simulation *m, bool check) {
   const struct kith_scene *scene = m->scene;
   /* Lists that are rebuilt each step have a skin for the change of supports within it only. */
   const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.1 : 0.005;
-  m->integrator =
-      (struct kith_integrator){.nodes = m->nodes,
-                               .hydro = &m->hydro,
-                               .package = &m->package,
-                               .boundaries = &m->boundaries,
-                               .search = m->search,
-                               .connectivity = m->connectivity,
-                               .rebuilds = &m->rebuilds,
-                               .excluders = m->excluders.n > 0 ? m->excluders.excluder : NULL,
-                               .scheme = kith_scheme_find(scene->scheme.member.name),
-                               .settings = scene->scheme.member.settings,
-                               .profile = m->profile,
-                               .cfl = scene->scheme.cfl > 0 ? scene->scheme.cfl : package_of(scene)->cfl,
-                               .fixed_dt = scene->scheme.dt,
-                               .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
-                               .cull = scene->connectivity.cull,
-                               .check = check,
-                               .canonical = scene->reproducible,
-                               .reorder_every = scene->connectivity.reorder};
+  m->integrator = (struct kith_integrator){
+      .nodes = m->nodes,
+      .hydro = &m->hydro,
+      .package = &m->package,
+      .boundaries = &m->boundaries,
+      .search = m->search,
+      .connectivity = m->connectivity,
+      .rebuilds = &m->rebuilds,
+      .excluders = m->excluders.n > 0 ? m->excluders.excluder : NULL,
+      .scheme = kith_scheme_find(scene->scheme.member.name),
+      .settings = scene->scheme.member.settings,
+      .profile = m->profile,
+      .cfl = scene->scheme.cfl > 0 ? scene->scheme.cfl : package_of(scene)->cfl,
+      .fixed_dt = scene->scheme.dt,
+      .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
+      .cull = scene->connectivity.cull,
+      .check = check,
+      .canonical = scene->reproducible,
+      .flow = {.state = kith_initial_conditions_unsteady(scene) ? kith_initial_conditions_inflow : NULL,
+               .context = scene,
+               .id_stride = m->nodes->n_internal},
+      .reorder_every = scene->connectivity.reorder};
   const kith_status status = kith_integrator_init(&m->integrator);
   return status == KITH_BAD_INPUT ? refuse_setting(scene) : status;
 }
@@ -133,8 +149,12 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const char *name = s->method.package.name;
   const struct kith_package_traits package = kith_package_traits(package_of(s), s->method.package.settings);
   const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
-  bool piston = false;
-  for (int a = 0; a < NDIM; ++a) piston = piston || s->boundary[a].velocity != 0;
+  bool piston = false, passes = false;
+  for (int a = 0; a < NDIM; ++a) {
+    piston = piston || s->boundary[a].velocity != 0;
+    passes =
+        passes || kith_boundary_passes(s->boundary[a].lower) || kith_boundary_passes(s->boundary[a].upper);
+  }
   REFUSE_IF(package.uncoupled != NULL && any_region(s, kith_region_damaged), "method",
             "%s reach beyond neighbors, between which porosity and damage act", package.uncoupled);
   REFUSE_IF(again && !package.recomputes, "partition.ghosts",
@@ -167,8 +187,11 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "a piston requires that neighbor lists are rebuilt always");
   REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
-  REFUSE_IF(piston && any_region(s, is_frozen), "regions",
-            "frozen nodes and barriers change the momentum, from which the work of a piston is computed");
+  REFUSE_IF(
+      passes && (scheme->incompatible != NULL || kith_scheme_has_blocks(scheme, s->scheme.member.settings)),
+      "scheme.name",
+      "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
+      scheme->name);
   return KITH_OK;
 #undef REFUSE_IF
 }
@@ -197,7 +220,8 @@ static kith_status make(struct kith_simulation *m, bool check) {
   p->neighbors = m->scene->method.neighbors > 0
                      ? m->scene->method.neighbors
                      : kith_kernel_neighbors(p->kernel, package_of(m->scene)->spacings);
-  kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen);
+  kith_status status =
+      kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen, m->zone);
   if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
   if (status == KITH_OK) status = make_packages(m);
@@ -328,7 +352,7 @@ struct kith_conservation_baseline kith_conservation_baseline_of(const struct kit
 }
 
 static bool is_wall(const struct kith_boundary_ops *side) {
-  return side != NULL && !side->wraps;
+  return side != NULL && !side->wraps && !kith_boundary_passes(side);
 }
 
 /* Nothing but a point mass gives momentum along this axis. */
@@ -339,7 +363,9 @@ static bool is_free(const struct kith_simulation *m, int axis) {
 
 static bool can_turn(const struct kith_simulation *m) {
   bool can = NDIM > 1;
-  for (int a = 0; a < NDIM; ++a) can = can && is_free(m, a);
+  for (int a = 0; a < NDIM; ++a)
+    can = can && is_free(m, a) && !kith_boundary_passes(m->scene->boundary[a].lower) &&
+          !kith_boundary_passes(m->scene->boundary[a].upper);
   for (int k = 0; k < m->scene->n_regions; ++k) can = can && !m->scene->region[k].frozen;
   return can;
 }
@@ -351,7 +377,7 @@ static double scale(double now, double then) {
 
 /* What is kept: see hydro.h. */
 static double energy_of(const struct kith_totals *t) {
-  return t->kinetic + t->internal + t->potential - t->work;
+  return t->kinetic + t->internal + t->potential - t->work - t->through.energy;
 }
 
 void kith_conservation_baseline_update(struct kith_conservation_baseline *baseline,
@@ -363,7 +389,8 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
   double momentum = 0, angular2 = 0;
   for (int a = 0; a < NDIM; ++a)
     if (is_free(simulation, a) && simulation->hydro.external_force.mass == 0)
-      momentum = fmax(momentum, fabs(now->momentum[a] - then->momentum[a]));
+      momentum = fmax(momentum, fabs((now->momentum[a] - now->through.momentum[a]) -
+                                     (then->momentum[a] - then->through.momentum[a])));
   for (int a = 0; a < 3; ++a)
     angular2 += (now->angular[a] - then->angular[a]) * (now->angular[a] - then->angular[a]);
   momentum /= scale(now->momentum_scale, then->momentum_scale);

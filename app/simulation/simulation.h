@@ -13,6 +13,7 @@ struct kith_simulation {
   struct kith_hydro hydro;
   struct kith_package package, added[KITH_ADDED_PACKAGES]; /* a list from the first on */
   char packages[80];                                       /* their names */
+  double zone[NDIM][2][NDIM]; /* behind faces that gas passes, by axis and side: boundary.h */
   struct kith_boundaries boundaries;
   struct kith_search *search;
   struct kith_connectivity *connectivity;

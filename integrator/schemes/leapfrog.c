@@ -3,6 +3,7 @@
  * (integrator/block_steps.h). */
 #include <math.h>
 #include "integrator/block_steps.h"
+#include "integrator/flow.h"
 #include "integrator/step.h"
 
 struct leapfrog_settings {
@@ -37,7 +38,7 @@ static kith_status create(struct kith_integrator *it) {
                                        .seed = settings->seed});
 }
 
-static void predict(struct kith_integrator *it, double dt) {
+static kith_status predict(struct kith_integrator *it, double dt) {
   struct kith_hydro *hydro = it->hydro;
   struct kith_field *base = it->kick.velocity_base;
   kith_profile_begin(it->profile, "kick");
@@ -45,6 +46,7 @@ static void predict(struct kith_integrator *it, double dt) {
     kith_block_steps_begin(it, dt);
   } else {
     kith_kick(it, 0.5 * dt);
+    KITH_TRY(kith_flow_exchange(it));
     it->kick.lead = 0.5 * dt;
     kith_field_copy(it->nodes, base, hydro->velocity);
     kith_field_copy(it->nodes, it->energy_base, hydro->energy);
@@ -52,6 +54,7 @@ static void predict(struct kith_integrator *it, double dt) {
     kith_predict(it, 0.5 * dt, 0.75 * dt);
   }
   kith_profile_end(it->profile);
+  return KITH_OK;
 }
 
 static kith_status advance(struct kith_integrator *it, double *step) {

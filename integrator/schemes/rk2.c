@@ -1,5 +1,6 @@
 /* Schemes rk2 and cheap-rk2: midpoint. A half step to the middle, and the whole step with the rates there.
  * The half step is made with the rates of the start or, for one evaluation less, of the last middle. */
+#include "integrator/flow.h"
 #include "integrator/step.h"
 
 /* From the state at the start, by the rates at hand: positions with the velocity of the start. */
@@ -26,10 +27,12 @@ static void to_end(struct kith_integrator *it, double dt) {
   kith_kick(it, dt);
 }
 
-static void predict(struct kith_integrator *it, double dt) {
+static kith_status predict(struct kith_integrator *it, double dt) {
   (void)dt;
+  KITH_TRY(kith_flow_exchange(it));
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
   it->kick.time = it->kick.lead = 0;
+  return KITH_OK;
 }
 
 static kith_status advance(struct kith_integrator *it, double *dt) {
@@ -47,6 +50,12 @@ const struct kith_scheme_ops kith_scheme_rk2 = {.name = "rk2",
                                                 .predict = predict,
                                                 .advance = advance};
 
+static kith_status cheap_predict(struct kith_integrator *it, double dt) {
+  KITH_TRY(kith_flow_exchange(it));
+  to_middle(it, dt);
+  return KITH_OK;
+}
+
 static kith_status cheap_advance(struct kith_integrator *it, double *dt) {
   KITH_TRY(kith_integrator_evaluate(it));
   to_end(it, *dt);
@@ -57,5 +66,5 @@ const struct kith_scheme_ops kith_scheme_cheap_rk2 = {
     .name = "cheap-rk2",
     .doc = "midpoint that starts from the rates of the last middle; one evaluation a step",
     .evaluations = 1,
-    .predict = to_middle,
+    .predict = cheap_predict,
     .advance = cheap_advance};

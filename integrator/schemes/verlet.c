@@ -1,16 +1,19 @@
 /* Scheme verlet: drift, kick, drift, and one evaluation in the middle, with velocities and energies that the
  * rates of the last middle predict for it. Both drifts end with the velocity of their end of the step, so the
  * scheme without viscosity is reversible (position Verlet). */
+#include "integrator/flow.h"
 #include "integrator/step.h"
 
-static void predict(struct kith_integrator *it, double dt) {
+static kith_status predict(struct kith_integrator *it, double dt) {
   struct kith_hydro *hydro = it->hydro;
   struct kith_field *base = it->kick.velocity_base;
+  KITH_TRY(kith_flow_exchange(it));
   it->kick.lead = 0.5 * dt;
   kith_field_copy(it->nodes, base, hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, hydro->energy);
   kith_drift(it, base, 0.5 * dt);
   kith_predict(it, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
+  return KITH_OK;
 }
 
 static kith_status advance(struct kith_integrator *it, double *step) {

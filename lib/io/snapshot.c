@@ -143,6 +143,12 @@ static haddr_t lay_out_field(struct writer *w, const struct kith_field *field, s
 static const struct kith_field_spec node_flags = {
     .type = KITH_U8, .output = "NodeFlags", .doc = "0 internal, 1 frozen, 2 frozen and a barrier"};
 
+/* Have nodes flags of their own? */
+static bool has_flags(const struct kith_nodes *nodes) {
+  const struct kith_field *flag = kith_nodes_field_named(nodes, "flag");
+  return flag != NULL && flag->spec.output != NULL;
+}
+
 /* One VERTEX cell (type 1 of VTK) a node. */
 static void lay_out_cells(struct writer *w, size_t n, haddr_t place[CELL_DATA]) {
   static const char *const counts[] = {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"};
@@ -242,7 +248,8 @@ static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t
   put_text(w, w->vtk, "Type", "UnstructuredGrid");
   for (int f = 0; f < nodes->n_fields; ++f)
     if (nodes->fields[f]->spec.output != NULL) w->layout->place[f] = lay_out_field(w, nodes->fields[f], n);
-  w->layout->place[nodes->n_fields] = lay_out_field(w, &(struct kith_field){.spec = node_flags}, n);
+  if (!has_flags(nodes))
+    w->layout->place[nodes->n_fields] = lay_out_field(w, &(struct kith_field){.spec = node_flags}, n);
   lay_out_cells(w, n, w->layout->place + nodes->n_fields + 1);
   H5Gclose(w->point_data);
   H5Gclose(w->vtk);
@@ -334,6 +341,7 @@ static kith_status fill_fields(const struct writer *w, const struct kith_nodes *
     KITH_TRY(fill_lists(w, w->layout->place[k], nodes, field != NULL ? field : like->fields[k], first,
                         field != NULL ? field->data : NULL));
   }
+  if (has_flags(like)) return KITH_OK;
   const struct kith_field flags = {.spec = node_flags, .components = 1},
                           *barrier = kith_nodes_field_named(nodes, "barrier");
   uint8_t *flag = memset(w->room, nodes != like, (size_t)nodes->n_internal);

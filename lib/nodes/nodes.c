@@ -148,6 +148,17 @@ kith_status kith_nodes_mark_activity(struct kith_nodes *nodes) {
   return kith_nodes_field(nodes, &activity, &nodes->activity);
 }
 
+kith_status kith_nodes_flag(struct kith_nodes *nodes) {
+  static const struct kith_field_spec flag = {
+      "flag",
+      KITH_SCALAR,
+      KITH_U8,
+      KITH_STATE,
+      "NodeFlags",
+      "0 internal, 1 frozen, 2 a frozen barrier; behind a face that gas passes: 3, 4 of x, 5, 6 of y ..."};
+  return kith_nodes_field(nodes, &flag, &nodes->flag);
+}
+
 static kith_status move_fields(struct kith_nodes *nodes, kith_index capacity) {
   const size_t keep = (size_t)kith_nodes_count(nodes);
   for (int f = 0; f < nodes->n_fields; ++f) {

@@ -88,6 +88,10 @@ struct kith_ghost_block {
 /* What a node does at this evaluation: nothing; it only receives from active neighbors; all. */
 enum { KITH_IDLE, KITH_TOUCHED, KITH_ACTIVE };
 
+/* Gas; what stays where it is, and the walls among that; from KITH_ZONE on what is behind the face of an
+ * inflow or outflow (boundaries/flow.h), KITH_ZONE + 2 axis + side. All but gas is left out of totals. */
+enum kith_flag { KITH_GAS, KITH_FROZEN, KITH_BARRIER, KITH_ZONE };
+
 struct kith_nodes {
   int n_lists;
   struct kith_node_list lists[KITH_MAX_LISTS];
@@ -106,6 +110,8 @@ struct kith_nodes {
   struct kith_field *image;
   /* NULL unless kith_nodes_mark_activity: U8, work, idle, touched or active; a ghost has that of its node. */
   struct kith_field *activity;
+  /* NULL unless kith_nodes_flag: U8, state, what the node is (enum kith_flag); a ghost what its node is. */
+  struct kith_field *flag;
 
   int n_blocks;
   size_t blocks_capacity;
@@ -154,6 +160,12 @@ kith_status kith_nodes_number_images(struct kith_nodes *nodes);
 kith_status kith_nodes_mark_activity(struct kith_nodes *nodes);
 static inline bool kith_node_active(const struct kith_nodes *nodes, kith_index i) {
   return nodes->activity == NULL || nodes->activity->u8[i] == KITH_ACTIVE;
+}
+
+/* From here on nodes have a flag; they are gas until someone flags them. */
+kith_status kith_nodes_flag(struct kith_nodes *nodes);
+static inline bool kith_node_is_gas(const struct kith_nodes *nodes, kith_index i) {
+  return nodes->flag == NULL || nodes->flag->u8[i] == KITH_GAS;
 }
 
 /* Are nodes begin .. end - 1 all idle? Written for the vectorizer. */

@@ -83,6 +83,7 @@ KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t
 struct sums {
   double force[NDIM], heat, signal;
   double impulse[NDIM + 1], opening[NDIM + 1]; /* with block steps: force, then heat */
+  double outside[NDIM + 1];                    /* by what is no gas: force, then power */
 };
 
 KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
@@ -130,11 +131,26 @@ KITH_INLINE void couple(const struct kith_force_pass *pass, size_t first, size_t
   }
 }
 
+/* What partners that are no gas give to i: hydro.h. */
+KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
+                             size_t n, const double *restrict out, struct sums *sums) {
+  const double *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
+  for (size_t k = 0; k < n; ++k) {
+    if (pass->flag[row[k]] == KITH_GAS) continue;
+    sums->outside[NDIM] += out[KITH_HEAT * KITH_STRIDE + k];
+    for (int a = 0; a < NDIM; ++a) {
+      const double f = out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k];
+      sums->outside[a] += f, sums->outside[NDIM] += f * v[a];
+    }
+  }
+}
+
 /* The block of n entries from `first` on of row i. */
 KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                            double *restrict out, struct sums *sums) {
   couple(pass, first, n, out);
   walls(pass, i, pass->connectivity->rows.node + first, n, out);
+  if (pass->flag != NULL) add_outside(pass, i, pass->connectivity->rows.node + first, n, out, sums);
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
   double fastest = sums->signal;
 #pragma omp simd reduction(max : fastest)
@@ -236,6 +252,11 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
   const double rate = sums->heat / mass;
   hydro->energy_rate->f64[i] = adds ? hydro->energy_rate->f64[i] + rate : rate;
   if (!adds) package->signal->f64[i] = sums->signal;
+  if (pass->flag != NULL) {
+    double *force = hydro->outside_force->f64 + at, *power = &hydro->outside_power->f64[i];
+    for (int a = 0; a < NDIM; ++a) force[a] = (adds ? force[a] : 0) + sums->outside[a];
+    *power = (adds ? *power : 0) + sums->outside[NDIM];
+  }
   if (!pass->is_last) return;
   for (int a = 0; a < NDIM; ++a)
     correction -= pairs[a] * (base[a] + pass->kick->lead * (external ? all[a] : 0) - velocity[a]);
@@ -354,6 +375,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
   sums.own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4));
   sums.shared = kept ? 0 : pairs.shared, sums.pairwise = of_row + (kept ? values : evaluated);
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
+  pass->flag = hydro->outside_force != NULL && pass->kick->blocks == NULL ? nodes->flag->u8 : NULL;
   pass->f_couple = kith_connectivity_factors(&pass->connectivity->pairs);
   pass->is_last = true;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)

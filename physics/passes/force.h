@@ -70,6 +70,7 @@ struct kith_force_pass {
   bool walls_known; /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
   const uint8_t *barrier;     /* [nodes] or NULL */
+  const uint8_t *flag;        /* [nodes] what they are (nodes.h); NULL: nobody asks */
   const double *f_couple;     /* [pairs] or NULL: 1 for all */
   struct kith_pairwise *pair; /* "pair_force": what traversal `pairs` stores */
   bool is_last;               /* of the packages: what (1) of package.h needs is complete */

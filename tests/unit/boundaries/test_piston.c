@@ -78,8 +78,6 @@ static void refusals(void) {
   const char *compatible = "method.energy=compatible", *thermal = "method.energy=thermal";
   refuse("connectivity.rebuild=displacement", compatible,
          "a piston requires that neighbor lists are rebuilt always");
-  refuse("regions.0.frozen=true", compatible, "frozen nodes and barriers change the momentum");
-  refuse("regions.0.barrier=true", compatible, "frozen nodes and barriers change the momentum");
   refuse("scheme.name=rk4", thermal, "rk4 does not know of pistons");
   refuse("scheme.name=arkode", thermal, "arkode does not know of pistons");
   refuse("scheme.name=implicit", thermal, "implicit does not know of pistons");

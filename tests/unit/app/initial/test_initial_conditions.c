@@ -16,6 +16,7 @@ struct stage {
   struct kith_nodes *nodes;
   struct kith_hydro hydro;
   uint8_t *frozen;
+  double zone[NDIM][2][NDIM];
 };
 
 static struct kith_expression *formula(const char *text) {
@@ -60,7 +61,7 @@ static void replace(struct kith_expression **old, const char *text) {
 }
 
 static kith_status run(struct stage *s) {
-  return kith_initial_conditions(&s->nodes, &s->hydro, &s->scene, 50, &s->frozen);
+  return kith_initial_conditions(&s->nodes, &s->hydro, &s->scene, 50, &s->frozen, s->zone);
 }
 
 /* Without nodes there is nothing to look at. */

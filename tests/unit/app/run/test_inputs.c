@@ -10,6 +10,7 @@ struct made {
   struct kith_nodes *nodes;
   struct kith_hydro hydro;
   uint8_t *frozen;
+  double zone[NDIM][2][NDIM];
 };
 
 static void path_of(char *path, size_t size, const char *name) {
@@ -27,7 +28,7 @@ static bool make(struct made *m, const char *name, const char *resolution, const
   CHECK_OK(kith_scene_read(&m->scene, path, resolution ? 3 : 2, overrides));
   if (!m->scene) return false;
   CHECK(strcmp(m->scene->name, name) == 0);
-  CHECK_OK(kith_initial_conditions(&m->nodes, &m->hydro, m->scene, 50, &m->frozen));
+  CHECK_OK(kith_initial_conditions(&m->nodes, &m->hydro, m->scene, 50, &m->frozen, m->zone));
   return m->nodes != NULL;
 }
 
@@ -100,7 +101,7 @@ static void stands(const char *name, bool exists) {
   const char *const overrides[] = {dimension};
   CHECK_STATUS(exists ? KITH_OK : KITH_BAD_INPUT, kith_scene_read(&m.scene, path, 1, overrides));
   if (m.scene != NULL) {
-    CHECK_OK(kith_initial_conditions(&m.nodes, &m.hydro, m.scene, 50, &m.frozen));
+    CHECK_OK(kith_initial_conditions(&m.nodes, &m.hydro, m.scene, 50, &m.frozen, m.zone));
     CHECK_OK(kith_hydro_physical(&m.hydro));
     CHECK(kith_external_force_acts(&m.hydro.external_force));
   }

@@ -116,12 +116,13 @@ static const struct wrong forces[] = {
     {5, "boundaries: {x: piston}", "f:5: boundaries.x: a piston has a velocity: {kind: piston, velocity: 1}"},
     {5, "boundaries: {x: [{kind: piston}, open]}", "f:5: boundaries.x.0.velocity: missing; it is required"},
     {5, "boundaries: {x: [{kind: piston, speed: 1}, open]}",
-     "f:5: boundaries.x.0.speed: unknown key; known are kind, velocity"},
+     "f:5: boundaries.x.0.speed: unknown key; known are kind, velocity, depth, density, pressure, energy, "
+     "pressure_far"},
     {5, "boundaries: {x: [{kind: pistn, velocity: 1}, open]}",
-     "f:5: boundaries.x.0.kind: 'pistn' is not one of open, reflecting, piston, periodic; did you mean "
-     "'piston'?"},
+     "f:5: boundaries.x.0.kind: 'pistn' is not one of open, reflecting, piston, periodic, inflow, "
+     "outflow; did you mean 'piston'?"},
     {5, "boundaries: {x: {kind: open, velocity: 1}}",
-     "f:5: boundaries.x.velocity: means nothing for open, only for piston"},
+     "f:5: boundaries.x.velocity: means nothing for open, only for piston, inflow"},
     {5, "boundaries: {x: " PISTON "}",
      "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
     {5, "boundaries: {x: [" PISTON ", " PISTON "]}",

@@ -1,0 +1,86 @@
+/* Inflow and outflow: their settings, and the ghosts that continue the zone of an inflow. */
+#include "boundaries/flow.h"
+
+#include "boundaries/images.h"
+
+#define IN(member) KITH_INTO(struct kith_flow_settings, member)
+#define DEPTH                                                                                        \
+  {                                                                                                  \
+    "depth", KITH_PARAM_NUMBER, "4", "[1, 20]", "of the zone of nodes behind the face, in supports", \
+        IN(depth)                                                                                    \
+  }
+static const struct kith_param inflow_params[] = {
+    DEPTH,
+    {"density", KITH_PARAM_EXPRESSION, "", "", "at the face, in x, y, z, t; none: all as in the region there",
+     IN(density)},
+    {"pressure", KITH_PARAM_EXPRESSION, "", "", "at the face; this or energy", IN(pressure)},
+    {"energy", KITH_PARAM_EXPRESSION, "", "", "at the face, per unit mass; this or pressure", IN(energy)},
+    {"velocity", KITH_PARAM_EXPRESSIONS, "", "", "at the face", IN(velocity)},
+    {0}};
+static const struct kith_param outflow_params[] = {
+    DEPTH,
+    {"pressure_far", KITH_PARAM_NUMBER, "0", "[0, inf)",
+     "far behind the face, which the gas slowly approaches; 0: nothing comes back", IN(pressure_far)},
+    {0}};
+
+/* The largest search radius in the zone, on all ranks. */
+static double widest(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
+  double most = 0;
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (nodes->flag->u8[i] == kith_flow_flag(boundary)) most = KITH_MAX(most, nodes->search_radius->f64[i]);
+  kith_ranks_max(nodes->ranks, &most, 1);
+  return most;
+}
+
+static kith_status add_list(const struct kith_boundary *boundary, struct kith_nodes *nodes,
+                            struct kith_ghost_block block) {
+  const struct kith_node_list *list = &nodes->lists[block.list];
+  const uint8_t *flag = nodes->flag->u8, wanted = kith_flow_flag(boundary);
+  const kith_index first = kith_nodes_count(nodes);
+  for (kith_index i = list->first; i < list->first + list->count; ++i) block.count += flag[i] == wanted;
+  KITH_TRY(kith_resize(&block.control, 0, (size_t)block.count, sizeof *block.control));
+  for (kith_index i = list->first, k = 0; i < list->first + list->count; ++i)
+    if (flag[i] == wanted) block.control[k++] = i;
+  KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
+  for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
+    nodes->image->i64[first + k] += (boundary->at_upper ? 1 : -1) * kith_image_code(boundary->axis);
+  return KITH_OK;
+}
+
+static kith_status continue_zone(struct kith_boundary *boundary, struct kith_nodes *nodes,
+                                 double radius_factor) {
+  struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = boundary->index};
+  if (nodes->flag == NULL) return KITH_OK;
+  const double search_radius = radius_factor * widest(boundary, nodes);
+  if (search_radius > kith_flow_deepest(boundary))
+    KITH_FAIL(
+        DIVERGED,
+        "the zone of the %s on axis %d is %g deep, and a node in it has search radius %g: a larger depth "
+        "is required",
+        boundary->ops->name, boundary->axis, kith_flow_deepest(boundary), search_radius);
+  for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = boundary->zone[a];
+  for (block.list = 0; block.list < nodes->n_lists; ++block.list) KITH_TRY(add_list(boundary, nodes, block));
+  return KITH_OK;
+}
+
+static kith_status no_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
+  (void)boundary, (void)nodes, (void)radius_factor;
+  return KITH_OK;
+}
+
+const struct kith_boundary_ops kith_boundary_inflow = {
+    .name = "inflow",
+    .doc = "gas enters, layer by layer, with a state that may depend on time",
+    KITH_SETTINGS(inflow_params, kith_flow_settings),
+    .ghosts = continue_zone,
+    .has_faces = true,
+    .enters = true,
+};
+const struct kith_boundary_ops kith_boundary_outflow = {
+    .name = "outflow",
+    .doc = "gas leaves, and waves with it",
+    KITH_SETTINGS(outflow_params, kith_flow_settings),
+    .ghosts = no_ghosts,
+    .has_faces = true,
+    .leaves = true,
+};

@@ -1,0 +1,42 @@
+/* flow.h - inflow and outflow: faces that gas passes, and the zones of nodes behind them.
+ *
+ * Behind such a face stand nodes that carry the flag of that side (nodes.h) to a depth D. Neighbor lists,
+ * packages and schemes see nothing but nodes; the integrator says how they move (integrator/flow.h).
+ *
+ *   inflow   A lattice that moves as a whole with the state at the face. A node that comes through the face
+ *            is gas from then on, and another takes its place a depth D behind it (upstream, if it enters at
+ *            an angle and not along a periodic axis): the lattice has no end, and whole layers enter. Ghosts
+ *            continue it: images shifted by the same.
+ *            DIVERGED if a search radius in the zone is more than D.
+ *   outflow  Gas that has left through the face goes on to the depth D, where it is deleted. The end is open:
+ *            nodes there lack partners, but no gas is near enough to see that. */
+#ifndef KITH_BOUNDARIES_FLOW_H
+#define KITH_BOUNDARIES_FLOW_H
+
+#include "boundaries/boundary.h"
+
+struct kith_expression; /* of the scene */
+
+struct kith_flow_settings {
+  double depth;        /* D, at least, in supports at the start */
+  double pressure_far; /* of an outflow, far behind it; 0: no wave comes from there */
+  /* Of an inflow: the state at its face, density, velocity and one of pressure and energy; all NULL: that of
+   * the region there. */
+  struct kith_expression *density, *pressure, *energy, *velocity[NDIM];
+};
+
+/* The flag of the nodes in its zone; its depth; how far out of its face a coordinate along its axis is. */
+static inline uint8_t kith_flow_flag(const struct kith_boundary *b) {
+  return (uint8_t)(KITH_ZONE + 2 * b->axis + b->at_upper);
+}
+static inline double kith_flow_deepest(const struct kith_boundary *b) {
+  return fabs(b->zone[b->axis]);
+}
+static inline double kith_flow_outwards(const struct kith_boundary *b) {
+  return b->at_upper ? 1 : -1;
+}
+static inline double kith_flow_depth(const struct kith_boundary *b, double x) {
+  return b->at_upper ? x - b->upper : b->lower - x;
+}
+
+#endif

@@ -1,0 +1,208 @@
+/* Gas that comes and goes. */
+#include "integrator/flow.h"
+
+#include <math.h>
+#include <string.h>
+#include "lib/comm/sum.h"
+
+/* Mass, energy, momentum. */
+enum { MASS, ENERGY, MOMENTUM, SUMS = MOMENTUM + NDIM };
+
+static double depth_of(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
+  return kith_flow_depth(b, it->nodes->position->f64[(size_t)i * NDIM + (size_t)b->axis]);
+}
+
+/* Adds what node i brings, or takes along. */
+static void count(const struct kith_integrator *it, kith_index i, double sign, struct kith_sum *sums) {
+  const double m = sign * it->hydro->mass->f64[i], *v = it->hydro->velocity->f64 + (size_t)i * NDIM;
+  kith_sum_add(&sums[MASS], m);
+  kith_sum_add(&sums[ENERGY], 0.5 * m * kith_dot(v, v));
+  kith_sum_add(&sums[ENERGY], m * it->hydro->energy->f64[i]);
+  for (int a = 0; a < NDIM; ++a) kith_sum_add(&sums[MOMENTUM + a], m * v[a]);
+}
+
+/* ---- inflow ---- */
+
+static kith_status drive(struct kith_integrator *it, const struct kith_boundary *b) {
+  const struct kith_nodes *nodes = it->nodes;
+  const struct kith_field *volume = kith_nodes_field_named(nodes, KITH_ZONE_VOLUME);
+  const struct kith_flow_settings *settings = b->settings;
+  if (it->flow.state == NULL || settings->density == NULL) return KITH_OK;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    struct kith_flow_state state;
+    if (nodes->flag->u8[i] != kith_flow_flag(b)) continue;
+    KITH_TRY(it->flow.state(it->flow.context, b, nodes->list->u8[i], nodes->position->f64 + (size_t)i * NDIM,
+                            it->time, &state));
+    it->hydro->mass->f64[i] = state.density * volume->f64[i];
+    it->hydro->energy->f64[i] = state.energy;
+    memcpy(it->hydro->velocity->f64 + (size_t)i * NDIM, state.velocity, sizeof state.velocity);
+  }
+  return KITH_OK;
+}
+
+/* Node `to` becomes what follows node `from`, as far behind as the zone is deep. */
+static kith_status follow(struct kith_integrator *it, const struct kith_boundary *b, kith_index to,
+                          kith_index from) {
+  const struct kith_nodes *nodes = it->nodes;
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    char *data = nodes->fields[f]->data;
+    const size_t size = kith_field_node_size(nodes->fields[f]);
+    memcpy(data + (size_t)to * size, data + (size_t)from * size, size);
+  }
+  for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)to * NDIM + (size_t)a] += b->zone[a];
+  nodes->id->i64[to] += it->flow.id_stride;
+  if (depth_of(it, b, to) > 0) return KITH_OK;
+  KITH_FAIL(DIVERGED,
+            "node %lld passes the zone of an %s, %g deep, within a step: a shorter step is required",
+            (long long)nodes->id->i64[from], b->ops->name, kith_flow_deepest(b));
+}
+
+static kith_status enter(struct kith_integrator *it, const struct kith_boundary *b, struct kith_sum *sums,
+                         bool *changed) {
+  struct kith_nodes *nodes = it->nodes;
+  const uint8_t flag = kith_flow_flag(b);
+  KITH_TRY(drive(it, b));
+  for (int l = 0; l < nodes->n_lists; ++l) {
+    const struct kith_node_list *list = &nodes->lists[l];
+    const kith_index end = list->first + list->count;
+    kith_index entering = 0, next;
+    for (kith_index i = list->first; i < end; ++i) {
+      const double depth = depth_of(it, b, i);
+      entering += nodes->flag->u8[i] == flag && depth <= 0;
+      if (nodes->flag->u8[i] == KITH_GAS && depth > 0.5 * nodes->support->f64[i])
+        KITH_FAIL(DIVERGED, "node %lld leaves through the %s on axis %d", (long long)nodes->id->i64[i],
+                  b->ops->name, b->axis);
+    }
+    if (entering == 0) continue;
+    *changed = true;
+    KITH_TRY(kith_nodes_append(nodes, l, entering, &next));
+    for (kith_index i = list->first; i < end; ++i) {
+      if (nodes->flag->u8[i] != flag || depth_of(it, b, i) > 0) continue;
+      KITH_TRY(follow(it, b, next++, i));
+      nodes->flag->u8[i] = KITH_GAS;
+      count(it, i, 1, sums);
+    }
+  }
+  return KITH_OK;
+}
+
+/* ---- outflow ---- */
+
+/* Gas leaves, or comes back; what is behind the zone goes. */
+static kith_status leave(struct kith_integrator *it, const struct kith_boundary *b, struct kith_sum *sums,
+                         bool *changed) {
+  struct kith_nodes *nodes = it->nodes;
+  uint8_t *dead = NULL;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    uint8_t *flag = &nodes->flag->u8[i], zone = kith_flow_flag(b);
+    const double depth = depth_of(it, b, i);
+    if (*flag == (depth > 0 ? KITH_GAS : zone)) {
+      count(it, i, depth > 0 ? -1 : 1, sums);
+      *flag = depth > 0 ? zone : KITH_GAS;
+      *changed = true;
+    }
+    if (*flag != zone || depth <= kith_flow_deepest(b)) continue;
+    if (dead == NULL) KITH_TRY(kith_resize(&dead, 0, (size_t)nodes->n_internal, 1));
+    dead[i] = 1;
+  }
+  if (dead == NULL) return KITH_OK;
+  *changed = true;
+  const kith_status status = kith_nodes_delete(nodes, dead);
+  kith_free(&dead);
+  return status;
+}
+
+/* The derivative outwards of the velocity outwards at node i, by partners further in. */
+static double slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
+  const struct kith_rows *rows = &it->connectivity->rows;
+  const double *v = it->hydro->velocity->f64 + b->axis, depth = depth_of(it, b, i);
+  double moment = 0, sum = 0;
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+    const kith_index j = rows->node[e];
+    const double d = fmin(depth_of(it, b, j) - depth, 0);
+    moment += d * d;
+    sum += d * (v[(size_t)j * NDIM] - v[(size_t)i * NDIM]);
+  }
+  return moment > 0 ? kith_flow_outwards(b) * sum / moment : 0;
+}
+
+/* The rates of one node: flow.h. */
+static void pass_waves(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
+  const struct kith_hydro *hydro = it->hydro;
+  const double far = ((const struct kith_flow_settings *)b->settings)->pressure_far,
+               part = fmax(0, fmin(1, 2 - 4 * depth_of(it, b, i) / kith_flow_deepest(b))),
+               pull = far > 0 ? 0.25 / (b->upper - b->lower) * (hydro->pressure->f64[i] - far) /
+                                    hydro->density->f64[i]
+                              : 0;
+  double *a = hydro->acceleration->f64 + (size_t)i * NDIM;
+  for (int k = 0; k < NDIM; ++k) a[k] = 0;
+  a[b->axis] = part * kith_flow_outwards(b) * (pull - hydro->sound_speed->f64[i] * slope(it, b, i));
+  hydro->energy_rate->f64[i] *= part;
+}
+
+/* ---- all faces ---- */
+
+static bool passes(const struct kith_integrator *it, int b) {
+  return kith_boundary_passes(it->boundaries->boundary[b]->ops);
+}
+
+kith_status kith_flow_exchange(struct kith_integrator *it) {
+  struct kith_sum sums[SUMS] = {0};
+  bool any = false, changed = false;
+  kith_status status = KITH_OK;
+  for (int k = 0; k < it->boundaries->n; ++k) {
+    const struct kith_boundary *b = it->boundaries->boundary[k];
+    if (!passes(it, k)) continue;
+    any = true;
+    if (status == KITH_OK) status = (b->ops->enters ? enter : leave)(it, b, sums, &changed);
+  }
+  if (!any) return KITH_OK;
+  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks, status));
+  if (!kith_ranks_any(it->nodes->ranks, changed)) return KITH_OK;
+  struct kith_through *through = &it->hydro->through;
+  kith_sum_ranks(it->nodes->ranks, sums, SUMS);
+  through->mass += kith_sum_value(&sums[MASS]);
+  through->energy += kith_sum_value(&sums[ENERGY]);
+  for (int a = 0; a < NDIM; ++a) through->momentum[a] += kith_sum_value(&sums[MOMENTUM + a]);
+  it->nodes->positions += 1;
+  it->due = KITH_BECAUSE_entity_change;
+  return KITH_OK;
+}
+
+static void sum_outside(struct kith_integrator *it) {
+  const struct kith_hydro *hydro = it->hydro;
+  struct kith_sum sums[SUMS] = {0};
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    const double *force = hydro->outside_force->f64 + (size_t)i * NDIM;
+    if (!kith_node_is_gas(it->nodes, i)) continue;
+    kith_sum_add(&sums[ENERGY], hydro->outside_power->f64[i]);
+    for (int a = 0; a < NDIM; ++a) kith_sum_add(&sums[MOMENTUM + a], force[a]);
+  }
+  kith_sum_ranks(it->nodes->ranks, sums, SUMS);
+  it->flow.rate.energy = kith_sum_value(&sums[ENERGY]);
+  for (int a = 0; a < NDIM; ++a) it->flow.rate.momentum[a] = kith_sum_value(&sums[MOMENTUM + a]);
+}
+
+void kith_flow_rates(struct kith_integrator *it) {
+  const struct kith_hydro *hydro = it->hydro;
+  const struct kith_nodes *nodes = it->nodes;
+  if (hydro->outside_force == NULL || it->kick.blocks != NULL) return;
+  sum_outside(it);
+  for (int k = 0; k < it->boundaries->n; ++k) {
+    const struct kith_boundary *b = it->boundaries->boundary[k];
+    for (kith_index i = 0; passes(it, k) && i < nodes->n_internal; ++i) {
+      double *a = hydro->acceleration->f64 + (size_t)i * NDIM, correction = 0;
+      if (nodes->flag->u8[i] != kith_flow_flag(b)) continue;
+      if (b->ops->leaves) {
+        pass_waves(it, b, i);
+      } else {
+        memset(a, 0, NDIM * sizeof *a);
+        hydro->energy_rate->f64[i] = 0;
+      }
+      for (int c = 0; c < NDIM; ++c)
+        correction -= a[c] * (it->kick.velocity_base->f64[(size_t)i * NDIM + (size_t)c] -
+                              hydro->velocity->f64[(size_t)i * NDIM + (size_t)c]);
+      if (it->package->compatible) it->package->energy_correction->f64[i] = correction;
+    }
+  }
+}

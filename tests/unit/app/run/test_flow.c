@@ -1,0 +1,240 @@
+/* Gas that comes and goes, in runs: a stream in which nothing happens; what came through faces is what the
+ * gas has more, for nodes that come, that go, and for obstacles; ids; lists that are patched after nodes came
+ * and went; waves that leave; states that change; and what is refused. */
+#include <omp.h>
+#include "integrator/flow.h"
+#include "tests/unit/oracle.h"
+#include "tests/unit/scenario.h"
+
+#define HEAD                                                                                            \
+  "dimension: 1\nscene: flow\nresolution: {1d: 30, 2d: 8, 3d: 5}\n"                                     \
+  "domain: {lower: [0, 0, 0], upper: [1, 1, 1], across: {1d: 1, 2d: 4, 3d: 3}}\nmaterials: {gas: {}}\n" \
+  "until: 9\n"
+#define FACES(in, out) "boundaries: {x: [" in ", " out "], y: periodic, z: periodic}\n"
+#define STREAM(v) "regions: [{material: gas, density: 1, pressure: 1, velocity: [" v ", 0, 0]}]\n"
+
+static double total(const struct scenario *s, double *mass) {
+  const struct kith_totals t = kith_hydro_totals(&s->simulation->hydro);
+  *mass = t.mass - t.through.mass;
+  return t.kinetic + t.internal - t.through.energy;
+}
+
+/* Mass, momentum along x and energy are those of the start and what came through. */
+static void check_balance(const struct scenario *s, const char *what) {
+  const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
+  double mass;
+  const double energy = total(s, &mass), e0 = s->start.kinetic + s->start.internal,
+               momentum = now.momentum[0] - now.through.momentum[0] - s->start.momentum[0];
+  const bool good = fabs(mass - s->start.mass) < 1e-12 * s->start.mass && fabs(energy - e0) < 1e-12 * e0 &&
+                    fabs(momentum) < 1e-12 * now.momentum_scale;
+  if (!good)
+    fprintf(stderr, "%d-D, %s: balance of mass %g, momentum %g, energy %g\n", NDIM, what,
+            mass - s->start.mass, momentum, energy - e0);
+  CHECK(good);
+}
+
+/* Ids below that of the start are of this chain; each is there once. */
+static void check_ids(const struct scenario *s) {
+  int64_t most;
+  kith_index *place = scenario_places(s, &most), there = 0;
+  for (int64_t id = 0; id <= most; ++id) there += place[id] >= 0;
+  CHECK(there == s->simulation->nodes->n_internal && most >= s->simulation->integrator.flow.id_stride);
+  free(place);
+}
+
+static void nothing_happens(void) {
+  static const char *const settings[] = {"method.package=sph",
+                                         "method.package=crk connectivity.rebuild=displacement",
+                                         "method.package=mfm scheme.name=verlet",
+                                         "method.package=sph scheme.name=rk2 regions.0.velocity=[0.5,0,0]",
+                                         "scheme.name=cheap-rk2 regions.0.velocity=[-1.5,0,0] "
+                                         "boundaries.x=[outflow,inflow] traversal=pairs"};
+  for (int k = 0; k < 5; ++k) {
+    struct scenario s;
+    if (scenario_open(&s, HEAD FACES("inflow", "outflow") STREAM("2"), "%s", settings[k]) &&
+        scenario_run(&s, 60)) {
+      const struct kith_nodes *nodes = s.simulation->nodes;
+      const double *v = s.simulation->hydro.velocity->f64, wanted = k == 3 ? 0.5 : k == 4 ? -1.5 : 2;
+      double most = 0;
+      for (kith_index i = 0; i < nodes->n_internal; ++i)
+        for (int a = 0; a < NDIM; ++a)
+          if (kith_node_is_gas(nodes, i)) most = fmax(most, fabs(v[i * NDIM + a] - (a == 0 ? wanted : 0)));
+      CHECK(most < 1e-12);
+      CHECK(s.simulation->hydro.through.momentum[0] * wanted != 0); /* some came, some went */
+      check_balance(&s, settings[k]);
+      check_ids(&s);
+    }
+    scenario_close(&s);
+  }
+}
+
+/* Lists that are patched are those built of the nodes that are left, also where nodes have just come and
+ * gone: the search still has the positions that they were made from. */
+static void patched_is_rebuilt(void) {
+  struct scenario s;
+  if (!scenario_open(&s, HEAD FACES("inflow", "outflow") STREAM("2"), "%s", "traversal=pairs") ||
+      !scenario_run(&s, 1))
+    return;
+  struct kith_integrator *it = &s.simulation->integrator;
+  int changes = 0;
+  for (int k = 0; k < 25; ++k) {
+    const uint64_t before = it->ledger.because[KITH_BECAUSE_entity_change];
+    struct kith_connectivity *again;
+    CHECK_OK(scenario_steps(&s, 1));
+    CHECK_OK(kith_connectivity_create(&again));
+    CHECK_OK(kith_search_update(s.simulation->search));
+    CHECK_OK(kith_connectivity_build(again, it->nodes, it->search, it->need, NULL, NULL));
+    CHECK(oracle_same(it->connectivity, again));
+    kith_connectivity_destroy(&again);
+    changes += it->ledger.because[KITH_BECAUSE_entity_change] > before;
+    it->due = KITH_BECAUSE_requested;
+  }
+  CHECK(changes > 1 && it->ledger.ghosts_culled > 0);
+  scenario_close(&s);
+}
+
+/* What frozen nodes and walls in a stream, a piston and one beside obstacles give to the gas is known. */
+static void obstacles(void) {
+#define OBSTACLE(of)                                                                                        \
+  "regions:\n"                                                                                              \
+  "  - {material: gas, lattice: cubic, where: {x: [0, 0.5]}, density: 1, pressure: 1, velocity: [1,0,0]}\n" \
+  "  - {material: gas, lattice: cubic, where: {x: [0.6, 1]}, density: 1, pressure: 1, velocity: [1,0,0]}\n" \
+  "  - {material: gas, lattice: cubic, where: {x: [0.5, 0.6]}, density: 1, pressure: 1, " of ": true}\n"
+  static const struct {
+    const char *yaml, *what;
+  } run[] = {
+      {HEAD FACES("inflow", "outflow") OBSTACLE("frozen"), "frozen nodes"},
+      {HEAD FACES("inflow", "outflow") OBSTACLE("barrier"), "a barrier"},
+      {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("frozen"), "a piston and frozen nodes"},
+      {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("barrier"), "a piston and a barrier"}};
+  for (int k = 0; k < 4; ++k) {
+    struct scenario s;
+    if (scenario_open(&s, run[k].yaml, "%s", "until=0.9") && scenario_run(&s, 30)) {
+      const struct kith_totals now = kith_hydro_totals(&s.simulation->hydro);
+      if (k < 2) check_balance(&s, run[k].what);
+      const double e0 = s.start.kinetic + s.start.internal - s.start.work,
+                   e = now.kinetic + now.internal - now.work - now.through.energy;
+      CHECK(fabs(e - e0) < 1e-12 * fabs(now.kinetic + now.internal));
+      CHECK(now.through.momentum[0] < 0); /* the obstacle is in the way */
+    }
+    scenario_close(&s);
+  }
+}
+
+/* A sound wave of 2 % leaves: what comes back is a few percent of it. */
+static void waves_leave(void) {
+#define PULSE "1 + 0.02*exp(-((x - 0.6)/0.1)^2)"
+  static const char yaml[] = HEAD FACES("inflow", "outflow")  //
+      "regions: [{material: gas, density: \"" PULSE "\", pressure: \"(" PULSE
+      ")^1.4\", velocity: [\"0.3 + 1.1832*(" PULSE " - 1)\", 0, 0]}]\n";
+  struct scenario s;
+  if (NDIM == 1 && scenario_open(&s, yaml, "resolution=100 until=0.65") && scenario_run(&s, 1000)) {
+    double most = 0;
+    for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i)
+      if (kith_node_is_gas(s.simulation->nodes, i))
+        most = fmax(most, fabs(s.simulation->hydro.velocity->f64[i * NDIM] - 0.3));
+    CHECK(most < 0.05 * 0.0237);
+    CHECK(s.simulation->integrator.time == 0.65);
+  }
+  scenario_close(&s);
+}
+
+/* The zone has the state at the face, with formulas of time. */
+static void states_change(void) {
+  static const char yaml[] = HEAD FACES(
+      "{kind: inflow, density: 1 + t, pressure: 1 + 2*t, velocity: [1 - t, 0, 0]}", "outflow") STREAM("1");
+  struct scenario s;
+  if (scenario_open(&s, yaml, "%s", "scheme.dt=0.01") && scenario_run(&s, 21)) {
+    const struct kith_hydro *h = &s.simulation->hydro;
+    const double t = 0.2; /* at the start of the last step */
+    kith_index zone = 0;
+    for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i) {
+      if (s.simulation->nodes->flag->u8[i] != KITH_ZONE) continue;
+      ++zone;
+      CHECK_CLOSE(h->velocity->f64[i * NDIM], 1 - t, 1e-12);
+      CHECK_CLOSE(h->energy->f64[i], (1 + 2 * t) / (0.4 * (1 + t)), 1e-12);
+      CHECK_CLOSE(h->mass->f64[i],
+                  (1 + t) * kith_nodes_field_named(s.simulation->nodes, "zone_volume")->f64[i], 1e-12);
+    }
+    CHECK(zone > 0 && h->through.mass != 0);
+    check_balance(&s, "an inflow that changes");
+  }
+  scenario_close(&s);
+}
+
+/* What only shows when nodes are made, or during the run. */
+static void refused(const char *faces, const char *regions, const char *settings, const char *message) {
+  char yaml[2000];
+  struct scenario s = {0};
+  const char *overrides[SCENARIO_SETTINGS] = {NULL};
+  char words[256], *rest = NULL, dimension[] = "dimension=0";
+  int n = 0;
+  dimension[10] = (char)('0' + NDIM);
+  overrides[n++] = dimension;
+  snprintf(words, sizeof words, "%s", settings);
+  for (char *word = strtok_r(words, " ", &rest); word != NULL; word = strtok_r(NULL, " ", &rest))
+    overrides[n++] = word;
+  snprintf(yaml, sizeof yaml, "%s%s%s", HEAD, faces, regions);
+  kith_status status = kith_scene_parse(&s.scene, "f", yaml, strlen(yaml), n, overrides);
+  if (status == KITH_OK) status = kith_simulation_create(&s.simulation, s.scene, NULL, true);
+  if (status == KITH_OK) status = scenario_start(&s);
+  if (status == KITH_OK) status = scenario_steps(&s, 400);
+  if (status == KITH_OK || strstr(kith_failure(), message) == NULL) {
+    ++check_failures;
+    fprintf(stderr, "%d-D: '%s' instead of '%s'\n", NDIM, status == KITH_OK ? "" : kith_failure(), message);
+  }
+  scenario_close(&s);
+}
+
+static void refusals(void) {
+  const char *in = FACES("inflow", "outflow");
+  refused(in, STREAM("-1"), "", "an inflow whose velocity into the domain is -1: nothing enters");
+  refused(in, STREAM("0"), "", "is 0: nothing enters");
+  refused(FACES("inflow", "{kind: outflow, pressure_far: 1}"), STREAM("2"), "",
+          "gas leaves at Mach 1.69031, faster than an outflow with pressure_far can take");
+  refused(in, STREAM("1"), "scheme.steps=block",
+          "leapfrog does not let gas come and go; leapfrog with global");
+  refused(in, STREAM("1"), "scheme.name=rk4 method.energy=thermal", "rk4 does not let gas come and go");
+  refused(in, STREAM("1"), "scheme.name=arkode method.energy=thermal", "arkode does not let gas come and go");
+  refused(in, STREAM("1"), "scheme.name=implicit method.energy=thermal", "implicit does not let gas come");
+  refused(in, STREAM("1"), "gravity=[-1,0,0]", "not together with an inflow or outflow");
+  refused(FACES("inflow", "periodic"), STREAM("1"), "", "periodic on one side only");
+  refused(FACES("inflow", "{kind: piston, velocity: 1}"), STREAM("1"), "",
+          "a piston opposite to a inflow side");
+  refused(FACES("{kind: inflow, density: 1}", "outflow"), STREAM("1"), "", "give all, or none");
+  refused(FACES("{kind: inflow, density: 1, pressure: 1, energy: 1, velocity: [1, 0, 0]}", "outflow"),
+          STREAM("1"), "", "energy: not together with pressure");
+  refused(FACES("{kind: inflow, depth: 0.5}", "outflow"), STREAM("1"), "", "0.5 is out of range [1, 20]");
+  refused(FACES("{kind: inflow, depth: 1}", "outflow"), STREAM("1"),
+          "method.package=mfm method.faces=integrated", "a larger depth is required");
+  refused(in, "regions: [{material: gas, density: 1, pressure: 1, where: {x: [0.1, 1]}}]\n", "",
+          "no region reaches the face");
+  refused(in, STREAM("30"), "scheme.dt=0.1", "within a step: a shorter step is required");
+  refused(FACES("inflow", "reflecting"),
+          "regions: [{material: gas, where: {x: [0, 0.5]}, density: 1, pressure: 0.1, velocity: [0.1, 0, 0]},"
+          "{material: gas, where: {x: [0.5, 1]}, density: 1, pressure: 50}]\n",
+          "", "leaves through the inflow on axis 0");
+#if NDIM > 1
+  refused("boundaries: {x: [inflow, outflow], y: [inflow, outflow], z: periodic}\n", STREAM("1"), "",
+          "gas passes faces along x already");
+  refused("boundaries: {x: [inflow, outflow], y: reflecting, z: periodic}\n",
+          "regions: [{material: gas, density: 1, pressure: 1, velocity: [1, 0.2, 0]}]\n", "",
+          "a velocity of 0.2 along the face of an inflow comes out of a wall beside it");
+  refused(
+      in,
+      "regions: [{material: gas, where: {y: [0, 0.25]}, density: 1, pressure: 1, velocity: [1, 0, 0]},"
+      "{material: gas, where: {y: [0.25, 1]}, density: 1, pressure: 1, velocity: [1,0,0], spacing: 0.07}]\n",
+      "", "regions with different lattices meet at the face");
+#endif
+}
+
+int main(void) {
+  omp_set_num_threads(1); /* small scenes */
+  nothing_happens();
+  patched_is_rebuilt();
+  obstacles();
+  waves_leave();
+  states_change();
+  refusals();
+  return check_failed();
+}
