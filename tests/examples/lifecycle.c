@@ -1,5 +1,5 @@
-/* lifecycle.c - the stages of the lifecycle, one after the other, and what one node sees of each. Prints a line
- * `stage x y what` for each node or ghost: app/manual/lifecycle.gp draws them for the manual. */
+/* lifecycle.c - the stages of the lifecycle, one after the other, and what one node sees of each. Prints a
+ * line `stage x y what` for each node or ghost: app/manual/lifecycle.gp draws them for the manual. */
 #include <stdio.h>
 #include "boundaries/boundary.h"
 #include "lib/connectivity/connectivity.h"
