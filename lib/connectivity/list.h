@@ -54,8 +54,8 @@ struct kith_list {
 /* Refuses what kith_list_spec_check refuses, and settings of storage and policies. */
 kith_status kith_list_create(struct kith_list **out, const struct kith_list_spec *spec);
 void kith_list_destroy(struct kith_list **list);
-/* Makes it again if that is due; *why: for which reason, none if it was kept. BAD_INPUT if there are targets
- * and no sources, on all ranks together. Collective. */
+/* Makes it again if that is due; *why: for which reason, none if it was kept. BAD_INPUT if the first
+ * time there are targets and no sources, on all ranks together. Collective. */
 kith_status kith_list_update(struct kith_list *list, enum kith_rebuild_reason *why);
 /* The next update builds, whatever the policies say. All ranks call it. */
 void kith_list_invalidate(struct kith_list *list);

@@ -316,6 +316,32 @@ static void check_updates(void) {
   }
 }
 
+static bool is_before(const void *context, const struct kith_nodes *nodes, kith_index i) {
+  return nodes->id->i64[i] < *(const int *)context;
+}
+
+/* All sources may leave: then rows are empty. */
+static void check_leaving(void) {
+  const int count[1] = {20};
+  int most = 10;
+  uint64_t state = 6;
+  struct kith_nodes *nodes = oracle_random(1, count, 0.5, 1, &state);
+  struct kith_search *search = search_of(nodes, "tree");
+  struct kith_list_spec spec = spec_of(nodes, search, nodes, search, KITH_CUTOFF_gather);
+  struct kith_list *list;
+  enum kith_rebuild_reason why;
+  spec.sources.chosen = is_before, spec.sources.context = &most;
+  CHECK_OK(kith_list_create(&list, &spec));
+  for (; most >= 0; most -= 5) {
+    CHECK_OK(kith_list_update(list, &why));
+    CHECK(list->n_sources == most && (list->stored.entries > 0) == (most > 0));
+    check_rows(list);
+  }
+  kith_list_destroy(&list);
+  kith_search_destroy(&search);
+  kith_nodes_destroy(&nodes);
+}
+
 /* --- iteration --- */
 
 static void take(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
@@ -384,6 +410,7 @@ int main(void) {
   check_six_boxes();
   check_refusals();
   check_updates();
+  check_leaving();
   check_reducers();
   return check_failed();
 }
