@@ -102,8 +102,8 @@ static bool is_even(const void *context, const struct kith_nodes *nodes, kith_in
 static struct kith_list_spec spec_of(const struct kith_nodes *t, struct kith_search *of_t,
                                      const struct kith_nodes *s, struct kith_search *of_s,
                                      enum kith_cutoff cutoff) {
-  return (struct kith_list_spec){.targets = {t, of_t},
-                                 .sources = {s, of_s},
+  return (struct kith_list_spec){.targets = {.nodes = t, .search = of_t},
+                                 .sources = {.nodes = s, .search = of_s},
                                  .cutoff = cutoff,
                                  .number = cutoff == KITH_CUTOFF_number ? 0.17 : 0,
                                  .radius = cutoff == KITH_CUTOFF_number ? NULL : "search_radius",
