@@ -116,7 +116,7 @@ static kith_status make_set(const struct kith_probes *p, struct set *s, const st
   for (int k = 0; k < s->series.n_columns; ++k)
     KITH_TRY(kith_resize(&s->column[k], 0, n * (size_t)columns[k].components, sizeof(double)));
   KITH_TRY(kith_search_create(&s->search, m->search->ops, s->points));
-  const struct kith_list_spec spec = {.targets = {s->points, s->search, .ghosts = true},
+  const struct kith_list_spec spec = {.targets = {.nodes = s->points, .search = s->search, .ghosts = true},
                                       .sources = {m->nodes, p->search, .chosen = is_source, .context = p},
                                       .cutoff = KITH_CUTOFF_scatter,
                                       .radius = m->nodes->support->spec.name,
@@ -135,7 +135,7 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   p->search->radius = m->nodes->support;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");
   for (int b = 0; b < m->boundaries.n; ++b)
-    if (m->boundaries.boundary[b]->ops->has_faces)
+    if (m->boundaries.boundary[b]->ops->image_of != NULL)
       p->faces.boundary[p->faces.n++] = m->boundaries.boundary[b];
   for (; p->n < m->scene->n_probes; ++p->n) KITH_TRY(make_set(p, &p->set[p->n], &m->scene->probe[p->n]));
   snprintf(p->path, sizeof p->path, "%s/probes.h5", directory);
