@@ -97,9 +97,9 @@ static void patched_is_rebuilt(void) {
 static void obstacles(void) {
 #define OBSTACLE(of)                                                                                        \
   "regions:\n"                                                                                              \
-  "  - {material: gas, lattice: cubic, where: {x: [0, 0.5]}, density: 1, pressure: 1, velocity: [1,0,0]}\n" \
+  "  - {material: gas, lattice: cubic, where: {x: [0, 0.4]}, density: 1, pressure: 1, velocity: [1,0,0]}\n" \
   "  - {material: gas, lattice: cubic, where: {x: [0.6, 1]}, density: 1, pressure: 1, velocity: [1,0,0]}\n" \
-  "  - {material: gas, lattice: cubic, where: {x: [0.5, 0.6]}, density: 1, pressure: 1, " of ": true}\n"
+  "  - {material: gas, lattice: cubic, where: {x: [0.4, 0.6]}, density: 1, pressure: 1, " of ": true}\n"
   static const struct {
     const char *yaml, *what;
   } run[] = {
