@@ -138,7 +138,28 @@ static void put_spread(json_t *object, struct kith_spread spread) {
   put(object, "max", number(spread.max));
 }
 
-/* The stages of rank 0, one after the other: other ranks may lack some, or have met them in another order. */
+/* From now on every rank knows the stages of all. */
+static kith_status unite_stages(struct kith_profile *profile, struct kith_ranks *ranks) {
+  const struct kith_stage *stage;
+  const int n = kith_profile_stages(profile, &stage);
+  char *mine = NULL, *all = NULL;
+  size_t bytes = 0, *part = NULL;
+  for (int k = 0; k < n; ++k) bytes += strlen(stage[k].path) + 1;
+  kith_status status = kith_resize(&mine, 0, bytes + 1, 1);
+  if (status == KITH_OK) status = kith_resize(&part, 0, (size_t)kith_ranks_size(ranks) + 1, sizeof *part);
+  char *end = mine;
+  for (int k = 0; k < n && status == KITH_OK; ++k) end = stpcpy(end, stage[k].path) + 1;
+  status = kith_ranks_allreduce_status(ranks, status);
+  if (status == KITH_OK) status = kith_ranks_gather(ranks, mine, bytes, &all, part);
+  for (size_t k = 0; status == KITH_OK && k < part[kith_ranks_size(ranks)]; k += strlen(all + k) + 1)
+    status = kith_profile_add(profile, all + k);
+  kith_free(&mine);
+  kith_free(&all);
+  kith_free(&part);
+  return kith_ranks_allreduce_status(ranks, status);
+}
+
+/* The stages one after the other: ranks may have met them in another order. */
 static kith_status spread_stages(struct kith_report *r, struct kith_ranks *ranks) {
   int n = r->n_stages;
   if (ranks == NULL) return KITH_OK;
@@ -189,6 +210,7 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   put_sum(detail, "nodes_migrated", ranks, (double)d->migrated);
   put(detail, "repartitions", number((double)d->repartitions));
   put(detail, "largest_imbalance", number(largest_imbalance));
+  if (ranks != NULL) KITH_TRY(unite_stages(m->profile, ranks));
   r->n_stages = kith_profile_stages(m->profile, &r->stages);
   r->n_counters = kith_profile_counters(m->profile, &r->counters);
   return spread_stages(r, ranks);

@@ -122,13 +122,37 @@ static inline bool same(const char *a, const char *b) {
   return a == b || strcmp(a, b) == 0;
 }
 
+/* The stage of this name, of so many letters, below `parent`; NULL: there is none. */
+static struct timer *find(struct timer *parent, const char *name, size_t length) {
+  struct timer *child = parent->next;
+  while (child != NULL && child->depth > parent->depth &&
+         !(child->parent == parent &&
+           (child->name == name || (strncmp(child->name, name, length) == 0 && child->name[length] == '\0'))))
+    child = child->next;
+  return child != NULL && child->parent == parent ? child : NULL;
+}
+
+kith_status kith_profile_add(struct kith_profile *p, const char *path) {
+  struct timer *parent = p->root;
+  for (const char *part = path; *part != '\0';) {
+    const size_t length = strcspn(part, "/");
+    struct timer *child = find(parent, part, length);
+    if (child == NULL) {
+      char name[64];
+      snprintf(name, sizeof name, "%.*s", (int)length, part);
+      KITH_TRY(add_timer(p, parent, name, &child));
+      child->name =
+          child->path + strlen(child->path) - strlen(name); /* the only one that is not a constant */
+    }
+    parent = child;
+    part += length + (part[length] == '/');
+  }
+  return KITH_OK;
+}
+
 static void enter(struct kith_profile *p, const char *name, uint64_t calls, double since) {
   if (p == NULL) return;
-  struct timer *child = p->now->next;
-  while (child != NULL && child->depth > p->now->depth &&
-         !(child->parent == p->now && same(child->name, name)))
-    child = child->next;
-  if (child != NULL && child->parent != p->now) child = NULL; /* there is none */
+  struct timer *child = find(p->now, name, strlen(name));
   if (p->skipped > 0 || (child == NULL && add_timer(p, p->now, name, &child) != KITH_OK)) {
     ++p->skipped;
     return;

@@ -56,6 +56,8 @@ void kith_profile_begin_since(struct kith_profile *profile, const char *name, do
 /* The same stage goes on, after others: not another call. */
 void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);
+/* A stage that another process has met, by its path: no call, no second. NO_MEMORY. */
+kith_status kith_profile_add(struct kith_profile *profile, const char *path);
 /* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that
  * thread. In a trace this is an event of all threads but the first, which shows the stage itself. */
 void kith_profile_thread(struct kith_profile *profile, int thread, double start, double stop);

@@ -28,6 +28,10 @@ for ((rank = 0; rank < ranks; ++rank)); do
     { echo "the trace lacks rank $rank" && exit 1; }
 done
 [[ $(head -1 "$out/trace")$(tail -1 "$out/trace") == "[]" ]] || { echo "the trace is not whole" && exit 1; }
+grep -o '"path":"[^"]*"' "$out/trace" | sort -u | sed 's/"path":\(.*\)/\1: {/' >"$out/stages"
+while read -r stage; do
+  grep -qF "$stage" "$out/report.json" || { echo "the report lacks a stage of a rank: $stage" && exit 1; }
+done <"$out/stages"
 grep -q "remote_ghosts_kept" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
 planned() { awk -v column="$1" '$1 == "kd" {print $column}' "$out/plan"; }
 of_a_list() {

@@ -192,6 +192,23 @@ static void check_trace(void) {
   kith_profile_destroy(&p);
 }
 
+/* A stage of another process: no call, until this one meets it too. */
+static void check_added(void) {
+  struct kith_profile *p = NULL;
+  const struct kith_stage *s;
+  CHECK_OK(kith_profile_create(&p, 1, false));
+  kith_profile_begin(p, "step");
+  kith_profile_end(p);
+  for (int k = 0; k < 2; ++k) CHECK_OK(kith_profile_add(p, "step/cull/far"));
+  CHECK_OK(kith_profile_add(p, "step"));
+  CHECK(kith_profile_stages(p, &s) == 3 && strcmp(s[2].path, "step/cull/far") == 0);
+  CHECK(strcmp(s[2].name, "far") == 0 && s[2].calls == 0 && s[2].parent == 1 && s[0].calls == 1);
+  kith_profile_begin(p, "step");
+  kith_profile_begin(p, "cull");
+  CHECK(kith_profile_stages(p, &s) == 3 && s[1].calls == 1);
+  kith_profile_destroy(&p);
+}
+
 /* What is left out of a trace that would have no end is told. */
 static void check_bounded(void) {
   struct kith_profile *p = NULL;
@@ -242,6 +259,7 @@ int main(void) {
   check_unbalanced();
   check_growth();
   check_trace();
+  check_added();
   check_bounded();
   check_processes();
   return check_failed();
