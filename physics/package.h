@@ -96,7 +96,7 @@ struct kith_package_ops {
   size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
   bool expensive; /* evaluating a pair costs more than storing it: `pairs` is the default traversal */
-  /* Defaults of a hydro package, by figures (README, "Defaults"): node spacings in 2 sigma, 0: those of
+  /* Defaults of a hydro package, by figures (app/manual/methods.md): node spacings in 2 sigma, 0: those of
    * kith_kernel_neighbors; Courant number. */
   double spacings, cfl;
   /* Before culling, from pairs and intersections that were just built: fills f_couple, by which every force

@@ -58,7 +58,8 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   size_t size;
   FILE *f = open_memstream(&text, &size); /* a word on each line */
   if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for the words of a run");
-  fprintf(f, "%s%dd\n%s\n%s\n--quiet\n", programs->prefix, job->dimension, verb, job->scene);
+  fprintf(f, "%s%dd\n%s\n%s\n", programs->prefix, job->dimension, verb, job->scene);
+  if (strcmp(verb, "run") == 0) fputs("--quiet\n", f); /* plan has nothing else to say */
   fprintf(f, "--set=dimension=%d\n--set=output.plot=false", job->dimension);
   if (job->threads > 0) fprintf(f, "\n--threads=%d", job->threads);
   if (job->ranks > 1 && directory != NULL) fprintf(f, "\n--ranks=%d", job->ranks);
