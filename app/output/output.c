@@ -46,11 +46,11 @@ kith_status kith_output_clear(const struct kith_output *output, bool restarted) 
   DIR *directory = opendir(output->directory);
   if (directory == NULL) KITH_FAIL(BAD_FILE, "%s: %s", output->directory, strerror(errno));
   for (const struct dirent *entry; (entry = readdir(directory)) != NULL;) {
-    int number, end = 0;
-    if (sscanf(entry->d_name, "snapshot_%4d.hdf%n", &number, &end) != 1 || entry->d_name[end] != '\0')
-      continue;
-    snprintf(path, sizeof path, "%s/snapshot_%04d.hdf", output->directory, number);
-    if (number >= output->n_snapshots) unlink(path);
+    int number = -1, end = 0;
+    if (sscanf(entry->d_name, "snapshot_%4d.hdf%n", &number, &end) != 1 || end == 0)
+      sscanf(entry->d_name, "frame_%4d.png%n", &number, &end);
+    if (end == 0 || entry->d_name[end] != '\0') continue;
+    if (number >= output->n_snapshots) unlinkat(dirfd(directory), entry->d_name, 0);
   }
   closedir(directory);
   return KITH_OK;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # test_growth.sh PROGRAMS INPUTS: growth.csv holds what measures.growth is made of, a restart continues it,
-# and the picture has the curve of linear theory.
+# and the picture has the curve of linear theory; frames of a movie.
 inputs=$(readlink -f "$2")
 source "$(dirname "$0")/common.sh"
 [[ -x $programs/kith-2d ]] || exit 0
@@ -22,5 +22,13 @@ fi
 run -o parts --steps 20 --set output.checkpoint_at_end=true
 run -o parts --restart parts/checkpoint.kith --set output.checkpoint_at_end=true
 same whole/growth.csv parts/growth.csv
+
+# ---- frames: one a snapshot; those of a longer run before are gone
+if command -v gnuplot >/dev/null; then
+  run -o movie --set output.every=0.15 --set output.plot.frames=true
+  run -o movie --set output.every=0.3 --set output.plot.frames=true
+  [[ $(cd movie && echo frame_*.png) == 'frame_0000.png frame_0001.png frame_0002.png' ]] ||
+    wrong "frames of three snapshots: $(cd movie && ls)"
+fi
 
 exit $((failures > 0))
