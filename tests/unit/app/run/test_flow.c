@@ -1,9 +1,8 @@
 /* Gas that comes and goes, in runs: a stream in which nothing happens; what came through faces is what the
- * gas has more, for nodes that come, that go, and for obstacles; ids; lists that are patched after nodes came
- * and went; waves that leave; states that change; and what is refused. */
+ * gas has more, for nodes that come, that go, and for obstacles; ids; waves that leave; states that change;
+ * and what is refused. */
 #include <omp.h>
 #include "integrator/flow.h"
-#include "tests/unit/oracle.h"
 #include "tests/unit/scenario.h"
 
 #define HEAD                                                                                            \
@@ -66,31 +65,6 @@ static void nothing_happens(void) {
     }
     scenario_close(&s);
   }
-}
-
-/* Lists that are patched are those built of the nodes that are left, also where nodes have just come and
- * gone: the search still has the positions that they were made from. */
-static void patched_is_rebuilt(void) {
-  struct scenario s;
-  if (!scenario_open(&s, HEAD FACES("inflow", "outflow") STREAM("2"), "%s", "traversal=pairs") ||
-      !scenario_run(&s, 1))
-    return;
-  struct kith_integrator *it = &s.simulation->integrator;
-  int changes = 0;
-  for (int k = 0; k < 25; ++k) {
-    const uint64_t before = it->ledger.because[KITH_BECAUSE_entity_change];
-    struct kith_connectivity *again;
-    CHECK_OK(scenario_steps(&s, 1));
-    CHECK_OK(kith_connectivity_create(&again));
-    CHECK_OK(kith_search_update(s.simulation->search));
-    CHECK_OK(kith_connectivity_build(again, it->nodes, it->search, it->need, NULL, NULL));
-    CHECK(oracle_same(it->connectivity, again));
-    kith_connectivity_destroy(&again);
-    changes += it->ledger.because[KITH_BECAUSE_entity_change] > before;
-    it->due = KITH_BECAUSE_requested;
-  }
-  CHECK(changes > 1 && it->ledger.ghosts_culled > 0);
-  scenario_close(&s);
 }
 
 /* What frozen nodes and walls in a stream, a piston and one beside obstacles give to the gas is known. */
@@ -231,7 +205,6 @@ static void refusals(void) {
 int main(void) {
   omp_set_num_threads(1); /* small scenes */
   nothing_happens();
-  patched_is_rebuilt();
   obstacles();
   waves_leave();
   states_change();
