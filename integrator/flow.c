@@ -173,9 +173,9 @@ static void sum_outside(struct kith_integrator *it) {
   const struct kith_hydro *hydro = it->hydro;
   struct kith_sum sums[SUMS] = {0};
   for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-    const double *force = hydro->outside_force->f64 + (size_t)i * NDIM;
-    if (!kith_node_is_gas(it->nodes, i)) continue;
-    kith_sum_add(&sums[ENERGY], hydro->outside_power->f64[i]);
+    const double *force = hydro->outside_force->f64 + (size_t)i * NDIM, power = hydro->outside_power->f64[i];
+    if (!kith_node_is_gas(it->nodes, i) || (power == 0 && kith_dot(force, force) == 0)) continue;
+    kith_sum_add(&sums[ENERGY], power);
     for (int a = 0; a < NDIM; ++a) kith_sum_add(&sums[MOMENTUM + a], force[a]);
   }
   kith_sum_ranks(it->nodes->ranks, sums, SUMS);
