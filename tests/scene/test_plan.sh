@@ -66,8 +66,8 @@ stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neig
 
 # A kernel that cannot carry what it is given: a warning, and on it goes; what a kernel is given by default it
 # carries.
-for verb in plan run; do
-  "$kith" $verb tiny.yaml --quiet --set method.kernel=cubic --set method.neighbors=6 >stdout 2>stderr ||
+for verb in plan "run --quiet"; do
+  "$kith" $verb tiny.yaml --set method.kernel=cubic --set method.neighbors=6 >stdout 2>stderr ||
     wrong "$verb stopped at a warning"
   rm -rf out
   pairing="nodes pair up with 6 neighbors under kernel cubic, which carries 4.48 in 1-D; take wendland-c6"
