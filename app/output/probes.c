@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include "lib/io/series.h"
 
 /* Unknowns of a field: its value and its gradient. Values at a node: scalars, then the velocity. What is
@@ -142,8 +143,9 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
   KITH_TRY(kith_resize(&series, 0, (size_t)p->n, sizeof *series));
   for (int k = 0; k < p->n; ++k) series[k] = p->set[k].series;
-  kith_status status = restarted ? KITH_OK : kith_series_create(p->path, series, p->n);
-  for (int k = 0; k < p->n && restarted && status == KITH_OK; ++k) { /* without last states */
+  const bool resumes = restarted && access(p->path, F_OK) == 0; /* a restart may write elsewhere */
+  kith_status status = resumes ? KITH_OK : kith_series_create(p->path, series, p->n);
+  for (int k = 0; k < p->n && resumes && status == KITH_OK; ++k) { /* without last states */
     const uint64_t step = m->integrator.step;
     status = kith_series_resume(p->path, &series[k], step - step % (uint64_t)p->set[k].probe->every);
   }

@@ -18,7 +18,7 @@
 
 struct kith_probes; /* opaque; NULL: a scene without probes, which all functions accept */
 
-/* The file; of a restarted run the one that is there. */
+/* The file; of a restarted run the one that is there, if there is one. */
 kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation *simulation,
                                const char *directory, bool restarted);
 /* Those probes whose turn it is at this step; `last`: all that were not sampled at this step. Collective. */

@@ -134,12 +134,6 @@ void kith_list_destroy(struct kith_list **list) {
   kith_free(list);
 }
 
-size_t kith_list_bytes(const struct kith_list *l) {
-  return (l->targets_capacity + l->rows_capacity + l->sources_capacity + l->columns_capacity) *
-             sizeof(kith_index) +
-         kith_stored_bytes(&l->stored) + kith_builder_bytes(&l->scratch);
-}
-
 /* Ordinals of the first `n` nodes. */
 static kith_status number(const struct kith_selection *selection, kith_index n, kith_index **node,
                           size_t *nodes_capacity, kith_index **ordinal, size_t *ordinals_capacity,
@@ -166,6 +160,7 @@ static kith_status number_both(struct kith_list *l) {
 
 static kith_status make_rows(struct kith_list *l) {
   struct kith_build build;
+  size_t candidates;
   struct kith_search *const search[2] = {l->spec.targets.search, l->spec.sources.search};
   for (int k = 0; k < 2; ++k)
     if (kith_search_fresh(search[k]) != KITH_OK) KITH_TRY(kith_search_update(search[k]));
@@ -173,7 +168,7 @@ static kith_status make_rows(struct kith_list *l) {
   build.row = l->row, build.rows = l->n_targets, build.column = l->column;
   KITH_TRY(kith_reserve(&l->stored.rows.node, &l->stored.rows.entries_capacity,
                         (size_t)l->n_targets * (size_t)l->spec.expected, sizeof(kith_index)));
-  KITH_TRY(kith_rows_build(&l->stored.rows, &build, &l->candidates));
+  KITH_TRY(kith_rows_build(&l->stored.rows, &build, &candidates));
   return kith_stored_keep(&l->stored, l->target);
 }
 
@@ -200,7 +195,6 @@ static bool is_older(const struct kith_list *l) {
 
 kith_status kith_list_update(struct kith_list *l, enum kith_rebuild_reason *why) {
   const struct kith_nodes *nodes = l->spec.sources.nodes;
-  l->updates += 1;
   *why = KITH_BECAUSE_none;
   if (!l->built)
     *why = KITH_BECAUSE_first_build;

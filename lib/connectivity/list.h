@@ -42,8 +42,7 @@ struct kith_list {
   kith_index n_targets, n_sources;
   kith_index *target, *row, *source, *column; /* ordinals: see above */
   struct kith_stored stored;
-  size_t candidates;        /* distance tests of the last build */
-  uint64_t builds, updates; /* so far */
+  uint64_t builds; /* so far */
   bool built, invalidated;
   uint64_t ghosts[2]; /* generations, of the nodes of targets and sources */
   size_t targets_capacity, rows_capacity, sources_capacity, columns_capacity;
@@ -61,7 +60,6 @@ kith_status kith_list_update(struct kith_list *list, enum kith_rebuild_reason *w
 void kith_list_invalidate(struct kith_list *list);
 /* STALE unless it was built, is not invalidated, and nodes and ghosts are those it was made from. */
 kith_status kith_list_current(const struct kith_list *list);
-size_t kith_list_bytes(const struct kith_list *list);
 
 /* --- iteration --- */
 

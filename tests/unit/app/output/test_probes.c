@@ -228,14 +228,16 @@ static void check_series(void) {
     kith_probes_destroy(&probes);
     CHECK(read_column("center", "step", 3, &step, 1) == 4 && step == 3);
     CHECK(read_column("slice", "step", 1, &step, 1) == 2 && step == 2);
-    /* Other probes, or no file, cannot be gone on with. */
+    /* Other probes cannot be gone on with; without a file it is begun. */
     s.scene->probe[0].gradients = false, strcpy(s.scene->probe[0].name, "middle");
     CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
     CHECK(strstr(kith_failure(), "it has other probes than the scene") != NULL);
     kith_probes_destroy(&probes);
     unlink(in("probes.h5"));
-    CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
+    CHECK_OK(kith_probes_create(&probes, s.simulation, directory, true));
+    CHECK_OK(kith_probes_sample(probes, true));
     kith_probes_destroy(&probes);
+    CHECK(read_column("middle", "step", 0, &step, 1) == 1 && step == 3);
   }
   scenario_close(&s);
 }
