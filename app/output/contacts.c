@@ -105,6 +105,10 @@ kith_status kith_contacts_sample(struct kith_contacts *c) {
   return KITH_OK;
 }
 
+kith_status kith_contacts_sync(struct kith_contacts *c) {
+  return c != NULL ? kith_csv_log_sync(&c->table) : KITH_OK;
+}
+
 kith_status kith_contacts_destroy(struct kith_contacts **contacts) {
   struct kith_contacts *c = *contacts;
   if (c == NULL) return KITH_OK;

@@ -15,6 +15,8 @@ kith_status kith_contacts_create(struct kith_contacts **out, const struct kith_s
  * its, pairs of such nodes, their least distance, and the largest speed at which two approach. Then how often
  * the list was built and why it was now. Collective. */
 kith_status kith_contacts_sample(struct kith_contacts *contacts);
+/* What was written is on the disk. */
+kith_status kith_contacts_sync(struct kith_contacts *contacts);
 kith_status kith_contacts_destroy(struct kith_contacts **contacts);
 
 #endif
