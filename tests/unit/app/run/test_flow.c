@@ -42,12 +42,11 @@ static void check_ids(const struct scenario *s) {
 }
 
 static void nothing_happens(void) {
-  static const char *const settings[] = {"method.package=sph",
-                                         "method.package=crk connectivity.rebuild=displacement",
-                                         "method.package=mfm scheme.name=verlet",
-                                         "method.package=sph scheme.name=rk2 regions.0.velocity=[0.5,0,0]",
-                                         "scheme.name=cheap-rk2 regions.0.velocity=[-1.5,0,0] "
-                                         "boundaries.x=[outflow,inflow] traversal=pairs"};
+  static const char *const settings[] = {
+      "method.package=sph", "method.package=crk connectivity.rebuild=displacement",
+      "method.package=mfm scheme.name=verlet",
+      "method.package=sph scheme.name=rk2 regions.0.velocity=[0.5,0,0]",
+      "scheme.name=cheap-rk2 regions.0.velocity=[-1.5,0,0] boundaries.x=[outflow,inflow]"};
   for (int k = 0; k < 5; ++k) {
     struct scenario s;
     if (scenario_open(&s, HEAD FACES("inflow", "outflow") STREAM("2"), "%s", settings[k]) &&
