@@ -187,6 +187,9 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "a piston requires that neighbor lists are rebuilt always");
   REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
+  REFUSE_IF(passes && package.mutual != NULL, "method",
+            "%s need the image of each partner of an image, which the zone of an inflow has not",
+            package.mutual);
   REFUSE_IF(
       passes && (scheme->incompatible != NULL || kith_scheme_has_blocks(scheme, s->scheme.member.settings)),
       "scheme.name",

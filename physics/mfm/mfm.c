@@ -302,10 +302,12 @@ static size_t mfm_bytes(const struct kith_package *package) {
 
 static struct kith_package_traits mfm_traits(const void *settings) {
   const struct mfm_settings *mfm = settings;
+  const char *closed = mfm->closed ? "closed faces" : NULL;
   if (mfm->faces != MFM_FACES_INTEGRATED)
-    return (struct kith_package_traits){.all_rows = mfm->closed ? "closed faces" : NULL};
+    return (struct kith_package_traits){.all_rows = closed, .mutual = closed};
   return (struct kith_package_traits){
       .all_rows = "integrated faces",
+      .mutual = closed,
       .uncoupled = "integrated faces",
       .cheaper = "method.faces=one-point: no overlap lists; a larger closure error on disordered nodes"};
 }

@@ -170,6 +170,7 @@ static void refusals(void) {
   refused(in, STREAM("1"), "scheme.name=rk4 method.energy=thermal", "rk4 does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=arkode method.energy=thermal", "arkode does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=implicit method.energy=thermal", "implicit does not let gas come");
+  refused(in, STREAM("1"), "method.package=mfm method.closed=true", "closed faces need the image of each");
   refused(in, STREAM("1"), "gravity=[-1,0,0]", "not together with an inflow or outflow");
   refused(FACES("inflow", "periodic"), STREAM("1"), "", "periodic on one side only");
   refused(FACES("inflow", "{kind: piston, velocity: 1}"), STREAM("1"), "",
