@@ -12,6 +12,7 @@
 #include "app/cli/process.h"
 #include "lib/core/version.h"
 #include "lib/io/atomic_file.h"
+#include "lib/io/checkpoint.h"
 #include "lib/io/snapshot.h"
 #include "lib/nodes/migrate.h"
 
@@ -38,6 +39,16 @@ static void snapshot_name(int number, char name[32]) {
 kith_status kith_output_clear(const struct kith_output *output, bool restarted) {
   static const char *const checkpoints[] = {"checkpoint.kith", "checkpoint.kith.previous"};
   char path[640];
+  if (output->from_previous) { /* it must not take the place of the good one */
+    char aside[660];
+    path_in(output, checkpoints[0], path);
+    snprintf(aside, sizeof aside, "%s.damaged", path);
+    struct kith_checkpoint *c;
+    if (kith_checkpoint_open(&c, path) == KITH_OK)
+      kith_checkpoint_close(&c);
+    else if (rename(path, aside) != 0 && errno != ENOENT)
+      KITH_FAIL(BAD_FILE, "%s: cannot rename it: %s", path, strerror(errno));
+  }
   for (int k = 0; k < 2 && !restarted; ++k) {
     path_in(output, checkpoints[k], path);
     if (unlink(path) != 0 && errno != ENOENT)

@@ -20,8 +20,9 @@ struct kith_output {
   int lock; /* descriptor of the directory, which this run alone writes to; 0: not locked */
   int n_snapshots;
   size_t capacity;
-  double *times; /* of the snapshots written */
-  double next;   /* time of the next snapshot */
+  double *times;      /* of the snapshots written */
+  double next;        /* time of the next snapshot */
+  bool from_previous; /* restored from the last checkpoint but one: the last is damaged */
   struct kith_history history;
   struct kith_probes *probes;     /* NULL: the scene has none */
   struct kith_contacts *contacts; /* the same */
@@ -48,8 +49,9 @@ kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile
 
 kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *simulation,
                                    const struct kith_conservation_baseline *baseline);
-/* Fills a fresh simulation from a checkpoint: fields, clock, neighbor lists. BAD_FILE if it is damaged,
- * BAD_INPUT if it is of another dimension or scene. `output` gets its snapshot times. */
+/* Fills a fresh simulation from a checkpoint, or, if that is damaged or not there, from the one before it, with
+ * a warning: fields, clock, neighbor lists. BAD_FILE if both are damaged, BAD_INPUT if it is of another
+ * dimension or scene. `output` gets its snapshot times. */
 kith_status kith_output_restore(struct kith_output *output, const char *path,
                                 struct kith_simulation *simulation,
                                 struct kith_conservation_baseline *baseline);

@@ -1,5 +1,9 @@
 /* Checkpoints: the fields of the nodes, and beside them the arrays of numbers below. */
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 #include "app/output/output.h"
 #include "lib/io/checkpoint.h"
 
@@ -90,6 +94,45 @@ kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simul
   return status;
 }
 
+static int compare_ids(const void *a, const void *b) {
+  const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+  return (x > y) - (x < y);
+}
+
+static kith_status check_ids(const struct kith_nodes *nodes, const char *path) {
+  const size_t n = (size_t)nodes->n_internal;
+  int64_t *id = NULL;
+  KITH_TRY(kith_resize(&id, 0, n, sizeof *id));
+  if (n > 0) memcpy(id, nodes->id->i64, n * sizeof *id);
+  qsort(id, n, sizeof *id, compare_ids);
+  kith_status status = KITH_OK;
+  for (size_t k = 1; k < n && status == KITH_OK; ++k)
+    if (id[k] == id[k - 1] || id[0] < 0)
+      status =
+          kith_fail(KITH_BAD_FILE, "%s: damaged: two nodes %lld, or one below 0", path, (long long)id[k]);
+  kith_free(&id);
+  return status;
+}
+
+/* A sum can be right for a state that no run has. */
+static kith_status check_state(const struct kith_simulation *m, const struct saved *saved, const char *path) {
+  const struct kith_nodes *nodes = m->nodes;
+  const struct kith_hydro *hydro = &m->hydro;
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    const struct kith_field *field = nodes->fields[f];
+    const bool positive = field == hydro->mass || field == hydro->density || field == nodes->support;
+    if (!kith_field_lasts(nodes, field) || field->spec.type != KITH_F64) continue;
+    for (size_t k = 0; k < (size_t)nodes->n_internal * (size_t)field->components; ++k)
+      if (!isfinite(field->f64[k]) || (positive && !(field->f64[k] > 0)))
+        KITH_FAIL(BAD_FILE, "%s: damaged: the %s of node %lld is %g", path, field->spec.name,
+                  (long long)nodes->id->i64[k / (size_t)field->components], field->f64[k]);
+  }
+  const double time = saved->real[0], dt = saved->real[1];
+  if (!(time >= 0) || !isfinite(time) || !(dt >= 0) || !isfinite(dt))
+    KITH_FAIL(BAD_FILE, "%s: damaged: time %g, step of %g", path, time, dt);
+  return check_ids(nodes, path);
+}
+
 static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_simulation *m,
                             struct saved *saved, const char *path) {
   const struct places places = places_of(output, m);
@@ -102,6 +145,7 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   ARRAY_LIST(X)
 #undef X
   KITH_TRY(kith_checkpoint_nodes(c, m->nodes));
+  KITH_TRY(check_state(m, saved, path));
   if (m->decomposition != NULL) KITH_TRY(kith_decomposition_load(m->decomposition, m->nodes, c));
   for (int k = 0; k < REALS; ++k)
     if (places.real[k] != NULL) *places.real[k] = saved->real[k];
@@ -125,15 +169,33 @@ static kith_status resume(struct kith_simulation *m, const struct kith_ledger *l
   return KITH_OK;
 }
 
-kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_simulation *m,
-                                struct kith_conservation_baseline *baseline) {
+static kith_status restore_from(struct kith_output *output, const char *path, struct kith_simulation *m,
+                                struct saved *saved) {
   struct kith_ranks *ranks = m->nodes->ranks;
   struct kith_checkpoint *c;
-  struct saved saved;
   KITH_TRY(kith_ranks_allreduce_status(ranks, kith_checkpoint_open(&c, path)));
-  kith_status status = kith_ranks_allreduce_status(ranks, read_all(c, output, m, &saved, path));
+  const kith_status status = kith_ranks_allreduce_status(ranks, read_all(c, output, m, saved, path));
   kith_checkpoint_close(&c);
-  if (status != KITH_OK) return status;
+  return status;
+}
+
+kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_simulation *m,
+                                struct kith_conservation_baseline *baseline) {
+  struct saved saved;
+  char previous[1024], why[1024];
+  kith_status status = restore_from(output, path, m, &saved);
+  snprintf(previous, sizeof previous, "%s.previous", path);
+  if (status == KITH_BAD_FILE && access(previous, R_OK) == 0) {
+    snprintf(why, sizeof why, "%.900s", kith_failure());
+    status = restore_from(output, previous, m, &saved);
+    output->from_previous = status == KITH_OK;
+    if (status != KITH_OK)
+      status = kith_ranks_allreduce_status(m->nodes->ranks, kith_fail(status, "%s", why));
+    if (status == KITH_OK && first_rank(m))
+      fprintf(stderr, "kith: warning: %s; going on from %s, of step %llu\n", why, previous,
+              (unsigned long long)m->integrator.step);
+  }
+  KITH_TRY(status);
   *baseline = saved.baseline;
   return resume(m, &saved.ledger);
 }

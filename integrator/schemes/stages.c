@@ -60,9 +60,17 @@ static kith_status fit(struct kith_integrator *it, const struct kith_solver *sol
     part[p] =
         (struct kith_vector_part){&field[p]->f64, (int64_t)it->nodes->n_internal * field[p]->components};
   KITH_TRY(kith_vectors_create(&s->vectors, it->nodes->ranks, KITH_VECTOR_PARTS, part));
-  if (solver->set_up(it)) return KITH_OK;
-  kith_stages_forget(it, solver);
-  KITH_FAIL(NO_MEMORY, "%s cannot be set up", solver->name);
+  const bool ready = solver->set_up(it) && !s->vectors->lacking;
+  if (!ready) kith_stages_forget(it, solver);
+  return kith_ranks_allreduce_status(
+      it->nodes->ranks, ready ? KITH_OK : kith_fail(KITH_NO_MEMORY, "%s cannot be set up", solver->name));
+}
+
+static kith_status attempt(struct kith_integrator *it, const struct kith_solver *solver, double *dt) {
+  const struct kith_stages *s = it->self;
+  const kith_status status = solver->solve(it, dt);
+  if (s->vectors->lacking) KITH_FAIL(NO_MEMORY, "no memory for the vectors of %s", solver->name);
+  return status;
 }
 
 kith_status kith_stages_begin(struct kith_integrator *it, const struct kith_solver *solver) {
@@ -105,12 +113,12 @@ static kith_status restore(struct kith_integrator *it) {
 
 kith_status kith_stages_try(struct kith_integrator *it, const struct kith_solver *solver, bool shorter,
                             double *dt) {
-  kith_status status = solver->solve(it, dt);
+  kith_status status = attempt(it, solver, dt);
   for (int k = 0; k < MOST_HALVINGS && status == KITH_DIVERGED && shorter; ++k) {
     KITH_TRY(restore(it));
     *dt *= 0.5;
     it->ledger.rejected_steps += 1;
-    status = solver->solve(it, dt);
+    status = attempt(it, solver, dt);
     it->limiter = solver->cut, it->limiting_node = -1;
   }
   return status;

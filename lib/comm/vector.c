@@ -21,6 +21,7 @@ double *kith_vector_numbers(N_Vector v, int part) {
 
 static void destroy(N_Vector v) {
   struct content *c = v->content;
+  if (v == c->set->spare) return;
   if (c->own[0] != NULL) c->set->bytes -= (size_t)c->set->own * sizeof(double);
   for (int part = 0; part < c->set->parts; ++part) kith_free(&c->own[part]);
   kith_free(&v->content);
@@ -42,7 +43,8 @@ static N_Vector make(struct kith_vectors *set) {
   return v;
 }
 
-static N_Vector clone(N_Vector of) {
+/* NULL without memory. */
+static N_Vector new_vector(N_Vector of) {
   N_Vector v = make(set_of(of));
   if (v == NULL) return NULL;
   struct content *c = v->content;
@@ -54,6 +56,13 @@ static N_Vector clone(N_Vector of) {
   if (status == KITH_OK) return v;
   destroy(v);
   return NULL;
+}
+
+static N_Vector clone(N_Vector of) {
+  struct kith_vectors *set = set_of(of);
+  const N_Vector v = new_vector(of);
+  set->lacking |= v == NULL;
+  return v != NULL ? v : set->spare;
 }
 
 static N_Vector_ID identity(N_Vector v) {
@@ -210,8 +219,8 @@ kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ra
   if (status == KITH_OK) {
     *set = (struct kith_vectors){.ranks = ranks, .parts = n_parts, .own = (int64_t)all};
     memcpy(set->part, part, (size_t)n_parts * sizeof *part);
-    if (kith_sundials_create(&set->context)) set->view = make(set);
-    if (set->view == NULL) status = kith_fail(KITH_NO_MEMORY, "no vectors of SUNDIALS");
+    if (kith_sundials_create(&set->context)) set->view = make(set), set->spare = make(set);
+    if (set->view == NULL || set->spare == NULL) status = kith_fail(KITH_NO_MEMORY, "no vectors of SUNDIALS");
   }
   status = kith_ranks_allreduce_status(ranks, status);
   if (status != KITH_OK) {
@@ -226,11 +235,14 @@ kith_status kith_vectors_create(struct kith_vectors **out, struct kith_ranks *ra
 
 void kith_vectors_destroy(struct kith_vectors **vectors) {
   if (*vectors == NULL) return;
-  if ((*vectors)->view != NULL) destroy((*vectors)->view);
+  const N_Vector own[] = {(*vectors)->view, (*vectors)->spare};
+  (*vectors)->spare = NULL;
+  for (int k = 0; k < 2; ++k)
+    if (own[k] != NULL) destroy(own[k]);
   if ((*vectors)->context != NULL) SUNContext_Free(&(*vectors)->context);
   kith_free(vectors);
 }
 
 N_Vector kith_vector_clone(const struct kith_vectors *vectors) {
-  return clone(vectors->view);
+  return new_vector(vectors->view);
 }

@@ -27,6 +27,10 @@ struct kith_vectors {
   int64_t own, length;      /* numbers of a vector: of this rank, of all ranks together */
   N_Vector view;
   size_t bytes; /* of all clones that live */
+  /* N_VClone of SUNDIALS does not survive a clone that there is no memory for. It gets this one then, which
+   * has the numbers of the view, and `lacking` is true: whatever was computed is worth nothing. */
+  N_Vector spare;
+  bool lacking;
 };
 
 /* A context that prints nothing: errors are codes that the caller looks at. False: no memory. Up to version 6

@@ -3,6 +3,7 @@
 #include "lib/domain/decomposition.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "lib/nodes/migrate.h"
@@ -84,6 +85,7 @@ kith_status kith_decomposition_create(struct kith_decomposition **out, struct ki
   d->ranks = nodes->ranks;
   d->every = options->every;
   d->imbalance = options->imbalance;
+  snprintf(d->partitioner, sizeof d->partitioner, "%s", options->partitioner);
   const struct kith_field_row fields[] = {
       {true, {"home", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "cell of the map cell -> rank"}, &d->home},
       {true, {"work", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "entries of the last row"}, &d->work},
@@ -183,6 +185,7 @@ kith_status kith_decomposition_redistribute(struct kith_decomposition *d, struct
 struct head {
   int64_t ranks, lists, cells, redistributions, balance_checks, repartitions, migrated; /* by all ranks */
   double last_imbalance;
+  char partitioner[64];
 };
 enum { HEAD = sizeof(struct head) / sizeof(int64_t) };
 
@@ -207,9 +210,16 @@ kith_status kith_decomposition_save(const struct kith_decomposition *d, const st
   uint64_t migrated = d->migrated;
   KITH_TRY(kith_nodes_counts(nodes, &counts));
   kith_ranks_sum_counts(d->ranks, &migrated, 1);
-  const struct head head = {
-      kith_ranks_size(d->ranks),  nodes->n_lists,           d->cells.n,        (int64_t)d->redistributions,
-      (int64_t)d->balance_checks, (int64_t)d->repartitions, (int64_t)migrated, d->last_imbalance};
+  struct head head = {kith_ranks_size(d->ranks),
+                      nodes->n_lists,
+                      d->cells.n,
+                      (int64_t)d->redistributions,
+                      (int64_t)d->balance_checks,
+                      (int64_t)d->repartitions,
+                      (int64_t)migrated,
+                      d->last_imbalance,
+                      ""};
+  memcpy(head.partitioner, d->partitioner, sizeof head.partitioner);
   kith_status status = kith_checkpoint_put_field(c, nodes, d->work);
   if (status == KITH_OK && c != NULL) status = put_state(d, &head, counts, c);
   kith_free(&counts);
@@ -250,7 +260,8 @@ static kith_status restore(struct kith_decomposition *d, struct kith_nodes *node
   const size_t map = HEAD + (size_t)size * (size_t)nodes->n_lists, end = map + (size_t)d->cells.n;
   struct head head = {0};
   if (n >= HEAD) memcpy(&head, word, sizeof head);
-  if (head.ranks != size || head.lists != nodes->n_lists || head.cells != d->cells.n)
+  if (head.ranks != size || head.lists != nodes->n_lists || head.cells != d->cells.n ||
+      memcmp(head.partitioner, d->partitioner, sizeof head.partitioner) != 0)
     return kith_decomposition_keep_own(d, nodes);
   if (n < end) KITH_FAIL(BAD_FILE, "the decomposition in the checkpoint is damaged");
   KITH_TRY(kith_partition_restore(d->partition, word + end, n - end));

@@ -10,8 +10,8 @@
  * redistribution the work is summed by cells over all ranks; if the busiest rank has more than `imbalance`
  * times the mean, the partitioner is asked for a new map, which it may refuse.
  *
- * A restart on the same number of ranks is bitwise identical to an uninterrupted run; on another number, the
- * map is the first one of the scene. */
+ * A restart on the same number of ranks, with the same partitioner and cells, is bitwise identical to an
+ * uninterrupted run; on another number, or with others, the map is the first one of the scene. */
 #ifndef KITH_DOMAIN_DECOMPOSITION_H
 #define KITH_DOMAIN_DECOMPOSITION_H
 
@@ -33,6 +33,7 @@ struct kith_decomposition {
   uint64_t redistributions, balance_checks, repartitions; /* counted over the run */
   uint64_t migrated;                                      /* nodes that left this rank */
   double last_imbalance;                                  /* at the last check; 0: none yet */
+  char partitioner[64];                                   /* as it was asked for */
 };
 
 /* The settings of a scene. */

@@ -58,6 +58,7 @@ static int flush_to_disk(struct kith_atomic_file *file) {
 /* A second name first, then the rename below replaces the first: PATH is never missing. Where hard links are
  * not to be had, PATH is missing for a moment. */
 static kith_status set_aside(const struct kith_atomic_file *file) {
+  if (access(file->path, F_OK) != 0) return KITH_OK; /* .previous is all that there is */
   unlink(file->previous);
   if (link(file->path, file->previous) == 0 || errno == ENOENT) return KITH_OK;
   if (rename(file->path, file->previous) == 0) return KITH_OK;

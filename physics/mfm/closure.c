@@ -200,6 +200,8 @@ kith_status mfm_faces_close(struct mfm_faces *f) {
   struct solver solver = {0};
   kith_status status = kith_vectors_create(&solver.vectors, ranks, 1, &part);
   if (status == KITH_OK) status = create(&solver, f, most);
+  if (status == KITH_OK && solver.vectors->lacking)
+    status = kith_fail(KITH_NO_MEMORY, "no memory to close faces");
   status = kith_ranks_allreduce_status(ranks, status);
   if (status == KITH_OK) status = kith_ranks_allreduce_status(ranks, solve(&solver, f, (double)all * NDIM));
   destroy(&solver);
