@@ -1,8 +1,12 @@
 /* kith.c - the program `kith`: carries out what makes many runs (validate, chart, stress), and starts the
  * program of the scene's dimension (kith-1d, kith-2d or kith-3d, which stand beside it) for the rest. */
+#define _GNU_SOURCE /* memfd_create */
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include "app/cli/options.h"
 #include "app/cli/process.h"
@@ -14,14 +18,39 @@
 #define X(name, runs, argument, doc) ACT_##runs(name)
 static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_VERB_LIST(X)};
 
+/* A pipe can be read once, and a scene is read twice: it is kept in memory, under a name that stands for the
+ * word of the command line. */
+static kith_status keep_pipe(struct kith_options *options, char path[64]) {
+  enum { PIECE = 1 << 16 };
+  static char piece[PIECE];
+  struct stat status;
+  if (stat(options->subject, &status) != 0 || S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
+    return KITH_OK;
+  if (options->ranks > 1)
+    KITH_FAIL(BAD_INPUT, "%s: not a file, which several ranks could read", options->subject);
+  const int from = open(options->subject, O_RDONLY | O_CLOEXEC), to = memfd_create("scene", 0);
+  ssize_t n = 0;
+  while (from >= 0 && to >= 0 && (n = read(from, piece, PIECE)) > 0 && write(to, piece, (size_t)n) == n)
+    continue;
+  if (from < 0 || to < 0 || n != 0) KITH_FAIL(BAD_INPUT, "%s: cannot be read", options->subject);
+  close(from);
+  snprintf(path, 64, "/proc/self/fd/%d", to);
+  for (char **word = options->arguments + 1; *word != NULL; ++word)
+    if (*word == options->subject) *word = path;
+  options->subject = path;
+  return KITH_OK;
+}
+
 /* Becomes the program of a dimension, with the same words. One process has its threads bound to cores; of
  * several, each would bind its threads to the first ones. */
-static kith_status hand_over(const struct kith_options *options) {
+static kith_status hand_over(struct kith_options *options) {
   struct kith_programs programs;
-  char path[KITH_PATH + 8];
+  char path[KITH_PATH + 8], kept[64];
   int dimension = 3; /* without a scene: of the built-in one, or any */
-  if (options->subject != NULL && strstr(options->verb->argument, "SCENE") != NULL)
+  if (options->subject != NULL && strstr(options->verb->argument, "SCENE") != NULL) {
+    KITH_TRY(keep_pipe(options, kept));
     KITH_TRY(kith_scene_dimension(options->subject, options->n_overrides, options->overrides, &dimension));
+  }
   KITH_TRY(kith_programs_find(&programs));
   snprintf(path, sizeof path, "%s%dd", programs.prefix, dimension);
   if (options->ranks <= 1 && getenv("OMPI_COMM_WORLD_SIZE") == NULL) setenv("OMP_PROC_BIND", "true", 0);

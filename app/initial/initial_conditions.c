@@ -633,7 +633,7 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
 }
 
 /* Fields of nodes and their rows, the least that a run takes, fit into the memory of this computer. */
-static kith_status check_memory(const struct setup *s, kith_index total) {
+static kith_status check_memory(const struct setup *s, int64_t total) {
   size_t each = (size_t)ceil(s->neighbors) * sizeof(kith_index);
   char need[32], there[32];
   for (int f = 0; f < s->nodes->n_fields; ++f) each += kith_field_node_size(s->nodes->fields[f]);
@@ -644,13 +644,22 @@ static kith_status check_memory(const struct setup *s, kith_index total) {
             s->scene->name, (long long)total, kith_text_bytes(need, bytes), kith_text_bytes(there, memory));
 }
 
+/* Of the regions that hold all sites of their boxes. */
+static int64_t sites_of_boxes(const struct setup *s) {
+  int64_t sites = 0;
+  for (int k = 0; k < s->scene->n_regions; ++k)
+    if (s->plan[k].region->where.inside == NULL) sites += s->plan[k].fit.sites;
+  return sites;
+}
+
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
   kith_index total;
   KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1) * 3, sizeof *s->plan));
   KITH_TRY(fit_lattices(s));
   KITH_TRY(add_zones(s));
-  KITH_TRY(count_nodes(s, &total));
   KITH_TRY(create_nodes(s, nodes));
+  KITH_TRY(check_memory(s, sites_of_boxes(s))); /* at once: counting takes as long as there are sites */
+  KITH_TRY(count_nodes(s, &total));
   KITH_TRY(check_memory(s, total));
   KITH_TRY(kith_nodes_grow(s->nodes, total));
   KITH_TRY(append_nodes(s));

@@ -4,6 +4,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,6 +55,8 @@ kith_status kith_output_clear(const struct kith_output *output, bool restarted) 
     if (unlink(path) != 0 && errno != ENOENT)
       KITH_FAIL(BAD_FILE, "%s: cannot remove it: %s", path, strerror(errno));
   }
+  path_in(output, "offenders.hdf", path);
+  unlink(path);
   DIR *directory = opendir(output->directory);
   if (directory == NULL) KITH_FAIL(BAD_FILE, "%s: %s", output->directory, strerror(errno));
   for (const struct dirent *entry; (entry = readdir(directory)) != NULL;) {
@@ -128,7 +131,8 @@ static const struct kith_nodes *frozen_nodes(const struct kith_boundaries *bound
   return NULL;
 }
 
-kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
+static kith_status write_snapshot(const char *path, const struct kith_simulation *simulation,
+                                  bool with_frozen) {
   const struct kith_integrator *it = &simulation->integrator;
   char build[256];
   snprintf(build, sizeof build, "%d-D, %s, %s", NDIM, kith_compiler(), kith_flags());
@@ -141,23 +145,70 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
   struct kith_snapshot_info info = {.time = it->time,
                                     .step = it->step,
                                     .box = simulation->scene->domain,
-                                    .frozen = frozen_nodes(&simulation->boundaries),
+                                    .frozen = with_frozen ? frozen_nodes(&simulation->boundaries) : NULL,
                                     .notes = notes};
   for (int a = 0; a < NDIM; ++a) info.periodic[a] = simulation->scene->period[a] > 0;
-  char name[32], path[640];
-  const size_t n = (size_t)output->n_snapshots;
-  KITH_TRY(kith_grow(&output->times, &output->capacity, n, n + 1, sizeof *output->times));
-  snapshot_name(output->n_snapshots, name);
-  path_in(output, name, path);
   struct kith_nodes *dealt = NULL;
   if (simulation->scene->reproducible)
     KITH_TRY(kith_nodes_by_id(simulation->nodes, kith_ranks_size(simulation->nodes->ranks), &dealt));
   const kith_status status = kith_snapshot_write(path, dealt != NULL ? dealt : simulation->nodes, &info);
   kith_nodes_destroy(&dealt);
-  KITH_TRY(status);
-  output->times[output->n_snapshots++] = it->time;
+  return status;
+}
+
+kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
+  char name[32], path[640];
+  const size_t n = (size_t)output->n_snapshots;
+  KITH_TRY(kith_grow(&output->times, &output->capacity, n, n + 1, sizeof *output->times));
+  snapshot_name(output->n_snapshots, name);
+  path_in(output, name, path);
+  KITH_TRY(write_snapshot(path, simulation, true));
+  output->times[output->n_snapshots++] = simulation->integrator.time;
   struct kith_ranks *ranks = simulation->nodes->ranks;
   return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? write_series(output) : KITH_OK);
+}
+
+/* What a support reaches that may not have been found. */
+static double reach_of(const struct kith_nodes *nodes, kith_index i) {
+  return isfinite(nodes->support->f64[i]) ? nodes->support->f64[i] : nodes->search_radius->f64[i];
+}
+
+/* Across faces that wrap, too. */
+static double distance2(const struct kith_simulation *m, kith_index i, const double *center) {
+  double sum = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double period = m->scene->period[a];
+    double d = m->nodes->position->f64[(size_t)i * NDIM + a] - center[a];
+    if (period > 0) d -= period * rint(d / period);
+    sum += d * d;
+  }
+  return sum;
+}
+
+kith_status kith_output_offenders(const struct kith_output *output, struct kith_simulation *m, int64_t id,
+                                  bool *written) {
+  struct kith_nodes *nodes = m->nodes;
+  double center[NDIM + 1]; /* and its reach; of the rank that has it */
+  uint8_t *others = NULL;
+  char path[640];
+  for (int a = 0; a <= NDIM; ++a) center[a] = -INFINITY;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    if (nodes->id->i64[i] != id) continue;
+    memcpy(center, nodes->position->f64 + (size_t)i * NDIM, NDIM * sizeof *center);
+    center[NDIM] = reach_of(nodes, i);
+  }
+  kith_ranks_max(nodes->ranks, center, NDIM + 1);
+  *written = isfinite(center[NDIM]);
+  if (!*written) return KITH_OK;
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, kith_resize(&others, 0, (size_t)nodes->n_internal, 1)));
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    others[i] =
+        nodes->id->i64[i] != id && !(sqrt(distance2(m, i, center)) <= fmax(center[NDIM], reach_of(nodes, i)));
+  kith_status status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_delete(nodes, others));
+  kith_free(&others);
+  path_in(output, "offenders.hdf", path);
+  if (status == KITH_OK) status = write_snapshot(path, m, false);
+  return status;
 }
 
 static kith_status append(const struct kith_atomic_file *file, const struct kith_profile *profile, int rank,

@@ -1,6 +1,7 @@
 /* output.h - what a run leaves in its directory.
  *
  *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)
+ *   DIR/offenders.hdf (of a run that went wrong)
  *   DIR/report.json        DIR/plot.*                  DIR/probes.h5    DIR/contacts.csv
  *
  * All of several ranks write snapshots together (snapshot.h), by id if the order must be the same for any
@@ -38,6 +39,10 @@ kith_status kith_output_claim(struct kith_output *output, bool restarted, bool o
 kith_status kith_output_clear(const struct kith_output *output, bool restarted);
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
+/* After a failure: a snapshot DIR/offenders.hdf of the node with this id and all that it shares a support with.
+ * The other nodes are deleted. *written: false if there is no such node, or it is nowhere. */
+kith_status kith_output_offenders(const struct kith_output *output, struct kith_simulation *simulation,
+                                  int64_t id, bool *written);
 kith_status kith_output_close(struct kith_output *output);
 /* Takes the JSON. What jansson had no memory for since kith_json_watch is an error; nothing is written
  * then. */

@@ -411,23 +411,35 @@ static enum kith_exit complain(const struct run *run, enum kith_exit code) {
   return code;
 }
 
+/* The node that a message names, with its neighbors: " and, of node 48 and its neighbors, in DIR/offenders.hdf".
+ * Collective; all ranks have the message. */
+static void write_offenders(struct run *run, const char *reason, char *where, size_t size) {
+  const char *named = strstr(reason, "node ");
+  bool written = false;
+  if (named == NULL) return;
+  const long long id = strtoll(named + strlen("node "), NULL, 10);
+  if (kith_output_offenders(&run->output, run->simulation, id, &written) == KITH_OK && written)
+    snprintf(where, size, ", that of node %lld and its neighbors in offenders.hdf", id);
+}
+
 /* The reason, and a snapshot of where it happened, unless it is writing that failed. */
 static enum kith_exit fail(struct run *run, kith_status status) {
   const struct kith_integrator *it = &run->simulation->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
-  char reason[1024], where[640] = "";
+  char reason[1024], where[640] = "", nearby[80] = "";
   snprintf(reason, sizeof reason, "%s", kith_failure());
   if (!writing && kith_ranks_status_is_shared(run->ranks) &&
       kith_output_snapshot(&run->output, run->simulation) == KITH_OK)
     snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
              run->output.n_snapshots - 1);
+  if (where[0] != '\0') write_offenders(run, reason, nearby, sizeof nearby);
   if (!kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
   if (run->options->trace != NULL &&
       kith_trace_write(run->ranks, run->profile, run->options->trace) != KITH_OK && speaks(run))
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
   if (speaks(run))
-    fprintf(stderr, "kith: %s %llu, time %.9g: %s%s\n", writing ? "after step" : "step",
-            (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where);
+    fprintf(stderr, "kith: %s %llu, time %.9g: %s%s%s\n", writing ? "after step" : "step",
+            (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where, nearby);
   return KITH_EXIT_FAILED;
 }
 

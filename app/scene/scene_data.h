@@ -103,6 +103,11 @@ struct kith_contact {
   char of[32], with[32];
 };
 
+/* Lengths and velocities in these units scale exactly, with the powers of them that sums take. */
+static inline bool kith_scene_unit_holds(double largest) {
+  return largest >= 1e-31 && largest <= 1e31;
+}
+
 struct kith_scene {
   struct kith_config *config; /* owned: source locations point into it */
   int dimension;              /* NDIM */

@@ -1,4 +1,5 @@
 /* Domain, boundaries, external forces and materials of a scene. */
+#include <math.h>
 #include <string.h>
 #include "app/scene/scene_parts.h"
 #include "lib/core/choices.h"
@@ -16,6 +17,12 @@ kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config
   double *lower = scene->domain.lower, *upper = scene->domain.upper;
   for (int a = 0; a < NDIM; ++a) {
     if (a > 0 && scene->across > 0) upper[a] = lower[a] + scene->across / scene->resolution;
+    const double side = upper[a] - lower[a];
+    if (side > 0 && !kith_scene_unit_holds(fmax(side, fmax(fabs(lower[a]), fabs(upper[a])))))
+      return kith_config_fail(kith_config_child(node, "upper"), NULL,
+                              "a box of %g along %c: squares and powers of lengths need units in which it is "
+                              "between 1e-31 and 1e31",
+                              side, "xyz"[a]);
     if (!(lower[a] < upper[a]))
       return kith_config_fail(kith_config_child(node, "upper"), NULL, "%g along %c is not above lower, %g",
                               upper[a], "xyz"[a], lower[a]);

@@ -214,6 +214,25 @@ static kith_status make_excluders(struct kith_simulation *m) {
              : status;
 }
 
+/* The fastest of all that moves or sounds; nothing may move. */
+static kith_status check_units(const struct kith_simulation *m) {
+  const double *velocity = m->hydro.velocity->f64, *sound_speed = m->hydro.sound_speed->f64;
+  double fastest = 0, heaviest = 0;
+  for (kith_index i = 0; i < m->nodes->n_internal; ++i) {
+    heaviest = fmax(heaviest, m->hydro.mass->f64[i]);
+    fastest = fmax(fastest, sound_speed[i]);
+    for (int a = 0; a < NDIM; ++a) fastest = fmax(fastest, fabs(velocity[(size_t)i * NDIM + a]));
+  }
+  if (!(heaviest >= 1e-100 && heaviest <= 1e100))
+    return kith_config_fail(m->scene->config->root, "regions",
+                            "nodes of mass %g: sums need units in which it is between 1e-100 and 1e100",
+                            heaviest);
+  if (fastest == 0 || kith_scene_unit_holds(fastest)) return KITH_OK;
+  return kith_config_fail(m->scene->config->root, "regions",
+                          "a velocity of %g: powers of it need units in which it is between 1e-31 and 1e31",
+                          fastest);
+}
+
 static kith_status make(struct kith_simulation *m, bool check) {
   KITH_TRY(kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, m->scene->period));
   KITH_TRY(check_combination(m));
@@ -227,6 +246,7 @@ static kith_status make(struct kith_simulation *m, bool check) {
       kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen, m->zone);
   if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
+  if (status == KITH_OK) status = check_units(m);
   if (status == KITH_OK) status = make_packages(m);
   if (status == KITH_OK)
     status = kith_search_create(&m->search, kith_search_find(m->scene->neighbor.search.name), m->nodes);

@@ -16,6 +16,7 @@
 #ifndef KITH_PHYSICS_PASSES_VISCOSITY_H
 #define KITH_PHYSICS_PASSES_VISCOSITY_H
 
+#include <float.h>
 #include "lib/core/choices.h"
 #include "lib/core/symmetric.h"
 #include "physics/passes/force.h"
@@ -144,7 +145,7 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
   const double closer = 5 * KITH_MIN(c->spacings * KITH_MAX(p.qi, p.qj) - 1, 0.0);
   const double phi = van_leer * KITH_MAX(1 - closer * closer, 0.0);
   const double limited = KITH_MAX(p.vx - 0.5 * phi * sum, p.vx);
-  const double difference = c->limited > 0 ? limited : p.vx, inverse_r = 1 / KITH_MAX(p.r, 1e-30);
+  const double difference = c->limited > 0 ? limited : p.vx, inverse_r = 1 / KITH_MAX(p.r, DBL_MIN);
   p.mu = p.vx < 0 ? KITH_MIN(difference, 0.0) * inverse_r : 0;
 
   p.sound = 0.5 * (i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND));

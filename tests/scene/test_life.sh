@@ -11,10 +11,11 @@ diverged() {
   for setting; do settings+=(--set "$setting"); done
   rm -rf out
   stopped 1 "$text" "$kith" run tiny.yaml --quiet -o out --until 0.5 "${settings[@]}"
-  snapshot=$(sed -n 's/.*its state is in \(.*\)$/\1/p' stderr)
+  snapshot=$(sed -n 's/.*its state is in \([^,]*\).*$/\1/p' stderr)
   [[ -s $snapshot && $snapshot == "$(printf '%s\n' out/snapshot_*.hdf | tail -1)" ]] ||
     wrong "$*: no snapshot '$snapshot'"
   grep -q "${snapshot##*/}" out/snapshots.hdf.series || wrong "$*: the series lacks $snapshot"
+  grep -qv "node [0-9]" stderr || [[ -s out/offenders.hdf ]] || wrong "$*: no offenders.hdf"
 }
 diverged "its energy is negative" scheme.dt=0.2
 diverged "its energy is negative" scheme.dt=0.05 method.energy=thermal
