@@ -39,8 +39,8 @@ kith_status kith_output_claim(struct kith_output *output, bool restarted, bool o
 kith_status kith_output_clear(const struct kith_output *output, bool restarted);
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
-/* After a failure: a snapshot DIR/offenders.hdf of the node with this id and all that it shares a support with.
- * The other nodes are deleted. *written: false if there is no such node, or it is nowhere. */
+/* After a failure: a snapshot DIR/offenders.hdf of the node with this id and all that it shares a support
+ * with. The other nodes are deleted. *written: false if there is no such node, or it is nowhere. */
 kith_status kith_output_offenders(const struct kith_output *output, struct kith_simulation *simulation,
                                   int64_t id, bool *written);
 kith_status kith_output_close(struct kith_output *output);
@@ -54,8 +54,8 @@ kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile
 
 kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simulation *simulation,
                                    const struct kith_conservation_baseline *baseline);
-/* Fills a fresh simulation from a checkpoint, or, if that is damaged or not there, from the one before it, with
- * a warning: fields, clock, neighbor lists. BAD_FILE if both are damaged, BAD_INPUT if it is of another
+/* Fills a fresh simulation from a checkpoint, or, if that is damaged or not there, from the one before it,
+ * with a warning: fields, clock, neighbor lists. BAD_FILE if both are damaged, BAD_INPUT if it is of another
  * dimension or scene. `output` gets its snapshot times. */
 kith_status kith_output_restore(struct kith_output *output, const char *path,
                                 struct kith_simulation *simulation,

@@ -411,8 +411,7 @@ static enum kith_exit complain(const struct run *run, enum kith_exit code) {
   return code;
 }
 
-/* The node that a message names, with its neighbors: " and, of node 48 and its neighbors, in DIR/offenders.hdf".
- * Collective; all ranks have the message. */
+/* The node that a message names, with its neighbors. Collective; all ranks have the message. */
 static void write_offenders(struct run *run, const char *reason, char *where, size_t size) {
   const char *named = strstr(reason, "node ");
   bool written = false;

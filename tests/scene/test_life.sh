@@ -15,7 +15,7 @@ diverged() {
   [[ -s $snapshot && $snapshot == "$(printf '%s\n' out/snapshot_*.hdf | tail -1)" ]] ||
     wrong "$*: no snapshot '$snapshot'"
   grep -q "${snapshot##*/}" out/snapshots.hdf.series || wrong "$*: the series lacks $snapshot"
-  grep -qv "node [0-9]" stderr || [[ -s out/offenders.hdf ]] || wrong "$*: no offenders.hdf"
+  ! grep -q "node [0-9]" stderr || [[ -s out/offenders.hdf ]] || wrong "$*: no offenders.hdf"
 }
 diverged "its energy is negative" scheme.dt=0.2
 diverged "its energy is negative" scheme.dt=0.05 method.energy=thermal
