@@ -47,19 +47,21 @@ static double reach(const struct kith_build *build, double radius) {
 
 static struct group group_of(const struct kith_build *build, kith_index first, kith_index count) {
   const struct kith_search *search = build->targets->search;
-  const double *own = search->radius->f64;
+  const double *restrict own = search->radius->f64, *restrict own2 = search->radius2, *c[NDIM];
+  const kith_index *restrict node = search->node;
   const bool all = all_targets(build);
+  for (int a = 0; a < NDIM; ++a) c[a] = search->coordinate[a];
   struct kith_box box = kith_box_empty();
   double radius = 0, radius2 = 0;
   kith_index targets = 0;
   for (kith_index slot = first; slot < first + count; ++slot) {
     double x[NDIM];
-    if (!all && !is_target(build, search->node[slot])) continue;
-    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
+    if (!all && !is_target(build, node[slot])) continue;
+    for (int a = 0; a < NDIM; ++a) x[a] = c[a][slot];
     kith_box_include(&box, x);
     ++targets;
-    radius = KITH_MAX(radius, own[search->node[slot]]);
-    radius2 = KITH_MAX(radius2, search->radius2[slot]);
+    radius = KITH_MAX(radius, own[node[slot]]);
+    radius2 = KITH_MAX(radius2, own2[slot]);
   }
   if (build->cutoff == KITH_CUTOFF_number || build->cutoff == KITH_CUTOFF_boxes)
     radius = reach(build, radius), radius2 = radius * radius;
