@@ -80,6 +80,12 @@ static double place_of(const struct picture *f, kith_index i) {
   return kith_exact_place(f->plot->exact, f->center, f->plot->nodes.position + (size_t)i * NDIM);
 }
 
+/* The node of stretch k of `stretches`, by golden sections: no pattern with that of a lattice. */
+static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
+  const int64_t first = (int64_t)n * k / stretches, next = (int64_t)n * (k + 1) / stretches;
+  return (kith_index)(first + (int64_t)((double)(next - first) * fmod(k * 0.6180339887498949, 1)));
+}
+
 /* ---- what is shown ---- */
 
 static void add_panel(struct picture *f, enum kith_picture_field field, bool error, bool map) {
@@ -87,19 +93,39 @@ static void add_panel(struct picture *f, enum kith_picture_field field, bool err
   f->panel[f->n++] = (struct panel){field, error, map, NO_RANGE, NO_RANGE};
 }
 
+/* Does the exact solution vary across x, so that no curve over x shows it? By 200 of the nodes. */
+static bool varies_across(const struct picture *f) {
+  const struct kith_plot *p = f->plot;
+  const kith_index n = p->nodes.n, asked = KITH_MIN(n, (kith_index)200);
+  bool varies = false;
+  for (kith_index k = 0; k < asked && p->exact != NULL && f->center == NULL; ++k) {
+    const double *x = p->nodes.position + (size_t)picked(n, asked, k) * NDIM;
+    struct kith_exact_state here, beside;
+    p->exact->state(p->solution, x, p->time, &here);
+    p->exact->state(p->solution, (const double[3]){x[0]}, p->time, &beside);
+    varies = varies || fabs(here.density - beside.density) > 1e-9 * fabs(here.density) ||
+             fabs(here.pressure - beside.pressure) > 1e-9 * fabs(here.pressure);
+  }
+  return varies;
+}
+
 /* Chosen ones; else four curves; without an exact solution a map of the density, but of a tube; or, about the
- * center of an exact solution, curves and beside them a map of what it is about and of its error. */
+ * center of an exact solution, curves and beside them a map of what it is about and of its error; maps and
+ * errors of a solution that varies in the plane. */
 static void choose_panels(struct picture *f) {
   static const enum kith_picture_field usual[] = {KITH_PICTURE_DENSITY, KITH_PICTURE_VELOCITY,
                                                   KITH_PICTURE_PRESSURE, KITH_PICTURE_ENERGY};
   const struct kith_picture *wanted = f->plot->picture;
   const struct kith_exact_ops *exact = f->plot->exact;
   const bool chosen = wanted->kind != KITH_PICTURE_AUTO,
+             plane = !chosen && wanted->n_fields == 0 && varies_across(f),
              maps = NDIM > 1 && (chosen ? wanted->kind >= KITH_PICTURE_MAP : exact == NULL && !f->tube),
              both = NDIM > 1 && !chosen && f->center != NULL && wanted->n_fields == 0;
   for (int k = 0; k < wanted->n_fields; ++k)
     add_panel(f, wanted->panel[k].field, wanted->panel[k].error, maps);
-  for (int k = 0; k < 4 && wanted->n_fields == 0 && !(maps && k > 0); ++k) {
+  for (int k = 0; k < 4 && plane; ++k)
+    add_panel(f, k < 2 ? KITH_PICTURE_DENSITY : KITH_PICTURE_PRESSURE, k % 2 == 1, true);
+  for (int k = 0; k < 4 && wanted->n_fields == 0 && !plane && !(maps && k > 0); ++k) {
     add_panel(f, usual[k], false, maps);
     if (both && k % 2 == 1)
       add_panel(f, exact->vortex ? KITH_PICTURE_VELOCITY : KITH_PICTURE_DENSITY, k > 1, true);
@@ -153,12 +179,6 @@ static kith_status open_data(struct kith_atomic_file **out, const struct picture
       fprintf((*out)->stream, " %s%s", word[f->panel[k].field], f->panel[k].error ? "-error" : "");
   fputc('\n', (*out)->stream);
   return KITH_OK;
-}
-
-/* The node of stretch k of `stretches`, by golden sections: no pattern with that of a lattice. */
-static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
-  const int64_t first = (int64_t)n * k / stretches, next = (int64_t)n * (k + 1) / stretches;
-  return (kith_index)(first + (int64_t)((double)(next - first) * fmod(k * 0.6180339887498949, 1)));
 }
 
 static kith_status write_nodes(struct picture *f, const char *directory) {

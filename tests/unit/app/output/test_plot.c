@@ -56,6 +56,24 @@ static const struct kith_exact_ops turning = {
 static const struct kith_exact_ops planar = {.name = "planar", .state = state};
 
 static const struct kith_picture usual = {.plane = {NAN, NAN, NAN}, .range = {NAN, NAN}};
+/* Density 1 + y. */
+static void state_across(const void *self, const double *x, double time, struct kith_exact_state *out) {
+  state(self, x, time, out);
+  out->density = 1 + (NDIM > 1 ? x[NDIM > 1] : 0);
+}
+static void state_along(const void *self, const double *x, double time, struct kith_exact_state *out) {
+  state(self, x, time, out);
+  out->density = 1 + x[0];
+}
+static const struct kith_exact_ops along = {.name = "along", .state = state_along};
+static const struct kith_exact_ops across = {.name = "across", .state = state_across};
+
+static int occurrences(const char *in_text, const char *word) {
+  int n = 0;
+  for (const char *at = in_text; (at = strstr(at, word)) != NULL; ++at) ++n;
+  return n;
+}
+
 enum { MANY = 50001 };
 static double *position, *velocity, *scalar;
 
@@ -101,6 +119,25 @@ static void contents(void) {
   rows("exact.dat", last, &least, &most);
   CHECK_CLOSE(least, 1.005, 1e-7); /* where the nodes are */
   CHECK_CLOSE(most, 1.995, 1e-7);
+}
+
+/* What is drawn unless the scene says otherwise. */
+static void suited(void) {
+  const struct {
+    const struct kith_exact_ops *exact;
+    int curves, maps;
+  } cases[] = {{&along, 4, 0},
+               {&radial, 4, NDIM > 1 ? 2 : 0},
+               {&across, NDIM > 1 ? 0 : 4, NDIM > 1 ? 4 : 0},
+               {NULL, NDIM > 1 ? 0 : 4, NDIM > 1 ? 1 : 0}};
+  for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
+    const struct kith_plot p = sample(50, cases[k].exact);
+    for (kith_index i = 0; i < 50 && NDIM > 1; ++i) position[(size_t)i * NDIM + 1] = i % 7; /* no tube */
+    CHECK_OK(kith_plot_write(&p, directory));
+    load("plot.gp");
+    CHECK(occurrences(text, "profile.dat") == cases[k].curves &&
+          occurrences(text, " binary ") == cases[k].maps);
+  }
 }
 
 /* 20000 of many, no two of the same, from end to end, the same again. */
@@ -162,13 +199,15 @@ static void drawing(void) {
 }
 
 int main(void) {
-  static const char *const files[] = {"profile.dat", "exact.dat", "mean.dat",  "plot.gp",   "plot.png",
-                                      "plot.pdf",    "map_1.bin", "map_2.bin", "map_3.bin", "map_6.bin"};
+  static const char *const files[] = {"profile.dat", "exact.dat", "mean.dat",  "plot.gp",
+                                      "plot.png",    "plot.pdf",  "map_1.bin", "map_2.bin",
+                                      "map_3.bin",   "map_4.bin", "map_6.bin"};
   CHECK(mkdtemp(directory) != NULL);
   CHECK_OK(kith_resize(&position, 0, MANY * NDIM, sizeof *position));
   CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));
   CHECK_OK(kith_resize(&scalar, 0, MANY, sizeof *scalar));
   contents();
+  suited();
   thinned();
   drawing();
   kith_free(&position), kith_free(&velocity), kith_free(&scalar);
