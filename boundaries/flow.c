@@ -9,8 +9,11 @@
     "depth", KITH_PARAM_NUMBER, "4", "[1, 20]", "of the zone of nodes behind the face, in supports", \
         IN(depth)                                                                                    \
   }
+#define AT \
+  { "at", KITH_PARAM_EXPRESSION, "", "", "a plane within the domain, a number; none: its side", IN(at) }
 static const struct kith_param inflow_params[] = {
     DEPTH,
+    AT,
     {"density", KITH_PARAM_EXPRESSION, "", "", "at the face, in x, y, z, t; none: all as in the region there",
      IN(density)},
     {"pressure", KITH_PARAM_EXPRESSION, "", "", "at the face; this or energy", IN(pressure)},
@@ -19,6 +22,7 @@ static const struct kith_param inflow_params[] = {
     {0}};
 static const struct kith_param outflow_params[] = {
     DEPTH,
+    AT,
     {"pressure_far", KITH_PARAM_NUMBER, "0", "[0, inf)",
      "far behind the face, which the gas slowly approaches; 0: nothing comes back", IN(pressure_far)},
     {0}};

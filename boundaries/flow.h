@@ -18,8 +18,9 @@
 struct kith_expression; /* of the scene */
 
 struct kith_flow_settings {
-  double depth;        /* D, at least, in supports at the start */
-  double pressure_far; /* of an outflow, far behind it; 0: no wave comes from there */
+  double depth;               /* D, at least, in supports at the start */
+  struct kith_expression *at; /* where the face crosses the axis, a constant; NULL: the side of the domain */
+  double pressure_far;        /* of an outflow, far behind it; 0: no wave comes from there */
   /* Of an inflow: the state at its face, density, velocity and one of pressure and energy; all NULL: that of
    * the region there. */
   struct kith_expression *density, *pressure, *energy, *velocity[NDIM];

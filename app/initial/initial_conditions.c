@@ -340,8 +340,8 @@ static kith_status refused_flow(const struct kith_scene *scene, int axis, const 
 
 /* Where the state of a site in a zone is taken: at the face, inside of the region. */
 static void to_face(const struct setup *s, const struct plan *plan, double *x) {
-  const double lower = s->scene->domain.lower[plan->axis], upper = s->scene->domain.upper[plan->axis];
-  x[plan->axis] = plan->side == 0 ? lower : nextafter(upper, lower);
+  const double *face = s->scene->boundary[plan->axis].face;
+  x[plan->axis] = plan->side == 0 ? face[0] : nextafter(face[1], face[0]);
 }
 
 /* What the state at a face must be like: that of an inflow leads inwards, along the face only where that
@@ -401,11 +401,15 @@ static kith_status slant_zone(const struct setup *s, const struct plan *zone) {
 /* Whole cells, to the depth that the settings want; the same of all regions at the face. */
 static kith_status add_zone(struct setup *s, const struct plan *from, int axis, int side) {
   const struct kith_flow_settings *flow = s->scene->boundary[axis].settings[side];
-  const double face = side == 0 ? s->scene->domain.lower[axis] : s->scene->domain.upper[axis],
+  const double face = s->scene->boundary[axis].face[side],
                length = from->box.upper[axis] - from->box.lower[axis],
                cell = length / (double)from->fit.cells[axis],
                support = pow(s->neighbors / kith_ball() * from->fit.site_volume, 1.0 / NDIM);
-  if (!(fabs((side == 0 ? from->box.lower : from->box.upper)[axis] - face) < 1e-9 * cell)) return KITH_OK;
+  const double inside = side == 0 ? from->box.lower[axis] - face : face - from->box.upper[axis];
+  if (inside < -1e-9 * cell)
+    return kith_config_fail(from->region->node, NULL, "reaches %g behind the face of the %s", -inside,
+                            side_ops(s->scene, axis, side)->name);
+  if (inside > 1e-9 * cell) return KITH_OK;
   struct plan *zone = &s->plan[s->n_plans++];
   *zone = *from;
   zone->axis = axis, zone->side = side;

@@ -120,6 +120,7 @@ struct kith_scene {
   int across;          /* spacings along the other axes than x; 0: as given */
   struct {             /* per axis */
     const struct kith_boundary_ops *lower, *upper; /* NULL: open */
+    double face[2];                                /* where they are along the axis */
     void *settings[2];                             /* of lower and upper, NULL: none; owned */
     double velocity;                               /* of a face that moves, else 0 */
   } boundary[NDIM];

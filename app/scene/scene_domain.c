@@ -133,10 +133,11 @@ static kith_status read_axis(struct kith_scene *scene, int axis, const struct ki
   return status;
 }
 
-/* The state at the face of an inflow is given as a whole or not at all. */
+/* Where the face is. The state at that of an inflow is given as a whole or not at all. */
 static kith_status check_flow(const struct kith_boundary_ops *ops, const struct kith_flow_settings *flow,
-                              const struct kith_config_node *node) {
+                              double *face, const struct kith_config_node *node) {
   if (!kith_boundary_passes(ops)) return KITH_OK;
+  if (flow->at != NULL) *face = kith_expression_constant(flow->at);
   const bool energy = flow->energy != NULL, pressure = flow->pressure != NULL, any = energy || pressure;
   if ((flow->density != NULL) != any || (flow->velocity[0] != NULL) != any)
     return kith_config_fail(
@@ -148,12 +149,17 @@ static kith_status check_flow(const struct kith_boundary_ops *ops, const struct 
 }
 
 /* Zones behind faces of two axes would have to meet in the corner. */
-static kith_status check_flows(const struct kith_scene *scene, const struct kith_config_node *node) {
+static kith_status check_flows(struct kith_scene *scene, const struct kith_config_node *node) {
   int axis = -1;
   for (int a = 0; a < NDIM; ++a) {
     const struct kith_boundary_ops *const side[2] = {scene->boundary[a].lower, scene->boundary[a].upper};
     const struct kith_config_node *own = kith_config_child(node, kith_boundaries_params[a].key);
-    for (int s = 0; s < 2; ++s) KITH_TRY(check_flow(side[s], scene->boundary[a].settings[s], own));
+    double *face = scene->boundary[a].face;
+    face[0] = scene->domain.lower[a], face[1] = scene->domain.upper[a];
+    for (int s = 0; s < 2; ++s) KITH_TRY(check_flow(side[s], scene->boundary[a].settings[s], face + s, own));
+    if (!(scene->domain.lower[a] <= face[0] && face[0] < face[1] && face[1] <= scene->domain.upper[a]))
+      return kith_config_fail(own, NULL, "at: faces at %g and %g are not in the domain, one below the other",
+                              face[0], face[1]);
     if (!kith_boundary_passes(side[0]) && !kith_boundary_passes(side[1])) continue;
     if (axis >= 0)
       return kith_config_fail(own, NULL,

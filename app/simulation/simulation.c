@@ -66,8 +66,9 @@ static kith_status add_boundary(struct kith_simulation *m, int axis, const struc
                                 const struct kith_boundary_ops *upper) {
   if (lower == NULL && upper == NULL) return KITH_OK;
   const int side = lower != NULL ? 0 : 1;
-  KITH_TRY(kith_boundaries_add(&m->boundaries, side == 0 ? lower : upper, axis, m->scene->domain.lower[axis],
-                               m->scene->domain.upper[axis], lower != NULL, upper != NULL));
+  const double *face = m->scene->boundary[axis].face;
+  KITH_TRY(kith_boundaries_add(&m->boundaries, side == 0 ? lower : upper, axis, face[0], face[1],
+                               lower != NULL, upper != NULL));
   struct kith_boundary *made = m->boundaries.boundary[m->boundaries.n - 1];
   made->settings = m->scene->boundary[axis].settings[side];
   memcpy(made->zone, m->zone[axis][side], sizeof made->zone);

@@ -43,14 +43,17 @@ static void check_ids(const struct scenario *s) {
 
 static void nothing_happens(void) {
   static const char *const settings[] = {
-      "method.package=sph", "method.package=crk connectivity.rebuild=displacement",
+      "method.package=sph",
+      "method.package=crk connectivity.rebuild=displacement",
       "method.package=mfm scheme.name=verlet",
       "method.package=sph scheme.name=rk2 regions.0.velocity=[0.5,0,0]",
-      "scheme.name=cheap-rk2 regions.0.velocity=[-1.5,0,0] boundaries.x=[outflow,inflow]"};
-  for (int k = 0; k < 5; ++k) {
+      "scheme.name=cheap-rk2 regions.0.velocity=[-1.5,0,0] boundaries.x=[outflow,inflow]",
+      "regions.0.where.x=[0.2,0.9]"};
+  for (int k = 0; k < 6; ++k) {
     struct scenario s;
-    if (scenario_open(&s, HEAD FACES("inflow", "outflow") STREAM("2"), "%s", settings[k]) &&
-        scenario_run(&s, 60)) {
+    const char *yaml = k < 5 ? HEAD FACES("inflow", "outflow") STREAM("2")
+                             : HEAD FACES("{kind: inflow, at: 0.2}", "{kind: outflow, at: 0.9}") STREAM("2");
+    if (scenario_open(&s, yaml, "%s", settings[k]) && scenario_run(&s, 60)) {
       const struct kith_nodes *nodes = s.simulation->nodes;
       const double *v = s.simulation->hydro.velocity->f64, wanted = k == 3 ? 0.5 : k == 4 ? -1.5 : 2;
       double most = 0;
@@ -171,6 +174,11 @@ static void refusals(void) {
   refused(in, STREAM("1"), "scheme.name=arkode method.energy=thermal", "arkode does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=implicit method.energy=thermal", "implicit does not let gas come");
   refused(in, STREAM("1"), "method.package=mfm method.closed=true", "closed faces need the image of each");
+  refused(FACES("{kind: inflow, at: 0.3}", "outflow"), STREAM("1"), "",
+          "reaches 0.3 behind the face of the inflow");
+  refused(FACES("{kind: inflow, at: 2}", "outflow"), STREAM("1"), "", "at: faces at 2 and 1 are not in the");
+  refused(FACES("{kind: inflow, at: x}", "outflow"), STREAM("1"), "",
+          "at: faces at nan and 1 are not in the");
   refused(in, STREAM("1"), "gravity=[-1,0,0]", "not together with an inflow or outflow");
   refused(FACES("inflow", "periodic"), STREAM("1"), "", "periodic on one side only");
   refused(FACES("inflow", "{kind: piston, velocity: 1}"), STREAM("1"), "",
