@@ -6,6 +6,12 @@
 
 enum { KITH_SYMMETRIC_SIZE = NDIM * (NDIM + 1) / 2 };
 
+/* Where (a, b), in any order, stands. */
+KITH_INLINE int kith_symmetric_at(int a, int b) {
+  const int low = KITH_MIN(a, b), high = KITH_MAX(a, b);
+  return low * NDIM - low * (low - 1) / 2 + high - low;
+}
+
 /* x.G.x, the entries of G `stride` apart; y, z: anything in fewer dimensions. */
 KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, double x, double y, double z) {
   return NDIM == 1   ? g[0] * x * x

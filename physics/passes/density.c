@@ -147,9 +147,10 @@ KITH_INLINE void mirror(const uint8_t *barrier, const kith_index *four, size_t k
   }
 }
 
-/* The gradient of a vector field. Padding has no weight. */
+/* The gradient of a vector field, and the matrix if it is not NULL. Padding has no weight. */
 KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct kith_field *field,
-                                 kith_index i, const struct kith_scratch *s, double *gradient) {
+                                 kith_index i, const struct kith_scratch *s, double *gradient,
+                                 double *matrix) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
@@ -179,6 +180,11 @@ KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct k
     double sum[NDIM];
     for (int b = 0; b < NDIM; ++b) sum[b] = kith_lanes_total(&flux[a][b]), gradient[a * NDIM + b] = 0;
     kith_symmetric_add(inverse, sum, gradient + a * NDIM);
+  }
+  if (matrix != NULL && !kith_invert_symmetric(m, 0.05 / kith_pow_dim(NDIM), matrix)) {
+    double trace = 0;
+    for (int a = 0; a < NDIM; ++a) trace += m[kith_symmetric_at(a, a)];
+    for (int a = 0; a < NDIM; ++a) matrix[kith_symmetric_at(a, a)] = NDIM / trace;
   }
   return regular;
 }
@@ -212,7 +218,8 @@ static double curl_of(const double *g) {
 KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_density_wanted *wanted = &pass->wanted;
   double gradient[NDIM * NDIM], divergence = 0;
-  if (!linear_gradient(pass, pass->package->hydro->velocity, i, s, gradient))
+  double *matrix = wanted->matrix != NULL ? wanted->matrix->f64 + (size_t)i * KITH_SYMMETRIC_SIZE : NULL;
+  if (!linear_gradient(pass, pass->package->hydro->velocity, i, s, gradient, matrix))
     s->count[KITH_COUNT_FALLBACKS] += 1;
   for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
   pass->package->velocity_divergence->f64[i] = divergence;
@@ -228,7 +235,7 @@ KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i
   double rate = 0, change[NDIM * NDIM];
   for (int a = 0; a < NDIM; ++a)
     for (int b = 0; b < NDIM; ++b) rate -= gradient[a * NDIM + b] * gradient[b * NDIM + a];
-  linear_gradient(pass, pass->package->hydro->acceleration, i, s, change);
+  linear_gradient(pass, pass->package->hydro->acceleration, i, s, change, NULL);
   for (int a = 0; a < NDIM; ++a) rate += change[a * NDIM + a];
   wanted->compression->f64[i] = rate;
 }
@@ -321,7 +328,8 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
   /* Of a node alone: support (read, written), search radius, mass, density, divergence; what is wanted. */
   const int scalars = 6 + (wanted->grad_h_term != NULL) + (wanted->omega != NULL) + (wanted->curl != NULL) +
-                      (wanted->compression != NULL) + (wanted->shear != NULL ? KITH_SYMMETRIC_SIZE : 0) +
+                      (wanted->compression != NULL) +
+                      ((wanted->shear != NULL) + (wanted->matrix != NULL)) * KITH_SYMMETRIC_SIZE +
                       (wanted->gradient != NULL ? NDIM * NDIM : 0);
   const struct kith_node_sweep sweep = {.stage = "density",
                                         .rows = &connectivity->rows,

@@ -117,6 +117,14 @@ static inline double kith_balsara(const struct kith_package *package,
   const double factor = sum > 0 ? (divergence + e) / sum : 1;
   return settings->balsara == KITH_BALSARA_SQUARED ? factor * factor : factor;
 }
+/* Of all active nodes. */
+static inline void kith_balsara_factors(const struct kith_package *package,
+                                        const struct kith_viscosity_settings *settings,
+                                        const struct kith_field *curl, struct kith_field *factor) {
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < package->hydro->nodes->n_internal; ++i)
+    if (kith_node_active(package->hydro->nodes, i)) factor->f64[i] = kith_balsara(package, settings, curl, i);
+}
 
 struct kith_viscous_pair {
   double x, y, z;       /* x_ij; y, z: anything in fewer dimensions */
@@ -151,6 +159,15 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
   p.sound = 0.5 * (i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND));
   p.signal = r2 > 0 ? KITH_MAX(c->alpha, 1.0) * p.sound - c->beta * p.mu : 0;
   return p;
+}
+
+/* Q = 2 rho_i rho_j / (rho_i + rho_j) (-s alpha c_mean mu + beta mu^2), a pressure; s: the mean switch. */
+KITH_INLINE double kith_viscous_pressure(const struct kith_viscosity_constants *c,
+                                         const struct kith_viscous_pair *p, double density_i,
+                                         double density_j, double s) {
+  const double beta = c->factored > 0 ? c->beta * s : c->beta;
+  return 2 * density_i * density_j / (density_i + density_j) * (beta * p->mu - c->alpha * s * p->sound) *
+         p->mu;
 }
 
 #endif

@@ -46,9 +46,14 @@ static void check_conserved(const struct scenario *s, bool momentum_too) {
 
 /* Random steps and wake-ups, all packages, both traversals and what acts besides: drifts are round-off. */
 static void conservation(void) {
-  static const char *const settings[] = {
-      "method.package=sph", "method.package=sph traversal=pairs",  "method.package=crk",
-      "method.package=mfm", "method.viscosity.name=cullen-dehnen", "scheme.ratio=4"};
+  static const char *const settings[] = {"method.package=sph",
+                                         "method.package=sph traversal=pairs",
+                                         "method.package=crk",
+                                         "method.package=mfm",
+                                         "method.package=magma2",
+                                         "method.package=remix",
+                                         "method.viscosity.name=cullen-dehnen",
+                                         "scheme.ratio=4"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     for (int seed = 0; seed < 2; ++seed) {
       struct scenario s;

@@ -13,7 +13,7 @@ static const double round_off = 1e-10;
 enum { ROWS = NDIM + 1 };
 struct kernels {
   double c[MOST][ROWS], dc[MOST][NDIM][ROWS];
-  double smooth[MOST]; /* s */
+  double change[MOST], smooth[MOST]; /* of the spacing, s */
 };
 static const double self_weight = NDIM < 3 ? 1.5 : 2;
 
@@ -103,8 +103,8 @@ static void truth_kernel(const struct world *w, const struct truth *t, int i, st
   }
   for (int a = 0; a < NDIM; ++a) change2 += flux[a] * flux[a];
   const double spacing = t->support[i] / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
-  const double change = NDIM * spacing * sqrt(change2) / trace; /* |grad ln H|, if neighbors are even */
-  out->smooth[i] = 1 / (1 + pow(change / 0.4, 4));
+  out->change[i] = NDIM * spacing * sqrt(change2) / fabs(trace); /* |grad ln H|, if neighbors are even */
+  out->smooth[i] = 1 / (1 + pow(out->change[i] / 0.4, 4));
 }
 
 /* Gradient of the corrected kernel of a node with coefficients c, dc, whose image has these signs, at x from
@@ -205,7 +205,7 @@ static void check_kernels(const struct world *w, const struct kernels *k) {
   CHECK_FIELD(field(w, "kernel_slope"), slope, n * NDIM, round_off);
   CHECK_FIELD(field(w, "kernel_scale_gradient"), gradient, n * NDIM, round_off);
   CHECK_FIELD(field(w, "kernel_slope_gradient"), tensor, n * NDIM * NDIM, round_off);
-  CHECK_FIELD(field(w, "smooth"), k->smooth, n, round_off);
+  CHECK_FIELD(field(w, "spacing_change"), k->change, n, round_off);
 }
 
 /* sum V W^R = 1, sum V W^R x = 0, sum V grad W^R = 0, sum V grad W^R x = - 1, with the coefficients of the

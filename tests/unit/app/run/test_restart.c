@@ -117,6 +117,8 @@ static void other_settings(void) {
       "method.package=crk",
       "method.package=crk connectivity.rebuild=displacement",
       "method.package=mfm",
+      "method.package=magma2",
+      "method.package=remix connectivity.rebuild=displacement",
       "method.package=mfm method.faces=integrated method.closed=true connectivity.rebuild=displacement",
       "scheme.dt=0.002",
       "connectivity.rebuild=displacement connectivity.skin=0.05",

@@ -1,0 +1,70 @@
+/* Package remix: the density of a scene is that of the nodes, sharp where the spacing jumps; it follows the
+ * flow; and a contact of equal masses keeps its pressure. */
+#include "tests/unit/scenario.h"
+
+static bool started(const struct scenario *s) {
+  const kith_status status = kith_simulation_start(s->simulation);
+  CHECK_OK(status);
+  return status == KITH_OK;
+}
+
+static const char tube[] =
+    "dimension: {1d: 1, 2d: 2, 3d: 3}\nresolution: {1d: 64, 2d: 24, 3d: 12}\narrangement: equal-mass\n"
+    "domain: {lower: [-0.5, 0, 0], upper: [0.5, 0.25, 0.25]}\n"
+    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+    "materials: {gas: {eos: ideal, gamma: 1.4}}\n"
+    "regions:\n  - {material: gas, lattice: cubic, where: {x: [-0.5, 0]}, density: 8, pressure: 1}\n"
+    "  - {material: gas, lattice: cubic, where: {x: [0, 0.5]}, density: 1, pressure: 1}\n"
+    "until: 0.3\nmethod: {package: remix}\n";
+
+/* Largest error of the pressure, relative; at the start of the density as well. */
+static double pressure_error(const struct scenario *s, bool start) {
+  const struct kith_hydro *h = &s->simulation->hydro;
+  double error = 0;
+  for (kith_index i = 0; i < s->simulation->nodes->n_internal; ++i) {
+    error = fmax(error, fabs(h->pressure->f64[i] - 1));
+    const double density = s->simulation->nodes->position->f64[(size_t)i * NDIM] < 0 ? 8 : 1;
+    if (start) error = fmax(error, fabs(h->density->f64[i] / density - 1));
+  }
+  return error;
+}
+
+static void check_contact(void) {
+  double error[2][2] = {{0}}; /* sph, remix; at the start, later */
+  for (int k = 0; k < 2; ++k) {
+    struct scenario s;
+    if (scenario_open(&s, tube, "method.package=%s", k == 0 ? "sph" : "remix") && started(&s)) {
+      error[k][0] = pressure_error(&s, true);
+      if (scenario_run(&s, NDIM == 3 ? 5 : 40)) error[k][1] = pressure_error(&s, false);
+    }
+    scenario_close(&s);
+  }
+  CHECK(error[0][0] > 0.3 && error[0][1] > 0.3); /* what a sum makes of it */
+  CHECK(error[1][0] < 1e-12);
+  CHECK(error[1][1] > 0 && error[1][1] < 0.5 * error[0][1]);
+  if (check_failures > 0)
+    fprintf(stderr, "errors %g %g, remix %g %g\n", error[0][0], error[0][1], error[1][0], error[1][1]);
+}
+
+/* Gas that expands with v = x / 2 from the middle: rho (1 + t / 2)^d is constant. */
+static void check_follows(void) {
+  struct scenario s;
+  if (scenario_open(&s, tube,
+                    "arrangement=equal-spacing boundaries.x=open boundaries.y=open boundaries.z=open "
+                    "regions.0.density=1 regions.0.velocity=[x/2,y/2,z/2] regions.1.velocity=[x/2,y/2,z/2] "
+                    "regions.0.pressure=1e-8 regions.1.pressure=1e-8 method.relaxation=0 scheme.dt=0.01") &&
+      scenario_run(&s, 20)) {
+    const double t = s.simulation->integrator.time, wanted = pow(1 + t / 2, -NDIM);
+    CHECK_CLOSE(t, 0.2, 1e-12);
+    for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i)
+      if (fabs(s.simulation->nodes->position->f64[(size_t)i * NDIM]) < 0.2)
+        CHECK_CLOSE(s.simulation->hydro.density->f64[i], wanted, 1e-4 * wanted);
+  }
+  scenario_close(&s);
+}
+
+int main(void) {
+  check_contact();
+  check_follows();
+  return check_failed();
+}
