@@ -51,6 +51,7 @@ struct kith_probes {
   struct kith_boundaries faces;       /* those that have images; all borrowed */
   const struct kith_field *barrier;   /* NULL: there is none */
   struct kith_sum (*sums)[SUMS];      /* [CHUNK] */
+  double (*guess)[VALUES][TERMS];     /* [CHUNK] what is subtracted from the values, see sample_chunk */
   int n;
   struct set *set;
   char path[640];
@@ -132,6 +133,7 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   struct kith_series *series = NULL;
   KITH_TRY(kith_resize(&p->set, 0, (size_t)m->scene->n_probes, sizeof *p->set));
   KITH_TRY(kith_resize(&p->sums, 0, CHUNK, sizeof *p->sums));
+  KITH_TRY(kith_resize(&p->guess, 0, CHUNK, sizeof *p->guess));
   KITH_TRY(kith_search_create(&p->search, m->search->ops, m->nodes));
   p->search->radius = m->nodes->support;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");
@@ -176,6 +178,7 @@ void kith_probes_destroy(struct kith_probes **probes) {
   }
   kith_free(&p->set);
   kith_free(&p->sums);
+  kith_free(&p->guess);
   kith_search_destroy(&p->search);
   kith_free(probes);
 }
@@ -207,7 +210,7 @@ static kith_status make_images(struct kith_probes *p, struct set *s) {
 
 /* What node j adds to the sums of a point that it sees as its image g. scale: of lengths. */
 static void add_node(const struct kith_probes *p, const struct set *s, kith_index g, kith_index j,
-                     double scale, struct kith_sum *sums) {
+                     double scale, double (*guess)[TERMS], struct kith_sum *sums) {
   const struct kith_simulation *m = p->simulation;
   const struct kith_hydro *hydro = &m->hydro;
   const double *x = m->nodes->position->f64 + (size_t)j * NDIM, *v = hydro->velocity->f64 + (size_t)j * NDIM,
@@ -224,17 +227,19 @@ static void add_node(const struct kith_probes *p, const struct set *s, kith_inde
   }
   for (int k = 0; k < TERMS; ++k)
     for (int l = k; l < TERMS; ++l) kith_sum_add(sums++, weight * term[k] * term[l]);
-  for (int f = 0; f < VALUES; ++f)
+  for (int f = 0; f < VALUES; ++f) {
+    for (int k = 0; k < TERMS; ++k) value[f] -= guess[f][k] * term[k];
     for (int k = 0; k < TERMS; ++k) kith_sum_add(sums++, weight * term[k] * value[f]);
+  }
 }
 
 static void add_point(const struct kith_probes *p, const struct set *s, kith_index i, double scale,
-                      kith_index *space, struct kith_sum *sums) {
+                      double (*guess)[TERMS], kith_index *space, struct kith_sum *sums) {
   for (size_t e = s->images.first[i]; e < s->images.first[i + 1]; ++e) {
     const kith_index g = s->images.node[e];
     size_t n;
     const kith_index *node = kith_stored_row(&s->list->stored, s->list->row[g], space, &n);
-    for (size_t k = 0; k < n; ++k) add_node(p, s, g, node[k], scale, sums);
+    for (size_t k = 0; k < n; ++k) add_node(p, s, g, node[k], scale, guess, sums);
   }
 }
 
@@ -293,8 +298,9 @@ static void put(const struct set *s, size_t i, int field, const double solution[
   for (int a = 0; a < NDIM; ++a) gradient[a] = solution[1 + a] / scale;
 }
 
+/* Adds the solution of these sums to the guess, and puts that into the columns. */
 static void finish_point(const struct kith_probes *p, const struct set *s, size_t i,
-                         const struct kith_sum *sums, double scale) {
+                         const struct kith_sum *sums, double scale, double (*guess)[TERMS]) {
   double sum[SUMS], factor[TERMS][TERMS] = {{0}}, size[TERMS] = {0};
   for (int k = 0; k < SUMS; ++k) sum[k] = kith_sum_value(&sums[k]);
   const bool hidden = is_behind_face(p, s->points->position->f64 + i * NDIM);
@@ -304,13 +310,14 @@ static void finish_point(const struct kith_probes *p, const struct set *s, size_
     memcpy(solution, sum + MOMENTS + f * TERMS, sizeof solution);
     if (regular) solve(factor, size, solution);
     if (!regular) solution[0] = hidden || !(sum[0] > 0) ? NAN : solution[0] / sum[0];
+    for (int k = 0; k < (regular ? TERMS : 1); ++k) guess[f][k] += solution[k];
+    memcpy(solution, guess[f], sizeof solution);
     for (int k = 1; k < TERMS && !regular; ++k) solution[k] = NAN;
     put(s, i, f, solution, scale);
   }
 }
 
-static kith_status sample_chunk(struct kith_probes *p, const struct set *s, kith_index begin,
-                                kith_index end) {
+static kith_status add_points(struct kith_probes *p, const struct set *s, kith_index begin, kith_index end) {
   const double scale = s->points->search_radius->f64[0];
   bool failed = false;
   memset(p->sums, 0, CHUNK * sizeof *p->sums);
@@ -320,14 +327,25 @@ static kith_status sample_chunk(struct kith_probes *p, const struct set *s, kith
     failed = kith_resize(&space, 0, s->list->stored.longest + 1, sizeof *space) != KITH_OK;
 #pragma omp for schedule(dynamic, 1)
     for (kith_index i = begin; i < end; ++i)
-      if (!failed) add_point(p, s, i, scale, space, p->sums[i - begin]);
+      if (!failed) add_point(p, s, i, scale, p->guess[i - begin], space, p->sums[i - begin]);
     kith_free(&space);
   }
+  if (failed) KITH_FAIL(NO_MEMORY, "no memory for a row of probes");
+  return KITH_OK;
+}
+
+/* Twice: what the first solution leaves of the values is small, and so is the error of the second. */
+static kith_status sample_chunk(struct kith_probes *p, const struct set *s, kith_index begin,
+                                kith_index end) {
   struct kith_ranks *ranks = p->simulation->nodes->ranks;
-  KITH_TRY(kith_ranks_allreduce_status(
-      ranks, failed ? kith_fail(KITH_NO_MEMORY, "no memory for a row of probes") : KITH_OK));
-  kith_sum_ranks(ranks, p->sums[0], (int)(end - begin) * SUMS);
-  for (kith_index i = begin; i < end; ++i) finish_point(p, s, (size_t)i, p->sums[i - begin], scale);
+  const double scale = s->points->search_radius->f64[0];
+  memset(p->guess, 0, CHUNK * sizeof *p->guess);
+  for (int pass = 0; pass < 2; ++pass) {
+    KITH_TRY(kith_ranks_allreduce_status(ranks, add_points(p, s, begin, end)));
+    kith_sum_ranks(ranks, p->sums[0], (int)(end - begin) * SUMS);
+    for (kith_index i = begin; i < end; ++i)
+      finish_point(p, s, (size_t)i, p->sums[i - begin], scale, p->guess[i - begin]);
+  }
   return KITH_OK;
 }
 

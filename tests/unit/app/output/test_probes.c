@@ -96,14 +96,14 @@ static void check_linear(const char *storage) {
         for (int a = 0; a < NDIM; ++a) x[a] = line->at[a] + 0.9 * i / (n - 1);
         CHECK_CLOSE(value[i], linear(f, x), 1e-12);
         for (int a = 0; a < 3; ++a)
-          CHECK_CLOSE(gradient[3 * i + a], a < NDIM ? 0.3 + 0.1 * f - 0.5 * a : 0, 1e-11);
+          CHECK_CLOSE(gradient[3 * i + a], a < NDIM ? 0.3 + 0.1 * f - 0.5 * a : 0, 1e-12);
       }
     }
     read_column("line", "velocity", 0, gradient, 3 * (hsize_t)n);
     for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(gradient[a], linear(3 + a, line->at), 1e-12);
     read_column("center", "velocity_gradient", 0, gradient, 9);
     for (int a = 0; a < NDIM; ++a)
-      for (int b = 0; b < NDIM; ++b) CHECK_CLOSE(gradient[3 * a + b], 0.3 + 0.1 * (3 + a) - 0.5 * b, 1e-11);
+      for (int b = 0; b < NDIM; ++b) CHECK_CLOSE(gradient[3 * a + b], 0.3 + 0.1 * (3 + a) - 0.5 * b, 1e-12);
   }
   scenario_close(&s);
 }
