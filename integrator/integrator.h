@@ -1,7 +1,7 @@
 /* integrator.h - the state of the time integration: what a run sets, what a step keeps, how nodes are moved.
  *
- * In this room, from below: ledger, integrator, lifecycle (the lifecycle of the connectivity in one
- * function), step (a step in one function), schemes/. */
+ * In this room, from below: ledger, integrator, flow (gas that comes and goes), lifecycle (that of the
+ * connectivity in one function), step (a step in one function), schemes/. */
 #ifndef KITH_INTEGRATOR_INTEGRATOR_H
 #define KITH_INTEGRATOR_INTEGRATOR_H
 
