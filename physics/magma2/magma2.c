@@ -71,11 +71,13 @@ struct magma2_constants {
 };
 
 /* w V M^-1 d of (1), the entries of V M^-1 `stride` apart. */
-KITH_INLINE void area_of(double w, const double *restrict matrix, int stride, const double *d, double *area) {
-  double scaled[KITH_SYMMETRIC_SIZE];
-  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) scaled[k] = w * matrix[k * stride];
-  for (int a = 0; a < NDIM; ++a) area[a] = 0;
-  kith_symmetric_add(scaled, d, area);
+KITH_INLINE void area_of(double w, const double *restrict matrix, int stride, const double *restrict d,
+                         double *restrict area) {
+  for (int a = 0; a < NDIM; ++a) {
+    double sum = 0;
+    for (int b = 0; b < NDIM; ++b) sum += matrix[kith_symmetric_at(a, b) * stride] * d[b];
+    area[a] = w * sum;
+  }
 }
 
 /* One pair: (1) - (5). */
