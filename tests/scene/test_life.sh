@@ -19,10 +19,10 @@ diverged() {
 }
 diverged "its energy is negative" scheme.dt=0.2
 diverged "its energy is negative" scheme.dt=0.05 method.energy=thermal
-diverged "is not finite" "regions.1.velocity=[1e200]"
+diverged "far outside of" scheme.dt=0.2 "regions.1.velocity=[9e30]"
 diverged "a support does not converge" boundaries= method.neighbors=300
 diverged "the time step collapsed to 1e-30" scheme.dt=1e-30
-diverged "the time step collapsed to 0 at time 0: node" regions.0.pressure=1e300
+diverged "the time step collapsed to 1.57415e-23 at time 0: node" "regions.1.velocity=[1e20]"
 diverged "time 0." scheme.dt=0.02 # not in the first step
 
 # ---- an isothermal gas: its energy, which the pressure does not follow, may fall to any value
