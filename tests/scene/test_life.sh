@@ -139,7 +139,9 @@ done
 rm -rf parts
 "$kith" run tiny.yaml "$@" -o parts >stdout 2>stderr &
 rows parts 5 $!
+kill -STOP $! # it must not end meanwhile
 stopped 2 "parts: another run writes there" "$kith" run tiny.yaml "$@" -o parts
+kill -CONT $!
 wait $!
 stopped 2 "parts: there is the checkpoint of an earlier run" "$kith" run tiny.yaml "$@" -o parts
 touch parts/snapshot_0123.hdf parts/snapshot_of_mine.hdf
