@@ -159,12 +159,13 @@ static kith_status write_snapshot(const char *path, const struct kith_simulation
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {
   char name[32], path[640];
   const size_t n = (size_t)output->n_snapshots;
-  KITH_TRY(kith_grow(&output->times, &output->capacity, n, n + 1, sizeof *output->times));
+  struct kith_ranks *ranks = simulation->nodes->ranks;
+  KITH_TRY(kith_ranks_allreduce_status(
+      ranks, kith_grow(&output->times, &output->capacity, n, n + 1, sizeof *output->times)));
   snapshot_name(output->n_snapshots, name);
   path_in(output, name, path);
   KITH_TRY(write_snapshot(path, simulation, true));
   output->times[output->n_snapshots++] = simulation->integrator.time;
-  struct kith_ranks *ranks = simulation->nodes->ranks;
   return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? write_series(output) : KITH_OK);
 }
 

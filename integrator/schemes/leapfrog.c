@@ -15,13 +15,13 @@ static const struct kith_param params[] = {
      "one step for all nodes; or each node its own, a power of two of the base step",
      KITH_INTO(struct leapfrog_settings, block)},
     {"levels", KITH_PARAM_INTEGER, "10", "[0, 10]", "the base step is at most 2^levels of the shortest step",
-     KITH_INTO(struct leapfrog_settings, levels)},
+     KITH_INTO(struct leapfrog_settings, levels), .needs = "steps=block"},
     {"ratio", KITH_PARAM_CHOICE, "2", "2|4|none",
      "of the steps of neighbors, at most; none: to see what that is for",
-     KITH_INTO(struct leapfrog_settings, ratio)},
+     KITH_INTO(struct leapfrog_settings, ratio), .needs = "steps=block"},
     {"random_steps", KITH_PARAM_INTEGER, "0", "[0, inf)",
      "not 0: a seed of random steps and wake-ups, for tests of conservation",
-     KITH_INTO(struct leapfrog_settings, seed)},
+     KITH_INTO(struct leapfrog_settings, seed), .needs = "steps=block"},
     {0}};
 
 /* Without settings: the default. */

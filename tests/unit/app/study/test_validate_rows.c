@@ -67,7 +67,7 @@ int main(void) {
   CHECK(n >= 279);
   check_group(rows, n, "sod-1d", "materials-3d", 14 * 9);
   check_group(rows, n, "one-sod-1d", "one-materials-3d", 14 * 3);
-  check_group(rows, n, "default-sod-1d", "default-no-cull", 13 * 5);
+  check_group(rows, n, "default-sod-1d", "default-no-cull", 15 * 5);
   for (int k = 0; k < n; ++k)
     for (int j = 0; j < k; ++j) CHECK(strcmp(rows[k].job.label, rows[j].job.label) != 0);
   kith_free(&rows);
