@@ -29,7 +29,7 @@ static size_t pack(const kith_index *entry, size_t n, kith_index target, uint8_t
   return used;
 }
 
-static kith_status store(struct kith_stored *stored, const kith_index *node) {
+static kith_status keep(struct kith_stored *stored, const kith_index *node) {
   struct kith_rows *rows = &stored->rows;
   const kith_index n = rows->n;
   uint64_t all = 0;
@@ -95,7 +95,7 @@ const struct kith_storage_ops kith_storage_compressed = {
     .name = "compressed",
     .doc = "differences along the curve, a byte for most: a quarter of the memory, unpacked row by row",
     .ascending = true,
-    .store = store,
+    .keep = keep,
     .row = row,
     .bytes = bytes,
     .clear = clear};

@@ -47,7 +47,7 @@ static void fill(const struct padded *p, const struct kith_rows *rows) {
   }
 }
 
-static kith_status store(struct kith_stored *stored, const kith_index *node) {
+static kith_status keep(struct kith_stored *stored, const kith_index *node) {
   const struct settings *settings = stored->settings;
   struct kith_rows *rows = &stored->rows;
   (void)node;
@@ -93,7 +93,7 @@ const struct kith_storage_ops kith_storage_padded = {
     .name = "padded",
     .doc = "a table of equal rows: no offsets, but every row is as long as the longest",
     KITH_SETTINGS(params, settings),
-    .store = store,
+    .keep = keep,
     .row = row,
     .bytes = bytes,
     .clear = clear};

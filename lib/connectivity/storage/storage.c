@@ -28,7 +28,7 @@ kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node)
   stored->n = stored->rows.n;
   stored->entries = stored->rows.first[stored->n];
   stored->longest = kith_rows_longest(&stored->rows);
-  return stored->ops->store != NULL ? stored->ops->store(stored, node) : KITH_OK;
+  return stored->ops->keep != NULL ? stored->ops->keep(stored, node) : KITH_OK;
 }
 
 /* What rows that are kept as they are need. */
@@ -75,5 +75,5 @@ const struct kith_storage_ops kith_storage_half = {
     .name = "half",
     .doc = "csr with each interaction once, in the row of the node that comes first",
     .upper = true,
-    .store = keep_upper,
+    .keep = keep_upper,
     .row = row};

@@ -23,7 +23,7 @@ struct kith_storage_ops {
   bool upper;     /* keeps sources beyond the target only: targets and sources are one selection */
   /* Keeps the rows in stored->rows, or in stored->self, and then need not keep stored->rows. node: of a
    * target. UNSUPPORTED if it cannot hold a row. */
-  kith_status (*store)(struct kith_stored *stored, const kith_index *node);
+  kith_status (*keep)(struct kith_stored *stored, const kith_index *node);
   /* Row t and its length; in `space`, [stored->longest], if it must be unpacked. Thread-safe. */
   const kith_index *(*row)(const struct kith_stored *stored, kith_index t, kith_index *space, size_t *n);
   size_t (*bytes)(const struct kith_stored *stored); /* of self; NULL: there is none */
