@@ -4,264 +4,24 @@
 #include <string.h>
 #include <unistd.h>
 #include "app/cli/text.h"
+#include "app/initial/deposits.h"
 #include "app/initial/lattice.h"
-#include "lib/comm/sum.h"
-
-#define PLACE "(%.10g, %.10g, %.10g)"
-#define COORDINATES(x) (x)[0], NDIM > 1 ? (x)[1 % NDIM] : 0.0, NDIM > 2 ? (x)[2 % NDIM] : 0.0
-
-/* The region's box cut with the domain. */
-static kith_status region_box(const struct kith_region *region, const struct kith_box *domain,
-                              struct kith_box *box) {
-  for (int a = 0; a < NDIM; ++a) {
-    box->lower[a] = KITH_MAX(region->where.extent[a][0], domain->lower[a]);
-    box->upper[a] = KITH_MIN(region->where.extent[a][1], domain->upper[a]);
-    if (!(box->lower[a] < box->upper[a]))
-      return kith_config_fail(region->node, NULL, "no part of it is in the domain");
-    if (!isfinite(box->upper[a] - box->lower[a]))
-      return kith_config_fail(region->node, NULL, "it is not bounded along axis %d", a);
-  }
-  return KITH_OK;
-}
-
-/* One formula at x; a failure gets the region's line and what the formula is for. */
-static kith_status value_at(const struct kith_region *region, struct kith_expression *formula,
-                            const char *what, const double *x, double *value) {
-  if (kith_expression_at(formula, NDIM, x, value) == KITH_OK) return KITH_OK;
-  return kith_config_fail(region->node, NULL, "%s: %s", what, kith_failure());
-}
-
-static kith_status refused(const struct kith_region *region, const char *what, double value,
-                           const double *x) {
-  return kith_config_fail(region->node, NULL, "%s is %g at " PLACE, what, value, COORDINATES(x));
-}
-
-/* Is x in the region? Its extents are half-open, so that regions that touch share no point. */
-static kith_status region_holds(const struct kith_region *region, const double *x, bool *holds) {
-  double value = 1;
-  *holds = true;
-  for (int a = 0; a < NDIM; ++a)
-    *holds = *holds && x[a] >= region->where.extent[a][0] && x[a] < region->where.extent[a][1];
-  if (*holds && region->where.inside != NULL)
-    KITH_TRY(value_at(region, region->where.inside, "where", x, &value));
-  *holds = *holds && value != 0;
-  return KITH_OK;
-}
-
-static kith_status density_at(const struct kith_region *region, const double *x, double *density) {
-  KITH_TRY(value_at(region, region->density, "density", x, density));
-  return *density > 0 ? KITH_OK : refused(region, "density", *density, x);
-}
-
-/* Mean density over the part of `box` in the region: a constant, or the mean of a grid of samples. */
-static kith_status mean_density_of(const struct kith_region *region, const struct kith_box *box,
-                                   double *mean) {
-  if (!isnan(kith_expression_constant(region->density))) return density_at(region, box->lower, mean);
-  const int per_axis = NDIM == 1 ? 4096 : NDIM == 2 ? 128 : 32, samples = (int)kith_pow_dim(per_axis);
-  double sum = 0;
-  int inside = 0;
-  for (int s = 0; s < samples; ++s) {
-    double x[NDIM], density;
-    for (int a = 0, rest = s; a < NDIM; ++a, rest /= per_axis)
-      x[a] = box->lower[a] + (box->upper[a] - box->lower[a]) * (rest % per_axis + 0.5) / per_axis;
-    bool holds;
-    KITH_TRY(region_holds(region, x, &holds));
-    if (!holds) continue;
-    KITH_TRY(density_at(region, x, &density));
-    sum += density;
-    ++inside;
-  }
-  if (inside == 0)
-    return kith_config_fail(region->node, NULL,
-                            "too thin in its box to average the density; narrow the box or give `spacing`");
-  *mean = sum / inside;
-  return KITH_OK;
-}
-
-static kith_status displaced(const struct kith_region *region, const double *x, double *out) {
-  for (int a = 0; a < NDIM; ++a) {
-    double by;
-    KITH_TRY(value_at(region, region->displacement[a], "displacement", x, &by));
-    out[a] = x[a] + by;
-  }
-  return KITH_OK;
-}
-
-static double determinant(const double d[3][3]) {
-  double sum = 0;
-  for (int a = 0; a < 3; ++a) {
-    const int b = (a + 1) % 3, c = (a + 2) % 3;
-    sum += d[0][a] * (d[1][b] * d[2][c] - d[1][c] * d[2][b]);
-  }
-  return sum;
-}
-
-/* Moves x by the displacement of the region. *stretch: by what it enlarges a volume there, the determinant of
- * the derivatives of the new place, by differences over `step`. */
-static kith_status displace(const struct kith_region *region, const struct kith_box *domain, double step,
-                            double *x, double *stretch) {
-  double d[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, side[2][NDIM], place[NDIM];
-  *stretch = 1;
-  if (region->displacement[0] == NULL) return KITH_OK;
-  for (int b = 0; b < NDIM; ++b) {
-    for (int k = 0; k < 2; ++k) {
-      memcpy(place, x, sizeof place);
-      place[b] += (2 * k - 1) * step;
-      KITH_TRY(displaced(region, place, side[k]));
-    }
-    for (int a = 0; a < NDIM; ++a) d[a][b] = (side[1][a] - side[0][a]) / (2 * step);
-  }
-  *stretch = determinant((const double(*)[3])d);
-  KITH_TRY(displaced(region, x, place));
-  if (!(*stretch > 0)) return refused(region, "displacement folds the lattice: its stretch", *stretch, x);
-  for (int a = 0; a < NDIM; ++a)
-    if (!(place[a] >= domain->lower[a] && place[a] <= domain->upper[a]))
-      return refused(region, "displacement leaves the domain: the coordinate", place[a], x);
-  memcpy(x, place, sizeof place);
-  return KITH_OK;
-}
-
-struct state {
-  double density, pressure, energy, velocity[NDIM]; /* pressure: NaN where the energy is given */
-};
-/* The energy follows from the pressure where that is given. */
-static kith_status state_at(const struct kith_region *region, const struct kith_material *material,
-                            const double *x, struct state *state) {
-  static const char *const name[3] = {"velocity along x", "velocity along y", "velocity along z"};
-  *state = (struct state){.pressure = NAN};
-  KITH_TRY(density_at(region, x, &state->density));
-  for (int a = 0; a < NDIM; ++a)
-    if (region->velocity[a]) KITH_TRY(value_at(region, region->velocity[a], name[a], x, &state->velocity[a]));
-  if (region->energy) {
-    KITH_TRY(value_at(region, region->energy, "energy", x, &state->energy));
-  } else {
-    KITH_TRY(value_at(region, region->pressure, "pressure", x, &state->pressure));
-    if (state->pressure < 0) return refused(region, "pressure", state->pressure, x);
-    state->energy = material->eos->energy(material->settings, state->density, state->pressure);
-    if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
-      return refused(region, "pressure is not what its eos has at this density: it", state->pressure, x);
-  }
-  const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
-  return possible ? KITH_OK : refused(region, "energy", state->energy, x);
-}
-
-/* By the formulas of an inflow. */
-static kith_status inflow_state(const struct kith_flow_settings *flow, const struct kith_material *material,
-                                const struct kith_config_node *node, const double *x, struct state *state) {
-  struct kith_region face = {
-      .node = node, .density = flow->density, .pressure = flow->pressure, .energy = flow->energy};
-  memcpy(face.velocity, flow->velocity, sizeof face.velocity);
-  return state_at(&face, material, x, state);
-}
+#include "app/initial/region.h"
 
 kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *b, int list,
                                            const double *x, double time, struct kith_flow_state *out) {
   const struct kith_scene *s = scene;
   const struct kith_flow_settings *flow = b->settings;
-  struct state state;
+  struct kith_region_state state;
   double at[NDIM];
   memcpy(at, x, sizeof at);
   at[b->axis] = b->at_upper ? b->upper : b->lower;
   struct kith_expression *const formula[] = {flow->density, flow->pressure, flow->energy};
   for (int k = 0; k < 3; ++k) kith_expression_time(formula[k], time);
   for (int a = 0; a < NDIM; ++a) kith_expression_time(flow->velocity[a], time);
-  KITH_TRY(inflow_state(flow, &s->material[list], s->config->root, at, &state));
+  KITH_TRY(kith_region_inflow_state(flow, &s->material[list], s->config->root, at, &state));
   *out = (struct kith_flow_state){.density = state.density, .energy = state.energy};
   memcpy(out->velocity, state.velocity, sizeof out->velocity);
-  return KITH_OK;
-}
-
-/* --- deposits ---
- *
- * Node i at distance r_i from the center gets the part w_i m_i / sum_j w_j m_j of the energy:
- *   point    w = 1 for the nearest node, or nodes, where several are nearest within round-off
- *   ball     w = 1 for r <= radius
- *   kernel   w = M4(2 r / radius), the cubic spline 1 - 3/2 q^2 + 3/4 q^3 (q < 1), (2 - q)^3 / 4 (q < 2)
- *            (Monaghan and Lattanzio 1985)
- * Distances take the nearest image across periodic faces. */
-
-/* Relative difference below which distances are equal: round-off must not split a shell of lattice sites. */
-static const double tolerance = 1e-9;
-
-static double distance_from(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                            const double *x) {
-  double r2 = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    double d = x[a] - deposit->center[a];
-    if (scene->period[a] > 0) d -= scene->period[a] * round(d / scene->period[a]);
-    r2 += d * d;
-  }
-  return sqrt(r2);
-}
-
-static double cubic_spline(double q) {
-  const double t = 2 - q;
-  return q >= 2 ? 0 : q >= 1 ? 0.25 * t * t * t : 1 - q * q * (1.5 - 0.75 * q);
-}
-
-/* Least distance of a node of any rank, and the spacing there. */
-static double nearest(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                      const struct kith_hydro *hydro, double *spacing) {
-  struct kith_ranks *ranks = hydro->nodes->ranks;
-  double least = INFINITY;
-  int64_t id = INT64_MAX;
-  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
-    const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + i * NDIM);
-    if (r >= least) continue;
-    least = r;
-    id = hydro->nodes->id->i64[i];
-    *spacing = pow(hydro->mass->f64[i] / hydro->density->f64[i], 1.0 / NDIM);
-  }
-  kith_ranks_broadcast(ranks, kith_ranks_minloc(ranks, least, id), spacing, sizeof *spacing);
-  kith_ranks_min(ranks, &least, 1);
-  return least;
-}
-
-static double heated_radius(const struct kith_deposit *deposit, double least, double spacing) {
-  if (deposit->shape == KITH_DEPOSIT_POINT) return least + tolerance * spacing;
-  if (deposit->radius > 0) return deposit->radius;
-  return deposit->spacings * spacing * (deposit->shape == KITH_DEPOSIT_KERNEL ? 2 : 1);
-}
-
-static double weight(const struct kith_deposit *deposit, double r, double radius) {
-  if (deposit->shape == KITH_DEPOSIT_KERNEL) return cubic_spline(2 * r / radius);
-  return r <= radius * (1 + tolerance) ? 1 : 0;
-}
-
-/* sum m w over the nodes of all ranks: exact where their order depends on the ranks. */
-static double sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                          const struct kith_hydro *hydro, double radius) {
-  const struct kith_nodes *nodes = hydro->nodes;
-  struct kith_sum exact = {0};
-  double plain = 0;
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const double w = weight(deposit, distance_from(deposit, scene, nodes->position->f64 + i * NDIM), radius);
-    kith_sum_add(&exact, hydro->mass->f64[i] * w);
-    plain += hydro->mass->f64[i] * w;
-  }
-  kith_sum_ranks(nodes->ranks, &exact, 1);
-  return nodes->ranks != NULL || nodes->image != NULL ? kith_sum_value(&exact) : plain;
-}
-
-static kith_status add_deposit(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                               const struct kith_hydro *hydro) {
-  const kith_index n = hydro->nodes->n_internal;
-  const double *x = hydro->nodes->position->f64;
-  double spacing = 0;
-  const double least = nearest(deposit, scene, hydro, &spacing),
-               radius = heated_radius(deposit, least, spacing),
-               sum = sum_weights(deposit, scene, hydro, radius);
-  if (!(sum > 0))
-    return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
-                            radius, least);
-  for (kith_index i = 0; i < n; ++i)
-    hydro->energy->f64[i] +=
-        deposit->energy * weight(deposit, distance_from(deposit, scene, x + i * NDIM), radius) / sum;
-  return KITH_OK;
-}
-
-static kith_status add_deposits(const struct kith_scene *scene, const struct kith_hydro *hydro) {
-  for (int k = 0; k < scene->n_deposits; ++k) KITH_TRY(add_deposit(&scene->deposit[k], scene, hydro));
   return KITH_OK;
 }
 
@@ -304,9 +64,9 @@ static kith_status fit_lattices(struct setup *s) {
   for (int k = 0; k < s->scene->n_regions; ++k) {
     struct plan *plan = &s->plan[s->n_plans++];
     plan->region = &s->scene->region[k], plan->axis = -1;
-    KITH_TRY(region_box(plan->region, &s->scene->domain, &plan->box));
+    KITH_TRY(kith_region_box(plan->region, &s->scene->domain, &plan->box));
     if (plan->region->spacing > 0) continue;
-    KITH_TRY(mean_density_of(plan->region, &plan->box, &plan->mean_density));
+    KITH_TRY(kith_region_mean_density(plan->region, &plan->box, &plan->mean_density));
     if (densest == NULL || plan->mean_density > densest->mean_density) densest = plan;
   }
   if (densest != NULL) KITH_TRY(fit_lattice(densest, spacing, 0));
@@ -346,7 +106,8 @@ static void to_face(const struct setup *s, const struct plan *plan, double *x) {
 
 /* What the state at a face must be like: that of an inflow leads inwards, along the face only where that
  * repeats; no pressure comes back to gas that leaves faster than sound. */
-static kith_status check_flow(const struct setup *s, const struct plan *plan, const struct state *state) {
+static kith_status check_flow(const struct setup *s, const struct plan *plan,
+                              const struct kith_region_state *state) {
   const struct kith_scene *scene = s->scene;
   const int a = plan->axis;
   const double inwards = plan->side == 0 ? state->velocity[a] : -state->velocity[a];
@@ -374,21 +135,21 @@ static kith_status check_flow(const struct setup *s, const struct plan *plan, co
 
 /* The state of a zone: at its face, as the inflow says or as in the region. */
 static kith_status zone_state(const struct setup *s, const struct plan *plan, const double *x,
-                              struct state *state) {
+                              struct kith_region_state *state) {
   const struct kith_flow_settings *flow = s->scene->boundary[plan->axis].settings[plan->side];
   const struct kith_material *material = &s->scene->material[plan->region->material];
   double at[NDIM];
   memcpy(at, x, sizeof at);
   to_face(s, plan, at);
-  KITH_TRY(flow->density != NULL ? inflow_state(flow, material, plan->region->node, at, state)
-                                 : state_at(plan->region, material, at, state));
+  KITH_TRY(flow->density != NULL ? kith_region_inflow_state(flow, material, plan->region->node, at, state)
+                                 : kith_region_state(plan->region, material, at, state));
   return plan->region->frozen || plan->region->barrier ? KITH_OK : check_flow(s, plan, state);
 }
 
 /* Gas that enters at an angle comes from a slanted zone, so that it does not come through walls beside it:
  * along axes that do not repeat, sites lie upstream of where they enter. */
 static kith_status slant_zone(const struct setup *s, const struct plan *zone) {
-  struct state state;
+  struct kith_region_state state;
   double middle[NDIM], *shift = s->zone[zone->axis][zone->side];
   for (int a = 0; a < NDIM; ++a) middle[a] = 0.5 * (zone->box.lower[a] + zone->box.upper[a]);
   KITH_TRY(zone_state(s, zone, middle, &state));
@@ -447,8 +208,8 @@ static kith_status add_zones(struct setup *s) {
 static kith_status damage_at(const struct kith_region *region, const double *x, double *damage) {
   const double porosity = region->porosity >= 0 ? region->porosity : !region->barrier;
   *damage = 0;
-  if (region->damage != NULL) KITH_TRY(value_at(region, region->damage, "damage", x, damage));
-  if (!(*damage >= 0 && *damage <= 1)) return refused(region, "damage, in [0, 1],", *damage, x);
+  if (region->damage != NULL) KITH_TRY(kith_region_value(region, region->damage, "damage", x, damage));
+  if (!(*damage >= 0 && *damage <= 1)) return kith_region_refuse(region, "damage, in [0, 1],", *damage, x);
   *damage = 1 - porosity * (1 - *damage);
   return KITH_OK;
 }
@@ -459,10 +220,10 @@ static kith_status check_alone(const struct setup *s, const struct plan *plan, c
     const struct kith_region *other = s->plan[k].region;
     if (other == plan->region) continue;
     bool holds;
-    KITH_TRY(region_holds(other, x, &holds));
+    KITH_TRY(kith_region_holds(other, x, &holds));
     if (!holds) continue;
-    return kith_config_fail(plan->region->node, NULL, "overlaps the region of line %d, at " PLACE,
-                            other->node->location.line, COORDINATES(x));
+    return kith_config_fail(plan->region->node, NULL, "overlaps the region of line %d, at " KITH_PLACE,
+                            other->node->location.line, KITH_COORDINATES(x));
   }
   return KITH_OK;
 }
@@ -482,13 +243,13 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   const double spacing = pow(plan->fit.site_volume, 1.0 / NDIM);
   const bool zone = plan->axis >= 0;
   double volume = plan->fit.site_volume, stretch = 1;
-  struct state state;
+  struct kith_region_state state;
   if (region->jitter > 0 && !zone)
     kith_lattice_jitter(&plan->fit, region->jitter * spacing, region->seed, i, x);
-  if (!zone) KITH_TRY(displace(region, &s->scene->domain, 1e-3 * spacing, x, &stretch));
+  if (!zone) KITH_TRY(kith_region_displace(region, &s->scene->domain, 1e-3 * spacing, x, &stretch));
   volume *= stretch;
   KITH_TRY(zone ? zone_state(s, plan, x, &state)
-                : state_at(region, &s->scene->material[region->material], x, &state));
+                : kith_region_state(region, &s->scene->material[region->material], x, &state));
   for (int a = 0; a < NDIM; ++a) {
     s->nodes->position->f64[i * NDIM + a] = x[a];
     s->hydro->velocity->f64[i * NDIM + a] = state.velocity[a];
@@ -513,7 +274,7 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
     kith_lattice_site(&plan->fit, site, x);
     memcpy(at, x, sizeof at);
     if (plan->axis >= 0) to_face(s, plan, at);
-    KITH_TRY(region_holds(plan->region, at, &holds));
+    KITH_TRY(kith_region_holds(plan->region, at, &holds));
     if (!holds) continue;
     if (plan->axis >= 0) slant(s, plan, x);
     KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, x) : check_alone(s, plan, at));
@@ -589,7 +350,7 @@ kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
     if (isnan(pressure)) continue;
     hydro->energy->f64[i] = material->eos->energy(material->settings, hydro->density->f64[i], pressure);
   }
-  return add_deposits(scene, hydro);
+  return kith_deposits_add(scene, hydro);
 }
 
 static const struct kith_field_spec damage_spec = {
@@ -670,7 +431,7 @@ static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **f
   for (int k = 0; k < s->n_plans; ++k) KITH_TRY(visit_sites(s, &s->plan[k], true));
   s->nodes->positions += 1;
   KITH_TRY(flag_nodes(s, frozen));
-  if (!kith_initial_conditions_pending(s->scene)) KITH_TRY(add_deposits(s->scene, s->hydro));
+  if (!kith_initial_conditions_pending(s->scene)) KITH_TRY(kith_deposits_add(s->scene, s->hydro));
   return KITH_OK;
 }
 

@@ -1,0 +1,89 @@
+/* Weights of the nodes that a deposit heats. */
+#include "app/initial/deposits.h"
+
+#include "lib/comm/sum.h"
+
+/* Relative difference below which distances are equal: round-off must not split a shell of lattice sites. */
+static const double tolerance = 1e-9;
+
+static double distance_from(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                            const double *x) {
+  double r2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    double d = x[a] - deposit->center[a];
+    if (scene->period[a] > 0) d -= scene->period[a] * round(d / scene->period[a]);
+    r2 += d * d;
+  }
+  return sqrt(r2);
+}
+
+static double cubic_spline(double q) {
+  const double t = 2 - q;
+  return q >= 2 ? 0 : q >= 1 ? 0.25 * t * t * t : 1 - q * q * (1.5 - 0.75 * q);
+}
+
+/* Least distance of a node of any rank, and the spacing there. */
+static double nearest(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                      const struct kith_hydro *hydro, double *spacing) {
+  struct kith_ranks *ranks = hydro->nodes->ranks;
+  double least = INFINITY;
+  int64_t id = INT64_MAX;
+  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
+    const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + i * NDIM);
+    if (r >= least) continue;
+    least = r;
+    id = hydro->nodes->id->i64[i];
+    *spacing = pow(hydro->mass->f64[i] / hydro->density->f64[i], 1.0 / NDIM);
+  }
+  kith_ranks_broadcast(ranks, kith_ranks_minloc(ranks, least, id), spacing, sizeof *spacing);
+  kith_ranks_min(ranks, &least, 1);
+  return least;
+}
+
+static double heated_radius(const struct kith_deposit *deposit, double least, double spacing) {
+  if (deposit->shape == KITH_DEPOSIT_POINT) return least + tolerance * spacing;
+  if (deposit->radius > 0) return deposit->radius;
+  return deposit->spacings * spacing * (deposit->shape == KITH_DEPOSIT_KERNEL ? 2 : 1);
+}
+
+static double weight(const struct kith_deposit *deposit, double r, double radius) {
+  if (deposit->shape == KITH_DEPOSIT_KERNEL) return cubic_spline(2 * r / radius);
+  return r <= radius * (1 + tolerance) ? 1 : 0;
+}
+
+/* sum m w over the nodes of all ranks: exact where their order depends on the ranks. */
+static double sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                          const struct kith_hydro *hydro, double radius) {
+  const struct kith_nodes *nodes = hydro->nodes;
+  struct kith_sum exact = {0};
+  double plain = 0;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double w = weight(deposit, distance_from(deposit, scene, nodes->position->f64 + i * NDIM), radius);
+    kith_sum_add(&exact, hydro->mass->f64[i] * w);
+    plain += hydro->mass->f64[i] * w;
+  }
+  kith_sum_ranks(nodes->ranks, &exact, 1);
+  return nodes->ranks != NULL || nodes->image != NULL ? kith_sum_value(&exact) : plain;
+}
+
+static kith_status add_deposit(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                               const struct kith_hydro *hydro) {
+  const kith_index n = hydro->nodes->n_internal;
+  const double *x = hydro->nodes->position->f64;
+  double spacing = 0;
+  const double least = nearest(deposit, scene, hydro, &spacing),
+               radius = heated_radius(deposit, least, spacing),
+               sum = sum_weights(deposit, scene, hydro, radius);
+  if (!(sum > 0))
+    return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
+                            radius, least);
+  for (kith_index i = 0; i < n; ++i)
+    hydro->energy->f64[i] +=
+        deposit->energy * weight(deposit, distance_from(deposit, scene, x + i * NDIM), radius) / sum;
+  return KITH_OK;
+}
+
+kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro) {
+  for (int k = 0; k < scene->n_deposits; ++k) KITH_TRY(add_deposit(&scene->deposit[k], scene, hydro));
+  return KITH_OK;
+}

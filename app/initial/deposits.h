@@ -1,0 +1,18 @@
+/* deposits.h - energies that the scene adds to the gas: blasts.
+ *
+ * Node i at distance r_i from the center gets the part w_i m_i / sum_j w_j m_j of the energy:
+ *   point    w = 1 for the nearest node, or nodes, where several are nearest within round-off
+ *   ball     w = 1 for r <= radius
+ *   kernel   w = M4(2 r / radius), the cubic spline 1 - 3/2 q^2 + 3/4 q^3 (q < 1), (2 - q)^3 / 4 (q < 2)
+ *            (Monaghan and Lattanzio 1985)
+ * Distances take the nearest image across periodic faces. */
+#ifndef KITH_APP_INITIAL_DEPOSITS_H
+#define KITH_APP_INITIAL_DEPOSITS_H
+
+#include "app/scene/scene.h"
+#include "physics/hydro.h"
+
+/* Adds all of them; sums are exact. BAD_INPUT where no node is near a center. Collective. */
+kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro);
+
+#endif
