@@ -1,5 +1,5 @@
-/* region.h - what the formulas of a region of the scene give at a point. Failures are BAD_INPUT, with the line
- * of the region and the place. */
+/* region.h - what the formulas of a region of the scene give at a point. Failures are BAD_INPUT, with the
+ * line of the region and the place. */
 #ifndef KITH_APP_INITIAL_REGION_H
 #define KITH_APP_INITIAL_REGION_H
 
