@@ -72,6 +72,11 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   int n = 0;
   for (char *rest = text; rest != NULL;) words[n++] = strsep(&rest, "\n");
   unlink(log);
+  if (directory != NULL) { /* a restart would go on with a history that an earlier run left there */
+    char history[KITH_JOB_PATH + 16];
+    snprintf(history, sizeof history, "%s/history.csv", directory);
+    unlink(history);
+  }
   setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
   const kith_status status = kith_process_run(words, log, cpu_limit, code);
   free(text);
