@@ -64,9 +64,11 @@ static bool is_json(const char *text) {
   return ok && *text == '\0';
 }
 
+/* Not by strstr: that of sanitizers measures all of the rest each time. */
 static int occurrences(const char *text, const char *word) {
+  const size_t length = strlen(word);
   int n = 0;
-  for (const char *at = text; (at = strstr(at, word)) != NULL; ++at) ++n;
+  for (const char *c = text; *c != '\0'; ++c) n += *c == *word && strncmp(c, word, length) == 0;
   return n;
 }
 
