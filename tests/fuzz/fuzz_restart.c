@@ -1,8 +1,8 @@
 /* Reading a checkpoint that someone damaged or made up: refused with a line, or restored; never anything
  * else.
  *
- * Run as it is, it changes a good file by a generator with a fixed seed; half of the inputs get the right
- * checksum again, so that what lies behind it is tried too. With clang -fsanitize=fuzzer -DKITH_LIBFUZZER
+ * Run as it is, fuzz-restart [N [SEED]], it changes a good file N times (20000) by a fixed generator; half of
+ * the inputs get the right checksum again, so that what lies behind it is tried too. With clang -fsanitize=fuzzer -DKITH_LIBFUZZER
  * the main is libFuzzer's. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* memfd_create */
@@ -14,7 +14,7 @@
 #include "lib/io/checkpoint.h"
 #include "tests/check.h"
 
-enum { MOST = 1 << 16, INPUTS = 20000 };
+enum { MOST = 1 << 16 };
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 static int opened, restored; /* how deep the inputs went */
@@ -129,12 +129,13 @@ static void change(uint8_t *data, size_t n, uint64_t *seed) {
   }
 }
 
-int main(void) {
+int main(int argc, char **argv) {
   static uint8_t good[MOST], data[MOST];
   const size_t n = good_file(good);
-  uint64_t seed = 1;
+  const long inputs = argc > 1 ? atol(argv[1]) : 20000;
+  uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 1;
   LLVMFuzzerTestOneInput(good, n);
-  for (int k = 0; k < INPUTS; ++k) {
+  for (long k = 0; k < inputs; ++k) {
     size_t size = n;
     memcpy(data, good, n);
     if (k % 5 == 4) size = below(&seed, n);
@@ -144,8 +145,8 @@ int main(void) {
     LLVMFuzzerTestOneInput(data, size);
   }
   /* The inputs must not all stop at the same door. */
-  CHECK(opened > INPUTS / 20 && opened < INPUTS / 2 && restored > INPUTS / 50 && restored < opened);
-  if (check_failures > 0) fprintf(stderr, "%d opened, %d restored of %d\n", opened, restored, INPUTS);
+  CHECK(opened > inputs / 20 && opened < inputs / 2 && restored > inputs / 50 && restored < opened);
+  if (check_failures > 0) fprintf(stderr, "%d opened, %d restored of %ld\n", opened, restored, inputs);
   return check_failed();
 }
 #endif
