@@ -285,7 +285,7 @@ static double deposited(const struct stage *s) {
 }
 
 static struct kith_deposit *blast(struct stage *s, enum kith_deposit_shape shape, double center) {
-  static const struct kith_config_node node = {.location = {"hand.yaml", 77}};
+  static const struct kith_config_node node = {.location = {.file = "hand.yaml", .line = 77}};
   struct kith_deposit *deposit = &s->deposit[s->scene.n_deposits++];
   *deposit = (struct kith_deposit){.energy = 3, .shape = shape, .node = &node};
   for (int a = 0; a < NDIM; ++a) deposit->center[a] = center;
