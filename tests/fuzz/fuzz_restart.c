@@ -2,8 +2,8 @@
  * else.
  *
  * Run as it is, fuzz-restart [N [SEED]], it changes a good file N times (20000) by a fixed generator; half of
- * the inputs get the right checksum again, so that what lies behind it is tried too. With clang -fsanitize=fuzzer -DKITH_LIBFUZZER
- * the main is libFuzzer's. */
+ * the inputs get the right checksum again, so that what lies behind it is tried too. With clang
+ * -fsanitize=fuzzer -DKITH_LIBFUZZER the main is libFuzzer's. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* memfd_create */
 #endif

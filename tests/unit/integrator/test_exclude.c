@@ -76,7 +76,7 @@ static void check_barriers(void) {
       "materials: {gas: {gamma: 1.4}, wall: {gamma: 1.4}}\n"
       "regions:\n"
       "  - {material: gas, where: {x: [-0.5, 0]}, lattice: cubic, density: 1, "
-      "pressure: 1}\n"
+      "pressure: 1 - x}\n"
       "  - {material: gas, where: {x: [0.25, 0.5]}, lattice: cubic, density: 1, "
       "pressure: 0.1}\n"
       "  - {material: wall, where: {x: [0, 0.25]}, lattice: cubic, density: 1, "
