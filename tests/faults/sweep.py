@@ -10,21 +10,9 @@ The whole sweep; hours, most of them the allocations of HDF5:
   tests/faults/sweep.py build/release/bin build/release/tests/faults
 """
 import argparse, collections, glob, json, os, random, shutil, subprocess, sys, tempfile
+from common import ENVIRONMENT, SCENE
 
 CLASSES = 'open write read map sync name size close power power-names allocate'.split()
-TINY = '''scene: tiny
-dimension: 1
-resolution: 50
-domain: {lower: [-1, 0, 0], upper: [1, 1, 1]}
-boundaries: {x: reflecting, y: periodic, z: periodic}
-materials: {gas: {eos: ideal, gamma: 1.4}}
-regions:
-  - {material: gas, where: {x: [-1, 0]}, density: 1.0, pressure: 1.0}
-  - {material: gas, where: {x: [0, 1]}, density: 0.125, pressure: 0.1}
-until: 0.05
-output: {plot: false, checkpoint: 5, checkpoint_at_end: true, every: 0.02}
-'''
-
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
 parser.add_argument('programs')
 parser.add_argument('tools')
@@ -41,10 +29,8 @@ kith = os.path.abspath(args.programs) + '/kith'
 inject, preload = (os.path.abspath(args.tools) + '/' + name for name in ('inject', 'liballocate.so'))
 place = tempfile.mkdtemp(prefix='kith-faults-')
 os.chdir(place)
-open('tiny.yaml', 'w').write(TINY)
-environment = dict(os.environ, OMP_NUM_THREADS='1', OMPI_ALLOW_RUN_AS_ROOT='1',
-                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM='1', OMPI_MCA_mpi_yield_when_idle='1', OMPI_MCA_pml='ob1',
-                   ASAN_OPTIONS='detect_leaks=0', # of a process that is traced
+open('tiny.yaml', 'w').write(SCENE % (50, 0.05, '', 0.02))
+environment = dict(ENVIRONMENT, ASAN_OPTIONS='detect_leaks=0', # of a process that is traced
                    KITH_FAULT_LOG=place + '/log', KITH_FAULT_COUNT=place + '/count')
 
 
