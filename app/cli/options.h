@@ -69,7 +69,7 @@ struct kith_options {
     "processes, started by mpirun (default: 1, or those of mpirun -n N kith run); plan: of a run on N")      \
   X(threads, 0, "N", COUNT, 1, KITH_MAX_THREADS, threads,                                                    \
     F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                      \
-    "threads of a process (default: all cores, shared among ranks; runs of chart and stress: 1)")            \
+    "threads of a process (default: cores shared among ranks, one for each 2,000 nodes; in studies 1)")      \
   X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                              \
   X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                         \
   X(walltime, 0, "MINUTES", NUMBER, 0.001, 1e9, walltime, F(run),                                            \

@@ -71,7 +71,7 @@ static N_Vector_ID identity(N_Vector v) {
 }
 
 static sunindextype count(N_Vector v) {
-  return set_of(v)->length;
+  return (sunindextype)set_of(v)->length; /* int, where SUNDIALS was built so */
 }
 
 /* Defines name(parameters): z[k] = expression in k and, as declared, x[k] and y[k], for all k; all may be the

@@ -117,7 +117,7 @@ static int laplacian(void *context, N_Vector v, N_Vector z) {
 }
 
 /* z = r / sum a. */
-static int jacobi(void *context, N_Vector r, N_Vector z, realtype unused_tolerance, int side) {
+static int jacobi(void *context, N_Vector r, N_Vector z, sunrealtype unused_tolerance, int side) {
   const struct mfm_faces *f = context;
   const double *restrict in = kith_vector_numbers(r, 0);
   double *restrict out = kith_vector_numbers(z, 0);
