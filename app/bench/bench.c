@@ -183,7 +183,7 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   omp_set_num_threads(threads);
   kith_status status = kith_scene_parse(&scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
   if (status == KITH_OK) status = kith_profile_create(&profile, threads, false);
-  if (status == KITH_OK) status = kith_simulation_create(&m, scene, profile, false);
+  if (status == KITH_OK) status = kith_simulation_create(&m, scene, NULL, profile, false);
   if (status == KITH_OK) status = time_steps(m, options, out);
   if (status == KITH_OK && also != NULL) status = also(m, out);
   kith_simulation_destroy(&m);

@@ -29,6 +29,7 @@ static double nearest(const struct kith_deposit *deposit, const struct kith_scen
   double least = INFINITY;
   int64_t id = INT64_MAX;
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
+    if (!kith_node_is_gas(hydro->nodes, i)) continue;
     const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + i * NDIM);
     if (r >= least) continue;
     least = r;
@@ -51,19 +52,18 @@ static double weight(const struct kith_deposit *deposit, double r, double radius
   return r <= radius * (1 + tolerance) ? 1 : 0;
 }
 
-/* sum m w over the nodes of all ranks: exact where their order depends on the ranks. */
+/* sum m w over the gas of all ranks. */
 static double sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
                           const struct kith_hydro *hydro, double radius) {
   const struct kith_nodes *nodes = hydro->nodes;
-  struct kith_sum exact = {0};
-  double plain = 0;
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const double w = weight(deposit, distance_from(deposit, scene, nodes->position->f64 + i * NDIM), radius);
-    kith_sum_add(&exact, hydro->mass->f64[i] * w);
-    plain += hydro->mass->f64[i] * w;
-  }
-  kith_sum_ranks(nodes->ranks, &exact, 1);
-  return nodes->ranks != NULL || nodes->image != NULL ? kith_sum_value(&exact) : plain;
+  struct kith_sum sum = {0};
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (kith_node_is_gas(nodes, i))
+      kith_sum_add(
+          &sum, hydro->mass->f64[i] *
+                    weight(deposit, distance_from(deposit, scene, nodes->position->f64 + i * NDIM), radius));
+  kith_sum_ranks(nodes->ranks, &sum, 1);
+  return kith_sum_value(&sum);
 }
 
 static kith_status add_deposit(const struct kith_deposit *deposit, const struct kith_scene *scene,
@@ -78,8 +78,9 @@ static kith_status add_deposit(const struct kith_deposit *deposit, const struct 
     return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
                             radius, least);
   for (kith_index i = 0; i < n; ++i)
-    hydro->energy->f64[i] +=
-        deposit->energy * weight(deposit, distance_from(deposit, scene, x + i * NDIM), radius) / sum;
+    if (kith_node_is_gas(hydro->nodes, i))
+      hydro->energy->f64[i] +=
+          deposit->energy * weight(deposit, distance_from(deposit, scene, x + i * NDIM), radius) / sum;
   return KITH_OK;
 }
 

@@ -32,11 +32,14 @@ struct plan {
   struct kith_box box;
   struct kith_lattice_fit fit;
   double mean_density; /* 0 where `spacing` is given: not used */
+  int64_t begin, end;  /* the sites that this rank visits */
+  int64_t id, nodes;   /* of its first node; of all ranks */
   kith_index first, count;
 };
 
 struct setup {
   const struct kith_scene *scene;
+  struct kith_ranks *ranks;
   struct kith_nodes *nodes;
   struct kith_hydro *hydro;
   struct plan *plan; /* one per region, then one per zone, owned */
@@ -47,6 +50,11 @@ struct setup {
   double (*zone)[2][NDIM];   /* by axis and side: from a zone to what continues it */
   struct kith_field *volume; /* of sites in zones whose state changes; NULL: there are none */
 };
+
+/* Nodes that stay where they are: every rank holds all of them. */
+static bool stays(const struct kith_region *region) {
+  return region->frozen || region->barrier;
+}
 
 /* volume: of a node, which the number of cells is balanced for; 0: it is not. */
 static kith_status fit_lattice(struct plan *plan, double spacing, double volume) {
@@ -143,7 +151,7 @@ static kith_status zone_state(const struct setup *s, const struct plan *plan, co
   to_face(s, plan, at);
   KITH_TRY(flow->density != NULL ? kith_region_inflow_state(flow, material, plan->region->node, at, state)
                                  : kith_region_state(plan->region, material, at, state));
-  return plan->region->frozen || plan->region->barrier ? KITH_OK : check_flow(s, plan, state);
+  return stays(plan->region) ? KITH_OK : check_flow(s, plan, state);
 }
 
 /* Gas that enters at an angle comes from a slanted zone, so that it does not come through walls beside it:
@@ -174,9 +182,8 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
   struct plan *zone = &s->plan[s->n_plans++];
   *zone = *from;
   zone->axis = axis, zone->side = side;
-  const bool enters = side_ops(s->scene, axis, side)->enters,
-             stays = from->region->frozen || from->region->barrier;
-  const int64_t cells = (int64_t)ceil((stays && !enters ? 0.5 : 1) * flow->depth * support / cell);
+  const bool enters = side_ops(s->scene, axis, side)->enters, still = stays(from->region);
+  const int64_t cells = (int64_t)ceil((still && !enters ? 0.5 : 1) * flow->depth * support / cell);
   const double depth = (double)cells * cell;
   zone->fit.sites = from->fit.sites / from->fit.cells[axis] * cells;
   zone->fit.cells[axis] = cells;
@@ -189,7 +196,7 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
                         "could not enter as a whole; give them one spacing",
                         cell);
   *known = (side == 0 ? -1 : 1) * fmax(fabs(*known), depth);
-  return enters && !stays ? slant_zone(s, zone) : KITH_OK;
+  return enters && !still ? slant_zone(s, zone) : KITH_OK;
 }
 
 static kith_status add_zones(struct setup *s) {
@@ -238,14 +245,16 @@ static void slant(const struct setup *s, const struct plan *plan, double *x) {
     if (b != plan->axis) x[b] += part * shift[b];
 }
 
-static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, double *x) {
+/* i: its place here; id: that in the whole scene. */
+static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, int64_t id,
+                             double *x) {
   const struct kith_region *region = plan->region;
   const double spacing = pow(plan->fit.site_volume, 1.0 / NDIM);
   const bool zone = plan->axis >= 0;
   double volume = plan->fit.site_volume, stretch = 1;
   struct kith_region_state state;
   if (region->jitter > 0 && !zone)
-    kith_lattice_jitter(&plan->fit, region->jitter * spacing, region->seed, i, x);
+    kith_lattice_jitter(&plan->fit, region->jitter * spacing, region->seed, id, x);
   if (!zone) KITH_TRY(kith_region_displace(region, &s->scene->domain, 1e-3 * spacing, x, &stretch));
   volume *= stretch;
   KITH_TRY(zone ? zone_state(s, plan, x, &state)
@@ -254,7 +263,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
     s->nodes->position->f64[i * NDIM + a] = x[a];
     s->hydro->velocity->f64[i * NDIM + a] = state.velocity[a];
   }
-  s->nodes->id->i64[i] = i;
+  s->nodes->id->i64[i] = id;
   s->nodes->support->f64[i] = pow(s->neighbors / kith_ball() * volume, 1.0 / NDIM);
   s->hydro->mass->f64[i] = state.density * volume;
   s->hydro->density->f64[i] = state.density;
@@ -270,21 +279,40 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
   double x[NDIM], at[NDIM];
   bool holds;
   plan->count = 0;
-  for (int64_t site = 0; site < plan->fit.sites; ++site) {
+  for (int64_t site = plan->begin; site < plan->end; ++site) {
     kith_lattice_site(&plan->fit, site, x);
     memcpy(at, x, sizeof at);
     if (plan->axis >= 0) to_face(s, plan, at);
     KITH_TRY(kith_region_holds(plan->region, at, &holds));
     if (!holds) continue;
     if (plan->axis >= 0) slant(s, plan, x);
-    KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, x) : check_alone(s, plan, at));
+    KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, plan->id + plan->count, x)
+                  : check_alone(s, plan, at));
     ++plan->count;
   }
-  if (plan->count == 0) return kith_config_fail(plan->region->node, NULL, "it holds no node");
   return KITH_OK;
 }
 
-static kith_status count_nodes(const struct setup *s, kith_index *total) {
+/* Of an equal part of the sites. plan->id: the number of nodes of the ranks before. */
+static kith_status count_share(const struct setup *s, struct plan *plan) {
+  const int me = kith_ranks_rank(s->ranks), size = kith_ranks_size(s->ranks);
+  const bool whole = stays(plan->region);
+  char *counts = NULL;
+  plan->begin = whole ? 0 : plan->fit.sites * me / size;
+  plan->end = whole ? plan->fit.sites : plan->fit.sites * (me + 1) / size;
+  KITH_TRY(kith_ranks_allreduce_status(s->ranks, visit_sites(s, plan, false)));
+  const int64_t mine = me == 0 || !whole ? plan->count : 0;
+  KITH_TRY(kith_ranks_gather(s->ranks, &mine, sizeof mine, &counts, NULL));
+  for (int r = 0; r < size; ++r) {
+    const int64_t of_rank = ((const int64_t *)counts)[r];
+    if (r < me && !whole) plan->id += of_rank;
+    plan->nodes += of_rank;
+  }
+  kith_free(&counts);
+  return plan->nodes > 0 ? KITH_OK : kith_config_fail(plan->region->node, NULL, "it holds no node");
+}
+
+static kith_status count_nodes(const struct setup *s, int64_t *total) {
   int64_t sites = 0;
   *total = 0;
   for (int k = 0; k < s->n_plans; ++k) sites += s->plan[k].fit.sites;
@@ -292,18 +320,40 @@ static kith_status count_nodes(const struct setup *s, kith_index *total) {
     KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
               (double)KITH_MAX_SITES);
   for (int k = 0; k < s->n_plans; ++k) {
-    KITH_TRY(visit_sites(s, &s->plan[k], false));
-    *total += s->plan[k].count;
+    KITH_TRY(count_share(s, &s->plan[k]));
+    *total += s->plan[k].nodes;
   }
   return KITH_OK;
 }
 
-/* List by list, so that none is moved. */
-static kith_status append_nodes(const struct setup *s) {
+/* Fields of nodes and their rows, the least that a run takes, fit into the memory of this computer, with the
+ * shares of its ranks. */
+static kith_status check_memory(const struct setup *s, int64_t total) {
+  size_t each = (size_t)ceil(s->neighbors) * sizeof(kith_index);
+  char need[32], there[32];
+  for (int f = 0; f < s->nodes->n_fields; ++f) each += kith_field_node_size(s->nodes->fields[f]);
+  const double part = (double)kith_ranks_on_this_machine(s->ranks) / kith_ranks_size(s->ranks),
+               bytes = (double)total * (double)each * part,
+               memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
+  if (bytes <= memory) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "%s: %lld nodes take more than %s of memory, and there are %s: set a lower resolution",
+            s->scene->name, (long long)total, kith_text_bytes(need, bytes), kith_text_bytes(there, memory));
+}
+
+/* List by list, so that none is moved; so do ids ascend. */
+static kith_status append_nodes(const struct setup *s, int64_t total) {
+  int64_t id = 0;
+  kith_index mine = 0;
+  KITH_TRY(check_memory(s, total));
+  for (int k = 0; k < s->n_plans; ++k) mine += s->plan[k].count;
+  KITH_TRY(kith_nodes_grow(s->nodes, mine));
   for (int list = 0; list < s->scene->n_materials; ++list)
-    for (int k = 0; k < s->n_plans; ++k)
-      if (s->plan[k].region->material == list)
-        KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
+    for (int k = 0; k < s->n_plans; ++k) {
+      if (s->plan[k].region->material != list) continue;
+      KITH_TRY(kith_nodes_append(s->nodes, list, s->plan[k].count, &s->plan[k].first));
+      s->plan[k].id += id;
+      id += s->plan[k].nodes;
+    }
   return KITH_OK;
 }
 
@@ -314,15 +364,15 @@ static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
   for (int k = 0; k < s->n_plans; ++k) {
     const struct plan *plan = &s->plan[k];
     const size_t count = (size_t)plan->count;
-    const bool wall = plan->region->barrier, stays = plan->region->frozen || wall;
-    if (!stays && plan->axis < 0) continue;
+    const bool wall = plan->region->barrier, still = stays(plan->region);
+    if (!still && plan->axis < 0) continue;
     KITH_TRY(kith_hydro_flag(s->hydro));
     memset(s->nodes->flag->u8 + plan->first,
            wall    ? KITH_BARRIER
-           : stays ? KITH_FROZEN
+           : still ? KITH_FROZEN
                    : KITH_ZONE + 2 * plan->axis + plan->side,
            count);
-    if (!stays) continue;
+    if (!still) continue;
     if (*frozen == NULL) KITH_TRY(kith_resize(frozen, 0, (size_t)s->nodes->n_internal, 1));
     memset(*frozen + plan->first, 1, count);
     if (!wall) continue;
@@ -379,6 +429,7 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   for (int list = 0; list < s->scene->n_materials; ++list) names[list] = s->scene->material_name[list];
   KITH_TRY(kith_nodes_create(nodes, s->scene->n_materials, names));
   s->nodes = *nodes;
+  s->nodes->ranks = s->ranks;
   KITH_TRY(kith_hydro_init(s->hydro, s->nodes));
   if (kith_initial_conditions_pending(s->scene))
     KITH_TRY(kith_nodes_field(s->nodes, &wanted_pressure, &s->wanted));
@@ -397,18 +448,6 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   return KITH_OK;
 }
 
-/* Fields of nodes and their rows, the least that a run takes, fit into the memory of this computer. */
-static kith_status check_memory(const struct setup *s, int64_t total) {
-  size_t each = (size_t)ceil(s->neighbors) * sizeof(kith_index);
-  char need[32], there[32];
-  for (int f = 0; f < s->nodes->n_fields; ++f) each += kith_field_node_size(s->nodes->fields[f]);
-  const double bytes = (double)total * (double)each,
-               memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
-  if (bytes <= memory) return KITH_OK;
-  KITH_FAIL(BAD_INPUT, "%s: %lld nodes take more than %s of memory, and there are %s: set a lower resolution",
-            s->scene->name, (long long)total, kith_text_bytes(need, bytes), kith_text_bytes(there, memory));
-}
-
 /* Of the regions that hold all sites of their boxes. */
 static int64_t sites_of_boxes(const struct setup *s) {
   int64_t sites = 0;
@@ -417,31 +456,37 @@ static int64_t sites_of_boxes(const struct setup *s) {
   return sites;
 }
 
-static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen) {
-  kith_index total;
+static kith_status fill_nodes(struct setup *s, int64_t total, uint8_t **frozen) {
+  KITH_TRY(kith_ranks_allreduce_status(s->ranks, append_nodes(s, total)));
+  for (int k = 0; k < s->n_plans; ++k)
+    KITH_TRY(kith_ranks_allreduce_status(s->ranks, visit_sites(s, &s->plan[k], true)));
+  s->nodes->positions += 1;
+  return kith_ranks_allreduce_status(s->ranks, flag_nodes(s, frozen));
+}
+
+static kith_status lay_out(struct setup *s, struct kith_nodes **nodes) {
   KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1) * 3, sizeof *s->plan));
   KITH_TRY(fit_lattices(s));
   KITH_TRY(add_zones(s));
   KITH_TRY(create_nodes(s, nodes));
-  KITH_TRY(check_memory(s, sites_of_boxes(s))); /* at once: counting takes as long as there are sites */
-  KITH_TRY(count_nodes(s, &total));
-  KITH_TRY(check_memory(s, total));
-  KITH_TRY(kith_nodes_grow(s->nodes, total));
-  KITH_TRY(append_nodes(s));
-  for (int k = 0; k < s->n_plans; ++k) KITH_TRY(visit_sites(s, &s->plan[k], true));
-  s->nodes->positions += 1;
-  KITH_TRY(flag_nodes(s, frozen));
-  if (!kith_initial_conditions_pending(s->scene)) KITH_TRY(kith_deposits_add(s->scene, s->hydro));
-  return KITH_OK;
+  return check_memory(s, sites_of_boxes(s)); /* at once: counting takes as long as there are sites */
+}
+
+static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen, int64_t *total) {
+  KITH_TRY(kith_ranks_allreduce_status(s->ranks, lay_out(s, nodes)));
+  KITH_TRY(count_nodes(s, total));
+  KITH_TRY(fill_nodes(s, *total, frozen));
+  return kith_initial_conditions_pending(s->scene) ? KITH_OK : kith_deposits_add(s->scene, s->hydro);
 }
 
 kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro *hydro,
-                                    const struct kith_scene *scene, double neighbors, uint8_t **frozen,
-                                    double (*zone)[2][NDIM]) {
+                                    const struct kith_scene *scene, struct kith_ranks *ranks,
+                                    double neighbors, uint8_t **frozen, double (*zone)[2][NDIM],
+                                    int64_t *total) {
   *nodes = NULL;
   *frozen = NULL;
-  struct setup s = {.scene = scene, .hydro = hydro, .neighbors = neighbors, .zone = zone};
-  const kith_status status = build(&s, nodes, frozen);
+  struct setup s = {.scene = scene, .ranks = ranks, .hydro = hydro, .neighbors = neighbors, .zone = zone};
+  const kith_status status = build(&s, nodes, frozen, total);
   kith_free(&s.plan);
   if (status == KITH_OK) return KITH_OK;
   kith_free(frozen);

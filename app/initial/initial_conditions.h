@@ -24,8 +24,9 @@
  * Regions in equilibrium: with the density that a package sums the pressure would not be the one that the
  * scene gives. Their energy is set after the first evaluation, and then the deposits are added.
  *
- * Of several ranks each creates all nodes, and then keeps its own (kith_simulation_distribute): no message,
- * the same ids, but the memory of all nodes on every rank at the start. id = index: 0 .. n - 1. */
+ * Of several ranks each visits an equal part of the sites of every region, and makes the nodes there; frozen
+ * nodes, which stay where they are, it makes all. Ids are 0 .. n - 1, list by list, in the order of regions
+ * and sites, for any number of ranks, and so are all values to the last bit: sums are exact. */
 #ifndef KITH_APP_INITIAL_INITIAL_CONDITIONS_H
 #define KITH_APP_INITIAL_INITIAL_CONDITIONS_H
 
@@ -33,12 +34,15 @@
 #include "integrator/integrator.h"
 #include "physics/hydro.h"
 
-/* Creates the nodes with their lists and fills the hydro fields. frozen[i]: one byte per internal node,
- * kith_resize memory owned by the caller, NULL if no region is frozen. zone[NDIM][2][NDIM]: of faces that gas
- * passes, by axis and side, kith_boundary.zone (boundary.h); must be zero before. */
+/* Creates the nodes of this rank with their lists and fills the hydro fields; *total: of all ranks, frozen
+ * ones once. Collective; the status is agreed on. ranks (NULL: one process) become those of the nodes.
+ * frozen[i]: one byte per internal node, kith_resize memory owned by the caller, NULL if no region is frozen.
+ * zone[NDIM][2][NDIM]: of faces that gas passes, by axis and side, kith_boundary.zone (boundary.h); must be
+ * zero before. */
 kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro *hydro,
-                                    const struct kith_scene *scene, double neighbors, uint8_t **frozen,
-                                    double (*zone)[2][NDIM]);
+                                    const struct kith_scene *scene, struct kith_ranks *ranks,
+                                    double neighbors, uint8_t **frozen, double (*zone)[2][NDIM],
+                                    int64_t *total);
 
 /* Does the state at the face of an inflow change? */
 bool kith_initial_conditions_unsteady(const struct kith_scene *scene);

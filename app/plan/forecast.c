@@ -66,7 +66,7 @@ static kith_status run(const struct kith_options *o, double until, double limit,
   snprintf(resolution, sizeof resolution, "resolution=%.10g", out->resolution);
   overrides[o->n_overrides] = resolution;
   KITH_TRY(kith_scene_read(&scene, o->subject, o->n_overrides + 1, overrides));
-  kith_status status = kith_simulation_create(&m, scene, NULL, false);
+  kith_status status = kith_simulation_create(&m, scene, NULL, NULL, false);
   if (status == KITH_OK) status = steps_of(m, until, limit, out);
   kith_simulation_destroy(&m);
   kith_scene_destroy(&scene);

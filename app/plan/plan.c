@@ -372,7 +372,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
 static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
   KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
-  KITH_TRY(kith_simulation_create(&plan->simulation, plan->scene, plan->profile, o->check));
+  KITH_TRY(kith_simulation_create(&plan->simulation, plan->scene, NULL, plan->profile, o->check));
   struct kith_simulation *m = plan->simulation;
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_simulation_start(m));

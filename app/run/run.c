@@ -103,16 +103,13 @@ static kith_status open_output(struct run *run) {
   return speaks(run) ? kith_output_clear(&run->output, o->restart != NULL) : KITH_OK;
 }
 
-/* The scene and its nodes: the same on every rank, which then keeps its own. */
-static kith_status create(struct run *run) {
+static kith_status read_scene(struct run *run) {
   const struct kith_options *o = run->options;
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
   run->until = o->until >= 0 ? o->until : run->scene->until;
   KITH_TRY(kith_scene_lasts(run->scene, run->until));
-  if (run->scene->exact.ops != NULL)
-    KITH_TRY(kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings));
-  KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->profile, o->check));
-  return kith_simulation_distribute(run->simulation, run->ranks);
+  if (run->scene->exact.ops == NULL) return KITH_OK;
+  return kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings);
 }
 
 /* Of a restart: what was asked for must not be over. */
@@ -136,7 +133,8 @@ static kith_status prepare(struct run *run) {
   kith_profile_align(run->profile); /* all ranks leave the reduction together */
   kith_profile_begin_since(run->profile, "set-up", run->entered);
   KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
-  KITH_TRY(kith_ranks_allreduce_status(run->ranks, create(run)));
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, read_scene(run)));
+  KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->ranks, run->profile, o->check));
   choose_threads(o, run->ranks, (int)run->simulation->nodes->n_internal);
   if (restart != NULL) {
     KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));

@@ -105,7 +105,7 @@ static kith_status refuse_setting(const struct kith_scene *scene) {
   return key != NULL ? kith_config_fail(key, NULL, "%s", why + 2) : KITH_BAD_INPUT;
 }
 
-static kith_status make_integrator(struct kith_simulation *m, bool check) {
+static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, bool check) {
   const struct kith_scene *scene = m->scene;
   /* Lists that are rebuilt each step have a skin for the change of supports within it only. */
   const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.1 : 0.005;
@@ -129,7 +129,7 @@ static kith_status make_integrator(struct kith_simulation *m, bool check) {
       .canonical = scene->reproducible,
       .flow = {.state = kith_initial_conditions_unsteady(scene) ? kith_initial_conditions_inflow : NULL,
                .context = scene,
-               .id_stride = m->nodes->n_internal},
+               .id_stride = n_nodes},
       .reorder_every = scene->connectivity.reorder};
   const kith_status status = kith_integrator_init(&m->integrator);
   return status == KITH_BAD_INPUT ? refuse_setting(scene) : status;
@@ -218,69 +218,54 @@ static kith_status make_excluders(struct kith_simulation *m) {
 /* The fastest of all that moves or sounds; nothing may move. */
 static kith_status check_units(const struct kith_simulation *m) {
   const double *velocity = m->hydro.velocity->f64, *sound_speed = m->hydro.sound_speed->f64;
-  double fastest = 0, heaviest = 0;
+  double most[2] = {0}; /* speed, mass */
   for (kith_index i = 0; i < m->nodes->n_internal; ++i) {
-    heaviest = fmax(heaviest, m->hydro.mass->f64[i]);
-    fastest = fmax(fastest, sound_speed[i]);
-    for (int a = 0; a < NDIM; ++a) fastest = fmax(fastest, fabs(velocity[(size_t)i * NDIM + a]));
+    most[0] = fmax(most[0], sound_speed[i]);
+    for (int a = 0; a < NDIM; ++a) most[0] = fmax(most[0], fabs(velocity[(size_t)i * NDIM + a]));
+    most[1] = fmax(most[1], m->hydro.mass->f64[i]);
   }
-  if (!(heaviest >= 1e-100 && heaviest <= 1e100))
+  kith_ranks_max(m->nodes->ranks, most, 2);
+  if (!(most[1] >= 1e-100 && most[1] <= 1e100))
     return kith_config_fail(m->scene->config->root, "regions",
                             "nodes of mass %g: sums need units in which it is between 1e-100 and 1e100",
-                            heaviest);
-  if (fastest == 0 || kith_scene_unit_holds(fastest)) return KITH_OK;
+                            most[1]);
+  if (most[0] == 0 || kith_scene_unit_holds(most[0])) return KITH_OK;
   return kith_config_fail(m->scene->config->root, "regions",
                           "a velocity of %g: powers of it need units in which it is between 1e-31 and 1e31",
-                          fastest);
+                          most[0]);
 }
 
-static kith_status make(struct kith_simulation *m, bool check) {
-  KITH_TRY(kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, m->scene->period));
-  KITH_TRY(check_combination(m));
+static void choose_kernel(struct kith_simulation *m) {
   struct kith_package *p = &m->package;
-  uint8_t *frozen = NULL;
   p->kernel = m->scene->method.kernel;
   p->neighbors = m->scene->method.neighbors > 0
                      ? m->scene->method.neighbors
                      : kith_kernel_neighbors(p->kernel, package_of(m->scene)->spacings);
-  kith_status status =
-      kith_initial_conditions(&m->nodes, &m->hydro, m->scene, p->neighbors, &frozen, m->zone);
-  if (status == KITH_OK && m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
-  if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
-  if (status == KITH_OK) status = check_units(m);
-  if (status == KITH_OK) status = make_packages(m);
-  if (status == KITH_OK)
-    status = kith_search_create(&m->search, kith_search_find(m->scene->neighbor.search.name), m->nodes);
-  if (status == KITH_OK) status = kith_connectivity_create(&m->connectivity);
-  if (status == KITH_OK) status = make_excluders(m);
-  if (status == KITH_OK) status = make_integrator(m, check);
-  if (status == KITH_OK) status = make_boundaries(m, frozen); /* last: frozen nodes take all fields along */
-  kith_free(&frozen);
-  return status;
 }
 
-kith_status kith_simulation_create(struct kith_simulation **out, const struct kith_scene *scene,
-                                   struct kith_profile *profile, bool check) {
-  struct kith_simulation *m = NULL;
-  KITH_TRY(kith_resize(&m, 0, 1, sizeof *m));
-  m->scene = scene;
-  m->profile = profile;
-  const kith_status status = make(m, check);
-  if (status != KITH_OK) {
-    kith_simulation_destroy(&m);
-    return status;
-  }
-  *out = m;
-  return KITH_OK;
+static kith_status check_settings(struct kith_simulation *m) {
+  KITH_TRY(kith_rebuilds_create(&m->rebuilds, m->scene->connectivity.rebuild, m->scene->period));
+  return check_combination(m);
 }
 
-kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ranks *ranks) {
-  if (ranks == NULL) return KITH_OK;
-  m->nodes->ranks = ranks;
+/* The objects of this rank. n_nodes: of the scene. */
+static kith_status make_objects(struct kith_simulation *m, int64_t n_nodes, const uint8_t *frozen,
+                                bool check) {
+  KITH_TRY(make_packages(m));
+  KITH_TRY(kith_search_create(&m->search, kith_search_find(m->scene->neighbor.search.name), m->nodes));
+  KITH_TRY(kith_connectivity_create(&m->connectivity));
+  KITH_TRY(make_excluders(m));
+  KITH_TRY(make_integrator(m, n_nodes, check));
+  return make_boundaries(m, frozen); /* last: frozen nodes take all fields along */
+}
+
+/* Nodes go to the ranks that own their cells. */
+static kith_status distribute(struct kith_simulation *m) {
   bool periodic[NDIM];
   const struct kith_decomposition_options sharing = {m->scene->partition.name, m->scene->partition.every,
                                                      m->scene->partition.imbalance,
                                                      m->scene->partition.cells};
+  if (m->nodes->ranks == NULL) return KITH_OK;
   for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_create(&m->decomposition, m->nodes, &m->scene->domain, periodic, &sharing));
   m->integrator.decomposition = m->decomposition;
@@ -289,7 +274,40 @@ kith_status kith_simulation_distribute(struct kith_simulation *m, struct kith_ra
   m->boundaries.boundary[m->boundaries.n - 1]->self = m->halo;
   m->hydro.halo = m->halo;
   m->package.recompute = m->scene->partition.recompute;
-  return kith_decomposition_keep_own(m->decomposition, m->nodes);
+  return KITH_OK;
+}
+
+static kith_status make(struct kith_simulation *m, struct kith_ranks *ranks, bool check) {
+  uint8_t *frozen = NULL;
+  int64_t n_nodes = 0;
+  KITH_TRY(kith_ranks_allreduce_status(ranks, check_settings(m)));
+  choose_kernel(m);
+  kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, ranks, m->package.neighbors,
+                                               &frozen, m->zone, &n_nodes);
+  if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
+  if (status == KITH_OK) status = check_units(m);
+  if (status == KITH_OK) {
+    if (m->scene->reproducible) status = kith_nodes_number_images(m->nodes);
+    if (status == KITH_OK) status = make_objects(m, n_nodes, frozen, check);
+    status = kith_ranks_allreduce_status(ranks, status);
+  }
+  kith_free(&frozen);
+  return status == KITH_OK ? kith_ranks_allreduce_status(ranks, distribute(m)) : status;
+}
+
+kith_status kith_simulation_create(struct kith_simulation **out, const struct kith_scene *scene,
+                                   struct kith_ranks *ranks, struct kith_profile *profile, bool check) {
+  struct kith_simulation *m = NULL;
+  KITH_TRY(kith_ranks_allreduce_status(ranks, kith_resize(&m, 0, 1, sizeof *m)));
+  m->scene = scene;
+  m->profile = profile;
+  const kith_status status = make(m, ranks, check);
+  if (status != KITH_OK) {
+    kith_simulation_destroy(&m);
+    return status;
+  }
+  *out = m;
+  return KITH_OK;
 }
 
 kith_status kith_simulation_start(struct kith_simulation *m) {

@@ -25,13 +25,12 @@ struct kith_simulation {
   struct kith_profile *profile;             /* NULL: not profiled */
 };
 
-/* Creates everything, with the initial state; then kith_simulation_start, or restore and resume. `profile` is
- * borrowed and may be NULL. BAD_INPUT with file and line for what only shows when nodes are created. */
+/* Creates everything, with the initial state; then kith_simulation_start, or restore and resume. `ranks`
+ * (NULL: one process) and `profile` (NULL: none) are borrowed. Collective; each rank makes its share of the
+ * nodes, which then go to the ranks that own their cells. BAD_INPUT with file and line for what only shows
+ * when nodes are created. */
 kith_status kith_simulation_create(struct kith_simulation **out, const struct kith_scene *scene,
-                                   struct kith_profile *profile, bool check);
-/* On every rank of a run, after all have created the same scene: keeps the nodes of this rank. Everything
- * after it is collective. NULL ranks: nothing to do. */
-kith_status kith_simulation_distribute(struct kith_simulation *simulation, struct kith_ranks *ranks);
+                                   struct kith_ranks *ranks, struct kith_profile *profile, bool check);
 /* First rates, and what needs them (initial_conditions.h: regions in equilibrium). DIVERGED as a step. */
 kith_status kith_simulation_start(struct kith_simulation *simulation);
 /* One line on stderr for settings that are allowed but likely to go wrong. */

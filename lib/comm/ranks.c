@@ -102,8 +102,8 @@ int kith_ranks_communicator(const struct kith_ranks *ranks) {
   return ranks != NULL ? MPI_Comm_c2f(ranks->all) : 0;
 }
 
-/* Broadcasts the message of the rank that failed, with "rank N: " in front unless it has that already or all
- * ranks failed. */
+/* Broadcasts the message of the rank that failed, with "rank N: " in front unless it has that already, all
+ * ranks failed, or the input is what is wrong, whoever has found it. */
 static void tell(struct kith_ranks *ranks, int root, bool alone) {
   char *line = ranks->agreed;
   const bool told = !alone || strncmp(kith_failure(), "rank ", 5) == 0;
@@ -123,7 +123,7 @@ kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status st
   if (first.code == INT_MAX) return KITH_OK;
   uint64_t failed = status != KITH_OK;
   kith_ranks_sum_counts(ranks, &failed, 1);
-  tell(ranks, first.rank, failed < (uint64_t)ranks->size);
+  tell(ranks, first.rank, failed < (uint64_t)ranks->size && first.code != KITH_BAD_INPUT);
   return kith_fail((kith_status)first.code, "%s", ranks->agreed);
 }
 

@@ -14,6 +14,7 @@ kith_status kith_decomposition_cells(struct kith_cells *cells, const struct kith
                                      const struct kith_box *box, const bool *periodic, int64_t most) {
   double least = INFINITY;
   for (kith_index i = 0; i < nodes->n_internal; ++i) least = KITH_MIN(least, nodes->support->f64[i]);
+  kith_ranks_min(nodes->ranks, &least, 1);
   return kith_cells_init(cells, box->lower, box->upper, periodic, 0.5 * least, KITH_MIN(most, 1 << 22));
 }
 
@@ -48,19 +49,18 @@ static void find_own(struct kith_decomposition *d) {
   d->map = d->partition->generation;
 }
 
-/* Work of each cell, as its weight, by where the nodes are now: of this rank, or of all (then the status is
- * agreed on). Summed as integers, so that sums over ranks have no order. *weight is owned by the caller,
- * whatever is returned. */
+/* Work of each cell, as its weight, by where the nodes of all ranks are now; the status is agreed on. Summed
+ * as integers: sums over ranks have no order. *weight is owned by the caller, whatever is returned. */
 static kith_status weigh(const struct kith_decomposition *d, const struct kith_nodes *nodes,
-                         bool of_all_ranks, double **weight) {
+                         double **weight) {
   uint64_t *work = NULL;
   kith_status status = find_cells(d, nodes);
   if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)d->cells.n, sizeof *work);
   if (status == KITH_OK) status = kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight);
-  if (of_all_ranks) status = kith_ranks_allreduce_status(d->ranks, status);
+  status = kith_ranks_allreduce_status(d->ranks, status);
   for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i)
     work[d->home->i64[i]] += (uint64_t)d->work->i64[i] + 1;
-  if (status == KITH_OK && of_all_ranks) kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
+  if (status == KITH_OK) kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
   for (int64_t c = 0; status == KITH_OK && c < d->cells.n; ++c) (*weight)[c] = (double)work[c];
   kith_free(&work);
   return status;
@@ -68,12 +68,40 @@ static kith_status weigh(const struct kith_decomposition *d, const struct kith_n
 
 static kith_status make_map(struct kith_decomposition *d, const struct kith_nodes *nodes, const char *text) {
   double *weight = NULL;
-  KITH_TRY(kith_partition_create(&d->partition, &d->cells, kith_ranks_size(d->ranks), text));
-  KITH_TRY(kith_resize(&d->place, 0, (size_t)d->cells.n, sizeof *d->place));
-  kith_status status = weigh(d, nodes, false, &weight);
+  kith_status status = kith_partition_create(&d->partition, &d->cells, kith_ranks_size(d->ranks), text);
+  if (status == KITH_OK) status = kith_resize(&d->place, 0, (size_t)d->cells.n, sizeof *d->place);
+  KITH_TRY(kith_ranks_allreduce_status(d->ranks, status));
+  status = weigh(d, nodes, &weight);
   if (status == KITH_OK) status = kith_partition_converge(d->partition, weight);
   kith_free(&weight);
+  return kith_ranks_allreduce_status(d->ranks, status);
+}
+
+static kith_status find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes, int32_t **to) {
+  find_own(d);
+  KITH_TRY(find_cells(d, nodes));
+  KITH_TRY(kith_resize(to, 0, (size_t)nodes->n_internal, sizeof **to));
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) (*to)[i] = d->partition->owner[d->home->i64[i]];
+  return KITH_OK;
+}
+
+/* Nodes go to the owners of their cells. */
+static kith_status move_all(struct kith_decomposition *d, struct kith_nodes *nodes, uint64_t *moved) {
+  int32_t *to = NULL;
+  kith_status status = kith_ranks_allreduce_status(d->ranks, find_ranks(d, nodes, &to));
+  if (status == KITH_OK) status = kith_nodes_migrate(nodes, to, moved);
+  if (status == KITH_OK) set_homes(d, nodes);
+  kith_free(&to);
   return status;
+}
+
+/* Nodes that came from anywhere, in an order that does not depend on where they were. */
+static kith_status take_own(struct kith_decomposition *d, struct kith_nodes *nodes) {
+  KITH_TRY(move_all(d, nodes, NULL));
+  kith_status status = kith_nodes_sort_by_id(nodes);
+  if (status == KITH_OK) status = kith_nodes_shrink(nodes);
+  return kith_ranks_allreduce_status(d->ranks, status);
 }
 
 kith_status kith_decomposition_create(struct kith_decomposition **out, struct kith_nodes *nodes,
@@ -81,7 +109,7 @@ kith_status kith_decomposition_create(struct kith_decomposition **out, struct ki
                                       const struct kith_decomposition_options *options) {
   struct kith_decomposition *d = NULL;
   *out = NULL;
-  KITH_TRY(kith_resize(&d, 0, 1, sizeof *d));
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, kith_resize(&d, 0, 1, sizeof *d)));
   d->ranks = nodes->ranks;
   d->every = options->every;
   d->imbalance = options->imbalance;
@@ -90,11 +118,12 @@ kith_status kith_decomposition_create(struct kith_decomposition **out, struct ki
       {true, {"home", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "cell of the map cell -> rank"}, &d->home},
       {true, {"work", KITH_SCALAR, KITH_I64, KITH_DERIVED, NULL, "entries of the last row"}, &d->work},
       {0}};
-  kith_status status = kith_nodes_fields(nodes, fields);
+  kith_status status = kith_ranks_allreduce_status(d->ranks, kith_nodes_fields(nodes, fields));
   if (status == KITH_OK)
     status = kith_decomposition_cells(&d->cells, nodes, box, periodic,
                                       (int64_t)options->cells * kith_ranks_size(d->ranks));
   if (status == KITH_OK) status = make_map(d, nodes, options->partitioner);
+  if (status == KITH_OK) status = take_own(d, nodes);
   if (status != KITH_OK) kith_decomposition_destroy(&d);
   *out = d;
   return status;
@@ -117,7 +146,7 @@ static kith_status keep_others(struct kith_decomposition *d, struct kith_nodes *
   return KITH_OK;
 }
 
-kith_status kith_decomposition_keep_own(struct kith_decomposition *d, struct kith_nodes *nodes) {
+static kith_status keep_own(struct kith_decomposition *d, struct kith_nodes *nodes) {
   const int me = kith_ranks_rank(d->ranks);
   uint8_t *gone = NULL;
   KITH_TRY(find_cells(d, nodes));
@@ -135,7 +164,7 @@ static kith_status balance(struct kith_decomposition *d, const struct kith_nodes
   double *weight = NULL, *load = NULL;
   bool changed = false;
   if (d->every == 0 || ++d->redistributions % (uint64_t)d->every != 0) return KITH_OK;
-  kith_status status = weigh(d, nodes, true, &weight);
+  kith_status status = weigh(d, nodes, &weight);
   d->balance_checks += status == KITH_OK;
   if (status == KITH_OK) status = kith_resize(&load, 0, (size_t)d->partition->n_ranks, sizeof *load);
   if (status == KITH_OK) {
@@ -157,24 +186,11 @@ void kith_decomposition_measure(struct kith_decomposition *d, const struct kith_
 
 /* ---- redistribution ---- */
 
-static kith_status find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes, int32_t **to) {
-  find_own(d);
-  KITH_TRY(find_cells(d, nodes));
-  KITH_TRY(kith_resize(to, 0, (size_t)nodes->n_internal, sizeof **to));
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) (*to)[i] = d->partition->owner[d->home->i64[i]];
-  return KITH_OK;
-}
-
 kith_status kith_decomposition_redistribute(struct kith_decomposition *d, struct kith_nodes *nodes) {
-  int32_t *to = NULL;
   uint64_t moved = 0;
   KITH_TRY(balance(d, nodes));
-  kith_status status = kith_ranks_allreduce_status(d->ranks, find_ranks(d, nodes, &to));
-  if (status == KITH_OK) status = kith_nodes_migrate(nodes, to, &moved);
-  if (status == KITH_OK) set_homes(d, nodes);
+  const kith_status status = move_all(d, nodes, &moved);
   d->migrated += moved;
-  kith_free(&to);
   return status;
 }
 
@@ -262,7 +278,7 @@ static kith_status restore(struct kith_decomposition *d, struct kith_nodes *node
   if (n >= HEAD) memcpy(&head, word, sizeof head);
   if (head.ranks != size || head.lists != nodes->n_lists || head.cells != d->cells.n ||
       memcmp(head.partitioner, d->partitioner, sizeof head.partitioner) != 0)
-    return kith_decomposition_keep_own(d, nodes);
+    return keep_own(d, nodes);
   if (n < end) KITH_FAIL(BAD_FILE, "the decomposition in the checkpoint is damaged");
   KITH_TRY(kith_partition_restore(d->partition, word + end, n - end));
   for (size_t k = map; k < end; ++k) {
@@ -284,7 +300,7 @@ kith_status kith_decomposition_load(struct kith_decomposition *d, struct kith_no
   int64_t *word = NULL;
   if (kith_checkpoint_length(c, "work") != SIZE_MAX)
     KITH_TRY(kith_checkpoint_get(c, "work", KITH_I64, d->work->i64, n_nodes));
-  if (n == SIZE_MAX) return kith_decomposition_keep_own(d, nodes);
+  if (n == SIZE_MAX) return keep_own(d, nodes);
   kith_status status = kith_resize(&word, 0, n, sizeof *word);
   if (status == KITH_OK) status = kith_checkpoint_get(c, "decomposition", KITH_I64, word, n);
   if (status == KITH_OK) status = restore(d, nodes, word, n);

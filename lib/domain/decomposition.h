@@ -1,8 +1,9 @@
 /* decomposition.h - the domain decomposition: which rank owns which cell, which nodes must move to another
  * rank, and when the load is balanced again.
  *
- * Every rank lays out the whole scene and keeps the nodes in its cells (kith_decomposition_keep_own). Later,
- * nodes follow their cells when neighbor lists are rebuilt (kith_decomposition_redistribute), and only then.
+ * Every rank comes with a share of the nodes, whichever, and sends them to the ranks that own their cells.
+ * Later, nodes follow their cells when neighbor lists are rebuilt (kith_decomposition_redistribute), and only
+ * then.
  * `home` of a node is the index, among the cells of this rank, of the cell that it was in at the last
  * redistribution; n_own: another cell, as may be after a restart.
  *
@@ -44,19 +45,17 @@ struct kith_decomposition_options {
   int cells; /* per rank, about */
 };
 
-/* The cells to assign, at most `most`: none smaller than half the smallest support, so that a layer of cells
- * is not thinner than a layer of nodes. */
+/* The cells to assign, at most `most`: none smaller than half the smallest support of all ranks, so that a
+ * layer of cells is not thinner than a layer of nodes. Collective. */
 kith_status kith_decomposition_cells(struct kith_cells *cells, const struct kith_nodes *nodes,
                                      const struct kith_box *box, const bool *periodic, int64_t most);
-/* Cells over the box, and a first map that balances the number of nodes. `nodes` are those of the whole
- * scene, with nodes->ranks set. */
+/* Cells over the box, and a first map that balances the number of nodes, which move to its ranks and then are
+ * ordered by id. Collective; the status is agreed on. */
 kith_status kith_decomposition_create(struct kith_decomposition **out, struct kith_nodes *nodes,
                                       const struct kith_box *box, const bool *periodic,
                                       const struct kith_decomposition_options *options);
 void kith_decomposition_destroy(struct kith_decomposition **decomposition);
 
-/* Deletes the nodes of other ranks' cells; all nodes of the run are present before. No communication. */
-kith_status kith_decomposition_keep_own(struct kith_decomposition *decomposition, struct kith_nodes *nodes);
 /* Balances the load if a check is due, then sends nodes to the ranks that own their cells. Collective. */
 kith_status kith_decomposition_redistribute(struct kith_decomposition *decomposition,
                                             struct kith_nodes *nodes);

@@ -157,14 +157,13 @@ kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts) 
   return status;
 }
 
-/* Each list by id. */
-static kith_status sort_by_id(struct kith_nodes *whole) {
+kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes) {
   kith_index *order = NULL;
   bool sorted = true;
-  kith_status status = kith_resize(&order, 0, (size_t)whole->n_internal, sizeof *order);
+  kith_status status = kith_resize(&order, 0, (size_t)nodes->n_internal, sizeof *order);
   if (status == KITH_OK)
-    status = kith_nodes_order_by(whole, (const uint64_t *)whole->id->i64, order, &sorted);
-  if (status == KITH_OK && !sorted) status = kith_nodes_reorder(whole, order);
+    status = kith_nodes_order_by(nodes, (const uint64_t *)nodes->id->i64, order, &sorted);
+  if (status == KITH_OK && !sorted) status = kith_nodes_reorder(nodes, order);
   kith_free(&order);
   return status;
 }
@@ -194,7 +193,7 @@ kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct k
   kith_status status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_copy(out, nodes, false));
   if (status == KITH_OK) (*out)->ranks = nodes->ranks;
   if (status == KITH_OK && nodes->ranks != NULL) status = send_by_id(*out, parts);
-  if (status == KITH_OK) status = kith_ranks_allreduce_status(nodes->ranks, sort_by_id(*out));
+  if (status == KITH_OK) status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_sort_by_id(*out));
   if (status != KITH_OK) kith_nodes_destroy(out);
   return status;
 }

@@ -11,6 +11,9 @@
  * left this rank. Collective. */
 kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint64_t *moved);
 
+/* Orders each list by id. Of this rank alone. */
+kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes);
+
 /* counts[rank][list] of the nodes of all ranks: kith_resize memory owned by the caller. Collective. */
 kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts);
 

@@ -39,9 +39,9 @@ static const char thin[] =
     "until: 1\n";
 
 static bool open_shared(struct scenario *s, const char *yaml, const char *settings) {
-  if (!scenario_open(s, yaml, "%s", settings)) return false;
-  CHECK_OK(kith_simulation_distribute(s->simulation, ranks));
-  return check_failures == 0;
+  char words[1024];
+  snprintf(words, sizeof words, "%s", settings);
+  return scenario_make(s, ranks, yaml, words) && check_failures == 0;
 }
 
 static int owner_of(const int32_t *owner, const struct kith_nodes *nodes, kith_index i) {

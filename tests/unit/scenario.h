@@ -21,7 +21,8 @@ enum { SCENARIO_SETTINGS = 16 };
 static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-static inline bool scenario_make(struct scenario *s, const char *yaml, char *settings) {
+static inline bool scenario_make(struct scenario *s, struct kith_ranks *ranks, const char *yaml,
+                                 char *settings) {
   const char *overrides[SCENARIO_SETTINGS];
   char dimension[] = "dimension=0", *rest = NULL;
   int n = 0;
@@ -33,7 +34,7 @@ static inline bool scenario_make(struct scenario *s, const char *yaml, char *set
     overrides[n++] = word;
   CHECK_OK(kith_scene_parse(&s->scene, "scenario.yaml", yaml, strlen(yaml), n, overrides));
   if (s->scene == NULL) return false;
-  CHECK_OK(kith_simulation_create(&s->simulation, s->scene, NULL, true));
+  CHECK_OK(kith_simulation_create(&s->simulation, s->scene, ranks, NULL, true));
   return s->simulation != NULL;
 }
 
@@ -43,7 +44,7 @@ static inline bool scenario_open(struct scenario *s, const char *yaml, const cha
   va_start(arguments, format);
   vsnprintf(settings, sizeof settings, format, arguments);
   va_end(arguments);
-  return scenario_make(s, yaml, settings);
+  return scenario_make(s, NULL, yaml, settings);
 }
 
 static inline void scenario_close(struct scenario *s) {

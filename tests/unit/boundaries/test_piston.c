@@ -69,7 +69,7 @@ static void refuse(const char *settings, const char *energy, const char *message
                               "boundaries.x=[{kind: piston, velocity: 0.5}, open]", settings, energy};
   CHECK_OK(kith_scene_parse(&s.scene, "tube.yaml", tube, strlen(tube), 4, overrides));
   if (s.scene == NULL) return;
-  CHECK_STATUS(KITH_BAD_INPUT, kith_simulation_create(&s.simulation, s.scene, NULL, true));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_simulation_create(&s.simulation, s.scene, NULL, NULL, true));
   CHECK(s.simulation == NULL && strstr(kith_failure(), message) != NULL);
   scenario_close(&s);
 }

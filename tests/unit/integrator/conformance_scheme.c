@@ -342,7 +342,8 @@ static void refused(const char *settings, const char *message) {
   overrides[n++] = dimension;
   CHECK_OK(kith_scene_parse(&scene, "box.yaml", box, strlen(box), n, overrides));
   if (scene == NULL) return;
-  CHECK(kith_simulation_create(&simulation, scene, NULL, false) == KITH_BAD_INPUT && simulation == NULL);
+  CHECK(kith_simulation_create(&simulation, scene, NULL, NULL, false) == KITH_BAD_INPUT &&
+        simulation == NULL);
   CHECK(strstr(kith_failure(), message) != NULL);
   if (strstr(kith_failure(), message) == NULL) fprintf(stderr, "%s\n", kith_failure());
   kith_scene_destroy(&scene);

@@ -146,7 +146,7 @@ static void refused(void) {
     snprintf(words, sizeof words, "%s", settings[k]);
     for (char *w = strtok_r(words, " ", &rest); w != NULL; w = strtok_r(NULL, " ", &rest)) overrides[n++] = w;
     kith_status status = kith_scene_parse(&scene, "blast.yaml", blast, strlen(blast), n, overrides);
-    if (status == KITH_OK) status = kith_simulation_create(&simulation, scene, NULL, true);
+    if (status == KITH_OK) status = kith_simulation_create(&simulation, scene, NULL, NULL, true);
     CHECK_STATUS(KITH_BAD_INPUT, status);
     kith_simulation_destroy(&simulation);
     kith_scene_destroy(&scene);

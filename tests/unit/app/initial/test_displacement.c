@@ -41,7 +41,7 @@ static void refused(const char *displacement, const char *message) {
                              displacement};
   CHECK_OK(kith_scene_parse(&scene, "box.yaml", box, strlen(box), 2, overrides));
   if (scene == NULL) return;
-  CHECK_STATUS(KITH_BAD_INPUT, kith_simulation_create(&simulation, scene, NULL, true));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_simulation_create(&simulation, scene, NULL, NULL, true));
   CHECK(simulation == NULL && strstr(kith_failure(), "box.yaml:7: ") != NULL &&
         strstr(kith_failure(), message) != NULL);
   kith_scene_destroy(&scene);

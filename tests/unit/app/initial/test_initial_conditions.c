@@ -61,7 +61,8 @@ static void replace(struct kith_expression **old, const char *text) {
 }
 
 static kith_status run(struct stage *s) {
-  return kith_initial_conditions(&s->nodes, &s->hydro, &s->scene, 50, &s->frozen, s->zone);
+  int64_t total;
+  return kith_initial_conditions(&s->nodes, &s->hydro, &s->scene, NULL, 50, &s->frozen, s->zone, &total);
 }
 
 /* Without nodes there is nothing to look at. */

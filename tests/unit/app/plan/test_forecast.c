@@ -28,7 +28,7 @@ static void make(struct world *w, const char *x, const char *setting) {
   const char *overrides[] = {setting};
   snprintf(scene, sizeof scene, text, NDIM, resolution, x);
   CHECK_OK(kith_scene_parse(&w->scene, "box", scene, strlen(scene), setting != NULL, overrides));
-  CHECK_OK(kith_simulation_create(&w->simulation, w->scene, NULL, false));
+  CHECK_OK(kith_simulation_create(&w->simulation, w->scene, NULL, NULL, false));
   CHECK_OK(kith_simulation_start(w->simulation));
 }
 

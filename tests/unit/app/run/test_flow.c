@@ -152,7 +152,7 @@ static void refused(const char *faces, const char *regions, const char *settings
     overrides[n++] = word;
   snprintf(yaml, sizeof yaml, "%s%s%s", HEAD, faces, regions);
   kith_status status = kith_scene_parse(&s.scene, "f", yaml, strlen(yaml), n, overrides);
-  if (status == KITH_OK) status = kith_simulation_create(&s.simulation, s.scene, NULL, true);
+  if (status == KITH_OK) status = kith_simulation_create(&s.simulation, s.scene, NULL, NULL, true);
   if (status == KITH_OK) status = scenario_start(&s);
   if (status == KITH_OK) status = scenario_steps(&s, 400);
   if (status == KITH_OK || strstr(kith_failure(), message) == NULL) {

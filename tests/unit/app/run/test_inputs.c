@@ -28,8 +28,9 @@ static bool make(struct made *m, const char *name, const char *resolution, const
   CHECK_OK(kith_scene_read(&m->scene, path, resolution ? 3 : 2, overrides));
   if (!m->scene) return false;
   CHECK(strcmp(m->scene->name, name) == 0);
-  CHECK_OK(kith_initial_conditions(&m->nodes, &m->hydro, m->scene, 50, &m->frozen, m->zone));
-  return m->nodes != NULL;
+  int64_t total = 0;
+  CHECK_OK(kith_initial_conditions(&m->nodes, &m->hydro, m->scene, NULL, 50, &m->frozen, m->zone, &total));
+  return m->nodes != NULL && total == m->nodes->n_internal;
 }
 
 static void unmake(struct made *m) {
@@ -101,7 +102,8 @@ static void stands(const char *name, bool exists) {
   const char *const overrides[] = {dimension};
   CHECK_STATUS(exists ? KITH_OK : KITH_BAD_INPUT, kith_scene_read(&m.scene, path, 1, overrides));
   if (m.scene != NULL) {
-    CHECK_OK(kith_initial_conditions(&m.nodes, &m.hydro, m.scene, 50, &m.frozen, m.zone));
+    int64_t total;
+    CHECK_OK(kith_initial_conditions(&m.nodes, &m.hydro, m.scene, NULL, 50, &m.frozen, m.zone, &total));
     CHECK_OK(kith_hydro_physical(&m.hydro));
     CHECK(kith_external_force_acts(&m.hydro.external_force));
   }
