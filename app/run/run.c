@@ -49,8 +49,9 @@ struct run {
   bool stopped, save; /* by a signal, or for want of time; a checkpoint is due. The same on all ranks */
 };
 
-/* Without --threads and OMP_NUM_THREADS the ranks of a computer share its cores, and each thread has at least
- * NODES_A_THREAD of this rank's nodes: with fewer, threads that wait for each other cost more than they save. */
+/* Without --threads and OMP_NUM_THREADS the ranks of a computer share its cores, and each thread has at
+ * least NODES_A_THREAD of this rank's nodes: with fewer, threads that wait for each other cost more than they
+ * save. */
 static void choose_threads(const struct kith_options *options, const struct kith_ranks *ranks, int n_nodes) {
   enum { NODES_A_THREAD = 2000 };
   if (options->threads > 0 || getenv("OMP_NUM_THREADS") != NULL) return;
