@@ -374,6 +374,7 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
   KITH_TRY(kith_simulation_create(&plan->simulation, plan->scene, NULL, plan->profile, o->check));
   struct kith_simulation *m = plan->simulation;
+  if (o->threads == 0) kith_share_cores(NULL, m->nodes->n_internal);
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_simulation_start(m));
   plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt;

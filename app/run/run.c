@@ -49,21 +49,10 @@ struct run {
   bool stopped, save; /* by a signal, or for want of time; a checkpoint is due. The same on all ranks */
 };
 
-/* Without --threads and OMP_NUM_THREADS the ranks of a computer share its cores, and each thread has at
- * least NODES_A_THREAD of this rank's nodes: with fewer, threads that wait for each other cost more than they
- * save. */
-static void choose_threads(const struct kith_options *options, const struct kith_ranks *ranks, int n_nodes) {
-  enum { NODES_A_THREAD = 2000 };
-  if (options->threads > 0 || getenv("OMP_NUM_THREADS") != NULL) return;
-  const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN) / kith_ranks_on_this_machine(ranks);
-  const int most = KITH_MIN(omp_get_num_procs(), n_nodes / NODES_A_THREAD); /* procs: as it was bound */
-  omp_set_num_threads(KITH_MAX(1, KITH_MIN(cores, most)));
-}
-
 /* *ranks: NULL if this process is the only one. */
 static kith_status join_ranks(struct kith_ranks **ranks, const struct kith_options *options) {
   KITH_TRY(kith_ranks_create(ranks));
-  choose_threads(options, *ranks, INT_MAX);
+  if (options->threads == 0) kith_share_cores(*ranks, INT_MAX);
   const int size = kith_ranks_size(*ranks);
   if (options->ranks > 0 && options->ranks != size)
     return kith_ranks_allreduce_status(
@@ -136,7 +125,7 @@ static kith_status prepare(struct run *run) {
   KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, read_scene(run)));
   KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->ranks, run->profile, o->check));
-  choose_threads(o, run->ranks, (int)run->simulation->nodes->n_internal);
+  if (o->threads == 0) kith_share_cores(run->ranks, run->simulation->nodes->n_internal);
   if (restart != NULL) {
     KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));
     KITH_TRY(kith_ranks_allreduce_status(run->ranks, check_future(run)));

@@ -2,8 +2,11 @@
 #include "app/simulation/simulation.h"
 
 #include <math.h>
+#include <omp.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include "app/initial/initial_conditions.h"
 
 static const struct kith_package_ops *package_of(const struct kith_scene *scene) {
@@ -444,4 +447,12 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
   baseline->kinetic_least = fmin(baseline->kinetic_least, now->kinetic);
   baseline->kinetic_rebound = fmax(baseline->kinetic_rebound, now->kinetic - baseline->kinetic_least);
   baseline->velocity_over_sound = fmax(baseline->velocity_over_sound, now->velocity_over_sound);
+}
+
+void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes) {
+  enum { NODES_A_THREAD = 2000 };
+  if (getenv("OMP_NUM_THREADS") != NULL) return;
+  const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN) / kith_ranks_on_this_machine(ranks);
+  const int most = KITH_MIN(omp_get_num_procs(), n_nodes / NODES_A_THREAD); /* procs: as it was bound */
+  omp_set_num_threads(KITH_MAX(1, KITH_MIN(cores, most)));
 }
