@@ -30,6 +30,13 @@ struct kith_flow_state {
 typedef kith_status kith_flow_state_at(const void *context, const struct kith_boundary *boundary, int list,
                                        const double *x, double time, struct kith_flow_state *out);
 
+/* What the ranks of a run tell each other after a step. */
+struct kith_summary {
+  struct kith_totals totals;
+  uint64_t nodes, ghosts, row_entries, migrated;
+};
+enum { KITH_WISHES = 2 };
+
 struct kith_integrator {
   /* Set by the caller. All borrowed. */
   struct kith_nodes *nodes;
@@ -49,6 +56,10 @@ struct kith_integrator {
   double skin;          /* search radius = (1 + skin) support, and what the step may need (lifecycle.h) */
   bool cull, check;
   int reorder_every; /* lifecycles between checks of the curve order, 0: never */
+  bool summarizes;   /* `summary` is wanted after each step */
+  /* What a caller decides by all ranks after a step: ask (NULL: nothing) writes what this rank wants. */
+  void (*ask)(void *context, double wish[KITH_WISHES]);
+  void *asker;
 
   /* The step. */
   double time;
@@ -59,6 +70,9 @@ struct kith_integrator {
   enum kith_limit limiter; /* what limited it, and the node that did (-1: none) */
   int64_t limiting_node;
   struct kith_timestep_limit timestep_limit; /* for the next step */
+  struct kith_summary summary;               /* after the last step, of all ranks */
+  double wish[KITH_WISHES];                  /* the largest of all ranks */
+  kith_status pending; /* a failure of this rank between steps: all learn of it when they next agree */
   struct kith_ledger ledger;
 
   /* The scheme. */

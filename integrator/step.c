@@ -98,12 +98,33 @@ kith_status kith_integrator_rates(struct kith_integrator *it) {
 
 /* ---- the step ---- */
 
+/* All that ranks have to know of each other after a step. */
+static kith_status agree(struct kith_integrator *it, kith_status status) {
+  struct kith_summary *summary = &it->summary;
+  struct kith_hydro_sums sums;
+  uint64_t count[] = {(uint64_t)it->nodes->n_internal, (uint64_t)it->nodes->n_ghost,
+                      it->ledger.last_row_entries,
+                      it->decomposition != NULL ? it->decomposition->migrated : 0};
+  struct kith_shared parts[3 + KITH_HYDRO_PARTS] = {{KITH_SHARE_LEAST, KITH_LIMIT_WORDS, &it->timestep_limit},
+                                                    {KITH_SHARE_MAX, KITH_WISHES, it->wish},
+                                                    {KITH_SHARE_SUM, 4, count}};
+  int n = 3;
+  if (it->ask != NULL) it->ask(it->asker, it->wish);
+  if (it->summarizes) kith_hydro_sum(it->hydro, &sums);
+  if (it->summarizes) n += kith_hydro_share(&sums, parts + n);
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, n, parts));
+  if (!it->summarizes) return KITH_OK;
+  *summary =
+      (struct kith_summary){kith_hydro_totals_of(it->hydro, &sums), count[0], count[1], count[2], count[3]};
+  return KITH_OK;
+}
+
 /* Checks the state, and what it allows for the next step. `moved`: how it went before. Agreed. */
 static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
   kith_profile_begin(it->profile, "control");
   kith_status status = moved == KITH_OK ? kith_hydro_physical(it->hydro) : moved;
-  status = kith_ranks_allreduce_status(it->nodes->ranks, status);
-  if (status == KITH_OK) it->timestep_limit = kith_package_timestep_limit(it->package, it->cfl);
+  if (status == KITH_OK) it->timestep_limit = kith_package_limit_of_rank(it->package, it->cfl);
+  status = agree(it, status);
   if (status == KITH_OK && has_blocks(it)) it->timestep_limit.dt = it->scheme->planned(it);
   kith_profile_end(it->profile);
   return status;

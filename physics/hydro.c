@@ -3,7 +3,6 @@
 #include "physics/hydro.h"
 
 #include <math.h>
-#include "lib/comm/sum.h"
 
 double kith_external_force_potential(const struct kith_external_force *external_force, const double *x) {
   double along = 0, d2 = external_force->softening * external_force->softening;
@@ -177,11 +176,12 @@ static double add_node(const struct kith_hydro *hydro, kith_index i, bool forced
   return v2 > 0 ? sqrt(v2) / hydro->sound_speed->f64[i] : 0;
 }
 
-/* total[SUMS] of all ranks; returns the largest |v| / c. */
-static double sum_nodes(const struct kith_hydro *hydro, double *total) {
+_Static_assert((int)SUMS < (int)KITH_HYDRO_PARTS, "the sums, and the largest velocity");
+
+void kith_hydro_sum(const struct kith_hydro *hydro, struct kith_hydro_sums *all) {
   const bool forced = kith_external_force_acts(&hydro->external_force);
-  struct kith_sum sums[SUMS] = {0};
   double fastest = 0;
+  memset(all, 0, sizeof *all);
 #pragma omp parallel reduction(max : fastest)
   {
     struct kith_sum mine[SUMS] = {0};
@@ -192,17 +192,20 @@ static double sum_nodes(const struct kith_hydro *hydro, double *total) {
       fastest = KITH_MAX(fastest, speed);
     }
 #pragma omp critical(kith_totals)
-    for (int k = 0; k < SUMS; ++k) kith_sum_join(&sums[k], &mine[k]);
+    for (int k = 0; k < SUMS; ++k) kith_sum_join(&all->sum[k], &mine[k]);
   }
-  kith_sum_ranks(hydro->nodes->ranks, sums, SUMS);
-  kith_ranks_max(hydro->nodes->ranks, &fastest, 1);
-  for (int k = 0; k < SUMS; ++k) total[k] = kith_sum_value(&sums[k]);
-  return fastest;
+  all->fastest = fastest;
 }
 
-struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
+int kith_hydro_share(struct kith_hydro_sums *sums, struct kith_shared *parts) {
+  for (int k = 0; k < SUMS; ++k) parts[k] = kith_sum_shared(&sums->sum[k]);
+  parts[SUMS] = (struct kith_shared){KITH_SHARE_MAX, 1, &sums->fastest};
+  return SUMS + 1;
+}
+
+struct kith_totals kith_hydro_totals_of(const struct kith_hydro *hydro, const struct kith_hydro_sums *all) {
   double total[SUMS];
-  const double fastest = sum_nodes(hydro, total);
+  for (int k = 0; k < SUMS; ++k) total[k] = kith_sum_value(&all->sum[k]);
   struct kith_totals t = {.mass = total[MASS],
                           .kinetic = total[KINETIC],
                           .internal = total[INTERNAL],
@@ -210,9 +213,17 @@ struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
                           .momentum_scale = total[SCALE],
                           .angular_scale = total[ANGULAR_SCALE],
                           .through = hydro->through,
-                          .velocity_over_sound = fastest};
+                          .velocity_over_sound = all->fastest};
   for (int a = 0; a < NDIM; ++a)
     t.momentum[a] = total[MOMENTUM + a], t.work += hydro->wall[a] * (t.momentum[a] - t.through.momentum[a]);
   for (int a = 0; a < 3; ++a) t.angular[a] = total[ANGULAR + a];
   return t;
+}
+
+struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro) {
+  struct kith_hydro_sums sums;
+  struct kith_shared parts[KITH_HYDRO_PARTS];
+  kith_hydro_sum(hydro, &sums);
+  kith_ranks_agree(hydro->nodes->ranks, KITH_OK, kith_hydro_share(&sums, parts), parts);
+  return kith_hydro_totals_of(hydro, &sums);
 }

@@ -8,6 +8,7 @@
 #ifndef KITH_PHYSICS_HYDRO_H
 #define KITH_PHYSICS_HYDRO_H
 
+#include "lib/comm/sum.h"
 #include "lib/core/vec.h"
 #include "lib/domain/halo.h"
 #include "physics/eos.h"
@@ -99,5 +100,16 @@ struct kith_totals {
   double velocity_over_sound; /* largest |v| / c of a node; infinite if a node without sound moves */
 };
 struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro);
+/* The same in three parts, for callers that have more to tell the other ranks: sums of this rank's nodes;
+ * what ranks agree on (at most KITH_HYDRO_PARTS parts, their number is returned); totals of the sums of all.
+ */
+enum { KITH_HYDRO_PARTS = 10 + NDIM };
+struct kith_hydro_sums {
+  struct kith_sum sum[KITH_HYDRO_PARTS];
+  double fastest;
+};
+void kith_hydro_sum(const struct kith_hydro *hydro, struct kith_hydro_sums *mine);
+int kith_hydro_share(struct kith_hydro_sums *sums, struct kith_shared *parts);
+struct kith_totals kith_hydro_totals_of(const struct kith_hydro *hydro, const struct kith_hydro_sums *all);
 
 #endif

@@ -128,15 +128,7 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
   return timestep_limit;
 }
 
-/* The smallest limit of all ranks. */
-static struct kith_timestep_limit limit_of_all_ranks(struct kith_ranks *ranks,
-                                                     struct kith_timestep_limit mine) {
-  if (ranks == NULL) return mine;
-  kith_ranks_broadcast(ranks, kith_ranks_minloc(ranks, mine.dt, mine.node), &mine, sizeof mine);
-  return mine;
-}
-
-struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl) {
+struct kith_timestep_limit kith_package_limit_of_rank(const struct kith_package *package, double cfl) {
   const kith_index n = package->hydro->nodes->n_internal;
   const struct kith_timestep_limit none = {INFINITY, -1, KITH_LIMIT_nothing};
   struct kith_timestep_limit best = none;
@@ -152,7 +144,14 @@ struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package
 #pragma omp critical(kith_timestep_limit) /* a minimum with ties by id: the order does not matter */
     if (mine.dt < best.dt || (mine.dt == best.dt && mine.node < best.node)) best = mine;
   }
-  return limit_of_all_ranks(package->hydro->nodes->ranks, best);
+  return best;
+}
+
+struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl) {
+  struct kith_timestep_limit limit = kith_package_limit_of_rank(package, cfl);
+  const struct kith_shared shared = {KITH_SHARE_LEAST, KITH_LIMIT_WORDS, &limit};
+  kith_ranks_agree(package->hydro->nodes->ranks, KITH_OK, 1, &shared);
+  return limit;
 }
 
 size_t kith_package_bytes(const struct kith_package *package) {

@@ -58,6 +58,7 @@ struct kith_timestep_limit {
   int64_t node; /* global id, -1: no node */
   enum kith_limit reason;
 };
+enum { KITH_LIMIT_WORDS = sizeof(struct kith_timestep_limit) / 8 }; /* as ranks tell each other */
 
 /* The present kick of velocities: kept by the scheme, read by packages. */
 struct kith_kick {
@@ -184,7 +185,8 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
                                                       double cfl);
 /* The time step that the present state and rates allow: the least of the Courant condition with h = 2 sigma
  * and the signal speed, acceleration, compression, loss of energy, and the limits of the packages after this
- * one; of all ranks. Collective. */
+ * one; of this rank, and of all ranks (collective). */
+struct kith_timestep_limit kith_package_limit_of_rank(const struct kith_package *package, double cfl);
 struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl);
 
 /* Memory besides fields of nodes and of pairs, of all packages from this one on. */

@@ -26,19 +26,23 @@ static double cubic_spline(double q) {
 static double nearest(const struct kith_deposit *deposit, const struct kith_scene *scene,
                       const struct kith_hydro *hydro, double *spacing) {
   struct kith_ranks *ranks = hydro->nodes->ranks;
-  double least = INFINITY;
-  int64_t id = INT64_MAX;
+  struct {
+    double r;
+    int64_t id;
+    double spacing;
+  } node = {INFINITY, INT64_MAX, 0};
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
     if (!kith_node_is_gas(hydro->nodes, i)) continue;
     const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + i * NDIM);
-    if (r >= least) continue;
-    least = r;
-    id = hydro->nodes->id->i64[i];
-    *spacing = pow(hydro->mass->f64[i] / hydro->density->f64[i], 1.0 / NDIM);
+    if (r >= node.r) continue;
+    node.r = r;
+    node.id = hydro->nodes->id->i64[i];
+    node.spacing = pow(hydro->mass->f64[i] / hydro->density->f64[i], 1.0 / NDIM);
   }
-  kith_ranks_broadcast(ranks, kith_ranks_minloc(ranks, least, id), spacing, sizeof *spacing);
-  kith_ranks_min(ranks, &least, 1);
-  return least;
+  const struct kith_shared shared = {KITH_SHARE_LEAST, sizeof node / 8, &node};
+  kith_ranks_agree(ranks, KITH_OK, 1, &shared);
+  *spacing = node.spacing;
+  return node.r;
 }
 
 static double heated_radius(const struct kith_deposit *deposit, double least, double spacing) {

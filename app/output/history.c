@@ -5,11 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Of all ranks. */
-struct sums {
-  uint64_t nodes, ghosts, row_entries, migrated;
-};
-
 #define NAME(name, least, kind, value, unit, doc) \
   if (NDIM >= (least)) strcat(strcat(names, names[0] != '\0' ? "," : ""), #name);
 
@@ -34,27 +29,16 @@ static double component(const double *vector, int axis) {
 #define PUT(name, least, kind, value, unit, doc) \
   if (NDIM >= (least)) fputs(comma, f), PUT_##kind(value), comma = ",";
 
-static kith_status add_row(struct kith_history *history, const struct kith_simulation *m,
-                           const struct kith_totals *now, const struct sums *all) {
+kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *m) {
   const struct kith_integrator *it = &m->integrator;
+  const struct kith_summary *all = &it->summary;
+  const struct kith_totals *now = &all->totals;
   const struct kith_decomposition none = {0}, *d = m->decomposition != NULL ? m->decomposition : &none;
+  if (d->balance_checks > 1) history->largest_imbalance = fmax(history->largest_imbalance, d->last_imbalance);
+  if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
   const double seconds = kith_seconds() - history->started;
   const char *comma = "";
   FILE *f = history->steps.file;
   KITH_HISTORY_LIST(PUT)
   return kith_csv_log_row(&history->steps);
-}
-
-kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *m,
-                              const struct kith_totals *now) {
-  struct kith_ranks *ranks = m->nodes->ranks;
-  const struct kith_decomposition *d = m->decomposition;
-  uint64_t sum[] = {(uint64_t)m->nodes->n_internal, (uint64_t)m->nodes->n_ghost,
-                    m->integrator.ledger.last_row_entries, d != NULL ? d->migrated : 0};
-  kith_ranks_sum_counts(ranks, sum, 4);
-  const struct sums all = {sum[0], sum[1], sum[2], sum[3]};
-  if (d != NULL && d->balance_checks > 1)
-    history->largest_imbalance = fmax(history->largest_imbalance, d->last_imbalance);
-  return kith_ranks_allreduce_status(ranks,
-                                     kith_ranks_rank(ranks) == 0 ? add_row(history, m, now, &all) : KITH_OK);
 }

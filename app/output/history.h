@@ -51,8 +51,7 @@ struct kith_history {
 /* On rank 0. `restarted`: rows up to the simulation's step are kept; BAD_FILE if it has other columns. */
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *simulation, bool restarted);
-/* After a step. Collective; all ranks learn of a failure. */
-kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *simulation,
-                              const struct kith_totals *now);
+/* After a step that was summarized: a row, on rank 0, which alone knows of a failure. */
+kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *simulation);
 
 #endif

@@ -44,9 +44,9 @@ struct run {
   struct kith_provenance provenance;
   struct kith_report report;
   double entered, until, started, cpu_started; /* entered: clock when the program began */
-  double saved, slowest;                       /* clock at the last checkpoint; seconds of the slowest step */
+  double saved, begun, slowest; /* clock at the last checkpoint and step; seconds of the slowest step */
   uint64_t first_step, first_updates, first_pairs;
-  bool stopped, save; /* by a signal, or for want of time; a checkpoint is due. The same on all ranks */
+  bool stopped; /* by a signal, or for want of time; the same on all ranks */
 };
 
 /* *ranks: NULL if this process is the only one. */
@@ -284,11 +284,13 @@ static bool finished(const struct run *run) {
          run->stopped;
 }
 
+enum { STOP, SAVE };
+_Static_assert((int)SAVE < (int)KITH_WISHES, "room for what a run asks");
+
 static kith_status after_step(struct run *run) {
-  const struct kith_integrator *it = &run->simulation->integrator;
-  const struct kith_totals totals = kith_hydro_totals(&run->simulation->hydro);
-  kith_conservation_baseline_update(&run->baseline, run->simulation, &totals);
-  KITH_TRY(kith_history_step(&run->output.history, run->simulation, &totals));
+  struct kith_integrator *it = &run->simulation->integrator;
+  kith_conservation_baseline_update(&run->baseline, run->simulation, &it->summary.totals);
+  it->pending = kith_history_step(&run->output.history, run->simulation);
   KITH_TRY(sample_growth(run));
   KITH_TRY(kith_contacts_sample(run->output.contacts));
   KITH_TRY(kith_probes_sample(run->output.probes, finished(run)));
@@ -298,19 +300,19 @@ static kith_status after_step(struct run *run) {
     run->output.next += every;
   }
   const int steps_between = run->scene->output.checkpoint;
-  if (run->save || (steps_between > 0 && it->step % (uint64_t)steps_between == 0)) return save(run);
+  if (it->wish[SAVE] > 0 || (steps_between > 0 && it->step % (uint64_t)steps_between == 0)) return save(run);
   return KITH_OK;
 }
 
 /* A signal may have reached some ranks only; clocks differ: rank 0 has the one that counts. */
-static void ask_ranks(struct run *run) {
+static void ask(void *context, double wish[KITH_WISHES]) {
+  struct run *run = context;
   const struct kith_options *o = run->options;
   const double now = kith_seconds(), minutes = run->scene->output.checkpoint_minutes;
+  run->slowest = KITH_MAX(run->slowest, now - run->begun);
   const bool late = o->walltime > 0 && now - run->started + 2 * run->slowest > 60 * o->walltime;
-  double wanted[] = {kith_signals_stop() || (speaks(run) && late),
-                     speaks(run) && minutes > 0 && now - run->saved > 60 * minutes};
-  kith_ranks_max(run->ranks, wanted, 2);
-  run->stopped = wanted[0] > 0, run->save = wanted[1] > 0;
+  wish[STOP] = kith_signals_stop() || (speaks(run) && late);
+  wish[SAVE] = speaks(run) && minutes > 0 && now - run->saved > 60 * minutes;
 }
 
 static kith_status steps(struct run *run) {
@@ -321,17 +323,17 @@ static kith_status steps(struct run *run) {
   if (run->progress.shown)
     fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
             "ghosts", "done", "ETA");
+  it->summarizes = true, it->ask = ask, it->asker = run;
   while (!finished(run)) {
-    const double begun = kith_seconds();
+    run->begun = kith_seconds();
     KITH_TRY(kith_integrator_step(it, step_end(run)));
-    run->slowest = KITH_MAX(run->slowest, kith_seconds() - begun);
+    run->stopped = it->wish[STOP] > 0;
     kith_profile_begin(run->profile, "output");
-    ask_ranks(run);
     KITH_TRY(after_step(run));
     show_progress(run, finished(run));
     kith_profile_end(run->profile);
   }
-  return KITH_OK;
+  return kith_ranks_allreduce_status(run->ranks, it->pending);
 }
 
 /* ---- end ---- */

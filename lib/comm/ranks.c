@@ -9,6 +9,7 @@
 
 struct kith_ranks {
   MPI_Comm all;
+  MPI_Op combine; /* of what ranks agree on */
   int rank, size, beside;
   char agreed[1024]; /* the failure that all ranks agreed on; empty: none */
   struct kith_traffic traffic;
@@ -35,9 +36,39 @@ static kith_status start(struct kith_ranks *ranks) {
   return KITH_OK;
 }
 
+/* What ranks tell each other, in words: the number of words, the smallest code of a failure, its rank, the
+ * number of failures, then the parts: n, how, and n words each. */
+enum { WORDS, CODE, RANK, FAILED, PARTS };
+enum { MOST_WORDS = PARTS + 2 * KITH_SHARED_PARTS + KITH_SHARED_WORDS };
+
+static void combine_part(int64_t how, int n, const int64_t *in, int64_t *out) {
+  double a, b;
+  for (int k = 0; k < n; ++k) {
+    memcpy(&a, &in[k], sizeof a);
+    memcpy(&b, &out[k], sizeof b);
+    if (how == KITH_SHARE_SUM) out[k] = (int64_t)((uint64_t)out[k] + (uint64_t)in[k]);
+    if (how == KITH_SHARE_MAX && a > b) out[k] = in[k];
+    if (how != KITH_SHARE_LEAST) continue;
+    if (a < b || (a == b && in[1] < out[1])) memcpy(out, in, (size_t)n * sizeof *out);
+    return;
+  }
+}
+
+static void combine(void *from, void *to, int *count, MPI_Datatype *type) {
+  const int64_t *in = from;
+  int64_t *out = to;
+  (void)count, (void)type; /* one, of as many words as its first says */
+  if (in[CODE] < out[CODE] || (in[CODE] == out[CODE] && in[RANK] < out[RANK]))
+    out[CODE] = in[CODE], out[RANK] = in[RANK];
+  out[FAILED] += in[FAILED];
+  for (int64_t k = PARTS; k < in[WORDS]; k += 2 + in[k])
+    combine_part(in[k + 1], (int)in[k], in + k + 2, out + k + 2);
+}
+
 static kith_status join(struct kith_ranks *ranks, MPI_Comm communicator) {
   MPI_Comm beside;
   MPI_Comm_dup(communicator, &ranks->all);
+  MPI_Op_create(combine, 1, &ranks->combine);
   MPI_Comm_rank(ranks->all, &ranks->rank);
   MPI_Comm_size(ranks->all, &ranks->size);
   MPI_Comm_split_type(ranks->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &beside);
@@ -79,6 +110,7 @@ kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator) {
 void kith_ranks_destroy(struct kith_ranks **ranks) {
   if (*ranks == NULL) return;
   kith_free(&(*ranks)->request);
+  if ((*ranks)->size > 0) MPI_Op_free(&(*ranks)->combine);
   if ((*ranks)->size > 0) MPI_Comm_free(&(*ranks)->all);
   if ((*ranks)->started_mpi) MPI_Finalize();
   kith_free(ranks);
@@ -113,18 +145,35 @@ static void tell(struct kith_ranks *ranks, int root, bool alone) {
   MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all);
 }
 
-kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status status) {
+kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n,
+                             const struct kith_shared *parts) {
+  int64_t mine[MOST_WORDS], all[MOST_WORDS];
+  MPI_Datatype whole;
   if (ranks == NULL) return status;
-  struct {
-    int code, rank;
-  } mine = {status == KITH_OK ? INT_MAX : (int)status, ranks->rank}, first;
-  MPI_Allreduce(&mine, &first, 1, MPI_2INT, MPI_MINLOC, ranks->all);
+  int words = PARTS;
+  for (int p = 0; p < n; words += 2 + parts[p++].n)
+    if (p >= KITH_SHARED_PARTS || words + parts[p].n > PARTS + 2 * p + KITH_SHARED_WORDS) {
+      fprintf(stderr, "kith: rank %d: too much to agree on\n", ranks->rank);
+      kith_ranks_abort(ranks, 1);
+    }
+  mine[WORDS] = words, mine[CODE] = status == KITH_OK ? INT_MAX : (int)status;
+  mine[RANK] = ranks->rank, mine[FAILED] = status != KITH_OK;
+  for (int p = 0, k = PARTS; p < n; k += 2 + parts[p++].n) {
+    mine[k] = parts[p].n, mine[k + 1] = parts[p].how;
+    memcpy(mine + k + 2, parts[p].data, (size_t)parts[p].n * sizeof *mine);
+  }
+  MPI_Type_contiguous(words, MPI_INT64_T, &whole); /* one element, which no library divides */
+  MPI_Type_commit(&whole);
+  MPI_Allreduce(mine, all, 1, whole, ranks->combine, ranks->all);
+  MPI_Type_free(&whole);
   ++ranks->traffic.collectives;
-  if (first.code == INT_MAX) return KITH_OK;
-  uint64_t failed = status != KITH_OK;
-  kith_ranks_sum_counts(ranks, &failed, 1);
-  tell(ranks, first.rank, failed < (uint64_t)ranks->size && first.code != KITH_BAD_INPUT);
-  return kith_fail((kith_status)first.code, "%s", ranks->agreed);
+  if (all[CODE] != INT_MAX) {
+    tell(ranks, (int)all[RANK], all[FAILED] < ranks->size && all[CODE] != KITH_BAD_INPUT);
+    return kith_fail((kith_status)all[CODE], "%s", ranks->agreed);
+  }
+  for (int p = 0, k = PARTS; p < n; k += 2 + parts[p++].n)
+    memcpy(parts[p].data, all + k + 2, (size_t)parts[p].n * sizeof *all);
+  return KITH_OK;
 }
 
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks) {
@@ -173,21 +222,6 @@ static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, vo
   }
   MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all);
   ++ranks->traffic.collectives;
-}
-
-int kith_ranks_minloc(struct kith_ranks *ranks, double value, int64_t tie) {
-  struct {
-    double value;
-    int64_t tie;
-  } mine = {value, tie}, *all = NULL;
-  int least = 0;
-  if (ranks == NULL) return 0;
-  collect(ranks, &mine, sizeof mine, &all);
-  for (int r = 1; r < ranks->size; ++r)
-    if (all[r].value < all[least].value || (all[r].value == all[least].value && all[r].tie < all[least].tie))
-      least = r;
-  kith_free(&all);
-  return least;
 }
 
 void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {

@@ -4,9 +4,10 @@
  * never started. With several ranks every function is collective, but for those that only tell something
  * about this rank, kith_ranks_send_to_root and kith_ranks_abort.
  *
- * Errors. A stage in which only some ranks can fail ends with kith_ranks_allreduce_status: all ranks get the
- * failure with the smallest code (of the lowest rank, if several have it) with that rank's message, and
- * return together. After a failure that was not agreed on the program ends all ranks (kith_ranks_abort).
+ * Errors. A stage in which only some ranks can fail ends with kith_ranks_agree: all ranks get the failure
+ * with the smallest code (of the lowest rank, if several have it) with that rank's message, and return
+ * together. What ranks have to know of each other at that point is told in the same call. After a failure
+ * that was not agreed on the program ends all ranks (kith_ranks_abort).
  *
  * Maxima, minima and sums of integers do not depend on an order. Sums of doubles do: they are for figures
  * that are shown; those that the state of a run depends on are exact (sum.h). */
@@ -35,8 +36,25 @@ int kith_ranks_on_this_machine(const struct kith_ranks *ranks);
 /* For libraries that communicate by themselves: what MPI_Comm_f2c takes; 0 if NULL. */
 int kith_ranks_communicator(const struct kith_ranks *ranks);
 
-/* The status of all ranks: see above. */
-kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status status);
+/* A part of what ranks tell each other: n words of 8 bytes that become those of all ranks.
+ *   MAX    doubles, each the largest
+ *   SUM    integers, each the sum
+ *   LEAST  a double, an integer, and words that come along: those of the rank with the smallest double, of
+ *          several the one with the smallest integer */
+enum kith_combination { KITH_SHARE_MAX, KITH_SHARE_SUM, KITH_SHARE_LEAST };
+struct kith_shared {
+  enum kith_combination how;
+  int n;
+  void *data;
+};
+enum { KITH_SHARED_PARTS = 48, KITH_SHARED_WORDS = 2048 }; /* at most, of one call */
+/* One reduction for the status of all ranks, see above, and for all parts; they are undefined if one failed.
+ * NULL ranks: nothing changes. */
+kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n,
+                             const struct kith_shared *parts);
+static inline kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status status) {
+  return kith_ranks_agree(ranks, status, 0, NULL);
+}
 /* Is the last failure of this process one that all ranks agreed on? */
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks);
 
@@ -45,8 +63,6 @@ void kith_ranks_max(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_min(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n);
-/* The rank with the smallest value; of several, the one with the smallest tie. */
-int kith_ranks_minloc(struct kith_ranks *ranks, double value, int64_t tie);
 void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes); /* below 2 GB */
 
 /* MPI_Alltoall: from[r * n .. ] is what rank r had in to[me * n .. ]. */

@@ -25,20 +25,19 @@ void kith_sum_join(struct kith_sum *to, const struct kith_sum *from) {
 }
 
 /* Digits below 2^32 of up to 2^31 ranks add up to less than 2^63. */
+struct kith_shared kith_sum_shared(struct kith_sum *sum) {
+  kith_sum_carry(sum);
+  return (struct kith_shared){KITH_SHARE_SUM, KITH_SUM_WORDS, sum->word};
+}
+
 void kith_sum_ranks(struct kith_ranks *ranks, struct kith_sum *sums, int n) {
-  enum { MANY = 16 };
-  uint64_t words[MANY * KITH_SUM_WORDS];
+  enum { MANY = KITH_SHARED_WORDS / KITH_SUM_WORDS };
+  struct kith_shared parts[MANY];
   for (int from = 0; ranks != NULL && from < n; from += MANY) {
     const int here = KITH_MIN(n - from, MANY);
-    for (int s = 0; s < here; ++s) {
-      kith_sum_carry(&sums[from + s]);
-      memcpy(words + s * KITH_SUM_WORDS, sums[from + s].word, sizeof sums->word);
-    }
-    kith_ranks_sum_counts(ranks, words, here * KITH_SUM_WORDS);
-    for (int s = 0; s < here; ++s) {
-      memcpy(sums[from + s].word, words + s * KITH_SUM_WORDS, sizeof sums->word);
-      kith_sum_carry(&sums[from + s]);
-    }
+    for (int s = 0; s < here; ++s) parts[s] = kith_sum_shared(&sums[from + s]);
+    kith_ranks_agree(ranks, KITH_OK, here, parts);
+    for (int s = 0; s < here; ++s) kith_sum_carry(&sums[from + s]);
   }
 }
 

@@ -58,6 +58,8 @@ static inline void kith_sum_add(struct kith_sum *sum, double term) {
 }
 
 void kith_sum_join(struct kith_sum *to, const struct kith_sum *from);
+/* The sum as a part of what ranks agree on. */
+struct kith_shared kith_sum_shared(struct kith_sum *sum);
 /* Each of n sums over all ranks. Collective. */
 void kith_sum_ranks(struct kith_ranks *ranks, struct kith_sum *sums, int n);
 double kith_sum_value(const struct kith_sum *sum);

@@ -38,10 +38,16 @@ static void first_drift(const struct kith_cover *cover, const struct kith_nodes 
   for (kith_index i = 0; i < cover->n; ++i) least = KITH_MIN(least, id[i]);
   kith_index i = 0;
   while (i < cover->n && id[i] != least) ++i;
-  double x[NDIM] = {0};
-  if (cover->n > 0) position_of(cover, nodes, i, x);
-  for (int a = 0; a < NDIM; ++a) first[a] = cover->n > 0 ? x[a] - cover->position[(size_t)i * NDIM + a] : 0;
-  kith_ranks_broadcast(nodes->ranks, kith_ranks_minloc(nodes->ranks, 0, least), first, sizeof(double) * NDIM);
+  struct {
+    double none;
+    int64_t id;
+    double x[NDIM];
+  } node = {.id = least};
+  if (cover->n > 0) position_of(cover, nodes, i, node.x);
+  for (int a = 0; cover->n > 0 && a < NDIM; ++a) node.x[a] -= cover->position[(size_t)i * NDIM + (size_t)a];
+  const struct kith_shared shared = {KITH_SHARE_LEAST, sizeof node / 8, &node};
+  kith_ranks_agree(nodes->ranks, KITH_OK, 1, &shared);
+  memcpy(first, node.x, sizeof node.x);
 }
 
 void kith_mean_vector(const struct kith_nodes *nodes,
@@ -61,8 +67,9 @@ void kith_mean_vector(const struct kith_nodes *nodes,
 #pragma omp critical(kith_mean_vector)
     for (int a = 0; a < NDIM; ++a) kith_sum_join(&total[a], &mine[a]);
   }
-  kith_sum_ranks(nodes->ranks, total, NDIM);
-  kith_ranks_sum_counts(nodes->ranks, &n, 1);
+  struct kith_shared parts[NDIM + 1] = {{KITH_SHARE_SUM, 1, &n}};
+  for (int a = 0; a < NDIM; ++a) parts[1 + a] = kith_sum_shared(&total[a]);
+  kith_ranks_agree(nodes->ranks, KITH_OK, NDIM + 1, parts);
   for (int a = 0; a < NDIM; ++a) mean[a] = n > 0 ? kith_sum_value(&total[a]) / (double)n : 0;
 }
 
