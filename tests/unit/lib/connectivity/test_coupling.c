@@ -216,7 +216,7 @@ static void check_wall(const char *package, double tolerance) {
      * kernels are not mirrored by a barrier feel it more. */
     const int before = check_failures;
     CHECK_CLOSE(kinetic[0], kinetic[1], tolerance * kinetic[1]);
-    CHECK_CLOSE(place[0], place[1], fmax(0.01, tolerance / 16) * fabs(place[1]));
+    CHECK_CLOSE(place[0], place[1], fmax(0.01, tolerance / 20) * fabs(place[1]));
     if (check_failures > before) fprintf(stderr, "package %s\n", package);
   }
   scenario_close(&plate);
