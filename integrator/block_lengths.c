@@ -1,0 +1,190 @@
+/* Block time steps: how long they are. */
+#include "integrator/block_lengths.h"
+
+#include <math.h>
+#include "lib/core/random.h"
+
+enum { GROWTH = 2 };                 /* of a node's step, from one to the next */
+static const double tolerated = 1.2; /* times the limit: a step is cut short only if it is longer than that */
+
+/* The largest power of two that is no more than this many ticks. */
+static double power_of_two(double ticks) {
+  int exponent;
+  if (!(ticks < KITH_TICKS)) return KITH_TICKS;
+  frexp(ticks, &exponent);
+  return ldexp(1, exponent - 1);
+}
+
+/* The largest power of two that divides tick n: where steps of that length end. */
+static double aligned(double n) {
+  const int64_t whole = (int64_t)n;
+  return whole == 0 ? KITH_TICKS : (double)(whole & -whole);
+}
+
+/* Numbers in [0, 1) that depend on node and time alone. */
+static double random_of(const struct kith_integrator *it, kith_index i, double salt) {
+  const struct kith_blocks *b = kith_blocks_of(it);
+  const uint64_t x = b->settings.seed + (uint64_t)it->nodes->id->i64[i] * UINT64_C(0x9e3779b97f4a7c15) +
+                     (uint64_t)(b->steps.now + salt) * UINT64_C(0xd1342543de82ef95) +
+                     it->step * UINT64_C(0x2545f4914f6cdd1d);
+  return (double)(kith_mixed_bits(x) >> 11) / 9007199254740992.0;
+}
+
+/* The longest step that the state of node i allows; a fixed step is the base step, and random ones are
+ * shorter by up to 2^5. */
+static double limit_of(const struct kith_integrator *it, kith_index i) {
+  const struct kith_blocks *b = kith_blocks_of(it);
+  const double limit = it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, it->cfl).dt;
+  if (b->settings.seed == 0) return limit;
+  return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
+}
+
+/* Least and largest of the longest steps that nodes allow now, of all ranks. */
+static void range_of_limits(const struct kith_integrator *it, double factor, double *least, double *most) {
+  const struct kith_blocks *b = kith_blocks_of(it);
+  double low = INFINITY, high = 0;
+#pragma omp parallel for schedule(static) reduction(min : low) reduction(max : high)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    const double growth = b->steps.tick > 0 ? GROWTH * b->steps.tick * b->steps.step->f64[i] : INFINITY;
+    const double dt = KITH_MIN(factor * limit_of(it, i), growth);
+    b->wanted->f64[i] = dt;
+    low = KITH_MIN(low, dt), high = KITH_MAX(high, dt);
+  }
+  double both[] = {-low, high};
+  kith_ranks_max(it->nodes->ranks, both, 2);
+  *least = -both[0], *most = both[1];
+}
+
+/* The length of a base step that costs least per time: a part of what is left until the next output, no
+ * longer than `longest`. Steps are rounded down to powers of two of it, so a shorter one may suit more nodes.
+ * A tick costs about as much as an update of a tenth of the nodes, whatever it updates. */
+static double cheapest_base(const struct kith_integrator *it, double longest, double left) {
+  enum { PARTS = 8, LENGTHS = 3 * PARTS }; /* of an octave; all that are tried */
+  const double *restrict wanted = kith_blocks_of(it)->wanted->f64,
+                         fewest = left > 0 ? ceil(left / longest) : 1;
+  uint64_t updates[LENGTHS + 1] = {0};
+  double length[LENGTHS], ticks[LENGTHS] = {0}, best = longest, least = INFINITY;
+  for (int k = 0; k < LENGTHS; ++k) {
+    const double shorter = exp2((double)k / PARTS);
+    length[k] = left > 0 ? left / ceil(fewest * shorter) : longest / shorter;
+    uint64_t sum = 0;
+    double most = 0;
+#pragma omp parallel for schedule(static) reduction(+ : sum) reduction(max : most)
+    for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+      const double steps = KITH_TICKS / power_of_two(wanted[i] / length[k] * KITH_TICKS);
+      sum += (uint64_t)steps;
+      most = KITH_MAX(most, steps);
+    }
+    updates[k] = sum, ticks[k] = most;
+  }
+  updates[LENGTHS] = (uint64_t)it->nodes->n_internal;
+  kith_ranks_sum_counts(it->nodes->ranks, updates, LENGTHS + 1);
+  kith_ranks_max(it->nodes->ranks, ticks, LENGTHS);
+  for (int k = 0; k < LENGTHS; ++k) {
+    const double cost = ((double)updates[k] + 0.1 * ticks[k] * (double)updates[LENGTHS]) / length[k];
+    if (cost < least) least = cost, best = length[k];
+  }
+  return best;
+}
+
+void kith_blocks_plan(struct kith_integrator *it, double time, double factor) {
+  struct kith_blocks *b = kith_blocks_of(it);
+  double least, most, left = it->until - time;
+  range_of_limits(it, factor, &least, &most);
+  if (!(left > 1e-9 * it->every)) left = it->every;
+  const double longest = KITH_MIN(most, ldexp(least, b->settings.levels));
+  b->planned = it->fixed_dt > 0    ? it->fixed_dt
+               : isfinite(longest) ? cheapest_base(it, longest, left)
+               : left > 0          ? left
+                                   : longest;
+  const double tick = b->planned / KITH_TICKS;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    b->wanted->f64[i] = isfinite(tick) ? power_of_two(b->wanted->f64[i] / tick) : KITH_TICKS;
+}
+
+void kith_blocks_want(struct kith_integrator *it) {
+  struct kith_blocks *b = kith_blocks_of(it);
+  const double most = aligned(b->steps.now);
+#pragma omp parallel for schedule(static) if (it->near.n > KITH_FEW)
+  for (kith_index k = 0; k < it->near.n; ++k) {
+    const kith_index i = it->near.node[k];
+    b->wanted->f64[i] = KITH_MIN(power_of_two(limit_of(it, i) / b->steps.tick),
+                                 KITH_MIN(most, GROWTH * b->steps.step->f64[i]));
+  }
+}
+
+/* The shortest step that a node or ghost of this rank wants; frozen ones want none. */
+static double finest_wanted(const struct kith_integrator *it) {
+  const double *restrict wanted = kith_blocks_of(it)->wanted->f64, *restrict step =
+                                                                       kith_blocks_of(it)->steps.step->f64;
+  const kith_index n = it->near.only ? it->near.n : kith_nodes_count(it->nodes);
+  double finest = KITH_TICKS;
+#pragma omp parallel for schedule(static) reduction(min : finest) if (n > KITH_FEW)
+  for (kith_index k = 0; k < n; ++k) {
+    const kith_index i = kith_near_node(it, k);
+    finest = KITH_MIN(finest, step[i] > 0 ? wanted[i] : KITH_TICKS);
+  }
+  return finest;
+}
+
+void kith_blocks_limit_by_neighbors(struct kith_integrator *it) {
+  struct kith_blocks *b = kith_blocks_of(it);
+  const struct kith_rows *rows = &it->connectivity->rows;
+  const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
+  const double allowed = b->settings.ratio * finest_wanted(it); /* whoever the neighbors are */
+#pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
+  for (kith_index k = 0; k < kith_near_count(it); ++k) {
+    const kith_index i = kith_near_node(it, k);
+    double finest = INFINITY;
+    b->steps.next->f64[i] = wanted[i];
+    if (wanted[i] <= allowed || !kith_node_active(it->nodes, i)) continue;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
+      if (step[rows->node[e]] > 0) finest = KITH_MIN(finest, wanted[rows->node[e]]);
+    b->steps.next->f64[i] = KITH_MIN(wanted[i], b->settings.ratio * finest);
+  }
+  kith_halo_refresh(it->hydro->halo, it->nodes, &b->steps.next, 1);
+}
+
+bool kith_blocks_alike(const struct kith_integrator *it) {
+  const struct kith_nodes *nodes = it->nodes;
+  const struct kith_block_steps *s = &kith_blocks_of(it)->steps;
+  const double *restrict last = s->last->f64, *restrict step = s->step->f64, *restrict next = s->next->f64;
+  double range[] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY, -INFINITY, -INFINITY};
+#pragma omp parallel for schedule(static) reduction(max : range[:6])
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double value[] = {last[i], step[i], next[i]};
+    for (int k = 0; k < 3; ++k) {
+      range[k] = KITH_MAX(range[k], value[k]);
+      range[3 + k] = KITH_MAX(range[3 + k], -value[k]);
+    }
+  }
+  kith_ranks_max(nodes->ranks, range, 6);
+  return range[0] == -range[3] && range[1] == -range[4] && range[2] == -range[5];
+}
+
+/* Node i is active after this many ticks at the latest. */
+static void wake_in(struct kith_blocks *b, kith_index i, double ticks) {
+  b->due->f64[i] = KITH_MIN(b->due->f64[i], b->steps.now + ticks);
+}
+
+void kith_blocks_wake_by_limit(struct kith_integrator *it, kith_index i) {
+  struct kith_blocks *b = kith_blocks_of(it);
+  const double own = power_of_two(tolerated * limit_of(it, i) / b->steps.tick);
+  if (own < b->steps.step->f64[i] && isfinite(b->settings.ratio)) wake_in(b, i, own);
+}
+
+void kith_blocks_wake(struct kith_integrator *it, kith_index i) {
+  struct kith_blocks *b = kith_blocks_of(it);
+  const struct kith_rows *rows = &it->connectivity->rows;
+  const double step = b->steps.step->f64[i];
+  kith_blocks_wake_by_limit(it, i);
+  if (b->settings.seed != 0 && random_of(it, i, 0.5) < 0.1) wake_in(b, i, aligned(b->steps.now));
+  if (b->steps.last->f64[i] == b->steps.now) return;
+  double finest = INFINITY;
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+    const kith_index j = rows->node[e];
+    if (kith_node_active(it->nodes, j)) finest = KITH_MIN(finest, b->steps.next->f64[j]);
+  }
+  if (step > b->settings.ratio * finest) wake_in(b, i, finest);
+}
