@@ -45,7 +45,7 @@ kith_status kith_output_clear(const struct kith_output *output, bool restarted) 
     path_in(output, checkpoints[0], path);
     snprintf(aside, sizeof aside, "%s.damaged", path);
     struct kith_checkpoint *c;
-    if (kith_checkpoint_open(&c, path) == KITH_OK)
+    if (kith_checkpoint_open(&c, path, NULL) == KITH_OK)
       kith_checkpoint_close(&c);
     else if (rename(path, aside) != 0 && errno != ENOENT)
       KITH_FAIL(BAD_FILE, "%s: cannot rename it: %s", path, strerror(errno));

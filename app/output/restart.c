@@ -6,6 +6,7 @@
 #include <unistd.h>
 #include "app/output/output.h"
 #include "lib/io/checkpoint.h"
+#include "lib/nodes/migrate.h"
 
 enum { REALS = 8, COUNTS = 6, SUMS = 3 /* the last of the counts, which ranks add up */ };
 
@@ -99,6 +100,7 @@ static int compare_ids(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
+/* No id twice. Of nodes that each rank has with a range of ids. */
 static kith_status check_ids(const struct kith_nodes *nodes, const char *path) {
   const size_t n = (size_t)nodes->n_internal;
   int64_t *id = NULL;
@@ -130,12 +132,12 @@ static kith_status check_state(const struct kith_simulation *m, const struct sav
   const double time = saved->real[0], dt = saved->real[1];
   if (!(time >= 0) || !isfinite(time) || !(dt >= 0) || !isfinite(dt))
     KITH_FAIL(BAD_FILE, "%s: damaged: time %g, step of %g", path, time, dt);
-  return check_ids(nodes, path);
+  return KITH_OK;
 }
 
-static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_simulation *m,
-                            struct saved *saved, const char *path) {
-  const struct places places = places_of(output, m);
+/* Of this rank alone. */
+static kith_status read_share(struct kith_checkpoint *c, struct kith_output *output,
+                              struct kith_simulation *m, struct saved *saved, const char *path) {
   const size_t n_snapshots = kith_checkpoint_length(c, "snapshot_times");
   const kith_status same = kith_scene_check_same(m->scene, kith_checkpoint_scene(c));
   if (same != KITH_OK) return kith_fail(same, "%s: %s", path, kith_failure());
@@ -144,9 +146,16 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   KITH_TRY(kith_checkpoint_get(c, name, type, &saved->member, sizeof saved->member / 8));
   ARRAY_LIST(X)
 #undef X
-  KITH_TRY(kith_checkpoint_nodes(c, m->nodes));
+  KITH_TRY(m->decomposition != NULL ? kith_decomposition_read(m->decomposition, m->nodes, c)
+                                    : kith_checkpoint_nodes(c, m->nodes, NULL));
   KITH_TRY(check_state(m, saved, path));
-  if (m->decomposition != NULL) KITH_TRY(kith_decomposition_load(m->decomposition, m->nodes, c));
+  KITH_TRY(kith_reserve(&output->times, &output->capacity, n_snapshots, sizeof *output->times));
+  output->n_snapshots = (int)n_snapshots;
+  return kith_checkpoint_get(c, "snapshot_times", KITH_F64, output->times, n_snapshots);
+}
+
+static void take_back(struct kith_output *output, struct kith_simulation *m, const struct saved *saved) {
+  const struct places places = places_of(output, m);
   for (int k = 0; k < REALS; ++k)
     if (places.real[k] != NULL) *places.real[k] = saved->real[k];
   for (int k = 0; k < COUNTS; ++k) /* sums are kept by rank 0 */
@@ -155,9 +164,20 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   if (every > 0 && !(next > now && next <= now + (1 + 1e-9) * every)) /* it was another one */
     output->next = every * (floor(now / every * (1 + 1e-9)) + 1);
   m->hydro.through = saved->through[0], m->integrator.flow.rate = saved->through[1];
-  KITH_TRY(kith_reserve(&output->times, &output->capacity, n_snapshots, sizeof *output->times));
-  output->n_snapshots = (int)n_snapshots;
-  return kith_checkpoint_get(c, "snapshot_times", KITH_F64, output->times, n_snapshots);
+}
+
+static kith_status read_all(struct kith_checkpoint *c, struct kith_output *output, struct kith_simulation *m,
+                            struct saved *saved, const char *path) {
+  struct kith_ranks *ranks = m->nodes->ranks;
+  struct kith_nodes *by_id = NULL;
+  KITH_TRY(kith_ranks_allreduce_status(ranks, read_share(c, output, m, saved, path)));
+  KITH_TRY(kith_nodes_by_id(m->nodes, kith_ranks_size(ranks), &by_id));
+  const kith_status status = kith_ranks_allreduce_status(ranks, check_ids(by_id, path));
+  kith_nodes_destroy(&by_id);
+  KITH_TRY(status);
+  if (m->decomposition != NULL) KITH_TRY(kith_decomposition_resume(m->decomposition, m->nodes));
+  take_back(output, m, saved);
+  return KITH_OK;
 }
 
 /* Neighbor lists as they were; the ledger and the reason of the time step limit continue. */
@@ -171,10 +191,9 @@ static kith_status resume(struct kith_simulation *m, const struct kith_ledger *l
 
 static kith_status restore_from(struct kith_output *output, const char *path, struct kith_simulation *m,
                                 struct saved *saved) {
-  struct kith_ranks *ranks = m->nodes->ranks;
   struct kith_checkpoint *c;
-  KITH_TRY(kith_ranks_allreduce_status(ranks, kith_checkpoint_open(&c, path)));
-  const kith_status status = kith_ranks_allreduce_status(ranks, read_all(c, output, m, saved, path));
+  KITH_TRY(kith_checkpoint_open(&c, path, m->nodes->ranks));
+  const kith_status status = read_all(c, output, m, saved, path);
   kith_checkpoint_close(&c);
   return status;
 }

@@ -96,12 +96,9 @@ static kith_status move_all(struct kith_decomposition *d, struct kith_nodes *nod
   return status;
 }
 
-/* Nodes that came from anywhere, in an order that does not depend on where they were. */
 static kith_status take_own(struct kith_decomposition *d, struct kith_nodes *nodes) {
   KITH_TRY(move_all(d, nodes, NULL));
-  kith_status status = kith_nodes_sort_by_id(nodes);
-  if (status == KITH_OK) status = kith_nodes_shrink(nodes);
-  return kith_ranks_allreduce_status(d->ranks, status);
+  return kith_ranks_allreduce_status(d->ranks, kith_nodes_shrink(nodes));
 }
 
 kith_status kith_decomposition_create(struct kith_decomposition **out, struct kith_nodes *nodes,
@@ -124,6 +121,7 @@ kith_status kith_decomposition_create(struct kith_decomposition **out, struct ki
                                       (int64_t)options->cells * kith_ranks_size(d->ranks));
   if (status == KITH_OK) status = make_map(d, nodes, options->partitioner);
   if (status == KITH_OK) status = take_own(d, nodes);
+  if (status == KITH_OK) status = kith_ranks_allreduce_status(d->ranks, kith_nodes_sort_by_id(nodes));
   if (status != KITH_OK) kith_decomposition_destroy(&d);
   *out = d;
   return status;
@@ -134,27 +132,6 @@ void kith_decomposition_destroy(struct kith_decomposition **decomposition) {
   kith_partition_destroy(&(*decomposition)->partition);
   kith_free(&(*decomposition)->place);
   kith_free(decomposition);
-}
-
-/* Deletes nodes, and finds the cells of the others by the present map. */
-static kith_status keep_others(struct kith_decomposition *d, struct kith_nodes *nodes, const uint8_t *gone) {
-  KITH_TRY(kith_nodes_delete(nodes, gone));
-  KITH_TRY(kith_nodes_shrink(nodes));
-  find_own(d);
-  KITH_TRY(find_cells(d, nodes));
-  set_homes(d, nodes);
-  return KITH_OK;
-}
-
-static kith_status keep_own(struct kith_decomposition *d, struct kith_nodes *nodes) {
-  const int me = kith_ranks_rank(d->ranks);
-  uint8_t *gone = NULL;
-  KITH_TRY(find_cells(d, nodes));
-  KITH_TRY(kith_resize(&gone, 0, (size_t)nodes->n_internal, 1));
-  for (kith_index i = 0; i < nodes->n_internal; ++i) gone[i] = d->partition->owner[d->home->i64[i]] != me;
-  const kith_status status = keep_others(d, nodes, gone);
-  kith_free(&gone);
-  return status;
 }
 
 /* ---- balance ---- */
@@ -242,43 +219,22 @@ kith_status kith_decomposition_save(const struct kith_decomposition *d, const st
   return status;
 }
 
-/* Marks the nodes that other ranks had; a list is stored rank by rank. */
-static kith_status mark_others(const struct kith_nodes *nodes, const int64_t *counts, int size, int me,
-                               uint8_t *gone) {
-  for (int l = 0; l < nodes->n_lists; ++l) {
-    int64_t at = nodes->lists[l].first;
-    const int64_t end = at + nodes->lists[l].count;
-    for (int r = 0; r < size; ++r) {
-      const int64_t count = counts[r * nodes->n_lists + l];
-      if (count < 0 || count > end - at)
-        KITH_FAIL(BAD_FILE, "the decomposition in the checkpoint is damaged");
-      if (r != me && count > 0) memset(gone + at, 1, (size_t)count);
-      at += count;
-    }
-    if (at != end) KITH_FAIL(BAD_FILE, "the decomposition in the checkpoint is damaged");
-  }
-  return KITH_OK;
+/* Is it the state of these ranks, cells and partitioner? */
+static bool belongs(const struct kith_decomposition *d, const struct kith_nodes *nodes, const int64_t *word,
+                    size_t n) {
+  struct head head;
+  if (n < HEAD) return false;
+  memcpy(&head, word, sizeof head);
+  return head.ranks == kith_ranks_size(d->ranks) && head.lists == nodes->n_lists &&
+         head.cells == d->cells.n && memcmp(head.partitioner, d->partitioner, sizeof head.partitioner) == 0;
 }
 
-static kith_status take_back(struct kith_decomposition *d, struct kith_nodes *nodes, const int64_t *counts) {
-  uint8_t *gone = NULL;
-  KITH_TRY(kith_resize(&gone, 0, (size_t)nodes->n_internal, 1));
-  d->map = 0; /* another one was read */
-  kith_status status = mark_others(nodes, counts, kith_ranks_size(d->ranks), kith_ranks_rank(d->ranks), gone);
-  if (status == KITH_OK) status = keep_others(d, nodes, gone);
-  kith_free(&gone);
-  return status;
-}
-
-static kith_status restore(struct kith_decomposition *d, struct kith_nodes *nodes, const int64_t *word,
+static kith_status restore(struct kith_decomposition *d, const struct kith_nodes *nodes, const int64_t *word,
                            size_t n) {
   const int size = kith_ranks_size(d->ranks);
   const size_t map = HEAD + (size_t)size * (size_t)nodes->n_lists, end = map + (size_t)d->cells.n;
-  struct head head = {0};
-  if (n >= HEAD) memcpy(&head, word, sizeof head);
-  if (head.ranks != size || head.lists != nodes->n_lists || head.cells != d->cells.n ||
-      memcmp(head.partitioner, d->partitioner, sizeof head.partitioner) != 0)
-    return keep_own(d, nodes);
+  struct head head;
+  memcpy(&head, word, sizeof head);
   if (n < end) KITH_FAIL(BAD_FILE, "the decomposition in the checkpoint is damaged");
   KITH_TRY(kith_partition_restore(d->partition, word + end, n - end));
   for (size_t k = map; k < end; ++k) {
@@ -291,19 +247,34 @@ static kith_status restore(struct kith_decomposition *d, struct kith_nodes *node
   d->repartitions = (uint64_t)head.repartitions;
   d->migrated = kith_ranks_rank(d->ranks) == 0 ? (uint64_t)head.migrated : 0;
   d->last_imbalance = head.last_imbalance;
-  return take_back(d, nodes, word + HEAD);
+  d->map = 0; /* another one was read */
+  return KITH_OK;
 }
 
-kith_status kith_decomposition_load(struct kith_decomposition *d, struct kith_nodes *nodes,
+static kith_status read_nodes(struct kith_decomposition *d, struct kith_nodes *nodes,
+                              struct kith_checkpoint *c, const int64_t *word, size_t n) {
+  d->resumed = belongs(d, nodes, word, n);
+  if (d->resumed) KITH_TRY(restore(d, nodes, word, n));
+  KITH_TRY(kith_checkpoint_nodes(c, nodes, d->resumed ? word + HEAD : NULL));
+  if (kith_checkpoint_length(c, d->work->spec.name) == SIZE_MAX) return KITH_OK;
+  return kith_checkpoint_get_field(c, nodes, d->work);
+}
+
+kith_status kith_decomposition_read(struct kith_decomposition *d, struct kith_nodes *nodes,
                                     struct kith_checkpoint *c) {
-  const size_t n = kith_checkpoint_length(c, "decomposition"), n_nodes = (size_t)nodes->n_internal;
+  const size_t length = kith_checkpoint_length(c, "decomposition"), n = length == SIZE_MAX ? 0 : length;
   int64_t *word = NULL;
-  if (kith_checkpoint_length(c, "work") != SIZE_MAX)
-    KITH_TRY(kith_checkpoint_get(c, "work", KITH_I64, d->work->i64, n_nodes));
-  if (n == SIZE_MAX) return keep_own(d, nodes);
   kith_status status = kith_resize(&word, 0, n, sizeof *word);
-  if (status == KITH_OK) status = kith_checkpoint_get(c, "decomposition", KITH_I64, word, n);
-  if (status == KITH_OK) status = restore(d, nodes, word, n);
+  if (status == KITH_OK && n > 0) status = kith_checkpoint_get(c, "decomposition", KITH_I64, word, n);
+  if (status == KITH_OK) status = read_nodes(d, nodes, c, word, n);
   kith_free(&word);
   return status;
+}
+
+kith_status kith_decomposition_resume(struct kith_decomposition *d, struct kith_nodes *nodes) {
+  if (!d->resumed) return take_own(d, nodes);
+  find_own(d);
+  kith_status status = find_cells(d, nodes);
+  if (status == KITH_OK) set_homes(d, nodes);
+  return kith_ranks_allreduce_status(d->ranks, status);
 }

@@ -35,6 +35,7 @@ struct kith_decomposition {
   uint64_t migrated;                                      /* nodes that left this rank */
   double last_imbalance;                                  /* at the last check; 0: none yet */
   char partitioner[64];                                   /* as it was asked for */
+  bool resumed;                                           /* map and nodes are those of a checkpoint */
 };
 
 /* The settings of a scene. */
@@ -67,10 +68,12 @@ void kith_decomposition_measure(struct kith_decomposition *decomposition, const 
  * Collective; `c` is NULL on all ranks but 0, which alone knows of a failure to write. */
 kith_status kith_decomposition_save(const struct kith_decomposition *decomposition,
                                     const struct kith_nodes *nodes, struct kith_checkpoint *c);
-/* All nodes are present as they were stored. With the same numbers of ranks and cells, this rank keeps the
- * nodes that it had, and the map; otherwise those in its cells. BAD_FILE if the state does not belong to
- * these nodes. */
-kith_status kith_decomposition_load(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
+/* The nodes of a checkpoint: with the same numbers of ranks and cells those that this rank had, and the map;
+ * otherwise an equal part, and the map stays. BAD_FILE if the state does not belong to these nodes. Of this
+ * rank alone. */
+kith_status kith_decomposition_read(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
                                     struct kith_checkpoint *c);
+/* Then, by all ranks: nodes that are not where the map has them go there. The status is agreed on. */
+kith_status kith_decomposition_resume(struct kith_decomposition *decomposition, struct kith_nodes *nodes);
 
 #endif

@@ -34,10 +34,10 @@ static struct kith_nodes *make(kith_index gas, kith_index wall) {
 static void restart(const char *path) {
   struct kith_nodes *nodes = make(2, 1);
   struct kith_checkpoint *c = NULL;
-  if (kith_checkpoint_open(&c, path) == KITH_OK) {
+  if (kith_checkpoint_open(&c, path, NULL) == KITH_OK) {
     ++opened;
     if (strlen(kith_checkpoint_scene(c)) > MOST) abort();
-    if (kith_checkpoint_nodes(c, nodes) == KITH_OK) {
+    if (kith_checkpoint_nodes(c, nodes, NULL) == KITH_OK) {
       ++restored;
       if (nodes->lists[0].count + nodes->lists[1].count != nodes->n_internal) abort();
       for (kith_index i = 0; i < nodes->n_internal; ++i)

@@ -84,18 +84,76 @@ static void check_stored(const struct world *back, int64_t step) {
   CHECK(i == back->nodes->n_internal && i == N);
 }
 
+/* Every rank reads a part: an equal one, or the nodes that it had. */
+static void read_parts(const char *path, const struct world *w) {
+  const size_t size = (size_t)kith_ranks_size(ranks);
+  struct kith_checkpoint *c = NULL;
+  int64_t *counts = NULL;
+  CHECK_OK(kith_nodes_counts(w->nodes, &counts));
+  CHECK_OK(kith_checkpoint_open(&c, path, ranks));
+  for (int had = 0; had < 2; ++had) {
+    struct world part;
+    make(&part, -2, 1);
+    CHECK_OK(kith_checkpoint_nodes(c, part.nodes, had ? counts : NULL));
+    CHECK_OK(kith_checkpoint_get_field(c, part.nodes, part.extra));
+    uint64_t sum[2] = {0};
+    for (kith_index i = 0; i < part.nodes->n_internal; ++i) {
+      const int64_t id = part.nodes->id->i64[i];
+      check_node(part.nodes, i);
+      CHECK(part.extra->i64[i] == 5 * id && (!had || id == w->nodes->id->i64[i]));
+      sum[0] += 1, sum[1] += (uint64_t)(id * id);
+    }
+    CHECK(had || (size_t)part.nodes->n_internal <= N / size + LISTS);
+    kith_ranks_sum_counts(ranks, sum, 2);
+    CHECK(sum[0] == N && sum[1] == (uint64_t)(N - 1) * N * (2 * N - 1) / 6); /* each once */
+    kith_nodes_destroy(&part.nodes);
+  }
+  counts[0] += 1; /* more than there are */
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_nodes(c, w->nodes, counts));
+  kith_free(&counts);
+  kith_checkpoint_close(&c);
+}
+
+/* Wherever a byte is wrong, all ranks learn of it. */
+static void read_damaged(const char *path) {
+  struct kith_checkpoint *c = NULL;
+  for (long at = 300000; at < 900000; at += 250000) {
+    if (kith_ranks_rank(ranks) == 0) {
+      FILE *f = fopen(path, "r+b");
+      CHECK(f != NULL && fseek(f, at, SEEK_SET) == 0 && fputc(7, f) == 7 && fclose(f) == 0);
+    }
+    (void)kith_ranks_any(ranks, true); /* it is written */
+    CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, path, ranks));
+    CHECK(c == NULL && strstr(kith_failure(), "its checksum is wrong") != NULL);
+    (void)kith_ranks_any(ranks, true);
+    if (kith_ranks_rank(ranks) == 0) {
+      FILE *f = fopen(path, "r+b");
+      CHECK(f != NULL && fseek(f, at, SEEK_SET) == 0 && fputc(0, f) == 0 && fclose(f) == 0);
+    }
+    (void)kith_ranks_any(ranks, true);
+    CHECK_OK(kith_checkpoint_open(&c, path, ranks));
+    kith_checkpoint_close(&c);
+  }
+}
+
 static void checkpoint(const char *path, const struct world *w, int64_t step) {
+  enum { LONG = 100000 }; /* of zeros: some blocks of the file */
+  static double zeros[LONG];
   const bool first = kith_ranks_rank(ranks) == 0;
   struct kith_checkpoint *c = NULL;
   struct world back;
   if (first) CHECK_OK(kith_checkpoint_open_new(&c, path, "scene"));
   CHECK_OK(kith_checkpoint_put_nodes(c, w->nodes));
   CHECK_OK(kith_checkpoint_put_field(c, w->nodes, w->extra));
+  if (first) CHECK_OK(kith_checkpoint_put(c, "long", KITH_F64, zeros, LONG));
+  if (first) CHECK_OK(kith_checkpoint_commit(&c));
+  (void)kith_ranks_any(ranks, true); /* it is there */
+  read_parts(path, w);
+  read_damaged(path);
   if (!first) return;
-  CHECK_OK(kith_checkpoint_commit(&c));
   make(&back, -2, 1);
-  CHECK_OK(kith_checkpoint_open(&c, path));
-  CHECK_OK(kith_checkpoint_nodes(c, back.nodes));
+  CHECK_OK(kith_checkpoint_open(&c, path, NULL));
+  CHECK_OK(kith_checkpoint_nodes(c, back.nodes, NULL));
   CHECK_OK(kith_checkpoint_get(c, "extra", KITH_I64, back.extra->i64, N));
   kith_checkpoint_close(&c);
   check_stored(&back, step);

@@ -68,7 +68,7 @@ static void save(const char *path, const struct kith_nodes *nodes, double value)
 static double first_extra(const char *path) {
   struct kith_checkpoint *c = NULL;
   double extra[3] = {NAN};
-  if (kith_checkpoint_open(&c, path) == KITH_OK)
+  if (kith_checkpoint_open(&c, path, NULL) == KITH_OK)
     CHECK_OK(kith_checkpoint_get(c, "extra", KITH_F64, extra, 3));
   kith_checkpoint_close(&c);
   return extra[0];
@@ -97,10 +97,10 @@ static void round_trip(kith_index gas, kith_index wall, kith_index present) {
   int64_t counters[2] = {0};
   double extra[3] = {0};
   save(in("trip"), nodes, 3);
-  CHECK_OK(kith_checkpoint_open(&c, in("trip")));
+  CHECK_OK(kith_checkpoint_open(&c, in("trip"), NULL));
   CHECK(strcmp(kith_checkpoint_scene(c), "scene: sod\n") == 0);
   const uint64_t positions = other->positions, ghosts = other->ghosts;
-  CHECK_OK(kith_checkpoint_nodes(c, other));
+  CHECK_OK(kith_checkpoint_nodes(c, other, NULL));
   CHECK(other->positions > positions && other->ghosts > ghosts);
   same_nodes(nodes, other);
   for (kith_index i = 0; i < other->n_internal; ++i)
@@ -146,16 +146,16 @@ static void other_runs(void) {
   CHECK_OK(kith_nodes_create(&few, 1, names));
   CHECK_OK(kith_nodes_create(&twisted, 3, renamed));
   save(in("four"), nodes, 1);
-  CHECK_OK(kith_checkpoint_open(&c, in("four")));
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_nodes(c, extended));
+  CHECK_OK(kith_checkpoint_open(&c, in("four"), NULL));
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_nodes(c, extended, NULL));
   CHECK(strstr(kith_failure(), "'more' is missing") != NULL && extended->n_internal == 2);
-  CHECK_STATUS(KITH_BAD_INPUT, kith_checkpoint_nodes(c, few));
-  CHECK_STATUS(KITH_BAD_INPUT, kith_checkpoint_nodes(c, twisted));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_checkpoint_nodes(c, few, NULL));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_checkpoint_nodes(c, twisted, NULL));
   CHECK(strstr(kith_failure(), "'wall', in the scene 'Wall'") != NULL);
   kith_checkpoint_close(&c);
   save(in("extended"), extended, 1);
-  CHECK_OK(kith_checkpoint_open(&c, in("extended")));
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_nodes(c, nodes));
+  CHECK_OK(kith_checkpoint_open(&c, in("extended"), NULL));
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_nodes(c, nodes, NULL));
   CHECK(strstr(kith_failure(), "'more', which this scene does not use") != NULL && nodes->n_internal == 8);
   kith_checkpoint_close(&c);
   kith_nodes_destroy(&nodes), kith_nodes_destroy(&extended);
@@ -165,9 +165,9 @@ static void other_runs(void) {
 static void misuse(void) {
   struct kith_checkpoint *c = NULL;
   const double x = 1;
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, in("not-there")));
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, in("not-there"), NULL));
   CHECK(c == NULL && strstr(kith_failure(), "No such file") != NULL);
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, directory));
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, directory, NULL));
   CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open_new(&c, in("no/such/place"), ""));
   CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open_new(&c, "/dev/full", "")); /* must never rename over it */
   CHECK_OK(kith_checkpoint_open_new(&c, in("twice"), ""));
@@ -192,7 +192,7 @@ static kith_status open_bytes(const unsigned char *bytes, size_t n) {
   const int fd = memfd_create("bad", 0);
   CHECK(fd >= 0 && write(fd, bytes, n) == (ssize_t)n);
   snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
-  const kith_status status = kith_checkpoint_open(&c, path);
+  const kith_status status = kith_checkpoint_open(&c, path, NULL);
   CHECK((c == NULL) == (status != KITH_OK));
   CHECK(status == KITH_OK || strncmp(kith_failure(), "/proc/self/fd/", 14) == 0);
   kith_checkpoint_close(&c);
