@@ -3,7 +3,14 @@
 #ifndef KITH_INTEGRATOR_BLOCK_LENGTHS_H
 #define KITH_INTEGRATOR_BLOCK_LENGTHS_H
 
-#include "integrator/block_steps.h"
+#include "integrator/integrator.h"
+#include "physics/block_steps.h"
+
+struct kith_block_settings {
+  int levels;    /* base step / shortest step <= 2^levels when it begins */
+  double ratio;  /* of the steps of neighbors, at most: 2 or 4; infinite: no limit, no wake-ups */
+  uint64_t seed; /* not 0: steps and wake-ups are chosen at random, for tests of conservation */
+};
 
 struct kith_blocks {
   struct kith_block_steps steps; /* what packages see: first */

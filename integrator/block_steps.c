@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <string.h>
-#include "integrator/block_lengths.h"
 #include "integrator/lifecycle.h"
 #include "integrator/step.h"
 

@@ -26,13 +26,7 @@
 #ifndef KITH_INTEGRATOR_BLOCK_STEPS_H
 #define KITH_INTEGRATOR_BLOCK_STEPS_H
 
-#include "integrator/integrator.h"
-
-struct kith_block_settings {
-  int levels;    /* base step / shortest step <= 2^levels when it begins */
-  double ratio;  /* of the steps of neighbors, at most: 2 or 4; infinite: no limit, no wake-ups */
-  uint64_t seed; /* not 0: steps and wake-ups are chosen at random, for tests of conservation */
-};
+#include "integrator/block_lengths.h"
 
 /* Private state (integrator->self) and fields. */
 kith_status kith_block_steps_create(struct kith_integrator *integrator, struct kith_block_settings settings);
