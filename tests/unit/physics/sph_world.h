@@ -366,7 +366,8 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
   const double spacing =
       fmin(t->support[i], t->support[p->node]) / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
   const double close = p->r < spacing ? 5 * (1 - p->r / spacing) : 0,
-               phi = close < 1 ? van_leer * (1 - close * close) : 0;
+               heat_jump = (t->sound[i] - t->sound[p->node]) / (t->sound[i] + t->sound[p->node]),
+               phi = close < 1 ? van_leer * (1 - close * close) / (1 + 5 * heat_jump * heat_jump) : 0;
   const double jump = vx - phi * (si + sj) / 2;
   return fmin(0, fmax(jump, vx)) / p->r;
 }

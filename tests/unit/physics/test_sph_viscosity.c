@@ -87,8 +87,8 @@ static void spread_out(struct world *w) {
   }
 }
 
-/* A lattice that is compressed linearly: `limited` finds no jump for nodes whose pairs all lie at the mean
- * spacing or beyond (that of the denser end). */
+/* A lattice of even heat that is compressed linearly: `limited` finds no jump for nodes whose pairs all lie
+ * at the mean spacing or beyond (that of the denser end). */
 static void check_linear(enum kith_traversal traversal) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, traversal, false, 1, 2};
   const double spacings = pow(kith_kernel_neighbors(m.kernel, 0) / oracle_ball(), 1.0 / NDIM);
@@ -99,6 +99,8 @@ static void check_linear(enum kith_traversal traversal) {
   int away = 0, close = 0;
   world_create(&w, NDIM == 3 ? (const int[3]){7, 6, 3} : box, OPEN, 0.2, &m, 4);
   if (NDIM == 3) spread_out(&w);
+  for (int k = 1; k < 3; ++k) w.hydro.material[k] = w.hydro.material[0];
+  for (int i = 0; i < w.nodes->n_internal; ++i) w.hydro.energy->f64[i] = 1;
   for (int i = 0; i < w.nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a) {
       w.hydro.velocity->f64[i * NDIM + a] = 3;
