@@ -268,6 +268,17 @@ static kith_status redistribute(struct kith_integrator *it) {
   return kith_ranks_allreduce_status(nodes->ranks, reorder(it));
 }
 
+/* With nodes where they are now. */
+static kith_status update_search(struct kith_integrator *it) {
+  struct kith_search *search = it->search;
+  const char *const *name = search->ops->counters;
+  KITH_TRY(it->near.only ? kith_search_update_selected(search, it->near.node, it->near.n)
+                         : kith_search_update(search));
+  for (int k = 0; name != NULL && name[k] != NULL; ++k)
+    kith_profile_count(it->profile, name[k], (double)search->count[k]);
+  return KITH_OK;
+}
+
 /* What a rank does alone may fail on it alone: where the next stage talks to others, all agree first. */
 static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   struct kith_nodes *nodes = it->nodes;
@@ -282,14 +293,14 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
     kith_nodes_drop_ghosts(nodes);
   else
     KITH_TRY(ghosts(it));
-  KITH_STAGE(status, it->profile, "neighbors",
-             it->near.only ? kith_search_update_selected(it->search, it->near.node, it->near.n)
-                           : kith_search_update(it->search));
+  KITH_STAGE(status, it->profile, "neighbors", update_search(it));
   if (status == KITH_OK)
     KITH_STAGE(
         status, it->profile, "connectivity",
         kith_connectivity_build(it->connectivity, nodes, it->search, it->need, it->excluders, it->profile));
   it->ledger.candidates += it->connectivity->candidates;
+  if (status == KITH_OK && it->check && it->search->ops->sweep != NULL)
+    status = kith_connectivity_complete(it->connectivity, it->search, it->excluders != NULL);
   if (nodes->activity != NULL) mark_touched(nodes, &it->connectivity->rows);
   if (status == KITH_OK) status = couple(it);
   KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));

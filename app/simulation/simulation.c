@@ -256,6 +256,7 @@ static kith_status make_objects(struct kith_simulation *m, int64_t n_nodes, cons
                                 bool check) {
   KITH_TRY(make_packages(m));
   KITH_TRY(kith_search_create(&m->search, kith_search_find(m->scene->neighbor.search.name), m->nodes));
+  m->search->settings = m->scene->neighbor.search.settings;
   KITH_TRY(kith_connectivity_create(&m->connectivity));
   KITH_TRY(make_excluders(m));
   KITH_TRY(make_integrator(m, n_nodes, check));

@@ -109,6 +109,13 @@ kith_status kith_connectivity_provides(const struct kith_connectivity *connectiv
 kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes);
 
+/* Are the rows what a sweep over the cells of the search finds (search.h)? Each node a target of one cell,
+ * and as many interactions as its row is long, each once; not counted are distances that rounding may decide,
+ * and rows of nodes that are not active. excluded: rows may lack what excluders reject. Before ghosts are
+ * culled: STALE if the search is. INTERNAL names the first breach. Serial: a check. (valid.c) */
+kith_status kith_connectivity_complete(const struct kith_connectivity *connectivity,
+                                       const struct kith_search *search, bool excluded);
+
 /* Rows, overlap and their pairs in canonical order, one that depends on no rank, search or culling. The last
  * thing done to a map, which is neither patched nor validated afterwards. f_couple is carried over; other
  * pairwise fields and intersections, which refer to the old numbers of the pairs, are gone. (canonical.c)

@@ -1,5 +1,5 @@
-/* valid.c - all invariants of a connectivity that do not depend on the present positions. Serial: this is a
- * check, not a stage. */
+/* valid.c - all invariants of a connectivity that do not depend on the present positions; and by a sweep
+ * whether rows are complete. Serial: these are checks, not stages. */
 #include <math.h>
 #include "lib/connectivity/connectivity.h"
 
@@ -109,4 +109,92 @@ kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity
     KITH_TRY(valid_pairs(&internal, &c->overlap_pairs, "overlap pairs"));
   }
   return c->built.intersection ? valid_intersection(c, count, stored) : KITH_OK;
+}
+
+/* What a sweep has found, by slot: nodes touched first (1), targets (2), touched last (3). */
+struct census {
+  const struct kith_search *search;
+  const struct kith_rows *rows;
+  bool excluded;
+  uint8_t *mark;
+  size_t *least, *most; /* interactions without and with those that rounding may decide */
+};
+
+static bool has_row(const struct census *c, kith_index i) {
+  return i < c->search->n_internal && i < c->rows->n && kith_node_active(c->search->nodes, i);
+}
+
+static kith_status advance(struct census *c, const struct kith_run *run, int n, uint8_t from) {
+  for (int r = 0; r < n; ++r)
+    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p)
+      if (c->mark[p]++ != from)
+        KITH_FAIL(INTERNAL, "sweep: node %d is touched or a target more than once, or not at all",
+                  c->search->node[p]);
+  return KITH_OK;
+}
+
+static kith_status census_first(void *context, const struct kith_run *run, int n) {
+  return advance(context, run, n, 0);
+}
+
+static kith_status census_meet(struct census *c, kith_index p, kith_index q) {
+  const kith_index i = c->search->node[p], j = c->search->node[q];
+  double d2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = c->search->coordinate[a][p] - c->search->coordinate[a][q];
+    d2 += d * d;
+  }
+  const double radius2 = KITH_MAX(c->search->radius2[p], c->search->radius2[q]);
+  const bool hit = d2 <= radius2 * (1 - 1e-12);
+  c->least[p] += hit, c->most[p] += d2 <= radius2 * (1 + 1e-12);
+  if (hit && !c->excluded && has_row(c, i) && !kith_rows_hold(c->rows, i, j))
+    KITH_FAIL(INTERNAL, "rows: that of %d lacks %d, which a sweep finds", i, j);
+  return KITH_OK;
+}
+
+/* f(target, other), and at once f(other, target) where the cells of the other do not know the target. */
+static kith_status census_cell(void *context, const struct kith_cell *cell) {
+  struct census *c = context;
+  for (kith_index t = 0; t < cell->targets; ++t) {
+    const kith_index p = cell->target[t];
+    KITH_TRY(advance(c, &(struct kith_run){p, 1}, 1, 1));
+    for (int r = 0; r < cell->n_active; ++r)
+      for (kith_index q = cell->active[r].first; q < cell->active[r].first + cell->active[r].count; ++q) {
+        if (q == p) continue;
+        KITH_TRY(census_meet(c, p, q));
+        if (r < cell->n_coarser) KITH_TRY(census_meet(c, q, p));
+      }
+  }
+  return KITH_OK;
+}
+
+static kith_status census_last(void *context, const struct kith_run *run, int n) {
+  const struct census *c = context;
+  KITH_TRY(advance(context, run, n, 2));
+  for (int r = 0; r < n; ++r)
+    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p) {
+      const kith_index i = c->search->node[p];
+      if (!has_row(c, i)) continue;
+      const size_t length = c->rows->first[i + 1] - c->rows->first[i];
+      if (length > c->most[p] || (!c->excluded && length < c->least[p]))
+        KITH_FAIL(INTERNAL, "rows: that of %d has %zu nodes, a sweep finds %zu to %zu", i, length,
+                  c->least[p], c->most[p]);
+    }
+  return KITH_OK;
+}
+
+kith_status kith_connectivity_complete(const struct kith_connectivity *connectivity,
+                                       const struct kith_search *search, bool excluded) {
+  static const struct kith_sweep events = {census_first, census_cell, census_last};
+  struct census c = {.search = search, .rows = &connectivity->rows, .excluded = excluded};
+  const size_t n = (size_t)search->n;
+  kith_status status = kith_resize(&c.mark, 0, n, 1);
+  if (status == KITH_OK) status = kith_resize(&c.least, 0, 2 * n, sizeof *c.least);
+  c.most = c.least + n;
+  if (status == KITH_OK) status = kith_search_sweep(search, &events, &c);
+  for (size_t p = 0; p < n && status == KITH_OK; ++p)
+    if (c.mark[p] != 3) status = kith_fail(KITH_INTERNAL, "sweep: node %d is in no cell", search->node[p]);
+  kith_free(&c.mark);
+  kith_free(&c.least);
+  return status;
 }

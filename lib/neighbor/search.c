@@ -63,6 +63,7 @@ kith_status kith_search_update(struct kith_search *search) {
   search->n = kith_nodes_count(search->nodes);
   search->n_internal = search->nodes->n_internal;
   search->n_groups = 0;
+  memset(search->count, 0, sizeof search->count);
   KITH_TRY(kith_search_reserve(search, search->n));
   KITH_TRY(search->ops->update(search));
   stamp(search);
@@ -77,6 +78,7 @@ kith_status kith_search_update_selected(struct kith_search *search, const kith_i
     KITH_FAIL(STALE, "nodes were added or removed since the last update of the %s search", search->ops->name);
   if (!search->ops->update_selected) return kith_search_update(search);
   mark_stale(search);
+  memset(search->count, 0, sizeof search->count);
   search->n = kith_nodes_count(present);
   KITH_TRY(search->ops->update_selected(search, nodes, count));
   stamp(search);
@@ -180,6 +182,14 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
   if (status == KITH_OK) status = at_runs(search, &runs, x, radius * radius, mode, found, capacity, count);
   kith_runs_clear(&runs);
   return status;
+}
+
+kith_status kith_search_sweep(const struct kith_search *search, const struct kith_sweep *sweep,
+                              void *context) {
+  KITH_TRY(kith_search_fresh(search));
+  if (search->ops->sweep == NULL)
+    KITH_FAIL(UNSUPPORTED, "the %s search has no cells to sweep over", search->ops->name);
+  return search->ops->sweep(search, sweep, context);
 }
 
 size_t kith_search_bytes(const struct kith_search *search) {

@@ -1,4 +1,4 @@
-/* search.h - neighbor search: from nodes to candidates. One family: tree, grid, brute.
+/* search.h - neighbor search: from nodes to candidates. One family: tree, grid, spacetree, brute.
  *
  * A search is made from all nodes (internal and ghosts) with a search radius each. It answers in three
  * stages:
@@ -14,7 +14,11 @@
  * updated. Candidates are a superset: no neighbor is ever missing, wherever the nodes are: outside of the
  * box, at equal positions, with non-uniform radii.
  *
- *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either */
+ *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either
+ *
+ * Sweeps: a member whose cells have levels can be walked over, cell by cell, with the events of
+ * struct kith_sweep, instead of being asked. Positions are those that were packed: an event may move nodes,
+ * which makes the search stale and changes nothing of this sweep. */
 #ifndef KITH_NEIGHBOR_SEARCH_H
 #define KITH_NEIGHBOR_SEARCH_H
 
@@ -57,6 +61,30 @@ void kith_runs_clear(struct kith_runs *runs); /* frees */
 
 struct kith_search;
 
+/* A cell of a sweep, and the nodes that may interact with those in it, as slots.
+ *   targets  are in the cell, which is half-open, and live on its level. Each node is a target once
+ *   active   ascending in level. Those of a level coarser than that of the cell: the first n_coarser runs;
+ *            then the local set: nodes of its level, targets among them
+ * So f(target, other) for all of the active set, and f(other, target) at once for those of coarser levels,
+ * whose own cells do not know the target, is each interaction of two nodes once in each direction. */
+struct kith_cell {
+  int level;
+  kith_index targets;
+  const kith_index *target;
+  int n_active, n_coarser;
+  const struct kith_run *active;
+};
+
+/* Nodes that share a vertex, all of one level, are touched together: first before any cell that has them in
+ * its active set, last after all of these. NULL: nothing happens. */
+struct kith_sweep {
+  kith_status (*touch_first)(void *context, const struct kith_run *run, int n);
+  kith_status (*cell)(void *context, const struct kith_cell *cell);
+  kith_status (*touch_last)(void *context, const struct kith_run *run, int n);
+};
+
+enum { KITH_SEARCH_COUNTERS = 5 };
+
 struct kith_search_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none */
@@ -72,11 +100,14 @@ struct kith_search_ops {
   /* Optional. Only these nodes moved or changed their radius, and there are no ghosts any more if n is
    * n_internal now; NULL: update. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
+  kith_status (*sweep)(const struct kith_search *search, const struct kith_sweep *sweep, void *context);
   size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */
+  const char *const *counters; /* names of search->count, the last is NULL; NULL: none */
 };
 
 struct kith_search {
   const struct kith_search_ops *ops;
+  const void *settings; /* borrowed; NULL: defaults. Set before the first update */
   void *self;
   /* What it was made from. */
   const struct kith_nodes *nodes; /* borrowed */
@@ -93,10 +124,11 @@ struct kith_search {
   int n_groups;
   size_t groups_capacity;
   struct kith_run *group;
-  uint8_t *near; /* [capacity] by slot, scratch of kith_search_near */
+  uint8_t *near;                        /* [capacity] by slot, scratch of kith_search_near */
+  uint64_t count[KITH_SEARCH_COUNTERS]; /* what the last update did */
 };
 
-#define KITH_SEARCH_LIST(X) X(tree) X(grid) X(brute)
+#define KITH_SEARCH_LIST(X) X(tree) X(grid) X(spacetree) X(brute)
 #define X(name) extern const struct kith_search_ops kith_search_##name;
 KITH_SEARCH_LIST(X)
 #undef X
@@ -125,6 +157,11 @@ kith_status kith_search_fresh(const struct kith_search *search);
 kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
                            enum kith_search_mode mode, kith_index **found, size_t *capacity,
                            kith_index *count);
+
+/* Walks over all cells, fathers first, on one thread. STALE if the search is; UNSUPPORTED, by name, if its
+ * member has no sweep. O(n) but for the events. */
+kith_status kith_search_sweep(const struct kith_search *search, const struct kith_sweep *sweep,
+                              void *context);
 
 size_t kith_search_bytes(const struct kith_search *search);
 

@@ -112,6 +112,7 @@ static void other_settings(void) {
       "connectivity.cull=false connectivity.rebuild=displacement",
       "neighbor.search=grid",
       "neighbor.search=brute",
+      "neighbor.search=spacetree neighbor.layout=scattered",
       "method.viscosity.name=monaghan connectivity.rebuild=displacement",
       "method.viscosity.name=cullen-dehnen method.viscosity.balsara=squared",
       "method.package=crk",

@@ -104,11 +104,11 @@ static void order(const char *settings) {
 }
 
 static void same_with(const char *settings) {
-  static const char *const searches[] = {"grid", "brute"};
+  static const char *const searches[] = {"grid", "spacetree", "brute"};
   struct scenario tree, other;
   if (scenario_open(&tree, box, "reproducible=true neighbor.search=tree %s", settings) &&
       scenario_run(&tree, 3))
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < 3; ++k) {
       omp_set_num_threads(1 + k);
       if (scenario_open(&other, box, "reproducible=true neighbor.search=%s %s", searches[k], settings) &&
           scenario_run(&other, 3))

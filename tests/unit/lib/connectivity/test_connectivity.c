@@ -18,6 +18,8 @@ static struct kith_connectivity *build(const struct kith_nodes *nodes, const str
   CHECK_OK(kith_connectivity_create(&connectivity));
   CHECK_OK(kith_connectivity_build(connectivity, nodes, search, need, chain, NULL));
   CHECK_OK(kith_connectivity_valid(connectivity, nodes));
+  if (ops->sweep != NULL && need.rows)
+    CHECK_OK(kith_connectivity_complete(connectivity, search, chain != NULL));
   kith_search_destroy(&search);
   return connectivity;
 }
@@ -276,6 +278,30 @@ static void breaches(void) {
   kith_nodes_destroy(&nodes);
 }
 
+/* A sweep finds an entry that is missing, and one too many, in rows that are valid otherwise. */
+static void incomplete_rows(void) {
+  const int count = 120;
+  uint64_t state = 7;
+  struct kith_nodes *nodes = oracle_random(1, &count, 0.4, 4, &state);
+  struct kith_search *search;
+  struct kith_connectivity *c = build(nodes, &kith_search_spacetree, everything, NULL);
+  struct kith_rows *rows = &c->rows;
+  CHECK_OK(kith_search_create(&search, &kith_search_spacetree, nodes));
+  CHECK_STATUS(KITH_STALE, kith_connectivity_complete(c, search, false));
+  CHECK_OK(kith_search_update(search));
+  CHECK_OK(kith_connectivity_complete(c, search, false));
+  const size_t end = rows->first[1];
+  CHECK(end > 0);
+  rows->first[1] = end - 1; /* its last entry is one of the next row, too many there */
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_complete(c, search, false));
+  CHECK_STATUS(KITH_INTERNAL, kith_connectivity_complete(c, search, true));
+  rows->first[1] = end;
+  CHECK_OK(kith_connectivity_complete(c, search, true));
+  kith_connectivity_destroy(&c);
+  kith_search_destroy(&search);
+  kith_nodes_destroy(&nodes);
+}
+
 static void requirements(void) {
   const struct kith_requirements none = {0}, pairs = {.pairs = true}, all = {.intersection = true},
                                  segment = {.intersection = true, .on_segment = true};
@@ -295,6 +321,7 @@ int main(void) {
   threads();
   reuse();
   breaches();
+  incomplete_rows();
   requirements();
   return check_failed();
 }

@@ -8,7 +8,7 @@
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
-#include "lib/neighbor/search.h"
+#include "lib/neighbor/cells.h"
 
 static uint64_t seed = 20;
 static double uniform(double lower, double upper) {
@@ -16,6 +16,15 @@ static double uniform(double lower, double upper) {
 }
 static kith_index below(kith_index n) {
   return (kith_index)(check_random(&seed) * n);
+}
+
+/* Members with parameters are tried with another value of the first one, too. */
+static const void *settings;
+static kith_status create(struct kith_search **s, const struct kith_search_ops *ops,
+                          const struct kith_nodes *nodes) {
+  const kith_status status = kith_search_create(s, ops, nodes);
+  if (status == KITH_OK) (*s)->settings = settings;
+  return status;
 }
 
 /* The oracle. Ties count: <=. */
@@ -123,6 +132,82 @@ static void check_at(const struct kith_search *s, const double *x, double radius
   kith_free(&found);
 }
 
+/* Sweeps. `moves`: cells move their targets away, which must not matter. */
+struct swept {
+  const struct kith_search *search;
+  int *hits, wrong;
+  uint8_t *touched, *marked; /* 1: first, 2: last; targets so far */
+  double *moves;
+};
+
+static kith_status touch_first(void *context, const struct kith_run *run, int n) {
+  struct swept *w = context;
+  for (int r = 0; r < n; ++r)
+    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p) w->wrong += w->touched[p]++ != 0;
+  return KITH_OK;
+}
+
+static kith_status touch_last(void *context, const struct kith_run *run, int n) {
+  struct swept *w = context;
+  for (int r = 0; r < n; ++r)
+    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p)
+      w->wrong += w->touched[p]++ != 1 || !w->marked[p];
+  return KITH_OK;
+}
+
+static void packed_place(const struct kith_search *s, kith_index slot, double *x) {
+  for (int a = 0; a < NDIM; ++a) x[a] = s->coordinate[a][slot];
+}
+
+/* f(target, other), and at once f(other, target) if the other one is of a coarser level. */
+static kith_status count_hits(void *context, const struct kith_cell *cell) {
+  struct swept *w = context;
+  const struct kith_search *s = w->search;
+  for (kith_index t = 0; t < cell->targets; ++t) {
+    const kith_index p = cell->target[t];
+    double x[NDIM], y[NDIM];
+    packed_place(s, p, x);
+    w->wrong += w->marked[p]++ != 0 || w->touched[p] != 1;
+    for (int r = 0; r < cell->n_active; ++r)
+      for (kith_index q = cell->active[r].first; q < cell->active[r].first + cell->active[r].count; ++q) {
+        packed_place(s, q, y);
+        w->wrong += w->touched[q] != 1;
+        if (p == q || !interact(x, sqrt(s->radius2[p]), y, sqrt(s->radius2[q]), KITH_GATHER_SCATTER))
+          continue;
+        w->hits[p] += 1;
+        w->hits[q] += r < cell->n_coarser;
+      }
+    if (w->moves != NULL) w->moves[(size_t)s->node[p] * NDIM] += 7;
+  }
+  return KITH_OK;
+}
+
+/* Every node is a target once, every interaction is met once in each direction, and events are in order. */
+static void check_sweep(const struct kith_search *s, double *moves) {
+  const size_t n = (size_t)s->n + 1;
+  struct swept w = {.search = s, .moves = moves};
+  const struct kith_sweep events = {touch_first, count_hits, touch_last};
+  if (s->ops->sweep == NULL) {
+    CHECK_STATUS(KITH_UNSUPPORTED, kith_search_sweep(s, &events, &w));
+    CHECK(strstr(kith_failure(), s->ops->name) != NULL);
+    return;
+  }
+  w.hits = calloc(n, sizeof *w.hits), w.touched = calloc(n, 1), w.marked = calloc(n, 1);
+  CHECK_OK(kith_search_sweep(s, &events, &w));
+  for (kith_index p = 0; p < s->n; ++p) {
+    double x[NDIM], y[NDIM];
+    int expected = 0;
+    packed_place(s, p, x);
+    for (kith_index q = 0; q < s->n; ++q) {
+      packed_place(s, q, y);
+      expected += p != q && interact(x, sqrt(s->radius2[p]), y, sqrt(s->radius2[q]), KITH_GATHER_SCATTER);
+    }
+    w.wrong += w.touched[p] != 2 || w.marked[p] != 1 || w.hits[p] != expected;
+  }
+  CHECK(w.wrong == 0);
+  free(w.hits), free(w.touched), free(w.marked);
+}
+
 /* Everything, for at most `groups` groups. */
 static void check_search(const struct kith_search *s, int groups, bool ordered) {
   const struct kith_nodes *nodes = s->nodes;
@@ -141,6 +226,7 @@ static void check_search(const struct kith_search *s, int groups, bool ordered) 
     if (s->n > 0) check_at(s, place(nodes, below(s->n)), nodes->search_radius->f64[below(s->n)]);
   }
   CHECK(kith_search_bytes(s) >= sizeof *s);
+  if (s->n < 2000) check_sweep(s, NULL);
 }
 
 /* Sets of nodes. */
@@ -231,7 +317,7 @@ static void add_ghosts(struct kith_nodes *nodes, int axis, bool mirror) {
 static void test_one_life(const struct kith_search_ops *ops, enum arrangement how, kith_index n, int lists) {
   struct kith_nodes *nodes = make_nodes(how, n, lists);
   struct kith_search *s = NULL;
-  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(create(&s, ops, nodes));
   CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
   CHECK_OK(kith_search_update(s));
   check_search(s, 40, true);
@@ -260,7 +346,7 @@ static void test_thin_box(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 60, 1);
   struct kith_search *s = NULL;
   for (kith_index i = 0; i < 60; ++i) nodes->search_radius->f64[i] = uniform(1.5, 2.5);
-  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(create(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int image = -3; image <= 3; ++image) {
     struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .count = 60};
@@ -284,7 +370,7 @@ static void test_cull(const struct kith_search_ops *ops) {
   kith_index *found = NULL, count = 0, renumber[512], moved = 0;
   size_t capacity = 0;
   uint8_t keep[512];
-  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(create(&s, ops, nodes));
   for (int round = 0; round < 3; ++round) {
     const double x[NDIM] = {0};
     add_ghosts(nodes, 0, true);
@@ -322,7 +408,7 @@ static void test_motion(const struct kith_search_ops *ops, enum arrangement how)
   add_ghosts(nodes, 0, true);
   struct kith_search *s = NULL;
   kith_index *moved = calloc(1000, sizeof *moved);
-  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(create(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int round = 0; round < 16; ++round) {
     /* A few nodes, some named twice; none; ghosts too. */
@@ -354,7 +440,7 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
   kith_index *near = NULL, *found = NULL, count = 0, n_found = 0;
   size_t capacity = 0, found_capacity = 0;
   CHECK_OK(kith_nodes_mark_activity(nodes));
-  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(create(&s, ops, nodes));
   for (int round = 0; round < 12; ++round) {
     const kith_index n = nodes->n_internal;
     int missed = 0;
@@ -399,7 +485,7 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
 static void test_growth(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 150, 1);
   struct kith_search *s = NULL;
-  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(create(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int round = 0; round < 60; ++round) {
     const kith_index grown = round < 50 ? below(s->n) : 7;
@@ -416,7 +502,7 @@ static void test_growth(const struct kith_search_ops *ops) {
 static void test_far_off(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 200, 1);
   struct kith_search *s = NULL;
-  CHECK_OK(kith_search_create(&s, ops, nodes));
+  CHECK_OK(create(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   kith_index moved[100];
   for (kith_index k = 0; k < 100; ++k) {
@@ -455,7 +541,7 @@ static void test_threads(const struct kith_search_ops *ops, bool along) {
   for (int stage = 0; stage < 2; ++stage) {
     for (int threads = 1; threads <= 3; ++threads) {
       omp_set_num_threads(threads);
-      if (stage == 0) CHECK_OK(kith_search_create(&s[threads - 1], ops, nodes));
+      if (stage == 0) CHECK_OK(create(&s[threads - 1], ops, nodes));
       CHECK_OK(stage == 0 ? kith_search_update(s[threads - 1])
                           : kith_search_update_selected(s[threads - 1], moved, 300));
       CHECK(s[threads - 1]->n_groups == s[0]->n_groups);
@@ -494,19 +580,111 @@ static void test_family(void) {
   CHECK(kith_search_find("oracle") == NULL);
 }
 
+/* Cells move their targets while they are swept: sets stay what they were, and after that are refused. */
+static void test_moves_of_targets(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(EIGHT_TO_ONE, 200, 1);
+  struct kith_search *s = NULL;
+  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  check_sweep(s, nodes->position->f64);
+  ++nodes->positions;
+  CHECK_STATUS(KITH_STALE, kith_search_sweep(s, &(struct kith_sweep){NULL, NULL, NULL}, NULL));
+  CHECK(strstr(kith_failure(), ops->name) != NULL);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+/* What the spacetree did with node 0, in a cloud of equal radii that stays where it is. */
+static void expect_counts(struct kith_search *s, bool selected, const uint64_t *expected) {
+  const kith_index moved = 0;
+  ++((struct kith_nodes *)(uintptr_t)s->nodes)->positions;
+  CHECK_OK(selected ? kith_search_update_selected(s, &moved, 1) : kith_search_update(s));
+  for (int k = 0; k < KITH_SEARCH_COUNTERS; ++k) CHECK(s->count[k] == expected[k]);
+}
+
+/* Sorts from scratch, moves, levels lifted and dropped, nodes that tunnelled; by either update. */
+static void test_counters(void) {
+  for (int selected = 0; selected < 2; ++selected) {
+    struct kith_nodes *nodes = make_nodes(RANDOM, 400, 1);
+    struct kith_search *s = NULL;
+    double *x = nodes->position->f64, *radius = nodes->search_radius->f64;
+    for (kith_index i = 0; i < 400; ++i) radius[i] = i == 1 ? 0.08 : 0.01; /* cells 0.168 wide, and 0.021 */
+    for (int a = 0; a < NDIM; ++a) x[NDIM + a] = 0, x[2 * NDIM + a] = 1;
+    for (int a = 0; a < NDIM; ++a) x[a] = 0.3;
+    CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
+    expect_counts(s, false, (const uint64_t[]){1, 0, 0, 0, 0});
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 0, 0, 0});
+    x[0] += 0.021;
+    expect_counts(s, selected, (const uint64_t[]){0, 1, 0, 0, 0});
+    radius[0] = 0.02; /* cells 0.042 wide */
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 1, 0, 0});
+    radius[0] = 0.01;
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 0, 1, 0});
+    x[NDIM - 1] += 7.3 * 0.021; /* an adjacent vertex three levels up */
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 3, 3, 1});
+    check_search(s, 40, false);
+    kith_search_destroy(&s);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+/* Nodes on the faces, edges and corners of cells, at their middles, of two levels: each is a target of one
+ * cell (check_sweep), the upper one. */
+static void test_faces(void) {
+  const kith_index n = 2 + (NDIM == 1 ? 30 : 200);
+  struct kith_nodes *nodes = make_nodes(RANDOM, n, 1);
+  struct kith_search *s = NULL;
+  int on_faces = 0, on_corners = 0;
+  for (kith_index i = 0; i < n; ++i) nodes->search_radius->f64[i] = i % 2 ? 0.25 : 0.06;
+  for (int a = 0; a < 2 * NDIM; ++a) nodes->position->f64[a] = a < NDIM;
+  CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
+  CHECK_OK(kith_search_update(s)); /* nodes 0 and 1 make the frame */
+  const struct kith_spacetree *tree = s->self;
+  const int level = 2;
+  for (kith_index i = 2; i < n; ++i) {
+    int faces = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      double *x = nodes->position->f64 + (size_t)i * NDIM + a;
+      *x = tree->lower[a] + (3 + below(7)) * (0.5 / tree->per_length[level]);
+      const double u = (*x - tree->lower[a]) * tree->per_length[level];
+      faces += u == floor(u);
+    }
+    on_faces += faces > 0, on_corners += faces == NDIM;
+  }
+  ++nodes->positions;
+  CHECK(on_faces > n / 4 && on_corners > n / 16);
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 40, true);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+static void test_member(const struct kith_search_ops *ops) {
+  test_sets_of_nodes(ops);
+  for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) test_motion(ops, how), test_near(ops, how);
+  test_thin_box(ops);
+  test_cull(ops);
+  test_growth(ops);
+  test_far_off(ops);
+  test_threads(ops, false);
+  test_threads(ops, true);
+  test_moves_of_targets(ops);
+}
+
 int main(void) {
   test_runs();
   test_family();
   for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
-    test_sets_of_nodes(*ops);
-    for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how)
-      test_motion(*ops, how), test_near(*ops, how);
-    test_thin_box(*ops);
-    test_cull(*ops);
-    test_growth(*ops);
-    test_far_off(*ops);
-    test_threads(*ops, false);
-    test_threads(*ops, true);
+    test_member(*ops);
+    if ((*ops)->params == NULL) continue;
+    bool *other = calloc(1, (*ops)->settings_size);
+    other[(*ops)->params->offset] = true;
+    settings = other;
+    test_member(*ops);
+    settings = NULL;
+    free(other);
   }
+  test_counters();
+  test_faces();
   return check_failed();
 }

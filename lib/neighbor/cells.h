@@ -1,0 +1,92 @@
+/* cells.h - cells of many levels: what sorting, queries and sweeps of the spacetree search share.
+ *
+ * Cells of level l are edge / 2^l wide, and halves of those above: each has a father. A node lives on the
+ * finest level whose cells are at least twice its search radius wide, and there with the vertex closest to
+ * it. So whatever interacts with a node and lives on its level is with one of the 2^d vertices of the cell
+ * that the node is in, which together know the cell and half a cell around it: the local set of the cell.
+ * Nodes of coarser levels that interact with it are in the local sets of the cell's fathers. All of these are
+ * the active set. Nodes of finer levels are in neither: they find the coarser ones.
+ *
+ * A node is in the cell of its floor: cells are half-open, and a node on a face, an edge or a corner is in
+ * one cell. What is outside of the frame is in the outermost cells: correct, but slow. */
+#ifndef KITH_NEIGHBOR_CELLS_H
+#define KITH_NEIGHBOR_CELLS_H
+
+#include "lib/core/keyed.h"
+#include "lib/core/sfc_key.h"
+#include "lib/neighbor/search.h"
+
+enum {
+  KITH_SPACETREE_LEVELS = 24,
+  KITH_CELL_BITS = NDIM == 3   ? 18
+                   : NDIM == 2 ? 28
+                               : 50,              /* of a coordinate of a cell of the deepest level */
+  KITH_VERTEX_BITS = NDIM * (KITH_CELL_BITS + 1), /* of the Morton code of a vertex */
+  KITH_LEVEL_BITS = 5,
+};
+
+/* The nodes of a vertex: slots of run .. those of the next vertex. */
+struct kith_vertex {
+  uint64_t key; /* internal or ghost, level, Morton code */
+  kith_index run;
+};
+
+/* Vertices with nodes of one level, internal ones or ghosts. */
+struct kith_layer {
+  kith_index vertex, vertices;
+  double radius2; /* no smaller than the largest */
+};
+
+struct kith_spacetree {
+  /* The frame stays as it is while nodes are in it and radii suit it. */
+  double lower[NDIM], width, edge;
+  double per_length[KITH_SPACETREE_LEVELS]; /* cells */
+  int deepest;
+  /* Sorted: items by key, then by node. contiguous: slots in this order; scattered: slots are nodes. */
+  size_t items_capacity, vertices_capacity, runs_capacity, ids_capacity, places_capacity;
+  struct kith_keyed *item[2]; /* [n]; the second one is scratch */
+  struct kith_vertex *vertex; /* [n_vertices + 1] */
+  struct kith_run *run;       /* vertex by vertex, ascending: contiguous: one for each */
+  kith_index n_vertices;
+  struct kith_layer layer[2 * KITH_SPACETREE_LEVELS];
+  int64_t *id; /* [n_ids] of internal nodes, when they were sorted: have they been reordered since? */
+  kith_index n_ids;
+  kith_index *place; /* [n] items of nodes; if placed */
+  bool placed;
+};
+
+/* Cells of level l along an axis. */
+static inline int64_t kith_spacetree_cells(const struct kith_spacetree *tree, int level) {
+  return INT64_C(1) << (KITH_CELL_BITS - tree->deepest + level);
+}
+static inline int64_t kith_spacetree_clamp(double u, int64_t top) {
+  return u > 0 ? (u < (double)top ? (int64_t)u : top) : 0;
+}
+/* The cell of this level that a coordinate is in: the half of that of the level below. */
+static inline int64_t kith_spacetree_cell(const struct kith_spacetree *tree, int level, int a, double x) {
+  const double u = (x - tree->lower[a]) * tree->per_length[level];
+  return kith_spacetree_clamp(u, kith_spacetree_cells(tree, level) - 1);
+}
+static inline int64_t kith_spacetree_vertex(const struct kith_spacetree *tree, int level, int a, double x) {
+  const double u = (x - tree->lower[a]) * tree->per_length[level];
+  return kith_spacetree_clamp(u + 0.5, kith_spacetree_cells(tree, level));
+}
+/* Of the levels below the bits of ghosts, above those of vertices. */
+static inline int kith_spacetree_layer(uint64_t vertex_key) {
+  const int top = (int)(vertex_key >> KITH_VERTEX_BITS);
+  return (top >> KITH_LEVEL_BITS) * KITH_SPACETREE_LEVELS + (top & ((1 << KITH_LEVEL_BITS) - 1));
+}
+/* The first of vertices first .. end - 1 whose key is at least `key`, or `end`. */
+static inline kith_index kith_spacetree_from(const struct kith_spacetree *tree, kith_index first,
+                                             kith_index end, uint64_t key) {
+  while (first < end) {
+    const kith_index half = first + (end - first) / 2;
+    if (tree->vertex[half].key < key)
+      first = half + 1;
+    else
+      end = half;
+  }
+  return first;
+}
+
+#endif
