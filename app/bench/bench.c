@@ -7,8 +7,8 @@
  * order. Every package: with its defaults on one thread and on all, with the other traversal on one. Ratios
  * to the reference loops can be compared between machines.
  *
- * Then storages of neighbor lists (storage.h). The last line is the figure of merit: of the first package,
- * with its defaults on all threads.
+ * Then storages of neighbor lists (storage.h) and searches (searches.h). The last line is the figure of
+ * merit: of the first package, with its defaults on all threads.
  *
  * Bytes (counter "bytes") are the least that the data layout of a stage moves: each array it needs, once,
  * ghosts included. The share of the triad says how far a stage is from its memory bound. */
@@ -18,6 +18,7 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
+#include "app/bench/searches.h"
 #include "app/bench/storage.h"
 #include "app/output/report.h"
 #include "lib/core/version.h"
@@ -197,9 +198,10 @@ static kith_status time_loops(struct kith_simulation *m, struct figures *out) {
   return KITH_OK;
 }
 
-static kith_status time_storages(struct kith_simulation *m, struct figures *out) {
+static kith_status time_lists(struct kith_simulation *m, struct figures *out) {
   (void)out;
-  return kith_bench_storage(m);
+  KITH_TRY(kith_bench_storage(m));
+  return kith_bench_searches(m->nodes->n_internal);
 }
 
 /* A case: the package, and a setting or NULL. Without a `base` it times its own reference loops. */
@@ -302,7 +304,7 @@ static kith_status bench(const struct kith_options *options, int all) {
     KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one, &fom));
     if (p == kith_package_all()) first = fom;
   }
-  KITH_TRY(run_case(options, (const char *const[2]){NULL}, 1, time_storages, &unused));
+  KITH_TRY(run_case(options, (const char *const[2]){NULL}, 1, time_lists, &unused));
   kith_fom_print(&first, stdout);
   return KITH_OK;
 }

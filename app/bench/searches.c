@@ -1,0 +1,252 @@
+/* searches.c - what neighbor searches cost: updates from scratch, of nodes that have all moved a little, of
+ * every hundredth; rows; and a sum over neighbors in a sweep over the cells, beside one over the rows. */
+#include "app/bench/searches.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include "lib/connectivity/list.h"
+#include "lib/core/random.h"
+
+/* Spacings s |xi|^(p - 1) around the center: largest over smallest support `ratio`, up to the corners. */
+static void place_node(struct kith_nodes *nodes, kith_index i, kith_index side, double ratio) {
+  const double s = 2.0 / side, power = log(ratio) / log(side), support = NDIM == 3 ? 2.43 : 4;
+  double *x = nodes->position->f64 + (size_t)i * NDIM, r2 = 0;
+  kith_index rest = i;
+  for (int a = 0; a < NDIM; ++a, rest /= side) {
+    x[a] = s * (rest % side + 0.5 + 0.3 * kith_random(1, i, a)) - 1;
+    r2 += x[a] * x[a];
+  }
+  const double stretch = pow(KITH_MAX(sqrt(r2), 0.5 * s), power);
+  for (int a = 0; a < NDIM; ++a) x[a] *= stretch;
+  nodes->search_radius->f64[i] = support * s * stretch * pow(1 + power, 1.0 / NDIM);
+  nodes->id->i64[i] = i;
+}
+
+/* In curve order, as those of runs. */
+static kith_status make_cloud(struct kith_nodes **out, kith_index side, double ratio) {
+  const kith_index n = (kith_index)kith_pow_dim(side);
+  double lower[NDIM], upper[NDIM];
+  kith_index first, *order = NULL;
+  bool sorted;
+  KITH_TRY(kith_nodes_create(out, 1, (const char *const[]){"cloud"}));
+  KITH_TRY(kith_nodes_append(*out, 0, n, &first));
+  for (kith_index i = 0; i < n; ++i) place_node(*out, i, side, ratio);
+  kith_search_cube((*out)->position->f64, n, lower, upper);
+  KITH_TRY(kith_resize(&order, 0, (size_t)n, sizeof *order));
+  kith_status status = kith_nodes_curve_order(*out, lower, upper, order, &sorted);
+  if (status == KITH_OK && !sorted) status = kith_nodes_reorder(*out, order);
+  kith_free(&order);
+  return status;
+}
+
+/* Every `stride`-th node, by up to a part of its radius along each axis; radii change as well. */
+static void move_nodes(struct kith_nodes *nodes, kith_index stride, int round) {
+  for (kith_index i = 0; i < nodes->n_internal; i += stride) {
+    double *radius = &nodes->search_radius->f64[i];
+    for (int a = 0; a < NDIM; ++a)
+      nodes->position->f64[i * NDIM + a] +=
+          0.02 * *radius * kith_random((uint64_t)round, nodes->id->i64[i], a);
+    *radius *= 1 + 0.002 * kith_random((uint64_t)round, nodes->id->i64[i], NDIM);
+  }
+  ++nodes->positions;
+}
+
+/* sum (1 - q)^4 (1 + 4 q), as anybody would write it. */
+static inline double weight(double d2, double radius2) {
+  const double q = sqrt(d2 / radius2), left = 1 - q;
+  return q < 1 ? left * left * left * left * (1 + 4 * q) : 0;
+}
+
+struct sums {
+  const struct kith_search *search;
+  double *row, *slot; /* [n] by node: from rows, from a sweep; by slot */
+  double *sweep;
+};
+
+static void add_row(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
+  const struct sums *sums = context;
+  const struct kith_nodes *nodes = sums->search->nodes;
+  const double *x = nodes->position->f64, radius = nodes->search_radius->f64[neighbors->node];
+  double sum = 1;
+  (void)tally;
+  for (size_t k = 0; k < neighbors->n; ++k)
+    sum += weight(kith_distance2(x + (size_t)neighbors->node * NDIM, x + (size_t)neighbors->source[k] * NDIM),
+                  radius * radius);
+  sums->row[neighbors->node] = sum;
+}
+
+/* The events of the same pass in a sweep: sums begin, pairs are added, sums are handed over. */
+static kith_status begin_sums(void *context, const struct kith_run *run, int n) {
+  const struct sums *sums = context;
+  for (int r = 0; r < n; ++r)
+    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p) sums->slot[p] = 1;
+  return KITH_OK;
+}
+
+KITH_HOT static void add_searches_run(const struct sums *sums, kith_index p, struct kith_run run,
+                                      bool coarser) {
+  const struct kith_search *s = sums->search;
+  const double radius2 = s->radius2[p];
+  double sum = 0;
+  for (kith_index q = run.first; q < run.first + run.count; ++q) {
+    double d2 = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double d = s->coordinate[a][p] - s->coordinate[a][q];
+      d2 += d * d;
+    }
+    sum += q != p && d2 < radius2 ? weight(d2, radius2) : 0;
+    if (coarser && d2 < s->radius2[q]) sums->slot[q] += weight(d2, s->radius2[q]);
+  }
+  sums->slot[p] += sum;
+}
+
+static kith_status add_cell(void *context, const struct kith_cell *cell) {
+  for (kith_index t = 0; t < cell->targets; ++t)
+    for (int r = 0; r < cell->n_active; ++r)
+      add_searches_run(context, cell->target[t], cell->active[r], r < cell->n_coarser);
+  return KITH_OK;
+}
+
+static kith_status end_sums(void *context, const struct kith_run *run, int n) {
+  const struct sums *sums = context;
+  for (int r = 0; r < n; ++r)
+    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p)
+      sums->sweep[sums->search->node[p]] = sums->slot[p];
+  return KITH_OK;
+}
+
+static double cpu_seconds(void) {
+  return (double)clock() / CLOCKS_PER_SEC;
+}
+
+enum { SCRATCH, MOVED, SELECTED, ROWS, PASS, SWEEP, TIMES };
+
+/* The least of what has been measured, in ns of processor time a node. */
+static kith_status clocked(kith_status status, double start, kith_index n, double *least) {
+  const double ns = 1e9 * (cpu_seconds() - start) / n;
+  *least = *least > 0 ? KITH_MIN(*least, ns) : ns;
+  return status;
+}
+
+static kith_status time_rows(struct kith_search *search, struct sums *sums, double *neighbors, double *ns) {
+  struct kith_nodes *nodes = (struct kith_nodes *)(uintptr_t)search->nodes;
+  struct kith_excluder self = {.ops = &kith_excluder_self};
+  const struct kith_list_spec spec = {.targets = {.nodes = nodes, .search = search},
+                                      .sources = {.nodes = nodes, .search = search},
+                                      .cutoff = KITH_CUTOFF_gather_scatter,
+                                      .radius = nodes->search_radius->spec.name,
+                                      .excluders = &self,
+                                      .storage = kith_storage_csr.name,
+                                      .rebuild = kith_rebuild_always.name};
+  struct kith_list *list = NULL;
+  enum kith_rebuild_reason why;
+  kith_status status = kith_list_create(&list, &spec);
+  for (int repeat = 0; repeat < 3 && status == KITH_OK; ++repeat) {
+    double start = cpu_seconds();
+    status = clocked(kith_list_update(list, &why), start, nodes->n_internal, &ns[ROWS]);
+    start = cpu_seconds();
+    if (status == KITH_OK)
+      status =
+          clocked(kith_list_visit_all(list, add_row, sums, NULL, 0), start, nodes->n_internal, &ns[PASS]);
+  }
+  if (status == KITH_OK) *neighbors = (double)list->stored.entries / nodes->n_internal;
+  kith_list_destroy(&list);
+  return status;
+}
+
+static kith_status time_search(struct kith_search *search, struct kith_nodes *nodes, struct sums *sums,
+                               uint64_t count[KITH_SEARCH_COUNTERS], double *neighbors, double *ns) {
+  static const struct kith_sweep events = {begin_sums, add_cell, end_sums};
+  const kith_index n = nodes->n_internal;
+  kith_index *hundredth = NULL, many = 0;
+  double start = cpu_seconds();
+  KITH_TRY(clocked(kith_search_update(search), start, n, &ns[SCRATCH]));
+  for (int round = 1; round <= 3; ++round) {
+    move_nodes(nodes, 1, round);
+    start = cpu_seconds();
+    KITH_TRY(clocked(kith_search_update(search), start, n, &ns[MOVED]));
+    for (int k = 0; k < KITH_SEARCH_COUNTERS; ++k) count[k] += search->count[k];
+  }
+  KITH_TRY(kith_resize(&hundredth, 0, (size_t)n / 100 + 1, sizeof *hundredth));
+  for (kith_index i = 0; i < n; i += 100) hundredth[many++] = i;
+  kith_status status = KITH_OK;
+  for (int round = 4; round <= 6 && status == KITH_OK; ++round) {
+    move_nodes(nodes, 100, round);
+    start = cpu_seconds();
+    status = clocked(kith_search_update_selected(search, hundredth, many), start, n, &ns[SELECTED]);
+  }
+  kith_free(&hundredth);
+  if (status == KITH_OK) status = time_rows(search, sums, neighbors, ns);
+  start = cpu_seconds();
+  if (status == KITH_OK && search->ops->sweep != NULL)
+    status = clocked(kith_search_sweep(search, &events, sums), start, n, &ns[SWEEP]);
+  return status;
+}
+
+static void print_search(const char *what, double ratio, const struct kith_search *search,
+                         const struct sums *sums, const uint64_t count[KITH_SEARCH_COUNTERS],
+                         double neighbors, const double *ns) {
+  double apart = 0;
+  printf("  %-19s %7.0f %9.1f", what, ratio, neighbors);
+  for (int t = 0; t < TIMES; ++t)
+    if (ns[t] > 0)
+      printf(" %8.1f", ns[t]);
+    else
+      printf(" %8s", "-");
+  printf(" %11.0f\n", (double)kith_search_bytes(search) / search->n);
+  for (int k = 0; search->ops->counters != NULL && search->ops->counters[k] != NULL; ++k)
+    printf("%s%llu %s", k == 0 ? "    three updates: " : ", ", (unsigned long long)count[k],
+           search->ops->counters[k]);
+  if (search->ops->sweep != NULL) {
+    for (kith_index i = 0; i < search->n; ++i)
+      apart = KITH_MAX(apart, fabs(sums->sweep[i] / sums->row[i] - 1));
+    printf("; sums of the sweep and of rows differ by %.1e\n", apart);
+  }
+  fflush(stdout);
+}
+
+static kith_status bench_search(const char *words, kith_index side, double ratio, struct sums *sums) {
+  char name[32];
+  int k = 0;
+  struct kith_nodes *nodes = NULL;
+  struct kith_search *search = NULL;
+  void *settings = NULL;
+  uint64_t count[KITH_SEARCH_COUNTERS] = {0};
+  double neighbors = 0, ns[TIMES] = {0};
+  snprintf(name, sizeof name, "%.*s", (int)strcspn(words, ":"), words);
+  while (kith_search_all()[k] != kith_search_find(name)) ++k;
+  kith_status status = kith_settings_create(&settings, kith_search_member(k),
+                                            words[strlen(name)] == ':' ? words + strlen(name) + 1 : NULL);
+  if (status == KITH_OK) status = make_cloud(&nodes, side, ratio);
+  if (status == KITH_OK) status = kith_search_create(&search, kith_search_all()[k], nodes);
+  if (status == KITH_OK) {
+    search->settings = settings, sums->search = search;
+    status = time_search(search, nodes, sums, count, &neighbors, ns);
+  }
+  if (status == KITH_OK) print_search(words, ratio, search, sums, count, neighbors, ns);
+  kith_search_destroy(&search);
+  kith_nodes_destroy(&nodes);
+  kith_free(&settings);
+  return status;
+}
+
+kith_status kith_bench_searches(kith_index n) {
+  static const char *const searches[] = {"tree", "grid", "spacetree", "spacetree:layout=scattered"};
+  static const double ratio[] = {1, 10, 1000};
+  const kith_index side = (kith_index)lround(pow(n, 1.0 / NDIM));
+  const size_t all = (size_t)kith_pow_dim(side);
+  struct sums sums = {0};
+  KITH_TRY(kith_resize(&sums.row, 0, 3 * all, sizeof *sums.row));
+  sums.slot = sums.row + all, sums.sweep = sums.slot + all;
+  printf(
+      "\n  search: ns a node   supports neighbors  scratch    moved      1 %%     rows     pass    sweep"
+      "  bytes/node\n");
+  kith_status status = KITH_OK;
+  for (size_t r = 0; r < sizeof ratio / sizeof *ratio; ++r)
+    for (size_t k = 0; k < sizeof searches / sizeof *searches && status == KITH_OK; ++k)
+      status = bench_search(searches[k], side, ratio[r], &sums);
+  kith_free(&sums.row);
+  return status;
+}
