@@ -16,7 +16,10 @@
  * R the search radius, f = 1, or 2 when overlap is required (internal nodes of all ranks). As many images are
  * created as that takes (above a thousand: DIVERGED). Nodes may lie outside of the box: see images.h. Ghosts
  * come image by image (n = -1, 1, -2, 2, ...), list by list, in the order of their controls. Nodes on a
- * reflecting face have a ghost at the same position: neighbors at distance 0. */
+ * reflecting face have a ghost at the same position: neighbors at distance 0.
+ *
+ * Images of a periodic boundary may instead be shifts (lib/nodes/shifts.h) of all nodes and ghosts that there
+ * are, also of those that later boundaries make: no ghosts, and lists say which image a neighbor is. */
 #ifndef KITH_BOUNDARIES_BOUNDARY_H
 #define KITH_BOUNDARIES_BOUNDARY_H
 
@@ -46,6 +49,7 @@ struct kith_boundary_ops {
   /* Moves its faces to their positions at this time; existing ghosts do not follow. NULL: faces are fixed. */
   void (*move)(struct kith_boundary *boundary, double time);
   double (*face_velocity)(const void *settings); /* along the axis; NULL: 0 */
+  bool (*shifts)(const void *settings);          /* are its images shifts of nodes, not ghosts? NULL: no */
   /* The nodes that it holds, as nodes of their own with the same lists and fields; NULL: none. View. */
   const struct kith_nodes *(*held_nodes)(const struct kith_boundary *boundary);
   /* Properties that callers test, instead of names. */
@@ -66,6 +70,10 @@ static inline bool kith_boundary_wraps(const struct kith_boundary_ops *ops) {
 /* Does gas pass the side? NULL: open, which has no zone behind it. */
 static inline bool kith_boundary_passes(const struct kith_boundary_ops *ops) {
   return ops != NULL && (ops->enters || ops->leaves);
+}
+
+static inline bool kith_boundary_shifts(const struct kith_boundary_ops *ops, const void *settings) {
+  return ops != NULL && ops->shifts != NULL && ops->shifts(settings);
 }
 
 /* Velocity of its face along the axis. */

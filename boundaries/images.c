@@ -167,18 +167,40 @@ static kith_status add_images(const struct line *line, struct kith_nodes *nodes,
   return KITH_OK;
 }
 
+static kith_status not_finite(const struct line *line) {
+  KITH_FAIL(DIVERGED, "the position or search radius of a node is not finite (axis %d)",
+            line->boundary->axis);
+}
+
+static kith_status too_many(const struct line *line) {
+  KITH_FAIL(DIVERGED, "search radius %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
+            line->search_radius, line->x_min, line->x_max, KITH_MOST_IMAGES, line->boundary->axis,
+            line->boundary->upper - line->boundary->lower);
+}
+
+kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
+                               double radius_factor) {
+  if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
+  struct line line = {.boundary = boundary, .factor = radius_factor};
+  const bool finite = measure(&line, nodes);
+  double most[] = {-line.x_min, line.x_max, line.search_radius, finite ? 0 : 1};
+  kith_ranks_max(nodes->ranks, most, 4); /* the shifts of all ranks are the same */
+  const double length = boundary->upper - boundary->lower, spread = KITH_MAX(most[0] + most[1], 0.0),
+               far = (spread + most[2]) * (1 + 1e-12);
+  if (most[3] > 0) return not_finite(&line);
+  if (!(far < KITH_MOST_IMAGES * length)) return too_many(&line);
+  ++nodes->ghosts;
+  return kith_shifts_add(&nodes->shifts, boundary->axis, (int)(far / length), length);
+}
+
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
   struct line line = {.boundary = boundary, .factor = radius_factor};
-  if (!measure(&line, nodes))
-    KITH_FAIL(DIVERGED, "the position or search radius of a node is not finite (axis %d)", boundary->axis);
+  if (!measure(&line, nodes)) return not_finite(&line);
   if (kith_nodes_count(nodes) == 0) return KITH_OK;
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
-    KITH_FAIL(DIVERGED,
-              "search radius %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
-              line.search_radius, line.x_min, line.x_max, KITH_MOST_IMAGES, boundary->axis,
-              boundary->upper - boundary->lower);
+    return too_many(&line);
   struct hits hits = {0};
   const kith_status status = add_images(&line, nodes, &hits);
   kith_free(&hits.node[0]);

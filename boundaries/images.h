@@ -21,6 +21,9 @@ enum { KITH_MOST_IMAGES = 1000 };
  * leave no room for nodes. */
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
+/* The same images as shifts (lib/nodes/shifts.h), of boundaries that wrap. Collective. */
+kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
+                               double radius_factor);
 kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
 /* Numbers of images along the axes, as one number: nodes.h. */
 static inline int64_t kith_image_code(int axis) {

@@ -1,8 +1,27 @@
 /* Periodic: image n is shifted by n L. Nodes belong to the half-open box: one at the upper face is moved to
- * the lower one. */
+ * the lower one. Images are ghosts, or numbers in the rows of their neighbors (lib/nodes/shifts.h). */
 #include "boundaries/images.h"
 
 #include <math.h>
+
+struct periodic {
+  bool shifts;
+};
+static const struct kith_param periodic_params[] = {
+    {"images", KITH_PARAM_CHOICE, "ghosts", "ghosts|shifts",
+     "nodes of their own; or no nodes: entries of rows say by how many lengths of the box a neighbor is "
+     "displaced",
+     KITH_INTO(struct periodic, shifts), .role = KITH_ROLE_FREE},
+    {0}};
+
+static bool by_shifts(const void *settings) {
+  return settings != NULL && ((const struct periodic *)settings)->shifts;
+}
+
+static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
+  const bool shifts = nodes->shifts.wanted && by_shifts(boundary->settings);
+  return (shifts ? kith_images_shifts : kith_images_ghosts)(boundary, nodes, radius_factor);
+}
 
 static bool image_of(const struct kith_boundary *boundary, int n, double *sign, double *shift) {
   *sign = 1;
@@ -30,7 +49,12 @@ static void put_back(const struct kith_boundary *boundary, struct kith_nodes *no
 const struct kith_boundary_ops kith_boundary_periodic = {
     .name = "periodic",
     .doc = "what leaves on one side returns on the other",
-    KITH_IMAGES,
+    KITH_SETTINGS(periodic_params, periodic),
+    .ghosts = ghosts,
+    .enforce = kith_images_enforce,
+    .image_of = image_of,
+    .put_back = put_back,
+    .shifts = by_shifts,
     .has_faces = true,
     .wraps = true,
 };

@@ -19,15 +19,20 @@ enum { NODES, PAIRS, DISTANCE, APPROACH, REDUCERS };
 static void look(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
   const struct kith_simulation *m = context;
   const double *x = m->nodes->position->f64, *v = m->hydro.velocity->f64, *h = m->nodes->support->f64;
+  const struct kith_shifts *shifts = &m->nodes->shifts;
   const size_t i = (size_t)neighbors->node;
   bool meets = false;
   for (size_t k = 0; k < neighbors->n; ++k) {
     const size_t j = (size_t)neighbors->source[k];
-    const double r = sqrt(kith_distance2(x + i * NDIM, x + j * NDIM));
+    double d[NDIM];
+    for (int a = 0; a < NDIM; ++a) {
+      d[a] = x[j * NDIM + a] + (neighbors->shift != NULL ? shifts->by[neighbors->shift[k]][a] : 0);
+      d[a] = x[i * NDIM + a] - d[a];
+    }
+    const double r = sqrt(kith_dot(d, d));
     if (!(r <= KITH_MAX(h[i], h[j]))) continue;
     double closing = 0;
-    for (int a = 0; a < NDIM; ++a)
-      closing -= (x[i * NDIM + a] - x[j * NDIM + a]) * (v[i * NDIM + a] - v[j * NDIM + a]);
+    for (int a = 0; a < NDIM; ++a) closing -= d[a] * (v[i * NDIM + a] - v[j * NDIM + a]);
     meets = true;
     kith_tally_add(tally, PAIRS, 1);
     kith_tally_add(tally, DISTANCE, r);

@@ -81,6 +81,7 @@ static kith_status add_boundary(struct kith_simulation *m, int axis, const struc
 /* Frozen nodes first: the images of the others' axes include them, and those of the zones behind faces that
  * gas passes. */
 static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *frozen) {
+  m->nodes->shifts.wanted = true;
   if (frozen != NULL) {
     KITH_TRY(kith_boundaries_add(&m->boundaries, &kith_boundary_constant, 0, 0, 1, false, false));
     KITH_TRY(kith_constant_take(m->boundaries.boundary[0], m->nodes, frozen));
@@ -153,9 +154,10 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const char *name = s->method.package.name;
   const struct kith_package_traits package = kith_package_traits(package_of(s), s->method.package.settings);
   const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
-  bool piston = false, passes = false;
+  bool piston = false, passes = false, shifts = false;
   for (int a = 0; a < NDIM; ++a) {
     piston = piston || s->boundary[a].velocity != 0;
+    shifts = shifts || kith_boundary_shifts(s->boundary[a].lower, s->boundary[a].settings[0]);
     passes =
         passes || kith_boundary_passes(s->boundary[a].lower) || kith_boundary_passes(s->boundary[a].upper);
   }
@@ -194,6 +196,10 @@ static kith_status check_combination(const struct kith_simulation *m) {
   REFUSE_IF(passes && package.mutual != NULL, "method",
             "%s need the image of each partner of an image, which the zone of an inflow has not",
             package.mutual);
+  REFUSE_IF(shifts && package.uncoupled != NULL, "boundaries",
+            "%s sum over all nodes of two supports, and images that are shifts are no nodes; take images: "
+            "ghosts",
+            package.uncoupled);
   REFUSE_IF(
       passes && (scheme->incompatible != NULL || kith_scheme_has_blocks(scheme, s->scheme.member.settings)),
       "scheme.name",

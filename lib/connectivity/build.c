@@ -171,8 +171,16 @@ static void pack(struct kith_packed *near, const struct kith_search *search, con
   }
 }
 
-static kith_status candidates(struct kith_worker *worker, const struct kith_build *build,
-                              const struct group *group, int *self) {
+/* Candidates that are image s: those from `from` on. */
+static void shift_packed(struct kith_packed *near, const struct kith_build *build, int s, int from) {
+  for (int p = from; p < near->n; ++p) near->shift[p] = (uint16_t)s;
+  for (int a = 0; a < NDIM && kith_build_moves_source(build, s); ++a)
+    for (int p = from; p < near->n; ++p) near->coordinate[a][p] += build->shifts->by[s][a];
+}
+
+/* Adds the sources that are candidates of the group, or their images s. */
+static kith_status add_candidates(struct kith_worker *worker, const struct kith_build *build,
+                                  const struct group *group, int s, int *self) {
   static const enum kith_search_mode modes[] = {[KITH_CUTOFF_number] = KITH_GATHER,
                                                 [KITH_CUTOFF_gather] = KITH_GATHER,
                                                 [KITH_CUTOFF_scatter] = KITH_SCATTER,
@@ -180,21 +188,54 @@ static kith_status candidates(struct kith_worker *worker, const struct kith_buil
                                                 [KITH_CUTOFF_boxes] = KITH_GATHER};
   const struct kith_search *search = build->search;
   const bool same = build->targets->search == search;
-  const struct kith_run targets = {group->run.first, same ? group->run.count : 0};
+  const struct kith_run targets = {group->run.first,
+                                   same && s == kith_build_zero(build) ? group->run.count : 0};
+  struct kith_packed *near = &worker->near;
+  const int from = near->n;
   uint64_t *key[3];
   size_t n[2];
-  for (kith_index m = 0; m < group->run.count; ++m) self[m] = -1;
   worker->runs.n = 0;
   KITH_TRY(search->ops->coarse(search, &group->box, group->radius, modes[build->cutoff], &worker->runs));
   KITH_TRY(collect(worker, build, group, key, n));
-  KITH_TRY(kith_packed_reserve(&worker->near, n[0] + n[1]));
+  KITH_TRY(kith_packed_reserve(near, (size_t)from + n[0] + n[1]));
   /* Sorted keys may end in the spare array, so each part is packed before the next is sorted. */
   for (int part = 0; part < 2; ++part)
-    pack(&worker->near, search, build->unsorted ? key[part] : sort_keys(key[part], key[2], n[part]),
-         part == 0 ? 0 : (int)n[0], (int)n[part], targets, self);
+    pack(near, search, build->unsorted ? key[part] : sort_keys(key[part], key[2], n[part]),
+         from + (part == 0 ? 0 : (int)n[0]), (int)n[part], targets, self);
+  kith_packed_close(near, from + (int)(n[0] + n[1]));
   if (modes[build->cutoff] == KITH_GATHER) /* radii of sources do not count */
-    for (size_t p = 0; p < n[0] + n[1]; ++p) worker->near.radius2[p] = -1;
-  kith_packed_close(&worker->near, (int)(n[0] + n[1]));
+    for (int p = from; p < near->n; ++p) near->radius2[p] = -1;
+  if (build->shifts != NULL) shift_packed(near, build, s, from);
+  return KITH_OK;
+}
+
+/* Moves the group so that it sees the sources as their images s. Are any near? The box is a little wider than
+ * rounding could make it. */
+static bool sees_image(const struct kith_build *build, struct group *group, int s) {
+  const double radius = KITH_MAX(group->radius, build->widest) * (1 + KITH_SEARCH_SLACK);
+  bool near = true;
+  for (int a = 0; a < NDIM; ++a) {
+    const double by = build->shifts->by[s][a],
+                 slack = 1e-14 * (fabs(group->box.lower[a]) + fabs(group->box.upper[a]) + fabs(by));
+    group->box.lower[a] -= by + slack, group->box.upper[a] -= by - slack;
+    near = near && group->box.lower[a] - radius <= build->all.upper[a] &&
+           group->box.upper[a] + radius >= build->all.lower[a];
+  }
+  return near;
+}
+
+/* Images of one shift fill words of their own. */
+static kith_status candidates(struct kith_worker *worker, const struct kith_build *build,
+                              const struct group *group, int *self) {
+  for (kith_index m = 0; m < group->run.count; ++m) self[m] = -1;
+  worker->near.n = 0;
+  if (build->shifts == NULL) return add_candidates(worker, build, group, 0, self);
+  for (int s = 0; s < build->shifts->n; ++s) {
+    struct group seen = *group;
+    if (s != build->shifts->zero && !sees_image(build, &seen, s)) continue;
+    KITH_TRY(add_candidates(worker, build, &seen, s, self));
+    worker->near.n = 64 * worker->near.words;
+  }
   return KITH_OK;
 }
 
@@ -208,15 +249,21 @@ static kith_status exclude(struct kith_worker *worker, const struct kith_build *
   uint64_t *allowed = worker->hit;
   for (int w = 0; w < near->words; ++w) allowed[w] = ~UINT64_C(0);
   if (near->n % 64 != 0) allowed[near->words - 1] >>= 64 - near->n % 64;
-  kith_build_exclude(build, KITH_BROAD, i, near->node, near->words, allowed);
+  kith_build_exclude(build, KITH_BROAD, i, kith_build_zero(build), near, allowed);
   for (int w = 0; w < near->words; ++w) hit[w] &= allowed[w];
-  *count = kith_build_exclude(build, KITH_NARROW, i, near->node, near->words, hit);
+  *count = kith_build_exclude(build, KITH_NARROW, i, kith_build_zero(build), near, hit);
   return KITH_OK;
 }
 
-/* One record: number of candidates; slots of the targets; the candidates, two in a word; the bits, target by
- * target. */
+/* One record: number of candidates; slots of the targets; the candidates, two in a word; their shifts, if
+ * there are any; the bits, target by target. */
 enum { HEAD = 2 };
+static inline size_t words_of_nodes(size_t n) {
+  return (n + 1) / 2;
+}
+static inline size_t words_of_shifts(const struct kith_build *build, size_t n) {
+  return build->shifts != NULL ? (n + 3) / 4 : 0;
+}
 
 /* Grows to what the whole chunk will need if the rest is like its first `done` of `all` groups. */
 static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done, int all) {
@@ -268,17 +315,33 @@ static int box_hits(const struct kith_packed *near, const struct kith_build *bui
   return count;
 }
 
-/* The candidates that are neighbors of the target i in this slot. */
-static int hits_of(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
-                   uint64_t *hit) {
+/* The candidates that are neighbors of the target i in this slot, seen from x. */
+static int hits_from(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
+                     const double *x, uint64_t *hit) {
   const struct kith_search *search = build->targets->search;
-  double x[NDIM];
-  for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
   if (build->cutoff == KITH_CUTOFF_boxes) return box_hits(near, build, search->node[slot], x, hit);
   const double radius2 = build->cutoff == KITH_CUTOFF_number    ? build->number * build->number
                          : build->cutoff == KITH_CUTOFF_scatter ? -1
                                                                 : search->radius2[slot];
   return kith_packed_hits(near, x, radius2, hit);
+}
+
+/* Words of one shift together. */
+static int hits_of(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
+                   uint64_t *hit) {
+  double x[NDIM], seen_from[NDIM];
+  int count = 0;
+  for (int a = 0; a < NDIM; ++a) x[a] = build->targets->search->coordinate[a][slot];
+  if (build->shifts == NULL) return hits_from(near, build, slot, x, hit);
+  for (int w = 0, end; w < near->words; w = end) {
+    const uint16_t s = near->shift[64 * w];
+    for (end = w + 1; end < near->words && near->shift[64 * end] == s;) ++end;
+    const struct kith_packed part = kith_packed_part(near, w, end);
+    for (int a = 0; a < NDIM; ++a)
+      seen_from[a] = kith_build_moves_source(build, s) ? x[a] : x[a] - build->shifts->by[s][a];
+    count += hits_from(&part, build, slot, seen_from, hit + w);
+  }
+  return count;
 }
 
 static kith_status test_targets(struct kith_worker *worker, const struct kith_build *build,
@@ -311,15 +374,17 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   int self[GROUP_SLOTS];
   KITH_TRY(candidates(worker, build, group, self));
   if (build->selected) KITH_TRY(mark_idle(worker, build->nodes));
-  const size_t n = (size_t)worker->near.n,
-               words = HEAD + (n + 1) / 2 + (size_t)worker->near.words * (size_t)group->targets;
+  const size_t n = (size_t)worker->near.n, head = HEAD + words_of_nodes(n) + words_of_shifts(build, n),
+               words = head + (size_t)worker->near.words * (size_t)group->targets;
   KITH_TRY(reserve_chunk(chunk, words, done, all));
   uint64_t *record = chunk->word + chunk->n;
   record[0] = n;
   record[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
   if (n > 0) memcpy(record + HEAD, worker->near.node, n * sizeof(kith_index));
+  if (n > 0 && build->shifts != NULL)
+    memcpy(record + HEAD + words_of_nodes(n), worker->near.shift, n * sizeof(uint16_t));
   chunk->n += words;
-  return test_targets(worker, build, group->run, self, length, record + HEAD + (n + 1) / 2);
+  return test_targets(worker, build, group->run, self, length, record + head);
 }
 
 /* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one
@@ -367,6 +432,15 @@ static kith_status test_chunks(const struct kith_build *build, size_t *lengths) 
 
 /* --- pass 2 --- */
 
+/* Shifts of the row that begins at entry e. Its nodes ascend in the part of each shift. */
+static void fill_shifts(const struct kith_rows *rows, const struct kith_build *build, size_t e,
+                        const uint16_t *shift, int words, const uint64_t *hit) {
+  size_t n = 0;
+  for (int w = 0; w < words; ++w) n += (size_t)__builtin_popcountll(hit[w]);
+  kith_packed_extract_shifts(shift, words, hit, rows->shift + e);
+  if (!build->unsorted) kith_entries_sort(rows->node + e, rows->shift + e, n);
+}
+
 static void fill_chunk(struct kith_rows *rows, const struct kith_build *build,
                        const struct kith_words *chunk) {
   const kith_index *of_slot = build->targets->search->node;
@@ -376,22 +450,16 @@ static void fill_chunk(struct kith_rows *rows, const struct kith_build *build,
     const int n = (int)record[0], words = (n + 63) / 64;
     const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
     const kith_index *node = (const kith_index *)(record + HEAD);
-    record += HEAD + (n + 1) / 2;
+    const uint16_t *shift = (const uint16_t *)(record + HEAD + words_of_nodes((size_t)n));
+    record += HEAD + words_of_nodes((size_t)n) + words_of_shifts(build, (size_t)n);
     for (kith_index slot = first; slot < first + count; ++slot) {
       const kith_index i = of_slot[slot];
       if (!all && !is_target(build, i)) continue;
-      kith_packed_extract(node, words, record, rows->node + rows->first[all ? i : row_of(build, i)]);
+      const size_t e = rows->first[all ? i : row_of(build, i)];
+      kith_packed_extract(node, words, record, rows->node + e);
+      if (rows->shift != NULL) fill_shifts(rows, build, e, shift, words, record);
       record += words;
     }
-  }
-}
-
-static void sort_row(kith_index *node, size_t n) {
-  for (size_t k = 1; k < n; ++k) {
-    const kith_index moved = node[k];
-    size_t to = k;
-    for (; to > 0 && node[to - 1] > moved; --to) node[to] = node[to - 1];
-    node[to] = moved;
   }
 }
 
@@ -413,11 +481,15 @@ static kith_status transpose(struct kith_rows *rows, const struct kith_build *bu
 #pragma omp atomic capture
       at = filled[j]++;
       rows->node[rows->first[j] + (size_t)at] = i;
+      if (rows->shift != NULL)
+        rows->shift[rows->first[j] + (size_t)at] = (uint16_t)(2 * rows->zero - rows->shift[e]);
     }
   }
 #pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i)
-    if (filled[i] > 1) sort_row(rows->node + rows->first[i], (size_t)filled[i]);
+    if (filled[i] > 1)
+      kith_entries_sort(rows->node + rows->first[i],
+                        rows->shift != NULL ? rows->shift + rows->first[i] : NULL, (size_t)filled[i]);
   rows->n = n;
   return KITH_OK;
 }
@@ -434,6 +506,7 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(rows));
+  KITH_TRY(kith_rows_shift(rows, build->shifts != NULL ? build->shifts->zero : -1));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) fill_chunk(rows, build, &scratch->chunk[c]);
   return build->selected ? transpose(rows, build) : KITH_OK;
@@ -477,14 +550,16 @@ size_t kith_builder_bytes(const struct kith_builder *scratch) {
   return bytes + scratch->filled_capacity * sizeof *scratch->filled + words * sizeof(uint64_t);
 }
 
-int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
-                       const kith_index *node, int words, uint64_t *hit) {
-  struct kith_candidate candidate = {build->targets, build->sources, .i = i, .target = row_of(build, i)};
+int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i, int from,
+                       const struct kith_packed *near, uint64_t *hit) {
+  struct kith_candidate candidate = {build->targets, build->sources, .i = i, .target = row_of(build, i),
+                                     .shift = build->sources->nodes->shifts.zero};
   int count = 0;
-  for (int w = 0; w < words; ++w) {
+  for (int w = 0; w < near->words; ++w) {
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
       const int k = __builtin_ctzll(bits);
-      candidate.j = node[64 * w + k];
+      candidate.j = near->node[64 * w + k];
+      if (build->shifts != NULL) candidate.shift = build->shifts->zero + near->shift[64 * w + k] - from;
       candidate.source = build->column != NULL ? build->column[candidate.j] : candidate.j;
       if (kith_excluder_rejects(build->excluders, phase, &candidate)) hit[w] &= ~(UINT64_C(1) << k);
     }

@@ -66,7 +66,10 @@ struct kith_build {
   const struct kith_selection *targets, *sources;
   const struct kith_nodes *nodes;   /* of the sources */
   const struct kith_search *search; /* of the sources */
-  struct kith_excluder *excluders;  /* chain or NULL */
+  const struct kith_shifts *shifts; /* images of the sources, which are the targets too; NULL: none */
+  struct kith_box all;              /* of the sources, and their largest R: where there are images */
+  double widest;
+  struct kith_excluder *excluders; /* chain or NULL */
   struct kith_builder *scratch;
   enum kith_cutoff cutoff;
   double number;         /* the cutoff; of boxes the largest R of a source, else unused */
@@ -78,9 +81,31 @@ struct kith_build {
   const kith_index *column; /* the same of the sources */
 };
 /* Clears the bits of nodes that the chain rejects as partners of i in this phase; returns how many are left.
- * `node`: those of the bits, 64 for each word. */
-int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i,
-                       const kith_index *node, int words, uint64_t *hit);
+ * i is displaced by shift `from` itself. */
+int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i, int from,
+                       const struct kith_packed *near, uint64_t *hit);
+/* Number of the shift by nothing. */
+static inline int kith_build_zero(const struct kith_build *build) {
+  return build->shifts != NULL ? build->shifts->zero : 0;
+}
+/* The square of the distance from node i to image s of j: in both directions the same, or in reproducible
+ * mode that to a ghost at this place. */
+static inline bool kith_build_moves_source(const struct kith_build *build, int s) {
+  return build->nodes->image != NULL || s >= build->shifts->zero;
+}
+static inline double kith_build_distance2(const struct kith_build *build, kith_index i, kith_index j, int s) {
+  const double *xi = build->nodes->position->f64 + (size_t)i * NDIM,
+               *xj = build->nodes->position->f64 + (size_t)j * NDIM;
+  if (build->shifts == NULL) return kith_distance2(xi, xj);
+  const double *by = build->shifts->by[s];
+  const bool moves = kith_build_moves_source(build, s);
+  double d2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = moves ? xj[a] + by[a] - xi[a] : xj[a] - (xi[a] - by[a]);
+    d2 += d * d;
+  }
+  return d2;
+}
 
 /* Rows of neighbors, ascending unless `unsorted`: of the targets, or if build->row is NULL of internal nodes
  * (rows->n = n_internal), of ghosts too if targets->ghosts. *candidates: how many distances were tested. */

@@ -15,22 +15,53 @@ static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_
   }
 }
 
+/* Which image j is where an entry or a pair has it with a shift (NULL: by nothing). */
+static inline int64_t image_of(const struct kith_nodes *nodes, kith_index j, const uint16_t *shift) {
+  return nodes->image->i64[j] + (shift != NULL ? nodes->shifts.image[*shift] : 0);
+}
+static const uint16_t *shift_at(const uint16_t *shift, size_t e) {
+  return shift != NULL ? shift + e : NULL;
+}
+
+static bool precedes(const struct kith_nodes *nodes, kith_index i, const uint16_t *si, kith_index j,
+                     const uint16_t *sj) {
+  const int64_t *id = nodes->id->i64;
+  return id[i] < id[j] || (id[i] == id[j] && image_of(nodes, i, si) < image_of(nodes, j, sj));
+}
+
+/* The same with shifts. */
+static void sort_shifted(const struct kith_rows *rows, const struct kith_nodes *nodes, kith_index i,
+                         kith_index *restrict node, uint16_t *restrict shift) {
+  const size_t first = rows->first[i], n = rows->first[i + 1] - first;
+  for (size_t k = 0; k < n; ++k) node[k] = rows->node[first + k], shift[k] = rows->shift[first + k];
+  for (size_t k = 0; k < n; ++k) {
+    size_t before = first;
+    for (size_t m = 0; m < n; ++m) before += precedes(nodes, node[m], &shift[m], node[k], &shift[k]);
+    rows->node[before] = node[k], rows->shift[before] = shift[k];
+  }
+}
+
 struct sort {
   const struct kith_rows *rows;
+  const struct kith_nodes *nodes;
   const uint32_t *rank;
 };
 
 static void sort_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *scratch) {
   const struct sort *sort = context;
   const size_t *first = sort->rows->first;
-  uint32_t *key = (uint32_t *)kith_scratch_lane(scratch, 0);
+  void *key = kith_scratch_lane(scratch, 0);
   kith_index *spare = (kith_index *)kith_scratch_lane(scratch, 1);
   for (kith_index i = begin; i < end; ++i)
-    sort_row(sort->rows->node + first[i], first[i + 1] - first[i], sort->rank, key, spare);
+    if (sort->rows->shift != NULL)
+      sort_shifted(sort->rows, sort->nodes, i, spare, key);
+    else
+      sort_row(sort->rows->node + first[i], first[i + 1] - first[i], sort->rank, key, spare);
 }
 
-static kith_status sort_rows(const struct kith_rows *rows, const uint32_t *rank) {
-  struct sort sort = {rows, rank};
+static kith_status sort_rows(const struct kith_rows *rows, const struct kith_nodes *nodes,
+                             const uint32_t *rank) {
+  struct sort sort = {rows, nodes, rank};
   return kith_traverse(rows->n, sort_chunk, &sort, 2, (kith_rows_longest(rows) + 1) / 2, NULL, NULL);
 }
 
@@ -52,8 +83,8 @@ static kith_status sort_all(struct kith_connectivity *c, const struct kith_nodes
   KITH_TRY(kith_resize(&id, 0, 2 * n, sizeof *id));
   uint32_t *rank = (uint32_t *)(id + n) + n;
   kith_status status = find_ranks(nodes, rank, id, (kith_index *)(id + n));
-  if (status == KITH_OK) status = sort_rows(&c->rows, rank);
-  if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, rank);
+  if (status == KITH_OK) status = sort_rows(&c->rows, nodes, rank);
+  if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, nodes, rank);
   kith_free(&id);
   return status;
 }
@@ -68,8 +99,8 @@ static bool is_frozen(const struct kith_nodes *nodes, kith_index ghost) {
 
 /* Does the pair of internal node i and j start at i? Between two nodes the lower id decides, also if j is a
  * ghost here: on another rank it is not. An image and a frozen node are partners of i only. */
-static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_index j) {
-  if (nodes->image->i64[j] != 0 || nodes->id->i64[i] < nodes->id->i64[j]) return true;
+static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_index j, const uint16_t *shift) {
+  if (image_of(nodes, j, shift) != 0 || nodes->id->i64[i] < nodes->id->i64[j]) return true;
   return j >= nodes->n_internal && is_frozen(nodes, j);
 }
 
@@ -77,8 +108,10 @@ static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_ind
  * each ghost, so that they ascend in the index of the partner for any number of threads. */
 enum { PARTS = 16 };
 
-static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_index j, size_t e) {
+static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_index j, const uint16_t *shift,
+                       size_t e) {
   pairs->node[p][0] = i, pairs->node[p][1] = j;
+  if (shift != NULL) pairs->shift[p] = *shift;
   pairs->of_row[e] = (uint32_t)p;
 }
 
@@ -94,9 +127,10 @@ static void walk(struct kith_pairs *pairs, const struct kith_rows *rows, const s
       size_t p = fill ? pairs->first[i] : 0;
       for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
         const kith_index j = rows->node[e];
-        const bool at_i = starts(nodes, i, j), at_ghost = !at_i && j >= n;
-        if (fill && at_i) put(pairs, p, i, j, e);
-        if (fill && at_ghost) put(pairs, cursor[j - n], j, i, e);
+        const uint16_t *shift = shift_at(rows->shift, e); /* by nothing if it starts at the ghost */
+        const bool at_i = starts(nodes, i, j, shift), at_ghost = !at_i && j >= n;
+        if (fill && at_i) put(pairs, p, i, j, shift, e);
+        if (fill && at_ghost) put(pairs, cursor[j - n], j, i, shift, e);
         p += at_i;
         if (at_ghost) ++cursor[j - n];
       }
@@ -123,17 +157,12 @@ static void sum_counts(struct kith_pairs *pairs, const struct kith_nodes *nodes,
   pairs->n = pairs->first[pairs->starts];
 }
 
-static bool comes_after(const struct kith_nodes *nodes, kith_index i, kith_index j) {
-  const int64_t *id = nodes->id->i64, *image = nodes->image->i64;
-  return id[i] > id[j] || (id[i] == id[j] && image[i] > image[j]);
-}
-
 /* The pair of j and i that starts at internal node j: its partners are in order. */
-static size_t find(const struct kith_pairs *pairs, const struct kith_nodes *nodes, kith_index j,
-                   kith_index i) {
+static size_t find(const struct kith_pairs *pairs, const struct kith_nodes *nodes, kith_index j, kith_index i,
+                   const uint16_t *shift) {
   size_t p = pairs->first[j];
   for (size_t n = pairs->first[j + 1] - p; n > 1; n -= n / 2)
-    p += comes_after(nodes, pairs->node[p + n / 2][1], i) ? 0 : n / 2;
+    p += precedes(nodes, i, shift, pairs->node[p + n / 2][1], shift_at(pairs->shift, p + n / 2)) ? 0 : n / 2;
   return p;
 }
 
@@ -144,7 +173,8 @@ static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
   for (kith_index i = 0; i < n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
-      if (j < n && !starts(nodes, i, j)) pairs->of_row[e] = (uint32_t)find(pairs, nodes, j, i);
+      const uint16_t *shift = shift_at(rows->shift, e); /* by nothing: images start at i */
+      if (j < n && !starts(nodes, i, j, shift)) pairs->of_row[e] = (uint32_t)find(pairs, nodes, j, i, shift);
     }
 }
 
@@ -157,7 +187,7 @@ static kith_status canonical_pairs(struct kith_pairs *pairs, const struct kith_r
   KITH_TRY(kith_resize(&cursors, 0, PARTS * (size_t)nodes->n_ghost, sizeof *cursors));
   walk(pairs, rows, nodes, cursors, false);
   sum_counts(pairs, nodes, cursors);
-  const kith_status status = kith_pairs_reserve_nodes(pairs);
+  const kith_status status = kith_pairs_reserve_nodes(pairs, rows->shift != NULL);
   if (status == KITH_OK) walk(pairs, rows, nodes, cursors, true);
   kith_free(&cursors);
   KITH_TRY(status);
@@ -189,7 +219,10 @@ static kith_status restore_factors(const struct kith_connectivity *c, kith_index
       const size_t p = c->pairs.of_row[e];
       size_t before = first;
       if (c->pairs.node[p][0] != i && c->pairs.node[p][0] < n) continue; /* that node does it */
-      for (size_t m = first; m < end; ++m) before += c->rows.node[m] < c->rows.node[e];
+      for (size_t m = first; m < end; ++m)
+        before +=
+            c->rows.node[m] < c->rows.node[e] ||
+            (c->rows.node[m] == c->rows.node[e] && kith_row_shift(&c->rows, m) < kith_row_shift(&c->rows, e));
       factor->value[p] = kept[before];
     }
   }

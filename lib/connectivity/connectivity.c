@@ -64,7 +64,8 @@ static struct kith_requirements completed(struct kith_requirements need) {
 
 /* Bytes of rows; of what the first pass over groups leaves to the second. */
 static double bytes_of(const struct kith_rows *rows) {
-  return (double)(rows->first[rows->n] * sizeof *rows->node + (size_t)rows->n * sizeof *rows->first);
+  const size_t entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);
+  return (double)(rows->first[rows->n] * entry + (size_t)rows->n * sizeof *rows->first);
 }
 static double between(const struct kith_builder *scratch) {
   size_t words = 0;
@@ -90,7 +91,8 @@ static kith_status build_stages(struct kith_connectivity *c, const struct kith_b
         kith_rows_build(&c->rows, build, &c->candidates))
   STAGE("overlap", need.overlap, bytes_of(&c->rows) + bytes_of(&c->overlap),
         kith_overlap_build(&c->overlap, &c->rows, stored, build))
-  const struct kith_rows internal = {.n = c->n_internal, .first = c->overlap.first, .node = c->overlap.node};
+  struct kith_rows internal = c->overlap;
+  internal.n = c->n_internal;
   STAGE("overlap pairs", need.overlap_pairs, 2 * bytes_of(&internal) + 8.0 * (double)c->overlap_pairs.n,
         kith_pairs_build(&c->overlap_pairs, &internal, c->n_internal))
   if (need.rows) c->rows.n = stored; /* the overlap needed rows of ghosts */
@@ -196,7 +198,10 @@ size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith
   if (connectivity->canonical && low >= connectivity->n_internal) return pairs->n;
   size_t e = rows->first[low];
   const size_t stop = rows->first[low + 1];
-  if (!connectivity->canonical) e = kith_lower_bound(rows->node, e, stop, high);
-  while (connectivity->canonical && e < stop && rows->node[e] != high) ++e; /* in no order of indices */
-  return e < stop && rows->node[e] == high ? pairs->of_row[e] : pairs->n;
+  if (!connectivity->canonical) e = kith_rows_find(rows, low, high, rows->zero);
+  while (connectivity->canonical && e < stop && /* in no order of indices */
+         (rows->node[e] != high || kith_row_shift(rows, e) != rows->zero))
+    ++e;
+  return e < stop && rows->node[e] == high && kith_row_shift(rows, e) == rows->zero ? pairs->of_row[e]
+                                                                                    : pairs->n;
 }

@@ -1,7 +1,8 @@
 /* connectivity.h - who interacts with whom: rows, pairs, overlap and intersection, made from one search.
  *
  * Significant: |x_i - x_j| <= R_i or <= R_j, self excluded; R is the nodes' search radius. Ghosts count as
- * nodes of their own, so a control node and its images are different partners.
+ * nodes of their own, so a control node and its images are different partners. So are images that are no
+ * ghosts but shifts of a node (rows.h): all that is below has them; images of i itself may be in row i.
  *
  *   rows           row i holds the significant neighbors of i, ascending. Rows of internal nodes; of ghosts
  *                  too if ghost_rows is required (then rows are symmetric). Else there are no rows of ghosts:
@@ -119,7 +120,7 @@ kith_status kith_connectivity_complete(const struct kith_connectivity *connectiv
 /* Rows, overlap and their pairs in canonical order, one that depends on no rank, search or culling. The last
  * thing done to a map, which is neither patched nor validated afterwards. f_couple is carried over; other
  * pairwise fields and intersections, which refer to the old numbers of the pairs, are gone. (canonical.c)
- *   rows, overlap   by the id of the partner, then by which image it is (kith_nodes_number_images)
+ *   rows, overlap   by the id of the partner, then by which image it is (kith_nodes_number_images, shifts)
  *   pairs           each interaction of an internal node once. The node that starts a pair is evaluated as
  *                   its first end, on all ranks the same one: of two nodes the one with the lower id, also
  *                   where it is a ghost; of a node and an image, its own or another's, the node; of a node
@@ -129,12 +130,15 @@ kith_status kith_connectivity_complete(const struct kith_connectivity *connectiv
 kith_status kith_connectivity_canonical(struct kith_connectivity *connectivity,
                                         const struct kith_nodes *nodes);
 
-/* Does pair p of node i and its partner j start at i? */
-static inline bool kith_pair_starts(const struct kith_connectivity *connectivity, size_t p, kith_index i,
-                                    kith_index j) {
-  return connectivity->canonical ? connectivity->pairs.node[p][0] == i : i < j;
+/* Does the pair of entry e of row i start at i? */
+static inline bool kith_pair_starts(const struct kith_connectivity *connectivity, kith_index i, size_t e) {
+  const struct kith_rows *rows = &connectivity->rows;
+  const kith_index j = rows->node[e];
+  if (connectivity->canonical) return connectivity->pairs.node[connectivity->pairs.of_row[e]][0] == i;
+  return i < j || (i == j && rows->shift[e] > rows->zero);
 }
-/* The pair of i and j in either order, or pairs.n if there is none. O(log row); O(row) in canonical order. */
+/* The pair of i and j, neither displaced, in either order, or pairs.n if there is none. O(log row); O(row) in
+ * canonical order. */
 size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j);
 
 #endif

@@ -9,8 +9,7 @@ const struct kith_pairwise_spec kith_f_couple = {"f_couple", 1, true, "part of f
 
 /* Does k stand between i and j, within `radius` of the segment? Not if it is beside an end but for round-off:
  * both ends have to agree. */
-static bool between(const double *x, kith_index i, kith_index j, kith_index k, double radius) {
-  const double *xi = x + (size_t)i * NDIM, *xj = x + (size_t)j * NDIM, *xk = x + (size_t)k * NDIM;
+static bool between(const double *xi, const double *xj, const double *xk, double radius) {
   double along = 0, length2 = 0, distance2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     along += (xk[a] - xi[a]) * (xj[a] - xi[a]);
@@ -24,6 +23,12 @@ static bool between(const double *x, kith_index i, kith_index j, kith_index k, d
   return distance2 < radius * radius;
 }
 
+/* The image of j that shift s means. */
+static void locate(const struct kith_nodes *nodes, kith_index j, int s, double x[NDIM]) {
+  for (int a = 0; a < NDIM; ++a)
+    x[a] = nodes->position->f64[(size_t)j * NDIM + a] + (nodes->shifts.n > 1 ? nodes->shifts.by[s][a] : 0);
+}
+
 /* 1 / (1 - D), in parts of 2^-20: sums of these are exact and do not depend on their order. */
 static double resistance(double damage) {
   const double r = 1 / (1 - damage);
@@ -34,14 +39,18 @@ static double resistance(double damage) {
 static double factor_of(const struct kith_connectivity *c, const struct kith_nodes *nodes,
                         const struct kith_coupling *by, size_t p) {
   const kith_index i = c->pairs.node[p][0], j = c->pairs.node[p][1];
-  double n = 0, sum = 0;
+  const int sj = c->pairs.shift != NULL ? c->pairs.shift[p] : 0;
+  double n = 0, sum = 0, xi[NDIM], xj[NDIM], xk[NDIM];
+  locate(nodes, i, c->rows.zero, xi), locate(nodes, j, sj, xj);
   if (by->barrier != NULL && (by->barrier[i] || by->barrier[j])) return 1;
   for (size_t e = c->intersection.first[p]; e < c->intersection.first[p + 1]; ++e) {
     const kith_index k = c->intersection.node[e];
     const bool wall = by->barrier != NULL && by->barrier[k];
     if (!wall && by->damage == NULL) continue;
-    if (k != i && k != j && !between(nodes->position->f64, i, j, k, by->thickness * nodes->support->f64[k]))
-      continue;
+    const int s = kith_row_shift(&c->intersection, e);
+    const bool end = (k == i && s == c->rows.zero) || (k == j && s == sj);
+    locate(nodes, k, s, xk);
+    if (!end && !between(xi, xj, xk, by->thickness * nodes->support->f64[k])) continue;
     if (wall && (by->damage == NULL || by->damage[k] == 1)) return -1;
     n += 1, sum += resistance(by->damage[k]);
   }
@@ -60,11 +69,15 @@ static void drop_entries(struct kith_connectivity *c, const double *f_couple, ui
 
 /* A node of the intersection is kept if both ends still see it, as far as there are rows; the ends belong to
  * it. */
-static bool is_common(const struct kith_connectivity *c, const uint8_t *lost, size_t p, kith_index k) {
-  const kith_index *end = c->pairs.node[p];
-  if (k == end[0] || k == end[1]) return true;
+static bool is_common(const struct kith_connectivity *c, const uint8_t *lost, size_t p, size_t e) {
+  const kith_index *end = c->pairs.node[p], k = c->intersection.node[e];
+  const int zero = c->rows.zero, shift[] = {zero, c->pairs.shift != NULL ? c->pairs.shift[p] : 0},
+            s = kith_row_shift(&c->intersection, e);
   for (int m = 0; m < 2; ++m)
-    if (end[m] < c->rows.n && lost[end[m]] && !kith_rows_hold(&c->rows, end[m], k)) return false;
+    if (k == end[m] && s == shift[m]) return true;
+  for (int m = 0; m < 2; ++m)
+    if (end[m] < c->rows.n && lost[end[m]] && !kith_rows_hold(&c->rows, end[m], k, zero + s - shift[m]))
+      return false;
   return true;
 }
 
@@ -75,7 +88,7 @@ static void drop_pairs(struct kith_connectivity *c, const double *f_couple, cons
   for (size_t p = 0; p < c->pairs.n; ++p) {
     const bool is_cut_off = f_couple[p] < 0;
     for (size_t e = common->first[p]; e < common->first[p + 1]; ++e)
-      if (is_cut_off || !is_common(c, lost, p, common->node[e])) common->node[e] = -1;
+      if (is_cut_off || !is_common(c, lost, p, e)) common->node[e] = -1;
     if (is_cut_off) c->pairs.node[p][0] = -1;
   }
   kith_rows_compact(common);

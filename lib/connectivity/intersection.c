@@ -10,14 +10,18 @@
 static kith_status pack_row(const struct kith_rows *rows, const struct kith_nodes *nodes, kith_index i,
                             struct kith_packed *near, int *self) {
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
-  const size_t before = kith_lower_bound(rows->node, first, first + n, i) - first;
+  const size_t before = kith_rows_find(rows, i, i, rows->zero) - first;
+  near->n = 0;
   KITH_TRY(kith_packed_reserve(near, n + 1));
   *self = (int)before;
   for (size_t p = 0; p <= n; ++p) {
-    const kith_index k = p == before ? i : rows->node[first + p - (p > before)];
+    const size_t e = first + p - (p > before);
+    const kith_index k = p == before ? i : rows->node[e];
+    const int s = p == before ? rows->zero : kith_row_shift(rows, e);
     const double search_radius = nodes->search_radius->f64[k];
-    near->node[p] = k;
+    near->node[p] = k, near->shift[p] = (uint16_t)s;
     for (int a = 0; a < NDIM; ++a) near->coordinate[a][p] = nodes->position->f64[(size_t)k * NDIM + a];
+    for (int a = 0; a < NDIM && s != rows->zero; ++a) near->coordinate[a][p] += nodes->shifts.by[s][a];
     near->radius2[p] = search_radius * search_radius;
   }
   kith_packed_close(near, (int)n + 1);
@@ -36,8 +40,8 @@ static void common(const struct kith_build *build, const struct kith_packed *nea
   kith_packed_hits(near, y, near->radius2[other], hit);
   if (on_segment) kith_packed_between(near, x, y, hit);
   if (build->excluders != NULL) {
-    kith_build_exclude(build, KITH_BROAD, near->node[other], near->node, near->words, hit);
-    kith_build_exclude(build, KITH_NARROW, near->node[other], near->node, near->words, hit);
+    kith_build_exclude(build, KITH_BROAD, near->node[other], near->shift[other], near, hit);
+    kith_build_exclude(build, KITH_NARROW, near->node[other], near->shift[other], near, hit);
   }
   set_bit(hit, self);
   set_bit(hit, other);
@@ -63,9 +67,12 @@ static kith_status pairs_of(const struct pass *pass, struct kith_worker *worker,
   int other = self; /* the partners of i follow i in the row */
   for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p) {
     common(pass->build, near, self, ++other, pass->on_segment, worker->hit);
-    if (pass->fill)
-      kith_packed_extract(near->node, near->words, worker->hit, pass->out->node + pass->out->first[p]);
-    else {
+    if (pass->fill) {
+      const size_t e = pass->out->first[p];
+      kith_packed_extract(near->node, near->words, worker->hit, pass->out->node + e);
+      if (pass->out->shift != NULL)
+        kith_packed_extract_shifts(near->shift, near->words, worker->hit, pass->out->shift + e);
+    } else {
       size_t n = 0;
       for (int w = 0; w < near->words; ++w) n += (size_t)__builtin_popcountll(worker->hit[w]);
       pass->out->first[p + 1] = n;
@@ -94,6 +101,7 @@ kith_status kith_intersection_build(struct kith_rows *intersection, const struct
   KITH_TRY(kith_rows_reserve(intersection, (kith_index)pairs->n));
   KITH_TRY(run(&pass));
   KITH_TRY(kith_rows_sum(intersection));
+  KITH_TRY(kith_rows_shift(intersection, rows->shift != NULL ? rows->zero : -1));
   pass.fill = true;
   return run(&pass);
 }

@@ -82,6 +82,17 @@ static double largest(const struct kith_search *search) {
   return radius;
 }
 
+/* The box around all nodes of a search. */
+static struct kith_box around(const struct kith_search *search) {
+  struct kith_box box = kith_box_empty();
+  for (kith_index slot = 0; slot < search->n; ++slot) {
+    double x[NDIM];
+    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
+    kith_box_include(&box, x);
+  }
+  return box;
+}
+
 kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kith_builder *scratch,
                                    struct kith_build *build) {
   const struct kith_excluder *first = spec->excluders;
@@ -99,6 +110,9 @@ kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kit
       .number = spec->cutoff == KITH_CUTOFF_boxes ? largest(spec->sources.search) : spec->number,
       .self = first == NULL || !first->ops->self, /* elsewhere in the chain it is asked as the others are */
       .unsorted = spec->unsorted};
+  if (spec->targets.nodes != spec->sources.nodes || build->nodes->shifts.n == 1) return KITH_OK;
+  build->shifts = &build->nodes->shifts;
+  build->all = around(build->search), build->widest = largest(build->search);
   return KITH_OK;
 }
 
@@ -169,6 +183,9 @@ static kith_status make_rows(struct kith_list *l) {
   KITH_TRY(kith_reserve(&l->stored.rows.node, &l->stored.rows.entries_capacity,
                         (size_t)l->n_targets * (size_t)l->spec.expected, sizeof(kith_index)));
   KITH_TRY(kith_rows_build(&l->stored.rows, &build, &candidates));
+  if (build.shifts != NULL && !l->stored.ops->shifts)
+    KITH_FAIL(UNSUPPORTED, "neighbor list: storage %s holds no image shifts: csr and half do",
+              l->stored.ops->name);
   return kith_stored_keep(&l->stored, l->target);
 }
 
@@ -265,6 +282,7 @@ kith_status kith_list_visit_all(const struct kith_list *l, kith_list_visit visit
       struct kith_neighbors neighbors = {.target = t, .node = l->target[t]};
       if (failed) continue;
       neighbors.source = kith_stored_row(&l->stored, t, space, &neighbors.n);
+      if (l->stored.rows.shift != NULL) neighbors.shift = l->stored.rows.shift + l->stored.rows.first[t];
       visit(context, &neighbors, &mine);
     }
 #pragma omp critical

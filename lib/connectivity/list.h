@@ -67,6 +67,7 @@ kith_status kith_list_current(const struct kith_list *list);
 struct kith_neighbors {
   kith_index target, node; /* its ordinal; the node */
   const kith_index *source;
+  const uint16_t *shift; /* which images the sources are (lib/nodes/shifts.h); NULL: none */
   size_t n;
 };
 

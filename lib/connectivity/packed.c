@@ -11,17 +11,21 @@
 kith_status kith_packed_reserve(struct kith_packed *packed, size_t n) {
   if (n <= (size_t)packed->capacity) return KITH_OK;
   if (n > INT32_MAX / 2) KITH_FAIL(UNSUPPORTED, "%zu candidates are too many", n);
-  const size_t capacity = (n + n / 4 + 63) / 64 * 64;
-  packed->capacity = 0;
-  KITH_TRY(kith_resize(&packed->node, 0, capacity, sizeof *packed->node));
-  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_resize(&packed->coordinate[a], 0, capacity, sizeof(double)));
-  KITH_TRY(kith_resize(&packed->radius2, 0, capacity, sizeof(double)));
+  const size_t capacity = (n + n / 4 + 63) / 64 * 64, keep = (size_t)packed->n;
+  packed->capacity = packed->n = 0;
+  KITH_TRY(kith_resize(&packed->node, keep, capacity, sizeof *packed->node));
+  KITH_TRY(kith_resize(&packed->shift, keep, capacity, sizeof *packed->shift));
+  for (int a = 0; a < NDIM; ++a)
+    KITH_TRY(kith_resize(&packed->coordinate[a], keep, capacity, sizeof(double)));
+  KITH_TRY(kith_resize(&packed->radius2, keep, capacity, sizeof(double)));
+  packed->n = (int)keep;
   packed->capacity = (int)capacity;
   return KITH_OK;
 }
 
 void kith_packed_clear(struct kith_packed *packed) {
   kith_free(&packed->node);
+  kith_free(&packed->shift);
   for (int a = 0; a < NDIM; ++a) kith_free(&packed->coordinate[a]);
   kith_free(&packed->radius2);
   *packed = (struct kith_packed){0};
@@ -33,6 +37,7 @@ void kith_packed_close(struct kith_packed *packed, int n) {
   for (int p = n; p < 64 * packed->words; ++p) {
     for (int a = 0; a < NDIM; ++a) packed->coordinate[a][p] = NAN;
     packed->radius2[p] = 0;
+    packed->node[p] = 0, packed->shift[p] = 0;
   }
 }
 
@@ -121,6 +126,12 @@ void kith_packed_between(const struct kith_packed *packed, const double *x, cons
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {
   for (int w = 0; w < words; ++w)
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = node[64 * w + __builtin_ctzll(bits)];
+}
+
+void kith_packed_extract_shifts(const uint16_t *shift, int words, const uint64_t *hit,
+                                uint16_t *restrict out) {
+  for (int w = 0; w < words; ++w)
+    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = shift[64 * w + __builtin_ctzll(bits)];
 }
 
 enum { LANES = 16 };

@@ -14,19 +14,34 @@
 struct kith_packed {
   int n, words, capacity; /* words = ceil(n / 64) */
   kith_index *node;
+  uint16_t *shift; /* which images they are */
   double *coordinate[NDIM], *radius2;
 };
+/* Room for n; keeps those that there are. */
 kith_status kith_packed_reserve(struct kith_packed *packed, size_t n);
 void kith_packed_clear(struct kith_packed *packed);
-/* Sets n and words, and fills the rest of the last word. */
+/* Words from .. to - 1 of it, which borrow its memory. */
+static inline struct kith_packed kith_packed_part(const struct kith_packed *packed, int from, int to) {
+  struct kith_packed part = {.n = 64 * (to - from),
+                             .words = to - from,
+                             .node = packed->node + 64 * from,
+                             .shift = packed->shift + 64 * from,
+                             .radius2 = packed->radius2 + 64 * from};
+  for (int a = 0; a < NDIM; ++a) part.coordinate[a] = packed->coordinate[a] + 64 * from;
+  return part;
+}
+/* Sets n and words, and fills the rest of the last word; its nodes, which nothing accepts, with node 0. */
 void kith_packed_close(struct kith_packed *packed, int n);
 /* Bit p of hit[words]: d2(x, p) <= max(radius2, radius2_p). Returns the number of bits set. */
 int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit);
 /* Keeps the bits of nodes whose closest point on the segment from x to y lies strictly between the ends:
  * (x_p - x).(y - x) > 0 and (x_p - y).(x - y) > 0. */
 void kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit);
-/* Writes the nodes of the bits set, ascending. */
+/* Writes the nodes of the bits set, in order. */
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out);
+/* The same of their shifts. */
+void kith_packed_extract_shifts(const uint16_t *shift, int words, const uint64_t *hit,
+                                uint16_t *restrict out);
 /* Writes the slots of a run within range of the box, d2(box, slot) <= max(radius2, radius2_slot), ascending;
  * returns how many. Rounding is monotone, so d2(box, slot) <= d2(x, slot), as computed, for all x in the box:
  * no neighbor is lost. */

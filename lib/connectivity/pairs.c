@@ -6,7 +6,7 @@
 
 /* First entry of row i that is above i. */
 static size_t upper_part(const struct kith_rows *rows, kith_index i) {
-  return kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], i);
+  return kith_rows_find(rows, i, i, rows->zero);
 }
 
 kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t entries) {
@@ -15,9 +15,42 @@ kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t
   return kith_reserve(&pairs->of_row, &pairs->of_row_capacity, entries, sizeof *pairs->of_row);
 }
 
-kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs) {
+kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs, bool shifts) {
   if (pairs->n > UINT32_MAX) KITH_FAIL(UNSUPPORTED, "%zu pairs: a process can number 2^32", pairs->n);
+  if (shifts)
+    KITH_TRY(kith_reserve(&pairs->shifts, &pairs->shifts_capacity, pairs->n, sizeof *pairs->shifts));
+  pairs->shift = shifts ? pairs->shifts : NULL;
   return kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node);
+}
+
+/* Lower entries e .. of row i, images of one node j, whose first pair with i is `first`: in row j the shifts
+ * are the opposite ones, and ascend too. Returns the entry behind them. */
+static size_t number_images(const struct kith_rows *rows, struct kith_pairs *pairs, size_t e, size_t split,
+                            uint32_t first) {
+  size_t end = e + 1;
+  while (end < split && rows->node[end] == rows->node[e]) ++end;
+  for (size_t k = e; k < end; ++k) pairs->of_row[k] = first + (uint32_t)(end - 1 - k);
+  return end;
+}
+
+/* The same as number_entries for rows with shifts. */
+static void number_shifted(const struct kith_rows *rows, struct kith_pairs *pairs, kith_index from,
+                           kith_index to) {
+  uint32_t *cursor = pairs->cursor;
+  for (kith_index i = from; i < to; ++i) {
+    const size_t split = rows->first[i + 1] - (pairs->first[i + 1] - pairs->first[i]);
+    cursor[i] = (uint32_t)pairs->first[i];
+    for (size_t e = rows->first[i], end; e < split; e = end) {
+      const kith_index j = rows->node[e];
+      const size_t stop = rows->first[j + 1], start = stop - (pairs->first[j + 1] - pairs->first[j]);
+      const bool known = j >= from;
+      const size_t at =
+          known ? cursor[j] : pairs->first[j] + kith_lower_bound(rows->node, start, stop, i) - start;
+      end = number_images(rows, pairs, e, split, (uint32_t)at);
+      if (known) cursor[j] += (uint32_t)(end - e);
+    }
+    for (size_t e = split, p = pairs->first[i]; e < rows->first[i + 1]; ++e) pairs->of_row[e] = (uint32_t)p++;
+  }
 }
 
 /* Rows from .. to - 1. An upper entry of row i is the next pair of i. A lower entry j is a pair of row j: as
@@ -47,7 +80,8 @@ kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *
   KITH_TRY(kith_reserve(&pairs->cursor, &pairs->cursor_capacity, (size_t)rows->n, sizeof *pairs->cursor));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int s = 0; s < PARTS; ++s)
-    number_entries(rows, pairs, kith_part_start(rows->n, s, PARTS), kith_part_start(rows->n, s + 1, PARTS));
+    (rows->shift != NULL ? number_shifted : number_entries)(rows, pairs, kith_part_start(rows->n, s, PARTS),
+                                                            kith_part_start(rows->n, s + 1, PARTS));
   return KITH_OK;
 }
 
@@ -59,13 +93,14 @@ kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *r
   for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] = rows->first[i + 1] - upper_part(rows, i);
   for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] += pairs->first[i];
   pairs->n = pairs->first[rows->n];
-  KITH_TRY(kith_pairs_reserve_nodes(pairs));
+  KITH_TRY(kith_pairs_reserve_nodes(pairs, rows->shift != NULL));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {
     const size_t count = pairs->first[i + 1] - pairs->first[i], start = rows->first[i + 1] - count;
     for (size_t k = 0; k < count; ++k) {
       pairs->node[pairs->first[i] + k][0] = i;
       pairs->node[pairs->first[i] + k][1] = rows->node[start + k];
+      if (pairs->shift != NULL) pairs->shift[pairs->first[i] + k] = rows->shift[start + k];
     }
   }
   return kith_pairs_of_row(pairs, rows);
@@ -77,7 +112,8 @@ static bool is_carried(const struct kith_pairs *pairs, const struct kith_pairwis
 }
 
 void kith_pairs_compact(struct kith_pairs *pairs, kith_index n, struct kith_rows *common) {
-  struct kith_column column[KITH_MAX_PAIRWISE + 3] = {{pairs->node, sizeof *pairs->node}}, *next = column + 1;
+  struct kith_column column[KITH_MAX_PAIRWISE + 4] = {{pairs->node, sizeof *pairs->node}}, *next = column + 1;
+  if (pairs->shift != NULL) *next++ = (struct kith_column){pairs->shift, sizeof *pairs->shift};
   for (int k = 0; k < pairs->fields->n; ++k) {
     const struct kith_pairwise *field = &pairs->fields->field[k];
     if (is_carried(pairs, field))
@@ -96,7 +132,8 @@ void kith_pairs_carry(struct kith_pairs *pairs) {
 }
 
 void kith_pairs_clear(struct kith_pairs *pairs) {
-  void *const owned[] = {&pairs->node, &pairs->first, &pairs->of_row, &pairs->cursor, &pairs->fields};
+  void *const owned[] = {&pairs->node,   &pairs->first,  &pairs->of_row,
+                         &pairs->cursor, &pairs->shifts, &pairs->fields};
   for (int k = 0; pairs->fields != NULL && k < pairs->fields->n; ++k)
     kith_free(&pairs->fields->field[k].value);
   for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
@@ -106,7 +143,7 @@ void kith_pairs_clear(struct kith_pairs *pairs) {
 size_t kith_pairs_bytes(const struct kith_pairs *pairs) {
   return pairs->capacity * sizeof *pairs->node + pairs->first_capacity * sizeof *pairs->first +
          (pairs->of_row_capacity + pairs->cursor_capacity) * sizeof(uint32_t) +
-         (pairs->fields != NULL ? sizeof *pairs->fields : 0);
+         pairs->shifts_capacity * sizeof *pairs->shifts + (pairs->fields != NULL ? sizeof *pairs->fields : 0);
 }
 
 /* --- pairwise fields --- */

@@ -1,7 +1,8 @@
 /* pairs.h - the flattened pair list of some rows: each interaction once; and its pairwise fields.
  *
  * Pairs (i, j) with i < j, in lexicographic order: the upper part (j > i) of every row, row by row. So a pair
- * with a ghost starts at the internal node. In canonical order (connectivity.h) other rules hold.
+ * with a ghost starts at the internal node. Of two images of i that are neighbors of i, at opposite shifts,
+ * the one with the higher shift is in the upper part. In canonical order (connectivity.h) other rules hold.
  *
  * A pairwise field is named values of the pairs of one list, which owns it. Whoever fills it prepares it for
  * the present pairs; a build and a patch number the pairs anew, and the values are stale from then on. */
@@ -35,20 +36,23 @@ struct kith_pairs {
   kith_index starts;     /* passes over pairs visit those that start at nodes 0 .. starts - 1: internal nodes;
                       * canonical pairs: ghosts too */
   kith_index (*node)[2]; /* [n] (i, j), which starts at i; i < j unless canonical */
-  size_t *first;         /* [rows or starts + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */
-  uint32_t *of_row;      /* [entries of the rows] the pair of each entry */
-  uint64_t generation;   /* counts builds and patches */
+  uint16_t *shift;  /* [n] j is this image of its node, as seen from i (rows.h); NULL: all are by nothing */
+  size_t *first;    /* [rows or starts + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */
+  uint32_t *of_row; /* [entries of the rows] the pair of each entry */
+  uint64_t generation;                 /* counts builds and patches */
   struct kith_pairwise_fields *fields; /* NULL before the first build. Copies of the list share them */
   size_t first_capacity, of_row_capacity;
   uint32_t *cursor; /* [rows]; scratch */
   size_t cursor_capacity;
+  uint16_t *shifts; /* memory of `shift` */
+  size_t shifts_capacity;
 };
 
 /* Pairs and of_row of sorted rows, which may lack the rows of ghosts. */
 kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *rows, kith_index starts);
 /* Memory of `first` and of_row; then, when n is known, of the pairs. */
 kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t entries);
-kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs);
+kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs, bool shifts);
 /* of_row from rows and `first`, and nothing else. */
 kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *rows);
 /* Drops the pairs whose first node is below 0, in place, with their lasting fields and the offsets of

@@ -89,7 +89,8 @@ static kith_status patch(struct kith_rows *rows, struct kith_pairs *pairs, kith_
   rows->n = new_rows;
   if (pairs != NULL) kith_pairs_carry(pairs);
   if (pairs == NULL || !lost) return KITH_OK;
-  const struct kith_rows with_pairs = {KITH_MIN(n, new_rows), rows->first, rows->node, 0, 0};
+  struct kith_rows with_pairs = *rows;
+  with_pairs.n = KITH_MIN(n, new_rows);
   return kith_pairs_of_row(pairs, &with_pairs); /* the numbers of the pairs changed */
 }
 

@@ -15,14 +15,39 @@ kith_status kith_rows_sum(struct kith_rows *rows) {
   return kith_reserve(&rows->node, &rows->entries_capacity, rows->first[rows->n], sizeof *rows->node);
 }
 
+kith_status kith_rows_shift(struct kith_rows *rows, int zero) {
+  rows->shift = NULL, rows->zero = KITH_MAX(zero, 0);
+  if (zero < 0) return KITH_OK;
+  KITH_TRY(kith_reserve(&rows->shifts, &rows->shifts_capacity, rows->first[rows->n], sizeof *rows->shifts));
+  rows->shift = rows->shifts;
+  return KITH_OK;
+}
+
+void kith_entries_sort(kith_index *node, uint16_t *shift, size_t n) {
+  for (size_t k = 1; k < n; ++k) {
+    const kith_index moved = node[k];
+    const uint16_t by = shift != NULL ? shift[k] : 0;
+    size_t to = k;
+    for (; to > 0 && (node[to - 1] > moved || (node[to - 1] == moved && shift != NULL && shift[to - 1] > by));
+         --to) {
+      node[to] = node[to - 1];
+      if (shift != NULL) shift[to] = shift[to - 1];
+    }
+    node[to] = moved;
+    if (shift != NULL) shift[to] = by;
+  }
+}
+
 void kith_rows_clear(struct kith_rows *rows) {
+  kith_free(&rows->shifts);
   kith_free(&rows->first);
   kith_free(&rows->node);
   *rows = (struct kith_rows){0};
 }
 
 size_t kith_rows_bytes(const struct kith_rows *rows) {
-  return rows->rows_capacity * sizeof *rows->first + rows->entries_capacity * sizeof *rows->node;
+  return rows->rows_capacity * sizeof *rows->first + rows->entries_capacity * sizeof *rows->node +
+         rows->shifts_capacity * sizeof *rows->shifts;
 }
 
 size_t kith_rows_longest(const struct kith_rows *rows) {
@@ -83,5 +108,7 @@ size_t kith_compact(size_t *first, kith_index n, const struct kith_column *colum
 }
 
 void kith_rows_compact(struct kith_rows *rows) {
-  kith_compact(rows->first, rows->n, (const struct kith_column[]){{rows->node, sizeof *rows->node}, {0}});
+  const struct kith_column columns[] = {
+      {rows->node, sizeof *rows->node}, {rows->shift, sizeof *rows->shift}, {0}};
+  kith_compact(rows->first, rows->n, columns);
 }

@@ -1,5 +1,8 @@
 /* rows.h - compressed rows (CSR): entries of row i are node[first[i]] .. node[first[i + 1] - 1].
  *
+ * An entry may be an image of its node (lib/nodes/shifts.h), shift[e] as seen from node i. Entries ascend in
+ * node, then in shift. Seen from the other end the shift is 2 zero - shift[e].
+ *
  * They are built in two passes: kith_rows_reserve; the first counts, the length of row i into first[i + 1];
  * kith_rows_sum makes offsets of the lengths; the second fills in. */
 #ifndef KITH_CONNECTIVITY_ROWS_H
@@ -18,23 +21,39 @@ struct kith_rows {
   kith_index n;
   size_t *first;    /* [n + 1] */
   kith_index *node; /* [first[n]] */
+  uint16_t *shift;  /* [first[n]]; NULL: all are by nothing. A view of `shifts` */
+  int zero;         /* the shift by nothing */
   size_t rows_capacity, entries_capacity;
+  uint16_t *shifts;
+  size_t shifts_capacity;
 };
 
 /* Memory for n rows; first[0] = 0. */
 kith_status kith_rows_reserve(struct kith_rows *rows, kith_index n);
 /* first[i + 1] holds the length of row i: sums them up and reserves memory for the entries. */
 kith_status kith_rows_sum(struct kith_rows *rows);
+/* Memory for the shifts of the entries, after kith_rows_sum; zero < 0: there are none. */
+kith_status kith_rows_shift(struct kith_rows *rows, int zero);
+static inline int kith_row_shift(const struct kith_rows *rows, size_t e) {
+  return rows->shift != NULL ? rows->shift[e] : 0;
+}
 void kith_rows_clear(struct kith_rows *rows);
 size_t kith_rows_bytes(const struct kith_rows *rows);
 /* The length of the longest row. */
 size_t kith_rows_longest(const struct kith_rows *rows);
 
-/* Does sorted row i hold j? */
-static inline bool kith_rows_hold(const struct kith_rows *rows, kith_index i, kith_index j) {
-  const size_t e = kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], j);
-  return e < rows->first[i + 1] && rows->node[e] == j;
+/* Where sorted row i has this image of j, or would have it. */
+static inline size_t kith_rows_find(const struct kith_rows *rows, kith_index i, kith_index j, int shift) {
+  size_t e = kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], j);
+  while (rows->shift != NULL && e < rows->first[i + 1] && rows->node[e] == j && rows->shift[e] < shift) ++e;
+  return e;
 }
+static inline bool kith_rows_hold(const struct kith_rows *rows, kith_index i, kith_index j, int shift) {
+  const size_t e = kith_rows_find(rows, i, j, shift);
+  return e < rows->first[i + 1] && rows->node[e] == j && kith_row_shift(rows, e) == shift;
+}
+/* Sorts entries in place, of which most are in order. shift: NULL or of the entries. */
+void kith_entries_sort(kith_index *node, uint16_t *shift, size_t n);
 
 /* Entries of n rows in columns, one value of each for each entry. */
 struct kith_column {

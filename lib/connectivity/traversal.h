@@ -9,6 +9,7 @@
 #define KITH_CONNECTIVITY_TRAVERSAL_H
 
 #include "lib/connectivity/connectivity.h"
+#include "lib/core/lanes.h"
 
 /* One thread's memory: `lane[k]`, arrays of `width` doubles each, aligned; and counters, summed at the
  * end. */
@@ -20,6 +21,18 @@ struct kith_scratch {
 
 static inline double *kith_scratch_lane(const struct kith_scratch *s, int k) {
   return s->lane + (size_t)k * s->width;
+}
+
+/* x_j - x_i of the entries of row i as seen from i, and the squares of their lengths: lanes.h. */
+KITH_INLINE void kith_row_separations(const struct kith_nodes *nodes, const struct kith_rows *rows,
+                                      kith_index i, double *restrict to, size_t stride, double *restrict r2) {
+  const size_t first = rows->first[i], n = rows->first[i + 1] - first;
+  const kith_index *node = rows->node + first;
+  const double *x = nodes->position->f64;
+  if (rows->shift == NULL) /* compiled apart: it does not pay for shifts */
+    kith_lanes_separations(x, i, node, NULL, NULL, n, to, stride, r2);
+  else
+    kith_lanes_separations(x, i, node, rows->shift + first, nodes->shifts.by, n, to, stride, r2);
 }
 
 typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,

@@ -12,7 +12,9 @@ static kith_status valid_csr(const struct kith_rows *rows, const char *what, kit
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
       if (j < 0 || j >= count) KITH_FAIL(INTERNAL, "%s: row %d holds %d of %d nodes", what, i, j, count);
-      if (e > rows->first[i] && j <= rows->node[e - 1])
+      if (e > rows->first[i] &&
+          (j < rows->node[e - 1] ||
+           (j == rows->node[e - 1] && kith_row_shift(rows, e) <= kith_row_shift(rows, e - 1))))
         KITH_FAIL(INTERNAL, "%s: row %d is not ascending at %d", what, i, j);
     }
   }
@@ -27,8 +29,9 @@ static kith_status valid_rows(const struct kith_rows *rows, const char *what, ki
   for (kith_index i = 0; i < stored; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
-      if (j == i) KITH_FAIL(INTERNAL, "%s: row %d holds itself", what, i);
-      if (j < stored && !kith_rows_hold(rows, j, i))
+      const int s = kith_row_shift(rows, e);
+      if (j == i && s == rows->zero) KITH_FAIL(INTERNAL, "%s: row %d holds itself", what, i);
+      if (j < stored && !kith_rows_hold(rows, j, i, 2 * rows->zero - s))
         KITH_FAIL(INTERNAL, "%s: row %d holds %d, but not the other way round", what, i, j);
     }
   return KITH_OK;
@@ -44,9 +47,12 @@ static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_p
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e], low = KITH_MIN(i, j), high = KITH_MAX(i, j);
       const size_t q = pairs->of_row[e];
-      if (q >= pairs->n || pairs->node[q][0] != low || pairs->node[q][1] != high)
+      const int s = kith_row_shift(rows, e), other = 2 * rows->zero - s;
+      const bool upper = j > i || (j == i && s > rows->zero);
+      if (q >= pairs->n || pairs->node[q][0] != low || pairs->node[q][1] != high ||
+          (pairs->shift != NULL && pairs->shift[q] != (upper ? s : other)))
         KITH_FAIL(INTERNAL, "%s: entry %d of row %d is not pair %zu", what, j, i, q);
-      if (j > i && q != p++) KITH_FAIL(INTERNAL, "%s: (%d, %d) is number %zu, out of order", what, i, j, q);
+      if (upper && q != p++) KITH_FAIL(INTERNAL, "%s: (%d, %d) is number %zu, out of order", what, i, j, q);
     }
   }
   if (pairs->first[rows->n] != p || pairs->n != p)
@@ -65,7 +71,7 @@ static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_p
 static kith_status valid_overlap(const struct kith_rows *overlap, const struct kith_rows *rows) {
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (!kith_rows_hold(overlap, i, rows->node[e]))
+      if (!kith_rows_hold(overlap, i, rows->node[e], kith_row_shift(rows, e)))
         KITH_FAIL(INTERNAL, "overlap: row %d lacks its neighbor %d", i, rows->node[e]);
   return KITH_OK;
 }
@@ -79,12 +85,14 @@ static kith_status valid_intersection(const struct kith_connectivity *connectivi
   KITH_TRY(valid_csr(common, "intersection", count));
   for (kith_index p = 0; p < common->n; ++p) {
     const kith_index i = connectivity->pairs.node[p][0], j = connectivity->pairs.node[p][1];
-    if (!kith_rows_hold(common, p, i) || !kith_rows_hold(common, p, j))
+    const int zero = rows->zero, sj = connectivity->pairs.shift != NULL ? connectivity->pairs.shift[p] : 0;
+    if (!kith_rows_hold(common, p, i, zero) || !kith_rows_hold(common, p, j, sj))
       KITH_FAIL(INTERNAL, "intersection: pair (%d, %d) lacks an end", i, j);
     for (size_t e = common->first[p]; e < common->first[p + 1]; ++e) {
       const kith_index k = common->node[e];
-      if (k == i || k == j) continue;
-      if (!kith_rows_hold(rows, i, k) || (j < stored && !kith_rows_hold(rows, j, k)))
+      const int s = kith_row_shift(common, e);
+      if ((k == i && s == zero) || (k == j && s == sj)) continue;
+      if (!kith_rows_hold(rows, i, k, s) || (j < stored && !kith_rows_hold(rows, j, k, zero + s - sj)))
         KITH_FAIL(INTERNAL, "intersection: %d is no common neighbor of (%d, %d)", k, i, j);
     }
   }
@@ -105,7 +113,8 @@ kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity
     KITH_TRY(valid_overlap(&c->overlap, &c->rows));
   }
   if (c->built.overlap_pairs) {
-    const struct kith_rows internal = {nodes->n_internal, c->overlap.first, c->overlap.node, 0, 0};
+    struct kith_rows internal = c->overlap;
+    internal.n = nodes->n_internal;
     KITH_TRY(valid_pairs(&internal, &c->overlap_pairs, "overlap pairs"));
   }
   return c->built.intersection ? valid_intersection(c, count, stored) : KITH_OK;
@@ -147,7 +156,7 @@ static kith_status census_meet(struct census *c, kith_index p, kith_index q) {
   const double radius2 = KITH_MAX(c->search->radius2[p], c->search->radius2[q]);
   const bool hit = d2 <= radius2 * (1 - 1e-12);
   c->least[p] += hit, c->most[p] += d2 <= radius2 * (1 + 1e-12);
-  if (hit && !c->excluded && has_row(c, i) && !kith_rows_hold(c->rows, i, j))
+  if (hit && !c->excluded && has_row(c, i) && !kith_rows_hold(c->rows, i, j, c->rows->zero))
     KITH_FAIL(INTERNAL, "rows: that of %d lacks %d, which a sweep finds", i, j);
   return KITH_OK;
 }
@@ -175,7 +184,9 @@ static kith_status census_last(void *context, const struct kith_run *run, int n)
     for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p) {
       const kith_index i = c->search->node[p];
       if (!has_row(c, i)) continue;
-      const size_t length = c->rows->first[i + 1] - c->rows->first[i];
+      size_t length = 0; /* without images, of which a sweep knows nothing */
+      for (size_t e = c->rows->first[i]; e < c->rows->first[i + 1]; ++e)
+        length += kith_row_shift(c->rows, e) == c->rows->zero;
       if (length > c->most[p] || (!c->excluded && length < c->least[p]))
         KITH_FAIL(INTERNAL, "rows: that of %d has %zu nodes, a sweep finds %zu to %zu", i, length,
                   c->least[p], c->most[p]);

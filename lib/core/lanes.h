@@ -59,16 +59,21 @@ KITH_INLINE void kith_lanes_vector(const double *restrict field, const kith_inde
 }
 
 /* x_j - x_i of n nodes j: component a goes to to[a * stride ..], |x_j - x_i|^2 to r2. Up to the next multiple
- * of four the last one follows. */
+ * of four the last one follows. Where shift is not NULL, node k is displaced by by[shift[k]]. */
 KITH_INLINE void kith_lanes_separations(const double *restrict x, kith_index i,
-                                        const kith_index *restrict node, size_t n, double *restrict to,
-                                        size_t stride, double *restrict r2) {
+                                        const kith_index *restrict node, const uint16_t *restrict shift,
+                                        double (*by)[NDIM], size_t n, double *restrict to, size_t stride,
+                                        double *restrict r2) {
   const double *restrict xi = x + (size_t)i * NDIM;
   for (size_t k = 0; k < n; k += KITH_LANES) {
     kith_index room[KITH_LANES];
     kith_lanes d[KITH_VECTOR_LANES], sum = {0};
     kith_lanes_vector(x, kith_lanes_entries(node, k, n, room), d);
     for (int a = 0; a < NDIM; ++a) {
+      kith_lanes moved = {0};
+      for (size_t l = 0; shift != NULL && l < KITH_LANES; ++l)
+        moved[l] = by[shift[KITH_MIN(k + l, n - 1)]][a];
+      if (shift != NULL) d[a] += moved;
       d[a] -= xi[a];
       sum += d[a] * d[a];
       *(kith_lanes *)(to + (size_t)a * stride + k) = d[a];

@@ -23,6 +23,7 @@ struct candidates {
   int groups;
   uint8_t *hit; /* [groups] does it hold one that is sent? */
   struct bounds *group, all;
+  const double *period; /* [NDIM] of axes whose images are shifts, else 0 */
 };
 
 struct peer {
@@ -214,15 +215,14 @@ static kith_status find_bounds(const struct kith_nodes *nodes, const int64_t *ho
   return KITH_OK;
 }
 
-/* Square of the distance between boxes, or images of them on the periodic axes of `cells` (NULL: none). */
-static inline double box_distance2(const struct kith_cells *cells, const struct kith_box *a,
+/* Square of the distance between boxes, or images of them along axes with a period (0: none). */
+static inline double box_distance2(const double period[NDIM], const struct kith_box *a,
                                    const struct kith_box *b) {
   double s = 0;
   for (int k = 0; k < NDIM; ++k) {
     const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
     double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
-    if (cells != NULL && cells->periodic[k])
-      gap = KITH_MIN(gap, KITH_MAX(cells->upper[k] - cells->lower[k] + KITH_MIN(up, down), 0.0));
+    if (period[k] > 0) gap = KITH_MIN(gap, KITH_MAX(period[k] + KITH_MIN(up, down), 0.0));
     s += gap * gap;
   }
   return s;
@@ -234,8 +234,9 @@ static inline bool is_within(double d2, double factor, double r) {
 }
 
 /* Is a node, or may one of a group be, near the cell? */
-static inline bool is_near(const struct bounds *group, const struct bounds *cell, double factor) {
-  return group->search_radius >= 0 && is_within(box_distance2(NULL, &group->box, &cell->box), factor,
+static inline bool is_near(const struct candidates *c, const struct bounds *group, const struct bounds *cell,
+                           double factor) {
+  return group->search_radius >= 0 && is_within(box_distance2(c->period, &group->box, &cell->box), factor,
                                                 KITH_MAX(group->search_radius, cell->search_radius));
 }
 
@@ -243,10 +244,11 @@ static inline bool is_near(const struct bounds *group, const struct bounds *cell
  * images too on periodic axes. */
 static double widest(const struct bounds *own, const struct kith_cells *cells, const struct bounds *all,
                      size_t n) {
-  double search_radius = own->search_radius;
+  double search_radius = own->search_radius, period[NDIM];
+  for (int a = 0; a < NDIM; ++a) period[a] = cells->periodic[a] ? cells->upper[a] - cells->lower[a] : 0;
   for (size_t k = 0; k < n; ++k)
     if (all[k].search_radius > search_radius &&
-        is_within(box_distance2(cells, &own->box, &all[k].box), 1, all[k].search_radius))
+        is_within(box_distance2(period, &own->box, &all[k].box), 1, all[k].search_radius))
       search_radius = all[k].search_radius;
   return search_radius;
 }
@@ -266,6 +268,7 @@ static kith_status gather_candidates(struct candidates *c, const struct kith_nod
   c->n = kith_nodes_count(nodes);
   c->groups = (c->n + GROUP_SIZE - 1) / GROUP_SIZE;
   c->all = nowhere;
+  c->period = nodes->shifts.length;
   KITH_TRY(kith_resize(&c->hit, 0, (size_t)c->groups, 1));
   KITH_TRY(kith_resize(&c->mark, 0, (size_t)c->n, 1));
   KITH_TRY(kith_resize(&c->group, 0, (size_t)c->groups, sizeof *c->group));
@@ -284,11 +287,11 @@ static void mark_group(const struct candidates *c, const struct kith_nodes *node
                        const struct bounds *cell, int n, double factor) {
   c->hit[g] = 0;
   for (int k = 0; k < n; ++k) {
-    if (!is_near(&c->group[g], &cell[k], factor)) continue;
+    if (!is_near(c, &c->group[g], &cell[k], factor)) continue;
     for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
       if (c->mark[i] != 0) continue;
       const struct bounds node = bounds_of(nodes, i);
-      if (is_near(&node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
+      if (is_near(c, &node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
     }
   }
 }
@@ -326,12 +329,12 @@ static kith_status find_near(struct candidates *c, const struct kith_nodes *node
   int near = 0;
   struct bounds whole = nowhere;
   for (size_t k = 0; k < n; ++k)
-    if (is_near(&c->all, &cell[k], factor)) include(&whole, &cell[k]), cell[near++] = cell[k];
+    if (is_near(c, &c->all, &cell[k], factor)) include(&whole, &cell[k]), cell[near++] = cell[k];
   *n_send = 0;
   if (near == 0) return KITH_OK;
 #pragma omp parallel for schedule(dynamic, 16) if (c->groups > 64)
   for (int g = 0; g < c->groups; ++g)
-    mark_group(c, nodes, g, cell, is_near(&c->group[g], &whole, factor) ? near : 0, factor);
+    mark_group(c, nodes, g, cell, is_near(c, &c->group[g], &whole, factor) ? near : 0, factor);
   return collect(c, nodes, send, n_send, count);
 }
 

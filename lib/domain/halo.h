@@ -3,7 +3,9 @@
  * Who is sent. Every rank tells all others, for each of its cells, the box around the nodes in it and their
  * largest search radius R. Node or image j is sent to the rank of a cell if
  *     d(x_j, box) <= f max(R_j, R of the cell),
- * f = 1, or 2 when overlap is required: whatever a node of that rank may interact with is there. Frozen nodes
+ * f = 1, or 2 when overlap is required: whatever a node of that rank may interact with is there. Where images
+ * are shifts (lib/nodes/shifts.h), d is that of the nearest image, and the node itself is sent, once; nothing
+ * is sent to where it came from, so that no node of a rank is a ghost of it. Frozen nodes
  * and their images are not sent: every rank has all of them. Remote ghosts are the last ghosts: rank by rank,
  * and list by list, in the order of their nodes.
  *

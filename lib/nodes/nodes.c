@@ -29,6 +29,7 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
   struct kith_nodes *nodes = NULL;
   KITH_TRY(kith_resize(&nodes, 0, 1, sizeof *nodes));
   nodes->n_lists = n_lists;
+  kith_shifts_drop(&nodes->shifts);
   for (int l = 0; l < n_lists; ++l)
     snprintf(nodes->lists[l].name, sizeof nodes->lists[l].name, "%s", names[l]);
   const kith_status status = register_standing(nodes);
@@ -63,7 +64,8 @@ kith_status kith_nodes_copy(struct kith_nodes **out, const struct kith_nodes *no
 }
 
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes) {
-  if (nodes->n_blocks == 0) return;
+  if (nodes->n_blocks == 0 && nodes->shifts.n == 1) return;
+  kith_shifts_drop(&nodes->shifts);
   for (int b = 0; b < nodes->n_blocks; ++b) kith_free(&nodes->blocks[b].control);
   nodes->n_blocks = 0;
   nodes->n_ghost = 0;
@@ -73,6 +75,7 @@ void kith_nodes_drop_ghosts(struct kith_nodes *nodes) {
 void kith_nodes_destroy(struct kith_nodes **nodes) {
   if (*nodes == NULL) return;
   kith_nodes_drop_ghosts(*nodes);
+  kith_shifts_clear(&(*nodes)->shifts);
   kith_free(&(*nodes)->blocks);
   for (int f = 0; f < (*nodes)->n_fields; ++f) {
     kith_free(&(*nodes)->fields[f]->data);
@@ -216,7 +219,8 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
 }
 
 size_t kith_nodes_bytes(const struct kith_nodes *nodes) {
-  size_t bytes = sizeof *nodes + nodes->blocks_capacity * sizeof *nodes->blocks;
+  size_t bytes =
+      sizeof *nodes + nodes->blocks_capacity * sizeof *nodes->blocks + kith_shifts_bytes(&nodes->shifts);
   for (int f = 0; f < nodes->n_fields; ++f)
     bytes += sizeof *nodes->fields[f] + (size_t)nodes->capacity * kith_field_node_size(nodes->fields[f]);
   for (int b = 0; b < nodes->n_blocks; ++b)

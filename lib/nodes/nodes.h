@@ -17,6 +17,7 @@
 
 #include "lib/core/base.h"
 #include "lib/comm/ranks.h"
+#include "lib/nodes/shifts.h"
 
 enum { KITH_MAX_LISTS = 64, KITH_MAX_FIELDS = 96 };
 
@@ -116,6 +117,7 @@ struct kith_nodes {
   int n_blocks;
   size_t blocks_capacity;
   struct kith_ghost_block *blocks; /* creation order */
+  struct kith_shifts shifts;       /* images of nodes and ghosts that are no ghosts; go with the ghosts */
 
   struct kith_ranks *ranks; /* of the other nodes of the run; NULL: one process has all nodes. Borrowed */
 
@@ -207,7 +209,7 @@ kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *
 kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
                                    kith_index *order, bool *sorted);
 
-/* Drops all ghosts. */
+/* Drops all ghosts and shifts. */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
 /* Appends a block of ghosts. Ownership of `control` passes to the nodes, also on failure. Image ghosts get
  * the fields that new ghosts have; frozen and remote ones are zero, for the caller to fill. An empty block is

@@ -47,7 +47,7 @@ KITH_INLINE size_t load_kernels(enum kith_kernel kernel, const struct moments_pa
                          *restrict density = pass->package->hydro->density->f64, half = 0.5 * pass->constant;
   double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict slope = kith_scratch_lane(s, SLOPE),
                    *restrict growth = kith_scratch_lane(s, GROWTH);
-  kith_lanes_separations(nodes->position->f64, i, row, n, kith_scratch_lane(s, SEPARATION), s->width, weight);
+  kith_row_separations(nodes, pass->rows, i, kith_scratch_lane(s, SEPARATION), s->width, weight);
   const double own = 1 / support[i];
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) {

@@ -13,13 +13,22 @@ static const double tolerance = 1e-14; /* of |sum A| / sum |A|, root mean square
 static const struct kith_pairwise_spec face_weight = {"face_weight", 1, false,
                                                       "the face of SPH, by which faces are closed"};
 
+/* x_j - x_i, j displaced by shift s. */
+static void separation(const struct mfm_faces *f, kith_index i, kith_index j, int s, double d[NDIM]) {
+  const double *x = f->nodes->position->f64;
+  for (int a = 0; a < NDIM; ++a)
+    d[a] = x[(size_t)j * NDIM + a] + (f->nodes->shifts.n > 1 ? f->nodes->shifts.by[s][a] : 0) -
+           x[(size_t)i * NDIM + a];
+}
+
 /* a_ij of pair p: the face that SPH would give it; none where a barrier parts the pair. */
 static double weight_of(const struct mfm_faces *f, size_t p) {
   const kith_index *pair = f->graph.pairs.node[p];
   if (f->barrier != NULL && kith_norm(f->area->value + p * NDIM) == 0) return 0;
-  const double *x = f->nodes->position->f64;
-  const double r = sqrt(kith_distance2(x + (size_t)pair[0] * NDIM, x + (size_t)pair[1] * NDIM));
-  double sum = 0;
+  const uint16_t *shift = f->graph.pairs.shift;
+  double sum = 0, d[NDIM];
+  separation(f, pair[0], pair[1], shift != NULL ? shift[p] : 0, d);
+  const double r = sqrt(kith_dot(d, d));
   for (int end = 0; end < 2; ++end) {
     const double h = f->nodes->support->f64[pair[end]], volume = kith_ball() * kith_pow_dim(h) / f->neighbors;
     double w, g;
@@ -34,10 +43,10 @@ static double weight_of(const struct mfm_faces *f, size_t p) {
  * (measured inside a gas: within 42). */
 static bool is_surface(const struct mfm_faces *f, kith_index i, const double *missing) {
   const struct kith_rows *links = &f->links;
-  const double *x = f->nodes->position->f64, least2 = 0.36 * kith_dot(missing, missing);
+  const double least2 = 0.36 * kith_dot(missing, missing);
   for (size_t e = links->first[i]; e < links->first[i + 1]; ++e) {
     double d[NDIM];
-    for (int a = 0; a < NDIM; ++a) d[a] = x[(size_t)links->node[e] * NDIM + a] - x[(size_t)i * NDIM + a];
+    separation(f, i, links->node[e], kith_row_shift(links, e), d);
     const double along = kith_dot(d, missing);
     if (along > 0 && along * along >= least2 * kith_dot(d, d)) return false;
   }
@@ -60,6 +69,7 @@ static kith_status link_nodes(struct mfm_faces *f) {
     links->first[i + 1] = n;
   }
   KITH_TRY(kith_rows_sum(links));
+  KITH_TRY(kith_rows_shift(links, rows->shift != NULL ? rows->zero : -1));
   KITH_TRY(kith_reserve(&f->link_weight, &f->link_capacity, links->first[rows->n], sizeof *f->link_weight));
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < rows->n; ++i) {
@@ -67,6 +77,7 @@ static kith_status link_nodes(struct mfm_faces *f) {
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       if (!(f->weight->value[of_row[e]] > 0)) continue;
       links->node[at] = rows->node[e];
+      if (links->shift != NULL) links->shift[at] = rows->shift[e];
       f->link_weight[at++] = f->weight->value[of_row[e]];
     }
   }
@@ -82,7 +93,7 @@ static void equations(struct mfm_faces *f, double *restrict scale) {
     double sum[NDIM] = {0}, whole = 0, weights = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const size_t p = f->graph.pairs.of_row[e];
-      const double sign = kith_pair_starts(&f->graph, p, i, rows->node[e]) ? 1 : -1;
+      const double sign = kith_pair_starts(&f->graph, i, e) ? 1 : -1;
       for (int a = 0; a < NDIM; ++a) sum[a] -= sign * f->area->value[p * NDIM + a];
       whole += kith_norm(f->area->value + p * NDIM);
     }

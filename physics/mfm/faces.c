@@ -58,22 +58,23 @@ static inline double central(const struct mfm_faces *f, double inverse_support) 
          inverse_support;
 }
 
-KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces *f, kith_index begin,
-                                 kith_index end, struct kith_scratch *s) {
-  (void)s;
+/* `shifted` is a constant, so that loops without shifts do not know of them. */
+KITH_INLINE void one_point_faces(enum kith_kernel kernel, const struct mfm_faces *f, kith_index begin,
+                                 kith_index end, bool shifted) {
   const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
   const double *restrict matrix = f->matrix->f64;
   const uint8_t *barrier = f->barrier != NULL ? f->barrier->u8 : NULL;
   for (kith_index i = begin; i < end; ++i) {
     const size_t first = f->graph.pairs.first[i], n = f->graph.pairs.first[i + 1] - first;
     const kith_index(*restrict pair)[2] = f->graph.pairs.node + first;
-    double *restrict area = f->area->value + first * NDIM;
+    const uint16_t *restrict shift = shifted ? f->graph.pairs.shift + first : NULL;
+    double(*by)[NDIM] = f->nodes->shifts.by, *restrict area = f->area->value + first * NDIM;
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
       const kith_index j = pair[k][1];
       double d[NDIM], r2 = 0, wi, gi, wj, gj;
       for (int a = 0; a < NDIM; ++a) {
-        d[a] = x[j * NDIM + a] - x[i * NDIM + a];
+        d[a] = x[j * NDIM + a] + (shifted ? by[shift[k]][a] : 0) - x[i * NDIM + a];
         r2 += d[a] * d[a];
       }
       /* A barrier is a mirror image of the other end: it has its volume and matrix. */
@@ -95,6 +96,15 @@ KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces
       for (int a = 0; a < NDIM; ++a) area[k * NDIM + a] = sum[a];
     }
   }
+}
+
+KITH_INLINE void one_point_chunk(enum kith_kernel kernel, const struct mfm_faces *f, kith_index begin,
+                                 kith_index end, struct kith_scratch *s) {
+  (void)s;
+  if (f->graph.pairs.shift != NULL)
+    one_point_faces(kernel, f, begin, end, true);
+  else
+    one_point_faces(kernel, f, begin, end, false);
 }
 
 KITH_KERNEL_CHUNKS(one_point_chunk)

@@ -143,7 +143,7 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
       const size_t p = f->graph.pairs.of_row[e];
-      const double sign = kith_pair_starts(&f->graph, p, i, j) ? 1 : -1, *area = f->area->value + p * NDIM;
+      const double sign = kith_pair_starts(&f->graph, i, e) ? 1 : -1, *area = f->area->value + p * NDIM;
       for (int a = 0; a < NDIM; ++a)
         trace += sign * area[a] * (x[(size_t)j * NDIM + a] - x[(size_t)i * NDIM + a]);
     }

@@ -76,8 +76,7 @@ KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *p
   const double inverse = 1 / hydro->nodes->support->f64[i];
   double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict dp = kith_scratch_lane(s, OF_PRESSURE);
   kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, of_pressure[NDIM] = {{0}};
-  kith_lanes_separations(hydro->nodes->position->f64, i, row, n, kith_scratch_lane(s, SEPARATION), s->width,
-                         weight);
+  kith_row_separations(hydro->nodes, rows, i, kith_scratch_lane(s, SEPARATION), s->width, weight);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) {
     double w, g;
@@ -217,9 +216,9 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
 }
 
 KITH_HOT static void block(const struct kith_force_pass *pass, kith_index i,
-                           const kith_index *restrict partner, size_t n, size_t known,
+                           const kith_index *restrict partner, const uint16_t *shift, size_t n, size_t known,
                            struct kith_scratch *s) {
-  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, n, known, s);
+  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, shift, n, known, s);
 }
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {

@@ -25,10 +25,9 @@ struct density_pass {
  * depend on the kernel are not inlined: they would be compiled once per kernel. */
 KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i,
                                 struct kith_scratch *s) {
-  const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
   double *restrict r = kith_scratch_lane(s, DISTANCE);
-  kith_lanes_separations(nodes->position->f64, i, row, n, kith_scratch_lane(s, SEPARATION), s->width, r);
+  kith_row_separations(nodes, rows, i, kith_scratch_lane(s, SEPARATION), s->width, r);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) r[k] = sqrt(r[k]);
   for (size_t k = n; k < padded; ++k) r[k] = 16 * nodes->search_radius->f64[i];
@@ -263,7 +262,8 @@ KITH_KERNEL_CHUNKS(density_chunk)
 static kith_index at_same_place(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i) {
   const double *x = nodes->position->f64;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-    if (memcmp(x + (size_t)i * NDIM, x + (size_t)rows->node[e] * NDIM, NDIM * sizeof *x) == 0)
+    if (kith_row_shift(rows, e) == rows->zero &&
+        memcmp(x + (size_t)i * NDIM, x + (size_t)rows->node[e] * NDIM, NDIM * sizeof *x) == 0)
       return rows->node[e];
   return -1;
 }

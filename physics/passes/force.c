@@ -12,6 +12,14 @@ KITH_INLINE double *packed_particle(const struct kith_force_pass *pass, kith_ind
   return pass->package->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed);
 }
 
+void kith_force_shift(const struct kith_force_pass *pass, const uint16_t *shift, size_t n,
+                      struct kith_scratch *s) {
+  const struct kith_shifts *shifts = &pass->package->hydro->nodes->shifts;
+  for (size_t k = 0; k < n; ++k)
+    for (int a = 0; a < NDIM && shift[k] != shifts->zero; ++a)
+      kith_lane(s, KITH_PACKED_X + a)[k] += shifts->by[shift[k]][a];
+}
+
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
                        struct kith_scratch *s) {
   const double *self = packed_particle(pass, i);
@@ -65,13 +73,12 @@ KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t
                         double *restrict out) {
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
   const uint32_t *restrict pair = pairs->of_row + first;
-  const kith_index *restrict row = pass->connectivity->rows.node + first;
   const double *restrict value = pass->pair->value;
   const size_t known = pass->connectivity->rows.first[pass->package->hydro->nodes->n_internal] - first;
   for (size_t k = 0; k < n; ++k) {
     if (k + KITH_AHEAD < known) __builtin_prefetch(value + (size_t)pair[k + KITH_AHEAD] * KITH_PAIR_VALUES);
     const double *v = value + (size_t)pair[k] * KITH_PAIR_VALUES;
-    const bool starts = kith_pair_starts(pass->connectivity, pair[k], i, row[k]);
+    const bool starts = kith_pair_starts(pass->connectivity, i, first + k);
     for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] = starts ? v[a] : -v[a];
     out[KITH_HEAT * KITH_STRIDE + k] = v[starts ? KITH_HEAT : KITH_PARTNER_HEAT];
     out[KITH_SIGNAL * KITH_STRIDE + k] = v[KITH_SIGNAL];
@@ -282,7 +289,7 @@ KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end
       for (size_t q = p + KITH_AHEAD; q < KITH_MIN(p + KITH_AHEAD + n, pairs->n); ++q)
         kith_force_prefetch(packed_particle(pass, pairs->node[q][1]), (size_t)pass->n_packed);
       for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
-      pass->evaluate(pass, i, partner, n, n, s);
+      pass->evaluate(pass, i, partner, pairs->shift != NULL ? pairs->shift + p : NULL, n, n, s);
       double *restrict value = pass->pair->value + p * KITH_PAIR_VALUES;
       for (size_t k = 0; k < n; ++k)
         for (int m = 0; m < KITH_PAIR_VALUES; ++m)
@@ -295,12 +302,10 @@ KITH_INLINE void gather(const struct kith_force_pass *pass, kith_index i, size_t
                         struct kith_scratch *s) {
   const struct kith_pairs *pairs = &pass->connectivity->pairs;
   const struct kith_rows *rows = &pass->connectivity->rows;
-  const kith_index *restrict row = rows->node + first;
-  for (size_t k = 0; pass->edges > 0 && k < n; ++k) {
-    const size_t p = pairs->of_row[first + k];
-    load_edge(pass, p, kith_pair_starts(pass->connectivity, p, i, row[k]), k, s);
-  }
-  pass->evaluate(pass, i, row, n, rows->first[rows->n] - first, s);
+  for (size_t k = 0; pass->edges > 0 && k < n; ++k)
+    load_edge(pass, pairs->of_row[first + k], kith_pair_starts(pass->connectivity, i, first + k), k, s);
+  pass->evaluate(pass, i, rows->node + first, rows->shift != NULL ? rows->shift + first : NULL, n,
+                 rows->first[rows->n] - first, s);
 }
 
 /* The sums of each node of the chunk: second half of `pairs`, or all of `gather`. */

@@ -51,10 +51,11 @@ typedef void kith_force_packed(const struct kith_package *package, kith_index i,
 
 struct kith_force_pass;
 /* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; the values of the edges are in the lanes. Of
- * `known` partners, some of nodes that come later, those some way ahead are prefetched. */
+ * `known` partners, some of nodes that come later, those some way ahead are prefetched. shift: which images
+ * the partners are (lib/nodes/shifts.h); NULL: they are nodes. */
 typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i,
-                              const kith_index *restrict partner, size_t n, size_t known,
-                              struct kith_scratch *scratch);
+                              const kith_index *restrict partner, const uint16_t *shift, size_t n,
+                              size_t known, struct kith_scratch *scratch);
 
 /* One evaluation of all pairs of the connectivity. */
 struct kith_force_pass {
@@ -99,6 +100,9 @@ KITH_INLINE void kith_force_prefetch(const double *packed, size_t n_packed) {
   for (size_t m = 0; m < n_packed; m += 8) __builtin_prefetch(packed + m); /* 64 bytes a line */
 }
 
+/* Moves partners to their images. */
+void kith_force_shift(const struct kith_force_pass *pass, const uint16_t *shift, size_t n,
+                      struct kith_scratch *s);
 /* Partners of i that are barriers. */
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
                        struct kith_scratch *s);
@@ -108,8 +112,8 @@ void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const k
  * must not depend on its position, which depends on the ranks; and remainders are slow. */
 KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, size_t n_packed,
                                      const struct kith_force_pass *pass, kith_index i,
-                                     const kith_index *restrict partner, size_t n, size_t known,
-                                     struct kith_scratch *s) {
+                                     const kith_index *restrict partner, const uint16_t *shift, size_t n,
+                                     size_t known, struct kith_scratch *s) {
   const size_t size = kith_lanes_padded(n_packed);
   const double *restrict packed = pass->package->packed, *restrict self = packed + (size_t)i * size;
   double *restrict j = s->lane, *restrict out = kith_force_values(pass, s);
@@ -126,6 +130,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
       for (size_t q = 0; q < KITH_LANES; ++q) *(kith_lanes *)(&J(m + q) + k) = field[q];
     }
   }
+  if (shift != NULL) kith_force_shift(pass, shift, n, s);
   if (pass->barrier != NULL) kith_force_mirror(pass, i, partner, n, s);
   const size_t lanes = (n + 7) / 8 * 8;
 #pragma omp simd
@@ -139,11 +144,11 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   enum { pair##_packed = n_packed };             \
   KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair) \
   static kith_force_block *const pair##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, pair)};
-#define KITH_FORCE_BLOCK_(pair, name, ...)                                                       \
-  KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i,           \
-                                     const kith_index *restrict partner, size_t n, size_t known, \
-                                     struct kith_scratch *s) {                                   \
-    kith_force_evaluate(pair, KITH_KERNEL_##name, pair##_packed, pass, i, partner, n, known, s); \
+#define KITH_FORCE_BLOCK_(pair, name, ...)                                                                \
+  KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i,                    \
+                                     const kith_index *restrict partner, const uint16_t *shift, size_t n, \
+                                     size_t known, struct kith_scratch *s) {                              \
+    kith_force_evaluate(pair, KITH_KERNEL_##name, pair##_packed, pass, i, partner, shift, n, known, s);   \
   }
 
 /* Packs the particles and sums the pairs: accelerations (with the external force), signal speeds, and what

@@ -24,8 +24,7 @@ KITH_INLINE void slope_chunk(enum kith_kernel kernel, const struct slope_pass *p
     const size_t n = pass->rows->first[i + 1] - pass->rows->first[i], at = (size_t)i * NDIM;
     const double inverse = 1 / nodes->support->f64[i];
     double sum[NDIM] = {0}, *slope = pass->slope->f64 + at;
-    kith_lanes_separations(nodes->position->f64, i, row, n, kith_scratch_lane(s, SEPARATION), s->width,
-                           difference);
+    kith_row_separations(nodes, pass->rows, i, kith_scratch_lane(s, SEPARATION), s->width, difference);
 #pragma omp simd
     for (size_t k = 0; k < n; ++k) {
       double w, g;

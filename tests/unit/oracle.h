@@ -27,7 +27,7 @@ static inline bool oracle_holds(const struct kith_nodes *nodes, int i, int k) {
 static inline bool oracle_rejected(const struct kith_excluder *chain, const struct kith_nodes *nodes, int i,
                                    int j) {
   const struct kith_selection all = {.nodes = nodes};
-  const struct kith_candidate candidate = {&all, &all, i, j, i, j};
+  const struct kith_candidate candidate = {&all, &all, i, j, i, j, nodes->shifts.zero};
   for (; chain; chain = chain->next)
     if (chain->ops->reject(chain, &candidate)) return true;
   return false;
@@ -126,7 +126,9 @@ static inline bool oracle_same_rows(const struct kith_rows *a, const struct kith
   if (a->n != b->n) return false;
   if (a->n == 0) return true;
   return memcmp(a->first, b->first, ((size_t)a->n + 1) * sizeof *a->first) == 0 &&
-         (a->first[a->n] == 0 || memcmp(a->node, b->node, a->first[a->n] * sizeof *a->node) == 0);
+         (a->first[a->n] == 0 || memcmp(a->node, b->node, a->first[a->n] * sizeof *a->node) == 0) &&
+         (a->shift == NULL) == (b->shift == NULL) &&
+         (a->shift == NULL || memcmp(a->shift, b->shift, a->first[a->n] * sizeof *a->shift) == 0);
 }
 /* `n` rows have pairs. */
 static inline bool oracle_same_pairs(const struct kith_pairs *a, const struct kith_pairs *b,

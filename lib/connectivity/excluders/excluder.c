@@ -10,15 +10,20 @@ KITH_FAMILY(kith_excluder, KITH_EXCLUDER_LIST(X))
 #undef X
 
 double kith_candidate_distance2(const struct kith_candidate *candidate) {
-  return kith_distance2(candidate->targets->nodes->position->f64 + (size_t)candidate->i * NDIM,
-                        candidate->sources->nodes->position->f64 + (size_t)candidate->j * NDIM);
+  const struct kith_shifts *shifts = &candidate->sources->nodes->shifts;
+  double x[NDIM];
+  for (int a = 0; a < NDIM; ++a) {
+    x[a] = candidate->sources->nodes->position->f64[(size_t)candidate->j * NDIM + (size_t)a];
+    if (shifts->n > 1) x[a] += shifts->by[candidate->shift][a];
+  }
+  return kith_distance2(candidate->targets->nodes->position->f64 + (size_t)candidate->i * NDIM, x);
 }
 
 /* Blocks ascend in `first`, and controls lie before their block: an image of an image is met in turn. */
 bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]) {
   const struct kith_nodes *nodes = candidate->sources->nodes;
   kith_index j = candidate->j;
-  for (int a = 0; a < NDIM; ++a) shift[a] = 0;
+  for (int a = 0; a < NDIM; ++a) shift[a] = nodes->shifts.n > 1 ? nodes->shifts.by[candidate->shift][a] : 0;
   for (int b = nodes->n_blocks - 1; b >= 0 && j >= nodes->n_internal; --b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
     if (j < block->first) continue;
@@ -94,7 +99,7 @@ void kith_excluders_clear(struct kith_excluders *excluders) {
 
 static bool same_node(const struct kith_excluder *excluder, const struct kith_candidate *c) {
   (void)excluder;
-  return c->i == c->j;
+  return c->i == c->j && c->shift == c->sources->nodes->shifts.zero;
 }
 
 const struct kith_excluder_ops kith_excluder_self = {

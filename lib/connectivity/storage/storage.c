@@ -34,7 +34,8 @@ kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node)
 /* What rows that are kept as they are need. */
 static size_t bytes_of(const struct kith_rows *rows) {
   if (rows->n == 0) return 0;
-  return ((size_t)rows->n + 1) * sizeof *rows->first + rows->first[rows->n] * sizeof *rows->node;
+  const size_t entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);
+  return ((size_t)rows->n + 1) * sizeof *rows->first + rows->first[rows->n] * entry;
 }
 
 size_t kith_stored_bytes(const struct kith_stored *stored) {
@@ -59,14 +60,15 @@ static const kith_index *row(const struct kith_stored *stored, kith_index t, kit
 }
 
 const struct kith_storage_ops kith_storage_csr = {
-    .name = "csr", .doc = "offsets and entries, read in place: the default", .row = row};
+    .name = "csr", .doc = "offsets and entries, read in place: the default", .shifts = true, .row = row};
 
 static kith_status keep_upper(struct kith_stored *stored, const kith_index *node) {
   const struct kith_rows *rows = &stored->rows;
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index t = 0; t < rows->n; ++t)
     for (size_t e = rows->first[t]; e < rows->first[t + 1]; ++e)
-      if (rows->node[e] < node[t]) rows->node[e] = -1;
+      if (rows->node[e] < node[t] || (rows->node[e] == node[t] && kith_row_shift(rows, e) < rows->zero))
+        rows->node[e] = -1;
   kith_rows_compact(&stored->rows);
   return KITH_OK;
 }
@@ -74,6 +76,7 @@ static kith_status keep_upper(struct kith_stored *stored, const kith_index *node
 const struct kith_storage_ops kith_storage_half = {
     .name = "half",
     .doc = "csr with each interaction once, in the row of the node that comes first",
+    .shifts = true,
     .upper = true,
     .keep = keep_upper,
     .row = row};

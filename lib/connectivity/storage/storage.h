@@ -20,6 +20,7 @@ struct kith_storage_ops {
   const struct kith_param *params; /* its own parameters (stored->settings), NULL: none */
   size_t settings_size;
   bool ascending; /* needs sorted rows */
+  bool shifts;    /* keeps which images the sources are */
   bool upper;     /* keeps sources beyond the target only: targets and sources are one selection */
   /* Keeps the rows in stored->rows, or in stored->self, and then need not keep stored->rows. node: of a
    * target. UNSUPPORTED if it cannot hold a row. */

@@ -147,7 +147,7 @@ static void check_rows(const struct rank *r, const struct kith_rows *rows, const
       CHECK(e == rows->first[i] || before(&point[r->of[rows->node[e - 1]]], &point[r->of[j]]));
       CHECK(p < pairs->n && pairs->node[p][0] == (starts ? i : j) && pairs->node[p][1] == (starts ? j : i));
       CHECK((pairs->node[p][0] == i) == starts);
-      if (pairs == &r->connectivity->pairs) CHECK(kith_pair_starts(r->connectivity, p, i, j) == starts);
+      if (pairs == &r->connectivity->pairs) CHECK(kith_pair_starts(r->connectivity, i, e) == starts);
     }
 }
 

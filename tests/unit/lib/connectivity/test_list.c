@@ -47,7 +47,7 @@ static size_t check_rows(const struct kith_list *l) {
     const kith_index i = l->target[t], *row = kith_stored_row(&l->stored, t, space, &n);
     size_t e = 0;
     for (kith_index j = 0; j < kith_nodes_count(sources); ++j) {
-      const struct kith_candidate candidate = {&spec->targets, &spec->sources, i, j, t, l->column[j]};
+      const struct kith_candidate candidate = {&spec->targets, &spec->sources, i, j, t, l->column[j], 0};
       if (!kith_selects(&spec->sources, j) || !by_definition(spec, i, j)) continue;
       if (l->stored.ops->upper && j < i) continue;
       if (kith_excluder_rejects(spec->excluders, KITH_BROAD, &candidate) ||

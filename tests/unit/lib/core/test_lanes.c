@@ -23,7 +23,7 @@ static void separations(void) {
   for (int k = 0; k < NODES * NDIM; ++k) field[k] = 100 + k;
   CHECK_OK(kith_resize(&to, 0, (NDIM + 1) * STRIDE, sizeof *to));
   for (size_t n = 0; n <= sizeof row / sizeof *row; ++n) {
-    kith_lanes_separations(field, 4, row, n, to, STRIDE, to + NDIM * STRIDE);
+    kith_lanes_separations(field, 4, row, NULL, NULL, n, to, STRIDE, to + NDIM * STRIDE);
     for (size_t k = 0; k < kith_lanes_padded(n); ++k) {
       const double apart = NDIM * (row[KITH_MIN(k, n - 1)] - 4); /* on each axis */
       for (int a = 0; a < NDIM; ++a) CHECK(to[a * STRIDE + k] == apart);
