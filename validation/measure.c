@@ -3,26 +3,35 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include "lib/comm/sum.h"
 
 static double volume(const struct kith_measured *m, kith_index i) {
   return m->nodes->mass[i] / m->nodes->density[i];
+}
+
+/* Of all ranks. */
+static void values_of(const struct kith_measured *m, struct kith_sum *sum, int n, double *value) {
+  kith_sum_ranks(m->nodes->ranks, sum, n);
+  for (int k = 0; k < n; ++k) value[k] = kith_sum_value(&sum[k]);
 }
 
 /* nu, by the decay of a mode: of vortices, or of a shear wave. */
 static double viscosity(const struct kith_measured *m, bool vortices) {
   const int y = NDIM > 1;
   const double *lower = m->domain.lower, k = 2 * M_PI / (m->domain.upper[0] - lower[0]);
-  double flow = 0, norm = 0, mass = 0;
+  struct kith_sum sum[3] = {{{0}, 0}};
+  double value[3]; /* flow, norm, mass */
   for (kith_index i = 0; i < m->nodes->n; ++i) {
     const double *x = m->nodes->position + (size_t)i * NDIM, *v = m->nodes->velocity + (size_t)i * NDIM;
     const double kx = k * (x[0] - lower[0]), ky = k * (x[y] - lower[y]);
     const double e[] = {vortices ? sin(kx) * cos(ky) : 0, vortices ? -cos(kx) * sin(ky) : sin(kx)};
-    flow += volume(m, i) * (v[0] * e[0] + v[y] * e[1]);
-    norm += volume(m, i) * (e[0] * e[0] + e[1] * e[1]);
-    mass += m->nodes->mass[i];
+    kith_sum_add(&sum[0], volume(m, i) * (v[0] * e[0] + v[y] * e[1]));
+    kith_sum_add(&sum[1], volume(m, i) * (e[0] * e[0] + e[1] * e[1]));
+    kith_sum_add(&sum[2], m->nodes->mass[i]);
   }
-  const double start = 2 * sqrt(m->kinetic_start / mass);
-  return NDIM > 1 ? log(start / (flow / norm)) / ((vortices ? 2 : 1) * k * k * m->time) : NAN;
+  values_of(m, sum, 3, value);
+  const double start = 2 * sqrt(m->kinetic_start / value[2]);
+  return NDIM > 1 ? log(start / (value[0] / value[1])) / ((vortices ? 2 : 1) * k * k * m->time) : NAN;
 }
 
 static double shear_viscosity(const struct kith_measured *m) {
@@ -38,17 +47,19 @@ static double vortex_viscosity(const struct kith_measured *m) {
 static double amplitude(const struct kith_measured *m, double k, bool two_layers) {
   const int y = NDIM > 1;
   const double *lower = m->domain.lower, middle = 0.5 * (m->domain.upper[y] - lower[y]);
-  double s = 0, c = 0, d = 0;
+  struct kith_sum sum[3] = {{{0}, 0}};
+  double value[3]; /* sine, cosine, weight */
   for (kith_index i = 0; i < m->nodes->n; ++i) {
     const double *x = m->nodes->position + (size_t)i * NDIM, *v = m->nodes->velocity + (size_t)i * NDIM;
     const double along = k * (x[0] - lower[0]), up = x[y] - lower[y];
     const double distance = fabs(two_layers ? KITH_MIN(up, 1 - up) - 0.25 : up - middle);
     const double w = volume(m, i) * exp(-k * distance);
-    s += w * v[y] * sin(along);
-    c += w * v[y] * cos(along);
-    d += w;
+    kith_sum_add(&sum[0], w * v[y] * sin(along));
+    kith_sum_add(&sum[1], w * v[y] * cos(along));
+    kith_sum_add(&sum[2], w);
   }
-  return NDIM > 1 ? 2 * hypot(s, c) / d : NAN;
+  values_of(m, sum, 3, value);
+  return NDIM > 1 ? 2 * hypot(value[0], value[1]) / value[2] : NAN;
 }
 
 static double mcnally(const struct kith_measured *m) {
@@ -61,21 +72,35 @@ static double growth(const struct kith_measured *m) {
 }
 
 static double spread(const struct kith_measured *m) {
-  double mass = 0, sum = 0, squares = 0;
-  for (int pass = 0; pass < 2; ++pass)
+  struct kith_sum sum[3] = {{{0}, 0}};
+  double value[3]; /* mass, its radius, squares of its distance from the mean radius */
+  for (int pass = 0; pass < 2; ++pass) {
     for (kith_index i = 0; i < m->nodes->n; ++i) {
-      const double r = sqrt(kith_distance2(m->nodes->position + (size_t)i * NDIM, m->center));
-      if (pass == 0)
-        mass += m->nodes->mass[i], sum += m->nodes->mass[i] * r;
-      else
-        squares += m->nodes->mass[i] * (r - sum / mass) * (r - sum / mass);
+      const double r = sqrt(kith_distance2(m->nodes->position + (size_t)i * NDIM, m->center)),
+                   mass = m->nodes->mass[i], off = pass > 0 ? r - value[1] / value[0] : 0;
+      if (pass == 0) kith_sum_add(&sum[0], mass), kith_sum_add(&sum[1], mass * r);
+      if (pass == 1) kith_sum_add(&sum[2], mass * off * off);
     }
-  return sqrt(squares / mass) / (m->start != NULL ? m->start[KITH_MEASURE_spread] : 1);
+    values_of(m, sum + 2 * pass, 2 - pass, value + 2 * pass);
+  }
+  return sqrt(value[2] / value[0]) / (m->start != NULL ? m->start[KITH_MEASURE_spread] : 1);
 }
 
-/* Nodes in the order of x, each against the next ones that are near enough along x. */
+/* --- nodes against all others --- */
+
 struct place {
   double x[NDIM], spacing;
+};
+
+/* Nodes of this rank in the order of x, each against the next ones that are near enough along x: its own, and
+ * those of the other ranks, which go around. */
+struct search {
+  const struct kith_measured *m;
+  kith_index n;
+  struct place *place;   /* [n], owned */
+  struct place *room[2]; /* for those of another rank, owned */
+  double *nearest;       /* [n] of asymmetry: from the image of a node; owned */
+  double widest, least;  /* of separation: spacing of all; distance */
 };
 
 static int by_x(const void *a, const void *b) {
@@ -83,79 +108,150 @@ static int by_x(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-/* Owned by the caller; NULL without memory. */
-static struct place *places_by_x(const struct kith_measured *m) {
-  struct place *p = NULL;
-  const kith_index n = m->nodes->n;
-  if (kith_resize(&p, 0, (size_t)n, sizeof *p) != KITH_OK) return NULL;
-  for (kith_index i = 0; i < n; ++i) {
-    for (int a = 0; a < NDIM; ++a) p[i].x[a] = m->nodes->position[i * NDIM + a] - m->domain.lower[a];
-    p[i].spacing = pow(volume(m, i), 1.0 / NDIM);
+static kith_status open_search(struct search *s, size_t most) {
+  const struct kith_profile_view *nodes = s->m->nodes;
+  KITH_TRY(kith_resize(&s->place, 0, (size_t)s->n, sizeof *s->place));
+  KITH_TRY(kith_resize(&s->nearest, 0, (size_t)s->n, sizeof *s->nearest));
+  for (int k = 0; k < 2 && nodes->ranks != NULL; ++k)
+    KITH_TRY(kith_resize(&s->room[k], 0, most, sizeof *s->room[k]));
+  for (kith_index i = 0; i < s->n; ++i) {
+    for (int a = 0; a < NDIM; ++a)
+      s->place[i].x[a] = nodes->position[(size_t)i * NDIM + a] - s->m->domain.lower[a];
+    s->place[i].spacing = pow(volume(s->m, i), 1.0 / NDIM);
+    s->nearest[i] = INFINITY;
+    s->widest = KITH_MAX(s->widest, s->place[i].spacing);
   }
-  qsort(p, (size_t)n, sizeof *p, by_x);
-  return p;
+  if (s->n > 0) qsort(s->place, (size_t)s->n, sizeof *s->place, by_x);
+  return KITH_OK;
+}
+
+/* In step k there are the nodes of the rank that is k before this one. */
+static kith_status go_round(struct search *s, const int64_t *count,
+                            void (*meet)(struct search *s, const struct place *other, kith_index n)) {
+  struct kith_ranks *ranks = s->m->nodes->ranks;
+  const int me = kith_ranks_rank(ranks), size = kith_ranks_size(ranks);
+  struct place *now = s->place;
+  meet(s, now, s->n);
+  for (int k = 1; k < size; ++k) {
+    const int64_t here = count[(me - k + 1 + size) % size], coming = count[(me - k + size) % size];
+    const struct kith_message out = {(me + 1) % size, now, (size_t)here * sizeof *now},
+                              in = {(me - 1 + size) % size, s->room[k % 2], (size_t)coming * sizeof *now};
+    KITH_TRY(kith_ranks_exchange(ranks, 1, &out, 1, &in));
+    now = s->room[k % 2];
+    meet(s, now, (kith_index)coming);
+  }
+  return KITH_OK;
+}
+
+/* *total: nodes of all ranks. */
+static kith_status search_all(struct search *s, uint64_t *total,
+                              void (*meet)(struct search *s, const struct place *other, kith_index n)) {
+  struct kith_ranks *ranks = s->m->nodes->ranks;
+  const int64_t mine = s->n;
+  char *counts = NULL;
+  KITH_TRY(kith_ranks_gather(ranks, &mine, sizeof mine, &counts, NULL));
+  const int64_t *count = (const int64_t *)counts;
+  size_t most = 0;
+  *total = 0;
+  for (int r = 0; r < kith_ranks_size(ranks); ++r)
+    *total += (uint64_t)count[r], most = KITH_MAX(most, (size_t)count[r]);
+  kith_status status = kith_ranks_allreduce_status(ranks, open_search(s, most));
+  if (status == KITH_OK) kith_ranks_max(ranks, &s->widest, 1);
+  if (status == KITH_OK) status = go_round(s, count, meet);
+  kith_free(&counts);
+  return status;
+}
+
+static void close_search(struct search *s) {
+  void *const owned[] = {&s->place, &s->nearest, &s->room[0], &s->room[1]};
+  for (int k = 0; k < 4; ++k) kith_free(owned[k]);
+}
+
+static void meet_nodes(struct search *s, const struct place *other, kith_index n) {
+  const struct place *p = s->place;
+  for (kith_index i = 0, first = 0; i < s->n; ++i) {
+    const double reach = s->least * s->widest;
+    while (first < n && other[first].x[0] < p[i].x[0] - reach) ++first;
+    for (kith_index j = first; j < n && other[j].x[0] - p[i].x[0] <= s->least * s->widest; ++j)
+      if (&other[j] != &p[i])
+        s->least = KITH_MIN(s->least,
+                            2 * sqrt(kith_distance2(p[i].x, other[j].x)) / (p[i].spacing + other[j].spacing));
+  }
 }
 
 static double separation(const struct kith_measured *m) {
-  const kith_index n = m->nodes->n;
-  struct place *p = n < 2 ? NULL : places_by_x(m);
-  double widest = 0, least = INFINITY;
-  if (p == NULL) return NAN;
-  for (kith_index i = 0; i < n; ++i) widest = KITH_MAX(widest, p[i].spacing);
-  for (kith_index i = 0; i < n; ++i)
-    for (kith_index j = i + 1; j < n && p[j].x[0] - p[i].x[0] <= least * widest; ++j)
-      least = KITH_MIN(least, 2 * sqrt(kith_distance2(p[i].x, p[j].x)) / (p[i].spacing + p[j].spacing));
-  kith_free(&p);
-  return least;
+  struct search s = {.m = m, .n = m->nodes->n, .least = INFINITY};
+  uint64_t total = 0;
+  const kith_status status = search_all(&s, &total, meet_nodes);
+  kith_ranks_min(m->nodes->ranks, &s.least, 1);
+  close_search(&s);
+  return status == KITH_OK && total > 1 ? s.least : NAN;
 }
 
-static double asymmetry(const struct kith_measured *m) {
-  const kith_index n = m->nodes->n;
-  struct place *p = NDIM == 1 || n == 0 ? NULL : places_by_x(m);
-  double farthest = 0, spacing = 0;
-  if (p == NULL) return NAN;
-  for (kith_index i = 0; i < n; ++i) {
-    struct place image = p[i];
-    image.x[0] = p[i].x[NDIM > 1], image.x[NDIM > 1] = p[i].x[0];
+static void meet_images(struct search *s, const struct place *other, kith_index n) {
+  for (kith_index i = 0; i < s->n; ++i) {
+    struct place image = s->place[i];
+    image.x[0] = s->place[i].x[NDIM > 1], image.x[NDIM > 1] = s->place[i].x[0];
     kith_index low = 0, high = n; /* the first one that is not left of the image; from there both ways */
     while (low < high) {
       const kith_index middle = low + (high - low) / 2;
-      if (p[middle].x[0] < image.x[0])
+      if (other[middle].x[0] < image.x[0])
         low = middle + 1;
       else
         high = middle;
     }
-    double nearest = INFINITY;
-    for (kith_index k = low; k < n && p[k].x[0] - image.x[0] < nearest; ++k)
-      nearest = KITH_MIN(nearest, sqrt(kith_distance2(p[k].x, image.x)));
-    for (kith_index k = low; k > 0 && image.x[0] - p[k - 1].x[0] < nearest; --k)
-      nearest = KITH_MIN(nearest, sqrt(kith_distance2(p[k - 1].x, image.x)));
-    farthest = KITH_MAX(farthest, nearest), spacing += p[i].spacing / n;
+    double *nearest = &s->nearest[i];
+    for (kith_index k = low; k < n && other[k].x[0] - image.x[0] < *nearest; ++k)
+      *nearest = KITH_MIN(*nearest, sqrt(kith_distance2(other[k].x, image.x)));
+    for (kith_index k = low; k > 0 && image.x[0] - other[k - 1].x[0] < *nearest; --k)
+      *nearest = KITH_MIN(*nearest, sqrt(kith_distance2(other[k - 1].x, image.x)));
   }
-  kith_free(&p);
-  return farthest / spacing;
+}
+
+static double asymmetry(const struct kith_measured *m) {
+  struct search s = {.m = m, .n = NDIM > 1 ? m->nodes->n : 0};
+  struct kith_sum sum = {0};
+  uint64_t total = 0;
+  double farthest = 0, spacings;
+  const kith_status status = search_all(&s, &total, meet_images);
+  for (kith_index i = 0; i < s.n && status == KITH_OK; ++i) {
+    farthest = KITH_MAX(farthest, s.nearest[i]);
+    kith_sum_add(&sum, s.place[i].spacing);
+  }
+  kith_ranks_max(m->nodes->ranks, &farthest, 1);
+  values_of(m, &sum, 1, &spacings);
+  close_search(&s);
+  return status == KITH_OK && total > 0 ? farthest / (spacings / (double)total) : NAN;
 }
 
 static double transmitted(const struct kith_measured *m) {
   const double middle = 0.5 * (m->domain.lower[0] + m->domain.upper[0]);
-  double heat = 0, area = 1;
+  struct kith_sum sum = {0};
+  double heat, area = 1;
   for (int a = 1; a < NDIM; ++a) area *= m->domain.upper[a] - m->domain.lower[a];
   for (kith_index i = 0; i < m->nodes->n; ++i)
-    if (m->nodes->position[(size_t)i * NDIM] > middle) heat += m->nodes->mass[i] * m->nodes->energy[i];
+    if (m->nodes->position[(size_t)i * NDIM] > middle)
+      kith_sum_add(&sum, m->nodes->mass[i] * m->nodes->energy[i]);
+  values_of(m, &sum, 1, &heat);
   return heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
 }
 
 static double shock_angle(const struct kith_measured *m) {
   enum { SECTORS = 180 };
   const double length = m->domain.upper[0] - m->domain.lower[0], degree = acos(-1.0) / 180;
-  double mass[SECTORS] = {0}, size[SECTORS] = {0}, least = INFINITY, most = 0, before = NAN;
+  struct kith_sum sums[2 * SECTORS]; /* masses, then volumes */
+  double value[2 * SECTORS], least = INFINITY, most = 0, before = NAN;
+  const double *mass = value, *size = value + SECTORS;
+  memset(sums, 0, sizeof sums);
   for (kith_index i = 0; NDIM > 1 && i < m->nodes->n; ++i) {
     const double x = m->nodes->position[(size_t)i * NDIM] - m->domain.lower[0],
                  y = m->nodes->position[(size_t)i * NDIM + (NDIM > 1)] - m->domain.lower[NDIM > 1],
                  r = sqrt(x * x + y * y), sector = 2 * atan2(y, x) / degree;
     if (!(r > 0.3 * length && r < 0.8 * length && sector >= 0 && sector < SECTORS)) continue;
-    mass[(int)sector] += m->nodes->mass[i], size[(int)sector] += volume(m, i);
+    kith_sum_add(&sums[(int)sector], m->nodes->mass[i]);
+    kith_sum_add(&sums[SECTORS + (int)sector], volume(m, i));
   }
+  values_of(m, sums, 2 * SECTORS, value);
   for (int k = 0; k < SECTORS; ++k)
     if (size[k] > 0) least = fmin(least, mass[k] / size[k]), most = fmax(most, mass[k] / size[k]);
   for (int k = 0, last = 0; k < SECTORS; ++k) {

@@ -25,7 +25,8 @@
  *                      domain along x from the corner; it is where they pass the middle of the largest and
  *                      the least, from x on. NaN in 1-D
  *
- * V = mass / density. Modes along y are NaN in 1-D. Serial: a few sweeps over the nodes. */
+ * V = mass / density. Modes along y are NaN in 1-D. A few sweeps over the nodes of this rank; for separation
+ * and asymmetry the nodes of all ranks go around, those of one rank at a time. */
 #ifndef KITH_VALIDATION_MEASURE_H
 #define KITH_VALIDATION_MEASURE_H
 
@@ -59,7 +60,7 @@ enum kith_measure {
 };
 extern const char *const kith_measure_names[KITH_N_MEASURES];
 
-/* NaN for what cannot be told. */
+/* NaN for what cannot be told. Collective: all ranks get what one process gets, to the last bit. */
 double kith_measure_take(enum kith_measure which, const struct kith_measured *m);
 
 #endif

@@ -3,9 +3,9 @@
 
 #include <math.h>
 #include <string.h>
+#include "lib/comm/sum.h"
 #include "lib/core/vec.h"
 
-enum { BLOCK = 1024 };   /* nodes per partial sum */
 enum { BINS = 1 << 16 }; /* half of them on each side of the exact shock */
 static const double peak_bin = 0.005;
 
@@ -57,27 +57,27 @@ static kith_status finite_nodes(const struct kith_profile_view *nodes) {
   for (size_t f = 0; f < sizeof field / sizeof field[0]; ++f)
     for (size_t i = 0; i < (size_t)nodes->n * field[f].components; ++i)
       if (!isfinite(field[f].value[i]) || (field[f].positive && field[f].value[i] <= 0))
-        KITH_FAIL(DIVERGED, "norms: node %zu has %s %g", i / field[f].components, field[f].name,
-                  field[f].value[i]);
+        KITH_FAIL(DIVERGED, "norms: node %lld has %s %g",
+                  nodes->id != NULL ? (long long)nodes->id[i / field[f].components]
+                                    : (long long)(i / field[f].components),
+                  field[f].name, field[f].value[i]);
   return KITH_OK;
 }
 
 enum { FIELDS = 5 }; /* density, velocity, pressure, energy, speed */
 
+enum { VOLUMES, FIRST, SECOND = FIRST + FIELDS, SUMS = SECOND + FIELDS }; /* V, V d, V d^2 */
+
 struct sums {
-  double volume;
-  kith_index nodes;
-  struct kith_norm field[FIELDS];
+  struct kith_sum sum[SUMS];
+  double linf[FIELDS];
+  uint64_t nodes;
 };
 
 static void add_sums(struct sums *s, const struct sums *more) {
-  s->volume += more->volume;
+  for (int k = 0; k < SUMS; ++k) kith_sum_join(&s->sum[k], &more->sum[k]);
+  for (int q = 0; q < FIELDS; ++q) s->linf[q] = KITH_MAX(s->linf[q], more->linf[q]);
   s->nodes += more->nodes;
-  for (int q = 0; q < FIELDS; ++q) {
-    s->field[q].l1 += more->field[q].l1;
-    s->field[q].l2 += more->field[q].l2;
-    s->field[q].linf = KITH_MAX(s->field[q].linf, more->field[q].linf);
-  }
 }
 
 static void add_node(struct sums *s, const struct measure *m, kith_index i) {
@@ -89,61 +89,105 @@ static void add_node(struct sums *s, const struct measure *m, kith_index i) {
                             sqrt(kith_distance2(velocity, exact.velocity)),
                             fabs(n->pressure[i] - exact.pressure), fabs(n->energy[i] - exact.energy),
                             fabs(speed(m, i, velocity) - speed(m, i, exact.velocity))};
-  struct sums own = {.volume = v, .nodes = 1};
-  for (int q = 0; q < FIELDS; ++q) own.field[q] = (struct kith_norm){v * d[q], v * d[q] * d[q], d[q]};
-  add_sums(s, &own);
-}
-
-static kith_status sum_blocks(const struct measure *m, struct sums *total) {
-  const kith_index n = m->nodes->n, blocks = n / BLOCK + (n % BLOCK > 0);
-  struct sums *part = NULL;
-  KITH_TRY(kith_resize(&part, 0, (size_t)blocks, sizeof *part));
-#pragma omp parallel for schedule(static)
-  for (kith_index b = 0; b < blocks; ++b)
-    for (kith_index i = b * BLOCK; i < n && i - b * BLOCK < BLOCK; ++i)
-      if (inside(m, i)) add_node(&part[b], m, i);
-  *total = (struct sums){0};
-  for (kith_index b = 0; b < blocks; ++b) add_sums(total, &part[b]);
-  kith_free(&part);
-  for (int q = 0; q < FIELDS && total->nodes > 0; ++q) {
-    total->field[q].l1 /= total->volume;
-    total->field[q].l2 = sqrt(total->field[q].l2 / total->volume);
+  kith_sum_add(&s->sum[VOLUMES], v);
+  for (int q = 0; q < FIELDS; ++q) {
+    kith_sum_add(&s->sum[FIRST + q], v * d[q]);
+    kith_sum_add(&s->sum[SECOND + q], v * d[q] * d[q]);
+    s->linf[q] = KITH_MAX(s->linf[q], d[q]);
   }
-  return KITH_OK;
+  ++s->nodes;
 }
 
-struct bin {
-  double mass, volume, moment, flow; /* sums of m, V, V times place, V times speed */
+/* norm[FIELDS], written; returns the number of nodes. */
+static uint64_t sum_nodes(const struct measure *m, struct kith_norm *norm) {
+  struct sums total = {0};
+#pragma omp parallel
+  {
+    struct sums own = {0};
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < m->nodes->n; ++i)
+      if (inside(m, i)) add_node(&own, m, i);
+#pragma omp critical(norms)
+    add_sums(&total, &own);
+  }
+  kith_sum_ranks(m->nodes->ranks, total.sum, SUMS);
+  kith_ranks_max(m->nodes->ranks, total.linf, FIELDS);
+  kith_ranks_sum_counts(m->nodes->ranks, &total.nodes, 1);
+  const double all = kith_sum_value(&total.sum[VOLUMES]);
+  for (int q = 0; q < FIELDS; ++q)
+    norm[q] = (struct kith_norm){kith_sum_value(&total.sum[FIRST + q]) / all,
+                                 sqrt(kith_sum_value(&total.sum[SECOND + q]) / all), total.linf[q]};
+  return total.nodes;
+}
+
+/* Sums of m, V, V times place, V times speed over the nodes of a bin. Integers have no order, and exact sums
+ * of 2^16 bins would take 150 MB: a term is rounded to a multiple of `unit`, of which a sum of all nodes has
+ * less than 2^63. */
+enum { MASS, VOLUME, MOMENT, FLOW, QUANTITIES };
+
+struct bins {
+  int64_t (*sum)[QUANTITIES]; /* [BINS], owned */
+  double unit[QUANTITIES];
 };
 
-static double bin_speed(const struct bin *b) {
-  return b->flow / b->volume;
+static double of_bin(const struct bins *bins, int k, int quantity) {
+  return (double)bins->sum[k][quantity] * bins->unit[quantity];
+}
+
+static double bin_place(const struct bins *bins, int k) {
+  return of_bin(bins, k, MOMENT) / of_bin(bins, k, VOLUME);
+}
+
+static double bin_speed(const struct bins *bins, int k) {
+  return of_bin(bins, k, FLOW) / of_bin(bins, k, VOLUME);
+}
+
+/* Returns the place of node i. */
+static double bin_terms(const struct measure *m, kith_index i, double *term) {
+  const double s = coordinate(m, i), v = volume(m, i);
+  term[MASS] = m->nodes->mass[i], term[VOLUME] = v, term[MOMENT] = v * s;
+  term[FLOW] = v * speed(m, i, &m->nodes->velocity[(size_t)i * NDIM]);
+  return s;
+}
+
+static void choose_units(struct bins *bins, const struct measure *m) {
+  double most[QUANTITIES] = {0}, term[QUANTITIES];
+  uint64_t nodes = (uint64_t)m->nodes->n;
+  for (kith_index i = 0; i < m->nodes->n; ++i) {
+    if (!inside(m, i)) continue;
+    bin_terms(m, i, term);
+    for (int q = 0; q < QUANTITIES; ++q) most[q] = KITH_MAX(most[q], fabs(term[q]));
+  }
+  kith_ranks_max(m->nodes->ranks, most, QUANTITIES);
+  kith_ranks_sum_counts(m->nodes->ranks, &nodes, 1);
+  for (int q = 0; q < QUANTITIES; ++q)
+    bins->unit[q] = most[q] > 0 ? ldexp(1, ilogb(most[q]) + ilogb((double)nodes) + 2 - 62) : 1;
 }
 
 /* BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies beyond. */
-static void fill_bins(struct bin *bin, const struct measure *m, double origin, double width) {
-  memset(bin, 0, BINS * sizeof *bin);
+static void fill_bins(struct bins *bins, const struct measure *m, double origin, double width) {
+  double term[QUANTITIES];
+  memset(bins->sum, 0, BINS * sizeof *bins->sum);
   for (kith_index i = 0; i < m->nodes->n; ++i) {
     if (!inside(m, i)) continue;
-    const double s = coordinate(m, i), v = volume(m, i);
-    const double k = floor((s - origin) / width) + BINS / 2;
-    struct bin *b = &bin[k < 0 ? 0 : k > BINS - 1 ? BINS - 1 : (int)k];
-    b->mass += m->nodes->mass[i];
-    b->volume += v;
-    b->moment += v * s;
-    b->flow += v * speed(m, i, &m->nodes->velocity[(size_t)i * NDIM]);
+    const double s = bin_terms(m, i, term), k = floor((s - origin) / width) + BINS / 2;
+    int64_t *sum = bins->sum[k < 0 ? 0 : k > BINS - 1 ? BINS - 1 : (int)k];
+    for (int q = 0; q < QUANTITIES; ++q) sum[q] += llrint(term[q] / bins->unit[q]);
   }
+  kith_ranks_sum_counts(m->nodes->ranks, (uint64_t *)bins->sum, BINS * QUANTITIES);
 }
 
 /* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. *mass: their mean. */
 static double spacing_near_shock(const struct measure *m, double distance, double *mass) {
-  double sum = 0, masses = 0;
-  kith_index count = 0;
+  struct kith_sum sum[2] = {{{0}, 0}}; /* volume, mass */
+  uint64_t count = 0;
   for (kith_index i = 0; i < m->nodes->n; ++i)
     if (inside(m, i) && fabs(coordinate(m, i) - m->shock) <= distance)
-      sum += volume(m, i), masses += m->nodes->mass[i], ++count;
-  *mass = count > 0 ? masses / count : *mass;
-  return count > 0 ? pow(sum / count, 1.0 / NDIM) : 0;
+      kith_sum_add(&sum[0], volume(m, i)), kith_sum_add(&sum[1], m->nodes->mass[i]), ++count;
+  kith_sum_ranks(m->nodes->ranks, sum, 2);
+  kith_ranks_sum_counts(m->nodes->ranks, &count, 1);
+  *mass = count > 0 ? kith_sum_value(&sum[1]) / (double)count : *mass;
+  return count > 0 ? pow(kith_sum_value(&sum[0]) / (double)count, 1.0 / NDIM) : 0;
 }
 
 /* Exact state beside the exact shock: its density, and its outward speed. */
@@ -158,49 +202,50 @@ static double density_beside(const struct measure *m, double offset, double *spe
 }
 
 /* Inwards, from the highest bin if out is 1, else from the lowest: where the speed rises through `level`. */
-static double crossing(const struct bin *bin, int out, double level) {
-  const struct bin *before = NULL;
-  for (int k = 0; k < BINS; ++k) {
-    const struct bin *b = &bin[out > 0 ? BINS - 1 - k : k];
-    if (b->volume <= 0) continue;
-    if (out * bin_speed(b) >= level) {
-      if (before == NULL) return 0; /* the window begins behind the shock */
-      const double s = (level - out * bin_speed(before)) / (out * (bin_speed(b) - bin_speed(before)));
-      const double place = before->moment / before->volume;
-      return place + s * (b->moment / b->volume - place);
+static double crossing(const struct bins *bins, int out, double level) {
+  int before = -1;
+  for (int n = 0; n < BINS; ++n) {
+    const int k = out > 0 ? BINS - 1 - n : n;
+    if (bins->sum[k][VOLUME] <= 0) continue;
+    if (out * bin_speed(bins, k) >= level) {
+      if (before < 0) return 0; /* the window begins behind the shock */
+      const double s =
+          (level - out * bin_speed(bins, before)) / (out * (bin_speed(bins, k) - bin_speed(bins, before)));
+      return bin_place(bins, before) + s * (bin_place(bins, k) - bin_place(bins, before));
     }
-    before = b;
+    before = k;
   }
   return 0;
 }
 
-static void find_shock(const struct measure *m, struct bin *bin, double width, double mass,
+static void find_shock(const struct measure *m, struct bins *bins, double width, double mass,
                        struct kith_norms *norms) {
-  fill_bins(bin, m, m->shock, width);
+  fill_bins(bins, m, m->shock, width);
   double below, above, peak = -INFINITY;
   const double low = density_beside(m, -1e-6 * width, &below), high = density_beside(m, 1e-6 * width, &above);
   const int out = high < low ? 1 : -1;
   const double ahead = out > 0 ? above : -below, behind = out > 0 ? below : -above;
   for (int k = 0; k < BINS; ++k)
-    if (bin[k].volume > 0) peak = KITH_MAX(peak, out * bin_speed(&bin[k]));
+    if (bins->sum[k][VOLUME] > 0) peak = KITH_MAX(peak, out * bin_speed(bins, k));
   const double level = (ahead + KITH_MIN(peak, behind)) / 2;
-  if (level > ahead) norms->shock_radius = crossing(bin, out, level);
+  if (level > ahead) norms->shock_radius = crossing(bins, out, level);
   if (norms->shock_radius != 0)
     norms->shock_offset =
         out * (norms->shock_radius - m->shock) / pow(mass / KITH_MIN(low, high), 1.0 / NDIM);
 }
 
-static void measure_peaks(const struct measure *m, struct bin *bin, double width, struct kith_norms *out) {
+static void measure_peaks(const struct measure *m, struct bins *bins, double width, struct kith_norms *out) {
   if (m->center == NULL) {
     for (kith_index i = 0; i < m->nodes->n; ++i)
       if (inside(m, i)) out->density_peak = KITH_MAX(out->density_peak, m->nodes->density[i]);
+    kith_ranks_max(m->nodes->ranks, &out->density_peak, 1);
     return;
   }
-  fill_bins(bin, m, 0, KITH_MAX(width, peak_bin));
+  fill_bins(bins, m, 0, KITH_MAX(width, peak_bin));
   for (int k = 0; k < BINS; ++k) {
-    if (bin[k].volume <= 0) continue;
-    out->density_peak = KITH_MAX(out->density_peak, bin[k].mass / bin[k].volume);
-    out->speed_peak = KITH_MAX(out->speed_peak, fabs(bin_speed(&bin[k])));
+    if (bins->sum[k][VOLUME] <= 0) continue;
+    out->density_peak = KITH_MAX(out->density_peak, of_bin(bins, k, MASS) / of_bin(bins, k, VOLUME));
+    out->speed_peak = KITH_MAX(out->speed_peak, fabs(bin_speed(bins, k)));
   }
 }
 
@@ -214,43 +259,46 @@ static double contact_pressure_error(const struct measure *m) {
     if (fabs(d) > 0.5 * fabs(wave) || !inside(m, i)) continue;
     worst = KITH_MAX(worst, fabs((m->nodes->pressure[i] - star.pressure) / star.pressure));
   }
+  kith_ranks_max(m->nodes->ranks, &worst, 1);
   return worst;
+}
+
+static struct kith_norms compare(const struct measure *m, struct bins *bins) {
+  static const struct kith_norm none = {NAN, NAN, NAN};
+  struct kith_norm norm[FIELDS];
+  const uint64_t count = sum_nodes(m, norm);
+  for (int q = 0; q < FIELDS && count == 0; ++q) norm[q] = none; /* nothing was compared */
+  struct kith_norms norms = {.density = norm[0],
+                             .velocity = norm[1],
+                             .pressure = norm[2],
+                             .energy = norm[3],
+                             .speed = norm[4],
+                             .vortex = m->ops->vortex,
+                             .nodes = (kith_index)count,
+                             .shock_exact = m->shock};
+  const double *inside = m->ops->radial ? m->window->r : m->window->x;
+  norms.shock_outside = m->shock != 0 && !(m->shock >= inside[0] && m->shock <= inside[1]);
+  if (count == 0) return norms;
+  double mass = 0;
+  const double mean = spacing_near_shock(m, INFINITY, &mass), near = spacing_near_shock(m, 4 * mean, &mass);
+  const double spacing = near > 0 ? near : mean;
+  choose_units(bins, m);
+  if (m->shock != 0) find_shock(m, bins, spacing, mass, &norms);
+  measure_peaks(m, bins, spacing, &norms);
+  if (m->ops->star != NULL) norms.contact_pressure_error = contact_pressure_error(m);
+  return norms;
 }
 
 kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_ops *ops, const void *solution,
                                double time, const struct kith_window *window,
                                const struct kith_profile_view *nodes) {
-  KITH_TRY(finite_nodes(nodes));
   const double shock = ops->shock == NULL ? 0 : ops->shock(solution, time);
-  const double *center = kith_exact_center(ops, solution);
-  const struct measure m = {ops, solution, time, shock, center, window, nodes};
-  struct sums sums;
-  KITH_TRY(sum_blocks(&m, &sums));
-  struct kith_norms norms = {.density = sums.field[0],
-                             .velocity = sums.field[1],
-                             .pressure = sums.field[2],
-                             .energy = sums.field[3],
-                             .speed = sums.field[4],
-                             .vortex = ops->vortex,
-                             .nodes = sums.nodes,
-                             .shock_exact = shock};
-  const double *inside = ops->radial ? window->r : window->x;
-  norms.shock_outside = shock != 0 && !(shock >= inside[0] && shock <= inside[1]);
-  if (sums.nodes > 0) {
-    double mass = 0;
-    const double mean = spacing_near_shock(&m, INFINITY, &mass),
-                 near = spacing_near_shock(&m, 4 * mean, &mass);
-    const double spacing = near > 0 ? near : mean;
-    struct bin *bin = NULL;
-    KITH_TRY(kith_resize(&bin, 0, BINS, sizeof *bin));
-    if (shock != 0) find_shock(&m, bin, spacing, mass, &norms);
-    measure_peaks(&m, bin, spacing, &norms);
-    if (ops->star != NULL) norms.contact_pressure_error = contact_pressure_error(&m);
-    kith_free(&bin);
-  } else { /* nothing was compared: no number passes for that */
-    static const struct kith_norm none = {NAN, NAN, NAN};
-    norms.density = norms.velocity = norms.pressure = norms.energy = norms.speed = none;
-  }
-  *out = norms;
-  return KITH_OK;
+  const struct measure m = {ops, solution, time, shock, kith_exact_center(ops, solution), window, nodes};
+  struct bins bins = {0};
+  kith_status status = finite_nodes(nodes);
+  if (status == KITH_OK) status = kith_resize(&bins.sum, 0, BINS, sizeof *bins.sum);
+  status = kith_ranks_allreduce_status(nodes->ranks, status);
+  if (status == KITH_OK) *out = compare(&m, &bins);
+  kith_free(&bins.sum);
+  return status;
 }

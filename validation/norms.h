@@ -45,14 +45,18 @@ struct kith_norms {
   bool vortex;       /* speed is azimuthal */
 };
 
-/* Views of node arrays of length n: position[n*NDIM], velocity[n*NDIM], the rest [n]. */
+/* Views of the node arrays of this rank, of length n: position[n*NDIM], velocity[n*NDIM], the rest [n]. */
 struct kith_profile_view {
   kith_index n;
   const double *position, *velocity, *mass, *density, *pressure, *energy;
+  const int64_t *id;        /* NULL: 0 .. n - 1 */
+  struct kith_ranks *ranks; /* which have the other nodes; NULL: there are none */
 };
 
-/* Cost: one state() per node, on all threads, and a few sweeps over the nodes of this process. DIVERGED, with
- * the node and the value, if a value is not finite or a density or mass not positive; *out is then unchanged.
+/* Collective: all ranks get the same, to the last bit what one process gets, since sums are exact, and those
+ * of bins are of whole multiples of 2^-62 of the largest that is possible. Cost: one state() per node, on all
+ * threads, and a few sweeps over the nodes of this rank. DIVERGED, with the node and the value, if a value is
+ * not finite or a density or mass not positive; *out is then unchanged.
  *
  * The measured shock. Nodes are binned by distance from the center (or along axis 0), bins one mean node
  * spacing wide: (mean V)^(1/NDIM) of the nodes within four mean spacings of the exact shock. A bin's speed is

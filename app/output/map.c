@@ -1,6 +1,8 @@
 /* map.c - every node adds to the pixels around it. */
 #include "app/output/map.h"
 
+#include "lib/comm/ranks.h"
+
 enum { LONG_SIDE = 480, MOST_PIXELS = 4096 };
 
 static double spacing(const struct kith_profile_view *nodes, kith_index i) {
@@ -17,6 +19,8 @@ struct kith_map kith_map_of(const struct kith_profile_view *nodes, int normal, d
       const double x = nodes->position[(size_t)i * NDIM + map.across[k]], half = 0.5 * spacing(nodes, i);
       if (isfinite(x) && isfinite(half)) lower = KITH_MIN(lower, x - half), upper = KITH_MAX(upper, x + half);
     }
+    kith_ranks_min(nodes->ranks, &lower, 1);
+    kith_ranks_max(nodes->ranks, &upper, 1);
     if (!(lower < upper)) lower = 0, upper = 1;
     map.lower[k] = lower, map.size[k] = upper - lower;
     longest = KITH_MAX(longest, upper - lower);
@@ -58,12 +62,13 @@ kith_status kith_map_draw(const struct kith_map *map, const struct kith_profile_
   const size_t n = (size_t)map->pixels[0] * (size_t)map->pixels[1];
   const double pixel = 0.75 * KITH_MAX(map->size[0], map->size[1]);
   double *sum = NULL;
-  KITH_TRY(kith_resize(&sum, 0, 2 * n, sizeof *sum));
+  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, kith_resize(&sum, 0, 2 * n, sizeof *sum)));
   for (kith_index i = 0; i < nodes->n; ++i) {
     const double s = spacing(nodes, i);
     if (isfinite(s))
       add(map, nodes->position + (size_t)i * NDIM, KITH_MAX(2 * s, pixel), pow(s, NDIM), of[i], sum);
   }
+  kith_ranks_sum(nodes->ranks, sum, (int)(2 * n));
   for (size_t k = 0; k < n; ++k) value[k] = sum[2 * k + 1] > 0 ? (float)(sum[2 * k] / sum[2 * k + 1]) : NAN;
   kith_free(&sum);
   return KITH_OK;

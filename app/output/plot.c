@@ -6,6 +6,7 @@
 #include <string.h>
 #include "app/output/figure.h"
 #include "app/output/map.h"
+#include "lib/comm/ranks.h"
 #include "lib/core/vec.h"
 
 enum { MOST_NODES = 20000, CURVE = 2000, BINS = 60 };
@@ -31,7 +32,19 @@ struct picture {
   bool tube; /* the nodes fill a box that is long in x alone */
   int n, columns;
   struct panel panel[KITH_PICTURE_PANELS];
+  int64_t total, before; /* nodes of all ranks, and of those before this one */
+  char *rows;            /* [n_rows][1 + panels] place and values of nodes that are shown; owned */
+  size_t n_rows;         /* of all ranks */
+  double mean[BINS][2 + KITH_PICTURE_PANELS]; /* sums of V, V times place, V times value */
+  struct kith_map plane;                      /* of maps */
+  float *pixels[KITH_PICTURE_PANELS];         /* owned */
 };
+
+/* Of all ranks. */
+static void join(const struct picture *f, struct range *r) {
+  kith_ranks_min(f->plot->nodes.ranks, &r->lower, 1);
+  kith_ranks_max(f->plot->nodes.ranks, &r->upper, 1);
+}
 
 static void include(struct range *r, double value) {
   if (!isfinite(value)) return;
@@ -93,7 +106,7 @@ static void add_panel(struct picture *f, enum kith_picture_field field, bool err
   f->panel[f->n++] = (struct panel){field, error, map, NO_RANGE, NO_RANGE};
 }
 
-/* Does the exact solution vary across x, so that no curve over x shows it? By 200 of the nodes. */
+/* Does the exact solution vary across x, so that no curve over x shows it? By 200 nodes of each rank. */
 static bool varies_across(const struct picture *f) {
   const struct kith_plot *p = f->plot;
   const kith_index n = p->nodes.n, asked = KITH_MIN(n, (kith_index)200);
@@ -106,7 +119,7 @@ static bool varies_across(const struct picture *f) {
     varies = varies || fabs(here.density - beside.density) > 1e-9 * fabs(here.density) ||
              fabs(here.pressure - beside.pressure) > 1e-9 * fabs(here.pressure);
   }
-  return varies;
+  return kith_ranks_any(p->nodes.ranks, varies);
 }
 
 /* Chosen ones; else four curves; without an exact solution a map of the density, but of a tube; or, about the
@@ -141,6 +154,7 @@ static void choose_places(struct picture *f) {
   for (int a = 0; a < NDIM; ++a) {
     box[a] = NO_RANGE;
     for (kith_index i = 0; i < p->nodes.n; ++i) include(&box[a], p->nodes.position[(size_t)i * NDIM + a]);
+    join(f, &box[a]);
     f->middle[a] = 0.5 * (box[a].lower + box[a].upper);
     wide = KITH_MAX(wide, a > 0 ? box[a].upper - box[a].lower : 0);
   }
@@ -149,6 +163,7 @@ static void choose_places(struct picture *f) {
   if (p->picture->kind == KITH_PICTURE_RADIAL && f->center == NULL) f->center = f->middle;
   if (p->picture->kind == KITH_PICTURE_PROFILE) f->center = NULL;
   for (kith_index i = 0; i < p->nodes.n; ++i) include(&f->place, place_of(f, i));
+  join(f, &f->place);
   if (!(f->place.lower < f->place.upper)) { /* no node, or all at one place */
     const double middle = isfinite(f->place.lower) ? f->place.lower : 0;
     f->place = (struct range){middle - 0.5, middle + 0.5};
@@ -159,6 +174,92 @@ static void choose_places(struct picture *f) {
     f->place.lower = 0;
     if (shock > 0) f->place.upper = KITH_MIN(f->place.upper, 1.6 * shock);
   }
+}
+
+/* ---- what the nodes of all ranks give ---- */
+
+static kith_status count_nodes(struct picture *f) {
+  const struct kith_profile_view *nodes = &f->plot->nodes;
+  const int64_t mine = nodes->n;
+  char *counts = NULL;
+  KITH_TRY(kith_ranks_gather(nodes->ranks, &mine, sizeof mine, &counts, NULL));
+  for (int r = 0; r < kith_ranks_size(nodes->ranks); ++r) {
+    if (r < kith_ranks_rank(nodes->ranks)) f->before += ((const int64_t *)counts)[r];
+    f->total += ((const int64_t *)counts)[r];
+  }
+  kith_free(&counts);
+  return KITH_OK;
+}
+
+/* At most MOST_NODES, of each rank according to its number. */
+static kith_status collect_nodes(struct picture *f) {
+  const struct kith_profile_view *nodes = &f->plot->nodes;
+  const int64_t most = KITH_MIN(f->total, (int64_t)MOST_NODES), all = KITH_MAX(f->total, 1);
+  const kith_index shown = (kith_index)((f->before + nodes->n) * most / all - f->before * most / all);
+  const size_t columns = (size_t)f->n + 1;
+  size_t bytes = (size_t)shown * columns * sizeof(double);
+  double *mine = NULL;
+  const kith_status status = kith_resize(&mine, 0, (size_t)shown * columns, sizeof *mine);
+  for (kith_index k = 0; k < shown && status == KITH_OK; ++k) {
+    const kith_index i = picked(nodes->n, shown, k);
+    double *row = mine + (size_t)k * columns;
+    row[0] = place_of(f, i);
+    for (int j = 0; j < f->n; ++j) row[1 + j] = f->panel[j].map ? 0 : value_of(f, &f->panel[j], i);
+  }
+  kith_status agreed = kith_ranks_allreduce_status(nodes->ranks, status);
+  if (agreed == KITH_OK) agreed = kith_ranks_gather(nodes->ranks, mine, bytes, &f->rows, NULL);
+  f->n_rows = (size_t)most;
+  kith_free(&mine);
+  return agreed;
+}
+
+static void collect_means(struct picture *f) {
+  const struct kith_profile_view *nodes = &f->plot->nodes;
+  for (kith_index i = 0; i < nodes->n && NDIM > 1; ++i) {
+    const double place = place_of(f, i), volume = nodes->mass[i] / nodes->density[i],
+                 part = (place - f->place.lower) / (f->place.upper - f->place.lower);
+    if (!(part >= 0 && part <= 1 && isfinite(volume))) continue;
+    double *bin = f->mean[KITH_MIN((int)(part * BINS), BINS - 1)];
+    bin[0] += volume, bin[1] += volume * place;
+    for (int j = 0; j < f->n; ++j)
+      if (!f->panel[j].map) bin[2 + j] += volume * value_of(f, &f->panel[j], i);
+  }
+  kith_ranks_sum(nodes->ranks, f->mean[0], BINS * (2 + KITH_PICTURE_PANELS));
+}
+
+static void choose_plane(struct picture *f) {
+  const struct kith_picture *wanted = f->plot->picture;
+  int normal = 2;
+  double at = NDIM == 3 ? f->middle[NDIM - 1] : NAN;
+  for (int a = 0; a < NDIM; ++a)
+    if (isfinite(wanted->plane[a])) normal = a, at = wanted->plane[a];
+  f->plane = kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);
+}
+
+static kith_status collect_pixels(struct picture *f, int k) {
+  const struct kith_profile_view *nodes = &f->plot->nodes;
+  double *of = NULL;
+  kith_status status = kith_resize(&of, 0, (size_t)nodes->n + 1, sizeof *of);
+  if (status == KITH_OK)
+    status = kith_resize(&f->pixels[k], 0, (size_t)f->plane.pixels[0] * (size_t)f->plane.pixels[1],
+                         sizeof *f->pixels[k]);
+  for (kith_index i = 0; i < nodes->n && status == KITH_OK; ++i) of[i] = value_of(f, &f->panel[k], i);
+  status = kith_ranks_allreduce_status(nodes->ranks, status);
+  if (status == KITH_OK) status = kith_map_draw(&f->plane, nodes, of, f->pixels[k]);
+  kith_free(&of);
+  return status;
+}
+
+static kith_status collect(struct picture *f) {
+  KITH_TRY(count_nodes(f));
+  choose_places(f);
+  choose_panels(f);
+  KITH_TRY(collect_nodes(f));
+  collect_means(f);
+  choose_plane(f);
+  for (int k = 0; k < f->n; ++k)
+    if (f->panel[k].map) KITH_TRY(collect_pixels(f, k));
+  return KITH_OK;
 }
 
 /* ---- data of curves ---- */
@@ -182,18 +283,16 @@ static kith_status open_data(struct kith_atomic_file **out, const struct picture
 }
 
 static kith_status write_nodes(struct picture *f, const char *directory) {
+  const size_t columns = (size_t)f->n + 1;
   struct kith_atomic_file *file;
-  const kith_index n = f->plot->nodes.n, shown = KITH_MIN(n, (kith_index)MOST_NODES);
   KITH_TRY(open_data(&file, f, directory, "profile.dat"));
-  for (kith_index k = 0; k < shown; ++k) {
-    const kith_index i = picked(n, shown, k);
-    const double place = place_of(f, i);
-    fprintf(file->stream, "%.8g", place);
+  for (size_t k = 0; k < f->n_rows; ++k) {
+    const double *row = (const double *)f->rows + k * columns;
+    fprintf(file->stream, "%.8g", row[0]);
     for (int j = 0; j < f->n; ++j) {
       if (f->panel[j].map) continue;
-      const double value = value_of(f, &f->panel[j], i);
-      fprintf(file->stream, " %.8g", value);
-      if (place <= f->place.upper) include(&f->panel[j].nodes, value);
+      fprintf(file->stream, " %.8g", row[1 + j]);
+      if (row[0] <= f->place.upper) include(&f->panel[j].nodes, row[1 + j]);
     }
     fputc('\n', file->stream);
   }
@@ -201,24 +300,14 @@ static kith_status write_nodes(struct picture *f, const char *directory) {
 }
 
 static kith_status write_means(const struct picture *f, const char *directory) {
-  const struct kith_profile_view *nodes = &f->plot->nodes;
-  double sum[BINS][2 + KITH_PICTURE_PANELS] = {{0}};
   struct kith_atomic_file *file;
-  for (kith_index i = 0; i < nodes->n && NDIM > 1; ++i) {
-    const double place = place_of(f, i), volume = nodes->mass[i] / nodes->density[i],
-                 part = (place - f->place.lower) / (f->place.upper - f->place.lower);
-    if (!(part >= 0 && part <= 1 && isfinite(volume))) continue;
-    double *bin = sum[KITH_MIN((int)(part * BINS), BINS - 1)];
-    bin[0] += volume, bin[1] += volume * place;
-    for (int j = 0; j < f->n; ++j)
-      if (!f->panel[j].map) bin[2 + j] += volume * value_of(f, &f->panel[j], i);
-  }
   KITH_TRY(open_data(&file, f, directory, "mean.dat"));
   for (int b = 0; b < BINS; ++b) {
-    if (!(sum[b][0] > 0)) continue;
-    fprintf(file->stream, "%.8g", sum[b][1] / sum[b][0]);
+    const double *bin = f->mean[b];
+    if (!(bin[0] > 0)) continue;
+    fprintf(file->stream, "%.8g", bin[1] / bin[0]);
     for (int j = 0; j < f->n; ++j)
-      if (!f->panel[j].map) fprintf(file->stream, " %.8g", sum[b][2 + j] / sum[b][0]);
+      if (!f->panel[j].map) fprintf(file->stream, " %.8g", bin[2 + j] / bin[0]);
     fputc('\n', file->stream);
   }
   return kith_atomic_file_commit(&file, false);
@@ -311,7 +400,7 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
                            panel->nodes.upper > 1e4 * panel->nodes.lower,
              vortex = p->exact != NULL && p->exact->vortex;
   const struct range y = widest(panel, logarithmic);
-  const char *size = p->nodes.n > 4000 ? "0.2" : NDIM > 1 ? "0.35" : "0.5";
+  const char *size = f->total > 4000 ? "0.2" : NDIM > 1 ? "0.35" : "0.5";
   char title[96], label[80];
   put_title(title, f, panel);
   snprintf(label, sizeof label, "%s%s (code units)", panel->error ? "error of the " : "",
@@ -333,38 +422,16 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
   fputc('\n', g->file->stream);
 }
 
-/* What the picture's maps show. */
-static struct kith_map map_of(const struct picture *f) {
-  const struct kith_picture *wanted = f->plot->picture;
-  int normal = 2;
-  double at = NDIM == 3 ? f->middle[NDIM - 1] : NAN;
-  for (int a = 0; a < NDIM; ++a)
-    if (isfinite(wanted->plane[a])) normal = a, at = wanted->plane[a];
-  return kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);
-}
-
-static kith_status write_pixels(const struct picture *f, const struct panel *panel, const char *directory,
-                                const char *name, const struct kith_map *map, struct range *shown) {
-  const struct kith_profile_view *nodes = &f->plot->nodes;
-  const size_t n = (size_t)map->pixels[0] * (size_t)map->pixels[1];
+static kith_status write_pixels(const struct picture *f, int k, const char *directory, const char *name,
+                                struct range *shown) {
+  const size_t n = (size_t)f->plane.pixels[0] * (size_t)f->plane.pixels[1];
   char path[KITH_PATH + 80];
   struct kith_atomic_file *file;
-  double *of = NULL;
-  float *value = NULL;
-  kith_status status = kith_resize(&of, 0, (size_t)nodes->n + 1, sizeof *of);
-  if (status == KITH_OK) status = kith_resize(&value, 0, n, sizeof *value);
-  for (kith_index i = 0; i < nodes->n && status == KITH_OK; ++i) of[i] = value_of(f, panel, i);
-  if (status == KITH_OK) status = kith_map_draw(map, nodes, of, value);
   snprintf(path, sizeof path, "%.*s/%s", KITH_PATH, directory, name);
-  if (status == KITH_OK) status = kith_atomic_file_open(&file, path);
-  if (status == KITH_OK) {
-    for (size_t k = 0; k < n; ++k) include(shown, value[k]);
-    fwrite(value, sizeof *value, n, file->stream); /* a short write fails at commit */
-    status = kith_atomic_file_commit(&file, false);
-  }
-  kith_free(&of);
-  kith_free(&value);
-  return status;
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  for (size_t p = 0; p < n; ++p) include(shown, f->pixels[k][p]);
+  fwrite(f->pixels[k], sizeof *f->pixels[k], n, file->stream); /* a short write fails at commit */
+  return kith_atomic_file_commit(&file, false);
 }
 
 /* Errors and components from blue through white to red; else a palette whose lightness grows. */
@@ -378,12 +445,12 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
   const bool signed_values = panel->error || panel->field >= KITH_PICTURE_VELOCITY_X;
   struct range colors = NO_RANGE;
   char name[64], title[96], labels[2][32];
-  const struct kith_map map = map_of(f);
+  const struct kith_map map = f->plane;
   struct range side[2];
   for (int a = 0; a < 2; ++a)
     side[a] = (struct range){map.lower[a], map.lower[a] + map.pixels[a] * map.size[a]};
   snprintf(name, sizeof name, "%smap_%d.bin", f->prefix, k + 1);
-  KITH_TRY(write_pixels(f, panel, directory, name, &map, &colors));
+  KITH_TRY(write_pixels(f, k, directory, name, &colors));
   if (signed_values)
     colors.upper = KITH_MAX(fabs(colors.lower), fabs(colors.upper)), colors.lower = -colors.upper;
   if (k == 0 && isfinite(wanted->range[0])) colors = (struct range){wanted->range[0], wanted->range[1]};
@@ -420,8 +487,8 @@ static struct kith_figure_layout layout_of(const struct picture *f, bool curves)
       .rows = (f->n + f->columns - 1) / f->columns, .columns = f->columns, .width = 500, .height = 440};
   if (curves) l.legend = 34;
   if (f->n > 1 || curves) return l;
-  const struct kith_map map = map_of(f);
-  l.width = 760, l.height = KITH_MAX(260, KITH_MIN(130 + 560 * map.pixels[1] / map.pixels[0], 1200));
+  const int *pixels = f->plane.pixels;
+  l.width = 760, l.height = KITH_MAX(260, KITH_MIN(130 + 560 * pixels[1] / pixels[0], 1200));
   return l;
 }
 
@@ -433,37 +500,44 @@ static void draw_legend(struct kith_figure *g, const struct picture *f) {
   kith_figure_legend(g, entries);
 }
 
-kith_status kith_plot_write(const struct kith_plot *plot, const char *directory) {
-  struct picture f = {.plot = plot};
+static kith_status draw(struct picture *f, const char *directory) {
+  const struct kith_plot *plot = f->plot;
   struct kith_figure figure;
   char title[256];
   kith_status status = KITH_OK;
-  if (strlen(directory) >= KITH_PATH) KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
-  if (plot->frame != NULL) snprintf(f.prefix, sizeof f.prefix, "%.40s_", plot->frame);
-  choose_places(&f);
-  choose_panels(&f);
   int used = snprintf(title, sizeof title, "%.150s    %d-D,  t = %.4g,  %lld nodes", plot->scene, NDIM,
-                      plot->time, (long long)plot->nodes.n);
+                      plot->time, (long long)f->total);
   if (plot->resolution > 0)
     snprintf(title + used, sizeof title - (size_t)used, ",  resolution %.4g", plot->resolution);
   bool curves = false;
-  for (int k = 0; k < f.n; ++k) curves = curves || !f.panel[k].map;
+  for (int k = 0; k < f->n; ++k) curves = curves || !f->panel[k].map;
   if (curves) {
-    KITH_TRY(write_nodes(&f, directory));
-    KITH_TRY(write_means(&f, directory));
-    KITH_TRY(write_curve(&f, directory));
+    KITH_TRY(write_nodes(f, directory));
+    KITH_TRY(write_means(f, directory));
+    KITH_TRY(write_curve(f, directory));
   }
-  const struct kith_figure_layout layout = layout_of(&f, curves);
+  const struct kith_figure_layout layout = layout_of(f, curves);
   KITH_TRY(kith_figure_open(&figure, directory, plot->frame != NULL ? plot->frame : "plot", title, &layout));
   figure.png_only = plot->frame != NULL;
-  for (int k = 0, column = 1; k < f.n && status == KITH_OK; ++k) {
-    if (f.panel[k].map)
-      status = draw_map(&figure, &f, k, directory);
+  for (int k = 0, column = 1; k < f->n && status == KITH_OK; ++k) {
+    if (f->panel[k].map)
+      status = draw_map(&figure, f, k, directory);
     else
-      draw_curve(&figure, &f, &f.panel[k], ++column);
+      draw_curve(&figure, f, &f->panel[k], ++column);
   }
   if (status != KITH_OK) kith_atomic_file_abandon(&figure.file);
   KITH_TRY(status);
-  if (curves) draw_legend(&figure, &f);
+  if (curves) draw_legend(&figure, f);
   return kith_figure_close(&figure);
+}
+
+kith_status kith_plot_write(const struct kith_plot *plot, const char *directory) {
+  struct picture f = {.plot = plot};
+  if (strlen(directory) >= KITH_PATH) KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
+  if (plot->frame != NULL) snprintf(f.prefix, sizeof f.prefix, "%.40s_", plot->frame);
+  kith_status status = collect(&f);
+  if (status == KITH_OK && kith_ranks_rank(plot->nodes.ranks) == 0) status = draw(&f, directory);
+  kith_free(&f.rows);
+  for (int k = 0; k < f.n; ++k) kith_free(&f.pixels[k]);
+  return status;
 }

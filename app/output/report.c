@@ -4,6 +4,7 @@
 #include <math.h>
 #include <omp.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 #include "app/output/output.h"
@@ -186,6 +187,8 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   const struct kith_ledger *l = &m->integrator.ledger;
   const struct kith_decomposition none = {0}, *d = m->decomposition != NULL ? m->decomposition : &none;
   struct kith_ledger_boundary remote = {0};
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
   const double steps = fmax((double)n_steps, 1),
                ghosts = kith_nodes_count(m->nodes) - kith_nodes_first_remote(m->nodes);
   if (d != &none) remote = l->boundary[m->boundaries.n - 1]; /* it comes last */
@@ -195,6 +198,7 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   } of_a_rank[] = {{"nodes", m->nodes->n_internal},
                    {"row_entries", (double)l->last_row_entries},
                    {"remote_ghosts", ghosts},
+                   {"peak_memory_bytes", 1024.0 * (double)usage.ru_maxrss},
                    {"messages_per_step", (double)(now.messages - before->messages) / steps},
                    {"bytes_per_step", (double)(now.bytes - before->bytes) / steps}};
   json_t *detail = r->ranks_detail = json_object();

@@ -34,8 +34,8 @@ struct run {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  void *exact;              /* solution; NULL: the scene has none */
-  struct kith_nodes *whole; /* of all ranks, on rank 0; NULL: not gathered, or this is the only one */
+  void *exact;            /* solution; NULL: the scene has none */
+  struct kith_nodes *gas; /* of this rank; NULL: there is nothing else */
   struct kith_output output;
   struct kith_growth growth;
   struct kith_conservation_baseline baseline;
@@ -135,14 +135,21 @@ static kith_status prepare(struct run *run) {
   return KITH_OK;
 }
 
-/* ---- comparison: norms and measures of all nodes, on rank 0 ---- */
+/* ---- comparison: norms, measures and pictures, to which each rank adds its nodes ---- */
 
 /* Fields have their names from kith_hydro_init. */
 static struct kith_profile_view view_of(const struct run *run) {
-  const struct kith_nodes *nodes = run->whole != NULL ? run->whole : run->simulation->nodes;
+  const struct kith_nodes *nodes = run->gas != NULL ? run->gas : run->simulation->nodes;
 #define VALUES(name) kith_nodes_field_named(nodes, name)->f64
-  return (struct kith_profile_view){nodes->n_internal, VALUES("position"), VALUES("velocity"), VALUES("mass"),
-                                    VALUES("density"), VALUES("pressure"), VALUES("energy")};
+  return (struct kith_profile_view){.n = nodes->n_internal,
+                                    .position = VALUES("position"),
+                                    .velocity = VALUES("velocity"),
+                                    .mass = VALUES("mass"),
+                                    .density = VALUES("density"),
+                                    .pressure = VALUES("pressure"),
+                                    .energy = VALUES("energy"),
+                                    .id = nodes->id->i64,
+                                    .ranks = run->ranks};
 #undef VALUES
 }
 
@@ -169,21 +176,23 @@ static void measure(const struct run *run, const double *start, double *value) {
     if (run->scene->measure.wanted[k]) value[k] = take(run, (enum kith_measure)k, start);
 }
 
-/* All gas, on rank 0. */
-static kith_status gather(struct run *run) {
-  const struct kith_nodes *nodes = run->simulation->nodes;
-  if (run->ranks == NULL && nodes->flag == NULL) return KITH_OK;
-  KITH_TRY(kith_nodes_by_id(nodes, 1, &run->whole));
-  const struct kith_field *flag = kith_nodes_field_named(run->whole, "flag");
-  return flag != NULL ? kith_nodes_delete(run->whole, flag->u8) : KITH_OK;
+static kith_status copy_gas(struct run *run) {
+  KITH_TRY(kith_nodes_copy(&run->gas, run->simulation->nodes, false));
+  return kith_nodes_delete(run->gas, kith_nodes_field_named(run->gas, "flag")->u8);
+}
+
+/* All that is compared: what is behind the faces of inflows is not. */
+static kith_status choose_gas(struct run *run) {
+  if (run->simulation->nodes->flag == NULL) return KITH_OK;
+  return kith_ranks_allreduce_status(run->ranks, copy_gas(run));
 }
 
 /* What measures are compared with at the end. */
 static kith_status measure_start(struct run *run) {
   if (!measures(run->scene)) return KITH_OK;
-  KITH_TRY(gather(run));
-  if (speaks(run)) measure(run, NULL, run->baseline.measure);
-  kith_nodes_destroy(&run->whole);
+  KITH_TRY(choose_gas(run));
+  measure(run, NULL, run->baseline.measure);
+  kith_nodes_destroy(&run->gas);
   return KITH_OK;
 }
 
@@ -191,9 +200,9 @@ static kith_status measure_start(struct run *run) {
 static kith_status sample_growth(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   if (!kith_growth_due(&run->growth, it->time)) return KITH_OK;
-  KITH_TRY(gather(run));
-  const double amplitude = speaks(run) ? take(run, run->growth.measure, NULL) : 0;
-  kith_nodes_destroy(&run->whole);
+  KITH_TRY(choose_gas(run));
+  const double amplitude = take(run, run->growth.measure, NULL);
+  kith_nodes_destroy(&run->gas);
   return kith_ranks_allreduce_status(run->ranks,
                                      kith_growth_add(&run->growth, it->step, it->time, amplitude));
 }
@@ -209,7 +218,7 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
                                  .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
                                  .solution = run->exact,
                                  .norms = norms};
-  if (kith_plot_write(&plot, run->output.directory) != KITH_OK)
+  if (kith_plot_write(&plot, run->output.directory) != KITH_OK && speaks(run))
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
 }
 
@@ -219,9 +228,9 @@ static kith_status write_snapshot(struct run *run) {
   snprintf(name, sizeof name, "frame_%04d", run->output.n_snapshots);
   KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
   if (!run->scene->output.plot || !run->scene->output.picture.frames) return KITH_OK;
-  KITH_TRY(gather(run));
-  if (speaks(run)) draw(run, name, NULL);
-  kith_nodes_destroy(&run->whole);
+  KITH_TRY(choose_gas(run));
+  draw(run, name, NULL);
+  kith_nodes_destroy(&run->gas);
   return KITH_OK;
 }
 
@@ -345,7 +354,7 @@ static kith_status write_state(struct run *run) {
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(write_snapshot(run));
   const bool compared = run->exact != NULL || run->scene->output.plot || measures(run->scene);
-  return compared ? gather(run) : KITH_OK;
+  return compared ? choose_gas(run) : KITH_OK;
 }
 
 static kith_status compare(const struct run *run, struct kith_report *report) {
@@ -375,11 +384,10 @@ static kith_status finish(struct run *run) {
                       kith_seconds() - run->started, cpu_seconds() - run->cpu_started);
   KITH_STAGE(status, run->profile, "output", write_state(run));
   KITH_TRY(status);
-  KITH_STAGE(status, run->profile, "comparison",
-             kith_ranks_allreduce_status(run->ranks, first ? compare(run, report) : KITH_OK));
+  KITH_STAGE(status, run->profile, "comparison", compare(run, report));
   KITH_TRY(status);
   kith_profile_begin(run->profile, "pictures");
-  if (run->scene->output.plot && first) draw(run, NULL, report->compared ? &report->norms : NULL);
+  if (run->scene->output.plot) draw(run, NULL, report->compared ? &report->norms : NULL);
   if (run->scene->output.plot && first && run->growth.scene != NULL &&
       kith_growth_draw(&run->growth, run->output.directory, run->baseline.measure[run->growth.measure]) !=
           KITH_OK)
@@ -474,7 +482,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
   kith_report_clear(&run.report);
   kith_free(&run.provenance.command);
   kith_free(&run.exact);
-  kith_nodes_destroy(&run.whole);
+  kith_nodes_destroy(&run.gas);
   kith_simulation_destroy(&run.simulation);
   kith_profile_destroy(&run.profile);
   kith_scene_destroy(&run.scene);

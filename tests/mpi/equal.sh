@@ -1,7 +1,8 @@
 #!/bin/sh
 # equal.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY TOLERANCE RANKS SETTING...: a scene on one process and on
 # each number of RANKS (in quotes). The last snapshots agree, by id, within the tolerance ("bytes": to the
-# last byte, so do probes and contacts), and energy is conserved where it is compatible.
+# last byte, so do the first ones, norms, measures, probes and contacts), and energy is conserved where it is
+# compatible.
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5 tolerance=$6 counts=$7
 shift 7
 words=
@@ -19,7 +20,10 @@ for n in $counts; do
   run "$out/$n" $mpirun -n "$n" "$program"
   last=$(ls "$out/$n"/snapshot_*.hdf | tail -1)
   "$compare" "$out/1/${last##*/}" "$last" "$tolerance" || { echo "$n ranks differ from one process"; exit 1; }
-  for file in probes.h5 contacts.csv; do
+  for k in 1 "$n"; do
+    sed -n '/^  "norms": {$/,/^  }/p;/^  "measures": {$/,/^  }/p' "$out/$k/report.json" > "$out/$k/compared"
+  done
+  for file in snapshot_0000.hdf compared probes.h5 contacts.csv; do
     [ "$tolerance" = bytes ] && [ -f "$out/1/$file" ] || continue
     cmp "$out/1/$file" "$out/$n/$file" || { echo "$n ranks: $file differs from one process"; exit 1; }
   done

@@ -15,7 +15,8 @@ struct cloud {
 static void lattice(struct cloud *c) {
   memset(c, 0, sizeof *c);
   const int n = NDIM == 1 ? SIDE : NDIM == 2 ? SIDE * SIDE : SIDE * SIDE * SIDE;
-  c->view = (struct kith_profile_view){n, c->position, c->velocity, c->mass, c->density, c->other, c->other};
+  c->view = (struct kith_profile_view){n,        c->position, c->velocity, c->mass, c->density,
+                                       c->other, c->other,    NULL,        NULL};
   c->m = (struct kith_measured){.nodes = &c->view, .time = 2};
   for (int a = 0; a < NDIM; ++a) c->m.domain.lower[a] = 3 + a, c->m.domain.upper[a] = 4 + a;
   for (int i = 0; i < n; ++i) {

@@ -22,8 +22,8 @@ static void cloud_init(struct cloud *c, kith_index n) {
   CHECK_OK(kith_resize(&c->density, 0, count, sizeof(double)));
   CHECK_OK(kith_resize(&c->pressure, 0, count, sizeof(double)));
   CHECK_OK(kith_resize(&c->energy, 0, count, sizeof(double)));
-  c->view =
-      (struct kith_profile_view){n, c->position, c->velocity, c->mass, c->density, c->pressure, c->energy};
+  c->view = (struct kith_profile_view){n,           c->position, c->velocity, c->mass, c->density,
+                                       c->pressure, c->energy,   NULL,        NULL};
 }
 
 static void cloud_clear(struct cloud *c) {

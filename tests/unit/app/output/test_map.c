@@ -23,7 +23,7 @@ static struct kith_profile_view lattice(double end) {
     volume[n] = pow(SIDE, -NDIM), one[n] = 1;
     n += x[0] < end;
   }
-  return (struct kith_profile_view){n, position, NULL, volume, one, NULL, NULL};
+  return (struct kith_profile_view){n, position, NULL, volume, one, NULL, NULL, NULL, NULL};
 }
 
 /* The largest distance of pixels, but for those within `edge` of the bounds, from c + x c0 + y c1. */

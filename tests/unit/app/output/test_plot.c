@@ -88,7 +88,7 @@ static struct kith_plot sample(kith_index n, const struct kith_exact_ops *exact)
                             .resolution = 10,
                             .exact = exact,
                             .solution = &solution,
-                            .nodes = {n, position, velocity, scalar, scalar, scalar, scalar}};
+                            .nodes = {n, position, velocity, scalar, scalar, scalar, scalar, NULL, NULL}};
 }
 
 static void contents(void) {
