@@ -246,10 +246,11 @@ static kith_status spacetree_update(struct kith_search *search) {
   KITH_TRY(kith_reserve(&tree->id, &tree->ids_capacity, internal + 1, sizeof *tree->id));
   const bool same = !choose_frame(search) && tree->n_ids == search->n_internal && internal > 0 &&
                     memcmp(tree->id, search->nodes->id->i64, bytes) == 0;
+  tree->n_ids = -1; /* until all is sorted */
   const bool sorted = same && sort_moved(search);
   KITH_TRY(sort_all(search, sorted ? search->n_internal : 0));
   search->count[SORTS] += !sorted;
-  if (!same && internal > 0) memcpy(tree->id, search->nodes->id->i64, bytes);
+  if (internal > 0) memcpy(tree->id, search->nodes->id->i64, bytes);
   tree->n_ids = search->n_internal;
   return finish(search);
 }
