@@ -9,9 +9,16 @@
 #include "lib/connectivity/list.h"
 #include "lib/core/random.h"
 
-/* Spacings s |xi|^(p - 1) around the center: largest over smallest support `ratio`, up to the corners. */
-static void place_node(struct kith_nodes *nodes, kith_index i, kith_index side, double ratio) {
-  const double s = 2.0 / side, power = log(ratio) / log(side), support = NDIM == 3 ? 2.43 : 4;
+/* Largest over smallest support; mixed: large ones here and there, one in a thousand. */
+struct cloud {
+  double ratio;
+  bool mixed;
+};
+
+/* Spacings s |xi|^(p - 1) around the center if not mixed, up to the corners. */
+static void place_node(struct kith_nodes *nodes, kith_index i, kith_index side, struct cloud cloud) {
+  const double s = 2.0 / side, power = cloud.mixed ? 0 : log(cloud.ratio) / log(side),
+               support = NDIM == 3 ? 2.43 : 4;
   double *x = nodes->position->f64 + (size_t)i * NDIM, r2 = 0;
   kith_index rest = i;
   for (int a = 0; a < NDIM; ++a, rest /= side) {
@@ -21,18 +28,19 @@ static void place_node(struct kith_nodes *nodes, kith_index i, kith_index side, 
   const double stretch = pow(KITH_MAX(sqrt(r2), 0.5 * s), power);
   for (int a = 0; a < NDIM; ++a) x[a] *= stretch;
   nodes->search_radius->f64[i] = support * s * stretch * pow(1 + power, 1.0 / NDIM);
+  if (cloud.mixed && i % 1000 == 0) nodes->search_radius->f64[i] *= cloud.ratio;
   nodes->id->i64[i] = i;
 }
 
 /* In curve order, as those of runs. */
-static kith_status make_cloud(struct kith_nodes **out, kith_index side, double ratio) {
+static kith_status make_cloud(struct kith_nodes **out, kith_index side, struct cloud cloud) {
   const kith_index n = (kith_index)kith_pow_dim(side);
   double lower[NDIM], upper[NDIM];
   kith_index first, *order = NULL;
   bool sorted;
   KITH_TRY(kith_nodes_create(out, 1, (const char *const[]){"cloud"}));
   KITH_TRY(kith_nodes_append(*out, 0, n, &first));
-  for (kith_index i = 0; i < n; ++i) place_node(*out, i, side, ratio);
+  for (kith_index i = 0; i < n; ++i) place_node(*out, i, side, cloud);
   kith_search_cube((*out)->position->f64, n, lower, upper);
   KITH_TRY(kith_resize(&order, 0, (size_t)n, sizeof *order));
   kith_status status = kith_nodes_curve_order(*out, lower, upper, order, &sorted);
@@ -122,6 +130,7 @@ static double cpu_seconds(void) {
 }
 
 enum { SCRATCH, MOVED, SELECTED, ROWS, PASS, SWEEP, TIMES };
+static const char *const time_names[] = {"scratch", "moved", "1 %", "rows", "pass", "sweep"};
 
 /* The least of what has been measured, in ns of processor time a node. */
 static kith_status clocked(kith_status status, double start, kith_index n, double *least) {
@@ -185,11 +194,11 @@ static kith_status time_search(struct kith_search *search, struct kith_nodes *no
   return status;
 }
 
-static void print_search(const char *what, double ratio, const struct kith_search *search,
+static void print_search(const char *what, struct cloud cloud, const struct kith_search *search,
                          const struct sums *sums, const uint64_t count[KITH_SEARCH_COUNTERS],
                          double neighbors, const double *ns) {
   double apart = 0;
-  printf("  %-19s %7.0f %9.1f", what, ratio, neighbors);
+  printf("  %-26s %5.0f%s %9.1f", what, cloud.ratio, cloud.mixed ? " mixed" : "      ", neighbors);
   for (int t = 0; t < TIMES; ++t)
     if (ns[t] > 0)
       printf(" %8.1f", ns[t]);
@@ -207,7 +216,7 @@ static void print_search(const char *what, double ratio, const struct kith_searc
   fflush(stdout);
 }
 
-static kith_status bench_search(const char *words, kith_index side, double ratio, struct sums *sums) {
+static kith_status bench_search(const char *words, kith_index side, struct cloud cloud, struct sums *sums) {
   char name[32];
   int k = 0;
   struct kith_nodes *nodes = NULL;
@@ -219,13 +228,13 @@ static kith_status bench_search(const char *words, kith_index side, double ratio
   while (kith_search_all()[k] != kith_search_find(name)) ++k;
   kith_status status = kith_settings_create(&settings, kith_search_member(k),
                                             words[strlen(name)] == ':' ? words + strlen(name) + 1 : NULL);
-  if (status == KITH_OK) status = make_cloud(&nodes, side, ratio);
+  if (status == KITH_OK) status = make_cloud(&nodes, side, cloud);
   if (status == KITH_OK) status = kith_search_create(&search, kith_search_all()[k], nodes);
   if (status == KITH_OK) {
     search->settings = settings, sums->search = search;
     status = time_search(search, nodes, sums, count, &neighbors, ns);
   }
-  if (status == KITH_OK) print_search(words, ratio, search, sums, count, neighbors, ns);
+  if (status == KITH_OK) print_search(words, cloud, search, sums, count, neighbors, ns);
   kith_search_destroy(&search);
   kith_nodes_destroy(&nodes);
   kith_free(&settings);
@@ -234,19 +243,19 @@ static kith_status bench_search(const char *words, kith_index side, double ratio
 
 kith_status kith_bench_searches(kith_index n) {
   static const char *const searches[] = {"tree", "grid", "spacetree", "spacetree:layout=scattered"};
-  static const double ratio[] = {1, 10, 1000};
+  static const struct cloud cloud[] = {{1, false}, {10, false}, {1000, false}, {10, true}};
   const kith_index side = (kith_index)lround(pow(n, 1.0 / NDIM));
   const size_t all = (size_t)kith_pow_dim(side);
   struct sums sums = {0};
   KITH_TRY(kith_resize(&sums.row, 0, 3 * all, sizeof *sums.row));
   sums.slot = sums.row + all, sums.sweep = sums.slot + all;
-  printf(
-      "\n  search: ns a node   supports neighbors  scratch    moved      1 %%     rows     pass    sweep"
-      "  bytes/node\n");
+  printf("\n  search: ns a node           supports   neighbors");
+  for (int t = 0; t < TIMES; ++t) printf(" %8s", time_names[t]);
+  printf("  bytes/node\n");
   kith_status status = KITH_OK;
-  for (size_t r = 0; r < sizeof ratio / sizeof *ratio; ++r)
+  for (size_t r = 0; r < sizeof cloud / sizeof *cloud; ++r)
     for (size_t k = 0; k < sizeof searches / sizeof *searches && status == KITH_OK; ++k)
-      status = bench_search(searches[k], side, ratio[r], &sums);
+      status = bench_search(searches[k], side, cloud[r], &sums);
   kith_free(&sums.row);
   return status;
 }

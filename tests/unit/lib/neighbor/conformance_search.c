@@ -666,9 +666,8 @@ static void test_member(const struct kith_search_ops *ops) {
   test_cull(ops);
   test_growth(ops);
   test_far_off(ops);
-  test_threads(ops, false);
-  test_threads(ops, true);
   test_moves_of_targets(ops);
+  for (int along = 0; along < 2 && settings == NULL; ++along) test_threads(ops, along);
 }
 
 int main(void) {
