@@ -1,5 +1,5 @@
 /* The list of boundaries of a run. */
-#include "boundaries/boundary.h"
+#include "boundaries/images.h"
 
 #include "lib/core/family.h"
 
@@ -54,20 +54,60 @@ void kith_boundaries_clear(struct kith_boundaries *boundaries) {
   boundaries->n = 0;
 }
 
-kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
-                                   double radius_factor, struct kith_profile *profile) {
+void kith_boundaries_measure(struct kith_boundaries *boundaries, const struct kith_nodes *nodes,
+                             double radius_factor) {
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->measure != NULL)
+      boundaries->boundary[b]->ops->measure(boundaries->boundary[b], nodes, radius_factor);
+}
+
+int kith_boundaries_share(struct kith_boundaries *boundaries, struct kith_shared *parts) {
+  int n = 0;
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->measure != NULL)
+      parts[n++] = (struct kith_shared){KITH_SHARE_MAX, KITH_BOUNDARY_MAXIMA, boundaries->boundary[b]->most};
+  return n;
+}
+
+kith_status kith_boundaries_make_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
+                                        double radius_factor, struct kith_profile *profile,
+                                        kith_status status) {
   kith_nodes_drop_ghosts(nodes);
-  kith_status status = KITH_OK;
-  for (int b = 0; b < boundaries->n && status == KITH_OK; ++b) {
+  for (int b = 0; b < boundaries->n; ++b) {
     struct kith_boundary *boundary = boundaries->boundary[b];
     const kith_index before = nodes->n_ghost;
     kith_profile_begin(profile, boundary->ops->name);
-    status = kith_ranks_allreduce_status(nodes->ranks, boundary->ops->ghosts(boundary, nodes, radius_factor));
+    if (status == KITH_OK)
+      status = boundary->ops->ghosts(boundary, nodes, radius_factor);
+    else if (boundary->ops->abstain != NULL)
+      boundary->ops->abstain(boundary, nodes);
     boundary->made = nodes->n_ghost - before;
     kith_profile_count(profile, "ghosts", boundary->made);
     kith_profile_end(profile);
   }
   return status;
+}
+
+kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
+                                   double radius_factor, struct kith_profile *profile) {
+  struct kith_shared parts[KITH_MAX_BOUNDARIES];
+  kith_boundaries_measure(boundaries, nodes, radius_factor);
+  KITH_TRY(kith_ranks_agree(nodes->ranks, KITH_OK, kith_boundaries_share(boundaries, parts), parts));
+  return kith_ranks_allreduce_status(
+      nodes->ranks, kith_boundaries_make_ghosts(boundaries, nodes, radius_factor, profile, KITH_OK));
+}
+
+/* A mirror does not move a node to the other side of what is beyond it, too; a zone is continued by images a
+ * whole depth behind its nodes. */
+double kith_boundaries_gain(const struct kith_boundaries *boundaries) {
+  double gain = 0;
+  for (int n = 0; n < boundaries->n; ++n) {
+    const struct kith_boundary *b = boundaries->boundary[n];
+    if (b->ops->image_of != NULL && !b->ops->wraps)
+      gain += 4 * KITH_MAX(b->most[KITH_IMAGES_OUT], b->most[KITH_IMAGES_OUT + 1]);
+    if (b->ops->enters) gain += kith_norm(b->zone);
+  }
+  return gain;
 }
 
 /* At depth D inside of a face a node interacts with an image of one at depth d if D + d <= R of either: so

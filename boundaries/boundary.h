@@ -34,8 +34,14 @@ struct kith_boundary_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
-  /* Appends ghost blocks to the nodes; radius_factor is f. */
+  /* Before: what it has to know of the internal nodes, of this rank (boundary->range) and of all, as maxima
+   * (boundary->most). NULL: nothing. */
+  void (*measure)(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor);
+  /* Appends ghost blocks to the nodes; radius_factor is f. Of this rank alone, or by messages between
+   * neighbors. */
   kith_status (*ghosts)(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor);
+  /* Instead, on a rank that has failed, for members whose ranks wait for each other; NULL: they do not. */
+  void (*abstain)(struct kith_boundary *boundary, struct kith_nodes *nodes);
   /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with all fields of
    * the node. DIVERGED for a node that is not finite or more than a thousand lengths away; the others are put
    * back. The shift of a wrap is added to `moved_by` (NDIM per node, may be NULL). NULL: nothing to do. */
@@ -81,6 +87,7 @@ static inline double kith_boundary_face_velocity(const struct kith_boundary_ops 
   return ops != NULL && ops->face_velocity != NULL ? ops->face_velocity(settings) : 0;
 }
 
+enum { KITH_BOUNDARY_MAXIMA = 4 };
 struct kith_boundary {
   const struct kith_boundary_ops *ops;
   int index;               /* in the list of boundaries */
@@ -91,6 +98,11 @@ struct kith_boundary {
   double start;            /* where the face that acts (the lower one of two) is at time 0 */
   double zone[NDIM];       /* behind a face that gas passes: from it to what continues it; the caller's */
   const void *settings;    /* of its own parameters: the caller's to fill, borrowed; NULL: none */
+  double most[KITH_BOUNDARY_MAXIMA]; /* by `measure` */
+  struct {
+    double low, high, search_radius; /* along its axis */
+    bool finite;
+  } range;
   void *self; /* private; of distributed, the last boundary: the halo, set by the caller, borrowed */
 };
 
@@ -122,6 +134,17 @@ void kith_boundaries_clear(struct kith_boundaries *boundaries);
  * counter `ghosts`. Collective. */
 kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
                                    double radius_factor, struct kith_profile *profile);
+/* The same in three parts, for callers that have more to tell the other ranks: what there is to know of this
+ * rank's internal nodes; what ranks agree on (at most KITH_MAX_BOUNDARIES parts, their number is returned);
+ * ghosts. `status`: of this rank so far; that of this rank is returned. */
+void kith_boundaries_measure(struct kith_boundaries *boundaries, const struct kith_nodes *nodes,
+                             double radius_factor);
+int kith_boundaries_share(struct kith_boundaries *boundaries, struct kith_shared *parts);
+kith_status kith_boundaries_make_ghosts(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
+                                        double radius_factor, struct kith_profile *profile,
+                                        kith_status status);
+/* How much nearer to a node of another rank an image may be than its node is, after `measure`. */
+double kith_boundaries_gain(const struct kith_boundaries *boundaries);
 /* May a node with position in box `inside` and a support in box `reach` have to do with any boundary, where
  * the supports of all nodes of this rank lie in box `all`? Members that act on nodes have, wherever they
  * are. */

@@ -34,20 +34,18 @@ kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes
   return status;
 }
 
-/* Largest R / H of the internal nodes of all ranks, at least 1: the search radius in units of the support. */
-static double radius_ratio(const struct kith_nodes *nodes) {
+/* Largest R / H of the internal nodes, at least 1: the search radius in units of the support. */
+static void measure(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor) {
   const double *search_radius = nodes->search_radius->f64, *support = nodes->support->f64;
   double most = 1;
+  (void)radius_factor;
 #pragma omp parallel for schedule(static) reduction(max : most)
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (support[i] > 0) most = KITH_MAX(most, search_radius[i] / support[i]);
-  kith_ranks_max(nodes->ranks, &most, 1);
-  return most;
+  boundary->most[0] = most;
 }
 
-/* `ratio`: radius_ratio. */
-static kith_status add_list(const struct kith_boundary *boundary, struct kith_nodes *nodes, int list,
-                            double ratio) {
+static kith_status add_list(const struct kith_boundary *boundary, struct kith_nodes *nodes, int list) {
   const struct kith_nodes *held = boundary->self;
   const kith_index begin = held->lists[list].first, count = held->lists[list].count;
   const struct kith_ghost_block block = {
@@ -61,7 +59,7 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
            (const char *)from->data + (size_t)begin * size, (size_t)count * size);
   }
   for (kith_index i = first; i < first + count; ++i)
-    nodes->search_radius->f64[i] = ratio * nodes->support->f64[i];
+    nodes->search_radius->f64[i] = boundary->most[0] * nodes->support->f64[i];
   return KITH_OK;
 }
 
@@ -69,15 +67,15 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
   (void)radius_factor; /* all of them, always */
   const struct kith_nodes *held = boundary->self;
   if (held == NULL) return KITH_OK;
-  const double ratio = radius_ratio(nodes); /* by all ranks, before one of them can fail */
   for (int l = 0; l < held->n_lists; ++l)
-    if (held->lists[l].count > 0) KITH_TRY(add_list(boundary, nodes, l, ratio));
+    if (held->lists[l].count > 0) KITH_TRY(add_list(boundary, nodes, l));
   return KITH_OK;
 }
 
 const struct kith_boundary_ops kith_boundary_constant = {
     .name = "constant",
     .doc = "chosen nodes stay as they were",
+    .measure = measure,
     .ghosts = ghosts,
     .destroy = destroy,
     .held_nodes = held_nodes,

@@ -8,8 +8,13 @@ static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nod
   return kith_halo_add_ghosts(boundary->self, nodes, boundary->index, radius_factor);
 }
 
+static void abstain(struct kith_boundary *boundary, struct kith_nodes *nodes) {
+  kith_halo_abstain(boundary->self, nodes);
+}
+
 const struct kith_boundary_ops kith_boundary_distributed = {
     .name = "distributed",
     .doc = "nodes of other ranks",
     .ghosts = ghosts,
+    .abstain = abstain,
 };

@@ -27,13 +27,13 @@ static const struct kith_param outflow_params[] = {
      "far behind the face, which the gas slowly approaches; 0: nothing comes back", IN(pressure_far)},
     {0}};
 
-/* The largest search radius in the zone, on all ranks. */
-static double widest(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
+/* The largest search radius in the zone. */
+static void measure(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor) {
   double most = 0;
+  if (nodes->flag == NULL) return;
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (nodes->flag->u8[i] == kith_flow_flag(boundary)) most = KITH_MAX(most, nodes->search_radius->f64[i]);
-  kith_ranks_max(nodes->ranks, &most, 1);
-  return most;
+  boundary->most[0] = radius_factor * most;
 }
 
 static kith_status add_list(const struct kith_boundary *boundary, struct kith_nodes *nodes,
@@ -55,7 +55,8 @@ static kith_status continue_zone(struct kith_boundary *boundary, struct kith_nod
                                  double radius_factor) {
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = boundary->index};
   if (nodes->flag == NULL) return KITH_OK;
-  const double search_radius = radius_factor * widest(boundary, nodes);
+  const double search_radius = boundary->most[0];
+  (void)radius_factor;
   if (search_radius > kith_flow_deepest(boundary))
     KITH_FAIL(
         DIVERGED,
@@ -76,6 +77,7 @@ const struct kith_boundary_ops kith_boundary_inflow = {
     .name = "inflow",
     .doc = "gas enters, layer by layer, with a state that may depend on time",
     KITH_SETTINGS(inflow_params, kith_flow_settings),
+    .measure = measure,
     .ghosts = continue_zone,
     .has_faces = true,
     .enters = true,

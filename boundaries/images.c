@@ -5,16 +5,12 @@
 
 enum { CHUNK = 4096 };
 
-/* f R - depth; -depth, at least 0. */
-enum { WANTED, OUT };
-
-/* The nodes along the axis of one boundary. Sides: 0 lower, 1 upper. */
+/* The nodes along the axis of one boundary. */
 struct line {
   const struct kith_boundary *boundary;
   double factor;        /* f */
   double x_min, x_max;  /* of all present nodes */
   double search_radius; /* max f R of all present nodes */
-  double most[2][2];    /* over internal nodes of all ranks, [WANTED or OUT][side] */
   double slack;
 };
 
@@ -26,36 +22,46 @@ struct hits {
   kith_index *count[2]; /* [chunks] */
 };
 
-/* false: a position or search radius is not finite. */
-static bool measure(struct line *line, const struct kith_nodes *nodes) {
-  const double *restrict x = nodes->position->f64 + line->boundary->axis;
+void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes *nodes,
+                         double radius_factor) {
+  const double *restrict x = nodes->position->f64 + boundary->axis;
   const double *restrict radius = nodes->search_radius->f64;
-  const double lower = line->boundary->lower, upper = line->boundary->upper, factor = line->factor;
-  const kith_index end[2] = {nodes->n_internal, kith_nodes_count(nodes)};
-  double low = INFINITY, high = -INFINITY, widest = 0;
+  const double lower = boundary->lower, upper = boundary->upper;
+  double low = INFINITY, high = -INFINITY, widest = 0, below = -INFINITY, above = -INFINITY;
   int lost = 0;
-  for (int part = 0; part < 2 && !lost; ++part) { /* internal nodes, then ghosts */
-    double below = -INFINITY, above = -INFINITY;
 #pragma omp parallel for schedule(static) reduction(min                  \
                                                     : low) reduction(max \
                                                                      : high, widest, below, above, lost)
-    for (kith_index i = part == 0 ? 0 : end[0]; i < end[part]; ++i) {
-      const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
-      low = KITH_MIN(low, xi);
-      high = KITH_MAX(high, xi);
-      widest = KITH_MAX(widest, r);
-      below = KITH_MAX(below, r - (xi - lower));
-      above = KITH_MAX(above, r - (upper - xi));
-      lost = KITH_MAX(lost, !(fabs(xi) < INFINITY) | !(r < INFINITY));
-    }
-    if (part == 1) continue;
-    line->most[WANTED][0] = below, line->most[WANTED][1] = above;
-    line->most[OUT][0] = KITH_MAX(lower - low, 0.0), line->most[OUT][1] = KITH_MAX(high - upper, 0.0);
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double xi = x[(size_t)i * NDIM], r = radius_factor * radius[i];
+    low = KITH_MIN(low, xi);
+    high = KITH_MAX(high, xi);
+    widest = KITH_MAX(widest, r);
+    below = KITH_MAX(below, r - (xi - lower));
+    above = KITH_MAX(above, r - (upper - xi));
+    lost = KITH_MAX(lost, !(fabs(xi) < INFINITY) | !(r < INFINITY));
   }
-  kith_ranks_max(nodes->ranks, line->most[0], 4); /* all else depends on the nodes of this rank */
+  boundary->range.low = low, boundary->range.high = high, boundary->range.search_radius = widest;
+  boundary->range.finite = !lost;
+  boundary->most[KITH_IMAGES_WANTED] = below, boundary->most[KITH_IMAGES_WANTED + 1] = above;
+  boundary->most[KITH_IMAGES_OUT] = KITH_MAX(lower - low, 0.0);
+  boundary->most[KITH_IMAGES_OUT + 1] = KITH_MAX(high - upper, 0.0);
+}
+
+/* The ghosts that there are already, too. */
+static void include_ghosts(struct line *line, const struct kith_nodes *nodes) {
+  const double *restrict x = nodes->position->f64 + line->boundary->axis;
+  const double *restrict radius = nodes->search_radius->f64;
+  const double factor = line->factor;
+  double low = line->x_min, high = line->x_max, widest = line->search_radius;
+#pragma omp parallel for schedule(static) reduction(min : low) reduction(max : high, widest)
+  for (kith_index i = nodes->n_internal; i < kith_nodes_count(nodes); ++i) {
+    low = KITH_MIN(low, x[(size_t)i * NDIM]);
+    high = KITH_MAX(high, x[(size_t)i * NDIM]);
+    widest = KITH_MAX(widest, factor * radius[i]);
+  }
   line->x_min = low, line->x_max = high, line->search_radius = widest;
-  line->slack = 1e-12 * (fabs(lower) + fabs(upper) + widest);
-  return !lost;
+  line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + widest);
 }
 
 /* The test of one image, kept in registers. */
@@ -71,8 +77,8 @@ static struct test test_of(const struct line *line, int n) {
     return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
   return (struct test){.sign = side ? sign : -sign,
                        .shift = side ? shift - line->boundary->upper : line->boundary->lower - shift,
-                       .wanted = line->most[WANTED][side] + line->slack,
-                       .out = line->most[OUT][side] + line->slack};
+                       .wanted = line->boundary->most[KITH_IMAGES_WANTED + side] + line->slack,
+                       .out = line->boundary->most[KITH_IMAGES_OUT + side] + line->slack};
 }
 
 static inline bool passes(const struct test *test, double x, double r) {
@@ -178,27 +184,43 @@ static kith_status too_many(const struct line *line) {
             line->boundary->upper - line->boundary->lower);
 }
 
+/* Ghosts that there are already lie where internal nodes do along the axis, or are frozen, which all ranks
+ * have: so the shifts of all ranks are the same. */
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
-  struct line line = {.boundary = boundary, .factor = radius_factor};
-  const bool finite = measure(&line, nodes);
-  double most[] = {-line.x_min, line.x_max, line.search_radius, finite ? 0 : 1};
-  kith_ranks_max(nodes->ranks, most, 4); /* the shifts of all ranks are the same */
-  const double length = boundary->upper - boundary->lower, spread = KITH_MAX(most[0] + most[1], 0.0),
-               far = (spread + most[2]) * (1 + 1e-12);
-  if (most[3] > 0) return not_finite(&line);
+  struct line line = {.boundary = boundary,
+                      .factor = radius_factor,
+                      .x_min = -boundary->most[0],
+                      .x_max = boundary->most[1],
+                      .search_radius = boundary->most[2]};
+  if (boundary->most[3] > 0) return not_finite(&line);
+  include_ghosts(&line, nodes);
+  const double length = boundary->upper - boundary->lower, spread = KITH_MAX(line.x_max - line.x_min, 0.0),
+               far = (spread + line.search_radius) * (1 + 1e-12);
   if (!(far < KITH_MOST_IMAGES * length)) return too_many(&line);
   ++nodes->ghosts;
   return kith_shifts_add(&nodes->shifts, boundary->axis, (int)(far / length), length);
 }
 
+void kith_images_measure_shifts(struct kith_boundary *boundary, const struct kith_nodes *nodes,
+                                double radius_factor) {
+  kith_images_measure(boundary, nodes, radius_factor);
+  boundary->most[0] = -boundary->range.low, boundary->most[1] = boundary->range.high;
+  boundary->most[2] = boundary->range.search_radius, boundary->most[3] = !boundary->range.finite;
+}
+
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
-  struct line line = {.boundary = boundary, .factor = radius_factor};
-  if (!measure(&line, nodes)) return not_finite(&line);
+  struct line line = {.boundary = boundary,
+                      .factor = radius_factor,
+                      .x_min = boundary->range.low,
+                      .x_max = boundary->range.high,
+                      .search_radius = boundary->range.search_radius};
+  if (!boundary->range.finite) return not_finite(&line);
   if (kith_nodes_count(nodes) == 0) return KITH_OK;
+  include_ghosts(&line, nodes);
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
     return too_many(&line);
   struct hits hits = {0};

@@ -17,11 +17,19 @@
 
 enum { KITH_MOST_IMAGES = 1000 };
 
-/* `ghosts` and `enforce` of boundary.h by `image_of` and `put_back`. DIVERGED also if the faces
+/* Maxima of boundary->most over internal nodes, for the lower and the upper side: of f R - depth; of -depth, at
+ * least 0. */
+enum { KITH_IMAGES_WANTED = 0, KITH_IMAGES_OUT = 2 };
+
+/* `measure`, `ghosts` and `enforce` of boundary.h by `image_of` and `put_back`. DIVERGED also if the faces
  * leave no room for nodes. */
+void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes *nodes,
+                         double radius_factor);
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
-/* The same images as shifts (lib/nodes/shifts.h), of boundaries that wrap. Collective. */
+/* The same images as shifts (lib/nodes/shifts.h), of boundaries that wrap. */
+void kith_images_measure_shifts(struct kith_boundary *boundary, const struct kith_nodes *nodes,
+                                double radius_factor);
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
 kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
@@ -30,7 +38,8 @@ static inline int64_t kith_image_code(int axis) {
   return axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;
 }
 
-#define KITH_IMAGES \
-  .ghosts = kith_images_ghosts, .enforce = kith_images_enforce, .image_of = image_of, .put_back = put_back
+#define KITH_IMAGES                                                                             \
+  .measure = kith_images_measure, .ghosts = kith_images_ghosts, .enforce = kith_images_enforce, \
+  .image_of = image_of, .put_back = put_back
 
 #endif

@@ -18,9 +18,17 @@ static bool by_shifts(const void *settings) {
   return settings != NULL && ((const struct periodic *)settings)->shifts;
 }
 
+static bool are_shifts(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
+  return nodes->shifts.wanted && by_shifts(boundary->settings);
+}
+
+static void measure(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor) {
+  (are_shifts(boundary, nodes) ? kith_images_measure_shifts : kith_images_measure)(boundary, nodes,
+                                                                                   radius_factor);
+}
+
 static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
-  const bool shifts = nodes->shifts.wanted && by_shifts(boundary->settings);
-  return (shifts ? kith_images_shifts : kith_images_ghosts)(boundary, nodes, radius_factor);
+  return (are_shifts(boundary, nodes) ? kith_images_shifts : kith_images_ghosts)(boundary, nodes, radius_factor);
 }
 
 static bool image_of(const struct kith_boundary *boundary, int n, double *sign, double *shift) {
@@ -50,6 +58,7 @@ const struct kith_boundary_ops kith_boundary_periodic = {
     .name = "periodic",
     .doc = "what leaves on one side returns on the other",
     KITH_SETTINGS(periodic_params, periodic),
+    .measure = measure,
     .ghosts = ghosts,
     .enforce = kith_images_enforce,
     .image_of = image_of,

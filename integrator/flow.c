@@ -146,8 +146,23 @@ static bool passes(const struct kith_integrator *it, int b) {
   return kith_boundary_passes(it->boundaries->boundary[b]->ops);
 }
 
+/* What came and went on all ranks; and zones may have got other masses. */
+static kith_status agree(struct kith_integrator *it, struct kith_sum *sums, uint64_t *changed,
+                         kith_status status) {
+  const double *m = it->hydro->mass->f64;
+  double mass[2] = {-INFINITY, -INFINITY};
+  struct kith_shared parts[2 + SUMS] = {{KITH_SHARE_SUM, 1, changed}, {KITH_SHARE_MAX, 2, mass}};
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    mass[0] = KITH_MAX(mass[0], m[i]), mass[1] = KITH_MAX(mass[1], -m[i]);
+  for (int k = 0; k < SUMS; ++k) parts[2 + k] = kith_sum_shared(&sums[k]);
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2 + SUMS, parts));
+  it->hydro->equal_masses = mass[0] == -mass[1];
+  return KITH_OK;
+}
+
 kith_status kith_flow_exchange(struct kith_integrator *it) {
   struct kith_sum sums[SUMS] = {0};
+  uint64_t changes;
   bool any = false, changed = false;
   kith_status status = KITH_OK;
   for (int k = 0; k < it->boundaries->n; ++k) {
@@ -157,10 +172,10 @@ kith_status kith_flow_exchange(struct kith_integrator *it) {
     if (status == KITH_OK) status = (b->ops->enters ? enter : leave)(it, b, sums, &changed);
   }
   if (!any) return KITH_OK;
-  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks, status));
-  if (!kith_ranks_any(it->nodes->ranks, changed)) return KITH_OK;
+  changes = changed;
+  KITH_TRY(agree(it, sums, &changes, status));
+  if (changes == 0) return KITH_OK;
   struct kith_through *through = &it->hydro->through;
-  kith_sum_ranks(it->nodes->ranks, sums, SUMS);
   through->mass += kith_sum_value(&sums[MASS]);
   through->energy += kith_sum_value(&sums[ENERGY]);
   for (int a = 0; a < NDIM; ++a) through->momentum[a] += kith_sum_value(&sums[MOMENTUM + a]);

@@ -105,13 +105,20 @@ static kith_status reorder(struct kith_integrator *it) {
   return status;
 }
 
+static double ghost_factor(const struct kith_integrator *it) {
+  return it->need.overlap ? 2 : 1;
+}
+
 /* Two layers of ghosts, so that those of the first have all that is in their own support. */
-static kith_status ghosts_with_rows(struct kith_integrator *it) {
-  KITH_TRY(kith_halo_extend(it->hydro->halo, it->nodes));
-  KITH_TRY(kith_boundaries_ghosts(it->boundaries, it->nodes, 2, it->profile));
+static kith_status ghosts_with_rows(struct kith_integrator *it, kith_status status) {
+  struct kith_shared parts[KITH_MAX_BOUNDARIES];
+  kith_halo_extend(it->hydro->halo, it->nodes);
+  kith_boundaries_measure(it->boundaries, it->nodes, 2);
+  status = kith_ranks_agree(it->nodes->ranks, status, kith_boundaries_share(it->boundaries, parts), parts);
+  status = kith_boundaries_make_ghosts(it->boundaries, it->nodes, 2, it->profile, status);
   kith_lifecycle_search_radii(it);
   kith_halo_refresh(it->hydro->halo, it->nodes, &it->nodes->search_radius, 1);
-  return KITH_OK;
+  return status;
 }
 
 /* A support that cannot find its neighbors would grow, and images with it, until memory ends. */
@@ -127,17 +134,16 @@ static kith_status bound_ghosts(const struct kith_integrator *it) {
             nodes->support->f64[widest]);
 }
 
-static kith_status ghosts(struct kith_integrator *it) {
-  const int factor = it->need.overlap ? 2 : 1;
-  kith_status status;
+static kith_status ghosts(struct kith_integrator *it, kith_status status) {
   KITH_STAGE(status, it->profile, "ghosts",
-             it->package->recompute ? ghosts_with_rows(it)
-                                    : kith_boundaries_ghosts(it->boundaries, it->nodes, factor, it->profile));
-  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks, status == KITH_OK ? bound_ghosts(it) : status));
+             it->package->recompute ? ghosts_with_rows(it, status)
+                                    : kith_boundaries_make_ghosts(it->boundaries, it->nodes, ghost_factor(it),
+                                                                  it->profile, status));
+  if (status == KITH_OK) status = bound_ghosts(it);
   for (int b = 0; b < it->boundaries->n; ++b)
     it->ledger.boundary[b].created += (uint64_t)it->boundaries->boundary[b]->made;
   it->ledger.ghosts_created += (uint64_t)it->nodes->n_ghost;
-  return KITH_OK;
+  return status;
 }
 
 /* What packages make of the new pairs. */
@@ -159,7 +165,7 @@ static bool may_cull(const struct kith_integrator *it) {
 }
 
 /* What this rank needs, and what others need of it. */
-static kith_status mark(struct kith_integrator *it) {
+static void mark(struct kith_integrator *it) {
   struct kith_nodes *nodes = it->nodes;
   if (nodes->n_ghost > 0) memset(it->scratch.keep, 0, (size_t)nodes->n_ghost);
   kith_connectivity_mark_ghosts(it->connectivity, nodes, it->scratch.keep);
@@ -168,7 +174,7 @@ static kith_status mark(struct kith_integrator *it) {
     if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
       memset(it->scratch.keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
   }
-  return kith_halo_cull_remote(it->hydro->halo, nodes, it->scratch.keep);
+  kith_halo_cull_remote(it->hydro->halo, nodes, it->scratch.keep);
 }
 
 /* Ghosts that went, by boundary, from the blocks as they were and the renumbering. */
@@ -194,15 +200,17 @@ static kith_status prepare_cull(struct kith_integrator *it, struct kith_ghost_bl
   return KITH_OK;
 }
 
-static kith_status cull(struct kith_integrator *it) {
+static kith_status cull(struct kith_integrator *it, kith_status status) {
   struct kith_nodes *nodes = it->nodes;
   struct kith_ghost_block *blocks = NULL;
   const kith_index before = nodes->n_ghost;
   const int n_blocks = nodes->n_blocks;
   kith_profile_begin(it->profile, "cull");
-  kith_status status = prepare_cull(it, &blocks);
-  status = kith_ranks_allreduce_status(nodes->ranks, status); /* mark() communicates with other ranks */
-  if (status == KITH_OK) status = mark(it);
+  if (status == KITH_OK) status = prepare_cull(it, &blocks);
+  if (status == KITH_OK)
+    mark(it);
+  else
+    kith_halo_cull_remote(it->hydro->halo, nodes, NULL);
   if (status == KITH_OK) status = kith_nodes_cull_ghosts(nodes, it->scratch.keep, it->scratch.renumber);
   if (status == KITH_OK) kith_halo_remap(it->hydro->halo, it->scratch.renumber);
   if (status == KITH_OK) count_culled(it, blocks, n_blocks);
@@ -256,16 +264,29 @@ static void mark_touched(const struct kith_nodes *nodes, const struct kith_rows 
       activity[i] = rows->n > 0 && rows->first[i + 1] > rows->first[i] ? KITH_TOUCHED : KITH_IDLE;
 }
 
-/* Puts nodes back where boundaries want them, on the ranks that own their cells (the work of the last lists
- * tells who has too much), and in order if that is due. */
-static kith_status redistribute(struct kith_integrator *it) {
-  struct kith_nodes *nodes = it->nodes;
-  kith_status status = kith_boundaries_enforce(it->boundaries, nodes, NULL, false);
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
-  if (it->decomposition != NULL)
-    KITH_STAGE(status, it->profile, "migrate", kith_decomposition_redistribute(it->decomposition, nodes));
-  KITH_TRY(status);
-  return kith_ranks_allreduce_status(nodes->ranks, reorder(it));
+/* What ranks tell each other before nodes move and ghosts are made. */
+struct news {
+  double widest, outside, mass[2]; /* search radius; out of a cell; largest mass, minus the smallest */
+  uint64_t leaving, far, nodes;
+};
+
+static kith_status take_news(const struct kith_integrator *it, struct news *news) {
+  const struct kith_nodes *nodes = it->nodes;
+  const double *radius = nodes->search_radius->f64, *mass = it->hydro->mass->f64;
+  double widest = 0, heaviest = -INFINITY, lightest = INFINITY;
+  bool finite = true;
+#pragma omp parallel for simd schedule(static) reduction(max : widest, heaviest) reduction(min : lightest) \
+    reduction(&& : finite)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    finite = finite && radius[i] < INFINITY;
+    widest = KITH_MAX(widest, radius[i]);
+    heaviest = KITH_MAX(heaviest, mass[i]);
+    lightest = KITH_MIN(lightest, mass[i]);
+  }
+  news->widest = widest, news->mass[0] = heaviest, news->mass[1] = -lightest;
+  news->nodes = (uint64_t)nodes->n_internal;
+  if (finite) return KITH_OK;
+  KITH_FAIL(DIVERGED, "the search radius of a node is not finite");
 }
 
 /* With nodes where they are now. */
@@ -279,40 +300,108 @@ static kith_status update_search(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* What a rank does alone may fail on it alone: where the next stage talks to others, all agree first. */
-static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reason) {
-  struct kith_nodes *nodes = it->nodes;
+/* All that ranks have to know of each other before ghosts are made: in one call. */
+static kith_status agree(struct kith_integrator *it, struct news *news, kith_status status) {
+  const struct kith_decomposition *d = it->decomposition;
+  struct kith_shared parts[2 + KITH_MAX_BOUNDARIES] = {{KITH_SHARE_MAX, 4, &news->widest},
+                                                       {KITH_SHARE_SUM, 3, &news->leaving}};
+  kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
+  if (d == NULL) return status;
+  if (status == KITH_OK) status = take_news(it, news);
+  if (it->holding) news->outside = kith_decomposition_outside(d, it->nodes);
+  if (!it->holding) news->outside = d->outside, news->leaving = d->leaving, news->far = d->far;
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2 + kith_boundaries_share(it->boundaries, parts + 2),
+                            parts));
+  it->hydro->equal_masses = news->mass[0] == -news->mass[1];
+  return kith_halo_surround(it->hydro->halo, (it->package->recompute ? 2 : ghost_factor(it)) * news->widest +
+                                                 2 * news->outside + kith_boundaries_gain(it->boundaries));
+}
+
+/* Nodes go to the ranks that own their cells; what boundaries know of all nodes stays. */
+static kith_status migrate(struct kith_integrator *it, const struct news *news) {
+  double most[KITH_MAX_BOUNDARIES][KITH_BOUNDARY_MAXIMA];
   kith_status status;
-  it->need = requirements(it);
-  if (!it->holding) KITH_TRY(redistribute(it));
-  if (it->holding && it->kick.blocks != NULL && !it->near.only)
-    KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, reorder(it)));
-  if (it->near.only) KITH_TRY(it->near.find(it));
+  KITH_STAGE(status, it->profile, "migrate",
+             kith_decomposition_move(it->decomposition, it->nodes, news->leaving, news->far));
+  if (status != KITH_OK || news->leaving == 0) return status;
+  for (int b = 0; b < it->boundaries->n; ++b)
+    memcpy(most[b], it->boundaries->boundary[b]->most, sizeof most[b]);
+  kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
+  for (int b = 0; b < it->boundaries->n; ++b)
+    memcpy(it->boundaries->boundary[b]->most, most[b], sizeof most[b]);
+  return KITH_OK;
+}
+
+/* Nodes are put back where boundaries want them, and their ranks and search radii are found (the work of the
+ * last lists tells who has too much). Agreed. */
+static kith_status prepare(struct kith_integrator *it, struct news *news) {
+  kith_status status = it->pending;
+  it->pending = KITH_OK;
+  if (!it->holding && status == KITH_OK)
+    status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false);
+  if (!it->holding && it->decomposition != NULL)
+    status = kith_decomposition_assign(it->decomposition, it->nodes, status);
   kith_lifecycle_search_radii(it);
-  if (it->near.only)
-    kith_nodes_drop_ghosts(nodes);
-  else
-    KITH_TRY(ghosts(it));
-  KITH_STAGE(status, it->profile, "neighbors", update_search(it));
+  return agree(it, news, status);
+}
+
+/* Nodes go to their ranks, in order if that is due; then ghosts are made. */
+static kith_status place(struct kith_integrator *it, const struct news *news) {
+  kith_status status = it->holding || it->decomposition == NULL ? KITH_OK : migrate(it, news);
+  if (status == KITH_OK && (!it->holding || it->kick.blocks != NULL)) status = reorder(it);
+  return ghosts(it, status);
+}
+
+/* Of nodes that are far from all boundaries there are no ghosts. */
+static kith_status place_near(struct kith_integrator *it) {
+  KITH_TRY(it->near.find(it));
+  kith_lifecycle_search_radii(it);
+  kith_nodes_drop_ghosts(it->nodes);
+  return KITH_OK;
+}
+
+static kith_status make_lists(struct kith_integrator *it, kith_status status) {
   if (status == KITH_OK)
-    KITH_STAGE(
-        status, it->profile, "connectivity",
-        kith_connectivity_build(it->connectivity, nodes, it->search, it->need, it->excluders, it->profile));
+    KITH_STAGE(status, it->profile, "neighbors", update_search(it));
+  if (status == KITH_OK)
+    KITH_STAGE(status, it->profile, "connectivity",
+               kith_connectivity_build(it->connectivity, it->nodes, it->search, it->need, it->excluders,
+                                       it->profile));
   it->ledger.candidates += it->connectivity->candidates;
   if (status == KITH_OK && it->check && it->search->ops->sweep != NULL)
     status = kith_connectivity_complete(it->connectivity, it->search, it->excluders != NULL);
-  if (nodes->activity != NULL) mark_touched(nodes, &it->connectivity->rows);
-  if (status == KITH_OK) status = couple(it);
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
+  if (status == KITH_OK && it->nodes->activity != NULL) mark_touched(it->nodes, &it->connectivity->rows);
+  return status == KITH_OK ? couple(it) : status;
+}
+
+/* Policies remember the nodes; all ranks learn how it went, and whether all nodes are still there. */
+static kith_status close_lists(struct kith_integrator *it, const struct news *news, kith_status status) {
+  uint64_t count = (uint64_t)it->nodes->n_internal;
+  const struct kith_shared parts[] = {{KITH_SHARE_SUM, 1, &count}, kith_rebuilds_shared(it->rebuilds)};
+  if (status == KITH_OK) status = kith_rebuilds_take(it->rebuilds, it->nodes);
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2, parts));
+  if (it->decomposition == NULL || count == news->nodes) return KITH_OK;
+  KITH_FAIL(INTERNAL, "of %llu nodes %llu are left after a migration", (unsigned long long)news->nodes,
+            (unsigned long long)count);
+}
+
+/* Ranks agree before anything is done for ghosts and at the end. A rank that fails between does what others
+ * wait for, and no more. */
+static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reason) {
+  struct kith_nodes *nodes = it->nodes;
+  struct news news = {0};
+  it->need = requirements(it);
+  kith_halo_finish_exchange(it->hydro->halo);
+  KITH_TRY(it->near.only ? KITH_OK : prepare(it, &news));
+  kith_status status = make_lists(it, it->near.only ? place_near(it) : place(it, &news));
   const kith_index before = kith_nodes_count(nodes);
-  if (may_cull(it)) KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, cull(it)));
-  if (kith_nodes_count(nodes) < before)
+  if (may_cull(it)) status = cull(it, status);
+  if (status == KITH_OK && kith_nodes_count(nodes) < before)
     KITH_STAGE(status, it->profile, "patch",
                kith_connectivity_patch(it->connectivity, nodes, it->scratch.renumber, before));
   if (status == KITH_OK) status = ready(it, reason);
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
   it->fresh = true, it->positions = nodes->positions;
-  return kith_rebuilds_snapshot(it->rebuilds, nodes);
+  return close_lists(it, &news, status);
 }
 
 kith_status kith_lifecycle(struct kith_integrator *it, enum kith_rebuild_reason reason) {
@@ -338,5 +427,6 @@ kith_status kith_lifecycle_remake(struct kith_integrator *it, struct kith_field 
   kith_field_copy(nodes, nodes->position, position);
   kith_field_copy(nodes, nodes->support, support);
   nodes->positions += 1;
+  if (status == KITH_OK) kith_cover_look(&it->rebuilds->cover, nodes); /* the next look knows the drift */
   return status;
 }

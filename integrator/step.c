@@ -25,18 +25,24 @@ static bool faces_move(const struct kith_boundaries *boundaries) {
  * motion since they were made is more than they cover? */
 static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_reason *reason) {
   struct kith_rebuilds *rebuilds = it->rebuilds;
-  KITH_TRY(kith_ranks_allreduce_status(it->nodes->ranks, kith_hydro_finite(it->hydro)));
+  bool covered = false;
+  if (it->pending == KITH_OK) it->pending = kith_hydro_finite(it->hydro);
   *reason = it->due;
-  if (*reason != KITH_BECAUSE_none) return KITH_OK;
-  if (it->holding) {
-    if (!faces_move(it->boundaries) && kith_rebuilds_covered(rebuilds, it->nodes)) return KITH_OK;
-    *reason = KITH_BECAUSE_stage;
-    return kith_rebuilds_allow(rebuilds, "nodes moved too far within a step");
+  if (*reason == KITH_BECAUSE_none && !it->holding) *reason = kith_rebuilds_certain(rebuilds);
+  if (*reason != KITH_BECAUSE_none) return KITH_OK; /* the lifecycle tells what is pending */
+  const kith_status mine = it->pending;
+  it->pending = KITH_OK;
+  if (!it->holding) {
+    rebuilds->cover.ahead = it->ahead;
+    const kith_status status = kith_rebuilds_check(rebuilds, it->nodes, mine, reason);
+    rebuilds->cover.ahead = 0;
+    return status;
   }
-  rebuilds->cover.ahead = it->ahead;
-  const kith_status status = kith_rebuilds_check(rebuilds, it->nodes, reason);
-  rebuilds->cover.ahead = 0;
-  return status;
+  KITH_TRY(faces_move(it->boundaries) ? kith_ranks_allreduce_status(it->nodes->ranks, mine)
+                                      : kith_rebuilds_covered(rebuilds, it->nodes, mine, &covered));
+  if (covered) return KITH_OK;
+  *reason = KITH_BECAUSE_stage;
+  return kith_rebuilds_allow(rebuilds, "nodes moved too far within a step");
 }
 
 static kith_status rebuild_if_due(struct kith_integrator *it) {

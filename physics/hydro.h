@@ -61,7 +61,8 @@ struct kith_hydro {
   double center[NDIM];    /* the angular momentum is taken about it */
   struct kith_external_force external_force; /* acts on every node */
   double wall[NDIM];                         /* velocity of the one wall that moves along this axis */
-  struct kith_through through;               /* added up by the integrator */
+  bool equal_masses; /* of several ranks, by the last lifecycle: all internal nodes have the same mass */
+  struct kith_through through; /* added up by the integrator */
 };
 
 /* Registers the fields, and zeroes what the caller sets, except the materials. */

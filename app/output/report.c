@@ -180,10 +180,9 @@ static kith_status spread_stages(struct kith_report *r, struct kith_ranks *ranks
 }
 
 kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_simulation *m,
-                                     const struct kith_traffic *before, uint64_t n_steps,
+                                     const struct kith_traffic *traffic, uint64_t n_steps,
                                      double largest_imbalance) {
   struct kith_ranks *ranks = m->nodes->ranks;
-  const struct kith_traffic now = kith_ranks_traffic(ranks);
   const struct kith_ledger *l = &m->integrator.ledger;
   const struct kith_decomposition none = {0}, *d = m->decomposition != NULL ? m->decomposition : &none;
   struct kith_ledger_boundary remote = {0};
@@ -199,15 +198,15 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
                    {"row_entries", (double)l->last_row_entries},
                    {"remote_ghosts", ghosts},
                    {"peak_memory_bytes", 1024.0 * (double)usage.ru_maxrss},
-                   {"messages_per_step", (double)(now.messages - before->messages) / steps},
-                   {"bytes_per_step", (double)(now.bytes - before->bytes) / steps}};
+                   {"messages_per_step", (double)traffic->messages / steps},
+                   {"bytes_per_step", (double)traffic->bytes / steps}};
   json_t *detail = r->ranks_detail = json_object();
   for (size_t k = 0; k < sizeof of_a_rank / sizeof *of_a_rank; ++k) {
     json_t *inner = json_object();
     put_spread(inner, spread_of(ranks, of_a_rank[k].value));
     put(detail, of_a_rank[k].key, inner);
   }
-  put(detail, "collectives_per_step", number((double)(now.collectives - before->collectives) / steps));
+  put(detail, "collectives_per_step", number((double)traffic->collectives / steps));
   put_sum(detail, "remote_ghosts_created", ranks, (double)remote.created);
   put_sum(detail, "remote_ghosts_culled", ranks, (double)remote.culled);
   put_sum(detail, "remote_ghosts_kept", ranks, (double)remote.kept);

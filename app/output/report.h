@@ -114,10 +114,11 @@ void kith_report_collect(struct kith_report *out, const struct kith_simulation *
                          const struct kith_conservation_baseline *baseline,
                          const struct kith_provenance *provenance, double updates, double pairs,
                          double wall_seconds, double cpu_seconds);
-/* Adds the stages until now, and ranks_detail: nodes, entries and ghosts of the last neighbor lists, and per
- * step what was sent between `before` and now, the traffic when the steps began. Collective. */
+
+/* Adds the stages until now, and ranks_detail: nodes, entries and ghosts of the last neighbor lists, and what
+ * was sent per step. traffic: of the steps. Collective. */
 kith_status kith_report_detail_ranks(struct kith_report *report, const struct kith_simulation *simulation,
-                                     const struct kith_traffic *before, uint64_t n_steps,
+                                     const struct kith_traffic *traffic, uint64_t n_steps,
                                      double largest_imbalance);
 void kith_report_clear(struct kith_report *report);
 /* DIR/report.json, whole or not at all. */

@@ -40,7 +40,7 @@ struct run {
   struct kith_growth growth;
   struct kith_conservation_baseline baseline;
   struct progress progress;
-  struct kith_traffic before_steps;
+  struct kith_traffic traffic; /* of the steps */
   struct kith_provenance provenance;
   struct kith_report report;
   double entered, until, started, cpu_started; /* entered: clock when the program began */
@@ -328,7 +328,7 @@ static kith_status steps(struct run *run) {
   struct kith_integrator *it = &run->simulation->integrator;
   run->progress = (struct progress){
       .shown = !run->options->quiet && speaks(run), .from = it->time, .started = kith_seconds()};
-  run->before_steps = kith_ranks_traffic(run->ranks);
+  const struct kith_traffic before = kith_ranks_traffic(run->ranks);
   if (run->progress.shown)
     fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
             "ghosts", "done", "ETA");
@@ -342,6 +342,9 @@ static kith_status steps(struct run *run) {
     show_progress(run, finished(run));
     kith_profile_end(run->profile);
   }
+  const struct kith_traffic now = kith_ranks_traffic(run->ranks);
+  run->traffic = (struct kith_traffic){now.messages - before.messages, now.bytes - before.bytes,
+                                       now.collectives - before.collectives};
   return kith_ranks_allreduce_status(run->ranks, it->pending);
 }
 
@@ -393,7 +396,7 @@ static kith_status finish(struct run *run) {
           KITH_OK)
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
   kith_profile_end(run->profile);
-  KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->before_steps, it->step - run->first_step,
+  KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->traffic, it->step - run->first_step,
                                     run->output.history.largest_imbalance));
   report->program_seconds = kith_seconds() - run->entered;
   snprintf(path, sizeof path, "%s/report.json", run->output.directory);

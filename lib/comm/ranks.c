@@ -152,10 +152,8 @@ kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n
   if (ranks == NULL) return status;
   int words = PARTS;
   for (int p = 0; p < n; words += 2 + parts[p++].n)
-    if (p >= KITH_SHARED_PARTS || words + parts[p].n > PARTS + 2 * p + KITH_SHARED_WORDS) {
-      fprintf(stderr, "kith: rank %d: too much to agree on\n", ranks->rank);
-      kith_ranks_abort(ranks, 1);
-    }
+    if (p >= KITH_SHARED_PARTS || words + parts[p].n > PARTS + 2 * p + KITH_SHARED_WORDS)
+      kith_ranks_must(ranks, kith_fail(KITH_INTERNAL, "too much to agree on"));
   mine[WORDS] = words, mine[CODE] = status == KITH_OK ? INT_MAX : (int)status;
   mine[RANK] = ranks->rank, mine[FAILED] = status != KITH_OK;
   for (int p = 0, k = PARTS; p < n; k += 2 + parts[p++].n) {
@@ -174,6 +172,12 @@ kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n
   for (int p = 0, k = PARTS; p < n; k += 2 + parts[p++].n)
     memcpy(parts[p].data, all + k + 2, (size_t)parts[p].n * sizeof *all);
   return KITH_OK;
+}
+
+kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status) {
+  if (status == KITH_OK || ranks == NULL) return status;
+  fprintf(stderr, "kith: rank %d: %s\n", ranks->rank, kith_failure());
+  kith_ranks_abort(ranks, 1);
 }
 
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks) {
@@ -230,13 +234,26 @@ void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t
   ++ranks->traffic.collectives;
 }
 
-void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t *from, int n) {
+void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *neighbor, const int64_t *to,
+                     int64_t *from, int n) {
+  enum { TAG = 2 };
   if (ranks == NULL) {
     memcpy(from, to, (size_t)n * sizeof *from);
     return;
   }
-  MPI_Alltoall(to, n, MPI_INT64_T, from, n, MPI_INT64_T, ranks->all);
-  ++ranks->traffic.collectives;
+  if (neighbor == NULL) {
+    MPI_Alltoall(to, n, MPI_INT64_T, from, n, MPI_INT64_T, ranks->all);
+    ++ranks->traffic.collectives;
+    return;
+  }
+  for (int k = 0; k < n_neighbors; ++k) {
+    const int r = neighbor[k];
+    MPI_Irecv(from + (size_t)r * (size_t)n, n, MPI_INT64_T, r, TAG, ranks->all, &ranks->request[2 * k]);
+    MPI_Isend(to + (size_t)r * (size_t)n, n, MPI_INT64_T, r, TAG, ranks->all, &ranks->request[2 * k + 1]);
+  }
+  MPI_Waitall(2 * n_neighbors, ranks->request, MPI_STATUSES_IGNORE);
+  ranks->traffic.messages += (uint64_t)n_neighbors;
+  ranks->traffic.bytes += (uint64_t)n_neighbors * (uint64_t)n * sizeof *to;
 }
 
 void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, size_t bytes) {

@@ -55,6 +55,8 @@ kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n
 static inline kith_status kith_ranks_allreduce_status(struct kith_ranks *ranks, kith_status status) {
   return kith_ranks_agree(ranks, status, 0, NULL);
 }
+/* For a failure while others wait for this rank: with several ranks it ends all of them. Not collective. */
+kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status);
 /* Is the last failure of this process one that all ranks agreed on? */
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks);
 
@@ -65,8 +67,10 @@ void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n);
 void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes); /* below 2 GB */
 
-/* MPI_Alltoall: from[r * n .. ] is what rank r had in to[me * n .. ]. */
-void kith_ranks_all_to_all(struct kith_ranks *ranks, const int64_t *to, int64_t *from, int n);
+/* from[r * n .. ] becomes what rank r had in to[me * n .. ]. Among neighbors, of which each names the other:
+ * by messages between them, and what `from` has of other ranks stays. NULL: among all, MPI_Alltoall. */
+void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *neighbor, const int64_t *to,
+                     int64_t *from, int n);
 /* MPI_Allgatherv: the data of all ranks, one after the other. *all is kith_resize memory owned by the caller;
  * part (may be NULL): [size + 1] where the data of each rank begin, in bytes. The status is agreed on. NULL
  * ranks: a copy. */

@@ -222,7 +222,7 @@ kith_status kith_list_update(struct kith_list *l, enum kith_rebuild_reason *why)
   else if (!kith_rebuilds_lasting(&l->rebuilds)) /* there is no snapshot that others could look at */
     *why = KITH_BECAUSE_always;
   else
-    KITH_TRY(kith_rebuilds_check(&l->rebuilds, nodes, why));
+    KITH_TRY(kith_rebuilds_check(&l->rebuilds, nodes, KITH_OK, why));
   return *why != KITH_BECAUSE_none ? build_list(l) : KITH_OK;
 }
 

@@ -8,7 +8,7 @@
 
 #include "lib/nodes/migrate.h"
 
-/* ---- life ---- */
+/* ---- cells ---- */
 
 kith_status kith_decomposition_cells(struct kith_cells *cells, const struct kith_nodes *nodes,
                                      const struct kith_box *box, const bool *periodic, int64_t most) {
@@ -31,30 +31,70 @@ static kith_status find_cells(const struct kith_decomposition *d, const struct k
   return KITH_OK;
 }
 
+/* How far x is out of a cell, over periodic sides too. */
+static double distance_from(const struct kith_cells *cells, int64_t c, const double *x) {
+  int64_t k[NDIM];
+  double d[NDIM];
+  kith_grid_place(cells->count, c, k);
+  for (int a = 0; a < NDIM; ++a) {
+    const double up = kith_cells_face(cells, a, k[a]) - x[a],
+                 down = x[a] - kith_cells_face(cells, a, k[a] + 1);
+    d[a] = KITH_MAX(KITH_MAX(up, down), 0.0);
+    if (cells->periodic[a])
+      d[a] = KITH_MIN(d[a], KITH_MAX(cells->upper[a] - cells->lower[a] + KITH_MIN(up, down), 0.0));
+  }
+  return kith_norm(d);
+}
+
+double kith_decomposition_outside(const struct kith_decomposition *d, const struct kith_nodes *nodes) {
+  double most = 0;
+#pragma omp parallel for schedule(static) reduction(max : most)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double *x = nodes->position->f64 + (size_t)i * NDIM;
+    most = KITH_MAX(most, distance_from(&d->cells, d->own[d->home->i64[i]], x));
+  }
+  return most;
+}
+
+static int64_t nearest_own(const struct kith_decomposition *d, const double *x) {
+  int64_t best = 0;
+  for (int64_t k = 1; k < d->n_own; ++k)
+    if (distance_from(&d->cells, d->own[k], x) < distance_from(&d->cells, d->own[best], x)) best = k;
+  return best;
+}
+
 static void set_homes(const struct kith_decomposition *d, const struct kith_nodes *nodes) {
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) d->home->i64[i] = d->place[d->home->i64[i]];
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const int64_t home = d->place[d->home->i64[i]];
+    d->home->i64[i] = home < d->n_own ? home : nearest_own(d, nodes->position->f64 + (size_t)i * NDIM);
+  }
 }
 
 /* The own cells of the present map. */
-static void find_own(struct kith_decomposition *d) {
+static kith_status find_own(struct kith_decomposition *d) {
   const int me = kith_ranks_rank(d->ranks);
   const int32_t *owner = d->partition->owner;
-  if (d->map == d->partition->generation) return;
+  if (d->map == d->partition->generation) return KITH_OK;
   d->n_own = 0;
   for (int64_t c = 0; c < d->cells.n; ++c)
     if (owner[c] == me) d->place[c] = (int32_t)d->n_own++;
+  KITH_TRY(kith_resize(&d->own, 0, (size_t)d->n_own, sizeof *d->own));
   for (int64_t c = 0; c < d->cells.n; ++c)
-    if (owner[c] != me) d->place[c] = (int32_t)d->n_own;
+    if (owner[c] != me)
+      d->place[c] = (int32_t)d->n_own;
+    else
+      d->own[d->place[c]] = (int32_t)c;
   d->map = d->partition->generation;
+  return KITH_OK;
 }
 
 /* Work of each cell, as its weight, by where the nodes of all ranks are now; the status is agreed on. Summed
  * as integers: sums over ranks have no order. *weight is owned by the caller, whatever is returned. */
 static kith_status weigh(const struct kith_decomposition *d, const struct kith_nodes *nodes,
-                         double **weight) {
+                         kith_status status, double **weight) {
   uint64_t *work = NULL;
-  kith_status status = find_cells(d, nodes);
+  if (status == KITH_OK) status = find_cells(d, nodes);
   if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)d->cells.n, sizeof *work);
   if (status == KITH_OK) status = kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight);
   status = kith_ranks_allreduce_status(d->ranks, status);
@@ -71,34 +111,110 @@ static kith_status make_map(struct kith_decomposition *d, const struct kith_node
   kith_status status = kith_partition_create(&d->partition, &d->cells, kith_ranks_size(d->ranks), text);
   if (status == KITH_OK) status = kith_resize(&d->place, 0, (size_t)d->cells.n, sizeof *d->place);
   KITH_TRY(kith_ranks_allreduce_status(d->ranks, status));
-  status = weigh(d, nodes, &weight);
+  status = weigh(d, nodes, KITH_OK, &weight);
   if (status == KITH_OK) status = kith_partition_converge(d->partition, weight);
   kith_free(&weight);
   return kith_ranks_allreduce_status(d->ranks, status);
 }
 
-static kith_status find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes, int32_t **to) {
-  find_own(d);
-  KITH_TRY(find_cells(d, nodes));
-  KITH_TRY(kith_resize(to, 0, (size_t)nodes->n_internal, sizeof **to));
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) (*to)[i] = d->partition->owner[d->home->i64[i]];
-  return KITH_OK;
-}
+/* ---- balance ---- */
 
-/* Nodes go to the owners of their cells. */
-static kith_status move_all(struct kith_decomposition *d, struct kith_nodes *nodes, uint64_t *moved) {
-  int32_t *to = NULL;
-  kith_status status = kith_ranks_allreduce_status(d->ranks, find_ranks(d, nodes, &to));
-  if (status == KITH_OK) status = kith_nodes_migrate(nodes, to, moved);
-  if (status == KITH_OK) set_homes(d, nodes);
-  kith_free(&to);
+/* If a check is due: asks for a new map if the work of all ranks is out of balance. */
+static kith_status balance(struct kith_decomposition *d, const struct kith_nodes *nodes, kith_status status) {
+  double *weight = NULL, *load = NULL;
+  bool changed = false;
+  if (d->every == 0 || ++d->redistributions % (uint64_t)d->every != 0) return status;
+  status = weigh(d, nodes, status, &weight);
+  d->balance_checks += status == KITH_OK;
+  if (status == KITH_OK) status = kith_resize(&load, 0, (size_t)d->partition->n_ranks, sizeof *load);
+  if (status == KITH_OK) {
+    d->last_imbalance = kith_partition_loads(d->partition, d->partition->owner, weight, load);
+    if (d->last_imbalance > d->imbalance) status = kith_partition_update(d->partition, weight, &changed);
+  }
+  d->repartitions += changed;
+  kith_free(&weight);
+  kith_free(&load);
   return status;
 }
 
+void kith_decomposition_measure(struct kith_decomposition *d, const struct kith_nodes *nodes,
+                                const size_t *row_first) {
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    d->work->i64[i] = (int64_t)(row_first[i + 1] - row_first[i]);
+}
+
+/* ---- redistribution ---- */
+
+/* Which ranks are this one or a neighbor; the caller's to free. */
+static kith_status near_ranks(const struct kith_decomposition *d, uint8_t **near) {
+  KITH_TRY(kith_resize(near, 0, (size_t)kith_ranks_size(d->ranks), 1));
+  (*near)[kith_ranks_rank(d->ranks)] = 1;
+  for (int k = 0; k < d->shell.n_neighbors; ++k) (*near)[d->shell.neighbor[k]] = 1;
+  return KITH_OK;
+}
+
+/* Where each node goes. A node in the box is in its cell. */
+static kith_status find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes) {
+  const int32_t *owner = d->partition->owner, me = (int32_t)kith_ranks_rank(d->ranks);
+  uint8_t *near = NULL;
+  uint64_t leaving = 0, far = 0;
+  double outside = 0;
+  KITH_TRY(find_own(d));
+  KITH_TRY(find_cells(d, nodes));
+  KITH_TRY(kith_reserve(&d->to, &d->to_capacity, (size_t)nodes->n_internal, sizeof *d->to));
+  KITH_TRY(near_ranks(d, &near));
+#pragma omp parallel for schedule(static) reduction(+ : leaving, far) reduction(max : outside)
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double *x = nodes->position->f64 + (size_t)i * NDIM;
+    const int32_t to = owner[d->home->i64[i]];
+    bool in_box = true;
+    d->to[i] = to;
+    leaving += to != me, far += near[to] == 0;
+    for (int a = 0; a < NDIM; ++a) in_box = in_box && x[a] >= d->cells.lower[a] && x[a] <= d->cells.upper[a];
+    if (!in_box) outside = KITH_MAX(outside, distance_from(&d->cells, d->home->i64[i], x));
+  }
+  d->leaving = leaving, d->far = far, d->outside = outside;
+  kith_free(&near);
+  return KITH_OK;
+}
+
+kith_status kith_decomposition_assign(struct kith_decomposition *d, struct kith_nodes *nodes,
+                                      kith_status status) {
+  status = balance(d, nodes, status);
+  return status == KITH_OK ? find_ranks(d, nodes) : status;
+}
+
+kith_status kith_decomposition_move(struct kith_decomposition *d, struct kith_nodes *nodes, uint64_t leaving,
+                                    uint64_t far) {
+  uint64_t moved = 0;
+  if (leaving > 0)
+    KITH_TRY(
+        kith_nodes_migrate(nodes, d->to, d->shell.n_neighbors, far > 0 ? NULL : d->shell.neighbor, &moved));
+  d->migrated += moved;
+  set_homes(d, nodes);
+  return KITH_OK;
+}
+
+kith_status kith_decomposition_surround(struct kith_decomposition *d, double reach, bool *changed) {
+  *changed = d->shell_map != d->partition->generation || reach > d->shell.reach || 4 * reach < d->shell.reach;
+  if (!*changed) return KITH_OK;
+  d->shell_map = 0;
+  KITH_TRY(kith_shell_build(&d->shell, d->partition, kith_ranks_rank(d->ranks), 1.25 * reach));
+  d->shell_map = d->partition->generation;
+  return KITH_OK;
+}
+
+/* ---- life ---- */
+
+/* Nodes that may be anywhere go to the owners of their cells. */
 static kith_status take_own(struct kith_decomposition *d, struct kith_nodes *nodes) {
-  KITH_TRY(move_all(d, nodes, NULL));
-  return kith_ranks_allreduce_status(d->ranks, kith_nodes_shrink(nodes));
+  const uint64_t migrated = d->migrated;
+  KITH_TRY(kith_ranks_allreduce_status(d->ranks, find_ranks(d, nodes)));
+  kith_status status = kith_decomposition_move(d, nodes, 1, 1);
+  d->migrated = migrated;
+  if (status == KITH_OK) status = kith_nodes_shrink(nodes);
+  return kith_ranks_allreduce_status(d->ranks, status);
 }
 
 kith_status kith_decomposition_create(struct kith_decomposition **out, struct kith_nodes *nodes,
@@ -131,44 +247,10 @@ void kith_decomposition_destroy(struct kith_decomposition **decomposition) {
   if (*decomposition == NULL) return;
   kith_partition_destroy(&(*decomposition)->partition);
   kith_free(&(*decomposition)->place);
+  kith_free(&(*decomposition)->own);
+  kith_free(&(*decomposition)->to);
+  kith_shell_clear(&(*decomposition)->shell);
   kith_free(decomposition);
-}
-
-/* ---- balance ---- */
-
-/* If a check is due: asks for a new map if the work of all ranks is out of balance. */
-static kith_status balance(struct kith_decomposition *d, const struct kith_nodes *nodes) {
-  double *weight = NULL, *load = NULL;
-  bool changed = false;
-  if (d->every == 0 || ++d->redistributions % (uint64_t)d->every != 0) return KITH_OK;
-  kith_status status = weigh(d, nodes, &weight);
-  d->balance_checks += status == KITH_OK;
-  if (status == KITH_OK) status = kith_resize(&load, 0, (size_t)d->partition->n_ranks, sizeof *load);
-  if (status == KITH_OK) {
-    d->last_imbalance = kith_partition_loads(d->partition, d->partition->owner, weight, load);
-    if (d->last_imbalance > d->imbalance) status = kith_partition_update(d->partition, weight, &changed);
-  }
-  d->repartitions += changed;
-  kith_free(&weight);
-  kith_free(&load);
-  return kith_ranks_allreduce_status(d->ranks, status);
-}
-
-void kith_decomposition_measure(struct kith_decomposition *d, const struct kith_nodes *nodes,
-                                const size_t *row_first) {
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    d->work->i64[i] = (int64_t)(row_first[i + 1] - row_first[i]);
-}
-
-/* ---- redistribution ---- */
-
-kith_status kith_decomposition_redistribute(struct kith_decomposition *d, struct kith_nodes *nodes) {
-  uint64_t moved = 0;
-  KITH_TRY(balance(d, nodes));
-  const kith_status status = move_all(d, nodes, &moved);
-  d->migrated += moved;
-  return status;
 }
 
 /* ---- checkpoints ---- */
@@ -247,7 +329,7 @@ static kith_status restore(struct kith_decomposition *d, const struct kith_nodes
   d->repartitions = (uint64_t)head.repartitions;
   d->migrated = kith_ranks_rank(d->ranks) == 0 ? (uint64_t)head.migrated : 0;
   d->last_imbalance = head.last_imbalance;
-  d->map = 0; /* another one was read */
+  d->map = d->shell_map = 0; /* another one was read */
   return KITH_OK;
 }
 
@@ -273,8 +355,10 @@ kith_status kith_decomposition_read(struct kith_decomposition *d, struct kith_no
 
 kith_status kith_decomposition_resume(struct kith_decomposition *d, struct kith_nodes *nodes) {
   if (!d->resumed) return take_own(d, nodes);
-  find_own(d);
-  kith_status status = find_cells(d, nodes);
+  kith_status status = find_own(d);
+  if (status == KITH_OK) status = find_cells(d, nodes);
+  if (status == KITH_OK && d->n_own == 0 && nodes->n_internal > 0)
+    status = kith_fail(KITH_BAD_FILE, "the decomposition in the checkpoint is damaged");
   if (status == KITH_OK) set_homes(d, nodes);
   return kith_ranks_allreduce_status(d->ranks, status);
 }

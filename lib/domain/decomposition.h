@@ -2,10 +2,12 @@
  * rank, and when the load is balanced again.
  *
  * Every rank comes with a share of the nodes, whichever, and sends them to the ranks that own their cells.
- * Later, nodes follow their cells when neighbor lists are rebuilt (kith_decomposition_redistribute), and only
- * then.
- * `home` of a node is the index, among the cells of this rank, of the cell that it was in at the last
- * redistribution; n_own: another cell, as may be after a restart.
+ * Later, nodes follow their cells when neighbor lists are rebuilt (kith_decomposition_assign and _move), and
+ * only then. `home` of a node is the index, among the cells of this rank, of the cell that it was in then;
+ * after a restart, when it may be in a cell of another rank already, of the nearest own one.
+ *
+ * Each rank has the whole map, 8 bytes a cell, and talks to the ranks of its shell: those whose cells are
+ * within a reach that all ranks know.
  *
  * Load balance. The work of a node is the number of entries of its last row, plus 1. At every `every`-th
  * redistribution the work is summed by cells over all ranks; if the busiest rank has more than `imbalance`
@@ -16,7 +18,7 @@
 #ifndef KITH_DOMAIN_DECOMPOSITION_H
 #define KITH_DOMAIN_DECOMPOSITION_H
 
-#include "lib/domain/partition/partition.h"
+#include "lib/domain/partition/shell.h"
 #include "lib/io/checkpoint.h"
 #include "lib/nodes/nodes.h"
 
@@ -27,8 +29,16 @@ struct kith_decomposition {
   struct kith_field *home;          /* I64: 0 .. n_own */
   struct kith_field *work;          /* I64: entries of the node's last row */
   int64_t n_own;                    /* cells of this rank */
-  int32_t *place;   /* [cells.n] index of a cell among the own ones; n_own: of another rank; owned */
-  uint64_t map;     /* generation of the map that they belong to; 0: none */
+  int32_t *place;          /* [cells.n] index of a cell among the own ones; n_own: of another rank; owned */
+  int32_t *own;            /* [n_own] ascending; owned */
+  struct kith_shell shell; /* this rank's surroundings, once they were asked for */
+  uint64_t map, shell_map; /* generations of the map that they belong to; 0: none */
+  int32_t *to;             /* [nodes] where they go; owned */
+  size_t to_capacity;
+  /* By the last assignment: nodes that leave this rank, those that leave its neighbors, too; how far a node is
+   * out of its cell. */
+  uint64_t leaving, far;
+  double outside;
   int every;        /* redistributions between balance checks; 0: never */
   double imbalance; /* tolerated: largest work of a rank over the mean */
   uint64_t redistributions, balance_checks, repartitions; /* counted over the run */
@@ -57,9 +67,21 @@ kith_status kith_decomposition_create(struct kith_decomposition **out, struct ki
                                       const struct kith_decomposition_options *options);
 void kith_decomposition_destroy(struct kith_decomposition **decomposition);
 
-/* Balances the load if a check is due, then sends nodes to the ranks that own their cells. Collective. */
-kith_status kith_decomposition_redistribute(struct kith_decomposition *decomposition,
-                                            struct kith_nodes *nodes);
+/* Finds the cells and ranks of nodes, after balancing the load if a check is due (only then collective).
+ * `status`: of this rank so far, which is passed on; so is a failure, not agreed on. */
+kith_status kith_decomposition_assign(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
+                                      kith_status status);
+/* Then, `leaving` and `far` of all ranks being known: sends nodes to these ranks. The status of this rank.
+ * Collective if some leave: among neighbors, or all if some are far. */
+kith_status kith_decomposition_move(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
+                                    uint64_t leaving, uint64_t far);
+/* `outside` at present, between assignments. */
+double kith_decomposition_outside(const struct kith_decomposition *decomposition,
+                                  const struct kith_nodes *nodes);
+/* Builds the shell of this map, of a little more than this reach, unless there is one. *changed: there was
+ * none. All ranks do the same; the status is that of this rank. No communication. */
+kith_status kith_decomposition_surround(struct kith_decomposition *decomposition, double reach,
+                                        bool *changed);
 /* After lists were rebuilt: row_first[i + 1] - row_first[i] entries are the work of node i from now on. */
 void kith_decomposition_measure(struct kith_decomposition *decomposition, const struct kith_nodes *nodes,
                                 const size_t *row_first);

@@ -1,13 +1,13 @@
 /* Who is sent where: bounds of cells, candidates, send lists; remote ghosts and their values. */
 #include "lib/domain/halo.h"
 
+#include <math.h>
 #include <omp.h>
-#include <stdio.h>
 #include <string.h>
 
 enum { GROUP_SIZE = 64 }; /* candidates tested together */
 
-/* Of the nodes of a cell, as other ranks are told: the box around them, their largest search radius. */
+/* Of the nodes of a cell, as neighbors are told: the box around them, their largest search radius. */
 struct bounds {
   double search_radius; /* < 0: it has no nodes */
   struct kith_box box;
@@ -33,10 +33,14 @@ struct peer {
 };
 
 struct kith_halo {
-  struct kith_ranks *ranks;                       /* borrowed */
-  const struct kith_decomposition *decomposition; /* borrowed */
+  struct kith_ranks *ranks;                 /* borrowed */
+  struct kith_decomposition *decomposition; /* borrowed */
+  /* By the shell: bounds of cells that go to neighbors and come from them; ghosts of each list for each rank,
+   * and of each. */
+  struct bounds *bounds_out, *bounds_in;
+  int64_t *count_out, *count_in; /* [ranks][KITH_MAX_LISTS], one block */
   int n_peers;
-  struct peer *peer; /* [n_peers] ascending ranks: those that are sent to or send */
+  struct peer *peer; /* [n_peers] ascending ranks: neighbors that are sent to or send */
   /* One message to and from each peer, in parts of whole 8-byte words: part k has size[k] bytes a node. */
   int n_parts;
   size_t size[KITH_MAX_FIELDS];
@@ -53,7 +57,7 @@ static void forget_peers(struct kith_halo *halo) {
 }
 
 kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
-                             const struct kith_decomposition *decomposition) {
+                             struct kith_decomposition *decomposition) {
   const size_t size = (size_t)kith_ranks_size(ranks);
   *out = NULL;
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
@@ -62,11 +66,15 @@ kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
   halo->decomposition = decomposition;
   kith_status status = kith_resize(&halo->peer, 0, size, sizeof *halo->peer);
   if (status == KITH_OK) status = kith_resize(&halo->out, 0, 2 * size, sizeof *halo->out);
-  if (status != KITH_OK)
+  if (status == KITH_OK)
+    status = kith_resize(&halo->count_out, 0, 2 * size * KITH_MAX_LISTS, sizeof *halo->count_out);
+  if (status != KITH_OK) {
     kith_halo_destroy(out);
-  else
-    halo->in = halo->out + size;
-  return status;
+    return status;
+  }
+  halo->in = halo->out + size;
+  halo->count_in = halo->count_out + size * KITH_MAX_LISTS;
+  return KITH_OK;
 }
 
 void kith_halo_destroy(struct kith_halo **halo) {
@@ -74,6 +82,9 @@ void kith_halo_destroy(struct kith_halo **halo) {
   forget_peers(*halo);
   kith_free(&(*halo)->peer);
   kith_free(&(*halo)->out);
+  kith_free(&(*halo)->count_out);
+  kith_free(&(*halo)->bounds_out);
+  kith_free(&(*halo)->bounds_in);
   kith_free(&(*halo)->buffer);
   kith_free(halo);
 }
@@ -139,9 +150,7 @@ static void start_values(struct kith_halo *halo, struct kith_field *const *field
     pack_peer(halo, &halo->peer[p], halo->out[p].data);
   if (status == KITH_OK)
     status = kith_ranks_start_exchange(halo->ranks, halo->n_peers, halo->out, halo->n_peers, halo->in);
-  if (status == KITH_OK) return;
-  fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(halo->ranks), kith_failure());
-  kith_ranks_abort(halo->ranks, 1);
+  kith_ranks_must(halo->ranks, status);
 }
 
 void kith_halo_start_exchange(struct kith_halo *halo, struct kith_nodes *nodes,
@@ -338,68 +347,79 @@ static kith_status find_near(struct candidates *c, const struct kith_nodes *node
   return collect(c, nodes, send, n_send, count);
 }
 
+/* ---- neighbors ---- */
+
+kith_status kith_halo_surround(struct kith_halo *halo, double reach) {
+  bool changed;
+  if (halo == NULL) return KITH_OK;
+  const struct kith_shell *shell = &halo->decomposition->shell;
+  kith_status status = kith_decomposition_surround(halo->decomposition, reach, &changed);
+  if (!changed) return KITH_OK;
+  if (status == KITH_OK)
+    status = kith_resize(&halo->bounds_out, 0, (size_t)shell->send_first[shell->n_neighbors],
+                         sizeof *halo->bounds_out);
+  if (status == KITH_OK)
+    status = kith_resize(&halo->bounds_in, 0, (size_t)shell->n_ghosts, sizeof *halo->bounds_in);
+  return kith_ranks_allreduce_status(halo->ranks, status);
+}
+
+/* Tells neighbors the bounds of the own cells that are their ghost cells, and learns those of the ghost cells
+ * of this rank. own [own cells]; NULL: no nodes that need any others. */
+static void exchange_bounds(struct kith_halo *halo, const struct bounds *own) {
+  const struct kith_decomposition *d = halo->decomposition;
+  const struct kith_shell *shell = &d->shell;
+  const size_t size = sizeof(struct bounds);
+  for (int64_t k = 0; k < shell->send_first[shell->n_neighbors]; ++k)
+    halo->bounds_out[k] = own != NULL ? own[d->place[shell->send[k]]] : nowhere;
+  for (int k = 0; k < shell->n_neighbors; ++k) {
+    const int64_t send = shell->send_first[k], receive = shell->receive_first[k];
+    halo->out[k] = (struct kith_message){shell->neighbor[k], halo->bounds_out + send,
+                                         (size_t)(shell->send_first[k + 1] - send) * size};
+    halo->in[k] = (struct kith_message){shell->neighbor[k], halo->bounds_in + receive,
+                                        (size_t)(shell->receive_first[k + 1] - receive) * size};
+  }
+  kith_ranks_must(halo->ranks, kith_ranks_exchange(halo->ranks, shell->n_neighbors, halo->out,
+                                                   shell->n_neighbors, halo->in));
+}
+
+static void exchange_counts(struct kith_halo *halo, int n_lists) {
+  const struct kith_shell *shell = &halo->decomposition->shell;
+  kith_ranks_tell(halo->ranks, shell->n_neighbors, shell->neighbor, halo->count_out, halo->count_in, n_lists);
+}
+
+static kith_status own_bounds(const struct kith_halo *halo, const struct kith_nodes *nodes,
+                              struct bounds **own) {
+  *own = NULL;
+  return find_bounds(nodes, halo->decomposition->home->i64, (size_t)halo->decomposition->n_own, own);
+}
+
 /* ---- ghosts ---- */
 
-/* What is needed while ghosts are made. */
-struct scratch {
-  struct candidates candidates;
-  struct bounds *own;
-  size_t n_own;
-  char *bounds;       /* of the cells of all ranks */
-  size_t *part;       /* [ranks + 1] where those of each rank begin, in bytes */
-  int64_t *to, *from; /* [rank][list] ghosts */
-};
-
-static void scratch_clear(struct scratch *s) {
-  kith_free(&s->candidates.mark);
-  kith_free(&s->candidates.group);
-  kith_free(&s->candidates.hit);
-  kith_free(&s->own);
-  kith_free(&s->bounds);
-  kith_free(&s->part);
-  kith_free(&s->to);
-  kith_free(&s->from);
-}
-
-/* The bounds of the cells of all ranks; compact: without those that have no nodes. */
-static kith_status gather_bounds(const struct kith_halo *halo, const struct kith_nodes *nodes,
-                                 struct scratch *s, bool compact) {
-  const size_t cells = (size_t)halo->decomposition->n_own + 1;
-  kith_status status = kith_resize(&s->part, 0, (size_t)kith_ranks_size(halo->ranks) + 1, sizeof *s->part);
-  if (status == KITH_OK) status = find_bounds(nodes, halo->decomposition->home->i64, cells, &s->own);
-  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, status));
-  for (size_t c = 0; c < cells; ++c)
-    if (!compact || s->own[c].search_radius >= 0) s->own[s->n_own++] = s->own[c];
-  return kith_ranks_gather(halo->ranks, s->own, s->n_own * sizeof *s->own, &s->bounds, s->part);
-}
-
-/* The nodes and images that each rank gets, and how many of each list. */
+/* The nodes and images that each neighbor gets, and how many of each list. */
 static kith_status make_send_lists(struct kith_halo *halo, const struct kith_nodes *nodes, double factor,
-                                   struct scratch *s) {
-  const size_t size = (size_t)kith_ranks_size(halo->ranks), lists = (size_t)nodes->n_lists;
-  KITH_TRY(kith_resize(&s->to, 0, size * lists, sizeof *s->to));
-  KITH_TRY(kith_resize(&s->from, 0, size * lists, sizeof *s->from));
-  KITH_TRY(gather_candidates(&s->candidates, nodes));
-  for (int r = 0; r < (int)size; ++r) {
+                                   struct candidates *candidates) {
+  const struct kith_shell *shell = &halo->decomposition->shell;
+  const size_t lists = (size_t)nodes->n_lists;
+  memset(halo->count_out, 0, (size_t)kith_ranks_size(halo->ranks) * lists * sizeof *halo->count_out);
+  KITH_TRY(gather_candidates(candidates, nodes));
+  for (int k = 0; k < shell->n_neighbors; ++k) {
     struct peer *peer = &halo->peer[halo->n_peers++];
-    *peer = (struct peer){.rank = r};
-    if (r == kith_ranks_rank(halo->ranks)) continue;
-    KITH_TRY(find_near(&s->candidates, nodes, (struct bounds *)(s->bounds + s->part[r]),
-                       (s->part[r + 1] - s->part[r]) / sizeof *s->own, factor, &peer->send, &peer->n_send,
-                       s->to + (size_t)r * lists));
+    *peer = (struct peer){.rank = shell->neighbor[k]};
+    KITH_TRY(find_near(candidates, nodes, halo->bounds_in + shell->receive_first[k],
+                       (size_t)(shell->receive_first[k + 1] - shell->receive_first[k]), factor, &peer->send,
+                       &peer->n_send, halo->count_out + (size_t)peer->rank * lists));
   }
   return KITH_OK;
 }
 
-/* Blocks of remote ghosts as the other ranks announced them; peers without a message are dropped. */
-static kith_status add_blocks(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
-                              const int64_t *from) {
+/* Blocks of remote ghosts as neighbors announced them; peers without a message are dropped. */
+static kith_status add_blocks(struct kith_halo *halo, struct kith_nodes *nodes, int boundary) {
   int left = 0;
   for (int p = 0; p < halo->n_peers; ++p) {
     struct peer peer = halo->peer[p];
     peer.first = kith_nodes_count(nodes);
     for (int l = 0; l < nodes->n_lists; ++l) {
-      const int64_t count = from[(size_t)peer.rank * (size_t)nodes->n_lists + (size_t)l];
+      const int64_t count = halo->count_in[(size_t)peer.rank * (size_t)nodes->n_lists + (size_t)l];
       const struct kith_ghost_block block = {
           .kind = KITH_GHOST_REMOTE, .boundary = boundary, .list = l, .count = (kith_index)count};
       KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
@@ -412,79 +432,92 @@ static kith_status add_blocks(struct kith_halo *halo, struct kith_nodes *nodes, 
   return KITH_OK;
 }
 
-static kith_status add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary, double factor,
-                              struct scratch *s) {
-  struct kith_field *fields[KITH_MAX_FIELDS];
-  KITH_TRY(gather_bounds(halo, nodes, s, true));
-  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, make_send_lists(halo, nodes, factor, s)));
-  kith_ranks_all_to_all(halo->ranks, s->to, s->from, nodes->n_lists);
-  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, add_blocks(halo, nodes, boundary, s->from)));
-  start_values(halo, fields, kith_nodes_ghost_fields(nodes, fields));
-  kith_halo_finish_exchange(halo);
-  return KITH_OK;
+void kith_halo_abstain(struct kith_halo *halo, const struct kith_nodes *nodes) {
+  if (halo == NULL) return;
+  forget_peers(halo);
+  exchange_bounds(halo, NULL);
+  memset(halo->count_out, 0,
+         (size_t)kith_ranks_size(halo->ranks) * (size_t)nodes->n_lists * sizeof *halo->count_out);
+  exchange_counts(halo, nodes->n_lists);
 }
 
 kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
                                  double factor) {
-  struct scratch s = {0};
+  struct kith_field *fields[KITH_MAX_FIELDS];
+  struct candidates candidates = {0};
+  struct bounds *own;
   if (halo == NULL) return KITH_OK;
   forget_peers(halo);
-  const kith_status status = add_ghosts(halo, nodes, boundary, factor, &s);
-  scratch_clear(&s);
-  return status;
+  kith_ranks_must(halo->ranks, own_bounds(halo, nodes, &own));
+  exchange_bounds(halo, own);
+  kith_ranks_must(halo->ranks, make_send_lists(halo, nodes, factor, &candidates));
+  exchange_counts(halo, nodes->n_lists);
+  kith_ranks_must(halo->ranks, add_blocks(halo, nodes, boundary));
+  start_values(halo, fields, kith_nodes_ghost_fields(nodes, fields));
+  kith_halo_finish_exchange(halo);
+  kith_free(&own);
+  kith_free(&candidates.mark);
+  kith_free(&candidates.group);
+  kith_free(&candidates.hit);
+  return KITH_OK;
 }
 
-kith_status kith_halo_extend(const struct kith_halo *halo, struct kith_nodes *nodes) {
-  struct scratch s = {0};
-  if (halo == NULL) return KITH_OK;
-  const kith_status status = gather_bounds(halo, nodes, &s, false);
-  if (status == KITH_OK) {
-    const struct kith_decomposition *d = halo->decomposition;
-    const size_t n_all = s.part[kith_ranks_size(halo->ranks)] / sizeof *s.own;
+void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes) {
+  struct bounds *own, *wide = NULL;
+  if (halo == NULL) return;
+  const struct kith_decomposition *d = halo->decomposition;
+  const size_t n_own = (size_t)d->n_own;
+  kith_ranks_must(halo->ranks, own_bounds(halo, nodes, &own));
+  kith_ranks_must(halo->ranks, kith_resize(&wide, 0, n_own, sizeof *wide));
+  exchange_bounds(halo, own);
 #pragma omp parallel
-    {
+  {
 #pragma omp for schedule(dynamic, 16)
-      for (size_t c = 0; c < s.n_own; ++c)
-        if (s.own[c].search_radius >= 0)
-          s.own[c].search_radius = widest(&s.own[c], &d->cells, (struct bounds *)s.bounds, n_all);
-#pragma omp for schedule(static)
-      for (kith_index i = 0; i < nodes->n_internal; ++i)
-        nodes->search_radius->f64[i] = s.own[d->home->i64[i]].search_radius;
+    for (size_t c = 0; c < n_own; ++c) {
+      wide[c] = own[c];
+      if (!(own[c].search_radius >= 0)) continue;
+      wide[c].search_radius = fmax(widest(&own[c], &d->cells, own, n_own),
+                                   widest(&own[c], &d->cells, halo->bounds_in, (size_t)d->shell.n_ghosts));
     }
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < nodes->n_internal; ++i)
+      nodes->search_radius->f64[i] = wide[d->home->i64[i]].search_radius;
   }
-  scratch_clear(&s);
-  return status;
+  kith_free(&own);
+  kith_free(&wide);
 }
 
 /* ---- culling ---- */
 
-/* Shortens the send list to what its receiver keeps; images on it stay. */
+/* Shortens the send list to what its receiver keeps; images on it stay (keep NULL: nothing does). */
 static void trim_list(struct peer *peer, const struct kith_nodes *nodes, const uint8_t *wanted,
                       uint8_t *keep) {
   kith_index left = 0;
   for (kith_index k = 0; k < peer->n_send; ++k) {
     if (!wanted[k]) continue;
     const kith_index i = peer->send[k];
-    if (i >= nodes->n_internal) keep[i - nodes->n_internal] = 1;
+    if (keep != NULL && i >= nodes->n_internal) keep[i - nodes->n_internal] = 1;
     peer->send[left++] = i;
   }
   peer->n_send = left;
 }
 
-/* A flag for each ghost goes back to where its node came from: `in` is sent, `out` received. */
-kith_status kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep) {
-  if (halo == NULL) return KITH_OK;
+/* A flag for each ghost goes back to where its node came from: `in` is sent, `out` received. The buffer had
+ * space for values already. */
+void kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep) {
+  if (halo == NULL) return;
   halo->n_parts = 1, halo->size[0] = 1;
-  KITH_TRY(kith_ranks_allreduce_status(halo->ranks, lay_out(halo)));
+  kith_ranks_must(halo->ranks, lay_out(halo));
   for (int p = 0; p < halo->n_peers; ++p) {
     const struct kith_message *flags = &halo->in[p];
     const struct peer *peer = &halo->peer[p];
     if (flags->bytes > 0) memset(flags->data, 0, flags->bytes);
-    if (peer->n_recv > 0) memcpy(flags->data, keep + (peer->first - nodes->n_internal), (size_t)peer->n_recv);
+    if (peer->n_recv > 0 && keep != NULL)
+      memcpy(flags->data, keep + (peer->first - nodes->n_internal), (size_t)peer->n_recv);
   }
-  KITH_TRY(kith_ranks_exchange(halo->ranks, halo->n_peers, halo->in, halo->n_peers, halo->out));
+  kith_ranks_must(halo->ranks,
+                  kith_ranks_exchange(halo->ranks, halo->n_peers, halo->in, halo->n_peers, halo->out));
   for (int p = 0; p < halo->n_peers; ++p) trim_list(&halo->peer[p], nodes, halo->out[p].data, keep);
-  return KITH_OK;
 }
 
 void kith_halo_remap(struct kith_halo *halo, const kith_index *renumber) {

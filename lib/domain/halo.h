@@ -1,7 +1,7 @@
 /* halo.h - ghosts of nodes that other ranks own, and the exchange of their values.
  *
- * Who is sent. Every rank tells all others, for each of its cells, the box around the nodes in it and their
- * largest search radius R. Node or image j is sent to the rank of a cell if
+ * Who is sent. Every rank tells its neighbors, for each of its cells that may matter to them, the box around
+ * the nodes in it and their largest search radius R. Node or image j is sent to the rank of a cell if
  *     d(x_j, box) <= f max(R_j, R of the cell),
  * f = 1, or 2 when overlap is required: whatever a node of that rank may interact with is there. Where images
  * are shifts (lib/nodes/shifts.h), d is that of the nearest image, and the node itself is sent, once; nothing
@@ -15,8 +15,17 @@
  * Pairs between ranks are evaluated, and counted, on both, each for its own node: a ghost never receives a
  * contribution. Refreshing any set of fields takes one message to each rank with which ghosts are shared.
  *
+ * Neighbors. An image is no nearer to the nodes of another rank than its node is, over periodic sides, as
+ * long as both are on the inner side of mirrors. So nodes of two cells have to do with each other only if the
+ * cells are within
+ *     reach = f max R + 2 (how far nodes are out of their cells) + (what images gain on their nodes),
+ * a maximum over all ranks. The ranks within it are the neighbors (partition/shell.h): no message goes to any
+ * other, and the number of ranks does not matter. One support as large as the scene makes all ranks
+ * neighbors.
+ *
  * A halo of NULL stands for one process: there are no remote ghosts, images alone are refreshed. All
- * functions but kith_halo_remap and kith_halo_pending are collective. */
+ * functions but kith_halo_remap and kith_halo_pending are for all ranks together: by messages between
+ * neighbors, except kith_halo_surround. A rank that fails while others wait for it ends all. */
 #ifndef KITH_DOMAIN_HALO_H
 #define KITH_DOMAIN_HALO_H
 
@@ -26,21 +35,25 @@ struct kith_halo; /* opaque */
 
 /* decomposition (borrowed) has the cells and knows in which one a node is. */
 kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
-                             const struct kith_decomposition *decomposition);
+                             struct kith_decomposition *decomposition);
 void kith_halo_destroy(struct kith_halo **halo);
 
+/* Neighbors are those within this reach from here on. Collective only if the map or the reach changed. */
+kith_status kith_halo_surround(struct kith_halo *halo, double reach);
 /* Appends the remote ghosts, as blocks of this boundary. factor: f. */
 kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
                                  double factor);
+/* Instead, on a rank that has failed: it gets and sends nothing. */
+void kith_halo_abstain(struct kith_halo *halo, const struct kith_nodes *nodes);
 /* For ghosts whose rows are complete: raises the search radius of each internal node i to the largest R_j
  * that a node j within max(R_i, R_j) of it may have. Ghosts made with it and with f = 2 then hold all
  * partners of i, and all that lie within R_j of a partner j,
- *     d(x_k, x_i) <= max(R_i, R_j) + R_j <= 2 R'_i.
- * Every own cell is compared with all cells of all ranks. */
-kith_status kith_halo_extend(const struct kith_halo *halo, struct kith_nodes *nodes);
+ *     d(x_k, x_i) <= max(R_i, R_j) + R_j <= 2 R'_i. */
+void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes);
 
-/* Before a cull, keep[ghost] is what this rank needs; afterwards it includes the images that others need. */
-kith_status kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep);
+/* Before a cull, keep[ghost] is what this rank needs; afterwards it includes the images that others need.
+ * NULL: a rank that has failed, and needs nothing. */
+void kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep);
 /* After the cull: renumber[old index] is the new index or -1. */
 void kith_halo_remap(struct kith_halo *halo, const kith_index *renumber);
 

@@ -107,39 +107,28 @@ static kith_status unpack_arrivals(const struct transport *t, struct kith_nodes 
   return KITH_OK;
 }
 
-static kith_status count_all(const struct kith_nodes *nodes, uint64_t before, uint64_t out, uint64_t in) {
-  uint64_t balance[] = {before - out + in, (uint64_t)nodes->n_internal, out, in};
-  kith_ranks_sum_counts(nodes->ranks, balance, 4);
-  if (balance[0] != balance[1] || balance[2] != balance[3])
-    KITH_FAIL(INTERNAL, "of %llu nodes %llu are left after a migration", (unsigned long long)balance[0],
-              (unsigned long long)balance[1]);
-  return KITH_OK;
-}
-
-static kith_status migrate(struct transport *t, struct kith_nodes *nodes, const int32_t *to) {
+static kith_status migrate(struct transport *t, struct kith_nodes *nodes, const int32_t *to, int n_neighbors,
+                           const int32_t *neighbor) {
   struct kith_ranks *ranks = nodes->ranks;
   const int me = kith_ranks_rank(ranks), size = kith_ranks_size(ranks);
-  const uint64_t before = (uint64_t)nodes->n_internal;
-  KITH_TRY(kith_ranks_allreduce_status(ranks, load_all(t, nodes, to, me)));
-  kith_ranks_all_to_all(ranks, t->to, t->from, nodes->n_lists);
+  KITH_TRY(kith_ranks_must(ranks, load_all(t, nodes, to, me)));
+  kith_ranks_tell(ranks, n_neighbors, neighbor, t->to, t->from, nodes->n_lists);
   for (size_t k = 0; k < t->n_counts; ++k) t->n_in += t->from[k];
-  KITH_TRY(
-      kith_ranks_allreduce_status(ranks, kith_resize(&t->in, 0, (size_t)t->n_in * t->words, sizeof *t->in)));
+  KITH_TRY(kith_ranks_must(ranks, kith_resize(&t->in, 0, (size_t)t->n_in * t->words, sizeof *t->in)));
   struct kith_message *in = t->message + size;
   fill_messages(t, size, t->to, t->out, t->message);
   fill_messages(t, size, t->from, t->in, in);
-  KITH_TRY(kith_ranks_exchange(ranks, size, t->message, size, in));
-  kith_status status = t->n_out > 0 ? remove_leaving(nodes, to, me) : KITH_OK;
-  if (status == KITH_OK && t->n_in > 0) status = unpack_arrivals(t, nodes);
+  KITH_TRY(kith_ranks_must(ranks, kith_ranks_exchange(ranks, size, t->message, size, in)));
+  if (t->n_out > 0) KITH_TRY(remove_leaving(nodes, to, me));
   if (t->n_in > 0) ++nodes->positions;
-  KITH_TRY(kith_ranks_allreduce_status(ranks, status));
-  return count_all(nodes, before, (uint64_t)t->n_out, (uint64_t)t->n_in);
+  return t->n_in > 0 ? unpack_arrivals(t, nodes) : KITH_OK;
 }
 
-kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint64_t *moved) {
+kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, int n_neighbors,
+                               const int32_t *neighbor, uint64_t *moved) {
   struct transport t = {0};
   kith_nodes_drop_ghosts(nodes);
-  const kith_status status = migrate(&t, nodes, to);
+  const kith_status status = migrate(&t, nodes, to, n_neighbors, neighbor);
   if (moved != NULL) *moved = (uint64_t)t.n_out;
   transport_clear(&t);
   return status;
@@ -183,9 +172,14 @@ static kith_status send_by_id(struct kith_nodes *copy, int parts) {
       kith_ranks_allreduce_status(copy->ranks, kith_resize(&to, 0, (size_t)copy->n_internal, sizeof *to)));
   for (kith_index i = 0; i < copy->n_internal; ++i)
     to[i] = KITH_MIN((int32_t)(((double)id[i] + ends[0]) / width), parts - 1);
-  const kith_status status = kith_nodes_migrate(copy, to, NULL);
+  uint64_t count[] = {(uint64_t)copy->n_internal, 0};
+  const kith_status status = kith_nodes_migrate(copy, to, 0, NULL, NULL);
   kith_free(&to);
-  return status;
+  count[1] = (uint64_t)copy->n_internal;
+  KITH_TRY(kith_ranks_agree(copy->ranks, status, 1, &(struct kith_shared){KITH_SHARE_SUM, 2, count}));
+  if (count[0] == count[1]) return KITH_OK;
+  KITH_FAIL(INTERNAL, "of %llu nodes %llu are left after a migration", (unsigned long long)count[0],
+            (unsigned long long)count[1]);
 }
 
 kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct kith_nodes **out) {

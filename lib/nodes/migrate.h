@@ -1,15 +1,17 @@
 /* migrate.h - nodes move to other ranks with all registered fields, whatever their role, since a scheme may
- * be in the middle of a step. Any distance. The total number of nodes is checked: INTERNAL if one is lost or
- * doubled. */
+ * be in the middle of a step. Any distance. */
 #ifndef KITH_NODES_MIGRATE_H
 #define KITH_NODES_MIGRATE_H
 
 #include "lib/nodes/nodes.h"
 
-/* Internal node i goes to rank to[i]. Ghosts are dropped. Nodes that stay keep their order; after them, list
+/* Internal node i goes to rank to[i], one of n_neighbors ranks, of which each names the other, or this one;
+ * neighbor NULL: any rank. Ghosts are dropped. Nodes that stay keep their order; after them, list
  * by list, come the arriving ones, rank by rank in the order they had there. *moved (may be NULL): how many
- * left this rank. Collective. */
-kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, uint64_t *moved);
+ * left this rank. Collective; the status is that of this rank. A rank without memory for the messages ends
+ * all: others wait for it. */
+kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, int n_neighbors,
+                               const int32_t *neighbor, uint64_t *moved);
 
 /* Orders each list by id. Of this rank alone. */
 kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes);

@@ -288,17 +288,15 @@ static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_ro
                    isnan(support[first]) ? "does not converge within" : "outgrew", search_radius[first], why);
 }
 
-/* Are the masses of all nodes of all ranks equal? All ranks have to sum in the same way. */
+/* Are the masses of all nodes of all ranks equal, and of what is frozen? All ranks have to sum in the same
+ * way. */
 static bool equal_masses(const struct kith_hydro *hydro) {
   const kith_index n = kith_nodes_count(hydro->nodes);
   const double *m = hydro->mass->f64;
   bool equal = true;
 #pragma omp parallel for simd schedule(static) reduction(&& : equal)
   for (kith_index i = 0; i < n; ++i) equal = equal && m[i] == m[0];
-  if (hydro->nodes->ranks == NULL) return equal;
-  double range[] = {n > 0 ? m[0] : -INFINITY, n > 0 ? -m[0] : -INFINITY, !equal}; /* largest, - smallest */
-  kith_ranks_max(hydro->nodes->ranks, range, 3);
-  return range[2] == 0 && range[0] == -range[1];
+  return equal && (hydro->nodes->ranks == NULL || hydro->equal_masses);
 }
 
 /* Remote ghosts that internal nodes read, computed as their owners do, from their own rows. Their failures

@@ -30,24 +30,21 @@ static void displacement(const struct kith_cover *cover, const double *x, const 
   }
 }
 
-/* The displacement of the node with the lowest id. */
-static void first_drift(const struct kith_cover *cover, const struct kith_nodes *nodes, double *first) {
-  const int64_t *restrict id = nodes->id->i64;
-  int64_t least = INT64_MAX;
-#pragma omp parallel for schedule(static) reduction(min : least) if (cover->n > KITH_FEW)
-  for (kith_index i = 0; i < cover->n; ++i) least = KITH_MIN(least, id[i]);
-  kith_index i = 0;
-  while (i < cover->n && id[i] != least) ++i;
-  struct {
-    double none;
-    int64_t id;
+/* Adds the vectors of n nodes. */
+static void sum_vectors(kith_index n, void (*vector)(const void *context, kith_index i, double *x),
+                        const void *context, struct kith_sum total[NDIM]) {
+#pragma omp parallel if (n > KITH_FEW)
+  {
+    struct kith_sum mine[NDIM] = {0};
     double x[NDIM];
-  } node = {.id = least};
-  if (cover->n > 0) position_of(cover, nodes, i, node.x);
-  for (int a = 0; cover->n > 0 && a < NDIM; ++a) node.x[a] -= cover->position[(size_t)i * NDIM + (size_t)a];
-  const struct kith_shared shared = {KITH_SHARE_LEAST, sizeof node / 8, &node};
-  kith_ranks_agree(nodes->ranks, KITH_OK, 1, &shared);
-  memcpy(first, node.x, sizeof node.x);
+#pragma omp for schedule(static) nowait
+    for (kith_index i = 0; i < n; ++i) {
+      vector(context, i, x);
+      for (int a = 0; a < NDIM; ++a) kith_sum_add(&mine[a], x[a]);
+    }
+#pragma omp critical(kith_mean_vector)
+    for (int a = 0; a < NDIM; ++a) kith_sum_join(&total[a], &mine[a]);
+  }
 }
 
 void kith_mean_vector(const struct kith_nodes *nodes,
@@ -55,45 +52,54 @@ void kith_mean_vector(const struct kith_nodes *nodes,
                       double mean[NDIM]) {
   struct kith_sum total[NDIM] = {0};
   uint64_t n = (uint64_t)nodes->n_internal;
-#pragma omp parallel if (n > KITH_FEW)
-  {
-    struct kith_sum mine[NDIM] = {0};
-    double x[NDIM];
-#pragma omp for schedule(static) nowait
-    for (kith_index i = 0; i < nodes->n_internal; ++i) {
-      vector(context, i, x);
-      for (int a = 0; a < NDIM; ++a) kith_sum_add(&mine[a], x[a]);
-    }
-#pragma omp critical(kith_mean_vector)
-    for (int a = 0; a < NDIM; ++a) kith_sum_join(&total[a], &mine[a]);
-  }
   struct kith_shared parts[NDIM + 1] = {{KITH_SHARE_SUM, 1, &n}};
+  sum_vectors(nodes->n_internal, vector, context, total);
   for (int a = 0; a < NDIM; ++a) parts[1 + a] = kith_sum_shared(&total[a]);
   kith_ranks_agree(nodes->ranks, KITH_OK, NDIM + 1, parts);
   for (int a = 0; a < NDIM; ++a) mean[a] = n > 0 ? kith_sum_value(&total[a]) / (double)n : 0;
 }
 
-struct from_first {
+struct look {
   const struct kith_cover *cover;
   const struct kith_nodes *nodes;
-  double first[NDIM];
 };
 
-static void displacement_of(const void *context, kith_index i, double *d) {
-  const struct from_first *from = context;
-  double x[NDIM];
-  position_of(from->cover, from->nodes, i, x);
-  displacement(from->cover, x, from->cover->position + (size_t)i * NDIM, from->first, d);
+/* x - x0 of node i, up to the whole periods that bring it near the reference: one node's at the last look. So
+ * the mean of a drift beyond half a period is one drift, and not two of opposite sign. */
+static void path_of(const void *context, kith_index i, double *d) {
+  const struct kith_cover *cover = ((const struct look *)context)->cover;
+  position_of(cover, ((const struct look *)context)->nodes, i, d);
+  for (int a = 0; a < NDIM; ++a) {
+    d[a] -= cover->position[(size_t)i * NDIM + (size_t)a];
+    if (cover->period[a] > 0)
+      d[a] -= cover->period[a] * nearbyint((d[a] - cover->reference[a]) / cover->period[a]);
+  }
 }
 
-/* The mean displacement, where it may be subtracted. The first node's comes first, so that the mean of a
- * drift beyond half a period is one drift and not two of opposite sign. */
-static void common_drift(const struct kith_cover *cover, const struct kith_nodes *nodes, double *drift) {
-  struct from_first from = {.cover = cover, .nodes = nodes};
-  first_drift(cover, nodes, from.first);
-  for (int a = 0; a < NDIM; ++a) from.first[a] = cover->drifts[a] ? from.first[a] : 0;
-  kith_mean_vector(nodes, displacement_of, &from, drift);
-  for (int a = 0; a < NDIM; ++a) drift[a] = cover->drifts[a] ? from.first[a] + drift[a] : 0;
+/* The mean displacement of n nodes, where it may be subtracted, and the next reference: the displacement of the
+ * node with the lowest id. Collective. */
+static void common_drift(struct kith_cover *cover, const struct kith_nodes *nodes, kith_index n,
+                         double *drift) {
+  const struct look look = {cover, nodes};
+  const int64_t *restrict id = nodes->id->i64;
+  struct kith_sum total[NDIM] = {0};
+  struct {
+    double none;
+    int64_t id;
+    double path[NDIM];
+  } node = {.id = INT64_MAX};
+  uint64_t count = (uint64_t)n;
+  struct kith_shared parts[NDIM + 2] = {{KITH_SHARE_SUM, 1, &count},
+                                        {KITH_SHARE_LEAST, sizeof node / 8, &node}};
+  kith_index first = 0;
+  for (kith_index i = 1; i < n; ++i) first = id[i] < id[first] ? i : first;
+  if (n > 0) node.id = id[first], path_of(&look, first, node.path);
+  sum_vectors(n, path_of, &look, total);
+  for (int a = 0; a < NDIM; ++a) parts[2 + a] = kith_sum_shared(&total[a]);
+  kith_ranks_agree(nodes->ranks, KITH_OK, NDIM + 2, parts);
+  memcpy(cover->reference, node.path, sizeof node.path);
+  for (int a = 0; a < NDIM; ++a)
+    drift[a] = cover->still[a] == 0 && count > 0 ? kith_sum_value(&total[a]) / (double)count : 0;
 }
 
 /* How far node i moved, rounding included; 0 only if it is where it was. */
@@ -109,50 +115,51 @@ static double moved(const struct kith_cover *cover, const double *x, const doubl
   return same ? 0 : kith_norm(d) + 8 * DBL_EPSILON * largest;
 }
 
-bool kith_cover_holds(const struct kith_cover *cover, const struct kith_nodes *nodes) {
-  if (kith_ranks_any(nodes->ranks, cover->n != nodes->n_internal)) return false;
-  if (cover->n == 0 && nodes->ranks == NULL) return true;
-  double drift[NDIM], most = 0;
-  common_drift(cover, nodes, drift);
-#pragma omp parallel for schedule(static) reduction(max : most) if (cover->n > KITH_FEW)
-  for (kith_index i = 0; i < cover->n; ++i) {
+void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
+  const bool same = cover->n == nodes->n_internal;
+  const kith_index n = same ? cover->n : 0;
+  double drift[NDIM], most = 0, least = -INFINITY;
+  common_drift(cover, nodes, n, drift);
+#pragma omp parallel for schedule(static) reduction(max : most, least) if (n > KITH_FEW)
+  for (kith_index i = 0; i < n; ++i) {
     double x[NDIM];
     position_of(cover, nodes, i, x);
-    cover->moved[i] = moved(cover, x, cover->position + (size_t)i * NDIM, drift, support_of(cover, nodes, i));
-    most = KITH_MAX(most, cover->moved[i]);
+    const double h = support_of(cover, nodes, i),
+                 far = moved(cover, x, cover->position + (size_t)i * NDIM, drift, h),
+                 lacking = h + far - cover->search_radius[i];
+    most = KITH_MAX(most, far);
+    least = KITH_MAX(least, lacking == lacking ? lacking : INFINITY); /* NaN covers nothing */
   }
-  kith_ranks_max(nodes->ranks, &most, 1);
-  int missing = 0;
-#pragma omp parallel for schedule(static) reduction(| : missing) if (cover->n > KITH_FEW)
-  for (kith_index i = 0; i < cover->n; ++i)
-    missing |=
-        !(support_of(cover, nodes, i) + cover->moved[i] + most <= cover->search_radius[i]); /* NaN: too */
-  return missing == 0;
+  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = same ? 0 : 1;
+}
+
+struct kith_shared kith_cover_shared(struct kith_cover *cover) {
+  return (struct kith_shared){KITH_SHARE_MAX, 3, cover->seen};
+}
+
+bool kith_cover_holds(const struct kith_cover *cover) {
+  return cover->seen[2] == 0 && cover->seen[0] + cover->seen[1] <= 0;
 }
 
 /* Ghosts of other ranks are nodes there, or images of nodes there: their ranks tell of mirrors. */
-static void set_drifts(struct kith_cover *cover, const struct kith_nodes *nodes) {
-  double still[NDIM];
+static void find_mirrors(struct kith_cover *cover, const struct kith_nodes *nodes) {
   for (int a = 0; a < NDIM; ++a) {
-    still[a] = 0;
+    cover->still[a] = 0;
     for (int b = 0; b < nodes->n_blocks; ++b) {
       const struct kith_ghost_block *block = &nodes->blocks[b];
       if (block->kind == KITH_GHOST_FROZEN || (block->kind == KITH_GHOST_IMAGE && block->image.sign[a] < 0))
-        still[a] = 1;
+        cover->still[a] = 1;
     }
   }
-  kith_ranks_max(nodes->ranks, still, NDIM);
-  for (int a = 0; a < NDIM; ++a) cover->drifts[a] = still[a] == 0;
 }
 
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes) {
   const size_t n = (size_t)nodes->n_internal;
-  const kith_status status = kith_reserve(&cover->position, &cover->capacity, n * (NDIM + 2), sizeof(double));
-  KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, status));
-  set_drifts(cover, nodes);
+  KITH_TRY(kith_reserve(&cover->position, &cover->capacity, n * (NDIM + 1), sizeof(double)));
+  find_mirrors(cover, nodes);
+  memset(cover->reference, 0, sizeof cover->reference);
   cover->n = nodes->n_internal;
   cover->search_radius = cover->position + n * NDIM;
-  cover->moved = cover->search_radius + n;
   if (n > 0) memcpy(cover->position, nodes->position->f64, n * NDIM * sizeof(double));
   if (n > 0) memcpy(cover->search_radius, nodes->search_radius->f64, n * sizeof(double));
   return KITH_OK;

@@ -21,7 +21,7 @@
  * Lists that must serve a whole step are asked beforehand: with `ahead` > 0 positions and supports are first
  * drifted by that time.
  *
- * Memory: NDIM + 2 numbers for each internal node. Time: two passes over the nodes. */
+ * Memory: NDIM + 1 numbers for each internal node. Time: two passes over the nodes. */
 #ifndef KITH_CONNECTIVITY_POLICIES_COVER_H
 #define KITH_CONNECTIVITY_POLICIES_COVER_H
 
@@ -34,16 +34,21 @@ struct kith_cover {
   const struct kith_field *velocity, *velocity_divergence; /* borrowed; for `ahead` */
 
   kith_index n;
-  bool drifts[NDIM];                        /* a common drift along this axis is no displacement */
-  double *position, *search_radius, *moved; /* [n][NDIM], [n], [n]: one after the other */
+  double still[NDIM]; /* 0: a common drift along this axis is no displacement; of this rank, then of all */
+  double reference[NDIM];           /* displacement of one node, at the last look */
+  double seen[3];                   /* max_i |d_i|; max_i H_i + |d_i| - R_i; 1: the number of nodes changed */
+  double *position, *search_radius; /* [n][NDIM], [n]: one after the other */
   size_t capacity;
 };
 
-/* Remembers the internal nodes, with which the lists were just made. Collective; the status is agreed on. */
+/* Remembers the internal nodes, with which the lists were just made. Of this rank: then the maximum of
+ * `still` over all ranks is wanted. */
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes);
-/* Equation (1) for the nodes of this rank: callers combine the answers of all ranks (kith_rebuilds_covered).
- * False on all ranks if the number of internal nodes changed on one. Collective. */
-bool kith_cover_holds(const struct kith_cover *cover, const struct kith_nodes *nodes);
+/* What equation (1) takes of this rank's nodes, the mean displacement being that of all: collective. Then what
+ * ranks have to agree on, and whether (1) holds; it does not where the number of internal nodes changed. */
+void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes);
+struct kith_shared kith_cover_shared(struct kith_cover *cover);
+bool kith_cover_holds(const struct kith_cover *cover);
 void kith_cover_clear(struct kith_cover *cover);
 
 /* The mean of a vector over the internal nodes of all ranks, 0 if there are none: exact (sum.h), the same

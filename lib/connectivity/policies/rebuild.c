@@ -76,25 +76,51 @@ kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const char
             why, rebuilds->policy[0].ops->name);
 }
 
-kith_status kith_rebuilds_check(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
-                                enum kith_rebuild_reason *reason) {
-  *reason = rebuilds->snapshot_taken ? KITH_BECAUSE_none : KITH_BECAUSE_first_build;
+enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebuilds) {
+  if (!rebuilds->snapshot_taken) return KITH_BECAUSE_first_build;
+  return rebuilds->policy[0].ops->every_step ? rebuilds->policy[0].reason : KITH_BECAUSE_none;
+}
+
+/* Looks at the cover, and combines what the policies of all ranks want. */
+static kith_status look(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes, kith_status status,
+                        double due[KITH_REBUILD_POLICIES]) {
+  for (int k = 0; k < rebuilds->n; ++k) {
+    const struct kith_rebuild *policy = &rebuilds->policy[k];
+    due[k] = policy->ops->every_step || (policy->ops->needs_rebuild != NULL &&
+                                         policy->ops->needs_rebuild(policy, &rebuilds->cover, nodes));
+  }
+  kith_cover_look(&rebuilds->cover, nodes);
+  const struct kith_shared parts[] = {{KITH_SHARE_MAX, rebuilds->n, due},
+                                      kith_cover_shared(&rebuilds->cover)};
+  return kith_ranks_agree(nodes->ranks, status, 2, parts);
+}
+
+kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                                kith_status status, enum kith_rebuild_reason *reason) {
+  double due[KITH_REBUILD_POLICIES] = {0};
+  *reason = kith_rebuilds_certain(rebuilds);
+  if (*reason != KITH_BECAUSE_none) return kith_ranks_allreduce_status(nodes->ranks, status);
+  KITH_TRY(look(rebuilds, nodes, status, due));
+  const bool holds = kith_cover_holds(&rebuilds->cover);
   for (int k = 0; k < rebuilds->n && *reason == KITH_BECAUSE_none; ++k) {
     const struct kith_rebuild *policy = &rebuilds->policy[k];
-    const bool due =
-        policy->ops->needs_rebuild != NULL && policy->ops->needs_rebuild(policy, &rebuilds->cover, nodes);
-    if (kith_ranks_any(nodes->ranks, policy->ops->every_step || due)) *reason = policy->reason;
+    const bool misses = policy->ops->covers && policy->ops->needs_rebuild == NULL && !holds;
+    if (due[k] > 0 || misses) *reason = policy->reason;
   }
-  if (*reason != KITH_BECAUSE_none || covers(rebuilds) || kith_rebuilds_covered(rebuilds, nodes))
-    return KITH_OK;
+  if (*reason != KITH_BECAUSE_none || covers(rebuilds) || holds) return KITH_OK;
   return kith_rebuilds_allow(rebuilds, "nodes moved, or supports grew, so far that the lists may miss pairs");
 }
 
-bool kith_rebuilds_covered(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes) {
-  return !kith_ranks_any(nodes->ranks, !kith_cover_holds(&rebuilds->cover, nodes));
+kith_status kith_rebuilds_covered(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                                  kith_status status, bool *covered) {
+  kith_cover_look(&rebuilds->cover, nodes);
+  const struct kith_shared part = kith_cover_shared(&rebuilds->cover);
+  KITH_TRY(kith_ranks_agree(nodes->ranks, status, 1, &part));
+  *covered = kith_cover_holds(&rebuilds->cover);
+  return KITH_OK;
 }
 
-kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes) {
+kith_status kith_rebuilds_take(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes) {
   rebuilds->snapshot_taken = false;
   if (rebuilds->keeps_cover) KITH_TRY(kith_cover_snapshot(&rebuilds->cover, nodes));
   for (int k = 0; k < rebuilds->n; ++k)
@@ -102,6 +128,15 @@ kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct 
       KITH_TRY(rebuilds->policy[k].ops->snapshot(&rebuilds->policy[k], nodes));
   rebuilds->snapshot_taken = true;
   return KITH_OK;
+}
+
+struct kith_shared kith_rebuilds_shared(struct kith_rebuilds *rebuilds) {
+  return (struct kith_shared){KITH_SHARE_MAX, NDIM, rebuilds->cover.still};
+}
+
+kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes) {
+  const struct kith_shared part = kith_rebuilds_shared(rebuilds);
+  return kith_ranks_agree(nodes->ranks, kith_rebuilds_take(rebuilds, nodes), 1, &part);
 }
 
 bool kith_rebuilds_lasting(const struct kith_rebuilds *rebuilds) {

@@ -45,7 +45,8 @@ struct kith_rebuild_ops {
   size_t settings_size;
   bool covers;     /* fires before the lists could miss a pair */
   bool every_step; /* fires whatever happened */
-  /* What this rank wants; the family joins the ranks. Never called before a snapshot. NULL: nothing. */
+  /* What this rank wants; the family joins the ranks. Never called before a snapshot. NULL: nothing, but for
+   * members that cover and do not fire every step: they fire when kith_cover_holds no more. */
   bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_cover *cover,
                         const struct kith_nodes *nodes);
   /* Remembers in policy->self what the lists were made from, and forgets it. NULL: nothing to remember. */
@@ -78,17 +79,25 @@ struct kith_rebuilds {
  * lengths of periodic axes, 0 for the others. */
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period);
 void kith_rebuilds_clear(struct kith_rebuilds *rebuilds);
+/* The reason for which a rebuild is due whatever happened: first_build if there is no snapshot, or that of a
+ * policy that fires every step and is the first; none. */
+enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebuilds);
 /* Is a rebuild due, and why? *reason: the first policy that fires, first_build if there is no snapshot, none.
  * STALE if none fires, none covers, and the lists may miss a pair. Collective: due on one rank is due on all.
- * */
-kith_status kith_rebuilds_check(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
-                                enum kith_rebuild_reason *reason);
+ * `status`: of this rank so far; agreed on. */
+kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                                kith_status status, enum kith_rebuild_reason *reason);
 /* May the lists be rebuilt within a step, because they may miss pairs? STALE, "WHY, and ...", if no policy
  * fires before they could: whoever chose such policies wants no other lists. */
 kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const char *why);
-/* Do the lists hold every significant pair? Wants keeps_cover. Collective. */
-bool kith_rebuilds_covered(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
-/* After a rebuild: all policies take a new snapshot, also those that were not asked. Collective. */
+/* Do the lists hold every significant pair? Wants keeps_cover. Collective, status as in kith_rebuilds_check. */
+kith_status kith_rebuilds_covered(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                                  kith_status status, bool *covered);
+/* After a rebuild: all policies take a new snapshot, also those that were not asked. Of this rank: ranks then
+ * have to agree on the status and on what kith_rebuilds_shared says. */
+kith_status kith_rebuilds_take(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
+struct kith_shared kith_rebuilds_shared(struct kith_rebuilds *rebuilds);
+/* Both. Collective. */
 kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
 /* Do lists outlive a step under these policies? */
 bool kith_rebuilds_lasting(const struct kith_rebuilds *rebuilds);

@@ -8,10 +8,10 @@
 
 static const double unit[3] = {1, 1, 1};
 
-static bool due(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+static bool due(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                 enum kith_rebuild_reason wanted) {
   enum kith_rebuild_reason reason = KITH_REBUILD_REASONS;
-  CHECK_OK(kith_rebuilds_check(rebuilds, nodes, &reason));
+  CHECK_OK(kith_rebuilds_check(rebuilds, nodes, KITH_OK, &reason));
   return reason == wanted;
 }
 
@@ -84,13 +84,13 @@ static void guarded(void) {
     CHECK(due(&r, nodes, KITH_BECAUSE_none));
     nodes->position->f64[0] += 0.002, nodes->position->f64[NDIM] -= 0.002;
     if (k < 3)
-      CHECK_STATUS(KITH_STALE, kith_rebuilds_check(&r, nodes, &reason));
+      CHECK_STATUS(KITH_STALE, kith_rebuilds_check(&r, nodes, KITH_OK, &reason));
     else
       CHECK(due(&r, nodes, KITH_BECAUSE_displacement));
     nodes->position->f64[0] -= 0.026, nodes->position->f64[NDIM] += 0.026;
     nodes->support->f64[3] = 0.151; /* growth alone */
     if (k < 3)
-      CHECK_STATUS(KITH_STALE, kith_rebuilds_check(&r, nodes, &reason));
+      CHECK_STATUS(KITH_STALE, kith_rebuilds_check(&r, nodes, KITH_OK, &reason));
     else
       CHECK(due(&r, nodes, KITH_BECAUSE_displacement));
     kith_rebuilds_clear(&r);

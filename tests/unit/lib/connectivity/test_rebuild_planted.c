@@ -55,7 +55,7 @@ static void with_settings(const struct kith_nodes *nodes) {
       else
         CHECK(r.policy[p].settings == NULL);
     CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
-    CHECK_OK(kith_rebuilds_check(&r, nodes, &reason));
+    CHECK_OK(kith_rebuilds_check(&r, nodes, KITH_OK, &reason));
     CHECK(reason == good[k].reason);
     kith_rebuilds_clear(&r);
   }
@@ -88,7 +88,7 @@ static void all_policies(void) {
                                 NULL));
   CHECK(r.rebuilds.n == 5 && r.before == 0x5a5a && r.after == 0x5a5a);
   CHECK_OK(kith_rebuilds_snapshot(&r.rebuilds, nodes));
-  CHECK_OK(kith_rebuilds_check(&r.rebuilds, nodes, &reason));
+  CHECK_OK(kith_rebuilds_check(&r.rebuilds, nodes, KITH_OK, &reason));
   CHECK(reason == KITH_BECAUSE_planted);
   kith_rebuilds_clear(&r.rebuilds);
   with_settings(nodes);

@@ -65,8 +65,8 @@ static void check_both_sides(const struct kith_shell *shell, int n_ranks) {
 static void check_map(const struct kith_partition *partition) {
   struct kith_shell shell[MOST_RANKS] = {{0}};
   for (int r = 0; r < partition->n_ranks; ++r) {
-    CHECK_OK(kith_shell_build(&shell[r], partition, r));
-    CHECK_OK(kith_shell_build(&shell[r], partition, r)); /* again, in the same memory */
+    CHECK_OK(kith_shell_build(&shell[r], partition, r, 0));
+    CHECK_OK(kith_shell_build(&shell[r], partition, r, 0)); /* again, in the same memory */
     check_shell(partition, &shell[r]);
   }
   check_both_sides(shell, partition->n_ranks);
@@ -102,12 +102,12 @@ static void test_two_ranks(void) {
   CHECK_OK(kith_partition_create(&partition, &cells, 2, "cart"));
   struct kith_shell shell = {0};
   for (int r = 0; r < 2; ++r) {
-    CHECK_OK(kith_shell_build(&shell, partition, r));
+    CHECK_OK(kith_shell_build(&shell, partition, r, 0));
     CHECK(2 * shell.n_cells == cells.n && 5 * shell.n_ghosts == cells.n);
     CHECK(shell.n_neighbors == 1 && shell.send_first[1] == shell.n_ghosts);
   }
-  CHECK_STATUS(KITH_BAD_INPUT, kith_shell_build(&shell, partition, 2));
-  CHECK_STATUS(KITH_BAD_INPUT, kith_shell_build(&shell, partition, -1));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_shell_build(&shell, partition, 2, 0));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_shell_build(&shell, partition, -1, 0));
   kith_shell_clear(&shell);
   kith_partition_destroy(&partition);
 }
