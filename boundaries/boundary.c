@@ -1,5 +1,5 @@
 /* The list of boundaries of a run. */
-#include "boundaries/images.h"
+#include "boundaries/boundary.h"
 
 #include "lib/core/family.h"
 

@@ -87,7 +87,9 @@ static inline double kith_boundary_face_velocity(const struct kith_boundary_ops 
   return ops != NULL && ops->face_velocity != NULL ? ops->face_velocity(settings) : 0;
 }
 
-enum { KITH_BOUNDARY_MAXIMA = 4 };
+/* What `measure` finds; of images the maxima are, for the lower and the upper side, of f R - depth, and of
+ * -depth, at least 0. */
+enum { KITH_BOUNDARY_MAXIMA = 4, KITH_IMAGES_WANTED = 0, KITH_IMAGES_OUT = 2 };
 struct kith_boundary {
   const struct kith_boundary_ops *ops;
   int index;               /* in the list of boundaries */

@@ -17,10 +17,6 @@
 
 enum { KITH_MOST_IMAGES = 1000 };
 
-/* Maxima of boundary->most over internal nodes, for the lower and the upper side: of f R - depth; of -depth, at
- * least 0. */
-enum { KITH_IMAGES_WANTED = 0, KITH_IMAGES_OUT = 2 };
-
 /* `measure`, `ghosts` and `enforce` of boundary.h by `image_of` and `put_back`. DIVERGED also if the faces
  * leave no room for nodes. */
 void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes *nodes,

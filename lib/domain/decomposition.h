@@ -29,18 +29,16 @@ struct kith_decomposition {
   struct kith_field *home;          /* I64: 0 .. n_own */
   struct kith_field *work;          /* I64: entries of the node's last row */
   int64_t n_own;                    /* cells of this rank */
-  int32_t *place;          /* [cells.n] index of a cell among the own ones; n_own: of another rank; owned */
+  int32_t *place;          /* [cells.n] index among the own cells; n_own: a cell of another rank; owned */
   int32_t *own;            /* [n_own] ascending; owned */
   struct kith_shell shell; /* this rank's surroundings, once they were asked for */
   uint64_t map, shell_map; /* generations of the map that they belong to; 0: none */
-  int32_t *to;             /* [nodes] where they go; owned */
+  int32_t *to;             /* [nodes] the ranks they go to, by the last assignment; owned */
   size_t to_capacity;
-  /* By the last assignment: nodes that leave this rank, those that leave its neighbors, too; how far a node is
-   * out of its cell. */
-  uint64_t leaving, far;
-  double outside;
-  int every;        /* redistributions between balance checks; 0: never */
-  double imbalance; /* tolerated: largest work of a rank over the mean */
+  uint64_t leaving, far; /* nodes that leave this rank; of these those that leave its neighbors, too */
+  double outside;        /* how far a node is out of its cell at most */
+  int every;             /* redistributions between balance checks; 0: never */
+  double imbalance;      /* tolerated: largest work of a rank over the mean */
   uint64_t redistributions, balance_checks, repartitions; /* counted over the run */
   uint64_t migrated;                                      /* nodes that left this rank */
   double last_imbalance;                                  /* at the last check; 0: none yet */

@@ -76,8 +76,8 @@ static void path_of(const void *context, kith_index i, double *d) {
   }
 }
 
-/* The mean displacement of n nodes, where it may be subtracted, and the next reference: the displacement of the
- * node with the lowest id. Collective. */
+/* The mean displacement of n nodes, where it may be subtracted, and the next reference: the displacement of
+ * the node with the lowest id. Collective. */
 static void common_drift(struct kith_cover *cover, const struct kith_nodes *nodes, kith_index n,
                          double *drift) {
   const struct look look = {cover, nodes};

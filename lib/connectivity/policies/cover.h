@@ -44,8 +44,8 @@ struct kith_cover {
 /* Remembers the internal nodes, with which the lists were just made. Of this rank: then the maximum of
  * `still` over all ranks is wanted. */
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes);
-/* What equation (1) takes of this rank's nodes, the mean displacement being that of all: collective. Then what
- * ranks have to agree on, and whether (1) holds; it does not where the number of internal nodes changed. */
+/* What equation (1) takes of this rank's nodes, the mean displacement being that of all: collective. Then
+ * what ranks have to agree on, and whether (1) holds; not where the number of internal nodes changed. */
 void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes);
 struct kith_shared kith_cover_shared(struct kith_cover *cover);
 bool kith_cover_holds(const struct kith_cover *cover);

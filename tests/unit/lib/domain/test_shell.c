@@ -8,14 +8,18 @@
 
 enum { MOST_RANKS = 64 };
 
-/* Do the cells share a face, an edge or a corner, over periodic faces too? */
-static bool adjacent(const struct kith_cells *cells, int64_t c, int64_t d) {
+/* Are the cells, or images of them over periodic faces, within reach of each other? */
+static bool are_near(const struct kith_cells *cells, int64_t c, int64_t d, double reach) {
+  double gap2 = 0;
   for (int a = 0; a < NDIM; ++a) {
-    const int64_t m = cells->count[a], apart = llabs(c % m - d % m);
-    if (apart > 1 && !(cells->periodic[a] && apart == m - 1)) return false;
+    const int64_t m = cells->count[a];
+    int64_t apart = llabs(c % m - d % m);
+    if (cells->periodic[a]) apart = KITH_MIN(apart, m - apart);
+    const double gap = (double)KITH_MAX(apart - 1, 0) * cells->edge[a];
+    gap2 += gap * gap;
     c /= m, d /= m;
   }
-  return true;
+  return gap2 <= reach * reach;
 }
 
 /* Checks the shell of a rank: every cell that should be a ghost is one, once, in its owner's list; nothing
@@ -27,7 +31,7 @@ static void check_shell(const struct kith_partition *partition, const struct kit
     if (partition->owner[d] == shell->rank) CHECK(shell->cell[own++] == d);
     bool wanted = false;
     for (int64_t c = 0; c < cells->n && partition->owner[d] != shell->rank; ++c)
-      wanted = wanted || (partition->owner[c] == shell->rank && adjacent(cells, c, d));
+      wanted = wanted || (partition->owner[c] == shell->rank && are_near(cells, c, d, shell->reach));
     int found = 0;
     for (int k = 0; k < shell->n_neighbors; ++k)
       for (int64_t i = shell->receive_first[k]; i < shell->receive_first[k + 1]; ++i) {
@@ -62,12 +66,28 @@ static void check_both_sides(const struct kith_shell *shell, int n_ranks) {
     }
 }
 
-static void check_map(const struct kith_partition *partition) {
+/* Each own cell is found by a point in it, and no other. */
+static void check_find(const struct kith_partition *partition, const struct kith_shell *shell) {
+  const struct kith_cells *cells = partition->cells;
+  for (int64_t c = 0; c < cells->n; ++c) {
+    int64_t k[NDIM], own = -1;
+    double x[NDIM];
+    kith_grid_place(cells->count, c, k);
+    for (int a = 0; a < NDIM; ++a) x[a] = kith_cells_face(cells, a, k[a]);
+    const bool mine = partition->owner[c] == shell->rank;
+    CHECK_STATUS(mine ? KITH_OK : KITH_BAD_INPUT, kith_shell_find(shell, partition, x, &own));
+    if (mine) CHECK(own >= 0 && own < shell->n_cells && shell->cell[own] == c);
+    if (!mine) CHECK(strstr(kith_failure(), "belongs to rank") != NULL);
+  }
+}
+
+static void check_map(const struct kith_partition *partition, double reach) {
   struct kith_shell shell[MOST_RANKS] = {{0}};
   for (int r = 0; r < partition->n_ranks; ++r) {
     CHECK_OK(kith_shell_build(&shell[r], partition, r, 0));
-    CHECK_OK(kith_shell_build(&shell[r], partition, r, 0)); /* again, in the same memory */
+    CHECK_OK(kith_shell_build(&shell[r], partition, r, reach)); /* again, in the same memory */
     check_shell(partition, &shell[r]);
+    if (r < 3) check_find(partition, &shell[r]);
   }
   check_both_sides(shell, partition->n_ranks);
   for (int r = 0; r < partition->n_ranks; ++r) kith_shell_clear(&shell[r]);
@@ -84,10 +104,11 @@ static void test_shells(void) {
         const struct kith_cells cells = grid(count[g], (periodic & 1) | (periodic & 2 ? ~1 : 0));
         struct kith_partition *partition = NULL;
         CHECK_OK(kith_partition_create(&partition, &cells, ranks[r], "cart"));
-        check_map(partition);
+        check_map(partition, 0);
         for (int64_t c = 0; c < cells.n; ++c)
           partition->owner[c] = (int32_t)(check_random(&random) * ranks[r]);
-        check_map(partition);
+        const double edge = cells.edge[0], reach[] = {0, 0.99 * edge, 1.5 * edge, 1e9 * edge};
+        check_map(partition, reach[(g + r) % 4]);
         kith_partition_destroy(&partition);
         if (check_failures > 0) return;
       }
@@ -108,12 +129,40 @@ static void test_two_ranks(void) {
   }
   CHECK_STATUS(KITH_BAD_INPUT, kith_shell_build(&shell, partition, 2, 0));
   CHECK_STATUS(KITH_BAD_INPUT, kith_shell_build(&shell, partition, -1, 0));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_shell_build(&shell, partition, 0, NAN));
   kith_shell_clear(&shell);
   kith_partition_destroy(&partition);
 }
 
+/* What kith_shell_find refuses, by name. */
+static void test_lost(void) {
+  const int count[] = {4, 4, 4};
+  const struct kith_cells open = grid(count, 0), around = grid(count, ~0);
+  struct kith_partition *partition = NULL;
+  struct kith_shell shell = {0};
+  double x[NDIM];
+  int64_t own;
+  for (int periodic = 0; periodic < 2; ++periodic) {
+    const struct kith_cells *cells = periodic ? &around : &open;
+    CHECK_OK(kith_partition_create(&partition, cells, 1, "cart"));
+    CHECK_OK(kith_shell_build(&shell, partition, 0, 0));
+    memcpy(x, cells->upper, sizeof x); /* the last face: of the last cell, or that of the first image */
+    CHECK_OK(kith_shell_find(&shell, partition, x, &own));
+    CHECK(own == (periodic ? 0 : cells->n - 1));
+    x[NDIM - 1] += cells->edge[NDIM - 1];
+    CHECK_STATUS(periodic ? KITH_OK : KITH_BAD_INPUT, kith_shell_find(&shell, partition, x, &own));
+    if (!periodic) CHECK(strstr(kith_failure(), "is outside of") != NULL);
+    x[0] = NAN;
+    CHECK_STATUS(KITH_BAD_INPUT, kith_shell_find(&shell, partition, x, &own));
+    CHECK(strstr(kith_failure(), "not finite") != NULL);
+    kith_partition_destroy(&partition);
+  }
+  kith_shell_clear(&shell);
+}
+
 int main(void) {
   test_shells();
+  test_lost();
   test_two_ranks();
   return check_failed();
 }
