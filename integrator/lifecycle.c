@@ -324,11 +324,10 @@ static kith_status migrate(struct kith_integrator *it, const struct news *news) 
   KITH_STAGE(status, it->profile, "migrate",
              kith_decomposition_move(it->decomposition, it->nodes, news->leaving, news->far));
   if (status != KITH_OK || news->leaving == 0) return status;
-  for (int b = 0; b < it->boundaries->n; ++b)
-    memcpy(most[b], it->boundaries->boundary[b]->most, sizeof most[b]);
+  const int n = KITH_MIN(it->boundaries->n, KITH_MAX_BOUNDARIES);
+  for (int b = 0; b < n; ++b) memcpy(most[b], it->boundaries->boundary[b]->most, sizeof most[b]);
   kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
-  for (int b = 0; b < it->boundaries->n; ++b)
-    memcpy(it->boundaries->boundary[b]->most, most[b], sizeof most[b]);
+  for (int b = 0; b < n; ++b) memcpy(it->boundaries->boundary[b]->most, most[b], sizeof most[b]);
   return KITH_OK;
 }
 

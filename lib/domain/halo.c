@@ -38,7 +38,8 @@ struct kith_halo {
   /* By the shell: bounds of cells that go to neighbors and come from them; ghosts of each list for each rank,
    * and of each. */
   struct bounds *bounds_out, *bounds_in;
-  int64_t *count_out, *count_in; /* [ranks][KITH_MAX_LISTS], one block */
+  int64_t *count_out, *count_in; /* [ranks][lists], one block */
+  size_t count_capacity;
   int n_peers;
   struct peer *peer; /* [n_peers] ascending ranks: neighbors that are sent to or send */
   /* One message to and from each peer, in parts of whole 8-byte words: part k has size[k] bytes a node. */
@@ -66,15 +67,11 @@ kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
   halo->decomposition = decomposition;
   kith_status status = kith_resize(&halo->peer, 0, size, sizeof *halo->peer);
   if (status == KITH_OK) status = kith_resize(&halo->out, 0, 2 * size, sizeof *halo->out);
-  if (status == KITH_OK)
-    status = kith_resize(&halo->count_out, 0, 2 * size * KITH_MAX_LISTS, sizeof *halo->count_out);
-  if (status != KITH_OK) {
+  if (status != KITH_OK)
     kith_halo_destroy(out);
-    return status;
-  }
-  halo->in = halo->out + size;
-  halo->count_in = halo->count_out + size * KITH_MAX_LISTS;
-  return KITH_OK;
+  else
+    halo->in = halo->out + size;
+  return status;
 }
 
 void kith_halo_destroy(struct kith_halo **halo) {
@@ -382,6 +379,15 @@ static void exchange_bounds(struct kith_halo *halo, const struct bounds *own) {
                                                    shell->n_neighbors, halo->in));
 }
 
+/* Of nothing, so far. */
+static void clear_counts(struct kith_halo *halo, int n_lists) {
+  const size_t n = (size_t)kith_ranks_size(halo->ranks) * (size_t)n_lists;
+  kith_ranks_must(halo->ranks,
+                  kith_reserve(&halo->count_out, &halo->count_capacity, 2 * n, sizeof *halo->count_out));
+  halo->count_in = halo->count_out + n;
+  memset(halo->count_out, 0, n * sizeof *halo->count_out);
+}
+
 static void exchange_counts(struct kith_halo *halo, int n_lists) {
   const struct kith_shell *shell = &halo->decomposition->shell;
   kith_ranks_tell(halo->ranks, shell->n_neighbors, shell->neighbor, halo->count_out, halo->count_in, n_lists);
@@ -400,7 +406,7 @@ static kith_status make_send_lists(struct kith_halo *halo, const struct kith_nod
                                    struct candidates *candidates) {
   const struct kith_shell *shell = &halo->decomposition->shell;
   const size_t lists = (size_t)nodes->n_lists;
-  memset(halo->count_out, 0, (size_t)kith_ranks_size(halo->ranks) * lists * sizeof *halo->count_out);
+  clear_counts(halo, nodes->n_lists);
   KITH_TRY(gather_candidates(candidates, nodes));
   for (int k = 0; k < shell->n_neighbors; ++k) {
     struct peer *peer = &halo->peer[halo->n_peers++];
@@ -436,8 +442,7 @@ void kith_halo_abstain(struct kith_halo *halo, const struct kith_nodes *nodes) {
   if (halo == NULL) return;
   forget_peers(halo);
   exchange_bounds(halo, NULL);
-  memset(halo->count_out, 0,
-         (size_t)kith_ranks_size(halo->ranks) * (size_t)nodes->n_lists * sizeof *halo->count_out);
+  clear_counts(halo, nodes->n_lists);
   exchange_counts(halo, nodes->n_lists);
 }
 

@@ -122,8 +122,11 @@ static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *co
   f->graph.pairs = integrated ? connectivity->overlap_pairs : connectivity->pairs;
   f->graph.canonical = connectivity->canonical;
   const kith_status status = kith_pairwise_prepare(&f->graph.pairs, &face_area, &f->area);
-  KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
-  if (integrated) return mfm_faces_integrate(f, connectivity);
+  if (integrated) { /* among ranks */
+    KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
+    return mfm_faces_integrate(f, connectivity);
+  }
+  KITH_TRY(status);
   kith_profile_count(f->profile, "bytes", /* x, H, matrix; pairs and areas */
                      8.0 * (NDIM + 1 + KITH_SYMMETRIC_SIZE) * kith_nodes_count(f->nodes) +
                          8.0 * (1 + NDIM) * (double)f->graph.pairs.n);

@@ -1,8 +1,8 @@
-/* half_shell.c - linked cells on a distributed grid: points that repel each other within one cell's edge, in a
- * periodic box of few cells. Each rank has the points in its cells, and for each pair of cells the rank of the
- * first one evaluates all pairs of points, once: the forward half of the neighbors. What that gives to points
- * of ghost cells goes back to their ranks, by the same lists. Compared with the sum over all pairs of points
- * and images. For any number of ranks: mpirun -n 4 half_shell hilbert; see app/manual/library.md. */
+/* half_shell.c - linked cells on a distributed grid: points that repel each other within one cell's edge, in
+ * a periodic box of few cells. Each rank has the points in its cells, and for each pair of cells the rank of
+ * the first one evaluates all pairs of points, once: the forward half of the neighbors. What that gives to
+ * points of ghost cells goes back to their ranks, by the same lists. Compared with the sum over all pairs of
+ * points and images. For any number of ranks: mpirun -n 4 half_shell hilbert; see app/manual/library.md. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
