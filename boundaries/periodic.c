@@ -28,7 +28,8 @@ static void measure(struct kith_boundary *boundary, const struct kith_nodes *nod
 }
 
 static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
-  return (are_shifts(boundary, nodes) ? kith_images_shifts : kith_images_ghosts)(boundary, nodes, radius_factor);
+  return (are_shifts(boundary, nodes) ? kith_images_shifts : kith_images_ghosts)(boundary, nodes,
+                                                                                 radius_factor);
 }
 
 static bool image_of(const struct kith_boundary *boundary, int n, double *sign, double *shift) {
