@@ -61,10 +61,10 @@ static void move_nodes(struct kith_nodes *nodes, kith_index stride, int round) {
   ++nodes->positions;
 }
 
-/* sum (1 - q)^4 (1 + 4 q), as anybody would write it. */
-static inline double weight(double d2, double radius2) {
-  const double q = sqrt(d2 / radius2), left = 1 - q;
-  return q < 1 ? left * left * left * left * (1 + 4 * q) : 0;
+/* (1 - q)^4 (1 + 4 q), 0 outside */
+static inline double weight(double d2, double inverse2) {
+  const double q = sqrt(d2 * inverse2), left = q < 1 ? 1 - q : 0;
+  return left * left * left * left * (1 + 4 * q);
 }
 
 struct sums {
@@ -77,11 +77,11 @@ static void add_row(void *context, const struct kith_neighbors *neighbors, struc
   const struct sums *sums = context;
   const struct kith_nodes *nodes = sums->search->nodes;
   const double *x = nodes->position->f64, radius = nodes->search_radius->f64[neighbors->node];
-  double sum = 1;
+  double sum = weight(0, 0);
   (void)tally;
   for (size_t k = 0; k < neighbors->n; ++k)
     sum += weight(kith_distance2(x + (size_t)neighbors->node * NDIM, x + (size_t)neighbors->source[k] * NDIM),
-                  radius * radius);
+                  1 / (radius * radius));
   sums->row[neighbors->node] = sum;
 }
 
@@ -89,25 +89,31 @@ static void add_row(void *context, const struct kith_neighbors *neighbors, struc
 static kith_status begin_sums(void *context, const struct kith_run *run, int n) {
   const struct sums *sums = context;
   for (int r = 0; r < n; ++r)
-    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p) sums->slot[p] = 1;
+    for (kith_index p = run[r].first; p < run[r].first + run[r].count; ++p) sums->slot[p] = 0;
   return KITH_OK;
 }
 
+/* To the target in slot p from a run, p itself among it; and to those of coarser levels from p. */
 KITH_HOT static void add_searches_run(const struct sums *sums, kith_index p, struct kith_run run,
                                       bool coarser) {
   const struct kith_search *s = sums->search;
-  const double radius2 = s->radius2[p];
-  double sum = 0;
-  for (kith_index q = run.first; q < run.first + run.count; ++q) {
+  const double *restrict radius2 = s->radius2, *c[NDIM], inverse2 = 1 / radius2[p];
+  double *restrict slot = sums->slot, sum = 0, x[NDIM];
+  for (int a = 0; a < NDIM; ++a) c[a] = s->coordinate[a] + run.first, x[a] = s->coordinate[a][p];
+#pragma omp simd reduction(+ : sum)
+  for (kith_index q = 0; q < run.count; ++q) {
     double d2 = 0;
-    for (int a = 0; a < NDIM; ++a) {
-      const double d = s->coordinate[a][p] - s->coordinate[a][q];
-      d2 += d * d;
-    }
-    sum += q != p && d2 < radius2 ? weight(d2, radius2) : 0;
-    if (coarser && d2 < s->radius2[q]) sums->slot[q] += weight(d2, s->radius2[q]);
+    for (int a = 0; a < NDIM; ++a) d2 += (c[a][q] - x[a]) * (c[a][q] - x[a]);
+    sum += weight(d2, inverse2);
   }
-  sums->slot[p] += sum;
+  slot[p] += sum;
+  if (!coarser) return;
+#pragma omp simd
+  for (kith_index q = 0; q < run.count; ++q) {
+    double d2 = 0;
+    for (int a = 0; a < NDIM; ++a) d2 += (c[a][q] - x[a]) * (c[a][q] - x[a]);
+    slot[run.first + q] += weight(d2, 1 / radius2[run.first + q]);
+  }
 }
 
 static kith_status add_cell(void *context, const struct kith_cell *cell) {

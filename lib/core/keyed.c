@@ -2,6 +2,7 @@
 #include "lib/core/keyed.h"
 
 #include <omp.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { SHORT = 20, DIGIT = 8, BINS = 1 << DIGIT, TOP_DIGIT = 11, TOP_BINS = 1 << TOP_DIGIT, MAX_CHUNKS = 64 };
@@ -88,4 +89,18 @@ kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch,
   }
   kith_free(&place);
   return KITH_OK;
+}
+
+static int compare_items(const void *a, const void *b) {
+  const struct kith_keyed *p = a, *q = b;
+  return p->key != q->key ? (p->key > q->key) - (p->key < q->key) : (p->node > q->node) - (p->node < q->node);
+}
+
+void kith_keyed_replace(struct kith_keyed *item, kith_index n, struct kith_keyed *in, kith_index m) {
+  kith_index stay = 0;
+  for (kith_index k = 0; k < n; ++k)
+    if (item[k].node >= 0) item[stay++] = item[k];
+  qsort(in, (size_t)m, sizeof *in, compare_items);
+  for (kith_index to = n, left = m; left > 0;)
+    item[--to] = stay > 0 && compare_items(&item[stay - 1], &in[left - 1]) > 0 ? item[--stay] : in[--left];
 }

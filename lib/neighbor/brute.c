@@ -16,6 +16,13 @@ static kith_status brute_update(struct kith_search *search) {
   return KITH_OK;
 }
 
+static kith_status brute_update_selected(struct kith_search *search, const kith_index *nodes,
+                                         kith_index count) {
+  for (kith_index k = 0; k < count; ++k) kith_search_pack_slot(search, nodes[k]);
+  while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= search->n) --search->n_groups;
+  return KITH_OK;
+}
+
 static kith_status brute_coarse(const struct kith_search *search, const struct kith_box *box, double radius,
                                 enum kith_search_mode mode, struct kith_runs *runs) {
   (void)box, (void)radius, (void)mode;
@@ -26,5 +33,6 @@ const struct kith_search_ops kith_search_brute = {
     .name = "brute",
     .doc = "every node is a candidate: O(n^2), the reference of the others",
     .update = brute_update,
+    .update_selected = brute_update_selected,
     .coarse = brute_coarse,
 };

@@ -9,7 +9,7 @@
  * within range is one run. Only rows that hold nodes exist, and are found by their keys: space has no edge;
  * cells beyond 2^GRID_COORDINATE_BITS are clamped to the last one: still correct, but slow.
  *
- * update   O(n): keys, sort, tables; for a few moved nodes too
+ * update   O(n): keys, sort, tables; for selected nodes their keys, a merge, tables
  * coarse   O(rows within range, and log rows for each line of them) for each level */
 #include <string.h>
 
@@ -176,14 +176,10 @@ static kith_status group_row(struct kith_search *search, const struct row *row) 
 
 /* Slots. */
 
-static kith_status grid_update(struct kith_search *search) {
+/* In the order of the items, and all that is made from it. */
+static kith_status take_order(struct kith_search *search) {
   struct grid *grid = search->self;
-  const size_t n = (size_t)search->n;
-  KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, n));
-  choose_frame(search);
-#pragma omp parallel for schedule(static) if (search->n > 10000)
-  for (kith_index i = 0; i < search->n; ++i) grid->item[0][i] = (struct kith_keyed){key_of(search, i), i};
-  KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], n));
+  search->n_groups = 0;
 #pragma omp parallel for schedule(static)
   for (kith_index s = 0; s < search->n; ++s) search->node[s] = grid->item[0][s].node;
   kith_search_pack(search, 0, search->n);
@@ -192,6 +188,37 @@ static kith_status grid_update(struct kith_search *search) {
   list_layers(grid);
   for (kith_index r = 0; r < grid->n_rows; ++r) KITH_TRY(group_row(search, &grid->row[r]));
   return KITH_OK;
+}
+
+static kith_status grid_update(struct kith_search *search) {
+  struct grid *grid = search->self;
+  const size_t n = (size_t)search->n;
+  KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, n));
+  choose_frame(search);
+#pragma omp parallel for schedule(static) if (search->n > 10000)
+  for (kith_index i = 0; i < search->n; ++i) grid->item[0][i] = (struct kith_keyed){key_of(search, i), i};
+  KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], n));
+  return take_order(search);
+}
+
+static kith_status grid_update_selected(struct kith_search *search, const kith_index *nodes,
+                                        kith_index count) {
+  struct grid *grid = search->self;
+  struct kith_keyed *item = grid->item[0], *in = grid->item[1];
+  uint8_t *selected = search->near; /* by node: a scratch array as another */
+  kith_index left = 0;
+  if (search->n > 0) memset(selected, 0, (size_t)search->n);
+  for (kith_index k = 0; k < count; ++k) selected[nodes[k]] = 1;
+  for (kith_index s = 0; s < search->n; ++s) {
+    const kith_index i = item[s].node;
+    if (!selected[i]) continue;
+    const uint64_t key = key_of(search, i);
+    if (key == item[s].key) continue;
+    in[left++] = (struct kith_keyed){key, i};
+    item[s].node = -1;
+  }
+  if (left > 0) kith_keyed_replace(item, search->n, in, left);
+  return take_order(search);
 }
 
 /* Queries. */
@@ -334,6 +361,7 @@ const struct kith_search_ops kith_search_grid = {
     .state_size = sizeof(struct grid),
     .clear = grid_clear,
     .update = grid_update,
+    .update_selected = grid_update_selected,
     .coarse = grid_coarse,
     .bytes = grid_bytes,
 };

@@ -97,8 +97,8 @@ struct kith_search_ops {
    * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that rounding loses no candidate. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
-  /* Optional. Only these nodes moved or changed their radius, and there are no ghosts any more if n is
-   * n_internal now; NULL: update. */
+  /* Only these nodes moved or changed their radius, and there are no ghosts any more if n is n_internal now.
+   * Groups that are left are those of before. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
   kith_status (*sweep)(const struct kith_search *search, const struct kith_sweep *sweep, void *context);
   size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */
@@ -141,7 +141,8 @@ void kith_search_destroy(struct kith_search **search);
 /* Takes in all nodes as they are now: positions and search radii. */
 kith_status kith_search_update(struct kith_search *search);
 /* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
- * were added or removed; but all ghosts may have gone. A node may be named more than once. */
+ * were added or removed, or it was never updated; but all ghosts may have gone. A node may be named more than
+ * once. */
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count);
 /* The internal nodes that may interact with an active one, and these, by slot, into *found, which kith_grow

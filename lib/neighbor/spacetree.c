@@ -106,11 +106,6 @@ static bool choose_frame(struct kith_search *search) {
 
 /* Sorting. */
 
-static int compare_items(const void *a, const void *b) {
-  const struct kith_keyed *p = a, *q = b;
-  return p->key != q->key ? (p->key > q->key) - (p->key < q->key) : (p->node > q->node) - (p->node < q->node);
-}
-
 /* From where it was packed to where it is. */
 static void count_move(const struct kith_search *search, kith_index slot, int from, int to,
                        uint64_t count[KITH_SEARCH_COUNTERS]) {
@@ -141,17 +136,6 @@ static inline kith_index slot_of(const struct kith_search *search, kith_index it
   return is_scattered(search) ? tree->item[0][item].node : item;
 }
 
-/* Those of n items that have left, node -1, go; the `left` ones at item[1] come in their order. */
-static void merge_items(struct kith_spacetree *tree, kith_index n, kith_index left) {
-  struct kith_keyed *item = tree->item[0], *in = tree->item[1];
-  kith_index stay = 0;
-  for (kith_index k = 0; k < n; ++k)
-    if (item[k].node >= 0) item[stay++] = item[k];
-  qsort(in, (size_t)left, sizeof *in, compare_items);
-  for (kith_index to = n; left > 0;)
-    item[--to] = stay > 0 && compare_items(&item[stay - 1], &in[left - 1]) > 0 ? item[--stay] : in[--left];
-}
-
 /* Items first .. n - 1, of the nodes of these numbers. */
 static kith_status sort_all(struct kith_search *search, kith_index first) {
   struct kith_spacetree *tree = search->self;
@@ -180,7 +164,7 @@ static bool sort_moved(struct kith_search *search) {
   left = 0;
   for (kith_index k = 0; k < n; ++k)
     if (in[k].key != item[k].key) in[left++] = in[k], item[k].node = -1;
-  merge_items(tree, n, left);
+  kith_keyed_replace(item, n, in, left);
   return true;
 }
 
@@ -304,7 +288,7 @@ static kith_status spacetree_update_selected(struct kith_search *search, const k
   KITH_TRY(find_places(search));
   for (kith_index k = 0; k < count; ++k) take_in(search, nodes[k], &left);
   if (left == 0) return KITH_OK;
-  merge_items(tree, search->n, left);
+  kith_keyed_replace(tree->item[0], search->n, tree->item[1], left);
   return finish(search);
 }
 

@@ -319,6 +319,7 @@ static void test_one_life(const struct kith_search_ops *ops, enum arrangement ho
   struct kith_search *s = NULL;
   CHECK_OK(create(&s, ops, nodes));
   CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
+  CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, NULL, 0));
   CHECK_OK(kith_search_update(s));
   check_search(s, 40, true);
   for (int a = 0; a < NDIM; ++a) {
