@@ -274,16 +274,30 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   return KITH_OK;
 }
 
+/* Is each site of its box a node of it, and none that of another region? Then sites need not be asked. */
+static bool fills_box(const struct setup *s, const struct plan *plan) {
+  bool alone = plan->axis < 0 && plan->region->where.inside == NULL;
+  for (int k = 0; k < s->scene->n_regions && alone; ++k) {
+    const struct plan *other = &s->plan[k];
+    bool apart = other->region == plan->region;
+    for (int a = 0; a < NDIM; ++a)
+      apart = apart || other->box.upper[a] <= plan->box.lower[a] || plan->box.upper[a] <= other->box.lower[a];
+    alone = apart;
+  }
+  return alone;
+}
+
 /* Counts the sites that the region holds, of which no other region may hold one, or makes them its nodes. */
 static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fill) {
+  const bool all = fills_box(s, plan);
   double x[NDIM], at[NDIM];
-  bool holds;
-  plan->count = 0;
-  for (int64_t site = plan->begin; site < plan->end; ++site) {
+  bool holds = true;
+  plan->count = all && !fill ? (kith_index)(plan->end - plan->begin) : 0;
+  for (int64_t site = plan->begin; site < plan->end && (fill || !all); ++site) {
     kith_lattice_site(&plan->fit, site, x);
     memcpy(at, x, sizeof at);
     if (plan->axis >= 0) to_face(s, plan, at);
-    KITH_TRY(kith_region_holds(plan->region, at, &holds));
+    if (!all) KITH_TRY(kith_region_holds(plan->region, at, &holds));
     if (!holds) continue;
     if (plan->axis >= 0) slant(s, plan, x);
     KITH_TRY(fill ? fill_node(s, plan, plan->first + plan->count, plan->id + plan->count, x)
@@ -326,14 +340,15 @@ static kith_status count_nodes(const struct setup *s, int64_t *total) {
   return KITH_OK;
 }
 
-/* Fields of nodes and their rows, the least that a run takes, fit into the memory of this computer, with the
- * shares of its ranks. */
+/* What the least run takes fits into the memory of this computer, with the shares of its ranks: rows, fields,
+ * and twice as much as the fields for search, package and packed nodes (sph: 1.1 to 1.6 times this). */
 static kith_status check_memory(const struct setup *s, int64_t total) {
-  size_t each = (size_t)ceil(s->neighbors) * sizeof(kith_index);
+  size_t each = 0;
   char need[32], there[32];
   for (int f = 0; f < s->nodes->n_fields; ++f) each += kith_field_node_size(s->nodes->fields[f]);
   const double part = (double)kith_ranks_on_this_machine(s->ranks) / kith_ranks_size(s->ranks),
-               bytes = (double)total * (double)each * part,
+               rows = ceil(s->neighbors) * sizeof(kith_index),
+               bytes = (double)total * (3 * (double)each + rows) * part,
                memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
   if (bytes <= memory) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "%s: %lld nodes take more than %s of memory, and there are %s: set a lower resolution",
