@@ -191,6 +191,11 @@ static int last_layer(const struct kith_config_node *node) {
   return last;
 }
 
+/* Did it come before what makes it meaningless? */
+static bool is_older(const struct kith_config_node *node, const struct kith_config_node *choice) {
+  return last_layer(node) < (choice != NULL ? choice->location.layer : INT_MIN + 1);
+}
+
 /* A value that only others than the chosen member have. It is refused, unless what chooses the member came
  * later, as by --set: one scene serves all then, and the value is dropped. */
 static kith_status check_other(const struct kith_param *chooser, struct kith_member chosen,
@@ -200,24 +205,36 @@ static kith_status check_other(const struct kith_param *chooser, struct kith_mem
   if (child->null || kith_params_find(chosen.params, child->key) != NULL) return KITH_OK;
   list_owners(child->key, chooser->family, 0, owners, sizeof owners);
   if (owners[0] == '\0') return KITH_OK;
-  if (last_layer(child) >= (choice != NULL ? choice->location.layer : INT_MIN + 1))
+  if (!is_older(child, choice))
     return kith_config_fail(child, NULL, "means nothing for %s, only for %s", chosen.name, owners);
   kith_config_drop(child);
   return KITH_OK;
 }
 
-/* A value that means nothing beside another one. */
+/* The row of the table that another row needs; holds: is this value of it what that wants? */
+static const struct kith_param *needed_row(const struct kith_param *params, const struct kith_param *p) {
+  char key[ROOM];
+  snprintf(key, sizeof key, "%.*s", (int)strcspn(p->needs, "!="), p->needs);
+  return kith_params_find(params, key);
+}
+static bool holds(const struct kith_param *p, const char *value) {
+  const char *wanted = strchr(p->needs, '=');
+  return (strcmp(value, wanted + 1) == 0) == (wanted[-1] != '!');
+}
+
+/* A value that means nothing beside another one is refused, or dropped as above. */
 static kith_status check_needs(const struct kith_param *params, const struct kith_config_node *map,
                                const void *base) {
-  for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
-    char key[ROOM], value[ROOM];
-    if (p->needs == NULL || kith_config_child(map, p->key) == NULL) continue;
-    const char *wanted = strchr(p->needs, '=') + 1;
-    snprintf(key, sizeof key, "%.*s", (int)(wanted - p->needs - 1), p->needs);
-    kith_param_format(kith_params_find(params, key), base, value, sizeof value);
-    if (strcmp(value, wanted) != 0)
-      return kith_config_fail(kith_config_child(map, p->key), NULL, "means nothing with %s: %s; add %s: %s",
-                              key, value, key, wanted);
+  for (struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL; child = child->next) {
+    const struct kith_param *p = kith_params_find(params, child->key);
+    char value[ROOM];
+    if (p == NULL || p->needs == NULL || child->null) continue;
+    const struct kith_param *other = needed_row(params, p);
+    kith_param_format(other, base, value, sizeof value);
+    if (holds(p, value)) continue;
+    if (!is_older(child, kith_config_child(map, other->key)))
+      return kith_config_fail(child, NULL, "means nothing with %s: %s", other->key, value);
+    kith_config_drop(child);
   }
   return KITH_OK;
 }
@@ -243,6 +260,7 @@ kith_status kith_params_read(const struct kith_param *params, const struct kith_
        child = child->next)
     KITH_TRY(check_key(params, child));
   for (const struct kith_param *p = params; p->key != NULL; ++p) KITH_TRY(kith_param_read(p, map, base));
+  KITH_TRY(check_needs(params, map, base));
   if (chooser == NULL) return KITH_OK;
   return read_member(params, chooser, map, (struct kith_selected *)((char *)base + chooser->offset));
 }
@@ -350,8 +368,9 @@ static void print_params(const struct kith_param *params, int indent, bool item,
     char owners[ROOM] = "";
     const bool of_member = r.members > 0;
     if (of_member && !list_owners(p->key, r.family, r.members - 1, owners, sizeof owners)) continue;
+    const struct kith_param *table = of_member ? r.family(r.members - 1).params : params;
     const bool idle =
-        p->needs != NULL ||
+        (p->needs != NULL && !holds(p, needed_row(table, p)->fallback)) ||
         (of_member && kith_params_find(kith_family_member(r.family, chosen).params, p->key) == NULL);
     print_param(p, owners, idle, indent, item && p == params, file);
   }

@@ -34,7 +34,8 @@ static const struct kith_param scheme_params[] = {
     {"name", KITH_PARAM_MEMBER, "leapfrog", "", "time integration (kith list scheme)", IN(scheme.member),
      .family = kith_scheme_member},
     {"cfl", KITH_PARAM_NUMBER, "0", "[0, 1000]",
-     "Courant number; 0: the default of the package; above 1 for implicit only", IN(scheme.cfl), FREE},
+     "Courant number; 0: the default of the package; above 1 for implicit only", IN(scheme.cfl), FREE,
+     .needs = "dt=0"},
     {"dt", KITH_PARAM_NUMBER, "0", "[0, inf)", "fixed step; 0: by the Courant number", IN(scheme.dt)},
     {0}};
 
@@ -51,7 +52,7 @@ static const struct kith_param connectivity_params[] = {
      .family = kith_rebuild_member},
     {"skin", KITH_PARAM_NUMBER, "", "[0, inf)",
      "search radius of Verlet lists beyond the support, as a part of it; none: the default of the policy",
-     IN(connectivity.skin)},
+     IN(connectivity.skin), .needs = "rebuild!=always"},
     {"cull", KITH_PARAM_BOOL, "true", "", "drop ghosts that no node needs", IN(connectivity.cull), FREE},
     {"reorder", KITH_PARAM_INTEGER, "20", "[0, inf)",
      "lifecycles between reorderings of the nodes along the curve, the first one included; 0: never",
@@ -74,7 +75,8 @@ static const struct kith_param partition_params[] = {
     {"every", KITH_PARAM_INTEGER, "20", "[0, inf)",
      "rebuilds of neighbor lists between checks of the balance; 0: never", IN(partition.every), FREE},
     {"imbalance", KITH_PARAM_NUMBER, "1.05", "[1, inf)",
-     "work of the busiest rank over the mean that is tolerated", IN(partition.imbalance), FREE},
+     "work of the busiest rank over the mean that is tolerated", IN(partition.imbalance), FREE,
+     .needs = "every!=0"},
     {"cells", KITH_PARAM_INTEGER, "256", "[1, 1000000]", "cells per rank that the partitioner distributes",
      IN(partition.cells), FREE},
     {"ghosts", KITH_PARAM_CHOICE, "exchange", "exchange|recompute",
@@ -201,6 +203,23 @@ static kith_status read_packages(struct kith_scene *scene, const struct kith_con
   return KITH_OK;
 }
 
+/* Keys that mean nothing beside what other parts of the scene say. */
+static kith_status check_idle(const struct kith_scene *scene) {
+  const bool *measured = scene->measure.wanted;
+  const struct {
+    bool idle;
+    const char *path, *without;
+  } rows[] = {{!measured[KITH_MEASURE_growth] && !measured[KITH_MEASURE_mcnally], "measure.rate",
+               "growth or mcnally"},
+              {scene->n_probes + scene->n_contacts == 0, "connectivity.storage", "probes or contacts"}};
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k) {
+    const struct kith_config_node *given = kith_config_at(scene->config, rows[k].path);
+    if (rows[k].idle && given != NULL && !given->location.optional)
+      return kith_config_fail(given, NULL, "means nothing without %s", rows[k].without);
+  }
+  return KITH_OK;
+}
+
 static kith_status read_parts(struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root;
   if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
@@ -224,6 +243,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(kith_scene_picture(scene, kith_config_at(scene->config, "output.plot")));
   KITH_TRY(kith_scene_probes(scene, kith_config_child(root, "probes")));
   KITH_TRY(kith_scene_contacts(scene, kith_config_at(scene->config, "connectivity.contacts")));
+  KITH_TRY(check_idle(scene));
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }
 

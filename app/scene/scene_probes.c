@@ -34,6 +34,8 @@ static kith_status count_points(const struct kith_scene *scene, struct kith_prob
       return kith_config_fail(probe->node, NULL, "more than %d points", KITH_MOST_PROBES);
     probe->points[k] = (int)n;
   }
+  if (all == 1 && probe->spacing > 0)
+    return kith_config_fail(probe->node, "spacing", "means nothing for one point; along gives a line");
   return KITH_OK;
 }
 

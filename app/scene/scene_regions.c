@@ -27,7 +27,7 @@ const struct kith_param kith_region_params[] = {
      "arrangement of the nodes; not fcc in 2-D", IN(lattice)},
     {"jitter", KITH_PARAM_NUMBER, "0", "[0, 0.5]", "largest random displacement along an axis, in spacings",
      IN(jitter)},
-    {"seed", KITH_PARAM_INTEGER, "0", "[0, inf)", "of the jitter", IN(seed)},
+    {"seed", KITH_PARAM_INTEGER, "0", "[0, inf)", "of the jitter", IN(seed), .needs = "jitter!=0"},
     {"density", KITH_PARAM_EXPRESSION, NULL, "", "number or formula in x, y, z, r; above 0", IN(density)},
     {"pressure", KITH_PARAM_EXPRESSION, "", "", "number or formula; this or energy", IN(pressure)},
     {"energy", KITH_PARAM_EXPRESSION, "", "", "per unit mass, number or formula; this or pressure",

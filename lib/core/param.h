@@ -85,7 +85,8 @@ struct kith_param {
   enum kith_param_form form;
   kith_family *family;       /* MEMBER, NAME: who can be chosen; NULL: none */
   enum kith_param_role role; /* of a map: of all that is in it */
-  const char *needs; /* "steps=block": it means nothing unless another row of the table has this value */
+  const char
+      *needs; /* "steps=block", "name!=none": means nothing unless another row has this, or another value */
 };
 
 /* The ends of a row: where its value goes, or the rows below it. */

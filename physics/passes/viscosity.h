@@ -59,17 +59,25 @@ struct kith_viscosity_settings {
   enum kith_balsara balsara;
 };
 /* Rows of a parameter table for the settings `type`; choices: "|none|monaghan...", those that it has. */
-#define KITH_VISCOSITY_PARAMS(type, choices)                                                                 \
-  {"name", KITH_PARAM_CHOICE, "limited", choices, "its form", KITH_INTO(type, viscosity.name)},              \
-      {"balsara",                                                                                            \
-       KITH_PARAM_CHOICE,                                                                                    \
-       "linear",                                                                                             \
-       KITH_BALSARA_LIST(KITH_BALSARA_CHOICE),                                                               \
-       "Balsara's factor, for less viscosity in shear: on the linear term, on both, or its square on both",  \
-       KITH_INTO(type, viscosity.balsara)},                                                                  \
-      {"alpha", KITH_PARAM_NUMBER, "1", "[0, inf)", "linear coefficient", KITH_INTO(type, viscosity.alpha)}, \
-  {                                                                                                          \
-    "beta", KITH_PARAM_NUMBER, "2", "[0, inf)", "quadratic coefficient", KITH_INTO(type, viscosity.beta)     \
+#define KITH_VISCOSITY_PARAMS(type, choices)                                                                \
+  {"name", KITH_PARAM_CHOICE, "limited", choices, "its form", KITH_INTO(type, viscosity.name)},             \
+      {"balsara",                                                                                           \
+       KITH_PARAM_CHOICE,                                                                                   \
+       "linear",                                                                                            \
+       KITH_BALSARA_LIST(KITH_BALSARA_CHOICE),                                                              \
+       "Balsara's factor, for less viscosity in shear: on the linear term, on both, or its square on both", \
+       KITH_INTO(type, viscosity.balsara),                                                                  \
+       .needs = "name!=none"},                                                                              \
+      {"alpha",                                                                                             \
+       KITH_PARAM_NUMBER,                                                                                   \
+       "1",                                                                                                 \
+       "[0, inf)",                                                                                          \
+       "linear coefficient",                                                                                \
+       KITH_INTO(type, viscosity.alpha),                                                                    \
+       .needs = "name!=none"},                                                                              \
+  {                                                                                                         \
+    "beta", KITH_PARAM_NUMBER, "2", "[0, inf)", "quadratic coefficient", KITH_INTO(type, viscosity.beta),   \
+        .needs = "name!=none"                                                                               \
   }
 
 /* What all pairs share. */
