@@ -38,11 +38,11 @@ static void snapshot_name(int number, char name[32]) {
 }
 
 kith_status kith_output_clear(const struct kith_output *output, bool restarted) {
-  static const char *const checkpoints[] = {"checkpoint.kith", "checkpoint.kith.previous"};
+  static const char *const old[] = {"checkpoint.kith", "checkpoint.kith.previous", "probes.h5"};
   char path[640];
   if (output->from_previous) { /* it must not take the place of the good one */
     char aside[660];
-    path_in(output, checkpoints[0], path);
+    path_in(output, old[0], path);
     snprintf(aside, sizeof aside, "%s.damaged", path);
     struct kith_checkpoint *c;
     if (kith_checkpoint_open(&c, path, NULL) == KITH_OK)
@@ -50,8 +50,8 @@ kith_status kith_output_clear(const struct kith_output *output, bool restarted) 
     else if (rename(path, aside) != 0 && errno != ENOENT)
       KITH_FAIL(BAD_FILE, "%s: cannot rename it: %s", path, strerror(errno));
   }
-  for (int k = 0; k < 2 && !restarted; ++k) {
-    path_in(output, checkpoints[k], path);
+  for (int k = 0; k < 3 && !restarted; ++k) {
+    path_in(output, old[k], path);
     if (unlink(path) != 0 && errno != ENOENT)
       KITH_FAIL(BAD_FILE, "%s: cannot remove it: %s", path, strerror(errno));
   }
@@ -240,8 +240,8 @@ kith_status kith_trace_write(struct kith_ranks *ranks, const struct kith_profile
 kith_status kith_output_close(struct kith_output *output) {
   kith_free(&output->times);
   if (output->lock > 0) close(output->lock);
-  kith_probes_destroy(&output->probes);
-  const kith_status contacts = kith_contacts_destroy(&output->contacts);
-  const kith_status history = kith_csv_log_close(&output->history.steps);
-  return history != KITH_OK ? history : contacts;
+  const kith_status probes = kith_probes_destroy(&output->probes),
+                    contacts = kith_contacts_destroy(&output->contacts),
+                    history = kith_csv_log_close(&output->history.steps);
+  return history != KITH_OK ? history : contacts != KITH_OK ? contacts : probes;
 }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "lib/io/atomic_file.h"
 #include "lib/io/series.h"
 
 /* Unknowns of a field: its value and its gradient. Values at a node: scalars, then the velocity. What is
@@ -55,6 +56,8 @@ struct kith_probes {
   int n;
   struct set *set;
   char path[640];
+  struct kith_atomic_file *file; /* on rank 0: what grows; NULL: as published, or not begun */
+  bool published;
 };
 
 /* --- creation --- */
@@ -128,9 +131,38 @@ static kith_status make_set(const struct kith_probes *p, struct set *s, const st
   return kith_list_create(&s->list, &spec);
 }
 
+/* What is published goes on in a copy. */
+static kith_status copy_published(const struct kith_probes *p) {
+  enum { PIECE = 1 << 16 };
+  static char piece[PIECE];
+  FILE *from = fopen(p->path, "rb"), *to = p->file->stream;
+  bool whole = from != NULL;
+  for (size_t n = 1; whole && n > 0;) {
+    n = fread(piece, 1, PIECE, from);
+    whole = fwrite(piece, 1, n, to) == n && !ferror(from);
+  }
+  if (from != NULL) fclose(from);
+  return whole && fflush(to) == 0 ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s: cannot copy it", p->path);
+}
+
+static kith_status create_series(const struct kith_probes *p) {
+  struct kith_series *series = NULL;
+  KITH_TRY(kith_resize(&series, 0, (size_t)p->n, sizeof *series));
+  for (int k = 0; k < p->n; ++k) series[k] = p->set[k].series;
+  const kith_status status = kith_series_create(p->file->temporary, series, p->n);
+  kith_free(&series);
+  return status;
+}
+
+static kith_status open_file(struct kith_probes *p) {
+  KITH_TRY(kith_atomic_file_open(&p->file, p->path));
+  const kith_status status = p->published ? copy_published(p) : create_series(p);
+  if (status != KITH_OK) kith_atomic_file_abandon(&p->file);
+  return status;
+}
+
 static kith_status create(struct kith_probes *p, const char *directory, bool restarted) {
   const struct kith_simulation *m = p->simulation;
-  struct kith_series *series = NULL;
   KITH_TRY(kith_resize(&p->set, 0, (size_t)m->scene->n_probes, sizeof *p->set));
   KITH_TRY(kith_resize(&p->sums, 0, CHUNK, sizeof *p->sums));
   KITH_TRY(kith_resize(&p->guess, 0, CHUNK, sizeof *p->guess));
@@ -142,17 +174,14 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
       p->faces.boundary[p->faces.n++] = m->boundaries.boundary[b];
   for (; p->n < m->scene->n_probes; ++p->n) KITH_TRY(make_set(p, &p->set[p->n], &m->scene->probe[p->n]));
   snprintf(p->path, sizeof p->path, "%s/probes.h5", directory);
+  p->published = restarted && access(p->path, F_OK) == 0; /* a restart may write elsewhere */
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
-  KITH_TRY(kith_resize(&series, 0, (size_t)p->n, sizeof *series));
-  for (int k = 0; k < p->n; ++k) series[k] = p->set[k].series;
-  const bool resumes = restarted && access(p->path, F_OK) == 0; /* a restart may write elsewhere */
-  kith_status status = resumes ? KITH_OK : kith_series_create(p->path, series, p->n);
-  for (int k = 0; k < p->n && resumes && status == KITH_OK; ++k) { /* without last states */
-    const uint64_t step = m->integrator.step;
-    status = kith_series_resume(p->path, &series[k], step - step % (uint64_t)p->set[k].probe->every);
+  KITH_TRY(open_file(p));
+  for (int k = 0; k < p->n && p->published; ++k) { /* without last states */
+    const uint64_t step = m->integrator.step, every = (uint64_t)p->set[k].probe->every;
+    KITH_TRY(kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every));
   }
-  kith_free(&series);
-  return status;
+  return KITH_OK;
 }
 
 kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation *simulation,
@@ -164,9 +193,18 @@ kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation 
   return create(*out, directory, restarted);
 }
 
-void kith_probes_destroy(struct kith_probes **probes) {
+kith_status kith_probes_publish(struct kith_probes *p) {
+  if (p == NULL || p->file == NULL) return KITH_OK;
+  p->published = true;
+  return kith_atomic_file_commit(&p->file, false);
+}
+
+kith_status kith_probes_destroy(struct kith_probes **probes) {
   struct kith_probes *p = *probes;
-  if (p == NULL) return;
+  if (p == NULL) return KITH_OK;
+  const bool sampled = p->n > 0 && p->set[0].sampled > 0;
+  const kith_status status = sampled ? kith_probes_publish(p) : KITH_OK;
+  kith_atomic_file_abandon(&p->file);
   for (int k = 0; p->set != NULL && k < p->simulation->scene->n_probes; ++k) {
     struct set *s = &p->set[k];
     kith_list_destroy(&s->list);
@@ -181,6 +219,7 @@ void kith_probes_destroy(struct kith_probes **probes) {
   kith_free(&p->guess);
   kith_search_destroy(&p->search);
   kith_free(probes);
+  return status;
 }
 
 /* --- the sums of a point --- */
@@ -349,6 +388,15 @@ static kith_status sample_chunk(struct kith_probes *p, const struct set *s, kith
   return KITH_OK;
 }
 
+static kith_status append(struct kith_probes *p, const struct set *s) {
+  const struct kith_integrator *it = &p->simulation->integrator;
+  if (p->file == NULL) KITH_TRY(open_file(p));
+  const kith_status status = kith_series_append(p->file->temporary, &s->series, it->time, it->step,
+                                                (const double *const *)s->column);
+  if (status != KITH_OK) kith_atomic_file_abandon(&p->file);
+  return status;
+}
+
 static kith_status sample(struct kith_probes *p, struct set *s) {
   const struct kith_integrator *it = &p->simulation->integrator;
   struct kith_ranks *ranks = p->simulation->nodes->ranks;
@@ -358,10 +406,7 @@ static kith_status sample(struct kith_probes *p, struct set *s) {
   for (kith_index i = 0; i < s->points->n_internal; i += CHUNK)
     KITH_TRY(sample_chunk(p, s, i, KITH_MIN(i + CHUNK, s->points->n_internal)));
   s->sampled = it->step + 1;
-  return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0
-                                                ? kith_series_append(p->path, &s->series, it->time, it->step,
-                                                                     (const double *const *)s->column)
-                                                : KITH_OK);
+  return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? append(p, s) : KITH_OK);
 }
 
 kith_status kith_probes_sample(struct kith_probes *p, bool last) {

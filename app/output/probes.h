@@ -23,6 +23,10 @@ kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation 
                                const char *directory, bool restarted);
 /* Those probes whose turn it is at this step; `last`: all that were not sampled at this step. Collective. */
 kith_status kith_probes_sample(struct kith_probes *probes, bool last);
-void kith_probes_destroy(struct kith_probes **probes);
+/* DIR/probes.h5 becomes what was sampled: samples go to DIR/probes.h5.partial, so that a crash leaves the
+ * file as it was published last, and so does a failure. */
+kith_status kith_probes_publish(struct kith_probes *probes);
+/* Publishes, if anything was sampled. */
+kith_status kith_probes_destroy(struct kith_probes **probes);
 
 #endif

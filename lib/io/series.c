@@ -2,8 +2,14 @@
  * as well: failures are counted and told once. */
 #include "lib/io/series.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <hdf5.h>
+#include <signal.h>
 #include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 enum { FIXED = 2 }; /* columns before those of the series: time, step */
 
@@ -159,7 +165,9 @@ static bool carry_out(hid_t file, const struct job *job) {
   return same;
 }
 
-static kith_status with_file(const char *path, const struct job *job) {
+enum outcome { DONE, FAILED, OTHER };
+
+static enum outcome work(const char *path, const struct job *job) {
   int failures = 0;
   H5E_auto2_t handler;
   void *data;
@@ -170,8 +178,24 @@ static kith_status with_file(const char *path, const struct job *job) {
   const bool same = file < 0 || carry_out(file, job);
   if (file >= 0) H5Fclose(file);
   H5Eset_auto2(H5E_DEFAULT, handler, data);
-  if (!same) KITH_FAIL(BAD_FILE, "%s: it has other probes than the scene", path);
-  if (failures > 0 || file < 0) KITH_FAIL(BAD_FILE, "%s: HDF5 cannot write it", path);
+  return !same ? OTHER : failures > 0 || file < 0 ? FAILED : DONE;
+}
+
+/* In a process of its own, which what HDF5 cannot write may bring down, see snapshot.c. */
+static kith_status with_file(const char *path, const struct job *job) {
+  int status = 0;
+  const pid_t child = fork();
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    dup2(open("/dev/null", O_WRONLY | O_CLOEXEC), STDERR_FILENO);
+    _exit((int)work(path, job));
+  }
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  const enum outcome outcome = child < 0            ? work(path, job)
+                               : !WIFEXITED(status) ? FAILED
+                                                    : (enum outcome)WEXITSTATUS(status);
+  if (outcome == OTHER) KITH_FAIL(BAD_FILE, "%s: it has other probes than the scene", path);
+  if (outcome != DONE) KITH_FAIL(BAD_FILE, "%s: HDF5 cannot write it", path);
   return KITH_OK;
 }
 

@@ -7,7 +7,8 @@
  *   description of each column
  *
  * The file is closed between samples, so that it can be read while a run goes on. What a crash in the middle
- * of a sample leaves may be damaged. Not collective: one process writes. */
+ * of a sample leaves may be damaged: a run writes a copy (app/output/probes.h). Not collective: one process
+ * writes. */
 #ifndef KITH_IO_SERIES_H
 #define KITH_IO_SERIES_H
 
