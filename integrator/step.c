@@ -118,7 +118,7 @@ static kith_status agree(struct kith_integrator *it, kith_status status) {
   if (it->ask != NULL) it->ask(it->asker, it->wish);
   if (it->summarizes) kith_hydro_sum(it->hydro, &sums);
   if (it->summarizes) n += kith_hydro_share(&sums, parts + n);
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, n, parts));
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status != KITH_OK ? status : it->pending, n, parts));
   if (!it->summarizes) return KITH_OK;
   *summary =
       (struct kith_summary){kith_hydro_totals_of(it->hydro, &sums), count[0], count[1], count[2], count[3]};

@@ -281,9 +281,12 @@ static double step_end(const struct run *run) {
   return every <= 0 || next > run->until - 1e-9 * every ? run->until : next;
 }
 
-/* A checkpoint of now. */
+/* A checkpoint of now, before which all tables are on the disk. */
 static kith_status save(struct run *run) {
   run->saved = kith_seconds();
+  const kith_status pending = run->simulation->integrator.pending,
+                    status = pending == KITH_OK ? kith_csv_log_sync(&run->growth.log) : pending;
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, status));
   return kith_output_checkpoint(&run->output, run->simulation, &run->baseline);
 }
 
