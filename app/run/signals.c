@@ -51,8 +51,12 @@ static void pass_on(int number) {
   kill(child, stop++ == 0 ? SIGUSR1 : SIGTERM);
 }
 
-/* Not in the foreground of the terminal: what it sends when a key is pressed would end the ranks. */
+/* Not in the foreground of the terminal: what it sends when a key is pressed would end the ranks. Not with
+ * the locks in shared memory that PMIx takes by default: if a rank is killed while it starts, mpirun waits
+ * for its lock for ever (openpmix issue 1233). */
 static void become_mpirun(char *const *words) {
+  setenv("PMIX_MCA_gds", "hash", 0);
+  setenv("OMPI_MCA_opal_signal", "", 0); /* no traces of a rank that crashes: it is named below */
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   execvp(words[0], words);

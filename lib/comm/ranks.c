@@ -27,11 +27,26 @@ int kith_ranks_launched(void) {
   return 1;
 }
 
+/* MPI cannot go on after an error: one line instead of its own ones, and the end of all ranks. */
+static void on_error(MPI_Comm *communicator, int *error, ...) {
+  char text[MPI_MAX_ERROR_STRING];
+  int n, rank;
+  MPI_Error_string(*error, text, &n);
+  MPI_Comm_rank(*communicator, &rank);
+  fprintf(stderr, "kith: rank %d: %s; the last checkpoint, if there is one, goes on with --restart\n", rank,
+          text);
+  MPI_Abort(*communicator, 1);
+}
+
 static kith_status start(struct kith_ranks *ranks) {
+  MPI_Errhandler handler;
   int level;
   if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level) != MPI_SUCCESS)
     KITH_FAIL(UNSUPPORTED, "MPI cannot be started");
   ranks->started_mpi = true;
+  MPI_Comm_create_errhandler(on_error, &handler);
+  MPI_Comm_set_errhandler(MPI_COMM_WORLD, handler); /* those made from it have it too */
+  MPI_Errhandler_free(&handler);
   if (level < MPI_THREAD_FUNNELED) KITH_FAIL(UNSUPPORTED, "this MPI library does not support threads");
   return KITH_OK;
 }
