@@ -11,7 +11,7 @@ All of it, an hour:
 """
 import argparse, glob, os, random, shutil, signal, subprocess, sys, tempfile, time
 
-from common import ENVIRONMENT, SCENE
+from common import ENVIRONMENT, SCENE, content
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
 parser.add_argument('programs')
@@ -39,9 +39,7 @@ def contents(directory):
     for path in glob.glob(directory + '/*'):
         name = os.path.basename(path)
         if name.endswith(('.json', '.partial', '.previous')): continue
-        data = open(path, 'rb').read()
-        if name == 'history.csv': data = b'\n'.join(row.rsplit(b',', 1)[0] for row in data.split(b'\n'))
-        found[name] = data
+        found[name] = content(path)
     return found
 
 

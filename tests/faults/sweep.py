@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
 """sweep.py PROGRAMS TOOLS [--sample N] [--seed S] [--ranks 1,2] [--set KEY=VALUE]... [CLASS]...
 
-Fails each system call on the files of a short run once, and each allocation, and lets the power go at each
-call; sampled: N of each class. After each fault: the run ended with one line and code 1 or 2, or it went on
-and its results are those of a run without a fault; nothing half-written is left; the run goes on from its
-last checkpoint, or begins again if there never was one, and its results are those of a run without a fault.
+Fails each system call on the files of a short run once, each allocation, and of several ranks each call of
+MPI, and lets the power go at each call; sampled: N of each class. After each fault: the run ended with one
+line and code 1 or 2, or it went on and its results are those of a run without a fault; nothing half-written
+is left; the run goes on from its last checkpoint, or begins again if there never was one, and its results are
+those of a run without a fault.
 
 The whole sweep; hours, most of them the allocations of HDF5:
   tests/faults/sweep.py build/release/bin build/release/tests/faults
 """
 import argparse, collections, glob, json, os, random, shutil, subprocess, sys, tempfile
-from common import ENVIRONMENT, SCENE
+from common import ENVIRONMENT, SCENE, content
 
-CLASSES = 'open write read map sync name size close power power-names allocate'.split()
+MESSAGES = 'message-error message-abort message-kill'.split()
+CLASSES = 'open write read map sync name size close power power-names allocate'.split() + MESSAGES
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
 parser.add_argument('programs')
 parser.add_argument('tools')
@@ -24,9 +26,10 @@ parser.add_argument('--sanitized', action='store_true', help='sanitizers have a 
 parser.add_argument('--keep', action='store_true', help='leave the directories of what went wrong')
 parser.add_argument('classes', nargs='*', default=CLASSES, help=', '.join(CLASSES))
 args = parser.parse_intermixed_args()
-if args.sanitized: args.classes = [kind for kind in args.classes if kind != 'allocate']
+if args.sanitized: args.classes = [kind for kind in args.classes if kind not in ['allocate', *MESSAGES]]
 kith = os.path.abspath(args.programs) + '/kith'
-inject, preload = (os.path.abspath(args.tools) + '/' + name for name in ('inject', 'liballocate.so'))
+inject, allocate, messages = (os.path.abspath(args.tools) + '/' + name
+                              for name in ('inject', 'liballocate.so', 'libmessages.so'))
 place = tempfile.mkdtemp(prefix='kith-faults-')
 os.chdir(place)
 open('tiny.yaml', 'w').write(SCENE % (50, 0.05, '', 0.02))
@@ -57,9 +60,8 @@ def contents(directory, loose):
     for path in sorted(glob.glob(directory + '/*')):
         name = os.path.basename(path)
         if loose and name.endswith(('.previous', '.csv', '.json')): continue
-        data = open(path, 'rb').read()
+        data = content(path)
         if name == 'report.json': data = keys(json.loads(data))
-        if name == 'history.csv': data = b'\n'.join(row.rsplit(b',', 1)[0] for row in data.split(b'\n'))
         found[name] = data
     return found
 
@@ -69,9 +71,10 @@ def other(a, b):
 
 
 def fault(kind, n, ranks):
-    if kind == 'allocate':
+    if kind == 'allocate' or kind in MESSAGES:
         more = {'KITH_FAULT_RANK': str(ranks - 1)} if ranks > 1 else {}
-        return run(ranks, 'parts', LD_PRELOAD=preload, KITH_FAULT_N=str(n), **more)
+        return run(ranks, 'parts', LD_PRELOAD=allocate if kind == 'allocate' else messages,
+                   KITH_FAULT_N=str(n), KITH_FAULT_HOW=kind.removeprefix('message-'), **more)
     below = place + '/parts' if kind.startswith('power') else place # the scene was synced long ago
     return run(ranks, 'parts', before=[inject, kind, str(n), below])
 
@@ -81,7 +84,8 @@ def count(kind, ranks):
     code, lines = fault(kind, 0, ranks)
     if code == 77: sys.exit(77)
     if code != 0: sys.exit(f'without a fault: {code} {lines}')
-    return int(open('count').read()) if kind == 'allocate' else len(open('log').readlines())
+    counted = kind == 'allocate' or kind in MESSAGES
+    return int(open('count').read()) if counted else len(open('log').readlines())
 
 
 def first_checkpoint():
@@ -105,7 +109,7 @@ def judge(kind, n, ranks, whole, sure):
         if code != 0 and (len(lines) != 1 or not lines[0].startswith('kith: ')): return 'not one line', lines
         if code == 0 and lines and not lines[0].startswith('kith: warning: '): return 'a line, and 0', lines
         left = glob.glob('parts/*.partial')
-        if left and kind != 'name': return f'half-written: {left}', lines
+        if left and kind not in ['name', *MESSAGES]: return f'half-written: {left}', lines
         tally['code %s' % code] += 1
     rows = open('parts/history.csv').read().count('\n') if os.path.exists('parts/history.csv') else 0
     there = os.path.exists('parts/checkpoint.kith')
@@ -129,6 +133,7 @@ for ranks in map(int, args.ranks.split(',')):
     if run(ranks, 'whole')[0] != 0: sys.exit('no run without a fault')
     whole = contents('whole', False)
     for kind in args.classes:
+        if ranks == 1 and kind in MESSAGES: continue
         total = count(kind, ranks)
         sure = first_checkpoint() if kind.startswith('power') else 0
         numbers = range(1, total + 1)
