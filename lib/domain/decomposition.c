@@ -89,19 +89,18 @@ static kith_status find_own(struct kith_decomposition *d) {
   return KITH_OK;
 }
 
-/* Work of each cell, as its weight, by where the nodes of all ranks are now; the status is agreed on. Summed
- * as integers: sums over ranks have no order. *weight is owned by the caller, whatever is returned. */
+/* Work of each cell, as its weight, by where the nodes of all ranks are now. Summed as integers: sums over
+ * ranks have no order. *weight is owned by the caller. The status is that of this rank. */
 static kith_status weigh(const struct kith_decomposition *d, const struct kith_nodes *nodes,
                          kith_status status, double **weight) {
   uint64_t *work = NULL;
+  KITH_TRY(kith_ranks_must(d->ranks, kith_resize(&work, 0, (size_t)d->cells.n, sizeof *work)));
+  kith_ranks_must(d->ranks, kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight));
   if (status == KITH_OK) status = find_cells(d, nodes);
-  if (status == KITH_OK) status = kith_resize(&work, 0, (size_t)d->cells.n, sizeof *work);
-  if (status == KITH_OK) status = kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight);
-  status = kith_ranks_allreduce_status(d->ranks, status);
   for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i)
     work[d->home->i64[i]] += (uint64_t)d->work->i64[i] + 1;
-  if (status == KITH_OK) kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
-  for (int64_t c = 0; status == KITH_OK && c < d->cells.n; ++c) (*weight)[c] = (double)work[c];
+  kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
+  for (int64_t c = 0; c < d->cells.n; ++c) (*weight)[c] = (double)work[c];
   kith_free(&work);
   return status;
 }

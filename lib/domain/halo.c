@@ -357,7 +357,7 @@ kith_status kith_halo_surround(struct kith_halo *halo, double reach) {
                          sizeof *halo->bounds_out);
   if (status == KITH_OK)
     status = kith_resize(&halo->bounds_in, 0, (size_t)shell->n_ghosts, sizeof *halo->bounds_in);
-  return kith_ranks_allreduce_status(halo->ranks, status);
+  return kith_ranks_must(halo->ranks, status);
 }
 
 /* Tells neighbors the bounds of the own cells that are their ghost cells, and learns those of the ghost cells

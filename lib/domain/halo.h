@@ -24,8 +24,8 @@
  * neighbors.
  *
  * A halo of NULL stands for one process: there are no remote ghosts, images alone are refreshed. All
- * functions but kith_halo_remap and kith_halo_pending are for all ranks together: by messages between
- * neighbors, except kith_halo_surround. A rank that fails while others wait for it ends all. */
+ * functions but kith_halo_remap and kith_halo_pending are for all ranks together, by messages between
+ * neighbors. A rank that fails while others wait for it ends all. */
 #ifndef KITH_DOMAIN_HALO_H
 #define KITH_DOMAIN_HALO_H
 
@@ -38,7 +38,7 @@ kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
                              struct kith_decomposition *decomposition);
 void kith_halo_destroy(struct kith_halo **halo);
 
-/* Neighbors are those within this reach from here on. Collective only if the map or the reach changed. */
+/* Neighbors are those within this reach, the same on all ranks, from here on. No communication. */
 kith_status kith_halo_surround(struct kith_halo *halo, double reach);
 /* Appends the remote ghosts, as blocks of this boundary. factor: f. */
 kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,

@@ -33,6 +33,14 @@ while read -r stage; do
   grep -qF "$stage" "$out/report.json" || { echo "the report lacks a stage of a rank: $stage" && exit 1; }
 done <"$out/stages"
 grep -q "remote_ghosts_kept" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
+# Four collective calls a step; one more where the balance is checked, one step in 20.
+case "${settings[*]}" in
+  *scheme* | *method*) ;;
+  *)
+    awk -v n="$(number collectives_per_step)" 'BEGIN {exit !(n == 4)}' ||
+      { echo "$(number collectives_per_step) collective calls a step" && exit 1; }
+    ;;
+esac
 planned() { awk -v column="$1" '$1 == "kd" {print $column}' "$out/plan"; }
 of_a_list() {
   awk -v all="$(number "$1")" -v lists="$(number lifecycles)" -v n="$ranks" 'BEGIN {print all / lists / n}'
