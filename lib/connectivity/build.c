@@ -432,11 +432,16 @@ static kith_status test_chunks(const struct kith_build *build, size_t *lengths) 
 
 /* --- pass 2 --- */
 
-/* Shifts of the row that begins at entry e. Its nodes ascend in the part of each shift. */
+/* Shifts of the row that begins at entry e. Its nodes ascend in the part of each shift; mostly there is one,
+ * as in the first and the last word. */
 static void fill_shifts(const struct kith_rows *rows, const struct kith_build *build, size_t e,
                         const uint16_t *shift, int words, const uint64_t *hit) {
   size_t n = 0;
   for (int w = 0; w < words; ++w) n += (size_t)__builtin_popcountll(hit[w]);
+  if (words > 0 && shift[0] == shift[64 * (words - 1)]) {
+    for (size_t k = e; k < e + n; ++k) rows->shift[k] = shift[0];
+    return;
+  }
   kith_packed_extract_shifts(shift, words, hit, rows->shift + e);
   if (!build->unsorted) kith_entries_sort(rows->node + e, rows->shift + e, n);
 }

@@ -37,6 +37,14 @@ kith_status kith_rows_shift(struct kith_rows *rows, int zero);
 static inline int kith_row_shift(const struct kith_rows *rows, size_t e) {
   return rows->shift != NULL ? rows->shift[e] : 0;
 }
+/* The shifts from `shift` on of n entries if any of them is displaced, else NULL: inside of a box nobody need
+ * look at them. shift: NULL or all entries. */
+static inline const uint16_t *kith_shifts_at(const uint16_t *shift, int zero, size_t first, size_t n) {
+  uint16_t any = 0;
+  if (shift == NULL) return NULL;
+  for (size_t k = first; k < first + n; ++k) any |= (uint16_t)(shift[k] ^ zero);
+  return any != 0 ? shift + first : NULL;
+}
 void kith_rows_clear(struct kith_rows *rows);
 size_t kith_rows_bytes(const struct kith_rows *rows);
 /* The length of the longest row. */

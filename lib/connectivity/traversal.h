@@ -28,11 +28,12 @@ KITH_INLINE void kith_row_separations(const struct kith_nodes *nodes, const stru
                                       kith_index i, double *restrict to, size_t stride, double *restrict r2) {
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
   const kith_index *node = rows->node + first;
+  const uint16_t *shift = kith_shifts_at(rows->shift, rows->zero, first, n);
   const double *x = nodes->position->f64;
-  if (rows->shift == NULL) /* compiled apart: it does not pay for shifts */
+  if (shift == NULL) /* compiled apart: it does not pay for shifts */
     kith_lanes_separations(x, i, node, NULL, NULL, n, to, stride, r2);
   else
-    kith_lanes_separations(x, i, node, rows->shift + first, nodes->shifts.by, n, to, stride, r2);
+    kith_lanes_separations(x, i, node, shift, nodes->shifts.by, n, to, stride, r2);
 }
 
 typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,

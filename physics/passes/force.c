@@ -289,7 +289,8 @@ KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end
       for (size_t q = p + KITH_AHEAD; q < KITH_MIN(p + KITH_AHEAD + n, pairs->n); ++q)
         kith_force_prefetch(packed_particle(pass, pairs->node[q][1]), (size_t)pass->n_packed);
       for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
-      pass->evaluate(pass, i, partner, pairs->shift != NULL ? pairs->shift + p : NULL, n, n, s);
+      pass->evaluate(pass, i, partner, kith_shifts_at(pairs->shift, pass->connectivity->rows.zero, p, n), n,
+                     n, s);
       double *restrict value = pass->pair->value + p * KITH_PAIR_VALUES;
       for (size_t k = 0; k < n; ++k)
         for (int m = 0; m < KITH_PAIR_VALUES; ++m)
@@ -304,7 +305,7 @@ KITH_INLINE void gather(const struct kith_force_pass *pass, kith_index i, size_t
   const struct kith_rows *rows = &pass->connectivity->rows;
   for (size_t k = 0; pass->edges > 0 && k < n; ++k)
     load_edge(pass, pairs->of_row[first + k], kith_pair_starts(pass->connectivity, i, first + k), k, s);
-  pass->evaluate(pass, i, rows->node + first, rows->shift != NULL ? rows->shift + first : NULL, n,
+  pass->evaluate(pass, i, rows->node + first, kith_shifts_at(rows->shift, rows->zero, first, n), n,
                  rows->first[rows->n] - first, s);
 }
 
