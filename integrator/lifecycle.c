@@ -106,7 +106,7 @@ static kith_status reorder(struct kith_integrator *it) {
 }
 
 static double ghost_factor(const struct kith_integrator *it) {
-  return it->need.overlap ? 2 : 1;
+  return (it->need.overlap ? 2 : 1) * it->nodes->longest;
 }
 
 /* Two layers of ghosts, so that those of the first have all that is in their own support. */

@@ -175,7 +175,7 @@ static void pack(struct kith_packed *near, const struct kith_search *search, con
 static void shift_packed(struct kith_packed *near, const struct kith_build *build, int s, int from) {
   for (int p = from; p < near->n; ++p) near->shift[p] = (uint16_t)s;
   for (int a = 0; a < NDIM && kith_build_moves_source(build, s); ++a)
-    for (int p = from; p < near->n; ++p) near->coordinate[a][p] += build->shifts->by[s][a];
+    for (int p = from; p < near->n; ++p) near->coordinate[a][p] += kith_build_shift(build, s, a);
 }
 
 /* Adds the sources that are candidates of the group, or their images s. */
@@ -215,7 +215,7 @@ static bool sees_image(const struct kith_build *build, struct group *group, int 
   const double radius = KITH_MAX(group->radius, build->widest) * (1 + KITH_SEARCH_SLACK);
   bool near = true;
   for (int a = 0; a < NDIM; ++a) {
-    const double by = build->shifts->by[s][a],
+    const double by = kith_build_shift(build, s, a),
                  slack = 1e-14 * (fabs(group->box.lower[a]) + fabs(group->box.upper[a]) + fabs(by));
     group->box.lower[a] -= by + slack, group->box.upper[a] -= by - slack;
     near = near && group->box.lower[a] - radius <= build->all.upper[a] &&
@@ -338,7 +338,7 @@ static int hits_of(const struct kith_packed *near, const struct kith_build *buil
     for (end = w + 1; end < near->words && near->shift[64 * end] == s;) ++end;
     const struct kith_packed part = kith_packed_part(near, w, end);
     for (int a = 0; a < NDIM; ++a)
-      seen_from[a] = kith_build_moves_source(build, s) ? x[a] : x[a] - build->shifts->by[s][a];
+      seen_from[a] = kith_build_moves_source(build, s) ? x[a] : x[a] - kith_build_shift(build, s, a);
     count += hits_from(&part, build, slot, seen_from, hit + w);
   }
   return count;

@@ -88,6 +88,10 @@ int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, ki
 static inline int kith_build_zero(const struct kith_build *build) {
   return build->shifts != NULL ? build->shifts->zero : 0;
 }
+/* By how much it displaces in the metric of the supports. */
+static inline double kith_build_shift(const struct kith_build *build, int s, int a) {
+  return build->shifts->by[s][a] / build->nodes->stretch[a];
+}
 /* The square of the distance from node i to image s of j: in both directions the same, or in reproducible
  * mode that to a ghost at this place. */
 static inline bool kith_build_moves_source(const struct kith_build *build, int s) {

@@ -128,6 +128,8 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
       .storage = kith_storage_csr.name,
       .rebuild = kith_rebuild_always.name};
   struct kith_build build;
+  if (nodes->stretched != NULL && (need.overlap || need.intersection))
+    KITH_FAIL(UNSUPPORTED, "overlap and intersection of supports that are ellipsoids");
   KITH_TRY(kith_excluder_keeps_pairs(excluders));
   KITH_TRY(kith_search_fresh(search));
   KITH_TRY(kith_list_spec_prepare(&spec, &c->scratch, &build));

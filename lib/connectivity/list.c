@@ -72,6 +72,9 @@ kith_status kith_list_spec_check(const struct kith_list_spec *spec) {
   KITH_TRY(check_selection(&spec->sources, "sources"));
   if (spec->targets.nodes == spec->sources.nodes && spec->targets.search != spec->sources.search)
     KITH_FAIL(BAD_INPUT, "neighbor list: targets and sources are of the same nodes, but of two searches");
+  for (int a = 0; a < NDIM; ++a)
+    if (spec->targets.nodes->stretch[a] != spec->sources.nodes->stretch[a])
+      KITH_FAIL(BAD_INPUT, "neighbor list: supports of targets and sources differ in shape");
   KITH_TRY(check_cutoff(spec));
   return check_kept(spec);
 }

@@ -92,8 +92,7 @@ static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
   const int level = level_of(grid, search->radius->f64[i]);
   uint64_t key = (uint64_t)(i >= search->n_internal) << GRID_LEVEL_BITS | (uint64_t)level;
   for (int a = 0; a < NDIM; ++a) {
-    const double u =
-        in_cells(grid, a, search->nodes->position->f64[(size_t)i * NDIM + a], grid->per_length[level]);
+    const double u = in_cells(grid, a, search->position->f64[(size_t)i * NDIM + a], grid->per_length[level]);
     key = key << GRID_COORDINATE_BITS | (uint64_t)clamp(u);
   }
   return key;
@@ -103,7 +102,7 @@ static void choose_frame(struct kith_search *search) {
   struct grid *grid = search->self;
   const double *search_radius = search->radius->f64;
   double lower[NDIM], upper[NDIM], bound = 0;
-  kith_search_cube(search->nodes->position->f64, search->n, lower, upper);
+  kith_search_cube(search->position->f64, search->n, lower, upper);
 #pragma omp parallel for schedule(static) reduction(max : bound)
   for (kith_index i = 0; i < search->n; ++i) bound = KITH_MAX(bound, search_radius[i]);
   /* Nodes without a radius: about one for each cell. */

@@ -53,6 +53,18 @@ void kith_search_destroy(struct kith_search **search) {
 
 /* Updates: stale until the member has succeeded. */
 
+/* Where nodes are in the metric of their supports. */
+static void place(struct kith_search *search) {
+  const struct kith_nodes *nodes = search->nodes;
+  const double *restrict x = nodes->position->f64;
+  search->position = nodes->stretched != NULL ? nodes->stretched : nodes->position;
+  if (nodes->stretched == NULL) return;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < search->n; ++i)
+    for (size_t a = 0; a < NDIM; ++a)
+      nodes->stretched->f64[(size_t)i * NDIM + a] = x[(size_t)i * NDIM + a] / nodes->stretch[a];
+}
+
 static void stamp(struct kith_search *search) {
   search->positions = search->nodes->positions;
   search->ghosts = search->nodes->ghosts;
@@ -65,6 +77,7 @@ kith_status kith_search_update(struct kith_search *search) {
   search->n_groups = 0;
   memset(search->count, 0, sizeof search->count);
   KITH_TRY(kith_search_reserve(search, search->n));
+  place(search);
   KITH_TRY(search->ops->update(search));
   stamp(search);
   return KITH_OK;
@@ -79,6 +92,7 @@ kith_status kith_search_update_selected(struct kith_search *search, const kith_i
   mark_stale(search);
   memset(search->count, 0, sizeof search->count);
   search->n = kith_nodes_count(present);
+  place(search);
   KITH_TRY(search->ops->update_selected(search, nodes, count));
   stamp(search);
   return KITH_OK;
@@ -104,7 +118,7 @@ static kith_status mark_near(struct kith_search *search, int g, double slack, st
   for (kith_index slot = group.first; slot < group.first + group.count; ++slot) {
     const kith_index i = search->node[slot];
     if (i >= nodes->n_internal || !kith_node_active(nodes, i)) continue;
-    kith_box_include(&box, nodes->position->f64 + (size_t)i * NDIM);
+    kith_box_include(&box, search->position->f64 + (size_t)i * NDIM);
     radius = KITH_MAX(radius, search->radius->f64[i]);
   }
   if (radius < 0) return KITH_OK;
@@ -175,10 +189,11 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
                            kith_index *count) {
   KITH_TRY(kith_search_fresh(search));
   struct kith_box box;
-  for (int a = 0; a < NDIM; ++a) box.lower[a] = box.upper[a] = x[a];
+  double y[NDIM];
+  for (int a = 0; a < NDIM; ++a) box.lower[a] = box.upper[a] = y[a] = x[a] / search->nodes->stretch[a];
   struct kith_runs runs = {0};
   kith_status status = search->ops->coarse(search, &box, radius, mode, &runs);
-  if (status == KITH_OK) status = at_runs(search, &runs, x, radius * radius, mode, found, capacity, count);
+  if (status == KITH_OK) status = at_runs(search, &runs, y, radius * radius, mode, found, capacity, count);
   kith_runs_clear(&runs);
   return status;
 }

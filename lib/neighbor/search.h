@@ -14,6 +14,8 @@
  * updated. Candidates are a superset: no neighbor is ever missing, wherever the nodes are: outside of the
  * box, at equal positions, with non-uniform radii.
  *
+ * Where supports are ellipsoids (nodes.h) all this is said of positions in their metric.
+ *
  *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either
  *
  * Sweeps: a member whose cells have levels can be walked over, cell by cell, with the events of
@@ -110,7 +112,8 @@ struct kith_search {
   const void *settings; /* borrowed; NULL: defaults. Set before the first update */
   void *self;
   /* What it was made from. */
-  const struct kith_nodes *nodes; /* borrowed */
+  const struct kith_nodes *nodes;    /* borrowed */
+  const struct kith_field *position; /* of each node, in the metric of the supports (nodes.h) */
   const struct kith_field
       *radius;                /* of each node: search_radius; the caller may set another before updates */
   kith_index n, n_internal;   /* nodes seen: internal and ghosts; internal */
@@ -178,7 +181,7 @@ kith_status kith_search_reserve(struct kith_search *search, kith_index n);
 static inline void kith_search_pack_slot(struct kith_search *search, kith_index slot) {
   const size_t i = (size_t)search->node[slot];
   const double radius = search->radius->f64[i];
-  for (int a = 0; a < NDIM; ++a) search->coordinate[a][slot] = search->nodes->position->f64[i * NDIM + a];
+  for (int a = 0; a < NDIM; ++a) search->coordinate[a][slot] = search->position->f64[i * NDIM + a];
   search->radius2[slot] = radius * radius;
 }
 /* Packs coordinates and squared radii of the nodes in slots first .. first + count - 1. */

@@ -60,7 +60,7 @@ static inline int finest_level(const struct kith_spacetree *tree, double radius)
 
 static inline uint64_t item_key(const struct kith_search *search, kith_index i) {
   const struct kith_spacetree *tree = search->self;
-  const double *x = search->nodes->position->f64 + (size_t)i * NDIM;
+  const double *x = search->position->f64 + (size_t)i * NDIM;
   const int level = finest_level(tree, search->radius->f64[i]);
   uint64_t vertex[NDIM];
   for (int a = 0; a < NDIM; ++a) vertex[a] = (uint64_t)kith_spacetree_vertex(tree, level, a, x[a]);
@@ -71,7 +71,7 @@ static inline uint64_t item_key(const struct kith_search *search, kith_index i) 
 /* Whether the frame is a new one. */
 static bool choose_frame(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
-  const double *x = search->nodes->position->f64, *radius = search->radius->f64;
+  const double *x = search->position->f64, *radius = search->radius->f64;
   double least[NDIM], most[NDIM], bound = 0, extent = 0;
   bool within = tree->edge > 0;
   for (int a = 0; a < NDIM; ++a) least[a] = INFINITY, most[a] = -INFINITY;
@@ -110,7 +110,7 @@ static bool choose_frame(struct kith_search *search) {
 static void count_move(const struct kith_search *search, kith_index slot, int from, int to,
                        uint64_t count[KITH_SEARCH_COUNTERS]) {
   const struct kith_spacetree *tree = search->self;
-  const double *x = search->nodes->position->f64 + (size_t)search->node[slot] * NDIM;
+  const double *x = search->position->f64 + (size_t)search->node[slot] * NDIM;
   for (int level = from;; --level) {
     bool adjacent = true;
     for (int a = 0; a < NDIM; ++a) {

@@ -100,7 +100,7 @@ static kith_status sort_slots(struct kith_search *search, kith_index begin, kith
 /* Fills slots begin .. begin + n - 1 with the nodes of these numbers, along the curve. */
 static kith_status order_slots(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
-  const double *x = search->nodes->position->f64 + (size_t)begin * NDIM;
+  const double *x = search->position->f64 + (size_t)begin * NDIM;
   double lower[NDIM], upper[NDIM];
   kith_search_cube(x, n, lower, upper);
   kith_sfc_keys(x, n, lower, upper, tree->key);

@@ -30,6 +30,8 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
   KITH_TRY(kith_resize(&nodes, 0, 1, sizeof *nodes));
   nodes->n_lists = n_lists;
   kith_shifts_drop(&nodes->shifts);
+  for (int a = 0; a < NDIM; ++a) nodes->stretch[a] = 1;
+  nodes->longest = nodes->volume = 1;
   for (int l = 0; l < n_lists; ++l)
     snprintf(nodes->lists[l].name, sizeof nodes->lists[l].name, "%s", names[l]);
   const kith_status status = register_standing(nodes);
@@ -137,6 +139,18 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
   nodes->fields[nodes->n_fields++] = field;
   *out = field;
   return KITH_OK;
+}
+
+kith_status kith_nodes_stretch(struct kith_nodes *nodes, const double stretch[NDIM]) {
+  static const struct kith_field_spec stretched = {
+      "stretched", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "position in units of the half axes of supports"};
+  nodes->longest = nodes->volume = 1;
+  for (int a = 0; a < NDIM; ++a) {
+    if (!(stretch[a] >= 1)) KITH_FAIL(BAD_INPUT, "a half axis of %g supports: at least 1", stretch[a]);
+    nodes->stretch[a] = stretch[a], nodes->volume *= stretch[a];
+    nodes->longest = KITH_MAX(nodes->longest, stretch[a]);
+  }
+  return kith_nodes_field(nodes, &stretched, &nodes->stretched);
 }
 
 kith_status kith_nodes_number_images(struct kith_nodes *nodes) {

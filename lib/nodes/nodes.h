@@ -114,6 +114,11 @@ struct kith_nodes {
   /* NULL unless kith_nodes_flag: U8, state, what the node is (enum kith_flag); a ghost what its node is. */
   struct kith_field *flag;
 
+  /* Supports are ellipsoids, with half axes stretch[a] H >= H; all 1: spheres. What is said of distances of
+   * nodes and their supports is then said of `stretched`, x[a] / stretch[a]. */
+  double stretch[NDIM], longest, volume; /* half axes, the longest one, their product */
+  struct kith_field *stretched;          /* VECTOR, work, of the last update of a search; NULL: spheres */
+
   int n_blocks;
   size_t blocks_capacity;
   struct kith_ghost_block *blocks; /* creation order */
@@ -152,6 +157,9 @@ struct kith_field_row {
 kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table);
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
+
+/* From here on supports have these half axes, at least 1. */
+kith_status kith_nodes_stretch(struct kith_nodes *nodes, const double stretch[NDIM]);
 
 /* From here on ghosts have an `image`: n + 2^16 m + 2^32 l for image n along axis 0, of image m along axis 1,
  * and so on. */

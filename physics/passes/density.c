@@ -17,9 +17,22 @@ struct density_pass {
   const struct kith_connectivity *connectivity;
   struct kith_density_wanted wanted;
   double constant;        /* of the kernel */
+  double volume;          /* of a support in those of a sphere with radius H */
   bool equal_masses;      /* of all nodes */
   const uint8_t *barrier; /* NULL: there is none */
 };
+
+/* Squares of distances in the metric of the supports. */
+static void squares_in_metric(const struct kith_nodes *nodes, size_t n, struct kith_scratch *s) {
+  double *restrict r2 = kith_scratch_lane(s, DISTANCE);
+  for (size_t k = 0; k < n; ++k) {
+    r2[k] = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      const double d = kith_scratch_lane(s, SEPARATION + a)[k] / nodes->stretch[a];
+      r2[k] += d * d;
+    }
+  }
+}
 
 /* Separations and distances of the row of i; padding stands far outside of any support. Functions that do not
  * depend on the kernel are not inlined: they would be compiled once per kernel. */
@@ -28,6 +41,7 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
   double *restrict r = kith_scratch_lane(s, DISTANCE);
   kith_row_separations(nodes, rows, i, kith_scratch_lane(s, SEPARATION), s->width, r);
+  if (nodes->stretched != NULL) squares_in_metric(nodes, n, s);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) r[k] = sqrt(r[k]);
   for (size_t k = n; k < padded; ++k) r[k] = 16 * nodes->search_radius->f64[i];
@@ -198,7 +212,7 @@ KITH_INLINE void set_density(enum kith_kernel kernel, const struct density_pass 
     pass->wanted.grad_h_term->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
   }
   if (pass->wanted.omega != NULL) pass->wanted.omega->f64[i] = omega;
-  pass->package->hydro->density->f64[i] = pass->constant * sum_mw / kith_pow_dim(support);
+  pass->package->hydro->density->f64[i] = pass->constant * sum_mw / (pass->volume * kith_pow_dim(support));
 }
 
 static double curl_of(const double *g) {
@@ -322,6 +336,7 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .connectivity = connectivity,
                               .wanted = *wanted,
                               .constant = kith_kernel_constant(package->kernel),
+                              .volume = nodes->volume,
                               .equal_masses = equal_masses(package->hydro),
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
   /* Of a node alone: support (read, written), search radius, mass, density, divergence; what is wanted. */

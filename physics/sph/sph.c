@@ -17,13 +17,16 @@
  *     m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
  *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
  *
+ * stretch: supports are ellipsoids with half axes s_a H (a fixed tensor), and W depends on |x_ij| in their
+ * metric M = diag(1 / s_a^2), grad_i W = W' / (H |x_ij|_M) M x_ij; the viscosity knows nothing of it.
+ *
  * Passes: density -> equation of state, switches -> ghosts -> packing -> force [pairs]. */
 #include "physics/passes/density.h"
 #include "physics/passes/viscosity.h"
 
 struct sph_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
-  double conduction;
+  double conduction, stretch[NDIM];
 };
 static const struct kith_param viscosity_params[] = {
     KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST(KITH_AS_LISTED_CHOICE)), {0}};
@@ -31,6 +34,9 @@ static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
     {"conduction", KITH_PARAM_NUMBER, "0", "[0, inf)", "of heat, where pressure jumps; 1 is usual",
      KITH_INTO(struct sph_settings, conduction)},
+    {"stretch", KITH_PARAM_VECTOR, "[1, 1, 1]", "[1, inf)",
+     "half axes of supports in units of the shortest one, along x, y, z: ellipsoids of one shape",
+     KITH_INTO(struct sph_settings, stretch)},
     {0}};
 
 /* The fields of a packed particle. */
@@ -54,15 +60,28 @@ struct sph {
 struct sph_constants {
   struct kith_viscosity_constants viscosity;
   double conduction;
-  double kernel; /* C of the kernel */
+  double kernel;        /* C of the kernel */
+  const double *metric; /* [NDIM] diagonal of M */
 };
 
 /* --- the pair function --- */
 
 /* One pair: (3) - (5), (7). */
-KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_constants *c,
+KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool stretched, const struct sph_constants *c,
                           const double *restrict i, const double *restrict j, double *restrict out) {
-  const struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
+  struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
+  double along[NDIM], r2 = 0, apart = p.r; /* M x_ij; x_ij . M x_ij / |x_ij| */
+  for (int a = 0; a < NDIM; ++a) along[a] = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
+  if (stretched) {
+    p.vx = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      r2 += c->metric[a] * along[a] * along[a];
+      along[a] *= c->metric[a];
+      p.vx += along[a] * (i[KITH_PACKED_V + a] - J(KITH_PACKED_V + a));
+    }
+    apart = r2 / KITH_MAX(p.r, DBL_MIN);
+    p.qi = sqrt(r2) * i[KITH_PACKED_INVERSE], p.qj = sqrt(r2) * J(KITH_PACKED_INVERSE);
+  }
   const double gi = kith_kernel_gradient(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
   const double gj = kith_kernel_gradient(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
   const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY);
@@ -76,7 +95,7 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_c
                fj = -J(SPH_PSI) * (i[SPH_MASS] - J(SPH_GRAD_H_TERM)) * gj,
                fq = -masses * viscosity * (gi + gj);
   const double force = fi + fj + fq;
-  for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * (i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a));
+  for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * along[a];
 
   /* (4): the work of each node's own pressure, and half of the viscosity's. */
   double conduction = 0;
@@ -85,7 +104,7 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_c
                  pj = J(SPH_PSI) * J(KITH_PACKED_DENSITY) * J(KITH_PACKED_DENSITY) / J(SPH_MASS);
     const double speed = sqrt(2 * fabs(pi - pj) / densities);
     conduction =
-        c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * p.r * (gi + gj) / densities;
+        c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * apart * (gi + gj) / densities;
   }
   OUT(KITH_HEAT) = conduction - (fi + 0.5 * fq) * p.vx;
   OUT(KITH_PARTNER_HEAT) = -conduction - (fj + 0.5 * fq) * p.vx;
@@ -94,14 +113,19 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, const struct sph_c
 
 KITH_INLINE void pair_simple(enum kith_kernel kernel, const void *constants, const double *restrict i,
                              const double *restrict j, double *restrict out) {
-  sph_pair(kernel, false, constants, i, j, out);
+  sph_pair(kernel, false, false, constants, i, j, out);
 }
 KITH_INLINE void pair_full(enum kith_kernel kernel, const void *constants, const double *restrict i,
                            const double *restrict j, double *restrict out) {
-  sph_pair(kernel, true, constants, i, j, out);
+  sph_pair(kernel, true, false, constants, i, j, out);
+}
+KITH_INLINE void pair_stretched(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                                const double *restrict j, double *restrict out) {
+  sph_pair(kernel, true, true, constants, i, j, out);
 }
 KITH_FORCE_BLOCKS(pair_simple, SPH_SIMPLE)
 KITH_FORCE_BLOCKS(pair_full, SPH_FULL)
+KITH_FORCE_BLOCKS(pair_stretched, SPH_FULL)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
@@ -120,21 +144,32 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                           const struct kith_kick *kick) {
   const struct sph *sph = package->self;
   const struct sph_settings *settings = package->settings;
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  double metric[NDIM];
+  for (int a = 0; a < NDIM; ++a) metric[a] = 1 / (nodes->stretch[a] * nodes->stretch[a]);
   const struct sph_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .conduction = settings->conduction,
-      .kernel = kith_kernel_constant(package->kernel)};
-  return kith_force(
-      &(struct kith_force_pass){.package = package,
-                                .kick = kick,
-                                .connectivity = connectivity,
-                                .pack = pack,
-                                .evaluate = (sph->full ? pair_full_of : pair_simple_of)[package->kernel],
-                                .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
-                                .constants = &constants});
+      .kernel = kith_kernel_constant(package->kernel) / nodes->volume,
+      .metric = metric};
+  return kith_force(&(struct kith_force_pass){.package = package,
+                                              .kick = kick,
+                                              .connectivity = connectivity,
+                                              .pack = pack,
+                                              .evaluate = (nodes->stretched != NULL ? pair_stretched_of
+                                                           : sph->full              ? pair_full_of
+                                                                       : pair_simple_of)[package->kernel],
+                                              .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
+                                              .constants = &constants});
 }
 
 /* --- fields, switches, passes --- */
+
+static bool is_stretched(const struct sph_settings *settings) {
+  bool stretched = false;
+  for (int a = 0; a < NDIM; ++a) stretched = stretched || settings->stretch[a] != 1;
+  return stretched;
+}
 
 static kith_status sph_create(struct kith_package *package) {
   struct sph *sph = package->self;
@@ -156,7 +191,8 @@ static kith_status sph_create(struct kith_package *package) {
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &sph->factor},
       {0}};
-  sph->full = switched || settings->conduction > 0;
+  sph->full = switched || settings->conduction > 0 || is_stretched(settings);
+  if (is_stretched(settings)) KITH_TRY(kith_nodes_stretch(package->hydro->nodes, settings->stretch));
   return kith_nodes_fields(package->hydro->nodes, fields);
 }
 
@@ -221,7 +257,9 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
 
 static struct kith_package_traits sph_traits(const void *settings) {
   const bool rising = ((const struct sph_settings *)settings)->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
-  return (struct kith_package_traits){.recomputes = true,
+  const bool stretched = is_stretched(settings);
+  return (struct kith_package_traits){.recomputes = !stretched,
+                                      .all_rows = stretched ? "stretched supports" : NULL,
                                       .history = rising ? "viscosity cullen-dehnen" : NULL};
 }
 
