@@ -125,13 +125,13 @@ static kith_status ghosts_with_rows(struct kith_integrator *it, kith_status stat
 static kith_status bound_ghosts(const struct kith_integrator *it) {
   enum { MOST = NDIM == 3 ? 1000 : NDIM == 2 ? 400 : 100 }; /* a node, and a neighbor that is wanted */
   const struct kith_nodes *nodes = it->nodes;
+  const double images = nodes->n_ghost + (double)nodes->n_internal * (nodes->shifts.n - 1);
   kith_index widest = 0;
-  if (nodes->n_ghost <= MOST * (nodes->n_internal + it->package->neighbors)) return KITH_OK;
+  if (images <= MOST * (nodes->n_internal + it->package->neighbors)) return KITH_OK;
   for (kith_index i = 1; i < nodes->n_internal; ++i)
     if (nodes->support->f64[i] > nodes->support->f64[widest]) widest = i;
-  KITH_FAIL(DIVERGED, "%d nodes have %d images: the support of node %lld, %g, does not find its neighbors",
-            nodes->n_internal, nodes->n_ghost, (long long)nodes->id->i64[widest],
-            nodes->support->f64[widest]);
+  KITH_FAIL(DIVERGED, "%d nodes have %.0f images: the support of node %lld, %g, does not find its neighbors",
+            nodes->n_internal, images, (long long)nodes->id->i64[widest], nodes->support->f64[widest]);
 }
 
 static kith_status ghosts(struct kith_integrator *it, kith_status status) {
