@@ -443,7 +443,14 @@ static void fill_shifts(const struct kith_rows *rows, const struct kith_build *b
     return;
   }
   kith_packed_extract_shifts(shift, words, hit, rows->shift + e);
-  if (!build->unsorted) kith_entries_sort(rows->node + e, rows->shift + e, n);
+  if (build->unsorted) return;
+  uint64_t *key = build->scratch->worker[omp_get_thread_num()].key;
+  for (size_t k = 0; k < n; ++k) key[k] = (uint64_t)rows->node[e + k] << 16 | rows->shift[e + k];
+  key = sort_keys(key, key + n, n);
+  for (size_t k = 0; k < n; ++k) {
+    rows->node[e + k] = (kith_index)(key[k] >> 16);
+    rows->shift[e + k] = (uint16_t)(key[k] & 0xffff);
+  }
 }
 
 static void fill_chunk(struct kith_rows *rows, const struct kith_build *build,
@@ -512,6 +519,9 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(rows));
   KITH_TRY(kith_rows_shift(rows, build->shifts != NULL ? build->shifts->zero : -1));
+  for (int t = 0; t < scratch->threads && build->shifts != NULL; ++t)
+    KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity,
+                          2 * kith_rows_longest(rows), sizeof *scratch->worker[t].key));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) fill_chunk(rows, build, &scratch->chunk[c]);
   return build->selected ? transpose(rows, build) : KITH_OK;

@@ -29,15 +29,22 @@ static bool precedes(const struct kith_nodes *nodes, kith_index i, const uint16_
   return id[i] < id[j] || (id[i] == id[j] && image_of(nodes, i, si) < image_of(nodes, j, sj));
 }
 
-/* The same with shifts. */
-static void sort_shifted(const struct kith_rows *rows, const struct kith_nodes *nodes, kith_index i,
-                         kith_index *restrict node, uint16_t *restrict shift) {
+/* The same of a row with displaced entries. */
+static KITH_HOT void sort_shifted(const struct kith_rows *rows, const struct kith_nodes *nodes, kith_index i,
+                                  struct kith_scratch *s) {
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
-  for (size_t k = 0; k < n; ++k) node[k] = rows->node[first + k], shift[k] = rows->shift[first + k];
+  int64_t *restrict id = (int64_t *)kith_scratch_lane(s, 0);
+  int64_t *restrict image = (int64_t *)kith_scratch_lane(s, 2);
+  kith_index *restrict node = (kith_index *)kith_scratch_lane(s, 4);
+  uint16_t *restrict shift = (uint16_t *)kith_scratch_lane(s, 5);
   for (size_t k = 0; k < n; ++k) {
-    size_t before = first;
-    for (size_t m = 0; m < n; ++m) before += precedes(nodes, node[m], &shift[m], node[k], &shift[k]);
-    rows->node[before] = node[k], rows->shift[before] = shift[k];
+    node[k] = rows->node[first + k], shift[k] = rows->shift[first + k];
+    id[k] = nodes->id->i64[node[k]], image[k] = image_of(nodes, node[k], &shift[k]);
+  }
+  for (size_t k = 0; k < n; ++k) {
+    int64_t before = 0;
+    for (size_t m = 0; m < n; ++m) before += (id[m] < id[k]) | ((id[m] == id[k]) & (image[m] < image[k]));
+    rows->node[first + (size_t)before] = node[k], rows->shift[first + (size_t)before] = shift[k];
   }
 }
 
@@ -50,11 +57,11 @@ struct sort {
 static void sort_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *scratch) {
   const struct sort *sort = context;
   const size_t *first = sort->rows->first;
-  void *key = kith_scratch_lane(scratch, 0);
+  uint32_t *key = (uint32_t *)kith_scratch_lane(scratch, 0);
   kith_index *spare = (kith_index *)kith_scratch_lane(scratch, 1);
   for (kith_index i = begin; i < end; ++i)
-    if (sort->rows->shift != NULL)
-      sort_shifted(sort->rows, sort->nodes, i, spare, key);
+    if (kith_shifts_at(sort->rows->shift, sort->rows->zero, first[i], first[i + 1] - first[i]) != NULL)
+      sort_shifted(sort->rows, sort->nodes, i, scratch);
     else
       sort_row(sort->rows->node + first[i], first[i + 1] - first[i], sort->rank, key, spare);
 }
@@ -62,7 +69,7 @@ static void sort_chunk(void *context, kith_index begin, kith_index end, struct k
 static kith_status sort_rows(const struct kith_rows *rows, const struct kith_nodes *nodes,
                              const uint32_t *rank) {
   struct sort sort = {rows, nodes, rank};
-  return kith_traverse(rows->n, sort_chunk, &sort, 2, (kith_rows_longest(rows) + 1) / 2, NULL, NULL);
+  return kith_traverse(rows->n, sort_chunk, &sort, 6, (kith_rows_longest(rows) + 1) / 2, NULL, NULL);
 }
 
 /* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */
