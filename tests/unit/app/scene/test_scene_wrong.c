@@ -116,8 +116,8 @@ static const struct wrong forces[] = {
     {5, "boundaries: {x: piston}", "f:5: boundaries.x: a piston has a velocity: {kind: piston, velocity: 1}"},
     {5, "boundaries: {x: [{kind: piston}, open]}", "f:5: boundaries.x.0.velocity: missing; it is required"},
     {5, "boundaries: {x: [{kind: piston, speed: 1}, open]}",
-     "f:5: boundaries.x.0.speed: unknown key; known are kind, velocity, images, depth, at, density, pressure, "
-     "energy, pressure_far"},
+     "f:5: boundaries.x.0.speed: unknown key; known are kind, velocity, images, depth, at, density, "
+     "pressure, energy, pressure_far"},
     {5, "boundaries: {x: [{kind: pistn, velocity: 1}, open]}",
      "f:5: boundaries.x.0.kind: 'pistn' is not one of open, reflecting, piston, periodic, inflow, "
      "outflow; did you mean 'piston'?"},
