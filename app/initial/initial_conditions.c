@@ -494,6 +494,20 @@ static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **f
   return kith_initial_conditions_pending(s->scene) ? KITH_OK : kith_deposits_add(s->scene, s->hydro);
 }
 
+kith_status kith_initial_conditions_outline(const struct kith_scene *scene, double *site_volume,
+                                            double *sites) {
+  struct setup s = {.scene = scene};
+  *sites = 0;
+  KITH_TRY(kith_resize(&s.plan, 0, (size_t)KITH_MAX(scene->n_regions, 1), sizeof *s.plan));
+  const kith_status status = fit_lattices(&s);
+  for (int k = 0; k < s.n_plans && status == KITH_OK; ++k) {
+    site_volume[k] = s.plan[k].fit.site_volume;
+    *sites += (double)s.plan[k].fit.sites;
+  }
+  kith_free(&s.plan);
+  return status;
+}
+
 kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro *hydro,
                                     const struct kith_scene *scene, struct kith_ranks *ranks,
                                     double neighbors, uint8_t **frozen, double (*zone)[2][NDIM],

@@ -44,6 +44,10 @@ kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro
                                     double neighbors, uint8_t **frozen, double (*zone)[2][NDIM],
                                     int64_t *total);
 
+/* What would be laid out, without doing it: site_volume[n_regions], and the sites in all boxes of regions. */
+kith_status kith_initial_conditions_outline(const struct kith_scene *scene, double *site_volume,
+                                            double *sites);
+
 /* Does the state at the face of an inflow change? */
 bool kith_initial_conditions_unsteady(const struct kith_scene *scene);
 /* That state, beside x: a kith_flow_state_at (integrator.h), whose context is the scene. */

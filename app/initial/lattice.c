@@ -43,10 +43,10 @@ static double extent(const struct kith_box *box, int axis) {
   return box->upper[axis] - box->lower[axis];
 }
 
-/* A half rounds up whatever the round-off of the quotient; KITH_MAX_SITES is enough to be refused. */
+/* A half rounds up whatever the round-off of the quotient; more than KITH_MAX_SITES are refused. */
 static int64_t whole(double cells_wanted) {
   const double n = floor(cells_wanted * (1 + 1e-9) + 0.5);
-  return n < 1 ? 1 : n > KITH_MAX_SITES ? KITH_MAX_SITES : (int64_t)n;
+  return n < 1 ? 1 : n > KITH_MAX_SITES ? KITH_MAX_SITES + 1 : (int64_t)n;
 }
 
 static kith_status count_sites(struct kith_lattice_fit *fit) {
@@ -55,7 +55,7 @@ static kith_status count_sites(struct kith_lattice_fit *fit) {
     sites *= (double)fit->cells[a];
     volume *= extent(&fit->box, a);
   }
-  if (sites >= KITH_MAX_SITES)
+  if (sites > KITH_MAX_SITES)
     KITH_FAIL(BAD_INPUT, "%.3g nodes are more than the %.0e allowed", sites, (double)KITH_MAX_SITES);
   fit->sites = (int64_t)sites;
   fit->site_volume = volume / sites;

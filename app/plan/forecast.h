@@ -11,7 +11,11 @@
  * Many: what N ranks would have of a scene, counted by one process. The cells are those of a run
  * (lib/domain/decomposition.h); their work is nodes and row entries at the start. A partitioner makes its
  * first map and continues until it changes nothing (at most 20 times). The ghosts of a rank are the nodes and
- * images of others in the rows of its nodes: what culling keeps. */
+ * images of others in the rows of its nodes: what culling keeps.
+ *  A scene that is too large to be laid out here is outlined: its regions and their lattices say how many
+ * nodes a cell has, and how far they see; 27 points of a cell, whether another rank does. A lattice is at
+ * most half a spacing from the face of a cell, so that ghosts reach to the support less that. Walls make no
+ * ghosts that way. */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 
@@ -37,6 +41,10 @@ struct kith_forecast {
   double ghosts, most_ghosts; /* of a rank: mean, most */
   double peers, most_peers;   /* ranks that it exchanges with */
 };
+
+/* Of a scene that is outlined, with `neighbors` per node. */
+kith_status kith_forecast_outline(const struct kith_scene *scene, double neighbors, int n_ranks,
+                                  const char *partitioner, struct kith_forecast *out);
 
 /* Of a started simulation without ranks. BAD_INPUT: more than 16384 ranks, or ghosts: recompute. */
 kith_status kith_forecast_ranks(const struct kith_simulation *simulation, int n_ranks,

@@ -11,12 +11,17 @@
 #include <stdio.h>
 #include <string.h>
 #include "app/cli/text.h"
+#include "app/initial/initial_conditions.h"
 #include "app/initial/lattice.h"
 #include "app/plan/forecast.h"
 #include "integrator/lifecycle.h"
 
+enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
+
 struct plan {
   struct kith_scene *scene;
+  struct kith_scene *coarse; /* NULL: the scene itself is simulated; else at a lower resolution */
+  double copies, finer;      /* nodes of the scene over those of the simulation; spacings the other way */
   struct kith_profile *profile;
   struct kith_simulation *simulation;
   double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
@@ -60,15 +65,16 @@ static void add_settings(struct text *text, const struct kith_param *params, con
   }
 }
 
-static void show_materials(const struct kith_simulation *m) {
+static void show_materials(const struct plan *plan) {
+  const struct kith_simulation *m = plan->simulation;
   const struct kith_nodes *nodes = m->nodes;
   for (int l = 0; l < nodes->n_lists; ++l) {
     const struct kith_material *material = &m->scene->material[l];
     struct text eos = {""};
     add(&eos, "", "%s", material->eos->name);
     add_settings(&eos, material->eos->params, material->settings);
-    line(l == 0 ? "materials" : "", "%-12s %9d nodes; %s", nodes->lists[l].name, nodes->lists[l].count,
-         eos.s);
+    line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
+         plan->copies * nodes->lists[l].count, eos.s);
   }
   for (int b = 0; b < m->boundaries.n; ++b) {
     const struct kith_boundary *boundary = m->boundaries.boundary[b];
@@ -236,27 +242,28 @@ static void show_memory(const struct plan *plan) {
   kith_simulation_bytes(plan->simulation, bytes);
   printf("\n  %-12s  %12s  %14s\n", "memory", "in all", "bytes per node");
   for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
-    total += (double)bytes[k].bytes;
-    printf("    %-10s  %12s  %14.1f\n", bytes[k].name, kith_text_bytes(text, (double)bytes[k].bytes),
-           (double)bytes[k].bytes / n);
+    total += plan->copies * (double)bytes[k].bytes;
+    printf("    %-10s  %12s  %14.1f\n", bytes[k].name,
+           kith_text_bytes(text, plan->copies * (double)bytes[k].bytes), (double)bytes[k].bytes / n);
   }
-  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n);
+  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n / plan->copies);
 }
 
 static void show_dt(const struct plan *plan) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const struct kith_timestep_limit *limit = &it->timestep_limit;
+  const double first = limit->dt / plan->finer;
   line("Courant", "%.3g (%s)", it->cfl,
        plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
   if (kith_scheme_has_blocks(it->scheme, it->settings))
-    line("base step", "%.4g at first; the shortest step is that of node %lld, which allows %.4g (%s)",
-         limit->dt, (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
+    line("base step", "%.4g at first; the shortest step is that of node %lld, which allows %.4g (%s)", first,
+         (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
   else if (it->fixed_dt > 0)
     line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
          it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
   else
-    line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s)", limit->dt,
-         plan->full_dt, (long long)limit->node, kith_limit_name(limit->reason));
+    line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s)", first, plan->full_dt,
+         (long long)limit->node, kith_limit_name(limit->reason));
 }
 
 /* Steps that grow as the integrator lets them (KITH_GROWTH) up to the full dt, which then stays. */
@@ -275,7 +282,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   char time[32], all[32];
   double steps = expected_steps(fixed    ? it->fixed_dt
                                 : blocks ? 0.1 * plan->full_dt
-                                         : it->timestep_limit.dt,
+                                         : it->timestep_limit.dt / plan->finer,
                                 fixed ? it->fixed_dt : plan->full_dt, until);
   const double guess = steps * evaluation;
   const bool calibrated =
@@ -306,7 +313,7 @@ static double share_of_updates(const struct plan *plan) {
   double sum = 0;
 #pragma omp parallel for schedule(static) reduction(+ : sum)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    sum += plan->full_dt / kith_package_limit_of_node(it->package, i, it->cfl).dt;
+    sum += plan->finer * plan->full_dt / kith_package_limit_of_node(it->package, i, it->cfl).dt;
   return sum / it->nodes->n_internal;
 }
 
@@ -336,26 +343,42 @@ static void show_cheaper(const struct plan *plan) {
     if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";
 }
 
-/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h). */
+static void show_forecast(const char *partitioner, const struct kith_forecast *f) {
+  printf("  %-11s %9.3f %9.0f %8.0f %8.1f %8.0f\n", partitioner, f->imbalance, f->ghosts, f->most_ghosts,
+         f->peers, f->most_peers);
+}
+
+/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h); of a large
+ * scene, that of the scene alone. */
 static kith_status show_ranks(const struct plan *plan, int n_ranks) {
   const struct kith_simulation *m = plan->simulation;
   struct kith_forecast f = {0};
   printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n\n", n_ranks,
-         (double)m->nodes->n_internal / n_ranks, (double)m->integrator.ledger.last_row_entries / n_ranks);
+         plan->copies * m->nodes->n_internal / n_ranks,
+         plan->copies * (double)m->integrator.ledger.last_row_entries / n_ranks);
   printf("  %-11s %9s %18s %17s\n", "", "work", "ghosts of a rank", "peers of a rank");
   printf("  %-11s %9s %9s %8s %8s %8s\n", "partitioner", "imbalance", "mean", "most", "mean", "most");
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+  if (plan->coarse != NULL) {
+    const char *name = plan->scene->partition.name;
+    KITH_TRY(kith_forecast_outline(plan->scene, m->package.neighbors, n_ranks, name, &f));
+    show_forecast(name, &f);
+  }
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all();
+       *p != NULL && plan->coarse == NULL; ++p) {
     if ((*p)->needs != NULL) continue;
     KITH_TRY(kith_forecast_ranks(m, n_ranks, (*p)->name, &f));
-    printf("  %-11s %9.3f %9.0f %8.0f %8.1f %8.0f\n", (*p)->name, f.imbalance, f.ghosts, f.most_ghosts,
-           f.peers, f.most_peers);
+    show_forecast((*p)->name, &f);
   }
   return KITH_OK;
 }
 
 static void show(struct plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);
-  show_materials(plan->simulation);
+  if (plan->coarse != NULL)
+    line("simulated", "resolution %.4g, %d nodes; what follows is scaled to %.4g, %.3g times as many",
+         plan->coarse->resolution, plan->simulation->nodes->n_internal, plan->scene->resolution,
+         plan->copies);
+  show_materials(plan);
   show_requirements(plan->simulation);
   show_lifecycle(plan->simulation);
   show_method(plan);
@@ -368,18 +391,42 @@ static void show(struct plan *plan, const struct kith_options *options, double u
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 
+/* A scene that is too large for this is simulated at a lower resolution. */
+static kith_status read_scenes(struct plan *plan, const struct kith_options *o) {
+  const char *overrides[KITH_MAX_OVERRIDES + 1];
+  double *site_volume = NULL, sites = 0, coarse = 0;
+  char resolution[64];
+  plan->copies = plan->finer = 1;
+  KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
+  KITH_TRY(kith_resize(&site_volume, 0, (size_t)plan->scene->n_regions + 1, sizeof *site_volume));
+  kith_status status = kith_initial_conditions_outline(plan->scene, site_volume, &sites);
+  if (status == KITH_OK && sites > MOST_NODES) {
+    memcpy(overrides, o->overrides, sizeof o->overrides);
+    snprintf(resolution, sizeof resolution, "resolution=%.10g",
+             2 * ceil(0.5 * plan->scene->resolution * pow(MODEL_NODES / sites, 1.0 / NDIM)));
+    overrides[o->n_overrides] = resolution;
+    status = kith_scene_read(&plan->coarse, o->subject, o->n_overrides + 1, overrides);
+    if (status == KITH_OK) status = kith_initial_conditions_outline(plan->coarse, site_volume, &coarse);
+    if (status == KITH_OK) plan->copies = sites / coarse, plan->finer = pow(plan->copies, 1.0 / NDIM);
+  }
+  kith_free(&site_volume);
+  return status;
+}
+
 /* The rates at the start, and how long they take. */
 static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
-  KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
+  KITH_TRY(read_scenes(plan, o));
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
-  KITH_TRY(kith_simulation_create(&plan->simulation, plan->scene, NULL, plan->profile, o->check));
+  KITH_TRY(kith_simulation_create(&plan->simulation, plan->coarse != NULL ? plan->coarse : plan->scene, NULL,
+                                  plan->profile, o->check));
   struct kith_simulation *m = plan->simulation;
   if (o->threads == 0) kith_share_cores(NULL, m->nodes->n_internal);
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_simulation_start(m));
-  plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt;
+  plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt / plan->finer;
   kith_simulation_warn(m);
   KITH_TRY(kith_evaluation_measure(m, &plan->evaluation));
+  plan->evaluation *= plan->copies;
   *code = KITH_EXIT_OK;
   return KITH_OK;
 }
@@ -393,6 +440,7 @@ enum kith_exit kith_plan(const struct kith_options *options) {
     fprintf(stderr, "kith: %s\n", kith_failure());
   kith_simulation_destroy(&plan.simulation);
   kith_profile_destroy(&plan.profile);
+  kith_scene_destroy(&plan.coarse);
   kith_scene_destroy(&plan.scene);
   return code;
 }

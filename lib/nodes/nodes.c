@@ -186,7 +186,7 @@ static kith_status move_fields(struct kith_nodes *nodes, kith_index capacity) {
 }
 
 kith_status kith_nodes_shrink(struct kith_nodes *nodes) {
-  const kith_index count = kith_nodes_count(nodes), wanted = count + count / 4;
+  const kith_index count = kith_nodes_count(nodes), wanted = count + count / 8;
   if (wanted >= nodes->capacity) return KITH_OK;
   nodes->capacity = wanted; /* a field that cannot be moved has more */
   return move_fields(nodes, wanted);

@@ -198,7 +198,7 @@ size_t kith_field_node_size(const struct kith_field *field);
 /* Memory for `more` nodes behind the present ones, and an eighth of the capacity beyond if fields must
  * move. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more);
-/* Frees the memory behind the present nodes but for a quarter of them. */
+/* Frees the memory behind the present nodes but for an eighth of them. */
 kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */

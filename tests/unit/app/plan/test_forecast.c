@@ -123,7 +123,25 @@ static void check_refused(void) {
   clear(&w);
 }
 
+/* An outline of a scene beside the scene itself. */
+static void check_outline(void) {
+  const char *setting = NDIM == 1 ? "resolution=200" : NDIM == 2 ? "resolution=60" : "resolution=20";
+  for (int n = 3; n <= 8; n += 5) {
+    struct world w = {0};
+    struct kith_forecast f, outline;
+    make(&w, "periodic", setting);
+    CHECK_OK(kith_forecast_ranks(w.simulation, n, "kd", &f));
+    CHECK_OK(kith_forecast_outline(w.scene, w.simulation->package.neighbors, n, "kd", &outline));
+    CHECK_CLOSE(outline.ghosts, f.ghosts, 0.25 * f.ghosts);
+    CHECK_CLOSE(outline.most_ghosts, f.most_ghosts, 0.25 * f.most_ghosts);
+    CHECK_CLOSE(outline.imbalance, f.imbalance, 0.1);
+    CHECK(fabs(outline.peers - f.peers) <= 1);
+    clear(&w);
+  }
+}
+
 int main(void) {
+  check_outline();
   check_ghosts(false);
   check_ghosts(true);
   check_refused();
