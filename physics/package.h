@@ -74,7 +74,6 @@ struct kith_package_traits {
   bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
   const char *history; /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
   const char *all_rows;  /* what needs the rows of all nodes at once: no block steps; NULL: nothing */
-  const char *mutual;    /* what needs the image of each partner of an image; NULL: nothing */
   const char *uncoupled; /* what acts beyond the pairs that f_couple is of; NULL: nothing */
   const char *cheaper;   /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };

@@ -193,9 +193,6 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "a piston requires that neighbor lists are rebuilt always");
   REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
-  REFUSE_IF(passes && package.mutual != NULL, "method",
-            "%s need the image of each partner of an image, which the zone of an inflow has not",
-            package.mutual);
   REFUSE_IF(shifts && package.uncoupled != NULL, "boundaries",
             "%s sum over all nodes of two supports, and images that are shifts are no nodes; take images: "
             "ghosts",

@@ -16,23 +16,17 @@ kith_status mfm_faces_init(struct mfm_faces *f) {
       {integrated,
        {"face_stretch", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "stretch of integrated faces, less 1"},
        &f->stretch},
-      {f->closed, {"face_shift", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "what closes faces"}, &f->shift},
       {0}};
   return kith_nodes_fields(f->nodes, fields);
 }
 
 size_t mfm_faces_bytes(const struct mfm_faces *f) {
-  const size_t numbers = f->value_capacity + f->link_capacity + f->open_capacity + f->diagonal_capacity;
-  return kith_rows_bytes(&f->holders) + kith_rows_bytes(&f->links) + numbers * sizeof(double);
+  return kith_rows_bytes(&f->holders) + f->value_capacity * sizeof(double);
 }
 
 void mfm_faces_clear(struct mfm_faces *f) {
   kith_rows_clear(&f->holders);
-  kith_rows_clear(&f->links);
   kith_free(&f->value);
-  kith_free(&f->link_weight);
-  kith_free(&f->open);
-  kith_free(&f->diagonal);
   *f = (struct mfm_faces){0};
 }
 
@@ -135,12 +129,7 @@ static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *co
 
 kith_status mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   kith_profile_begin(f->profile, "faces");
-  kith_status status = areas(f, connectivity);
+  const kith_status status = areas(f, connectivity);
   kith_profile_end(f->profile);
-  KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
-  if (!f->closed) return KITH_OK;
-  kith_profile_begin(f->profile, "closure");
-  status = mfm_faces_close(f);
-  kith_profile_end(f->profile);
-  return status;
+  return kith_ranks_allreduce_status(f->nodes->ranks, status);
 }

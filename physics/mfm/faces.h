@@ -29,21 +29,15 @@
  *               exact on lattices; on nodes 0.3 spacings off (2-D) the error of the sum is 0.12 instead of
  *               0.19, that of one-point faces with w = W.
  *
- * On disordered nodes neither form closes, sum_j A_ij != 0, so a uniform pressure accelerates nodes. Measured
- * for nodes of unit volume, up to 0.3 spacings off a square lattice, 20 neighbors
- * (tests/unit/physics/test_mfm_faces.c):  mean |sum A|  0.42
- * one-point, 0.18 integrated;  mean sum |A|  3.3, 2.5;  faces  20, 64. Less area is not less dissipation:
- * open integrated faces disorder the nodes where one-point faces order them, and Gresho's vortex is lost with
- * them; they should be closed. mfm_faces_close adds the smallest correction that does it,
- *     A_ij += a_ij (l_i - l_j),  sum_j a_ij (l_i - l_j) = - sum_j A_ij                         (2)
- * least in sum |dA|^2 / a, with a_ij the face that SPH gives the pair, V_i^2 |grad W_i| + V_j^2 |grad W_j|.
- * (With a = |A|, l is ten times as large where the volume of nodes jumps by 8, and a shock tube with
- * integrated faces fails.) (2) is a graph Laplacian, solved by conjugate gradients (SUNDIALS)
- * from zero: some 60 iterations on 32^2 nodes, 105 on 64^2, as many as there are nodes on a line; starting
- * from the last l saves 5 %. l of an image is the image of l, so walls and periodic faces take part. The
- * correction is not local: on a line all cross sections get the same face, which need not be 1. A node at a
- * free surface must stay open: where the missing face, -sum A, is a large part of the whole area and no
- * neighbor lies in its direction, l is 0. */
+ * On disordered nodes neither form closes, sum_j A_ij != 0, so a uniform pressure accelerates nodes.
+ * Measured for nodes of unit volume, up to 0.3 spacings off a square lattice, 20 neighbors
+ * (tests/unit/physics/test_mfm_faces.c):  mean |sum A|  0.42 one-point, 0.18 integrated;  mean sum |A|  3.3,
+ * 2.5;  faces  20, 64. Less area is not less dissipation: open integrated faces disorder the nodes where
+ * one-point faces order them, and Gresho's vortex is lost with them. Faces closed by a solver, with the
+ * least sum of |dA|^2, were here before version 0.2. They hold an even pressure on any nodes to round-off,
+ * but nothing then orders the nodes: the density of Gresho's vortex was off by 7 to 19 times as much as with
+ * open faces, Sedov's in 2-D, Toro 3 and Noh in 1-D by twice, for 3 to 25 times the time. With volumes that
+ * follow the faces, dV/dt = sum A . v, Toro 3 and Noh stop within 100 steps. */
 #ifndef KITH_PHYSICS_MFM_FACES_H
 #define KITH_PHYSICS_MFM_FACES_H
 
@@ -61,15 +55,12 @@ enum mfm_faces_form {
 struct mfm_faces {
   /* Set by the caller. Borrowed. */
   enum mfm_faces_form form;
-  bool closed;
   struct kith_nodes *nodes;
   struct kith_halo *halo; /* of the hydro state; NULL: one process */
   enum kith_kernel kernel;
   double neighbors;             /* V = ball H^d / neighbors */
   struct kith_profile *profile; /* may be NULL */
-  /* package.h; may be NULL. Their faces are those of the other end with its mirror image, and are not
-   * closed. Integrated: they are no quadrature nodes, which parts both sides, so that the side of a wall is
-   * open by half unless faces are closed */
+  /* package.h; may be NULL. Their faces are those of the other end with its mirror image (one-point) */
   const struct kith_field *barrier;
 
   /* Fields, registered by mfm_faces_init. */
@@ -77,7 +68,6 @@ struct mfm_faces {
       *matrix; /* V M^-1, upper triangle, zero: none; one-point: the caller fills it, ghosts too */
   struct kith_field *quadrature; /* sqrt(V) / s */
   struct kith_field *stretch;    /* s_i - 1 of (1) */
-  struct kith_field *shift;      /* l of (2) */
 
   /* The pairs that have a face, as connectivity of their own: rows and pairs of internal nodes, so that
    * passes over pairs run on it: views of the connectivity's rows and pairs, or of its overlap and
@@ -90,14 +80,6 @@ struct mfm_faces {
   struct kith_rows holders;
   double *value; /* [entries of holders][KITH_LANES] */
   size_t value_capacity;
-
-  /* closed */
-  struct kith_pairwise *weight; /* a_ij */
-  struct kith_rows links;       /* the entries of the graph's rows that have a weight */
-  double *link_weight;          /* of each of them */
-  double *open;                 /* [n][NDIM] - sum A */
-  double *diagonal;             /* [n] sum a, negative: stays open */
-  size_t link_capacity, open_capacity, diagonal_capacity;
 };
 
 /* Registers fields. */
@@ -106,7 +88,7 @@ void mfm_faces_clear(struct mfm_faces *faces);
 struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
 size_t mfm_faces_bytes(const struct mfm_faces *faces);
 
-/* All faces, closed if they are to be. Supports of ghosts are refreshed (and the matrix); the fields that
+/* All faces. Supports of ghosts are refreshed (and the matrix); the fields that
  * belong to the faces are refreshed here. Collective: all ranks agree on the status. */
 kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
@@ -121,8 +103,5 @@ KITH_INLINE double mfm_weight(double w, double g) {
 /* Steps of mfm_faces_build. Areas of the pairs of the graph, which are those of the overlap (integrated.c).
  * Collective. */
 kith_status mfm_faces_integrate(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
-/* Corrects the areas so that those of each node sum to zero (closure.c). Collective; DIVERGED if the solver
- * does. */
-kith_status mfm_faces_close(struct mfm_faces *faces);
 
 #endif

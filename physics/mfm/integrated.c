@@ -21,9 +21,8 @@ static inline double height(const struct mfm_faces *f, double support) {
 }
 
 /* Is k a node of the quadrature? A ghost that is no neighbor of an internal node is not: its row may be
- * incomplete. Nor is a barrier, which holds nodes on both sides of it: without it these have no face. */
+ * incomplete. */
 static inline bool is_quadrature_node(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k) {
-  if (f->barrier != NULL && f->barrier->u8[k]) return false;
   for (size_t e = rows->first[k]; k >= f->nodes->n_internal && e < rows->first[k + 1]; ++e)
     if (rows->node[e] < f->nodes->n_internal) return true;
   return k < f->nodes->n_internal;

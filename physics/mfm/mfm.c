@@ -43,15 +43,12 @@ struct mfm {
 
 struct mfm_settings {
   enum mfm_faces_form faces;
-  bool closed;
 };
 #define AS_CHOICE(name, word) "|" #word
 static const struct kith_param params[] = {
     {"faces", KITH_PARAM_CHOICE, "one-point", MFM_FACES_LIST(AS_CHOICE),
      "from the gradients at both nodes, or summed over the nodes that two supports share",
      KITH_INTO(struct mfm_settings, faces)},
-    {"closed", KITH_PARAM_BOOL, "false", "", "the faces of each node sum to zero",
-     KITH_INTO(struct mfm_settings, closed)},
     {0}};
 
 /* --- gradients --- */
@@ -246,12 +243,10 @@ static kith_status mfm_create(struct kith_package *package) {
       {true, {"velocity_slope", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dv_a/dx_b"}, &mfm->velocity_slope},
       {true, {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"}, &mfm->pressure_slope},
       {0}};
-  if (settings->faces == MFM_FACES_INTEGRATED && !settings->closed && package->barrier != NULL)
+  if (settings->faces == MFM_FACES_INTEGRATED && package->barrier != NULL)
     KITH_FAIL(BAD_INPUT,
-              "method.faces: integrated faces leave the side of a barrier open; give it "
-              "method.closed=true, or one-point faces");
+              "method.faces: integrated faces leave the side of a barrier open; take one-point faces");
   mfm->faces = (struct mfm_faces){.form = settings->faces,
-                                  .closed = settings->closed,
                                   .nodes = hydro->nodes,
                                   .kernel = package->kernel,
                                   .neighbors = package->neighbors};
@@ -301,12 +296,9 @@ static size_t mfm_bytes(const struct kith_package *package) {
 
 static struct kith_package_traits mfm_traits(const void *settings) {
   const struct mfm_settings *mfm = settings;
-  const char *closed = mfm->closed ? "closed faces" : NULL;
-  if (mfm->faces != MFM_FACES_INTEGRATED)
-    return (struct kith_package_traits){.all_rows = closed, .mutual = closed};
+  if (mfm->faces != MFM_FACES_INTEGRATED) return (struct kith_package_traits){0};
   return (struct kith_package_traits){
       .all_rows = "integrated faces",
-      .mutual = closed,
       .uncoupled = "integrated faces",
       .cheaper = "method.faces=one-point: no overlap lists; a larger closure error on disordered nodes"};
 }

@@ -90,7 +90,6 @@ int main(void) {
   is_a_wall("scheme.name=leapfrog method.package=crk", false, steps);
   is_a_wall("scheme.name=leapfrog method.package=mfm", true, steps);
   if (NDIM < 3) { /* expensive */
-    is_a_wall("scheme.name=leapfrog method.package=mfm method.closed=true", false, steps);
     is_a_wall("scheme.name=leapfrog method.package=mfm method.faces=integrated", false, steps);
   }
   is_a_wall("scheme.name=rk2", false, steps);

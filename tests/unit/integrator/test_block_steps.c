@@ -135,7 +135,7 @@ static void threads(void) {
 static void refused(void) {
   static const char *const settings[] = {"connectivity.rebuild=displacement",
                                          "method.package=mfm method.faces=integrated",
-                                         "method.package=mfm method.closed=true", "regions.1.barrier=true"};
+                                         "regions.1.barrier=true"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k) {
     struct kith_scene *scene = NULL;
     struct kith_simulation *simulation = NULL;

@@ -64,41 +64,6 @@ static void check_apart(const char *package) {
   scenario_close(&mixed);
 }
 
-/* Integrated faces need rows of ghosts, among which are the barriers; faces between barriers are none, and
- * the solver that closes the others meets them in another order. */
-static void check_barriers(void) {
-  static const char plate[] =
-      "scene: plate\n"
-      "dimension: 2\n"
-      "resolution: {1d: 40, 2d: 8, 3d: 4}\n"
-      "domain: {lower: [-0.5, 0, 0], upper: [0.5, 0.5, 0.5]}\n"
-      "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
-      "materials: {gas: {gamma: 1.4}, wall: {gamma: 1.4}}\n"
-      "regions:\n"
-      "  - {material: gas, where: {x: [-0.5, 0]}, lattice: cubic, density: 1, "
-      "pressure: 1 - x}\n"
-      "  - {material: gas, where: {x: [0.25, 0.5]}, lattice: cubic, density: 1, "
-      "pressure: 0.1}\n"
-      "  - {material: wall, where: {x: [0, 0.25]}, lattice: cubic, density: 1, "
-      "pressure: 1, barrier: true}\n"
-      "method: {package: mfm, faces: integrated, closed: true}\n"
-      "until: 1\n";
-  struct scenario all, fewer;
-  if (scenario_open(&all, plate, "arrangement=equal-spacing") && scenario_run(&all, 1) &&
-      scenario_open(&fewer, plate,
-                    "arrangement=equal-spacing connectivity.exclude=connected:field=barrier") &&
-      scenario_run(&fewer, 1)) {
-    const struct kith_rows *a = &all.simulation->connectivity->rows,
-                           *b = &fewer.simulation->connectivity->rows;
-    CHECK(scenario_distance(&all, &fewer, "velocity") <= 1e-11);
-    CHECK(scenario_distance(&all, &fewer, "energy") <= 1e-13);
-    CHECK(a->n == b->n && b->n > fewer.simulation->nodes->n_internal);
-    CHECK(b->first[b->n] < a->first[a->n]);
-  }
-  scenario_close(&fewer);
-  scenario_close(&all);
-}
-
 static void check_refused(void) {
   static const struct {
     const char *exclude, *why;
@@ -129,7 +94,6 @@ static void check_refused(void) {
 int main(void) {
   check_apart("sph");
   check_apart("mfm");
-  check_barriers();
   check_refused();
   return check_failed();
 }

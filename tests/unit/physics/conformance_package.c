@@ -45,7 +45,7 @@ static void take(struct rates *r, const struct world *w) {
   }
 }
 
-/* Round-off of sums in another order, and the residual of closed faces: relative to the largest value. */
+/* Round-off of sums in another order: relative to the largest value. */
 static const double round_off = 1e-10;
 
 static void compare(const char *what, double tolerance, const struct variant *v, const struct rates *got,
@@ -298,8 +298,7 @@ static void check_variant(const char *package, const char *settings, int number)
   check_wave(&v);
   v.method.compatible = true, v.method.traversal = KITH_TRAVERSE_PAIRS;
   const struct rates pairs = rates_of(&v);
-  const bool solved = strstr(v.settings, "closed=true") != NULL; /* by a solver, to its residual */
-  compare("traversals", solved ? round_off : 1e-13, &v, &pairs, &gather);
+  compare("traversals", 1e-13, &v, &pairs, &gather);
   CHECK(pairs.evaluations < gather.evaluations); /* pairs are evaluated once */
   check_kept(&v, (enum side)(number % 3));
   check_threads(&v);

@@ -70,7 +70,7 @@ static void deposits_come_after(void) {
   scenario_close(&s);
 }
 
-/* The same everywhere: the box that a method with closed faces leaves at rest. */
+/* The same everywhere. */
 static void uniform_pressure(void) {
   struct scenario s;
   if (scenario_open(&s, shaken,

@@ -173,7 +173,6 @@ static void refusals(void) {
   refused(in, STREAM("1"), "scheme.name=rk4 method.energy=thermal", "rk4 does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=arkode method.energy=thermal", "arkode does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=implicit method.energy=thermal", "implicit does not let gas come");
-  refused(in, STREAM("1"), "method.package=mfm method.closed=true", "closed faces need the image of each");
   refused(FACES("{kind: inflow, at: 0.3}", "outflow"), STREAM("1"), "",
           "reaches 0.3 behind the face of the inflow");
   refused(FACES("{kind: inflow, at: 2}", "outflow"), STREAM("1"), "", "at: faces at 2 and 1 are not in the");

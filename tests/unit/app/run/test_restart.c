@@ -120,7 +120,7 @@ static void other_settings(void) {
       "method.package=mfm",
       "method.package=magma2",
       "method.package=remix connectivity.rebuild=displacement",
-      "method.package=mfm method.faces=integrated method.closed=true connectivity.rebuild=displacement",
+      "method.package=mfm method.faces=integrated connectivity.rebuild=displacement",
       "scheme.dt=0.002",
       "connectivity.rebuild=displacement connectivity.skin=0.05",
       "boundaries.x=[open,reflecting] connectivity.rebuild=displacement",

@@ -123,7 +123,7 @@ static void same_for_all_searches(void) {
   same_with("");
   same_with("traversal=pairs");
   same_with("traversal=gather method.package=mfm");
-  same_with("method.package=mfm method.closed=true method.faces=integrated resolution=4");
+  same_with("method.package=mfm method.faces=integrated resolution=4");
   same_with("scheme.name=arkode method.energy=thermal");
 }
 
