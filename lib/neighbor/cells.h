@@ -18,10 +18,11 @@
 
 enum {
   KITH_SPACETREE_LEVELS = 24,
+  /* Of a coordinate of a cell of the deepest level; of the Morton code of a vertex. */
   KITH_CELL_BITS = NDIM == 3   ? 18
                    : NDIM == 2 ? 28
-                               : 50,              /* of a coordinate of a cell of the deepest level */
-  KITH_VERTEX_BITS = NDIM * (KITH_CELL_BITS + 1), /* of the Morton code of a vertex */
+                               : 50,
+  KITH_VERTEX_BITS = NDIM * (KITH_CELL_BITS + 1),
   KITH_LEVEL_BITS = 5,
 };
 

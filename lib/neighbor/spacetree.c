@@ -139,6 +139,7 @@ static inline kith_index slot_of(const struct kith_search *search, kith_index it
 /* Items first .. n - 1, of the nodes of these numbers. */
 static kith_status sort_all(struct kith_search *search, kith_index first) {
   struct kith_spacetree *tree = search->self;
+  if (first == search->n) return KITH_OK;
 #pragma omp parallel for schedule(static) if (search->n > 10000)
   for (kith_index i = first; i < search->n; ++i)
     tree->item[0][i] = (struct kith_keyed){item_key(search, i), i};
@@ -178,22 +179,22 @@ static kith_status list_vertices(struct kith_search *search) {
   memset(tree->layer, 0, sizeof tree->layer);
   tree->n_vertices = 0;
   struct kith_layer *layer = tree->layer;
-  struct kith_run *run = tree->run - 1;
+  kith_index runs = 0;
   for (kith_index k = 0; k < search->n; ++k) {
     const kith_index slot = slot_of(search, k);
     const bool first = k == 0 || item[k].key != item[k - 1].key;
     if (first) {
       layer = &tree->layer[kith_spacetree_layer(item[k].key)];
       if (layer->vertices++ == 0) layer->vertex = tree->n_vertices;
-      tree->vertex[tree->n_vertices++] = (struct kith_vertex){item[k].key, (kith_index)(run + 1 - tree->run)};
+      tree->vertex[tree->n_vertices++] = (struct kith_vertex){item[k].key, runs};
     }
     layer->radius2 = KITH_MAX(layer->radius2, search->radius2[slot]);
-    if (first || run->first + run->count != slot)
-      *++run = (struct kith_run){slot, 1};
+    if (first || tree->run[runs - 1].first + tree->run[runs - 1].count != slot)
+      tree->run[runs++] = (struct kith_run){slot, 1};
     else
-      ++run->count;
+      ++tree->run[runs - 1].count;
   }
-  tree->vertex[tree->n_vertices] = (struct kith_vertex){UINT64_MAX, (kith_index)(run + 1 - tree->run)};
+  tree->vertex[tree->n_vertices] = (struct kith_vertex){UINT64_MAX, runs};
   return KITH_OK;
 }
 

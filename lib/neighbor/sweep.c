@@ -7,9 +7,9 @@
 /* A cell on the way from the top to the present one, and where its local set begins in the active set. */
 struct step {
   int64_t cell[NDIM];
-  int n, run[2 << NDIM],
-      runs; /* its vertices that have nodes; where the runs of each begin; of all of them */
-  kith_index vertex[2 << NDIM];
+  int n, runs;                  /* its vertices that have nodes; where their runs begin */
+  kith_index vertex[2 << NDIM]; /* and those of each: */
+  int run[2 << NDIM];
 };
 
 struct walk {
