@@ -19,7 +19,7 @@ static void rest(struct world *w) {
 
 static void against_spheres(const char *search, const double *by) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0};
-  const int cells[] = {NDIM == 1 ? 24 : NDIM == 2 ? 9 : 5, 9, 5};
+  const int cells[] = {NDIM == 1 ? 24 : NDIM == 2 ? 9 : 5, NDIM == 2 ? 9 : 5, 5};
   struct world w[2];
   for (int k = 0; k < 2; ++k) {
     world_create(&w[k], cells, PERIODIC, 0.3, &m, 7);
@@ -66,8 +66,10 @@ static void refusals(void) {
 
 int main(void) {
   static const double by[][3] = {{2, 1, 1}, {1, 4, 2}, {4, 4, 4}};
-  for (const struct kith_search_ops *const *ops = kith_search_all(); *ops != NULL; ++ops)
-    for (int k = 0; k < 3; ++k) against_spheres((*ops)->name, by[k]);
+  const struct kith_search_ops *const *all = kith_search_all();
+  for (int s = 0; all[s] != NULL; ++s)
+    for (int k = 0; k < 3; ++k)
+      if (NDIM < 3 || k == s % 3) against_spheres(all[s]->name, by[k]); /* in 3-D it takes seconds */
   refusals();
   return check_failed();
 }
