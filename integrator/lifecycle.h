@@ -1,7 +1,9 @@
 /* lifecycle.h - the lifecycle of ghosts, searches and connectivity, in one function.
  *
- *   requirements -> nodes put back, migrated, reordered -> search radii -> ghosts -> neighbors ->
+ *   requirements -> nodes put back -> search radii -> nodes migrated, reordered -> ghosts -> neighbors ->
  *   connectivity -> cull -> patch -> ready
+ *
+ * Several ranks agree twice: before nodes move and ghosts are made, and at the end.
  *
  * Search radii. R_i = (1 + skin + g_i) H_i + m_i, where g_i = dt (2 |div v| / d + dt |a| / H) is twice the
  * relative change of the support in a step (the last one, or the one ahead if that is longer) and what a

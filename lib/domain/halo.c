@@ -335,7 +335,8 @@ static kith_status find_near(struct candidates *c, const struct kith_nodes *node
   int near = 0;
   struct bounds whole = nowhere;
   for (size_t k = 0; k < n; ++k)
-    if (is_near(c, &c->all, &cell[k], factor)) include(&whole, &cell[k]), cell[near++] = cell[k];
+    if (cell[k].search_radius >= 0 && is_near(c, &c->all, &cell[k], factor))
+      include(&whole, &cell[k]), cell[near++] = cell[k];
   *n_send = 0;
   if (near == 0) return KITH_OK;
 #pragma omp parallel for schedule(dynamic, 16) if (c->groups > 64)
