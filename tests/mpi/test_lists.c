@@ -187,6 +187,40 @@ static void one_fails(void) {
   scenario_close(&s);
 }
 
+static kith_status planted_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double factor) {
+  (void)boundary, (void)factor;
+  if (kith_ranks_rank(nodes->ranks) == kith_ranks_size(nodes->ranks) - 1) KITH_FAIL(DIVERGED, "planted");
+  return KITH_OK;
+}
+static const struct kith_boundary_ops planted = {
+    .name = "planted", .doc = "fails on one rank", .ghosts = planted_ghosts};
+
+/* A rank that fails where neighbors wait for its messages, or between two steps (then by a file): all end
+ * with its failure. */
+static void one_fails_among_messages(void) {
+  struct scenario s;
+  const int bad = kith_ranks_size(ranks) - 1;
+  char words[32];
+  snprintf(words, sizeof words, "rank %d: planted", bad);
+  for (int between = 0; between < 2; ++between) {
+    if (!open_shared(&s, box, "")) return;
+    struct kith_boundaries *all = &s.simulation->boundaries;
+    CHECK_OK(scenario_start(&s));
+    if (between) {
+      if (kith_ranks_rank(ranks) == bad)
+        s.simulation->integrator.pending = kith_fail(KITH_DIVERGED, "planted");
+    } else { /* the ranks' own boundary stays the last one */
+      CHECK_OK(kith_boundaries_add(all, &planted, 0, 0, 1, false, false));
+      struct kith_boundary *last = all->boundary[all->n - 1];
+      all->boundary[all->n - 1] = all->boundary[all->n - 2], all->boundary[all->n - 2] = last;
+      last->index -= 1, all->boundary[all->n - 1]->index += 1;
+    }
+    CHECK_STATUS(KITH_DIVERGED, scenario_steps(&s, 1));
+    CHECK(strcmp(kith_failure(), words) == 0 && kith_ranks_status_is_shared(ranks));
+    scenario_close(&s);
+  }
+}
+
 /* Processes of a program that has its own communicator: they end without ending MPI. */
 static void callers_communicator(void) {
   struct kith_ranks *those;
@@ -343,6 +377,7 @@ int main(void) {
   follow(box, "reproducible=true partition.cells=1", 2);
   follow(thin, "reproducible=true resolution=3", 2); /* fewer nodes than ranks */
   if (kith_ranks_size(ranks) > 1) one_fails();
+  if (kith_ranks_size(ranks) > 1) one_fails_among_messages();
   const int failed = kith_ranks_any(ranks, check_failed() != 0);
   kith_ranks_destroy(&ranks);
   return failed;
