@@ -25,7 +25,7 @@
 
 #include <string.h>
 
-enum { KEPT = 40, ITERATIONS = 2 };
+enum { KEPT = 40, ITERATIONS = 2, MOST_STEPS = 100000 };
 static const double courant = 0.4;
 
 /* Per unit of mass, or at the place of it: volume, velocity, pressure. */
@@ -45,7 +45,7 @@ struct cell {
 
 struct flow {
   double gamma, time;
-  int n;              /* cells */
+  int n, steps;       /* cells; steps that were taken */
   struct cell cell[]; /* [n + 1]: the last one is the upper face of the one before */
 };
 
@@ -134,9 +134,12 @@ static kith_status update(struct flow *f, double dt) {
   return KITH_OK;
 }
 
-/* On to `time`. DIVERGED if a volume or a pressure is not positive. */
+/* On to `time`. DIVERGED if a volume or a pressure is not positive, BAD_INPUT if it takes too many steps. */
 static kith_status run(struct flow *f, double time) {
   while (f->time < time) {
+    if (++f->steps > MOST_STEPS)
+      KITH_FAIL(BAD_INPUT, "end_time: the reference solution takes more than %d steps until %g", MOST_STEPS,
+                time);
     slopes(f);
     double rate = 0;
     for (int i = 0; i < f->n; ++i) rate = KITH_MAX(rate, f->cell[i].impedance / f->cell[i].mass);
