@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -32,9 +33,26 @@ static void on_signal(int number) {
   handle_with(SIG_DFL, 0);
 }
 
+/* Libraries crash where they lack memory: one line, and the code of a run that failed. A core is left where
+ * one is wanted. */
+static void on_crash(int number) {
+  static const char line[] =
+      "kith: crashed, perhaps for want of memory; the last checkpoint, if there is one, "
+      "goes on with --restart\n";
+  struct rlimit core;
+  const ssize_t written = write(STDERR_FILENO, line, sizeof line - 1);
+  signal(number, SIG_DFL);
+  if (written > 0 && getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_cur > 0) raise(number);
+  _exit(KITH_EXIT_FAILED);
+}
+
 void kith_signals_ignore(void) {
   signal(SIGXFSZ, SIG_IGN);
   signal(SIGPIPE, SIG_IGN);
+#ifndef KITH_SANITIZE /* which say more */
+  static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
+  for (size_t k = 0; k < sizeof crashes / sizeof *crashes; ++k) signal(crashes[k], on_crash);
+#endif
 }
 
 void kith_signals_catch(void) {

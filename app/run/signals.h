@@ -8,7 +8,7 @@
 
 #include "app/cli/options.h"
 
-/* Broken pipes and files that may not grow are errors of their writes, not the end. */
+/* Broken pipes and files that may not grow are errors of their writes, not the end; a crash is one line. */
 void kith_signals_ignore(void);
 /* From now on signals stop the run after a step. */
 void kith_signals_catch(void);

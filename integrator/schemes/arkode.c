@@ -136,7 +136,7 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
   if (flag == ARK_SUCCESS) flag = ERKStepEvolve(s->memory, *dt, s->vectors->view, &time, ARK_ONE_STEP);
   it->ledger.rejected_steps += a->attempts > 1 ? (uint64_t)(a->attempts - 1) : 0;
   if (s->status != KITH_OK) return s->status;
-  if (flag == ARK_MEM_FAIL) KITH_FAIL(NO_MEMORY, "no memory for the vectors of ERKStep");
+  s->vectors->lacking |= flag == ARK_MEM_FAIL;
   if (flag != ARK_SUCCESS)
     return kith_ranks_allreduce_status(
         it->nodes->ranks,

@@ -51,8 +51,10 @@ static int residual(N_Vector state, N_Vector out, void *integrator) {
 
 static void forget(struct kith_integrator *it) {
   struct implicit *m = it->self;
-  if (m->stages.memory != NULL) KINFree(&m->stages.memory);
-  if (m->solver != NULL) SUNLinSolFree(m->solver);
+  if (m->stages.memory != NULL) {
+    KINFree(&m->stages.memory);
+    if (m->solver != NULL) SUNLinSolFree(m->solver);
+  }
   m->solver = NULL;
   for (int k = 0; k < VECTORS; ++k) {
     if (m->vector[k] != NULL) N_VDestroy(m->vector[k]);
@@ -86,7 +88,7 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
   N_VLinearSum(1, s->vectors->view, *dt * (1 - theta(it)), v[KNOWN], v[KNOWN]);
   const int flag = KINSol(s->memory, v[ITERATE], KIN_NONE, v[WEIGHTS], v[WEIGHTS]);
   if (s->status != KITH_OK) return s->status;
-  if (flag == KIN_MEM_FAIL) KITH_FAIL(NO_MEMORY, "no memory for the vectors of KINSOL");
+  s->vectors->lacking |= flag == KIN_MEM_FAIL || flag == KIN_LINIT_FAIL; /* that allocates, too */
   if (flag == KIN_SUCCESS || flag == KIN_INITIAL_GUESS_OK) {
     N_VScale(1, v[ITERATE], s->vectors->view);
     return KITH_OK;

@@ -2,6 +2,7 @@
 #include "integrator/schemes/stages.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include "integrator/lifecycle.h"
 
@@ -36,8 +37,21 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
 }
 
 void kith_stages_forget(struct kith_integrator *it, const struct kith_solver *solver) {
+  struct kith_stages *s = it->self;
+  if (s->vectors != NULL && s->vectors->lacking)
+    s->memory = NULL; /* SUNDIALS cannot free what is not whole */
   solver->forget(it);
-  kith_vectors_destroy(&((struct kith_stages *)it->self)->vectors);
+  kith_vectors_destroy(&s->vectors);
+}
+
+/* In silence: SUNDIALS takes a handler of errors only when it has made its memory. */
+static bool set_up_silently(struct kith_integrator *it, const struct kith_solver *solver) {
+  FILE *const told = stderr, *const nowhere = fopen("/dev/null", "w");
+  if (nowhere != NULL) stderr = nowhere;
+  const bool ready = solver->set_up(it);
+  stderr = told;
+  if (nowhere != NULL) fclose(nowhere);
+  return ready;
 }
 
 size_t kith_stages_bytes(const struct kith_integrator *it, size_t size, int vectors) {
@@ -60,7 +74,7 @@ static kith_status fit(struct kith_integrator *it, const struct kith_solver *sol
     part[p] =
         (struct kith_vector_part){&field[p]->f64, (int64_t)it->nodes->n_internal * field[p]->components};
   KITH_TRY(kith_vectors_create(&s->vectors, it->nodes->ranks, KITH_VECTOR_PARTS, part));
-  const bool ready = solver->set_up(it) && !s->vectors->lacking;
+  const bool ready = set_up_silently(it, solver) && !s->vectors->lacking;
   if (!ready) kith_stages_forget(it, solver);
   return kith_ranks_allreduce_status(
       it->nodes->ranks, ready ? KITH_OK : kith_fail(KITH_NO_MEMORY, "%s cannot be set up", solver->name));

@@ -281,7 +281,7 @@ static bool is_told_well(char *said, int code) {
   int lines = 0;
   for (char *line, *rest = said; (line = strsep(&rest, "\n")) != NULL && (*line != '\0' || rest != NULL);) {
     if (strncmp(line, "kith: warning: ", 15) == 0 && lines == 0) continue;
-    if (strncmp(line, "kith: ", 6) != 0) return false;
+    if (strncmp(line, "kith: ", 6) != 0 || strncmp(line, "kith: crashed", 13) == 0) return false;
     ++lines;
   }
   return lines == (code != 0);
