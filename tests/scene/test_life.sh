@@ -39,7 +39,10 @@ rm -rf out
 # ---- the uninterrupted run
 # What a report holds, but for date, command, seconds, bytes and the calls of stages, which a restart counts
 # from its own start.
-counts() { sed '/"stages": {/,/^  }/d; /"peak_memory_bytes": {/,/}/d' "$1/report.json" | grep -v 'second\|bytes\|date\|command\|per_core'; }
+counts() {
+  sed '/"stages": {/,/^  }/d; /"peak_memory_bytes": {/,/}/d' "$1/report.json" |
+    grep -v 'second\|bytes\|date\|command\|per_core'
+}
 
 # same_run A B: whatever two directories hold, but for that.
 same_run() {
