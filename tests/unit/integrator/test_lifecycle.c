@@ -140,7 +140,8 @@ static void policies_agree(void) {
   struct scenario always, same, lasting;
   if (scenario_open(&always, box, "%s", "")) scenario_run(&always, 30);
   for (int k = 0; k < 4; ++k) {
-    if (scenario_open(&same, box, "connectivity.skin=%g", skin[k])) scenario_run(&same, 30);
+    if (scenario_open(&same, box, "connectivity.rebuild=always|displacement connectivity.skin=%g", skin[k]))
+      scenario_run(&same, 30);
     if (scenario_open(&lasting, box, "connectivity.rebuild=displacement|entity-change connectivity.skin=%g",
                       skin[k]) &&
         scenario_run(&lasting, 30)) {
@@ -165,7 +166,8 @@ static void never_is_right_or_stops(void) {
   struct scenario always, never;
   for (int moves = 0; moves < 2; ++moves) {
     const int steps = moves ? 200 : 2;
-    if (scenario_open(&always, box, "connectivity.skin=0.3")) scenario_run(&always, 2);
+    if (scenario_open(&always, box, "connectivity.rebuild=always|displacement connectivity.skin=0.3"))
+      scenario_run(&always, 2);
     if (scenario_open(&never, box, "connectivity.rebuild=never connectivity.skin=0.3")) {
       CHECK_OK(scenario_start(&never));
       const kith_status status = scenario_steps(&never, steps);
