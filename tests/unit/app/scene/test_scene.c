@@ -334,6 +334,7 @@ static void reference(void) {
                              "packages.0.conductivity=1",
                              "exact.name=uniform",
                              "materials.other.gamma=1.4",
+                             "measure.growth=true",
                              "probes.0.name=p",
                              "probes.0.at=[0, 0, 0]",
                              "connectivity.contacts.0.of=NAME",
