@@ -11,7 +11,7 @@ static size_t words_of(const struct kith_nodes *nodes) {
   return words;
 }
 
-static void load(const struct kith_nodes *nodes, kith_index i, int64_t *to) {
+static void load_node(const struct kith_nodes *nodes, kith_index i, int64_t *to) {
   for (int f = 0; f < nodes->n_fields; ++f) {
     const size_t size = kith_field_node_size(nodes->fields[f]);
     to[(size - 1) / 8] = 0;
@@ -61,7 +61,7 @@ static kith_status load_all(struct transport *t, const struct kith_nodes *nodes,
   const kith_status status = kith_resize(&t->out, 0, (size_t)t->n_out * t->words, sizeof *t->out);
   for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i)
     if (to[i] != stay)
-      load(nodes, i, t->out + (size_t)place[(size_t)to[i] * lists + nodes->list->u8[i]]++ * t->words);
+      load_node(nodes, i, t->out + (size_t)place[(size_t)to[i] * lists + nodes->list->u8[i]]++ * t->words);
   kith_free(&place);
   return status;
 }

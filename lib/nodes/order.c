@@ -6,8 +6,8 @@
 
 /* to[k] = from[order[k]] for values of `size` bytes. to == from is allowed if order ascends (then order[k] >=
  * k). */
-static inline void gather(void *to, const void *from, const kith_index *order, kith_index begin,
-                          kith_index end, size_t size) {
+static inline void take_values(void *to, const void *from, const kith_index *order, kith_index begin,
+                               kith_index end, size_t size) {
   char *t = to;
   const char *s = from;
   for (kith_index k = begin; k < end; ++k) memmove(t + (size_t)k * size, s + (size_t)order[k] * size, size);
@@ -17,13 +17,13 @@ static inline void gather(void *to, const void *from, const kith_index *order, k
 static void gather_sized(void *to, const void *from, const kith_index *order, kith_index begin,
                          kith_index end, size_t size) {
   if (size == 8)
-    gather(to, from, order, begin, end, 8);
+    take_values(to, from, order, begin, end, 8);
   else if (size == 8 * NDIM)
-    gather(to, from, order, begin, end, 8 * NDIM);
+    take_values(to, from, order, begin, end, 8 * NDIM);
   else if (size == 8 * NDIM * NDIM)
-    gather(to, from, order, begin, end, 8 * NDIM * NDIM);
+    take_values(to, from, order, begin, end, 8 * NDIM * NDIM);
   else
-    gather(to, from, order, begin, end, size);
+    take_values(to, from, order, begin, end, size);
 }
 
 /* Moves node from[k] to index k for begin <= k < end in all fields; `from` ascends. In place: threads share

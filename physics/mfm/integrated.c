@@ -83,7 +83,7 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
 
 /* The position of i among the holders of k, or of the first above it; they ascend except the first, which is
  * k. In canonical order they do not: the position of i, or the end. */
-KITH_INLINE size_t position(const struct mfm_faces *f, bool canonical, kith_index k, kith_index i) {
+KITH_INLINE size_t holder_position(const struct mfm_faces *f, bool canonical, kith_index k, kith_index i) {
   size_t from = f->holders.first[k] + 1;
   const size_t to = f->holders.first[k + 1];
   if (!canonical) return kith_lower_bound(f->holders.node, from, to, i);
@@ -98,11 +98,11 @@ KITH_INLINE void add_node(const struct mfm_faces *f, bool canonical, kith_index 
   const size_t self = f->holders.first[k], end = f->holders.first[k + 1];
   const kith_lanes *restrict value = (const kith_lanes *)f->value;
   if (self == end) return; /* no node of the quadrature */
-  const size_t found = k == i ? self : position(f, canonical, k, i);
+  const size_t found = k == i ? self : holder_position(f, canonical, k, i);
   if (found == end || f->holders.node[found] != i) return; /* the support of i does not hold k */
   const kith_lanes mine = value[found];
   if (canonical || k > i) sum[k] += mine[0] * value[self] - value[self][0] * mine;
-  for (size_t e = canonical ? self + 1 : k == i ? position(f, false, k, i) : found + 1; e < end; ++e)
+  for (size_t e = canonical ? self + 1 : k == i ? holder_position(f, false, k, i) : found + 1; e < end; ++e)
     sum[f->holders.node[e]] += mine[0] * value[e] - value[e][0] * mine;
 }
 
