@@ -44,13 +44,15 @@ void kith_stages_forget(struct kith_integrator *it, const struct kith_solver *so
   kith_vectors_destroy(&s->vectors);
 }
 
-/* In silence: SUNDIALS takes a handler of errors only when it has made its memory. */
+/* In silence: SUNDIALS takes a handler of errors only when it has made its memory. It keeps the stream that it
+ * then found and flushes it later, so this one is never closed. */
 static bool set_up_silently(struct kith_integrator *it, const struct kith_solver *solver) {
-  FILE *const told = stderr, *const nowhere = fopen("/dev/null", "w");
+  static FILE *nowhere;
+  FILE *const told = stderr;
+  if (nowhere == NULL) nowhere = fopen("/dev/null", "w");
   if (nowhere != NULL) stderr = nowhere;
   const bool ready = solver->set_up(it);
   stderr = told;
-  if (nowhere != NULL) fclose(nowhere);
   return ready;
 }
 
