@@ -44,8 +44,8 @@ void kith_stages_forget(struct kith_integrator *it, const struct kith_solver *so
   kith_vectors_destroy(&s->vectors);
 }
 
-/* In silence: SUNDIALS takes a handler of errors only when it has made its memory. It keeps the stream that it
- * then found and flushes it later, so this one is never closed. */
+/* In silence: SUNDIALS takes a handler of errors only when it has made its memory. It keeps the stream that
+ * it then found and flushes it later, so this one is never closed. */
 static bool set_up_silently(struct kith_integrator *it, const struct kith_solver *solver) {
   static FILE *nowhere;
   FILE *const told = stderr;
