@@ -1,7 +1,7 @@
 /* Whole runs of changed scenes: whatever a scene asks for, a run of it ends, with code 0, or with one line
  * and code 1 or 2, within seconds; and what has left a checkpoint goes on from it.
  *
- *   fuzz-run-2d SCENES [N [SEED]]      N runs (300); run k of seed S is run 1 of seed S + k - 1
+ *   fuzz-run-2d SCENES [N [SEED]]      N runs (300, with sanitizers 80); run k of seed S is run 1 of seed S + k - 1
  *
  * The scenes are those of the folder SCENES, of some dozens of nodes. Changed are keys, by `kith list scene`,
  * and in every sixth run the text. Each run is a process of its own. */
@@ -23,9 +23,9 @@
 #include "tests/check.h"
 
 #ifdef KITH_SANITIZE
-enum { SECONDS = 300, MEGABYTES = 0 }; /* shadow memory takes all addresses */
+enum { SECONDS = 300, MEGABYTES = 0, RUNS = 80 }; /* shadow memory takes all addresses */
 #else
-enum { SECONDS = 100, MEGABYTES = 600 };
+enum { SECONDS = 100, MEGABYTES = 600, RUNS = 300 };
 #endif
 enum { MOST = 256, LONGEST = 1 << 15, PATH = 512, CHANGES = 5, STEPS = 3 };
 
@@ -315,7 +315,7 @@ int main(int argc, char **argv) {
   static struct run run;
   char place[] = "/dev/shm/kith-fuzz-XXXXXX", other[] = "/tmp/kith-fuzz-XXXXXX";
   const char *in = mkdtemp(place) != NULL ? place : mkdtemp(other);
-  const long runs = argc > 2 ? atol(argv[2]) : 300;
+  const long runs = argc > 2 ? atol(argv[2]) : RUNS;
   const uint64_t first = argc > 3 ? strtoull(argv[3], NULL, 10) : 1;
   long ended[3] = {0}, resumed = 0, failed = 0;
   omp_set_num_threads(1);
