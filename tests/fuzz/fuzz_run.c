@@ -1,7 +1,7 @@
 /* Whole runs of changed scenes: whatever a scene asks for, a run of it ends, with code 0, or with one line
  * and code 1 or 2, within seconds; and what has left a checkpoint goes on from it.
  *
- *   fuzz-run-2d SCENES [N [SEED]]      N runs (300; 80 with sanitizers); run k of seed S is run 1 of S + k - 1
+ *   fuzz-run-2d SCENES [N [SEED]]   N runs (300; 80 with sanitizers); run k of seed S is run 1 of S + k - 1
  *
  * The scenes are those of the folder SCENES, of some dozens of nodes. Changed are keys, by `kith list scene`,
  * and in every sixth run the text. Each run is a process of its own. */
