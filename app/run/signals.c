@@ -1,4 +1,5 @@
 /* Signals of a run; mpirun as a child, so that it does not end the ranks before they have written. */
+#define _GNU_SOURCE /* sigabbrev_np */
 #include "app/run/signals.h"
 
 #include <errno.h>
@@ -34,13 +35,14 @@ static void on_signal(int number) {
 }
 
 /* Libraries crash where they lack memory: one line, and the code of a run that failed. A core is left where
- * one is wanted. */
+ * one is wanted. Only functions that a handler may call. */
 static void on_crash(int number) {
-  static const char line[] =
-      "kith: crashed, perhaps for want of memory; the last checkpoint, if there is one, "
-      "goes on with --restart\n";
+  char line[160];
   struct rlimit core;
-  const ssize_t written = write(STDERR_FILENO, line, sizeof line - 1);
+  const char *end = stpcpy(stpcpy(stpcpy(line, "kith: crashed with signal "), sigabbrev_np(number)),
+                           ", perhaps for want of memory; the last checkpoint, if there is one, goes on with "
+                           "--restart\n");
+  const ssize_t written = write(STDERR_FILENO, line, (size_t)(end - line));
   signal(number, SIG_DFL);
   if (written > 0 && getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_cur > 0) raise(number);
   _exit(KITH_EXIT_FAILED);

@@ -206,12 +206,15 @@ static kith_status read_packages(struct kith_scene *scene, const struct kith_con
 /* Keys that mean nothing beside what other parts of the scene say. */
 static kith_status check_idle(const struct kith_scene *scene) {
   const bool *measured = scene->measure.wanted;
+  int spaced = 0; /* regions whose spacing is left to the arrangement */
+  for (int k = 0; k < scene->n_regions; ++k) spaced += scene->region[k].spacing == 0;
   const struct {
     bool idle;
     const char *path, *without;
   } rows[] = {{!measured[KITH_MEASURE_growth] && !measured[KITH_MEASURE_mcnally], "measure.rate",
                "growth or mcnally"},
-              {scene->n_probes + scene->n_contacts == 0, "connectivity.storage", "probes or contacts"}};
+              {scene->n_probes + scene->n_contacts == 0, "connectivity.storage", "probes or contacts"},
+              {spaced < 2, "arrangement", "two regions without a spacing of their own"}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k) {
     const struct kith_config_node *given = kith_config_at(scene->config, rows[k].path);
     if (rows[k].idle && given != NULL && !given->location.optional)

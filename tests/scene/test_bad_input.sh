@@ -106,6 +106,7 @@ scene=a/b|cannot name a directory
 scene="a\tb"|cannot name a directory
 materials.gas.gamma=1|out of range (1, inf)
 materials={}|no material
+materials.lead={}|--set materials.lead: no region is of this material
 regions=[]|no region; one is required
 regions.0.where.x=[-1, 0.1]|regions.0: overlaps the region of line 10, at
 regions.0.where.x=[-3, -2]|regions.0: no part of it is in the domain
@@ -131,6 +132,8 @@ refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" -
   --set method.faces=integrated
 refused "integrated faces leave the side of a barrier open" "$kith" plan "$2/plate.yaml" \
   --set method.package=mfm --set method.faces=integrated
+refused "--set arrangement: means nothing without two regions" "$kith" plan tiny.yaml \
+  --set arrangement=equal-mass --set regions.1.spacing=0.01
 refused "packages: coupling has nothing to couple" "$kith" plan tiny.yaml --set 'packages=[{name: coupling}]'
 refused "coupling is in the list twice" "$kith" plan "$2/layer.yaml" \
   --set 'packages=[{name: coupling}, {name: coupling}]'
