@@ -3,7 +3,7 @@
 
 #include <inttypes.h>
 #include <math.h>
-#include "app/output/figure.h"
+#include "app/output/pictures/figure.h"
 
 enum { SAMPLES = 100 };
 

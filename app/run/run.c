@@ -16,7 +16,8 @@
 #include "app/cli/text.h"
 #include "app/output/growth.h"
 #include "app/output/output.h"
-#include "app/output/plot.h"
+#include "app/output/pictures/plot.h"
+#include "app/output/pictures/probe_plot.h"
 #include "app/output/report.h"
 #include "app/run/signals.h"
 #include "lib/io/atomic_file.h"
@@ -222,6 +223,16 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
 }
 
+/* Pictures of what was sampled on the way. One process. */
+static kith_status draw_tables(struct run *run) {
+  if (run->growth.scene != NULL)
+    KITH_TRY(
+        kith_growth_draw(&run->growth, run->output.directory, run->baseline.measure[run->growth.measure]));
+  if (run->scene->n_probes == 0) return KITH_OK;
+  KITH_TRY(kith_probes_publish(run->output.probes));
+  return kith_probes_draw(run->scene, run->exact, run->output.directory);
+}
+
 /* And the picture of it, if every one is to have one. */
 static kith_status write_snapshot(struct run *run) {
   char name[32];
@@ -394,9 +405,7 @@ static kith_status finish(struct run *run) {
   KITH_TRY(status);
   kith_profile_begin(run->profile, "pictures");
   if (run->scene->output.plot) draw(run, NULL, report->compared ? &report->norms : NULL);
-  if (run->scene->output.plot && first && run->growth.scene != NULL &&
-      kith_growth_draw(&run->growth, run->output.directory, run->baseline.measure[run->growth.measure]) !=
-          KITH_OK)
+  if (run->scene->output.plot && first && draw_tables(run) != KITH_OK)
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
   kith_profile_end(run->profile);
   KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->traffic, it->step - run->first_step,

@@ -1,4 +1,4 @@
-/* picture.h - which picture a run draws: the scene's key output.plot. */
+/* picture.h - which pictures a run draws: the scene's keys output.plot and probes.N.plot. */
 #ifndef KITH_APP_SCENE_PICTURE_H
 #define KITH_APP_SCENE_PICTURE_H
 
@@ -27,13 +27,17 @@ enum kith_picture_field { KITH_PICTURE_FIELDS(X) KITH_N_PICTURE_FIELDS };
 
 enum { KITH_PICTURE_PANELS = 8 };
 
-struct kith_picture {
-  int kind;     /* enum kith_picture_kind */
-  int n_fields; /* 0: what suits the kind */
+struct kith_picture_fields {
+  int n;
   struct {
     enum kith_picture_field field;
     bool error; /* its difference from the exact solution */
   } panel[KITH_PICTURE_PANELS];
+};
+
+struct kith_picture {
+  int kind;                          /* enum kith_picture_kind */
+  struct kith_picture_fields fields; /* none: what suits the kind */
   double plane[3]; /* where a slice cuts an axis, NaN: not across it; all NaN: the middle of the last axis */
   double range[2]; /* of the colors of the first map; NaN: of its values */
   bool frames;     /* a picture of each snapshot too */

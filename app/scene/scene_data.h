@@ -94,6 +94,7 @@ struct kith_probe {
   int points[3];                  /* along each edge, 1 where there is none */
   int every;                      /* steps */
   bool gradients;
+  struct kith_picture_fields picture;  /* none: no picture */
   const struct kith_config_node *node; /* where it stands, for messages */
 };
 enum { KITH_MOST_PROBES = 10000000 }; /* points of one */

@@ -23,6 +23,9 @@ kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_conf
 kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node);
+/* One or a list of them; NULL: none. */
+kith_status kith_scene_fields(const struct kith_scene *scene, const struct kith_config_node *node,
+                              struct kith_picture_fields *fields);
 kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_config_node *node);
 void kith_scene_boundaries_clear(struct kith_scene *scene);
 void kith_scene_regions_clear(struct kith_scene *scene);

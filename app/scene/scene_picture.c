@@ -1,4 +1,4 @@
-/* The key output.plot: true, false, or which picture. */
+/* The key output.plot: true, false, or which picture; and the fields of any picture. */
 #include "app/scene/scene_parts.h"
 #include "lib/core/choices.h"
 
@@ -23,7 +23,7 @@ const struct kith_param kith_picture_params[] = {
     {"frames", KITH_PARAM_BOOL, "false", "", "frame_NNNN.png of each snapshot: a movie", IN(frames)},
     {0}};
 
-static kith_status read_field(struct kith_picture *picture, const struct kith_config_node *node) {
+static kith_status read_field(struct kith_picture_fields *fields, const struct kith_config_node *node) {
   static const char known[] = KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE);
   char name[32], choices[256];
   KITH_TRY(kith_config_want(node, KITH_CONFIG_SCALAR));
@@ -35,10 +35,22 @@ static kith_status read_field(struct kith_picture *picture, const struct kith_co
   kith_choices_format(known, choices, sizeof choices);
   if (field < 0)
     return kith_config_fail(node, NULL, "unknown field; known are %s, each with -error too", choices);
-  if (picture->n_fields == KITH_PICTURE_PANELS)
+  if (fields->n == KITH_PICTURE_PANELS)
     return kith_config_fail(node, NULL, "more than %d fields in a picture", KITH_PICTURE_PANELS);
-  picture->panel[picture->n_fields].field = (enum kith_picture_field)field;
-  picture->panel[picture->n_fields++].error = is_error;
+  fields->panel[fields->n].field = (enum kith_picture_field)field;
+  fields->panel[fields->n++].error = is_error;
+  return KITH_OK;
+}
+
+kith_status kith_scene_fields(const struct kith_scene *scene, const struct kith_config_node *node,
+                              struct kith_picture_fields *fields) {
+  const bool list = node != NULL && node->kind == KITH_CONFIG_LIST;
+  if (node != NULL && !list) KITH_TRY(read_field(fields, node));
+  for (const struct kith_config_node *k = list ? node->first : NULL; k != NULL; k = k->next)
+    KITH_TRY(read_field(fields, k));
+  for (int k = 0; k < fields->n; ++k)
+    if (fields->panel[k].error && kith_config_at(scene->config, "exact") == NULL)
+      return kith_config_fail(node, NULL, "an error, and the scene has no exact solution");
   return KITH_OK;
 }
 
@@ -50,14 +62,7 @@ kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_confi
   if (node == NULL) return KITH_OK;
   if (node->kind != KITH_CONFIG_MAP) return kith_param_value(&plot, node, &scene->output.plot);
   KITH_TRY(kith_params_read(kith_picture_params, node, picture));
-  const struct kith_config_node *field = kith_config_child(node, "field");
-  const bool list = field != NULL && field->kind == KITH_CONFIG_LIST;
-  if (field != NULL && !list) KITH_TRY(read_field(picture, field));
-  for (const struct kith_config_node *k = list ? field->first : NULL; k != NULL; k = k->next)
-    KITH_TRY(read_field(picture, k));
-  for (int k = 0; k < picture->n_fields; ++k)
-    if (picture->panel[k].error && kith_config_at(scene->config, "exact") == NULL)
-      return kith_config_fail(field, NULL, "an error, and the scene has no exact solution");
+  KITH_TRY(kith_scene_fields(scene, kith_config_child(node, "field"), &picture->fields));
   if (isfinite(picture->plane[0]) + isfinite(picture->plane[1]) + isfinite(picture->plane[2]) > 1)
     return kith_config_fail(kith_config_child(node, "plane"), NULL, "one axis, across which the plane is");
   return KITH_OK;

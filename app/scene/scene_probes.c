@@ -1,6 +1,7 @@
 /* What a scene wants to know on the way: probes, and contacts of materials. */
 #include <string.h>
 #include "app/scene/scene_parts.h"
+#include "lib/core/choices.h"
 
 #define IN(member) KITH_INTO(struct kith_probe, member)
 const struct kith_param kith_probe_params[] = {
@@ -15,6 +16,10 @@ const struct kith_param kith_probe_params[] = {
     {"every", KITH_PARAM_INTEGER, "1", "[1, inf)", "steps between samples; the first and last state, too",
      IN(every)},
     {"gradients", KITH_PARAM_BOOL, "false", "", "gradients of the fields as well", IN(gradients)},
+    {"plot", KITH_PARAM_OTHER, "", KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE),
+     "fields of probe_NAME.png, one or a list, with -error behind it the difference from the exact solution; "
+     "true or none: the first four; false: no picture",
+     .params = NULL},
     {0}};
 #undef IN
 
@@ -22,6 +27,16 @@ const struct kith_param kith_contact_params[] = {
     {"of", KITH_PARAM_NAME, NULL, "", "a material: its nodes are asked", KITH_INTO(struct kith_contact, of)},
     {"with", KITH_PARAM_NAME, NULL, "", "another one, what they meet", KITH_INTO(struct kith_contact, with)},
     {0}};
+
+static kith_status read_plot(const struct kith_scene *scene, struct kith_probe *probe) {
+  const struct kith_config_node *node = kith_config_child(probe->node, "plot");
+  const bool word = node != NULL && node->kind == KITH_CONFIG_SCALAR;
+  const int drawn = node == NULL ? 1 : word ? kith_choices_index("false|true", node->text) : -1;
+  if (drawn < 0) return kith_scene_fields(scene, node, &probe->picture);
+  for (int k = KITH_PICTURE_DENSITY; k <= KITH_PICTURE_ENERGY && drawn > 0; ++k)
+    probe->picture.panel[probe->picture.n++].field = (enum kith_picture_field)k;
+  return KITH_OK;
+}
 
 /* Points along the edges. A million million would not be found out before memory ends. */
 static kith_status count_points(const struct kith_scene *scene, struct kith_probe *probe) {
@@ -64,12 +79,13 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
     struct kith_probe *probe = &scene->probe[scene->n_probes++];
     probe->node = child;
     KITH_TRY(kith_params_read(kith_probe_params, child, probe));
-    if (probe->name[0] == '\0' || strchr(probe->name, '/') != NULL)
+    if (probe->name[0] == '\0' || strpbrk(probe->name, "/'") != NULL)
       return kith_config_fail(kith_config_child(child, "name"), NULL, "'%s' cannot name a group",
                               probe->name);
     for (const struct kith_probe *p = scene->probe; p < probe; ++p)
       if (strcmp(p->name, probe->name) == 0)
         return kith_config_fail(kith_config_child(child, "name"), NULL, "there are two probes '%s'", p->name);
+    KITH_TRY(read_plot(scene, probe));
     KITH_TRY(count_points(scene, probe));
     KITH_TRY(check_inside(scene, probe));
   }

@@ -17,7 +17,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "app/output/figure.h"
+#include "app/output/pictures/figure.h"
 #include "app/study/study.h"
 #include "lib/core/version.h"
 

@@ -211,3 +211,38 @@ kith_status kith_series_append(const char *path, const struct kith_series *serie
                                const double *const *values) {
   return with_file(path, &(struct job){.series = series, .time = time, .step = step, .values = values});
 }
+
+static kith_status read_samples(hid_t data, int64_t sample, double **values, size_t *n, size_t *each) {
+  const hid_t space = H5Dget_space(data);
+  hsize_t size[3] = {0, 1, 1}, from[3] = {0};
+  H5Sget_simple_extent_dims(space, size, NULL);
+  *n = size[0], *each = size[1] * size[2];
+  if (sample >= 0) from[0] = (hsize_t)sample, size[0] = 1;
+  const kith_status status = kith_resize(values, 0, size[0] * *each + 1, sizeof **values);
+  const hid_t into = H5Screate_simple(3, size, NULL);
+  if (status == KITH_OK) {
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, from, NULL, size, NULL);
+    H5Dread(data, H5T_NATIVE_DOUBLE, into, space, H5P_DEFAULT, *values);
+  }
+  H5Sclose(into);
+  H5Sclose(space);
+  return status;
+}
+
+kith_status kith_series_read(const char *path, const char *name, const char *column, int64_t sample,
+                             double **values, size_t *n, size_t *each) {
+  int failures = 0;
+  H5E_auto2_t handler;
+  void *data;
+  char at[128];
+  snprintf(at, sizeof at, "%s/%s", name, column);
+  H5Eget_auto2(H5E_DEFAULT, &handler, &data);
+  H5Eset_auto2(H5E_DEFAULT, count_failure, &failures);
+  const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT), set = H5Dopen2(file, at, H5P_DEFAULT);
+  const kith_status status = failures == 0 ? read_samples(set, sample, values, n, each) : KITH_OK;
+  H5Dclose(set);
+  H5Fclose(file);
+  H5Eset_auto2(H5E_DEFAULT, handler, data);
+  if (status == KITH_OK && failures > 0) KITH_FAIL(BAD_FILE, "%s: cannot read %s", path, at);
+  return status;
+}

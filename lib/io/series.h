@@ -32,7 +32,11 @@ kith_status kith_series_create(const char *path, const struct kith_series *serie
 /* Goes on with one of them: samples after `step` are dropped. BAD_FILE if it is not in the file. */
 kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step);
 /* values[column][n][components]. */
-kith_status kith_series_append(const char *path, const struct kith_series *series, double time,
-                               uint64_t step, const double *const *values);
+kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,
+                               const double *const *values);
+/* Column `column` of group `name`, or its "time": sample `sample`, or all (-1). n: samples in the file, each:
+ * values of a sample, *values: [samples that were read][each], owned by the caller. */
+kith_status kith_series_read(const char *path, const char *name, const char *column, int64_t sample,
+                             double **values, size_t *n, size_t *each);
 
 #endif

@@ -1,7 +1,7 @@
 /* Maps: what a pixel holds, where there are no nodes, slices and lines of sight. */
 #include <math.h>
 #include <string.h>
-#include "app/output/map.h"
+#include "app/output/pictures/map.h"
 #include "tests/check.h"
 
 #if NDIM == 1

@@ -4,7 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "app/cli/process.h"
-#include "app/output/plot.h"
+#include "app/output/pictures/plot.h"
 #include "tests/check.h"
 
 static char directory[] = "plot-test-XXXXXX";

@@ -1,11 +1,13 @@
 /* test_probes.c - probes.h5: fields that are linear are exact, values and gradients, at any point among
  * disordered nodes; at periodic and reflecting faces what a sum over all images gives; series of samples, and
- * a restart that goes on with them; too few nodes. And contacts.csv. */
+ * a restart that goes on with them; too few nodes; pictures. And contacts.csv. */
+#include <dirent.h>
 #include <hdf5.h>
 #include <omp.h>
 #include <unistd.h>
 
 #include "app/output/output.h"
+#include "app/output/pictures/probe_plot.h"
 #include "tests/unit/oracle.h"
 #include "tests/unit/scenario.h"
 
@@ -13,7 +15,7 @@ static char directory[] = "probes_XXXXXX";
 
 static const char *in(const char *name) {
   static char path[128];
-  snprintf(path, sizeof path, "%s/%s", directory, name);
+  snprintf(path, sizeof path, "%s/%.100s", directory, name);
   return path;
 }
 
@@ -109,6 +111,99 @@ static void check_linear(const char *storage) {
 }
 
 /* --- images --- */
+
+static int rows_of(const char *name, double row[][8], int most, int columns) {
+  char line[400];
+  int n = 0;
+  FILE *f = fopen(in(name), "r");
+  CHECK(f != NULL);
+  while (f != NULL && n < most && fgets(line, sizeof line, f) != NULL) {
+    char *at = line, *end;
+    if (line[0] == '#' || line[0] == '\n') continue;
+    for (int k = 0; k < columns; ++k, at = end) {
+      row[n][k] = strtod(at, &end);
+      CHECK(end > at);
+    }
+    CHECK(*at == '\n'); /* nothing else */
+    ++n;
+  }
+  if (f != NULL) fclose(f);
+  return n;
+}
+
+/* A series with an error, a line at two times beside the exact solution, planes of pixels. */
+static void check_curves(const struct kith_scene *scene) {
+  static double row[256][8];
+  const struct kith_probe *line = &scene->probe[1];
+  const double center[3] = {0.5, 0.5, 0.5}, slope = NDIM == 1 ? 0.9 : 0.9 * sqrt(NDIM);
+  CHECK(rows_of("probe_center.dat", row, 256, 3) == 2);
+  for (int k = 0; k < 2; ++k) {
+    CHECK_CLOSE(row[k][0], 0.25 * k, 1e-9);
+    CHECK_CLOSE(row[k][1], linear(1, center) - 1, 1e-8);
+    CHECK(row[k][2] == 0);
+  }
+  const int n = line->points[0];
+  CHECK(rows_of("probe_line.dat", row, 256, 5) == 2 * n);
+  for (int i = 0; i < 2 * n; ++i) {
+    const double part = i % n / (n - 1.0);
+    double x[3] = {0};
+    for (int a = 0; a < NDIM; ++a) x[a] = line->at[a] + 0.9 * part;
+    CHECK_CLOSE(row[i][0], slope * part + (NDIM == 1 ? 0.01 : 0), 1e-8);
+    CHECK_CLOSE(row[i][1], linear(0, x), 1e-8);
+    CHECK_CLOSE(row[i][2], linear(3, x), 1e-8);
+    CHECK(row[i][3] == 1 && row[i][4] == 0);
+  }
+}
+
+static void check_pixels(const char *name, const struct kith_probe *probe, double height) {
+  float value[400] = {0};
+  const int n[2] = {probe->points[0], probe->points[1]};
+  FILE *f = fopen(in(name), "rb");
+  CHECK(f != NULL && fread(value, sizeof *value, 400, f) == (size_t)(n[0] * n[1]));
+  if (f != NULL) fclose(f);
+  for (int j = 0; j < n[1]; ++j)
+    for (int i = 0; i < n[0]; ++i) {
+      const double x[3] = {i / (n[0] - 1.0), j / (n[1] - 1.0), height};
+      CHECK_CLOSE(value[j * n[0] + i], linear(0, x), 1e-6);
+    }
+}
+
+static void clear_pictures(void) {
+  DIR *all = opendir(directory);
+  for (const struct dirent *entry; (entry = readdir(all)) != NULL;)
+    if (strncmp(entry->d_name, "probe_", 6) == 0) unlink(in(entry->d_name));
+  closedir(all);
+}
+
+static void check_pictures(void) {
+  struct scenario s;
+  struct kith_probes *probes;
+  void *exact = NULL;
+  if (scenario_open(&s, box, "%s",
+                    "exact.name=uniform probes.0.plot=pressure-error probes.1.plot=[density,velocity_x] "
+                    "probes.2.plot=false probes.3.plot=true")) {
+    CHECK_OK(scenario_start(&s));
+    make_linear(&s);
+    CHECK_OK(kith_exact_create(&exact, s.scene->exact.ops, s.scene->exact.settings));
+    CHECK_OK(kith_probes_create(&probes, s.simulation, directory, false));
+    CHECK_OK(kith_probes_sample(probes, true));
+    s.simulation->integrator.time = 0.25, s.simulation->integrator.step = 1;
+    CHECK_OK(kith_probes_sample(probes, true));
+    CHECK_OK(kith_probes_publish(probes));
+    CHECK_OK(kith_probes_draw(s.scene, exact, directory));
+    check_curves(s.scene);
+    CHECK(access(in("probe_slice.gp"), F_OK) != 0); /* none is wanted */
+    CHECK(access(in("probe_grid.gp"), F_OK) == 0);
+    if (NDIM > 1) check_pixels("probe_grid_1.bin", &s.scene->probe[3], 0.5);
+    CHECK_OK(kith_probes_destroy(&probes));
+    clear_pictures();
+    kith_free(&exact);
+    unlink(in("probes.h5"));
+    CHECK_STATUS(KITH_BAD_FILE, kith_probes_draw(s.scene, NULL, directory));
+    CHECK(strstr(kith_failure(), "probes.h5: cannot read center/time") != NULL);
+  }
+  scenario_close(&s);
+}
 
 /* Solves by elimination with pivots: not as the probes do. */
 static void eliminate(double m[NDIM + 1][NDIM + 2]) {
@@ -316,6 +411,7 @@ int main(void) {
   CHECK(mkdtemp(directory) != NULL);
   check_linear("csr");
   check_linear("compressed");
+  check_pictures();
   check_images();
   check_series();
   check_sparse();

@@ -326,6 +326,11 @@ static const struct wrong meanings[] = {
     {11, "probes: [{name: a, at: [0, 0, 0]}, {name: a, at: [0, 0, 0]}]",
      "f:11: probes.1.name: there are two probes 'a'"},
     {11, "probes: [{name: a/b, at: [0, 0, 0]}]", "f:11: probes.0.name: 'a/b' cannot name a group"},
+    {11, "probes: [{name: a, at: [0, 0, 0], plot: [density-error]}]",
+     "f:11: probes.0.plot: an error, and the scene has no exact solution"},
+    {11, "probes: [{name: a, at: [0, 0, 0], plot: no}]",
+     "f:11: probes.0.plot: unknown field; known are density, velocity, pressure, energy, velocity-x, "
+     "velocity-y, velocity-z, each with -error too"},
     {11, "probes: [{name: a, at: [0, 0, 0], along: [1, 0, 0], spacing: 1e-9}]",
      "f:11: probes.0: more than 10000000 points"},
     {11, "neighbor: {storage: crs}", "f:11: neighbor.storage: 'crs' is not one of csr; did you mean 'csr'?"},

@@ -1,26 +1,22 @@
 /* plot.c - what a picture shows, its data files, and the script of its panels. */
-#include "app/output/plot.h"
+#include "app/output/pictures/plot.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include "app/output/figure.h"
-#include "app/output/map.h"
+#include "app/output/pictures/field.h"
+#include "app/output/pictures/figure.h"
+#include "app/output/pictures/map.h"
 #include "lib/comm/ranks.h"
 #include "lib/core/vec.h"
 
 enum { MOST_NODES = 20000, CURVE = 2000, BINS = 60 };
 
-struct range {
-  double lower, upper;
-};
-#define NO_RANGE ((struct range){INFINITY, -INFINITY})
-
 /* What of a node is shown where. */
 struct panel {
   enum kith_picture_field field;
   bool error, map;
-  struct range nodes, exact; /* of a curve: values in the range of places */
+  struct kith_range nodes, exact; /* of a curve: values in the range of places */
 };
 
 struct picture {
@@ -28,7 +24,7 @@ struct picture {
   char prefix[48];      /* of the data files */
   const double *center; /* NULL: curves over x */
   double middle[NDIM];
-  struct range place;
+  struct kith_range place;
   bool tube; /* the nodes fill a box that is long in x alone */
   int n, columns;
   struct panel panel[KITH_PICTURE_PANELS];
@@ -41,15 +37,9 @@ struct picture {
 };
 
 /* Of all ranks. */
-static void join(const struct picture *f, struct range *r) {
+static void join(const struct picture *f, struct kith_range *r) {
   kith_ranks_min(f->plot->nodes.ranks, &r->lower, 1);
   kith_ranks_max(f->plot->nodes.ranks, &r->upper, 1);
-}
-
-static void include(struct range *r, double value) {
-  if (!isfinite(value)) return;
-  r->lower = KITH_MIN(r->lower, value);
-  r->upper = KITH_MAX(r->upper, value);
 }
 
 /* ---- values ---- */
@@ -60,23 +50,19 @@ static struct kith_exact_state node_state(const struct kith_plot *p, kith_index 
   return s;
 }
 
+static struct kith_picture_axes axes_of(const struct picture *f, const struct panel *panel) {
+  return (struct kith_picture_axes){f->plot->exact, f->center, panel->map && f->center == NULL};
+}
+
 static double field_of(const struct picture *f, const struct panel *panel, const double *x,
                        const struct kith_exact_state *s) {
-  const bool speed = panel->map && f->center == NULL;
-  switch (panel->field) {
-    case KITH_PICTURE_DENSITY:
-      return s->density;
-    case KITH_PICTURE_PRESSURE:
-      return s->pressure;
-    case KITH_PICTURE_ENERGY:
-      return s->energy;
-    case KITH_PICTURE_VELOCITY:
-      return speed ? kith_norm(s->velocity) : kith_exact_speed(f->plot->exact, f->center, x, s->velocity);
-    default: {
-      const int axis = (int)panel->field - KITH_PICTURE_VELOCITY_X;
-      return axis < NDIM ? s->velocity[axis] : 0;
-    }
-  }
+  const struct kith_picture_axes axes = axes_of(f, panel);
+  return kith_picture_value(&axes, panel->field, x, s);
+}
+
+static const char *field_label(const struct picture *f, const struct panel *panel) {
+  const struct kith_picture_axes axes = axes_of(f, panel);
+  return kith_picture_label(&axes, panel->field);
 }
 
 static double value_of(const struct picture *f, const struct panel *panel, kith_index i) {
@@ -103,7 +89,7 @@ static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
 
 static void add_panel(struct picture *f, enum kith_picture_field field, bool error, bool map) {
   if (f->n == KITH_PICTURE_PANELS || (error && f->plot->exact == NULL)) return;
-  f->panel[f->n++] = (struct panel){field, error, map, NO_RANGE, NO_RANGE};
+  f->panel[f->n++] = (struct panel){field, error, map, KITH_NO_RANGE, KITH_NO_RANGE};
 }
 
 /* Does the exact solution vary across x, so that no curve over x shows it? By 200 nodes of each rank. */
@@ -131,14 +117,14 @@ static void choose_panels(struct picture *f) {
   const struct kith_picture *wanted = f->plot->picture;
   const struct kith_exact_ops *exact = f->plot->exact;
   const bool chosen = wanted->kind != KITH_PICTURE_AUTO,
-             plane = !chosen && wanted->n_fields == 0 && varies_across(f),
+             plane = !chosen && wanted->fields.n == 0 && varies_across(f),
              maps = NDIM > 1 && (chosen ? wanted->kind >= KITH_PICTURE_MAP : exact == NULL && !f->tube),
-             both = NDIM > 1 && !chosen && f->center != NULL && wanted->n_fields == 0;
-  for (int k = 0; k < wanted->n_fields; ++k)
-    add_panel(f, wanted->panel[k].field, wanted->panel[k].error, maps);
+             both = NDIM > 1 && !chosen && f->center != NULL && wanted->fields.n == 0;
+  for (int k = 0; k < wanted->fields.n; ++k)
+    add_panel(f, wanted->fields.panel[k].field, wanted->fields.panel[k].error, maps);
   for (int k = 0; k < 4 && plane; ++k)
     add_panel(f, k < 2 ? KITH_PICTURE_DENSITY : KITH_PICTURE_PRESSURE, k % 2 == 1, true);
-  for (int k = 0; k < 4 && wanted->n_fields == 0 && !plane && !(maps && k > 0); ++k) {
+  for (int k = 0; k < 4 && wanted->fields.n == 0 && !plane && !(maps && k > 0); ++k) {
     add_panel(f, usual[k], false, maps);
     if (both && k % 2 == 1)
       add_panel(f, exact->vortex ? KITH_PICTURE_VELOCITY : KITH_PICTURE_DENSITY, k > 1, true);
@@ -148,12 +134,13 @@ static void choose_panels(struct picture *f) {
 
 static void choose_places(struct picture *f) {
   const struct kith_plot *p = f->plot;
-  struct range box[NDIM];
+  struct kith_range box[NDIM];
   double wide = 0;
-  f->place = NO_RANGE;
+  f->place = KITH_NO_RANGE;
   for (int a = 0; a < NDIM; ++a) {
-    box[a] = NO_RANGE;
-    for (kith_index i = 0; i < p->nodes.n; ++i) include(&box[a], p->nodes.position[(size_t)i * NDIM + a]);
+    box[a] = KITH_NO_RANGE;
+    for (kith_index i = 0; i < p->nodes.n; ++i)
+      kith_range_include(&box[a], p->nodes.position[(size_t)i * NDIM + a]);
     join(f, &box[a]);
     f->middle[a] = 0.5 * (box[a].lower + box[a].upper);
     wide = KITH_MAX(wide, a > 0 ? box[a].upper - box[a].lower : 0);
@@ -162,11 +149,11 @@ static void choose_places(struct picture *f) {
   if (p->exact != NULL) f->center = kith_exact_center(p->exact, p->solution);
   if (p->picture->kind == KITH_PICTURE_RADIAL && f->center == NULL) f->center = f->middle;
   if (p->picture->kind == KITH_PICTURE_PROFILE) f->center = NULL;
-  for (kith_index i = 0; i < p->nodes.n; ++i) include(&f->place, place_of(f, i));
+  for (kith_index i = 0; i < p->nodes.n; ++i) kith_range_include(&f->place, place_of(f, i));
   join(f, &f->place);
   if (!(f->place.lower < f->place.upper)) { /* no node, or all at one place */
     const double middle = isfinite(f->place.lower) ? f->place.lower : 0;
-    f->place = (struct range){middle - 0.5, middle + 0.5};
+    f->place = (struct kith_range){middle - 0.5, middle + 0.5};
   }
   if (f->center != NULL) {
     const double shock =
@@ -292,7 +279,7 @@ static kith_status write_nodes(struct picture *f, const char *directory) {
     for (int j = 0; j < f->n; ++j) {
       if (f->panel[j].map) continue;
       fprintf(file->stream, " %.8g", row[1 + j]);
-      if (row[0] <= f->place.upper) include(&f->panel[j].nodes, row[1 + j]);
+      if (row[0] <= f->place.upper) kith_range_include(&f->panel[j].nodes, row[1 + j]);
     }
     fputc('\n', file->stream);
   }
@@ -333,7 +320,7 @@ static kith_status write_curve(struct picture *f, const char *directory) {
       if (f->panel[j].map) continue;
       const double value = f->panel[j].error ? 0 : field_of(f, &f->panel[j], x, &state);
       fprintf(file->stream, " %.8g", value);
-      include(&f->panel[j].exact, value);
+      kith_range_include(&f->panel[j].exact, value);
     }
     fputc('\n', file->stream);
   }
@@ -341,28 +328,6 @@ static kith_status write_curve(struct picture *f, const char *directory) {
 }
 
 /* ---- panels ---- */
-
-static const char *field_label(const struct picture *f, const struct panel *panel) {
-  static const char *const label[] = {
-#define X(name, word, label) label,
-      KITH_PICTURE_FIELDS(X)
-#undef X
-  };
-  const bool vortex = f->plot->exact != NULL && f->plot->exact->vortex;
-  if (panel->field != KITH_PICTURE_VELOCITY) return label[panel->field];
-  if (f->center != NULL) return vortex ? "azimuthal velocity" : "radial velocity";
-  return panel->map ? "speed" : label[panel->field];
-}
-
-/* Five or so: steps of 1, 2 or 5. */
-static double tics(struct range r) {
-  const double step = (r.upper - r.lower) / 5, power = pow(10, floor(log10(step)));
-  return step > 0 ? power * (step < 1.5 * power   ? 1
-                             : step < 3.5 * power ? 2
-                             : step < 7.5 * power ? 5
-                                                  : 10)
-                  : 1;
-}
 
 static void put_title(char title[96], const struct picture *f, const struct panel *panel) {
   const struct kith_norms *l = f->plot->norms;
@@ -374,18 +339,17 @@ static void put_title(char title[96], const struct picture *f, const struct pane
 
 /* Nodes and the exact curve, with some room. Where the curve has no bound, as the energy in the center of a
  * blast, it ends three spans (on a logarithmic axis a decade) beyond the nodes. */
-static struct range widest(const struct panel *panel, bool logarithmic) {
-  struct range n = panel->nodes, all = n;
-  if (!(n.lower <= n.upper)) return (struct range){0, 1};
-  include(&all, panel->exact.lower), include(&all, panel->exact.upper);
+static struct kith_range widest(const struct panel *panel, bool logarithmic) {
+  struct kith_range n = panel->nodes, all = n;
+  if (!(n.lower <= n.upper)) return (struct kith_range){0, 1};
+  kith_range_include(&all, panel->exact.lower), kith_range_include(&all, panel->exact.upper);
   if (logarithmic)
-    return (struct range){KITH_MAX(all.lower, 0.1 * n.lower) / 1.5, KITH_MIN(all.upper, 10 * n.upper) * 1.5};
+    return (struct kith_range){KITH_MAX(all.lower, 0.1 * n.lower) / 1.5,
+                               KITH_MIN(all.upper, 10 * n.upper) * 1.5};
   const double size = KITH_MAX(fabs(n.lower), fabs(n.upper)), span = n.upper - n.lower;
   const double most = span > 1e-10 * size ? 3 * span : KITH_MAX(size, 1);
-  n = (struct range){KITH_MAX(all.lower, n.lower - most), KITH_MIN(all.upper, n.upper + most)};
-  const double flat = KITH_MAX(0.1 * size, 1e-12),
-               room = n.upper - n.lower > 1e-10 * size ? 0.06 * (n.upper - n.lower) : flat;
-  return (struct range){n.lower - room, n.upper + room};
+  n = (struct kith_range){KITH_MAX(all.lower, n.lower - most), KITH_MIN(all.upper, n.upper + most)};
+  return kith_range_with_room(n);
 }
 
 /* How gnuplot draws them. */
@@ -399,7 +363,7 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
   const bool logarithmic = panel->field == KITH_PICTURE_ENERGY && panel->nodes.lower > 0 &&
                            panel->nodes.upper > 1e4 * panel->nodes.lower,
              vortex = p->exact != NULL && p->exact->vortex;
-  const struct range y = widest(panel, logarithmic);
+  const struct kith_range y = widest(panel, logarithmic);
   const char *size = f->total > 4000 ? "0.2" : NDIM > 1 ? "0.35" : "0.5";
   char title[96], label[80];
   put_title(title, f, panel);
@@ -414,71 +378,41 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
           "%sset logscale y\nset xtics %g\nset ytics autofreq\n"
           "set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
           "plot NaN, '%sprofile.dat' using 1:%d with points pt 7 ps %s lc rgb '%s'",
-          logarithmic ? "" : "un", tics(f->place), f->place.lower, f->place.upper, y.lower, y.upper,
-          f->prefix, column, size, NODES);
+          logarithmic ? "" : "un", kith_range_tics(f->place), f->place.lower, f->place.upper, y.lower,
+          y.upper, f->prefix, column, size, NODES);
   if (p->exact != NULL)
     fprintf(g->file->stream, ", \\\n  '%sexact.dat' using 1:%d with " EXACT, f->prefix, column);
   if (NDIM > 1) fprintf(g->file->stream, ", \\\n  '%smean.dat' using 1:%d with " MEANS, f->prefix, column);
   fputc('\n', g->file->stream);
 }
 
-static kith_status write_pixels(const struct picture *f, int k, const char *directory, const char *name,
-                                struct range *shown) {
-  const size_t n = (size_t)f->plane.pixels[0] * (size_t)f->plane.pixels[1];
-  char path[KITH_PATH + 80];
-  struct kith_atomic_file *file;
-  snprintf(path, sizeof path, "%.*s/%s", KITH_PATH, directory, name);
-  KITH_TRY(kith_atomic_file_open(&file, path));
-  for (size_t p = 0; p < n; ++p) include(shown, f->pixels[k][p]);
-  fwrite(f->pixels[k], sizeof *f->pixels[k], n, file->stream); /* a short write fails at commit */
-  return kith_atomic_file_commit(&file, false);
-}
-
-/* Errors and components from blue through white to red; else a palette whose lightness grows. */
-static kith_status draw_map(struct kith_figure *g, const struct picture *f, int k, const char *directory) {
-  static const char rising[] =
-      "0 '#440154', 1 '#472d7b', 2 '#3b528b', 3 '#2c728e', 4 '#21918c', 5 '#28ae80', "
-      "6 '#5ec962', 7 '#addc30', 8 '#fde725'",
-                    signs[] = "0 '#2166ac', 1 '#67a9cf', 2 '#f7f7f7', 3 '#ef8a62', 4 '#b2182b'";
+static kith_status draw_map(struct kith_figure *g, const struct picture *f, int k) {
   const struct panel *panel = &f->panel[k];
   const struct kith_picture *wanted = f->plot->picture;
-  const bool signed_values = panel->error || panel->field >= KITH_PICTURE_VELOCITY_X;
-  struct range colors = NO_RANGE;
-  char name[64], title[96], labels[2][32];
-  const struct kith_map map = f->plane;
-  struct range side[2];
-  for (int a = 0; a < 2; ++a)
-    side[a] = (struct range){map.lower[a], map.lower[a] + map.pixels[a] * map.size[a]};
-  snprintf(name, sizeof name, "%smap_%d.bin", f->prefix, k + 1);
-  KITH_TRY(write_pixels(f, k, directory, name, &colors));
-  if (signed_values)
-    colors.upper = KITH_MAX(fabs(colors.lower), fabs(colors.upper)), colors.lower = -colors.upper;
-  if (k == 0 && isfinite(wanted->range[0])) colors = (struct range){wanted->range[0], wanted->range[1]};
-  if (!(colors.upper - colors.lower > 1e-12 * fabs(colors.upper))) colors.upper = colors.lower + 1;
-  if (!isfinite(colors.lower)) colors = (struct range){0, 1};
+  const struct kith_map *map = &f->plane;
+  const bool chosen = k == 0 && isfinite(wanted->range[0]);
+  char file[64], title[96], labels[2][32];
+  snprintf(file, sizeof file, "%smap_%d.bin", f->prefix, k + 1);
   put_title(title, f, panel);
-  if (NDIM == 3 && map.normal >= 0)
-    snprintf(title + strlen(title), sizeof title - strlen(title), " at %c = %.3g", "xyz"[map.normal], map.at);
-  if (NDIM == 3 && map.normal < 0)
+  if (NDIM == 3 && map->normal >= 0)
+    snprintf(title + strlen(title), sizeof title - strlen(title), " at %c = %.3g", "xyz"[map->normal],
+             map -> at);
+  if (NDIM == 3 && map->normal < 0)
     snprintf(title + strlen(title), sizeof title - strlen(title), ", mean along %c",
-             "xyz"[3 - map.across[0] - map.across[1]]);
+             "xyz"[3 - map->across[0] - map->across[1]]);
   strncat(title, " (code units)", sizeof title - strlen(title) - 1);
-  const double longest = KITH_MAX(side[0].upper - side[0].lower, side[1].upper - side[1].lower);
-  const bool flat = side[1].upper - side[1].lower < 0.35 * longest;
-  const double step = tics((struct range){0, longest}),
-               color_step = tics((struct range){0, (flat ? 1.6 : 1) * (colors.upper - colors.lower)});
-  for (int a = 0; a < 2; ++a) snprintf(labels[a], sizeof labels[a], "%c (code units)", "xyz"[map.across[a]]);
-  kith_figure_panel(g, title, labels[0], labels[1], false);
-  fprintf(
-      g->file->stream,
-      "unset logscale\nset size ratio -1\nset palette defined (%s)\nset cbtics %g\n"
-      "set cbrange [%.9g:%.9g]\nset xtics %g\nset ytics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
-      "plot '%s' binary array=(%d,%d) format='%%float' dx=%.9g dy=%.9g origin=(%.9g,%.9g) with image\n"
-      "set size noratio\n",
-      signed_values ? signs : rising, color_step, colors.lower, colors.upper, step, step, side[0].lower,
-      side[0].upper, side[1].lower, side[1].upper, name, map.pixels[0], map.pixels[1], map.size[0],
-      map.size[1], side[0].lower + 0.5 * map.size[0], side[1].lower + 0.5 * map.size[1]);
-  return KITH_OK;
+  for (int a = 0; a < 2; ++a) snprintf(labels[a], sizeof labels[a], "%c (code units)", "xyz"[map->across[a]]);
+  const struct kith_figure_map drawn = {
+      .file = file,
+      .title = title,
+      .labels = {labels[0], labels[1]},
+      .pixels = {map->pixels[0], map->pixels[1]},
+      .lower = {map->lower[0], map->lower[1]},
+      .size = {map->size[0], map->size[1]},
+      .value = f->pixels[k],
+      .has_sign = panel->error || panel->field >= KITH_PICTURE_VELOCITY_X,
+      .colors = {chosen ? wanted->range[0] : NAN, chosen ? wanted->range[1] : NAN}};
+  return kith_figure_map(g, &drawn);
 }
 
 /* A lone map as its plane is. */
@@ -521,7 +455,7 @@ static kith_status draw(struct picture *f, const char *directory) {
   figure.png_only = plot->frame != NULL;
   for (int k = 0, column = 1; k < f->n && status == KITH_OK; ++k) {
     if (f->panel[k].map)
-      status = draw_map(&figure, f, k, directory);
+      status = draw_map(&figure, f, k);
     else
       draw_curve(&figure, f, &f->panel[k], ++column);
   }

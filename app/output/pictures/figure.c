@@ -1,7 +1,6 @@
 /* figure.c - writes a script for gnuplot and has it drawn. */
-#include "app/output/figure.h"
+#include "app/output/pictures/figure.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,6 +102,72 @@ void kith_figure_legend(struct kith_figure *g, const char *entries) {
           "unset tics\nunset grid\nunset border\nunset logscale\nset xrange [0:1]\nset yrange [0:1]\n"
           "set key center center horizontal samplen 2.5 font 'Sans,11'\nplot %s\n",
           (double)g->layout.legend / height_of(&g->layout), entries);
+}
+
+void kith_range_include(struct kith_range *r, double value) {
+  if (!isfinite(value)) return;
+  r->lower = KITH_MIN(r->lower, value);
+  r->upper = KITH_MAX(r->upper, value);
+}
+
+struct kith_range kith_range_with_room(struct kith_range r) {
+  const double size = KITH_MAX(fabs(r.lower), fabs(r.upper)), flat = KITH_MAX(0.1 * size, 1e-12),
+               room = r.upper - r.lower > 1e-10 * size ? 0.06 * (r.upper - r.lower) : flat;
+  return (struct kith_range){r.lower - room, r.upper + room};
+}
+
+double kith_range_tics(struct kith_range r) {
+  const double step = (r.upper - r.lower) / 5, power = pow(10, floor(log10(step)));
+  return step > 0 ? power * (step < 1.5 * power   ? 1
+                             : step < 3.5 * power ? 2
+                             : step < 7.5 * power ? 5
+                                                  : 10)
+                  : 1;
+}
+
+static kith_status write_pixels(const struct kith_figure *g, const struct kith_figure_map *map) {
+  char path[KITH_PATH + 80];
+  struct kith_atomic_file *file;
+  snprintf(path, sizeof path, "%s/%s", g->directory, map->file);
+  KITH_TRY(kith_atomic_file_open(&file, path));
+  fwrite(map->value, sizeof *map->value, (size_t)map->pixels[0] * (size_t)map->pixels[1],
+         file->stream); /* a short write fails at commit */
+  return kith_atomic_file_commit(&file, false);
+}
+
+static struct kith_range colors_of(const struct kith_figure_map *map) {
+  struct kith_range colors = KITH_NO_RANGE;
+  if (isfinite(map->colors.lower)) colors = map->colors;
+  for (size_t p = 0; !isfinite(map->colors.lower) && p < (size_t)map->pixels[0] * (size_t)map->pixels[1]; ++p)
+    kith_range_include(&colors, map->value[p]);
+  if (map->has_sign && !isfinite(map->colors.lower))
+    colors.upper = KITH_MAX(fabs(colors.lower), fabs(colors.upper)), colors.lower = -colors.upper;
+  if (!(colors.upper - colors.lower > 1e-12 * fabs(colors.upper))) colors.upper = colors.lower + 1;
+  return isfinite(colors.lower) ? colors : (struct kith_range){0, 1};
+}
+
+kith_status kith_figure_map(struct kith_figure *g, const struct kith_figure_map *map) {
+  static const char rising[] =
+      "0 '#440154', 1 '#472d7b', 2 '#3b528b', 3 '#2c728e', 4 '#21918c', 5 '#28ae80', "
+      "6 '#5ec962', 7 '#addc30', 8 '#fde725'",
+                    signs[] = "0 '#2166ac', 1 '#67a9cf', 2 '#f7f7f7', 3 '#ef8a62', 4 '#b2182b'";
+  const struct kith_range colors = colors_of(map);
+  const double *lower = map->lower, *size = map->size, wide = map->pixels[0] * size[0],
+               high = map->pixels[1] * size[1], longest = KITH_MAX(wide, high),
+               step = kith_range_tics((struct kith_range){0, longest}),
+               span = (high < 0.35 * longest ? 1.6 : 1) * (colors.upper - colors.lower);
+  KITH_TRY(write_pixels(g, map));
+  kith_figure_panel(g, map->title, map->labels[0], map->labels[1], false);
+  fprintf(
+      g->file->stream,
+      "unset logscale\nset size ratio -1\nset palette defined (%s)\nset cbtics %g\n"
+      "set cbrange [%.9g:%.9g]\nset xtics %g\nset ytics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
+      "plot '%s' binary array=(%d,%d) format='%%float' dx=%.9g dy=%.9g origin=(%.9g,%.9g) with image\n"
+      "set size noratio\n",
+      map->has_sign ? signs : rising, kith_range_tics((struct kith_range){0, span}), colors.lower,
+      colors.upper, step, step, lower[0], lower[0] + wide, lower[1], lower[1] + high, map->file,
+      map->pixels[0], map->pixels[1], size[0], size[1], lower[0] + 0.5 * size[0], lower[1] + 0.5 * size[1]);
+  return KITH_OK;
 }
 
 kith_status kith_figure_close(struct kith_figure *g) {

@@ -11,8 +11,8 @@
  *   NAME.gp      from which gnuplot makes NAME.png and NAME.pdf; it can be changed and run again there
  *
  * What goes wrong with gnuplot is a warning on stderr. */
-#ifndef KITH_APP_OUTPUT_PLOT_H
-#define KITH_APP_OUTPUT_PLOT_H
+#ifndef KITH_APP_OUTPUT_PICTURES_PLOT_H
+#define KITH_APP_OUTPUT_PICTURES_PLOT_H
 
 #include "app/scene/picture.h"
 #include "validation/norms.h"

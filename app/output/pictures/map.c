@@ -1,5 +1,5 @@
 /* map.c - every node adds to the pixels around it. */
-#include "app/output/map.h"
+#include "app/output/pictures/map.h"
 
 #include "lib/comm/ranks.h"
 

@@ -5,9 +5,10 @@
  *   for each panel: kith_figure_panel, then for each curve kith_figure_series and its points, then
  *     kith_figure_draw;
  *   kith_figure_close(&f); */
-#ifndef KITH_APP_OUTPUT_FIGURE_H
-#define KITH_APP_OUTPUT_FIGURE_H
+#ifndef KITH_APP_OUTPUT_PICTURES_FIGURE_H
+#define KITH_APP_OUTPUT_PICTURES_FIGURE_H
 
+#include <math.h>
 #include "app/cli/process.h"
 #include "lib/io/atomic_file.h"
 
@@ -18,7 +19,7 @@ struct kith_figure_layout {
 
 struct kith_figure {
   struct kith_figure_layout layout;
-  char directory[KITH_PATH], name[32];
+  char directory[KITH_PATH], name[48];
   struct kith_atomic_file *file;
   bool png_only; /* no pdf: of one of many */
   int n_panels;  /* so far */
@@ -33,6 +34,28 @@ struct kith_figure {
   size_t legend_size;
 };
 
+struct kith_range {
+  double lower, upper;
+};
+#define KITH_NO_RANGE ((struct kith_range){INFINITY, -INFINITY})
+
+/* Values on the pixels of a rectangle, in colors. */
+struct kith_figure_map {
+  const char *file; /* which the pixels are written to, in the figure's directory */
+  const char *title, *labels[2];
+  int pixels[2];
+  double lower[2], size[2]; /* of the rectangle; of a pixel */
+  const float *value;       /* [pixels[1]][pixels[0]]; NaN: none */
+  bool has_sign;            /* colors from blue through white to red; else their lightness grows */
+  struct kith_range colors; /* NaN: of the values */
+};
+
+void kith_range_include(struct kith_range *range, double value); /* if it is finite */
+/* With room for a curve that keeps off the border, and more than round-off. */
+struct kith_range kith_range_with_room(struct kith_range range);
+/* Between tics: five or so in the range, steps of 1, 2 or 5. */
+double kith_range_tics(struct kith_range range);
+
 kith_status kith_figure_open(struct kith_figure *figure, const char *directory, const char *name,
                              const char *title, const struct kith_figure_layout *layout);
 /* y is logarithmic. */
@@ -46,6 +69,8 @@ __attribute__((format(printf, 3, 4))) void kith_figure_series(struct kith_figure
 void kith_figure_point(struct kith_figure *figure, double x, double y);
 /* The panel, with a dashed line across it at y = level. */
 void kith_figure_draw(struct kith_figure *figure, double level);
+/* The panel of a map; writes its pixels. BAD_FILE. */
+kith_status kith_figure_map(struct kith_figure *figure, const struct kith_figure_map *map);
 /* For panels whose plot commands the caller writes: the legend below them, as what `plot` takes. */
 void kith_figure_legend(struct kith_figure *figure, const char *entries);
 /* Writes the script and runs gnuplot. A figure is no reason to lose a study: what goes wrong with gnuplot is

@@ -4,8 +4,8 @@
  *
  * V = mass / density, r from the middle of the pixel, in the plane; in a slice of a 3-D scene in space. It is
  * no sum of SPH: a value is not smoothed over more than the nodes beside it. */
-#ifndef KITH_APP_OUTPUT_MAP_H
-#define KITH_APP_OUTPUT_MAP_H
+#ifndef KITH_APP_OUTPUT_PICTURES_MAP_H
+#define KITH_APP_OUTPUT_PICTURES_MAP_H
 
 #include "validation/norms.h"
 
