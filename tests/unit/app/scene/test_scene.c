@@ -276,9 +276,11 @@ static void reads_pictures(void) {
       "    range: [1, 2], frames: true}\n");
   if (s == NULL) return;
   const struct kith_picture *p = &s->output.picture;
-  CHECK(s->output.plot && p->kind == KITH_PICTURE_SLICE && p->frames && p->n_fields == 3);
-  CHECK(p->panel[0].field == KITH_PICTURE_PRESSURE && p->panel[1].field == KITH_PICTURE_VELOCITY_Y);
-  CHECK(p->panel[2].field == KITH_PICTURE_DENSITY && p->panel[2].error && !p->panel[1].error);
+  CHECK(s->output.plot && p->kind == KITH_PICTURE_SLICE && p->frames && p->fields.n == 3);
+  CHECK(p->fields.panel[0].field == KITH_PICTURE_PRESSURE &&
+        p->fields.panel[1].field == KITH_PICTURE_VELOCITY_Y);
+  CHECK(p->fields.panel[2].field == KITH_PICTURE_DENSITY && p->fields.panel[2].error &&
+        !p->fields.panel[1].error);
   CHECK(p->plane[1] == 0.25 && isnan(p->plane[0]) && isnan(p->plane[2]) && p->range[1] == 2);
   kith_scene_destroy(&s);
 }
