@@ -146,27 +146,20 @@ static kith_status clocked(kith_status status, double start, kith_index n, doubl
 }
 
 static kith_status time_rows(struct kith_search *search, struct sums *sums, double *neighbors, double *ns) {
-  struct kith_nodes *nodes = (struct kith_nodes *)(uintptr_t)search->nodes;
-  struct kith_excluder self = {.ops = &kith_excluder_self};
-  const struct kith_list_spec spec = {.targets = {.nodes = nodes, .search = search},
-                                      .sources = {.nodes = nodes, .search = search},
-                                      .cutoff = KITH_CUTOFF_gather_scatter,
-                                      .radius = nodes->search_radius->spec.name,
-                                      .excluders = &self,
-                                      .storage = kith_storage_csr.name,
-                                      .rebuild = kith_rebuild_always.name};
+  struct kith_excluder self;
+  const struct kith_list_spec spec = kith_list_spec_among(search->nodes, search, &self, NULL);
+  const kith_index n = search->nodes->n_internal;
   struct kith_list *list = NULL;
   enum kith_rebuild_reason why;
   kith_status status = kith_list_create(&list, &spec);
   for (int repeat = 0; repeat < 3 && status == KITH_OK; ++repeat) {
     double start = cpu_seconds();
-    status = clocked(kith_list_update(list, &why), start, nodes->n_internal, &ns[ROWS]);
+    status = clocked(kith_list_update(list, &why), start, n, &ns[ROWS]);
     start = cpu_seconds();
     if (status == KITH_OK)
-      status =
-          clocked(kith_list_visit_all(list, add_row, sums, NULL, 0), start, nodes->n_internal, &ns[PASS]);
+      status = clocked(kith_list_visit_all(list, add_row, sums, NULL, 0), start, n, &ns[PASS]);
   }
-  if (status == KITH_OK) *neighbors = (double)list->stored.entries / nodes->n_internal;
+  if (status == KITH_OK) *neighbors = (double)list->stored.entries / n;
   kith_list_destroy(&list);
   return status;
 }

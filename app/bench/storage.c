@@ -82,13 +82,9 @@ static kith_status bench(struct kith_simulation *m, struct kith_search *search, 
   KITH_TRY(kith_nodes_field(m->nodes, &spec_of_radius, &radius));
   KITH_TRY(kith_resize(&pass->sum, 0, (size_t)m->nodes->n_internal, sizeof(double)));
   search->radius = radius;
-  struct kith_excluder self = {.ops = &kith_excluder_self};
-  const struct kith_list_spec spec = {.targets = {.nodes = m->nodes, .search = search},
-                                      .sources = {.nodes = m->nodes, .search = search},
-                                      .cutoff = KITH_CUTOFF_gather_scatter,
-                                      .radius = spec_of_radius.name,
-                                      .excluders = &self,
-                                      .rebuild = kith_rebuild_always.name};
+  struct kith_excluder self;
+  struct kith_list_spec spec = kith_list_spec_among(m->nodes, search, &self, NULL);
+  spec.radius = spec_of_radius.name;
   printf("\n  storage of lists  %8s %10s %8s %12s %11s %9s %9s %11s %10s\n", "ragged", "neighbors", "longest",
          "bytes/entry", "bytes/node", "build ns", "pass ns", "build/csr", "pass/csr");
   for (int size = -1; size <= 1; ++size)

@@ -1,4 +1,4 @@
-/* build.c - rows of neighbors from a search; scratch memory and excluders of all builders.
+/* build.c - rows of neighbors from a search.
  *
  * Targets that are close together (a group) share their candidates: those are cut down to the box of the
  * group, sorted by node once, and packed; then each row follows from one streamed distance test in ascending
@@ -13,6 +13,7 @@
 #include <math.h>
 #include <omp.h>
 #include <string.h>
+#include "lib/connectivity/build/fill.h"
 
 /* Fewer targets: a smaller box and fewer tests each; more: candidates are packed less often. The time is flat
  * between 16 and 48. */
@@ -28,17 +29,6 @@ struct group {
   double radius, radius2;
 };
 
-/* As in the rows of packages: every node of a group is a target, and its row is its number. */
-static inline bool all_targets(const struct kith_build *build) {
-  return build->row == NULL && !build->selected;
-}
-static inline kith_index row_of(const struct kith_build *build, kith_index i) {
-  return build->row != NULL ? build->row[i] : i;
-}
-static inline bool is_target(const struct kith_build *build, kith_index i) {
-  return row_of(build, i) >= 0 && (!build->selected || kith_node_active(build->nodes, i));
-}
-
 /* How far from the box the neighbors of its targets may lie, where their own radii do not say. */
 static double reach(const struct kith_build *build, double radius) {
   if (build->cutoff == KITH_CUTOFF_number) return build->number;
@@ -49,14 +39,14 @@ static struct group group_of(const struct kith_build *build, kith_index first, k
   const struct kith_search *search = build->targets->search;
   const double *restrict own = search->radius->f64, *restrict own2 = search->radius2, *c[NDIM];
   const kith_index *restrict node = search->node;
-  const bool all = all_targets(build);
+  const bool all = kith_build_all_targets(build);
   for (int a = 0; a < NDIM; ++a) c[a] = search->coordinate[a];
   struct kith_box box = kith_box_empty();
   double radius = 0, radius2 = 0;
   kith_index targets = 0;
   for (kith_index slot = first; slot < first + count; ++slot) {
     double x[NDIM];
-    if (!all && !is_target(build, node[slot])) continue;
+    if (!all && !kith_build_is_target(build, node[slot])) continue;
     for (int a = 0; a < NDIM; ++a) x[a] = c[a][slot];
     kith_box_include(&box, x);
     ++targets;
@@ -89,45 +79,6 @@ static bool join(struct group *a, const struct group *b) {
 }
 
 /* --- candidates of a group --- */
-
-static bool ascending(const uint64_t *key, size_t n) {
-  for (size_t k = 1; k < n; ++k)
-    if (key[k] < key[k - 1]) return false;
-  return true;
-}
-
-static size_t ascent(const uint64_t *key, size_t from, size_t n) {
-  size_t k = from + 1;
-  while (k < n && key[k] > key[k - 1]) ++k;
-  return KITH_MIN(k, n);
-}
-
-static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, const uint64_t *b_end,
-                  uint64_t *out) {
-  while (a < a_end && b < b_end) {
-    const bool first = *a < *b;
-    *out++ = first ? *a : *b;
-    a += first, b += !first;
-  }
-  if (a < a_end) memcpy(out, a, (size_t)(a_end - a) * sizeof *out);
-  if (b < b_end) memcpy(out, b, (size_t)(b_end - b) * sizeof *out);
-}
-
-/* Natural merge sort: slots nearly follow the nodes, so there are few ascending sequences. Returns the array
- * that holds the sorted keys. */
-static uint64_t *sort_keys(uint64_t *key, uint64_t *spare, size_t n) {
-  while (!ascending(key, n)) {
-    for (size_t from = 0; from < n;) {
-      const size_t middle = ascent(key, from, n);
-      const size_t to = middle < n ? ascent(key, middle, n) : n;
-      merge(key + from, key + middle, key + middle, key + to, spare + from);
-      from = to;
-    }
-    uint64_t *swap = key;
-    key = spare, spare = swap;
-  }
-  return key;
-}
 
 /* Keys of the slots within range of the box, internal nodes and ghosts apart, n[0] and n[1] of them: each of
  * the two is nearly ascending. key: arrays for all candidates; the spare one holds the slots first. */
@@ -171,9 +122,10 @@ static void pack(struct kith_packed *near, const struct kith_search *search, con
   }
 }
 
-/* Candidates that are image s: those from `from` on. */
+/* Candidates that are image s: those from `from` on. What nothing accepts behind them is node 0. */
 static void shift_packed(struct kith_packed *near, const struct kith_build *build, int s, int from) {
-  for (int p = from; p < near->n; ++p) near->shift[p] = (uint16_t)s;
+  for (int p = from; p < 64 * near->words; ++p) near->shift[p] = (uint16_t)s;
+  for (int p = near->n; p < 64 * near->words; ++p) near->node[p] = 0;
   for (int a = 0; a < NDIM && kith_build_moves_source(build, s); ++a)
     for (int p = from; p < near->n; ++p) near->coordinate[a][p] += kith_build_shift(build, s, a);
 }
@@ -198,9 +150,10 @@ static kith_status add_candidates(struct kith_worker *worker, const struct kith_
   KITH_TRY(search->ops->coarse(search, &group->box, group->radius, modes[build->cutoff], &worker->runs));
   KITH_TRY(collect(worker, build, group, key, n));
   KITH_TRY(kith_packed_reserve(near, (size_t)from + n[0] + n[1]));
-  /* Sorted keys may end in the spare array, so each part is packed before the next is sorted. */
+  /* Slots nearly follow the nodes. Sorted keys may end in the spare array: each part is packed before the
+   * next is sorted. */
   for (int part = 0; part < 2; ++part)
-    pack(near, search, build->unsorted ? key[part] : sort_keys(key[part], key[2], n[part]),
+    pack(near, search, build->unsorted ? key[part] : kith_keys_sort(key[part], key[2], n[part]),
          from + (part == 0 ? 0 : (int)n[0]), (int)n[part], targets, self);
   kith_packed_close(near, from + (int)(n[0] + n[1]));
   if (modes[build->cutoff] == KITH_GATHER) /* radii of sources do not count */
@@ -255,16 +208,6 @@ static kith_status exclude(struct kith_worker *worker, const struct kith_build *
   return KITH_OK;
 }
 
-/* One record: number of candidates; slots of the targets; the candidates, two in a word; their shifts, if
- * there are any; the bits, target by target. */
-enum { HEAD = 2 };
-static inline size_t words_of_nodes(size_t n) {
-  return (n + 1) / 2;
-}
-static inline size_t words_of_shifts(const struct kith_build *build, size_t n) {
-  return build->shifts != NULL ? (n + 3) / 4 : 0;
-}
-
 /* Grows to what the whole chunk will need if the rest is like its first `done` of `all` groups. */
 static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done, int all) {
   const size_t need = chunk->n + more;
@@ -316,8 +259,8 @@ static int box_hits(const struct kith_packed *near, const struct kith_build *bui
 }
 
 /* The candidates that are neighbors of the target i in this slot, seen from x. */
-static int hits_from(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
-                     const double *x, uint64_t *hit) {
+KITH_INLINE int hits_from(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
+                          const double *x, uint64_t *hit) {
   const struct kith_search *search = build->targets->search;
   if (build->cutoff == KITH_CUTOFF_boxes) return box_hits(near, build, search->node[slot], x, hit);
   const double radius2 = build->cutoff == KITH_CUTOFF_number    ? build->number * build->number
@@ -327,12 +270,10 @@ static int hits_from(const struct kith_packed *near, const struct kith_build *bu
 }
 
 /* Words of one shift together. */
-static int hits_of(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
-                   uint64_t *hit) {
-  double x[NDIM], seen_from[NDIM];
+static int hits_of_images(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
+                          const double *x, uint64_t *hit) {
+  double seen_from[NDIM];
   int count = 0;
-  for (int a = 0; a < NDIM; ++a) x[a] = build->targets->search->coordinate[a][slot];
-  if (build->shifts == NULL) return hits_from(near, build, slot, x, hit);
   for (int w = 0, end; w < near->words; w = end) {
     const uint16_t s = near->shift[64 * w];
     for (end = w + 1; end < near->words && near->shift[64 * end] == s;) ++end;
@@ -344,13 +285,21 @@ static int hits_of(const struct kith_packed *near, const struct kith_build *buil
   return count;
 }
 
+static int hits_of(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
+                   uint64_t *hit) {
+  double x[NDIM];
+  for (int a = 0; a < NDIM; ++a) x[a] = build->targets->search->coordinate[a][slot];
+  return build->shifts != NULL ? hits_of_images(near, build, slot, x, hit)
+                               : hits_from(near, build, slot, x, hit);
+}
+
 static kith_status test_targets(struct kith_worker *worker, const struct kith_build *build,
                                 struct kith_run targets, const int *self, size_t *length, uint64_t *hit) {
   const kith_index *node = build->targets->search->node;
-  const bool all = all_targets(build);
+  const bool all = kith_build_all_targets(build);
   for (kith_index m = 0; m < targets.count; ++m) {
     const kith_index slot = targets.first + m, i = node[slot];
-    if (!all && !is_target(build, i)) continue;
+    if (!all && !kith_build_is_target(build, i)) continue;
     int count = hits_of(&worker->near, build, slot, hit);
     if (self[m] >= 0 && !build->self) {
       uint64_t *word = &hit[self[m] / 64];
@@ -360,7 +309,7 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
     }
     if (build->excluders != NULL) KITH_TRY(exclude(worker, build, i, hit, &count));
     if (build->selected) count_idle(worker, hit, length);
-    length[all ? i : row_of(build, i)] = (size_t)count;
+    length[all ? i : kith_build_row(build, i)] = (size_t)count;
     hit += worker->near.words;
     worker->candidates += (size_t)worker->near.n;
   }
@@ -374,15 +323,16 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   int self[GROUP_SLOTS];
   KITH_TRY(candidates(worker, build, group, self));
   if (build->selected) KITH_TRY(mark_idle(worker, build->nodes));
-  const size_t n = (size_t)worker->near.n, head = HEAD + words_of_nodes(n) + words_of_shifts(build, n),
+  const size_t n = (size_t)worker->near.n,
+               head = KITH_RECORD_HEAD + kith_record_nodes(n) + kith_record_shifts(build, n),
                words = head + (size_t)worker->near.words * (size_t)group->targets;
   KITH_TRY(reserve_chunk(chunk, words, done, all));
   uint64_t *record = chunk->word + chunk->n;
   record[0] = n;
   record[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
-  if (n > 0) memcpy(record + HEAD, worker->near.node, n * sizeof(kith_index));
+  if (n > 0) memcpy(record + KITH_RECORD_HEAD, worker->near.node, n * sizeof(kith_index));
   if (n > 0 && build->shifts != NULL)
-    memcpy(record + HEAD + words_of_nodes(n), worker->near.shift, n * sizeof(uint16_t));
+    memcpy(record + KITH_RECORD_HEAD + kith_record_nodes(n), worker->near.shift, n * sizeof(uint16_t));
   chunk->n += words;
   return test_targets(worker, build, group->run, self, length, record + head);
 }
@@ -430,82 +380,6 @@ static kith_status test_chunks(const struct kith_build *build, size_t *lengths) 
                    kith_status_text((kith_status)status));
 }
 
-/* --- pass 2 --- */
-
-/* Shifts of the row that begins at entry e. Its nodes ascend in the part of each shift; mostly there is one,
- * as in the first and the last word. */
-static void fill_shifts(const struct kith_rows *rows, const struct kith_build *build, size_t e,
-                        const uint16_t *shift, int words, const uint64_t *hit) {
-  size_t n = 0;
-  for (int w = 0; w < words; ++w) n += (size_t)__builtin_popcountll(hit[w]);
-  if (words > 0 && shift[0] == shift[64 * (words - 1)]) {
-    for (size_t k = e; k < e + n; ++k) rows->shift[k] = shift[0];
-    return;
-  }
-  kith_packed_extract_shifts(shift, words, hit, rows->shift + e);
-  if (build->unsorted) return;
-  uint64_t *key = build->scratch->worker[omp_get_thread_num()].key;
-  for (size_t k = 0; k < n; ++k) key[k] = (uint64_t)rows->node[e + k] << 16 | rows->shift[e + k];
-  key = sort_keys(key, key + n, n);
-  for (size_t k = 0; k < n; ++k) {
-    rows->node[e + k] = (kith_index)(key[k] >> 16);
-    rows->shift[e + k] = (uint16_t)(key[k] & 0xffff);
-  }
-}
-
-static void fill_chunk(struct kith_rows *rows, const struct kith_build *build,
-                       const struct kith_words *chunk) {
-  const kith_index *of_slot = build->targets->search->node;
-  const bool all = all_targets(build);
-  const uint64_t *record = chunk->word;
-  while (record < chunk->word + chunk->n) {
-    const int n = (int)record[0], words = (n + 63) / 64;
-    const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
-    const kith_index *node = (const kith_index *)(record + HEAD);
-    const uint16_t *shift = (const uint16_t *)(record + HEAD + words_of_nodes((size_t)n));
-    record += HEAD + words_of_nodes((size_t)n) + words_of_shifts(build, (size_t)n);
-    for (kith_index slot = first; slot < first + count; ++slot) {
-      const kith_index i = of_slot[slot];
-      if (!all && !is_target(build, i)) continue;
-      const size_t e = rows->first[all ? i : row_of(build, i)];
-      kith_packed_extract(node, words, record, rows->node + e);
-      if (rows->shift != NULL) fill_shifts(rows, build, e, shift, words, record);
-      record += words;
-    }
-  }
-}
-
-/* Rows of idle nodes from those of the active ones. Threads come in any order: rows are nearly sorted. */
-static kith_status transpose(struct kith_rows *rows, const struct kith_build *build) {
-  const struct kith_nodes *nodes = build->nodes;
-  struct kith_builder *scratch = build->scratch;
-  const kith_index n = nodes->n_internal;
-  KITH_TRY(kith_reserve(&scratch->filled, &scratch->filled_capacity, (size_t)n, sizeof *scratch->filled));
-  kith_index *filled = scratch->filled;
-  if (n > 0) memset(filled, 0, (size_t)n * sizeof *filled);
-#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < rows->n; ++i) {
-    if (!kith_node_active(nodes, i)) continue;
-    for (size_t e = rows->first[i]; e < rows->first[i + 1] && rows->node[e] < n; ++e) {
-      const kith_index j = rows->node[e];
-      kith_index at;
-      if (kith_node_active(nodes, j)) continue;
-#pragma omp atomic capture
-      at = filled[j]++;
-      rows->node[rows->first[j] + (size_t)at] = i;
-      if (rows->shift != NULL)
-        rows->shift[rows->first[j] + (size_t)at] = (uint16_t)(2 * rows->zero - rows->shift[e]);
-    }
-  }
-#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < n; ++i)
-    if (filled[i] > 1)
-      kith_entries_sort(rows->node + rows->first[i],
-                        rows->shift != NULL ? rows->shift + rows->first[i] : NULL, (size_t)filled[i]);
-  rows->n = n;
-  return KITH_OK;
-}
-
 kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, size_t *candidates) {
   struct kith_builder *scratch = build->scratch;
   const bool ghosts = build->targets->ghosts || build->selected;
@@ -523,62 +397,6 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
     KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity,
                           2 * kith_rows_longest(rows), sizeof *scratch->worker[t].key));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
-  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) fill_chunk(rows, build, &scratch->chunk[c]);
-  return build->selected ? transpose(rows, build) : KITH_OK;
-}
-
-/* --- scratch --- */
-
-kith_status kith_builder_reserve(struct kith_builder *scratch) {
-  const int threads = omp_get_max_threads();
-  if (threads <= scratch->threads) return KITH_OK;
-  KITH_TRY(kith_resize(&scratch->worker, (size_t)scratch->threads, (size_t)threads, sizeof *scratch->worker));
-  scratch->threads = threads;
-  return KITH_OK;
-}
-
-void kith_builder_clear(struct kith_builder *scratch) {
-  for (int t = 0; t < scratch->threads; ++t) {
-    struct kith_worker *w = &scratch->worker[t];
-    kith_runs_clear(&w->runs);
-    kith_packed_clear(&w->near);
-    void *const owned[] = {&w->key, &w->hit, &w->idle, &w->bitmap, &w->touched};
-    for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
-  }
-  kith_free(&scratch->worker);
-  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&scratch->chunk[k].word);
-  kith_rows_clear(&scratch->spans);
-  kith_free(&scratch->bits);
-  kith_free(&scratch->filled);
-  *scratch = (struct kith_builder){0};
-}
-
-size_t kith_builder_bytes(const struct kith_builder *scratch) {
-  size_t bytes = kith_rows_bytes(&scratch->spans), words = scratch->bits_capacity;
-  for (int t = 0; t < scratch->threads; ++t) {
-    const struct kith_worker *w = &scratch->worker[t];
-    bytes += sizeof *w + (size_t)w->runs.capacity * sizeof(struct kith_run) +
-             (size_t)w->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double));
-    words += w->key_capacity + w->hit_capacity + w->idle_capacity + w->bitmap_capacity + w->touched_capacity;
-  }
-  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) words += scratch->chunk[k].capacity;
-  return bytes + scratch->filled_capacity * sizeof *scratch->filled + words * sizeof(uint64_t);
-}
-
-int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i, int from,
-                       const struct kith_packed *near, uint64_t *hit) {
-  struct kith_candidate candidate = {build->targets, build->sources, .i = i, .target = row_of(build, i),
-                                     .shift = build->sources->nodes->shifts.zero};
-  int count = 0;
-  for (int w = 0; w < near->words; ++w) {
-    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) {
-      const int k = __builtin_ctzll(bits);
-      candidate.j = near->node[64 * w + k];
-      if (build->shifts != NULL) candidate.shift = build->shifts->zero + near->shift[64 * w + k] - from;
-      candidate.source = build->column != NULL ? build->column[candidate.j] : candidate.j;
-      if (kith_excluder_rejects(build->excluders, phase, &candidate)) hit[w] &= ~(UINT64_C(1) << k);
-    }
-    count += __builtin_popcountll(hit[w]);
-  }
-  return count;
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) kith_chunk_fill(rows, build, &scratch->chunk[c]);
+  return build->selected ? kith_rows_of_idle(rows, build) : KITH_OK;
 }

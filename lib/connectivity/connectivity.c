@@ -118,15 +118,9 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
                                     struct kith_excluder *excluders, struct kith_profile *profile) {
   struct kith_connectivity *c = connectivity;
   need = completed(need);
-  struct kith_excluder self = {.ops = &kith_excluder_self, .next = excluders};
-  const struct kith_list_spec spec = {
-      .targets = {.nodes = nodes, .search = search, .ghosts = need.ghost_rows || need.overlap},
-      .sources = {.nodes = nodes, .search = search},
-      .cutoff = KITH_CUTOFF_gather_scatter,
-      .radius = nodes->search_radius->spec.name,
-      .excluders = &self,
-      .storage = kith_storage_csr.name,
-      .rebuild = kith_rebuild_always.name};
+  struct kith_excluder self;
+  struct kith_list_spec spec = kith_list_spec_among(nodes, search, &self, excluders);
+  spec.targets.ghosts = need.ghost_rows || need.overlap;
   struct kith_build build;
   if (nodes->stretched != NULL && (need.overlap || need.intersection))
     KITH_FAIL(UNSUPPORTED, "overlap and intersection of supports that are ellipsoids");

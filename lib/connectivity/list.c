@@ -6,6 +6,18 @@
 
 /* --- specifications --- */
 
+struct kith_list_spec kith_list_spec_among(const struct kith_nodes *nodes, struct kith_search *search,
+                                           struct kith_excluder *self, struct kith_excluder *others) {
+  *self = (struct kith_excluder){.ops = &kith_excluder_self, .next = others};
+  return (struct kith_list_spec){.targets = {.nodes = nodes, .search = search},
+                                 .sources = {.nodes = nodes, .search = search},
+                                 .cutoff = KITH_CUTOFF_gather_scatter,
+                                 .radius = nodes->search_radius->spec.name,
+                                 .excluders = self,
+                                 .storage = kith_storage_csr.name,
+                                 .rebuild = kith_rebuild_always.name};
+}
+
 static kith_status check_selection(const struct kith_selection *selection, const char *who) {
   if (selection->nodes == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no %s are given", who);
   if (selection->search == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: the %s have no search", who);

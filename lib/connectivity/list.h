@@ -31,6 +31,10 @@ struct kith_list_spec {
   kith_index expected; /* entries of a row: memory that is reserved beforehand; 0: none */
 };
 
+/* Nodes among each other, within the search radius of either, in csr, always rebuilt. `self`, which leaves
+ * out the node itself, becomes the head of the chain; `others`: the rest of it, or NULL. */
+struct kith_list_spec kith_list_spec_among(const struct kith_nodes *nodes, struct kith_search *search,
+                                           struct kith_excluder *self, struct kith_excluder *others);
 /* BAD_INPUT, by name, for what is missing or contradictory. */
 kith_status kith_list_spec_check(const struct kith_list_spec *spec);
 /* What builders of rows need, from a specification; its excluders are set up. */

@@ -38,6 +38,44 @@ void kith_entries_sort(kith_index *node, uint16_t *shift, size_t n) {
   }
 }
 
+static bool ascending(const uint64_t *key, size_t n) {
+  for (size_t k = 1; k < n; ++k)
+    if (key[k] < key[k - 1]) return false;
+  return true;
+}
+
+static size_t ascent(const uint64_t *key, size_t from, size_t n) {
+  size_t k = from + 1;
+  while (k < n && key[k] > key[k - 1]) ++k;
+  return KITH_MIN(k, n);
+}
+
+static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, const uint64_t *b_end,
+                  uint64_t *out) {
+  while (a < a_end && b < b_end) {
+    const bool first = *a < *b;
+    *out++ = first ? *a : *b;
+    a += first, b += !first;
+  }
+  if (a < a_end) memcpy(out, a, (size_t)(a_end - a) * sizeof *out);
+  if (b < b_end) memcpy(out, b, (size_t)(b_end - b) * sizeof *out);
+}
+
+/* Natural merge sort. */
+uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n) {
+  while (!ascending(key, n)) {
+    for (size_t from = 0; from < n;) {
+      const size_t middle = ascent(key, from, n);
+      const size_t to = middle < n ? ascent(key, middle, n) : n;
+      merge(key + from, key + middle, key + middle, key + to, spare + from);
+      from = to;
+    }
+    uint64_t *swap = key;
+    key = spare, spare = swap;
+  }
+  return key;
+}
+
 void kith_rows_clear(struct kith_rows *rows) {
   kith_free(&rows->shifts);
   kith_free(&rows->first);

@@ -62,6 +62,8 @@ static inline bool kith_rows_hold(const struct kith_rows *rows, kith_index i, ki
 }
 /* Sorts entries in place, of which most are in order. shift: NULL or of the entries. */
 void kith_entries_sort(kith_index *node, uint16_t *shift, size_t n);
+/* Sorts keys that are few ascending sequences; returns the one of the two arrays that holds them then. */
+uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n);
 
 /* Entries of n rows in columns, one value of each for each entry. */
 struct kith_column {

@@ -1,30 +1,9 @@
-/* Who is sent where: bounds of cells, candidates, send lists; remote ghosts and their values. */
+/* halo.c - messages between neighbors: bounds of cells, send lists, remote ghosts and their values. */
 #include "lib/domain/halo.h"
 
 #include <math.h>
-#include <omp.h>
 #include <string.h>
-
-enum { GROUP_SIZE = 64 }; /* candidates tested together */
-
-/* Of the nodes of a cell, as neighbors are told: the box around them, their largest search radius. */
-struct bounds {
-  double search_radius; /* < 0: it has no nodes */
-  struct kith_box box;
-};
-
-static const struct bounds nowhere = {.search_radius = -1};
-
-/* What may be sent: all nodes and images but frozen ones, in groups of consecutive nodes, which are tested
- * together before their nodes are. */
-struct candidates {
-  kith_index n;  /* nodes and ghosts */
-  uint8_t *mark; /* [n] 1: not to be sent; during find_near, 2: sent */
-  int groups;
-  uint8_t *hit; /* [groups] does it hold one that is sent? */
-  struct bounds *group, all;
-  const double *period; /* [NDIM] of axes whose images are shifts, else 0 */
-};
+#include "lib/domain/near.h"
 
 struct peer {
   int rank;
@@ -37,7 +16,7 @@ struct kith_halo {
   struct kith_decomposition *decomposition; /* borrowed */
   /* By the shell: bounds of cells that go to neighbors and come from them; ghosts of each list for each rank,
    * and of each. */
-  struct bounds *bounds_out, *bounds_in;
+  struct kith_bounds *bounds_out, *bounds_in;
   int64_t *count_out, *count_in; /* [ranks][lists], one block */
   size_t count_capacity;
   int n_peers;
@@ -175,176 +154,6 @@ bool kith_halo_pending(const struct kith_halo *halo) {
   return halo != NULL && halo->pending;
 }
 
-/* ---- bounds ---- */
-
-static inline void include(struct bounds *to, const struct bounds *from) {
-  if (!(from->search_radius >= 0)) return;
-  if (!(to->search_radius >= 0)) to->box = kith_box_empty();
-  for (int a = 0; a < NDIM; ++a) {
-    to->box.lower[a] = KITH_MIN(to->box.lower[a], from->box.lower[a]);
-    to->box.upper[a] = KITH_MAX(to->box.upper[a], from->box.upper[a]);
-  }
-  to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
-}
-
-static inline struct bounds bounds_of(const struct kith_nodes *nodes, kith_index i) {
-  struct bounds node = {.search_radius = nodes->search_radius->f64[i]};
-  for (int a = 0; a < NDIM; ++a)
-    node.box.lower[a] = node.box.upper[a] = nodes->position->f64[(size_t)i * NDIM + (size_t)a];
-  return node;
-}
-
-static inline void include_node(struct bounds *to, const struct kith_nodes *nodes, kith_index i) {
-  const struct bounds node = bounds_of(nodes, i);
-  include(to, &node);
-}
-
-/* Cell c has the internal nodes with home[i] == c, c = 0 .. n - 1. *bounds: [n], owned by the caller. Each
- * thread has bounds of its own; a box and a maximum do not depend on the order of what they include. */
-static kith_status find_bounds(const struct kith_nodes *nodes, const int64_t *home, size_t n,
-                               struct bounds **bounds) {
-  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
-  const size_t all = n * (size_t)threads;
-  struct bounds *cell = NULL;
-  KITH_TRY(kith_resize(&cell, 0, all, sizeof *cell));
-  for (size_t c = 0; c < all; ++c) cell[c] = nowhere;
-#pragma omp parallel num_threads(threads)
-  {
-    struct bounds *mine = cell + n * (size_t)omp_get_thread_num();
-#pragma omp for schedule(static)
-    for (kith_index i = 0; i < nodes->n_internal; ++i) include_node(&mine[home[i]], nodes, i);
-#pragma omp for schedule(static)
-    for (size_t c = 0; c < n; ++c)
-      for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
-  }
-  *bounds = cell;
-  return KITH_OK;
-}
-
-/* Square of the distance between boxes, or images of them along axes with a period (0: none). */
-static inline double box_distance2(const double period[NDIM], const struct kith_box *a,
-                                   const struct kith_box *b) {
-  double s = 0;
-  for (int k = 0; k < NDIM; ++k) {
-    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
-    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
-    if (period[k] > 0) gap = KITH_MIN(gap, KITH_MAX(period[k] + KITH_MIN(up, down), 0.0));
-    s += gap * gap;
-  }
-  return s;
-}
-
-/* d^2 <= (factor r)^2, no tighter than rounding could make it. */
-static inline bool is_within(double d2, double factor, double r) {
-  return d2 <= factor * factor * r * r * (1 + 1e-14);
-}
-
-/* Is a node, or may one of a group be, near the cell? */
-static inline bool is_near(const struct candidates *c, const struct bounds *group, const struct bounds *cell,
-                           double factor) {
-  return group->search_radius >= 0 && is_within(box_distance2(c->period, &group->box, &cell->box), factor,
-                                                KITH_MAX(group->search_radius, cell->search_radius));
-}
-
-/* The largest search radius of `own` and of all cells that come within the larger search radius of both, as
- * images too on periodic axes. */
-static double widest(const struct bounds *own, const struct kith_cells *cells, const struct bounds *all,
-                     size_t n) {
-  double search_radius = own->search_radius, period[NDIM];
-  for (int a = 0; a < NDIM; ++a) period[a] = cells->periodic[a] ? cells->upper[a] - cells->lower[a] : 0;
-  for (size_t k = 0; k < n; ++k)
-    if (all[k].search_radius > search_radius &&
-        is_within(box_distance2(period, &own->box, &all[k].box), 1, all[k].search_radius))
-      search_radius = all[k].search_radius;
-  return search_radius;
-}
-
-/* ---- who is sent where ---- */
-
-static void mark_frozen(const struct kith_nodes *nodes, uint8_t *frozen) {
-  for (int b = 0; b < nodes->n_blocks; ++b) {
-    const struct kith_ghost_block *block = &nodes->blocks[b];
-#pragma omp parallel for schedule(static) if (block->count > 10000)
-    for (kith_index k = 0; k < block->count; ++k)
-      frozen[block->first + k] = block->control == NULL || frozen[block->control[k]];
-  }
-}
-
-static kith_status gather_candidates(struct candidates *c, const struct kith_nodes *nodes) {
-  c->n = kith_nodes_count(nodes);
-  c->groups = (c->n + GROUP_SIZE - 1) / GROUP_SIZE;
-  c->all = nowhere;
-  c->period = nodes->shifts.length;
-  KITH_TRY(kith_resize(&c->hit, 0, (size_t)c->groups, 1));
-  KITH_TRY(kith_resize(&c->mark, 0, (size_t)c->n, 1));
-  KITH_TRY(kith_resize(&c->group, 0, (size_t)c->groups, sizeof *c->group));
-  mark_frozen(nodes, c->mark);
-#pragma omp parallel for schedule(static) if (c->groups > 64)
-  for (int g = 0; g < c->groups; ++g) {
-    c->group[g] = nowhere;
-    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i)
-      if (!c->mark[i]) include_node(&c->group[g], nodes, i);
-  }
-  for (int g = 0; g < c->groups; ++g) include(&c->all, &c->group[g]);
-  return KITH_OK;
-}
-
-static void mark_group(const struct candidates *c, const struct kith_nodes *nodes, int g,
-                       const struct bounds *cell, int n, double factor) {
-  c->hit[g] = 0;
-  for (int k = 0; k < n; ++k) {
-    if (!is_near(c, &c->group[g], &cell[k], factor)) continue;
-    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
-      if (c->mark[i] != 0) continue;
-      const struct bounds node = bounds_of(nodes, i);
-      if (is_near(c, &node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
-    }
-  }
-}
-
-/* Counts the marked ones of each list (send NULL), or stores them: next[list] is where the next one goes. */
-static void sweep(const struct candidates *c, const struct kith_nodes *nodes, int64_t *next,
-                  kith_index *send) {
-  for (int g = 0; g < c->groups; ++g)
-    for (kith_index i = g * GROUP_SIZE; c->hit[g] && i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
-      if (c->mark[i] != 2) continue;
-      const int64_t at = next[nodes->list->u8[i]]++;
-      if (send == NULL) continue;
-      send[at] = i;
-      c->mark[i] = 0;
-    }
-}
-
-/* The marked ones, list by list; the marks go. */
-static kith_status collect(struct candidates *c, const struct kith_nodes *nodes, kith_index **send,
-                           kith_index *n_send, int64_t *count) {
-  int64_t next[KITH_MAX_LISTS], total = 0;
-  sweep(c, nodes, count, NULL);
-  for (int l = 0; l < nodes->n_lists; ++l) next[l] = total, total += count[l];
-  KITH_TRY(kith_resize(send, 0, (size_t)total, sizeof **send));
-  sweep(c, nodes, next, *send);
-  *n_send = (kith_index)total;
-  return KITH_OK;
-}
-
-/* Those that are near any of cell[0 .. n - 1], by list and index: *send [*n_send], owned by the caller;
- * count[list] is raised by how many there are. `cell` is reordered: cells that are far from all candidates
- * are skipped, and groups that are far from all cells. */
-static kith_status find_near(struct candidates *c, const struct kith_nodes *nodes, struct bounds *cell,
-                             size_t n, double factor, kith_index **send, kith_index *n_send, int64_t *count) {
-  int near = 0;
-  struct bounds whole = nowhere;
-  for (size_t k = 0; k < n; ++k)
-    if (cell[k].search_radius >= 0 && is_near(c, &c->all, &cell[k], factor))
-      include(&whole, &cell[k]), cell[near++] = cell[k];
-  *n_send = 0;
-  if (near == 0) return KITH_OK;
-#pragma omp parallel for schedule(dynamic, 16) if (c->groups > 64)
-  for (int g = 0; g < c->groups; ++g)
-    mark_group(c, nodes, g, cell, is_near(c, &c->group[g], &whole, factor) ? near : 0, factor);
-  return collect(c, nodes, send, n_send, count);
-}
-
 /* ---- neighbors ---- */
 
 kith_status kith_halo_surround(struct kith_halo *halo, double reach) {
@@ -363,12 +172,12 @@ kith_status kith_halo_surround(struct kith_halo *halo, double reach) {
 
 /* Tells neighbors the bounds of the own cells that are their ghost cells, and learns those of the ghost cells
  * of this rank. own [own cells]; NULL: no nodes that need any others. */
-static void exchange_bounds(struct kith_halo *halo, const struct bounds *own) {
+static void exchange_bounds(struct kith_halo *halo, const struct kith_bounds *own) {
   const struct kith_decomposition *d = halo->decomposition;
   const struct kith_shell *shell = &d->shell;
-  const size_t size = sizeof(struct bounds);
+  const size_t size = sizeof(struct kith_bounds);
   for (int64_t k = 0; k < shell->send_first[shell->n_neighbors]; ++k)
-    halo->bounds_out[k] = own != NULL ? own[d->place[shell->send[k]]] : nowhere;
+    halo->bounds_out[k] = own != NULL ? own[d->place[shell->send[k]]] : kith_nowhere;
   for (int k = 0; k < shell->n_neighbors; ++k) {
     const int64_t send = shell->send_first[k], receive = shell->receive_first[k];
     halo->out[k] = (struct kith_message){shell->neighbor[k], halo->bounds_out + send,
@@ -395,26 +204,26 @@ static void exchange_counts(struct kith_halo *halo, int n_lists) {
 }
 
 static kith_status own_bounds(const struct kith_halo *halo, const struct kith_nodes *nodes,
-                              struct bounds **own) {
+                              struct kith_bounds **own) {
   *own = NULL;
-  return find_bounds(nodes, halo->decomposition->home->i64, (size_t)halo->decomposition->n_own, own);
+  return kith_bounds_find(nodes, halo->decomposition->home->i64, (size_t)halo->decomposition->n_own, own);
 }
 
 /* ---- ghosts ---- */
 
 /* The nodes and images that each neighbor gets, and how many of each list. */
 static kith_status make_send_lists(struct kith_halo *halo, const struct kith_nodes *nodes, double factor,
-                                   struct candidates *candidates) {
+                                   struct kith_candidates *candidates) {
   const struct kith_shell *shell = &halo->decomposition->shell;
   const size_t lists = (size_t)nodes->n_lists;
   clear_counts(halo, nodes->n_lists);
-  KITH_TRY(gather_candidates(candidates, nodes));
+  KITH_TRY(kith_candidates_gather(candidates, nodes));
   for (int k = 0; k < shell->n_neighbors; ++k) {
     struct peer *peer = &halo->peer[halo->n_peers++];
     *peer = (struct peer){.rank = shell->neighbor[k]};
-    KITH_TRY(find_near(candidates, nodes, halo->bounds_in + shell->receive_first[k],
-                       (size_t)(shell->receive_first[k + 1] - shell->receive_first[k]), factor, &peer->send,
-                       &peer->n_send, halo->count_out + (size_t)peer->rank * lists));
+    KITH_TRY(kith_candidates_near(candidates, nodes, halo->bounds_in + shell->receive_first[k],
+                                  (size_t)(shell->receive_first[k + 1] - shell->receive_first[k]), factor,
+                                  &peer->send, &peer->n_send, halo->count_out + (size_t)peer->rank * lists));
   }
   return KITH_OK;
 }
@@ -450,8 +259,8 @@ void kith_halo_abstain(struct kith_halo *halo, const struct kith_nodes *nodes) {
 kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
                                  double factor) {
   struct kith_field *fields[KITH_MAX_FIELDS];
-  struct candidates candidates = {0};
-  struct bounds *own;
+  struct kith_candidates candidates = {0};
+  struct kith_bounds *own;
   if (halo == NULL) return KITH_OK;
   forget_peers(halo);
   kith_ranks_must(halo->ranks, own_bounds(halo, nodes, &own));
@@ -462,14 +271,12 @@ kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *node
   start_values(halo, fields, kith_nodes_ghost_fields(nodes, fields));
   kith_halo_finish_exchange(halo);
   kith_free(&own);
-  kith_free(&candidates.mark);
-  kith_free(&candidates.group);
-  kith_free(&candidates.hit);
+  kith_candidates_clear(&candidates);
   return KITH_OK;
 }
 
 void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes) {
-  struct bounds *own, *wide = NULL;
+  struct kith_bounds *own, *wide = NULL;
   if (halo == NULL) return;
   const struct kith_decomposition *d = halo->decomposition;
   const size_t n_own = (size_t)d->n_own;
@@ -482,8 +289,9 @@ void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes) {
     for (size_t c = 0; c < n_own; ++c) {
       wide[c] = own[c];
       if (!(own[c].search_radius >= 0)) continue;
-      wide[c].search_radius = fmax(widest(&own[c], &d->cells, own, n_own),
-                                   widest(&own[c], &d->cells, halo->bounds_in, (size_t)d->shell.n_ghosts));
+      wide[c].search_radius =
+          fmax(kith_bounds_widest(&own[c], &d->cells, own, n_own),
+               kith_bounds_widest(&own[c], &d->cells, halo->bounds_in, (size_t)d->shell.n_ghosts));
     }
 #pragma omp for schedule(static)
     for (kith_index i = 0; i < nodes->n_internal; ++i)

@@ -2,7 +2,7 @@
  *
  * The inner loops are written so that the compiler vectorizes them: first one word per node, then the bits
  * are gathered; a single loop that shifts under a condition stays scalar with gcc 12. */
-#include "lib/connectivity/packed.h"
+#include "lib/connectivity/build/packed.h"
 
 #ifdef __x86_64__
 #include <immintrin.h>
@@ -37,7 +37,6 @@ void kith_packed_close(struct kith_packed *packed, int n) {
   for (int p = n; p < 64 * packed->words; ++p) {
     for (int a = 0; a < NDIM; ++a) packed->coordinate[a][p] = NAN;
     packed->radius2[p] = 0;
-    packed->node[p] = 0, packed->shift[p] = 0;
   }
 }
 

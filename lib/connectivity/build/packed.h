@@ -4,8 +4,8 @@
  * compared by <=. The sources here are compiled without contraction to fused multiply-add (CMakeLists.txt),
  * so d2(i, j) = d2(j, i) bitwise, on every instruction set, and a lattice whose spacing equals the search
  * radius is decided the same way everywhere. */
-#ifndef KITH_CONNECTIVITY_PACKED_H
-#define KITH_CONNECTIVITY_PACKED_H
+#ifndef KITH_CONNECTIVITY_BUILD_PACKED_H
+#define KITH_CONNECTIVITY_BUILD_PACKED_H
 
 #include "lib/neighbor/search.h"
 
@@ -30,7 +30,7 @@ static inline struct kith_packed kith_packed_part(const struct kith_packed *pack
   for (int a = 0; a < NDIM; ++a) part.coordinate[a] = packed->coordinate[a] + 64 * from;
   return part;
 }
-/* Sets n and words, and fills the rest of the last word; its nodes, which nothing accepts, with node 0. */
+/* Sets n and words, and fills the rest of the last word. */
 void kith_packed_close(struct kith_packed *packed, int n);
 /* Bit p of hit[words]: d2(x, p) <= max(radius2, radius2_p). Returns the number of bits set. */
 int kith_packed_hits(const struct kith_packed *packed, const double *x, double radius2, uint64_t *hit);

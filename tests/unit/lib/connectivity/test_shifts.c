@@ -166,18 +166,11 @@ static void check_lists(const struct images *all, const struct kith_connectivity
   struct kith_search *search;
   CHECK_OK(kith_search_create(&search, kith_search_find("tree"), all->nodes));
   for (int half = 0; half < 3; ++half) {
-    struct kith_excluder self = {.ops = &kith_excluder_self};
+    struct kith_excluder self;
     struct kith_list *list;
     enum kith_rebuild_reason why;
-    const struct kith_list_spec spec = {.targets = {.nodes = all->nodes, .search = search},
-                                        .sources = {.nodes = all->nodes, .search = search},
-                                        .cutoff = KITH_CUTOFF_gather_scatter,
-                                        .radius = "search_radius",
-                                        .excluders = &self,
-                                        .storage = half == 0   ? "csr"
-                                                   : half == 1 ? "half"
-                                                               : "compressed",
-                                        .rebuild = "always"};
+    struct kith_list_spec spec = kith_list_spec_among(all->nodes, search, &self, NULL);
+    spec.storage = half == 0 ? "csr" : half == 1 ? "half" : "compressed";
     CHECK_OK(kith_list_create(&list, &spec));
     if (half == 2) {
       CHECK(kith_list_update(list, &why) == KITH_UNSUPPORTED && strstr(kith_failure(), "image shifts"));

@@ -1,0 +1,113 @@
+/* builder.h - what all builders of lists are given, and scratch memory that is kept from build to build. */
+#ifndef KITH_CONNECTIVITY_BUILD_BUILDER_H
+#define KITH_CONNECTIVITY_BUILD_BUILDER_H
+
+#include "lib/connectivity/build/packed.h"
+#include "lib/connectivity/excluders/excluder.h"
+#include "lib/connectivity/rows.h"
+
+/* Of one thread. */
+struct kith_worker {
+  struct kith_runs runs;
+  struct kith_packed near;
+  uint64_t *key; /* candidates as node << 32 | slot, three arrays: internal, ghost, spare for merging */
+  uint64_t *hit, *idle;       /* [near.words] */
+  uint64_t *bitmap, *touched; /* a set of nodes, and which words of it are not 0; both 0 between uses */
+  size_t key_capacity, hit_capacity, idle_capacity, bitmap_capacity, touched_capacity, candidates;
+};
+
+/* Chunks are fixed shares of the groups: their contents do not depend on which thread filled them. */
+enum { KITH_ROW_CHUNKS = 256 };
+struct kith_builder {
+  int threads;
+  struct kith_worker *worker; /* [threads] */
+  struct kith_words {
+    size_t n, capacity;
+    uint64_t *word;
+  } chunk[KITH_ROW_CHUNKS]; /* what the first pass over groups leaves for the second */
+  /* For each node the set of nodes whose support holds it, as non-empty 64-bit words of a bitmap over the
+   * nodes: their numbers, and their bits. */
+  struct kith_rows spans;
+  uint64_t *bits;
+  size_t bits_capacity;
+  kith_index *filled; /* entries of the rows of idle nodes so far */
+  size_t filled_capacity;
+};
+/* For at least as many threads as may run now. */
+kith_status kith_builder_reserve(struct kith_builder *scratch);
+void kith_builder_clear(struct kith_builder *scratch);
+size_t kith_builder_bytes(const struct kith_builder *scratch);
+
+/* Which sources are neighbors of a target, with a radius R of each node (kith_search::radius).
+ *   number           |x_ij| <= a number
+ *   gather, scatter, gather_scatter    |x_ij| <= R_i, <= R_j, <= either
+ *   boxes            the boxes x -+ R of both share a point: |x_ij| <= R_i + R_j along each axis */
+#define KITH_CUTOFF_LIST(X) X(number) X(gather) X(scatter) X(gather_scatter) X(boxes)
+enum kith_cutoff {
+  KITH_CUTOFF_missing,
+#define X(name) KITH_CUTOFF_##name,
+  KITH_CUTOFF_LIST(X)
+#undef X
+};
+
+/* What every builder is given. */
+struct kith_build {
+  const struct kith_selection *targets, *sources;
+  const struct kith_nodes *nodes;   /* of the sources */
+  const struct kith_search *search; /* of the sources */
+  const struct kith_shifts *shifts; /* images of the sources, which are the targets too; NULL: none */
+  struct kith_box all;              /* of the sources, and their largest R: where there are images */
+  double widest;
+  struct kith_excluder *excluders; /* chain or NULL */
+  struct kith_builder *scratch;
+  enum kith_cutoff cutoff;
+  double number;         /* the cutoff; of boxes the largest R of a source, else unused */
+  bool self;             /* a node may be its own neighbor */
+  bool unsorted;         /* entries of a row may come in any order */
+  bool selected;         /* some nodes are not active */
+  const kith_index *row; /* [nodes of the targets] ordinal of a target, -1: none; NULL: nodes are targets */
+  kith_index rows;       /* how many there are then */
+  const kith_index *column; /* the same of the sources */
+};
+/* As in the rows of packages: every node of a group is a target, and its row is its number. */
+static inline bool kith_build_all_targets(const struct kith_build *build) {
+  return build->row == NULL && !build->selected;
+}
+static inline kith_index kith_build_row(const struct kith_build *build, kith_index i) {
+  return build->row != NULL ? build->row[i] : i;
+}
+static inline bool kith_build_is_target(const struct kith_build *build, kith_index i) {
+  return kith_build_row(build, i) >= 0 && (!build->selected || kith_node_active(build->nodes, i));
+}
+/* Clears the bits of nodes that the chain rejects as partners of i in this phase; returns how many are left.
+ * i is displaced by shift `from` itself. */
+int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i, int from,
+                       const struct kith_packed *near, uint64_t *hit);
+/* Number of the shift by nothing. */
+static inline int kith_build_zero(const struct kith_build *build) {
+  return build->shifts != NULL ? build->shifts->zero : 0;
+}
+/* By how much it displaces in the metric of the supports. */
+static inline double kith_build_shift(const struct kith_build *build, int s, int a) {
+  return build->shifts->by[s][a] / build->nodes->stretch[a];
+}
+/* The square of the distance from node i to image s of j: in both directions the same, or in reproducible
+ * mode that to a ghost at this place. */
+static inline bool kith_build_moves_source(const struct kith_build *build, int s) {
+  return build->nodes->image != NULL || s >= build->shifts->zero;
+}
+static inline double kith_build_distance2(const struct kith_build *build, kith_index i, kith_index j, int s) {
+  const double *xi = build->nodes->position->f64 + (size_t)i * NDIM,
+               *xj = build->nodes->position->f64 + (size_t)j * NDIM;
+  if (build->shifts == NULL) return kith_distance2(xi, xj);
+  const double *by = build->shifts->by[s];
+  const bool moves = kith_build_moves_source(build, s);
+  double d2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = moves ? xj[a] + by[a] - xi[a] : xj[a] - (xi[a] - by[a]);
+    d2 += d * d;
+  }
+  return d2;
+}
+
+#endif

@@ -1,0 +1,78 @@
+/* fill.c - entries from bits; rows of idle nodes. */
+#include "lib/connectivity/build/fill.h"
+
+#include <omp.h>
+#include <string.h>
+
+/* Shifts of the row that begins at entry e. Its nodes ascend in the part of each shift; mostly there is one,
+ * as in the first and the last word. */
+static void fill_shifts(const struct kith_rows *rows, const struct kith_build *build, size_t e,
+                        const uint16_t *shift, int words, const uint64_t *hit) {
+  size_t n = 0;
+  for (int w = 0; w < words; ++w) n += (size_t)__builtin_popcountll(hit[w]);
+  if (words > 0 && shift[0] == shift[64 * (words - 1)]) {
+    for (size_t k = e; k < e + n; ++k) rows->shift[k] = shift[0];
+    return;
+  }
+  kith_packed_extract_shifts(shift, words, hit, rows->shift + e);
+  if (build->unsorted) return;
+  uint64_t *key = build->scratch->worker[omp_get_thread_num()].key;
+  for (size_t k = 0; k < n; ++k) key[k] = (uint64_t)rows->node[e + k] << 16 | rows->shift[e + k];
+  key = kith_keys_sort(key, key + n, n);
+  for (size_t k = 0; k < n; ++k) {
+    rows->node[e + k] = (kith_index)(key[k] >> 16);
+    rows->shift[e + k] = (uint16_t)(key[k] & 0xffff);
+  }
+}
+
+void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, const struct kith_words *chunk) {
+  const kith_index *of_slot = build->targets->search->node;
+  const bool all = kith_build_all_targets(build), shifts = rows->shift != NULL;
+  const uint64_t *record = chunk->word;
+  while (record < chunk->word + chunk->n) {
+    const int n = (int)record[0], words = (n + 63) / 64;
+    const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
+    const kith_index *node = (const kith_index *)(record + KITH_RECORD_HEAD);
+    const uint16_t *shift = (const uint16_t *)(record + KITH_RECORD_HEAD + kith_record_nodes((size_t)n));
+    record += KITH_RECORD_HEAD + kith_record_nodes((size_t)n) + kith_record_shifts(build, (size_t)n);
+    for (kith_index slot = first; slot < first + count; ++slot) {
+      const kith_index i = of_slot[slot];
+      if (!all && !kith_build_is_target(build, i)) continue;
+      const size_t e = rows->first[all ? i : kith_build_row(build, i)];
+      kith_packed_extract(node, words, record, rows->node + e);
+      if (shifts) fill_shifts(rows, build, e, shift, words, record);
+      record += words;
+    }
+  }
+}
+
+/* Threads come in any order: rows are nearly sorted. */
+kith_status kith_rows_of_idle(struct kith_rows *rows, const struct kith_build *build) {
+  const struct kith_nodes *nodes = build->nodes;
+  struct kith_builder *scratch = build->scratch;
+  const kith_index n = nodes->n_internal;
+  KITH_TRY(kith_reserve(&scratch->filled, &scratch->filled_capacity, (size_t)n, sizeof *scratch->filled));
+  kith_index *filled = scratch->filled;
+  if (n > 0) memset(filled, 0, (size_t)n * sizeof *filled);
+#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
+  for (kith_index i = 0; i < rows->n; ++i) {
+    if (!kith_node_active(nodes, i)) continue;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1] && rows->node[e] < n; ++e) {
+      const kith_index j = rows->node[e];
+      kith_index at;
+      if (kith_node_active(nodes, j)) continue;
+#pragma omp atomic capture
+      at = filled[j]++;
+      rows->node[rows->first[j] + (size_t)at] = i;
+      if (rows->shift != NULL)
+        rows->shift[rows->first[j] + (size_t)at] = (uint16_t)(2 * rows->zero - rows->shift[e]);
+    }
+  }
+#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
+  for (kith_index i = 0; i < n; ++i)
+    if (filled[i] > 1)
+      kith_entries_sort(rows->node + rows->first[i],
+                        rows->shift != NULL ? rows->shift + rows->first[i] : NULL, (size_t)filled[i]);
+  rows->n = n;
+  return KITH_OK;
+}

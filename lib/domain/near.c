@@ -1,0 +1,176 @@
+/* near.c - boxes against boxes first, then nodes. */
+#include "lib/domain/near.h"
+
+#include <omp.h>
+
+enum { GROUP_SIZE = 64 };
+
+static inline void include(struct kith_bounds *to, const struct kith_bounds *from) {
+  if (!(from->search_radius >= 0)) return;
+  if (!(to->search_radius >= 0)) to->box = kith_box_empty();
+  for (int a = 0; a < NDIM; ++a) {
+    to->box.lower[a] = KITH_MIN(to->box.lower[a], from->box.lower[a]);
+    to->box.upper[a] = KITH_MAX(to->box.upper[a], from->box.upper[a]);
+  }
+  to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
+}
+
+static inline struct kith_bounds bounds_of(const struct kith_nodes *nodes, kith_index i) {
+  struct kith_bounds node = {.search_radius = nodes->search_radius->f64[i]};
+  for (int a = 0; a < NDIM; ++a)
+    node.box.lower[a] = node.box.upper[a] = nodes->position->f64[(size_t)i * NDIM + (size_t)a];
+  return node;
+}
+
+static inline void include_node(struct kith_bounds *to, const struct kith_nodes *nodes, kith_index i) {
+  const struct kith_bounds node = bounds_of(nodes, i);
+  include(to, &node);
+}
+
+/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include. */
+kith_status kith_bounds_find(const struct kith_nodes *nodes, const int64_t *home, size_t n,
+                             struct kith_bounds **bounds) {
+  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
+  const size_t all = n * (size_t)threads;
+  struct kith_bounds *cell = NULL;
+  KITH_TRY(kith_resize(&cell, 0, all, sizeof *cell));
+  for (size_t c = 0; c < all; ++c) cell[c] = kith_nowhere;
+#pragma omp parallel num_threads(threads)
+  {
+    struct kith_bounds *mine = cell + n * (size_t)omp_get_thread_num();
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < nodes->n_internal; ++i) include_node(&mine[home[i]], nodes, i);
+#pragma omp for schedule(static)
+    for (size_t c = 0; c < n; ++c)
+      for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
+  }
+  *bounds = cell;
+  return KITH_OK;
+}
+
+/* Square of the distance between boxes, or images of them along axes with a period (0: none). */
+static inline double box_distance2(const double period[NDIM], const struct kith_box *a,
+                                   const struct kith_box *b) {
+  double s = 0;
+  for (int k = 0; k < NDIM; ++k) {
+    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
+    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
+    if (period[k] > 0) gap = KITH_MIN(gap, KITH_MAX(period[k] + KITH_MIN(up, down), 0.0));
+    s += gap * gap;
+  }
+  return s;
+}
+
+/* d^2 <= (factor r)^2, no tighter than rounding could make it. */
+static inline bool is_within(double d2, double factor, double r) {
+  return d2 <= factor * factor * r * r * (1 + 1e-14);
+}
+
+/* Is a node, or may one of a group be, near the cell? */
+static inline bool is_near(const struct kith_candidates *c, const struct kith_bounds *group,
+                           const struct kith_bounds *cell, double factor) {
+  return group->search_radius >= 0 && is_within(box_distance2(c->period, &group->box, &cell->box), factor,
+                                                KITH_MAX(group->search_radius, cell->search_radius));
+}
+
+double kith_bounds_widest(const struct kith_bounds *own, const struct kith_cells *cells,
+                          const struct kith_bounds *all, size_t n) {
+  double search_radius = own->search_radius, period[NDIM];
+  for (int a = 0; a < NDIM; ++a) period[a] = cells->periodic[a] ? cells->upper[a] - cells->lower[a] : 0;
+  for (size_t k = 0; k < n; ++k)
+    if (all[k].search_radius > search_radius &&
+        is_within(box_distance2(period, &own->box, &all[k].box), 1, all[k].search_radius))
+      search_radius = all[k].search_radius;
+  return search_radius;
+}
+
+/* --- candidates --- */
+
+static void mark_frozen(const struct kith_nodes *nodes, uint8_t *frozen) {
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+#pragma omp parallel for schedule(static) if (block->count > 10000)
+    for (kith_index k = 0; k < block->count; ++k)
+      frozen[block->first + k] = block->control == NULL || frozen[block->control[k]];
+  }
+}
+
+kith_status kith_candidates_gather(struct kith_candidates *c, const struct kith_nodes *nodes) {
+  c->n = kith_nodes_count(nodes);
+  c->groups = (c->n + GROUP_SIZE - 1) / GROUP_SIZE;
+  c->all = kith_nowhere;
+  c->period = nodes->shifts.length;
+  KITH_TRY(kith_resize(&c->hit, 0, (size_t)c->groups, 1));
+  KITH_TRY(kith_resize(&c->mark, 0, (size_t)c->n, 1));
+  KITH_TRY(kith_resize(&c->group, 0, (size_t)c->groups, sizeof *c->group));
+  mark_frozen(nodes, c->mark);
+#pragma omp parallel for schedule(static) if (c->groups > 64)
+  for (int g = 0; g < c->groups; ++g) {
+    c->group[g] = kith_nowhere;
+    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i)
+      if (!c->mark[i]) include_node(&c->group[g], nodes, i);
+  }
+  for (int g = 0; g < c->groups; ++g) include(&c->all, &c->group[g]);
+  return KITH_OK;
+}
+
+static void mark_group(const struct kith_candidates *c, const struct kith_nodes *nodes, int g,
+                       const struct kith_bounds *cell, int n, double factor) {
+  c->hit[g] = 0;
+  for (int k = 0; k < n; ++k) {
+    if (!is_near(c, &c->group[g], &cell[k], factor)) continue;
+    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+      if (c->mark[i] != 0) continue;
+      const struct kith_bounds node = bounds_of(nodes, i);
+      if (is_near(c, &node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
+    }
+  }
+}
+
+/* Counts the marked ones of each list (send NULL), or stores them: next[list] is where the next one goes. */
+static void sweep(const struct kith_candidates *c, const struct kith_nodes *nodes, int64_t *next,
+                  kith_index *send) {
+  for (int g = 0; g < c->groups; ++g)
+    for (kith_index i = g * GROUP_SIZE; c->hit[g] && i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+      if (c->mark[i] != 2) continue;
+      const int64_t at = next[nodes->list->u8[i]]++;
+      if (send == NULL) continue;
+      send[at] = i;
+      c->mark[i] = 0;
+    }
+}
+
+/* The marked ones, list by list; the marks go. */
+static kith_status collect(struct kith_candidates *c, const struct kith_nodes *nodes, kith_index **send,
+                           kith_index *n_send, int64_t *count) {
+  int64_t next[KITH_MAX_LISTS], total = 0;
+  sweep(c, nodes, count, NULL);
+  for (int l = 0; l < nodes->n_lists; ++l) next[l] = total, total += count[l];
+  KITH_TRY(kith_resize(send, 0, (size_t)total, sizeof **send));
+  sweep(c, nodes, next, *send);
+  *n_send = (kith_index)total;
+  return KITH_OK;
+}
+
+/* Cells that are far from all candidates are skipped, and groups that are far from all cells. */
+kith_status kith_candidates_near(struct kith_candidates *c, const struct kith_nodes *nodes,
+                                 struct kith_bounds *cell, size_t n, double factor, kith_index **send,
+                                 kith_index *n_send, int64_t *count) {
+  int near = 0;
+  struct kith_bounds whole = kith_nowhere;
+  for (size_t k = 0; k < n; ++k)
+    if (cell[k].search_radius >= 0 && is_near(c, &c->all, &cell[k], factor))
+      include(&whole, &cell[k]), cell[near++] = cell[k];
+  *n_send = 0;
+  if (near == 0) return KITH_OK;
+#pragma omp parallel for schedule(dynamic, 16) if (c->groups > 64)
+  for (int g = 0; g < c->groups; ++g)
+    mark_group(c, nodes, g, cell, is_near(c, &c->group[g], &whole, factor) ? near : 0, factor);
+  return collect(c, nodes, send, n_send, count);
+}
+
+void kith_candidates_clear(struct kith_candidates *c) {
+  kith_free(&c->mark);
+  kith_free(&c->hit);
+  kith_free(&c->group);
+}

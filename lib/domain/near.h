@@ -1,0 +1,42 @@
+/* near.h - which nodes and images of this rank may interact with the nodes of cells of others (halo.h). */
+#ifndef KITH_DOMAIN_NEAR_H
+#define KITH_DOMAIN_NEAR_H
+
+#include "lib/domain/cells.h"
+#include "lib/nodes/nodes.h"
+
+/* Of the nodes of a cell, as neighbors are told: the box around them, their largest search radius. */
+struct kith_bounds {
+  double search_radius; /* < 0: it has no nodes */
+  struct kith_box box;
+};
+static const struct kith_bounds kith_nowhere = {.search_radius = -1};
+
+/* Cell c has the internal nodes with home[i] == c, c = 0 .. n - 1. *bounds: [n], owned by the caller. */
+kith_status kith_bounds_find(const struct kith_nodes *nodes, const int64_t *home, size_t n,
+                             struct kith_bounds **bounds);
+/* The largest search radius of `own` and of all cells that come within the larger search radius of both, as
+ * images too on periodic axes. */
+double kith_bounds_widest(const struct kith_bounds *own, const struct kith_cells *cells,
+                          const struct kith_bounds *all, size_t n);
+
+/* What may be sent: all nodes and images but frozen ones, in groups of consecutive nodes, which are tested
+ * together before their nodes are. */
+struct kith_candidates {
+  kith_index n;  /* nodes and ghosts */
+  uint8_t *mark; /* [n] 1: not to be sent; while one cell after the other is asked, 2: sent */
+  int groups;
+  uint8_t *hit; /* [groups] does it hold one that is sent? */
+  struct kith_bounds *group, all;
+  const double *period; /* [NDIM] of axes whose images are shifts, else 0 */
+};
+/* Cleared by the caller, also after a failure. */
+kith_status kith_candidates_gather(struct kith_candidates *candidates, const struct kith_nodes *nodes);
+void kith_candidates_clear(struct kith_candidates *candidates);
+/* Those that are near any of cell[0 .. n - 1], by list and index: *send [*n_send], owned by the caller;
+ * count[list] is raised by how many there are. `cell` is reordered. */
+kith_status kith_candidates_near(struct kith_candidates *candidates, const struct kith_nodes *nodes,
+                                 struct kith_bounds *cell, size_t n, double factor, kith_index **send,
+                                 kith_index *n_send, int64_t *count);
+
+#endif

@@ -1,0 +1,90 @@
+/* test_spacetree.c - sweeps over cells that move their targets; counters of how nodes were sorted; nodes on
+ * faces, edges and corners of cells. That sweeps meet every interaction once, and nothing else, all searches
+ * are asked by conformance_search.c. */
+#include "tests/unit/lib/neighbor/search_world.h"
+
+/* Cells move their targets while they are swept: sets stay what they were, and after that are refused. */
+static void test_moves_of_targets(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(EIGHT_TO_ONE, 200, 1);
+  struct kith_search *s = NULL;
+  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  check_sweep(s, nodes->position->f64);
+  ++nodes->positions;
+  CHECK_STATUS(KITH_STALE, kith_search_sweep(s, &(struct kith_sweep){NULL, NULL, NULL}, NULL));
+  CHECK(strstr(kith_failure(), ops->name) != NULL);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+/* What the spacetree did with node 0, in a cloud of equal radii that stays where it is. */
+static void expect_counts(struct kith_search *s, bool selected, const uint64_t *expected) {
+  const kith_index moved = 0;
+  ++((struct kith_nodes *)(uintptr_t)s->nodes)->positions;
+  CHECK_OK(selected ? kith_search_update_selected(s, &moved, 1) : kith_search_update(s));
+  for (int k = 0; k < KITH_SEARCH_COUNTERS; ++k) CHECK(s->count[k] == expected[k]);
+}
+
+/* Sorts from scratch, moves, levels lifted and dropped, nodes that tunnelled; by either update. */
+static void test_counters(void) {
+  for (int selected = 0; selected < 2; ++selected) {
+    struct kith_nodes *nodes = make_nodes(RANDOM, 400, 1);
+    struct kith_search *s = NULL;
+    double *x = nodes->position->f64, *radius = nodes->search_radius->f64;
+    for (kith_index i = 0; i < 400; ++i) radius[i] = i == 1 ? 0.08 : 0.01; /* cells 0.168 wide, and 0.021 */
+    for (int a = 0; a < NDIM; ++a) x[NDIM + a] = 0, x[2 * NDIM + a] = 1;
+    for (int a = 0; a < NDIM; ++a) x[a] = 0.3;
+    CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
+    expect_counts(s, false, (const uint64_t[]){1, 0, 0, 0, 0});
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 0, 0, 0});
+    x[0] += 0.021;
+    expect_counts(s, selected, (const uint64_t[]){0, 1, 0, 0, 0});
+    radius[0] = 0.02; /* cells 0.042 wide */
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 1, 0, 0});
+    radius[0] = 0.01;
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 0, 1, 0});
+    x[NDIM - 1] += 7.3 * 0.021; /* an adjacent vertex three levels up */
+    expect_counts(s, selected, (const uint64_t[]){0, 0, 3, 3, 1});
+    check_search(s, 40, false);
+    kith_search_destroy(&s);
+    kith_nodes_destroy(&nodes);
+  }
+}
+
+/* Nodes on the faces, edges and corners of cells, at their middles, of two levels: each is a target of one
+ * cell (check_sweep), the upper one. */
+static void test_faces(void) {
+  const kith_index n = 2 + (NDIM == 1 ? 30 : 200);
+  struct kith_nodes *nodes = make_nodes(RANDOM, n, 1);
+  struct kith_search *s = NULL;
+  int on_faces = 0, on_corners = 0;
+  for (kith_index i = 0; i < n; ++i) nodes->search_radius->f64[i] = i % 2 ? 0.25 : 0.06;
+  for (int a = 0; a < 2 * NDIM; ++a) nodes->position->f64[a] = a < NDIM;
+  CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
+  CHECK_OK(kith_search_update(s)); /* nodes 0 and 1 make the frame */
+  const struct kith_spacetree *tree = s->self;
+  const int level = 2;
+  for (kith_index i = 2; i < n; ++i) {
+    int faces = 0;
+    for (int a = 0; a < NDIM; ++a) {
+      double *x = nodes->position->f64 + (size_t)i * NDIM + a;
+      *x = tree->lower[a] + (3 + below(7)) * (0.5 / tree->per_length[level]);
+      const double u = (*x - tree->lower[a]) * tree->per_length[level];
+      faces += u == floor(u);
+    }
+    on_faces += faces > 0, on_corners += faces == NDIM;
+  }
+  ++nodes->positions;
+  CHECK(on_faces > n / 4 && on_corners > n / 16);
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 40, true);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
+int main(void) {
+  with_members(test_moves_of_targets);
+  test_counters();
+  test_faces();
+  return check_failed();
+}
