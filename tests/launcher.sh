@@ -33,7 +33,7 @@ add_custom_command(OUTPUT copied DEPENDS program COMMAND mkdir -p bin
   COMMAND cp ${PROJECT_SOURCE_DIR}/program bin/kith COMMAND touch copied)
 add_custom_target(kith DEPENDS copied)
 foreach(dim 1 2 3)
-  add_custom_target(kith-${dim}d)
+  add_custom_target(kith-${dim}d COMMAND touch ${PROJECT_SOURCE_DIR}/built-${dim})
 endforeach()
 END
 cat >"$tree/program" <<'END'
@@ -56,6 +56,18 @@ check 0 "in elsewhere: [test] [--help]" "$kith" test --help
 check 0 "bind close in" env OMP_PROC_BIND=close "$kith" bench
 check 0 "" "$kith" build
 check 2 "no such test" "$kith" test quick
+
+# A run or plan of one scene builds the program of its dimension, all else those of all.
+rm -f "$tree"/built-*
+printf 'dimension: 2 # as it is\n' >flat.yaml
+check 0 "run" "$kith" run flat.yaml --set method.dimension=1
+check 0 "2" ls "$tree"/built-*
+check 2 "built-1" ls "$tree/built-1"
+check 0 "plan" "$kith" plan --set dimension=3 flat.yaml
+check 2 "built-1" ls "$tree/built-1"
+check 0 "built-3" ls "$tree/built-3"
+check 0 "run" "$kith" run none.yaml
+check 0 "built-1" ls "$tree/built-1"
 check 3 "" "$kith" validate code3
 
 # What changed is built, also in a tree that was moved; a failed build is shown.

@@ -20,6 +20,7 @@
 #include "app/output/pictures/probe_plot.h"
 #include "app/output/report.h"
 #include "app/run/signals.h"
+#include "lib/comm/launched.h"
 #include "lib/io/atomic_file.h"
 #include "lib/nodes/migrate.h"
 
@@ -475,6 +476,10 @@ static enum kith_exit carry_out(struct run *run) {
 /* The process that starts mpirun does no more than that. */
 static enum kith_exit launch(const struct kith_options *options) {
   enum kith_exit code = KITH_EXIT_FAILED;
+  if (options->ranks > kith_ranks_most()) {
+    fprintf(stderr, "kith: --ranks %d: this program was built without MPI\n", options->ranks);
+    return KITH_EXIT_USAGE;
+  }
   if (kith_signals_launch(options->ranks, options->arguments, &code) != KITH_OK)
     fprintf(stderr, "kith: %s\n", kith_failure());
   return code;
@@ -482,7 +487,7 @@ static enum kith_exit launch(const struct kith_options *options) {
 
 enum kith_exit kith_run(const struct kith_options *options) {
   struct run run = {.options = options, .entered = kith_seconds() - kith_process_age()};
-  if (options->ranks > 1 && kith_ranks_launched() == 1) return launch(options);
+  if (options->ranks > 1 && kith_launched() == 1) return launch(options);
   kith_signals_ignore();
   kith_json_watch();
   kith_status status = join_ranks(&run.ranks, options);

@@ -1,4 +1,4 @@
-/* Everything that calls MPI. */
+/* Everything that calls MPI; in a build without it ranks_alone.c takes its place. */
 #include "lib/comm/ranks.h"
 
 #include <limits.h>
@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "lib/comm/launched.h"
 
 struct kith_ranks {
   MPI_Comm all;
@@ -18,13 +19,8 @@ struct kith_ranks {
   bool started_mpi; /* and so ends it */
 };
 
-int kith_ranks_launched(void) {
-  static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
-  for (size_t k = 0; k < sizeof sizes / sizeof *sizes; ++k) {
-    const char *size = getenv(sizes[k]);
-    if (size != NULL && atoi(size) > 1) return atoi(size);
-  }
-  return 1;
+int kith_ranks_most(void) {
+  return INT_MAX;
 }
 
 /* MPI cannot go on after an error: one line instead of its own ones, and the end of all ranks. */
@@ -94,7 +90,7 @@ static kith_status join(struct kith_ranks *ranks, MPI_Comm communicator) {
 
 kith_status kith_ranks_create(struct kith_ranks **out) {
   *out = NULL;
-  const int launched = kith_ranks_launched();
+  const int launched = kith_launched();
   if (launched == 1) return KITH_OK;
   struct kith_ranks *ranks = NULL;
   KITH_TRY(kith_resize(&ranks, 0, 1, sizeof *ranks));

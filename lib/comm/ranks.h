@@ -18,11 +18,10 @@
 
 struct kith_ranks; /* opaque */
 
-/* Processes that were started together with this one (by mpirun, mpiexec, srun), according to the
- * environment. */
-int kith_ranks_launched(void);
+/* Processes that a run may have: 1 in a build without MPI (ranks_alone.c). */
+int kith_ranks_most(void);
 /* Starts MPI, once per process. *out is NULL if there is only one process. UNSUPPORTED if MPI knows of fewer
- * processes than were started. */
+ * processes than were started, or the build is one without MPI. */
 kith_status kith_ranks_create(struct kith_ranks **out);
 /* The processes of a communicator (what MPI_Comm_c2f gives), of a program that starts and ends MPI itself. It
  * is duplicated. NULL for one process. */
