@@ -42,9 +42,9 @@ static double vortex_viscosity(const struct kith_measured *m) {
   return viscosity(m, true);
 }
 
-/* 2 |sum w v_y exp(i k x)| / sum w, w = V exp(-k distance), the distance from the nearer of two layers, at
- * 1/4 and 3/4 of a box of side 1, or from the middle of the domain. */
-static double amplitude(const struct kith_measured *m, double k, bool two_layers) {
+/* 2 |sum w v_y exp(i k x)| / sum V exp(-n k distance), w = V exp(-k distance), the distance from the nearer
+ * of two layers, at 1/4 and 3/4 of a box of side 1, or from the middle of the domain. */
+static double amplitude(const struct kith_measured *m, double k, bool two_layers, int n) {
   const int y = NDIM > 1;
   const double *lower = m->domain.lower, middle = 0.5 * (m->domain.upper[y] - lower[y]);
   struct kith_sum sum[3] = {{{0}, 0}};
@@ -56,18 +56,27 @@ static double amplitude(const struct kith_measured *m, double k, bool two_layers
     const double w = volume(m, i) * exp(-k * distance);
     kith_sum_add(&sum[0], w * v[y] * sin(along));
     kith_sum_add(&sum[1], w * v[y] * cos(along));
-    kith_sum_add(&sum[2], w);
+    kith_sum_add(&sum[2], volume(m, i) * exp(-n * k * distance));
   }
   values_of(m, sum, 3, value);
   return NDIM > 1 ? 2 * hypot(value[0], value[1]) / value[2] : NAN;
 }
 
 static double mcnally(const struct kith_measured *m) {
-  return amplitude(m, 4 * M_PI, true);
+  return amplitude(m, 4 * M_PI, true, 1);
+}
+
+static double longest_wave(const struct kith_measured *m) {
+  return 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]);
+}
+
+/* Exact for v_y ~ exp(-k |y|). */
+static double ripple(const struct kith_measured *m) {
+  return amplitude(m, longest_wave(m), false, 2);
 }
 
 static double growth(const struct kith_measured *m) {
-  const double now = amplitude(m, 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]), false);
+  const double now = amplitude(m, longest_wave(m), false, 1);
   return m->start != NULL ? acosh(now / m->start[KITH_MEASURE_growth]) / m->time : now;
 }
 

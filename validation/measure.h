@@ -38,6 +38,7 @@
   X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices") \
   X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")     \
   X(growth, "growth rate of a Rayleigh-Taylor mode")                                  \
+  X(ripple, "speed of a mode of the middle, as if it fell by e^-k|y|")                \
   X(spread, "width of a ring about the center, over that at the start")               \
   X(separation, "least distance of two nodes, in spacings")                           \
   X(asymmetry, "distance of a node's image in the diagonal from a node, in spacings") \

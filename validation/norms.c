@@ -218,6 +218,21 @@ static double crossing(const struct bins *bins, int out, double level) {
   return 0;
 }
 
+/* Radius of the gas inside `place` before the blast, from its part of the mass of the window; 0 if the window
+ * is no ball, or the gas ahead not of one density. */
+static double swept_radius(const struct measure *m, const struct bins *bins, double width, double place) {
+  const double radius = m->window->r[1], at = (place - m->shock) / width + BINS / 2;
+  double inside = 0, all = 0, speed;
+  if (m->center == NULL || m->window->r[0] > 0 || !isfinite(radius)) return 0;
+  const double edge = density_beside(m, radius - m->shock, &speed);
+  if (fabs(edge / density_beside(m, 1e-6 * width, &speed) - 1) > 1e-9) return 0;
+  for (int k = 0; k < BINS; ++k) {
+    const double mass = of_bin(bins, k, MASS);
+    all += mass, inside += mass * KITH_MIN(KITH_MAX(at - k, 0.0), 1.0);
+  }
+  return radius * pow(inside / all, 1.0 / NDIM);
+}
+
 static void find_shock(const struct measure *m, struct bins *bins, double width, double mass,
                        struct kith_norms *norms) {
   fill_bins(bins, m, m->shock, width);
@@ -229,9 +244,9 @@ static void find_shock(const struct measure *m, struct bins *bins, double width,
     if (bins->sum[k][VOLUME] > 0) peak = KITH_MAX(peak, out * bin_speed(bins, k));
   const double level = (ahead + KITH_MIN(peak, behind)) / 2;
   if (level > ahead) norms->shock_radius = crossing(bins, out, level);
-  if (norms->shock_radius != 0)
-    norms->shock_offset =
-        out * (norms->shock_radius - m->shock) / pow(mass / KITH_MIN(low, high), 1.0 / NDIM);
+  if (norms->shock_radius == 0) return;
+  norms->shock_offset = out * (norms->shock_radius - m->shock) / pow(mass / KITH_MIN(low, high), 1.0 / NDIM);
+  norms->shock_swept = swept_radius(m, bins, width, norms->shock_radius);
 }
 
 static void measure_peaks(const struct measure *m, struct bins *bins, double width, struct kith_norms *out) {

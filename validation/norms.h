@@ -33,7 +33,8 @@ struct kith_norms {
   double contact_pressure_error;
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
-  bool shock_outside;  /* it is outside of the window: the norms do not see it */
+  double shock_swept; /* the same by the mass that was overrun, see below; 0 for solutions without a center */
+  bool shock_outside; /* it is outside of the window: the norms do not see it */
   /* How far the measured one is ahead, in spacings of the undisturbed gas, (mean mass / exact density ahead)^
    * (1/NDIM) of the nodes that also give the width of the bins: what is smeared by the same number of nodes
    * at any resolution has the same offset; 0 if none is measured. */
@@ -68,7 +69,12 @@ struct kith_profile_view {
  *
  * by linear interpolation. Speed, not density: behind a blast a smeared density crosses half its peak far
  * outside. A Sedov blast smeared by a Gaussian is found outside of its place: by 0.1 % of R for sigma = 0.015
- * R, 0.7 % for 0.045 R, 2.7 % for 0.1 R. Choose a window that ends before other waves begin. */
+ * R, 0.7 % for 0.045 R, 2.7 % for 0.1 R. Choose a window that ends before other waves begin.
+ *
+ * A front of finite width has half of its speed ahead of the place of one without width: the gas up to there
+ * is denser than it was, so its mass is that of a smaller ball. shock_swept is the radius of this ball, the
+ * window times (mass inside shock_radius / mass of the window)^(1/NDIM): the place by the gas that was
+ * overrun, without any density of a node. The window must be a ball, and gas of one density at its edge. */
 kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_ops *ops, const void *solution,
                                double time, const struct kith_window *window,
                                const struct kith_profile_view *nodes);

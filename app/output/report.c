@@ -231,7 +231,7 @@ static void put_norms(json_t *root, const struct kith_norms *n) {
 #define FIELD(name) NUMBER(name.l1), NUMBER(name.l2), NUMBER(name.linf)
   FIELD(density), FIELD(velocity), FIELD(pressure), FIELD(energy), FIELD(speed);
   NUMBER(nodes), NUMBER(contact_pressure_error), NUMBER(shock_radius), NUMBER(shock_exact);
-  NUMBER(shock_offset);
+  NUMBER(shock_offset), NUMBER(shock_swept);
   NUMBER(density_peak), NUMBER(speed_peak);
 #undef FIELD
 #undef NUMBER

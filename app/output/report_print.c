@@ -39,6 +39,9 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->shock_exact > 0 && n->shock_radius > 0)
     fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%, %+.2f spacings)\n", n->shock_radius, n->shock_exact,
             100 * (n->shock_radius / n->shock_exact - 1), n->shock_offset);
+  if (n->shock_swept > 0)
+    fprintf(f, "    shock by the mass overrun %.5g (%+.2f %%)\n", n->shock_swept,
+            100 * (n->shock_swept / n->shock_exact - 1));
   if (n->shock_outside)
     fprintf(f, "    the exact shock is outside of exact.window: the errors above do not include it\n");
   if (n->contact_pressure_error > 0)

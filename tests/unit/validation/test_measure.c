@@ -116,6 +116,11 @@ static void growth(struct cloud *c) {
   if (NDIM == 1) return;
   CHECK_CLOSE(start[KITH_MEASURE_growth], 0.02, 1e-14);
   CHECK_CLOSE(taken(c, KITH_MEASURE_growth), 0.7, 1e-12);
+  for (kith_index i = 0; i < c->view.n; ++i) {
+    const double *x = c->position + (size_t)i * NDIM;
+    c->velocity[i * NDIM + 1] = 0.02 * sin(2 * M_PI * x[0] + 0.3) * exp(-2 * M_PI * fabs(x[1] - 4.5));
+  }
+  CHECK_CLOSE(taken(c, KITH_MEASURE_ripple), 0.02, 1e-14);
   start[KITH_MEASURE_growth] *= 3; /* it has shrunk */
   CHECK(isnan(taken(c, KITH_MEASURE_growth)));
 }

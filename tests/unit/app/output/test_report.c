@@ -91,6 +91,7 @@ static struct kith_report sample(void) {
                                         .shock_radius = 0.349,
                                         .shock_exact = 0.35,
                                         .shock_offset = -0.25,
+                                        .shock_swept = 0.3475,
                                         .density_peak = 3.9},
                               .n_stages = 3,
                               .stages = stages,
@@ -129,7 +130,7 @@ static void keys(void) {
   check_number(json, "norms|speed_peak", 0.875), check_number(json, "norms|nodes", 23000);
   check_number(json, "norms|contact_pressure_error", 0.01), check_number(json, "norms|density_peak", 3.9);
   check_number(json, "norms|shock_radius", 0.349), check_number(json, "norms|shock_exact", 0.35);
-  check_number(json, "norms|shock_offset", -0.25);
+  check_number(json, "norms|shock_offset", -0.25), check_number(json, "norms|shock_swept", 0.3475);
   check_number(json, "stages|step|seconds", 12.25), check_number(json, "stages|step|calls", 210);
   check_number(json, "stages|step/connectivity|calls", 35);
   check_number(json, "ledger|ghosts_created", 5e12), check_number(json, "ledger|odd \"name\"", 3);
