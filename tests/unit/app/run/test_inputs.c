@@ -23,7 +23,7 @@ static bool make(struct made *m, const char *name, const char *resolution, const
   path_of(path, sizeof path, name);
   snprintf(dimension, sizeof dimension, "dimension=%d", NDIM);
   snprintf(fine, sizeof fine, "resolution=%s", resolution);
-  snprintf(arranged, sizeof arranged, "arrangement=%s", arrangement);
+  snprintf(arranged, sizeof arranged, "arrangement?=%s", arrangement); /* of one region it means nothing */
   const char *const overrides[] = {dimension, arranged, fine};
   CHECK_OK(kith_scene_read(&m->scene, path, resolution ? 3 : 2, overrides));
   if (!m->scene) return false;
