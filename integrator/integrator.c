@@ -20,9 +20,16 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
       {!it->scheme->stages && !kith_scheme_has_blocks(it->scheme, it->settings),
        {"energy_rate_last", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt, one evaluation earlier"},
        &it->energy_rate_last},
+      {it->follows,
+       {"window_even", KITH_SCALAR, KITH_U8, KITH_WORK, NULL, "is it disturbed, or near such nodes?"},
+       &it->reached[0]},
+      {it->follows,
+       {"window_odd", KITH_SCALAR, KITH_U8, KITH_WORK, NULL, "the same, a neighbor further"},
+       &it->reached[1]},
       {0}};
   if (it->settings != NULL) KITH_TRY(kith_params_check(it->scheme->params, it->scheme->name, it->settings));
   it->kick = (struct kith_kick){0};
+  if (it->follows) KITH_TRY(kith_nodes_mark_activity(it->nodes));
   KITH_TRY(kith_nodes_fields(it->nodes, fields));
   it->evaluations = it->scheme->evaluations;
   if (it->scheme->create != NULL) KITH_TRY(it->scheme->create(it));

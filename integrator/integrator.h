@@ -1,7 +1,7 @@
 /* integrator.h - the state of the time integration: what a run sets, what a step keeps, how nodes are moved.
  *
- * In this room, from below: ledger, integrator, flow (gas that comes and goes), lifecycle (that of the
- * connectivity in one function), step (a step in one function), schemes/. */
+ * In this room, from below: ledger, integrator, flow (gas that comes and goes), window (gas that sleeps),
+ * lifecycle (that of the connectivity in one function), step (a step in one function), schemes/. */
 #ifndef KITH_INTEGRATOR_INTEGRATOR_H
 #define KITH_INTEGRATOR_INTEGRATOR_H
 
@@ -56,6 +56,7 @@ struct kith_integrator {
   double skin;          /* search radius = (1 + skin) support, and what the step may need (lifecycle.h) */
   bool cull, check;
   int reorder_every; /* lifecycles between checks of the curve order, 0: never */
+  bool follows;      /* gas that no signal has reached sleeps (window.h) */
   bool summarizes;   /* `summary` is wanted after each step */
   /* What a caller decides by all ranks after a step: ask (NULL: nothing) writes what this rank wants. */
   void (*ask)(void *context, double wish[KITH_WISHES]);
@@ -104,6 +105,7 @@ struct kith_integrator {
     kith_index n, *node;
     size_t capacity;
   } near;
+  struct kith_field *reached[2]; /* the window: scratch, U8; NULL if it is not followed */
   struct kith_requirements need;
   struct { /* scratch of the lifecycle */
     uint8_t *keep;

@@ -5,6 +5,7 @@
 #include <string.h>
 #include "integrator/flow.h"
 #include "integrator/lifecycle.h"
+#include "integrator/window.h"
 
 enum { MAX_GROWTHS = 40 };
 
@@ -144,6 +145,7 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
     memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
   kith_status status = kith_integrator_rates(it);
   if (status == KITH_OK && has_blocks(it)) status = it->scheme->start(it);
+  if (status == KITH_OK && it->follows) kith_window_begin(it);
   if (status == KITH_OK) status = after_rates(it, KITH_OK);
   kith_profile_end(it->profile);
   KITH_TRY(status);
@@ -212,6 +214,7 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   it->clock = it->time;
   kith_status status = take_step(it, &dt);
   kith_boundaries_move(it->boundaries, it->clock);
+  if (status == KITH_OK && it->follows) kith_window_follow(it);
   if (status == KITH_OK)
     status = after_rates(it, kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true));
   kith_profile_end(it->profile);

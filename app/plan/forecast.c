@@ -44,7 +44,7 @@ static kith_status steps_of(struct kith_simulation *m, double until, double limi
   double first;
   KITH_TRY(kith_simulation_start(m));
   KITH_TRY(kith_evaluation_measure(m, &first));
-  const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings);
+  const bool parts = it->nodes->activity != NULL; /* not all nodes are updated at a time */
   const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
   const double start = seconds_now();
   while (it->time < until) {
@@ -52,8 +52,8 @@ static kith_status steps_of(struct kith_simulation *m, double until, double limi
     if (seconds_now() - start > limit) KITH_FAIL(DIVERGED, "a calibration run exceeds %.3g s", limit);
   }
   const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
-               all = blocks ? of_node : (double)(it->ledger.evaluations - evaluations);
-  out->steps = blocks ? of_node : (double)it->step;
+               all = parts ? of_node : (double)(it->ledger.evaluations - evaluations);
+  out->steps = parts ? of_node : (double)it->step;
   out->growth = (seconds_now() - start) / fmax(all, 1) / first;
   return KITH_OK;
 }

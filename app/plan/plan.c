@@ -15,6 +15,7 @@
 #include "app/initial/lattice.h"
 #include "app/plan/forecast.h"
 #include "integrator/lifecycle.h"
+#include "integrator/window.h"
 
 enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
 
@@ -276,7 +277,8 @@ static double expected_steps(double first, double full, double until) {
 /* Scenes that cost more than a second are calibrated: the larger that run is, the more reliable. */
 static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
-  const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings);
+  const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings),
+             parts = it->nodes->activity != NULL; /* not all nodes are updated at a time */
   const double evaluation = it->evaluations * plan->evaluation;
   struct kith_calibration c = {.growth = 1};
   char time[32], all[32];
@@ -290,18 +292,18 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
   if (!calibrated) c.growth = 1; /* a run that failed leaves none */
   if (calibrated && !fixed) steps = c.expected;
-  const char *label = blocks ? "updates" : "steps";
+  const char *label = parts ? "updates" : "steps";
   if (calibrated)
-    line(label, "about %.*f%s to t = %.6g; a calibration run took %.*f at resolution %.4g", blocks, steps,
-         blocks ? " of a node" : "", until, blocks, c.steps, c.resolution);
+    line(label, "about %.*f%s to t = %.6g; a calibration run took %.*f at resolution %.4g", parts, steps,
+         parts ? " of a node" : "", until, parts, c.steps, c.resolution);
   else
     line(label, "about %.0f to t = %.6g, an estimate: %s", steps, until,
-         fixed    ? "all of the same length"
-         : blocks ? "as many as with a global step"
-                  : "dt grows by a quarter a step and then stays as it is now");
+         fixed   ? "all of the same length"
+         : parts ? "as many as if all nodes were updated in each step"
+                 : "dt grows by a quarter a step and then stays as it is now");
   line("cost", "about %s: %.3g %s of %d evaluation%s of %s%s; %d thread%s",
        kith_text_seconds(all, steps * evaluation * c.growth), steps,
-       blocks ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
+       parts ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
        kith_text_seconds(time, plan->evaluation * c.growth),
        calibrated || !kith_rebuilds_lasting(it->rebuilds) ? "" : " at most: Verlet lists save rebuilds",
        omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
@@ -323,8 +325,9 @@ static void show_cheaper(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
   const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings);
+  const struct kith_package_traits traits = kith_package_traits(m->package.ops, m->package.settings);
   const bool possible = it->scheme->blocks != NULL && it->fixed_dt <= 0 && m->package.barrier == NULL &&
-                        kith_package_traits(m->package.ops, m->package.settings).all_rows == NULL;
+                        traits.all_rows == NULL;
   const double share = possible ? share_of_updates(plan) : 1;
   char steps[160];
   snprintf(steps, sizeof steps,
@@ -332,12 +335,21 @@ static void show_cheaper(const struct plan *plan) {
                ? "scheme.steps=block: limits of nodes differ, %.2g of the updates would do at the start"
                : "scheme.steps=global: limits of nodes are alike, block steps save nothing (%.2g)",
            share);
+  const bool may_sleep = it->nodes->activity == NULL && !it->scheme->retries && !it->scheme->implicit &&
+                         !kith_rebuilds_lasting(&m->rebuilds) && m->hydro.outside_force == NULL &&
+                         traits.all_rows == NULL && traits.history == NULL;
+  const double rest = may_sleep ? kith_window_at_rest(it) : 0;
+  char window[160];
+  snprintf(
+      window, sizeof window,
+      "window=follow: %.0f %% of the nodes are at rest at the start, and cost little until a signal comes",
+      100 * rest);
   const char *const settings[] = {
-      blocks == (share < 0.4) ? NULL : steps,
-      kith_rebuilds_lasting(&m->rebuilds) || blocks
+      blocks == (share < 0.4) ? NULL : steps, rest < 0.5 ? NULL : window,
+      kith_rebuilds_lasting(&m->rebuilds) || it->nodes->activity != NULL
           ? NULL
           : "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces",
-      kith_package_traits(m->package.ops, m->package.settings).cheaper};
+      traits.cheaper};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";

@@ -125,6 +125,7 @@ struct kith_scene {
     void *settings[2];                             /* of lower and upper, NULL: none; owned */
     double velocity;                               /* of a face that moves, else 0 */
   } boundary[NDIM];
+  bool follows;                              /* window: gas that no signal has reached sleeps */
   struct kith_external_force external_force; /* force from outside */
   int n_materials;
   char material_name[KITH_MAX_LISTS][32];

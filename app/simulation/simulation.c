@@ -131,6 +131,7 @@ static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, b
       .cull = scene->connectivity.cull,
       .check = check,
       .canonical = scene->reproducible,
+      .follows = scene->follows,
       .flow = {.state = kith_initial_conditions_unsteady(scene) ? kith_initial_conditions_inflow : NULL,
                .context = scene,
                .id_stride = n_nodes},
@@ -153,6 +154,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const struct kith_scheme_ops *scheme = kith_scheme_find(s->scheme.member.name);
   const char *name = s->method.package.name;
   const struct kith_package_traits package = kith_package_traits(package_of(s), s->method.package.settings);
+  const bool blocks = kith_scheme_has_blocks(scheme, s->scheme.member.settings);
   const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
   bool piston = false, passes = false, shifts = false;
   for (int a = 0; a < NDIM; ++a) {
@@ -174,14 +176,23 @@ static kith_status check_combination(const struct kith_simulation *m) {
   REFUSE_IF(s->method.compatible && scheme->incompatible != NULL, "scheme.name",
             "%s cannot keep energy compatible: %s; give it method.energy=thermal", scheme->name,
             scheme->incompatible);
-  if (kith_scheme_has_blocks(scheme, s->scheme.member.settings)) {
+  REFUSE_IF(s->follows && blocks, "window",
+            "nodes at rest have long steps of their own with block steps: take whole, or global steps");
+  REFUSE_IF(s->follows && (scheme->retries || scheme->implicit), "window",
+            "%s solves for the rates of all nodes together: take whole", scheme->name);
+  REFUSE_IF(s->follows && package.history != NULL, "window",
+            "%s changes in gas at rest, too: take whole", package.history);
+  if (blocks || s->follows) {
+    const char *key = blocks ? "scheme.steps" : "window", *take = blocks ? "global steps" : "whole";
     REFUSE_IF(kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
-              "block steps build the lists of the active nodes at every tick: take always");
-    REFUSE_IF(package.all_rows != NULL, "scheme.steps", "%s need the rows of all nodes: take global steps",
-              package.all_rows);
-    REFUSE_IF(any_region(s, is_coupled), "scheme.steps",
-              "what passes a barrier follows from the rows of all nodes: take global steps");
-    REFUSE_IF(again, "partition.ghosts", "block steps have no rows of ghosts; take exchange");
+              "lists of active nodes are built whenever these are others: take always");
+    REFUSE_IF(package.all_rows != NULL, key, "%s need the rows of all nodes: take %s", package.all_rows,
+              take);
+    REFUSE_IF(any_region(s, is_coupled), key,
+              "what passes a barrier follows from the rows of all nodes: take %s", take);
+    REFUSE_IF(again, "partition.ghosts",
+              "where not all nodes are active, ghosts have no rows; take exchange");
+    REFUSE_IF(s->follows && passes, key, "gas that comes or goes is no gas at rest: take whole");
   }
   REFUSE_IF(s->scheme.cfl > 1 && !scheme->implicit, "scheme.cfl",
             "%g is out of range (0, 1] of %s; more is for implicit", s->scheme.cfl, scheme->name);
@@ -197,11 +208,9 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "%s sum over all nodes of two supports, and images that are shifts are no nodes; take images: "
             "ghosts",
             package.uncoupled);
-  REFUSE_IF(
-      passes && (scheme->incompatible != NULL || kith_scheme_has_blocks(scheme, s->scheme.member.settings)),
-      "scheme.name",
-      "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
-      scheme->name);
+  REFUSE_IF(passes && (scheme->incompatible != NULL || blocks), "scheme.name",
+            "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
+            scheme->name);
   return KITH_OK;
 #undef REFUSE_IF
 }

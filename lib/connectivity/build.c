@@ -7,7 +7,8 @@
  * than the rows themselves.
  *
  * Where nodes are active or idle, only active ones are targets, ghosts among them. An idle node has its
- * active neighbors in its row: the transpose of their rows, counted with the bits and filled in last. */
+ * active neighbors in its row: the transpose of their rows, counted with the bits and filled in last. Ghosts
+ * serve for that alone, so only idle nodes are their candidates. */
 #include "lib/connectivity/build.h"
 
 #include <math.h>
@@ -80,6 +81,17 @@ static bool join(struct group *a, const struct group *b) {
 
 /* --- candidates of a group --- */
 
+/* Are the targets ghosts whose rows only serve the idle nodes in them? */
+static bool serves_idle(const struct kith_build *build, const struct group *group) {
+  return build->selected && !build->targets->ghosts &&
+         build->targets->search->node[group->run.first] >= build->nodes->n_internal;
+}
+
+static bool is_source(const struct kith_build *build, kith_index node, bool idle) {
+  if (build->column != NULL && build->column[node] < 0) return false;
+  return !idle || (node < build->nodes->n_internal && !kith_node_active(build->nodes, node));
+}
+
 /* Keys of the slots within range of the box, internal nodes and ghosts apart, n[0] and n[1] of them: each of
  * the two is nearly ascending. key: arrays for all candidates; the spare one holds the slots first. */
 static kith_status collect(struct kith_worker *worker, const struct kith_build *build,
@@ -92,11 +104,12 @@ static kith_status collect(struct kith_worker *worker, const struct kith_build *
   kith_index *slot = (kith_index *)key[2];
   for (int r = 0; r < worker->runs.n; ++r)
     within += kith_box_slots(search, worker->runs.run[r], &group->box, group->radius2, slot + within);
-  if (build->column != NULL) {
+  const bool idle = serves_idle(build, group);
+  if (build->column != NULL || idle) {
     const size_t all_within = within;
     within = 0;
     for (size_t k = 0; k < all_within; ++k) /* `within` is never ahead of k */
-      slot[within] = slot[k], within += build->column[search->node[slot[k]]] >= 0;
+      slot[within] = slot[k], within += is_source(build, search->node[slot[k]], idle);
   }
   uint64_t *inner = key[0], *outer = key[1];
   for (size_t k = 0; k < within; ++k) {
@@ -294,7 +307,8 @@ static int hits_of(const struct kith_packed *near, const struct kith_build *buil
 }
 
 static kith_status test_targets(struct kith_worker *worker, const struct kith_build *build,
-                                struct kith_run targets, const int *self, size_t *length, uint64_t *hit) {
+                                struct kith_run targets, const int *self, bool idle, size_t *length,
+                                uint64_t *hit) {
   const kith_index *node = build->targets->search->node;
   const bool all = kith_build_all_targets(build);
   for (kith_index m = 0; m < targets.count; ++m) {
@@ -308,7 +322,7 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
       *word &= ~bit;
     }
     if (build->excluders != NULL) KITH_TRY(exclude(worker, build, i, hit, &count));
-    if (build->selected) count_idle(worker, hit, length);
+    if (idle) count_idle(worker, hit, length);
     length[all ? i : kith_build_row(build, i)] = (size_t)count;
     hit += worker->near.words;
     worker->candidates += (size_t)worker->near.n;
@@ -316,13 +330,53 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
   return KITH_OK;
 }
 
+/* Where the idle nodes are that are no ghosts, by chunks. It pays where there are ghosts, most of which have
+ * none of them near. */
+static void enclose_idle(const struct kith_build *build) {
+  const struct kith_search *search = build->search;
+  if (!build->selected || build->nodes->n_ghost == 0) return;
+#pragma omp parallel for schedule(static) if (search->n > KITH_FEW)
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
+    const int start = kith_part_start(search->n_groups, c, KITH_ROW_CHUNKS),
+              stop = kith_part_start(search->n_groups, c + 1, KITH_ROW_CHUNKS);
+    struct kith_idle idle = {kith_box_empty(), 0};
+    for (int g = start; g < stop; ++g)
+      for (kith_index k = 0; k < search->group[g].count; ++k) {
+        const kith_index slot = search->group[g].first + k, i = search->node[slot];
+        double x[NDIM];
+        if (i >= build->nodes->n_internal || kith_node_active(build->nodes, i)) continue;
+        for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
+        kith_box_include(&idle.box, x);
+        idle.radius = KITH_MAX(idle.radius, search->radius->f64[i]);
+      }
+    build->scratch->idle[c] = idle;
+  }
+}
+
+/* May targets of the group have an idle neighbor? */
+static bool idle_near(const struct kith_build *build, const struct group *group) {
+  if (!build->selected) return false;
+  bool near = build->nodes->n_ghost == 0 || build->shifts != NULL;
+  for (int c = 0; c < KITH_ROW_CHUNKS && !near; ++c) {
+    const struct kith_idle *idle = &build->scratch->idle[c];
+    const double radius = (1 + KITH_SEARCH_SLACK) * KITH_MAX(group->radius, idle->radius);
+    near = true;
+    for (int a = 0; a < NDIM; ++a)
+      near = near && group->box.lower[a] - radius <= idle->box.upper[a] &&
+             group->box.upper[a] + radius >= idle->box.lower[a];
+  }
+  return near;
+}
+
 /* With this group, `done` of `all` groups of the chunk have been tested. length[i]: of row i. */
 static kith_status test_group(struct kith_worker *worker, const struct kith_build *build,
                               struct kith_words *chunk, size_t *length, const struct group *group, int done,
                               int all) {
   int self[GROUP_SLOTS];
+  const bool idle = idle_near(build, group);
+  if (serves_idle(build, group) && !idle) return KITH_OK;
   KITH_TRY(candidates(worker, build, group, self));
-  if (build->selected) KITH_TRY(mark_idle(worker, build->nodes));
+  if (idle) KITH_TRY(mark_idle(worker, build->nodes));
   const size_t n = (size_t)worker->near.n,
                head = KITH_RECORD_HEAD + kith_record_nodes(n) + kith_record_shifts(build, n),
                words = head + (size_t)worker->near.words * (size_t)group->targets;
@@ -334,7 +388,7 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   if (n > 0 && build->shifts != NULL)
     memcpy(record + KITH_RECORD_HEAD + kith_record_nodes(n), worker->near.shift, n * sizeof(uint16_t));
   chunk->n += words;
-  return test_targets(worker, build, group->run, self, length, record + head);
+  return test_targets(worker, build, group->run, self, idle, length, record + head);
 }
 
 /* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one
@@ -388,6 +442,7 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
                                                       : build->nodes->n_internal));
   memset(rows->first, 0, ((size_t)rows->n + 1) * sizeof(size_t));
   for (int t = 0; t < scratch->threads; ++t) scratch->worker[t].candidates = 0;
+  enclose_idle(build);
   KITH_TRY(test_chunks(build, rows->first + 1));
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;

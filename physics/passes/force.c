@@ -377,6 +377,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
       .pairwise = evaluated + values};
   struct kith_node_sweep sums = pairs;
   sums.stage = "force", sums.chunk = nodes_chunk;
+  sums.touched = pass->kick->blocks != NULL; /* else what is not active keeps its rates */
   /* m, c, heat, signal, correction; v, its base, the accelerations, which are read and written */
   sums.own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4));
   sums.shared = kept ? 0 : pairs.shared, sums.pairwise = of_row + (kept ? values : evaluated);

@@ -47,6 +47,25 @@ static inline bool scenario_open(struct scenario *s, const char *yaml, const cha
   return scenario_make(s, NULL, yaml, settings);
 }
 
+/* Whether it can be made, with these settings. */
+static inline kith_status scenario_status(const char *yaml, const char *settings) {
+  struct kith_scene *scene = NULL;
+  struct kith_simulation *simulation = NULL;
+  char words[256], dimension[] = "dimension=0", *rest = NULL;
+  const char *overrides[SCENARIO_SETTINGS] = {dimension};
+  int n = 1;
+  dimension[10] = (char)('0' + NDIM);
+  snprintf(words, sizeof words, "%s", settings);
+  for (char *word = strtok_r(words, " ", &rest); word != NULL && n < SCENARIO_SETTINGS;
+       word = strtok_r(NULL, " ", &rest))
+    overrides[n++] = word;
+  kith_status status = kith_scene_parse(&scene, "scenario.yaml", yaml, strlen(yaml), n, overrides);
+  if (status == KITH_OK) status = kith_simulation_create(&simulation, scene, NULL, NULL, true);
+  kith_simulation_destroy(&simulation);
+  kith_scene_destroy(&scene);
+  return status;
+}
+
 static inline void scenario_close(struct scenario *s) {
   kith_simulation_destroy(&s->simulation);
   kith_scene_destroy(&s->scene);

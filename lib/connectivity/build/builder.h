@@ -32,6 +32,10 @@ struct kith_builder {
   size_t bits_capacity;
   kith_index *filled; /* entries of the rows of idle nodes so far */
   size_t filled_capacity;
+  struct kith_idle {
+    struct kith_box box;
+    double radius;
+  } idle[KITH_ROW_CHUNKS]; /* around the idle nodes of each chunk, and the largest of their R */
 };
 /* For at least as many threads as may run now. */
 kith_status kith_builder_reserve(struct kith_builder *scratch);

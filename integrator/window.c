@@ -1,0 +1,78 @@
+/* The window: which nodes are disturbed, and who is awake. */
+#include "integrator/window.h"
+
+/* How many neighbors far an evaluation carries a signal: density, gradients, forces. */
+enum { LAYERS = 3 };
+/* In units of the speed of sound, and of the time in which that crosses a support: less is gas at rest. The
+ * round-off of forces on lattices is some 1e-14. */
+static const double quiet = 1e-11;
+
+static bool is_disturbed(const struct kith_integrator *it, kith_index i) {
+  const struct kith_hydro *hydro = it->hydro;
+  const double c = hydro->sound_speed->f64[i], h = it->nodes->support->f64[i], u = hydro->energy->f64[i],
+               v = kith_norm(hydro->velocity->f64 + (size_t)i * NDIM),
+               a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM);
+  return !(v <= quiet * c && a * h <= quiet * c * c &&
+           fabs(hydro->energy_rate->f64[i]) * h <= quiet * fabs(u) * c);
+}
+
+/* Nodes that `from` marks, and their neighbors. */
+static void add_neighbors(const struct kith_integrator *it, const uint8_t *restrict from,
+                          uint8_t *restrict to) {
+  const struct kith_rows *rows = &it->connectivity->rows;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    to[i] = from[i];
+    for (size_t e = rows->first[i]; e < rows->first[i + 1] && !to[i]; ++e) to[i] = from[rows->node[e]];
+  }
+}
+
+/* The nodes so near to a disturbed one that an evaluation of the next step may see it. */
+static const uint8_t *reached(const struct kith_integrator *it) {
+  struct kith_field *const *field = it->reached;
+  const int layers = LAYERS * it->evaluations;
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    field[0]->u8[i] = it->nodes->activity->u8[i] == KITH_ACTIVE && is_disturbed(it, i);
+  for (int k = 0; k < layers; ++k) {
+    kith_halo_refresh(it->hydro->halo, it->nodes, &field[k % 2], 1);
+    add_neighbors(it, field[k % 2]->u8, field[(k + 1) % 2]->u8);
+  }
+  return field[layers % 2]->u8;
+}
+
+static void stop(const struct kith_field *rate, kith_index i) {
+  for (int a = 0; rate != NULL && a < rate->components; ++a)
+    rate->f64[(size_t)(i * rate->components + a)] = 0;
+}
+
+void kith_window_begin(struct kith_integrator *it) {
+  const struct kith_package *package = it->package;
+  const uint8_t *awake = reached(it);
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    if (awake[i]) continue;
+    it->nodes->activity->u8[i] = KITH_IDLE;
+    stop(it->hydro->acceleration, i);
+    stop(it->hydro->energy_rate, i);
+    stop(package->pair_acceleration, i);
+    stop(package->energy_correction, i);
+    stop(package->velocity_divergence, i);
+  }
+}
+
+void kith_window_follow(struct kith_integrator *it) {
+  const uint8_t *awake = reached(it);
+  uint8_t *activity = it->nodes->activity->u8;
+#pragma omp parallel for simd schedule(static)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    if (awake[i]) activity[i] = KITH_ACTIVE;
+}
+
+double kith_window_at_rest(const struct kith_integrator *it) {
+  const kith_index n = it->nodes->n_internal;
+  kith_index disturbed = 0;
+#pragma omp parallel for schedule(static) reduction(+ : disturbed)
+  for (kith_index i = 0; i < n; ++i) disturbed += is_disturbed(it, i);
+  return n > 0 ? 1 - (double)disturbed / n : 0;
+}

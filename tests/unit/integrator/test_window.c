@@ -1,0 +1,104 @@
+/* Gas that no signal has reached sleeps (window: follow): the run of all nodes, to round-off, for fewer
+ * updates; sleepers stay as they were laid out; what is conserved; what wakes all; what is refused. Ranks and
+ * restarts: mpi. */
+#include "tests/unit/scenario.h"
+
+#define FOLLOW "window: follow\n"
+
+/* A pressure jump in a long tube; in 1-D with walls. */
+static const char tube[] =
+    "dimension: 3\nscene: tube\n"
+    "resolution: {1d: 50, 2d: 24, 3d: 20}\n"
+    "domain: {lower: [-2, 0, 0], upper: [2, 1, 1], across: 7}\n"
+    "boundaries: {x: {1d: reflecting, 2d: periodic, 3d: periodic}, y: periodic, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}}\n"
+    "regions:\n"
+    "  - {material: gas, where: {x: [-2, 0]}, lattice: cubic, density: 1, pressure: 1}\n"
+    "  - {material: gas, where: {x: [0, 2]}, lattice: cubic, density: 1, pressure: 0.1}\n"
+    "until: 0.05\n" FOLLOW;
+
+static uint64_t updates(const struct scenario *s) {
+  return s->simulation->integrator.ledger.updates;
+}
+
+static void same_for_less(void) {
+  static const char *const settings[] = {"method.package=sph",    "method.package=sph traversal=pairs",
+                                         "method.package=crk",    "method.package=mfm",
+                                         "method.package=magma2", "scheme.name=rk2"};
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; k += NDIM < 3 ? 1 : 3) {
+    struct scenario window, whole;
+    if (scenario_open(&window, tube, "%s", settings[k]) && scenario_run(&window, 100000) &&
+        scenario_open(&whole, tube, "%s window=whole", settings[k]) && scenario_run(&whole, 100000)) {
+      CHECK(scenario_distance(&whole, &window, "velocity") < 1e-11);
+      CHECK(scenario_distance(&whole, &window, "energy") < 1e-12);
+      CHECK(scenario_distance(&whole, &window, "density") < 1e-12);
+      CHECK(scenario_distance(&whole, &window, "position") < 1e-12);
+      CHECK(whole.simulation->integrator.step == window.simulation->integrator.step);
+      CHECK(updates(&window) < (NDIM == 1 ? 0.5 : 0.9) * (double)updates(&whole));
+      CHECK(scenario_energy_drift(&window) < 1e-12);
+      CHECK(NDIM == 1 || scenario_momentum_drift(&window) < 1e-12);
+    }
+    scenario_close(&window);
+    scenario_close(&whole);
+  }
+}
+
+/* They are bitwise what they were: read by neighbors, not written. */
+static void sleepers_stay(void) {
+  struct scenario before, after;
+  kith_index asleep = 0, changed = 0;
+  if (scenario_open(&before, tube, "connectivity.reorder=0") && scenario_run(&before, 0) &&
+      scenario_open(&after, tube, "connectivity.reorder=0") && scenario_run(&after, 4)) {
+    const struct kith_nodes *m = before.simulation->nodes, *n = after.simulation->nodes;
+    for (kith_index i = 0; i < n->n_internal; ++i) {
+      if (n->activity->u8[i] == KITH_ACTIVE) continue;
+      ++asleep;
+      for (int f = 0; f < n->n_fields; ++f) {
+        const size_t size = kith_field_node_size(n->fields[f]);
+        if (n->fields[f]->spec.role == KITH_STATE &&
+            memcmp((const char *)m->fields[f]->data + (size_t)i * size,
+                   (const char *)n->fields[f]->data + (size_t)i * size, size) != 0)
+          ++changed;
+      }
+    }
+    CHECK(asleep > 0 && asleep < n->n_internal);
+    CHECK(changed == 0);
+  }
+  scenario_close(&before);
+  scenario_close(&after);
+}
+
+/* Disordered gas is at rest nowhere: all are awake, and the run has the bits of one without a window. */
+static void disordered(void) {
+  struct scenario window, whole;
+  const char *jitter = "regions.0.jitter=0.2 regions.1.jitter=0.2";
+  if (scenario_open(&window, tube, "%s", jitter) && scenario_run(&window, 5) &&
+      scenario_open(&whole, tube, "%s window=whole", jitter) && scenario_run(&whole, 5)) {
+    CHECK(updates(&window) == updates(&whole));
+    CHECK(scenario_difference(&whole, &window) == NULL);
+  }
+  scenario_close(&window);
+  scenario_close(&whole);
+}
+
+static void refused(void) {
+  static const char *const settings[] = {"connectivity.rebuild=displacement",
+                                         "scheme.steps=block",
+                                         "scheme.name=implicit",
+                                         "scheme.name=arkode method.energy=thermal",
+                                         "method.package=mfm method.faces=integrated",
+                                         "boundaries.x=outflow",
+                                         "method.package=remix",
+                                         "method.viscosity.name=cullen-dehnen",
+                                         "regions.1.barrier=true"};
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
+    CHECK_STATUS(KITH_BAD_INPUT, scenario_status(tube, settings[k]));
+}
+
+int main(void) {
+  same_for_less();
+  sleepers_stay();
+  disordered();
+  refused();
+  return check_failed();
+}
