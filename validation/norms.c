@@ -220,17 +220,20 @@ static double crossing(const struct bins *bins, int out, double level) {
 
 /* Radius of the gas inside `place` before the blast, from its part of the mass of the window; 0 if the window
  * is no ball, or the gas ahead not of one density. */
-static double swept_radius(const struct measure *m, const struct bins *bins, double width, double place) {
-  const double radius = m->window->r[1], at = (place - m->shock) / width + BINS / 2;
-  double inside = 0, all = 0, speed;
+static double swept_radius(const struct measure *m, double place) {
+  const double radius = m->window->r[1];
+  struct kith_sum sum[2] = {{{0}, 0}}; /* mass inside, all */
+  double speed;
   if (m->center == NULL || m->window->r[0] > 0 || !isfinite(radius)) return 0;
   const double edge = density_beside(m, radius - m->shock, &speed);
-  if (fabs(edge / density_beside(m, 1e-6 * width, &speed) - 1) > 1e-9) return 0;
-  for (int k = 0; k < BINS; ++k) {
-    const double mass = of_bin(bins, k, MASS);
-    all += mass, inside += mass * KITH_MIN(KITH_MAX(at - k, 0.0), 1.0);
+  if (fabs(edge / density_beside(m, 1e-6 * m->shock, &speed) - 1) > 1e-9) return 0;
+  for (kith_index i = 0; i < m->nodes->n; ++i) {
+    if (!inside(m, i)) continue;
+    kith_sum_add(&sum[1], m->nodes->mass[i]);
+    if (coordinate(m, i) <= place) kith_sum_add(&sum[0], m->nodes->mass[i]);
   }
-  return radius * pow(inside / all, 1.0 / NDIM);
+  kith_sum_ranks(m->nodes->ranks, sum, 2);
+  return radius * pow(kith_sum_value(&sum[0]) / kith_sum_value(&sum[1]), 1.0 / NDIM);
 }
 
 static void find_shock(const struct measure *m, struct bins *bins, double width, double mass,
@@ -246,7 +249,7 @@ static void find_shock(const struct measure *m, struct bins *bins, double width,
   if (level > ahead) norms->shock_radius = crossing(bins, out, level);
   if (norms->shock_radius == 0) return;
   norms->shock_offset = out * (norms->shock_radius - m->shock) / pow(mass / KITH_MIN(low, high), 1.0 / NDIM);
-  norms->shock_swept = swept_radius(m, bins, width, norms->shock_radius);
+  norms->shock_swept = swept_radius(m, norms->shock_radius);
 }
 
 static void measure_peaks(const struct measure *m, struct bins *bins, double width, struct kith_norms *out) {
