@@ -55,7 +55,6 @@ struct kith_boundary_ops {
   /* Moves its faces to their positions at this time; existing ghosts do not follow. NULL: faces are fixed. */
   void (*move)(struct kith_boundary *boundary, double time);
   double (*face_velocity)(const void *settings); /* along the axis; NULL: 0 */
-  bool (*shifts)(const void *settings);          /* are its images shifts of nodes, not ghosts? NULL: no */
   /* The nodes that it holds, as nodes of their own with the same lists and fields; NULL: none. View. */
   const struct kith_nodes *(*held_nodes)(const struct kith_boundary *boundary);
   /* Properties that callers test, instead of names. */
@@ -76,10 +75,6 @@ static inline bool kith_boundary_wraps(const struct kith_boundary_ops *ops) {
 /* Does gas pass the side? NULL: open, which has no zone behind it. */
 static inline bool kith_boundary_passes(const struct kith_boundary_ops *ops) {
   return ops != NULL && (ops->enters || ops->leaves);
-}
-
-static inline bool kith_boundary_shifts(const struct kith_boundary_ops *ops, const void *settings) {
-  return ops != NULL && ops->shifts != NULL && ops->shifts(settings);
 }
 
 /* Velocity of its face along the axis. */

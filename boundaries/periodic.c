@@ -14,12 +14,9 @@ static const struct kith_param periodic_params[] = {
      KITH_INTO(struct periodic, shifts), .role = KITH_ROLE_FREE},
     {0}};
 
-static bool by_shifts(const void *settings) {
-  return settings != NULL && ((const struct periodic *)settings)->shifts;
-}
-
 static bool are_shifts(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
-  return nodes->shifts.wanted && by_shifts(boundary->settings);
+  const struct periodic *settings = boundary->settings;
+  return nodes->shifts.wanted && settings != NULL && settings->shifts;
 }
 
 static void measure(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor) {
@@ -64,7 +61,6 @@ const struct kith_boundary_ops kith_boundary_periodic = {
     .enforce = kith_images_enforce,
     .image_of = image_of,
     .put_back = put_back,
-    .shifts = by_shifts,
     .has_faces = true,
     .wraps = true,
 };

@@ -156,10 +156,9 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const struct kith_package_traits package = kith_package_traits(package_of(s), s->method.package.settings);
   const bool blocks = kith_scheme_has_blocks(scheme, s->scheme.member.settings);
   const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
-  bool piston = false, passes = false, shifts = false;
+  bool piston = false, passes = false;
   for (int a = 0; a < NDIM; ++a) {
     piston = piston || s->boundary[a].velocity != 0;
-    shifts = shifts || kith_boundary_shifts(s->boundary[a].lower, s->boundary[a].settings[0]);
     passes =
         passes || kith_boundary_passes(s->boundary[a].lower) || kith_boundary_passes(s->boundary[a].upper);
   }
@@ -204,10 +203,6 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "a piston requires that neighbor lists are rebuilt always");
   REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
-  REFUSE_IF(shifts && package.uncoupled != NULL, "boundaries",
-            "%s sum over all nodes of two supports, and images that are shifts are no nodes; take images: "
-            "ghosts",
-            package.uncoupled);
   REFUSE_IF(passes && (scheme->incompatible != NULL || blocks), "scheme.name",
             "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
             scheme->name);

@@ -20,6 +20,20 @@ static inline double height(const struct mfm_faces *f, double support) {
   return kith_kernel_constant(f->kernel) / kith_pow_dim(support);
 }
 
+/* x_k - x_j, j as the row of k has it at e; returns its square. */
+static inline double separation(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k,
+                                size_t e, double *d) {
+  const double *x = f->nodes->position->f64, *by = NULL;
+  const kith_index j = rows->node[e];
+  double r2 = 0;
+  if (rows->shift != NULL) by = f->nodes->shifts.by[rows->shift[e]];
+  for (int a = 0; a < NDIM; ++a) {
+    d[a] = x[k * NDIM + a] - (by != NULL ? x[j * NDIM + a] + by[a] : x[j * NDIM + a]);
+    r2 += d[a] * d[a];
+  }
+  return r2;
+}
+
 /* Is k a node of the quadrature? A ghost that is no neighbor of an internal node is not: its row may be
  * incomplete. */
 static inline bool is_quadrature_node(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k) {
@@ -34,15 +48,15 @@ KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pas
   (void)s;
   struct mfm_faces *f = pass->faces;
   const struct kith_rows *rows = &pass->connectivity->rows;
-  const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
+  const double *restrict h = f->nodes->support->f64;
   for (kith_index k = begin; k < end; ++k) {
-    double w, g;
+    double w, g, d[NDIM];
     kith_kernel_value(kernel, 0, &w, &g);
     double sum = w * height(f, h[k]);
     size_t count = 1;
     for (size_t e = rows->first[k]; e < rows->first[k + 1]; ++e) {
       const kith_index j = rows->node[e];
-      const double r2 = kith_distance2(x + (size_t)k * NDIM, x + (size_t)j * NDIM);
+      const double r2 = separation(f, rows, k, e, d);
       if (!(r2 < h[j] * h[j])) continue;
       kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
       sum += w * height(f, h[j]);
@@ -59,24 +73,25 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
   (void)s;
   struct mfm_faces *f = pass->faces;
   const struct kith_rows *rows = &pass->connectivity->rows;
-  const double *restrict x = f->nodes->position->f64, *restrict h = f->nodes->support->f64;
+  const double *restrict h = f->nodes->support->f64;
   for (kith_index k = begin; k < end; ++k) {
     size_t at = f->holders.first[k];
     if (f->holders.first[k + 1] == at) continue;
-    const double *xk = x + (size_t)k * NDIM, scale = f->quadrature->f64[k];
+    const double scale = f->quadrature->f64[k];
     for (size_t e = rows->first[k] - 1; e + 1 <= rows->first[k + 1]; ++e) { /* k first, then its row */
       const bool self = e + 1 == rows->first[k];
       const kith_index j = self ? k : rows->node[e];
-      const double *xj = x + (size_t)j * NDIM, r2 = kith_distance2(xk, xj);
-      double w, g;
+      double w, g, d[NDIM] = {0};
+      const double r2 = self ? 0 : separation(f, rows, k, e, d);
       if (!(r2 < h[j] * h[j])) continue;
       kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
       const double c = scale * height(f, h[j]);
       double *value = f->value + at * KITH_LANES;
+      if (rows->shift != NULL) f->holders.shift[at] = self ? (uint16_t)rows->zero : rows->shift[e];
       f->holders.node[at++] = j;
       memset(value, 0, KITH_LANES * sizeof *value);
       value[0] = c * w;
-      for (int a = 0; a < NDIM; ++a) value[1 + a] = c * g * (xk[a] - xj[a]) / (h[j] * h[j]);
+      for (int a = 0; a < NDIM; ++a) value[1 + a] = c * g * d[a] / (h[j] * h[j]);
     }
   }
 }
@@ -127,6 +142,75 @@ KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_ind
   }
 }
 
+/* --- the same with images that are no ghosts: each has a sum of its own --- */
+
+/* The sums of the overlap row of i, by (node, shift). */
+struct image_sums {
+  size_t n;
+  uint64_t *key; /* [n] ascending */
+  kith_lanes *sum;
+};
+
+static uint64_t image_key(kith_index node, int shift) {
+  return (uint64_t)node << 16 | (uint64_t)shift;
+}
+
+/* Where the sum of (node, shift) is; n if it has none: rounding may leave out who is as far as a support. */
+static size_t image_position(const struct image_sums *sums, kith_index node, int shift) {
+  const uint64_t key = image_key(node, shift);
+  size_t low = 0, high = sums->n;
+  while (low < high) {
+    const size_t middle = (low + high) / 2;
+    if (sums->key[middle] < key)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < sums->n && sums->key[low] == key ? low : sums->n;
+}
+
+/* What the image `by` of k adds to the faces of i. */
+static void add_image(const struct mfm_faces *f, kith_index i, kith_index k, int by,
+                      const struct image_sums *sums) {
+  const struct kith_rows *holders = &f->holders;
+  const size_t self = holders->first[k], end = holders->first[k + 1];
+  const kith_lanes *restrict value = (const kith_lanes *)f->value;
+  const int zero = holders->zero;
+  size_t found = self;
+  while (found < end && (holders->node[found] != i || holders->shift[found] != 2 * zero - by)) ++found;
+  if (found == end) return; /* the support of i does not hold k, or k is no node of the quadrature */
+  const kith_lanes mine = value[found];
+  for (size_t e = self; e < end; ++e) {
+    const size_t at = image_position(sums, holders->node[e], holders->shift[e] + by - zero);
+    if (at < sums->n) sums->sum[at] += mine[0] * value[e] - value[e][0] * mine; /* i itself has none */
+  }
+}
+
+static void image_product(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct pass *pass = context;
+  const struct mfm_faces *f = pass->faces;
+  const struct kith_rows *rows = &pass->connectivity->rows, *overlap = &pass->connectivity->overlap;
+  const struct kith_pairs *pairs = &f->graph.pairs;
+  uint64_t *key[2];
+  for (int k = 0; k < 2; ++k) key[k] = (uint64_t *)kith_scratch_lane(s, KITH_LANES + k);
+  for (kith_index i = begin; i < end; ++i) {
+    if (pairs->first[i] == pairs->first[i + 1]) continue;
+    const size_t first = overlap->first[i];
+    struct image_sums sums = {.n = overlap->first[i + 1] - first, .sum = (kith_lanes *)s->lane};
+    memset(sums.sum, 0, sums.n * sizeof *sums.sum);
+    for (size_t k = 0; k < sums.n; ++k)
+      key[0][k] = image_key(overlap->node[first + k], overlap->shift[first + k]);
+    sums.key = kith_keys_sort(key[0], key[1], sums.n);
+    add_image(f, i, i, rows->zero, &sums);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
+      add_image(f, i, rows->node[e], rows->shift[e], &sums);
+    for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p) {
+      const size_t at = image_position(&sums, pairs->node[p][1], pairs->shift[p]);
+      for (int a = 0; a < NDIM; ++a) f->area->value[p * NDIM + a] = sums.sum[at][1 + a];
+    }
+  }
+}
+
 /* --- stretching --- */
 
 /* What the faces of i are to be stretched by, less 1, so that the trace of sum A (x_j - x_i) is that of 2
@@ -135,16 +219,16 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
   const struct pass *pass = context;
   const struct mfm_faces *f = pass->faces;
   const struct kith_rows *rows = &f->graph.rows;
-  const double *x = f->nodes->position->f64, *h = f->nodes->support->f64;
+  const double *h = f->nodes->support->f64;
   (void)s;
   for (kith_index i = begin; i < end; ++i) {
     double trace = 0;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-      const kith_index j = rows->node[e];
       const size_t p = f->graph.pairs.of_row[e];
+      double d[NDIM];
+      separation(f, rows, i, e, d);
       const double sign = kith_pair_starts(&f->graph, i, e) ? 1 : -1, *area = f->area->value + p * NDIM;
-      for (int a = 0; a < NDIM; ++a)
-        trace += sign * area[a] * (x[(size_t)j * NDIM + a] - x[(size_t)i * NDIM + a]);
+      for (int a = 0; a < NDIM; ++a) trace -= sign * area[a] * d[a];
     }
     const double wanted = 2 * NDIM * kith_ball() * kith_pow_dim(h[i]) / f->neighbors;
     f->stretch->f64[i] = KITH_MIN(KITH_MAX(wanted / trace, 1 - most_stretch), 1 + most_stretch) - 1;
@@ -176,7 +260,9 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
 static kith_status find_holders(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   const kith_index n = pass->connectivity->rows.n;
+  const struct kith_rows *rows = &pass->connectivity->rows;
   KITH_TRY(kith_rows_sum(&f->holders));
+  KITH_TRY(kith_rows_shift(&f->holders, rows->shift != NULL ? rows->zero : -1));
   KITH_TRY(kith_reserve(&f->value, &f->value_capacity, f->holders.first[n] * KITH_LANES, sizeof *f->value));
   return kith_traverse(n, holders_chunk_of[f->kernel], pass, 1, 0, NULL, f->profile);
 }
@@ -191,7 +277,11 @@ kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectiv
   kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
   status = find_holders(&pass);
   if (status == KITH_OK)
-    status = kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile);
+    status =
+        connectivity->rows.shift == NULL
+            ? kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile)
+            : kith_traverse(f->graph.pairs.starts, image_product, &pass, KITH_LANES + 2,
+                            kith_rows_longest(&connectivity->overlap), NULL, f->profile);
   if (status == KITH_OK)
     status = kith_traverse(f->nodes->n_internal, stretch_chunk, &pass, 1, 0, NULL, f->profile);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));

@@ -15,7 +15,7 @@
  * vectorize. The jumps follow from S*, found in two rounds from S* of q = rho (c + 2 A w), w a share of the
  * approach: exact for two gases alike.
  *
- * Measured against the exact solver (tests/unit/physics/test_mfm_riemann.c), error of P*: 1e-6 for jumps of
+ * Measured against the exact solver (tests/unit/physics/mfm/test_mfm_riemann.c), error of P*: 1e-6 for jumps of
  * 10 %, 0.002 for jumps of the order of the state; Sod's states -0.03. Estimates that give an expansion the
  * sound speed as its wave speed (Davis, Einfeldt, Toro's) are off by -0.3 there, and below zero at 1-2-3.
  *

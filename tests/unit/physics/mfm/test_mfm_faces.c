@@ -1,6 +1,6 @@
 /* Faces against sums over all images of all nodes, with the integrand as it is defined; and what closing them
  * does. */
-#include "tests/unit/physics/mfm_world.h"
+#include "tests/unit/physics/mfm/mfm_world.h"
 
 /* About as many neighbors as the kernel wants, fewer in 3-D: the sums below are slow. */
 static const double few = NDIM == 1 ? 4.2 : NDIM == 2 ? 16 : 30;
