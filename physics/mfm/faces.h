@@ -31,8 +31,8 @@
  *
  * On disordered nodes neither form closes, sum_j A_ij != 0, so a uniform pressure accelerates nodes.
  * Measured for nodes of unit volume, up to 0.3 spacings off a square lattice, 20 neighbors
- * (tests/unit/physics/mfm/test_mfm_faces.c):  mean |sum A|  0.42 one-point, 0.18 integrated;  mean sum |A|  3.3,
- * 2.5;  faces  20, 64. Less area is not less dissipation: open integrated faces disorder the nodes where
+ * (tests/unit/physics/mfm/test_mfm_faces.c):  mean |sum A|  0.42 one-point, 0.18 integrated;  mean sum |A|
+ * 3.3, 2.5;  faces  20, 64. Less area is not less dissipation: open integrated faces disorder the nodes where
  * one-point faces order them, and Gresho's vortex is lost with them. Faces closed by a solver, with the
  * least sum of |dA|^2, were here before version 0.2. They hold an even pressure on any nodes to round-off,
  * but nothing then orders the nodes: the density of Gresho's vortex was off by 7 to 19 times as much as with

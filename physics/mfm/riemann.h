@@ -15,9 +15,9 @@
  * vectorize. The jumps follow from S*, found in two rounds from S* of q = rho (c + 2 A w), w a share of the
  * approach: exact for two gases alike.
  *
- * Measured against the exact solver (tests/unit/physics/mfm/test_mfm_riemann.c), error of P*: 1e-6 for jumps of
- * 10 %, 0.002 for jumps of the order of the state; Sod's states -0.03. Estimates that give an expansion the
- * sound speed as its wave speed (Davis, Einfeldt, Toro's) are off by -0.3 there, and below zero at 1-2-3.
+ * Measured against the exact solver (tests/unit/physics/mfm/test_mfm_riemann.c), error of P*: 1e-6 for jumps
+ * of 10 %, 0.002 for jumps of the order of the state; Sod's states -0.03. Estimates that give an expansion
+ * the sound speed as its wave speed (Davis, Einfeldt, Toro's) are off by -0.3 there, and below zero at 1-2-3.
  *
  * Symmetric to the last bit: exchanged sides with reversed velocities give the same P* and the opposite S*.
  * Equal pressures and velocities are kept to the last bit. P* is never below the pressure of the gas at zero
