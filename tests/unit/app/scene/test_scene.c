@@ -335,12 +335,11 @@ static void reference(void) {
                              "packages.0.name=conduction",
                              "packages.0.conductivity=1",
                              "exact.name=uniform",
-                             "materials.other.gamma=1.4",
                              "measure.growth=true",
                              "probes.0.name=p",
                              "probes.0.at=[0, 0, 0]",
-                             "connectivity.contacts.0.of=NAME",
-                             "connectivity.contacts.0.with=other"};
+                             "connectivity.contacts=",
+                             "arrangement="};
   struct kith_scene *s;
   CHECK_OK(kith_scene_parse(&s, "f", text, length, sizeof overrides / sizeof overrides[0], overrides));
   CHECK(s != NULL && s->n_regions == 1 && s->n_deposits == 1 && s->scheme.cfl == 0);
