@@ -4,8 +4,12 @@
 #include <math.h>
 #include "lib/core/random.h"
 
-enum { GROWTH = 2 };                 /* of a node's step, from one to the next */
-static const double tolerated = 1.2; /* times the limit: a step is cut short only if it is longer than that */
+enum { GROWTH = 2 }; /* of a node's step, from one to the next */
+/* Steps are rounded down to powers of two of the base step: from this times the limit, they are 0.6 to 1.2 of
+ * it. That saves an eighth of the updates of Sedov's blast in 3-D. Errors of the density stay within 2 % of
+ * those with a global step, in 2-D too; in 1-D that of Sod's tube would be 12 % larger. */
+static const double rounded = NDIM == 1 ? 1 : 1.2;
+static const double tolerated = 1.2; /* times that: a step is cut short only if it is longer */
 
 /* The largest power of two that is no more than this many ticks. */
 static double power_of_two(double ticks) {
@@ -30,11 +34,12 @@ static double random_of(const struct kith_integrator *it, kith_index i, double s
   return (double)(kith_mixed_bits(x) >> 11) / 9007199254740992.0;
 }
 
-/* The longest step that the state of node i allows; a fixed step is the base step, and random ones are
- * shorter by up to 2^5. */
+/* The longest step that node i may take, before it is rounded down; a fixed step is the base step, and random
+ * ones are shorter by up to 2^5. */
 static double limit_of(const struct kith_integrator *it, kith_index i) {
   const struct kith_blocks *b = kith_blocks_of(it);
-  const double limit = it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, it->cfl).dt;
+  const double limit =
+      it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, rounded * it->cfl).dt;
   if (b->settings.seed == 0) return limit;
   return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
 }
