@@ -252,7 +252,9 @@ static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason re
     kith_decomposition_measure(it->decomposition, it->nodes, c->rows.first);
   if (it->check && !kith_ledger_closes(ledger)) KITH_FAIL(INTERNAL, "the ledger does not close");
   if (it->check) KITH_TRY(kith_connectivity_valid(c, it->nodes));
-  return it->canonical ? kith_connectivity_canonical(it->connectivity, it->nodes) : KITH_OK;
+  if (!it->canonical) return KITH_OK;
+  KITH_TRY(kith_connectivity_canonical(it->connectivity, it->nodes));
+  return it->check ? kith_connectivity_valid(c, it->nodes) : KITH_OK;
 }
 
 /* The nodes that are not active, and have an active neighbor. */
@@ -360,8 +362,7 @@ static kith_status place_near(struct kith_integrator *it) {
 }
 
 static kith_status make_lists(struct kith_integrator *it, kith_status status) {
-  if (status == KITH_OK)
-    KITH_STAGE(status, it->profile, "neighbors", update_search(it));
+  if (status == KITH_OK) KITH_STAGE(status, it->profile, "neighbors", update_search(it));
   if (status == KITH_OK)
     KITH_STAGE(status, it->profile, "connectivity",
                kith_connectivity_build(it->connectivity, it->nodes, it->search, it->need, it->excluders,

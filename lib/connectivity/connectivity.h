@@ -105,8 +105,8 @@ kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity
 kith_status kith_connectivity_provides(const struct kith_connectivity *connectivity,
                                        const struct kith_nodes *nodes, struct kith_requirements need);
 /* All invariants: sorted, in range, symmetric where stored, pairs = rows, of_row, lasting pairwise
- * fields, overlap_pairs, intersection. INTERNAL names the first breach. UNSUPPORTED in canonical order.
- * Serial: a check, not a stage. (valid.c) */
+ * fields, overlap_pairs, intersection; in canonical order pairs = rows alone. INTERNAL names the first
+ * breach. Serial: a check, not a stage. (valid.c) */
 kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes);
 
@@ -118,7 +118,7 @@ kith_status kith_connectivity_complete(const struct kith_connectivity *connectiv
                                        const struct kith_search *search, bool excluded);
 
 /* Rows, overlap and their pairs in canonical order, one that depends on no rank, search or culling. The last
- * thing done to a map, which is neither patched nor validated afterwards. f_couple is carried over; other
+ * thing done to a map, which is not patched afterwards. f_couple is carried over; other
  * pairwise fields and intersections, which refer to the old numbers of the pairs, are gone. (canonical.c)
  *   rows, overlap   by the id of the partner, then by which image it is (kith_nodes_number_images, shifts)
  *   pairs           each interaction of an internal node once. The node that starts a pair is evaluated as

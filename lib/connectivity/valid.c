@@ -68,6 +68,32 @@ static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_p
   return KITH_OK;
 }
 
+/* In canonical order: entries of internal nodes are of pairs of their ends, where the first end has its pairs,
+ * and a pair is of as many entries as it has internal ends; a displaced one is of one entry. */
+static kith_status valid_canonical(const struct kith_rows *rows, const struct kith_pairs *pairs,
+                                   const char *what, kith_index n) {
+  size_t entries = rows->first[n];
+  for (kith_index i = 0; i < n; ++i)
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const kith_index j = rows->node[e];
+      const size_t p = pairs->of_row[e];
+      const int s = kith_row_shift(rows, e);
+      if (p >= pairs->n) KITH_FAIL(INTERNAL, "%s: entry %d of row %d is of no pair", what, j, i);
+      const kith_index *end = pairs->node[p];
+      const bool own = end[0] == i && end[1] == j, other = end[0] == j && end[1] == i && s == rows->zero;
+      if (!(own || other) || (pairs->shift != NULL && pairs->shift[p] != s))
+        KITH_FAIL(INTERNAL, "%s: entry %d of row %d is not pair %zu", what, j, i, p);
+      if (p < pairs->first[end[0]] || p >= pairs->first[end[0] + 1])
+        KITH_FAIL(INTERNAL, "%s: pair %zu is not where those of node %d are", what, p, end[0]);
+    }
+  for (size_t p = 0; p < pairs->n; ++p) {
+    const bool displaced = pairs->shift != NULL && pairs->shift[p] != rows->zero;
+    entries -= displaced ? 1 : (size_t)(pairs->node[p][0] < n) + (size_t)(pairs->node[p][1] < n);
+  }
+  if (entries != 0) KITH_FAIL(INTERNAL, "%s: they have not as many ends as there are entries", what);
+  return KITH_OK;
+}
+
 static kith_status valid_overlap(const struct kith_rows *overlap, const struct kith_rows *rows) {
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
@@ -104,8 +130,11 @@ kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity
   const struct kith_connectivity *c = connectivity;
   const kith_index count = kith_nodes_count(nodes);
   const kith_index stored = c->built.ghost_rows ? count : nodes->n_internal;
-  if (c->canonical) KITH_FAIL(UNSUPPORTED, "a connectivity in canonical order cannot be validated");
   KITH_TRY(kith_connectivity_fresh(c, nodes));
+  if (c->canonical && c->built.overlap_pairs)
+    KITH_TRY(valid_canonical(&c->overlap, &c->overlap_pairs, "overlap pairs", c->n_internal));
+  if (c->canonical)
+    return c->built.pairs ? valid_canonical(&c->rows, &c->pairs, "pairs", c->n_internal) : KITH_OK;
   if (c->built.rows) KITH_TRY(valid_rows(&c->rows, "rows", count, stored));
   if (c->built.pairs) KITH_TRY(valid_pairs(&c->rows, &c->pairs, "pairs"));
   if (c->built.overlap) {
