@@ -68,8 +68,8 @@ static kith_status valid_pairs(const struct kith_rows *rows, const struct kith_p
   return KITH_OK;
 }
 
-/* In canonical order: entries of internal nodes are of pairs of their ends, where the first end has its pairs,
- * and a pair is of as many entries as it has internal ends; a displaced one is of one entry. */
+/* In canonical order: entries of internal nodes are of pairs of their ends, where the first end has its
+ * pairs, and a pair is of as many entries as it has internal ends; a displaced one is of one entry. */
 static kith_status valid_canonical(const struct kith_rows *rows, const struct kith_pairs *pairs,
                                    const char *what, kith_index n) {
   size_t entries = rows->first[n];
