@@ -262,14 +262,14 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   const bool first = b->steps.now == 0;
   kith_profile_begin(it->profile, "predict");
   b->steps.now = n, b->steps.ends = n == KITH_TICKS;
-  kith_status status = predict_nodes(it, first);
-  status = kith_ranks_allreduce_status(it->nodes->ranks, status);
-  if (status == KITH_OK && b->steps.ends)
+  const kith_status status = predict_nodes(it, first);
+  if (status != KITH_OK)
+    it->pending = status, it->near.only = false, it->near.n = 0; /* agreed with the lists */
+  if (b->steps.ends)
     kith_blocks_plan(it, it->time + KITH_TICKS * b->steps.tick, 1);
-  else if (status == KITH_OK)
+  else
     kith_blocks_want(it);
   kith_profile_end(it->profile);
-  KITH_TRY(status);
   KITH_TRY(evaluate(it, first));
   kith_profile_begin(it->profile, "kick");
   count_levels(it);
