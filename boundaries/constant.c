@@ -55,6 +55,7 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
   for (int f = 0; f < held->n_fields; ++f) { /* the same as those of the nodes; ones registered later: zero */
     const struct kith_field *from = held->fields[f];
     const size_t size = kith_field_node_size(from);
+    if (kith_field_is_own(from)) continue;
     memcpy((char *)nodes->fields[f]->data + (size_t)first * size,
            (const char *)from->data + (size_t)begin * size, (size_t)count * size);
   }

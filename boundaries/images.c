@@ -15,7 +15,7 @@ struct line {
 };
 
 /* The nodes that get a ghost by one image of each side: those of chunk c are node[side][c * CHUNK ..],
- * count[side][c] of them, ascending. One block of memory, at node[0]. */
+ * count[side][c] of them, ascending. One block of memory, at node[0] (kith_nodes_work). */
 struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node[2];  /* [n] */
@@ -162,7 +162,7 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
 static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *hits) {
   const size_t n_nodes = (size_t)kith_nodes_count(nodes), chunks = (n_nodes + CHUNK - 1) / CHUNK;
   hits->n = (kith_index)n_nodes, hits->chunks = (kith_index)chunks;
-  KITH_TRY(kith_resize(&hits->node[0], 0, 2 * (n_nodes + chunks), sizeof **hits->node));
+  KITH_TRY(kith_nodes_work(nodes, 2 * (n_nodes + chunks) * sizeof **hits->node, &hits->node[0]));
   hits->node[1] = hits->node[0] + n_nodes;
   hits->count[0] = hits->node[1] + n_nodes, hits->count[1] = hits->count[0] + chunks;
   for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
@@ -224,9 +224,7 @@ kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
     return too_many(&line);
   struct hits hits = {0};
-  const kith_status status = add_images(&line, nodes, &hits);
-  kith_free(&hits.node[0]);
-  return status;
+  return add_images(&line, nodes, &hits);
 }
 
 /* ---- enforcing ---- */

@@ -12,13 +12,13 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
   static const char *const names[] = {"built_radius", "built_support", "built_x", "built_y", "built_z"};
   const struct kith_field_row fields[] = {
       {true,
-       {"velocity_base", KITH_VELOCITY, KITH_F64, KITH_WORK, NULL, "velocity at the start of the kick"},
+       {"velocity_base", KITH_VELOCITY, KITH_F64, KITH_OWN_WORK, NULL, "velocity at the start of the kick"},
        &it->kick.velocity_base},
       {true,
-       {"energy_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "energy at the start of the kick"},
+       {"energy_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "energy at the start of the kick"},
        &it->energy_base},
       {!it->scheme->stages && !kith_scheme_has_blocks(it->scheme, it->settings),
-       {"energy_rate_last", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt, one evaluation earlier"},
+       {"energy_rate_last", KITH_SCALAR, KITH_F64, KITH_OWN_KEPT, NULL, "du/dt, one evaluation earlier"},
        &it->energy_rate_last},
       {it->follows,
        {"window_even", KITH_SCALAR, KITH_U8, KITH_WORK, NULL, "is it disturbed, or near such nodes?"},
@@ -35,7 +35,7 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
   if (it->scheme->create != NULL) KITH_TRY(it->scheme->create(it));
   const bool lasting = kith_rebuilds_lasting(it->rebuilds);
   if (lasting || it->scheme->retries)
-    KITH_TRY(kith_built_fields(&it->built, it->nodes, names, lasting ? KITH_KEPT : KITH_WORK));
+    KITH_TRY(kith_built_fields(&it->built, it->nodes, names, lasting ? KITH_OWN_KEPT : KITH_OWN_WORK));
   if (it->scheme->stages) it->rebuilds->keeps_cover = true;
   it->rebuilds->cover.velocity = it->hydro->velocity;
   it->rebuilds->cover.velocity_divergence = it->package->velocity_divergence;

@@ -37,9 +37,9 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
        {"sound_speed", KITH_SCALAR, KITH_F64, KITH_KEPT, "SoundSpeed", "adiabatic sound speed"},
        &hydro->sound_speed},
       {true,
-       {"acceleration", KITH_VECTOR, KITH_F64, KITH_KEPT, "Accelerations", "dv/dt"},
+       {"acceleration", KITH_VECTOR, KITH_F64, KITH_OWN_KEPT, "Accelerations", "dv/dt"},
        &hydro->acceleration},
-      {true, {"energy_rate", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "du/dt"}, &hydro->energy_rate},
+      {true, {"energy_rate", KITH_SCALAR, KITH_F64, KITH_OWN_KEPT, NULL, "du/dt"}, &hydro->energy_rate},
       {0}};
   hydro->nodes = nodes;
   hydro->halo = NULL;
@@ -126,10 +126,10 @@ kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
 kith_status kith_hydro_flag(struct kith_hydro *hydro) {
   const struct kith_field_row table[] = {
       {true,
-       {"outside_force", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "of partners that are no gas"},
+       {"outside_force", KITH_VECTOR, KITH_F64, KITH_OWN_WORK, NULL, "of partners that are no gas"},
        &hydro->outside_force},
       {true,
-       {"outside_power", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "dE/dt by partners that are no gas"},
+       {"outside_power", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "dE/dt by partners that are no gas"},
        &hydro->outside_power},
       {0}};
   KITH_TRY(kith_nodes_flag(hydro->nodes));
@@ -149,31 +149,48 @@ enum {
   TURN = NDIM == 3 ? 0 : 4 - NDIM /* the first component of a moment that the dimension has */
 };
 
+enum { CHUNK = 128 }; /* nodes whose terms are summed together */
+
 /* (x - center) x v, with components along x, y, z. */
-static void moment(const struct kith_hydro *hydro, kith_index i, const double *v, double out[3]) {
+static inline void moment(const struct kith_hydro *hydro, kith_index i, const double *v, double out[3]) {
   double d[3] = {0}, w[3] = {0};
   for (int a = 0; a < NDIM; ++a)
     d[a] = hydro->nodes->position->f64[i * NDIM + a] - hydro->center[a], w[a] = v[a];
   for (int a = 0; a < 3; ++a) out[a] = d[(a + 1) % 3] * w[(a + 2) % 3] - d[(a + 2) % 3] * w[(a + 1) % 3];
 }
 
-/* Adds node i to the sums; returns its |v| / c. */
-static double add_node(const struct kith_hydro *hydro, kith_index i, bool forced, struct kith_sum *sums) {
+/* The terms of node i, number k of a chunk; returns its |v| / c. */
+static inline double node_terms(const struct kith_hydro *hydro, kith_index i, double term[SUMS][CHUNK],
+                                int k) {
   const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
   double turn[3];
   moment(hydro, i, v, turn);
-  kith_sum_add(&sums[MASS], m);
-  kith_sum_add(&sums[KINETIC], 0.5 * m * v2);
-  kith_sum_add(&sums[INTERNAL], m * hydro->energy->f64[i]);
-  if (forced)
-    kith_sum_add(&sums[POTENTIAL], m * kith_external_force_potential(&hydro->external_force,
-                                                                     hydro->nodes->position->f64 + i * NDIM));
-  kith_sum_add(&sums[SCALE], m * sqrt(v2));
-  if (TURN < 3)
-    kith_sum_add(&sums[ANGULAR_SCALE], m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]));
-  for (int a = 0; a < NDIM; ++a) kith_sum_add(&sums[MOMENTUM + a], m * v[a]);
-  for (int a = TURN; a < 3; ++a) kith_sum_add(&sums[ANGULAR + a], m * turn[a]);
+  term[MASS][k] = m;
+  term[KINETIC][k] = 0.5 * m * v2;
+  term[INTERNAL][k] = m * hydro->energy->f64[i];
+  term[SCALE][k] = m * sqrt(v2);
+  term[ANGULAR_SCALE][k] = m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+  for (int a = 0; a < NDIM; ++a) term[MOMENTUM + a][k] = m * v[a];
+  for (int a = 0; a < 3; ++a) term[ANGULAR + a][k] = m * turn[a];
   return v2 > 0 ? sqrt(v2) / hydro->sound_speed->f64[i] : 0;
+}
+
+/* Adds the gas of a chunk to the sums; returns its largest |v| / c. */
+static double add_chunk(const struct kith_hydro *hydro, kith_index begin, kith_index end, bool forced,
+                        struct kith_sum *sums) {
+  double term[SUMS][CHUNK], fastest = 0;
+  int n = 0;
+  for (kith_index i = begin; i < end; ++i) {
+    if (!kith_node_is_gas(hydro->nodes, i)) continue;
+    const double speed = node_terms(hydro, i, term, n), *x = hydro->nodes->position->f64 + i * NDIM;
+    fastest = KITH_MAX(fastest, speed);
+    if (forced)
+      term[POTENTIAL][n] = hydro->mass->f64[i] * kith_external_force_potential(&hydro->external_force, x);
+    ++n;
+  }
+  for (int k = 0; k < SUMS; ++k)
+    if (k != POTENTIAL || forced) kith_sum_add_all(&sums[k], term[k], n);
+  return fastest;
 }
 
 _Static_assert((int)SUMS < (int)KITH_HYDRO_PARTS, "the sums, and the largest velocity");
@@ -186,9 +203,8 @@ void kith_hydro_sum(const struct kith_hydro *hydro, struct kith_hydro_sums *all)
   {
     struct kith_sum mine[SUMS] = {0};
 #pragma omp for schedule(static) nowait
-    for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
-      if (!kith_node_is_gas(hydro->nodes, i)) continue;
-      const double speed = add_node(hydro, i, forced, mine);
+    for (kith_index i = 0; i < hydro->nodes->n_internal; i += CHUNK) {
+      const double speed = add_chunk(hydro, i, KITH_MIN(i + CHUNK, hydro->nodes->n_internal), forced, mine);
       fastest = KITH_MAX(fastest, speed);
     }
 #pragma omp critical(kith_totals)

@@ -146,8 +146,7 @@ struct kith_package {
     uint64_t ghosts;
   } border;
   uint8_t *needed; /* [n_ghost]: is the ghost computed again? (density.h) */
-  double *packed;  /* packed particles (force.h) */
-  size_t needed_capacity, packed_capacity;
+  size_t needed_capacity;
 };
 
 #define X(name) extern const struct kith_package_ops kith_package_##name;

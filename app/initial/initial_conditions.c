@@ -361,7 +361,7 @@ static kith_status append_nodes(const struct setup *s, int64_t total) {
   kith_index mine = 0;
   KITH_TRY(check_memory(s, total));
   for (int k = 0; k < s->n_plans; ++k) mine += s->plan[k].count;
-  KITH_TRY(kith_nodes_grow(s->nodes, mine));
+  KITH_TRY(kith_nodes_grow(s->nodes, mine, 0));
   for (int list = 0; list < s->scene->n_materials; ++list)
     for (int k = 0; k < s->n_plans; ++k) {
       if (s->plan[k].region->material != list) continue;

@@ -24,6 +24,7 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   p->kernel = m->package.kernel;
   p->neighbors = m->package.neighbors;
   p->compatible = scene->method.compatible;
+  p->recompute = p == &m->package && m->nodes->ranks != NULL && scene->partition.recompute;
   p->settings = settings;
   p->traversal = p->ops->expensive ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
@@ -284,7 +285,6 @@ static kith_status distribute(struct kith_simulation *m) {
   KITH_TRY(kith_halo_create(&m->halo, m->nodes->ranks, m->decomposition));
   m->boundaries.boundary[m->boundaries.n - 1]->self = m->halo;
   m->hydro.halo = m->halo;
-  m->package.recompute = m->scene->partition.recompute;
   return KITH_OK;
 }
 

@@ -15,11 +15,12 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   static const char *const names[] = {"stage_built_radius", "stage_built_support", "stage_built_x",
                                       "stage_built_y", "stage_built_z"};
   static const struct kith_field_spec start[KITH_START_FIELDS] = {
-      [POSITION] = {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the start"},
-      [SUPPORT] = {"support_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "support at the start"},
-      [ACCELERATION] = {"acceleration_base", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dv/dt at the start"},
-      [ENERGY_RATE] = {"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "du/dt at the start"},
-      [DIVERGENCE] = {"expansion_base", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "div v at the start"}};
+      [POSITION] = {"position_base", KITH_POSITION, KITH_F64, KITH_OWN_WORK, NULL, "position at the start"},
+      [SUPPORT] = {"support_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "support at the start"},
+      [ACCELERATION] = {"acceleration_base", KITH_VECTOR, KITH_F64, KITH_OWN_WORK, NULL,
+                        "dv/dt at the start"},
+      [ENERGY_RATE] = {"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "du/dt at the start"},
+      [DIVERGENCE] = {"expansion_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "div v at the start"}};
   struct kith_field *const present[KITH_START_FIELDS] = {it->nodes->position,
                                                          it->nodes->support,
                                                          it->hydro->velocity,
@@ -33,7 +34,7 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   s->start[VELOCITY] = it->kick.velocity_base, s->start[ENERGY] = it->energy_base; /* of every scheme */
   for (int k = 0; k < KITH_START_FIELDS; ++k)
     if (s->start[k] == NULL) KITH_TRY(kith_nodes_field(it->nodes, &start[k], &s->start[k]));
-  return kith_built_fields(&s->built, it->nodes, names, KITH_WORK);
+  return kith_built_fields(&s->built, it->nodes, names, KITH_OWN_WORK);
 }
 
 void kith_stages_forget(struct kith_integrator *it, const struct kith_solver *solver) {

@@ -17,6 +17,52 @@ void kith_sum_odd(struct kith_sum *sum, double term) {
   sum->word[isnan(term) ? KITH_SUM_NAN : term > 0 ? KITH_SUM_INFINITE : KITH_SUM_NEGATIVE] += 1;
 }
 
+/* Cuts every term into three parts, multiples of 2^(e - 44), 2^(e - 90) and 2^(e - 136) where 2^e <= most <
+ * 2^(e + 1), so that up to 256 parts of a kind add up without rounding in any order; left[k] is what is below
+ * all of them, mostly nothing (Rump, Ogita, Oishi 2008, SIAM J. Sci. Comput. 31, 189: the extraction). Is
+ * anything left? */
+KITH_HOT static bool cut_terms(const double *restrict term, int n, double most, double *restrict part,
+                               double *restrict left) {
+  const double large = ldexp(1.5, ilogb(most) + 8), middle = ldexp(large, -46), small = ldexp(large, -92);
+  double high = 0, low = 0, least = 0;
+  int any = 0;
+#pragma omp simd reduction(+ : high, low, least) reduction(| : any)
+  for (int k = 0; k < n; ++k) {
+    const double a = (term[k] + large) - large, rest = term[k] - a;
+    const double b = (rest + middle) - middle, below = rest - b;
+    const double c = (below + small) - small;
+    high += a, low += b, least += c;
+    left[k] = below - c;
+    any |= left[k] != 0;
+  }
+  part[0] = high, part[1] = low, part[2] = least;
+  return any != 0;
+}
+
+KITH_HOT static double largest_term(const double *restrict term, int n) {
+  double most = 0;
+#pragma omp simd reduction(max : most)
+  for (int k = 0; k < n; ++k) { /* what is not a number is larger than all */
+    const double size = term[k] == term[k] ? fabs(term[k]) : INFINITY;
+    most = size > most ? size : most;
+  }
+  return most;
+}
+
+void kith_sum_add_all(struct kith_sum *sum, const double *term, int n) {
+  const double most = largest_term(term, n);
+  double part[3], left[KITH_SUM_TOGETHER];
+  if (most == 0) return;
+  if (!(most > 0x1p-800 && most < 0x1p900)) { /* parts would not be exact */
+    for (int k = 0; k < n; ++k) kith_sum_add(sum, term[k]);
+    return;
+  }
+  const bool any = cut_terms(term, n, most, part, left);
+  for (int k = 0; k < 3; ++k) kith_sum_add(sum, part[k]);
+  for (int k = 0; any && k < n; ++k)
+    if (left[k] != 0) kith_sum_add(sum, left[k]);
+}
+
 void kith_sum_join(struct kith_sum *to, const struct kith_sum *from) {
   struct kith_sum carried = *from;
   kith_sum_carry(&carried);

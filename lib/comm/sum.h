@@ -10,7 +10,7 @@
  *             no terms, or of terms that cancel, is +0.
  *   not finite  infinite if there are infinite terms of one sign or the sum exceeds the largest double; NaN
  *               if there is a NaN, or infinite terms of both signs.
- *   cost      2 to 3 ns a term; 560 bytes. */
+ *   cost      2 to 3 ns a term, of terms of similar size together less than 1; 560 bytes. */
 #ifndef KITH_COMM_SUM_H
 #define KITH_COMM_SUM_H
 
@@ -56,6 +56,10 @@ static inline void kith_sum_add(struct kith_sum *sum, double term) {
   word[1] += signed_whole >> (32 - (exponent & 31));
   if (++sum->terms == KITH_SUM_MOST) kith_sum_carry(sum);
 }
+
+/* n terms, n <= KITH_SUM_TOGETHER. */
+enum { KITH_SUM_TOGETHER = 256 };
+void kith_sum_add_all(struct kith_sum *sum, const double *term, int n);
 
 void kith_sum_join(struct kith_sum *to, const struct kith_sum *from);
 /* The sum as a part of what ranks agree on. */

@@ -227,8 +227,22 @@ static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done
   if (need <= chunk->capacity) return KITH_OK;
   const size_t whole = (size_t)((double)need / done * all * 1.06);
   const size_t capacity = KITH_MAX(whole, need + need / 16);
-  KITH_TRY(kith_resize(&chunk->word, chunk->n, capacity, sizeof *chunk->word));
-  chunk->capacity = capacity;
+  uint64_t *fresh = NULL;
+  KITH_TRY(kith_resize(&fresh, 0, capacity, sizeof *fresh));
+  if (chunk->n > 0) memcpy(fresh, chunk->word, chunk->n * sizeof *fresh);
+  kith_free(&chunk->own);
+  chunk->word = chunk->own = fresh, chunk->capacity = capacity;
+  return KITH_OK;
+}
+
+/* A little more for each chunk than it had last time. */
+static kith_status share_memory(const struct kith_build *build) {
+  struct kith_words *chunk = build->scratch->chunk;
+  size_t all = 0;
+  uint64_t *word = NULL;
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) all += chunk[c].capacity = chunk[c].n + chunk[c].n / 8;
+  KITH_TRY(kith_nodes_work(build->nodes, all * sizeof *word, &word));
+  for (int c = 0; c < KITH_ROW_CHUNKS; word += chunk[c++].capacity) chunk[c].word = word;
   return KITH_OK;
 }
 
@@ -443,15 +457,24 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   memset(rows->first, 0, ((size_t)rows->n + 1) * sizeof(size_t));
   for (int t = 0; t < scratch->threads; ++t) scratch->worker[t].candidates = 0;
   enclose_idle(build);
+  KITH_TRY(share_memory(build));
   KITH_TRY(test_chunks(build, rows->first + 1));
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(rows));
   KITH_TRY(kith_rows_shift(rows, build->shifts != NULL ? build->shifts->zero : -1));
+  rows->outer = NULL;
+  if (kith_build_all_targets(build) && !build->unsorted) {
+    KITH_TRY(kith_reserve(&rows->holds_ghosts, &rows->outer_capacity, (size_t)rows->n, 1));
+    rows->outer = rows->holds_ghosts;
+  }
   for (int t = 0; t < scratch->threads && build->shifts != NULL; ++t)
     KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity,
                           2 * kith_rows_longest(rows), sizeof *scratch->worker[t].key));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
-  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) kith_chunk_fill(rows, build, &scratch->chunk[c]);
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
+    kith_chunk_fill(rows, build, &scratch->chunk[c]);
+    kith_free(&scratch->chunk[c].own);
+  }
   return build->selected ? kith_rows_of_idle(rows, build) : KITH_OK;
 }

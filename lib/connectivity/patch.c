@@ -32,6 +32,7 @@ static bool renumber_rows(const struct kith_rows *rows, const struct cull *cull,
 #pragma omp parallel for schedule(static) reduction(min : least) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {
     const bool gone = of_nodes && cull->renumber[i] < 0;
+    if (i < cull->n_internal && !kith_row_is_outer(rows, i)) continue;
     for (size_t e = rows->first[i + 1]; e > rows->first[i]; --e) {
       kith_index *node = &rows->node[e - 1];
       if (*node < cull->n_internal && !gone) break;

@@ -78,6 +78,7 @@ uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n) {
 
 void kith_rows_clear(struct kith_rows *rows) {
   kith_free(&rows->shifts);
+  kith_free(&rows->holds_ghosts);
   kith_free(&rows->first);
   kith_free(&rows->node);
   *rows = (struct kith_rows){0};
@@ -85,7 +86,7 @@ void kith_rows_clear(struct kith_rows *rows) {
 
 size_t kith_rows_bytes(const struct kith_rows *rows) {
   return rows->rows_capacity * sizeof *rows->first + rows->entries_capacity * sizeof *rows->node +
-         rows->shifts_capacity * sizeof *rows->shifts;
+         rows->shifts_capacity * sizeof *rows->shifts + rows->outer_capacity;
 }
 
 size_t kith_rows_longest(const struct kith_rows *rows) {

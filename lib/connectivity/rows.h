@@ -23,9 +23,11 @@ struct kith_rows {
   kith_index *node; /* [first[n]] */
   uint16_t *shift;  /* [first[n]]; NULL: all are by nothing. A view of `shifts` */
   int zero;         /* the shift by nothing */
+  uint8_t *outer; /* of rows of internal nodes, 1: it holds ghosts; NULL: any may. A view of `holds_ghosts` */
   size_t rows_capacity, entries_capacity;
   uint16_t *shifts;
-  size_t shifts_capacity;
+  uint8_t *holds_ghosts;
+  size_t shifts_capacity, outer_capacity;
 };
 
 /* Memory for n rows; first[0] = 0. */
@@ -36,6 +38,9 @@ kith_status kith_rows_sum(struct kith_rows *rows);
 kith_status kith_rows_shift(struct kith_rows *rows, int zero);
 static inline int kith_row_shift(const struct kith_rows *rows, size_t e) {
   return rows->shift != NULL ? rows->shift[e] : 0;
+}
+static inline bool kith_row_is_outer(const struct kith_rows *rows, kith_index i) {
+  return rows->outer == NULL || rows->outer[i] != 0;
 }
 /* The shifts from `shift` on of n entries if any of them is displaced, else NULL: inside of a box nobody need
  * look at them. shift: NULL or all entries. */

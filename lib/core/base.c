@@ -67,6 +67,9 @@ kith_status kith_grow(void *p, size_t *capacity, size_t keep, size_t count, size
 }
 
 kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size) {
+  if (count <= *capacity) return KITH_OK;
+  kith_free(p); /* never both at a time */
+  *capacity = 0;
   return kith_grow(p, capacity, 0, count, size);
 }
 

@@ -58,7 +58,7 @@ kith_status kith_resize(void *p, size_t keep, size_t count, size_t size);
 /* The same for at least `count` elements of an array that grows, with a little to spare: *capacity is what it
  * has room for. */
 kith_status kith_grow(void *p, size_t *capacity, size_t keep, size_t count, size_t size);
-/* The same without the contents. */
+/* The same without the contents, which are gone on failure too. */
 kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size);
 /* Frees *p and sets it to NULL. Accepts a pointer to NULL. */
 void kith_free(void *p);

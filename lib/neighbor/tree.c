@@ -45,13 +45,12 @@ struct tree {
   kith_index *child;   /* of octet o: octets of the level below, at level 0 leaves,
                         * child[o] .. child[o + 1] - 1 */
   kith_index *leaf;    /* its slots: leaf[l] .. leaf[l + 1] - 1; an empty one behind those of a part */
-  /* Scratch of an update. */
-  kith_index capacity;
-  size_t sort_capacity;
+  /* Scratch of an update: kith_nodes_work. */
   uint64_t *key;
-  uint16_t *rank; /* of the cut behind a slot or cell: the higher the earlier */
-  uint8_t *cut;   /* it ends a cell of the next level */
-  struct kith_keyed *item[2];
+  uint16_t *rank;             /* of the cut behind a slot or cell: the higher the earlier */
+  uint8_t *cut;               /* it ends a cell of the next level */
+  struct kith_keyed *item[2]; /* to sort */
+  size_t sort_capacity;
   /* Scratch of selected updates. */
   kith_index *slot; /* of a node; if slots were sorted */
   uint8_t *moved;   /* leaves, something in which has */
@@ -64,9 +63,6 @@ static void tree_clear(struct kith_search *search) {
   kith_free(&tree->octet);
   kith_free(&tree->child);
   kith_free(&tree->leaf);
-  kith_free(&tree->key);
-  kith_free(&tree->rank);
-  kith_free(&tree->cut);
   kith_free(&tree->slot);
   kith_free(&tree->moved);
   for (int k = 0; k < 2; ++k) kith_free(&tree->item[k]);
@@ -153,12 +149,12 @@ static void list_ranges(struct tree *tree, kith_index n, kith_index base, kith_i
     if (tree->cut[i]) tree->rank[k++] = tree->rank[i], first[k] = base + i + 1;
 }
 
-static kith_status reserve_scratch(struct tree *tree, kith_index n) {
-  if (n <= tree->capacity) return KITH_OK;
-  KITH_TRY(kith_resize(&tree->key, 0, (size_t)n, sizeof *tree->key));
-  KITH_TRY(kith_resize(&tree->rank, 0, (size_t)n, sizeof *tree->rank));
-  KITH_TRY(kith_resize(&tree->cut, 0, (size_t)n, sizeof *tree->cut));
-  tree->capacity = n;
+static kith_status reserve_scratch(const struct kith_search *search, kith_index n) {
+  struct tree *tree = search->self;
+  const size_t bytes = (size_t)n * (sizeof *tree->key + sizeof *tree->rank + sizeof *tree->cut);
+  KITH_TRY(kith_nodes_work(search->nodes, bytes, &tree->key));
+  tree->rank = (uint16_t *)(tree->key + n);
+  tree->cut = (uint8_t *)(tree->rank + n);
   return KITH_OK;
 }
 
@@ -239,7 +235,7 @@ static kith_status build_levels(struct kith_search *search, kith_index leaf, kit
 static kith_status add_part(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
   if (n == 0) return KITH_OK;
-  KITH_TRY(reserve_scratch(tree, n));
+  KITH_TRY(reserve_scratch(search, n));
   KITH_TRY(order_slots(search, begin, n));
   kith_search_pack(search, begin, n);
   const kith_index first = tree->n_leaves;
@@ -386,11 +382,9 @@ static kith_status tree_coarse(const struct kith_search *search, const struct ki
 
 static size_t tree_bytes(const struct kith_search *search) {
   const struct tree *tree = search->self;
-  const size_t scratch = sizeof *tree->key + sizeof *tree->rank + sizeof *tree->cut;
   return tree->octets_capacity * sizeof *tree->octet + tree->children_capacity * sizeof *tree->child +
-         tree->leaves_capacity * sizeof *tree->leaf + (size_t)tree->capacity * scratch +
-         2 * tree->sort_capacity * sizeof **tree->item + tree->slots_capacity * sizeof *tree->slot +
-         tree->moved_capacity;
+         tree->leaves_capacity * sizeof *tree->leaf + 2 * tree->sort_capacity * sizeof **tree->item +
+         tree->slots_capacity * sizeof *tree->slot + tree->moved_capacity;
 }
 
 const struct kith_search_ops kith_search_tree = {

@@ -120,13 +120,14 @@ static kith_status check_block(const struct kith_nodes *nodes, const struct kith
 
 static kith_status reserve_block(struct kith_nodes *nodes, kith_index count) {
   const size_t n = (size_t)nodes->n_blocks;
-  KITH_TRY(kith_nodes_grow(nodes, count));
+  KITH_TRY(kith_nodes_grow(nodes, 0, count));
   return kith_grow(&nodes->blocks, &nodes->blocks_capacity, n, n + 1, sizeof *nodes->blocks);
 }
 
 static void clear_values(struct kith_nodes *nodes, kith_index first, kith_index count) {
   for (int f = 0; f < nodes->n_fields; ++f) {
     const size_t size = kith_field_node_size(nodes->fields[f]);
+    if (kith_field_is_own(nodes->fields[f])) continue;
     memset((char *)nodes->fields[f]->data + (size_t)first * size, 0, (size_t)count * size);
   }
 }

@@ -4,6 +4,18 @@
 #include <stdio.h>
 #include <string.h>
 
+struct kith_work {
+  char *data;
+  size_t capacity;
+};
+
+kith_status kith_nodes_work(const struct kith_nodes *nodes, size_t bytes, void *p) {
+  struct kith_work *work = nodes->work;
+  KITH_TRY(kith_reserve(&work->data, &work->capacity, bytes, 1));
+  memcpy(p, &work->data, sizeof work->data);
+  return KITH_OK;
+}
+
 size_t kith_field_node_size(const struct kith_field *field) {
   return (size_t)field->components * (field->spec.type == KITH_U8 ? 1 : 8);
 }
@@ -34,7 +46,8 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
   nodes->longest = nodes->volume = 1;
   for (int l = 0; l < n_lists; ++l)
     snprintf(nodes->lists[l].name, sizeof nodes->lists[l].name, "%s", names[l]);
-  const kith_status status = register_standing(nodes);
+  kith_status status = kith_resize(&nodes->work, 0, 1, sizeof *nodes->work);
+  if (status == KITH_OK) status = register_standing(nodes);
   if (status != KITH_OK) {
     kith_nodes_destroy(&nodes);
     return status;
@@ -78,6 +91,8 @@ void kith_nodes_destroy(struct kith_nodes **nodes) {
   if (*nodes == NULL) return;
   kith_nodes_drop_ghosts(*nodes);
   kith_shifts_clear(&(*nodes)->shifts);
+  if ((*nodes)->work != NULL) kith_free(&(*nodes)->work->data);
+  kith_free(&(*nodes)->work);
   kith_free(&(*nodes)->blocks);
   for (int f = 0; f < (*nodes)->n_fields; ++f) {
     kith_free(&(*nodes)->fields[f]->data);
@@ -94,9 +109,13 @@ static bool same_spec(const struct kith_field_spec *a, const struct kith_field_s
   return a->kind == b->kind && a->type == b->type && a->role == b->role && same_text(a->output, b->output);
 }
 
+static kith_index capacity_of(const struct kith_nodes *nodes, const struct kith_field *field) {
+  return kith_field_is_own(field) ? nodes->own_capacity : nodes->capacity;
+}
+
 /* A vector is loaded with what follows it (kith_lanes_vector). */
-static size_t allocated(kith_index capacity) {
-  return (size_t)capacity + 1;
+static kith_status move_field(struct kith_field *field, kith_index keep, kith_index capacity) {
+  return kith_resize(&field->data, (size_t)keep, (size_t)capacity + 1, kith_field_node_size(field));
 }
 
 kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table) {
@@ -130,8 +149,7 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
   KITH_TRY(kith_resize(&field, 0, 1, sizeof *field));
   field->spec = *spec;
   field->components = components[spec->kind];
-  const kith_status status =
-      kith_resize(&field->data, 0, allocated(nodes->capacity), kith_field_node_size(field));
+  const kith_status status = move_field(field, 0, capacity_of(nodes, field));
   if (status != KITH_OK) {
     kith_free(&field);
     return status;
@@ -176,31 +194,46 @@ kith_status kith_nodes_flag(struct kith_nodes *nodes) {
   return kith_nodes_field(nodes, &flag, &nodes->flag);
 }
 
-static kith_status move_fields(struct kith_nodes *nodes, kith_index capacity) {
-  const size_t keep = (size_t)kith_nodes_count(nodes);
-  for (int f = 0; f < nodes->n_fields; ++f) {
-    struct kith_field *field = nodes->fields[f];
-    KITH_TRY(kith_resize(&field->data, keep, allocated(capacity), kith_field_node_size(field)));
-  }
+kith_status kith_nodes_give_ghosts(struct kith_nodes *nodes, struct kith_field *field) {
+  if (!kith_field_is_own(field)) return KITH_OK;
+  KITH_TRY(move_field(field, nodes->n_internal, nodes->capacity));
+  field->spec.role = field->spec.role == KITH_OWN_KEPT ? KITH_KEPT : KITH_WORK;
   return KITH_OK;
+}
+
+static kith_status move_fields(struct kith_nodes *nodes, bool own, kith_index capacity) {
+  const kith_index keep = own ? nodes->n_internal : kith_nodes_count(nodes);
+  for (int f = 0; f < nodes->n_fields; ++f)
+    if (kith_field_is_own(nodes->fields[f]) == own) KITH_TRY(move_field(nodes->fields[f], keep, capacity));
+  return KITH_OK;
+}
+
+static kith_status shrink(struct kith_nodes *nodes, bool own, kith_index count, kith_index *capacity) {
+  const kith_index wanted = count + count / 8;
+  if (wanted >= *capacity) return KITH_OK;
+  *capacity = wanted; /* a field that cannot be moved has more */
+  return move_fields(nodes, own, wanted);
 }
 
 kith_status kith_nodes_shrink(struct kith_nodes *nodes) {
-  const kith_index count = kith_nodes_count(nodes), wanted = count + count / 8;
-  if (wanted >= nodes->capacity) return KITH_OK;
-  nodes->capacity = wanted; /* a field that cannot be moved has more */
-  return move_fields(nodes, wanted);
+  KITH_TRY(shrink(nodes, true, nodes->n_internal, &nodes->own_capacity));
+  return shrink(nodes, false, kith_nodes_count(nodes), &nodes->capacity);
 }
 
-kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more) {
-  const int64_t wanted = (int64_t)kith_nodes_count(nodes) + more;
+static kith_status grow(struct kith_nodes *nodes, bool own, int64_t wanted, kith_index *capacity) {
   if (wanted > INT32_MAX) KITH_FAIL(UNSUPPORTED, "%lld nodes: more than an index counts", (long long)wanted);
-  if (wanted <= nodes->capacity) return KITH_OK;
-  const int64_t ahead = KITH_MAX(wanted, (int64_t)nodes->capacity + nodes->capacity / 8);
-  const kith_index capacity = (kith_index)KITH_MIN(ahead, INT32_MAX);
-  KITH_TRY(move_fields(nodes, capacity));
-  nodes->capacity = capacity;
+  if (wanted <= *capacity) return KITH_OK;
+  const int64_t ahead = KITH_MAX(wanted, (int64_t)*capacity + *capacity / 8);
+  const kith_index larger = (kith_index)KITH_MIN(ahead, INT32_MAX);
+  KITH_TRY(move_fields(nodes, own, larger));
+  *capacity = larger;
   return KITH_OK;
+}
+
+kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index internal, kith_index ghosts) {
+  const int64_t wanted = (int64_t)nodes->n_internal + internal;
+  KITH_TRY(grow(nodes, true, wanted, &nodes->own_capacity));
+  return grow(nodes, false, wanted + nodes->n_ghost + ghosts, &nodes->capacity);
 }
 
 /* Inserts `count` zeros at index `at` of one field with n nodes. */
@@ -215,7 +248,7 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
   if (list < 0 || list >= nodes->n_lists || count < 0)
     KITH_FAIL(INTERNAL, "cannot append %d nodes to list %d of %d", count, list, nodes->n_lists);
   kith_nodes_drop_ghosts(nodes);
-  KITH_TRY(kith_nodes_grow(nodes, count));
+  KITH_TRY(kith_nodes_grow(nodes, count, 0));
   const kith_index at = nodes->lists[list].first + nodes->lists[list].count;
   if (first != NULL) *first = at;
   if (count == 0) return KITH_OK;
@@ -233,10 +266,11 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
 }
 
 size_t kith_nodes_bytes(const struct kith_nodes *nodes) {
-  size_t bytes =
-      sizeof *nodes + nodes->blocks_capacity * sizeof *nodes->blocks + kith_shifts_bytes(&nodes->shifts);
+  size_t bytes = sizeof *nodes + nodes->blocks_capacity * sizeof *nodes->blocks +
+                 kith_shifts_bytes(&nodes->shifts) + nodes->work->capacity;
   for (int f = 0; f < nodes->n_fields; ++f)
-    bytes += sizeof *nodes->fields[f] + (size_t)nodes->capacity * kith_field_node_size(nodes->fields[f]);
+    bytes += sizeof *nodes->fields[f] +
+             (size_t)capacity_of(nodes, nodes->fields[f]) * kith_field_node_size(nodes->fields[f]);
   for (int b = 0; b < nodes->n_blocks; ++b)
     if (nodes->blocks[b].control != NULL) bytes += (size_t)nodes->blocks[b].count * sizeof(kith_index);
   return bytes;

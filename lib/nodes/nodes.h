@@ -32,10 +32,12 @@ enum kith_kind {
 };
 enum kith_type { KITH_F64, KITH_I64, KITH_U8 };
 enum kith_role {
-  KITH_STATE,   /* evolves: in checkpoint, and new ghosts have it */
-  KITH_KEPT,    /* in checkpoint too, but its node's own: ghosts do not have it until it is refreshed */
-  KITH_DERIVED, /* follows from the state: recomputed after a restart */
-  KITH_WORK,    /* lives inside a step; ghosts do not have it until it is refreshed */
+  KITH_STATE,    /* evolves: in checkpoint, and new ghosts have it */
+  KITH_KEPT,     /* in checkpoint too, but its node's own: ghosts do not have it until it is refreshed */
+  KITH_DERIVED,  /* follows from the state: recomputed after a restart */
+  KITH_WORK,     /* lives inside a step; ghosts do not have it until it is refreshed */
+  KITH_OWN_KEPT, /* as these two, but ghosts never have it, and no memory for it */
+  KITH_OWN_WORK
 };
 
 struct kith_field_spec {
@@ -50,7 +52,7 @@ struct kith_field_spec {
 struct kith_field {
   struct kith_field_spec spec;
   int components;
-  union { /* [capacity][components] */
+  union { /* [capacity of the nodes][components]; of their own: [own_capacity] */
     double *f64;
     int64_t *i64;
     uint8_t *u8;
@@ -96,7 +98,8 @@ enum kith_flag { KITH_GAS, KITH_FROZEN, KITH_BARRIER, KITH_ZONE };
 struct kith_nodes {
   int n_lists;
   struct kith_node_list lists[KITH_MAX_LISTS];
-  kith_index n_internal, n_ghost, capacity;
+  kith_index n_internal, n_ghost;
+  kith_index capacity, own_capacity; /* of nodes and ghosts; of nodes alone: fields of their own */
 
   int n_fields;
   struct kith_field *fields[KITH_MAX_FIELDS]; /* owned; registration order */
@@ -123,6 +126,8 @@ struct kith_nodes {
   size_t blocks_capacity;
   struct kith_ghost_block *blocks; /* creation order */
   struct kith_shifts shifts;       /* images of nodes and ghosts that are no ghosts; go with the ghosts */
+
+  struct kith_work *work; /* owned: kith_nodes_work */
 
   struct kith_ranks *ranks; /* of the other nodes of the run; NULL: one process has all nodes. Borrowed */
 
@@ -155,6 +160,8 @@ struct kith_field_row {
 };
 /* Registers those of a table, ended by {0}. */
 kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table);
+/* From here on ghosts have this field, too, when it is refreshed. */
+kith_status kith_nodes_give_ghosts(struct kith_nodes *nodes, struct kith_field *field);
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
 
@@ -188,16 +195,19 @@ static inline bool kith_all_idle(const uint8_t *activity, kith_index begin, kith
 /* Is it in checkpoints? Where nodes have an activity, work is too: idle ones keep it from evaluation to
  * evaluation. */
 static inline bool kith_field_lasts(const struct kith_nodes *nodes, const struct kith_field *field) {
-  return field->spec.role == KITH_STATE || field->spec.role == KITH_KEPT ||
-         (nodes->activity != NULL && field->spec.role == KITH_WORK);
+  const enum kith_role role = field->spec.role;
+  return role == KITH_STATE || role == KITH_KEPT || role == KITH_OWN_KEPT ||
+         (nodes->activity != NULL && (role == KITH_WORK || role == KITH_OWN_WORK));
+}
+static inline bool kith_field_is_own(const struct kith_field *field) {
+  return field->spec.role == KITH_OWN_KEPT || field->spec.role == KITH_OWN_WORK;
 }
 
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
-/* Memory for `more` nodes behind the present ones, and an eighth of the capacity beyond if fields must
- * move. */
-kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index more);
+/* Memory for so many more nodes and ghosts, and an eighth of the capacity beyond if fields must move. */
+kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index internal, kith_index ghosts);
 /* Frees the memory behind the present nodes but for an eighth of them. */
 kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
@@ -238,6 +248,10 @@ kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
  * kept. renumber[i] (length n_internal + n_ghost before, written) is the new index or -1. Order is kept;
  * empty blocks go. */
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber);
+
+/* *p: memory for whoever works on the nodes, until someone else asks for it, with any contents. So what is
+ * needed at different times of a step (candidates of rows, packed particles, images) shares it. */
+kith_status kith_nodes_work(const struct kith_nodes *nodes, size_t bytes, void *p);
 
 size_t kith_nodes_bytes(const struct kith_nodes *nodes);
 

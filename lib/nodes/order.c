@@ -32,6 +32,7 @@ static void compact(struct kith_nodes *nodes, const kith_index *from, kith_index
 #pragma omp parallel for schedule(dynamic) if (end - begin > 4096)
   for (int f = 0; f < nodes->n_fields; ++f) {
     struct kith_field *field = nodes->fields[f];
+    if (begin >= nodes->n_internal && kith_field_is_own(field)) continue;
     gather_sized(field->data, field->data, from, begin, end, kith_field_node_size(field));
   }
 }
@@ -152,8 +153,8 @@ static void cull_blocks(struct kith_nodes *nodes, const kith_index *renumber) {
 
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber) {
   const kith_index n = kith_nodes_count(nodes), internal = nodes->n_internal;
-  kith_index *from = NULL;
-  KITH_TRY(kith_resize(&from, 0, (size_t)n, sizeof *from));
+  kith_index *from;
+  KITH_TRY(kith_nodes_work(nodes, (size_t)n * sizeof *from, &from));
   keep_controls(nodes, keep);
 #pragma omp parallel for schedule(static) if (internal > 4096)
   for (kith_index i = 0; i < internal; ++i) renumber[i] = i;
@@ -167,6 +168,5 @@ kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith
     cull_blocks(nodes, renumber);
     ++nodes->ghosts;
   }
-  kith_free(&from);
   return KITH_OK;
 }

@@ -154,7 +154,7 @@ static kith_status crk_create(struct kith_package *package) {
   const bool balsara = kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
       {true, {"omega", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h factor Omega"}, &crk->omega},
-      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &crk->curl},
+      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "|curl v|"}, &crk->curl},
       {balsara,
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &crk->factor},

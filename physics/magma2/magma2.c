@@ -144,7 +144,7 @@ static kith_status magma2_create(struct kith_package *package) {
       {settings->pressure_dissipation > 0,
        {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"},
        &m->slope},
-      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &m->curl},
+      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "|curl v|"}, &m->curl},
       {balsara,
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &m->factor},

@@ -9,7 +9,7 @@
 
 /* The packed particle of node or ghost i: whole groups of lanes. */
 KITH_INLINE double *packed_particle(const struct kith_force_pass *pass, kith_index i) {
-  return pass->package->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed);
+  return pass->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed);
 }
 
 void kith_force_shift(const struct kith_force_pass *pass, const uint16_t *shift, size_t n,
@@ -387,8 +387,8 @@ kith_status kith_force(struct kith_force_pass *pass) {
   pass->is_last = true;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)
     pass->is_last = pass->is_last && p->ops->evaluate == NULL;
-  KITH_TRY(kith_reserve(&package->packed, &package->packed_capacity,
-                        (size_t)all * kith_lanes_padded((size_t)pass->n_packed), sizeof(double)));
+  KITH_TRY(kith_nodes_work(nodes, (size_t)all * kith_lanes_padded((size_t)pass->n_packed) * sizeof(double),
+                           &pass->packed));
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
   if (kept) {

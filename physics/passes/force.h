@@ -70,6 +70,7 @@ struct kith_force_pass {
   bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
   bool walls_known; /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
+  double *packed;             /* particles, in the memory of kith_nodes_work */
   const uint8_t *barrier;     /* [nodes] or NULL */
   const uint8_t *flag;        /* [nodes] what they are (nodes.h); NULL: nobody asks */
   const double *f_couple;     /* [pairs] or NULL: 1 for all */
@@ -115,7 +116,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
                                      const kith_index *restrict partner, const uint16_t *shift, size_t n,
                                      size_t known, struct kith_scratch *s) {
   const size_t size = kith_lanes_padded(n_packed);
-  const double *restrict packed = pass->package->packed, *restrict self = packed + (size_t)i * size;
+  const double *restrict packed = pass->packed, *restrict self = packed + (size_t)i * size;
   double *restrict j = s->lane, *restrict out = kith_force_values(pass, s);
   for (size_t k = 0; k < n; k += KITH_LANES) {
     kith_index room[KITH_LANES];

@@ -124,7 +124,7 @@ static kith_status remix_create(struct kith_package *package) {
        {"matrix", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "inverse of the moments of the neighbors"},
        &remix->matrix},
       {true, {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"}, &remix->slope},
-      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &remix->curl},
+      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "|curl v|"}, &remix->curl},
       {balsara,
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &remix->factor},

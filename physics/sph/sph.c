@@ -182,7 +182,9 @@ static kith_status sph_create(struct kith_package *package) {
       {limited,
        {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
        &sph->shear},
-      {switched, {"curl", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "|curl v|"}, &sph->curl},
+      {switched,
+       {"curl", KITH_SCALAR, KITH_F64, package->recompute ? KITH_WORK : KITH_OWN_WORK, NULL, "|curl v|"},
+       &sph->curl},
       {rising, {"compression", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "d(div v)/dt"}, &sph->compression},
       {rising,
        {"viscosity", KITH_SCALAR, KITH_F64, KITH_KEPT, "Viscosity", "viscosity switch"},
@@ -193,6 +195,7 @@ static kith_status sph_create(struct kith_package *package) {
       {0}};
   sph->full = switched || settings->conduction > 0 || is_stretched(settings);
   if (is_stretched(settings)) KITH_TRY(kith_nodes_stretch(package->hydro->nodes, settings->stretch));
+  if (rising) KITH_TRY(kith_nodes_give_ghosts(package->hydro->nodes, package->hydro->acceleration));
   return kith_nodes_fields(package->hydro->nodes, fields);
 }
 

@@ -20,7 +20,7 @@ void kith_builder_clear(struct kith_builder *scratch) {
     for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
   }
   kith_free(&scratch->worker);
-  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&scratch->chunk[k].word);
+  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&scratch->chunk[k].own);
   kith_rows_clear(&scratch->spans);
   kith_free(&scratch->bits);
   kith_free(&scratch->filled);
@@ -35,7 +35,6 @@ size_t kith_builder_bytes(const struct kith_builder *scratch) {
              (size_t)w->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double));
     words += w->key_capacity + w->hit_capacity + w->idle_capacity + w->bitmap_capacity + w->touched_capacity;
   }
-  for (int k = 0; k < KITH_ROW_CHUNKS; ++k) words += scratch->chunk[k].capacity;
   return bytes + scratch->filled_capacity * sizeof *scratch->filled + words * sizeof(uint64_t);
 }
 

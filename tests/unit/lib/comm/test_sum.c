@@ -19,6 +19,17 @@ static double parts_of(const double *term, int n, uint64_t *state) {
   return kith_sum_value(&sum);
 }
 
+/* Many at a time. */
+static double together_of(const double *term, int n, uint64_t *state) {
+  struct kith_sum sum = {0};
+  for (int k = 0, here; k < n; k += here) {
+    here = (int)(KITH_SUM_TOGETHER * check_random(state)) + 1;
+    here = KITH_MIN(here, n - k);
+    kith_sum_add_all(&sum, term + k, here);
+  }
+  return kith_sum_value(&sum);
+}
+
 static void shuffle(double *term, int n, uint64_t *state) {
   for (int k = n - 1; k > 0; --k) {
     const int j = (int)((k + 1) * check_random(state));
@@ -36,6 +47,7 @@ static void same_in_any_order(double *term, int n, uint64_t *state) {
   for (int k = 0; k < 5; ++k) {
     shuffle(term, n, state);
     CHECK(same(sum_of(term, n), first) && same(parts_of(term, n, state), first));
+    CHECK(same(together_of(term, n, state), first));
   }
 }
 

@@ -163,7 +163,7 @@ static void check_growth(void) {
   CHECK(moves < 60);
   check_house(&f);
   const size_t bytes = kith_nodes_bytes(f.nodes);
-  CHECK_OK(kith_nodes_grow(f.nodes, 2 * f.nodes->capacity));
+  CHECK_OK(kith_nodes_grow(f.nodes, 2 * f.nodes->capacity, 0));
   CHECK(kith_nodes_bytes(f.nodes) > 3 * bytes / 2);
   check_house(&f);
   CHECK_STATUS(KITH_INTERNAL, kith_nodes_append(f.nodes, 3, 1, NULL));
@@ -310,6 +310,44 @@ static void check_chain(const struct fixture *f) {
   CHECK(f->nodes->id->i64[18] == f->nodes->id->i64[6] && f->nodes->id->i64[25] == 523);
 }
 
+/* A field of nodes alone takes no memory for ghosts, and follows deletion and culling; given to ghosts it is
+ * refreshed like others. */
+static void check_own(void) {
+  struct fixture f = make(1);
+  struct kith_field *own;
+  const struct kith_field_spec spec = {"own", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "o"};
+  const struct kith_ghost_block frozen = {.kind = KITH_GHOST_FROZEN, .count = 1000};
+  uint8_t keep[1000] = {0}, dead[8] = {[2] = 1};
+  kith_index renumber[1008];
+  void *work;
+  append(&f, 0, 8, 10);
+  CHECK_OK(kith_nodes_field(f.nodes, &spec, &own));
+  for (kith_index i = 0; i < 8; ++i) own->f64[i] = 10 + i;
+  const void *data = own->data;
+  CHECK_OK(kith_nodes_add_ghosts(f.nodes, &frozen));
+  CHECK(own->data == data && f.nodes->own_capacity == 8 && f.nodes->capacity >= 1008);
+  keep[999] = 1;
+  CHECK_OK(kith_nodes_cull_ghosts(f.nodes, keep, renumber));
+  CHECK_OK(kith_nodes_delete(f.nodes, dead));
+  append(&f, 0, 100, 30);
+  for (kith_index i = 0; i < 7; ++i) CHECK(own->f64[i] == (double)f.nodes->id->i64[i]);
+  CHECK(own->f64[7] == 0 && own->f64[106] == 0);
+  CHECK_OK(kith_nodes_give_ghosts(f.nodes, own));
+  kith_index *control = NULL;
+  CHECK_OK(kith_resize(&control, 0, 1, sizeof *control));
+  *control = 5;
+  struct kith_ghost_block image = {.kind = KITH_GHOST_IMAGE, .count = 1, .control = control};
+  for (int a = 0; a < NDIM; ++a) image.image.sign[a] = 1;
+  CHECK_OK(kith_nodes_add_ghosts(f.nodes, &image));
+  kith_nodes_refresh_images(f.nodes, &own, 1);
+  CHECK(own->f64[107] == own->f64[5] && own->f64[5] == 16);
+  const size_t bytes = kith_nodes_bytes(f.nodes);
+  CHECK_OK(kith_nodes_work(f.nodes, 1 << 20, &work));
+  memset(work, 1, 1 << 20);
+  CHECK(kith_nodes_bytes(f.nodes) >= bytes + (1 << 20));
+  kith_nodes_destroy(&f.nodes);
+}
+
 static struct fixture make_chain(void) {
   struct fixture f = make(3);
   append(&f, 0, 4, 10);
@@ -426,6 +464,7 @@ static void check_cull(void) {
 int main(void) {
   check_registration();
   check_growth();
+  check_own();
   check_delete();
   check_reorder();
   check_curve_order();
