@@ -325,6 +325,7 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
                                 uint64_t *hit) {
   const kith_index *node = build->targets->search->node;
   const bool all = kith_build_all_targets(build);
+  size_t tested = 0;
   for (kith_index m = 0; m < targets.count; ++m) {
     const kith_index slot = targets.first + m, i = node[slot];
     if (!all && !kith_build_is_target(build, i)) continue;
@@ -339,8 +340,9 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
     if (idle) count_idle(worker, hit, length);
     length[all ? i : kith_build_row(build, i)] = (size_t)count;
     hit += worker->near.words;
-    worker->candidates += (size_t)worker->near.n;
+    ++tested;
   }
+  worker->candidates += tested * (size_t)worker->near.n;
   return KITH_OK;
 }
 
