@@ -1,4 +1,5 @@
 /* main.c - the programs kith-1d, kith-2d and kith-3d: the verbs that work on a scene of their dimension. */
+#include <malloc.h>
 #include <omp.h>
 #include <stdio.h>
 #include "app/cli/options.h"
@@ -10,6 +11,9 @@
 static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_VERB_LIST(X)};
 
 int main(int argc, char **argv) {
+#ifdef M_MMAP_THRESHOLD /* large blocks go back to the system: between others they would stay as holes */
+  mallopt(M_MMAP_THRESHOLD, 1 << 18);
+#endif
   struct kith_options options;
   const int verb = kith_options_parse(&options, argc, argv);
   if (act[verb] == NULL) {
