@@ -51,6 +51,7 @@ struct kith_options {
   const char *trace;                         /* file or NULL */
   double until;                              /* < 0: the scene's */
   double walltime;                           /* minutes; 0: no limit */
+  double watchdog;                           /* seconds; 0: none */
   int steps;                                 /* < 0: no limit */
   int threads;                               /* 0: not given */
   int ranks;                                 /* 0: as many as were started */
@@ -74,6 +75,8 @@ struct kith_options {
   X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                         \
   X(walltime, 0, "MINUTES", NUMBER, 0.001, 1e9, walltime, F(run),                                            \
     "stop with a checkpoint before this time has passed, by two steps")                                      \
+  X(watchdog, 0, "SECONDS", NUMBER, 0.01, 1e9, watchdog, F(run),                                             \
+    "a rank that waits longer than this for others says where, and waits on")                                \
   X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                           \
   X(overwrite, 0, 0, FLAG, 0, 0, overwrite, F(run),                                                          \
     "start anew in a directory that has the checkpoint of an earlier run")                                   \

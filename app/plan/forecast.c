@@ -1,114 +1,72 @@
-/* What a run will cost: evaluations that are timed, short runs with fewer nodes; and what each of many ranks
- * would have. */
+/* What each of many ranks would have of a scene, what it would tell others, and how long a step would
+ * take. */
 #include "app/plan/forecast.h"
 
 #include <math.h>
-#include <omp.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include "app/initial/initial_conditions.h"
 #include "app/initial/region.h"
-#include "integrator/lifecycle.h"
 #include "lib/domain/decomposition.h"
-#include "lib/domain/partition/partition.h"
+#include "lib/domain/partition/shell.h"
 
-enum { MOST_RANKS = 16384 };
+enum { MOST_RANKS = 16384, SHELLS = 64, TEMPLATES = 8, MOST_LAYERS = 4, SIDE = 2 * MOST_LAYERS + 1 };
+enum { RING = NDIM == 1 ? SIDE : NDIM == 2 ? SIDE * SIDE : SIDE * SIDE * SIDE };
+static const double MOST_POINTS = 1 << 22, MOST_MAP_SECONDS = 60;
 
-/* Processor time where there is one thread: other programs do not count. */
-static double seconds_now(void) {
-  struct timespec t;
-  if (omp_get_max_threads() > 1) return kith_seconds();
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds) {
-  struct kith_integrator *it = &simulation->integrator;
-  const double start = seconds_now();
-  double before = start;
-  *seconds = INFINITY;
-  for (int k = 0; k < 3 && before - start < 0.5; ++k) {
-    if (kith_rebuilds_lasting(it->rebuilds)) KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
-    KITH_TRY(kith_integrator_rates(it));
-    const double now = seconds_now();
-    *seconds = fmin(*seconds, now - before);
-    before = now;
-  }
-  return KITH_OK;
-}
-
-static kith_status steps_of(struct kith_simulation *m, double until, double limit,
-                            struct kith_calibration *out) {
-  struct kith_integrator *it = &m->integrator;
-  double first;
-  KITH_TRY(kith_simulation_start(m));
-  KITH_TRY(kith_evaluation_measure(m, &first));
-  const bool parts = it->nodes->activity != NULL; /* not all nodes are updated at a time */
-  const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
-  const double start = seconds_now();
-  while (it->time < until) {
-    KITH_TRY(kith_integrator_step(it, until));
-    if (seconds_now() - start > limit) KITH_FAIL(DIVERGED, "a calibration run exceeds %.3g s", limit);
-  }
-  const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
-               all = parts ? of_node : (double)(it->ledger.evaluations - evaluations);
-  out->steps = parts ? of_node : (double)it->step;
-  out->growth = (seconds_now() - start) / fmax(all, 1) / first;
-  return KITH_OK;
-}
-
-static kith_status run(const struct kith_options *o, double until, double limit,
-                       struct kith_calibration *out) {
-  const char *overrides[KITH_MAX_OVERRIDES + 1];
-  char resolution[64];
-  struct kith_scene *scene = NULL;
-  struct kith_simulation *m = NULL;
-  memcpy(overrides, o->overrides, sizeof o->overrides);
-  snprintf(resolution, sizeof resolution, "resolution=%.10g", out->resolution);
-  overrides[o->n_overrides] = resolution;
-  KITH_TRY(kith_scene_read(&scene, o->subject, o->n_overrides + 1, overrides));
-  kith_status status = kith_simulation_create(&m, scene, NULL, NULL, false);
-  if (status == KITH_OK) status = steps_of(m, until, limit, out);
-  kith_simulation_destroy(&m);
-  kith_scene_destroy(&scene);
-  return status;
-}
-
-kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
-                                 double resolution, double until, double cost, double budget) {
-  const double part = fmin(pow(budget / cost, 1.0 / (NDIM + 1)), 0.8);
-  /* Whole and even, where that makes little difference: lattices and centers may need it. */
-  const double lower = part * resolution;
-  *out = (struct kith_calibration){.resolution = lower > 10 ? 2 * round(0.5 * lower) : lower};
-  KITH_TRY(run(options, until, 10 * budget, out));
-  out->expected = out->steps * resolution / out->resolution;
-  return KITH_OK;
-}
+/* Ghosts as they are made, by cells; those that are kept, by rows. */
+enum way { MADE, KEPT, WAYS };
 
 struct model {
-  const struct kith_simulation *simulation; /* NULL: outlined */
-  double *nodes, *reach;                    /* [cells.n] then: nodes, and how far ghosts are from it */
+  const struct kith_simulation *simulation; /* of the scene, or of one with fewer nodes */
+  const struct kith_scene *scene;
+  const struct kith_step_cost *cost;
   int n_ranks;
+  double factor, widest; /* how many search radii away ghosts are; that of the largest one */
   struct kith_cells cells;
   struct kith_partition *partition;
-  double *work, *rank_work; /* [cells.n], [n_ranks] */
-  int64_t *home;            /* [n_internal] the cell of each node */
+  double *nodes, *work, *reach; /* [cells.n] number, work; how far from their cell nodes need others */
+  double *load, *ghosts[WAYS], *peers[WAYS]; /* [n_ranks] */
+  uint8_t *meets;                            /* [n_ranks][n_ranks] a bit for each way */
+  /* Of a scene that is laid out. */
+  int64_t *home; /* [n_internal] the cell of each node */
   int32_t *owner,
       *seen; /* of all nodes: their rank, -1 of frozen ones, which all have; last rank that needs it */
   kith_index *first, *next; /* [n_ranks], [n_internal]: the nodes of a rank; -1: no more */
-  double *ghosts, *peers;   /* [n_ranks] */
-  uint8_t *meets;           /* [n_ranks][n_ranks] */
+  /* Of one that is outlined: neighbors of nodes of the simulation, in spacings. */
+  uint8_t *region;  /* [cells.n] */
+  double *spacing;  /* [cells.n] */
+  double *vector;   /* [template[last]][NDIM] */
+  size_t *template; /* [regions TEMPLATES + 1] where each begins */
+  double *radius;   /* [regions] search radius */
 };
+
+static double spacing_of(const struct model *o, kith_index i) {
+  const struct kith_hydro *h = &o->simulation->hydro;
+  return pow(h->mass->f64[i] / h->density->f64[i], 1.0 / NDIM);
+}
+
+static const struct kith_rows *rows_of(const struct model *o) {
+  const struct kith_connectivity *c = o->simulation->connectivity;
+  return c->built.overlap ? &c->overlap : &c->rows;
+}
+
+static void add_ghost(struct model *o, enum way way, int32_t rank, int32_t of, double n) {
+  o->ghosts[way][rank] += n;
+  o->meets[(size_t)rank * (size_t)o->n_ranks + (size_t)of] |= (uint8_t)(1 << way);
+}
+
+/* ---- scenes that are laid out ---- */
 
 static kith_status fill_cells(struct model *o) {
   const struct kith_nodes *nodes = o->simulation->nodes;
   const size_t *first = o->simulation->connectivity->rows.first;
   KITH_TRY(kith_resize(&o->home, 0, (size_t)nodes->n_internal, sizeof *o->home));
-  KITH_TRY(kith_resize(&o->work, 0, (size_t)o->cells.n, sizeof *o->work));
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    o->home[i] = kith_cells_of(&o->cells, nodes->position->f64 + (size_t)i * NDIM);
-    o->work[o->home[i]] += 1 + (double)(first[i + 1] - first[i]);
+    const int64_t c = o->home[i] = kith_cells_of(&o->cells, nodes->position->f64 + (size_t)i * NDIM);
+    o->nodes[c] += 1, o->work[c] += 1 + (double)(first[i + 1] - first[i]);
+    o->reach[c] = fmax(o->reach[c], o->factor * nodes->search_radius->f64[i] - 0.5 * spacing_of(o, i));
+    o->widest = fmax(o->widest, o->factor * nodes->search_radius->f64[i]);
   }
   return KITH_OK;
 }
@@ -136,56 +94,53 @@ static kith_status find_owners(struct model *o) {
 }
 
 static void count_ghosts(struct model *o) {
-  const struct kith_connectivity *c = o->simulation->connectivity;
-  const struct kith_rows *rows = c->built.overlap ? &c->overlap : &c->rows;
-  const size_t n = (size_t)o->n_ranks;
+  const struct kith_rows *rows = rows_of(o);
   for (int32_t rank = 0; rank < o->n_ranks; ++rank)
     for (kith_index i = o->first[rank]; i >= 0; i = o->next[i])
       for (size_t k = rows->first[i]; k < rows->first[i + 1]; ++k) {
         const kith_index j = rows->node[k];
         if (o->owner[j] < 0 || o->owner[j] == rank || o->seen[j] == rank) continue;
         o->seen[j] = rank;
-        o->ghosts[rank] += 1;
-        o->meets[(size_t)rank * n + (size_t)o->owner[j]] = 1;
+        add_ghost(o, KEPT, rank, o->owner[j], 1);
       }
 }
 
 /* ---- outlines ---- */
 
-enum {
-  POINTS = 3,
-  AROUND = NDIM == 1   ? 5
-           : NDIM == 2 ? 25
-                       : 125
-}; /* two layers of cells: as far as it goes */
-
-/* Nodes and support of a cell of this volume, by the region at x. A displacement is taken where it ends. */
-static kith_status outline_at(struct model *o, const struct kith_scene *scene, double neighbors,
-                              const double *site_volume, const double *x, int64_t cell, double volume) {
-  for (int r = 0; r < scene->n_regions; ++r) {
-    const struct kith_region *region = &scene->region[r];
-    double place[NDIM], stretch = 1;
-    bool holds;
-    KITH_TRY(kith_region_holds(region, x, &holds));
-    if (!holds) continue;
-    memcpy(place, x, sizeof place);
-    const double spacing = pow(site_volume[r], 1.0 / NDIM);
-    if (kith_region_displace(region, &scene->domain, 1e-3 * spacing, place, &stretch) != KITH_OK) stretch = 1;
-    const double of_node = site_volume[r] * stretch;
-    o->nodes[cell] += volume / of_node;
-    o->reach[cell] = (pow(neighbors / kith_ball(), 1.0 / NDIM) - 0.5) * pow(of_node, 1.0 / NDIM);
+static int region_at(const struct kith_scene *scene, const double *x, kith_status *status) {
+  int last = -1;
+  for (int r = 0; r < scene->n_regions && *status == KITH_OK; ++r) {
+    bool holds = false;
+    *status = kith_region_holds(&scene->region[r], x, &holds);
+    if (holds) last = r;
   }
+  return last;
+}
+
+/* Nodes and spacing of a cell of this volume, by the region at x. A displacement is taken where it ends. */
+static kith_status outline_at(struct model *o, const double *site_volume, const double *x, int64_t cell,
+                              double volume) {
+  double place[NDIM], stretch = 1;
+  kith_status status = KITH_OK;
+  const int r = region_at(o->scene, x, &status);
+  if (status != KITH_OK || r < 0) return status;
+  memcpy(place, x, sizeof place);
+  const double site = pow(site_volume[r], 1.0 / NDIM);
+  if (kith_region_displace(&o->scene->region[r], &o->scene->domain, 1e-3 * site, place, &stretch) != KITH_OK)
+    stretch = 1;
+  o->nodes[cell] += volume / (site_volume[r] * stretch);
+  o->region[cell] = (uint8_t)r, o->spacing[cell] = site * pow(stretch, 1.0 / NDIM);
+  o->reach[cell] = (o->factor * o->radius[r] - 0.5) * o->spacing[cell];
+  o->widest = fmax(o->widest, o->factor * o->radius[r] * o->spacing[cell]);
   return KITH_OK;
 }
 
 /* Cells are sampled in their middle; few cells, in more points. */
-static kith_status outline(struct model *o, const struct kith_scene *scene, double neighbors,
-                           const double *site_volume) {
+static kith_status outline(struct model *o, const double *site_volume) {
   const int per_axis = o->cells.n > 1 << 16 ? 1 : 4, samples = (int)kith_pow_dim(per_axis);
+  const double neighbors = o->simulation->package.neighbors;
   double volume = 1.0 / samples;
   for (int a = 0; a < NDIM; ++a) volume *= o->cells.edge[a];
-  KITH_TRY(kith_resize(&o->nodes, 0, 3 * (size_t)o->cells.n, sizeof *o->nodes));
-  o->reach = o->nodes + o->cells.n, o->work = o->reach + o->cells.n;
   for (int64_t c = 0; c < o->cells.n; ++c) {
     int64_t k[NDIM];
     double x[NDIM];
@@ -193,68 +148,156 @@ static kith_status outline(struct model *o, const struct kith_scene *scene, doub
     for (int s = 0; s < samples; ++s) {
       for (int a = 0, rest = s; a < NDIM; ++a, rest /= per_axis)
         x[a] = o->cells.lower[a] + o->cells.edge[a] * ((double)k[a] + (rest % per_axis + 0.5) / per_axis);
-      KITH_TRY(outline_at(o, scene, neighbors, site_volume, x, c, volume));
+      KITH_TRY(outline_at(o, site_volume, x, c, volume));
     }
     o->work[c] = o->nodes[c] * (1 + neighbors);
   }
   return KITH_OK;
 }
 
-/* The cells of other ranks around c, as offsets, with their ranks; returns how many. */
-static int others_around(const struct model *o, int64_t c, int (*offset)[NDIM], int32_t *rank) {
-  int64_t at[NDIM], k[NDIM];
-  int n = 0, layers = 1;
-  for (int a = 0; a < NDIM; ++a)
-    if (o->reach[c] > o->cells.edge[a]) layers = 2;
-  const int side = 2 * layers + 1, around = (int)kith_pow_dim(side);
-  kith_grid_place(o->cells.count, c, at);
-  for (int s = 0; s < around; ++s) {
-    bool inside = true;
-    for (int a = 0, rest = s; a < NDIM; ++a, rest /= side) {
-      const int64_t count = o->cells.count[a];
-      offset[n][a] = rest % side - layers;
-      k[a] = at[a] + offset[n][a];
-      if (o->cells.periodic[a]) k[a] = (k[a] % count + count) % count;
-      inside = inside && k[a] >= 0 && k[a] < count;
+/* The neighbors of node i, appended. */
+static kith_status take_template(struct model *o, kith_index i, size_t *capacity, size_t *n) {
+  const struct kith_rows *rows = rows_of(o);
+  const double *x = o->simulation->nodes->position->f64, scale = 1 / spacing_of(o, i);
+  const size_t more = rows->first[i + 1] - rows->first[i];
+  KITH_TRY(kith_grow(&o->vector, capacity, *n, *n + more, NDIM * sizeof *o->vector));
+  for (size_t k = rows->first[i]; k < rows->first[i + 1]; ++k, ++*n)
+    for (int a = 0; a < NDIM; ++a) {
+      const double d = x[(size_t)rows->node[k] * NDIM + (size_t)a] - x[(size_t)i * NDIM + (size_t)a],
+                   period = o->scene->period[a];
+      o->vector[*n * NDIM + (size_t)a] = scale * (period > 0 ? remainder(d, period) : d);
     }
-    if (!inside) continue;
-    rank[n] = o->partition->owner[kith_grid_number(o->cells.count, k)];
-    n += rank[n] != o->partition->owner[c];
-  }
-  return n;
+  return KITH_OK;
 }
 
-/* Point t, in edges, of a cell: is it within `reach` of the cell at this offset? */
-static bool sees(const struct kith_cells *cells, const double *t, const int *offset, double reach) {
-  double r2 = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double d = offset[a] > 0 ? offset[a] - t[a] : offset[a] < 0 ? t[a] - offset[a] - 1 : 0;
-    r2 += d * d * cells->edge[a] * cells->edge[a];
+/* Nodes of each region of the simulation, from all parts of it. */
+static kith_status take_templates(struct model *o) {
+  const struct kith_nodes *nodes = o->simulation->nodes;
+  const size_t regions = (size_t)o->scene->n_regions;
+  size_t capacity = 0, n = 0;
+  kith_status status = KITH_OK;
+  KITH_TRY(kith_resize(&o->template, 0, regions * TEMPLATES + 1, sizeof *o->template));
+  KITH_TRY(kith_resize(&o->radius, 0, regions, sizeof *o->radius));
+  for (size_t t = 0; t < regions * TEMPLATES; o->template[++t] = n) {
+    const int64_t part = (int64_t)(t % TEMPLATES), all = nodes->n_internal;
+    const int region = (int)(t / TEMPLATES);
+    for (int64_t i = all * part / TEMPLATES; i < all * (part + 1) / TEMPLATES && status == KITH_OK; ++i) {
+      if (region_at(o->scene, nodes->position->f64 + (size_t)i * NDIM, &status) != region) continue;
+      const double radius = nodes->search_radius->f64[i] / spacing_of(o, (kith_index)i);
+      o->radius[region] = fmax(o->radius[region], radius);
+      if (status == KITH_OK) status = take_template(o, (kith_index)i, &capacity, &n);
+      break;
+    }
   }
-  return r2 < reach * reach;
+  return status;
 }
 
-/* Points stand elsewhere in each cell, so that their mean over cells knows parts of a third. */
+/* ---- borders ---- */
+
+/* The cells around one, as far as its nodes need others. */
+struct ring {
+  int layers, side, n;
+  int32_t owner[RING]; /* -1: nothing is there */
+  uint8_t image[RING]; /* a bit for each axis along which a mirror shows the cell */
+};
+
+/* Cell k of an axis, behind its end: wrapped, mirrored, or -1. */
+static int64_t behind(const struct model *o, int axis, int64_t k, uint8_t *image) {
+  const int64_t count = o->cells.count[axis], mirrored = k < 0 ? -1 - k : 2 * count - 1 - k;
+  if (k >= 0 && k < count) return k;
+  if (o->cells.periodic[axis]) return ((k % count) + count) % count;
+  const struct kith_boundary_ops *side =
+      k < 0 ? o->scene->boundary[axis].lower : o->scene->boundary[axis].upper;
+  *image |= (uint8_t)(1 << axis);
+  return side != NULL && side->mirrors && mirrored >= 0 && mirrored < count ? mirrored : -1;
+}
+
+/* Is there a cell of another rank? */
+static bool look_around(const struct model *o, int64_t c, struct ring *ring) {
+  const int32_t *owner = o->partition->owner, own = owner[c];
+  int64_t at[NDIM], k[NDIM];
+  bool others = false;
+  ring->layers = 1;
+  for (int a = 0; a < NDIM; ++a)
+    ring->layers = KITH_MAX(ring->layers, (int)ceil(fmin(o->reach[c] / o->cells.edge[a], MOST_LAYERS)));
+  ring->side = 2 * ring->layers + 1, ring->n = (int)kith_pow_dim(ring->side);
+  kith_grid_place(o->cells.count, c, at);
+  for (int s = 0; s < ring->n; ++s) {
+    bool there = true;
+    ring->image[s] = 0;
+    for (int a = 0, rest = s; a < NDIM; ++a, rest /= ring->side) {
+      k[a] = behind(o, a, at[a] + rest % ring->side - ring->layers, &ring->image[s]);
+      there = there && k[a] >= 0;
+    }
+    ring->owner[s] = there ? owner[kith_grid_number(o->cells.count, k)] : -1;
+    others = others || (there && ring->owner[s] != own);
+  }
+  return others;
+}
+
+/* The ranks, with the images they need, that met a point so far. */
+struct met {
+  int n;
+  int32_t of[RING];
+};
+
+static void meet(struct model *o, const struct ring *ring, int s, enum way way, int32_t own, double n,
+                 struct met *met) {
+  const int32_t code = ring->owner[s] * (1 << NDIM) + ring->image[s];
+  if (ring->owner[s] < 0 || ring->owner[s] == own) return;
+  for (int k = 0; k < met->n; ++k)
+    if (met->of[k] == code) return;
+  met->of[met->n++] = code;
+  add_ghost(o, way, ring->owner[s], own, n);
+}
+
+/* Cells within reach of point t, in edges, of cell c. */
+static void meet_cells(struct model *o, const struct ring *ring, int64_t c, const double *t, double n) {
+  struct met met = {0};
+  double d2[NDIM][SIDE];
+  for (int a = 0; a < NDIM; ++a)
+    for (int k = 0; k < ring->side; ++k) {
+      const double d = k > ring->layers   ? k - ring->layers - t[a]
+                       : k < ring->layers ? t[a] + ring->layers - k - 1
+                                          : 0;
+      d2[a][k] = d * d * o->cells.edge[a] * o->cells.edge[a];
+    }
+  for (int s = 0; s < ring->n; ++s) {
+    double sum = 0;
+    for (int a = 0, rest = s; a < NDIM; ++a, rest /= ring->side) sum += d2[a][rest % ring->side];
+    if (sum < o->reach[c] * o->reach[c]) meet(o, ring, s, MADE, o->partition->owner[c], n, &met);
+  }
+}
+
+/* The cells of the neighbors that a node would have there. */
+static void meet_neighbors(struct model *o, const struct ring *ring, int64_t c, const double *t, size_t one,
+                           double n) {
+  struct met met = {0};
+  for (size_t v = o->template[one]; v < o->template[one + 1]; ++v) {
+    int s = 0;
+    for (int a = NDIM - 1; a >= 0; --a) {
+      const int k = (int)floor(t[a] + o->vector[v * NDIM + (size_t)a] * o->spacing[c] / o->cells.edge[a]);
+      s = s * ring->side + KITH_MAX(-ring->layers, KITH_MIN(ring->layers, k)) + ring->layers;
+    }
+    meet(o, ring, s, KEPT, o->partition->owner[c], n, &met);
+  }
+}
+
+/* Points stand elsewhere in each cell, so that all cells together know small parts of one. */
 static void count_borders(struct model *o) {
   static const double golden[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
-  const int samples = (int)kith_pow_dim(POINTS);
-  int offset[AROUND][NDIM];
-  int32_t rank[AROUND], met[AROUND];
+  const int samples = (int)fmin(fmax(MOST_POINTS / (double)o->cells.n, 1), 64);
+  struct ring ring;
   for (int64_t c = 0; c < o->cells.n; ++c) {
-    const int n = o->nodes[c] > 0 ? others_around(o, c, offset, rank) : 0;
-    for (int s = 0; s < samples && n > 0; ++s) {
+    if (!(o->nodes[c] > 0) || !look_around(o, c, &ring)) continue;
+    for (int s = 0; s < samples; ++s) {
+      const int64_t number = c * samples + s;
       double t[NDIM];
-      int n_met = 0;
-      for (int a = 0, rest = s; a < NDIM; ++a, rest /= POINTS)
-        t[a] = (rest % POINTS + fmod((double)c * golden[a], 1)) / POINTS;
-      for (int k = 0; k < n; ++k) {
-        bool known = false;
-        for (int j = 0; j < n_met; ++j) known = known || met[j] == rank[k];
-        if (known || !sees(&o->cells, t, offset[k], o->reach[c])) continue;
-        met[n_met++] = rank[k];
-        o->ghosts[rank[k]] += o->nodes[c] / samples;
-        o->meets[(size_t)rank[k] * (size_t)o->n_ranks + (size_t)o->partition->owner[c]] = 1;
-      }
+      for (int a = 0; a < NDIM; ++a) t[a] = fmod((double)number * golden[a], 1);
+      meet_cells(o, &ring, c, t, o->nodes[c] / samples);
+      if (o->spacing != NULL)
+        meet_neighbors(o, &ring, c, t, (size_t)o->region[c] * TEMPLATES + (size_t)(number % TEMPLATES),
+                       o->nodes[c] / samples);
     }
   }
 }
@@ -262,72 +305,163 @@ static void count_borders(struct model *o) {
 static void count_peers(struct model *o) {
   const size_t n = (size_t)o->n_ranks;
   for (size_t r = 0; r < n; ++r)
-    for (size_t q = 0; q < n; ++q) {
-      if (!o->meets[r * n + q]) continue;
-      o->peers[r] += 1;
-      if (!o->meets[q * n + r]) o->peers[q] += 1;
-    }
+    for (size_t q = 0; q < n; ++q)
+      for (enum way way = MADE; way < WAYS; ++way)
+        o->peers[way][r] += ((o->meets[r * n + q] | o->meets[q * n + r]) >> way & 1) != 0;
+}
+
+/* ---- times ---- */
+
+/* Of some ranks: how many they talk to when lists are rebuilt, and of how many cells. */
+static kith_status measure_shells(const struct model *o, double *neighbors, double *cells) {
+  struct kith_shell shell = {0};
+  int n = 0;
+  *neighbors = *cells = 0;
+  for (int r = 0; r < o->n_ranks; r += (o->n_ranks + SHELLS - 1) / SHELLS, ++n) {
+    KITH_TRY(kith_shell_build(&shell, o->partition, r, 1.25 * o->widest));
+    *neighbors += shell.n_neighbors, *cells += (double)shell.send_first[shell.n_neighbors];
+  }
+  kith_shell_clear(&shell);
+  *neighbors /= n, *cells /= n;
+  return KITH_OK;
+}
+
+/* A rank computes for its part of the work, and for ghosts in stages that treat them as nodes. */
+static kith_status take_times(const struct model *o, struct kith_forecast *f) {
+  const struct kith_step_cost *cost = o->cost;
+  const struct kith_rehearsal *say = &cost->rehearsal;
+  const struct kith_machine *machine = &cost->machine;
+  const int n = o->n_ranks, cores = machine->cores > 0 ? KITH_MIN(n, machine->cores) : n;
+  double work = 0, nodes = 0, neighbors, cells, slowest = 0, sum = 0;
+  KITH_TRY(measure_shells(o, &neighbors, &cells));
+  for (int r = 0; r < n; ++r) work += o->load[r];
+  for (int64_t c = 0; c < o->cells.n; ++c) nodes += o->nodes[c];
+  for (int r = 0; r < n; ++r) {
+    const double part = o->load[r] / work,
+                 items = (part * nodes + o->ghosts[KEPT][r]) / (nodes + cost->images),
+                 messages =
+                     say->told * neighbors + say->created * o->peers[MADE][r] + say->kept * o->peers[KEPT][r],
+                 bytes = say->told_bytes * neighbors + say->cell_bytes * cells +
+                         say->created_bytes * fmax(o->ghosts[MADE][r], o->ghosts[KEPT][r]) +
+                         say->kept_bytes * o->ghosts[KEPT][r],
+                 seconds = cost->seconds * ((1 - cost->of_items) * part + cost->of_items * items) +
+                           messages * machine->latency + bytes / machine->bandwidth;
+    slowest = fmax(slowest, seconds), sum += seconds;
+    f->messages += messages / n, f->bytes += bytes / n;
+  }
+  f->seconds = fmax(slowest, sum / cores) + say->collectives * machine->collective * ceil(log2(n)) +
+               2 * say->balance_checks * 8 * (double)o->cells.n / machine->bandwidth;
+  f->efficiency = cost->seconds / (cores * f->seconds);
+  return KITH_OK;
+}
+
+/* ---- forecasts ---- */
+
+static kith_status allocate(struct model *o) {
+  const size_t cells = (size_t)o->cells.n, n = (size_t)o->n_ranks;
+  KITH_TRY(kith_resize(&o->nodes, 0, 3 * cells, sizeof *o->nodes));
+  KITH_TRY(kith_resize(&o->load, 0, (1 + 2 * WAYS) * n, sizeof *o->load));
+  KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
+  o->work = o->nodes + cells, o->reach = o->work + cells;
+  for (size_t way = MADE; way < WAYS; ++way)
+    o->ghosts[way] = o->load + (1 + way) * n, o->peers[way] = o->load + (1 + WAYS + way) * n;
+  return KITH_OK;
+}
+
+/* Refused at once, where it would take minutes. */
+static kith_status map(struct model *o, const char *partitioner) {
+  char name[32];
+  snprintf(name, sizeof name, "%.*s", (int)strcspn(partitioner, ":"), partitioner);
+  const struct kith_partitioner_ops *ops = kith_partitioner_find(name);
+  const double seconds = ops != NULL ? ops->seconds_per_cell * (double)o->cells.n * log2(o->n_ranks) : 0;
+  if (seconds > MOST_MAP_SECONDS)
+    KITH_FAIL(UNSUPPORTED, "%s: each rank would take about %.0f s for a map of %lld cells; not planned", name,
+              seconds, (long long)o->cells.n);
+  KITH_TRY(kith_partition_create(&o->partition, &o->cells, o->n_ranks, partitioner));
+  return kith_partition_converge(o->partition, o->work);
 }
 
 static kith_status predict(struct model *o, const char *partitioner, struct kith_forecast *f) {
-  const size_t n = (size_t)o->n_ranks;
-  if (o->simulation != NULL) KITH_TRY(fill_cells(o));
-  KITH_TRY(kith_partition_create(&o->partition, &o->cells, o->n_ranks, partitioner));
-  KITH_TRY(kith_partition_converge(o->partition, o->work));
-  if (o->simulation != NULL) KITH_TRY(find_owners(o));
-  KITH_TRY(kith_resize(&o->rank_work, 0, 3 * n, sizeof *o->rank_work));
-  KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
-  o->ghosts = o->rank_work + n, o->peers = o->ghosts + n;
-  o->simulation != NULL ? count_ghosts(o) : count_borders(o);
+  const double n = o->n_ranks;
+  KITH_TRY(map(o, partitioner));
+  if (o->spacing == NULL) KITH_TRY(find_owners(o));
+  if (o->spacing == NULL) count_ghosts(o);
+  count_borders(o);
   count_peers(o);
-  *f = (struct kith_forecast){
-      .imbalance = kith_partition_loads(o->partition, o->partition->owner, o->work, o->rank_work)};
-  for (size_t r = 0; r < n; ++r) {
-    f->ghosts += o->ghosts[r] / (double)n, f->most_ghosts = fmax(f->most_ghosts, o->ghosts[r]);
-    f->peers += o->peers[r] / (double)n, f->most_peers = fmax(f->most_peers, o->peers[r]);
+  *f = (struct kith_forecast){.imbalance =
+                                  kith_partition_loads(o->partition, o->partition->owner, o->work, o->load)};
+  for (int r = 0; r < o->n_ranks; ++r) {
+    f->made += o->ghosts[MADE][r] / n;
+    f->ghosts += o->ghosts[KEPT][r] / n, f->most_ghosts = fmax(f->most_ghosts, o->ghosts[KEPT][r]);
+    f->peers += o->peers[KEPT][r] / n, f->most_peers = fmax(f->most_peers, o->peers[KEPT][r]);
   }
+  return o->cost != NULL ? take_times(o, f) : KITH_OK;
+}
+
+static kith_status check(const struct model *o) {
+  if (o->n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
+  if (o->scene->partition.recompute)
+    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
   return KITH_OK;
 }
 
 static void clear(struct model *o) {
-  void *const owned[] = {&o->nodes, &o->home, &o->rank_work, &o->owner, &o->first, &o->meets};
+  void *const owned[] = {&o->nodes,  &o->load,    &o->meets,    &o->home,   &o->owner, &o->first,
+                         &o->region, &o->spacing, &o->template, &o->vector, &o->radius};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
   kith_partition_destroy(&o->partition);
 }
 
-kith_status kith_forecast_ranks(const struct kith_simulation *m, int n_ranks, const char *partitioner,
-                                struct kith_forecast *out) {
-  struct model o = {.simulation = m, .n_ranks = n_ranks};
+static double factor_of(const struct kith_simulation *m) {
+  return (m->connectivity->built.overlap ? 2 : 1) * m->nodes->longest;
+}
+
+kith_status kith_forecast_ranks(const struct kith_simulation *m, const struct kith_step_cost *cost,
+                                int n_ranks, const char *partitioner, struct kith_forecast *out) {
+  struct model o = {
+      .simulation = m, .scene = m->scene, .cost = cost, .n_ranks = n_ranks, .factor = factor_of(m)};
   bool periodic[NDIM];
-  if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
-  if (m->scene->partition.recompute)
-    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
+  KITH_TRY(check(&o));
   for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
-  const kith_status status = predict(&o, partitioner, out);
-  kith_free(&o.work);
+  kith_status status = allocate(&o);
+  if (status == KITH_OK) status = fill_cells(&o);
+  if (status == KITH_OK) status = predict(&o, partitioner, out);
   clear(&o);
   return status;
 }
 
-kith_status kith_forecast_outline(const struct kith_scene *scene, double neighbors, int n_ranks,
-                                  const char *partitioner, struct kith_forecast *out) {
-  struct model o = {.n_ranks = n_ranks};
+/* Cells, and what is in them. */
+static kith_status outline_cells(struct model *o) {
+  const double neighbors = o->simulation->package.neighbors;
   bool periodic[NDIM];
   double *site_volume = NULL, sites, least = INFINITY;
-  if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
-  for (int a = 0; a < NDIM; ++a) periodic[a] = scene->period[a] > 0;
-  KITH_TRY(kith_resize(&site_volume, 0, (size_t)scene->n_regions, sizeof *site_volume));
-  kith_status status = kith_initial_conditions_outline(scene, site_volume, &sites);
-  for (int r = 0; r < scene->n_regions; ++r) least = KITH_MIN(least, site_volume[r]);
+  for (int a = 0; a < NDIM; ++a) periodic[a] = o->scene->period[a] > 0;
+  KITH_TRY(kith_resize(&site_volume, 0, (size_t)o->scene->n_regions, sizeof *site_volume));
+  kith_status status = kith_initial_conditions_outline(o->scene, site_volume, &sites);
+  for (int r = 0; r < o->scene->n_regions; ++r) least = KITH_MIN(least, site_volume[r]);
   if (status == KITH_OK)
-    status = kith_cells_init(&o.cells, scene->domain.lower, scene->domain.upper, periodic,
+    status = kith_cells_init(&o->cells, o->scene->domain.lower, o->scene->domain.upper, periodic,
                              0.5 * pow(neighbors / kith_ball() * least, 1.0 / NDIM),
-                             KITH_MIN((int64_t)scene->partition.cells * n_ranks, 1 << 22));
-  if (status == KITH_OK) status = outline(&o, scene, neighbors, site_volume);
-  if (status == KITH_OK) status = predict(&o, partitioner, out);
+                             KITH_MIN((int64_t)o->scene->partition.cells * o->n_ranks, 1 << 22));
+  if (status == KITH_OK) status = allocate(o);
+  if (status == KITH_OK) status = kith_resize(&o->region, 0, (size_t)o->cells.n, 1);
+  if (status == KITH_OK) status = kith_resize(&o->spacing, 0, (size_t)o->cells.n, sizeof *o->spacing);
+  if (status == KITH_OK) status = outline(o, site_volume);
   kith_free(&site_volume);
+  return status;
+}
+
+kith_status kith_forecast_outline(const struct kith_scene *scene, const struct kith_simulation *coarse,
+                                  const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
+                                  struct kith_forecast *out) {
+  struct model o = {
+      .simulation = coarse, .scene = scene, .cost = cost, .n_ranks = n_ranks, .factor = factor_of(coarse)};
+  KITH_TRY(check(&o));
+  kith_status status = take_templates(&o);
+  if (status == KITH_OK) status = outline_cells(&o);
+  if (status == KITH_OK) status = predict(&o, partitioner, out);
   clear(&o);
   return status;
 }

@@ -1,53 +1,49 @@
-/* forecast.h - what a run will cost, on one process and on many.
+/* forecast.h - what N ranks would have of a scene, counted by one process, and how long a step would take.
  *
- * One process: the time of one evaluation of the rates, and how many there will be.
- *
- *   seconds = steps * evaluations * t_start * growth
- *
- * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene itself.
- * steps, which grow with the resolution, and growth, the mean time of an evaluation along the run over that
- * at its start, come from a calibration run: the whole scene at a lower resolution.
- *
- * Many: what N ranks would have of a scene, counted by one process. The cells are those of a run
- * (lib/domain/decomposition.h); their work is nodes and row entries at the start. A partitioner makes its
- * first map and continues until it changes nothing (at most 20 times). The ghosts of a rank are the nodes and
- * images of others in the rows of its nodes: what culling keeps.
+ * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
+ * start. A partitioner makes its first map and continues until it changes nothing (at most 20 times). The
+ * ghosts of a rank are the nodes and images of others in the rows of its nodes: what culling keeps.
+ * Before, ghosts are made by cells: what is within reach of cells of a rank, at points of cells.
  *  A scene that is too large to be laid out here is outlined: its regions and their lattices say how many
- * nodes a cell has, and how far they see; 27 points of a cell, whether another rank does. A lattice is at
- * most half a spacing from the face of a cell, so that ghosts reach to the support less that. Walls make no
- * ghosts that way. */
+ * nodes a cell has. The neighbors of nodes of the same scene with fewer nodes, in spacings, stand around
+ * points of its cells, and say which ranks need them.
+ *
+ *    t_rank = T (1 - g) w + T g (n + ghosts) / (all nodes and images) + messages latency + bytes / bandwidth
+ *    t_step = max over ranks of t_rank + calls collective ceil(log2 N) + balance
+ *
+ * T is a step of one process, g the part of it that stages take which treat ghosts as nodes, w and n the
+ * parts of work and nodes of the rank; calls, and messages and bytes for each neighbor, peer, ghost and
+ * cell are what a rehearsal counted; balance: two times the work of all cells at the bandwidth. With fewer
+ * cores than ranks the sum of all t_rank over the cores counts, where that is more. The exchange that
+ * hides behind computing is not taken off, waiting for a slower neighbor not added. */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 
-#include "app/simulation/simulation.h"
-#include "app/cli/options.h"
+#include "app/plan/calibration.h"
 
-/* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
- * up to 3, as many as half a second allows. */
-kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
-
-struct kith_calibration {
-  double resolution, steps; /* of the run */
-  double expected;          /* steps of the scene itself */
-  double growth;
+struct kith_step_cost {
+  double seconds;  /* T */
+  double of_items; /* g */
+  double images;   /* ghosts of one process */
+  struct kith_rehearsal rehearsal;
+  struct kith_machine machine;
 };
-/* Runs the scene of `options` for about `budget` seconds, judged by `cost`, the estimate for the scene
- * itself. DIVERGED if the run fails or takes ten times as long. */
-kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
-                                 double resolution, double until, double cost, double budget);
 
 struct kith_forecast {
-  double imbalance;           /* most work over the mean */
-  double ghosts, most_ghosts; /* of a rank: mean, most */
-  double peers, most_peers;   /* ranks that it exchanges with */
+  double imbalance;                 /* most work over the mean */
+  double made, ghosts, most_ghosts; /* of a rank: mean before the cull, mean, most */
+  double peers, most_peers;         /* ranks that it shares ghosts with */
+  double messages, bytes;           /* that it sends in a step, mean */
+  double seconds, efficiency;       /* of a step; T over seconds and cores */
 };
 
-/* Of a scene that is outlined, with `neighbors` per node. */
-kith_status kith_forecast_outline(const struct kith_scene *scene, double neighbors, int n_ranks,
-                                  const char *partitioner, struct kith_forecast *out);
-
-/* Of a started simulation without ranks. BAD_INPUT: more than 16384 ranks, or ghosts: recompute. */
-kith_status kith_forecast_ranks(const struct kith_simulation *simulation, int n_ranks,
-                                const char *partitioner, struct kith_forecast *out);
+/* Of a started simulation without ranks. cost NULL: no messages and times. BAD_INPUT: more than 16384 ranks,
+ * or ghosts: recompute; UNSUPPORTED: a map that would take the partitioner more than a minute. */
+kith_status kith_forecast_ranks(const struct kith_simulation *simulation, const struct kith_step_cost *cost,
+                                int n_ranks, const char *partitioner, struct kith_forecast *out);
+/* Of a scene that is outlined; `coarse`: a started simulation of it with fewer nodes. */
+kith_status kith_forecast_outline(const struct kith_scene *scene, const struct kith_simulation *coarse,
+                                  const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
+                                  struct kith_forecast *out);
 
 #endif

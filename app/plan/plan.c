@@ -27,6 +27,9 @@ struct plan {
   struct kith_simulation *simulation;
   double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
   double evaluation; /* seconds of one at the start */
+  double growth;     /* of these along the run */
+  struct kith_machine machine;
+  int measured; /* ranks between which the machine was measured; 0: what the scene says */
 };
 
 /* "  label         text". An empty label continues the line above. */
@@ -291,6 +294,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
       guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
   if (!calibrated) c.growth = 1; /* a run that failed leaves none */
+  plan->growth = c.growth;
   if (calibrated && !fixed) steps = c.expected;
   const char *label = parts ? "updates" : "steps";
   if (calibrated)
@@ -355,31 +359,79 @@ static void show_cheaper(const struct plan *plan) {
     if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";
 }
 
-static void show_forecast(const char *partitioner, const struct kith_forecast *f) {
-  printf("  %-11s %9.3f %9.0f %8.0f %8.1f %8.0f\n", partitioner, f->imbalance, f->ghosts, f->most_ghosts,
-         f->peers, f->most_peers);
+/* A line for a partitioner, or why there is none. */
+static void show_forecast(const char *partitioner, kith_status status, const struct kith_forecast *f) {
+  char bytes[32], seconds[32];
+  if (status != KITH_OK) {
+    kith_text_wrapped(stdout, 14, "", kith_failure());
+    return;
+  }
+  printf("  %-11s %9.3f %8.0f %7.0f %6.1f %5.0f %9.0f %11s %11s %10.3f\n", partitioner, f->imbalance,
+         f->ghosts, f->most_ghosts, f->peers, f->most_peers, f->messages, kith_text_bytes(bytes, f->bytes),
+         kith_text_seconds(seconds, f->seconds), f->efficiency);
+}
+
+/* The part of the time at the start that stages take which treat ghosts as nodes. */
+static double part_of_items(const struct plan *plan) {
+  static const char *const names[] = {"ghosts", "neighbors", "cull", "patch"};
+  const struct kith_stage *stage;
+  const int n = kith_profile_stages(plan->profile, &stage);
+  double all = 0, items = 0;
+  for (int s = 0; s < n; ++s) {
+    if (stage[s].depth == 0) all += stage[s].seconds;
+    for (size_t k = 0; k < sizeof names / sizeof *names && stage[s].depth == 1; ++k)
+      if (strcmp(stage[s].name, names[k]) == 0) items += stage[s].seconds;
+  }
+  return all > 0 ? items / all : 0;
+}
+
+/* T and the rest of forecast.h: some thousand nodes rehearse what ranks tell each other. */
+static kith_status cost_of_step(const struct plan *plan, const struct kith_options *options,
+                                struct kith_step_cost *cost) {
+  enum { REHEARSE_NODES = 2000 };
+  const struct kith_simulation *m = plan->simulation;
+  const double finer = pow(fmax(plan->copies * m->nodes->n_internal / REHEARSE_NODES, 1), 1.0 / NDIM);
+  *cost = (struct kith_step_cost){.of_items = part_of_items(plan),
+                                  .images = plan->copies / plan->finer * m->nodes->n_ghost,
+                                  .machine = plan->machine};
+  KITH_TRY(kith_rehearsal_run(&cost->rehearsal, options, 2 * ceil(0.5 * plan->scene->resolution / finer)));
+  cost->seconds = plan->evaluation * plan->growth * cost->rehearsal.evaluations;
+  return KITH_OK;
 }
 
 /* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h); of a large
  * scene, that of the scene alone. */
-static kith_status show_ranks(const struct plan *plan, int n_ranks) {
+static kith_status show_ranks(const struct plan *plan, const struct kith_options *options) {
   const struct kith_simulation *m = plan->simulation;
+  const int n_ranks = options->ranks;
+  const char *own = plan->scene->partition.member.name;
+  char text[128];
+  struct kith_step_cost cost;
   struct kith_forecast f = {0};
-  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n\n", n_ranks,
+  char seconds[32], latency[32], collective[32], bandwidth[32], source[64] = "as machine: of the scene says";
+  KITH_TRY(cost_of_step(plan, options, &cost));
+  if (plan->measured > 0) snprintf(source, sizeof source, "measured between %d ranks", plan->measured);
+  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank; one rank takes %s a step\n", n_ranks,
          plan->copies * m->nodes->n_internal / n_ranks,
-         plan->copies * (double)m->integrator.ledger.last_row_entries / n_ranks);
-  printf("  %-11s %9s %18s %17s\n", "", "work", "ghosts of a rank", "peers of a rank");
-  printf("  %-11s %9s %9s %8s %8s %8s\n", "partitioner", "imbalance", "mean", "most", "mean", "most");
-  if (plan->coarse != NULL) {
-    const char *name = plan->scene->partition.name;
-    KITH_TRY(kith_forecast_outline(plan->scene, m->package.neighbors, n_ranks, name, &f));
-    show_forecast(name, &f);
-  }
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all();
-       *p != NULL && plan->coarse == NULL; ++p) {
-    if ((*p)->needs != NULL) continue;
-    KITH_TRY(kith_forecast_ranks(m, n_ranks, (*p)->name, &f));
-    show_forecast((*p)->name, &f);
+         plan->copies * (double)m->integrator.ledger.last_row_entries / n_ranks,
+         kith_text_seconds(seconds, cost.seconds));
+  printf("  a message takes %s and its bytes at %s a second, a collective call %s log2 N; %s\n",
+         kith_text_seconds(latency, cost.machine.latency), kith_text_bytes(bandwidth, cost.machine.bandwidth),
+         kith_text_seconds(collective, cost.machine.collective), source);
+  printf("  a step has %.1f collective calls, %.1f messages to a neighbor, %.1f to a peer\n\n",
+         cost.rehearsal.collectives, cost.rehearsal.told, cost.rehearsal.created + cost.rehearsal.kept);
+  printf("  %-11s %9s %16s %12s %45s\n", "", "work", "ghosts of a rank", "peers of it", "a step of a rank");
+  printf("  %-11s %9s %8s %7s %6s %5s %9s %11s %11s %10s\n", "partitioner", "imbalance", "mean", "most",
+         "mean", "most", "messages", "bytes", "time", "efficiency");
+  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
+    const bool alone = plan->coarse != NULL;
+    const bool chosen = *p == kith_partitioner_find(own);
+    if ((*p)->needs != NULL || (alone && !chosen)) continue;
+    snprintf(text, sizeof text, "%s", (*p)->name);
+    if (chosen) kith_scene_partitioner(plan->scene, text, sizeof text);
+    const kith_status status = alone ? kith_forecast_outline(plan->scene, m, &cost, n_ranks, text, &f)
+                                     : kith_forecast_ranks(m, &cost, n_ranks, text, &f);
+    show_forecast((*p)->name, status, &f);
   }
   return KITH_OK;
 }
@@ -399,7 +451,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
   show_cost(plan, options, until);
   show_cheaper(plan);
   fflush(stdout);
-  if (options->ranks > 1 && show_ranks(plan, options->ranks) != KITH_OK)
+  if (options->ranks > 1 && show_ranks(plan, options) != KITH_OK)
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 
@@ -425,9 +477,24 @@ static kith_status read_scenes(struct plan *plan, const struct kith_options *o) 
   return status;
 }
 
+/* Started on several ranks: times between them, which then are done; one goes on. */
+static kith_status measure_machine(struct plan *plan, bool *goes_on) {
+  struct kith_ranks *ranks;
+  KITH_TRY(kith_ranks_create(&ranks));
+  *goes_on = kith_ranks_rank(ranks) == 0;
+  if (ranks == NULL) return KITH_OK;
+  const kith_status status = kith_machine_measure(&plan->machine, ranks);
+  plan->measured = kith_ranks_size(ranks);
+  kith_ranks_destroy(&ranks);
+  return status;
+}
+
 /* The rates at the start, and how long they take. */
 static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
   KITH_TRY(read_scenes(plan, o));
+  const struct kith_machine says = plan->scene->machine;
+  if (plan->measured == 0) plan->machine = says;
+  plan->machine.cores = says.cores;
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
   KITH_TRY(kith_simulation_create(&plan->simulation, plan->coarse != NULL ? plan->coarse : plan->scene, NULL,
                                   plan->profile, o->check));
@@ -446,7 +513,11 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
 enum kith_exit kith_plan(const struct kith_options *options) {
   struct plan plan = {0};
   enum kith_exit code = KITH_EXIT_USAGE;
-  if (prepare(&plan, options, &code) == KITH_OK)
+  bool goes_on = true;
+  kith_status status = measure_machine(&plan, &goes_on);
+  if (!goes_on) return KITH_EXIT_OK;
+  if (status == KITH_OK) status = prepare(&plan, options, &code);
+  if (status == KITH_OK)
     show(&plan, options, options->until >= 0 ? options->until : plan.scene->until);
   else
     fprintf(stderr, "kith: %s\n", kith_failure());

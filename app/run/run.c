@@ -117,11 +117,17 @@ static kith_status check_future(const struct run *run) {
   return KITH_OK;
 }
 
+static void write_stage(const void *profile, char *text, size_t size) {
+  snprintf(text, size, "%s", kith_profile_present(profile));
+}
+
 static kith_status prepare(struct run *run) {
   const struct kith_options *o = run->options;
   const char *restart = o->restart;
   KITH_TRY(kith_ranks_allreduce_status(
       run->ranks, kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL)));
+  const struct kith_watchdog watchdog = {o->watchdog, write_stage, run->profile};
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, kith_ranks_watch(run->ranks, &watchdog)));
   kith_profile_align(run->profile); /* all ranks leave the reduction together */
   kith_profile_begin_since(run->profile, "set-up", run->entered);
   KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
@@ -271,6 +277,7 @@ static kith_status begin(struct run *run) {
   run->first_updates = run->simulation->integrator.ledger.updates;
   run->first_pairs = run->simulation->package.pair_evaluations;
   if (speaks(run)) kith_simulation_warn(run->simulation);
+  if (speaks(run) && !run->options->quiet) kith_cores_warn(run->ranks);
   if (run->options->restart != NULL) return KITH_OK;
   KITH_TRY(kith_simulation_start(run->simulation));
   run->first_updates = run->simulation->integrator.ledger.updates;

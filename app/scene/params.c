@@ -298,6 +298,8 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
     snprintf(index, sizeof index, "%d", child->index);
     const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : index);
     const struct kith_param *below = child->key != NULL ? kith_params_find(rows, child->key) : NULL;
+    const struct kith_param *chooser = below == NULL ? find_chooser(rows) : NULL;
+    if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* a row of a free member */
     if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))
       return true;
   }

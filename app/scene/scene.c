@@ -69,9 +69,8 @@ static const struct kith_param connectivity_params[] = {
     {0}};
 
 static const struct kith_param partition_params[] = {
-    {"name", KITH_PARAM_NAME, "kd", "",
-     "partitioner (kith list partitioner), with its options after a colon: diffusion:fixed,morton",
-     IN(partition.name), .family = kith_partitioner_member, FREE},
+    {"name", KITH_PARAM_MEMBER, "kd", "", "partitioner (kith list partitioner)", IN(partition.member),
+     .family = kith_partitioner_member, FREE},
     {"every", KITH_PARAM_INTEGER, "20", "[0, inf)",
      "rebuilds of neighbor lists between checks of the balance; 0: never", IN(partition.every), FREE},
     {"imbalance", KITH_PARAM_NUMBER, "1.05", "[1, inf)",
@@ -83,6 +82,17 @@ static const struct kith_param partition_params[] = {
      "values of ghosts between the passes of a package: sent by their owners, or computed again from two "
      "layers of ghosts (sph; not if reproducible)",
      IN(partition.recompute)},
+    {0}};
+
+static const struct kith_param machine_params[] = {
+    {"latency", KITH_PARAM_NUMBER, "2e-6", "[0, inf)", "seconds of a message between ranks",
+     IN(machine.latency), FREE},
+    {"bandwidth", KITH_PARAM_NUMBER, "1e9", "(0, inf)", "bytes a second that a rank sends",
+     IN(machine.bandwidth), FREE},
+    {"collective", KITH_PARAM_NUMBER, "2e-6", "[0, inf)",
+     "seconds of a collective call, for each doubling of the ranks", IN(machine.collective), FREE},
+    {"cores", KITH_PARAM_INTEGER, "0", "[0, inf)", "cores that the ranks share; 0: each has one",
+     IN(machine.cores), FREE},
     {0}};
 
 static const struct kith_param measure_params[] = {
@@ -139,6 +149,9 @@ static const struct kith_param scene_params[] = {
      "bitwise identical results for any number of ranks and threads, any partitioner and search",
      IN(reproducible)},
     {"partition", KITH_PARAM_MAP, "", "", "distribution over ranks", KITH_BELOW(partition_params, MAP)},
+    {"machine", KITH_PARAM_MAP, "", "",
+     "what plan --ranks takes for times, unless it is started on several ranks, between which it measures",
+     KITH_BELOW(machine_params, MAP)},
     {"traversal", KITH_PARAM_NAME, "", "pairs|gather",
      "how passes traverse pairs; none: the default of each pass", IN(traversal), FREE},
     {"window", KITH_PARAM_CHOICE, "whole", "whole|follow",
@@ -309,6 +322,11 @@ kith_status kith_scene_check_same(const struct kith_scene *scene, const char *te
   const kith_status status = kith_config_compare(scene_params, scene->config->root, config->root);
   kith_config_destroy(&config);
   return status;
+}
+
+void kith_scene_partitioner(const struct kith_scene *scene, char *text, size_t size) {
+  const struct kith_selected *p = &scene->partition.member;
+  kith_settings_format(kith_family_member(kith_partitioner_member, p->name), p->settings, text, size);
 }
 
 void kith_scene_reference(FILE *file) {

@@ -24,6 +24,8 @@ void kith_scene_destroy(struct kith_scene **scene);
 kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
 /* BAD_INPUT that names the first key of which `text`, the scene of a checkpoint, says otherwise. */
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text);
+/* The partitioner with its parameters, as kith_partition_create takes it. */
+void kith_scene_partitioner(const struct kith_scene *scene, char *text, size_t size);
 /* Every key with default, range and meaning, as commented YAML. */
 void kith_scene_reference(FILE *file);
 

@@ -163,11 +163,16 @@ struct kith_scene {
   struct kith_probe *probe;
   bool reproducible;
   struct {
-    char name[64]; /* and its options: lib/domain/partition/partition.h */
+    struct kith_selected member;
     int every, cells;
     double imbalance;
     bool recompute;
   } partition;
+  struct kith_machine {
+    double latency, bandwidth; /* of a rank's messages: seconds, bytes a second */
+    double collective;         /* seconds of a collective call, for each doubling of the ranks */
+    int cores;                 /* 0: one for each rank */
+  } machine;
   char traversal[16]; /* "", "pairs", "gather" */
   double until;
   struct {

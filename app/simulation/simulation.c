@@ -274,7 +274,9 @@ static kith_status make_objects(struct kith_simulation *m, int64_t n_nodes, cons
 /* Nodes go to the ranks that own their cells. */
 static kith_status distribute(struct kith_simulation *m) {
   bool periodic[NDIM];
-  const struct kith_decomposition_options sharing = {m->scene->partition.name, m->scene->partition.every,
+  char partitioner[128];
+  kith_scene_partitioner(m->scene, partitioner, sizeof partitioner);
+  const struct kith_decomposition_options sharing = {partitioner, m->scene->partition.every,
                                                      m->scene->partition.imbalance,
                                                      m->scene->partition.cells};
   if (m->nodes->ranks == NULL) return KITH_OK;
@@ -455,6 +457,19 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
   baseline->kinetic_least = fmin(baseline->kinetic_least, now->kinetic);
   baseline->kinetic_rebound = fmax(baseline->kinetic_rebound, now->kinetic - baseline->kinetic_least);
   baseline->velocity_over_sound = fmax(baseline->velocity_over_sound, now->velocity_over_sound);
+}
+
+void kith_cores_warn(const struct kith_ranks *ranks) {
+  const int here = kith_ranks_on_this_machine(ranks), threads = omp_get_max_threads(),
+            online = (int)sysconf(_SC_NPROCESSORS_ONLN),
+            cores = ranks != NULL ? kith_ranks_cores(ranks) : omp_get_num_procs();
+  if (here * threads <= cores) return;
+  fprintf(stderr, "kith: warning: %d rank%s of %d thread%s share %d core%s", here, here == 1 ? "" : "s",
+          threads, threads == 1 ? "" : "s", cores, cores == 1 ? "" : "s");
+  if (cores < online)
+    fprintf(stderr, ", to which they are bound, of %d: mpirun --bind-to none, or taskset, binds otherwise",
+            online);
+  fputc('\n', stderr);
 }
 
 void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes) {

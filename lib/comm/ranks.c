@@ -1,23 +1,76 @@
 /* Everything that calls MPI; in a build without it ranks_alone.c takes its place. */
+#define _GNU_SOURCE /* cpu_set_t */
 #include "lib/comm/ranks.h"
 
+#include <errno.h>
 #include <limits.h>
+#include <math.h>
 #include <mpi.h>
+#include <sched.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include "lib/comm/launched.h"
 
 struct kith_ranks {
   MPI_Comm all;
   MPI_Op combine; /* of what ranks agree on */
-  int rank, size, beside;
+  int rank, size, beside, cores;
   char agreed[1024]; /* the failure that all ranks agreed on; empty: none */
   struct kith_traffic traffic;
   MPI_Request *request; /* [2 size] of the pending exchange */
   int n_requests;
   bool started_mpi; /* and so ends it */
+  struct kith_watchdog watchdog;
+  timer_t timer;       /* of the watchdog; runs while this rank waits */
+  const char *waiting; /* for what */
 };
+
+/* ---- waiting ---- */
+
+/* In a thread of its own: the one that MPI knows of waits. */
+static void report_waiting(union sigval of) {
+  const struct kith_ranks *ranks = of.sival_ptr;
+  char where[256] = "";
+  ranks->watchdog.stage(ranks->watchdog.context, where, sizeof where);
+  fprintf(stderr, "kith: rank %d has waited %g s for %s%s%s\n", ranks->rank, ranks->watchdog.seconds,
+          ranks->waiting, where[0] != '\0' ? " in " : "", where);
+}
+
+kith_status kith_ranks_watch(struct kith_ranks *ranks, const struct kith_watchdog *watchdog) {
+  struct sigevent event = {
+      .sigev_notify = SIGEV_THREAD, .sigev_notify_function = report_waiting, .sigev_value.sival_ptr = ranks};
+  if (ranks == NULL || ranks->size == 1 || !(watchdog->seconds > 0)) return KITH_OK;
+  if (timer_create(CLOCK_MONOTONIC, &event, &ranks->timer) != 0)
+    KITH_FAIL(UNSUPPORTED, "--watchdog: no timer: %s", strerror(errno));
+  ranks->watchdog = *watchdog;
+  return KITH_OK;
+}
+
+static void set_timer(struct kith_ranks *ranks, const char *what, double seconds) {
+  if (!(ranks->watchdog.seconds > 0)) return;
+  ranks->waiting = what;
+  const struct itimerspec in = {.it_value = {(time_t)seconds, (long)(1e9 * fmod(seconds, 1))}};
+  timer_settime(ranks->timer, 0, &in, NULL);
+}
+
+/* Around each call in which this rank may wait for another one. */
+#define WAIT(ranks, what, call)                        \
+  do {                                                 \
+    set_timer(ranks, what, (ranks)->watchdog.seconds); \
+    call;                                              \
+    set_timer(ranks, what, 0);                         \
+  } while (0)
+
+/* Counts a collective call. Is there anybody to talk to? */
+static bool counted(struct kith_ranks *ranks) {
+  if (ranks != NULL) ++ranks->traffic.collectives;
+  return ranks != NULL && ranks->size > 1;
+}
+
+/* ---- life ---- */
 
 int kith_ranks_most(void) {
   return INT_MAX;
@@ -78,12 +131,17 @@ static void combine(void *from, void *to, int *count, MPI_Datatype *type) {
 
 static kith_status join(struct kith_ranks *ranks, MPI_Comm communicator) {
   MPI_Comm beside;
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
   MPI_Comm_dup(communicator, &ranks->all);
   MPI_Op_create(combine, 1, &ranks->combine);
   MPI_Comm_rank(ranks->all, &ranks->rank);
   MPI_Comm_size(ranks->all, &ranks->size);
   MPI_Comm_split_type(ranks->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &beside);
   MPI_Comm_size(beside, &ranks->beside);
+  sched_getaffinity(0, sizeof cores, &cores);
+  MPI_Allreduce(MPI_IN_PLACE, &cores, (int)sizeof cores, MPI_BYTE, MPI_BOR, beside);
+  ranks->cores = CPU_COUNT(&cores);
   MPI_Comm_free(&beside);
   return kith_resize(&ranks->request, 0, 2 * (size_t)ranks->size, sizeof *ranks->request);
 }
@@ -118,17 +176,25 @@ kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator) {
   return status;
 }
 
+kith_status kith_ranks_rehearse(struct kith_ranks **out) {
+  *out = NULL;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  (*out)->size = (*out)->beside = 1;
+  return KITH_OK;
+}
+
 void kith_ranks_destroy(struct kith_ranks **ranks) {
   if (*ranks == NULL) return;
   kith_free(&(*ranks)->request);
-  if ((*ranks)->size > 0) MPI_Op_free(&(*ranks)->combine);
-  if ((*ranks)->size > 0) MPI_Comm_free(&(*ranks)->all);
+  if ((*ranks)->watchdog.seconds > 0) timer_delete((*ranks)->timer);
+  if ((*ranks)->size > 1) MPI_Op_free(&(*ranks)->combine);
+  if ((*ranks)->size > 1) MPI_Comm_free(&(*ranks)->all);
   if ((*ranks)->started_mpi) MPI_Finalize();
   kith_free(ranks);
 }
 
 void kith_ranks_abort(struct kith_ranks *ranks, int code) {
-  if (ranks != NULL) MPI_Abort(ranks->all, code);
+  if (ranks != NULL && ranks->size > 1) MPI_Abort(ranks->all, code);
   exit(code);
 }
 
@@ -141,8 +207,11 @@ int kith_ranks_size(const struct kith_ranks *ranks) {
 int kith_ranks_on_this_machine(const struct kith_ranks *ranks) {
   return ranks != NULL ? ranks->beside : 1;
 }
+int kith_ranks_cores(const struct kith_ranks *ranks) {
+  return ranks != NULL ? ranks->cores : 0;
+}
 int kith_ranks_communicator(const struct kith_ranks *ranks) {
-  return ranks != NULL ? MPI_Comm_c2f(ranks->all) : 0;
+  return ranks != NULL && ranks->size > 1 ? MPI_Comm_c2f(ranks->all) : 0;
 }
 
 /* Broadcasts the message of the rank that failed, with "rank N: " in front unless it has that already, all
@@ -153,14 +222,15 @@ static void tell(struct kith_ranks *ranks, int root, bool alone) {
   if (ranks->rank == root && told) snprintf(line, sizeof ranks->agreed, "%s", kith_failure());
   if (ranks->rank == root && !told)
     snprintf(line, sizeof ranks->agreed, "rank %d: %.1000s", root, kith_failure());
-  MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all);
+  WAIT(ranks, "the message of a failure",
+       MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all));
 }
 
 kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n,
                              const struct kith_shared *parts) {
   int64_t mine[MOST_WORDS], all[MOST_WORDS];
   MPI_Datatype whole;
-  if (ranks == NULL) return status;
+  if (!counted(ranks)) return status;
   int words = PARTS;
   for (int p = 0; p < n; words += 2 + parts[p++].n)
     if (p >= KITH_SHARED_PARTS || words + parts[p].n > PARTS + 2 * p + KITH_SHARED_WORDS)
@@ -173,9 +243,8 @@ kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n
   }
   MPI_Type_contiguous(words, MPI_INT64_T, &whole); /* one element, which no library divides */
   MPI_Type_commit(&whole);
-  MPI_Allreduce(mine, all, 1, whole, ranks->combine, ranks->all);
+  WAIT(ranks, "an agreement", MPI_Allreduce(mine, all, 1, whole, ranks->combine, ranks->all));
   MPI_Type_free(&whole);
-  ++ranks->traffic.collectives;
   if (all[CODE] != INT_MAX) {
     tell(ranks, (int)all[RANK], all[FAILED] < ranks->size && all[CODE] != KITH_BAD_INPUT);
     return kith_fail((kith_status)all[CODE], "%s", ranks->agreed);
@@ -186,19 +255,19 @@ kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n
 }
 
 kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status) {
-  if (status == KITH_OK || ranks == NULL) return status;
+  if (status == KITH_OK || ranks == NULL || ranks->size == 1) return status;
   fprintf(stderr, "kith: rank %d: %s\n", ranks->rank, kith_failure());
   kith_ranks_abort(ranks, 1);
 }
 
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks) {
-  return ranks == NULL || (ranks->agreed[0] != '\0' && strcmp(ranks->agreed, kith_failure()) == 0);
+  return ranks == NULL || ranks->size == 1 ||
+         (ranks->agreed[0] != '\0' && strcmp(ranks->agreed, kith_failure()) == 0);
 }
 
 static void reduce(struct kith_ranks *ranks, void *values, int n, MPI_Datatype type, MPI_Op op) {
-  if (ranks == NULL) return;
-  MPI_Allreduce(MPI_IN_PLACE, values, n, type, op, ranks->all);
-  ++ranks->traffic.collectives;
+  if (counted(ranks))
+    WAIT(ranks, "a sum or extremum", MPI_Allreduce(MPI_IN_PLACE, values, n, type, op, ranks->all));
 }
 
 bool kith_ranks_any(struct kith_ranks *ranks, bool mine) {
@@ -231,30 +300,27 @@ static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, vo
   }
   void *into;
   memcpy(&into, all, sizeof into);
-  if (ranks == NULL) {
+  if (!counted(ranks))
     memcpy(into, mine, bytes);
-    return;
-  }
-  MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all);
-  ++ranks->traffic.collectives;
+  else
+    WAIT(ranks, "numbers of all ranks",
+         MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all));
 }
 
 void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {
-  if (ranks == NULL) return;
-  MPI_Bcast(data, (int)bytes, MPI_BYTE, root, ranks->all);
-  ++ranks->traffic.collectives;
+  if (counted(ranks)) WAIT(ranks, "a broadcast", MPI_Bcast(data, (int)bytes, MPI_BYTE, root, ranks->all));
 }
 
 void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *neighbor, const int64_t *to,
                      int64_t *from, int n) {
   enum { TAG = 2 };
-  if (ranks == NULL) {
-    memcpy(from, to, (size_t)n * sizeof *from);
+  if (neighbor == NULL && counted(ranks)) {
+    WAIT(ranks, "numbers from all to all",
+         MPI_Alltoall(to, n, MPI_INT64_T, from, n, MPI_INT64_T, ranks->all));
     return;
   }
-  if (neighbor == NULL) {
-    MPI_Alltoall(to, n, MPI_INT64_T, from, n, MPI_INT64_T, ranks->all);
-    ++ranks->traffic.collectives;
+  if (ranks == NULL || ranks->size == 1) {
+    memcpy(from, to, (size_t)n * sizeof *from);
     return;
   }
   for (int k = 0; k < n_neighbors; ++k) {
@@ -262,7 +328,7 @@ void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *n
     MPI_Irecv(from + (size_t)r * (size_t)n, n, MPI_INT64_T, r, TAG, ranks->all, &ranks->request[2 * k]);
     MPI_Isend(to + (size_t)r * (size_t)n, n, MPI_INT64_T, r, TAG, ranks->all, &ranks->request[2 * k + 1]);
   }
-  MPI_Waitall(2 * n_neighbors, ranks->request, MPI_STATUSES_IGNORE);
+  WAIT(ranks, "numbers of neighbors", MPI_Waitall(2 * n_neighbors, ranks->request, MPI_STATUSES_IGNORE));
   ranks->traffic.messages += (uint64_t)n_neighbors;
   ranks->traffic.bytes += (uint64_t)n_neighbors * (uint64_t)n * sizeof *to;
 }
@@ -270,8 +336,11 @@ void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *n
 void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, size_t bytes) {
   enum { TAG = 9 };
   if (ranks == NULL || from == 0 || bytes == 0) return;
-  if (ranks->rank == 0) MPI_Recv(data, (int)bytes, MPI_BYTE, from, TAG, ranks->all, MPI_STATUS_IGNORE);
-  if (ranks->rank == from) MPI_Send(data, (int)bytes, MPI_BYTE, 0, TAG, ranks->all);
+  if (ranks->rank == 0)
+    WAIT(ranks, "data for rank 0",
+         MPI_Recv(data, (int)bytes, MPI_BYTE, from, TAG, ranks->all, MPI_STATUS_IGNORE));
+  if (ranks->rank == from)
+    WAIT(ranks, "rank 0 to take data", MPI_Send(data, (int)bytes, MPI_BYTE, 0, TAG, ranks->all));
 }
 
 kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
@@ -291,11 +360,11 @@ kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t
   if (total > INT_MAX) status = kith_fail(KITH_UNSUPPORTED, "%zu bytes are too many for all ranks", total);
   if (status == KITH_OK) status = kith_resize(all, 0, total, 1);
   status = kith_ranks_allreduce_status(ranks, status);
-  if (status == KITH_OK && ranks == NULL && total > 0) memcpy(*all, mine, total);
-  if (status == KITH_OK && ranks != NULL) {
-    MPI_Allgatherv(mine, count[ranks->rank], MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all);
-    ++ranks->traffic.collectives;
-  }
+  if (status == KITH_OK && counted(ranks))
+    WAIT(ranks, "data of all ranks",
+         MPI_Allgatherv(mine, count[ranks->rank], MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all));
+  else if (status == KITH_OK && total > 0)
+    memcpy(*all, mine, total);
   kith_free(&length);
   kith_free(&count);
   return status;
@@ -332,8 +401,8 @@ void kith_ranks_progress(struct kith_ranks *ranks) {
 }
 
 void kith_ranks_finish_exchange(struct kith_ranks *ranks) {
-  if (ranks == NULL) return;
-  MPI_Waitall(ranks->n_requests, ranks->request, MPI_STATUSES_IGNORE);
+  if (ranks == NULL || ranks->n_requests == 0) return;
+  WAIT(ranks, "values of neighbors", MPI_Waitall(ranks->n_requests, ranks->request, MPI_STATUSES_IGNORE));
   ranks->n_requests = 0;
 }
 

@@ -26,14 +26,29 @@ kith_status kith_ranks_create(struct kith_ranks **out);
 /* The processes of a communicator (what MPI_Comm_c2f gives), of a program that starts and ends MPI itself. It
  * is duplicated. NULL for one process. */
 kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator);
+/* One rank of a run of many, without MPI: calls are counted as those of many, and nobody answers. */
+kith_status kith_ranks_rehearse(struct kith_ranks **out);
 void kith_ranks_destroy(struct kith_ranks **ranks);
 __attribute__((noreturn)) void kith_ranks_abort(struct kith_ranks *ranks, int code);
 
 int kith_ranks_rank(const struct kith_ranks *ranks); /* 0 .. size - 1; 0 if NULL */
 int kith_ranks_size(const struct kith_ranks *ranks); /* 1 if NULL */
 int kith_ranks_on_this_machine(const struct kith_ranks *ranks);
+/* Cores that the ranks on this machine may use, together: as they were bound. 0 if NULL. */
+int kith_ranks_cores(const struct kith_ranks *ranks);
 /* For libraries that communicate by themselves: what MPI_Comm_f2c takes; 0 if NULL. */
 int kith_ranks_communicator(const struct kith_ranks *ranks);
+
+/* A rank that waits longer than this for others says so in one line of stderr, once a wait, with the kind of
+ * call and what `stage` writes about the place, and waits on: a slow disk or a debugger is no failure. The
+ * rank that is waited for is the one that says nothing. `stage` is called from another thread while this
+ * one waits. Not collective. UNSUPPORTED: no timer. */
+struct kith_watchdog {
+  double seconds; /* 0: none */
+  void (*stage)(const void *context, char *text, size_t size);
+  const void *context; /* borrowed */
+};
+kith_status kith_ranks_watch(struct kith_ranks *ranks, const struct kith_watchdog *watchdog);
 
 /* A part of what ranks tell each other: n words of 8 bytes that become those of all ranks.
  *   MAX    doubles, each the largest

@@ -18,6 +18,13 @@ kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator) {
   *out = NULL;
   KITH_FAIL(UNSUPPORTED, "communicator %d: this library was built without MPI", communicator);
 }
+kith_status kith_ranks_rehearse(struct kith_ranks **out) {
+  *out = NULL;
+  KITH_FAIL(UNSUPPORTED, "this program was built without MPI");
+}
+kith_status kith_ranks_watch(struct kith_ranks *ranks, const struct kith_watchdog *watchdog) {
+  return (void)ranks, (void)watchdog, KITH_OK;
+}
 void kith_ranks_destroy(struct kith_ranks **ranks) {
   *ranks = NULL;
 }
@@ -33,6 +40,9 @@ int kith_ranks_size(const struct kith_ranks *ranks) {
 }
 int kith_ranks_on_this_machine(const struct kith_ranks *ranks) {
   return (void)ranks, 1;
+}
+int kith_ranks_cores(const struct kith_ranks *ranks) {
+  return (void)ranks, 0;
 }
 int kith_ranks_communicator(const struct kith_ranks *ranks) {
   return (void)ranks, 0;

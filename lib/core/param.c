@@ -300,3 +300,13 @@ kith_status kith_settings_create(void **out, struct kith_member member, const ch
   kith_free(out);
   return status;
 }
+
+void kith_settings_format(struct kith_member member, const void *settings, char *text, size_t size) {
+  char value[LONGEST];
+  snprintf(text, size, "%s", member.name);
+  for (const struct kith_param *p = member.params; p != NULL && p->key != NULL; ++p) {
+    const size_t used = strlen(text);
+    kith_param_format(p, settings, value, sizeof value);
+    snprintf(text + used, size - used, "%s%s=%s", p == member.params ? ":" : " ", p->key, value);
+  }
+}

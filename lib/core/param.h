@@ -123,5 +123,7 @@ void kith_params_clear(const struct kith_param *params, void *base);
 /* Settings of a member in kith_resize memory, owned by the caller: defaults, and over these "key=value" pairs
  * parted by blanks (NULL: none). *out is NULL for a member without parameters. */
 kith_status kith_settings_create(void **out, struct kith_member member, const char *assignments);
+/* "name:key=value key=value": all single values of a member, or its name if it has none. */
+void kith_settings_format(struct kith_member member, const void *settings, char *text, size_t size);
 
 #endif

@@ -256,6 +256,10 @@ int kith_profile_stages(const struct kith_profile *p, const struct kith_stage **
   return n;
 }
 
+const char *kith_profile_present(const struct kith_profile *profile) {
+  return profile->now != profile->root ? profile->now->path : "";
+}
+
 int kith_profile_counters(const struct kith_profile *profile, const struct kith_counter **out) {
   *out = profile != NULL ? profile->counters : NULL;
   return profile != NULL ? (int)profile->n_counters : 0;

@@ -68,6 +68,8 @@ void kith_profile_count(struct kith_profile *profile, const char *counter, doubl
  * in the order of their first count. */
 int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out);
 int kith_profile_counters(const struct kith_profile *profile, const struct kith_counter **out);
+/* The path of the present stage, "" outside of any. Another thread may ask while this one waits. */
+const char *kith_profile_present(const struct kith_profile *profile);
 /* The total of a counter in the stage of this path, or in all below it if the path ends with '/'. */
 double kith_profile_counted(const struct kith_profile *profile, const char *path, const char *counter);
 

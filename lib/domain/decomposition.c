@@ -259,7 +259,7 @@ void kith_decomposition_destroy(struct kith_decomposition **decomposition) {
 struct head {
   int64_t ranks, lists, cells, redistributions, balance_checks, repartitions, migrated; /* by all ranks */
   double last_imbalance;
-  char partitioner[64];
+  char partitioner[128];
 };
 enum { HEAD = sizeof(struct head) / sizeof(int64_t) };
 

@@ -42,7 +42,7 @@ struct kith_decomposition {
   uint64_t redistributions, balance_checks, repartitions; /* counted over the run */
   uint64_t migrated;                                      /* nodes that left this rank */
   double last_imbalance;                                  /* at the last check; 0: none yet */
-  char partitioner[64];                                   /* as it was asked for */
+  char partitioner[128];                                  /* as it was asked for */
   bool resumed;                                           /* map and nodes are those of a checkpoint */
 };
 

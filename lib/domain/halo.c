@@ -28,7 +28,8 @@ struct kith_halo {
   struct kith_message *out, *in;             /* [ranks], one block */
   char *buffer;
   size_t capacity;
-  bool pending;
+  bool pending, culled; /* culled: since ghosts were made */
+  struct kith_halo_traffic traffic;
 };
 
 static void forget_peers(struct kith_halo *halo) {
@@ -115,11 +116,14 @@ static void unpack_peer(const struct kith_halo *halo, const struct peer *peer, c
 
 /* Other ranks wait for these values: without memory for them all ranks must end. */
 static void start_values(struct kith_halo *halo, struct kith_field *const *fields, int n_fields) {
+  uint64_t bytes = 0;
   halo->n_parts = n_fields;
   for (int f = 0; f < n_fields; ++f) {
     halo->field[f] = fields[f];
-    halo->size[f] = kith_field_node_size(fields[f]);
+    bytes += halo->size[f] = kith_field_node_size(fields[f]);
   }
+  ++*(halo->culled ? &halo->traffic.kept : &halo->traffic.created);
+  *(halo->culled ? &halo->traffic.kept_bytes : &halo->traffic.created_bytes) += bytes;
   halo->pending = true;
   kith_status status = lay_out(halo);
   for (int p = 0; status == KITH_OK && p < halo->n_peers; ++p)
@@ -154,6 +158,10 @@ bool kith_halo_pending(const struct kith_halo *halo) {
   return halo != NULL && halo->pending;
 }
 
+struct kith_halo_traffic kith_halo_traffic(const struct kith_halo *halo) {
+  return halo->traffic;
+}
+
 /* ---- neighbors ---- */
 
 kith_status kith_halo_surround(struct kith_halo *halo, double reach) {
@@ -176,6 +184,7 @@ static void exchange_bounds(struct kith_halo *halo, const struct kith_bounds *ow
   const struct kith_decomposition *d = halo->decomposition;
   const struct kith_shell *shell = &d->shell;
   const size_t size = sizeof(struct kith_bounds);
+  ++halo->traffic.told, halo->traffic.cell_bytes += size;
   for (int64_t k = 0; k < shell->send_first[shell->n_neighbors]; ++k)
     halo->bounds_out[k] = own != NULL ? own[d->place[shell->send[k]]] : kith_nowhere;
   for (int k = 0; k < shell->n_neighbors; ++k) {
@@ -200,6 +209,7 @@ static void clear_counts(struct kith_halo *halo, int n_lists) {
 
 static void exchange_counts(struct kith_halo *halo, int n_lists) {
   const struct kith_shell *shell = &halo->decomposition->shell;
+  ++halo->traffic.told, halo->traffic.told_bytes += (uint64_t)n_lists * sizeof *halo->count_out;
   kith_ranks_tell(halo->ranks, shell->n_neighbors, shell->neighbor, halo->count_out, halo->count_in, n_lists);
 }
 
@@ -263,6 +273,7 @@ kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *node
   struct kith_bounds *own;
   if (halo == NULL) return KITH_OK;
   forget_peers(halo);
+  halo->culled = false;
   kith_ranks_must(halo->ranks, own_bounds(halo, nodes, &own));
   exchange_bounds(halo, own);
   kith_ranks_must(halo->ranks, make_send_lists(halo, nodes, factor, &candidates));
@@ -321,6 +332,7 @@ static void trim_list(struct peer *peer, const struct kith_nodes *nodes, const u
 void kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep) {
   if (halo == NULL) return;
   halo->n_parts = 1, halo->size[0] = 1;
+  halo->culled = true, ++halo->traffic.created, ++halo->traffic.created_bytes;
   kith_ranks_must(halo->ranks, lay_out(halo));
   for (int p = 0; p < halo->n_peers; ++p) {
     const struct kith_message *flags = &halo->in[p];

@@ -70,4 +70,21 @@ void kith_halo_finish_exchange(struct kith_halo *halo);
 /* Was an exchange started and not finished? */
 bool kith_halo_pending(const struct kith_halo *halo);
 
+/* Since it was created, for each neighbor and each peer (a neighbor with which ghosts are shared), whether
+ * there is one or not: what many ranks would say can be counted by one. */
+#define KITH_HALO_TRAFFIC_LIST(X)                                       \
+  X(told, "messages to a neighbor: bounds of cells, numbers of ghosts") \
+  X(told_bytes, "bytes of these, without bounds")                       \
+  X(cell_bytes, "bytes for a cell whose bounds a neighbor is told")     \
+  X(created, "messages to a peer about ghosts as they were made")       \
+  X(created_bytes, "bytes of these for a ghost")                        \
+  X(kept, "messages to a peer about ghosts that were kept by the cull") \
+  X(kept_bytes, "bytes of these for a ghost")
+struct kith_halo_traffic {
+#define X(name, doc) uint64_t name;
+  KITH_HALO_TRAFFIC_LIST(X)
+#undef X
+};
+struct kith_halo_traffic kith_halo_traffic(const struct kith_halo *halo);
+
 #endif

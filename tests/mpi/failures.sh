@@ -6,6 +6,7 @@
 #   file-size   the same where no file system can be made: files may not grow
 #   no-memory   a rank gets no more memory
 #   killed      a rank is killed
+#   waiting     a rank stands still for a while: the others say so (--watchdog), and go on with it
 #   stopped     by signals, and a rank is killed, where the program started mpirun itself
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5/$6
 source_of_scene=$(cd "$(dirname "$scene")" && pwd)/$(basename "$scene")
@@ -170,6 +171,21 @@ case $6 in
     finish "a killed rank"
     [[ $code != 0 && $code != 143 ]] || wrong "a killed rank: code $code"
     goes_on "a killed rank" --set output.checkpoint=20
+    ;;
+  waiting)
+    start --watchdog 1 --set output.checkpoint=20
+    wait_for_steps
+    kill -STOP "$(<pid.1)"
+    sleep 3
+    now=$(step_of run)
+    kill -CONT "$(<pid.1)"
+    for ((tries = 0; tries < 200; ++tries)); do (($(step_of run) > now)) || sleep 0.05; done
+    (($(step_of run) > now)) || wrong "it does not go on"
+    for rank in 0 2; do
+      grep -q "^kith: rank $rank has waited 1 s for [a-z ]* in step" stderr || wrong "rank $rank: $(<stderr)"
+    done
+    kill $job
+    finish "a rank that stood still"
     ;;
   stopped)
     # stop WHAT SIGNAL...: of a run on 3 ranks; sets `code`.

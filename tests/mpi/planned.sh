@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# planned.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY RANKS SETTING...: ghosts in `plan --ranks` are those of a
-# run, whose profile and trace show all ranks.
+# planned.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY RANKS SETTING...: ghosts, messages and bytes in
+# `plan --ranks` are those of a run, whose profile and trace show all ranks.
 set -euo pipefail
 mpirun=$1 program=$2 scene=$4 out=$5 ranks=$6
 shift 6
@@ -50,3 +50,8 @@ of_a_list() {
 share=0.01
 [[ ${settings[*]} == *integrated* ]] && share=0.05
 near ghosts "$(of_a_list remote_ghosts_kept)" "$(planned 3)" $share 1
+# Messages and bytes of a rank and step, but for those of nodes that move to another rank.
+near messages "$(number messages_per_step)" "$(planned 7)" 0.02 1
+bytes=$(awk 'BEGIN {unit["B"] = 1; unit["KiB"] = 1024; unit["MiB"] = 1048576}
+  $1 == "kd" {print $8 * unit[$9]}' "$out/plan")
+near bytes "$(number bytes_per_step)" "$bytes" 0.05 100

@@ -19,9 +19,10 @@ run() { # directory words...
 last() { ls "$1"/snapshot_*.hdf | tail -1; }
 failed=0 tried=0 count=0
 [ "$names" != all ] ||
-  names="diffusion:second-order,fixed,morton $("$program" list partitioner |
-    awk '/^    / && !/not available/ {print $1}')"
-for name in $names; do
+  names="diffusion,flow=second-order,neighbors=fixed,start=morton $("$program" list partitioner |
+    awk '/^    [^ ]/ && !/not available/ {print $1}')"
+for words_of_name in $names; do # NAME,KEY=VALUE,KEY=VALUE
+  name="${words_of_name%%,*} $(echo "$words_of_name" | sed 's/^[^,]*//; s/,/ --set partition./g')"
   run "$out/whole" --steps 12 --set partition.name=$name
   run "$out/first" --steps 6 --set partition.name=$name
   run "$out/second" --steps 12 --set partition.name=$name --restart "$out/first/checkpoint.kith"

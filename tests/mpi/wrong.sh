@@ -15,7 +15,10 @@ expect() { # code, words of the message, command...
 }
 run="$program run $scene --set output.plot=false -q -o $out/run"
 expect 2 "'kdd' is not one of" $mpirun -n 3 $run --set partition.name=kdd
-expect 2 "does not know 'foo'" $mpirun -n 3 $run --set partition.name=kd:foo
+expect 2 "means nothing for kd, only for diffusion, hybrid" $mpirun -n 3 $run --set partition.flow=willebeek
+expect 2 "'foo' is not one of" $mpirun -n 3 $run --set partition.name=diffusion --set partition.flow=foo
+expect 2 "out of range \[1, 1000\]" $mpirun -n 3 $run --set partition.name=hybrid \
+  --set partition.iterations=0
 expect 2 "3 processes were started" $mpirun -n 3 $run --ranks 2
 expect 2 "no such file\|No such file" $mpirun -n 2 $program run "$out/none.yaml"
 expect 2 "/proc/none: No such file" $mpirun -n 2 $program run $scene -q -o /proc/none

@@ -1,5 +1,5 @@
-/* cart.c - Cartesian blocks that never change. Cell coordinate k on an axis with d blocks and m cells belongs
- * to block floor(k d / m). */
+/* cart.c - Cartesian blocks that never change, or slabs or pencils: along the first axes only. Cell
+ * coordinate k on an axis with d blocks and m cells belongs to block floor(k d / m). */
 #include "lib/domain/partition/partition.h"
 
 /* cost: cells of the largest block, cut faces. */
@@ -18,13 +18,13 @@ static const double ENOUGH = 1.1;
 /* Tries all factorizations of `left` over the axes from `axis` on. With least = 0 the smallest largest block
  * is sought; then, with `least` that size, the first mesh with the fewest cut faces among the balanced
  * ones. */
-static void try_axes(const struct kith_cells *cells, int axis, int left, double least, int *ranks, int *best,
-                     double *best_cost) {
-  if (axis + 1 < NDIM) {
+static void try_axes(const struct kith_cells *cells, int axis, int axes, int left, double least, int *ranks,
+                     int *best, double *best_cost) {
+  if (axis + 1 < axes) {
     for (int d = 1; d <= left; ++d) {
       if (left % d != 0) continue;
       ranks[axis] = d;
-      try_axes(cells, axis + 1, left / d, least, ranks, best, best_cost);
+      try_axes(cells, axis + 1, axes, left / d, least, ranks, best, best_cost);
     }
     return;
   }
@@ -37,17 +37,26 @@ static void try_axes(const struct kith_cells *cells, int axis, int left, double 
   for (int a = 0; a < NDIM; ++a) best[a] = ranks[a];
 }
 
-void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks) {
+void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int axes, int *ranks) {
   int tried[NDIM];
   double least = INFINITY, faces = INFINITY;
-  try_axes(cells, 0, n_ranks, 0, tried, ranks, &least);
-  try_axes(cells, 0, n_ranks, least, tried, ranks, &faces);
+  for (int a = 0; a < NDIM; ++a) tried[a] = 1;
+  try_axes(cells, 0, KITH_MIN(axes, NDIM), n_ranks, 0, tried, ranks, &least);
+  try_axes(cells, 0, KITH_MIN(axes, NDIM), n_ranks, least, tried, ranks, &faces);
 }
+
+struct cart {
+  int axes;
+};
+static const struct kith_param cart_params[] = {
+    {"axes", KITH_PARAM_INTEGER, "3", "[1, 3]", "axes that are cut, the first ones: 1 makes slabs, 2 pencils",
+     KITH_INTO(struct cart, axes)},
+    {0}};
 
 static kith_status cart_first(struct kith_partition *partition, int32_t *owner) {
   const struct kith_cells *cells = partition->cells;
   int ranks[NDIM] = {0};
-  kith_partition_mesh(cells, partition->n_ranks, ranks);
+  kith_partition_mesh(cells, partition->n_ranks, ((const struct cart *)partition->settings)->axes, ranks);
   for (int64_t c = 0; c < cells->n; ++c) {
     int64_t k[NDIM], rank = 0;
     kith_grid_place(cells->count, c, k);
@@ -60,5 +69,6 @@ static kith_status cart_first(struct kith_partition *partition, int32_t *owner) 
 const struct kith_partitioner_ops kith_partitioner_cart = {
     .name = "cart",
     .doc = "Cartesian blocks of equal size; never changes",
+    KITH_SETTINGS(cart_params, cart),
     .first = cart_first,
 };

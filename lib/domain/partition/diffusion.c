@@ -13,7 +13,7 @@
  *   willebeek     f_pq = (l_p - m_p) d_q / sum d, m_p the mean of p and its neighbors, d_q = max(0, m_p -
  *                 l_q) (Willebeek-LeMair and Reeves, IEEE Trans. Parallel Distrib. Syst. 4, 979 (1993))
  *   second-order  as schornbaum, with momentum: f(t) = (beta - 1) f(t - 1) + beta (l_p - l_q) / (1 + ...),
- *                 beta = 1.8 (Muthukrishnan, Ghosh and Schultz, Theory Comput. Syst. 31, 331 (1998))
+ *                 beta = momentum (Muthukrishnan, Ghosh and Schultz, Theory Comput. Syst. 31, 331 (1998))
  *
  * A cell goes only to a rank that has less load than the giver even afterwards, so the largest load never
  * rises and the sum of squares falls with every moved cell. A rank keeps its last cell, since a rank without
@@ -23,16 +23,47 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ITERATIONS = 10, NO_FACE = 32, SCORES = 64 };
-static const double BETA = 1.8;
+enum { NO_FACE = 32, SCORES = 64 };
 
 enum flow { SCHORNBAUM, WILLEBEEK, SECOND_ORDER };
 
+struct flow_settings {
+  int flow, iterations;
+  double momentum;
+  int start;  /* by position in its row */
+  bool fixed; /* no new neighbor ranks */
+};
+#define FLOW_ROWS                                                               \
+  {"flow",                                                                      \
+   KITH_PARAM_CHOICE,                                                           \
+   "schornbaum",                                                                \
+   "schornbaum|willebeek|second-order",                                         \
+   "how much work flows",                                                       \
+   KITH_INTO(struct flow_settings, flow)},                                      \
+      {"iterations",                                                            \
+       KITH_PARAM_INTEGER,                                                      \
+       "10",                                                                    \
+       "[1, 1000]",                                                             \
+       "iterations of the flow (schornbaum, second-order)",                     \
+       KITH_INTO(struct flow_settings, iterations)},                            \
+  {                                                                             \
+    "momentum", KITH_PARAM_NUMBER, "1.8", "[1, 2)", "beta of second-order",     \
+        KITH_INTO(struct flow_settings, momentum), .needs = "flow=second-order" \
+  }
+static const struct kith_param diffusion_params[] = {
+    FLOW_ROWS,
+    {"start", KITH_PARAM_CHOICE, "cart", "cart|morton", "the first map",
+     KITH_INTO(struct flow_settings, start)},
+    {"neighbors", KITH_PARAM_CHOICE, "free", "free|fixed",
+     "which ranks may become neighbors: any, or those of the first map",
+     KITH_INTO(struct flow_settings, fixed)},
+    {0}};
+
+/* Of hybrid, which starts from a graph. */
+static const struct kith_param hybrid_params[] = {FLOW_ROWS, {0}};
+
 /* Private state. */
 struct diffusion {
-  enum flow flow;
-  bool fixed;     /* no new neighbor ranks */
-  bool on_morton; /* start map: morton, not cart */
   int64_t n_allowed;
   uint64_t *allowed; /* [n_allowed] neighbors p, q in the start map, as p n_ranks + q, ascending; owned */
   bool diffuse;      /* of hybrid: at the next update */
@@ -150,10 +181,11 @@ static void flow_willebeek(struct border *border, const double *load) {
 }
 
 /* load[] follows the flow; neighbors[] is scratch. */
-static void flow_iterated(struct border *border, double beta, double *load, double *neighbors) {
+static void flow_iterated(struct border *border, int iterations, double beta, double *load,
+                          double *neighbors) {
   for (int p = 0; p < border->partition->n_ranks; ++p) neighbors[p] = 0;
   for (int64_t e = 0; e < border->n_pairs; ++e) ++neighbors[border->pair[e].p];
-  for (int t = 0; t < ITERATIONS; ++t) {
+  for (int t = 0; t < iterations; ++t) {
     const double now = t == 0 ? 1 : beta; /* no momentum yet */
     for (int64_t e = 0; e < border->n_pairs; ++e) {
       struct pair *pair = &border->pair[e];
@@ -192,13 +224,13 @@ static bool makes_neighbors(const struct border *border, int32_t q, int64_t c) {
  * cell was rounded up). cells_of[]: numbers of the cells of the ranks. */
 static double give(const struct border *border, const struct pair *pair, double budget, const double *weight,
                    double *load, double *cells_of) {
-  const struct diffusion *self = border->partition->self;
+  const struct flow_settings *settings = border->partition->settings;
   const int32_t p = pair->p, q = pair->q;
   for (int64_t i = pair->first; i < pair->end && budget > 0 && cells_of[p] > 1; ++i) {
     const int64_t c = border->entry[i].cell;
     const double w = weight[c];
     if (border->owner[c] != p || 0.5 * w > budget || !(load[q] + w < load[p])) continue;
-    if (self->fixed && makes_neighbors(border, q, c)) continue;
+    if (settings->fixed && makes_neighbors(border, q, c)) continue;
     border->owner[c] = q;
     load[p] -= w, load[q] += w;
     --cells_of[p], ++cells_of[q];
@@ -209,12 +241,13 @@ static double give(const struct border *border, const struct pair *pair, double 
 
 /* One step. load[], cells_of[]: [n_ranks], scratch. */
 static void diffuse(struct border *border, const double *weight, double *load, double *cells_of) {
-  const enum flow flow = ((const struct diffusion *)border->partition->self)->flow;
+  const struct flow_settings *settings = border->partition->settings;
   kith_partition_loads(border->partition, border->owner, weight, load);
-  if (flow == WILLEBEEK)
+  if (settings->flow == WILLEBEEK)
     flow_willebeek(border, load);
   else
-    flow_iterated(border, flow == SECOND_ORDER ? BETA : 1, load, cells_of);
+    flow_iterated(border, settings->iterations, settings->flow == SECOND_ORDER ? settings->momentum : 1, load,
+                  cells_of);
   kith_partition_loads(border->partition, border->owner, weight, load);
   kith_partition_loads(border->partition, border->owner, NULL, cells_of);
   for (int64_t row = 0, end; row < border->n_pairs; row = end) {
@@ -229,10 +262,11 @@ static void diffuse(struct border *border, const double *weight, double *load, d
 
 /* The start map, and its neighborhood: the pairs of ranks that touch. */
 static kith_status diffusion_first(struct kith_partition *partition, int32_t *owner) {
+  static const char *const starts[] = {"cart", "morton"};
+  const struct flow_settings *settings = partition->settings;
   struct diffusion *self = partition->self;
   struct kith_partition *map = NULL;
-  KITH_TRY(
-      kith_partition_create(&map, partition->cells, partition->n_ranks, self->on_morton ? "morton" : "cart"));
+  KITH_TRY(kith_partition_create(&map, partition->cells, partition->n_ranks, starts[settings->start]));
   memcpy(owner, map->owner, (size_t)partition->cells->n * sizeof *owner);
   kith_partition_destroy(&map);
   struct border border = {.partition = partition, .owner = owner};
@@ -259,16 +293,6 @@ static kith_status diffusion_update(struct kith_partition *partition, const doub
   return status;
 }
 
-static void diffusion_option(struct kith_partition *partition, int word) {
-  struct diffusion *self = partition->self;
-  if (word <= SECOND_ORDER)
-    self->flow = (enum flow)word;
-  else if (word <= SECOND_ORDER + 2)
-    self->fixed = word == SECOND_ORDER + 1;
-  else
-    self->on_morton = word == SECOND_ORDER + 4;
-}
-
 static void diffusion_clear(struct kith_partition *partition) {
   struct diffusion *self = partition->self;
   kith_free(&self->allowed);
@@ -277,12 +301,8 @@ static void diffusion_clear(struct kith_partition *partition) {
 const struct kith_partitioner_ops kith_partitioner_diffusion = {
     .name = "diffusion",
     .doc = "cells flow to neighbor ranks that have less to do, one layer an update",
-    .words =
-        "schornbaum|willebeek|second-order|" /* flows, in the order of their enumeration */
-        "fixed|free|"                        /* the neighborhood: that of the start, or any */
-        "cart|morton",                       /* the start */
+    KITH_SETTINGS(diffusion_params, flow_settings),
     .state_size = sizeof(struct diffusion),
-    .option = diffusion_option,
     .first = diffusion_first,
     .update = diffusion_update,
     .clear = diffusion_clear,
@@ -290,16 +310,24 @@ const struct kith_partitioner_ops kith_partitioner_diffusion = {
 
 /* ---- hybrid: the first map and the first update are those of the graph, later ones diffuse ---- */
 
+static kith_status as_graph(struct kith_partition *partition, const double *weight, int32_t *owner) {
+  struct kith_partition graph = *partition;
+  KITH_TRY(kith_settings_create(&graph.settings, kith_family_member(kith_partitioner_member, "graph"), NULL));
+  const kith_status status = kith_partitioner_graph.update(&graph, weight, owner);
+  kith_free(&graph.settings);
+  return status;
+}
+
 static kith_status hybrid_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   struct diffusion *self = partition->self;
   if (self->diffuse) return diffusion_update(partition, weight, owner);
-  KITH_TRY(kith_partitioner_graph.update(partition, weight, owner));
+  KITH_TRY(as_graph(partition, weight, owner));
   self->diffuse = true;
   return KITH_OK;
 }
 
 static kith_status hybrid_first(struct kith_partition *partition, int32_t *owner) {
-  return kith_partitioner_graph.update(partition, NULL, owner);
+  return as_graph(partition, NULL, owner);
 }
 
 static size_t hybrid_state(const struct kith_partition *partition, int64_t *word) {
@@ -318,9 +346,11 @@ static kith_status hybrid_restore(struct kith_partition *partition, const int64_
 const struct kith_partitioner_ops kith_partitioner_hybrid = {
     .name = "hybrid",
     .doc = "partitioned as a graph once, then diffusion",
+    .seconds_per_cell = 2e-5, /* as graph */
 #ifndef KITH_SCOTCH
     .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
 #endif
+    KITH_SETTINGS(hybrid_params, flow_settings),
     .state_size = sizeof(struct diffusion),
     .first = hybrid_first,
     .update = hybrid_update,

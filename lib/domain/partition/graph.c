@@ -2,18 +2,27 @@
  *
  * Every rank partitions the same replicated graph by itself, with one thread, from the same seed and without
  * a communicator: PT-Scotch on one process ends in the same routine. The first map is made from scratch;
- * later ones start from the present map, and moving a cell has a small cost. Scotch aims at an imbalance of 5
- * % but does not guarantee it.
+ * later ones start from the present map, and moving a cell has a small cost. Scotch aims at an imbalance of
+ * `tolerance` but does not guarantee it.
  *
  * Scotch counts in 32-bit integers: weights are scaled to a total of TOTAL, and are at least 1. */
 #include "lib/domain/partition/partition.h"
+
+struct graph_settings {
+  double tolerance, move;
+};
+static const struct kith_param graph_params[] = {
+    {"tolerance", KITH_PARAM_NUMBER, "0.05", "(0, 1)", "imbalance that Scotch aims at",
+     KITH_INTO(struct graph_settings, tolerance)},
+    {"move", KITH_PARAM_NUMBER, "0.001", "[0, 1000]", "cost of moving a cell, in mean faces",
+     KITH_INTO(struct graph_settings, move)},
+    {0}};
 
 #ifdef KITH_SCOTCH
 #include <stdio.h>
 #include <scotch.h>
 
-static const double TOTAL = 1 << 28, IMBALANCE = 0.05;
-static const double MOVE = 0.001; /* cost of moving a cell, in mean faces */
+static const double TOTAL = 1 << 28;
 enum { SEED = 5, STRATEGY = SCOTCH_STRATRECURSIVE | SCOTCH_STRATBALANCE };
 
 /* Compressed rows; weights of cells and of edges. One block of memory, at `first`. */
@@ -64,8 +73,8 @@ static kith_status graph_build(struct graph *graph, const struct kith_cells *cel
 
 /* In a context of its own, because the default context uses as many threads as there are cores, and its
  * results depend on their timing. */
-static kith_status partition_graph(const struct graph *graph, int n_parts, SCOTCH_Num *from,
-                                   SCOTCH_Num *part) {
+static kith_status partition_graph(const struct graph *graph, const struct graph_settings *settings,
+                                   int n_parts, SCOTCH_Num *from, SCOTCH_Num *part) {
   SCOTCH_Context context;
   SCOTCH_Graph made, bound;
   SCOTCH_Strat strategy;
@@ -81,10 +90,10 @@ static kith_status partition_graph(const struct graph *graph, int n_parts, SCOTC
          SCOTCH_graphBuild(&made, 0, graph->n, graph->first, NULL, graph->cell_weight, NULL, graph->n_edges,
                            graph->neighbor, graph->edge_weight) == 0 &&
          SCOTCH_contextBindGraph(&context, &made, &bound) == 0 &&
-         SCOTCH_stratGraphMapBuild(&strategy, STRATEGY, n_parts, IMBALANCE) == 0 &&
+         SCOTCH_stratGraphMapBuild(&strategy, STRATEGY, n_parts, settings->tolerance) == 0 &&
          (from == NULL ? SCOTCH_graphPart(&bound, n_parts, &strategy, part)
-                       : SCOTCH_graphRepart(&bound, n_parts, from, MOVE * graph->mean_edge, NULL, &strategy,
-                                            part)) == 0;
+                       : SCOTCH_graphRepart(&bound, n_parts, from, settings->move * graph->mean_edge, NULL,
+                                            &strategy, part)) == 0;
   SCOTCH_stratExit(&strategy);
   SCOTCH_graphExit(&bound);
   SCOTCH_graphExit(&made);
@@ -98,7 +107,8 @@ static kith_status graph_update(struct kith_partition *partition, const double *
   int32_t *from = owner == partition->owner ? NULL : partition->owner;
   struct graph graph = {0};
   kith_status status = graph_build(&graph, partition->cells, weight);
-  if (status == KITH_OK) status = partition_graph(&graph, partition->n_ranks, from, owner);
+  if (status == KITH_OK)
+    status = partition_graph(&graph, partition->settings, partition->n_ranks, from, owner);
   kith_free(&graph.first);
   return status;
 }
@@ -108,6 +118,8 @@ static kith_status graph_update(struct kith_partition *partition, const double *
 const struct kith_partitioner_ops kith_partitioner_graph = {
     .name = "graph",
     .doc = "the graph of cells partitioned by Scotch: few faces are cut",
+    .seconds_per_cell = 2e-5,
+    KITH_SETTINGS(graph_params, graph_settings),
 #ifdef KITH_SCOTCH
     .update = graph_update,
 #else

@@ -9,7 +9,7 @@
  * a face of the box stays in it, periodic or not. An update has 2^NDIM rounds, one for each color of corners
  * (odd and even positions along the axes), so that no two corners of a rank's edge move at once. A round that
  * raises the sum of squares of the loads is undone, and the step of the color halved; otherwise it is
- * doubled, up to 2.
+ * doubled, up to `step`.
  *
  * The shape of a rank consists of NDIM! simplices about one diagonal, the same everywhere. The mesh is valid
  * if all of them have a positive volume: then they cover the box exactly once. A cell belongs to the first
@@ -22,7 +22,15 @@ enum { SHAPE_CORNERS = 1 << NDIM, SIMPLICES = NDIM == 3 ? 6 : NDIM, HALVINGS = 3
 /* The box has this many bits at most: sums of products of NDIM lengths fit into 63. */
 enum { LENGTH_BITS = NDIM == 3 ? 20 : NDIM == 2 ? 30 : 50, UNIT_BITS = 20 };
 
-static const double LEAST_STEP = 1.0 / 8, MOST_STEP = 2; /* larger ones overshoot, and cut more faces */
+static const double LEAST_STEP = 1.0 / 8;
+struct gridbased {
+  double step;
+};
+static const struct kith_param gridbased_params[] = {
+    {"step", KITH_PARAM_NUMBER, "2", "[0.125, 16]",
+     "longest step of a corner; larger ones than 2 overshoot, and cut more faces",
+     KITH_INTO(struct gridbased, step)},
+    {0}};
 
 /* The corners of a shape that are the vertices of its simplices, of which every second is left-handed. The
  * first NDIM! of them, and NDIM + 1 vertices of each, are those of NDIM dimensions. */
@@ -217,7 +225,7 @@ static kith_status gridbased_first(struct kith_partition *partition, int32_t *ow
   struct mesh *mesh = partition->self;
   const struct kith_cells *cells = partition->cells;
   int ranks[NDIM], bits = UNIT_BITS;
-  kith_partition_mesh(cells, partition->n_ranks, ranks);
+  kith_partition_mesh(cells, partition->n_ranks, NDIM, ranks);
   mesh->n_corners = 1;
   for (int color = 0; color < SHAPE_CORNERS; ++color) mesh->step[color] = 1;
   for (int a = 0; a < NDIM; ++a) {
@@ -249,6 +257,7 @@ static kith_status gridbased_first(struct kith_partition *partition, int32_t *ow
 static kith_status gridbased_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   struct mesh *mesh = partition->self;
   const size_t n = (size_t)partition->n_ranks;
+  const double most = ((const struct gridbased *)partition->settings)->step;
   double *load = NULL;
   KITH_TRY(kith_resize(&load, 0, 2 * n, sizeof *load));
   double *trial_load = load + n, squares = loads_of(partition, weight, owner, load);
@@ -257,7 +266,7 @@ static kith_status gridbased_update(struct kith_partition *partition, const doub
     fill(mesh, mesh->trial, partition, owner);
     const double trial = loads_of(partition, weight, owner, trial_load), step = mesh->step[color];
     const bool gain = trial <= squares;
-    mesh->step[color] = gain ? KITH_MIN(2 * step, MOST_STEP) : KITH_MAX(0.5 * step, LEAST_STEP);
+    mesh->step[color] = gain ? KITH_MIN(2 * step, most) : KITH_MAX(0.5 * step, LEAST_STEP);
     if (!gain) continue;
     int64_t *before = mesh->corner;
     mesh->corner = mesh->trial, mesh->trial = before;
@@ -319,6 +328,7 @@ static void gridbased_clear(struct kith_partition *partition) {
 const struct kith_partitioner_ops kith_partitioner_gridbased = {
     .name = "gridbased",
     .doc = "a Cartesian mesh of ranks whose corners move",
+    KITH_SETTINGS(gridbased_params, gridbased),
     .state_size = sizeof(struct mesh),
     .first = gridbased_first,
     .update = gridbased_update,

@@ -1,4 +1,4 @@
-/* Selecting a partitioner, its options, weights and updates. */
+/* Selecting a partitioner, weights and updates. */
 #include "lib/domain/partition/partition.h"
 
 #include <stdio.h>
@@ -11,7 +11,7 @@
 KITH_FAMILY(kith_partitioner, KITH_PARTITIONER_LIST(X))
 #undef X
 
-/* ---- names and options ---- */
+/* ---- names ---- */
 
 static kith_status find_member(const char *text, const struct kith_partitioner_ops **found) {
   char name[32], all[256];
@@ -24,23 +24,6 @@ static kith_status find_member(const char *text, const struct kith_partitioner_o
   return KITH_OK;
 }
 
-static kith_status apply_options(struct kith_partition *partition, const char *words) {
-  const struct kith_partitioner_ops *ops = partition->ops;
-  const char *known = ops->words != NULL ? ops->words : "";
-  for (size_t length;; words += length + 1) {
-    char word[32], all[256];
-    length = strcspn(words, ",");
-    snprintf(word, sizeof word, "%.*s", (int)length, words);
-    const int k = kith_choices_index(known, word);
-    kith_choices_format(known, all, sizeof all);
-    if (k < 0)
-      KITH_FAIL(BAD_INPUT, "partitioner '%s' does not know '%s': %s%s", ops->name, word,
-                ops->words == NULL ? "it has no variants" : "it knows ", all);
-    ops->option(partition, k);
-    if (words[length] == '\0') return KITH_OK;
-  }
-}
-
 /* ---- life ---- */
 
 static kith_status start(struct kith_partition *partition, const char *text) {
@@ -48,7 +31,9 @@ static kith_status start(struct kith_partition *partition, const char *text) {
   KITH_TRY(kith_resize(&partition->owner, 0, (size_t)partition->cells->n, sizeof *partition->owner));
   if (ops->state_size > 0) KITH_TRY(kith_resize(&partition->self, 0, 1, ops->state_size));
   const char *colon = strchr(text, ':');
-  if (colon != NULL) KITH_TRY(apply_options(partition, colon + 1));
+  KITH_TRY(kith_settings_create(&partition->settings, kith_family_member(kith_partitioner_member, ops->name),
+                                colon != NULL ? colon + 1 : NULL));
+  if (colon != NULL && ops->params == NULL) KITH_FAIL(BAD_INPUT, "%s has no parameters", ops->name);
   return ops->first != NULL ? ops->first(partition, partition->owner)
                             : ops->update(partition, NULL, partition->owner);
 }
@@ -74,6 +59,7 @@ void kith_partition_destroy(struct kith_partition **partition) {
   if (p == NULL) return;
   if (p->self != NULL && p->ops->clear != NULL) p->ops->clear(p);
   kith_free(&p->self);
+  kith_free(&p->settings);
   kith_free(&p->owner);
   kith_free(partition);
 }

@@ -6,8 +6,8 @@
  * here communicates, and a map for 4096 ranks can be inspected in one process. Memory: 4 bytes per cell on
  * every rank, 8 for curves; more during an update.
  *
- * A partitioner is selected by a text: its name, and after a colon options, separated by commas, that choose
- * a variant: `cart`, `diffusion:willebeek`, `diffusion:fixed,morton`. Others are refused.
+ * A partitioner is selected by a text: its name, and after a colon parameters of its own, parted by blanks:
+ * `cart`, `diffusion:flow=willebeek iterations=5`. Others are refused.
  *
  * Weights w_c >= 0 are the work of the cells. KITH_EMPTY_CELL times their mean (1 if all are zero) is added
  * to each, so that empty regions are divided evenly too. A rank may be left without a cell. */
@@ -25,12 +25,10 @@ struct kith_partitioner_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
-  const char *needs; /* the library that is missing in this build; NULL: available */
-  const char *words; /* options, "a|b|c"; NULL: none */
-  size_t state_size; /* bytes of private state at partition->self, initially zero */
-  /* Applies option number `word`, before the first map. NULL without options. */
-  void (*option)(struct kith_partition *partition, int word);
-  /* The first map, without weights, after the options of the text: writes owner[n]. NULL: `update` without
+  const char *needs;       /* the library that is missing in this build; NULL: available */
+  double seconds_per_cell; /* of a map, about, for each halving of the ranks; 0: a microsecond or less */
+  size_t state_size;       /* bytes of private state at partition->self, initially zero */
+  /* The first map, without weights: writes owner[n]. NULL: `update` without
    * weights makes it, where `owner` is that of the partition. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);
   /* The next map: `owner` holds the present one. Weights are positive. NULL: the map never changes. */
@@ -49,6 +47,7 @@ struct kith_partition {
   int n_ranks;
   int32_t *owner;      /* [cells->n] 0 .. n_ranks - 1; owned; never moves */
   uint64_t generation; /* of the map: 1, incremented by every change */
+  void *settings;      /* of the member: as its params say; owned */
   void *self;
 };
 
@@ -59,7 +58,7 @@ KITH_PARTITIONER_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_partitioner);
 
-/* A partition with its first map. BAD_INPUT: an unknown name or option (the message lists the valid ones),
+/* A partition with its first map. BAD_INPUT: an unknown name or parameter, a value that is not allowed,
  * n_ranks < 1; UNSUPPORTED: built without the library that it needs. */
 kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
                                   const char *text);
@@ -85,9 +84,9 @@ kith_status kith_partition_restore(struct kith_partition *partition, const int64
 
 /* ---- for members ---- */
 
-/* Ranks per axis, whose product is n_ranks: the fewest cut faces among those whose largest block is within 10
- * % of the smallest possible. */
-void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int *ranks);
+/* Ranks per axis, whose product is n_ranks, one beyond the first `axes`: the fewest cut faces among those
+ * whose largest block is within 10 % of the smallest possible. */
+void kith_partition_mesh(const struct kith_cells *cells, int n_ranks, int axes, int *ranks);
 /* For members that cut an order of the cells (private state: struct kith_curve, filled by their `first`). */
 struct kith_curve {
   kith_index *order; /* [cells->n] cells along the curve; owned */

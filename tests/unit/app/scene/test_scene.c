@@ -363,6 +363,7 @@ static void compares(void) {
                {"until=0.20001", NULL},
                {"scheme.cfl=0.31", NULL},
                {"partition.name=morton", NULL},
+               {"partition={name: diffusion, flow: willebeek}", NULL},
                {"exact.window.x=[0,1]", NULL},
                /* what it does */
                {"partition.ghosts=recompute", "partition.ghosts is recompute there, and not given now"},

@@ -1,10 +1,11 @@
-/* The contract of the family of partitioners, for every member of its list with each of its options, on grids
- * of every kind (thinner than a cell, one and two cells on a periodic axis, more ranks than cells).
+/* The contract of the family of partitioners, for every member of its list with each value of its
+ * parameters, on grids of every kind (thinner than a cell, one and two cells on a periodic axis, more
+ * ranks than cells).
  *
- * Maps: every cell has one owner in range; the cell of any position. Two runs give the same maps; `changed`
- * and the generation are right; only the ratio of weights counts. Names and options: unknown ones are refused
- * with the list of valid ones. Weights that are negative or not finite are refused, and what is refused
- * changes nothing. Restarts: test_partition_restart.c. */
+ * Maps: every cell has one owner in range; the cell of any position. Two runs give the same maps;
+ * `changed` and the generation are right; only the ratio of weights counts. Unknown names and parameters
+ * are refused, and values out of range. Weights that are negative or not finite are refused, and what is
+ * refused changes nothing. Restarts: test_partition_restart.c. */
 #include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
@@ -16,27 +17,29 @@
 enum { UPDATES = 4, MOST_RUN_CELLS = 1024 };
 enum { MOST_RANKS = 64, MOST_CELLS = 64, MOST_TEXTS = 40 };
 
-/* ---- members and words ---- */
+/* ---- members and parameters ---- */
 
-/* Word w of a member; false: it has no more. */
-static bool find_word(const struct kith_partitioner_ops *ops, int w, char *word) {
-  const char *at = ops->words;
-  for (; at != NULL && w > 0; --w) at = strchr(at, '|') == NULL ? NULL : strchr(at, '|') + 1;
-  if (at != NULL) snprintf(word, 64, "%.*s", (int)strcspn(at, "|"), at);
+/* Value v of a parameter to try: its choices, or the lower end of its range; false: there is no more. */
+static bool find_value(const struct kith_param *p, int v, char *value) {
+  const char *at = p->kind == KITH_PARAM_CHOICE ? p->allowed : p->allowed + 1;
+  for (; at != NULL && v > 0; --v) at = strchr(at, '|') == NULL ? NULL : strchr(at, '|') + 1;
+  if (at != NULL) snprintf(value, 64, "%.*s", (int)strcspn(at, "|,"), at);
   return at != NULL;
 }
 
-/* Every available member, alone and with each of its words. */
+/* Every available member, alone and with each value of each of its parameters. */
 static int find_texts(char (*text)[64]) {
   int n = 0;
-  char word[64];
+  char value[64];
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
     if ((*p)->needs != NULL) continue;
     snprintf(text[n++], 64, "%s", (*p)->name);
-    for (int w = 0; find_word(*p, w, word); ++w) snprintf(text[n++], 64, "%s:%.40s", (*p)->name, word);
+    for (const struct kith_param *row = (*p)->params; row != NULL && row->key != NULL; ++row)
+      for (int v = 0; row->allowed[0] != '(' && find_value(row, v, value); ++v)
+        snprintf(text[n++], 64, "%s:%.20s=%.20s", (*p)->name, row->key, value);
   }
-  snprintf(text[n++], 64, "diffusion:willebeek,fixed");
-  snprintf(text[n++], 64, "diffusion:second-order,fixed,morton");
+  snprintf(text[n++], 64, "diffusion:flow=willebeek neighbors=fixed");
+  snprintf(text[n++], 64, "diffusion:flow=second_order neighbors=fixed start=morton");
   CHECK(n <= MOST_TEXTS);
   return n;
 }
@@ -164,7 +167,7 @@ static void test_refused(void) {
   }
 }
 
-/* ---- names, options, first maps ---- */
+/* ---- names, parameters, first maps ---- */
 
 static void check_unknown(const struct kith_cells *cells, const char *text, const char *what,
                           const char *named) {
@@ -190,29 +193,55 @@ static void test_names(void) {
   }
 }
 
-/* Words that a member knows are taken (test_maps), any other is refused with those that it knows. */
-static void test_words(void) {
+/* Values that a parameter allows are taken (test_maps), others, and other parameters, are refused. */
+static void test_parameters(void) {
   const int count[] = {4, 4, 4};
   const struct kith_cells cells = grid(count, 0);
-  const char *const wrong[] = {"", "fast", "set mu 3", "fixed ", "cart,", "synchronize"};
+  const char *const wrong[] = {"", "fast", "speed=1", "=", "flow", "flow=fast"};
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
     if ((*p)->needs != NULL) continue;
-    char word[64] = "it has no variants";
-    find_word(*p, 0, word);
-    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
-      char text[80];
+    char text[80];
+    for (size_t k = (*p)->params != NULL; k < sizeof wrong / sizeof wrong[0]; ++k) {
       snprintf(text, sizeof text, "%s:%s", (*p)->name, wrong[k]);
-      check_unknown(&cells, text, (*p)->name, word);
+      check_unknown(&cells, text, (*p)->name, (*p)->name);
+    }
+    for (const struct kith_param *row = (*p)->params; row != NULL && row->key != NULL; ++row) {
+      snprintf(text, sizeof text, "%s:%.20s=-1", (*p)->name, row->key);
+      check_unknown(&cells, text, (*p)->name, row->key);
     }
   }
+}
+
+/* A text with all values is that of the settings, and makes the same map. */
+static void test_format(void) {
+  char text[128];
+  void *settings = NULL;
+  const struct kith_member member = kith_family_member(kith_partitioner_member, "diffusion");
+  CHECK_OK(kith_settings_create(&settings, member, "iterations=3 flow=second-order"));
+  kith_settings_format(member, settings, text, sizeof text);
+  CHECK(strcmp(text, "diffusion:flow=second-order iterations=3 momentum=1.8 start=cart neighbors=free") == 0);
+  kith_settings_format(kith_family_member(kith_partitioner_member, "kd"), NULL, text, sizeof text);
+  CHECK(strcmp(text, "kd") == 0);
+  kith_free(&settings);
+}
+
+/* Blocks that are slabs. */
+static void test_effects(void) {
+  const int count[] = {8, 4, 4};
+  const struct kith_cells cells = grid(count, 0);
+  struct kith_partition *slabs = make(&cells, 4, "cart:axes=1");
+  for (int64_t c = 0; c < cells.n; ++c) CHECK(slabs->owner[c] == c % 8 / 2);
+  kith_partition_destroy(&slabs);
 }
 
 /* Members that begin with the map of another one. */
 static void test_start_maps(void) {
   const int count[] = {7, 3, 2};
   const struct kith_cells cells = grid(count, 0);
-  const char *const like[][2] = {
-      {"diffusion", "cart"}, {"diffusion:cart", "cart"}, {"diffusion:morton", "morton"}, {"hybrid", "graph"}};
+  const char *const like[][2] = {{"diffusion", "cart"},
+                                 {"diffusion:start=cart", "cart"},
+                                 {"diffusion:start=morton", "morton"},
+                                 {"hybrid", "graph"}};
   for (size_t k = 0; k < sizeof like / sizeof like[0]; ++k)
     for (int n_ranks = 1; n_ranks <= 8; ++n_ranks) {
       if (k == 3 && kith_partitioner_graph.needs != NULL) continue;
@@ -353,16 +382,10 @@ static void test_unavailable(void) {
   }
 }
 
-/* Lists of options: an empty or unknown one is refused wherever it stands; '-' and '_' are the same
- * letter. */
-static void test_option_lists(void) {
+static void test_no_ranks(void) {
   const int count[] = {4, 4, 4};
   const struct kith_cells cells = grid(count, 0);
-  const char *const wrong[] = {"diffusion:fixed,", "diffusion:,fixed", "diffusion:fixed:morton"};
-  for (int k = 0; k < 3; ++k) check_unknown(&cells, wrong[k], "diffusion", "schornbaum");
-  struct kith_partition *partition = make(&cells, 2, "diffusion:second_order,fixed,willebeek,free");
-  kith_partition_destroy(&partition);
-  kith_partition_destroy(&partition);
+  struct kith_partition *partition = NULL;
   CHECK_STATUS(KITH_BAD_INPUT, kith_partition_create(&partition, &cells, 0, "kd"));
 }
 
@@ -370,12 +393,14 @@ int main(void) {
   test_maps();
   test_refused();
   test_names();
-  test_words();
+  test_parameters();
+  test_format();
+  test_effects();
   test_start_maps();
   test_hybrid();
   test_repeats();
   test_scale();
   test_unavailable();
-  test_option_lists();
+  test_no_ranks();
   return check_failed();
 }

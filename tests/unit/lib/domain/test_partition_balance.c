@@ -134,7 +134,7 @@ static void test_cart(void) {
     struct rank_figures rank[MOST_RANKS];
     struct kith_partition *partition = make(&cells, ranks[r], "cart");
     int mesh[NDIM], product = 1;
-    kith_partition_mesh(&cells, ranks[r], mesh);
+    kith_partition_mesh(&cells, ranks[r], NDIM, mesh);
     int64_t least = 1, most = 1;
     for (int a = 0; a < NDIM; ++a) {
       product *= mesh[a];
@@ -166,7 +166,7 @@ static void test_meshes(void) {
     if ((wanted[k].cells[2] > 0) != (NDIM == 3) || NDIM == 1) continue;
     for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = wanted[k].cells[a], periodic[a] = false;
     CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, INT32_MAX));
-    kith_partition_mesh(&cells, wanted[k].n_ranks, mesh);
+    kith_partition_mesh(&cells, wanted[k].n_ranks, NDIM, mesh);
     for (int a = 0; a < NDIM; ++a) CHECK(mesh[a] == wanted[k].mesh[a]);
   }
 }
@@ -294,12 +294,12 @@ static void check_diffusion(const struct kith_cells *cells, int n_ranks, const c
 
 static void test_diffusion(void) {
   const char *const texts[] = {"diffusion",
-                               "diffusion:willebeek",
-                               "diffusion:second-order",
-                               "diffusion:morton",
-                               "diffusion:fixed",
-                               "diffusion:willebeek,fixed",
-                               "diffusion:second-order,fixed,morton"};
+                               "diffusion:flow=willebeek",
+                               "diffusion:flow=second-order",
+                               "diffusion:start=morton",
+                               "diffusion:neighbors=fixed",
+                               "diffusion:flow=willebeek neighbors=fixed",
+                               "diffusion:flow=second-order neighbors=fixed start=morton"};
   const int ranks[2][3] = {{2, 7, 64}, {3, 4, 8}};
   for (int periodic = 0; periodic < 2; ++periodic) {
     const struct kith_cells cells = grid(periodic);
@@ -392,10 +392,10 @@ static const struct {
             {"p4est", 1, {{1.03, 1.03}, {1.04, 1.04}, {1.04, 1.04}}},
             {"graph", 1, {{1.1, 1.1}, {1.1, 1.1}, {1.1, 1.1}}},
             {"gridbased", 20, {{1.03, 0}, {1.03, 1.07}, {1.03, 1.05}}},
-            {"diffusion:willebeek", 20, {{0, 0}, {1.03, 2.1}, {1.03, 1.04}}},
+            {"diffusion:flow=willebeek", 20, {{0, 0}, {1.03, 2.1}, {1.03, 1.04}}},
             {"diffusion", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
-            {"diffusion:second-order", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
-            {"diffusion:fixed", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
+            {"diffusion:flow=second-order", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
+            {"diffusion:neighbors=fixed", 20, {{0, 0}, {1.03, 1.5}, {1.03, 1.03}}},
             {"hybrid", 5, {{1.05, 1.06}, {1.03, 1.05}, {1.03, 1.03}}}};
 
 static double peak(const struct kith_cells *cells, int64_t c) {

@@ -100,7 +100,7 @@ static void test_state(void) {
     check_continues(kith_partitioner_all()[k]->name);
     check_damage(kith_partitioner_all()[k]->name);
   }
-  check_continues("diffusion:second-order,fixed,morton");
+  check_continues("diffusion:flow=second-order neighbors=fixed start=morton");
 }
 
 int main(void) {

@@ -1,0 +1,159 @@
+/* What one process needs for a scene, what a rank tells others, how long messages take: short runs. */
+#include "app/plan/calibration.h"
+
+#include <math.h>
+#include <omp.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include "integrator/lifecycle.h"
+
+/* Processor time where there is one thread: other programs do not count. */
+static double seconds_now(void) {
+  struct timespec t;
+  if (omp_get_max_threads() > 1) return kith_seconds();
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds) {
+  struct kith_integrator *it = &simulation->integrator;
+  const double start = seconds_now();
+  double before = start;
+  *seconds = INFINITY;
+  for (int k = 0; k < 3 && before - start < 0.5; ++k) {
+    if (kith_rebuilds_lasting(it->rebuilds)) KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
+    KITH_TRY(kith_integrator_rates(it));
+    const double now = seconds_now();
+    *seconds = fmin(*seconds, now - before);
+    before = now;
+  }
+  return KITH_OK;
+}
+
+struct pilot {
+  double until, limit;
+  struct kith_calibration *out;
+};
+
+static kith_status steps_of(struct kith_simulation *m, void *context) {
+  const struct pilot *pilot = context;
+  struct kith_calibration *out = pilot->out;
+  struct kith_integrator *it = &m->integrator;
+  double first;
+  KITH_TRY(kith_simulation_start(m));
+  KITH_TRY(kith_evaluation_measure(m, &first));
+  const bool parts = it->nodes->activity != NULL; /* not all nodes are updated at a time */
+  const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
+  const double start = seconds_now();
+  while (it->time < pilot->until) {
+    KITH_TRY(kith_integrator_step(it, pilot->until));
+    if (seconds_now() - start > pilot->limit)
+      KITH_FAIL(DIVERGED, "a calibration run exceeds %.3g s", pilot->limit);
+  }
+  const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
+               all = parts ? of_node : (double)(it->ledger.evaluations - evaluations);
+  out->steps = parts ? of_node : (double)it->step;
+  out->growth = (seconds_now() - start) / fmax(all, 1) / first;
+  return KITH_OK;
+}
+
+/* The scene of `options` at another resolution, and what is done with it. */
+static kith_status with_resolution(const struct kith_options *o, double value, struct kith_ranks *ranks,
+                                   kith_status (*then)(struct kith_simulation *, void *), void *context) {
+  const char *overrides[KITH_MAX_OVERRIDES + 1];
+  char resolution[64];
+  struct kith_scene *scene = NULL;
+  struct kith_simulation *m = NULL;
+  memcpy(overrides, o->overrides, sizeof o->overrides);
+  snprintf(resolution, sizeof resolution, "resolution=%.10g", value);
+  overrides[o->n_overrides] = resolution;
+  KITH_TRY(kith_scene_read(&scene, o->subject, o->n_overrides + 1, overrides));
+  kith_status status = kith_simulation_create(&m, scene, ranks, NULL, false);
+  if (status == KITH_OK) status = then(m, context);
+  kith_simulation_destroy(&m);
+  kith_scene_destroy(&scene);
+  return status;
+}
+
+kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
+                                 double resolution, double until, double cost, double budget) {
+  const double part = fmin(pow(budget / cost, 1.0 / (NDIM + 1)), 0.8);
+  /* Whole and even, where that makes little difference: lattices and centers may need it. */
+  const double lower = part * resolution;
+  *out = (struct kith_calibration){.resolution = lower > 10 ? 2 * round(0.5 * lower) : lower};
+  struct pilot pilot = {until, 10 * budget, out};
+  KITH_TRY(with_resolution(options, out->resolution, NULL, steps_of, &pilot));
+  out->expected = out->steps * resolution / out->resolution;
+  return KITH_OK;
+}
+
+/* ---- one rank of many ---- */
+
+static kith_status rehearse(struct kith_simulation *m, void *context) {
+  enum { STEPS = 20 }; /* a balance check among them */
+  struct kith_rehearsal *out = context;
+  struct kith_integrator *it = &m->integrator;
+  KITH_TRY(kith_simulation_start(m));
+  it->summarizes = true;
+  const struct kith_halo_traffic before = kith_halo_traffic(m->halo);
+  const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates,
+                 checks = m->decomposition->balance_checks,
+                 calls = kith_ranks_traffic(m->nodes->ranks).collectives;
+  while (it->step < STEPS && it->time < m->scene->until) KITH_TRY(kith_integrator_step(it, m->scene->until));
+  const struct kith_halo_traffic now = kith_halo_traffic(m->halo);
+  const double n = fmax((double)it->step, 1);
+  const bool parts = it->nodes->activity != NULL;
+  *out = (struct kith_rehearsal){
+      .evaluations = parts ? (double)(it->ledger.updates - updates) / m->nodes->n_internal / n
+                           : (double)(it->ledger.evaluations - evaluations) / n,
+      .collectives = (double)(kith_ranks_traffic(m->nodes->ranks).collectives - calls) / n,
+      .balance_checks = (double)(m->decomposition->balance_checks - checks) / n};
+#define X(name, doc) out->name = (double)(now.name - before.name) / n;
+  KITH_HALO_TRAFFIC_LIST(X)
+#undef X
+  return KITH_OK;
+}
+
+kith_status kith_rehearsal_run(struct kith_rehearsal *out, const struct kith_options *options,
+                               double resolution) {
+  struct kith_ranks *ranks = NULL;
+  kith_status status = kith_ranks_rehearse(&ranks);
+  if (status == KITH_OK) status = with_resolution(options, resolution, ranks, rehearse, out);
+  kith_ranks_destroy(&ranks);
+  return status;
+}
+
+/* ---- messages ---- */
+
+/* Half of a round trip. */
+static kith_status time_message(struct kith_ranks *ranks, void *data, size_t bytes, int repeats,
+                                double *seconds) {
+  const int rank = kith_ranks_rank(ranks), other = kith_ranks_size(ranks) - 1 - rank;
+  const struct kith_message message = {other, data, bytes};
+  *seconds = other == rank ? 0 : INFINITY;
+  for (int k = 0; k < repeats && other != rank; ++k) {
+    const int first = rank < other;
+    const double start = kith_seconds();
+    KITH_TRY(kith_ranks_exchange(ranks, first, &message, !first, &message));
+    KITH_TRY(kith_ranks_exchange(ranks, !first, &message, first, &message));
+    *seconds = fmin(*seconds, 0.5 * (kith_seconds() - start));
+  }
+  kith_ranks_max(ranks, seconds, 1);
+  return KITH_OK;
+}
+
+kith_status kith_machine_measure(struct kith_machine *machine, struct kith_ranks *ranks) {
+  enum { REPEATS = 1000, BYTES = 1 << 20 };
+  char *data = NULL;
+  double large, unused = 0;
+  KITH_TRY(kith_ranks_allreduce_status(ranks, kith_resize(&data, 0, BYTES, 1)));
+  kith_status status = time_message(ranks, data, 8, REPEATS, &machine->latency);
+  if (status == KITH_OK) status = time_message(ranks, data, BYTES, REPEATS / 10, &large);
+  const double start = kith_seconds();
+  for (int k = 0; status == KITH_OK && k < REPEATS; ++k) kith_ranks_max(ranks, &unused, 1);
+  machine->collective = (kith_seconds() - start) / REPEATS / ceil(log2(kith_ranks_size(ranks)));
+  if (status == KITH_OK) machine->bandwidth = BYTES / fmax(large - machine->latency, 1e-9);
+  kith_free(&data);
+  return status;
+}

@@ -1,0 +1,47 @@
+/* calibration.h - what one process needs for a scene, what a rank of many tells others in a step, and how
+ * long that takes on this machine.
+ *
+ *    seconds = steps * evaluations * t_start * growth
+ *
+ * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene
+ * itself. steps, which grow with the resolution, and growth, the mean time of an evaluation along the run
+ * over that at its start, come from a calibration run: the whole scene at a lower resolution.
+ *
+ * A rehearsal is a short run at a lower resolution as one of many ranks, without the others: the code of a
+ * run counts its calls, whoever would answer them. */
+#ifndef KITH_APP_PLAN_CALIBRATION_H
+#define KITH_APP_PLAN_CALIBRATION_H
+
+#include "app/simulation/simulation.h"
+#include "app/cli/options.h"
+
+/* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
+ * up to 3, as many as half a second allows. */
+kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
+
+struct kith_calibration {
+  double resolution, steps; /* of the run */
+  double expected;          /* steps of the scene itself */
+  double growth;
+};
+/* Runs the scene of `options` for about `budget` seconds, judged by `cost`, the estimate for the scene
+ * itself. DIVERGED if the run fails or takes ten times as long. */
+kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
+                                 double resolution, double until, double cost, double budget);
+
+/* Of a step: evaluations of all nodes, collective calls, checks of the balance, and kith_halo_traffic. */
+struct kith_rehearsal {
+  double evaluations, collectives, balance_checks;
+#define X(name, doc) double name;
+  KITH_HALO_TRAFFIC_LIST(X)
+#undef X
+};
+/* 20 steps of the scene of `options` at this resolution, or until it ends. Any failure of a run. */
+kith_status kith_rehearsal_run(struct kith_rehearsal *out, const struct kith_options *options,
+                               double resolution);
+
+/* Latency, bandwidth and collective of the ranks: messages of 8 bytes and of 1 MiB between rank r and size
+ * - 1 - r, all at once, the best of many, of the slowest rank; the mean of many maxima. Collective. */
+kith_status kith_machine_measure(struct kith_machine *machine, struct kith_ranks *ranks);
+
+#endif
