@@ -85,7 +85,7 @@ static const struct wrong keys[] = {
     {11, "<<: {a: 1}",
      "f:11: <<: unknown key; known are base, scene, dimension, resolution, arrangement, domain, boundaries, "
      "materials, gravity, potential, regions, energy, method, packages, scheme, neighbor, connectivity, "
-     "reproducible, partition, traversal, window, "
+     "reproducible, partition, machine, traversal, window, "
      "until, exact, probes, measure, output"},
 };
 
@@ -404,7 +404,7 @@ static void refuses_overrides(void) {
       "--set q: unknown key; known are base, scene, dimension, resolution, arrangement, domain, "
       "boundaries, materials, "
       "gravity, potential, regions, energy, method, packages, scheme, neighbor, connectivity, reproducible, "
-      "partition, traversal, window, until, exact, probes, measure, output");
+      "partition, machine, traversal, window, until, exact, probes, measure, output");
   overrides[1] = "untill=1";
   check_message("untill", kith_scene_parse(&scene, "f", text, strlen(text), 2, overrides),
                 "--set untill: unknown key; did you mean 'until'?");
