@@ -408,18 +408,19 @@ static kith_status show_ranks(const struct plan *plan, const struct kith_options
   char text[128];
   struct kith_step_cost cost;
   struct kith_forecast f = {0};
-  char seconds[32], latency[32], collective[32], bandwidth[32], source[64] = "as machine: of the scene says";
+  char seconds[32], latency[32], collective[32], bandwidth[32], source[64] = "machine: of the scene";
   KITH_TRY(cost_of_step(plan, options, &cost));
   if (plan->measured > 0) snprintf(source, sizeof source, "measured between %d ranks", plan->measured);
-  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank; one rank takes %s a step\n", n_ranks,
+  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
          plan->copies * m->nodes->n_internal / n_ranks,
-         plan->copies * (double)m->integrator.ledger.last_row_entries / n_ranks,
-         kith_text_seconds(seconds, cost.seconds));
-  printf("  a message takes %s and its bytes at %s a second, a collective call %s log2 N; %s\n",
-         kith_text_seconds(latency, cost.machine.latency), kith_text_bytes(bandwidth, cost.machine.bandwidth),
-         kith_text_seconds(collective, cost.machine.collective), source);
-  printf("  a step has %.1f collective calls, %.1f messages to a neighbor, %.1f to a peer\n\n",
-         cost.rehearsal.collectives, cost.rehearsal.told, cost.rehearsal.created + cost.rehearsal.kept);
+         plan->copies * (double)m->integrator.ledger.last_row_entries / n_ranks);
+  line("a step", "%s on one rank; %.1f collective calls, %.1f messages to a neighbor, %.1f to a peer",
+       kith_text_seconds(seconds, cost.seconds), cost.rehearsal.collectives, cost.rehearsal.told,
+       cost.rehearsal.created + cost.rehearsal.kept);
+  line("a message", "%s, its bytes %s a second, a collective call %s log2 N (%s)",
+       kith_text_seconds(latency, cost.machine.latency), kith_text_bytes(bandwidth, cost.machine.bandwidth),
+       kith_text_seconds(collective, cost.machine.collective), source);
+  putchar('\n');
   printf("  %-11s %9s %16s %12s %45s\n", "", "work", "ghosts of a rank", "peers of it", "a step of a rank");
   printf("  %-11s %9s %8s %7s %6s %5s %9s %11s %11s %10s\n", "partitioner", "imbalance", "mean", "most",
          "mean", "most", "messages", "bytes", "time", "efficiency");

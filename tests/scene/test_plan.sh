@@ -65,6 +65,9 @@ ok "$@" --ranks 4
 table=*"on 4 ranks: 14.0 nodes"*"partitioner imbalance mean most mean most"*"kd 1."*
 [[ $(tr -s ' ' <stdout) == $table ]] || wrong "plan --ranks lacks its table"
 awk 'length > 100 {exit 1}' stdout || wrong "plan --ranks has a line beyond 100 columns"
+shown "a message 1 s, its bytes 953.7 MiB a second" "$@" --ranks 4 --set machine.latency=1
+shown "machine: of the scene" "$@" --ranks 4 --set partition.name=diffusion --set partition.iterations=3
+stopped 2 "out of range [0, inf)" "$@" --ranks 4 --set machine.latency=-1
 stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neighbors=300
 
 # A kernel that cannot carry what it is given: a warning, and on it goes; what a kernel is given by default it
