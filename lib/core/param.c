@@ -113,7 +113,7 @@ static kith_status find_member(kith_family *family, const char *name) {
   return find_choice(choices, name, &index);
 }
 
-/* "displacement | entity-change", "diffusion:fixed". */
+/* "displacement | entity-change", "padded:width=64". */
 static kith_status find_members(kith_family *family, const char *text) {
   char name[LONGEST];
   for (const char *p = text;; ++p) {

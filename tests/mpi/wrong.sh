@@ -31,6 +31,12 @@ expect 2 "has two passes before its forces" $run --set partition.ghosts=recomput
 expect 2 "only the owner of a node keeps the history" $run --set partition.ghosts=recompute \
   --set method.viscosity.name=cullen-dehnen
 expect 2 "reproducible runs take exchange" $run --set partition.ghosts=recompute --set reproducible=true
+# More ranks than cores that they are bound to: one line, and on it goes; none if nothing is wrong.
+core=$(sed -n 's/^Cpus_allowed_list:[^0-9]*\([0-9]*\).*/\1/p' /proc/self/status)
+once="--threads 1 --steps 1 --overwrite --set output.plot=false -o $out/bound"
+expect 0 "2 ranks of 1 thread share 1 core" $mpirun --bind-to none -n 2 taskset -c "$core" \
+  $program run $scene $once
+$program run $scene $once 2>&1 | grep -q "^kith: warning" && { echo "a warning of one thread"; failed=1; }
 # More ranks than nodes, and than cells: ranks may have nothing.
 few="$program run $scene --set output.plot=false -q -o $out/few --set resolution=2 --steps 2"
 few="$few --set partition.cells=1"
