@@ -126,14 +126,6 @@ kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_confi
   scene->n_regions = node->n;
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
     KITH_TRY(read_region(scene, &scene->region[child->index], child));
-  for (int m = 0; m < scene->n_materials; ++m) {
-    bool used = false;
-    for (int k = 0; k < scene->n_regions; ++k) used |= scene->region[k].material == m;
-    if (!used)
-      return kith_config_fail(
-          kith_config_child(kith_config_child(scene->config->root, "materials"), scene->material_name[m]),
-          NULL, "no region is of this material");
-  }
   return KITH_OK;
 }
 

@@ -180,8 +180,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "nodes at rest have long steps of their own with block steps: take whole, or global steps");
   REFUSE_IF(s->follows && (scheme->retries || scheme->implicit), "window",
             "%s solves for the rates of all nodes together: take whole", scheme->name);
-  REFUSE_IF(s->follows && package.history != NULL, "window",
-            "%s changes in gas at rest, too: take whole", package.history);
+  REFUSE_IF(s->follows && package.history != NULL, "window", "%s changes in gas at rest, too: take whole",
+            package.history);
   if (blocks || s->follows) {
     const char *key = blocks ? "scheme.steps" : "window", *take = blocks ? "global steps" : "whole";
     REFUSE_IF(kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
@@ -276,9 +276,8 @@ static kith_status distribute(struct kith_simulation *m) {
   bool periodic[NDIM];
   char partitioner[128];
   kith_scene_partitioner(m->scene, partitioner, sizeof partitioner);
-  const struct kith_decomposition_options sharing = {partitioner, m->scene->partition.every,
-                                                     m->scene->partition.imbalance,
-                                                     m->scene->partition.cells};
+  const struct kith_decomposition_options sharing = {
+      partitioner, m->scene->partition.every, m->scene->partition.imbalance, m->scene->partition.cells};
   if (m->nodes->ranks == NULL) return KITH_OK;
   for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
   KITH_TRY(kith_decomposition_create(&m->decomposition, m->nodes, &m->scene->domain, periodic, &sharing));
@@ -358,8 +357,19 @@ static void warn_of_mirrors(const struct kith_scene *scene) {
     }
 }
 
+static void warn_of_materials(const struct kith_scene *scene) {
+  for (int m = 0; m < scene->n_materials; ++m) {
+    bool used = false;
+    for (int r = 0; r < scene->n_regions; ++r) used |= scene->region[r].material == m;
+    if (!used)
+      fprintf(stderr, "kith: warning: materials.%s: no region is of this material\n",
+              scene->material_name[m]);
+  }
+}
+
 void kith_simulation_warn(const struct kith_simulation *m) {
   warn_of_mirrors(m->scene);
+  warn_of_materials(m->scene);
   const struct kith_package *p = &m->package;
   const double most = kith_kernel_most_neighbors(p->kernel);
   if (p->neighbors <= most) return;

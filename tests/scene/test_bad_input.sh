@@ -106,7 +106,6 @@ scene=a/b|cannot name a directory
 scene="a\tb"|cannot name a directory
 materials.gas.gamma=1|out of range (1, inf)
 materials={}|no material
-materials.lead={}|--set materials.lead: no region is of this material
 regions=[]|no region; one is required
 regions.0.where.x=[-1, 0.1]|regions.0: overlaps the region of line 10, at
 regions.0.where.x=[-3, -2]|regions.0: no part of it is in the domain

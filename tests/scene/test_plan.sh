@@ -84,6 +84,11 @@ for kernel in cubic quartic quintic wendland-c2 wendland-c4 wendland-c6; do
   shown "nothing is written" "$@" --set method.kernel=$kernel
 done
 
+"$kith" plan tiny.yaml --set materials.lead={} >stdout 2>stderr ||
+  wrong "plan stopped at a material without a region"
+[[ $(<stderr) == "kith: warning: materials.lead: no region is of this material" ]] ||
+  wrong "plan warned: $(<stderr)"
+
 # The first dt of the plan is that of the run.
 planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
 ok "$kith" run tiny.yaml --quiet -o run --steps 1
