@@ -24,7 +24,7 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   p->kernel = m->package.kernel;
   p->neighbors = m->package.neighbors;
   p->compatible = scene->method.compatible;
-  p->recompute = p == &m->package && m->nodes->ranks != NULL && scene->partition.recompute;
+  p->recompute = m->nodes->ranks != NULL && scene->partition.recompute;
   p->settings = settings;
   p->traversal = p->ops->expensive ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
