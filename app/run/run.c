@@ -418,6 +418,8 @@ static kith_status finish(struct run *run) {
   kith_profile_end(run->profile);
   KITH_TRY(kith_report_detail_ranks(report, run->simulation, &run->traffic, it->step - run->first_step,
                                     run->output.history.largest_imbalance));
+  if (first && !kith_profile_is_whole(run->profile))
+    fputs("kith: warning: times of some stages are missing for want of memory\n", stderr);
   report->program_seconds = kith_seconds() - run->entered;
   snprintf(path, sizeof path, "%s/report.json", run->output.directory);
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, first ? kith_report_write(report, path) : KITH_OK));

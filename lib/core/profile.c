@@ -50,7 +50,7 @@ enum { MOST_EVENTS = 1 << 18 }; /* of a thread: some 40 MB of a trace */
 struct kith_profile {
   double origin; /* of the clock of a trace */
   int threads;
-  bool trace;
+  bool trace, incomplete;   /* incomplete: for want of memory */
   struct timer *root, *now; /* root: parent of all root stages, not reported; now: the present stage */
   int skipped;      /* begins that failed for lack of memory: their ends must not close another stage */
   struct row *rows; /* [threads] */
@@ -155,6 +155,7 @@ static void enter(struct kith_profile *p, const char *name, uint64_t calls, doub
   struct timer *child = find(p->now, name, strlen(name));
   if (p->skipped > 0 || (child == NULL && add_timer(p, p->now, name, &child) != KITH_OK)) {
     ++p->skipped;
+    p->incomplete = true;
     return;
   }
   p->now = child;
@@ -217,8 +218,10 @@ void kith_profile_count(struct kith_profile *p, const char *counter, double amou
   while (c < end && !(c->path == p->now->path && same(c->name, counter))) ++c;
   if (c == end) {
     if (kith_grow(&p->counters, &p->counters_capacity, p->n_counters, p->n_counters + 1, sizeof *c) !=
-        KITH_OK)
+        KITH_OK) {
+      p->incomplete = true;
       return;
+    }
     c = &p->counters[p->n_counters++];
     *c = (struct kith_counter){counter, p->now->path, 0};
   }
@@ -233,6 +236,10 @@ static double imbalance_of(const struct timer *t, int threads) {
     sum += t->busy[r];
   }
   return sum > 0 ? most * threads / sum : 0;
+}
+
+bool kith_profile_is_whole(const struct kith_profile *profile) {
+  return profile == NULL || !profile->incomplete;
 }
 
 int kith_profile_stages(const struct kith_profile *p, const struct kith_stage **out) {

@@ -64,6 +64,8 @@ void kith_profile_thread(struct kith_profile *profile, int thread, double start,
 /* Adds to a counter of the present stage. */
 void kith_profile_count(struct kith_profile *profile, const char *counter, double amount);
 
+/* false: stages or counters are missing for want of memory. */
+bool kith_profile_is_whole(const struct kith_profile *profile);
 /* Views, valid until the next begin or count: stages in tree order (children behind their parent), counters
  * in the order of their first count. */
 int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out);
