@@ -16,7 +16,7 @@
 static const int caught[] = {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2};
 enum { CAUGHT = sizeof caught / sizeof *caught };
 
-/* The only mutable globals, for signal handlers. */
+/* Globals that change, since signal handlers have no arguments of ours. */
 static volatile sig_atomic_t stop, child;
 
 /* Those that are ignored, as nohup does, stay so. */

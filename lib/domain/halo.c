@@ -3,7 +3,7 @@
 
 #include <math.h>
 #include <string.h>
-#include "lib/domain/near.h"
+#include "lib/domain/ghost_candidates.h"
 
 struct peer {
   int rank;

@@ -206,7 +206,29 @@ static void order_in_dt(void) {
   }
 }
 
+/* The limit of a rank passes over nodes that surely allow more: it is the least of the limits of all. */
+static void limit_is_the_least(void) {
+  static const char *const settings[] = {"method.package=sph", "method.package=mfm",
+                                         "packages=[{\"name\":\"conduction\",\"conductivity\":0.1}]"};
+  for (int k = 0; k < 3; ++k) {
+    struct scenario s;
+    if (scenario_open(&s, blast, "%s", settings[k]))
+      for (int step = 0; step < 20 && scenario_run(&s, 1); ++step) {
+        const struct kith_package *package = s.simulation->integrator.package;
+        const struct kith_timestep_limit found = kith_package_limit_of_rank(package, 0.3);
+        struct kith_timestep_limit least = {.dt = INFINITY};
+        for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i) {
+          const struct kith_timestep_limit here = kith_package_limit_of_node(package, i, 0.3);
+          if (here.dt < least.dt || (here.dt == least.dt && here.node < least.node)) least = here;
+        }
+        CHECK(found.dt == least.dt && found.node == least.node && found.reason == least.reason);
+      }
+    scenario_close(&s);
+  }
+}
+
 int main(void) {
+  limit_is_the_least();
   omp_set_num_threads(1);
   conserves();
   walls_conserve();

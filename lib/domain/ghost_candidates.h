@@ -1,6 +1,7 @@
-/* near.h - which nodes and images of this rank may interact with the nodes of cells of others (halo.h). */
-#ifndef KITH_DOMAIN_NEAR_H
-#define KITH_DOMAIN_NEAR_H
+/* ghost_candidates.h - which nodes and images of this rank may interact with the nodes of cells of others
+ * (halo.h). */
+#ifndef KITH_DOMAIN_GHOST_CANDIDATES_H
+#define KITH_DOMAIN_GHOST_CANDIDATES_H
 
 #include "lib/domain/cells.h"
 #include "lib/nodes/nodes.h"

@@ -1,5 +1,5 @@
-/* near.c - boxes against boxes first, then nodes. */
-#include "lib/domain/near.h"
+/* ghost_candidates.c - boxes against boxes first, then nodes. */
+#include "lib/domain/ghost_candidates.h"
 
 #include <omp.h>
 
