@@ -7,8 +7,7 @@
  * order. Every package: with its defaults on one thread and on all, with the other traversal on one. Ratios
  * to the reference loops can be compared between machines.
  *
- * Then storages of neighbor lists (storage.h) and searches (searches.h). The last line is the figure of
- * merit: of the first package, with its defaults on all threads.
+ * The last line is the figure of merit: of the first package, with its defaults on all threads.
  *
  * Bytes (counter "bytes") are the least that the data layout of a stage moves: each array it needs, once,
  * ghosts included. The share of the triad says how far a stage is from its memory bound. */
@@ -18,8 +17,6 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
-#include "app/bench/searches.h"
-#include "app/bench/storage.h"
 #include "app/output/report.h"
 #include "lib/core/version.h"
 
@@ -170,10 +167,9 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   return KITH_OK;
 }
 
-/* `also`: what is done with the nodes after the steps; NULL: nothing. */
+/* `loops`: the reference loops are timed too, on the rows of the last step. */
 static kith_status run_case(const struct kith_options *options, const char *const setting[2], int threads,
-                            kith_status (*also)(struct kith_simulation *, struct figures *),
-                            struct figures *out) {
+                            bool loops, struct figures *out) {
   const char *overrides[KITH_MAX_OVERRIDES + 2];
   int n = 0;
   struct kith_scene *scene = NULL;
@@ -186,29 +182,19 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   if (status == KITH_OK) status = kith_profile_create(&profile, threads, false);
   if (status == KITH_OK) status = kith_simulation_create(&m, scene, NULL, profile, false);
   if (status == KITH_OK) status = time_steps(m, options, out);
-  if (status == KITH_OK && also != NULL) status = also(m, out);
+  if (status == KITH_OK && loops)
+    out->plain_density = time_of(m, plain_density), out->plain_force = time_of(m, plain_force);
   kith_simulation_destroy(&m);
   kith_profile_destroy(&profile);
   kith_scene_destroy(&scene);
   return status;
 }
 
-static kith_status time_loops(struct kith_simulation *m, struct figures *out) {
-  out->plain_density = time_of(m, plain_density), out->plain_force = time_of(m, plain_force);
-  return KITH_OK;
-}
-
-static kith_status time_lists(struct kith_simulation *m, struct figures *out) {
-  (void)out;
-  KITH_TRY(kith_bench_storage(m));
-  return kith_bench_searches(m->nodes->n_internal);
-}
-
 /* A case: the package, and a setting or NULL. Without a `base` it times its own reference loops. */
 static kith_status bench_case(const struct kith_options *options, const char *const setting[2], int threads,
                               const struct figures *base, struct figures *f) {
   char what[64];
-  KITH_TRY(run_case(options, setting, threads, base == NULL ? time_loops : NULL, f));
+  KITH_TRY(run_case(options, setting, threads, base == NULL, f));
   if (base == NULL) base = f;
   snprintf(what, sizeof what, "%s%s %s", strchr(setting[0], '=') + 1, setting[1] != NULL ? "," : "",
            setting[1] != NULL ? setting[1] : "");
@@ -291,7 +277,6 @@ static kith_status bench_package(const struct kith_options *options, const char 
 static kith_status bench(const struct kith_options *options, int all) {
   double one, many;
   struct kith_fom fom, first;
-  struct figures unused;
   omp_set_num_threads(1);
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);
@@ -304,7 +289,6 @@ static kith_status bench(const struct kith_options *options, int all) {
     KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one, &fom));
     if (p == kith_package_all()) first = fom;
   }
-  KITH_TRY(run_case(options, (const char *const[2]){NULL}, 1, time_lists, &unused));
   kith_fom_print(&first, stdout);
   return KITH_OK;
 }

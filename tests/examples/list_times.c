@@ -1,9 +1,13 @@
-/* searches.c - what neighbor searches cost: updates from scratch, of nodes that have all moved a little, of
- * every hundredth; rows; and a sum over neighbors in a sweep over the cells, beside one over the rows. */
-#include "app/bench/searches.h"
-
+/* list_times.c - what members of the families search and storage cost, on about N nodes (list_times [N]).
+ *
+ * Searches, on clouds whose supports differ by 1, 10 and 1000 from place to place, with about 60 neighbors
+ * everywhere, and by 10 in one place: updates from scratch, of nodes that have all moved a little, of every
+ * hundredth; rows; and a sum over neighbors in a sweep over the cells, beside one over the rows.
+ * Storages, with a half, once and twice the neighbors, even and ragged: bytes, the time to build a list and
+ * that of a sum over its rows. Nanoseconds are of processor time, so OMP_NUM_THREADS=1 tells most. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include "lib/connectivity/list.h"
@@ -215,7 +219,7 @@ static void print_search(const char *what, struct cloud cloud, const struct kith
   fflush(stdout);
 }
 
-static kith_status bench_search(const char *words, kith_index side, struct cloud cloud, struct sums *sums) {
+static kith_status time_member(const char *words, kith_index side, struct cloud cloud, struct sums *sums) {
   char name[32];
   int k = 0;
   struct kith_nodes *nodes = NULL;
@@ -240,21 +244,93 @@ static kith_status bench_search(const char *words, kith_index side, struct cloud
   return status;
 }
 
-kith_status kith_bench_searches(kith_index n) {
+static kith_status time_searches(kith_index side) {
   static const char *const searches[] = {"tree", "grid", "spacetree", "spacetree:layout=scattered"};
   static const struct cloud cloud[] = {{1, false}, {10, false}, {1000, false}, {10, true}};
-  const kith_index side = (kith_index)lround(pow(n, 1.0 / NDIM));
   const size_t all = (size_t)kith_pow_dim(side);
   struct sums sums = {0};
   KITH_TRY(kith_resize(&sums.row, 0, 3 * all, sizeof *sums.row));
   sums.slot = sums.row + all, sums.sweep = sums.slot + all;
-  printf("\n  search: ns a node           supports   neighbors");
+  printf("  search: ns a node           supports   neighbors");
   for (int t = 0; t < TIMES; ++t) printf(" %8s", time_names[t]);
   printf("  bytes/node\n");
   kith_status status = KITH_OK;
   for (size_t r = 0; r < sizeof cloud / sizeof *cloud; ++r)
     for (size_t k = 0; k < sizeof searches / sizeof *searches && status == KITH_OK; ++k)
-      status = bench_search(searches[k], side, cloud[r], &sums);
+      status = time_member(searches[k], side, cloud[r], &sums);
   kith_free(&sums.row);
   return status;
+}
+
+/* ---- storages ---- */
+
+static kith_status time_storage(struct kith_list_spec spec, bool ragged, struct sums *sums, double csr[2]) {
+  struct kith_list *list = NULL;
+  double ns[2] = {0}; /* of a build, of a sum over the rows */
+  enum kith_rebuild_reason why;
+  const kith_index n = sums->search->nodes->n_internal;
+  kith_status status = kith_list_create(&list, &spec);
+  for (int repeat = 0; repeat < 3 && status == KITH_OK; ++repeat) {
+    double start = cpu_seconds();
+    status = clocked(kith_list_update(list, &why), start, n, &ns[0]);
+    start = cpu_seconds();
+    if (status == KITH_OK)
+      status = clocked(kith_list_visit_all(list, add_row, sums, NULL, 0), start, n, &ns[1]);
+  }
+  if (status == KITH_OK) {
+    const struct kith_stored *s = &list->stored;
+    const double bytes = (double)kith_stored_bytes(s), entries = (double)s->entries;
+    if (csr[0] == 0) csr[0] = ns[0], csr[1] = ns[1];
+    printf("  %-17s %8s %10.1f %8zu %12.3f %11.0f %9.0f %9.0f %11.3f %10.3f\n", spec.storage,
+           ragged ? "yes" : "no", entries / s->n, s->longest, bytes / entries, bytes / s->n, ns[0], ns[1],
+           ns[0] / csr[0], ns[1] / csr[1]);
+    fflush(stdout);
+  }
+  kith_list_destroy(&list);
+  return status;
+}
+
+/* Radii of `factor` times those of the cloud; where rows are ragged, every eighth node has twice as large a
+ * one. */
+static kith_status time_radii(struct kith_nodes *nodes, struct kith_search *search, double factor,
+                              bool ragged, struct sums *sums) {
+  static const char *const storages[] = {"csr", "padded", "padded:width=64", "half", "compressed"};
+  struct kith_excluder self;
+  struct kith_list_spec spec = kith_list_spec_among(nodes, search, &self, NULL);
+  double csr[2] = {0}, *radius = nodes->search_radius->f64;
+  for (kith_index i = 0; i < nodes->n_internal; ++i) radius[i] *= factor * (ragged && i % 8 == 0 ? 2 : 1);
+  ++nodes->positions;
+  for (size_t k = 0; k < sizeof storages / sizeof *storages; ++k) {
+    spec.storage = storages[k];
+    KITH_TRY(time_storage(spec, ragged, sums, csr));
+  }
+  for (kith_index i = 0; i < nodes->n_internal; ++i) radius[i] /= factor * (ragged && i % 8 == 0 ? 2 : 1);
+  return KITH_OK;
+}
+
+static kith_status time_storages(kith_index side) {
+  struct kith_nodes *nodes = NULL;
+  struct kith_search *search = NULL;
+  struct sums sums = {0};
+  kith_status status = make_cloud(&nodes, side, (struct cloud){1, false});
+  if (status == KITH_OK) status = kith_search_create(&search, kith_search_find("tree"), nodes);
+  if (status == KITH_OK) status = kith_resize(&sums.row, 0, (size_t)nodes->n_internal, sizeof *sums.row);
+  sums.search = search;
+  printf("\n  storage of lists  %8s %10s %8s %12s %11s %9s %9s %11s %10s\n", "ragged", "neighbors", "longest",
+         "bytes/entry", "bytes/node", "build ns", "pass ns", "build/csr", "pass/csr");
+  for (int size = -1; size <= 1; ++size)
+    for (int ragged = 0; ragged < 2 && status == KITH_OK; ++ragged)
+      status = time_radii(nodes, search, pow(2, (double)size / NDIM), ragged, &sums);
+  kith_search_destroy(&search);
+  kith_nodes_destroy(&nodes);
+  kith_free(&sums.row);
+  return status;
+}
+
+int main(int argc, char **argv) {
+  const kith_index side = (kith_index)lround(pow(argc > 1 ? atof(argv[1]) : 1e5, 1.0 / NDIM));
+  kith_status status = time_searches(side);
+  if (status == KITH_OK) status = time_storages(side);
+  if (status != KITH_OK) fprintf(stderr, "%s\n", kith_failure());
+  return status != KITH_OK;
 }
