@@ -1,4 +1,4 @@
-/* What one process needs for a scene, what a rank tells others, how long messages take: short runs. */
+/* What one process needs for a scene, what a rank tells others: short runs. */
 #include "app/plan/calibration.h"
 
 #include <math.h>
@@ -121,39 +121,5 @@ kith_status kith_rehearsal_run(struct kith_rehearsal *out, const struct kith_opt
   kith_status status = kith_ranks_rehearse(&ranks);
   if (status == KITH_OK) status = with_resolution(options, resolution, ranks, rehearse, out);
   kith_ranks_destroy(&ranks);
-  return status;
-}
-
-/* ---- messages ---- */
-
-/* Half of a round trip. */
-static kith_status time_message(struct kith_ranks *ranks, void *data, size_t bytes, int repeats,
-                                double *seconds) {
-  const int rank = kith_ranks_rank(ranks), other = kith_ranks_size(ranks) - 1 - rank;
-  const struct kith_message message = {other, data, bytes};
-  *seconds = other == rank ? 0 : INFINITY;
-  for (int k = 0; k < repeats && other != rank; ++k) {
-    const int first = rank < other;
-    const double start = kith_seconds();
-    KITH_TRY(kith_ranks_exchange(ranks, first, &message, !first, &message));
-    KITH_TRY(kith_ranks_exchange(ranks, !first, &message, first, &message));
-    *seconds = fmin(*seconds, 0.5 * (kith_seconds() - start));
-  }
-  kith_ranks_max(ranks, seconds, 1);
-  return KITH_OK;
-}
-
-kith_status kith_machine_measure(struct kith_machine *machine, struct kith_ranks *ranks) {
-  enum { REPEATS = 1000, BYTES = 1 << 20 };
-  char *data = NULL;
-  double large, unused = 0;
-  KITH_TRY(kith_ranks_allreduce_status(ranks, kith_resize(&data, 0, BYTES, 1)));
-  kith_status status = time_message(ranks, data, 8, REPEATS, &machine->latency);
-  if (status == KITH_OK) status = time_message(ranks, data, BYTES, REPEATS / 10, &large);
-  const double start = kith_seconds();
-  for (int k = 0; status == KITH_OK && k < REPEATS; ++k) kith_ranks_max(ranks, &unused, 1);
-  machine->collective = (kith_seconds() - start) / REPEATS / ceil(log2(kith_ranks_size(ranks)));
-  if (status == KITH_OK) machine->bandwidth = BYTES / fmax(large - machine->latency, 1e-9);
-  kith_free(&data);
   return status;
 }

@@ -1,5 +1,4 @@
-/* calibration.h - what one process needs for a scene, what a rank of many tells others in a step, and how
- * long that takes on this machine.
+/* calibration.h - what one process needs for a scene, and what a rank of many tells others in a step.
  *
  *    seconds = steps * evaluations * t_start * growth
  *
@@ -39,9 +38,5 @@ struct kith_rehearsal {
 /* 20 steps of the scene of `options` at this resolution, or until it ends. Any failure of a run. */
 kith_status kith_rehearsal_run(struct kith_rehearsal *out, const struct kith_options *options,
                                double resolution);
-
-/* Latency, bandwidth and collective of the ranks: messages of 8 bytes and of 1 MiB between rank r and size
- * - 1 - r, all at once, the best of many, of the slowest rank; the mean of many maxima. Collective. */
-kith_status kith_machine_measure(struct kith_machine *machine, struct kith_ranks *ranks);
 
 #endif

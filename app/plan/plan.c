@@ -28,8 +28,6 @@ struct plan {
   double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
   double evaluation; /* seconds of one at the start */
   double growth;     /* of these along the run */
-  struct kith_machine machine;
-  int measured; /* ranks between which the machine was measured; 0: what the scene says */
 };
 
 /* "  label         text". An empty label continues the line above. */
@@ -393,7 +391,7 @@ static kith_status cost_of_step(const struct plan *plan, const struct kith_optio
   const double finer = pow(fmax(plan->copies * m->nodes->n_internal / REHEARSE_NODES, 1), 1.0 / NDIM);
   *cost = (struct kith_step_cost){.of_items = part_of_items(plan),
                                   .images = plan->copies / plan->finer * m->nodes->n_ghost,
-                                  .machine = plan->machine};
+                                  .machine = plan->scene->machine};
   KITH_TRY(kith_rehearsal_run(&cost->rehearsal, options, 2 * ceil(0.5 * plan->scene->resolution / finer)));
   cost->seconds = plan->evaluation * plan->growth * cost->rehearsal.evaluations;
   return KITH_OK;
@@ -408,18 +406,17 @@ static kith_status show_ranks(const struct plan *plan, const struct kith_options
   char text[128];
   struct kith_step_cost cost;
   struct kith_forecast f = {0};
-  char seconds[32], latency[32], collective[32], bandwidth[32], source[64] = "machine: of the scene";
+  char seconds[32], latency[32], collective[32], bandwidth[32];
   KITH_TRY(cost_of_step(plan, options, &cost));
-  if (plan->measured > 0) snprintf(source, sizeof source, "measured between %d ranks", plan->measured);
   printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
          plan->copies * m->nodes->n_internal / n_ranks,
          plan->copies * (double)m->integrator.ledger.last_row_entries / n_ranks);
   line("a step", "%s on one rank; %.1f collective calls, %.1f messages to a neighbor, %.1f to a peer",
        kith_text_seconds(seconds, cost.seconds), cost.rehearsal.collectives, cost.rehearsal.told,
        cost.rehearsal.created + cost.rehearsal.kept);
-  line("a message", "%s, its bytes %s a second, a collective call %s log2 N (%s)",
+  line("a message", "%s, its bytes %s a second, a collective call %s log2 N (machine: of the scene)",
        kith_text_seconds(latency, cost.machine.latency), kith_text_bytes(bandwidth, cost.machine.bandwidth),
-       kith_text_seconds(collective, cost.machine.collective), source);
+       kith_text_seconds(collective, cost.machine.collective));
   putchar('\n');
   printf("  %-11s %9s %16s %12s %45s\n", "", "work", "ghosts of a rank", "peers of it", "a step of a rank");
   printf("  %-11s %9s %8s %7s %6s %5s %9s %11s %11s %10s\n", "partitioner", "imbalance", "mean", "most",
@@ -478,24 +475,9 @@ static kith_status read_scenes(struct plan *plan, const struct kith_options *o) 
   return status;
 }
 
-/* Started on several ranks: times between them, which then are done; one goes on. */
-static kith_status measure_machine(struct plan *plan, bool *goes_on) {
-  struct kith_ranks *ranks;
-  KITH_TRY(kith_ranks_create(&ranks));
-  *goes_on = kith_ranks_rank(ranks) == 0;
-  if (ranks == NULL) return KITH_OK;
-  const kith_status status = kith_machine_measure(&plan->machine, ranks);
-  plan->measured = kith_ranks_size(ranks);
-  kith_ranks_destroy(&ranks);
-  return status;
-}
-
 /* The rates at the start, and how long they take. */
 static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
   KITH_TRY(read_scenes(plan, o));
-  const struct kith_machine says = plan->scene->machine;
-  if (plan->measured == 0) plan->machine = says;
-  plan->machine.cores = says.cores;
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
   KITH_TRY(kith_simulation_create(&plan->simulation, plan->coarse != NULL ? plan->coarse : plan->scene, NULL,
                                   plan->profile, o->check));
@@ -514,11 +496,7 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
 enum kith_exit kith_plan(const struct kith_options *options) {
   struct plan plan = {0};
   enum kith_exit code = KITH_EXIT_USAGE;
-  bool goes_on = true;
-  kith_status status = measure_machine(&plan, &goes_on);
-  if (!goes_on) return KITH_EXIT_OK;
-  if (status == KITH_OK) status = prepare(&plan, options, &code);
-  if (status == KITH_OK)
+  if (prepare(&plan, options, &code) == KITH_OK)
     show(&plan, options, options->until >= 0 ? options->until : plan.scene->until);
   else
     fprintf(stderr, "kith: %s\n", kith_failure());
