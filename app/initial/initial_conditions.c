@@ -211,16 +211,6 @@ static kith_status add_zones(struct setup *s) {
   return KITH_OK;
 }
 
-/* Of a node at x: what its region does not pass. */
-static kith_status damage_at(const struct kith_region *region, const double *x, double *damage) {
-  const double porosity = region->porosity >= 0 ? region->porosity : !region->barrier;
-  *damage = 0;
-  if (region->damage != NULL) KITH_TRY(kith_region_value(region, region->damage, "damage", x, damage));
-  if (!(*damage >= 0 && *damage <= 1)) return kith_region_refuse(region, "damage, in [0, 1],", *damage, x);
-  *damage = 1 - porosity * (1 - *damage);
-  return KITH_OK;
-}
-
 /* No other region holds this site. */
 static kith_status check_alone(const struct setup *s, const struct plan *plan, const double *x) {
   for (int k = 0; k < s->scene->n_regions; ++k) {
@@ -269,7 +259,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   s->hydro->density->f64[i] = state.density;
   s->hydro->energy->f64[i] = state.energy;
   if (s->volume != NULL) s->volume->f64[i] = volume;
-  if (s->damage != NULL) KITH_TRY(damage_at(region, x, &s->damage->f64[i]));
+  if (s->damage != NULL) KITH_TRY(kith_region_damage(region, x, &s->damage->f64[i]));
   if (s->wanted != NULL) s->wanted->f64[i] = region->equilibrium ? state.pressure : NAN;
   return KITH_OK;
 }
@@ -397,12 +387,6 @@ static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
   return KITH_OK;
 }
 
-bool kith_initial_conditions_pending(const struct kith_scene *scene) {
-  bool waits = false;
-  for (int k = 0; k < scene->n_regions; ++k) waits = waits || scene->region[k].equilibrium;
-  return waits;
-}
-
 static const struct kith_field_spec wanted_pressure = {
     "wanted_pressure", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "initial pressure of regions in equilibrium"};
 
@@ -424,21 +408,6 @@ static const struct kith_field_spec damage_spec = {
 static const struct kith_field_spec zone_volume = {
     KITH_ZONE_VOLUME, KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "of a site of the lattice that enters"};
 
-/* Does a formula of an inflow depend on anything? */
-bool kith_initial_conditions_unsteady(const struct kith_scene *scene) {
-  bool changes = false;
-  for (int a = 0; a < NDIM; ++a)
-    for (int side = 0; side < 2; ++side) {
-      const struct kith_boundary_ops *ops = side_ops(scene, a, side);
-      const struct kith_flow_settings *flow = scene->boundary[a].settings[side];
-      if (ops == NULL || !ops->enters || flow->density == NULL) continue;
-      changes = changes || isnan(kith_expression_constant(flow->density)) ||
-                isnan(kith_expression_constant(flow->pressure != NULL ? flow->pressure : flow->energy));
-      for (int b = 0; b < NDIM; ++b) changes = changes || isnan(kith_expression_constant(flow->velocity[b]));
-    }
-  return changes;
-}
-
 static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   const char *names[KITH_MAX_LISTS];
   for (int list = 0; list < s->scene->n_materials; ++list) names[list] = s->scene->material_name[list];
@@ -446,10 +415,8 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   s->nodes = *nodes;
   s->nodes->ranks = s->ranks;
   KITH_TRY(kith_hydro_init(s->hydro, s->nodes));
-  if (kith_initial_conditions_pending(s->scene))
-    KITH_TRY(kith_nodes_field(s->nodes, &wanted_pressure, &s->wanted));
-  if (kith_initial_conditions_unsteady(s->scene))
-    KITH_TRY(kith_nodes_field(s->nodes, &zone_volume, &s->volume));
+  if (s->scene->equilibrium) KITH_TRY(kith_nodes_field(s->nodes, &wanted_pressure, &s->wanted));
+  if (s->scene->unsteady) KITH_TRY(kith_nodes_field(s->nodes, &zone_volume, &s->volume));
   for (int k = 0; k < s->scene->n_regions; ++k)
     if (kith_region_damaged(&s->scene->region[k]))
       KITH_TRY(kith_nodes_field(s->nodes, &damage_spec, &s->damage));
@@ -491,7 +458,7 @@ static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **f
   KITH_TRY(kith_ranks_allreduce_status(s->ranks, lay_out(s, nodes)));
   KITH_TRY(count_nodes(s, total));
   KITH_TRY(fill_nodes(s, *total, frozen));
-  return kith_initial_conditions_pending(s->scene) ? KITH_OK : kith_deposits_add(s->scene, s->hydro);
+  return s->scene->equilibrium ? KITH_OK : kith_deposits_add(s->scene, s->hydro);
 }
 
 kith_status kith_initial_conditions_outline(const struct kith_scene *scene, double *site_volume,

@@ -48,15 +48,12 @@ kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro
 kith_status kith_initial_conditions_outline(const struct kith_scene *scene, double *site_volume,
                                             double *sites);
 
-/* Does the state at the face of an inflow change? */
-bool kith_initial_conditions_unsteady(const struct kith_scene *scene);
-/* That state, beside x: a kith_flow_state_at (integrator.h), whose context is the scene. */
+/* The state at the face of an inflow, beside x: a kith_flow_state_at (integrator.h), whose context is the
+ * scene. */
 kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *boundary, int list,
                                            const double *x, double time, struct kith_flow_state *out);
 
-/* Has the scene a region in equilibrium? */
-bool kith_initial_conditions_pending(const struct kith_scene *scene);
-/* Sets their energies, and adds the deposits. The rates must be evaluated again. */
+/* Sets the energies of regions in equilibrium, and adds the deposits. The rates must be evaluated again. */
 kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
                                                 const struct kith_hydro *hydro);
 

@@ -3,7 +3,6 @@
 
 #include <string.h>
 
-/* The region's box cut with the domain. */
 kith_status kith_region_box(const struct kith_region *region, const struct kith_box *domain,
                             struct kith_box *box) {
   for (int a = 0; a < NDIM; ++a) {
@@ -29,7 +28,6 @@ kith_status kith_region_refuse(const struct kith_region *region, const char *wha
   return kith_config_fail(region->node, NULL, "%s is %g at " KITH_PLACE, what, value, KITH_COORDINATES(x));
 }
 
-/* Is x in the region? Its extents are half-open, so that regions that touch share no point. */
 kith_status kith_region_holds(const struct kith_region *region, const double *x, bool *holds) {
   double value = 1;
   *holds = true;
@@ -46,7 +44,6 @@ static kith_status density_at(const struct kith_region *region, const double *x,
   return *density > 0 ? KITH_OK : kith_region_refuse(region, "density", *density, x);
 }
 
-/* Mean density over the part of `box` in the region: a constant, or the mean of a grid of samples. */
 kith_status kith_region_mean_density(const struct kith_region *region, const struct kith_box *box,
                                      double *mean) {
   if (!isnan(kith_expression_constant(region->density))) return density_at(region, box->lower, mean);
@@ -89,8 +86,6 @@ static double determinant(const double d[3][3]) {
   return sum;
 }
 
-/* Moves x by the displacement of the region. *stretch: by what it enlarges a volume there, the determinant of
- * the derivatives of the new place, by differences over `step`. */
 kith_status kith_region_displace(const struct kith_region *region, const struct kith_box *domain, double step,
                                  double *x, double *stretch) {
   double d[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, side[2][NDIM], place[NDIM];
@@ -115,7 +110,6 @@ kith_status kith_region_displace(const struct kith_region *region, const struct 
   return KITH_OK;
 }
 
-/* The energy follows from the pressure where that is given. */
 kith_status kith_region_state(const struct kith_region *region, const struct kith_material *material,
                               const double *x, struct kith_region_state *state) {
   static const char *const name[3] = {"velocity along x", "velocity along y", "velocity along z"};
@@ -138,7 +132,15 @@ kith_status kith_region_state(const struct kith_region *region, const struct kit
   return possible ? KITH_OK : kith_region_refuse(region, "energy", state->energy, x);
 }
 
-/* By the formulas of an inflow. */
+kith_status kith_region_damage(const struct kith_region *region, const double *x, double *damage) {
+  const double porosity = region->porosity >= 0 ? region->porosity : !region->barrier;
+  *damage = 0;
+  if (region->damage != NULL) KITH_TRY(kith_region_value(region, region->damage, "damage", x, damage));
+  if (!(*damage >= 0 && *damage <= 1)) return kith_region_refuse(region, "damage, in [0, 1],", *damage, x);
+  *damage = 1 - porosity * (1 - *damage);
+  return KITH_OK;
+}
+
 kith_status kith_region_inflow_state(const struct kith_flow_settings *flow,
                                      const struct kith_material *material,
                                      const struct kith_config_node *node, const double *x,

@@ -34,6 +34,8 @@ struct kith_region_state {
 /* The energy follows from the pressure where that is given. */
 kith_status kith_region_state(const struct kith_region *region, const struct kith_material *material,
                               const double *x, struct kith_region_state *state);
+/* The part of heat and momentum that a node at x does not pass. */
+kith_status kith_region_damage(const struct kith_region *region, const double *x, double *damage);
 /* By the formulas of an inflow. */
 kith_status kith_region_inflow_state(const struct kith_flow_settings *flow,
                                      const struct kith_material *material,

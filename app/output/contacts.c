@@ -2,7 +2,6 @@
 #include "app/output/contacts.h"
 
 #include <math.h>
-#include <string.h>
 #include "lib/io/csv.h"
 
 struct kith_contacts {
@@ -41,12 +40,6 @@ static void look(void *context, const struct kith_neighbors *neighbors, struct k
   if (meets) kith_tally_add(tally, NODES, 1);
 }
 
-static int list_of(const struct kith_nodes *nodes, const char *material) {
-  int l = 0;
-  while (strcmp(nodes->lists[l].name, material) != 0) ++l; /* the scene has it */
-  return l;
-}
-
 static kith_status create(struct kith_contacts *c, const struct kith_simulation *m) {
   const struct kith_scene *scene = m->scene;
   KITH_TRY(kith_resize(&c->list, 0, (size_t)scene->n_contacts, sizeof *c->list));
@@ -54,8 +47,8 @@ static kith_status create(struct kith_contacts *c, const struct kith_simulation 
   for (int k = 0; k < scene->n_contacts; ++k) {
     const struct kith_contact *contact = &scene->contact[k];
     const struct kith_list_spec spec = {
-        .targets = {m->nodes, c->search, .lists = UINT64_C(1) << list_of(m->nodes, contact->of)},
-        .sources = {m->nodes, c->search, .lists = UINT64_C(1) << list_of(m->nodes, contact->with)},
+        .targets = {m->nodes, c->search, .lists = UINT64_C(1) << contact->of},
+        .sources = {m->nodes, c->search, .lists = UINT64_C(1) << contact->with},
         .cutoff = KITH_CUTOFF_gather_scatter,
         .radius = m->nodes->search_radius->spec.name,
         .storage = scene->connectivity.storage,
@@ -83,10 +76,11 @@ kith_status kith_contacts_create(struct kith_contacts **out, const struct kith_s
 static kith_status add_row(struct kith_contacts *c, int k, const struct kith_reducer *found,
                            enum kith_rebuild_reason why) {
   const struct kith_integrator *it = &c->simulation->integrator;
-  const struct kith_contact *contact = &c->simulation->scene->contact[k];
+  const struct kith_scene *scene = c->simulation->scene;
+  const struct kith_contact *contact = &scene->contact[k];
   fprintf(c->table.file, "%llu,%.17g,%s,%s,%.0f,%.0f,%.17g,%.17g,%llu,%s", (unsigned long long)it->step,
-          it->time, contact->of, contact->with, found[NODES].value, found[PAIRS].value,
-          found[PAIRS].value > 0 ? found[DISTANCE].value : NAN,
+          it->time, scene->material_name[contact->of], scene->material_name[contact->with],
+          found[NODES].value, found[PAIRS].value, found[PAIRS].value > 0 ? found[DISTANCE].value : NAN,
           found[PAIRS].value > 0 ? found[APPROACH].value : NAN, (unsigned long long)c->list[k]->builds,
           kith_rebuild_reason_name(why));
   return kith_csv_log_row(&c->table);

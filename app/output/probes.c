@@ -2,7 +2,6 @@
 #include "app/output/probes.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 #include "lib/io/atomic_file.h"

@@ -189,27 +189,23 @@ static void show_settings(const char *label, const struct kith_param *params, co
 
 /* Whether gas at rest stays on the lattices of the scene: the elastic ones of kith_lattice_stiffness(). */
 static void show_lattices(const struct plan *plan) {
-#define WORD(name, word, doc) #word,
-  static const char *const word[] = {KITH_LATTICE_LIST(WORD)};
-#undef WORD
-  enum { LATTICES = sizeof word / sizeof *word };
   const struct kith_scene *scene = plan->simulation->scene;
   const struct kith_package *p = &plan->simulation->package;
-  bool used[LATTICES] = {false};
+  bool used[KITH_LATTICES] = {false};
   struct text stiff = {""};
-  for (int k = 0; k < LATTICES; ++k) {
+  for (int k = 0; k < KITH_LATTICES; ++k) {
     const double stiffness = kith_lattice_stiffness(k, p->kernel, p->neighbors);
-    if (isfinite(stiffness) && stiffness > 0) add(&stiff, ", ", "%s", word[k]);
+    if (isfinite(stiffness) && stiffness > 0) add(&stiff, ", ", "%s", kith_lattice_names[k]);
   }
   for (int r = 0; r < scene->n_regions; ++r) used[scene->region[r].lattice] = true;
-  for (int k = 0; k < LATTICES; ++k) {
+  for (int k = 0; k < KITH_LATTICES; ++k) {
     const double stiffness = kith_lattice_stiffness(k, p->kernel, p->neighbors);
     if (!used[k] || !isfinite(stiffness)) continue;
     if (stiffness > 0)
-      line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", word[k], stiffness);
+      line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", kith_lattice_names[k], stiffness);
     else
-      line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s", word[k],
-           stiffness, stiff.s[0] != '\0' ? stiff.s : "none");
+      line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s",
+           kith_lattice_names[k], stiffness, stiff.s[0] != '\0' ? stiff.s : "none");
   }
 }
 

@@ -4,14 +4,12 @@
  * Exit code: 0, 1 (the run failed; a snapshot of where it failed is in the directory) or 2 (scene, files). */
 #include "app/cli/options.h"
 
-#include <errno.h>
 #include <limits.h>
 #include <omp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include <unistd.h>
 #include "app/cli/process.h"
 #include "app/cli/text.h"
 #include "app/output/growth.h"
@@ -22,7 +20,6 @@
 #include "app/run/signals.h"
 #include "lib/comm/launched.h"
 #include "lib/io/atomic_file.h"
-#include "lib/nodes/migrate.h"
 
 /* A row now and then. */
 struct progress {

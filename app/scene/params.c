@@ -124,10 +124,12 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
 }
 
 void kith_params_clear_formulas(const struct kith_param *params, void *base) {
-  for (; base != NULL && params != NULL && params->key != NULL; ++params)
+  for (; base != NULL && params != NULL && params->key != NULL; ++params) {
+    if (params->kind == KITH_PARAM_MAP) kith_params_clear_formulas(params->params, base);
     if (params->kind == KITH_PARAM_EXPRESSION || params->kind == KITH_PARAM_EXPRESSIONS)
       for (size_t at = 0; at < params->size; at += sizeof(struct kith_expression *))
         kith_expression_destroy((struct kith_expression **)((char *)base + params->offset + at));
+  }
 }
 
 static const struct kith_param *find_chooser(const struct kith_param *params) {

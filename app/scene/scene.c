@@ -301,7 +301,9 @@ kith_status kith_scene_parse(struct kith_scene **out, const char *name, const ch
 
 void kith_scene_destroy(struct kith_scene **scene) {
   if (*scene == NULL) return;
-  kith_scene_regions_clear(*scene);
+  for (int k = 0; k < (*scene)->n_regions; ++k)
+    kith_params_clear_formulas(kith_region_params, &(*scene)->region[k]);
+  kith_free(&(*scene)->region);
   kith_free(&(*scene)->deposit);
   kith_free(&(*scene)->probe);
   kith_free(&(*scene)->contact);

@@ -27,7 +27,9 @@ enum kith_lattice {
 #define X(name, word, doc) KITH_LATTICE_##name,
   KITH_LATTICE_LIST(X)
 #undef X
+      KITH_LATTICES
 };
+extern const char *const kith_lattice_names[];
 enum kith_arrangement { KITH_EQUAL_MASS, KITH_EQUAL_SPACING };
 
 /* Where a region is: all given conditions together; none: the whole domain. */
@@ -99,9 +101,9 @@ struct kith_probe {
 };
 enum { KITH_MOST_PROBES = 10000000 }; /* points of one */
 
-/* Two materials. */
+/* Two materials: node lists. */
 struct kith_contact {
-  char of[32], with[32];
+  int of, with;
 };
 
 /* Lengths and velocities in these units scale exactly, with the powers of them that sums take. */
@@ -125,6 +127,7 @@ struct kith_scene {
     void *settings[2];                             /* of lower and upper, NULL: none; owned */
     double velocity;                               /* of a face that moves, else 0 */
   } boundary[NDIM];
+  bool unsteady;                             /* the state at the face of an inflow depends on anything */
   bool follows;                              /* window: gas that no signal has reached sleeps */
   struct kith_external_force external_force; /* force from outside */
   int n_materials;
@@ -132,6 +135,7 @@ struct kith_scene {
   struct kith_material material[KITH_MAX_LISTS]; /* settings owned */
   int n_regions;
   struct kith_region *region;
+  bool equilibrium; /* of any region */
   int n_deposits;
   struct kith_deposit *deposit;
   struct {

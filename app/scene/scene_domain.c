@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 #include "app/scene/scene_parts.h"
-#include "lib/core/choices.h"
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
 const struct kith_param kith_domain_params[] = {
@@ -133,9 +132,10 @@ static kith_status read_axis(struct kith_scene *scene, int axis, const struct ki
   return status;
 }
 
-/* Where the face is. The state at that of an inflow is given as a whole or not at all. */
+/* Where the face is. The state at that of an inflow is given as a whole or not at all. *unsteady: set if it
+ * depends on anything. */
 static kith_status check_flow(const struct kith_boundary_ops *ops, const struct kith_flow_settings *flow,
-                              double *face, const struct kith_config_node *node) {
+                              double *face, bool *unsteady, const struct kith_config_node *node) {
   if (!kith_boundary_passes(ops)) return KITH_OK;
   if (flow->at != NULL) *face = kith_expression_constant(flow->at);
   const bool energy = flow->energy != NULL, pressure = flow->pressure != NULL, any = energy || pressure;
@@ -145,6 +145,9 @@ static kith_status check_flow(const struct kith_boundary_ops *ops, const struct 
         "the state at an inflow is density, velocity and pressure or energy; give all, or "
         "none and it is that of the region at the face");
   if (energy && pressure) return kith_config_fail(node, NULL, "energy: not together with pressure");
+  struct kith_expression *const formula[] = {flow->density, pressure ? flow->pressure : flow->energy};
+  for (int k = 0; k < 2 && any; ++k) *unsteady |= isnan(kith_expression_constant(formula[k]));
+  for (int a = 0; a < NDIM && any; ++a) *unsteady |= isnan(kith_expression_constant(flow->velocity[a]));
   return KITH_OK;
 }
 
@@ -156,7 +159,8 @@ static kith_status check_flows(struct kith_scene *scene, const struct kith_confi
     const struct kith_config_node *own = kith_config_child(node, kith_boundaries_params[a].key);
     double *face = scene->boundary[a].face;
     face[0] = scene->domain.lower[a], face[1] = scene->domain.upper[a];
-    for (int s = 0; s < 2; ++s) KITH_TRY(check_flow(side[s], scene->boundary[a].settings[s], face + s, own));
+    for (int s = 0; s < 2; ++s)
+      KITH_TRY(check_flow(side[s], scene->boundary[a].settings[s], face + s, &scene->unsteady, own));
     if (!(scene->domain.lower[a] <= face[0] && face[0] < face[1] && face[1] <= scene->domain.upper[a]))
       return kith_config_fail(own, NULL, "at: faces at %g and %g are not in the domain, one below the other",
                               face[0], face[1]);

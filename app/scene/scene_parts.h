@@ -18,6 +18,9 @@ kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_co
 /* External force: checks gravity and potential, which were read before. */
 kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config_node *root);
 kith_status kith_scene_materials(struct kith_scene *scene, const struct kith_config_node *node);
+/* One of them, by its name. */
+kith_status kith_scene_material(const struct kith_scene *scene, const struct kith_config_node *node,
+                                int *material);
 kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config_node *node);
@@ -28,6 +31,5 @@ kith_status kith_scene_fields(const struct kith_scene *scene, const struct kith_
                               struct kith_picture_fields *fields);
 kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_config_node *node);
 void kith_scene_boundaries_clear(struct kith_scene *scene);
-void kith_scene_regions_clear(struct kith_scene *scene);
 
 #endif

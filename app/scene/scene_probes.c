@@ -24,8 +24,8 @@ const struct kith_param kith_probe_params[] = {
 #undef IN
 
 const struct kith_param kith_contact_params[] = {
-    {"of", KITH_PARAM_NAME, NULL, "", "a material: its nodes are asked", KITH_INTO(struct kith_contact, of)},
-    {"with", KITH_PARAM_NAME, NULL, "", "another one, what they meet", KITH_INTO(struct kith_contact, with)},
+    {"of", KITH_PARAM_OTHER, NULL, "", "a material: its nodes are asked", .params = NULL},
+    {"with", KITH_PARAM_OTHER, NULL, "", "another one, what they meet", .params = NULL},
     {0}};
 
 static kith_status read_plot(const struct kith_scene *scene, struct kith_probe *probe) {
@@ -92,13 +92,6 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
-static kith_status check_material(const struct kith_scene *scene, const struct kith_config_node *child,
-                                  const char *key, const char *name) {
-  for (int m = 0; m < scene->n_materials; ++m)
-    if (strcmp(scene->material_name[m], name) == 0) return KITH_OK;
-  return kith_config_fail(kith_config_child(child, key), NULL, "there is no material '%s'", name);
-}
-
 kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node) {
   if (node == NULL) return KITH_OK;
   KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
@@ -106,9 +99,9 @@ kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_conf
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     struct kith_contact *contact = &scene->contact[scene->n_contacts++];
     KITH_TRY(kith_params_read(kith_contact_params, child, contact));
-    KITH_TRY(check_material(scene, child, "of", contact->of));
-    KITH_TRY(check_material(scene, child, "with", contact->with));
-    if (strcmp(contact->of, contact->with) == 0)
+    KITH_TRY(kith_scene_material(scene, kith_config_child(child, "of"), &contact->of));
+    KITH_TRY(kith_scene_material(scene, kith_config_child(child, "with"), &contact->with));
+    if (contact->of == contact->with)
       return kith_config_fail(kith_config_child(child, "with"), NULL, "contacts are between two materials");
   }
   return KITH_OK;

@@ -11,6 +11,12 @@
 #define DEFAULT_LATTICE "bcc"
 #endif
 
+const char *const kith_lattice_names[] = {
+#define X(name, word, doc) #word,
+    KITH_LATTICE_LIST(X)
+#undef X
+};
+
 #define IN(member) KITH_INTO(struct kith_region, member)
 static const struct kith_param where_params[] = {
     {"x", KITH_PARAM_INTERVAL, "", "", "[lower, upper)", IN(where.extent[0])},
@@ -53,8 +59,8 @@ const struct kith_param kith_region_params[] = {
     {0}};
 #undef IN
 
-static kith_status read_region_material(const struct kith_scene *scene, const struct kith_config_node *node,
-                                        int *material) {
+kith_status kith_scene_material(const struct kith_scene *scene, const struct kith_config_node *node,
+                                int *material) {
   char words[KITH_MAX_LISTS * 33] = "";
   for (int m = 0; m < scene->n_materials; ++m) {
     const size_t used = strlen(words);
@@ -111,7 +117,7 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
   region->porosity = -1;
   for (int a = 0; a < 3; ++a) region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
   KITH_TRY(kith_params_read(kith_region_params, node, region));
-  KITH_TRY(read_region_material(scene, kith_config_child(node, "material"), &region->material));
+  KITH_TRY(kith_scene_material(scene, kith_config_child(node, "material"), &region->material));
   if (NDIM == 2 && region->lattice == KITH_LATTICE_FCC)
     return kith_config_fail(kith_config_child(node, "lattice"), NULL,
                             "fcc does not exist in 2-D; cubic, bcc, hcp and glass do");
@@ -126,24 +132,8 @@ kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_confi
   scene->n_regions = node->n;
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
     KITH_TRY(read_region(scene, &scene->region[child->index], child));
+  for (int k = 0; k < scene->n_regions; ++k) scene->equilibrium |= scene->region[k].equilibrium;
   return KITH_OK;
-}
-
-void kith_scene_regions_clear(struct kith_scene *scene) {
-  for (int i = 0; i < scene->n_regions; ++i) {
-    struct kith_region *region = &scene->region[i];
-    kith_expression_destroy(&region->where.inside);
-    kith_expression_destroy(&region->density);
-    kith_expression_destroy(&region->pressure);
-    kith_expression_destroy(&region->energy);
-    kith_expression_destroy(&region->damage);
-    for (int a = 0; a < NDIM; ++a) {
-      kith_expression_destroy(&region->velocity[a]);
-      kith_expression_destroy(&region->displacement[a]);
-    }
-  }
-  kith_free(&scene->region);
-  scene->n_regions = 0;
 }
 
 #define IN(member) KITH_INTO(struct kith_deposit, member)

@@ -114,29 +114,29 @@ static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, b
   const struct kith_scene *scene = m->scene;
   /* Lists that are rebuilt each step have a skin for the change of supports within it only. */
   const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.1 : 0.005;
-  m->integrator = (struct kith_integrator){
-      .nodes = m->nodes,
-      .hydro = &m->hydro,
-      .package = &m->package,
-      .boundaries = &m->boundaries,
-      .search = m->search,
-      .connectivity = m->connectivity,
-      .rebuilds = &m->rebuilds,
-      .excluders = m->excluders.n > 0 ? m->excluders.excluder : NULL,
-      .scheme = kith_scheme_find(scene->scheme.member.name),
-      .settings = scene->scheme.member.settings,
-      .profile = m->profile,
-      .cfl = scene->scheme.cfl > 0 ? scene->scheme.cfl : package_of(scene)->cfl,
-      .fixed_dt = scene->scheme.dt,
-      .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
-      .cull = scene->connectivity.cull,
-      .check = check,
-      .canonical = scene->reproducible,
-      .follows = scene->follows,
-      .flow = {.state = kith_initial_conditions_unsteady(scene) ? kith_initial_conditions_inflow : NULL,
-               .context = scene,
-               .id_stride = n_nodes},
-      .reorder_every = scene->connectivity.reorder};
+  m->integrator =
+      (struct kith_integrator){.nodes = m->nodes,
+                               .hydro = &m->hydro,
+                               .package = &m->package,
+                               .boundaries = &m->boundaries,
+                               .search = m->search,
+                               .connectivity = m->connectivity,
+                               .rebuilds = &m->rebuilds,
+                               .excluders = m->excluders.n > 0 ? m->excluders.excluder : NULL,
+                               .scheme = kith_scheme_find(scene->scheme.member.name),
+                               .settings = scene->scheme.member.settings,
+                               .profile = m->profile,
+                               .cfl = scene->scheme.cfl > 0 ? scene->scheme.cfl : package_of(scene)->cfl,
+                               .fixed_dt = scene->scheme.dt,
+                               .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
+                               .cull = scene->connectivity.cull,
+                               .check = check,
+                               .canonical = scene->reproducible,
+                               .follows = scene->follows,
+                               .flow = {.state = scene->unsteady ? kith_initial_conditions_inflow : NULL,
+                                        .context = scene,
+                                        .id_stride = n_nodes},
+                               .reorder_every = scene->connectivity.reorder};
   const kith_status status = kith_integrator_init(&m->integrator);
   return status == KITH_BAD_INPUT ? refuse_setting(scene) : status;
 }
@@ -323,7 +323,7 @@ kith_status kith_simulation_create(struct kith_simulation **out, const struct ki
 }
 
 kith_status kith_simulation_start(struct kith_simulation *m) {
-  const bool pending = kith_initial_conditions_pending(m->scene);
+  const bool pending = m->scene->equilibrium;
   /* Until energies are those of the densities found, nothing is torn. */
   for (int l = 0; l < m->nodes->n_lists; ++l) m->hydro.material[l].cut |= pending;
   KITH_TRY(kith_integrator_start(&m->integrator));
@@ -335,9 +335,6 @@ kith_status kith_simulation_start(struct kith_simulation *m) {
 
 /* A mirror continues no lattice but cubic: its layers are off sideways, and gas at rest beside it moves. */
 static void warn_of_mirrors(const struct kith_scene *scene) {
-#define WORD(name, word, doc) #word,
-  static const char *const words[] = {KITH_LATTICE_LIST(WORD)};
-#undef WORD
   for (int r = 0; NDIM > 1 && r < scene->n_regions; ++r)
     for (int a = 0; a < NDIM; ++a) {
       const struct kith_region *region = &scene->region[r];
@@ -352,7 +349,7 @@ static void warn_of_mirrors(const struct kith_scene *scene) {
           stderr,
           "kith: warning: regions.%d.lattice: %s does not continue through the mirror along %c, gas at rest "
           "beside it moves; take cubic, or a periodic axis\n",
-          r, words[region->lattice], "xyz"[a]);
+          r, kith_lattice_names[region->lattice], "xyz"[a]);
       return;
     }
 }

@@ -1,5 +1,4 @@
 /* ranks.h in a build without MPI: one process, and all its ranks are NULL. */
-#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include "lib/comm/launched.h"

@@ -2,7 +2,6 @@
 #include "app/output/pictures/probe_plot.h"
 
 #include <math.h>
-#include <unistd.h>
 #include "app/output/pictures/field.h"
 #include "app/output/pictures/figure.h"
 #include "lib/core/vec.h"

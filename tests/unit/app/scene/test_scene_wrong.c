@@ -319,7 +319,7 @@ static const struct wrong meanings[] = {
      "f:11: connectivity.storage: 'compresed' is not one of csr, padded, half, compressed; did you mean "
      "'compressed'?"},
     {11, "connectivity: {contacts: [{of: gas, with: iron}]}",
-     "f:11: connectivity.contacts.0.with: there is no material 'iron'"},
+     "f:11: connectivity.contacts.0.with: 'iron' is not one of gas"},
     {11, "connectivity: {contacts: [{of: gas, with: gas}]}",
      "f:11: connectivity.contacts.0.with: contacts are between two materials"},
     {11, "probes: [{at: [0, 0, 0]}]", "f:11: probes.0.name: missing; it is required"},
