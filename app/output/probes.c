@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <sundials/sundials_dense.h>
 #include <unistd.h>
 #include "lib/io/atomic_file.h"
 #include "lib/io/series.h"
@@ -284,34 +285,21 @@ static void add_point(const struct kith_probes *p, const struct set *s, kith_ind
 /* --- the solution --- */
 
 /* Cholesky factors of the moments, scaled to 1 on the diagonal by size[k]. false: no gradient. */
-static bool factorize(const double *sum, double factor[TERMS][TERMS], double size[TERMS]) {
-  double m[TERMS][TERMS];
+static bool factorize(const double *sum, double *column[TERMS], double size[TERMS]) {
   for (int k = 0; k < TERMS; ++k)
-    for (int l = k; l < TERMS; ++l) m[k][l] = m[l][k] = *sum++;
-  for (int k = 0; k < TERMS; ++k) size[k] = 1 / sqrt(m[k][k]);
+    for (int l = k; l < TERMS; ++l) column[k][l] = *sum++;
+  for (int k = 0; k < TERMS; ++k) size[k] = 1 / sqrt(column[k][k]);
   for (int k = 0; k < TERMS; ++k)
-    for (int l = 0; l <= k; ++l) {
-      double rest = m[k][l] * size[k] * size[l];
-      for (int i = 0; i < l; ++i) rest -= factor[k][i] * factor[l][i];
-      if (l < k) factor[k][l] = rest / factor[l][l];
-      if (l < k) continue;
-      if (!(rest > 1e-10)) return false;
-      factor[k][k] = sqrt(rest);
-    }
-  return true;
+    for (int l = k; l < TERMS; ++l) column[k][l] *= size[k] * size[l];
+  bool regular = SUNDlsMat_densePOTRF(column, TERMS) == 0;
+  for (int k = 0; k < TERMS; ++k) regular = regular && column[k][k] > 1e-5;
+  return regular;
 }
 
 /* Value and gradient of one field: `right` becomes the solution. */
-static void solve(double factor[TERMS][TERMS], const double size[TERMS], double right[TERMS]) {
-  for (int k = 0; k < TERMS; ++k) {
-    right[k] *= size[k];
-    for (int i = 0; i < k; ++i) right[k] -= factor[k][i] * right[i];
-    right[k] /= factor[k][k];
-  }
-  for (int k = TERMS - 1; k >= 0; --k) {
-    for (int i = k + 1; i < TERMS; ++i) right[k] -= factor[i][k] * right[i];
-    right[k] /= factor[k][k];
-  }
+static void solve(double *column[TERMS], const double size[TERMS], double right[TERMS]) {
+  for (int k = 0; k < TERMS; ++k) right[k] *= size[k];
+  SUNDlsMat_densePOTRS(column, TERMS, right);
   for (int k = 0; k < TERMS; ++k) right[k] *= size[k];
 }
 
@@ -339,14 +327,15 @@ static void put(const struct set *s, size_t i, int field, const double solution[
 /* Adds the solution of these sums to the guess, and puts that into the columns. */
 static void finish_point(const struct kith_probes *p, const struct set *s, size_t i,
                          const struct kith_sum *sums, double scale, double (*guess)[TERMS]) {
-  double sum[SUMS], factor[TERMS][TERMS] = {{0}}, size[TERMS] = {0};
+  double sum[SUMS], factor[TERMS][TERMS] = {{0}}, *column[TERMS], size[TERMS] = {0};
+  for (int k = 0; k < TERMS; ++k) column[k] = factor[k];
   for (int k = 0; k < SUMS; ++k) sum[k] = kith_sum_value(&sums[k]);
   const bool hidden = is_behind_face(p, s->points->position->f64 + i * NDIM);
-  const bool regular = !hidden && factorize(sum, factor, size);
+  const bool regular = !hidden && factorize(sum, column, size);
   for (int f = 0; f < VALUES; ++f) {
     double solution[TERMS];
     memcpy(solution, sum + MOMENTS + f * TERMS, sizeof solution);
-    if (regular) solve(factor, size, solution);
+    if (regular) solve(column, size, solution);
     if (!regular) solution[0] = hidden || !(sum[0] > 0) ? NAN : solution[0] / sum[0];
     for (int k = 0; k < (regular ? TERMS : 1); ++k) guess[f][k] += solution[k];
     memcpy(solution, guess[f], sizeof solution);
