@@ -412,32 +412,11 @@ static void clear(struct model *o) {
   kith_partition_destroy(&o->partition);
 }
 
-static double factor_of(const struct kith_simulation *m) {
-  return (m->connectivity->built.overlap ? 2 : 1) * m->nodes->longest;
-}
-
-kith_status kith_forecast_ranks(const struct kith_simulation *m, const struct kith_step_cost *cost,
-                                int n_ranks, const char *partitioner, struct kith_forecast *out) {
-  struct model o = {
-      .simulation = m, .scene = m->scene, .cost = cost, .n_ranks = n_ranks, .factor = factor_of(m)};
-  bool periodic[NDIM];
-  KITH_TRY(check(&o));
-  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
-  KITH_TRY(kith_decomposition_cells(&o.cells, m->nodes, &m->scene->domain, periodic,
-                                    (int64_t)m->scene->partition.cells * n_ranks));
-  kith_status status = allocate(&o);
-  if (status == KITH_OK) status = fill_cells(&o);
-  if (status == KITH_OK) status = predict(&o, partitioner, out);
-  clear(&o);
-  return status;
-}
-
 /* Cells, and what is in them. */
-static kith_status outline_cells(struct model *o) {
+static kith_status outline_cells(struct model *o, const bool *periodic) {
   const double neighbors = o->simulation->package.neighbors;
-  bool periodic[NDIM];
   double *site_volume = NULL, sites, least = INFINITY;
-  for (int a = 0; a < NDIM; ++a) periodic[a] = o->scene->period[a] > 0;
+  KITH_TRY(take_templates(o));
   KITH_TRY(kith_resize(&site_volume, 0, (size_t)o->scene->n_regions, sizeof *site_volume));
   kith_status status = kith_initial_conditions_outline(o->scene, site_volume, &sites);
   for (int r = 0; r < o->scene->n_regions; ++r) least = KITH_MIN(least, site_volume[r]);
@@ -453,14 +432,22 @@ static kith_status outline_cells(struct model *o) {
   return status;
 }
 
-kith_status kith_forecast_outline(const struct kith_scene *scene, const struct kith_simulation *coarse,
-                                  const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
-                                  struct kith_forecast *out) {
-  struct model o = {
-      .simulation = coarse, .scene = scene, .cost = cost, .n_ranks = n_ranks, .factor = factor_of(coarse)};
+static kith_status laid_out_cells(struct model *o, const bool *periodic) {
+  KITH_TRY(kith_decomposition_cells(&o->cells, o->simulation->nodes, &o->scene->domain, periodic,
+                                    (int64_t)o->scene->partition.cells * o->n_ranks));
+  KITH_TRY(allocate(o));
+  return fill_cells(o);
+}
+
+kith_status kith_forecast_ranks(const struct kith_scene *scene, const struct kith_simulation *m,
+                                const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
+                                struct kith_forecast *out) {
+  struct model o = {.simulation = m, .scene = scene, .cost = cost, .n_ranks = n_ranks};
+  bool periodic[NDIM];
   KITH_TRY(check(&o));
-  kith_status status = take_templates(&o);
-  if (status == KITH_OK) status = outline_cells(&o);
+  o.factor = (m->connectivity->built.overlap ? 2 : 1) * m->nodes->longest;
+  for (int a = 0; a < NDIM; ++a) periodic[a] = scene->period[a] > 0;
+  kith_status status = (scene == m->scene ? laid_out_cells : outline_cells)(&o, periodic);
   if (status == KITH_OK) status = predict(&o, partitioner, out);
   clear(&o);
   return status;

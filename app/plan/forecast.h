@@ -37,13 +37,11 @@ struct kith_forecast {
   double seconds, efficiency;       /* of a step; T over seconds and cores */
 };
 
-/* Of a started simulation without ranks. cost NULL: no messages and times. BAD_INPUT: more than 16384 ranks,
- * or ghosts: recompute; UNSUPPORTED: a map that would take the partitioner more than a minute. */
-kith_status kith_forecast_ranks(const struct kith_simulation *simulation, const struct kith_step_cost *cost,
-                                int n_ranks, const char *partitioner, struct kith_forecast *out);
-/* Of a scene that is outlined; `coarse`: a started simulation of it with fewer nodes. */
-kith_status kith_forecast_outline(const struct kith_scene *scene, const struct kith_simulation *coarse,
-                                  const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
-                                  struct kith_forecast *out);
+/* Of a started simulation without ranks: of its own scene, which is laid out, or with fewer nodes, and the
+ * scene is outlined. cost NULL: no messages and times. BAD_INPUT: more than 16384 ranks, or ghosts:
+ * recompute; UNSUPPORTED: a map that would take the partitioner more than a minute. */
+kith_status kith_forecast_ranks(const struct kith_scene *scene, const struct kith_simulation *simulation,
+                                const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
+                                struct kith_forecast *out);
 
 #endif

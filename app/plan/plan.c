@@ -423,9 +423,7 @@ static kith_status show_ranks(const struct plan *plan, const struct kith_options
     if ((*p)->needs != NULL || (alone && !chosen)) continue;
     snprintf(text, sizeof text, "%s", (*p)->name);
     if (chosen) kith_scene_partitioner(plan->scene, text, sizeof text);
-    const kith_status status = alone ? kith_forecast_outline(plan->scene, m, &cost, n_ranks, text, &f)
-                                     : kith_forecast_ranks(m, &cost, n_ranks, text, &f);
-    show_forecast((*p)->name, status, &f);
+    show_forecast((*p)->name, kith_forecast_ranks(plan->scene, m, &cost, n_ranks, text, &f), &f);
   }
   return KITH_OK;
 }
