@@ -13,8 +13,10 @@ static double next_after(const struct kith_growth *g, double time) {
   return (floor(time / g->every + 1e-6) + 1 - 1e-6) * g->every;
 }
 
-kith_status kith_growth_open(struct kith_growth *g, const struct kith_scene *scene, const char *directory,
-                             bool writes, const uint64_t *last, double time) {
+kith_status kith_growth_open(struct kith_growth *g, const char *directory, const struct kith_simulation *m,
+                             bool restarted) {
+  const struct kith_scene *scene = m->scene;
+  const struct kith_integrator *it = &m->integrator;
   char path[640];
   const bool *wanted = scene->measure.wanted;
   if (NDIM == 1 || !(wanted[KITH_MEASURE_growth] || wanted[KITH_MEASURE_mcnally]) || !(scene->until > 0))
@@ -22,9 +24,10 @@ kith_status kith_growth_open(struct kith_growth *g, const struct kith_scene *sce
   g->scene = scene;
   g->measure = wanted[KITH_MEASURE_growth] ? KITH_MEASURE_growth : KITH_MEASURE_mcnally;
   g->every = scene->until / SAMPLES;
-  g->next = last != NULL ? next_after(g, time) : 0;
+  g->next = restarted ? next_after(g, it->time) : 0;
   snprintf(path, sizeof path, "%s/growth.csv", directory);
-  return writes ? kith_csv_log_open(&g->log, path, "step,time,amplitude", last) : KITH_OK;
+  if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
+  return kith_csv_log_open(&g->log, path, "step,time,amplitude", restarted ? &it->step : NULL);
 }
 
 bool kith_growth_due(const struct kith_growth *g, double time) {

@@ -3,7 +3,7 @@
 #ifndef KITH_APP_OUTPUT_GROWTH_H
 #define KITH_APP_OUTPUT_GROWTH_H
 
-#include "app/scene/scene.h"
+#include "app/simulation/simulation.h"
 #include "lib/io/csv.h"
 
 struct kith_growth {
@@ -13,9 +13,9 @@ struct kith_growth {
   double every, next;
 };
 
-/* `last`: of a restart, the step from which it goes on, else NULL; `writes`: on rank 0. */
-kith_status kith_growth_open(struct kith_growth *growth, const struct kith_scene *scene,
-                             const char *directory, bool writes, const uint64_t *last, double time);
+/* BAD_FILE as history.h. */
+kith_status kith_growth_open(struct kith_growth *growth, const char *directory,
+                             const struct kith_simulation *simulation, bool restarted);
 /* Is the amplitude wanted at this time? The same on all ranks. */
 bool kith_growth_due(const struct kith_growth *growth, double time);
 /* On all ranks; amplitude: of rank 0. */

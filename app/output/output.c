@@ -21,7 +21,7 @@ static void path_in(const struct kith_output *output, const char *name, char pat
   snprintf(path, 640, "%s/%s", output->directory, name);
 }
 
-kith_status kith_output_directory(struct kith_output *output, const char *directory, bool create) {
+static kith_status make_directory(struct kith_output *output, const char *directory, bool create) {
   if (directory[0] == '\0') KITH_FAIL(BAD_INPUT, "-o: a directory without a name");
   if (snprintf(output->directory, sizeof output->directory, "%s", directory) >=
       (int)sizeof output->directory - 64)
@@ -37,7 +37,7 @@ static void snapshot_name(int number, char name[32]) {
   snprintf(name, 32, "snapshot_%04d.hdf", number);
 }
 
-kith_status kith_output_clear(const struct kith_output *output, bool restarted) {
+static kith_status clear(const struct kith_output *output, bool restarted) {
   static const char *const old[] = {"checkpoint.kith", "checkpoint.kith.previous", "probes.h5"};
   char path[640];
   if (output->from_previous) { /* it must not take the place of the good one */
@@ -70,7 +70,7 @@ kith_status kith_output_clear(const struct kith_output *output, bool restarted) 
   return KITH_OK;
 }
 
-kith_status kith_output_claim(struct kith_output *output, bool restarted, bool overwrite) {
+static kith_status claim(struct kith_output *output, bool restarted, bool overwrite) {
   char path[640];
   output->lock = open(output->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (output->lock < 0) KITH_FAIL(BAD_FILE, "%s: cannot open it: %s", output->directory, strerror(errno));
@@ -83,6 +83,20 @@ kith_status kith_output_claim(struct kith_output *output, bool restarted, bool o
               "give -o DIR",
               output->directory, path);
   return KITH_OK;
+}
+
+kith_status kith_output_open(struct kith_output *output, struct kith_simulation *m, const char *directory,
+                             bool restarted, bool overwrite) {
+  char own[256];
+  const bool first = kith_ranks_rank(m->nodes->ranks) == 0;
+  snprintf(own, sizeof own, "out/%s", m->scene->name);
+  KITH_TRY(make_directory(output, directory != NULL ? directory : own, first));
+  if (first) KITH_TRY(claim(output, restarted, overwrite));
+  KITH_TRY(kith_history_open(&output->history, output->directory, m, restarted));
+  KITH_TRY(kith_probes_create(&output->probes, m, output->directory, restarted));
+  KITH_TRY(kith_contacts_create(&output->contacts, m, output->directory, restarted));
+  KITH_TRY(kith_growth_open(&output->growth, output->directory, m, restarted));
+  return first ? clear(output, restarted) : KITH_OK;
 }
 
 /* jansson goes on without what it gets no memory for. */
@@ -242,6 +256,7 @@ kith_status kith_output_close(struct kith_output *output) {
   if (output->lock > 0) close(output->lock);
   const kith_status probes = kith_probes_destroy(&output->probes),
                     contacts = kith_contacts_destroy(&output->contacts),
+                    growth = kith_csv_log_close(&output->growth.log),
                     history = kith_csv_log_close(&output->history.steps);
-  return history != KITH_OK ? history : contacts != KITH_OK ? contacts : probes;
+  return history != KITH_OK ? history : contacts != KITH_OK ? contacts : growth != KITH_OK ? growth : probes;
 }

@@ -12,6 +12,7 @@
 
 #include <jansson.h>
 #include "app/output/contacts.h"
+#include "app/output/growth.h"
 #include "app/output/history.h"
 #include "app/output/probes.h"
 #include "app/simulation/simulation.h"
@@ -27,16 +28,15 @@ struct kith_output {
   struct kith_history history;
   struct kith_probes *probes;     /* NULL: the scene has none */
   struct kith_contacts *contacts; /* the same */
+  struct kith_growth growth;
 };
 
-/* Where results go. `create`: with its parents; BAD_FILE if it cannot be written. */
-kith_status kith_output_directory(struct kith_output *output, const char *directory, bool create);
-/* On rank 0: no other run may write there, until it is closed. The checkpoint of an earlier run is refused
- * unless this one goes on from one or may overwrite it. */
-kith_status kith_output_claim(struct kith_output *output, bool restarted, bool overwrite);
-/* On rank 0: what is left of an earlier run goes, snapshots that this one has yet to write and, if it goes on
- * from none, checkpoints. */
-kith_status kith_output_clear(const struct kith_output *output, bool restarted);
+/* The directory (NULL: out/SCENE), which rank 0 creates with its parents, and the tables in it. No other run
+ * may write there until it is closed. The checkpoint of an earlier run is refused unless this one goes on
+ * from one or may overwrite it; what else is left of it goes: snapshots that this one has yet to write and,
+ * if it goes on from none, checkpoints. Of this rank alone. */
+kith_status kith_output_open(struct kith_output *output, struct kith_simulation *simulation,
+                             const char *directory, bool restarted, bool overwrite);
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 /* After a failure: a snapshot DIR/offenders.hdf of the node with this id and all that it shares a support

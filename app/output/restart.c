@@ -84,6 +84,7 @@ kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simul
   /* The tables first: a restart keeps their rows up to the checkpoint. */
   kith_status status = kith_csv_log_sync(&output->history.steps);
   if (status == KITH_OK) status = kith_contacts_sync(output->contacts);
+  if (status == KITH_OK) status = kith_csv_log_sync(&output->growth.log);
   if (status == KITH_OK) status = kith_probes_publish(output->probes);
   if (status == KITH_OK && first_rank(m)) status = kith_checkpoint_open_new(&c, path, m->scene->text);
   status = kith_ranks_allreduce_status(ranks, status);

@@ -12,7 +12,6 @@
 #include <time.h>
 #include "app/cli/process.h"
 #include "app/cli/text.h"
-#include "app/output/growth.h"
 #include "app/output/output.h"
 #include "app/output/pictures/plot.h"
 #include "app/output/pictures/probe_plot.h"
@@ -36,7 +35,6 @@ struct run {
   void *exact;            /* solution; NULL: the scene has none */
   struct kith_nodes *gas; /* of this rank; NULL: there is nothing else */
   struct kith_output output;
-  struct kith_growth growth;
   struct kith_conservation_baseline baseline;
   struct progress progress;
   struct kith_traffic traffic; /* of the steps */
@@ -71,25 +69,12 @@ static bool speaks(const struct run *run) {
 
 static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
-  char directory[256];
-  snprintf(directory, sizeof directory, "out/%s", run->scene->name);
-  KITH_TRY(kith_output_directory(&run->output, o->directory != NULL ? o->directory : directory, speaks(run)));
-  if (speaks(run)) KITH_TRY(kith_output_claim(&run->output, o->restart != NULL, o->overwrite));
   if (speaks(run) && o->trace != NULL) { /* can it be written? Better to know now than at the end */
     struct kith_atomic_file *file;
     KITH_TRY(kith_atomic_file_open(&file, o->trace));
     kith_atomic_file_abandon(&file);
   }
-  KITH_TRY(
-      kith_history_open(&run->output.history, run->output.directory, run->simulation, o->restart != NULL));
-  KITH_TRY(
-      kith_probes_create(&run->output.probes, run->simulation, run->output.directory, o->restart != NULL));
-  KITH_TRY(kith_contacts_create(&run->output.contacts, run->simulation, run->output.directory,
-                                o->restart != NULL));
-  const struct kith_integrator *it = &run->simulation->integrator;
-  KITH_TRY(kith_growth_open(&run->growth, run->scene, run->output.directory, speaks(run),
-                            o->restart != NULL ? &it->step : NULL, it->time));
-  return speaks(run) ? kith_output_clear(&run->output, o->restart != NULL) : KITH_OK;
+  return kith_output_open(&run->output, run->simulation, o->directory, o->restart != NULL, o->overwrite);
 }
 
 static kith_status read_scene(struct run *run) {
@@ -204,12 +189,12 @@ static kith_status measure_start(struct run *run) {
 /* The amplitude of the mode that grows, when it is wanted. */
 static kith_status sample_growth(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
-  if (!kith_growth_due(&run->growth, it->time)) return KITH_OK;
+  if (!kith_growth_due(&run->output.growth, it->time)) return KITH_OK;
   KITH_TRY(choose_gas(run));
-  const double amplitude = take(run, run->growth.measure, NULL);
+  const double amplitude = take(run, run->output.growth.measure, NULL);
   kith_nodes_destroy(&run->gas);
   return kith_ranks_allreduce_status(run->ranks,
-                                     kith_growth_add(&run->growth, it->step, it->time, amplitude));
+                                     kith_growth_add(&run->output.growth, it->step, it->time, amplitude));
 }
 
 /* A picture that cannot be drawn is a warning. norms: NULL: not shown. */
@@ -229,9 +214,9 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
 
 /* Pictures of what was sampled on the way. One process. */
 static kith_status draw_tables(struct run *run) {
-  if (run->growth.scene != NULL)
-    KITH_TRY(
-        kith_growth_draw(&run->growth, run->output.directory, run->baseline.measure[run->growth.measure]));
+  if (run->output.growth.scene != NULL)
+    KITH_TRY(kith_growth_draw(&run->output.growth, run->output.directory,
+                              run->baseline.measure[run->output.growth.measure]));
   if (run->scene->n_probes == 0) return KITH_OK;
   KITH_TRY(kith_probes_publish(run->output.probes));
   return kith_probes_draw(run->scene, run->exact, run->output.directory);
@@ -300,9 +285,7 @@ static double step_end(const struct run *run) {
 /* A checkpoint of now, before which all tables are on the disk. */
 static kith_status save(struct run *run) {
   run->saved = kith_seconds();
-  const kith_status pending = run->simulation->integrator.pending,
-                    status = pending == KITH_OK ? kith_csv_log_sync(&run->growth.log) : pending;
-  KITH_TRY(kith_ranks_allreduce_status(run->ranks, status));
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, run->simulation->integrator.pending));
   return kith_output_checkpoint(&run->output, run->simulation, &run->baseline);
 }
 
@@ -504,7 +487,6 @@ enum kith_exit kith_run(const struct kith_options *options) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;
   }
-  (void)kith_csv_log_close(&run.growth.log);
   kith_report_clear(&run.report);
   kith_free(&run.provenance.command);
   kith_free(&run.exact);
