@@ -232,18 +232,22 @@ static double next_tick(const struct kith_integrator *it) {
   return -next;
 }
 
-/* Lists, steps and rates of the active nodes, at tick `now`. The first lists of a base step put nodes back in
- * their places and on their ranks. */
-static kith_status evaluate(struct kith_integrator *it, bool first) {
+/* Steps and rates of the active nodes. */
+static kith_status evaluate(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
-  kith_boundaries_move(it->boundaries, it->clock);
-  it->kick.blocks = &b->steps;
-  it->holding = !first;
-  KITH_TRY(kith_lifecycle(it, it->near.only ? KITH_BECAUSE_selected : KITH_BECAUSE_always));
-  it->holding = true; /* until the end of the base step */
   kith_blocks_limit_by_neighbors(it);
   b->steps.alike = b->steps.ends && kith_blocks_alike(it); /* else seldom, and not worth a look */
   return kith_integrator_evaluate(it);
+}
+
+/* Lists, at tick `now`. The first ones of a base step put nodes back in their places and on their ranks. */
+static kith_status make_tick_lists(struct kith_integrator *it, bool first) {
+  kith_boundaries_move(it->boundaries, it->clock);
+  it->kick.blocks = &kith_blocks_of(it)->steps;
+  it->holding = !first;
+  KITH_TRY(kith_lifecycle(it, it->near.only ? KITH_BECAUSE_selected : KITH_BECAUSE_always));
+  it->holding = true; /* until the end of the base step */
+  return KITH_OK;
 }
 
 /* How many candidates more there were than right after all nodes were taken in. */
@@ -270,7 +274,8 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   else
     kith_blocks_want(it);
   kith_profile_end(it->profile);
-  KITH_TRY(evaluate(it, first));
+  KITH_TRY(make_tick_lists(it, first));
+  KITH_TRY(evaluate(it));
   kith_profile_begin(it->profile, "kick");
   count_levels(it);
   close_tick(it, first);
@@ -291,8 +296,11 @@ kith_status kith_block_steps_start(struct kith_integrator *it) {
   kith_field_copy(it->nodes, b->steps.velocity, it->hydro->velocity);
   kith_field_copy(it->nodes, b->steps.energy, it->hydro->energy);
   kith_blocks_plan(it, it->time, start);
-  const kith_status status = evaluate(it, false);
-  it->holding = it->near.only = false, it->kick.blocks = NULL;
+  it->kick.blocks = &b->steps;
+  kith_halo_refresh(it->hydro->halo, it->nodes,
+                    (struct kith_field *[]){b->steps.last, b->steps.step, b->wanted}, 3);
+  const kith_status status = evaluate(it); /* the lists are those of the first rates */
+  it->kick.blocks = NULL;
   return status;
 }
 

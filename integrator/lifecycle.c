@@ -87,7 +87,9 @@ void kith_lifecycle_search_radii(const struct kith_integrator *it) {
 /* Keeps nodes that are close in space close in memory. Due only every so many lifecycles, and done only if
  * the order is lost. */
 static kith_status reorder(struct kith_integrator *it) {
-  if (it->reorder_every == 0 || it->since_reorder++ % (uint64_t)it->reorder_every != 0) return KITH_OK;
+  const bool due = it->since_reorder == 0 || it->since_reorder >= (uint64_t)it->reorder_every;
+  it->since_reorder = due ? 1 : it->since_reorder + 1;
+  if (it->reorder_every == 0 || !due) return KITH_OK;
   kith_index *order = NULL;
   bool sorted;
   double lower[NDIM], upper[NDIM];
@@ -353,8 +355,10 @@ static kith_status place(struct kith_integrator *it, const struct news *news) {
   return ghosts(it, status);
 }
 
-/* Of nodes that are far from all boundaries there are no ghosts. */
+/* Of nodes that are far from all boundaries there are no ghosts. Next time that all are taken in, which is
+ * seldom then, they are put in order. */
 static kith_status place_near(struct kith_integrator *it) {
+  it->since_reorder = (uint64_t)it->reorder_every;
   KITH_TRY(it->near.find(it));
   kith_lifecycle_search_radii(it);
   kith_nodes_drop_ghosts(it->nodes);

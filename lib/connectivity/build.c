@@ -235,12 +235,14 @@ static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done
   return KITH_OK;
 }
 
-/* A little more for each chunk than it had last time. */
+/* A little more for each chunk than it had last time, or lately: in some ticks many nodes are active, between
+ * them few. */
 static kith_status share_memory(const struct kith_build *build) {
   struct kith_words *chunk = build->scratch->chunk;
   size_t all = 0;
   uint64_t *word = NULL;
-  for (int c = 0; c < KITH_ROW_CHUNKS; ++c) all += chunk[c].capacity = chunk[c].n + chunk[c].n / 8;
+  for (int c = 0; c < KITH_ROW_CHUNKS; ++c)
+    all += chunk[c].capacity = KITH_MAX(chunk[c].n + chunk[c].n / 8, chunk[c].capacity / 32 * 31);
   KITH_TRY(kith_nodes_work(build->nodes, all * sizeof *word, &word));
   for (int c = 0; c < KITH_ROW_CHUNKS; word += chunk[c++].capacity) chunk[c].word = word;
   return KITH_OK;
@@ -393,16 +395,17 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   if (serves_idle(build, group) && !idle) return KITH_OK;
   KITH_TRY(candidates(worker, build, group, self));
   if (idle) KITH_TRY(mark_idle(worker, build->nodes));
-  const size_t n = (size_t)worker->near.n,
-               head = KITH_RECORD_HEAD + kith_record_nodes(n) + kith_record_shifts(build, n),
+  const size_t n = (size_t)worker->near.n, masks = idle ? (size_t)worker->near.words : 0,
+               head = KITH_RECORD_HEAD + kith_record_nodes(n) + kith_record_shifts(build, n) + masks,
                words = head + (size_t)worker->near.words * (size_t)group->targets;
   KITH_TRY(reserve_chunk(chunk, words, done, all));
   uint64_t *record = chunk->word + chunk->n;
-  record[0] = n;
+  record[0] = (uint64_t)idle << 32 | n;
   record[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
   if (n > 0) memcpy(record + KITH_RECORD_HEAD, worker->near.node, n * sizeof(kith_index));
   if (n > 0 && build->shifts != NULL)
     memcpy(record + KITH_RECORD_HEAD + kith_record_nodes(n), worker->near.shift, n * sizeof(uint16_t));
+  if (masks > 0) memcpy(record + head - masks, worker->idle, masks * sizeof *worker->idle);
   chunk->n += words;
   return test_targets(worker, build, group->run, self, idle, length, record + head);
 }
@@ -473,10 +476,12 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   for (int t = 0; t < scratch->threads && build->shifts != NULL; ++t)
     KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity,
                           2 * kith_rows_longest(rows), sizeof *scratch->worker[t].key));
+  if (build->selected) KITH_TRY(kith_rows_begin_idle(build));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
     kith_chunk_fill(rows, build, &scratch->chunk[c]);
     kith_free(&scratch->chunk[c].own);
   }
-  return build->selected ? kith_rows_of_idle(rows, build) : KITH_OK;
+  if (build->selected) kith_rows_end_idle(rows, build);
+  return KITH_OK;
 }

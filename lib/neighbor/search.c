@@ -109,22 +109,44 @@ kith_status kith_search_fresh(const struct kith_search *search) {
 
 /* Queries. */
 
-/* Marks the slots that active nodes of group g may interact with. */
-static kith_status mark_near(struct kith_search *search, int g, double slack, struct kith_runs *runs) {
+/* Active nodes, and how far from their box others may interact with them. */
+struct active {
+  struct kith_box box;
+  double radius; /* < 0: there are none */
+};
+
+static struct active active_of(const struct kith_search *search, struct kith_run group) {
   const struct kith_nodes *nodes = search->nodes;
-  const struct kith_run group = search->group[g];
-  struct kith_box box = kith_box_empty();
-  double radius = -1;
+  struct active active = {kith_box_empty(), -1};
   for (kith_index slot = group.first; slot < group.first + group.count; ++slot) {
     const kith_index i = search->node[slot];
     if (i >= nodes->n_internal || !kith_node_active(nodes, i)) continue;
-    kith_box_include(&box, search->position->f64 + (size_t)i * NDIM);
-    radius = KITH_MAX(radius, search->radius->f64[i]);
+    kith_box_include(&active.box, search->position->f64 + (size_t)i * NDIM);
+    active.radius = KITH_MAX(active.radius, search->radius->f64[i]);
   }
-  if (radius < 0) return KITH_OK;
-  for (int a = 0; a < NDIM; ++a) box.lower[a] -= slack, box.upper[a] += slack;
+  return active;
+}
+
+/* Joins b to a, if that does not name many more nodes. */
+static bool join_active(struct active *a, const struct active *b) {
+  struct active both = {a->box, KITH_MAX(a->radius, b->radius)};
+  double volume[3] = {1, 1, 1};
+  kith_box_join(&both.box, &b->box);
+  const struct active *const each[] = {a, b, &both};
+  for (int k = 0; k < 3; ++k)
+    for (int d = 0; d < NDIM; ++d)
+      volume[k] *= each[k]->box.upper[d] - each[k]->box.lower[d] + 2 * each[k]->radius;
+  if (!(volume[2] <= 1.3 * KITH_MAX(volume[0], volume[1]))) return false;
+  *a = both;
+  return true;
+}
+
+/* Marks the slots that these active nodes may interact with. */
+static kith_status mark_near(struct kith_search *search, struct active active, double slack,
+                             struct kith_runs *runs) {
+  for (int a = 0; a < NDIM; ++a) active.box.lower[a] -= slack, active.box.upper[a] += slack;
   runs->n = 0;
-  KITH_TRY(search->ops->coarse(search, &box, radius, KITH_GATHER_SCATTER, runs));
+  KITH_TRY(search->ops->coarse(search, &active.box, active.radius, KITH_GATHER_SCATTER, runs));
   for (int r = 0; r < runs->n; ++r)
     for (kith_index slot = runs->run[r].first; slot < runs->run[r].first + runs->run[r].count; ++slot)
 #pragma omp atomic write
@@ -132,17 +154,32 @@ static kith_status mark_near(struct kith_search *search, int g, double slack, st
   return KITH_OK;
 }
 
+/* The same of all active nodes of groups first .. end - 1: looked up together where they are close. */
+static kith_status mark_near_groups(struct kith_search *search, int first, int end, double slack,
+                                    struct kith_runs *runs) {
+  struct active open = {.radius = -1};
+  for (int g = first; g < end; ++g) {
+    const struct active next = active_of(search, search->group[g]);
+    if (next.radius < 0 || (open.radius >= 0 && join_active(&open, &next))) continue;
+    if (open.radius >= 0) KITH_TRY(mark_near(search, open, slack, runs));
+    open = next;
+  }
+  return open.radius >= 0 ? mark_near(search, open, slack, runs) : KITH_OK;
+}
+
 kith_status kith_search_near(struct kith_search *search, double slack, kith_index **found, size_t *capacity,
                              kith_index *count) {
+  enum { GROUPS = 64 }; /* that one thread looks at together */
   int status = KITH_OK;
   if (search->n > 0) memset(search->near, 0, (size_t)search->n);
 #pragma omp parallel reduction(max : status) if (search->n > 1000)
   {
     struct kith_runs runs = {0};
     kith_status mine = KITH_OK;
-#pragma omp for schedule(dynamic, 64)
-    for (int g = 0; g < search->n_groups; ++g)
-      if (mine == KITH_OK) mine = mark_near(search, g, slack, &runs);
+#pragma omp for schedule(dynamic, 1)
+    for (int g = 0; g < search->n_groups; g += GROUPS)
+      if (mine == KITH_OK)
+        mine = mark_near_groups(search, g, KITH_MIN(g + GROUPS, search->n_groups), slack, &runs);
     kith_runs_clear(&runs);
     status = (int)mine;
   }

@@ -93,40 +93,50 @@ struct sums {
   double outside[NDIM + 1];                    /* by what is no gas: force, then power */
 };
 
-KITH_INLINE double sum_lane(size_t n, const double *restrict lane) {
-  double sum = 0;
-#pragma omp simd reduction(+ : sum)
-  for (size_t k = 0; k < n; ++k) sum += lane[k];
-  return sum;
-}
-
-/* With block steps: impulse and heat of a block of entries, each weighted by (1) of block_steps.h, and the
- * part of them that opens the next interval of the pair. */
+/* With block steps: the weights of the n pairs from entry `first` on of row i, (1) of block_steps.h, as parts
+ * that close the last interval of a pair and open its next. */
 KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
-                             const double *restrict out, struct sums *sums) {
+                             kith_lanes *restrict closing, kith_lanes *restrict opening) {
   const struct kith_block_steps *b = pass->kick->blocks;
   const kith_index *restrict row = pass->connectivity->rows.node + first;
-  const double *restrict last = b->last->f64, *restrict step = b->step->f64, *restrict next = b->next->f64;
-  const double t = last[i], d = step[i], after = next[i];
-  double closing[KITH_BLOCK], opening[KITH_BLOCK];
-#pragma omp simd
-  for (size_t k = 0; k < n; ++k) {
-    const kith_index j = row[k];
-    const bool frozen = step[j] == 0;
-    const double dj = frozen ? KITH_TICKS : step[j], nj = frozen ? KITH_TICKS : next[j];
-    closing[k] = b->now - KITH_MAX(t, last[j]) - 0.5 * KITH_MIN(d, dj);
-    opening[k] = 0.5 * KITH_MIN(after, nj);
+  const double t = b->last->f64[i], d = b->step->f64[i], after = b->next->f64[i], now = b->now;
+  kith_lanes last[KITH_BLOCK / KITH_LANES];
+  for (size_t k = 0; k < n; k += KITH_LANES) {
+    kith_index room[KITH_LANES];
+    const kith_index *four = kith_lanes_entries(row, k, n, room);
+    const double *from[KITH_LANES];
+    kith_lanes ticks[KITH_LANES];
+    for (size_t l = 0; l < KITH_LANES; ++l) from[l] = pass->ticks + (size_t)four[l] * KITH_LANES;
+    kith_lanes_transpose(from, ticks);
+    last[k / KITH_LANES] = ticks[0];
+    closing[k / KITH_LANES] = ticks[1], opening[k / KITH_LANES] = ticks[2];
   }
-  for (int a = 0; a <= NDIM; ++a) {
-    const double *restrict value = out + (size_t)(a < NDIM ? KITH_FORCE + a : KITH_HEAT) * KITH_STRIDE;
-    double ended = 0, begun = 0;
-#pragma omp simd reduction(+ : ended, begun)
-    for (size_t k = 0; k < n; ++k) {
-      ended += closing[k] * value[k];
-      begun += opening[k] * value[k];
+  double *restrict lasts = (double *)last, *restrict closes = (double *)closing,
+                   *restrict opens = (double *)opening;
+#pragma omp simd
+  for (size_t k = 0; k < kith_lanes_padded(n); ++k) {
+    closes[k] = now - KITH_MAX(t, lasts[k]) - 0.5 * KITH_MIN(d, closes[k]);
+    opens[k] = 0.5 * KITH_MIN(after, opens[k]);
+  }
+}
+
+/* Adds forces and heats of n entries, whole lanes, and with block steps the weighted ones. */
+KITH_INLINE void add_block(const struct kith_force_pass *pass, bool weighs, size_t n,
+                           const double *restrict out, const kith_lanes *restrict closing,
+                           const kith_lanes *restrict opening, struct sums *sums) {
+  kith_lanes force[NDIM + 1] = {{0}}, ended[NDIM + 1] = {{0}}, begun[NDIM + 1] = {{0}};
+  for (size_t k = 0; k < n; k += KITH_LANES)
+    for (int a = 0; a <= NDIM; ++a) {
+      const kith_lanes value = *(const kith_lanes *)(out + (size_t)(KITH_FORCE + a) * KITH_STRIDE + k);
+      force[a] += value;
+      if (weighs) ended[a] += closing[k / KITH_LANES] * value;
+      if (weighs) begun[a] += opening[k / KITH_LANES] * value;
     }
-    sums->impulse[a] += b->tick * ended;
-    sums->opening[a] += begun / KITH_TICKS;
+  for (int a = 0; a < NDIM; ++a) sums->force[a] += kith_lanes_total(&force[a]);
+  sums->heat += kith_lanes_total(&force[NDIM]);
+  for (int a = 0; weighs && a <= NDIM; ++a) {
+    sums->impulse[a] += pass->kick->blocks->tick * kith_lanes_total(&ended[a]);
+    sums->opening[a] += kith_lanes_total(&begun[a]) / KITH_TICKS;
   }
 }
 
@@ -163,9 +173,15 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, siz
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
   sums->signal = fastest;
-  if (pass->kick->blocks != NULL && !pass->kick->blocks->alike) weigh_block(pass, i, first, n, out, sums);
-  for (int a = 0; a < NDIM; ++a) sums->force[a] += sum_lane(n, out + (size_t)a * KITH_STRIDE);
-  sums->heat += sum_lane(n, out + KITH_HEAT * KITH_STRIDE);
+  for (size_t k = n; k < kith_lanes_padded(n); ++k)
+    for (int a = 0; a <= NDIM; ++a) out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k] = 0;
+  if (pass->ticks == NULL) {
+    add_block(pass, false, n, out, NULL, NULL, sums);
+    return;
+  }
+  kith_lanes closing[KITH_BLOCK / KITH_LANES], opening[KITH_BLOCK / KITH_LANES];
+  weigh_block(pass, i, first, n, closing, opening);
+  add_block(pass, true, n, out, closing, opening, sums);
 }
 
 /* Ends the node, after the last package: (2) of block_steps.h. The present acceleration is that of the
@@ -337,6 +353,14 @@ KITH_HOT static void nodes_chunk(void *context, kith_index begin, kith_index end
 static const struct kith_pairwise_spec pair_force = {"pair_force", KITH_PAIR_VALUES, false,
                                                      "force, heat of both ends, signal speed"};
 
+/* What weights of pairs need of node i; frozen nodes have the longest step. */
+static void pack_ticks(const struct kith_block_steps *b, kith_index i, double *restrict ticks) {
+  const bool frozen = b->step->f64[i] == 0;
+  ticks[0] = b->last->f64[i];
+  ticks[1] = frozen ? KITH_TICKS : b->step->f64[i];
+  ticks[2] = frozen ? KITH_TICKS : b->next->f64[i];
+}
+
 /* Packs particles begin .. end - 1. */
 static void pack(void *context, kith_index begin, kith_index end) {
   const struct kith_force_pass *pass = context;
@@ -348,8 +372,10 @@ static void pack(void *context, kith_index begin, kith_index end) {
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
   for (kith_index i = begin; i < end; ++i)
-    if (activity == NULL || i >= internal || activity[i] != KITH_IDLE)
+    if (activity == NULL || i >= internal || activity[i] != KITH_IDLE) {
       pass->pack(package, i, packed_particle(pass, i));
+      if (pass->ticks != NULL) pack_ticks(pass->kick->blocks, i, pass->ticks + (size_t)i * KITH_LANES);
+    }
   kith_profile_count(package->profile, "bytes",
                      16.0 * (double)kith_lanes_padded((size_t)pass->n_packed) * (end - begin));
   kith_profile_end(package->profile);
@@ -387,8 +413,11 @@ kith_status kith_force(struct kith_force_pass *pass) {
   pass->is_last = true;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)
     pass->is_last = pass->is_last && p->ops->evaluate == NULL;
-  KITH_TRY(kith_nodes_work(nodes, (size_t)all * kith_lanes_padded((size_t)pass->n_packed) * sizeof(double),
+  const bool weighs = pass->kick->blocks != NULL && !pass->kick->blocks->alike;
+  const size_t packed = (size_t)all * kith_lanes_padded((size_t)pass->n_packed);
+  KITH_TRY(kith_nodes_work(nodes, (packed + (weighs ? (size_t)all * KITH_LANES : 0)) * sizeof(double),
                            &pass->packed));
+  pass->ticks = weighs ? pass->packed + packed : NULL;
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
   if (kept) {

@@ -70,10 +70,12 @@ struct kith_force_pass {
   bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
   bool walls_known; /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
-  double *packed;             /* particles, in the memory of kith_nodes_work */
-  const uint8_t *barrier;     /* [nodes] or NULL */
-  const uint8_t *flag;        /* [nodes] what they are (nodes.h); NULL: nobody asks */
-  const double *f_couple;     /* [pairs] or NULL: 1 for all */
+  double *packed;         /* particles, in the memory of kith_nodes_work */
+  double *ticks;          /* with block steps: last, step, next of nodes, four doubles each; or NULL: (1) of
+                               * block_steps.h is the same for all pairs */
+  const uint8_t *barrier; /* [nodes] or NULL */
+  const uint8_t *flag;    /* [nodes] what they are (nodes.h); NULL: nobody asks */
+  const double *f_couple; /* [pairs] or NULL: 1 for all */
   struct kith_pairwise *pair; /* "pair_force": what traversal `pairs` stores */
   bool is_last;               /* of the packages: what (1) of package.h needs is complete */
 };

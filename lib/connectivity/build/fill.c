@@ -25,22 +25,42 @@ static void fill_shifts(const struct kith_rows *rows, const struct kith_build *b
   }
 }
 
+/* Target i becomes an entry of the rows of the idle nodes that it has in its own. */
+static void fill_idle(const struct kith_rows *rows, const struct kith_build *build, kith_index i,
+                      const kith_index *node, const uint16_t *shift, int words, const uint64_t *idle,
+                      const uint64_t *hit) {
+  for (int w = 0; w < words; ++w)
+    for (uint64_t bits = hit[w] & idle[w]; bits != 0; bits &= bits - 1) {
+      const int k = 64 * w + __builtin_ctzll(bits);
+      kith_index at;
+#pragma omp atomic capture
+      at = build->scratch->filled[node[k]]++;
+      const size_t e = rows->first[node[k]] + (size_t)at;
+      rows->node[e] = i;
+      if (rows->shift != NULL) rows->shift[e] = (uint16_t)(2 * rows->zero - shift[k]);
+    }
+}
+
 void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, const struct kith_words *chunk) {
   const kith_index *of_slot = build->targets->search->node;
   const bool all = kith_build_all_targets(build), shifts = rows->shift != NULL, outer = rows->outer != NULL;
   const uint64_t *record = chunk->word;
   while (record < chunk->word + chunk->n) {
-    const int n = (int)record[0], words = (n + 63) / 64;
+    const int n = (int)(record[0] & 0xffffffffu), words = (n + 63) / 64;
+    const bool idle = record[0] >> 32 != 0;
     const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
     const kith_index *node = (const kith_index *)(record + KITH_RECORD_HEAD);
     const uint16_t *shift = (const uint16_t *)(record + KITH_RECORD_HEAD + kith_record_nodes((size_t)n));
     record += KITH_RECORD_HEAD + kith_record_nodes((size_t)n) + kith_record_shifts(build, (size_t)n);
+    const uint64_t *mask = record;
+    if (idle) record += words;
     for (kith_index slot = first; slot < first + count; ++slot) {
       const kith_index i = of_slot[slot];
       if (!all && !kith_build_is_target(build, i)) continue;
       const size_t e = rows->first[all ? i : kith_build_row(build, i)];
       kith_packed_extract(node, words, record, rows->node + e);
       if (shifts) fill_shifts(rows, build, e, shift, words, record);
+      if (idle) fill_idle(rows, build, i, node, shift, words, mask, record);
       if (outer)
         rows->outer[i] =
             rows->first[i + 1] > e && rows->node[rows->first[i + 1] - 1] >= build->nodes->n_internal;
@@ -49,33 +69,21 @@ void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, con
   }
 }
 
-/* Threads come in any order: rows are nearly sorted. */
-kith_status kith_rows_of_idle(struct kith_rows *rows, const struct kith_build *build) {
-  const struct kith_nodes *nodes = build->nodes;
+kith_status kith_rows_begin_idle(const struct kith_build *build) {
   struct kith_builder *scratch = build->scratch;
-  const kith_index n = nodes->n_internal;
-  KITH_TRY(kith_reserve(&scratch->filled, &scratch->filled_capacity, (size_t)n, sizeof *scratch->filled));
-  kith_index *filled = scratch->filled;
-  if (n > 0) memset(filled, 0, (size_t)n * sizeof *filled);
+  const size_t n = (size_t)build->nodes->n_internal;
+  KITH_TRY(kith_reserve(&scratch->filled, &scratch->filled_capacity, n, sizeof *scratch->filled));
+  if (n > 0) memset(scratch->filled, 0, n * sizeof *scratch->filled);
+  return KITH_OK;
+}
+
+/* Threads come in any order: rows are nearly sorted. */
+void kith_rows_end_idle(struct kith_rows *rows, const struct kith_build *build) {
+  const kith_index *filled = build->scratch->filled;
+  rows->n = build->nodes->n_internal;
 #pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < rows->n; ++i) {
-    if (!kith_node_active(nodes, i)) continue;
-    for (size_t e = rows->first[i]; e < rows->first[i + 1] && rows->node[e] < n; ++e) {
-      const kith_index j = rows->node[e];
-      kith_index at;
-      if (kith_node_active(nodes, j)) continue;
-#pragma omp atomic capture
-      at = filled[j]++;
-      rows->node[rows->first[j] + (size_t)at] = i;
-      if (rows->shift != NULL)
-        rows->shift[rows->first[j] + (size_t)at] = (uint16_t)(2 * rows->zero - rows->shift[e]);
-    }
-  }
-#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < n; ++i)
+  for (kith_index i = 0; i < rows->n; ++i)
     if (filled[i] > 1)
       kith_entries_sort(rows->node + rows->first[i],
                         rows->shift != NULL ? rows->shift + rows->first[i] : NULL, (size_t)filled[i]);
-  rows->n = n;
-  return KITH_OK;
 }
