@@ -33,35 +33,18 @@ struct flow_settings {
   int start;  /* by position in its row */
   bool fixed; /* no new neighbor ranks */
 };
-#define FLOW_ROWS                                                               \
-  {"flow",                                                                      \
-   KITH_PARAM_CHOICE,                                                           \
-   "schornbaum",                                                                \
-   "schornbaum|willebeek|second-order",                                         \
-   "how much work flows",                                                       \
-   KITH_INTO(struct flow_settings, flow)},                                      \
-      {"iterations",                                                            \
-       KITH_PARAM_INTEGER,                                                      \
-       "10",                                                                    \
-       "[1, 1000]",                                                             \
-       "iterations of the flow (schornbaum, second-order)",                     \
-       KITH_INTO(struct flow_settings, iterations)},                            \
-  {                                                                             \
-    "momentum", KITH_PARAM_NUMBER, "1.8", "[1, 2)", "beta of second-order",     \
-        KITH_INTO(struct flow_settings, momentum), .needs = "flow=second-order" \
-  }
+#define IN(member) KITH_INTO(struct flow_settings, member)
 static const struct kith_param diffusion_params[] = {
-    FLOW_ROWS,
-    {"start", KITH_PARAM_CHOICE, "cart", "cart|morton", "the first map",
-     KITH_INTO(struct flow_settings, start)},
+    {"start", KITH_PARAM_CHOICE, "cart", "cart|morton", "the first map", IN(start)},
     {"neighbors", KITH_PARAM_CHOICE, "free", "free|fixed",
-     "which ranks may become neighbors: any, or those of the first map",
-     KITH_INTO(struct flow_settings, fixed)},
+     "which ranks may become neighbors: any, or those of the first map", IN(fixed)},
+    {"flow", KITH_PARAM_CHOICE, "schornbaum", "schornbaum|willebeek|second-order", "how much work flows",
+     IN(flow)},
+    {"iterations", KITH_PARAM_INTEGER, "10", "[1, 1000]", "iterations of the flow (schornbaum, second-order)",
+     IN(iterations)},
+    {"momentum", KITH_PARAM_NUMBER, "1.8", "[1, 2)", "beta of second-order", IN(momentum),
+     .needs = "flow=second-order"},
     {0}};
-
-/* Of hybrid, which starts from a graph. */
-static const struct kith_param hybrid_params[] = {FLOW_ROWS, {0}};
-
 /* Private state. */
 struct diffusion {
   int64_t n_allowed;
@@ -350,7 +333,7 @@ const struct kith_partitioner_ops kith_partitioner_hybrid = {
 #ifndef KITH_SCOTCH
     .needs = "Scotch (Debian: libptscotch-dev)", /* as graph */
 #endif
-    KITH_SETTINGS(hybrid_params, flow_settings),
+    KITH_SETTINGS(diffusion_params + 2, flow_settings), /* those of the flow: a graph is the first map */
     .state_size = sizeof(struct diffusion),
     .first = hybrid_first,
     .update = hybrid_update,

@@ -219,7 +219,7 @@ static void test_format(void) {
   const struct kith_member member = kith_family_member(kith_partitioner_member, "diffusion");
   CHECK_OK(kith_settings_create(&settings, member, "iterations=3 flow=second-order"));
   kith_settings_format(member, settings, text, sizeof text);
-  CHECK(strcmp(text, "diffusion:flow=second-order iterations=3 momentum=1.8 start=cart neighbors=free") == 0);
+  CHECK(strcmp(text, "diffusion:start=cart neighbors=free flow=second-order iterations=3 momentum=1.8") == 0);
   kith_settings_format(kith_family_member(kith_partitioner_member, "kd"), NULL, text, sizeof text);
   CHECK(strcmp(text, "kd") == 0);
   kith_free(&settings);
