@@ -17,6 +17,7 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
+#include "app/cli/text.h"
 #include "app/output/report.h"
 #include "lib/core/version.h"
 
@@ -204,23 +205,15 @@ static kith_status bench_case(const struct kith_options *options, const char *co
   return KITH_OK;
 }
 
-/* What is 0 is not there. */
-static void print_cell(int width, int digits, double value) {
-  if (value > 0)
-    printf(" %*.*f", width, digits, value);
-  else
-    printf(" %*s", width, "-");
-}
-
 static void print_line(const char *what, const struct figures *f, double ns, double bytes, double plain,
                        double triad, double ns_all) {
   printf("  %-28s %8.1f", what, ns);
-  print_cell(8, 2, bytes > 0 ? ns / f->entries : 0);
-  print_cell(8, 2, bytes > 0 && f->pairs > 0 ? ns / f->pairs : 0);
-  print_cell(7, 0, bytes);
-  print_cell(7, 2, bytes / ns);
-  print_cell(8, 3, bytes / ns / triad);
-  print_cell(10, 2, plain > 0 ? ns / plain : 0);
+  kith_text_cell(stdout, 8, 2, bytes > 0 ? ns / f->entries : 0);
+  kith_text_cell(stdout, 8, 2, bytes > 0 && f->pairs > 0 ? ns / f->pairs : 0);
+  kith_text_cell(stdout, 7, 0, bytes);
+  kith_text_cell(stdout, 7, 2, bytes / ns);
+  kith_text_cell(stdout, 8, 3, bytes / ns / triad);
+  kith_text_cell(stdout, 10, 2, plain > 0 ? ns / plain : 0);
   if (ns_all > 0) printf(" %10.1f %8.2f", ns_all, ns / ns_all);
   printf("\n");
 }

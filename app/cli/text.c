@@ -39,3 +39,10 @@ const char *kith_text_seconds(char text[32], double seconds) {
     snprintf(text, 32, "%.1f h", seconds / 3600);
   return text;
 }
+
+void kith_text_cell(FILE *out, int width, int digits, double value) {
+  if (value > 0)
+    fprintf(out, " %*.*f", width, digits, value);
+  else
+    fprintf(out, " %*s", width, "-");
+}

@@ -1,6 +1,7 @@
 /* The closing table of a run, for people. */
 #include <inttypes.h>
 #include <string.h>
+#include "app/cli/text.h"
 #include "app/output/report.h"
 
 /* Of an object; 0 if it is not there. */
@@ -79,14 +80,6 @@ static double bytes_of(const struct kith_report *r, const struct kith_stage *sta
   return 0;
 }
 
-/* What is 0 is not there. */
-static void put_cell(FILE *f, int width, int digits, double value) {
-  if (value > 0)
-    fprintf(f, " %*.*f", width, digits, value);
-  else
-    fprintf(f, " %*s", width, "-");
-}
-
 /* The upper levels, or all: with bytes and the imbalance of threads, or the seconds of all ranks, and
  * counters. Shares are of the seconds of the program; ns per update are those of steps. Names are indented by
  * depth, and cut where they are too long. */
@@ -108,12 +101,12 @@ static void print_stages(const struct kith_report *r, bool all, FILE *f) {
     const int indent = KITH_MIN(2 * stage->depth, WIDTH - 8), room = WIDTH - indent;
     fprintf(f, "  %*s%-*.*s %9" PRIu64 " %11.5f %5.1f %%", indent, "", room, room, stage->name, stage->calls,
             stage->seconds, 100 * stage->seconds / program);
-    put_cell(f, 10, 1, 1e9 * per_update * stage->seconds);
+    kith_text_cell(f, 10, 1, 1e9 * per_update * stage->seconds);
     if (all && spread == NULL) {
       const double bytes = bytes_of(r, stage);
-      put_cell(f, 8, 0, per_update * bytes);
-      put_cell(f, 7, 2, bytes > 0 ? 1e-9 * bytes / stage->self_seconds : 0);
-      put_cell(f, 9, 2, stage->imbalance);
+      kith_text_cell(f, 8, 0, per_update * bytes);
+      kith_text_cell(f, 7, 2, bytes > 0 ? 1e-9 * bytes / stage->self_seconds : 0);
+      kith_text_cell(f, 9, 2, stage->imbalance);
     }
     if (all && spread != NULL)
       fprintf(f, " %11.5f %11.5f %11.5f", spread[s].min, spread[s].mean, spread[s].max);
