@@ -61,15 +61,14 @@ static kith_status create(struct kith_contacts *c, const struct kith_simulation 
 
 kith_status kith_contacts_create(struct kith_contacts **out, const struct kith_simulation *m,
                                  const char *directory, bool restarted) {
-  char path[640];
   *out = NULL;
   if (m->scene->n_contacts == 0) return KITH_OK;
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
   (*out)->simulation = m;
   KITH_TRY(create(*out, m));
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
-  snprintf(path, sizeof path, "%s/contacts.csv", directory);
-  return kith_csv_log_open(&(*out)->table, path, "step,time,of,with,nodes,pairs,distance,approach,builds,why",
+  return kith_csv_log_open(&(*out)->table, directory, "contacts.csv",
+                           "step,time,of,with,nodes,pairs,distance,approach,builds,why",
                            restarted ? &m->integrator.step : NULL);
 }
 

@@ -17,7 +17,6 @@ kith_status kith_growth_open(struct kith_growth *g, const char *directory, const
                              bool restarted) {
   const struct kith_scene *scene = m->scene;
   const struct kith_integrator *it = &m->integrator;
-  char path[640];
   const bool *wanted = scene->measure.wanted;
   if (NDIM == 1 || !(wanted[KITH_MEASURE_growth] || wanted[KITH_MEASURE_mcnally]) || !(scene->until > 0))
     return KITH_OK;
@@ -25,9 +24,9 @@ kith_status kith_growth_open(struct kith_growth *g, const char *directory, const
   g->measure = wanted[KITH_MEASURE_growth] ? KITH_MEASURE_growth : KITH_MEASURE_mcnally;
   g->every = scene->until / SAMPLES;
   g->next = restarted ? next_after(g, it->time) : 0;
-  snprintf(path, sizeof path, "%s/growth.csv", directory);
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
-  return kith_csv_log_open(&g->log, path, "step,time,amplitude", restarted ? &it->step : NULL);
+  return kith_csv_log_open(&g->log, directory, "growth.csv", "step,time,amplitude",
+                           restarted ? &it->step : NULL);
 }
 
 bool kith_growth_due(const struct kith_growth *g, double time) {

@@ -10,12 +10,12 @@
 
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *m, bool restarted) {
-  char path[640], names[1024] = "";
+  char names[1024] = "";
   history->started = kith_seconds();
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
   KITH_HISTORY_LIST(NAME)
-  snprintf(path, sizeof path, "%s/history.csv", directory);
-  return kith_csv_log_open(&history->steps, path, names, restarted ? &m->integrator.step : NULL);
+  return kith_csv_log_open(&history->steps, directory, "history.csv", names,
+                           restarted ? &m->integrator.step : NULL);
 }
 
 static double component(const double *vector, int axis) {

@@ -210,8 +210,7 @@ static kith_status prepare(struct kith_study *s) {
   for (int k = 0; k < s->suite->n_measures; ++k)
     strcat(strcat(names, ","), s->n > 1 ? "measure" : s->suite->measure[k]);
   for (int k = 0; k < s->n; ++k) s->n_jobs += s->suite[k].n_methods * s->suite[k].n_values;
-  snprintf(path, sizeof path, "%s/points.csv", s->directory);
-  return kith_csv_log_open(&s->table, path, names, NULL);
+  return kith_csv_log_open(&s->table, s->directory, "points.csv", names, NULL);
 }
 
 /* Runs a job, or reads what an earlier study has of it. A run that fails is a point too. */

@@ -253,13 +253,11 @@ static kith_status validate(struct validation *v, const char *suite, enum kith_e
   static const char names[] =
       "row,measured,relation,bound,verdict,seconds,source,density.l1,velocity.l1,pressure.l1,energy_drift,"
       "momentum_drift,floors,ranks,threads,varied,like,difference";
-  char path[PATH];
   KITH_TRY(kith_programs_find(&v->programs));
   KITH_TRY(read_rows(v, suite));
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_directory_make(v->directory));
-  snprintf(path, sizeof path, "%s/validation.csv", v->directory);
-  KITH_TRY(kith_csv_log_open(&v->table, path, names, NULL));
+  KITH_TRY(kith_csv_log_open(&v->table, v->directory, "validation.csv", names, NULL));
   KITH_TRY(do_rows(v));
   if (v->n_failed == 0) *code = v->n_wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
   return KITH_OK;

@@ -1,4 +1,5 @@
 /* Tables of comma-separated values: written, and continued after a restart. */
+#define _GNU_SOURCE /* asprintf */
 #include "lib/io/csv.h"
 
 #include <errno.h>
@@ -41,10 +42,10 @@ static kith_status open_log(struct kith_csv_log *log, const char *names, const u
   return KITH_OK;
 }
 
-kith_status kith_csv_log_open(struct kith_csv_log *out, const char *path, const char *names,
-                              const uint64_t *last) {
-  *out = (struct kith_csv_log){.path = strdup(path)};
-  if (out->path == NULL) KITH_FAIL(NO_MEMORY, "no memory for a path");
+kith_status kith_csv_log_open(struct kith_csv_log *out, const char *directory, const char *file,
+                              const char *names, const uint64_t *last) {
+  *out = (struct kith_csv_log){0};
+  if (asprintf(&out->path, "%s/%s", directory, file) < 0) KITH_FAIL(NO_MEMORY, "no memory for a path");
   const kith_status status = open_log(out, names, last);
   if (status == KITH_OK) return KITH_OK;
   if (out->file != NULL) fclose(out->file);

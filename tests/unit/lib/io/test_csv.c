@@ -38,7 +38,7 @@ static void add(struct kith_csv_log *log, uint64_t first, uint64_t last) {
 
 static void whole(uint64_t last) {
   struct kith_csv_log log;
-  CHECK_OK(kith_csv_log_open(&log, path, names, NULL));
+  CHECK_OK(kith_csv_log_open(&log, ".", path, names, NULL));
   add(&log, 0, last);
   CHECK_OK(kith_csv_log_close(&log));
   CHECK_OK(kith_csv_log_close(&log));
@@ -53,7 +53,7 @@ static void restart(const char *torn) {
   whole(9);
   snprintf(stopped, sizeof stopped, "%s%s", text(), torn);
   put(stopped);
-  CHECK_OK(kith_csv_log_open(&log, path, names, &(uint64_t){5}));
+  CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){5}));
   add(&log, 6, 12);
   CHECK_OK(kith_csv_log_close(&log));
   CHECK(strcmp(uninterrupted, text()) == 0);
@@ -67,11 +67,11 @@ static void torn_row(void) {
   strcpy(expected, text());
   snprintf(torn, sizeof torn, "%s1", expected);
   put(torn);
-  CHECK_OK(kith_csv_log_open(&log, path, names, &(uint64_t){20}));
+  CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){20}));
   CHECK_OK(kith_csv_log_close(&log));
   CHECK(strcmp(expected, text()) == 0);
   put("step,word,x\n7,1,1\n");
-  CHECK_OK(kith_csv_log_open(&log, path, names, &(uint64_t){6}));
+  CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){6}));
   CHECK_OK(kith_csv_log_close(&log));
   CHECK(strcmp(text(), "step,word,x\n") == 0);
 }
@@ -81,7 +81,7 @@ static void strange(void) {
   struct kith_csv_log log;
   unlink(path);
   for (int k = 0; k < 2; ++k) { /* not there; empty */
-    CHECK_OK(kith_csv_log_open(&log, path, names, &step));
+    CHECK_OK(kith_csv_log_open(&log, ".", path, names, &step));
     CHECK_OK(kith_csv_log_close(&log));
     CHECK(strcmp(text(), "step,word,x\n") == 0);
     put("");
@@ -90,13 +90,14 @@ static void strange(void) {
                                        "word,step,x\n", "word,stepx\n",     "word\n"};
   for (size_t k = 0; k < sizeof others / sizeof *others; ++k) {
     put(others[k]);
-    CHECK(kith_csv_log_open(&log, path, names, &step) == KITH_BAD_FILE &&
+    CHECK(kith_csv_log_open(&log, ".", path, names, &step) == KITH_BAD_FILE &&
           said("its columns are not step,word,x"));
     CHECK(log.file == NULL && strcmp(text(), others[k]) == 0);
   }
-  CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "no/such/a.csv", names, NULL));
-  CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "no/such/a.csv", names, &step)); /* cannot be begun */
-  CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "/dev/full", names, NULL));
+  CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "no/such", "a.csv", names, NULL));
+  CHECK_STATUS(KITH_BAD_FILE,
+               kith_csv_log_open(&log, "no/such", "a.csv", names, &step)); /* cannot be begun */
+  CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "/dev", "full", names, NULL));
   CHECK(log.file == NULL);
   CHECK_OK(kith_csv_log_close(&log));
 }
