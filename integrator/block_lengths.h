@@ -15,11 +15,10 @@ struct kith_block_settings {
 struct kith_blocks {
   struct kith_block_steps steps; /* what packages see: first */
   struct kith_block_settings settings;
-  struct kith_field *wanted;                      /* ticks: by the node's own limits; d if it is not active */
-  struct kith_field *due;                         /* the tick of the next activity */
-  struct kith_field *position_base, *moved;       /* where it was at the tick of the last kick */
-  struct kith_field *support_base, *density_base; /* at the last activity */
-  double planned;                                 /* length of the next base step */
+  struct kith_field *wanted; /* ticks: by the node's own limits; d if it is not active */
+  struct kith_field *due;    /* the tick of the next activity */
+  struct kith_field *position_base, *support_base, *density_base; /* at the last activity */
+  double planned;                                                 /* length of the next base step */
   /* For ticks that are local. The supports of all nodes lie in a box, and nodes do not move farther than
    * `slack`, less what their search radii grow, until they are taken in again. Candidates for each neighbor
    * when all nodes were, and how many more there have been since, because nodes have moved. */

@@ -2,7 +2,6 @@
 #include "integrator/block_steps.h"
 
 #include <math.h>
-#include <string.h>
 #include "integrator/lifecycle.h"
 #include "integrator/step.h"
 
@@ -27,16 +26,21 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
       {true, SCALAR("tick_next", KITH_STATE, "the step that an active node takes now"), &b->steps.next},
       {true, SCALAR("tick_wanted", KITH_STATE, "the same without regard to neighbors"), &b->wanted},
       {true, SCALAR("tick_due", KITH_WORK, "tick of the next activity"), &b->due},
-      {true, SCALAR("tick_moved", KITH_WORK, "tick of the last kick"), &b->moved},
-      {true, {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position then"}, &b->position_base},
+      {true,
+       {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the last activity"},
+       &b->position_base},
       {true, SCALAR("support_base", KITH_WORK, "support at the last activity"), &b->support_base},
       {true, SCALAR("density_base", KITH_WORK, "density at the last activity"), &b->density_base},
-      {true, VECTOR("velocity_last", KITH_WORK, "velocity at the last activity"), &b->steps.velocity_last},
+      {true,
+       {"velocity_last", KITH_VELOCITY, KITH_F64, KITH_WORK, NULL, "velocity at the last activity"},
+       &b->steps.velocity_last},
       {true, SCALAR("energy_last", KITH_WORK, "energy at the last activity"), &b->steps.energy_last},
       {true, VECTOR("impulse", KITH_WORK, "of pairs, at this tick"), &b->steps.impulse},
       {true, SCALAR("impulse_heat", KITH_WORK, "of pairs, at this tick"), &b->steps.heat},
       {true, VECTOR("opening", KITH_KEPT, "impulse of the next base step, per time"), &b->steps.opening},
       {true, SCALAR("opening_heat", KITH_KEPT, "the same of the energy"), &b->steps.opening_heat},
+      {kith_external_force_acts(&it->hydro->external_force),
+       SCALAR("fall_missed", KITH_WORK, "by kicks between ticks"), &b->steps.fall},
       {true, SCALAR("rate_last", KITH_KEPT, "du/dt at the last activity"), &b->steps.rate_last},
       {true, SCALAR("rate_slope", KITH_KEPT, "change of du/dt since then"), &b->steps.rate_slope},
       {0}};
@@ -66,22 +70,29 @@ static double growth_of(const struct kith_integrator *it, kith_index i, double s
   return divergence != 0 ? exp(fmax(-0.2, fmin(0.2, since * divergence / NDIM))) : 1;
 }
 
-/* From each node's last activity to the present tick; positions from the last kick. Of the nodes of it->near
- * the active ones, the idle ones, or both. */
+/* How far a node goes along an axis in a time `since` its last activity, by component k of v and dv/dt then.
+ * Not with w of block_steps.h: that has half the impulse of a pair with a long step at once, but what
+ * balances it may come in parts. */
+static inline double way_of(const struct kith_integrator *it, size_t k, double since) {
+  return since *
+         (kith_blocks_of(it)->steps.velocity_last->f64[k] + 0.5 * since * it->hydro->acceleration->f64[k]);
+}
+
+/* From each node's last activity to the present tick. Of the nodes of it->near the active ones, the idle
+ * ones, or both. */
 static void predict(struct kith_integrator *it, bool active, bool idle) {
   struct kith_blocks *b = kith_blocks_of(it);
   const struct kith_block_steps *s = &b->steps;
   double *restrict x = it->nodes->position->f64, *restrict v = it->hydro->velocity->f64;
-  const double *restrict w = s->velocity->f64, *restrict last = s->velocity_last->f64,
-                         *restrict base = b->position_base->f64,
+  const double *restrict last = s->velocity_last->f64, *restrict base = b->position_base->f64,
                          *restrict acceleration = it->hydro->acceleration->f64;
 #pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
   for (kith_index n = 0; n < kith_near_count(it); ++n) {
     const kith_index i = kith_near_node(it, n);
     if (!(it->nodes->activity->u8[i] == KITH_ACTIVE ? active : idle)) continue;
-    const double since = s->tick * (s->now - s->last->f64[i]), dt = s->tick * (s->now - b->moved->f64[i]);
+    const double since = s->tick * (s->now - s->last->f64[i]);
     for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k) {
-      x[k] = base[k] + dt * w[k];
+      x[k] = base[k] + way_of(it, k, since);
       v[k] = last[k] + since * acceleration[k];
     }
     it->hydro->energy->f64[i] = s->energy_last->f64[i] + since * (it->hydro->energy_rate->f64[i] +
@@ -91,6 +102,14 @@ static void predict(struct kith_integrator *it, bool active, bool idle) {
     it->hydro->density->f64[i] = b->density_base->f64[i] / kith_pow_dim(growth);
   }
   it->nodes->positions += 1;
+}
+
+/* Where node i was at its last activity, by where it is now. */
+static void place_base(struct kith_integrator *it, kith_index i) {
+  const struct kith_blocks *b = kith_blocks_of(it);
+  const double since = b->steps.tick * (b->steps.now - b->steps.last->f64[i]);
+  for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k)
+    b->position_base->f64[k] = it->nodes->position->f64[k] - way_of(it, k, since);
 }
 
 /* The box around node i, this far to each side. */
@@ -206,16 +225,14 @@ static void close_tick(struct kith_integrator *it, bool first) {
       b->support_base->f64[i] = it->nodes->support->f64[i];
       b->density_base->f64[i] = it->hydro->density->f64[i];
     }
-    if (activity != KITH_IDLE || first) {
-      memcpy(b->position_base->f64 + (size_t)i * NDIM, it->nodes->position->f64 + (size_t)i * NDIM,
-             NDIM * sizeof(double));
-      b->moved->f64[i] = s->now;
-    }
+    if (activity == KITH_ACTIVE || first) place_base(it, i);
     if (s->ends) continue; /* all nodes are taken in anew */
     if (activity != KITH_IDLE) kith_blocks_wake(it, i);
     const double radius = it->nodes->search_radius->f64[i], left = s->tick * (b->due->f64[i] - s->now);
-    slack = KITH_MAX(slack, left * kith_norm(s->velocity->f64 + (size_t)i * NDIM) +
-                                radius * fmax(0, growth_of(it, i, left) - 1));
+    const double speed = kith_norm(s->velocity_last->f64 + (size_t)i * NDIM) +
+                         s->tick * (b->due->f64[i] - s->last->f64[i]) *
+                             kith_norm(it->hydro->acceleration->f64 + (size_t)i * NDIM);
+    slack = KITH_MAX(slack, left * speed + radius * fmax(0, growth_of(it, i, left) - 1));
     include_support(&supports, it, i, radius);
   }
   b->slack = slack, b->supports = supports;
@@ -324,7 +341,8 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
     s->last->f64[i] = 0, s->step->f64[i] = b->wanted->f64[i] = s->next->f64[i];
     b->support_base->f64[i] = it->nodes->support->f64[i];
     b->density_base->f64[i] = it->hydro->density->f64[i];
-    b->due->f64[i] = s->step->f64[i], b->moved->f64[i] = 0;
+    b->due->f64[i] = s->step->f64[i];
+    if (s->fall != NULL) s->fall->f64[i] = 0;
     if (it->step > 0) kith_blocks_wake_by_limit(it, i);
     it->nodes->activity->u8[i] = KITH_IDLE;
   }

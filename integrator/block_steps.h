@@ -3,8 +3,8 @@
  *
  * A step of the integrator is a base step. It has KITH_TICKS ticks, and the steps of the nodes are powers of
  * two of them. At a tick at which a node's step ends,
- *   1. nodes are predicted: positions drift with the velocity at the middle of the node's step, the rest
- *      follows from the state at its last activity;
+ *   1. nodes are predicted from the state and the rates at their last activity; positions too, for velocities
+ *      that have been kicked by one pair for a long step and by others for a short one are not balanced;
  *   2. the nodes whose step ends are active, and choose the next: by their own limits, at most twice the
  *      last, at most `ratio` times that of a neighbor, and so that it ends where steps of its length do;
  *   3. the lifecycle makes ghosts and lists of the active nodes and those that they touch;

@@ -13,7 +13,9 @@
  *     v = w + k,   m du = sum_j W q_ij - [compatible] m k . (w + s g + k / 2 - p),    (2)
  * first with the closing part, which makes the state at n, then with the opening one. W is symmetric and f
  * antisymmetric, so momentum and energy are conserved to round-off whatever the steps are. Predictions start
- * from the state and the rates of the node at its last activity. */
+ * from the state and the rates of the node at its last activity. Positions are predicted ones, so one falls
+ * s (v + p) / 2 from t to n, with s = n - t, but its kinetic energy is that of a fall with w + (s - d / 2) g:
+ * the energy gets g times the difference, and with uniform gravity it is conserved, too. */
 #ifndef KITH_PHYSICS_BLOCK_STEPS_H
 #define KITH_PHYSICS_BLOCK_STEPS_H
 
@@ -30,6 +32,7 @@ struct kith_block_steps {
   struct kith_field *velocity, *energy;  /* w and its energy; (2) is added */
   struct kith_field *velocity_last, *energy_last; /* the state at t */
   struct kith_field *rate_last, *rate_slope;      /* du/dt at t, and its change since the activity before */
+  struct kith_field *fall;                        /* sum (n - t) g . k between t and n; NULL: g = 0 */
   struct kith_field *impulse, *heat;              /* closing part, of the packages so far */
   struct kith_field *opening, *opening_heat;      /* opening part, per time of a base step */
 };

@@ -193,18 +193,19 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   const size_t at = (size_t)i * NDIM;
   const bool active = kith_node_active(hydro->nodes, i),
              external = package->pair_acceleration != hydro->acceleration;
-  const double base = b->tick * KITH_TICKS,
-               middle = b->tick * (b->now - b->last->f64[i] - 0.5 * b->step->f64[i]),
+  const double base = b->tick * KITH_TICKS, since = b->tick * (b->now - b->last->f64[i]),
+               middle = since - 0.5 * b->tick * b->step->f64[i],
                later = b->ends ? 0 : 0.5 * b->tick * b->next->f64[i], *restrict p = hydro->velocity->f64 + at,
                *restrict k = b->impulse->f64 + at, *restrict opening = b->opening->f64 + at;
   double *restrict w = b->velocity->f64 + at, *all = hydro->acceleration->f64 + at,
                    *pairs = package->pair_acceleration->f64 + at, *restrict v = b->velocity_last->f64 + at;
-  double g[NDIM] = {0}, closing_work = 0, opening_work = 0, slope = 0;
+  double g[NDIM] = {0}, closing_work = 0, opening_work = 0, slope = 0, fall = 0;
   if (external && active)
     kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, g);
   for (int a = 0; a < NDIM; ++a) {
-    const double o = base * opening[a],
-                 ahead = w[a] + (external ? middle * (active ? all[a] : all[a] - pairs[a]) : 0) - p[a];
+    const double o = base * opening[a], last = external ? active ? all[a] : all[a] - pairs[a] : 0,
+                 ahead = w[a] + middle * last - p[a];
+    fall += active ? last * (0.5 * (v[a] + p[a]) - w[a] - (middle - 0.5 * since) * last) : last * (k[a] + o);
     closing_work += k[a] * (ahead + 0.5 * k[a]);
     opening_work += opening[a] * (ahead + k[a]);
     slope += o * opening[a];
@@ -214,12 +215,16 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   }
   double *const u = &b->energy->f64[i], *const begun = &b->opening_heat->f64[i];
   *u += b->heat->f64[i] - (package->compatible ? closing_work : 0);
+  if (b->fall != NULL && package->compatible) {
+    *u += active ? since * fall + b->fall->f64[i] : 0;
+    b->fall->f64[i] = active ? 0 : b->fall->f64[i] + since * fall;
+  }
   if (active) b->energy_last->f64[i] = *u;
   *begun -= package->compatible ? opening_work : 0;
   if (!b->ends) *u += base * (*begun - (package->compatible ? 0.5 * slope : 0));
   if (!active) return;
-  const double rate = hydro->energy_rate->f64[i], interval = b->tick * (b->now - b->last->f64[i]);
-  b->rate_slope->f64[i] = interval > 0 ? (rate - b->rate_last->f64[i]) / interval : 0;
+  const double rate = hydro->energy_rate->f64[i];
+  b->rate_slope->f64[i] = since > 0 ? (rate - b->rate_last->f64[i]) / since : 0;
   b->rate_last->f64[i] = rate;
 }
 
