@@ -58,17 +58,21 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
   return KITH_OK;
 }
 
-/* The scene of `options` at another resolution, and what is done with it. */
-static kith_status with_resolution(const struct kith_options *o, double value, struct kith_ranks *ranks,
-                                   kith_status (*then)(struct kith_simulation *, void *), void *context) {
+kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_options *o, double resolution) {
   const char *overrides[KITH_MAX_OVERRIDES + 1];
-  char resolution[64];
+  char own[64];
+  memcpy(overrides, o->overrides, sizeof o->overrides);
+  snprintf(own, sizeof own, "resolution=%.10g", resolution);
+  overrides[o->n_overrides] = own;
+  return kith_scene_read(scene, o->subject, o->n_overrides + 1, overrides);
+}
+
+/* What is done with the scene at another resolution. */
+static kith_status with_resolution(const struct kith_options *o, double resolution, struct kith_ranks *ranks,
+                                   kith_status (*then)(struct kith_simulation *, void *), void *context) {
   struct kith_scene *scene = NULL;
   struct kith_simulation *m = NULL;
-  memcpy(overrides, o->overrides, sizeof o->overrides);
-  snprintf(resolution, sizeof resolution, "resolution=%.10g", value);
-  overrides[o->n_overrides] = resolution;
-  KITH_TRY(kith_scene_read(&scene, o->subject, o->n_overrides + 1, overrides));
+  KITH_TRY(kith_scene_read_at(&scene, o, resolution));
   kith_status status = kith_simulation_create(&m, scene, ranks, NULL, false);
   if (status == KITH_OK) status = then(m, context);
   kith_simulation_destroy(&m);

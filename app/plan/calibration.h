@@ -14,6 +14,10 @@
 #include "app/simulation/simulation.h"
 #include "app/cli/options.h"
 
+/* The scene of `options` at another resolution. */
+kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_options *options,
+                               double resolution);
+
 /* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
  * up to 3, as many as half a second allows. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);

@@ -449,19 +449,14 @@ static void show(struct plan *plan, const struct kith_options *options, double u
 
 /* A scene that is too large for this is simulated at a lower resolution. */
 static kith_status read_scenes(struct plan *plan, const struct kith_options *o) {
-  const char *overrides[KITH_MAX_OVERRIDES + 1];
   double *site_volume = NULL, sites = 0, coarse = 0;
-  char resolution[64];
   plan->copies = plan->finer = 1;
   KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
   KITH_TRY(kith_resize(&site_volume, 0, (size_t)plan->scene->n_regions + 1, sizeof *site_volume));
   kith_status status = kith_initial_conditions_outline(plan->scene, site_volume, &sites);
   if (status == KITH_OK && sites > MOST_NODES) {
-    memcpy(overrides, o->overrides, sizeof o->overrides);
-    snprintf(resolution, sizeof resolution, "resolution=%.10g",
-             2 * ceil(0.5 * plan->scene->resolution * pow(MODEL_NODES / sites, 1.0 / NDIM)));
-    overrides[o->n_overrides] = resolution;
-    status = kith_scene_read(&plan->coarse, o->subject, o->n_overrides + 1, overrides);
+    status = kith_scene_read_at(
+        &plan->coarse, o, 2 * ceil(0.5 * plan->scene->resolution * pow(MODEL_NODES / sites, 1.0 / NDIM)));
     if (status == KITH_OK) status = kith_initial_conditions_outline(plan->coarse, site_volume, &coarse);
     if (status == KITH_OK) plan->copies = sites / coarse, plan->finer = pow(plan->copies, 1.0 / NDIM);
   }

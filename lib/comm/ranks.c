@@ -292,21 +292,6 @@ void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
   reduce(ranks, values, n, MPI_UINT64_T, MPI_SUM);
 }
 
-/* The few bytes of every rank, in their order. Without them no rank can continue. */
-static void collect(struct kith_ranks *ranks, const void *mine, size_t bytes, void *all) {
-  if (kith_resize(all, 0, (size_t)kith_ranks_size(ranks), bytes) != KITH_OK) {
-    fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(ranks), kith_failure());
-    kith_ranks_abort(ranks, 1);
-  }
-  void *into;
-  memcpy(&into, all, sizeof into);
-  if (!counted(ranks))
-    memcpy(into, mine, bytes);
-  else
-    WAIT(ranks, "numbers of all ranks",
-         MPI_Allgather(mine, (int)bytes, MPI_BYTE, into, (int)bytes, MPI_BYTE, ranks->all));
-}
-
 void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {
   if (counted(ranks)) WAIT(ranks, "a broadcast", MPI_Bcast(data, (int)bytes, MPI_BYTE, root, ranks->all));
 }
@@ -349,7 +334,11 @@ kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t
   size_t *length = NULL, total = 0;
   int *count = NULL, *place; /* MPI counts in int */
   *all = NULL;
-  collect(ranks, &bytes, sizeof bytes, &length);
+  KITH_TRY(kith_ranks_must(ranks, kith_resize(&length, 0, (size_t)size, sizeof *length)));
+  length[0] = bytes;
+  if (counted(ranks))
+    WAIT(ranks, "numbers of all ranks",
+         MPI_Allgather(&bytes, sizeof bytes, MPI_BYTE, length, sizeof bytes, MPI_BYTE, ranks->all));
   kith_status status = kith_resize(&count, 0, 2 * (size_t)size, sizeof *count);
   place = count + size;
   for (int r = 0; r < size; ++r) {
