@@ -79,7 +79,8 @@ void kith_lifecycle_search_radii(const struct kith_integrator *it) {
                  dt = blocks != NULL ? blocks->tick * blocks->step->f64[i] : longest;
     const double change = dt * (2 * fabs(velocity_divergence[i]) / NDIM +
                                 dt * kith_norm(it->hydro->acceleration->f64 + (size_t)i * NDIM) / h);
-    nodes->search_radius->f64[i] = (1 + it->skin + KITH_MIN(change, 0.1)) * h;
+    const double growth = kith_node_active(nodes, i) ? KITH_MIN(change, 0.1) : 0;
+    nodes->search_radius->f64[i] = (1 + it->skin + growth) * h;
   }
   if (it->ahead > 0) add_motion(it);
 }

@@ -7,7 +7,8 @@
  *
  * Search radii. R_i = (1 + skin + g_i) H_i + m_i, where g_i = dt (2 |div v| / d + dt |a| / H) is twice the
  * relative change of the support in a step (the last one, or the one ahead if that is longer) and what a
- * force may add to it, at most 0.1: a support that outgrows R_i costs a lifecycle. For lists that
+ * force may add to it, at most 0.1: a support that outgrows R_i costs a lifecycle. Supports of nodes that are
+ * not active stay as they are: g_i = 0. For lists that
  * must serve a step of several stages (integrator->ahead = dt > 0) m_i covers the motion within it,
  *     m_i = 1.01 dt (w_i + max_k w_k),    w = |v - c| + dt |a| / 2,   at most H_i / 4,
  * with c the mean velocity along axes where a common drift is no displacement (policies/cover.h). Too little

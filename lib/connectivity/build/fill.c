@@ -29,12 +29,16 @@ static void fill_shifts(const struct kith_rows *rows, const struct kith_build *b
 static void fill_idle(const struct kith_rows *rows, const struct kith_build *build, kith_index i,
                       const kith_index *node, const uint16_t *shift, int words, const uint64_t *idle,
                       const uint64_t *hit) {
+  const bool alone = omp_get_num_threads() == 1;
   for (int w = 0; w < words; ++w)
     for (uint64_t bits = hit[w] & idle[w]; bits != 0; bits &= bits - 1) {
       const int k = 64 * w + __builtin_ctzll(bits);
-      kith_index at;
+      kith_index at, *mine = &build->scratch->filled[node[k]];
+      if (alone)
+        at = (*mine)++;
+      else
 #pragma omp atomic capture
-      at = build->scratch->filled[node[k]]++;
+        at = (*mine)++;
       const size_t e = rows->first[node[k]] + (size_t)at;
       rows->node[e] = i;
       if (rows->shift != NULL) rows->shift[e] = (uint16_t)(2 * rows->zero - shift[k]);
