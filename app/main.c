@@ -2,6 +2,7 @@
 #include <malloc.h>
 #include <omp.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include "app/cli/options.h"
 
 #define ACT_SCENE(name) [KITH_VERB_##name] = kith_##name,
@@ -14,6 +15,9 @@ int main(int argc, char **argv) {
 #ifdef M_MMAP_THRESHOLD /* large blocks go back to the system: between others they would stay as holes */
   mallopt(M_MMAP_THRESHOLD, 1 << 18);
 #endif
+  /* A run claims its directory, and what it publishes is whole: no locks of HDF5, which some file systems of
+   * clusters refuse. */
+  setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
   struct kith_options options;
   const int verb = kith_options_parse(&options, argc, argv);
   if (act[verb] == NULL) {

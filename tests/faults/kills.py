@@ -48,14 +48,16 @@ def goes_on(directory):
     return ['--restart', last] if os.path.exists(last) else ['--overwrite']
 
 
+def children(pid):
+    try: return list(map(int, open(f'/proc/{pid}/task/{pid}/children').read().split()))
+    except OSError: return []
+
+
 def victim(launcher, ranks):
-    """The launcher, or a rank that it has started."""
-    if ranks == 1 or choose.random() < 0.5: return launcher
-    below = [launcher]
-    for pid in below:
-        try: below += map(int, open(f'/proc/{pid}/task/{pid}/children').read().split())
-        except OSError: pass
-    return below[-1]
+    """The launcher, or a rank: a child of the mpirun that the launcher has started. Not a child of a rank,
+    which writes a file: its end is an error of the run, not a kill."""
+    started = [rank for mpirun in children(launcher) for rank in children(mpirun)]
+    return launcher if ranks == 1 or not started or choose.random() < 0.5 else choose.choice(started)
 
 
 def kill_and_restart(ranks, seconds):
