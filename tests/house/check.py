@@ -27,7 +27,8 @@ def sources(root):
     """Text files of the tree by path, without what was built or is no part of it."""
     found = {}
     for folder, folders, names in os.walk(root):
-        folders[:] = sorted(f for f in folders if f not in ("build", ".git", "__pycache__", "out"))
+        made = ("build", ".git", "out") if folder == root else ("__pycache__",)
+        folders[:] = sorted(f for f in folders if f not in made)
         for name in sorted(names):
             path = os.path.relpath(os.path.join(folder, name), root)
             if name.endswith((".c", ".h", ".sh", ".py", ".cmake", "CMakeLists.txt")) or path == "kith":

@@ -4,9 +4,9 @@
 
 #include "lib/connectivity/build/builder.h"
 
-/* One record: number of candidates, and in bit 32 whether idle nodes are among them; slots of the targets; the
- * candidates, two in a word; their shifts, if there are any; the bits of the idle ones, if there are any; the
- * bits, target by target. */
+/* One record: number of candidates, and in bit 32 whether idle nodes are among them; slots of the targets;
+ * the candidates, two in a word; their shifts, if there are any; the bits of the idle ones, if there are any;
+ * the bits, target by target. */
 enum { KITH_RECORD_HEAD = 2 };
 static inline size_t kith_record_nodes(size_t n) {
   return (n + 1) / 2;
