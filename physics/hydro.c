@@ -168,7 +168,7 @@ static inline double node_terms(const struct kith_hydro *hydro, kith_index i, do
   term[MASS][k] = m;
   term[KINETIC][k] = 0.5 * m * v2;
   term[INTERNAL][k] = m * hydro->energy->f64[i];
-  term[SCALE][k] = m * sqrt(v2);
+  term[SCALE][k] = m * KITH_MAX(sqrt(v2), hydro->sound_speed->f64[i]);
   term[ANGULAR_SCALE][k] = m * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
   for (int a = 0; a < NDIM; ++a) term[MOMENTUM + a][k] = m * v[a];
   for (int a = 0; a < 3; ++a) term[ANGULAR + a][k] = m * turn[a];

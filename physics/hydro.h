@@ -95,9 +95,10 @@ struct kith_totals {
    * it has done. Kinetic + internal + potential - work - through.energy is conserved. */
   double work;
   struct kith_through through;
-  double angular[3];     /* sum m (x - center) x v; components that a dimension lacks are 0 */
-  double momentum_scale; /* sum m |v|, and sum m |(x - center) x v|: the scales that drifts are divided by */
-  double angular_scale;
+  double angular[3]; /* sum m (x - center) x v; components that a dimension lacks are 0 */
+  /* Sum m max(|v|, c), and sum m |(x - center) x v|: the scales that drifts are divided by. The forces that
+   * cancel are those of the pressure, so c bounds their rounding where the gas hardly moves. */
+  double momentum_scale, angular_scale;
   double velocity_over_sound; /* largest |v| / c of a node; infinite if a node without sound moves */
 };
 struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro);

@@ -55,8 +55,8 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
 static void print_conservation(const struct kith_report *r, FILE *f) {
   const bool vortex = r->compared && r->norms.vortex,
              at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
-  fprintf(f, "\n  conservation errors: energy %.2e of the total, momentum %.2e of sum m |v|", r->energy_drift,
-          r->momentum_drift);
+  fprintf(f, "\n  conservation errors: energy %.2e of the total, momentum %.2e of sum m max(|v|, c)",
+          r->energy_drift, r->momentum_drift);
   if (vortex)
     fprintf(f, "\n  angular momentum %.2e; kinetic energy %.4g of %.4g, rebound %.2e",
             r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);

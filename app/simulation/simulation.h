@@ -57,7 +57,7 @@ void kith_simulation_bytes(const struct kith_simulation *simulation,
  *
  *   energy    |E - E0| / max(|E0|, |W - W0|),   E = kinetic + internal + potential - W, W the work of pistons
  *             together with the energy that came through (hydro.h)
- *   momentum  max_a |p_a - p0_a| / max(S, S0),  S = sum m |v|, p without what came through;
+ *   momentum  max_a |p_a - p0_a| / max(S, S0),  S = sum m max(|v|, c), p without what came through;
  *             axes without walls and external forces only
  *   angular   |L - L0| / max(S, S0),            L about the center (hydro.h), S = sum m |r x v|; NaN in 1-D,
  *             with walls or uniform gravity, and with frozen nodes, which give angular momentum to the gas

@@ -168,7 +168,7 @@ static inline void scenario_same(const struct scenario *a, const struct scenario
   fprintf(stderr, "%d-D, %s: %s differs\n", NDIM, what, different != NULL ? different : "the clock");
 }
 
-/* |E - E0| / E0 and |p - p0| / sum m |v|. */
+/* |E - E0| / E0 and |p - p0| / sum m max(|v|, c). */
 static inline double scenario_energy_drift(const struct scenario *s) {
   const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
   const double e0 = s->start.kinetic + s->start.internal;

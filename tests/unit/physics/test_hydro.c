@@ -62,7 +62,8 @@ static void check_totals(kith_index n0, kith_index n1) {
     for (int a = 0; a < 3; ++a) angular[a] += m * turn[a];
     angular_scale += m * sqrtl(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
     fastest = fmaxl(fastest, sqrtl(v2) / s.hydro.sound_speed->f64[i]);
-    mass += m, kinetic += m * v2 / 2, internal += m * s.hydro.energy->f64[i], scale += m * sqrtl(v2);
+    mass += m, kinetic += m * v2 / 2, internal += m * s.hydro.energy->f64[i],
+        scale += m * fmaxl(sqrtl(v2), s.hydro.sound_speed->f64[i]);
   }
   const int threads = omp_get_max_threads();
   struct kith_totals t[3];
