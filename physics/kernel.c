@@ -48,7 +48,7 @@ static void lattice_node(const int *c, int b, double *x) {
 
 double kith_kernel_self_weight(enum kith_kernel k, double neighbors) {
   const int nodes_per_cell = NDIM == 1 ? 1 : NDIM == 2 ? 2 : 4;
-  const double support = pow(neighbors / kith_ball(), 1.0 / NDIM);
+  const double support = kith_root_dim(neighbors / kith_ball());
   const int cells = (int)ceil(support) + 1;
   double w, g, others = 0;
   for (int c0 = -cells; c0 <= cells; ++c0)

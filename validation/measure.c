@@ -126,7 +126,7 @@ static kith_status open_search(struct search *s, size_t most) {
   for (kith_index i = 0; i < s->n; ++i) {
     for (int a = 0; a < NDIM; ++a)
       s->place[i].x[a] = nodes->position[(size_t)i * NDIM + a] - s->m->domain.lower[a];
-    s->place[i].spacing = pow(volume(s->m, i), 1.0 / NDIM);
+    s->place[i].spacing = kith_root_dim(volume(s->m, i));
     s->nearest[i] = INFINITY;
     s->widest = KITH_MAX(s->widest, s->place[i].spacing);
   }

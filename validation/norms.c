@@ -187,7 +187,7 @@ static double spacing_near_shock(const struct measure *m, double distance, doubl
   kith_sum_ranks(m->nodes->ranks, sum, 2);
   kith_ranks_sum_counts(m->nodes->ranks, &count, 1);
   *mass = count > 0 ? kith_sum_value(&sum[1]) / (double)count : *mass;
-  return count > 0 ? pow(kith_sum_value(&sum[0]) / (double)count, 1.0 / NDIM) : 0;
+  return count > 0 ? kith_root_dim(kith_sum_value(&sum[0]) / (double)count) : 0;
 }
 
 /* Exact state beside the exact shock: its density, and its outward speed. */
@@ -233,7 +233,7 @@ static double swept_radius(const struct measure *m, double place) {
     if (coordinate(m, i) <= place) kith_sum_add(&sum[0], m->nodes->mass[i]);
   }
   kith_sum_ranks(m->nodes->ranks, sum, 2);
-  return radius * pow(kith_sum_value(&sum[0]) / kith_sum_value(&sum[1]), 1.0 / NDIM);
+  return radius * kith_root_dim(kith_sum_value(&sum[0]) / kith_sum_value(&sum[1]));
 }
 
 static void find_shock(const struct measure *m, struct bins *bins, double width, double mass,
@@ -248,7 +248,7 @@ static void find_shock(const struct measure *m, struct bins *bins, double width,
   const double level = (ahead + KITH_MIN(peak, behind)) / 2;
   if (level > ahead) norms->shock_radius = crossing(bins, out, level);
   if (norms->shock_radius == 0) return;
-  norms->shock_offset = out * (norms->shock_radius - m->shock) / pow(mass / KITH_MIN(low, high), 1.0 / NDIM);
+  norms->shock_offset = out * (norms->shock_radius - m->shock) / kith_root_dim(mass / KITH_MIN(low, high));
   norms->shock_swept = swept_radius(m, norms->shock_radius);
 }
 

@@ -37,7 +37,7 @@ static double nearest(const struct kith_deposit *deposit, const struct kith_scen
     if (r >= node.r) continue;
     node.r = r;
     node.id = hydro->nodes->id->i64[i];
-    node.spacing = pow(hydro->mass->f64[i] / hydro->density->f64[i], 1.0 / NDIM);
+    node.spacing = kith_root_dim(hydro->mass->f64[i] / hydro->density->f64[i]);
   }
   const struct kith_shared shared = {KITH_SHARE_LEAST, sizeof node / 8, &node};
   kith_ranks_agree(ranks, KITH_OK, 1, &shared);

@@ -87,7 +87,7 @@ static kith_status fit_lattices(struct setup *s) {
       volume = densest->fit.site_volume * densest->mean_density / plan->mean_density;
     KITH_TRY(fit_lattice(plan,
                          given        ? plan->region->spacing
-                         : volume > 0 ? pow(volume, 1.0 / NDIM)
+                         : volume > 0 ? kith_root_dim(volume)
                                       : spacing,
                          volume));
   }
@@ -133,7 +133,7 @@ static kith_status check_flow(const struct setup *s, const struct plan *plan,
   if (!(inwards > 0))
     return refused_flow(scene, a, "an inflow whose velocity into the domain is %g: nothing enters", inwards);
   for (int b = 0; b < NDIM; ++b)
-    if (b != a && !(scene->period[b] > 0) && state->velocity[b] != 0 &&
+    if (b != a && !(scene->period[b] > 0) && fabs(state->velocity[b]) > 1e-12 * inwards &&
         side_ops(scene, b, state->velocity[b] > 0 ? 0 : 1) != NULL)
       return refused_flow(scene, a,
                           "a velocity of %g along the face of an inflow comes out of a wall beside it",
@@ -173,7 +173,7 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
   const double face = s->scene->boundary[axis].face[side],
                length = from->box.upper[axis] - from->box.lower[axis],
                cell = length / (double)from->fit.cells[axis],
-               support = pow(s->neighbors / kith_ball() * from->fit.site_volume, 1.0 / NDIM);
+               support = kith_root_dim(s->neighbors / kith_ball() * from->fit.site_volume);
   const double inside = side == 0 ? from->box.lower[axis] - face : face - from->box.upper[axis];
   if (inside < -1e-9 * cell)
     return kith_config_fail(from->region->node, NULL, "reaches %g behind the face of the %s", -inside,
@@ -189,6 +189,16 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
   zone->fit.cells[axis] = cells;
   zone->fit.box.lower[axis] = side == 0 ? face - depth : face;
   zone->fit.box.upper[axis] = side == 0 ? face : face + depth;
+  return KITH_OK;
+}
+
+/* A zone that holds nodes: its cells are those of the others at an inflow, and it may be slanted. */
+static kith_status join_zone(const struct setup *s, const struct plan *zone) {
+  const struct plan *from = &s->plan[zone->region - s->scene->region];
+  const int axis = zone->axis, side = zone->side;
+  const bool enters = side_ops(s->scene, axis, side)->enters;
+  const double cell = (from->box.upper[axis] - from->box.lower[axis]) / (double)from->fit.cells[axis],
+               depth = (double)zone->fit.cells[axis] * cell;
   double *known = &s->zone[axis][side][axis];
   if (enters && *known != 0 && fabs(fabs(*known) - depth) > 1e-9 * cell)
     return refused_flow(s->scene, axis,
@@ -196,17 +206,14 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
                         "could not enter as a whole; give them one spacing",
                         cell);
   *known = (side == 0 ? -1 : 1) * fmax(fabs(*known), depth);
-  return enters && !still ? slant_zone(s, zone) : KITH_OK;
+  return enters && !stays(zone->region) ? slant_zone(s, zone) : KITH_OK;
 }
 
 static kith_status add_zones(struct setup *s) {
   for (int a = 0; a < NDIM; ++a)
     for (int side = 0; side < 2; ++side) {
-      const int before = s->n_plans;
       if (!kith_boundary_passes(side_ops(s->scene, a, side))) continue;
       for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(add_zone(s, &s->plan[k], a, side));
-      if (s->n_plans == before)
-        return refused_flow(s->scene, a, "no region reaches the face that gas passes", 0);
     }
   return KITH_OK;
 }
@@ -239,7 +246,7 @@ static void slant(const struct setup *s, const struct plan *plan, double *x) {
 static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, int64_t id,
                              double *x) {
   const struct kith_region *region = plan->region;
-  const double spacing = pow(plan->fit.site_volume, 1.0 / NDIM);
+  const double spacing = kith_root_dim(plan->fit.site_volume);
   const bool zone = plan->axis >= 0;
   double volume = plan->fit.site_volume, stretch = 1;
   struct kith_region_state state;
@@ -254,7 +261,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
     s->hydro->velocity->f64[i * NDIM + a] = state.velocity[a];
   }
   s->nodes->id->i64[i] = id;
-  s->nodes->support->f64[i] = pow(s->neighbors / kith_ball() * volume, 1.0 / NDIM);
+  s->nodes->support->f64[i] = kith_root_dim(s->neighbors / kith_ball() * volume);
   s->hydro->mass->f64[i] = state.density * volume;
   s->hydro->density->f64[i] = state.density;
   s->hydro->energy->f64[i] = state.energy;
@@ -313,7 +320,9 @@ static kith_status count_share(const struct setup *s, struct plan *plan) {
     plan->nodes += of_rank;
   }
   kith_free(&counts);
-  return plan->nodes > 0 ? KITH_OK : kith_config_fail(plan->region->node, NULL, "it holds no node");
+  if (plan->axis < 0)
+    return plan->nodes > 0 ? KITH_OK : kith_config_fail(plan->region->node, NULL, "it holds no node");
+  return plan->nodes > 0 ? join_zone(s, plan) : KITH_OK;
 }
 
 static kith_status count_nodes(const struct setup *s, int64_t *total) {
@@ -327,6 +336,10 @@ static kith_status count_nodes(const struct setup *s, int64_t *total) {
     KITH_TRY(count_share(s, &s->plan[k]));
     *total += s->plan[k].nodes;
   }
+  for (int a = 0; a < NDIM; ++a)
+    for (int side = 0; side < 2; ++side)
+      if (kith_boundary_passes(side_ops(s->scene, a, side)) && s->zone[a][side][a] == 0)
+        return refused_flow(s->scene, a, "no region reaches the face that gas passes", 0);
   return KITH_OK;
 }
 

@@ -154,7 +154,7 @@ double kith_lattice_stiffness(enum kith_lattice kind, enum kith_kernel kernel, d
 #if KITH_NDIM > 1
   static const double angle = 1e-3; /* its square, 1e-6, is the error */
   const struct cell *cell = &cells[kind];
-  const double support = pow(neighbors / kith_ball(), 1.0 / NDIM);
+  const double support = kith_root_dim(neighbors / kith_ball());
   if (cell->n == 0 || kind == KITH_LATTICE_GLASS) return INFINITY;
   for (int a = 0; a < NDIM; ++a)
     for (int b = 0; b < a; ++b)

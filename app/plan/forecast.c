@@ -43,7 +43,7 @@ struct model {
 
 static double spacing_of(const struct model *o, kith_index i) {
   const struct kith_hydro *h = &o->simulation->hydro;
-  return pow(h->mass->f64[i] / h->density->f64[i], 1.0 / NDIM);
+  return kith_root_dim(h->mass->f64[i] / h->density->f64[i]);
 }
 
 static const struct kith_rows *rows_of(const struct model *o) {
@@ -125,11 +125,11 @@ static kith_status outline_at(struct model *o, const double *site_volume, const 
   const int r = region_at(o->scene, x, &status);
   if (status != KITH_OK || r < 0) return status;
   memcpy(place, x, sizeof place);
-  const double site = pow(site_volume[r], 1.0 / NDIM);
+  const double site = kith_root_dim(site_volume[r]);
   if (kith_region_displace(&o->scene->region[r], &o->scene->domain, 1e-3 * site, place, &stretch) != KITH_OK)
     stretch = 1;
   o->nodes[cell] += volume / (site_volume[r] * stretch);
-  o->region[cell] = (uint8_t)r, o->spacing[cell] = site * pow(stretch, 1.0 / NDIM);
+  o->region[cell] = (uint8_t)r, o->spacing[cell] = site * kith_root_dim(stretch);
   o->reach[cell] = (o->factor * o->radius[r] - 0.5) * o->spacing[cell];
   o->widest = fmax(o->widest, o->factor * o->radius[r] * o->spacing[cell]);
   return KITH_OK;
@@ -422,7 +422,7 @@ static kith_status outline_cells(struct model *o, const bool *periodic) {
   for (int r = 0; r < o->scene->n_regions; ++r) least = KITH_MIN(least, site_volume[r]);
   if (status == KITH_OK)
     status = kith_cells_init(&o->cells, o->scene->domain.lower, o->scene->domain.upper, periodic,
-                             0.5 * pow(neighbors / kith_ball() * least, 1.0 / NDIM),
+                             0.5 * kith_root_dim(neighbors / kith_ball() * least),
                              KITH_MIN((int64_t)o->scene->partition.cells * o->n_ranks, 1 << 22));
   if (status == KITH_OK) status = allocate(o);
   if (status == KITH_OK) status = kith_resize(&o->region, 0, (size_t)o->cells.n, 1);

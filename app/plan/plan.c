@@ -384,7 +384,7 @@ static kith_status cost_of_step(const struct plan *plan, const struct kith_optio
                                 struct kith_step_cost *cost) {
   enum { REHEARSE_NODES = 2000 };
   const struct kith_simulation *m = plan->simulation;
-  const double finer = pow(fmax(plan->copies * m->nodes->n_internal / REHEARSE_NODES, 1), 1.0 / NDIM);
+  const double finer = kith_root_dim(fmax(plan->copies * m->nodes->n_internal / REHEARSE_NODES, 1));
   *cost = (struct kith_step_cost){.of_items = part_of_items(plan),
                                   .images = plan->copies / plan->finer * m->nodes->n_ghost,
                                   .machine = plan->scene->machine};
@@ -455,10 +455,10 @@ static kith_status read_scenes(struct plan *plan, const struct kith_options *o) 
   KITH_TRY(kith_resize(&site_volume, 0, (size_t)plan->scene->n_regions + 1, sizeof *site_volume));
   kith_status status = kith_initial_conditions_outline(plan->scene, site_volume, &sites);
   if (status == KITH_OK && sites > MOST_NODES) {
-    status = kith_scene_read_at(
-        &plan->coarse, o, 2 * ceil(0.5 * plan->scene->resolution * pow(MODEL_NODES / sites, 1.0 / NDIM)));
+    status = kith_scene_read_at(&plan->coarse, o,
+                                2 * ceil(0.5 * plan->scene->resolution * kith_root_dim(MODEL_NODES / sites)));
     if (status == KITH_OK) status = kith_initial_conditions_outline(plan->coarse, site_volume, &coarse);
-    if (status == KITH_OK) plan->copies = sites / coarse, plan->finer = pow(plan->copies, 1.0 / NDIM);
+    if (status == KITH_OK) plan->copies = sites / coarse, plan->finer = kith_root_dim(plan->copies);
   }
   kith_free(&site_volume);
   return status;

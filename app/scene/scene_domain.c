@@ -1,4 +1,5 @@
 /* Domain, boundaries, external forces and materials of a scene. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 #include "app/scene/scene_parts.h"
@@ -25,6 +26,12 @@ kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config
     if (!(lower[a] < upper[a]))
       return kith_config_fail(kith_config_child(node, "upper"), NULL, "%g along %c is not above lower, %g",
                               upper[a], "xyz"[a], lower[a]);
+    const double far = fmax(fabs(lower[a]), fabs(upper[a])), apart = far * DBL_EPSILON;
+    if (far > side && 0x1p20 * apart * scene->resolution > 1)
+      return kith_config_fail(kith_config_child(node, "upper"), NULL,
+                              "numbers like %g along %c are %g apart, and spacings of %g need a million of "
+                              "that: shift the domain towards 0",
+                              far, "xyz"[a], apart, 1 / scene->resolution);
   }
   return KITH_OK;
 }

@@ -32,6 +32,15 @@ static inline double kith_pow_dim(double r) {
   return NDIM == 1 ? r : NDIM == 2 ? r * r : r * r * r; /* no loop: what calls it vectorizes */
 }
 
+/* The length whose NDIM-th power is v; scales exactly by powers of two, as cbrt and pow do not. */
+static inline double kith_root_dim(double v) {
+  int exponent;
+  if (NDIM < 3) return NDIM == 1 ? v : sqrt(v);
+  const double part = frexp(v, &exponent);
+  const int rest = (exponent % 3 + 3) % 3;
+  return ldexp(cbrt(ldexp(part, rest)), (exponent - rest) / 3);
+}
+
 /* Volume of the NDIM-ball of radius 1: 2, pi, 4 pi / 3. */
 static inline double kith_ball(void) {
   return NDIM == 1 ? 2.0 : NDIM == 2 ? 3.14159265358979323846 : 4.18879020478639098462;

@@ -106,7 +106,7 @@ static void choose_frame(struct kith_search *search) {
 #pragma omp parallel for schedule(static) reduction(max : bound)
   for (kith_index i = 0; i < search->n; ++i) bound = KITH_MAX(bound, search_radius[i]);
   /* Nodes without a radius: about one for each cell. */
-  if (!(bound > 0 && bound < INFINITY)) bound = (upper[0] - lower[0]) / pow(1 + search->n, 1.0 / NDIM);
+  if (!(bound > 0 && bound < INFINITY)) bound = (upper[0] - lower[0]) / kith_root_dim(1 + search->n);
   grid->bound = bound;
   for (int l = 0; l < GRID_LEVELS; ++l) grid->per_length[l] = ldexp(1 / (EDGE * bound), l);
   for (int a = 0; a < NDIM; ++a) grid->origin[a] = 0.5 * (lower[a] + upper[a]);

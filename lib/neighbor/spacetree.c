@@ -90,7 +90,7 @@ static bool choose_frame(struct kith_search *search) {
   if (!(extent < INFINITY)) extent = 0; /* everything in the outermost cells */
   /* Nodes without a radius: about one for each cell. */
   const bool any = bound > 0 && bound < INFINITY;
-  const double edge = any ? 2 * bound * (1 + 2 * loose) : extent / pow(1 + search->n, 1.0 / NDIM);
+  const double edge = any ? 2 * bound * (1 + 2 * loose) : extent / kith_root_dim(1 + search->n);
   if (within && edge <= tree->edge && edge > 0.25 * tree->edge && extent > 0.25 * tree->width) return false;
   int bits;
   tree->width = extent > 0 ? room * extent : 1;

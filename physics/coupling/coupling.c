@@ -35,7 +35,7 @@ static struct kith_requirements requirements(const struct kith_package *package)
 
 /* Nodes stand apart by a spacing, of which a support is a multiple. */
 static kith_status couple(struct kith_package *package, struct kith_connectivity *connectivity) {
-  const double spacings = pow(package->neighbors / kith_ball(), 1.0 / NDIM);
+  const double spacings = kith_root_dim(package->neighbors / kith_ball());
   const struct coupling *coupling = package->self;
   const size_t before = connectivity->pairs.n;
   KITH_TRY(kith_connectivity_couple(

@@ -136,7 +136,7 @@ static bool correct(const double *s, double *A, double *C, double *dA, double *d
 /* The change of the spacing, from sum g x (H_i - H_j) / (H_i + H_j) = - (1 / 2) grad ln H sum g r^2 / d of
  * even neighbors, where Omega is C V / H^d sum g r^2. */
 static double change_of_spacing(const struct moments_pass *pass, kith_index i, const double *sum) {
-  const double even = kith_ball() / pass->package->neighbors, spacings = pow(1 / even, 1.0 / NDIM);
+  const double even = kith_ball() / pass->package->neighbors, spacings = kith_root_dim(1 / even);
   double sum2 = 0;
   for (int a = 0; a < NDIM; ++a) sum2 += sum[a] * sum[a];
   return 2 * pass->constant * even * sqrt(sum2) /

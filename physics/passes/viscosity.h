@@ -92,7 +92,7 @@ static inline struct kith_viscosity_constants kith_viscosity_constants(
   const bool viscous = settings->name != KITH_VISCOSITY_NONE;
   return (struct kith_viscosity_constants){.alpha = viscous ? settings->alpha : 0,
                                            .beta = viscous ? settings->beta : 0,
-                                           .spacings = pow(neighbors / kith_ball(), 1.0 / NDIM),
+                                           .spacings = kith_root_dim(neighbors / kith_ball()),
                                            .limited = settings->name == KITH_VISCOSITY_LIMITED,
                                            .factored = settings->balsara >= KITH_BALSARA_FACTOR};
 }

@@ -122,6 +122,7 @@ regions.0.pressure=.inf|not a finite number
 regions.0.velocity=[1/0]|velocity
 regions.0.energy=1|not together with
 domain.upper=[-1, 1, 1]|--set domain.upper: -1 along x is not above lower, -1
+domain={lower: [1e12, 0, 0], upper: [1000000000001, 1, 1]}|a million of that: shift the domain towards 0
 domain.upper=[.inf, 1, 1]|not a finite number
 domain={lower: [-1]}|missing; it is required
 END

@@ -338,7 +338,17 @@ static void refusals(void) {
   for (int a = 0; a < NDIM; ++a) CHECK(fit.cells[a] == 1);
 }
 
+/* Spacings and supports scale by powers of two to the last bit, so all that follows from them does. */
+static void roots_scale(void) {
+  for (int k = -40; k <= 40; ++k) {
+    const double v = 0.1 + 0.01 * abs(k), root = kith_root_dim(v);
+    CHECK_CLOSE(kith_pow_dim(root), v, 1e-15 * NDIM * v);
+    CHECK(kith_root_dim(ldexp(v, k * NDIM)) == ldexp(root, k));
+  }
+}
+
 int main(void) {
+  roots_scale();
   for (int k = 0; k < N_KINDS; ++k) {
     if (NDIM == 2 && every[k] == KITH_LATTICE_FCC) continue;
     ideal(every[k], 0.3);

@@ -81,13 +81,21 @@ static void obstacles(void) {
   } run[] = {
       {HEAD FACES("inflow", "outflow") OBSTACLE("frozen"), "frozen nodes"},
       {HEAD FACES("inflow", "outflow") OBSTACLE("barrier"), "a barrier"},
+      {HEAD FACES("inflow", "outflow") /* bounded by formulas alone, and hardly along the face */
+       "regions:\n"
+       "  - {material: gas, lattice: cubic, where: {inside: \"x > 0.4 && x < 0.6 ? 0 : 1\"}, density: 1,"
+       " pressure: 1, velocity: [1,1e-17,0]}\n"
+       "  - {material: gas, lattice: cubic, where: {inside: \"x > 0.4 && x < 0.6\"}, density: 1,"
+       " pressure: 1, frozen: true}\n",
+       "a body"},
       {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("frozen"), "a piston and frozen nodes"},
       {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("barrier"), "a piston and a barrier"}};
-  for (int k = 0; k < 4; ++k) {
+  for (int k = 0; k < 5; ++k) {
     struct scenario s;
-    if (scenario_open(&s, run[k].yaml, "%s", "until=0.9") && scenario_run(&s, 30)) {
+    if (scenario_open(&s, run[k].yaml, "%s", k == 2 ? "boundaries.y=reflecting" : "until=0.9") &&
+        scenario_run(&s, 30)) {
       const struct kith_totals now = kith_hydro_totals(&s.simulation->hydro);
-      if (k < 2) check_balance(&s, run[k].what);
+      if (k < 3) check_balance(&s, run[k].what);
       const double e0 = s.start.kinetic + s.start.internal - s.start.work,
                    e = now.kinetic + now.internal - now.work - now.through.energy;
       CHECK(fabs(e - e0) < 1e-12 * fabs(now.kinetic + now.internal));
