@@ -238,6 +238,27 @@ static kith_status check_idle(const struct kith_scene *scene) {
   return KITH_OK;
 }
 
+/* Probes and contacts ask some nodes about others, of which there may be images without nodes. */
+static kith_status check_storage(const struct kith_scene *scene) {
+  const struct kith_config_node *given = kith_config_at(scene->config, "connectivity.storage");
+  char name[sizeof scene->connectivity.storage] = "", path[] = "boundaries.x.images";
+  strncat(name, scene->connectivity.storage, strcspn(scene->connectivity.storage, ":"));
+  const struct kith_storage_ops *storage = kith_storage_find(name);
+  if (given == NULL || storage == NULL) return KITH_OK;
+  if (storage->upper)
+    return kith_config_fail(given, NULL,
+                            "%s keeps half of the neighbors of a node, and lists of probes and "
+                            "contacts need all",
+                            name);
+  for (int a = 0; a < NDIM && !storage->shifts; ++a) {
+    path[strlen("boundaries.")] = "xyz"[a];
+    const struct kith_config_node *images = kith_config_at(scene->config, path);
+    if (images != NULL && images->text != NULL && strcmp(images->text, "shifts") == 0)
+      return kith_config_fail(given, NULL, "%s holds no images that are shifts (%s): take csr", name, path);
+  }
+  return KITH_OK;
+}
+
 static kith_status read_parts(struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root;
   if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
@@ -262,6 +283,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(kith_scene_probes(scene, kith_config_child(root, "probes")));
   KITH_TRY(kith_scene_contacts(scene, kith_config_at(scene->config, "connectivity.contacts")));
   KITH_TRY(check_idle(scene));
+  KITH_TRY(check_storage(scene));
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }
 

@@ -127,6 +127,13 @@ static const struct wrong forces[] = {
      "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
     {5, "boundaries: {x: [" PISTON ", " PISTON "]}",
      "f:5: boundaries.x: two pistons; one acts on a side, opposite to an open one"},
+    {11, "probes: [{name: a, at: [0, 0, 0]}]\nconnectivity: {storage: half}",
+     "f:12: connectivity.storage: half keeps half of the neighbors of a node, and lists of probes and "
+     "contacts need all"},
+    {5,
+     "boundaries: {x: {kind: periodic, images: shifts}}\nprobes: [{name: a, at: [0, 0, 0]}]\n"
+     "connectivity: {storage: \"padded:width=9\"}",
+     "f:7: connectivity.storage: padded holds no images that are shifts (boundaries.x.images): take csr"},
     {5, "boundaries: {x: [" PISTON ", reflecting]}",
      "f:5: boundaries.x: a piston opposite to a reflecting side: it must be open, or what the piston does "
      "could "
