@@ -19,6 +19,7 @@ struct kith_blocks {
   struct kith_field *due;    /* the tick of the next activity */
   struct kith_field *position_base, *support_base, *density_base; /* at the last activity */
   double planned;                                                 /* length of the next base step */
+  bool even; /* no node is heavy for another; false: not known yet */
   /* For ticks that are local. The supports of all nodes lie in a box, and nodes do not move farther than
    * `slack`, less what their search radii grow, until they are taken in again. Candidates for each neighbor
    * when all nodes were, and how many more there have been since, because nodes have moved. */
@@ -35,7 +36,8 @@ static inline struct kith_blocks *kith_blocks_of(const struct kith_integrator *i
 void kith_blocks_plan(struct kith_integrator *it, double time, double factor);
 /* The steps that active nodes want at tick n, inside of a base step. */
 void kith_blocks_want(struct kith_integrator *it);
-/* By the neighbors: at most `ratio` times what any of them wants. */
+/* By the neighbors: at most `ratio` times what any of them wants, and no longer than until a heavy one
+ * pushes. */
 void kith_blocks_limit_by_neighbors(struct kith_integrator *it);
 /* Have all nodes of all ranks the same steps? Then all pairs have the same weight. Frozen ones have any. */
 bool kith_blocks_alike(const struct kith_integrator *it);
