@@ -160,9 +160,9 @@ static double push_in(const struct kith_integrator *it, kith_index i, size_t e, 
          (kith_pow_dim(support) * support * support);
 }
 
-/* The longest of the steps d, d / 2, ... at whose end what a heavy neighbor adds to the acceleration of node i
- * keeps the limit of accelerations: one that comes within the support of a light node would else throw it with
- * more energy than it has. */
+/* The longest of the steps d, d / 2, ... at whose end what a heavy neighbor adds to the acceleration of i
+ * keeps the limit of accelerations: one that comes within the support of a light node would else throw it
+ * with more energy than it has. */
 static double before_impact(const struct kith_integrator *it, kith_index i, double d) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const struct kith_rows *rows = &it->connectivity->rows;
