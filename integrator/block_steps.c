@@ -6,8 +6,8 @@
 #include "integrator/step.h"
 
 enum {
-  FEW = 2,         /* fewer active nodes than this part of all are looked up, with what is near them */
-  NEW_SEARCH = 40, /* what a new search costs for each node, in candidates */
+  FEW = 2,          /* fewer active nodes than this part of all are looked up, with what is near them */
+  NEW_SEARCH = 160, /* what a new search, with nodes put in order, costs for each node, in candidates */
 };
 static const double start = 0.1; /* the first steps: nothing has told the neighbors yet */
 
