@@ -36,18 +36,14 @@ static const char scene_text[] = "scene: bench\n" SIZE
                                  "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2.4}\n"
                                  "until: 0.05\n";
 
-enum { MOST_STAGES = 48 };
-
-/* One run. All but `nodes` and updates per second is of a node and step. */
+/* One run. */
 struct figures {
-  double nodes, updates, rebuilds, energy_drift;
-  double candidates, entries, pairs;
-  int n_stages;
-  char path[MOST_STAGES][64];
-  double ns[MOST_STAGES], bytes[MOST_STAGES], step; /* a stage's own time and traffic; 0: not counted */
-  double plain_density, plain_force;                /* ns of the reference loops on the same rows */
+  double updates, per_second, rebuilds, energy_drift;
+  double candidates, entries, pairs; /* of a node and step */
+  double plain_density, plain_force; /* ns of the reference loops on the same rows, of a node */
   enum kith_traversal traversal;
   struct kith_fom fom;
+  struct kith_profile *profile; /* owned */
 };
 
 /* ---- loops that anybody could have written: what a figure is measured by ---- */
@@ -128,22 +124,6 @@ static double time_of(const struct kith_simulation *m,
   return 1e9 * best / m->nodes->n_internal;
 }
 
-static void take_stages(const struct kith_profile *profile, double updates, struct figures *out) {
-  static const char lists[] = "step/lifecycle/connectivity";
-  const struct kith_stage *stage;
-  const int n = kith_profile_stages(profile, &stage);
-  for (int k = 0; k < n; ++k) {
-    if (strcmp(stage[k].path, "step") == 0) out->step = 1e9 * stage[k].seconds / updates;
-    if (strncmp(stage[k].path, "step/", 5) != 0 || out->n_stages == MOST_STAGES) continue;
-    snprintf(out->path[out->n_stages], sizeof out->path[0], "%s", stage[k].path + 5);
-    out->bytes[out->n_stages] = kith_profile_counted(profile, stage[k].path, "bytes") / updates;
-    out->ns[out->n_stages++] = 1e9 * stage[k].self_seconds / updates;
-  }
-  out->candidates = kith_profile_counted(profile, lists, "candidates") / updates;
-  out->entries = kith_profile_counted(profile, lists, "row entries") / updates;
-  out->pairs = kith_profile_counted(profile, lists, "pairs") / updates;
-}
-
 static kith_status time_steps(struct kith_simulation *m, const struct kith_options *options,
                               struct figures *out) {
   struct kith_integrator *it = &m->integrator;
@@ -155,16 +135,17 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   while (it->step < wanted && it->time < m->scene->until) KITH_TRY(kith_integrator_step(it, m->scene->until));
   const double seconds = kith_seconds() - start, n = m->nodes->n_internal, updates = n * (double)it->step;
   const struct kith_totals after = kith_hydro_totals(&m->hydro);
-  *out = (struct figures){
-      .nodes = n,
-      .updates = updates / seconds,
-      .rebuilds = (double)it->ledger.lifecycles - 1,
-      .energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1,
-      .traversal = m->package.traversal};
-  take_stages(m->profile, updates, out);
-  out->fom = (struct kith_fom){out->updates, out->updates / omp_get_max_threads(),
-                               (double)(m->package.pair_evaluations - evaluated) / seconds, 0};
-  for (int k = 0; k < out->n_stages; ++k) out->fom.bytes_per_update += out->bytes[k];
+  static const char lists[] = "step/lifecycle/connectivity";
+  out->updates = updates, out->per_second = updates / seconds;
+  out->rebuilds = (double)it->ledger.lifecycles - 1;
+  out->energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1;
+  out->traversal = m->package.traversal;
+  out->candidates = kith_profile_counted(m->profile, lists, "candidates") / updates;
+  out->entries = kith_profile_counted(m->profile, lists, "row entries") / updates;
+  out->pairs = kith_profile_counted(m->profile, lists, "pairs") / updates;
+  out->fom = (struct kith_fom){out->per_second, out->per_second / omp_get_max_threads(),
+                               (double)(m->package.pair_evaluations - evaluated) / seconds,
+                               kith_profile_counted(m->profile, "step/", "bytes") / updates};
   return KITH_OK;
 }
 
@@ -174,19 +155,17 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   const char *overrides[KITH_MAX_OVERRIDES + 2];
   int n = 0;
   struct kith_scene *scene = NULL;
-  struct kith_profile *profile = NULL;
   struct kith_simulation *m = NULL;
   for (int k = 0; k < 2 && setting[k] != NULL; ++k) overrides[n++] = setting[k];
   for (int k = 0; k < options->n_overrides; ++k) overrides[n++] = options->overrides[k];
   omp_set_num_threads(threads);
   kith_status status = kith_scene_parse(&scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
-  if (status == KITH_OK) status = kith_profile_create(&profile, threads, false);
-  if (status == KITH_OK) status = kith_simulation_create(&m, scene, NULL, profile, false);
+  if (status == KITH_OK) status = kith_profile_create(&out->profile, threads, false);
+  if (status == KITH_OK) status = kith_simulation_create(&m, scene, NULL, out->profile, false);
   if (status == KITH_OK) status = time_steps(m, options, out);
   if (status == KITH_OK && loops)
     out->plain_density = time_of(m, plain_density), out->plain_force = time_of(m, plain_force);
   kith_simulation_destroy(&m);
-  kith_profile_destroy(&profile);
   kith_scene_destroy(&scene);
   return status;
 }
@@ -199,8 +178,8 @@ static kith_status bench_case(const struct kith_options *options, const char *co
   if (base == NULL) base = f;
   snprintf(what, sizeof what, "%s%s %s", strchr(setting[0], '=') + 1, setting[1] != NULL ? "," : "",
            setting[1] != NULL ? setting[1] : "");
-  printf("  %-40s %7d %11.3g %10.0f %10.2f %9.0f %13.1e\n", what, threads, f->updates, 1e9 / f->updates,
-         1e9 / f->updates / (base->plain_density + base->plain_force), f->rebuilds, f->energy_drift);
+  printf("  %-40s %7d %11.3g %10.0f %10.2f %9.0f %13.1e\n", what, threads, f->per_second, 1e9 / f->per_second,
+         1e9 / f->per_second / (base->plain_density + base->plain_force), f->rebuilds, f->energy_drift);
   fflush(stdout);
   return KITH_OK;
 }
@@ -218,31 +197,40 @@ static void print_line(const char *what, const struct figures *f, double ns, dou
   printf("\n");
 }
 
-static bool ends_with(const char *path, const char *name) {
-  const char *last = strrchr(path, '/');
-  return strcmp(last != NULL ? last + 1 : path, name) == 0;
+/* The time of a stage and of those below it, or its own, of a node and step; 0: there is none. */
+static double ns_of(const struct figures *f, int stage, bool own) {
+  const struct kith_stage *of;
+  if (f == NULL || stage >= kith_profile_stages(f->profile, &of)) return 0;
+  return 1e9 * (own ? of[stage].self_seconds : of[stage].seconds) / f->updates;
 }
 
 /* Stages on one thread, beside triad and reference loops, and on all (NULL if there is one). */
 static void print_stages(const char *package, const struct figures *one, const struct figures *all,
                          double triad, int threads) {
-  const double plain = one->plain_density + one->plain_force;
-  double rest = one->step, traffic = 0, rows = 0;
+  const struct kith_stage *stage;
+  const int n = kith_profile_stages(one->profile, &stage);
+  double traffic = 0, rows = 0;
+  int step = 0;
+  while (step < n && strcmp(stage[step].path, "step") != 0) ++step;
+  double rest = ns_of(one, step, false);
   printf("\n  %-28s %8s %8s %8s %7s %7s %8s %10s", package, "ns/node", "ns/entry", "ns/pair", "bytes", "GB/s",
          "of triad", "over plain");
   if (all != NULL) printf(" %2d threads %8s", threads, "speed-up");
   printf("\n");
-  for (int k = 0; k < one->n_stages; ++k) {
-    const char *path = one->path[k];
-    const bool lists = strncmp(path, "lifecycle/", 10) == 0, density = ends_with(path, "density"),
-               force = !lists && (ends_with(path, "force") || ends_with(path, "pairs"));
-    if (lists && ends_with(path, "rows")) rows = one->ns[k];
-    print_line(path, one, one->ns[k], one->bytes[k], density * one->plain_density + force * one->plain_force,
-               triad, all != NULL && k < all->n_stages ? all->ns[k] : 0);
-    rest -= one->ns[k], traffic += one->bytes[k];
+  for (int k = step + 1; k < n && stage[k].depth > 0; ++k) { /* those below the step */
+    const char *path = stage[k].path + strlen("step/"), *name = stage[k].name;
+    const bool lists = strncmp(path, "lifecycle/", 10) == 0, density = strcmp(name, "density") == 0,
+               force = !lists && (strcmp(name, "force") == 0 || strcmp(name, "pairs") == 0);
+    const double ns = ns_of(one, k, true),
+                 bytes = kith_profile_counted(one->profile, stage[k].path, "bytes") / one->updates;
+    if (lists && strcmp(name, "rows") == 0) rows = ns;
+    print_line(path, one, ns, bytes, density * one->plain_density + force * one->plain_force, triad,
+               ns_of(all, k, true));
+    rest -= ns, traffic += bytes;
   }
   print_line("outside of any stage", one, rest, 0, 0, triad, 0);
-  print_line("step", one, one->step, traffic, plain, triad, all != NULL ? all->step : 0);
+  print_line("step", one, ns_of(one, step, false), traffic, one->plain_density + one->plain_force, triad,
+             ns_of(all, step, false));
   print_line("reference: plain density", one, one->plain_density, 0, 0, triad,
              all != NULL ? all->plain_density : 0);
   print_line("reference: plain force", one, one->plain_force, 0, 0, triad,
@@ -255,16 +243,18 @@ static void print_stages(const char *package, const struct figures *one, const s
 
 static kith_status bench_package(const struct kith_options *options, const char *package, int all,
                                  double triad, struct kith_fom *fom) {
-  struct figures one, many, f;
+  struct figures f[3] = {0}; /* on one thread, on all, by the other traversal */
   char setting[64];
   snprintf(setting, sizeof setting, "method.package=%s", package);
-  KITH_TRY(bench_case(options, (const char *[2]){setting}, 1, NULL, &one));
-  if (all > 1) KITH_TRY(bench_case(options, (const char *[2]){setting}, all, NULL, &many));
-  const char *traversal = one.traversal == KITH_TRAVERSE_PAIRS ? "traversal=gather" : "traversal=pairs";
-  KITH_TRY(bench_case(options, (const char *[2]){setting, traversal}, 1, &one, &f));
-  print_stages(package, &one, all > 1 ? &many : NULL, triad, all);
-  *fom = all > 1 ? many.fom : one.fom;
-  return KITH_OK;
+  kith_status status = bench_case(options, (const char *[2]){setting}, 1, NULL, &f[0]);
+  if (status == KITH_OK && all > 1)
+    status = bench_case(options, (const char *[2]){setting}, all, NULL, &f[1]);
+  const char *traversal = f[0].traversal == KITH_TRAVERSE_PAIRS ? "traversal=gather" : "traversal=pairs";
+  if (status == KITH_OK) status = bench_case(options, (const char *[2]){setting, traversal}, 1, &f[0], &f[2]);
+  if (status == KITH_OK) print_stages(package, &f[0], all > 1 ? &f[1] : NULL, triad, all);
+  *fom = f[all > 1].fom;
+  for (int k = 0; k < 3; ++k) kith_profile_destroy(&f[k].profile);
+  return status;
 }
 
 static kith_status bench(const struct kith_options *options, int all) {
