@@ -2,6 +2,8 @@
 #include "app/initial/lattice.h"
 #include "tests/check.h"
 
+#include <stdlib.h>
+
 static const enum kith_lattice every[4] = {KITH_LATTICE_CUBIC, KITH_LATTICE_BCC, KITH_LATTICE_FCC,
                                            KITH_LATTICE_HCP};
 enum { N_KINDS = 4 };
