@@ -7,7 +7,7 @@
  * than the rows themselves.
  *
  * Where nodes are active or idle, only active ones are targets, ghosts among them. An idle node has its
- * active neighbors in its row: the transpose of their rows, counted with the bits and filled in last. Ghosts
+ * active neighbors in its row: the transpose of their rows, counted and filled in with the bits. Ghosts
  * serve for that alone, so only idle nodes are their candidates. */
 #include "lib/connectivity/build.h"
 
