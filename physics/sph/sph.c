@@ -16,6 +16,11 @@
  * Balsara's factor (viscosity.h) multiplies s, which is 1 without the switch. conduction a_u: the heat
  *     m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
  *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
+ * pressure_dissipation a_P: the heat, from j to i,
+ *     a_P |f_ij . v_ij| (P_j - P_i) / (P_i + P_j + rho_mean^2 Pi_ij),                                  (8)
+ *     which for 1/2 is what crk's shares of the work move (eq. 7 there), but for their cosine.
+ *     Forces along x_ij let nodes that a shock has pressed together in one direction slide past each other
+ *     (the page on methods, Sedov): (8) damps the pressures of this noise. Off, since contacts spread by it.
  *
  * stretch: supports are ellipsoids with half axes s_a H (a fixed tensor), and W depends on |x_ij| in their
  * metric M = diag(1 / s_a^2), grad_i W = W' / (H |x_ij|_M) M x_ij; the viscosity knows nothing of it.
@@ -26,7 +31,7 @@
 
 struct sph_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
-  double conduction, stretch[NDIM];
+  double conduction, pressure_dissipation, stretch[NDIM];
 };
 static const struct kith_param viscosity_params[] = {
     KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST(KITH_AS_LISTED_CHOICE)), {0}};
@@ -34,6 +39,9 @@ static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
     {"conduction", KITH_PARAM_NUMBER, "0", "[0, inf)", "of heat, where pressure jumps; 1 is usual",
      KITH_INTO(struct sph_settings, conduction)},
+    {"pressure_dissipation", KITH_PARAM_NUMBER, "0", "[0, inf)",
+     "heat that evens out pressures, of the work of a pair: 2 halves the noise behind blasts in 2-D and 3-D",
+     KITH_INTO(struct sph_settings, pressure_dissipation)},
     {"stretch", KITH_PARAM_VECTOR, "[1, 1, 1]", "[1, inf)",
      "half axes of supports in units of the shortest one, along x, y, z: ellipsoids of one shape",
      KITH_INTO(struct sph_settings, stretch)},
@@ -51,7 +59,8 @@ enum {
 };
 
 struct sph {
-  bool full; /* the scene needs switches or conduction: particles are packed with all fields */
+  bool full;                                                   /* particles are packed with all fields */
+  bool all_terms;                                              /* stretched supports, (7) and (8) */
   struct kith_field *grad_h_term, *shear, *curl, *compression; /* NULL unless needed; grad_h_term always is */
   struct kith_field *viscosity_switch, *factor;                /* s of (6), state; s with Balsara's factor */
 };
@@ -59,20 +68,20 @@ struct sph {
 /* What all pairs share. */
 struct sph_constants {
   struct kith_viscosity_constants viscosity;
-  double conduction;
+  double conduction, pressure_dissipation;
   double kernel;        /* C of the kernel */
   const double *metric; /* [NDIM] diagonal of M */
 };
 
 /* --- the pair function --- */
 
-/* One pair: (3) - (5), (7). */
-KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool stretched, const struct sph_constants *c,
+/* One pair: (3) - (5); all: in stretched supports, with (7) and (8). */
+KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const struct sph_constants *c,
                           const double *restrict i, const double *restrict j, double *restrict out) {
   struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
   double along[NDIM], r2 = 0, apart = p.r; /* M x_ij; x_ij . M x_ij / |x_ij| */
   for (int a = 0; a < NDIM; ++a) along[a] = i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a);
-  if (stretched) {
+  if (all) {
     p.vx = 0;
     for (int a = 0; a < NDIM; ++a) {
       r2 += c->metric[a] * along[a] * along[a];
@@ -98,16 +107,17 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool stretched, co
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * along[a];
 
   /* (4): the work of each node's own pressure, and half of the viscosity's. */
-  double conduction = 0;
-  if (full) { /* (7) */
-    const double pi = i[SPH_PSI] * i[KITH_PACKED_DENSITY] * i[KITH_PACKED_DENSITY] / i[SPH_MASS],
-                 pj = J(SPH_PSI) * J(KITH_PACKED_DENSITY) * J(KITH_PACKED_DENSITY) / J(SPH_MASS);
-    const double speed = sqrt(2 * fabs(pi - pj) / densities);
-    conduction =
-        c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * apart * (gi + gj) / densities;
+  double heat = 0;
+  if (all) {
+    const double rho_i = i[KITH_PACKED_DENSITY], rho_j = J(KITH_PACKED_DENSITY),
+                 pi = i[SPH_PSI] * rho_i * rho_i / i[SPH_MASS], pj = J(SPH_PSI) * rho_j * rho_j / J(SPH_MASS),
+                 jump = pj - pi, speed = sqrt(2 * fabs(jump) / densities),                   /* (7) */
+        pressures = KITH_MAX(pi + pj + 0.5 * viscosity * densities * densities, fabs(jump)); /* (8) */
+    heat = c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * apart * (gi + gj) / densities +
+           c->pressure_dissipation * fabs(force * p.vx) * jump / KITH_MAX(pressures, DBL_MIN);
   }
-  OUT(KITH_HEAT) = conduction - (fi + 0.5 * fq) * p.vx;
-  OUT(KITH_PARTNER_HEAT) = -conduction - (fj + 0.5 * fq) * p.vx;
+  OUT(KITH_HEAT) = heat - (fi + 0.5 * fq) * p.vx;
+  OUT(KITH_PARTNER_HEAT) = -heat - (fj + 0.5 * fq) * p.vx;
   OUT(KITH_SIGNAL) = gi + gj < 0 ? p.signal : 0;
 }
 
@@ -119,13 +129,13 @@ KITH_INLINE void pair_full(enum kith_kernel kernel, const void *constants, const
                            const double *restrict j, double *restrict out) {
   sph_pair(kernel, true, false, constants, i, j, out);
 }
-KITH_INLINE void pair_stretched(enum kith_kernel kernel, const void *constants, const double *restrict i,
-                                const double *restrict j, double *restrict out) {
+KITH_INLINE void pair_all(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                          const double *restrict j, double *restrict out) {
   sph_pair(kernel, true, true, constants, i, j, out);
 }
 KITH_FORCE_BLOCKS(pair_simple, SPH_SIMPLE)
 KITH_FORCE_BLOCKS(pair_full, SPH_FULL)
-KITH_FORCE_BLOCKS(pair_stretched, SPH_FULL)
+KITH_FORCE_BLOCKS(pair_all, SPH_FULL)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
@@ -150,15 +160,16 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
   const struct sph_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .conduction = settings->conduction,
+      .pressure_dissipation = settings->pressure_dissipation,
       .kernel = kith_kernel_constant(package->kernel) / nodes->volume,
       .metric = metric};
   return kith_force(&(struct kith_force_pass){.package = package,
                                               .kick = kick,
                                               .connectivity = connectivity,
                                               .pack = pack,
-                                              .evaluate = (nodes->stretched != NULL ? pair_stretched_of
-                                                           : sph->full              ? pair_full_of
-                                                                       : pair_simple_of)[package->kernel],
+                                              .evaluate = (sph->all_terms ? pair_all_of
+                                                           : sph->full    ? pair_full_of
+                                                                          : pair_simple_of)[package->kernel],
                                               .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
                                               .constants = &constants});
 }
@@ -193,7 +204,8 @@ static kith_status sph_create(struct kith_package *package) {
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &sph->factor},
       {0}};
-  sph->full = switched || settings->conduction > 0 || is_stretched(settings);
+  sph->all_terms = settings->conduction > 0 || settings->pressure_dissipation > 0 || is_stretched(settings);
+  sph->full = switched || sph->all_terms;
   if (is_stretched(settings)) KITH_TRY(kith_nodes_stretch(package->hydro->nodes, settings->stretch));
   if (rising) KITH_TRY(kith_nodes_give_ghosts(package->hydro->nodes, package->hydro->acceleration));
   return kith_nodes_fields(package->hydro->nodes, fields);

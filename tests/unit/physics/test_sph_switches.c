@@ -1,5 +1,5 @@
 /* What turns viscosity down, and what carries heat: Balsara's factor, Cullen and Dehnen's switch,
- * conduction. */
+ * conduction, dissipation of pressures. */
 #include "tests/unit/scenario.h"
 
 static const char box[] =
@@ -75,6 +75,27 @@ static void check_conduction(void) {
   CHECK_CLOSE(loss("method.conduction=1"), 0, 1e-13);
 }
 
+/* Converging gas, hot and cold: the dissipation of pressures takes from the hot half and makes no heat; none
+ * where pressure is even, however fast the gas converges. */
+static void check_pressures(void) {
+  static const char halves[] = CONVERGING "method.viscosity.name=none regions.0.pressure=";
+  double cold[2][2] = {{0}}, all[2][2] = {{0}};
+  for (int k = 0; k < 4; ++k) {
+    struct scenario s;
+    scenario_open(&s, box, "%s%s method.pressure_dissipation=%d", halves, k / 2 ? "x<0.5?2:1" : "1", k % 2);
+    CHECK(s.simulation != NULL && kith_simulation_start(s.simulation) == KITH_OK);
+    for (kith_index i = 0; s.simulation != NULL && i < s.simulation->nodes->n_internal; ++i) {
+      const double heat = s.simulation->hydro.mass->f64[i] * s.simulation->hydro.energy_rate->f64[i];
+      all[k / 2][k % 2] += heat;
+      if (s.simulation->nodes->position->f64[(size_t)i * NDIM] >= 0.5) cold[k / 2][k % 2] += heat;
+    }
+    scenario_close(&s);
+  }
+  CHECK_CLOSE(cold[0][1], cold[0][0], 1e-13);
+  CHECK(cold[1][1] > cold[1][0] + 0.01);
+  for (int k = 0; k < 2; ++k) CHECK_CLOSE(all[k][1], all[k][0], 1e-13); /* round-off of sums of order 1 */
+}
+
 /* The switch: nothing in gas at rest; full where a shock comes; it decays behind, and it is the same for any
  * number of threads. */
 static void check_rising(void) {
@@ -109,6 +130,7 @@ int main(void) {
 #endif
   check_compression();
   check_conduction();
+  check_pressures();
   check_rising();
   return check_failed();
 }
