@@ -2,6 +2,7 @@
 #include "integrator/block_steps.h"
 
 #include <math.h>
+#include "integrator/flow.h"
 #include "integrator/lifecycle.h"
 #include "integrator/step.h"
 
@@ -41,6 +42,10 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
       {true, SCALAR("opening_heat", KITH_KEPT, "the same of the energy"), &b->steps.opening_heat},
       {kith_external_force_acts(&it->hydro->external_force),
        SCALAR("fall_missed", KITH_WORK, "by kicks between ticks"), &b->steps.fall},
+      {it->hydro->outside_force != NULL,
+       VECTOR("outside_opening", KITH_OWN_WORK, "of partners that are no gas"), &b->steps.outside},
+      {it->hydro->outside_force != NULL,
+       SCALAR("outside_opening_power", KITH_OWN_WORK, "the same of the energy"), &b->steps.outside_power},
       {true, SCALAR("rate_last", KITH_KEPT, "du/dt at the last activity"), &b->steps.rate_last},
       {true, SCALAR("rate_slope", KITH_KEPT, "change of du/dt since then"), &b->steps.rate_slope},
       {0}};
@@ -254,7 +259,9 @@ static kith_status evaluate(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   kith_blocks_limit_by_neighbors(it);
   b->steps.alike = b->steps.ends && kith_blocks_alike(it); /* else seldom, and not worth a look */
-  return kith_integrator_evaluate(it);
+  KITH_TRY(kith_integrator_evaluate(it));
+  kith_flow_tick(it, &b->steps);
+  return KITH_OK;
 }
 
 /* Lists, at tick `now`. The first ones of a base step put nodes back in their places and on their ranks. */
@@ -325,6 +332,7 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
   struct kith_blocks *b = kith_blocks_of(it);
   struct kith_block_steps *s = &b->steps;
   s->now = 0, s->tick = dt / KITH_TICKS, s->ends = false;
+  kith_add_through(it, dt);
   kith_field_copy(it->nodes, s->velocity_last, it->hydro->velocity);
   kith_field_copy(it->nodes, s->energy_last, it->hydro->energy);
 #pragma omp parallel for schedule(static)

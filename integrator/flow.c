@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <string.h>
-#include "lib/comm/sum.h"
 
 /* Mass, energy, momentum. */
 enum { MASS, ENERGY, MOMENTUM, SUMS = MOMENTUM + NDIM };
@@ -220,4 +219,30 @@ void kith_flow_rates(struct kith_integrator *it) {
       if (it->package->compatible) it->package->energy_correction->f64[i] = correction;
     }
   }
+}
+
+void kith_flow_tick(struct kith_integrator *it, const struct kith_block_steps *s) {
+  struct kith_hydro *hydro = it->hydro;
+  struct kith_sum *got = it->flow.got, later[1 + NDIM] = {0}, *opens = s->ends ? later : got;
+  const double time = s->ends ? 1 : s->tick * KITH_TICKS;
+  if (hydro->outside_force == NULL) return;
+  for (kith_index k = 0; k < kith_near_count(it); ++k) {
+    const kith_index i = kith_near_node(it, k);
+    if (it->nodes->activity->u8[i] == KITH_IDLE || !kith_node_is_gas(it->nodes, i)) continue;
+    kith_sum_add(&got[0], hydro->outside_power->f64[i]);
+    kith_sum_add(&opens[0], time * s->outside_power->f64[i]);
+    for (size_t a = 0; a < NDIM; ++a) {
+      kith_sum_add(&got[1 + a], hydro->outside_force->f64[(size_t)i * NDIM + a]);
+      kith_sum_add(&opens[1 + a], time * s->outside->f64[(size_t)i * NDIM + a]);
+    }
+  }
+  if (!s->ends) return;
+  kith_sum_ranks(it->nodes->ranks, got, 1 + NDIM);
+  kith_sum_ranks(it->nodes->ranks, later, 1 + NDIM);
+  hydro->through.energy += kith_sum_value(&got[0]), it->flow.rate.energy = kith_sum_value(&later[0]);
+  for (int a = 0; a < NDIM; ++a) {
+    hydro->through.momentum[a] += kith_sum_value(&got[1 + a]);
+    it->flow.rate.momentum[a] = kith_sum_value(&later[1 + a]);
+  }
+  memset(got, 0, sizeof it->flow.got);
 }

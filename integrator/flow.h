@@ -26,5 +26,8 @@
 kith_status kith_flow_exchange(struct kith_integrator *integrator);
 /* After an evaluation: the rates of zones, and what the gas gets from all that is no gas. Collective. */
 void kith_flow_rates(struct kith_integrator *integrator);
+/* Block steps, after the evaluation of a tick: adds what active and touched nodes got. At the end of a base
+ * step all is summed up, and what the evaluation opens is the rate until the next tick. Collective there. */
+void kith_flow_tick(struct kith_integrator *integrator, const struct kith_block_steps *steps);
 
 #endif

@@ -8,6 +8,7 @@
 #include "boundaries/flow.h"
 #include "integrator/ledger.h"
 #include "integrator/scheme.h"
+#include "lib/comm/sum.h"
 #include "lib/connectivity/connectivity.h"
 #include "lib/core/profile.h"
 #include "lib/domain/decomposition.h"
@@ -87,7 +88,8 @@ struct kith_integrator {
     kith_flow_state_at *state; /* at the faces of inflows; NULL: they stay as they are. The caller's, with: */
     const void *context;
     int64_t id_stride;
-    struct kith_through rate; /* of what the gas gets from outside, by the last evaluation */
+    struct kith_through rate;      /* of what the gas gets from outside, by the last evaluation */
+    struct kith_sum got[1 + NDIM]; /* block steps: of this base step so far, on this rank; energy, momentum */
   } flow;
 
   /* The lists. */
@@ -135,6 +137,8 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 
 /* to = from, of internal nodes. */
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
+/* What the gas gets from outside in a time dt, by the rates of the last evaluation. */
+void kith_add_through(struct kith_integrator *integrator, double dt);
 /* v += dt A, and u by equation (1) of package.h; the time kicked so far += dt. */
 void kith_kick(struct kith_integrator *integrator, double dt);
 /* v += dt A, u += dt rate: a state for packages to evaluate, which the scheme then takes back. The middle of

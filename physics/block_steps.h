@@ -35,6 +35,9 @@ struct kith_block_steps {
   struct kith_field *fall;                        /* sum (n - t) g . k between t and n; NULL: g = 0 */
   struct kith_field *impulse, *heat;              /* closing part, of the packages so far */
   struct kith_field *opening, *opening_heat;      /* opening part, per time of a base step */
+  /* What of that is by partners that are no gas: of the node's momentum and energy. The closing part is
+   * outside_force and outside_power of hydro.h then. NULL: all is gas. */
+  struct kith_field *outside, *outside_power;
 };
 
 #endif

@@ -367,11 +367,6 @@ static void warn_of_materials(const struct kith_scene *scene) {
 void kith_simulation_warn(const struct kith_simulation *m) {
   warn_of_mirrors(m->scene);
   warn_of_materials(m->scene);
-  if (m->hydro.outside_force != NULL && kith_scheme_has_blocks(m->integrator.scheme, m->integrator.settings))
-    fputs(
-        "kith: warning: with block steps what frozen nodes give to the gas is not counted: the conservation "
-        "errors hold it\n",
-        stderr);
   const struct kith_package *p = &m->package;
   const double most = kith_kernel_most_neighbors(p->kernel);
   if (p->neighbors <= most) return;

@@ -91,6 +91,7 @@ struct sums {
   double force[NDIM], heat, signal;
   double impulse[NDIM + 1], opening[NDIM + 1]; /* with block steps: force, then heat */
   double outside[NDIM + 1];                    /* by what is no gas: force, then power */
+  double outside_opening[NDIM + 1];            /* with block steps: the opening part of that */
 };
 
 /* With block steps: the weights of the n pairs from entry `first` on of row i, (1) of block_steps.h, as parts
@@ -148,16 +149,22 @@ KITH_INLINE void couple(const struct kith_force_pass *pass, size_t first, size_t
   }
 }
 
-/* What partners that are no gas give to i: hydro.h. */
+/* What partners that are no gas give to i: hydro.h. closing, opening: the weights of the pairs; NULL: 1, and
+ * nothing opens. */
 KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
-                             size_t n, const double *restrict out, struct sums *sums) {
+                             size_t n, const double *restrict out, const double *restrict closing,
+                             const double *restrict opening, struct sums *sums) {
   const double *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
   for (size_t k = 0; k < n; ++k) {
     if (pass->flag[row[k]] == KITH_GAS) continue;
-    sums->outside[NDIM] += out[KITH_HEAT * KITH_STRIDE + k];
+    double given[NDIM + 1] = {[NDIM] = out[KITH_HEAT * KITH_STRIDE + k]};
     for (int a = 0; a < NDIM; ++a) {
-      const double f = out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k];
-      sums->outside[a] += f, sums->outside[NDIM] += f * v[a];
+      given[a] = out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k];
+      given[NDIM] += given[a] * v[a];
+    }
+    for (int a = 0; a <= NDIM; ++a) {
+      sums->outside[a] += (closing != NULL ? closing[k] : 1) * given[a];
+      sums->outside_opening[a] += (opening != NULL ? opening[k] : 0) * given[a];
     }
   }
 }
@@ -165,9 +172,9 @@ KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, c
 /* The block of n entries from `first` on of row i. */
 KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
                            double *restrict out, struct sums *sums) {
+  const kith_index *row = pass->connectivity->rows.node + first;
   couple(pass, first, n, out);
-  walls(pass, i, pass->connectivity->rows.node + first, n, out);
-  if (pass->flag != NULL) add_outside(pass, i, pass->connectivity->rows.node + first, n, out, sums);
+  walls(pass, i, row, n, out);
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
   double fastest = sums->signal;
 #pragma omp simd reduction(max : fastest)
@@ -176,11 +183,14 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, siz
   for (size_t k = n; k < kith_lanes_padded(n); ++k)
     for (int a = 0; a <= NDIM; ++a) out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k] = 0;
   if (pass->ticks == NULL) {
+    if (pass->flag != NULL) add_outside(pass, i, row, n, out, NULL, NULL, sums);
     add_block(pass, false, n, out, NULL, NULL, sums);
     return;
   }
   kith_lanes closing[KITH_BLOCK / KITH_LANES], opening[KITH_BLOCK / KITH_LANES];
   weigh_block(pass, i, first, n, closing, opening);
+  if (pass->flag != NULL)
+    add_outside(pass, i, row, n, out, (const double *)closing, (const double *)opening, sums);
   add_block(pass, true, n, out, closing, opening, sums);
 }
 
@@ -235,6 +245,8 @@ static void weigh_sums(const struct kith_block_steps *b, kith_index i, struct su
     const double value = a < NDIM ? sums->force[a] : sums->heat;
     sums->impulse[a] = b->tick * closing * value;
     sums->opening[a] = opening / KITH_TICKS * value;
+    sums->outside_opening[a] = opening * sums->outside[a];
+    sums->outside[a] *= closing;
   }
 }
 
@@ -259,6 +271,12 @@ KITH_INLINE void store_blocks(const struct kith_force_pass *pass, kith_index i, 
   *heat = (adds ? *heat : 0) + sums->impulse[NDIM] / mass;
   *later = (adds ? *later : 0) + sums->opening[NDIM] / mass;
   if (active) *rate = (adds ? *rate : 0) + sums->heat / mass;
+  for (int a = 0; pass->flag != NULL && a <= NDIM; ++a) {
+    double *closed = a < NDIM ? hydro->outside_force->f64 + at + a : hydro->outside_power->f64 + i,
+           *opened = a < NDIM ? b->outside->f64 + at + a : b->outside_power->f64 + i;
+    *closed = (adds ? *closed : 0) + b->tick * sums->outside[a];
+    *opened = (adds ? *opened : 0) + sums->outside_opening[a] / KITH_TICKS;
+  }
   if (!adds) *signal = active ? sums->signal : KITH_MAX(*signal, sums->signal);
   if (pass->is_last) end_blocks(pass, i);
 }
@@ -413,7 +431,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
   sums.own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4));
   sums.shared = kept ? 0 : pairs.shared, sums.pairwise = of_row + (kept ? values : evaluated);
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
-  pass->flag = hydro->outside_force != NULL && pass->kick->blocks == NULL ? nodes->flag->u8 : NULL;
+  pass->flag = hydro->outside_force != NULL ? nodes->flag->u8 : NULL;
   pass->f_couple = kith_connectivity_factors(&pass->connectivity->pairs);
   pass->is_last = true;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)

@@ -89,10 +89,6 @@ done
 [[ $(<stderr) == "kith: warning: materials.lead: no region is of this material" ]] ||
   wrong "plan warned: $(<stderr)"
 
-"$kith" plan tiny.yaml --set scheme.steps=block --set regions.0.frozen=true >stdout 2>stderr ||
-  wrong "plan stopped at frozen nodes with block steps"
-grep -q "what frozen nodes give to the gas is not counted" stderr || wrong "plan warned: $(<stderr)"
-
 # The first dt of the plan is that of the run.
 planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
 ok "$kith" run tiny.yaml --quiet -o run --steps 1
