@@ -197,9 +197,10 @@ static kith_status time_search(struct kith_search *search, struct kith_nodes *no
   return status;
 }
 
-static void print_search(const char *what, struct cloud cloud, const struct kith_search *search,
-                         const struct sums *sums, const uint64_t count[KITH_SEARCH_COUNTERS],
-                         double neighbors, const double *ns) {
+/* INTERNAL if sums of the sweep are not those of the rows: only the order of the terms may differ. */
+static kith_status print_search(const char *what, struct cloud cloud, const struct kith_search *search,
+                                const struct sums *sums, const uint64_t count[KITH_SEARCH_COUNTERS],
+                                double neighbors, const double *ns) {
   double apart = 0;
   printf("  %-26s %5.0f%s %9.1f", what, cloud.ratio, cloud.mixed ? " mixed" : "      ", neighbors);
   for (int t = 0; t < TIMES; ++t)
@@ -217,6 +218,8 @@ static void print_search(const char *what, struct cloud cloud, const struct kith
     printf("; sums of the sweep and of rows differ by %.1e\n", apart);
   }
   fflush(stdout);
+  if (!(apart <= 1e-12)) KITH_FAIL(INTERNAL, "%s: sums of the sweep and of rows differ by %g", what, apart);
+  return KITH_OK;
 }
 
 static kith_status time_member(const char *words, kith_index side, struct cloud cloud, struct sums *sums) {
@@ -237,7 +240,7 @@ static kith_status time_member(const char *words, kith_index side, struct cloud 
     search->settings = settings, sums->search = search;
     status = time_search(search, nodes, sums, count, &neighbors, ns);
   }
-  if (status == KITH_OK) print_search(words, cloud, search, sums, count, neighbors, ns);
+  if (status == KITH_OK) status = print_search(words, cloud, search, sums, count, neighbors, ns);
   kith_search_destroy(&search);
   kith_nodes_destroy(&nodes);
   kith_free(&settings);

@@ -45,6 +45,7 @@ static const struct kith_param diffusion_params[] = {
     {"momentum", KITH_PARAM_NUMBER, "1.8", "[1, 2)", "beta of second-order", IN(momentum),
      .needs = "flow=second-order"},
     {0}};
+
 /* Private state. */
 struct diffusion {
   int64_t n_allowed;
