@@ -18,8 +18,10 @@ struct kith_blocks {
   struct kith_field *wanted; /* ticks: by the node's own limits; d if it is not active */
   struct kith_field *due;    /* the tick of the next activity */
   struct kith_field *position_base, *support_base, *density_base; /* at the last activity */
-  double planned;                                                 /* length of the next base step */
-  bool even; /* no node is heavy for another; false: not known yet */
+  double *soonest; /* [n / KITH_STRETCH, rounded up]: the least `due` of each stretch of nodes */
+  size_t soonest_capacity;
+  double planned; /* length of the next base step */
+  bool even;      /* no node is heavy for another; false: not known yet */
   /* For ticks that are local. The supports of all nodes lie in a box, and nodes do not move farther than
    * `slack`, less what their search radii grow, until they are taken in again. Candidates for each neighbor
    * when all nodes were, and how many more there have been since, because nodes have moved. */

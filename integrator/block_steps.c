@@ -2,6 +2,7 @@
 #include "integrator/block_steps.h"
 
 #include <math.h>
+#include <string.h>
 #include "integrator/flow.h"
 #include "integrator/lifecycle.h"
 #include "integrator/step.h"
@@ -58,6 +59,7 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
 
 void kith_block_steps_destroy(struct kith_integrator *it) {
   it->kick.blocks = NULL;
+  if (it->self != NULL) kith_free(&kith_blocks_of(it)->soonest);
   kith_free(&it->near.node);
   it->near.capacity = 0;
   kith_free(&it->self);
@@ -132,11 +134,14 @@ static kith_status activate(struct kith_integrator *it) {
   const kith_index n = it->nodes->n_internal;
   KITH_TRY(kith_grow(&it->near.node, &it->near.capacity, 0, (size_t)n + 1, sizeof *it->near.node));
   it->near.n = 0;
-  for (kith_index i = 0; i < n; ++i) {
-    const bool active = b->due->f64[i] <= b->steps.now;
-    it->nodes->activity->u8[i] = active ? KITH_ACTIVE : KITH_IDLE;
-    it->near.node[it->near.n] = i;
-    it->near.n += active;
+  if (n > 0) memset(it->nodes->activity->u8, KITH_IDLE, (size_t)n);
+  for (kith_index from = 0; from < n; from += KITH_STRETCH) {
+    if (b->soonest[from / KITH_STRETCH] > b->steps.now) continue;
+    for (kith_index i = from; i < KITH_MIN(from + KITH_STRETCH, n); ++i) {
+      if (b->due->f64[i] > b->steps.now) continue;
+      it->nodes->activity->u8[i] = KITH_ACTIVE;
+      it->near.node[it->near.n++] = i;
+    }
   }
   it->clock = it->time + b->steps.now * b->steps.tick;
   return KITH_OK;
@@ -243,12 +248,28 @@ static void close_tick(struct kith_integrator *it, bool first) {
   b->slack = slack, b->supports = supports;
 }
 
+/* `soonest`, where it may have changed. A failure is agreed on with the next lists. */
+static void look_ahead(struct kith_integrator *it) {
+  struct kith_blocks *b = kith_blocks_of(it);
+  const kith_index n = it->nodes->n_internal, stretches = (n + KITH_STRETCH - 1) / KITH_STRETCH;
+  const double *restrict due = b->due->f64;
+  it->pending = kith_reserve(&b->soonest, &b->soonest_capacity, (size_t)stretches, sizeof *b->soonest);
+  if (it->pending != KITH_OK) return;
+#pragma omp parallel for schedule(static) if (!it->near.only)
+  for (kith_index s = 0; s < stretches; ++s) {
+    const kith_index from = s * KITH_STRETCH, stop = KITH_MIN(from + KITH_STRETCH, n);
+    if (it->near.only && kith_stretch_end(it->nodes, from, n) == from) continue;
+    b->soonest[s] = KITH_TICKS;
+    for (kith_index i = from; i < stop; ++i) b->soonest[s] = KITH_MIN(b->soonest[s], due[i]);
+  }
+}
+
 /* The next tick at which a node is active, on any rank. */
 static double next_tick(const struct kith_integrator *it) {
-  const struct kith_blocks *b = kith_blocks_of(it);
-  double next = KITH_TICKS;
-#pragma omp parallel for simd schedule(static) reduction(min : next)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) next = KITH_MIN(next, b->due->f64[i]);
+  const kith_index n = it->nodes->n_internal;
+  double next = it->pending == KITH_OK ? KITH_TICKS : kith_blocks_of(it)->steps.now + 1;
+  for (kith_index s = 0; it->pending == KITH_OK && s * KITH_STRETCH < n; ++s)
+    next = KITH_MIN(next, kith_blocks_of(it)->soonest[s]);
   next = -next;
   kith_ranks_max(it->nodes->ranks, &next, 1);
   return -next;
@@ -290,7 +311,7 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   const bool first = b->steps.now == 0;
   kith_profile_begin(it->profile, "predict");
   b->steps.now = n, b->steps.ends = n == KITH_TICKS;
-  const kith_status status = predict_nodes(it, first);
+  const kith_status status = it->pending == KITH_OK ? predict_nodes(it, first) : it->pending;
   if (status != KITH_OK)
     it->pending = status, it->near.only = false, it->near.n = 0; /* agreed with the lists */
   if (b->steps.ends)
@@ -304,6 +325,7 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   count_levels(it);
   close_tick(it, first);
   judge_search(it);
+  look_ahead(it);
   kith_profile_end(it->profile);
   return KITH_OK;
 }
@@ -362,6 +384,7 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
 kith_status kith_block_steps_advance(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   kith_status status = KITH_OK;
+  look_ahead(it);
   while (status == KITH_OK && b->steps.now < KITH_TICKS) {
     const double n = next_tick(it);
     if (n >= b->steps.now + 1)

@@ -261,12 +261,15 @@ static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason re
 }
 
 /* The nodes that are not active, and have an active neighbor. */
-static void mark_touched(const struct kith_nodes *nodes, const struct kith_rows *rows) {
-  uint8_t *activity = nodes->activity->u8;
-#pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
+static void mark_touched(const struct kith_integrator *it) {
+  const struct kith_rows *rows = &it->connectivity->rows;
+  uint8_t *activity = it->nodes->activity->u8;
+#pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
+  for (kith_index k = 0; k < kith_near_count(it); ++k) {
+    const kith_index i = kith_near_node(it, k);
     if (activity[i] != KITH_ACTIVE)
       activity[i] = rows->n > 0 && rows->first[i + 1] > rows->first[i] ? KITH_TOUCHED : KITH_IDLE;
+  }
 }
 
 /* What ranks tell each other before nodes move and ghosts are made. */
@@ -375,7 +378,7 @@ static kith_status make_lists(struct kith_integrator *it, kith_status status) {
   it->ledger.candidates += it->connectivity->candidates;
   if (status == KITH_OK && it->check && it->search->ops->sweep != NULL)
     status = kith_connectivity_complete(it->connectivity, it->search, it->excluders != NULL);
-  if (status == KITH_OK && it->nodes->activity != NULL) mark_touched(it->nodes, &it->connectivity->rows);
+  if (status == KITH_OK && it->nodes->activity != NULL) mark_touched(it);
   return status == KITH_OK ? couple(it) : status;
 }
 

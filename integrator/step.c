@@ -67,10 +67,11 @@ static void refresh(struct kith_integrator *it) {
   it->ledger.refreshes += 1;
 }
 
-static uint64_t active_nodes(const struct kith_nodes *nodes) {
+static uint64_t active_nodes(const struct kith_integrator *it) {
   uint64_t active = 0;
-#pragma omp parallel for simd schedule(static) reduction(+ : active)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) active += kith_node_active(nodes, i);
+#pragma omp parallel for schedule(static) reduction(+ : active) if (kith_near_count(it) > KITH_FEW)
+  for (kith_index k = 0; k < kith_near_count(it); ++k)
+    active += kith_node_active(it->nodes, kith_near_node(it, k));
   return active;
 }
 
@@ -80,7 +81,7 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   const bool fresh = it->fresh;
   if (!fresh) refresh(it);
   it->fresh = false;
-  it->ledger.evaluations += 1, it->ledger.updates += active_nodes(it->nodes);
+  it->ledger.evaluations += 1, it->ledger.updates += active_nodes(it);
   kith_status status;
   /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
   for (int growth = 0;

@@ -416,6 +416,10 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   return test_targets(worker, build, group->run, self, idle, length, record + head);
 }
 
+static int first_awake(const struct kith_build *build, int group, int end) {
+  return build->selected ? kith_search_next_awake(build->targets->search, group, end) : group;
+}
+
 /* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one
  * group. */
 static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number,
@@ -427,7 +431,7 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
             stop = kith_part_start(search->n_groups, chunk_number + 1, KITH_ROW_CHUNKS);
   struct group open = {0};
   chunk->n = 0;
-  for (int g = start; g < stop; ++g) {
+  for (int g = first_awake(build, start, stop); g < stop; g = first_awake(build, g + 1, stop)) {
     const struct kith_run group = search->group[g];
     if (group.count == 0 || (!ghosts && search->node[group.first] >= search->n_internal)) continue;
     const kith_index parts = (group.count + GROUP_SIZE - 1) / GROUP_SIZE;
@@ -482,7 +486,7 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   for (int t = 0; t < scratch->threads && build->shifts != NULL; ++t)
     KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity,
                           2 * kith_rows_longest(rows), sizeof *scratch->worker[t].key));
-  if (build->selected) KITH_TRY(kith_rows_begin_idle(build));
+  if (build->selected) KITH_TRY(kith_rows_begin_idle(rows, build));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
     kith_chunk_fill(rows, build, &scratch->chunk[c]);

@@ -107,10 +107,12 @@ static kith_status build_stages(struct kith_connectivity *c, const struct kith_b
 
 static bool any_idle(const struct kith_nodes *nodes) {
   const kith_index n = nodes->activity != NULL ? kith_nodes_count(nodes) : 0;
-  bool idle = false;
-#pragma omp parallel for simd schedule(static) reduction(|| : idle)
-  for (kith_index i = 0; i < n; ++i) idle = idle || nodes->activity->u8[i] != KITH_ACTIVE;
-  return idle;
+  for (kith_index from = 0; from < n; from += KITH_STRETCH) {
+    uint8_t all = KITH_ACTIVE; /* whose bit no other has */
+    for (kith_index i = from; i < KITH_MIN(from + KITH_STRETCH, n); ++i) all &= nodes->activity->u8[i];
+    if (all != KITH_ACTIVE) return true;
+  }
+  return false;
 }
 
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,

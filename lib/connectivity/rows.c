@@ -92,7 +92,10 @@ size_t kith_rows_bytes(const struct kith_rows *rows) {
 size_t kith_rows_longest(const struct kith_rows *rows) {
   size_t longest = 0;
 #pragma omp parallel for schedule(static) reduction(max : longest)
-  for (kith_index i = 0; i < rows->n; ++i) longest = KITH_MAX(longest, rows->first[i + 1] - rows->first[i]);
+  for (kith_index from = 0; from < rows->n; from += KITH_STRETCH) {
+    const kith_index stop = kith_rows_stretch_end(rows, from);
+    for (kith_index i = from; i < stop; ++i) longest = KITH_MAX(longest, rows->first[i + 1] - rows->first[i]);
+  }
   return longest;
 }
 

@@ -52,6 +52,11 @@ static inline const uint16_t *kith_shifts_at(const uint16_t *shift, int zero, si
 }
 void kith_rows_clear(struct kith_rows *rows);
 size_t kith_rows_bytes(const struct kith_rows *rows);
+/* Where the stretch of rows from `begin` on ends; `begin` if all in it are empty. */
+static inline kith_index kith_rows_stretch_end(const struct kith_rows *rows, kith_index begin) {
+  const kith_index stop = KITH_MIN(begin + KITH_STRETCH, rows->n);
+  return rows->first[stop] > rows->first[begin] ? stop : begin;
+}
 /* The length of the longest row. */
 size_t kith_rows_longest(const struct kith_rows *rows);
 

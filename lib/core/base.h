@@ -18,6 +18,14 @@
 #endif
 
 typedef int32_t kith_index; /* a node of this process: internal or ghost */
+/* Loops over few of many nodes go by stretches of this many, and skip those in which there are none. */
+enum { KITH_STRETCH = 128 };
+/* Written for the vectorizer. */
+static inline bool kith_all_zero(const uint8_t *value, kith_index begin, kith_index end) {
+  uint8_t any = 0;
+  for (kith_index i = begin; i < end; ++i) any |= value[i];
+  return any == 0;
+}
 
 /* code, what it means */
 #define KITH_STATUS_LIST(X)                                   \

@@ -75,6 +75,7 @@ kith_status kith_search_update(struct kith_search *search) {
   search->n = kith_nodes_count(search->nodes);
   search->n_internal = search->nodes->n_internal;
   search->n_groups = 0;
+  search->in_order = false;
   memset(search->count, 0, sizeof search->count);
   KITH_TRY(kith_search_reserve(search, search->n));
   place(search);
@@ -154,11 +155,25 @@ static kith_status mark_near(struct kith_search *search, struct active active, d
   return KITH_OK;
 }
 
+int kith_search_next_awake(const struct kith_search *search, int group, int end) {
+  enum { GROUPS = 16 }; /* at a time */
+  if (!search->in_order) return group;
+  for (int next; group < end; group = next) {
+    next = KITH_MIN(group + GROUPS, end);
+    const kith_index end_slot = search->group[next - 1].first + search->group[next - 1].count;
+    if (end_slot > search->n_internal ||
+        !kith_all_idle(search->nodes->activity->u8, search->group[group].first, end_slot))
+      break;
+  }
+  return group;
+}
+
 /* The same of all active nodes of groups first .. end - 1: looked up together where they are close. */
 static kith_status mark_near_groups(struct kith_search *search, int first, int end, double slack,
                                     struct kith_runs *runs) {
   struct active open = {.radius = -1};
-  for (int g = first; g < end; ++g) {
+  for (int g = kith_search_next_awake(search, first, end); g < end;
+       g = kith_search_next_awake(search, g + 1, end)) {
     const struct active next = active_of(search, search->group[g]);
     if (next.radius < 0 || (open.radius >= 0 && join_active(&open, &next))) continue;
     if (open.radius >= 0) KITH_TRY(mark_near(search, open, slack, runs));
@@ -186,9 +201,13 @@ kith_status kith_search_near(struct kith_search *search, double slack, kith_inde
   KITH_TRY((kith_status)status);
   KITH_TRY(kith_grow(found, capacity, 0, (size_t)search->n_internal + 1, sizeof **found));
   *count = 0;
-  for (kith_index slot = 0; slot < search->n; ++slot) {
-    (*found)[*count] = search->node[slot]; /* written in any case, kept if it counts */
-    *count += search->near[slot] && search->node[slot] < search->n_internal;
+  for (kith_index from = 0; from < search->n; from += KITH_STRETCH) {
+    const kith_index stop = KITH_MIN(from + KITH_STRETCH, search->n);
+    if (kith_all_zero(search->near, from, stop)) continue;
+    for (kith_index slot = from; slot < stop; ++slot) {
+      (*found)[*count] = search->node[slot]; /* written in any case, kept if it counts */
+      *count += search->near[slot] && search->node[slot] < search->n_internal;
+    }
   }
   return KITH_OK;
 }

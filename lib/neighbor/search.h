@@ -127,7 +127,8 @@ struct kith_search {
   int n_groups;
   size_t groups_capacity;
   struct kith_run *group;
-  uint8_t *near;                        /* [capacity] by slot, scratch of kith_search_near */
+  bool in_order; /* slots of internal nodes have their numbers, and groups of them follow one another */
+  uint8_t *near; /* [capacity] by slot, scratch of kith_search_near */
   uint64_t count[KITH_SEARCH_COUNTERS]; /* what the last update did */
 };
 
@@ -153,6 +154,9 @@ kith_status kith_search_update_selected(struct kith_search *search, const kith_i
  * taken in, less what their search radii grew. */
 kith_status kith_search_near(struct kith_search *search, double slack, kith_index **found, size_t *capacity,
                              kith_index *count);
+/* The first group from `group` on, before `end`, in which not all nodes may be idle: those in between are
+ * skipped many at a time. */
+int kith_search_next_awake(const struct kith_search *search, int group, int end);
 /* STALE, by name, unless the search was made from the present positions and ghosts: after a cull, too. */
 kith_status kith_search_fresh(const struct kith_search *search);
 

@@ -253,6 +253,7 @@ static kith_status tree_update(struct kith_search *search) {
   tree->n_octets = tree->n_leaves = 0;
   tree->sorted = false;
   KITH_TRY(add_part(search, 0, search->n_internal));
+  search->in_order = !tree->sorted;
   KITH_TRY(add_part(search, search->n_internal, search->n - search->n_internal));
   if (!tree->sorted) return KITH_OK;
   KITH_TRY(kith_reserve(&tree->slot, &tree->slots_capacity, (size_t)search->n, sizeof *tree->slot));

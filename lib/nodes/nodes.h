@@ -185,11 +185,14 @@ static inline bool kith_node_is_gas(const struct kith_nodes *nodes, kith_index i
   return nodes->flag == NULL || nodes->flag->u8[i] == KITH_GAS;
 }
 
-/* Are nodes begin .. end - 1 all idle? Written for the vectorizer. */
+/* Are nodes begin .. end - 1 all idle? */
 static inline bool kith_all_idle(const uint8_t *activity, kith_index begin, kith_index end) {
-  uint8_t any = 0;
-  for (kith_index i = begin; i < end; ++i) any |= activity[i];
-  return any == KITH_IDLE;
+  return kith_all_zero(activity, begin, end);
+}
+/* Where the stretch of nodes from `begin` on ends, before `end`; `begin` if all in it are idle. */
+static inline kith_index kith_stretch_end(const struct kith_nodes *nodes, kith_index begin, kith_index end) {
+  const kith_index stop = KITH_MIN(begin + KITH_STRETCH, end);
+  return nodes->activity != NULL && kith_all_idle(nodes->activity->u8, begin, stop) ? begin : stop;
 }
 
 /* Is it in checkpoints? Where nodes have an activity, work is too: idle ones keep it from evaluation to

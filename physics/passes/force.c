@@ -394,11 +394,15 @@ static void pack(void *context, kith_index begin, kith_index end) {
   const kith_index internal = nodes->n_internal;
   kith_profile_begin(package->profile, "records");
 #pragma omp parallel for schedule(static)
-  for (kith_index i = begin; i < end; ++i)
-    if (activity == NULL || i >= internal || activity[i] != KITH_IDLE) {
-      pass->pack(package, i, packed_particle(pass, i));
-      if (pass->ticks != NULL) pack_ticks(pass->kick->blocks, i, pass->ticks + (size_t)i * KITH_LANES);
-    }
+  for (kith_index from = begin; from < end; from += KITH_STRETCH) {
+    const kith_index to = KITH_MIN(from + KITH_STRETCH, end),
+                     stop = to <= internal ? kith_stretch_end(nodes, from, to) : to;
+    for (kith_index i = from; i < stop; ++i)
+      if (activity == NULL || i >= internal || activity[i] != KITH_IDLE) {
+        pass->pack(package, i, packed_particle(pass, i));
+        if (pass->ticks != NULL) pack_ticks(pass->kick->blocks, i, pass->ticks + (size_t)i * KITH_LANES);
+      }
+  }
   kith_profile_count(package->profile, "bytes",
                      16.0 * (double)kith_lanes_padded((size_t)pass->n_packed) * (end - begin));
   kith_profile_end(package->profile);

@@ -137,9 +137,13 @@ static inline double kith_balsara(const struct kith_package *package,
 static inline void kith_balsara_factors(const struct kith_package *package,
                                         const struct kith_viscosity_settings *settings,
                                         const struct kith_field *curl, struct kith_field *factor) {
+  const struct kith_nodes *nodes = package->hydro->nodes;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < package->hydro->nodes->n_internal; ++i)
-    if (kith_node_active(package->hydro->nodes, i)) factor->f64[i] = kith_balsara(package, settings, curl, i);
+  for (kith_index from = 0; from < nodes->n_internal; from += KITH_STRETCH) {
+    const kith_index stop = kith_stretch_end(nodes, from, nodes->n_internal);
+    for (kith_index i = from; i < stop; ++i)
+      if (kith_node_active(nodes, i)) factor->f64[i] = kith_balsara(package, settings, curl, i);
+  }
 }
 
 struct kith_viscous_pair {

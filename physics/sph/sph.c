@@ -224,22 +224,28 @@ static double viscosity_switch(const struct kith_package *package, double dt, ki
   return wanted + (s - wanted) * exp(-0.1 * signal * dt / h);
 }
 
-/* What multiplies the viscosity of nodes begin .. end - 1. */
-static void set_factors(struct kith_package *package, const struct kith_kick *kick, kith_index begin,
-                        kith_index end) {
+/* What multiplies the viscosity of node i. */
+static void set_factor(struct kith_package *package, const struct kith_kick *kick, kith_index i) {
   const struct sph *sph = package->self;
   const struct kith_block_steps *b = kick->blocks;
   const struct sph_settings *settings = package->settings;
-  if (sph->factor == NULL) return;
+  const double dt = b != NULL ? b->tick * (b->now - b->last->f64[i]) : kick->evaluation_dt;
+  double factor = 1;
+  if (sph->viscosity_switch != NULL)
+    factor = sph->viscosity_switch->f64[i] = viscosity_switch(package, dt, i, sph->viscosity_switch->f64[i]);
+  sph->factor->f64[i] = factor * kith_balsara(package, &settings->viscosity, sph->curl, i);
+}
+
+/* The same of the active ones among nodes begin .. end - 1. */
+static void set_factors(struct kith_package *package, const struct kith_kick *kick, kith_index begin,
+                        kith_index end) {
+  const struct kith_nodes *nodes = package->hydro->nodes;
+  if (((const struct sph *)package->self)->factor == NULL) return;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = begin; i < end; ++i) {
-    if (!kith_node_active(package->hydro->nodes, i)) continue;
-    const double dt = b != NULL ? b->tick * (b->now - b->last->f64[i]) : kick->evaluation_dt;
-    double factor = 1;
-    if (sph->viscosity_switch != NULL)
-      factor = sph->viscosity_switch->f64[i] =
-          viscosity_switch(package, dt, i, sph->viscosity_switch->f64[i]);
-    sph->factor->f64[i] = factor * kith_balsara(package, &settings->viscosity, sph->curl, i);
+  for (kith_index from = begin; from < end; from += KITH_STRETCH) {
+    const kith_index stop = kith_stretch_end(nodes, from, end);
+    for (kith_index i = from; i < stop; ++i)
+      if (kith_node_active(nodes, i)) set_factor(package, kick, i);
   }
 }
 

@@ -73,11 +73,13 @@ void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, con
   }
 }
 
-kith_status kith_rows_begin_idle(const struct kith_build *build) {
+kith_status kith_rows_begin_idle(const struct kith_rows *rows, const struct kith_build *build) {
   struct kith_builder *scratch = build->scratch;
-  const size_t n = (size_t)build->nodes->n_internal;
-  KITH_TRY(kith_reserve(&scratch->filled, &scratch->filled_capacity, n, sizeof *scratch->filled));
-  if (n > 0) memset(scratch->filled, 0, n * sizeof *scratch->filled);
+  KITH_TRY(
+      kith_reserve(&scratch->filled, &scratch->filled_capacity, (size_t)rows->n, sizeof *scratch->filled));
+  for (kith_index from = 0; from < rows->n; from += KITH_STRETCH)
+    memset(scratch->filled + from, 0,
+           (size_t)(kith_rows_stretch_end(rows, from) - from) * sizeof *scratch->filled);
   return KITH_OK;
 }
 
@@ -85,9 +87,12 @@ kith_status kith_rows_begin_idle(const struct kith_build *build) {
 void kith_rows_end_idle(struct kith_rows *rows, const struct kith_build *build) {
   const kith_index *filled = build->scratch->filled;
   rows->n = build->nodes->n_internal;
-#pragma omp parallel for schedule(dynamic, 256) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < rows->n; ++i)
-    if (filled[i] > 1)
-      kith_entries_sort(rows->node + rows->first[i],
-                        rows->shift != NULL ? rows->shift + rows->first[i] : NULL, (size_t)filled[i]);
+#pragma omp parallel for schedule(dynamic, 8) if (rows->n > KITH_FEW)
+  for (kith_index from = 0; from < rows->n; from += KITH_STRETCH) {
+    const kith_index stop = kith_rows_stretch_end(rows, from);
+    for (kith_index i = from; i < stop; ++i)
+      if (filled[i] > 1)
+        kith_entries_sort(rows->node + rows->first[i],
+                          rows->shift != NULL ? rows->shift + rows->first[i] : NULL, (size_t)filled[i]);
+  }
 }

@@ -18,7 +18,7 @@ static inline size_t kith_record_shifts(const struct kith_build *build, size_t n
 /* The rows of the records of a chunk, and their targets into rows of idle nodes. Offsets are known. */
 void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, const struct kith_words *chunk);
 /* Before and after all chunks: rows of idle nodes have no entries yet; they ascend. */
-kith_status kith_rows_begin_idle(const struct kith_build *build);
+kith_status kith_rows_begin_idle(const struct kith_rows *rows, const struct kith_build *build);
 void kith_rows_end_idle(struct kith_rows *rows, const struct kith_build *build);
 
 #endif
