@@ -43,6 +43,7 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
       {0}};
   hydro->nodes = nodes;
   hydro->halo = NULL;
+  hydro->masses_of = UINT64_MAX;
   hydro->external_force = (struct kith_external_force){0};
   hydro->through = (struct kith_through){0};
   hydro->outside_force = hydro->outside_power = NULL;

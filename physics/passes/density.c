@@ -303,14 +303,17 @@ static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_ro
 }
 
 /* Are the masses of all nodes of all ranks equal, and of what is frozen? All ranks have to sum in the same
- * way. */
-static bool equal_masses(const struct kith_hydro *hydro) {
+ * way. Nodes keep their masses. */
+static bool equal_masses(struct kith_hydro *hydro) {
   const kith_index n = kith_nodes_count(hydro->nodes);
   const double *m = hydro->mass->f64;
   bool equal = true;
+  if (hydro->masses_of != hydro->nodes->ghosts) {
 #pragma omp parallel for simd schedule(static) reduction(&& : equal)
-  for (kith_index i = 0; i < n; ++i) equal = equal && m[i] == m[0];
-  return equal && (hydro->nodes->ranks == NULL || hydro->equal_masses);
+    for (kith_index i = 0; i < n; ++i) equal = equal && m[i] == m[0];
+    hydro->equal_here = equal, hydro->masses_of = hydro->nodes->ghosts;
+  }
+  return hydro->equal_here && (hydro->nodes->ranks == NULL || hydro->equal_masses);
 }
 
 /* Remote ghosts that internal nodes read, computed as their owners do, from their own rows. Their failures
