@@ -102,7 +102,8 @@ void kith_blocks_plan(struct kith_integrator *it, double time, double factor) {
   double least, most, left = it->until - time;
   range_of_limits(it, factor, &least, &most);
   if (!(left > 1e-9 * it->every)) left = it->every;
-  const double longest = KITH_MIN(most, ldexp(least, b->settings.levels));
+  /* a bit less than most: gas at rest allows that to round-off, and shall not be on both sides of it */
+  const double longest = KITH_MIN((1 - 1e-9) * most, ldexp(least, b->settings.levels));
   b->planned = it->fixed_dt > 0    ? it->fixed_dt
                : isfinite(longest) ? cheapest_base(it, longest, left)
                : left > 0          ? left

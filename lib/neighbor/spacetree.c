@@ -226,10 +226,12 @@ static kith_status finish(struct kith_search *search) {
 
 static kith_status spacetree_update(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
-  const size_t internal = (size_t)search->n_internal, bytes = internal * sizeof *tree->id;
+  const size_t internal = (size_t)search->n_internal, bytes = internal * sizeof *tree->id,
+               capacity = tree->items_capacity;
   KITH_TRY(kith_keyed_grow(tree->item, &tree->items_capacity, (size_t)search->n));
   KITH_TRY(kith_reserve(&tree->id, &tree->ids_capacity, internal + 1, sizeof *tree->id));
-  const bool same = !choose_frame(search) && tree->n_ids == search->n_internal && internal > 0 &&
+  const bool kept = tree->items_capacity == capacity; /* new room holds no items */
+  const bool same = !choose_frame(search) && kept && tree->n_ids == search->n_internal && internal > 0 &&
                     memcmp(tree->id, search->nodes->id->i64, bytes) == 0;
   tree->n_ids = -1; /* until all is sorted */
   const bool sorted = same && sort_moved(search);
