@@ -51,6 +51,29 @@ static void test_counters(void) {
   }
 }
 
+/* Many ghosts come, for which arrays grow, that then hold no nodes: all in one cell, whose key is that of
+ * empty memory. */
+static void test_growth(void) {
+  const kith_index n = 10000;
+  struct kith_nodes *nodes = make_nodes(RANDOM, n, 1);
+  struct kith_search *s = NULL;
+  for (kith_index i = 0; i < n; ++i) nodes->search_radius->f64[i] = 2;
+  CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
+  CHECK_OK(kith_search_update(s));
+  add_ghosts(nodes, 0, true);
+  for (size_t k = (size_t)n * NDIM; k < (size_t)kith_nodes_count(nodes) * NDIM; ++k)
+    nodes->position->f64[k] = 0.5;
+  ++nodes->positions;
+  CHECK_OK(kith_search_update(s));
+  uint8_t *found = calloc((size_t)s->n, 1);
+  kith_index twice = 0;
+  for (kith_index slot = 0; slot < s->n; ++slot) twice += found[s->node[slot]]++ > 0;
+  CHECK(s->n > n && twice == 0);
+  free(found);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
 /* Nodes on the faces, edges and corners of cells, at their middles, of two levels: each is a target of one
  * cell (check_sweep), the upper one. */
 static void test_faces(void) {
@@ -85,6 +108,7 @@ static void test_faces(void) {
 int main(void) {
   with_members(test_moves_of_targets);
   test_counters();
+  test_growth();
   test_faces();
   return check_failed();
 }
