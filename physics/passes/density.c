@@ -18,7 +18,7 @@ struct density_pass {
   struct kith_density_wanted wanted;
   double constant;        /* of the kernel */
   double volume;          /* of a support in those of a sphere with radius H */
-  bool equal_masses;      /* of all nodes */
+  bool equal_masses;      /* of all nodes, or taken as such */
   const uint8_t *barrier; /* NULL: there is none */
 };
 
@@ -340,7 +340,7 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .wanted = *wanted,
                               .constant = kith_kernel_constant(package->kernel),
                               .volume = nodes->volume,
-                              .equal_masses = equal_masses(package->hydro),
+                              .equal_masses = wanted->own_masses || equal_masses(package->hydro),
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
   /* Of a node alone: support (read, written), search radius, mass, density, divergence; what is wanted. */
   const int scalars = 6 + (wanted->grad_h_term != NULL) + (wanted->omega != NULL) + (wanted->curl != NULL) +

@@ -20,6 +20,7 @@
  * their own rows. */
 struct kith_density_wanted {
   struct kith_field *grad_h_term; /* X; and the density is the sum of masses */
+  bool own_masses;                /* rho = m n all the same, and X as if all masses were that of i */
   struct kith_field *omega;       /* Omega */
   struct kith_field *shear;       /* symmetric part of G, upper triangle */
   struct kith_field *gradient;    /* G, [a][b] */

@@ -22,6 +22,11 @@
  *     Forces along x_ij let nodes that a shock has pressed together in one direction slide past each other
  *     (the page on methods, Sedov): (8) damps the pressures of this noise. Off, since contacts spread by it.
  *
+ * density nodes: rho_i = m_i n_i, and psi_i (m_i - X_i), psi_j (m_j - X_j) in (3) and (4) with X as of
+ *     equal masses, m_i - X_i = m_i / Omega_i: the Lagrangian of these densities. Where masses jump on an
+ *     even lattice the sum of masses smears the density but not the heats: a ridge of pressure, which acts
+ *     as a tension. Not the default, since shocks from such a contact are less accurate (page on methods).
+ *
  * stretch: supports are ellipsoids with half axes s_a H (a fixed tensor), and W depends on |x_ij| in their
  * metric M = diag(1 / s_a^2), grad_i W = W' / (H |x_ij|_M) M x_ij; the viscosity knows nothing of it.
  *
@@ -29,14 +34,19 @@
 #include "physics/passes/density.h"
 #include "physics/passes/viscosity.h"
 
+enum { SPH_DENSITY_MASSES, SPH_DENSITY_NODES };
 struct sph_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
+  int density;
   double conduction, pressure_dissipation, stretch[NDIM];
 };
 static const struct kith_param viscosity_params[] = {
     KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST(KITH_AS_LISTED_CHOICE)), {0}};
 static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
+    {"density", KITH_PARAM_CHOICE, "masses", "masses|nodes",
+     "sum of the masses in the support, or a node's own mass over its volume: for contacts of unequal masses",
+     KITH_INTO(struct sph_settings, density)},
     {"conduction", KITH_PARAM_NUMBER, "0", "[0, inf)", "of heat, where pressure jumps; 1 is usual",
      KITH_INTO(struct sph_settings, conduction)},
     {"pressure_dissipation", KITH_PARAM_NUMBER, "0", "[0, inf)",
@@ -59,8 +69,8 @@ enum {
 };
 
 struct sph {
-  bool full;                                                   /* particles are packed with all fields */
-  bool all_terms;                                              /* stretched supports, (7) and (8) */
+  bool full;      /* particles are packed with all fields */
+  bool all_terms; /* stretched supports, own masses, (7) and (8) */
   struct kith_field *grad_h_term, *shear, *curl, *compression; /* NULL unless needed; grad_h_term always is */
   struct kith_field *viscosity_switch, *factor;                /* s of (6), state; s with Balsara's factor */
 };
@@ -69,13 +79,14 @@ struct sph {
 struct sph_constants {
   struct kith_viscosity_constants viscosity;
   double conduction, pressure_dissipation;
+  bool own;             /* density nodes */
   double kernel;        /* C of the kernel */
   const double *metric; /* [NDIM] diagonal of M */
 };
 
 /* --- the pair function --- */
 
-/* One pair: (3) - (5); all: in stretched supports, with (7) and (8). */
+/* One pair: (3) - (5); all: in stretched supports, with own masses, (7) and (8). */
 KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const struct sph_constants *c,
                           const double *restrict i, const double *restrict j, double *restrict out) {
   struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
@@ -100,8 +111,9 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
 
   /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
   const double masses = i[SPH_MASS] * J(SPH_MASS);
-  const double fi = -i[SPH_PSI] * (J(SPH_MASS) - i[SPH_GRAD_H_TERM]) * gi,
-               fj = -J(SPH_PSI) * (i[SPH_MASS] - J(SPH_GRAD_H_TERM)) * gj,
+  const bool own = all && c->own;
+  const double fi = -i[SPH_PSI] * ((own ? i[SPH_MASS] : J(SPH_MASS)) - i[SPH_GRAD_H_TERM]) * gi,
+               fj = -J(SPH_PSI) * ((own ? J(SPH_MASS) : i[SPH_MASS]) - J(SPH_GRAD_H_TERM)) * gj,
                fq = -masses * viscosity * (gi + gj);
   const double force = fi + fj + fq;
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * along[a];
@@ -161,6 +173,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .conduction = settings->conduction,
       .pressure_dissipation = settings->pressure_dissipation,
+      .own = settings->density == SPH_DENSITY_NODES,
       .kernel = kith_kernel_constant(package->kernel) / nodes->volume,
       .metric = metric};
   return kith_force(&(struct kith_force_pass){.package = package,
@@ -204,7 +217,8 @@ static kith_status sph_create(struct kith_package *package) {
        {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
        &sph->factor},
       {0}};
-  sph->all_terms = settings->conduction > 0 || settings->pressure_dissipation > 0 || is_stretched(settings);
+  sph->all_terms = settings->conduction > 0 || settings->pressure_dissipation > 0 || is_stretched(settings) ||
+                   settings->density == SPH_DENSITY_NODES;
   sph->full = switched || sph->all_terms;
   if (is_stretched(settings)) KITH_TRY(kith_nodes_stretch(package->hydro->nodes, settings->stretch));
   if (rising) KITH_TRY(kith_nodes_give_ghosts(package->hydro->nodes, package->hydro->acceleration));
@@ -254,7 +268,9 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   const struct kith_hydro *hydro = package->hydro;
   const struct kith_nodes *nodes = hydro->nodes;
   const struct sph *sph = package->self;
+  const struct sph_settings *settings = package->settings;
   const struct kith_density_wanted wanted = {.grad_h_term = sph->grad_h_term,
+                                             .own_masses = settings->density == SPH_DENSITY_NODES,
                                              .shear = sph->shear,
                                              .curl = sph->curl,
                                              .compression = sph->compression};
