@@ -253,7 +253,8 @@ static void look_ahead(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   const kith_index n = it->nodes->n_internal, stretches = (n + KITH_STRETCH - 1) / KITH_STRETCH;
   const double *restrict due = b->due->f64;
-  it->pending = kith_reserve(&b->soonest, &b->soonest_capacity, (size_t)stretches, sizeof *b->soonest);
+  if (it->pending == KITH_OK) /* else something else has failed */
+    it->pending = kith_reserve(&b->soonest, &b->soonest_capacity, (size_t)stretches, sizeof *b->soonest);
   if (it->pending != KITH_OK) return;
 #pragma omp parallel for schedule(static) if (!it->near.only)
   for (kith_index s = 0; s < stretches; ++s) {
