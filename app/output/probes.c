@@ -175,9 +175,10 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   for (; p->n < m->scene->n_probes; ++p->n) KITH_TRY(make_set(p, &p->set[p->n], &m->scene->probe[p->n]));
   snprintf(p->path, sizeof p->path, "%s/probes.h5", directory);
   p->published = restarted && access(p->path, F_OK) == 0; /* a restart may write elsewhere */
-  if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
+  /* A new file is made with the first sample: nothing is left behind if another rank fails before it. */
+  if (kith_ranks_rank(m->nodes->ranks) != 0 || !p->published) return KITH_OK;
   KITH_TRY(open_file(p));
-  for (int k = 0; k < p->n && p->published; ++k) { /* without last states */
+  for (int k = 0; k < p->n; ++k) { /* without last states */
     const uint64_t step = m->integrator.step, every = (uint64_t)p->set[k].probe->every;
     KITH_TRY(kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every));
   }
