@@ -18,19 +18,6 @@ kith_status kith_decomposition_cells(struct kith_cells *cells, const struct kith
   return kith_cells_init(cells, box->lower, box->upper, periodic, 0.5 * least, KITH_MIN(most, 1 << 22));
 }
 
-/* Sets `home` to the global number of the node's cell; set_homes makes it an index among the own cells. */
-static kith_status find_cells(const struct kith_decomposition *d, const struct kith_nodes *nodes) {
-  kith_index lost = INT32_MAX;
-#pragma omp parallel for schedule(static) reduction(min : lost)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    d->home->i64[i] = kith_cells_of(&d->cells, nodes->position->f64 + (size_t)i * NDIM);
-    if (d->home->i64[i] < 0) lost = KITH_MIN(lost, i);
-  }
-  if (lost < INT32_MAX)
-    KITH_FAIL(DIVERGED, "the position of node %lld is not finite", (long long)nodes->id->i64[lost]);
-  return KITH_OK;
-}
-
 /* How far x is out of a cell, over periodic sides too. */
 static double distance_from(const struct kith_cells *cells, int64_t c, const double *x) {
   int64_t k[NDIM];
@@ -44,6 +31,50 @@ static double distance_from(const struct kith_cells *cells, int64_t c, const dou
       d[a] = KITH_MIN(d[a], KITH_MAX(cells->upper[a] - cells->lower[a] + KITH_MIN(up, down), 0.0));
   }
   return kith_norm(d);
+}
+
+static struct kith_box box_of(const struct kith_cells *cells, int64_t c) {
+  int64_t k[NDIM];
+  struct kith_box box;
+  kith_grid_place(cells->count, c, k);
+  for (int a = 0; a < NDIM; ++a)
+    box.lower[a] = kith_cells_face(cells, a, k[a]), box.upper[a] = kith_cells_face(cells, a, k[a] + 1);
+  return box;
+}
+
+static inline bool is_in(const struct kith_box *box, const double *x) {
+  bool in = true;
+  for (int a = 0; a < NDIM; ++a) in = in && x[a] >= box->lower[a] && x[a] < box->upper[a];
+  return in;
+}
+
+/* Sets `home` to the global number of the node's cell; set_homes makes it an index among the own cells. A node
+ * is mostly in the cell of the node before it. */
+static kith_status find_cells(struct kith_decomposition *d, const struct kith_nodes *nodes) {
+  kith_index lost = INT32_MAX;
+  double outside = 0;
+#pragma omp parallel reduction(min : lost) reduction(max : outside)
+  {
+    int64_t c = -1;
+    struct kith_box box = kith_box_empty();
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      const double *x = nodes->position->f64 + (size_t)i * NDIM;
+      if (!is_in(&box, x)) {
+        c = kith_cells_of(&d->cells, x);
+        box = c < 0 ? kith_box_empty() : box_of(&d->cells, c);
+        if (c < 0)
+          lost = KITH_MIN(lost, i);
+        else if (!is_in(&box, x))
+          outside = KITH_MAX(outside, distance_from(&d->cells, c, x));
+      }
+      d->home->i64[i] = c;
+    }
+  }
+  d->outside = outside;
+  if (lost < INT32_MAX)
+    KITH_FAIL(DIVERGED, "the position of node %lld is not finite", (long long)nodes->id->i64[lost]);
+  return KITH_OK;
 }
 
 double kith_decomposition_outside(const struct kith_decomposition *d, const struct kith_nodes *nodes) {
@@ -91,8 +122,8 @@ static kith_status find_own(struct kith_decomposition *d) {
 
 /* Work of each cell, as its weight, by where the nodes of all ranks are now. Summed as integers: sums over
  * ranks have no order. *weight is owned by the caller. The status is that of this rank. */
-static kith_status weigh(const struct kith_decomposition *d, const struct kith_nodes *nodes,
-                         kith_status status, double **weight) {
+static kith_status weigh(struct kith_decomposition *d, const struct kith_nodes *nodes, kith_status status,
+                         double **weight) {
   uint64_t *work = NULL;
   KITH_TRY(kith_ranks_must(d->ranks, kith_resize(&work, 0, (size_t)d->cells.n, sizeof *work)));
   kith_ranks_must(d->ranks, kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight));
@@ -153,27 +184,22 @@ static kith_status near_ranks(const struct kith_decomposition *d, uint8_t **near
   return KITH_OK;
 }
 
-/* Where each node goes. A node in the box is in its cell. */
+/* Where each node goes. */
 static kith_status find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes) {
   const int32_t *owner = d->partition->owner, me = (int32_t)kith_ranks_rank(d->ranks);
   uint8_t *near = NULL;
   uint64_t leaving = 0, far = 0;
-  double outside = 0;
   KITH_TRY(find_own(d));
   KITH_TRY(find_cells(d, nodes));
   KITH_TRY(kith_reserve(&d->to, &d->to_capacity, (size_t)nodes->n_internal, sizeof *d->to));
   KITH_TRY(near_ranks(d, &near));
-#pragma omp parallel for schedule(static) reduction(+ : leaving, far) reduction(max : outside)
+#pragma omp parallel for schedule(static) reduction(+ : leaving, far)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const double *x = nodes->position->f64 + (size_t)i * NDIM;
     const int32_t to = owner[d->home->i64[i]];
-    bool in_box = true;
     d->to[i] = to;
     leaving += to != me, far += near[to] == 0;
-    for (int a = 0; a < NDIM; ++a) in_box = in_box && x[a] >= d->cells.lower[a] && x[a] <= d->cells.upper[a];
-    if (!in_box) outside = KITH_MAX(outside, distance_from(&d->cells, d->home->i64[i], x));
   }
-  d->leaving = leaving, d->far = far, d->outside = outside;
+  d->leaving = leaving, d->far = far;
   kith_free(&near);
   return KITH_OK;
 }

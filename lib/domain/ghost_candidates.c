@@ -22,12 +22,21 @@ static inline struct kith_bounds bounds_of(const struct kith_nodes *nodes, kith_
   return node;
 }
 
-static inline void include_node(struct kith_bounds *to, const struct kith_nodes *nodes, kith_index i) {
-  const struct kith_bounds node = bounds_of(nodes, i);
-  include(to, &node);
+/* Of nodes begin .. end - 1 but those that are marked (mark may be NULL). */
+static inline struct kith_bounds bounds_of_run(const struct kith_nodes *nodes, kith_index begin,
+                                               kith_index end, const uint8_t *mark) {
+  const double *restrict x = nodes->position->f64, *restrict radius = nodes->search_radius->f64;
+  struct kith_bounds run = {.search_radius = -1, .box = kith_box_empty()};
+  for (kith_index i = begin; i < end; ++i) {
+    if (mark != NULL && mark[i]) continue;
+    run.search_radius = KITH_MAX(run.search_radius, radius[i]);
+    kith_box_include(&run.box, x + (size_t)i * NDIM);
+  }
+  return run.search_radius >= 0 ? run : kith_nowhere;
 }
 
-/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include. */
+/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include. Nodes
+ * that follow each other are mostly in the same cell. */
 kith_status kith_bounds_find(const struct kith_nodes *nodes, const int64_t *home, size_t n,
                              struct kith_bounds **bounds) {
   const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
@@ -37,9 +46,15 @@ kith_status kith_bounds_find(const struct kith_nodes *nodes, const int64_t *home
   for (size_t c = 0; c < all; ++c) cell[c] = kith_nowhere;
 #pragma omp parallel num_threads(threads)
   {
-    struct kith_bounds *mine = cell + n * (size_t)omp_get_thread_num();
-#pragma omp for schedule(static)
-    for (kith_index i = 0; i < nodes->n_internal; ++i) include_node(&mine[home[i]], nodes, i);
+    const int64_t me = omp_get_thread_num(), team = omp_get_num_threads();
+    const kith_index end = (kith_index)(nodes->n_internal * (me + 1) / team);
+    struct kith_bounds *mine = cell + n * (size_t)me;
+    for (kith_index i = (kith_index)(nodes->n_internal * me / team), next; i < end; i = next) {
+      for (next = i + 1; next < end && home[next] == home[i];) ++next;
+      const struct kith_bounds run = bounds_of_run(nodes, i, next, NULL);
+      include(&mine[home[i]], &run);
+    }
+#pragma omp barrier
 #pragma omp for schedule(static)
     for (size_t c = 0; c < n; ++c)
       for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
@@ -105,11 +120,8 @@ kith_status kith_candidates_gather(struct kith_candidates *c, const struct kith_
   KITH_TRY(kith_resize(&c->group, 0, (size_t)c->groups, sizeof *c->group));
   mark_frozen(nodes, c->mark);
 #pragma omp parallel for schedule(static) if (c->groups > 64)
-  for (int g = 0; g < c->groups; ++g) {
-    c->group[g] = kith_nowhere;
-    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i)
-      if (!c->mark[i]) include_node(&c->group[g], nodes, i);
-  }
+  for (int g = 0; g < c->groups; ++g)
+    c->group[g] = bounds_of_run(nodes, g * GROUP_SIZE, KITH_MIN(c->n, (g + 1) * GROUP_SIZE), c->mark);
   for (int g = 0; g < c->groups; ++g) include(&c->all, &c->group[g]);
   return KITH_OK;
 }
