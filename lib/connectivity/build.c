@@ -392,10 +392,28 @@ static bool idle_near(const struct kith_build *build, const struct group *group)
   return near;
 }
 
-/* With this group, `done` of `all` groups of the chunk have been tested. length[i]: of row i. */
+/* The ghosts that rows of the group will hold: while their bits are at hand, one look serves all its targets. */
+static void mark_wanted(const struct kith_packed *near, kith_index targets, const uint64_t *hit,
+                        kith_index n_internal, uint8_t *wanted) {
+  for (int w = 0; w < near->words; ++w) {
+    uint64_t any = 0;
+    kith_index last = 0;
+    for (int p = 64 * w; p < KITH_MIN(near->n, 64 * (w + 1)); ++p) last = KITH_MAX(last, near->node[p]);
+    if (last < n_internal) continue;
+    for (kith_index t = 0; t < targets; ++t) any |= hit[(size_t)t * (size_t)near->words + (size_t)w];
+    for (; any != 0; any &= any - 1) {
+      const kith_index ghost = near->node[64 * w + __builtin_ctzll(any)] - n_internal;
+      if (ghost < 0) continue;
+#pragma omp atomic write
+      wanted[ghost] = 1;
+    }
+  }
+}
+
+/* With this group, `done` of `all` groups of the chunk have been tested. first[i + 1]: length of row i. */
 static kith_status test_group(struct kith_worker *worker, const struct kith_build *build,
-                              struct kith_words *chunk, size_t *length, const struct group *group, int done,
-                              int all) {
+                              struct kith_words *chunk, struct kith_rows *rows, const struct group *group,
+                              int done, int all) {
   int self[GROUP_SLOTS];
   const bool idle = idle_near(build, group);
   if (serves_idle(build, group) && !idle) return KITH_OK;
@@ -413,7 +431,10 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
     memcpy(record + KITH_RECORD_HEAD + kith_record_nodes(n), worker->near.shift, n * sizeof(uint16_t));
   if (masks > 0) memcpy(record + head - masks, worker->idle, masks * sizeof *worker->idle);
   chunk->n += words;
-  return test_targets(worker, build, group->run, self, idle, length, record + head);
+  KITH_TRY(test_targets(worker, build, group->run, self, idle, rows->first + 1, record + head));
+  if (rows->wanted != NULL)
+    mark_wanted(&worker->near, group->targets, record + head, build->nodes->n_internal, rows->wanted);
+  return KITH_OK;
 }
 
 static int first_awake(const struct kith_build *build, int group, int end) {
@@ -423,7 +444,7 @@ static int first_awake(const struct kith_build *build, int group, int end) {
 /* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one
  * group. */
 static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number,
-                              size_t *lengths) {
+                              struct kith_rows *rows) {
   const struct kith_search *search = build->targets->search;
   const bool ghosts = build->targets->ghosts || build->selected;
   struct kith_words *chunk = &build->scratch->chunk[chunk_number];
@@ -441,26 +462,37 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
       const struct group next = group_of(build, group.first + from, to - from);
       if (next.targets == 0 || (open.targets > 0 && join(&open, &next))) continue;
       if (open.targets > 0)
-        KITH_TRY(test_group(worker, build, chunk, lengths, &open, g + 1 - start, stop - start));
+        KITH_TRY(test_group(worker, build, chunk, rows, &open, g + 1 - start, stop - start));
       open = next;
     }
   }
-  return open.targets > 0 ? test_group(worker, build, chunk, lengths, &open, 1, 1) : KITH_OK;
+  return open.targets > 0 ? test_group(worker, build, chunk, rows, &open, 1, 1) : KITH_OK;
 }
 
 /* All chunks; the message of a failure stays on its thread. */
-static kith_status test_chunks(const struct kith_build *build, size_t *lengths) {
+static kith_status test_chunks(const struct kith_build *build, struct kith_rows *rows) {
   struct kith_builder *scratch = build->scratch;
   int status = KITH_OK;
 #pragma omp parallel for schedule(dynamic, 1) reduction(max \
                                                         : status) if (build->targets->search->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
-    const int mine = (int)test_chunk(&scratch->worker[omp_get_thread_num()], build, c, lengths);
+    const int mine = (int)test_chunk(&scratch->worker[omp_get_thread_num()], build, c, rows);
     status = KITH_MAX(status, mine);
   }
   if (status == KITH_OK) return KITH_OK;
   return kith_fail((kith_status)status, "the neighbor lists could not be built: %s",
                    kith_status_text((kith_status)status));
+}
+
+/* Of rows of all internal nodes, with neighbors among the same nodes and their ghosts. */
+static kith_status begin_wanted(struct kith_rows *rows, const struct kith_build *build, bool of_ghosts) {
+  const size_t n = (size_t)build->nodes->n_ghost;
+  rows->wanted = NULL;
+  if (of_ghosts || !kith_build_all_targets(build) || build->targets->search != build->search) return KITH_OK;
+  KITH_TRY(kith_reserve(&rows->held, &rows->held_capacity, n, 1));
+  if (n > 0) memset(rows->held, 0, n);
+  rows->wanted = rows->held;
+  return KITH_OK;
 }
 
 kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, size_t *candidates) {
@@ -473,7 +505,8 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   for (int t = 0; t < scratch->threads; ++t) scratch->worker[t].candidates = 0;
   enclose_idle(build);
   KITH_TRY(share_memory(build));
-  KITH_TRY(test_chunks(build, rows->first + 1));
+  KITH_TRY(begin_wanted(rows, build, ghosts));
+  KITH_TRY(test_chunks(build, rows));
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(rows));

@@ -112,6 +112,7 @@ kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, cons
     KITH_TRY(patch(&c->rows, built->pairs ? &c->pairs : NULL, c->rows.n,
                    built->intersection ? &c->intersection : NULL, &cull, stored));
   }
+  c->rows.wanted = NULL; /* by the old numbers */
   c->n = kith_nodes_count(nodes);
   c->ghosts = nodes->ghosts;
   return KITH_OK;

@@ -79,6 +79,7 @@ uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n) {
 void kith_rows_clear(struct kith_rows *rows) {
   kith_free(&rows->shifts);
   kith_free(&rows->holds_ghosts);
+  kith_free(&rows->held);
   kith_free(&rows->first);
   kith_free(&rows->node);
   *rows = (struct kith_rows){0};
@@ -86,7 +87,7 @@ void kith_rows_clear(struct kith_rows *rows) {
 
 size_t kith_rows_bytes(const struct kith_rows *rows) {
   return rows->rows_capacity * sizeof *rows->first + rows->entries_capacity * sizeof *rows->node +
-         rows->shifts_capacity * sizeof *rows->shifts + rows->outer_capacity;
+         rows->shifts_capacity * sizeof *rows->shifts + rows->outer_capacity + rows->held_capacity;
 }
 
 size_t kith_rows_longest(const struct kith_rows *rows) {
@@ -150,6 +151,7 @@ size_t kith_compact(size_t *first, kith_index n, const struct kith_column *colum
 }
 
 void kith_rows_compact(struct kith_rows *rows) {
+  rows->wanted = NULL;
   const struct kith_column columns[] = {
       {rows->node, sizeof *rows->node}, {rows->shift, sizeof *rows->shift}, {0}};
   kith_compact(rows->first, rows->n, columns);

@@ -24,10 +24,11 @@ struct kith_rows {
   uint16_t *shift;  /* [first[n]]; NULL: all are by nothing. A view of `shifts` */
   int zero;         /* the shift by nothing */
   uint8_t *outer; /* of rows of internal nodes, 1: it holds ghosts; NULL: any may. A view of `holds_ghosts` */
+  uint8_t *wanted; /* of ghosts, 1: a row of an internal node holds it; NULL: not known. A view of `held` */
   size_t rows_capacity, entries_capacity;
   uint16_t *shifts;
-  uint8_t *holds_ghosts;
-  size_t shifts_capacity, outer_capacity;
+  uint8_t *holds_ghosts, *held;
+  size_t shifts_capacity, outer_capacity, held_capacity;
 };
 
 /* Memory for n rows; first[0] = 0. */
