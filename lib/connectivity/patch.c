@@ -1,7 +1,7 @@
 /* patch.c - renumbering after a cull. Ghosts are the last nodes and culling keeps the order, so new numbers
  * never reverse an order: sorted stays sorted, i < j stays i < j, and internal nodes keep their numbers.
  *
- * Only numbers of ghosts change, at the tail of each row. If entries are lost (not in the usual case: only
+ * Only numbers behind the first culled ghost change, at the tail of each row. If entries are lost (not in the usual case: only
  * ghosts that nobody needs are culled, and they have no rows), the rest is moved up. */
 #include "lib/connectivity/connectivity.h"
 
@@ -9,6 +9,7 @@
 struct cull {
   const kith_index *renumber; /* [old_count] */
   kith_index n_internal, old_count;
+  kith_index changed; /* the first node whose number changes */
 };
 
 static kith_status check(const struct cull *cull, const struct kith_nodes *nodes) {
@@ -25,7 +26,7 @@ static kith_status check(const struct cull *cull, const struct kith_nodes *nodes
   return KITH_OK;
 }
 
-/* New numbers for the ghosts at the tail of each row, -1 for culled ones, and for all entries of the rows of
+/* New numbers for the tail of each row, -1 for culled ones, and for all entries of the rows of
  * culled nodes (of_nodes). Is any entry lost? */
 static bool renumber_rows(const struct kith_rows *rows, const struct cull *cull, bool of_nodes) {
   kith_index least = 0;
@@ -35,7 +36,7 @@ static bool renumber_rows(const struct kith_rows *rows, const struct cull *cull,
     if (i < cull->n_internal && !kith_row_is_outer(rows, i)) continue;
     for (size_t e = rows->first[i + 1]; e > rows->first[i]; --e) {
       kith_index *node = &rows->node[e - 1];
-      if (*node < cull->n_internal && !gone) break;
+      if (*node < cull->changed && !gone) break;
       *node = gone ? -1 : cull->renumber[*node];
       least = KITH_MIN(least, *node);
     }
@@ -47,8 +48,7 @@ static bool renumber_rows(const struct kith_rows *rows, const struct cull *cull,
 static void renumber_pairs(const struct kith_pairs *pairs, kith_index n, const struct cull *cull) {
 #pragma omp parallel for schedule(static) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i)
-    for (size_t p = pairs->first[i + 1]; p > pairs->first[i] && pairs->node[p - 1][1] >= cull->n_internal;
-         --p) {
+    for (size_t p = pairs->first[i + 1]; p > pairs->first[i] && pairs->node[p - 1][1] >= cull->changed; --p) {
       kith_index *node = pairs->node[p - 1];
       node[1] = cull->renumber[node[1]];
       node[0] = node[1] < 0 ? -1 : cull->renumber[i];
@@ -61,6 +61,11 @@ static void drop_common(const struct kith_pairs *pairs, const struct kith_rows *
   for (size_t p = 0; p < pairs->n; ++p)
     for (size_t e = common->first[p]; pairs->node[p][0] < 0 && e < common->first[p + 1]; ++e)
       common->node[e] = -1;
+}
+
+static kith_index first_changed(const kith_index *renumber, kith_index from, kith_index end) {
+  while (from < end && renumber[from] == from) ++from;
+  return from;
 }
 
 /* --- rows with their pairs --- */
@@ -98,7 +103,8 @@ static kith_status patch(struct kith_rows *rows, struct kith_pairs *pairs, kith_
 kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const kith_index *renumber, kith_index old_count) {
   struct kith_connectivity *c = connectivity;
-  const struct cull cull = {renumber, nodes->n_internal, old_count};
+  const struct cull cull = {renumber, nodes->n_internal, old_count,
+                            first_changed(renumber, nodes->n_internal, old_count)};
   const struct kith_requirements *built = &c->built;
   const kith_index stored = built->ghost_rows ? kith_nodes_count(nodes) : nodes->n_internal;
   if (c->canonical) KITH_FAIL(UNSUPPORTED, "a connectivity in canonical order cannot be patched");
