@@ -392,7 +392,7 @@ static bool idle_near(const struct kith_build *build, const struct group *group)
   return near;
 }
 
-/* The ghosts that rows of the group will hold: while their bits are at hand, one look serves all its targets. */
+/* The ghosts that rows of the group will hold: one look serves all targets while their bits are at hand. */
 static void mark_wanted(const struct kith_packed *near, kith_index targets, const uint64_t *hit,
                         kith_index n_internal, uint8_t *wanted) {
   for (int w = 0; w < near->words; ++w) {

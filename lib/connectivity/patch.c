@@ -1,8 +1,8 @@
 /* patch.c - renumbering after a cull. Ghosts are the last nodes and culling keeps the order, so new numbers
  * never reverse an order: sorted stays sorted, i < j stays i < j, and internal nodes keep their numbers.
  *
- * Only numbers behind the first culled ghost change, at the tail of each row. If entries are lost (not in the usual case: only
- * ghosts that nobody needs are culled, and they have no rows), the rest is moved up. */
+ * Only numbers behind the first culled ghost change, at the tail of each row. If entries are lost (not in the
+ * usual case: only ghosts that nobody needs are culled, and they have no rows), the rest is moved up. */
 #include "lib/connectivity/connectivity.h"
 
 /* What changes. Old numbers of nodes are those before the cull. */

@@ -35,8 +35,8 @@ static inline struct kith_bounds bounds_of_run(const struct kith_nodes *nodes, k
   return run.search_radius >= 0 ? run : kith_nowhere;
 }
 
-/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include. Nodes
- * that follow each other are mostly in the same cell. */
+/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include.
+ * Nodes that follow each other are mostly in the same cell. */
 kith_status kith_bounds_find(const struct kith_nodes *nodes, const int64_t *home, size_t n,
                              struct kith_bounds **bounds) {
   const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
