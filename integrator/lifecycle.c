@@ -283,16 +283,13 @@ static kith_status take_news(const struct kith_integrator *it, struct news *news
   const double *radius = nodes->search_radius->f64, *mass = it->hydro->mass->f64;
   double widest = 0, heaviest = -INFINITY, lightest = INFINITY;
   int broken = 0;
-#pragma omp parallel for simd schedule(static) reduction(max                                       \
-                                                         : widest, heaviest) reduction(min         \
-                                                                                       : lightest) \
-    reduction(|                                                                                    \
-              : broken)
+#pragma omp parallel for simd schedule(static) reduction(max : widest, heaviest) reduction(min : lightest) \
+    reduction(| : broken)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     broken |= !(radius[i] < INFINITY);
-    widest = radius[i] > widest ? radius[i] : widest;
-    heaviest = mass[i] > heaviest ? mass[i] : heaviest;
-    lightest = mass[i] < lightest ? mass[i] : lightest;
+    widest = KITH_MAX(widest, radius[i]);
+    heaviest = KITH_MAX(heaviest, mass[i]);
+    lightest = KITH_MIN(lightest, mass[i]);
   }
   news->widest = widest, news->mass[0] = heaviest, news->mass[1] = -lightest;
   news->nodes = (uint64_t)nodes->n_internal;

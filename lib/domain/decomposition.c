@@ -48,8 +48,8 @@ static inline bool is_in(const struct kith_box *box, const double *x) {
   return in;
 }
 
-/* Sets `home` to the global number of the node's cell; set_homes makes it an index among the own cells. A
- * node is mostly in the cell of the node before it. */
+/* Sets `home` to the global number of the node's cell, set_homes makes it an index among the own cells; and
+ * `outside`. A node is mostly in the cell of the node before it. */
 static kith_status find_cells(struct kith_decomposition *d, const struct kith_nodes *nodes) {
   kith_index lost = INT32_MAX;
   double outside = 0;
