@@ -93,8 +93,7 @@ KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, con
   area_of(-gj, &J(MAGMA2_MATRIX), KITH_STRIDE, d, nj);
   for (int a = 0; a < NDIM; ++a) along_i += d[a] * ni[a], along_j += d[a] * nj[a];
   const double ratio = kith_pow_dim(i[KITH_PACKED_INVERSE] / J(KITH_PACKED_INVERSE)), /* V_j / V_i */
-      inverse_r = 1 / KITH_MAX(p.r, 1e-30),
-               area = (ratio * along_i + along_j / ratio) * inverse_r * inverse_r;
+      area = (ratio * along_i + along_j / ratio) * p.inverse_r * p.inverse_r;
 
   const double pi = i[MAGMA2_PRESSURE], pj = J(MAGMA2_PRESSURE),
                q = kith_viscous_pressure(&c->viscosity, &p, i[KITH_PACKED_DENSITY], J(KITH_PACKED_DENSITY),

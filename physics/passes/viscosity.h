@@ -151,6 +151,7 @@ struct kith_viscous_pair {
   double r, vx, qi, qj; /* |x_ij|, v_ij . x_ij, r / H of both */
   double mu, sound;     /* mean sound speed */
   double signal;        /* speed; 0 of two nodes at one place */
+  double inverse_r, inverse_densities; /* 1 / r, or a large number; 1 / (rho_i + rho_j) */
 };
 
 KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosity_constants *c,
@@ -170,13 +171,17 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
                slope_j = kith_symmetric_form(&J(KITH_PACKED_SHEAR), KITH_STRIDE, p.x, p.y, p.z);
   const double product = slope_i * slope_j, sum = slope_i + slope_j;
   const double sounds = i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND),
-               jump = (i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND)) / KITH_MAX(sounds, DBL_MIN);
-  const double van_leer = product > 0 ? 4 * product / (sum * sum * (1 + 5 * jump * jump)) : 0;
+               jump = i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND), sounds2 = KITH_MAX(sounds * sounds, DBL_MIN);
+  const double van_leer =
+      product > 0 ? 4 * product * sounds2 / (sum * sum * (sounds2 + 5 * jump * jump)) : 0;
   const double closer = 5 * KITH_MIN(c->spacings * KITH_MAX(p.qi, p.qj) - 1, 0.0);
   const double phi = van_leer * KITH_MAX(1 - closer * closer, 0.0);
   const double limited = KITH_MAX(p.vx - 0.5 * phi * sum, p.vx);
-  const double difference = c->limited > 0 ? limited : p.vx, inverse_r = 1 / KITH_MAX(p.r, DBL_MIN);
-  p.mu = p.vx < 0 ? KITH_MIN(difference, 0.0) * inverse_r : 0;
+  const double difference = c->limited > 0 ? limited : p.vx;
+  const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY), apart = KITH_MAX(p.r, 1e-100),
+               inverse = 1 / (apart * densities); /* a division takes the time of ten products */
+  p.inverse_r = inverse * densities, p.inverse_densities = inverse * apart;
+  p.mu = p.vx < 0 ? KITH_MIN(difference, 0.0) * p.inverse_r : 0;
 
   p.sound = 0.5 * sounds;
   p.signal = r2 > 0 ? KITH_MAX(c->alpha, 1.0) * p.sound - c->beta * p.mu : 0;
@@ -188,8 +193,7 @@ KITH_INLINE double kith_viscous_pressure(const struct kith_viscosity_constants *
                                          const struct kith_viscous_pair *p, double density_i,
                                          double density_j, double s) {
   const double beta = c->factored > 0 ? c->beta * s : c->beta;
-  return 2 * density_i * density_j / (density_i + density_j) * (beta * p->mu - c->alpha * s * p->sound) *
-         p->mu;
+  return 2 * density_i * density_j * p->inverse_densities * (beta * p->mu - c->alpha * s * p->sound) * p->mu;
 }
 
 #endif

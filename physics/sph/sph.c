@@ -104,10 +104,9 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
   }
   const double gi = kith_kernel_gradient(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
   const double gj = kith_kernel_gradient(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
-  const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY);
   const double s = full ? 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH)) : 1, alpha = c->viscosity.alpha * s,
                beta = c->viscosity.factored > 0 ? c->viscosity.beta * s : c->viscosity.beta;
-  const double viscosity = (beta * p.mu - alpha * p.sound) * p.mu / densities; /* Pi / 2 */
+  const double viscosity = (beta * p.mu - alpha * p.sound) * p.mu * p.inverse_densities; /* Pi / 2 */
 
   /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
   const double masses = i[SPH_MASS] * J(SPH_MASS);
@@ -123,8 +122,8 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
   if (all) {
     const double rho_i = i[KITH_PACKED_DENSITY], rho_j = J(KITH_PACKED_DENSITY),
                  pi = i[SPH_PSI] * rho_i * rho_i / i[SPH_MASS], pj = J(SPH_PSI) * rho_j * rho_j / J(SPH_MASS),
-                 jump = pj - pi, speed = sqrt(2 * fabs(jump) / densities),                   /* (7) */
-        pressures = KITH_MAX(pi + pj + 0.5 * viscosity * densities * densities, fabs(jump)); /* (8) */
+                 densities = rho_i + rho_j, jump = pj - pi, speed = sqrt(2 * fabs(jump) / densities), /* (7) */
+        pressures = KITH_MAX(pi + pj + 0.5 * viscosity * densities * densities, fabs(jump));          /* (8) */
     heat = c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * apart * (gi + gj) / densities +
            c->pressure_dissipation * fabs(force * p.vx) * jump / KITH_MAX(pressures, DBL_MIN);
   }
