@@ -122,7 +122,29 @@ void kith_packed_between(const struct kith_packed *packed, const double *x, cons
   between(packed, x, y, hit);
 }
 
+#ifdef __x86_64__
+/* The same for 16 candidates at a time. Stores have masks: behind a row is the next one, and what is
+ * compressed by a store itself takes a hundred cycles on some processors. */
+__attribute__((target("avx512f"))) static void extract_wide(const kith_index *node, int words,
+                                                            const uint64_t *hit, kith_index *restrict out) {
+  for (int w = 0; w < words; ++w)
+    for (int k = 0; k < 64; k += 16) {
+      const __mmask16 bits = (__mmask16)(hit[w] >> k);
+      const int n = __builtin_popcount(bits);
+      const __m512i nodes = _mm512_maskz_loadu_epi32(bits, node + 64 * w + k);
+      _mm512_mask_storeu_epi32(out, (__mmask16)((1u << n) - 1), _mm512_maskz_compress_epi32(bits, nodes));
+      out += n;
+    }
+}
+#endif
+
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx512f")) {
+    extract_wide(node, words, hit, out);
+    return;
+  }
+#endif
   for (int w = 0; w < words; ++w)
     for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = node[64 * w + __builtin_ctzll(bits)];
 }
