@@ -389,8 +389,9 @@ static kith_status close_lists(struct kith_integrator *it, const struct news *ne
   if (status == KITH_OK) status = kith_rebuilds_take(it->rebuilds, it->nodes);
   KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2, parts));
   if (it->decomposition == NULL || count == news->nodes) return KITH_OK;
-  KITH_FAIL(INTERNAL, "of %llu nodes %llu are left after a migration", (unsigned long long)news->nodes,
-            (unsigned long long)count);
+  return kith_ranks_allreduce_status(it->nodes->ranks,
+                                     kith_fail(KITH_INTERNAL, "of %llu nodes %llu are left after a migration",
+                                               (unsigned long long)news->nodes, (unsigned long long)count));
 }
 
 /* Ranks agree before anything is done for ghosts and at the end. A rank that fails between does what others

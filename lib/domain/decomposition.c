@@ -199,7 +199,7 @@ static kith_status find_ranks(struct kith_decomposition *d, const struct kith_no
     d->to[i] = to;
     leaving += to != me, far += near[to] == 0;
   }
-  d->leaving = leaving, d->far = far;
+  d->leaving = leaving, d->far = far, d->surrounded = false;
   kith_free(&near);
   return KITH_OK;
 }
@@ -213,9 +213,8 @@ kith_status kith_decomposition_assign(struct kith_decomposition *d, struct kith_
 kith_status kith_decomposition_move(struct kith_decomposition *d, struct kith_nodes *nodes, uint64_t leaving,
                                     uint64_t far) {
   uint64_t moved = 0;
-  if (leaving > 0)
-    KITH_TRY(
-        kith_nodes_migrate(nodes, d->to, d->shell.n_neighbors, far > 0 ? NULL : d->shell.neighbor, &moved));
+  const int32_t *neighbor = far > 0 || d->surrounded ? NULL : d->shell.neighbor;
+  if (leaving > 0) KITH_TRY(kith_nodes_migrate(nodes, d->to, d->shell.n_neighbors, neighbor, &moved));
   d->migrated += moved;
   set_homes(d, nodes);
   return KITH_OK;
@@ -224,7 +223,7 @@ kith_status kith_decomposition_move(struct kith_decomposition *d, struct kith_no
 kith_status kith_decomposition_surround(struct kith_decomposition *d, double reach, bool *changed) {
   *changed = d->shell_map != d->partition->generation || reach > d->shell.reach || 4 * reach < d->shell.reach;
   if (!*changed) return KITH_OK;
-  d->shell_map = 0;
+  d->shell_map = 0, d->surrounded = true;
   KITH_TRY(kith_shell_build(&d->shell, d->partition, kith_ranks_rank(d->ranks), 1.25 * reach));
   d->shell_map = d->partition->generation;
   return KITH_OK;

@@ -36,6 +36,7 @@ struct kith_decomposition {
   int32_t *to;             /* [nodes] the ranks they go to, by the last assignment; owned */
   size_t to_capacity;
   uint64_t leaving, far; /* nodes that leave this rank; of these those that leave its neighbors, too */
+  bool surrounded;       /* the shell is another one than that in which these neighbors were found */
   double outside;        /* how far a node is out of its cell at most */
   int every;             /* redistributions between balance checks; 0: never */
   double imbalance;      /* tolerated: largest work of a rank over the mean */
@@ -70,7 +71,7 @@ void kith_decomposition_destroy(struct kith_decomposition **decomposition);
 kith_status kith_decomposition_assign(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
                                       kith_status status);
 /* Then, `leaving` and `far` of all ranks being known: sends nodes to these ranks. The status of this rank.
- * Collective if some leave: among neighbors, or all if some are far. */
+ * Collective if some leave: among neighbors, or all if some are far or the shell is a new one. */
 kith_status kith_decomposition_move(struct kith_decomposition *decomposition, struct kith_nodes *nodes,
                                     uint64_t leaving, uint64_t far);
 /* `outside` at present, between assignments. */

@@ -178,8 +178,9 @@ static kith_status send_by_id(struct kith_nodes *copy, int parts) {
   count[1] = (uint64_t)copy->n_internal;
   KITH_TRY(kith_ranks_agree(copy->ranks, status, 1, &(struct kith_shared){KITH_SHARE_SUM, 2, count}));
   if (count[0] == count[1]) return KITH_OK;
-  KITH_FAIL(INTERNAL, "of %llu nodes %llu are left after a migration", (unsigned long long)count[0],
-            (unsigned long long)count[1]);
+  return kith_ranks_allreduce_status(copy->ranks,
+                                     kith_fail(KITH_INTERNAL, "of %llu nodes %llu are left after a migration",
+                                               (unsigned long long)count[0], (unsigned long long)count[1]));
 }
 
 kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct kith_nodes **out) {
