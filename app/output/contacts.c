@@ -89,6 +89,9 @@ kith_status kith_contacts_sample(struct kith_contacts *c) {
   if (c == NULL) return KITH_OK;
   const struct kith_simulation *m = c->simulation;
   struct kith_ranks *ranks = m->nodes->ranks;
+  struct kith_field *const changed[] = {m->nodes->position, m->nodes->support, m->hydro.velocity};
+  /* Ghosts have the values of the last evaluation, after which a step goes on. */
+  kith_halo_refresh(m->hydro.halo, m->nodes, changed, 3);
   for (int k = 0; k < m->scene->n_contacts; ++k) {
     struct kith_reducer found[REDUCERS] = {[NODES] = {KITH_COUNT, 0},
                                            [PAIRS] = {KITH_COUNT, 0},

@@ -110,6 +110,13 @@ static kith_status refuse_setting(const struct kith_scene *scene) {
   return key != NULL ? kith_config_fail(key, NULL, "%s", why + 2) : KITH_BAD_INPUT;
 }
 
+/* Ghosts are culled by the rows of packages, which lack pairs that are excluded and nodes that sleep; contacts
+ * ask all nodes for all neighbors. */
+static bool culls(const struct kith_simulation *m) {
+  const struct kith_scene *scene = m->scene;
+  return scene->connectivity.cull && (scene->n_contacts == 0 || (m->excluders.n == 0 && !scene->follows));
+}
+
 static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, bool check) {
   const struct kith_scene *scene = m->scene;
   /* Lists that are rebuilt each step have a skin for the change of supports within it only. */
@@ -129,7 +136,7 @@ static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, b
                                .cfl = scene->scheme.cfl > 0 ? scene->scheme.cfl : package_of(scene)->cfl,
                                .fixed_dt = scene->scheme.dt,
                                .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
-                               .cull = scene->connectivity.cull,
+                               .cull = culls(m),
                                .check = check,
                                .canonical = scene->reproducible,
                                .follows = scene->follows,
