@@ -46,10 +46,9 @@ bool mfm_invert(const double *m, double *inverse) {
 /* --- one-point --- */
 
 /* The factor of x_j - x_i in the face of SPH, -V^2 C / H^(d + 2), without g. */
-static inline double central(const struct mfm_faces *f, double inverse_support) {
-  const double volume_h = kith_ball() / f->neighbors, h = 1 / inverse_support; /* V / H^d */
-  return -kith_kernel_constant(f->kernel) * volume_h * volume_h * kith_pow_dim(h) * inverse_support *
-         inverse_support;
+static inline double central(const struct mfm_faces *f, double h, double inverse_h) {
+  const double volume_h = kith_ball() / f->neighbors; /* V / H^d */
+  return -kith_kernel_constant(f->kernel) * volume_h * volume_h * kith_pow_dim(h) * inverse_h * inverse_h;
 }
 
 /* `shifted` is a constant, so that loops without shifts do not know of them. */
@@ -78,7 +77,8 @@ KITH_INLINE void one_point_faces(enum kith_kernel kernel, const struct mfm_faces
       kith_kernel_value(kernel, r * inverse_j, &wj, &gj);
       const double *mi = matrix + li * KITH_SYMMETRIC_SIZE, *mj = matrix + lj * KITH_SYMMETRIC_SIZE;
       const double along =
-          (mi[0] > 0 ? 0 : central(f, inverse_i) * gi) + (mj[0] > 0 ? 0 : central(f, inverse_j) * gj);
+          (mi[0] > 0 ? 0 : central(f, h[li], inverse_i) * gi) +
+          (mj[0] > 0 ? 0 : central(f, h[lj], inverse_j) * gj);
       double sum[NDIM];
       for (int a = 0; a < NDIM; ++a) sum[a] = along * d[a];
       for (int a = 0, m = 0; a < NDIM; ++a)

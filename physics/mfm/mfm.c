@@ -143,6 +143,8 @@ enum {
   MFM_PRESSURE,
   MFM_SOUND,
   MFM_GAMMA, /* of the material */
+  MFM_INVERSE_GAMMA,
+  MFM_INVERSE_DENSITY,
   MFM_PRESSURE_SLOPE,
   MFM_VELOCITY_SLOPE = MFM_PRESSURE_SLOPE + NDIM, /* [a][b] = dv_a / dx_b */
   MFM_PACKED = MFM_VELOCITY_SLOPE + NDIM * NDIM,
@@ -155,18 +157,20 @@ KITH_INLINE double limited(double slope, double difference) {
   return sign * KITH_MAX(KITH_MIN(sign * slope, 1.5 * most), -most);
 }
 
-/* The state of one end at the middle of the pair, from the slopes and differences towards the other end; u:
- * velocity along the face. */
-KITH_INLINE struct mfm_side reconstruct(double density, double pressure, double sound, double gamma, double u,
+/* rho c^2 / gamma, of ideal gas its pressure, of stiffened gas that above -P0. */
+KITH_INLINE double above_vacuum(double density, double sound, double inverse_gamma) {
+  return density * sound * sound * inverse_gamma;
+}
+
+/* `node`, whose velocity is that along the face, at the middle of the pair, from the slopes and differences
+ * towards the other end. */
+KITH_INLINE struct mfm_side reconstruct(struct mfm_side node, double above, double inverse_density,
                                         const double *slope, const double *difference) {
-  const double bulk =
-      density * sound * sound; /* of ideal, stiffened and isothermal gases gamma P + a constant */
-  const double more = 0.5 * KITH_MAX(limited(slope[0], difference[0]), -bulk / gamma);
-  return (struct mfm_side){.density = density,
-                           .pressure = pressure + more,
-                           .velocity = u + 0.5 * limited(slope[1], difference[1]),
-                           .sound = sqrt((bulk + gamma * more) / density),
-                           .gamma = gamma};
+  const double more = 0.5 * KITH_MAX(limited(slope[0], difference[0]), -above);
+  node.pressure += more;
+  node.velocity += 0.5 * limited(slope[1], difference[1]);
+  node.sound = sqrt(node.gamma * (above + more) * inverse_density);
+  return node;
 }
 
 /* (3): what the end that loses `heat` gets back. In a stiffened gas pressures are relative to -P0, where the
@@ -195,16 +199,18 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
     }
   }
   const double dp = J(MFM_PRESSURE) - i[MFM_PRESSURE], there[] = {dp, du}, back[] = {-dp, -du};
-  const struct mfm_side l =
-      reconstruct(i[MFM_DENSITY], i[MFM_PRESSURE], i[MFM_SOUND], i[MFM_GAMMA], -0.5 * du, slope_i, there);
-  const struct mfm_side r =
-      reconstruct(J(MFM_DENSITY), J(MFM_PRESSURE), J(MFM_SOUND), J(MFM_GAMMA), 0.5 * du, slope_j, back);
+  const double above_i = above_vacuum(i[MFM_DENSITY], i[MFM_SOUND], i[MFM_INVERSE_GAMMA]),
+               above_j = above_vacuum(J(MFM_DENSITY), J(MFM_SOUND), J(MFM_INVERSE_GAMMA));
+  const struct mfm_side node_i = {i[MFM_DENSITY], -0.5 * du,    i[MFM_PRESSURE],
+                                  i[MFM_SOUND],   i[MFM_GAMMA], i[MFM_INVERSE_GAMMA]},
+                        node_j = {J(MFM_DENSITY), 0.5 * du,     J(MFM_PRESSURE),
+                                  J(MFM_SOUND),   J(MFM_GAMMA), J(MFM_INVERSE_GAMMA)};
+  const struct mfm_side l = reconstruct(node_i, above_i, i[MFM_INVERSE_DENSITY], slope_i, there),
+                        r = reconstruct(node_j, above_j, J(MFM_INVERSE_DENSITY), slope_j, back);
   const struct mfm_star star = mfm_riemann(l, r);
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * J(MFM_AREA + a);
   const double push = star.pressure * area, heat_i = -push * (0.5 * du + star.velocity),
                heat_j = -push * (0.5 * du - star.velocity);
-  const double above_i = i[MFM_DENSITY] * i[MFM_SOUND] * i[MFM_SOUND] / i[MFM_GAMMA],
-               above_j = J(MFM_DENSITY) * J(MFM_SOUND) * J(MFM_SOUND) / J(MFM_GAMMA);
   const double given = spared(i[MFM_PRESSURE], above_i, star.pressure, heat_i) -
                        spared(J(MFM_PRESSURE), above_j, star.pressure, heat_j); /* by j to i */
   OUT(KITH_HEAT) = heat_i + given;
@@ -231,6 +237,8 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[MFM_SOUND] = hydro->sound_speed->f64[i];
   const struct kith_material *material = &hydro->material[hydro->nodes->list->u8[i]];
   packed[MFM_GAMMA] = kith_material_gamma(material, hydro->density->f64[i], hydro->energy->f64[i]);
+  packed[MFM_INVERSE_GAMMA] = 1 / packed[MFM_GAMMA];
+  packed[MFM_INVERSE_DENSITY] = 1 / packed[MFM_DENSITY];
 }
 
 /* --- fields, passes --- */

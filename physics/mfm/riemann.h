@@ -30,22 +30,20 @@
 
 /* gamma of the material; velocity along the normal, which points from left to right. */
 struct mfm_side {
-  double density, velocity, pressure, sound, gamma;
+  double density, velocity, pressure, sound, gamma, inverse_gamma;
 };
 
 struct mfm_star {
   double pressure, velocity;
 };
 
-/* Mass flux q through the wave that changes the velocity of `s` by w. */
-KITH_INLINE double mfm_mass_flux(struct mfm_side s, double w) {
-  const double a = 0.25 * (s.gamma + 1) * w, c = KITH_MAX(s.sound, 1e-100);
-  const double shock = a + sqrt(c * c + a * a);
-  const double x = KITH_MAX(-s.gamma * w / c, 1e-5); /* the limit x -> 0 is c */
+/* Mass flux q through the wave that changes the velocity of `s` by w; c: the sound speed, not 0. */
+KITH_INLINE double mfm_mass_flux(struct mfm_side s, double w, double c, double x, double inverse_cx) {
+  const double a = 0.25 * (s.gamma + 1) * w, shock = a + sqrt(c * c + a * a);
   const double y = KITH_MAX(1 - 0.125 * x, 0.0), y2 = y * y, y4 = y2 * y2;
-  const double b = 0.0625 - 0.25 * (s.gamma - 1) / s.gamma;
+  const double b = 0.25 * s.inverse_gamma - 0.1875; /* 1 / 16 - (gamma - 1) / (4 gamma) */
   const double rest = y4 * y4 * KITH_MAX(1 + b * x * x, 0.0);
-  return s.density * (w > 0 ? shock : c * (1 - rest) / x);
+  return s.density * (w > 0 ? shock : c * c * (1 - rest) * inverse_cx);
 }
 
 KITH_INLINE struct mfm_star mfm_contact(struct mfm_side l, struct mfm_side r, double ql, double qr) {
@@ -57,7 +55,7 @@ KITH_INLINE struct mfm_star mfm_contact(struct mfm_side l, struct mfm_side r, do
 
 /* The pressure at zero density: 0, of a stiffened gas -P0. */
 KITH_INLINE double mfm_vacuum(struct mfm_side s) {
-  return s.pressure - s.density * s.sound * s.sound / s.gamma;
+  return s.pressure - s.density * s.sound * s.sound * s.inverse_gamma;
 }
 
 KITH_INLINE struct mfm_star mfm_riemann(struct mfm_side l, struct mfm_side r) {
@@ -66,9 +64,14 @@ KITH_INLINE struct mfm_star mfm_riemann(struct mfm_side l, struct mfm_side r) {
   const double push = 0.5 * approach / KITH_MAX(zl + zr, 1e-300);
   double ql = zl + l.density * (l.gamma + 1) * zr * push, qr = zr + r.density * (r.gamma + 1) * zl * push;
   struct mfm_star star = mfm_contact(l, r, ql, qr);
+  /* A division takes the time of ten products: both sides share one. */
+  const double cl = KITH_MAX(l.sound, 1e-100), cr = KITH_MAX(r.sound, 1e-100), inverse_c = 1 / (cl * cr);
   for (int k = 0; k < 2; ++k) {
-    ql = mfm_mass_flux(l, l.velocity - star.velocity);
-    qr = mfm_mass_flux(r, star.velocity - r.velocity);
+    const double wl = l.velocity - star.velocity, wr = star.velocity - r.velocity;
+    const double cxl = KITH_MAX(-l.gamma * wl, 1e-5 * cl), /* c x; the limit x -> 0 is c */
+        cxr = KITH_MAX(-r.gamma * wr, 1e-5 * cr), inverse_cx = 1 / (cxl * cxr);
+    ql = mfm_mass_flux(l, wl, cl, cxl * cr * inverse_c, cxr * inverse_cx);
+    qr = mfm_mass_flux(r, wr, cr, cxr * cl * inverse_c, cxl * inverse_cx);
     star = mfm_contact(l, r, ql, qr);
   }
   star.pressure = KITH_MAX(star.pressure, KITH_MAX(mfm_vacuum(l), mfm_vacuum(r)));

@@ -78,6 +78,7 @@ static struct mfm_side state_of(const struct world *w, const struct mfm_truth *m
   struct mfm_side s = {
       .gamma = material_value(material, "sound_speed") > 0 ? 1 : material_value(material, "gamma")};
   const double elastic = m->t.density[node] * m->t.sound[node] * m->t.sound[node] / s.gamma; /* P + P0 */
+  s.inverse_gamma = 1 / s.gamma;
   s.density = m->t.density[node];
   const double more = fmax(0.5 * limit(pressure, change[0]), -0.5 * elastic);
   s.pressure = m->t.pressure[node] + more;

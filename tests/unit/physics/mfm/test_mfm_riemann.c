@@ -5,7 +5,7 @@
 #include "tests/unit/exact_settings.h"
 
 static struct mfm_side side(double density, double velocity, double pressure, double gamma) {
-  return (struct mfm_side){density, velocity, pressure, sqrt(gamma * pressure / density), gamma};
+  return (struct mfm_side){density, velocity, pressure, sqrt(gamma * pressure / density), gamma, 1 / gamma};
 }
 
 static struct kith_exact_star exact(struct mfm_side l, struct mfm_side r) {
@@ -128,15 +128,20 @@ static void check_stiffened(void) {
   CHECK(mfm_riemann(l, r).pressure >= -stiffness - 1e-14);
 }
 
+static double mass_flux(struct mfm_side s, double w) {
+  const double cx = fmax(-s.gamma * w, 1e-5 * s.sound);
+  return mfm_mass_flux(s, w, s.sound, cx / s.sound, 1 / cx);
+}
+
 /* gamma = 1 is an isothermal gas: a shock takes q^2 = rho P*, a rarefaction P* = P exp(w / c). */
 static void check_isothermal(void) {
-  const struct mfm_side gas = {2, 0, 2 * 1.5 * 1.5, 1.5, 1};
+  const struct mfm_side gas = {2, 0, 2 * 1.5 * 1.5, 1.5, 1, 1};
   for (double w = 0.1; w < 20; w *= 2) {
-    const double q = mfm_mass_flux(gas, w);
+    const double q = mass_flux(gas, w);
     CHECK_CLOSE(q * q / (2 * (gas.pressure + q * w)), 1, 1e-14);
   }
   for (double w = 0.1; w < 1; w *= 2) /* the cubic term: x^3 / 192 less */
-    CHECK_CLOSE((gas.pressure - mfm_mass_flux(gas, -w) * w) / (gas.pressure * exp(-w / 1.5)), 1,
+    CHECK_CLOSE((gas.pressure - mass_flux(gas, -w) * w) / (gas.pressure * exp(-w / 1.5)), 1,
                 pow(w / 1.5, 3) / 100);
 }
 
