@@ -294,7 +294,9 @@ static kith_status take_news(const struct kith_integrator *it, struct news *news
   news->widest = widest, news->mass[0] = heaviest, news->mass[1] = -lightest;
   news->nodes = (uint64_t)nodes->n_internal;
   if (!broken) return KITH_OK;
-  KITH_FAIL(DIVERGED, "the search radius of a node is not finite");
+  kith_index first = 0;
+  while (radius[first] < INFINITY) ++first;
+  KITH_FAIL(DIVERGED, "the search radius of node %lld is not finite", (long long)nodes->id->i64[first]);
 }
 
 /* With nodes where they are now. */

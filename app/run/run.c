@@ -4,6 +4,7 @@
  * Exit code: 0, 1 (the run failed; a snapshot of where it failed is in the directory) or 2 (scene, files). */
 #include "app/cli/options.h"
 
+#include <ctype.h>
 #include <limits.h>
 #include <omp.h>
 #include <stdio.h>
@@ -424,9 +425,10 @@ static enum kith_exit complain(const struct run *run, enum kith_exit code) {
 
 /* The node that a message names, with its neighbors. Collective; all ranks have the message. */
 static void write_offenders(struct run *run, const char *reason, char *where, size_t size) {
-  const char *named = strstr(reason, "node ");
+  const char *named = reason;
   bool written = false;
-  if (named == NULL) return;
+  while ((named = strstr(named, "node ")) != NULL && !isdigit((unsigned char)named[strlen("node ")])) ++named;
+  if (named == NULL) return; /* or of "a node", which is none that could be found */
   const long long id = strtoll(named + strlen("node "), NULL, 10);
   if (kith_output_offenders(&run->output, run->simulation, id, &written) == KITH_OK && written)
     snprintf(where, size, ", that of node %lld and its neighbors in offenders.hdf", id);

@@ -110,8 +110,8 @@ static kith_status refuse_setting(const struct kith_scene *scene) {
   return key != NULL ? kith_config_fail(key, NULL, "%s", why + 2) : KITH_BAD_INPUT;
 }
 
-/* Ghosts are culled by the rows of packages, which lack pairs that are excluded and nodes that sleep; contacts
- * ask all nodes for all neighbors. */
+/* Ghosts are culled by the rows of packages, which lack pairs that are excluded and nodes that sleep;
+ * contacts ask all nodes for all neighbors. */
 static bool culls(const struct kith_simulation *m) {
   const struct kith_scene *scene = m->scene;
   return scene->connectivity.cull && (scene->n_contacts == 0 || (m->excluders.n == 0 && !scene->follows));

@@ -16,6 +16,7 @@ diverged() {
     wrong "$*: no snapshot '$snapshot'"
   grep -q "${snapshot##*/}" out/snapshots.hdf.series || wrong "$*: the series lacks $snapshot"
   ! grep -q "node [0-9]" stderr || [[ -s out/offenders.hdf ]] || wrong "$*: no offenders.hdf"
+  ! grep -q offenders stderr || grep -q "node [0-9].*; its state" stderr || wrong "$*: which node?"
 }
 diverged "its energy is negative" scheme.dt=0.2
 diverged "its energy is negative" scheme.dt=0.05 method.energy=thermal
@@ -24,6 +25,8 @@ diverged "a support does not converge" boundaries= method.neighbors=300
 diverged "the time step collapsed to 1e-30" scheme.dt=1e-30
 diverged "the time step collapsed to 1.57415e-23 at time 0: node" "regions.1.velocity=[1e20]"
 diverged "time 0." scheme.dt=0.02 # not in the first step
+diverged "a node in it has search radius" "boundaries.x=[{kind: inflow, depth: 1}, outflow]" \
+  "regions.0.velocity=[1]" method.neighbors=10 # it names none
 
 # ---- an isothermal gas: its energy, which the pressure does not follow, may fall to any value
 ok "$kith" run tiny.yaml --quiet -o out --until 0.2 --set materials.gas.eos=isothermal \
