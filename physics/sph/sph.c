@@ -122,8 +122,9 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
   if (all) {
     const double rho_i = i[KITH_PACKED_DENSITY], rho_j = J(KITH_PACKED_DENSITY),
                  pi = i[SPH_PSI] * rho_i * rho_i / i[SPH_MASS], pj = J(SPH_PSI) * rho_j * rho_j / J(SPH_MASS),
-                 densities = rho_i + rho_j, jump = pj - pi, speed = sqrt(2 * fabs(jump) / densities), /* (7) */
-        pressures = KITH_MAX(pi + pj + 0.5 * viscosity * densities * densities, fabs(jump));          /* (8) */
+                 densities = rho_i + rho_j, jump = pj - pi,
+                 speed = sqrt(2 * fabs(jump) / densities),                                   /* (7) */
+        pressures = KITH_MAX(pi + pj + 0.5 * viscosity * densities * densities, fabs(jump)); /* (8) */
     heat = c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * apart * (gi + gj) / densities +
            c->pressure_dissipation * fabs(force * p.vx) * jump / KITH_MAX(pressures, DBL_MIN);
   }
@@ -219,6 +220,11 @@ static kith_status sph_create(struct kith_package *package) {
   sph->all_terms = settings->conduction > 0 || settings->pressure_dissipation > 0 || is_stretched(settings) ||
                    settings->density == SPH_DENSITY_NODES;
   sph->full = switched || sph->all_terms;
+  for (const struct kith_package *p = package->next; is_stretched(settings) && p != NULL; p = p->next)
+    if (p->ops->couple != NULL) /* it asks for intersections of supports, which ellipsoids have none of */
+      KITH_FAIL(BAD_INPUT,
+                "method.stretch: ellipsoids do not tell what is between two nodes, as barriers, "
+                "porosity and damage require; take spheres");
   if (is_stretched(settings)) KITH_TRY(kith_nodes_stretch(package->hydro->nodes, settings->stretch));
   if (rising) KITH_TRY(kith_nodes_give_ghosts(package->hydro->nodes, package->hydro->acceleration));
   return kith_nodes_fields(package->hydro->nodes, fields);
