@@ -236,21 +236,38 @@ static kith_status make_excluders(struct kith_simulation *m) {
 /* The fastest of all that moves or sounds; nothing may move. */
 static kith_status check_units(const struct kith_simulation *m) {
   const double *velocity = m->hydro.velocity->f64, *sound_speed = m->hydro.sound_speed->f64;
-  double most[2] = {0}; /* speed, mass */
+  double most[3] = {0}; /* speed, mass, density */
   for (kith_index i = 0; i < m->nodes->n_internal; ++i) {
     most[0] = fmax(most[0], sound_speed[i]);
     for (int a = 0; a < NDIM; ++a) most[0] = fmax(most[0], fabs(velocity[(size_t)i * NDIM + a]));
     most[1] = fmax(most[1], m->hydro.mass->f64[i]);
+    most[2] = fmax(most[2], m->hydro.density->f64[i]);
   }
-  kith_ranks_max(m->nodes->ranks, most, 2);
-  if (!(most[1] >= 1e-100 && most[1] <= 1e100))
+  kith_ranks_max(m->nodes->ranks, most, 3);
+  const double speed = most[0], mass = most[1], density = most[2];
+  if (!(mass >= 1e-100 && mass <= 1e100))
     return kith_config_fail(m->scene->config->root, "regions",
                             "nodes of mass %g: sums need units in which it is between 1e-100 and 1e100",
-                            most[1]);
-  if (most[0] == 0 || kith_scene_unit_holds(most[0])) return KITH_OK;
-  return kith_config_fail(m->scene->config->root, "regions",
-                          "a velocity of %g: powers of it need units in which it is between 1e-31 and 1e31",
-                          most[0]);
+                            mass);
+  if (speed != 0 && !kith_scene_unit_holds(speed))
+    return kith_config_fail(m->scene->config->root, "regions",
+                            "a velocity of %g: powers of it need units in which it is between 1e-31 and 1e31",
+                            speed);
+  /* Each of the units may hold and these not: packages multiply pairs of them, and a product that is rounded
+   * to 0 stops nothing. */
+  const double pressure = density * speed * speed, spacing = kith_root_dim(mass / density);
+  const struct {
+    const char *name;
+    double value;
+  } products[] = {
+      {"density", density}, {"pressure", pressure}, {"force", pressure * mass / (density * spacing)}};
+  for (int k = 0; k < (speed != 0 ? 3 : 1); ++k)
+    if (!(products[k].value >= 1e-100 && products[k].value <= 1e100))
+      return kith_config_fail(m->scene->config->root, "regions",
+                              "a %s of about %g: squares of it need units in which it is between 1e-100 and "
+                              "1e100",
+                              products[k].name, products[k].value);
+  return KITH_OK;
 }
 
 static void choose_kernel(struct kith_simulation *m) {

@@ -127,6 +127,21 @@ domain.upper=[.inf, 1, 1]|not a finite number
 domain={lower: [-1]}|missing; it is required
 END
 
+# ---- units: each holds, and their products do not
+for value in 1e-137 1e137; do
+  refused "regions: a pressure of about" "$kith" plan tiny.yaml --set "regions.0.density=${value/137/85}" \
+    --set "regions.1.density=${value/137/86}" --set "regions.0.pressure=$value" \
+    --set "regions.1.pressure=$value"
+done
+refused "regions: a force of about 2.8" "$kith" plan tiny.yaml --set dimension=2 --set resolution=50e24 \
+  --set 'domain={lower: [-1e-24, 0, 0], upper: [1e-24, 2e-25, 1]}' --set 'regions.0.where.x=[-1e-24, 0]' \
+  --set 'regions.1.where.x=[0, 1e-24]' --set regions.0.density=1e-40 --set regions.1.density=1e-41 \
+  --set regions.0.pressure=1e-86 --set regions.1.pressure=1e-87
+refused "regions: a density of about 1e-110" "$kith" plan tiny.yaml --set resolution=50e-25 \
+  --set 'domain={lower: [-1e25, 0, 0], upper: [1e25, 1, 1]}' --set 'regions.0.where.x=[-1e25, 0]' \
+  --set 'regions.1.where.x=[0, 1e25]' --set regions.0.density=1e-110 --set regions.1.density=1e-111 \
+  --set regions.0.pressure=1e-110 --set regions.1.pressure=1e-111
+
 # ---- what cannot work together
 refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
   --set method.faces=integrated
