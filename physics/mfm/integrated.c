@@ -121,12 +121,19 @@ KITH_INLINE void add_node(const struct mfm_faces *f, bool canonical, kith_index 
     sum[f->holders.node[e]] += mine[0] * value[e] - value[e][0] * mine;
 }
 
+/* Clears what k has added to. The overlap row of i would not do: where pairs are excluded it lacks some. */
+KITH_INLINE void clear_node(const struct mfm_faces *f, kith_index k, kith_lanes *restrict sum) {
+  sum[k] = (kith_lanes){0};
+  for (size_t e = f->holders.first[k]; e < f->holders.first[k + 1]; ++e)
+    sum[f->holders.node[e]] = (kith_lanes){0};
+}
+
 /* Faces of the pairs that start at i. In canonical order all quadrature nodes of both supports are on this
  * rank and in order, whether i is internal or a ghost. */
 KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_index begin, kith_index end,
                                struct kith_scratch *s) {
   const struct mfm_faces *f = pass->faces;
-  const struct kith_rows *rows = &pass->connectivity->rows, *overlap = &pass->connectivity->overlap;
+  const struct kith_rows *rows = &pass->connectivity->rows;
   const struct kith_pairs *pairs = &f->graph.pairs;
   kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
   for (kith_index i = begin; i < end; ++i) {
@@ -136,9 +143,8 @@ KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_ind
       add_node(f, canonical, i, rows->node[e], sum);
     for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p)
       for (int a = 0; a < NDIM; ++a) f->area->value[p * NDIM + a] = sum[pairs->node[p][1]][1 + a];
-    sum[i] = (kith_lanes){0};
-    for (size_t e = overlap->first[i]; e < overlap->first[i + 1]; ++e)
-      sum[overlap->node[e]] = (kith_lanes){0};
+    clear_node(f, i, sum);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) clear_node(f, rows->node[e], sum);
   }
 }
 
@@ -256,6 +262,26 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
     product_chunk(pass, false, begin, end, s);
 }
 
+/* Is it a frozen node, or an image of one? Controls lie before their block. */
+static bool is_of_frozen(const struct kith_nodes *nodes, kith_index ghost) {
+  for (int b = nodes->n_blocks - 1; b >= 0 && ghost >= nodes->n_internal; --b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    if (ghost < block->first) continue;
+    if (block->kind != KITH_GHOST_IMAGE) return block->kind == KITH_GHOST_FROZEN;
+    ghost = block->control[ghost - block->first];
+  }
+  return false;
+}
+
+/* The quadrature of ghosts. Every rank has all frozen nodes, but not the rows of all: what matters of them and
+ * their images is made here, as the control of an image may be far from the gas of this rank. */
+static void refresh_quadrature(struct pass *pass) {
+  struct mfm_faces *f = pass->faces;
+  kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
+  for (kith_index k = f->nodes->n_internal; k < pass->connectivity->rows.n; ++k)
+    if (is_of_frozen(f->nodes, k)) partition_chunk_of[f->kernel](pass, k, k + 1, NULL);
+}
+
 /* The lists of holders. */
 static kith_status find_holders(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
@@ -274,7 +300,7 @@ kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectiv
   if (status == KITH_OK)
     status = kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
-  kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
+  refresh_quadrature(&pass);
   status = find_holders(&pass);
   if (status == KITH_OK)
     status =

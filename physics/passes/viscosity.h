@@ -171,7 +171,8 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
                slope_j = kith_symmetric_form(&J(KITH_PACKED_SHEAR), KITH_STRIDE, p.x, p.y, p.z);
   const double product = slope_i * slope_j, sum = slope_i + slope_j;
   const double sounds = i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND),
-               jump = i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND), sounds2 = KITH_MAX(sounds * sounds, DBL_MIN);
+               jump = i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND), square = sounds * sounds,
+               sounds2 = square > 1e-200 ? square : 1; /* no sound: the jump is 0 beside any number */
   const double van_leer =
       product > 0 ? 4 * product * sounds2 / (sum * sum * (sounds2 + 5 * jump * jump)) : 0;
   const double closer = 5 * KITH_MIN(c->spacings * KITH_MAX(p.qi, p.qj) - 1, 0.0);
