@@ -273,8 +273,8 @@ static bool is_of_frozen(const struct kith_nodes *nodes, kith_index ghost) {
   return false;
 }
 
-/* The quadrature of ghosts. Every rank has all frozen nodes, but not the rows of all: what matters of them and
- * their images is made here, as the control of an image may be far from the gas of this rank. */
+/* The quadrature of ghosts. Every rank has all frozen nodes, but not the rows of all: what matters of them
+ * and their images is made here, as the control of an image may be far from the gas of this rank. */
 static void refresh_quadrature(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
