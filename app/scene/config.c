@@ -5,6 +5,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <yaml.h>
 
@@ -375,7 +376,10 @@ static kith_status take_base(struct kith_config *config, int deep) {
   if (deep == LONGEST_CHAIN)
     return kith_config_fail(name, NULL, "the %dth base in a row; do they go round?", LONGEST_CHAIN);
   snprintf(path, sizeof path, "%.*s%s", name->text[0] == '/' ? 0 : folder, config->file, name->text);
+  struct stat found;
   if (access(path, R_OK) != 0) return kith_config_fail(name, NULL, "%.200s: %s", path, strerror(errno));
+  if (stat(path, &found) == 0 && S_ISDIR(found.st_mode))
+    return kith_config_fail(name, NULL, "%.200s is a directory, not a scene", path);
   KITH_TRY(read_with_base(&config->base, path, deep + 1));
   struct kith_config_node *root = config->base->root;
   demote(root);
