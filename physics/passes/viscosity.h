@@ -170,17 +170,16 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
   const double slope_i = kith_symmetric_form(i + KITH_PACKED_SHEAR, 1, p.x, p.y, p.z),
                slope_j = kith_symmetric_form(&J(KITH_PACKED_SHEAR), KITH_STRIDE, p.x, p.y, p.z);
   const double product = slope_i * slope_j, sum = slope_i + slope_j;
-  /* A division takes the time of ten products: one serves for three. No sound: jump is 0. */
-  const double sounds = i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND), audible = KITH_MAX(sounds, 1e-160),
-               densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY), apart = KITH_MAX(p.r, 1e-100),
-               inverse = 1 / (apart * densities * audible);
-  p.inverse_r = inverse * (densities * audible), p.inverse_densities = inverse * (apart * audible);
-  const double jump = (i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND)) * (inverse * (apart * densities));
+  const double sounds = i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND),
+               jump = (i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND)) / KITH_MAX(sounds, DBL_MIN);
   const double van_leer = product > 0 ? 4 * product / (sum * sum * (1 + 5 * jump * jump)) : 0;
   const double closer = 5 * KITH_MIN(c->spacings * KITH_MAX(p.qi, p.qj) - 1, 0.0);
   const double phi = van_leer * KITH_MAX(1 - closer * closer, 0.0);
   const double limited = KITH_MAX(p.vx - 0.5 * phi * sum, p.vx);
   const double difference = c->limited > 0 ? limited : p.vx;
+  const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY), apart = KITH_MAX(p.r, 1e-100),
+               inverse = 1 / (apart * densities); /* a division takes the time of ten products */
+  p.inverse_r = inverse * densities, p.inverse_densities = inverse * apart;
   p.mu = p.vx < 0 ? KITH_MIN(difference, 0.0) * p.inverse_r : 0;
 
   p.sound = 0.5 * sounds;
