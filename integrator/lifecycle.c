@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "lib/nodes/migrate.h"
 
 void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
   memset(demand, 0, KITH_DEMANDS * sizeof *demand);
@@ -390,10 +391,8 @@ static kith_status close_lists(struct kith_integrator *it, const struct news *ne
   const struct kith_shared parts[] = {{KITH_SHARE_SUM, 1, &count}, kith_rebuilds_shared(it->rebuilds)};
   if (status == KITH_OK) status = kith_rebuilds_take(it->rebuilds, it->nodes);
   KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2, parts));
-  if (it->decomposition == NULL || count == news->nodes) return KITH_OK;
-  return kith_ranks_allreduce_status(it->nodes->ranks,
-                                     kith_fail(KITH_INTERNAL, "of %llu nodes %llu are left after a migration",
-                                               (unsigned long long)news->nodes, (unsigned long long)count));
+  if (it->decomposition == NULL) return KITH_OK;
+  return kith_nodes_all_left(it->nodes->ranks, news->nodes, count);
 }
 
 /* Ranks agree before anything is done for ghosts and at the end. A rank that fails between does what others

@@ -68,9 +68,7 @@ static bool is_source(const void *context, const struct kith_nodes *nodes, kith_
   if (p->barrier != NULL && p->barrier->u8[i]) return false;
   if (i < nodes->n_internal) return true;
   if (kith_ranks_rank(nodes->ranks) != 0) return false;
-  int b = nodes->n_blocks - 1;
-  while (i < nodes->blocks[b].first) --b;
-  return nodes->blocks[b].kind == KITH_GHOST_FROZEN;
+  return kith_nodes_ghost_block(nodes, i)->kind == KITH_GHOST_FROZEN;
 }
 
 /* Points along the edges, the last edge fastest. */

@@ -233,7 +233,7 @@ static kith_status make_excluders(struct kith_simulation *m) {
              : status;
 }
 
-/* The fastest of all that moves or sounds; nothing may move. */
+/* By the largest mass and density and the fastest of all that moves or sounds; nothing may move. */
 static kith_status check_units(const struct kith_simulation *m) {
   const double *velocity = m->hydro.velocity->f64, *sound_speed = m->hydro.sound_speed->f64;
   double most[3] = {0}; /* speed, mass, density */
@@ -255,12 +255,12 @@ static kith_status check_units(const struct kith_simulation *m) {
                             speed);
   /* Each of the units may hold and these not: packages multiply pairs of them, and a product that is rounded
    * to 0 stops nothing. */
-  const double pressure = density * speed * speed, spacing = kith_root_dim(mass / density);
+  const double pressure = density * speed * speed, volume = mass / density;
   const struct {
     const char *name;
     double value;
   } products[] = {
-      {"density", density}, {"pressure", pressure}, {"force", pressure * mass / (density * spacing)}};
+      {"density", density}, {"pressure", pressure}, {"force", pressure * volume / kith_root_dim(volume)}};
   for (int k = 0; k < (speed != 0 ? 3 : 1); ++k)
     if (!(products[k].value >= 1e-100 && products[k].value <= 1e100))
       return kith_config_fail(m->scene->config->root, "regions",

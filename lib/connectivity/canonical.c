@@ -98,17 +98,11 @@ static kith_status sort_all(struct kith_connectivity *c, const struct kith_nodes
 
 /* --- pairs --- */
 
-static bool is_frozen(const struct kith_nodes *nodes, kith_index ghost) {
-  const struct kith_ghost_block *block = nodes->blocks;
-  for (int n = nodes->n_blocks; n > 1; n -= n / 2) block += block[n / 2].first <= ghost ? n / 2 : 0;
-  return block->kind == KITH_GHOST_FROZEN;
-}
-
 /* Does the pair of internal node i and j start at i? Between two nodes the lower id decides, also if j is a
  * ghost here: on another rank it is not. An image and a frozen node are partners of i only. */
 static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_index j, const uint16_t *shift) {
   if (image_of(nodes, j, shift) != 0 || nodes->id->i64[i] < nodes->id->i64[j]) return true;
-  return j >= nodes->n_internal && is_frozen(nodes, j);
+  return j >= nodes->n_internal && kith_nodes_ghost_block(nodes, j)->kind == KITH_GHOST_FROZEN;
 }
 
 /* Pairs that start at ghosts are counted and filled in by fixed parts of the nodes, each with a cursor for

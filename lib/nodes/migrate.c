@@ -146,6 +146,13 @@ kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts) 
   return status;
 }
 
+kith_status kith_nodes_all_left(struct kith_ranks *ranks, uint64_t before, uint64_t after) {
+  if (after == before) return KITH_OK;
+  return kith_ranks_allreduce_status(ranks,
+                                     kith_fail(KITH_INTERNAL, "of %llu nodes %llu are left after a migration",
+                                               (unsigned long long)before, (unsigned long long)after));
+}
+
 kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes) {
   kith_index *order = NULL;
   bool sorted = true;
@@ -177,10 +184,7 @@ static kith_status send_by_id(struct kith_nodes *copy, int parts) {
   kith_free(&to);
   count[1] = (uint64_t)copy->n_internal;
   KITH_TRY(kith_ranks_agree(copy->ranks, status, 1, &(struct kith_shared){KITH_SHARE_SUM, 2, count}));
-  if (count[0] == count[1]) return KITH_OK;
-  return kith_ranks_allreduce_status(copy->ranks,
-                                     kith_fail(KITH_INTERNAL, "of %llu nodes %llu are left after a migration",
-                                               (unsigned long long)count[0], (unsigned long long)count[1]));
+  return kith_nodes_all_left(copy->ranks, count[0], count[1]);
 }
 
 kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct kith_nodes **out) {

@@ -13,6 +13,10 @@
 kith_status kith_nodes_migrate(struct kith_nodes *nodes, const int32_t *to, int n_neighbors,
                                const int32_t *neighbor, uint64_t *moved);
 
+/* INTERNAL, in one message of all ranks, unless there are as many nodes after a migration as before, both
+ * counted over all ranks. Collective. */
+kith_status kith_nodes_all_left(struct kith_ranks *ranks, uint64_t before, uint64_t after);
+
 /* Orders each list by id. Of this rank alone. */
 kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes);
 

@@ -245,6 +245,13 @@ int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **
 void kith_nodes_refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields);
 /* All values of internal node i become those of this image of it, in all fields. */
 void kith_nodes_map(struct kith_nodes *nodes, kith_index i, const struct kith_image *image);
+/* The block of a ghost. */
+static inline const struct kith_ghost_block *kith_nodes_ghost_block(const struct kith_nodes *nodes,
+                                                                    kith_index ghost) {
+  const struct kith_ghost_block *block = nodes->blocks;
+  for (int n = nodes->n_blocks; n > 1; n -= n / 2) block += block[n / 2].first <= ghost ? n / 2 : 0;
+  return block;
+}
 /* The first remote ghost; all from here on are. kith_nodes_count if there is none. */
 kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
 /* Removes ghosts whose keep[i - n_internal] is 0. keep is completed first: the control of a kept ghost is

@@ -262,11 +262,10 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
     product_chunk(pass, false, begin, end, s);
 }
 
-/* Is it a frozen node, or an image of one? Controls lie before their block. */
+/* Is it a frozen node, or an image of one? */
 static bool is_of_frozen(const struct kith_nodes *nodes, kith_index ghost) {
-  for (int b = nodes->n_blocks - 1; b >= 0 && ghost >= nodes->n_internal; --b) {
-    const struct kith_ghost_block *block = &nodes->blocks[b];
-    if (ghost < block->first) continue;
+  while (ghost >= nodes->n_internal) { /* an image may be one of an image */
+    const struct kith_ghost_block *block = kith_nodes_ghost_block(nodes, ghost);
     if (block->kind != KITH_GHOST_IMAGE) return block->kind == KITH_GHOST_FROZEN;
     ghost = block->control[ghost - block->first];
   }

@@ -122,6 +122,11 @@ void kith_packed_between(const struct kith_packed *packed, const double *x, cons
   between(packed, x, y, hit);
 }
 
+static void extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out) {
+  for (int w = 0; w < words; ++w)
+    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = node[64 * w + __builtin_ctzll(bits)];
+}
+
 #ifdef __x86_64__
 /* The same for 16 candidates at a time. Stores have masks: behind a row is the next one, and what is
  * compressed by a store itself takes a hundred cycles on some processors. */
@@ -145,8 +150,7 @@ void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit,
     return;
   }
 #endif
-  for (int w = 0; w < words; ++w)
-    for (uint64_t bits = hit[w]; bits != 0; bits &= bits - 1) *out++ = node[64 * w + __builtin_ctzll(bits)];
+  extract(node, words, hit, out);
 }
 
 void kith_packed_extract_shifts(const uint16_t *shift, int words, const uint64_t *hit,

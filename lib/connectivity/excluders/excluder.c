@@ -19,16 +19,13 @@ double kith_candidate_distance2(const struct kith_candidate *candidate) {
   return kith_distance2(candidate->targets->nodes->position->f64 + (size_t)candidate->i * NDIM, x);
 }
 
-/* Blocks ascend in `first`, and controls lie before their block: an image of an image is met in turn. */
 bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]) {
   const struct kith_nodes *nodes = candidate->sources->nodes;
   kith_index j = candidate->j;
   for (int a = 0; a < NDIM; ++a) shift[a] = nodes->shifts.n > 1 ? nodes->shifts.by[candidate->shift][a] : 0;
-  for (int b = nodes->n_blocks - 1; b >= 0 && j >= nodes->n_internal; --b) {
-    const struct kith_ghost_block *block = &nodes->blocks[b];
-    if (j < block->first) continue;
-    if (block->kind == KITH_GHOST_FROZEN) return true;
-    if (block->kind != KITH_GHOST_IMAGE) return false;
+  while (j >= nodes->n_internal) { /* an image may be one of an image */
+    const struct kith_ghost_block *block = kith_nodes_ghost_block(nodes, j);
+    if (block->kind != KITH_GHOST_IMAGE) return block->kind == KITH_GHOST_FROZEN;
     for (int a = 0; a < NDIM; ++a) {
       if (block->image.sign[a] < 0) return false;
       shift[a] += block->image.shift[a];
