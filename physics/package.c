@@ -63,8 +63,7 @@ void kith_package_clear(struct kith_package *package) {
 
 struct kith_requirements kith_package_requirements(const struct kith_package *package) {
   if (package->ops->requirements != NULL) return package->ops->requirements(package);
-  return (struct kith_requirements){
-      .rows = true, .pairs = package->traversal == KITH_TRAVERSE_PAIRS, .ghost_rows = package->recompute};
+  return (struct kith_requirements){.rows = true, .ghost_rows = package->recompute};
 }
 
 kith_status kith_package_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,

@@ -87,7 +87,7 @@ struct kith_package_ops {
   kith_status (*create)(struct kith_package *package);
   /* Frees what the private state owns. NULL: nothing. */
   void (*destroy)(struct kith_package *package);
-  /* NULL: rows, pairs if the traversal goes over them, rows of ghosts that are computed again. */
+  /* NULL: rows, and rows of ghosts that are computed again. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
   /* Rates from the state; NULL: it has none. OUTGROWN: a support has to grow beyond the search radius of its
    * node; supports are set to what they need at least, and the caller rebuilds the connectivity and calls
@@ -96,7 +96,8 @@ struct kith_package_ops {
                           const struct kith_kick *kick);
   size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
-  bool expensive; /* evaluating a pair costs more than storing it: `pairs` is the default traversal */
+  bool expensive; /* evaluating a pair once saves more than it costs to give it to both ends: `pairs` is the
+                   * default traversal */
   /* Defaults of a hydro package, by figures (app/manual/methods.md): node spacings in 2 sigma, 0: those of
    * kith_kernel_neighbors; Courant number. */
   double spacings, cfl;

@@ -226,8 +226,9 @@ static void show_method(const struct plan *plan) {
                      : "thermal: its own equation");
   line("traversal", "%s (%s)", p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
        m->scene->traversal[0] != '\0' ? "as the scene says"
-       : p->ops->expensive            ? "the default: the force of a pair is expensive and is stored"
-                           : "the default: evaluating a pair at both its ends is faster than storing it");
+       : p->ops->expensive
+           ? "the default: a pair within a tile of nodes is evaluated once"
+           : "the default: evaluating a pair at both its ends is as fast as giving it to both");
   show_passes(plan);
   line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }

@@ -23,10 +23,20 @@ static void run_chunk(const struct kith_part *part, kith_index begin, kith_index
   }
 }
 
+/* Is this one of the chunks that are run? */
+static bool is_wanted(const struct kith_part *part, kith_index begin, kith_index end) {
+  uint8_t most = 0;
+  if (part == NULL || part->chunk == NULL) return true;
+  for (kith_index c = begin / KITH_CHUNK; c < (end + KITH_CHUNK - 1) / KITH_CHUNK; ++c)
+    most = KITH_MAX(most, part->chunk[c]);
+  return most == part->wanted;
+}
+
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
                                void *context, int lanes, size_t width, uint64_t *count,
                                struct kith_profile *profile) {
-  const kith_index chunks = (n + KITH_CHUNK - 1) / KITH_CHUNK;
+  const kith_index size = part != NULL && part->size > 0 ? part->size : KITH_CHUNK;
+  const kith_index chunks = (n + size - 1) / size;
   bool failed = false;
   uint64_t total[4] = {0};
   width = (width + 7) / 8 * 8 + 8;
@@ -37,8 +47,9 @@ kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_
     failed = kith_resize(&scratch.lane, 0, width * (size_t)lanes, sizeof(double)) != KITH_OK;
 #pragma omp for schedule(dynamic) nowait
     for (kith_index c = 0; c < chunks; ++c) {
-      if (failed || (part != NULL && part->chunk != NULL && part->chunk[c] != part->wanted)) continue;
-      run_chunk(part, c * KITH_CHUNK, KITH_MIN(n, (c + 1) * KITH_CHUNK), pass, context, &scratch);
+      const kith_index begin = c * size, end = KITH_MIN(n, begin + size);
+      if (failed || !is_wanted(part, begin, end)) continue;
+      run_chunk(part, begin, end, pass, context, &scratch);
       if (part != NULL && omp_get_thread_num() == 0) kith_ranks_progress(part->ranks);
     }
     for (int k = 0; k < 4; ++k) total[k] += scratch.count[k];

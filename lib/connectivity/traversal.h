@@ -1,10 +1,11 @@
 /* traversal.h - how passes walk over nodes: chunks of consecutive nodes, shared out among threads.
  *
- * A pass is a function of a chunk; its inner loop runs over the row of one node, or over the pairs that start
- * at that node. Two forms of every sum over pairs exist and agree to round-off:
- *   pairs    each pair is evaluated once into a pairwise field; then each node sums its row through `of_row`
+ * A pass is a function of a chunk; its inner loop runs over the row of one node. Two forms of every sum over
+ * pairs exist and agree to round-off:
+ *   pairs    a pair within a chunk (a tile) is evaluated once and given to both ends (physics/passes/force.h)
  *   gather   each node evaluates its whole row and keeps its own side
- * In both a node is summed by one thread, in row order, so results do not depend on the number of threads. */
+ * In both a chunk is summed by one thread, in a fixed order, so results do not depend on the number of
+ * threads. */
 #ifndef KITH_CONNECTIVITY_TRAVERSAL_H
 #define KITH_CONNECTIVITY_TRAVERSAL_H
 
@@ -48,10 +49,11 @@ kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int
  * those that need none. */
 enum { KITH_CHUNK = 128 }; /* nodes */
 struct kith_part {
-  const uint8_t *activity;  /* [n] of the nodes; NULL: all take part */
-  uint8_t least;            /* activity of those that do: the pass is called for each run of them */
-  const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up]; NULL: all are wanted */
-  uint8_t wanted;           /* its value for those that are run */
+  const uint8_t *activity; /* [n] of the nodes; NULL: all take part */
+  uint8_t least;           /* activity of those that do: the pass is called for each run of them */
+  kith_index size; /* of the chunks that the pass is called for, a multiple of KITH_CHUNK; 0: KITH_CHUNK */
+  const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up] of chunks of that size; NULL: all are wanted */
+  uint8_t wanted;           /* chunks are run where the largest of these values is `wanted` */
   struct kith_ranks *ranks; /* is reminded of its messages; may be NULL */
 };
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,

@@ -20,6 +20,16 @@ KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, dou
                            2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
 }
 
+/* out = factor G v, the entries of G `stride` apart: for loops over pairs, which vectorize. */
+KITH_INLINE void kith_symmetric_times(double factor, const double *restrict g, int stride,
+                                      const double *restrict v, double *restrict out) {
+  for (int a = 0; a < NDIM; ++a) {
+    double sum = 0;
+    for (int b = 0; b < NDIM; ++b) sum += g[kith_symmetric_at(a, b) * stride] * v[b];
+    out[a] = factor * sum;
+  }
+}
+
 /* out += G v. */
 KITH_INLINE void kith_symmetric_add(const double *g, const double *v, double *out) {
   for (int a = 0, m = 0; a < NDIM; ++a)

@@ -70,16 +70,6 @@ struct magma2_constants {
   double dissipation;
 };
 
-/* w V M^-1 d of (1), the entries of V M^-1 `stride` apart. */
-KITH_INLINE void area_of(double w, const double *restrict matrix, int stride, const double *restrict d,
-                         double *restrict area) {
-  for (int a = 0; a < NDIM; ++a) {
-    double sum = 0;
-    for (int b = 0; b < NDIM; ++b) sum += matrix[kith_symmetric_at(a, b) * stride] * d[b];
-    area[a] = w * sum;
-  }
-}
-
 /* One pair: (1) - (5). */
 KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, const double *restrict i,
                              const double *restrict j, double *restrict out) {
@@ -89,8 +79,8 @@ KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, con
   kith_kernel_value(kernel, p.qi, &w, &gi);
   kith_kernel_value(kernel, p.qj, &w, &gj);
   for (int a = 0; a < NDIM; ++a) d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
-  area_of(-gi, i + MAGMA2_MATRIX, 1, d, ni);
-  area_of(-gj, &J(MAGMA2_MATRIX), KITH_STRIDE, d, nj);
+  kith_symmetric_times(-gi, i + MAGMA2_MATRIX, 1, d, ni); /* w V M^-1 d of (1) */
+  kith_symmetric_times(-gj, &J(MAGMA2_MATRIX), KITH_STRIDE, d, nj);
   for (int a = 0; a < NDIM; ++a) along_i += d[a] * ni[a], along_j += d[a] * nj[a];
   const double ratio = kith_pow_dim(i[KITH_PACKED_INVERSE] / J(KITH_PACKED_INVERSE)), /* V_j / V_i */
       area = (ratio * along_i + along_j / ratio) * p.inverse_r * p.inverse_r;

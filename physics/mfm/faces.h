@@ -1,7 +1,8 @@
 /* faces.h - the faces between nodes of a meshless method: one vector area A_ij per pair, from i to j.
  *
- * Faces carry fluxes, so A_ji = -A_ij: it is stored once, from the node that the pair starts at
- * (connectivity.h). Two forms; V = 1 / n is the volume of a node.
+ * Faces carry fluxes, so A_ji = -A_ij. One-point faces are computed in the pair function, from fields of
+ * both ends, which is faster than to keep them. Integrated ones are kept as a pairwise field, from the node
+ * that the pair starts at (connectivity.h). V = 1 / n is the volume of a node.
  *
  *   one-point   between neighbors (Hopkins 2015, MNRAS 450, 53):
  *                   A_ij = V_i psi~_j(x_i) - V_j psi~_i(x_j) = (w_i V_i M_i^-1 + w_j V_j M_j^-1) (x_j - x_i),
@@ -60,20 +61,15 @@ struct mfm_faces {
   enum kith_kernel kernel;
   double neighbors;             /* V = ball H^d / neighbors */
   struct kith_profile *profile; /* may be NULL */
-  /* package.h; may be NULL. Their faces are those of the other end with its mirror image (one-point) */
-  const struct kith_field *barrier;
-
   /* Fields, registered by mfm_faces_init. */
-  struct kith_field
-      *matrix; /* V M^-1, upper triangle, zero: none; one-point: the caller fills it, ghosts too */
-  struct kith_field *quadrature; /* sqrt(V) / s */
-  struct kith_field *stretch;    /* s_i - 1 of (1) */
+  struct kith_field *matrix;     /* one-point: V M^-1, upper triangle; zero: none. Filled by the caller */
+  struct kith_field *quadrature; /* integrated: sqrt(V) / s */
+  struct kith_field *stretch;    /* integrated: s_i - 1 of (1) */
 
-  /* The pairs that have a face, as connectivity of their own: rows and pairs of internal nodes, so that
-   * passes over pairs run on it: views of the connectivity's rows and pairs, or of its overlap and
-   * overlap pairs. */
+  /* The pairs that have an integrated face, as connectivity of their own, so that passes over pairs run on
+   * it: views of the overlap of internal nodes and of its pairs. */
   struct kith_connectivity graph;
-  struct kith_pairwise *area; /* of the pairs of the graph, from the first end to the second */
+  struct kith_pairwise *area; /* of these pairs, from the first end to the second */
 
   /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk
    * and its gradient */
@@ -88,8 +84,8 @@ void mfm_faces_clear(struct mfm_faces *faces);
 struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
 size_t mfm_faces_bytes(const struct mfm_faces *faces);
 
-/* All faces. Supports of ghosts are refreshed (and the matrix); the fields that
- * belong to the faces are refreshed here. Collective: all ranks agree on the status. */
+/* All integrated faces. Supports of ghosts are refreshed; the fields that belong to the faces are refreshed
+ * here. Collective: all ranks agree on the status. */
 kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
 /* Inverse of the sum M, close to singular if the worst direction has about 1/60 of the others. */
@@ -100,8 +96,25 @@ KITH_INLINE double mfm_weight(double w, double g) {
   return NDIM == 1 ? w : -g;
 }
 
-/* Steps of mfm_faces_build. Areas of the pairs of the graph, which are those of the overlap (integrated.c).
- * Collective. */
+/* -V^2 C / H^(d + 2) of a node that has no matrix, whose part of a face is that of SPH without g; else 0. */
+static inline double mfm_central(const struct mfm_faces *f, kith_index i) {
+  const double h = f->nodes->support->f64[i], volume_h = kith_ball() / f->neighbors; /* V / H^d */
+  if (f->matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE] > 0) return 0;
+  return -kith_kernel_constant(f->kernel) * volume_h * volume_h * kith_pow_dim(h) / (h * h);
+}
+
+/* The part of one end in the one-point face from i to j, d = x_j - x_i, r = |d|. The components of its matrix
+ * are `stride` apart. */
+KITH_INLINE void mfm_one_point_part(enum kith_kernel kernel, double r, const double *restrict d,
+                                    double inverse_support, double central, const double *restrict matrix,
+                                    int stride, double *restrict part) {
+  double w, g;
+  kith_kernel_value(kernel, r * inverse_support, &w, &g);
+  kith_symmetric_times(mfm_weight(w, g), matrix, stride, d, part);
+  for (int a = 0; a < NDIM; ++a) part[a] += central * g * d[a];
+}
+
+/* Areas of the pairs of the graph (integrated.c). Collective. */
 kith_status mfm_faces_integrate(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
 #endif

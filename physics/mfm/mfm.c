@@ -26,8 +26,8 @@
  * reconstructed across a contact of 1000 : 1 makes the thin side up to 750 times as heavy, and it grows from
  * round-off.
  *
- * Passes: density -> equation of state -> ghosts -> gradients, matrices -> ghosts -> faces -> packing ->
- * force [pairs]. */
+ * Passes: density -> equation of state -> ghosts -> gradients, matrices -> ghosts -> integrated faces ->
+ * packing -> force [pairs]. */
 #include <math.h>
 #include "lib/core/lanes.h"
 #include "lib/core/vec.h"
@@ -137,7 +137,7 @@ static kith_status gradients(struct kith_package *package, const struct kith_con
 
 /* --- the pair function --- */
 
-/* What a pair reads of a node; behind it the face. */
+/* What a pair reads of a node; behind it an integrated face, or what one-point faces need. */
 enum {
   MFM_DENSITY = KITH_PACKED_OWN,
   MFM_PRESSURE,
@@ -148,6 +148,10 @@ enum {
   MFM_PRESSURE_SLOPE,
   MFM_VELOCITY_SLOPE = MFM_PRESSURE_SLOPE + NDIM, /* [a][b] = dv_a / dx_b */
   MFM_PACKED = MFM_VELOCITY_SLOPE + NDIM * NDIM,
+  MFM_INVERSE_SUPPORT = MFM_PACKED,
+  MFM_CENTRAL,
+  MFM_MATRIX,
+  MFM_PACKED_ONE_POINT = MFM_MATRIX + KITH_SYMMETRIC_SIZE,
   MFM_AREA = (MFM_PACKED + KITH_LANES - 1) / KITH_LANES * KITH_LANES
 };
 
@@ -180,16 +184,16 @@ KITH_INLINE double spared(double pressure, double own, double face, double heat)
   return total > 4 * own ? KITH_MAX(-heat, 0.0) * (1 - 4 * own / total) : 0;
 }
 
-KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const double *restrict i,
-                          const double *restrict j, double *restrict out) {
+/* The pair with this vector area of its face. */
+KITH_INLINE void flux(const double *face, const double *restrict i, const double *restrict j,
+                      double *restrict out) {
   double d[NDIM], n[NDIM], area2 = 0, slope_i[2] = {0}, slope_j[2] = {0}, du = 0;
-  (void)kernel, (void)constants;
   for (int a = 0; a < NDIM; ++a) {
     d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
-    area2 += J(MFM_AREA + a) * J(MFM_AREA + a);
+    area2 += face[a] * face[a];
   }
   const double area = sqrt(area2), per_area = 1 / KITH_MAX(area, 1e-300);
-  for (int a = 0; a < NDIM; ++a) n[a] = J(MFM_AREA + a) * per_area;
+  for (int a = 0; a < NDIM; ++a) n[a] = face[a] * per_area;
   for (int a = 0; a < NDIM; ++a) {
     slope_i[0] += i[MFM_PRESSURE_SLOPE + a] * d[a], slope_j[0] -= J(MFM_PRESSURE_SLOPE + a) * d[a];
     du += n[a] * (J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a]);
@@ -208,7 +212,7 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
   const struct mfm_side l = reconstruct(node_i, above_i, i[MFM_INVERSE_DENSITY], slope_i, there),
                         r = reconstruct(node_j, above_j, J(MFM_INVERSE_DENSITY), slope_j, back);
   const struct mfm_star star = mfm_riemann(l, r);
-  for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * J(MFM_AREA + a);
+  for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * face[a];
   const double push = star.pressure * area, heat_i = -push * (0.5 * du + star.velocity),
                heat_j = -push * (0.5 * du - star.velocity);
   const double given = spared(i[MFM_PRESSURE], above_i, star.pressure, heat_i) -
@@ -218,10 +222,33 @@ KITH_INLINE void mfm_pair(enum kith_kernel kernel, const void *constants, const 
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (i[MFM_SOUND] + J(MFM_SOUND)) + KITH_MAX(-du, 0.0) : 0;
 }
 
-KITH_HOT static void block(const struct kith_force_pass *pass, kith_index i,
-                           const kith_index *restrict partner, const uint16_t *shift, size_t n, size_t known,
-                           struct kith_scratch *s) {
-  kith_force_evaluate(mfm_pair, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, shift, n, known, s);
+KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                                const double *restrict j, double *restrict out) {
+  double d[NDIM], face[NDIM], of_j[NDIM], r2 = 0;
+  (void)constants;
+  for (int a = 0; a < NDIM; ++a) {
+    d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
+    r2 += d[a] * d[a];
+  }
+  const double r = sqrt(r2);
+  mfm_one_point_part(kernel, r, d, i[MFM_INVERSE_SUPPORT], i[MFM_CENTRAL], i + MFM_MATRIX, 1, face);
+  mfm_one_point_part(kernel, r, d, J(MFM_INVERSE_SUPPORT), J(MFM_CENTRAL), &J(MFM_MATRIX), KITH_STRIDE, of_j);
+  for (int a = 0; a < NDIM; ++a) face[a] += of_j[a];
+  flux(face, i, j, out);
+}
+KITH_FORCE_BLOCKS(pair_one_point, MFM_PACKED_ONE_POINT)
+
+KITH_INLINE void pair_integrated(enum kith_kernel kernel, const void *constants, const double *restrict i,
+                                 const double *restrict j, double *restrict out) {
+  double face[NDIM];
+  (void)kernel, (void)constants;
+  for (int a = 0; a < NDIM; ++a) face[a] = J(MFM_AREA + a);
+  flux(face, i, j, out);
+}
+KITH_HOT static void integrated(const struct kith_force_pass *pass, kith_index i,
+                                const kith_index *restrict partner, const uint16_t *shift, size_t n,
+                                size_t known, struct kith_scratch *s) {
+  kith_force_evaluate(pair_integrated, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, shift, n, known, s);
 }
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
@@ -239,6 +266,11 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[MFM_GAMMA] = kith_material_gamma(material, hydro->density->f64[i], hydro->energy->f64[i]);
   packed[MFM_INVERSE_GAMMA] = 1 / packed[MFM_GAMMA];
   packed[MFM_INVERSE_DENSITY] = 1 / packed[MFM_DENSITY];
+  if (mfm->faces.matrix == NULL) return;
+  packed[MFM_INVERSE_SUPPORT] = 1 / hydro->nodes->support->f64[i];
+  packed[MFM_CENTRAL] = mfm_central(&mfm->faces, i);
+  for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m)
+    packed[MFM_MATRIX + m] = mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m];
 }
 
 /* --- fields, passes --- */
@@ -283,19 +315,21 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   KITH_TRY(gradients(package, connectivity));
   struct kith_field *const slopes[] = {mfm->pressure_slope, mfm->faces.matrix};
   kith_package_refresh(package, mfm->faces.matrix != NULL ? 2 : 1, slopes);
-  mfm->faces.profile = package->profile;
-  mfm->faces.barrier = package->barrier;
-  mfm->faces.halo = package->hydro->halo;
-  KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
-  return kith_force(&(struct kith_force_pass){.package = package,
-                                              .kick = kick,
-                                              .connectivity = &mfm->faces.graph,
-                                              .pack = pack,
-                                              .evaluate = block,
-                                              .n_packed = MFM_PACKED,
-                                              .edges = NDIM,
-                                              .edge = mfm->faces.area,
-                                              .walls_known = true});
+  struct kith_force_pass force = {.package = package,
+                                  .kick = kick,
+                                  .connectivity = connectivity,
+                                  .pack = pack,
+                                  .evaluate = pair_one_point_of[package->kernel],
+                                  .n_packed = MFM_PACKED_ONE_POINT,
+                                  .walls_known = true};
+  if (mfm->faces.form == MFM_FACES_INTEGRATED) {
+    mfm->faces.profile = package->profile;
+    mfm->faces.halo = hydro->halo;
+    KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
+    force.connectivity = &mfm->faces.graph, force.evaluate = integrated, force.n_packed = MFM_PACKED;
+    force.edges = NDIM, force.edge = mfm->faces.area;
+  }
+  return kith_force(&force);
 }
 
 static size_t mfm_bytes(const struct kith_package *package) {
@@ -318,7 +352,7 @@ const struct kith_package_ops kith_package_mfm = {
     .create = mfm_create,
     .destroy = mfm_destroy,
     .requirements = mfm_requirements,
-    .expensive = NDIM > 1, /* rows of 1-D are so short that a list of pairs costs more than it saves */
+    .expensive = NDIM > 1, /* rows of 1-D are too short */
     .evaluate = mfm_evaluate,
     .spacings = NDIM == 3   ? 1.22 /* 55 neighbors: fewer, and gas at rest gives way on bcc lattices */
                 : NDIM == 2 ? 1.33 /* 20: half of the noise of 18 */

@@ -1,5 +1,5 @@
-/* The force pass except for the pair function: packing, loading, both traversals, sums, barriers, external
- * forces. */
+/* The force pass except for the pair function: packing, loading, both traversals, tiles, sums, barriers,
+ * external forces. */
 #include "physics/passes/force.h"
 
 #include <math.h>
@@ -40,13 +40,83 @@ void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const k
   }
 }
 
-/* The values of the edge of pair p, from i to partner k of the block. */
-KITH_INLINE void load_edge(const struct kith_force_pass *pass, size_t p, bool starts, size_t k,
-                           struct kith_scratch *s) {
+/* --- partners --- */
+
+/* What node i evaluates: the entries of its row that lie before its tile, and those from i on. Of these the
+ * nodes of the tile (positions given .. given_end - 1) receive the pair too. */
+struct partners {
+  kith_index i;
+  size_t first, before; /* entries `first` to first + before - 1 */
+  size_t rest, n;       /* and n - before entries from `rest` on */
+  size_t given, given_end;
+};
+
+/* Up to KITH_BLOCK of them, from position `begin` on. */
+struct block {
+  const struct partners *of;
+  size_t begin, n;
+  const kith_index *node;
+  const uint16_t *shift;
+};
+
+/* Row entry of partner k of the block. */
+KITH_INLINE size_t entry_of(const struct block *b, size_t k) {
+  const size_t position = b->begin + k, before = b->of->before;
+  return position < before ? b->of->first + position : b->of->rest + (position - before);
+}
+
+/* Of node i in the tile of nodes tile .. tile_end - 1. The row ascends. */
+KITH_INLINE struct partners partners_of(const struct kith_rows *rows, kith_index i, kith_index tile,
+                                        kith_index tile_end) {
+  const kith_index *restrict node = rows->node;
+  const size_t first = rows->first[i], end = rows->first[i + 1];
+  const size_t rest = kith_lower_bound(node, first, end, i);
+  size_t lower = first, given = rest, outside = end;
+  while (lower < rest && node[lower] < tile) ++lower;
+  while (given < end && node[given] == i) ++given; /* images of i itself */
+  while (outside > given && node[outside - 1] >= tile_end) --outside;
+  const size_t before = lower - first;
+  return (struct partners){
+      i, first, before, rest, before + (end - rest), before + (given - rest), before + (outside - rest)};
+}
+
+/* Room for the partners of a block that are no run of entries. */
+struct block_room {
+  kith_index node[KITH_BLOCK];
+  uint16_t shift[KITH_BLOCK];
+};
+
+KITH_INLINE struct block block_at(const struct kith_rows *rows, const struct partners *of, size_t begin,
+                                  struct block_room *room) {
+  struct block b = {of, begin, KITH_MIN(of->n - begin, (size_t)KITH_BLOCK), NULL, NULL};
+  const size_t lower = begin < of->before ? KITH_MIN(of->before - begin, b.n) : 0, e = entry_of(&b, 0);
+  if (lower == 0 || lower == b.n) {
+    b.node = rows->node + e;
+    b.shift = kith_shifts_at(rows->shift, rows->zero, e, b.n);
+    return b;
+  }
+  for (size_t k = 0; k < lower; ++k) room->node[k] = rows->node[e + k];
+  for (size_t k = lower; k < b.n; ++k) room->node[k] = rows->node[of->rest + k - lower];
+  b.node = room->node;
+  if (rows->shift == NULL) return b;
+  memcpy(room->shift, rows->shift + e, lower * sizeof *room->shift);
+  memcpy(room->shift + lower, rows->shift + of->rest, (b.n - lower) * sizeof *room->shift);
+  b.shift = kith_shifts_at(room->shift, rows->zero, 0, b.n);
+  return b;
+}
+
+/* The values of the edges from i to its partners. */
+KITH_INLINE void load_edges(const struct kith_force_pass *pass, const struct block *b,
+                            struct kith_scratch *s) {
   const size_t edges = (size_t)pass->edges;
-  for (size_t m = 0; m < edges; ++m) {
-    const double value = pass->edge->value[p * edges + m];
-    kith_force_edges(pass, s)[m * KITH_STRIDE + k] = starts ? value : -value;
+  double *restrict to = kith_force_edges(pass, s);
+  for (size_t k = 0; edges > 0 && k < b->n; ++k) {
+    const size_t e = entry_of(b, k), p = pass->connectivity->pairs.of_row[e];
+    const bool starts = kith_pair_starts(pass->connectivity, b->of->i, e);
+    for (size_t m = 0; m < edges; ++m) {
+      const double value = pass->edge->value[p * edges + m];
+      to[m * KITH_STRIDE + k] = starts ? value : -value;
+    }
   }
 }
 
@@ -68,23 +138,6 @@ KITH_INLINE void walls(const struct kith_force_pass *pass, kith_index i, const k
   }
 }
 
-/* n entries of row i from the pairwise field; the end at which a pair does not start gets -f and q_j. */
-KITH_INLINE void recall(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
-                        double *restrict out) {
-  const struct kith_pairs *pairs = &pass->connectivity->pairs;
-  const uint32_t *restrict pair = pairs->of_row + first;
-  const double *restrict value = pass->pair->value;
-  const size_t known = pass->connectivity->rows.first[pass->package->hydro->nodes->n_internal] - first;
-  for (size_t k = 0; k < n; ++k) {
-    if (k + KITH_AHEAD < known) __builtin_prefetch(value + (size_t)pair[k + KITH_AHEAD] * KITH_PAIR_VALUES);
-    const double *v = value + (size_t)pair[k] * KITH_PAIR_VALUES;
-    const bool starts = kith_pair_starts(pass->connectivity, i, first + k);
-    for (int a = 0; a < NDIM; ++a) out[(size_t)a * KITH_STRIDE + k] = starts ? v[a] : -v[a];
-    out[KITH_HEAT * KITH_STRIDE + k] = v[starts ? KITH_HEAT : KITH_PARTNER_HEAT];
-    out[KITH_SIGNAL * KITH_STRIDE + k] = v[KITH_SIGNAL];
-  }
-}
-
 /* --- summing --- */
 
 struct sums {
@@ -94,12 +147,11 @@ struct sums {
   double outside_opening[NDIM + 1];            /* with block steps: the opening part of that */
 };
 
-/* With block steps: the weights of the n pairs from entry `first` on of row i, (1) of block_steps.h, as parts
- * that close the last interval of a pair and open its next. */
-KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
-                             kith_lanes *restrict closing, kith_lanes *restrict opening) {
+/* With block steps: the weights of the n pairs of i with these nodes, (1) of block_steps.h, as parts that
+ * close the last interval of a pair and open its next. */
+KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
+                             size_t n, kith_lanes *restrict closing, kith_lanes *restrict opening) {
   const struct kith_block_steps *b = pass->kick->blocks;
-  const kith_index *restrict row = pass->connectivity->rows.node + first;
   const double t = b->last->f64[i], d = b->step->f64[i], after = b->next->f64[i], now = b->now;
   kith_lanes last[KITH_BLOCK / KITH_LANES];
   for (size_t k = 0; k < n; k += KITH_LANES) {
@@ -141,11 +193,11 @@ KITH_INLINE void add_block(const struct kith_force_pass *pass, bool weighs, size
   }
 }
 
-/* Part of force and heat of n entries passes; signal speeds stay. */
-KITH_INLINE void couple(const struct kith_force_pass *pass, size_t first, size_t n, double *restrict out) {
-  for (size_t k = 0; pass->f_couple != NULL && k < n; ++k) {
-    const double f = pass->f_couple[pass->connectivity->pairs.of_row[first + k]];
-    for (int m = 0; m <= KITH_HEAT; ++m) out[(size_t)m * KITH_STRIDE + k] *= f;
+/* Part of force and heat of each pair passes; signal speeds stay. */
+KITH_INLINE void couple(const struct kith_force_pass *pass, const struct block *b, double *restrict out) {
+  for (size_t k = 0; pass->f_couple != NULL && k < b->n; ++k) {
+    const double f = pass->f_couple[pass->connectivity->pairs.of_row[entry_of(b, k)]];
+    for (int m = 0; m <= KITH_PARTNER_HEAT; ++m) out[(size_t)m * KITH_STRIDE + k] *= f;
   }
 }
 
@@ -169,30 +221,90 @@ KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, c
   }
 }
 
-/* The block of n entries from `first` on of row i. */
-KITH_INLINE void sum_block(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
-                           double *restrict out, struct sums *sums) {
-  const kith_index *row = pass->connectivity->rows.node + first;
-  couple(pass, first, n, out);
-  walls(pass, i, row, n, out);
+/* --- tiles --- */
+
+/* The nodes of a tile, and what each has been given by pairs with those before it. */
+struct tile {
+  kith_index begin, end;
+  int groups; /* of a node: forces and the heat; with block steps also their closing and opening parts */
+  kith_lanes *given; /* [nodes][groups]; the forces are those on the other end */
+  double *signal;    /* [nodes] */
+};
+
+/* In scratch behind the lanes of the pass. */
+static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin, kith_index end,
+                           const struct kith_scratch *s) {
+  struct tile t = {begin, end, pass->ticks != NULL ? 3 : 1, (kith_lanes *)kith_scratch_lane(s, pass->lanes),
+                   NULL};
+  const size_t n = (size_t)(end - begin);
+  t.signal = (double *)(t.given + n * (size_t)t.groups);
+  memset(t.given, 0, n * (size_t)t.groups * sizeof *t.given + n * sizeof *t.signal);
+  return t;
+}
+
+/* Partners from .. to - 1 of the block receive their side of the pairs. closing, opening: the weights, with
+ * block steps. */
+KITH_INLINE void give(const struct tile *t, const struct block *b, size_t from, size_t to,
+                      const double *restrict out, const kith_lanes *closing, const kith_lanes *opening) {
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
+  for (size_t k = from; k < to; k += KITH_LANES) {
+    const double *value[KITH_LANES] = {out + k, out + k, out + k, out + k};
+    kith_lanes node[KITH_LANES];
+    for (size_t a = 0; a < NDIM; ++a) value[a] = out + (KITH_FORCE + a) * KITH_STRIDE + k;
+    value[NDIM] = out + KITH_PARTNER_HEAT * KITH_STRIDE + k;
+    kith_lanes_transpose(value, node);
+    for (size_t l = 0; l < KITH_LANES && k + l < to; ++l) {
+      const size_t j = (size_t)(b->node[k + l] - t->begin);
+      kith_lanes *given = t->given + j * (size_t)t->groups;
+      given[0] += node[l];
+      if (closing != NULL) given[1] += ((const double *)closing)[k + l] * node[l];
+      if (closing != NULL) given[2] += ((const double *)opening)[k + l] * node[l];
+      t->signal[j] = KITH_MAX(t->signal[j], signal[k + l]);
+    }
+  }
+}
+
+/* Adds what node i has been given. */
+KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *t, kith_index i,
+                         struct sums *sums) {
+  const size_t j = (size_t)(i - t->begin);
+  const kith_lanes *given = t->given + j * (size_t)t->groups;
+  for (int a = 0; a < NDIM; ++a) sums->force[a] -= given[0][a];
+  sums->heat += given[0][NDIM];
+  sums->signal = KITH_MAX(sums->signal, t->signal[j]);
+  for (int a = 0; pass->ticks != NULL && a <= NDIM; ++a) {
+    const double sign = a < NDIM ? -1 : 1;
+    sums->impulse[a] += sign * pass->kick->blocks->tick * given[1][a];
+    sums->opening[a] += sign * given[2][a] / KITH_TICKS;
+  }
+}
+
+/* Sums the block for its node, and gives the pairs to the partners that lie in the tile. */
+KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct block *b, const struct tile *tile,
+                           double *restrict out, struct sums *sums) {
+  const struct partners *of = b->of;
+  const size_t n = b->n, from = KITH_MAX(of->given, b->begin), to = KITH_MIN(of->given_end, b->begin + n);
+  const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
+  kith_lanes closing[KITH_BLOCK / KITH_LANES], opening[KITH_BLOCK / KITH_LANES];
+  const bool weighs = pass->ticks != NULL;
+  couple(pass, b, out);
+  walls(pass, of->i, b->node, n, out);
+  if (weighs) weigh_block(pass, of->i, b->node, n, closing, opening);
+  if (from < to)
+    give(tile, b, from - b->begin, to - b->begin, out, weighs ? closing : NULL, weighs ? opening : NULL);
   double fastest = sums->signal;
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
   sums->signal = fastest;
   for (size_t k = n; k < kith_lanes_padded(n); ++k)
     for (int a = 0; a <= NDIM; ++a) out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k] = 0;
-  if (pass->ticks == NULL) {
-    if (pass->flag != NULL) add_outside(pass, i, row, n, out, NULL, NULL, sums);
-    add_block(pass, false, n, out, NULL, NULL, sums);
-    return;
-  }
-  kith_lanes closing[KITH_BLOCK / KITH_LANES], opening[KITH_BLOCK / KITH_LANES];
-  weigh_block(pass, i, first, n, closing, opening);
   if (pass->flag != NULL)
-    add_outside(pass, i, row, n, out, (const double *)closing, (const double *)opening, sums);
-  add_block(pass, true, n, out, closing, opening, sums);
+    add_outside(pass, of->i, b->node, n, out, weighs ? (const double *)closing : NULL,
+                weighs ? (const double *)opening : NULL, sums);
+  add_block(pass, weighs, n, out, closing, opening, sums);
 }
+
+/* --- nodes --- */
 
 /* Ends the node, after the last package: (2) of block_steps.h. The present acceleration is that of the
  * external force at the last activity. */
@@ -315,66 +427,72 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
 
 /* --- chunks --- */
 
-/* Traversal `pairs`, first half: the pairs that start at a node of the chunk, into the pairwise field. */
-KITH_HOT static void pairs_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
-  const struct kith_force_pass *pass = context;
-  const struct kith_pairs *pairs = &pass->connectivity->pairs;
-  const double *restrict out = kith_force_values(pass, s);
-  for (kith_index i = begin; i < end; ++i)
-    for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; p += KITH_BLOCK) {
-      const size_t n = KITH_MIN(pairs->first[i + 1] - p, (size_t)KITH_BLOCK);
-      kith_index partner[KITH_BLOCK];
-      for (size_t k = 0; k < n; ++k) partner[k] = pairs->node[p + k][1];
-      for (size_t q = p + KITH_AHEAD; q < KITH_MIN(p + KITH_AHEAD + n, pairs->n); ++q)
-        kith_force_prefetch(packed_particle(pass, pairs->node[q][1]), (size_t)pass->n_packed);
-      for (size_t k = 0; pass->edges > 0 && k < n; ++k) load_edge(pass, p + k, true, k, s);
-      pass->evaluate(pass, i, partner, kith_shifts_at(pairs->shift, pass->connectivity->rows.zero, p, n), n,
-                     n, s);
-      double *restrict value = pass->pair->value + p * KITH_PAIR_VALUES;
-      for (size_t k = 0; k < n; ++k)
-        for (int m = 0; m < KITH_PAIR_VALUES; ++m)
-          value[k * KITH_PAIR_VALUES + m] = out[(size_t)m * KITH_STRIDE + k];
-    }
+/* The partners of a node some way ahead. */
+KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partners *of) {
+  const kith_index *restrict node = pass->connectivity->rows.node;
+  for (size_t k = 0; k < of->n; ++k)
+    kith_force_prefetch(
+        packed_particle(pass, node[k < of->before ? of->first + k : of->rest + k - of->before]),
+        (size_t)pass->n_packed);
 }
 
-/* The values of the n pairs from entry `first` of row i on, evaluated anew. */
-KITH_INLINE void gather(const struct kith_force_pass *pass, kith_index i, size_t first, size_t n,
-                        struct kith_scratch *s) {
-  const struct kith_pairs *pairs = &pass->connectivity->pairs;
+/* Evaluates the partners of a node and sums them. tile: NULL or where it lies. */
+KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct partners *of,
+                              const struct tile *tile, struct kith_scratch *s, struct sums *sums) {
   const struct kith_rows *rows = &pass->connectivity->rows;
-  for (size_t k = 0; pass->edges > 0 && k < n; ++k)
-    load_edge(pass, pairs->of_row[first + k], kith_pair_starts(pass->connectivity, i, first + k), k, s);
-  pass->evaluate(pass, i, rows->node + first, kith_shifts_at(rows->shift, rows->zero, first, n), n,
-                 rows->first[rows->n] - first, s);
-}
-
-/* The sums of each node of the chunk: second half of `pairs`, or all of `gather`. */
-KITH_HOT static void nodes_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
-  const struct kith_force_pass *pass = context;
-  const struct kith_rows *rows = &pass->connectivity->rows;
-  const bool kept = pass->package->traversal == KITH_TRAVERSE_PAIRS;
   double *out = kith_force_values(pass, s);
+  for (size_t k = 0; k < of->n; k += KITH_BLOCK) {
+    struct block_room room;
+    const struct block b = block_at(rows, of, k, &room);
+    load_edges(pass, &b, s);
+    pass->evaluate(pass, of->i, b.node, b.shift, b.n,
+                   tile != NULL ? b.n : rows->first[rows->n] - (of->first + k), s);
+    sum_block(pass, &b, tile, out, sums);
+  }
+}
+
+static void store_sums(const struct kith_force_pass *pass, kith_index i, struct sums *sums) {
+  if (pass->kick->blocks != NULL)
+    store_blocks(pass, i, sums);
+  else
+    store(pass, i, sums);
+}
+
+/* Nodes begin .. end - 1, each evaluates its whole row. */
+KITH_HOT static void gather_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct kith_force_pass *pass = context;
+  const size_t *first = pass->connectivity->rows.first;
   for (kith_index i = begin; i < end; ++i) {
     struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[i]};
-    for (size_t first = rows->first[i]; first < rows->first[i + 1]; first += KITH_BLOCK) {
-      const size_t n = KITH_MIN(rows->first[i + 1] - first, (size_t)KITH_BLOCK);
-      if (kept)
-        recall(pass, i, first, n, out);
-      else
-        gather(pass, i, first, n, s);
-      sum_block(pass, i, first, n, out, &sums);
+    const struct partners all = {.i = i, .rest = first[i], .n = first[i + 1] - first[i], .first = first[i]};
+    sum_partners(pass, &all, NULL, s, &sums);
+    store_sums(pass, i, &sums);
+  }
+}
+
+enum { AHEAD = 2 }; /* nodes: the time that memory takes to answer */
+
+/* Nodes begin .. end - 1 as a tile. */
+KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
+  const struct kith_force_pass *pass = context;
+  const struct kith_rows *rows = &pass->connectivity->rows;
+  const struct tile tile = tile_of(pass, begin, end, s);
+  struct partners next[AHEAD + 1]; /* of node i at i mod (AHEAD + 1) */
+  for (kith_index i = begin; i < end + AHEAD; ++i) {
+    if (i < end) {
+      next[i % (AHEAD + 1)] = partners_of(rows, i, begin, end);
+      prefetch(pass, &next[i % (AHEAD + 1)]);
     }
-    if (pass->kick->blocks != NULL)
-      store_blocks(pass, i, &sums);
-    else
-      store(pass, i, &sums);
+    const kith_index now = i - AHEAD;
+    if (now < begin) continue;
+    struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[now]};
+    sum_partners(pass, &next[now % (AHEAD + 1)], &tile, s, &sums);
+    receive(pass, &tile, now, &sums);
+    store_sums(pass, now, &sums);
   }
 }
 
 /* --- driving --- */
-
-static const struct kith_pairwise_spec pair_force = {"pair_force", KITH_PAIR_VALUES, false,
-                                                     "force, heat of both ends, signal speed"};
 
 /* What weights of pairs need of node i; frozen nodes have the longest step. */
 static void pack_ticks(const struct kith_block_steps *b, kith_index i, double *restrict ticks) {
@@ -408,32 +526,19 @@ static void pack(void *context, kith_index begin, kith_index end) {
   kith_profile_end(package->profile);
 }
 
+/* Nodes of a tile: so many that most pairs lie within one, so few that threads share the tiles out evenly and
+ * the caches hold them. With block steps runs of active nodes are short. */
+static kith_index tile_size(const struct kith_force_pass *pass, kith_index n) {
+  const kith_index most = pass->ticks != NULL ? 4 : 64;
+  return KITH_CHUNK * KITH_MAX(1, KITH_MIN(most, n / (64 * KITH_CHUNK)));
+}
+
 kith_status kith_force(struct kith_force_pass *pass) {
   struct kith_package *package = pass->package;
   const struct kith_hydro *hydro = package->hydro;
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index all = kith_nodes_count(nodes), internal = nodes->n_internal;
-  const bool kept = package->traversal == KITH_TRAVERSE_PAIRS;
-  const double evaluated = 8.0 * pass->edges * (double)pass->connectivity->pairs.n, /* bytes */
-      values = kept ? 8.0 * KITH_PAIR_VALUES * (double)pass->connectivity->pairs.n : 0,
-               of_row = kept || pass->edges > 0 ? 4.0 * (double)pass->connectivity->rows.first[internal] : 0;
-  const struct kith_node_sweep pairs = {
-      .stage = "pairs",
-      .rows = &pass->connectivity->rows,
-      .chunk = pairs_chunk,
-      .context = pass,
-      .touched = true,
-      .lanes = (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges + KITH_PAIR_VALUES,
-      .width = KITH_STRIDE,
-      .arrived = pack,
-      .shared = 8 * (int)kith_lanes_padded((size_t)pass->n_packed),
-      .pairwise = evaluated + values};
-  struct kith_node_sweep sums = pairs;
-  sums.stage = "force", sums.chunk = nodes_chunk;
-  sums.touched = pass->kick->blocks != NULL; /* else what is not active keeps its rates */
-  /* m, c, heat, signal, correction; v, its base, the accelerations, which are read and written */
-  sums.own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4));
-  sums.shared = kept ? 0 : pairs.shared, sums.pairwise = of_row + (kept ? values : evaluated);
+  const size_t size = kith_lanes_padded((size_t)pass->n_packed);
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   pass->flag = hydro->outside_force != NULL ? nodes->flag->u8 : NULL;
   pass->f_couple = kith_connectivity_factors(&pass->connectivity->pairs);
@@ -441,19 +546,31 @@ kith_status kith_force(struct kith_force_pass *pass) {
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)
     pass->is_last = pass->is_last && p->ops->evaluate == NULL;
   const bool weighs = pass->kick->blocks != NULL && !pass->kick->blocks->alike;
-  const size_t packed = (size_t)all * kith_lanes_padded((size_t)pass->n_packed);
+  const size_t packed = (size_t)all * size;
   KITH_TRY(kith_nodes_work(nodes, (packed + (weighs ? (size_t)all * KITH_LANES : 0)) * sizeof(double),
                            &pass->packed));
   pass->ticks = weighs ? pass->packed + packed : NULL;
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
-  if (kept) {
-    KITH_TRY(kith_pairwise_prepare(&pass->connectivity->pairs, &pair_force, &pass->pair));
-    KITH_TRY(kith_package_sweep(package, &pairs, NULL));
-    /* Canonical pairs that start at ghosts, whose values have arrived by now. */
-    KITH_TRY(
-        kith_package_sweep_ghosts(package, &pairs, internal, pass->connectivity->pairs.starts - internal));
-    KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->pair));
-  }
+  pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical;
+  pass->lanes = (int)size + pass->edges + KITH_PAIR_VALUES;
+  const kith_index chunk = pass->tiled ? tile_size(pass, internal) : KITH_CHUNK;
+  const size_t given = pass->tiled ? (size_t)chunk * ((weighs ? 3 : 1) * KITH_LANES + 1) : 0;
+  const struct kith_node_sweep sums = {
+      .stage = "force",
+      .rows = &pass->connectivity->rows,
+      .chunk = pass->tiled ? tile_chunk : gather_chunk,
+      .chunk_size = chunk,
+      .context = pass,
+      .touched = pass->kick->blocks != NULL, /* else what is not active keeps its rates */
+      .lanes = pass->lanes + (int)(given / KITH_STRIDE + 1),
+      .width = KITH_STRIDE,
+      .arrived = pack,
+      .shared = 8 * (int)size,
+      /* m, c, heat, signal, correction; v, its base, the accelerations, which are read and written */
+      .own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4)),
+      .pairwise = pass->edges > 0 ? 8.0 * pass->edges * (double)pass->connectivity->pairs.n +
+                                        4.0 * (double)pass->connectivity->rows.first[internal]
+                                  : 0};
   return kith_package_sweep(package, &sums, NULL);
 }

@@ -15,9 +15,12 @@
  *     m_i dv_i/dt = sum_j f,   m_i du_i/dt = sum_j q_i
  * conserve momentum and energy whatever the forces are; see package.h for both forms of the energy.
  *
- * Traversal `pairs` evaluates each pair once, stores KITH_PAIR_VALUES doubles, and each node then sums its
- * row; `gather` evaluates the whole row of each node. Both sum in row order, so no result depends on the
- * number of threads. Canonical pairs (connectivity.h) may start at a ghost, which is packed like a node.
+ * Traversal `gather` evaluates the whole row of each node. Traversal `pairs` works by tiles, runs of
+ * consecutive nodes, which lie close together as nodes follow a curve: a pair within a tile is evaluated
+ * once, when its first end has its turn, and given to both; a pair across tiles is evaluated by each of them.
+ * A tile is summed by one thread, in ascending order, and tiles depend on the number of nodes alone, so no
+ * result depends on the number of threads. Nothing is stored per pair. Canonical rows (connectivity.h) are always
+ * gathered: their sums must not depend on the order of nodes.
  * Forces and heats have the factor of their pair, f_couple, which is the same for both ends: what is written
  * above holds for any.
  *
@@ -76,8 +79,9 @@ struct kith_force_pass {
   const uint8_t *barrier; /* [nodes] or NULL */
   const uint8_t *flag;    /* [nodes] what they are (nodes.h); NULL: nobody asks */
   const double *f_couple; /* [pairs] or NULL: 1 for all */
-  struct kith_pairwise *pair; /* "pair_force": what traversal `pairs` stores */
-  bool is_last;               /* of the packages: what (1) of package.h needs is complete */
+  bool tiled;             /* pairs within a tile are evaluated once */
+  int lanes;              /* of scratch, before what the nodes of a tile are given */
+  bool is_last;           /* of the packages: what (1) of package.h needs is complete */
 };
 
 /* The first fields of packed particle i. */

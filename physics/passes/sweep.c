@@ -60,7 +60,8 @@ static kith_status run_parts(struct kith_package *package, const struct kith_nod
                              uint64_t count[KITH_COUNTS]) {
   const struct kith_nodes *nodes = package->hydro->nodes;
   struct kith_part part = {.activity = nodes->activity != NULL ? nodes->activity->u8 : NULL,
-                           .least = sweep->touched ? KITH_TOUCHED : KITH_ACTIVE};
+                           .least = sweep->touched ? KITH_TOUCHED : KITH_ACTIVE,
+                           .size = sweep->chunk_size};
   if (!kith_halo_pending(package->hydro->halo)) return run(package, sweep, &part, count);
   kith_status status = find_border(&package->border, nodes, sweep->rows);
   part.chunk = package->border.chunk, part.ranks = nodes->ranks;

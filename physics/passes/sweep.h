@@ -22,6 +22,7 @@ struct kith_node_sweep {
   const char *stage;            /* of the profile */
   const struct kith_rows *rows; /* the neighbors that the pass reads */
   kith_chunk_pass chunk;
+  kith_index chunk_size; /* nodes, a multiple of KITH_CHUNK; 0: KITH_CHUNK */
   void *context;
   int lanes; /* as for kith_traverse */
   size_t width;

@@ -1,7 +1,7 @@
 /* Package mfm against sums over the faces of each node with every image of every node; what it keeps at
  * rest. */
-#include "physics/mfm/faces.h"
 #include "physics/mfm/riemann.h"
+#include "tests/unit/physics/mfm/face_of.h"
 #include "tests/unit/physics/sph_world.h"
 
 /* The second is thinner than most supports. */
@@ -111,11 +111,11 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   const struct mfm_faces *f = faces_of(w);
   const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
   double force[NDIM] = {0}, rate = 0, signal = m->t.sound[i];
-  for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e) {
-    const kith_index j = f->graph.rows.node[e];
+  const struct kith_rows *rows = rows_of_faces(f, w->it.connectivity);
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+    const kith_index j = rows->node[e];
     double area[NDIM], n[NDIM], d[NDIM], back[NDIM], du = 0;
-    for (int a = 0; a < NDIM; ++a)
-      area[a] = (j > i ? 1 : -1) * f->area->value[f->graph.pairs.of_row[e] * NDIM + a];
+    face_of(f, w->it.connectivity, i, e, area);
     const double size = kith_norm(area);
     if (size == 0) continue;
     const struct partner *p = partner_at(w, m, i, j);

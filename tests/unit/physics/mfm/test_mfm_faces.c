@@ -1,5 +1,6 @@
 /* Faces against sums over all images of all nodes, with the integrand as it is defined; and what closing them
  * does. */
+#include "tests/unit/physics/mfm/face_of.h"
 #include "tests/unit/physics/mfm/mfm_world.h"
 
 /* About as many neighbors as the kernel wants, fewer in 3-D: the sums below are slow. */
@@ -84,24 +85,21 @@ static struct mfm_faces faces_of(struct cells *c, enum mfm_faces_form form) {
     mfm_invert(m, matrix);
     for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) matrix[k] *= cells_volume(c, i);
   }
-  if (form == MFM_FACES_ONE_POINT) kith_nodes_refresh_images(c->nodes, &f.matrix, 1);
-  CHECK_OK(mfm_faces_build(&f, c->connectivity));
+  if (form == MFM_FACES_ONE_POINT)
+    kith_nodes_refresh_images(c->nodes, &f.matrix, 1);
+  else
+    CHECK_OK(mfm_faces_build(&f, c->connectivity));
   return f;
 }
 
-/* The face from i to row entry e. */
-static void face(const struct mfm_faces *f, kith_index i, size_t e, double *area) {
-  const size_t p = f->graph.pairs.of_row[e];
-  for (int a = 0; a < NDIM; ++a)
-    area[a] = (f->graph.rows.node[e] > i ? 1 : -1) * f->area->value[p * NDIM + a];
-}
-
-static void row_sum(const struct mfm_faces *f, kith_index i, double *sum, double *whole) {
+static void row_sum(const struct cells *c, const struct mfm_faces *f, kith_index i, double *sum,
+                    double *whole) {
+  const struct kith_rows *rows = rows_of_faces(f, c->connectivity);
   *whole = 0;
   for (int a = 0; a < NDIM; ++a) sum[a] = 0;
-  for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e) {
+  for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     double area[NDIM];
-    face(f, i, e, area);
+    face_of(f, c->connectivity, i, e, area);
     for (int a = 0; a < NDIM; ++a) sum[a] += area[a];
     *whole += kith_norm(area);
   }
@@ -131,7 +129,7 @@ static void check_integrated(struct cells *c) {
       const int q = cells_point_of(c, f.graph.rows.node[e]);
       const double more = 0.5 * (stretch[i] + stretch[c->point[q].node]);
       double area[NDIM];
-      face(&f, i, e, area);
+      face_of(&f, c->connectivity, i, e, area);
       for (int a = 0; a < NDIM; ++a)
         CHECK_CLOSE(area[a], more * want[q * NDIM + a], 1e-13); /* terms of order 1 */
       for (int a = 0; a < NDIM; ++a) want[q * NDIM + a] = 0;
@@ -144,9 +142,10 @@ static void check_integrated(struct cells *c) {
 
 static void check_one_point(struct cells *c) {
   struct mfm_faces f = faces_of(c, MFM_FACES_ONE_POINT);
+  const struct kith_rows *rows = rows_of_faces(&f, c->connectivity);
   for (int i = 0; i < c->n; ++i)
-    for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
-      const int q = cells_point_of(c, f.graph.rows.node[e]), node = c->point[q].node;
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const int q = cells_point_of(c, rows->node[e]), node = c->point[q].node;
       const double r = cells_distance(c, i, q);
       double area[NDIM], want[NDIM] = {0};
       for (int end = 0; end < 2; ++end) {
@@ -168,7 +167,7 @@ static void check_one_point(struct cells *c) {
             if (b != a) want[b] += entry * (c->point[q].x[a] - c->point[i].x[a]);
           }
       }
-      face(&f, i, e, area);
+      face_of(&f, c->connectivity, i, e, area);
       for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(area[a], want[a], 1e-13);
     }
   mfm_faces_clear(&f);
@@ -177,22 +176,23 @@ static void check_one_point(struct cells *c) {
 /* A face with an image is the face of its control with an image: A_(j, image of i) = - S A_(i, image of j).
  * Then what one node loses another gains. */
 static void check_images(const struct cells *c, const struct mfm_faces *f, double tolerance) {
+  const struct kith_rows *rows = rows_of_faces(f, c->connectivity);
   for (int i = 0; i < c->n; ++i)
-    for (size_t e = f->graph.rows.first[i]; e < f->graph.rows.first[i + 1]; ++e) {
-      const struct point *q = &c->point[cells_point_of(c, f->graph.rows.node[e])];
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const struct point *q = &c->point[cells_point_of(c, rows->node[e])];
       const double *xj = c->nodes->position->f64 + q->node * NDIM;
       double back[NDIM], area[NDIM], other[NDIM];
       for (int a = 0; a < NDIM; ++a) /* the inverse image of x_i */
         back[a] = q->sign[a] * (c->nodes->position->f64[i * NDIM + a] - (q->x[a] - q->sign[a] * xj[a]));
-      face(f, i, e, area);
+      face_of(f, c->connectivity, i, e, area);
       bool found = false;
-      for (size_t g = f->graph.rows.first[q->node]; g < f->graph.rows.first[q->node + 1]; ++g) {
-        const kith_index k = f->graph.rows.node[g];
+      for (size_t g = rows->first[q->node]; g < rows->first[q->node + 1]; ++g) {
+        const kith_index k = rows->node[g];
         if (c->nodes->id->i64[k] != 100 + i ||
             kith_distance2(c->nodes->position->f64 + k * NDIM, back) > 1e-20)
           continue;
         found = true;
-        face(f, q->node, g, other);
+        face_of(f, c->connectivity, q->node, g, other);
         for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(other[a], -q->sign[a] * area[a], tolerance);
       }
       CHECK(found || kith_norm(area) < tolerance);
@@ -233,14 +233,15 @@ static void check_lattice(void) {
   cells_create(&c, count, side, 0, KITH_KERNEL_wendland_c2, few, 1);
   for (int form = MFM_FACES_ONE_POINT; form <= MFM_FACES_INTEGRATED; ++form) {
     struct mfm_faces f = faces_of(&c, (enum mfm_faces_form)form);
+    const struct kith_rows *rows = rows_of_faces(&f, c.connectivity);
     for (int i = 0; i < c.n; ++i) {
       double sum[NDIM], whole, linear[NDIM][NDIM] = {{0}};
-      row_sum(&f, i, sum, &whole);
+      row_sum(&c, &f, i, sum, &whole);
       CHECK_CLOSE(kith_norm(sum), 0, 1e-14 * whole);
-      for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
+      for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
         double area[NDIM];
-        face(&f, i, e, area);
-        const double *xj = c.nodes->position->f64 + f.graph.rows.node[e] * NDIM;
+        face_of(&f, c.connectivity, i, e, area);
+        const double *xj = c.nodes->position->f64 + rows->node[e] * NDIM;
         for (int a = 0; a < NDIM; ++a)
           for (int b = 0; b < NDIM; ++b)
             linear[a][b] += area[a] * (xj[b] - c.nodes->position->f64[i * NDIM + b]);
@@ -260,14 +261,15 @@ struct figures {
 
 static struct figures figures_of(struct cells *c, enum mfm_faces_form form) {
   struct mfm_faces f = faces_of(c, form);
+  const struct kith_rows *rows = rows_of_faces(&f, c->connectivity);
   struct figures figures = {0};
   for (int i = 0; i < c->n; ++i) {
     double sum[NDIM], whole, area[NDIM];
-    row_sum(&f, i, sum, &whole);
+    row_sum(c, &f, i, sum, &whole);
     figures.residual += kith_norm(sum) / c->n;
     figures.whole += whole / c->n;
-    for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
-      face(&f, i, e, area);
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      face_of(&f, c->connectivity, i, e, area);
       figures.faces += (kith_norm(area) > 0) / (double)c->n;
     }
   }
@@ -300,13 +302,14 @@ static void check_line(void) {
   struct cells c;
   cells_create(&c, count, side, 0, KITH_KERNEL_wendland_c2, NDIM == 1 ? few : 4, 1);
   struct mfm_faces f = faces_of(&c, MFM_FACES_ONE_POINT);
+  const struct kith_rows *rows = rows_of_faces(&f, c.connectivity);
   for (int i = 0; NDIM > 1 && i < c.n; ++i)
-    for (size_t e = f.graph.rows.first[i]; e < f.graph.rows.first[i + 1]; ++e) {
-      const kith_index j = f.graph.rows.node[e];
+    for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
+      const kith_index j = rows->node[e];
       double area[NDIM], want[NDIM] = {0}, volume[2] = {cells_volume(&c, i), cells_volume(&c, j)};
       add_gradient(&c, i, c.point[j].x, -volume[0] * volume[0], want);
       add_gradient(&c, j, c.point[i].x, volume[1] * volume[1], want);
-      face(&f, i, e, area);
+      face_of(&f, c.connectivity, i, e, area);
       for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(area[a], want[a], 1e-13);
     }
   mfm_faces_clear(&f);
