@@ -223,30 +223,40 @@ KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, c
 
 /* --- tiles --- */
 
+/* Sums of what a node has been given, in groups of lanes: forces (on the other end) and the heat; with block
+ * steps their closing and opening parts; else, where it matters who gives, those by what is no gas: the nodes
+ * behind an inflow or outflow, beside which there are no block steps. */
+enum { ALL, CLOSING, OPENING, OUTSIDE = CLOSING };
+static size_t groups_of(const struct kith_force_pass *pass) {
+  return pass->ticks != NULL ? 3 : pass->flag != NULL ? 2 : 1;
+}
+
 /* The nodes of a tile, and what each has been given by pairs with those before it. */
 struct tile {
-  kith_index begin, end;
-  int groups; /* of a node: forces and the heat; with block steps also their closing and opening parts */
-  kith_lanes *given; /* [nodes][groups]; the forces are those on the other end */
+  kith_index begin;
+  size_t groups;
+  kith_lanes *given; /* [nodes][groups] */
   double *signal;    /* [nodes] */
 };
 
 /* In scratch behind the lanes of the pass. */
 static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin, kith_index end,
                            const struct kith_scratch *s) {
-  struct tile t = {begin, end, pass->ticks != NULL ? 3 : 1, (kith_lanes *)kith_scratch_lane(s, pass->lanes),
-                   NULL};
+  struct tile t = {begin, groups_of(pass), (kith_lanes *)kith_scratch_lane(s, pass->lanes), NULL};
   const size_t n = (size_t)(end - begin);
-  t.signal = (double *)(t.given + n * (size_t)t.groups);
-  memset(t.given, 0, n * (size_t)t.groups * sizeof *t.given + n * sizeof *t.signal);
+  t.signal = (double *)(t.given + n * t.groups);
+  memset(t.given, 0, n * (t.groups * sizeof *t.given + sizeof *t.signal));
   return t;
 }
 
 /* Partners from .. to - 1 of the block receive their side of the pairs. closing, opening: the weights, with
  * block steps. */
-KITH_INLINE void give(const struct tile *t, const struct block *b, size_t from, size_t to,
-                      const double *restrict out, const kith_lanes *closing, const kith_lanes *opening) {
+KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t, const struct block *b,
+                      size_t from, size_t to, const double *restrict out, const double *closing,
+                      const double *opening) {
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
+  const bool weighs = pass->ticks != NULL,
+             outside = !weighs && pass->flag != NULL && pass->flag[b->of->i] != KITH_GAS;
   for (size_t k = from; k < to; k += KITH_LANES) {
     const double *value[KITH_LANES] = {out + k, out + k, out + k, out + k};
     kith_lanes node[KITH_LANES];
@@ -255,10 +265,11 @@ KITH_INLINE void give(const struct tile *t, const struct block *b, size_t from, 
     kith_lanes_transpose(value, node);
     for (size_t l = 0; l < KITH_LANES && k + l < to; ++l) {
       const size_t j = (size_t)(b->node[k + l] - t->begin);
-      kith_lanes *given = t->given + j * (size_t)t->groups;
-      given[0] += node[l];
-      if (closing != NULL) given[1] += ((const double *)closing)[k + l] * node[l];
-      if (closing != NULL) given[2] += ((const double *)opening)[k + l] * node[l];
+      kith_lanes *given = t->given + j * t->groups;
+      given[ALL] += node[l];
+      if (weighs) given[CLOSING] += closing[k + l] * node[l];
+      if (weighs) given[OPENING] += opening[k + l] * node[l];
+      if (outside) given[OUTSIDE] += node[l];
       t->signal[j] = KITH_MAX(t->signal[j], signal[k + l]);
     }
   }
@@ -268,14 +279,21 @@ KITH_INLINE void give(const struct tile *t, const struct block *b, size_t from, 
 KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *t, kith_index i,
                          struct sums *sums) {
   const size_t j = (size_t)(i - t->begin);
-  const kith_lanes *given = t->given + j * (size_t)t->groups;
-  for (int a = 0; a < NDIM; ++a) sums->force[a] -= given[0][a];
-  sums->heat += given[0][NDIM];
+  const kith_lanes *given = t->given + j * t->groups;
+  for (int a = 0; a < NDIM; ++a) sums->force[a] -= given[ALL][a];
+  sums->heat += given[ALL][NDIM];
   sums->signal = KITH_MAX(sums->signal, t->signal[j]);
   for (int a = 0; pass->ticks != NULL && a <= NDIM; ++a) {
     const double sign = a < NDIM ? -1 : 1;
-    sums->impulse[a] += sign * pass->kick->blocks->tick * given[1][a];
-    sums->opening[a] += sign * given[2][a] / KITH_TICKS;
+    sums->impulse[a] += sign * pass->kick->blocks->tick * given[CLOSING][a];
+    sums->opening[a] += sign * given[OPENING][a] / KITH_TICKS;
+  }
+  if (pass->ticks != NULL || pass->flag == NULL) return;
+  const double *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
+  sums->outside[NDIM] += given[OUTSIDE][NDIM];
+  for (int a = 0; a < NDIM; ++a) {
+    sums->outside[a] -= given[OUTSIDE][a];
+    sums->outside[NDIM] -= given[OUTSIDE][a] * v[a];
   }
 }
 
@@ -285,23 +303,22 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct bloc
   const struct partners *of = b->of;
   const size_t n = b->n, from = KITH_MAX(of->given, b->begin), to = KITH_MIN(of->given_end, b->begin + n);
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
-  kith_lanes closing[KITH_BLOCK / KITH_LANES], opening[KITH_BLOCK / KITH_LANES];
+  kith_lanes weight[2][KITH_BLOCK / KITH_LANES];
   const bool weighs = pass->ticks != NULL;
+  const double *closing = weighs ? (const double *)weight[0] : NULL,
+               *opening = weighs ? (const double *)weight[1] : NULL;
   couple(pass, b, out);
   walls(pass, of->i, b->node, n, out);
-  if (weighs) weigh_block(pass, of->i, b->node, n, closing, opening);
-  if (from < to)
-    give(tile, b, from - b->begin, to - b->begin, out, weighs ? closing : NULL, weighs ? opening : NULL);
+  if (weighs) weigh_block(pass, of->i, b->node, n, weight[0], weight[1]);
+  if (from < to) give(pass, tile, b, from - b->begin, to - b->begin, out, closing, opening);
   double fastest = sums->signal;
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
   sums->signal = fastest;
   for (size_t k = n; k < kith_lanes_padded(n); ++k)
     for (int a = 0; a <= NDIM; ++a) out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k] = 0;
-  if (pass->flag != NULL)
-    add_outside(pass, of->i, b->node, n, out, weighs ? (const double *)closing : NULL,
-                weighs ? (const double *)opening : NULL, sums);
-  add_block(pass, weighs, n, out, closing, opening, sums);
+  if (pass->flag != NULL) add_outside(pass, of->i, b->node, n, out, closing, opening, sums);
+  add_block(pass, weighs, n, out, weight[0], weight[1], sums);
 }
 
 /* --- nodes --- */
@@ -555,7 +572,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
   pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical;
   pass->lanes = (int)size + pass->edges + KITH_PAIR_VALUES;
   const kith_index chunk = pass->tiled ? tile_size(pass, internal) : KITH_CHUNK;
-  const size_t given = pass->tiled ? (size_t)chunk * ((weighs ? 3 : 1) * KITH_LANES + 1) : 0;
+  const size_t given = pass->tiled ? (size_t)chunk * (groups_of(pass) * KITH_LANES + 1) : 0;
   const struct kith_node_sweep sums = {
       .stage = "force",
       .rows = &pass->connectivity->rows,

@@ -19,8 +19,8 @@
  * consecutive nodes, which lie close together as nodes follow a curve: a pair within a tile is evaluated
  * once, when its first end has its turn, and given to both; a pair across tiles is evaluated by each of them.
  * A tile is summed by one thread, in ascending order, and tiles depend on the number of nodes alone, so no
- * result depends on the number of threads. Nothing is stored per pair. Canonical rows (connectivity.h) are always
- * gathered: their sums must not depend on the order of nodes.
+ * result depends on the number of threads. Nothing is stored per pair. Canonical rows (connectivity.h) are
+ * always gathered: their sums must not depend on the order of nodes.
  * Forces and heats have the factor of their pair, f_couple, which is the same for both ends: what is written
  * above holds for any.
  *

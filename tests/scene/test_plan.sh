@@ -39,10 +39,8 @@ shown ") pairs left out not requested" "$@"
 shown "sph (gather)" "$@"
 shown "overlap left out not requested overlap pairs left out not requested" "$@"
 shown "overlap pairs built" "$@" --set method.package=mfm --set method.faces=integrated
-shown "pair_force built 4 values a pair" "$@" --set traversal=pairs
-shown "face_area built 1 value a pair" "$@" --set method.package=mfm
+shown "face_area built 1 value a pair" "$@" --set method.package=mfm --set method.faces=integrated
 shown "pairwise left out" "$@"
-shown "pairs built" "$@" --set traversal=pairs
 shown "sph (pairs)" "$@" --set traversal=pairs
 shown "as the scene says" "$@" --set traversal=pairs
 shown "search brute:" "$@" --set neighbor.search=brute

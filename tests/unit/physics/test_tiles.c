@@ -1,0 +1,66 @@
+/* test_tiles.c - traversal pairs on more nodes than a tile has: the rates of traversal gather to round-off, the
+ * same bits on any number of threads, fewer evaluations, and what is given across the ends of tiles is counted:
+ * total energy and momentum. With images that are ghosts or shifts, walls, gas that comes and goes, sleeping
+ * nodes, and block steps. */
+#include <omp.h>
+#include "tests/unit/scenario.h"
+
+static const char box[] =
+    "scene: tiles\n"
+    "dimension: 2\n"
+    "resolution: {1d: 1200, 2d: 36, 3d: 11}\n"
+    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+    "materials: {gas: {gamma: 1.4}}\n"
+    "regions:\n"
+    "  - {material: gas, jitter: 0.2, lattice: cubic, density: '1 + 0.5 * sin(2 * _pi * x)', pressure: 1,\n"
+    "     velocity: ['sin(2 * _pi * x)', 0.2, 0]}\n"
+    "until: 1\n";
+
+static void check(const char *settings, double tolerance) {
+  static const char *const rates[] = {"acceleration", "energy_rate", "signal", "velocity", "energy"};
+  const int before = check_failures;
+  struct scenario gather, pairs, alone;
+  if (scenario_open(&gather, box, "%s traversal=gather", settings) &&
+      scenario_open(&pairs, box, "%s traversal=pairs", settings) &&
+      scenario_open(&alone, box, "%s traversal=pairs", settings)) {
+    CHECK(gather.simulation->nodes->n_internal > 1000); /* tiles of 128 */
+    omp_set_num_threads(1);
+    scenario_run(&alone, 3);
+    omp_set_num_threads(3);
+    scenario_run(&gather, 3);
+    scenario_run(&pairs, 3);
+    const char *different = scenario_difference(&pairs, &alone);
+    if (different != NULL) fprintf(stderr, "threads: %s differs\n", different);
+    CHECK(different == NULL);
+    for (size_t k = 0; k < sizeof rates / sizeof *rates; ++k)
+      CHECK(scenario_distance(&pairs, &gather, rates[k]) < tolerance);
+    CHECK(pairs.simulation->package.pair_evaluations < gather.simulation->package.pair_evaluations);
+    scenario_close(&gather);
+    scenario_close(&pairs);
+    scenario_close(&alone);
+  }
+  if (check_failures > before) fprintf(stderr, "%d-D, %s\n", NDIM, settings);
+}
+
+int main(void) {
+  static const char *const packages[] = {"sph", "crk", "mfm", "magma2", "remix"};
+  char text[128];
+  for (int k = 0; k < 5; ++k) {
+    snprintf(text, sizeof text, "method.package=%s", packages[k]);
+    check(text, 1e-11);
+  }
+  check("method.package=sph boundaries.x=reflecting", 1e-11);
+  check("method.package=crk boundaries={\"x\":{\"kind\":\"periodic\",\"images\":\"shifts\"}}", 1e-11);
+  check(
+      "method.package=mfm boundaries.x=[inflow,outflow] regions.0.velocity=[2,0,0] regions.0.pressure=1+0.3*x "
+      "regions.0.jitter=0",
+      1e-11);
+  check(
+      "method.package=mfm window=follow regions.0.velocity=[0,0,0] regions.0.density=1 regions.0.jitter=0 "
+      "regions.0.pressure=x>0.5?1:0.1",
+      1e-11);
+  check("method.package=mfm method.faces=integrated", 1e-11);
+  check("method.package=sph scheme.steps=block scheme.random_steps=5", 1e-11);
+  return check_failed();
+}
