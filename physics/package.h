@@ -96,8 +96,6 @@ struct kith_package_ops {
                           const struct kith_kick *kick);
   size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
-  bool expensive; /* evaluating a pair once saves more than it costs to give it to both ends: `pairs` is the
-                   * default traversal */
   /* Defaults of a hydro package, by figures (app/manual/methods.md): node spacings in 2 sigma, 0: those of
    * kith_kernel_neighbors; Courant number. */
   double spacings, cfl;

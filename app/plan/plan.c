@@ -226,9 +226,8 @@ static void show_method(const struct plan *plan) {
                      : "thermal: its own equation");
   line("traversal", "%s (%s)", p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
        m->scene->traversal[0] != '\0' ? "as the scene says"
-       : p->ops->expensive
-           ? "the default: a pair within a tile of nodes is evaluated once"
-           : "the default: evaluating a pair at both its ends is as fast as giving it to both");
+       : NDIM > 1                     ? "the default: a pair within a tile of nodes is evaluated once"
+                  : "the default of 1-D: rows are short, and evaluating a pair at both its ends is faster");
   show_passes(plan);
   line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }

@@ -152,7 +152,7 @@ static const struct kith_param scene_params[] = {
     {"machine", KITH_PARAM_MAP, "", "", "what plan --ranks takes for times of messages",
      KITH_BELOW(machine_params, MAP)},
     {"traversal", KITH_PARAM_NAME, "", "pairs|gather",
-     "how passes traverse pairs; none: the default of each pass", IN(traversal), FREE},
+     "how forces traverse pairs; none: pairs, in 1-D gather", IN(traversal), FREE},
     {"window", KITH_PARAM_CHOICE, "whole", "whole|follow",
      "what is searched and stepped: all nodes, or those that a signal can have reached since the start",
      IN(follows)},

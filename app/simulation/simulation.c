@@ -26,7 +26,7 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   p->compatible = scene->method.compatible;
   p->recompute = m->nodes->ranks != NULL && scene->partition.recompute;
   p->settings = settings;
-  p->traversal = p->ops->expensive ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
+  p->traversal = NDIM > 1 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER; /* rows of 1-D are short */
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");

@@ -352,7 +352,6 @@ const struct kith_package_ops kith_package_mfm = {
     .create = mfm_create,
     .destroy = mfm_destroy,
     .requirements = mfm_requirements,
-    .expensive = NDIM > 1, /* rows of 1-D are too short */
     .evaluate = mfm_evaluate,
     .spacings = NDIM == 3   ? 1.22 /* 55 neighbors: fewer, and gas at rest gives way on bcc lattices */
                 : NDIM == 2 ? 1.33 /* 20: half of the noise of 18 */

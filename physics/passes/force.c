@@ -223,21 +223,18 @@ KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, c
 
 /* --- tiles --- */
 
-/* Sums of what a node has been given, in groups of lanes: forces (on the other end) and the heat; with block
- * steps their closing and opening parts; else, where it matters who gives, those by what is no gas: the nodes
- * behind an inflow or outflow, beside which there are no block steps. */
-enum { ALL, CLOSING, OPENING, OUTSIDE = CLOSING };
-static size_t groups_of(const struct kith_force_pass *pass) {
-  return pass->ticks != NULL ? 3 : pass->flag != NULL ? 2 : 1;
-}
-
-/* The nodes of a tile, and what each has been given by pairs with those before it. */
+/* The nodes of a tile, and what each has been given by pairs with those before it: forces (on the other end)
+ * and the heat; in the second group of lanes, if it matters who gives, those by what is no gas, as the nodes
+ * behind an inflow or outflow. */
 struct tile {
   kith_index begin;
   size_t groups;
   kith_lanes *given; /* [nodes][groups] */
   double *signal;    /* [nodes] */
 };
+static size_t groups_of(const struct kith_force_pass *pass) {
+  return pass->flag != NULL ? 2 : 1;
+}
 
 /* In scratch behind the lanes of the pass. */
 static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin, kith_index end,
@@ -249,14 +246,11 @@ static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin,
   return t;
 }
 
-/* Partners from .. to - 1 of the block receive their side of the pairs. closing, opening: the weights, with
- * block steps. */
+/* Partners from .. to - 1 of the block receive their side of the pairs. */
 KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t, const struct block *b,
-                      size_t from, size_t to, const double *restrict out, const double *closing,
-                      const double *opening) {
+                      size_t from, size_t to, const double *restrict out) {
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
-  const bool weighs = pass->ticks != NULL,
-             outside = !weighs && pass->flag != NULL && pass->flag[b->of->i] != KITH_GAS;
+  const bool outside = pass->flag != NULL && pass->flag[b->of->i] != KITH_GAS;
   for (size_t k = from; k < to; k += KITH_LANES) {
     const double *value[KITH_LANES] = {out + k, out + k, out + k, out + k};
     kith_lanes node[KITH_LANES];
@@ -266,10 +260,8 @@ KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t, 
     for (size_t l = 0; l < KITH_LANES && k + l < to; ++l) {
       const size_t j = (size_t)(b->node[k + l] - t->begin);
       kith_lanes *given = t->given + j * t->groups;
-      given[ALL] += node[l];
-      if (weighs) given[CLOSING] += closing[k + l] * node[l];
-      if (weighs) given[OPENING] += opening[k + l] * node[l];
-      if (outside) given[OUTSIDE] += node[l];
+      given[0] += node[l];
+      if (outside) given[1] += node[l];
       t->signal[j] = KITH_MAX(t->signal[j], signal[k + l]);
     }
   }
@@ -280,20 +272,15 @@ KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *
                          struct sums *sums) {
   const size_t j = (size_t)(i - t->begin);
   const kith_lanes *given = t->given + j * t->groups;
-  for (int a = 0; a < NDIM; ++a) sums->force[a] -= given[ALL][a];
-  sums->heat += given[ALL][NDIM];
+  for (int a = 0; a < NDIM; ++a) sums->force[a] -= given[0][a];
+  sums->heat += given[0][NDIM];
   sums->signal = KITH_MAX(sums->signal, t->signal[j]);
-  for (int a = 0; pass->ticks != NULL && a <= NDIM; ++a) {
-    const double sign = a < NDIM ? -1 : 1;
-    sums->impulse[a] += sign * pass->kick->blocks->tick * given[CLOSING][a];
-    sums->opening[a] += sign * given[OPENING][a] / KITH_TICKS;
-  }
-  if (pass->ticks != NULL || pass->flag == NULL) return;
+  if (pass->flag == NULL) return;
   const double *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
-  sums->outside[NDIM] += given[OUTSIDE][NDIM];
+  sums->outside[NDIM] += given[1][NDIM];
   for (int a = 0; a < NDIM; ++a) {
-    sums->outside[a] -= given[OUTSIDE][a];
-    sums->outside[NDIM] -= given[OUTSIDE][a] * v[a];
+    sums->outside[a] -= given[1][a];
+    sums->outside[NDIM] -= given[1][a] * v[a];
   }
 }
 
@@ -310,7 +297,7 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct bloc
   couple(pass, b, out);
   walls(pass, of->i, b->node, n, out);
   if (weighs) weigh_block(pass, of->i, b->node, n, weight[0], weight[1]);
-  if (from < to) give(pass, tile, b, from - b->begin, to - b->begin, out, closing, opening);
+  if (from < to) give(pass, tile, b, from - b->begin, to - b->begin, out);
   double fastest = sums->signal;
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
@@ -544,10 +531,9 @@ static void pack(void *context, kith_index begin, kith_index end) {
 }
 
 /* Nodes of a tile: so many that most pairs lie within one, so few that threads share the tiles out evenly and
- * the caches hold them. With block steps runs of active nodes are short. */
-static kith_index tile_size(const struct kith_force_pass *pass, kith_index n) {
-  const kith_index most = pass->ticks != NULL ? 4 : 64;
-  return KITH_CHUNK * KITH_MAX(1, KITH_MIN(most, n / (64 * KITH_CHUNK)));
+ * the caches hold them. */
+static kith_index tile_size(kith_index n) {
+  return KITH_CHUNK * KITH_MAX(1, KITH_MIN(64, n / (64 * KITH_CHUNK)));
 }
 
 kith_status kith_force(struct kith_force_pass *pass) {
@@ -569,9 +555,9 @@ kith_status kith_force(struct kith_force_pass *pass) {
   pass->ticks = weighs ? pass->packed + packed : NULL;
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
-  pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical;
+  pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical && !weighs;
   pass->lanes = (int)size + pass->edges + KITH_PAIR_VALUES;
-  const kith_index chunk = pass->tiled ? tile_size(pass, internal) : KITH_CHUNK;
+  const kith_index chunk = pass->tiled ? tile_size(internal) : KITH_CHUNK;
   const size_t given = pass->tiled ? (size_t)chunk * (groups_of(pass) * KITH_LANES + 1) : 0;
   const struct kith_node_sweep sums = {
       .stage = "force",
