@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 /* The message of the last failure on this thread. */
 static _Thread_local char failure[1024];
@@ -32,6 +33,20 @@ const char *kith_failure(void) {
   return failure;
 }
 
+/* Large arrays are mapped in pages of 2 MiB where the system allows it: mapping 512 small ones takes several
+ * times as long as to clear them, and the set-up of a scene is full of it. */
+static void *allocate(size_t bytes) {
+  const size_t page = (size_t)1 << 21;
+#ifdef MADV_HUGEPAGE
+  if (bytes >= 4 * page) {
+    void *p = aligned_alloc(page, (bytes + page - 1) / page * page);
+    if (p != NULL) madvise(p, bytes / page * page, MADV_HUGEPAGE); /* advice: small pages do as well */
+    return p;
+  }
+#endif
+  return aligned_alloc(64, bytes);
+}
+
 /* The operating system maps a page when it is first touched; all threads share that cost. */
 static void zero(char *p, size_t bytes) {
   const size_t piece = (size_t)1 << 20;
@@ -47,7 +62,7 @@ kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
     if (count > (SIZE_MAX - 64) / size)
       KITH_FAIL(NO_MEMORY, "%zu elements of %zu bytes do not fit in memory", count, size);
     const size_t bytes = (count * size + 63) / 64 * 64;
-    fresh = aligned_alloc(64, bytes);
+    fresh = allocate(bytes);
     if (fresh == NULL) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);
     const size_t kept = old == NULL ? 0 : KITH_MIN(keep, count) * size;
     if (kept > 0) memcpy(fresh, old, kept);
