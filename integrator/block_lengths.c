@@ -28,6 +28,12 @@ static double aligned(double n) {
   return whole == 0 ? KITH_TICKS : (double)(whole & -whole);
 }
 
+/* What steps are rounded down from, at most the largest stable Courant number, unless the scene wants more. */
+static double longest_cfl(const struct kith_integrator *it) {
+  const double stable = it->package->ops->stable_cfl, longest = rounded * it->cfl;
+  return stable > 0 ? KITH_MIN(longest, KITH_MAX(stable, it->cfl)) : longest;
+}
+
 /* Numbers in [0, 1) that depend on node and time alone. */
 static double random_of(const struct kith_integrator *it, kith_index i, double salt) {
   const struct kith_blocks *b = kith_blocks_of(it);
@@ -42,7 +48,7 @@ static double random_of(const struct kith_integrator *it, kith_index i, double s
 static double limit_of(const struct kith_integrator *it, kith_index i) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const double limit =
-      it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, rounded * it->cfl).dt;
+      it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, longest_cfl(it)).dt;
   if (b->settings.seed == 0) return limit;
   return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
 }
@@ -66,16 +72,16 @@ static void range_of_limits(const struct kith_integrator *it, double factor, dou
 }
 
 /* The length of a base step that costs least per time: a part of what is left until the next output, no
- * longer than `longest`. Steps are rounded down to powers of two of it, so a shorter one may suit more nodes.
+ * longer than `longest` and at least half as long. Steps are rounded down to powers of two of it, so a shorter one may suit more nodes.
  * A tick costs about as much as an update of a tenth of the nodes, whatever it updates. */
 static double cheapest_base(const struct kith_integrator *it, double longest, double left) {
-  enum { PARTS = 8, LENGTHS = 3 * PARTS }; /* of an octave; all that are tried */
+  enum { LENGTHS = 8 }; /* that are tried, equally spaced in their logarithm */
   const double *restrict wanted = kith_blocks_of(it)->wanted->f64,
                          fewest = left > 0 ? ceil(left / longest) : 1;
   uint64_t updates[LENGTHS + 1] = {0};
   double length[LENGTHS], ticks[LENGTHS] = {0}, best = longest, least = INFINITY;
   for (int k = 0; k < LENGTHS; ++k) {
-    const double shorter = exp2((double)k / PARTS);
+    const double shorter = exp2((double)k / LENGTHS);
     length[k] = left > 0 ? left / ceil(fewest * shorter) : longest / shorter;
     uint64_t sum = 0;
     double most = 0;

@@ -97,8 +97,9 @@ struct kith_package_ops {
   size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
   /* Defaults of a hydro package, by figures (app/manual/methods.md): node spacings in 2 sigma, 0: those of
-   * kith_kernel_neighbors; Courant number. */
-  double spacings, cfl;
+   * kith_kernel_neighbors; Courant number; the largest one with which noise in gas at rest dies out, 0: at
+   * 1.4 times `cfl` it does. */
+  double spacings, cfl, stable_cfl;
   /* Before culling, from pairs and intersections that were just built: fills f_couple, by which every force
    * and heat of a pair is multiplied (connectivity.h). Only a package without `evaluate` has it. */
   kith_status (*couple)(struct kith_package *package, struct kith_connectivity *connectivity);

@@ -4,8 +4,8 @@
  *
  * The case: Sedov with 10^6 nodes (100^3; --set resolution=N), every node each step, double, adaptive
  * supports (60 neighbors in 3-D), Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve
- * order. Every package: with its defaults on one thread and on all, with the other traversal on one. Ratios
- * to the reference loops can be compared between machines.
+ * order. Every package, or that of --set method.package=NAME: with its defaults on one thread and on all, with
+ * the other traversal on one. Ratios to the reference loops can be compared between machines.
  *
  * The last line is the figure of merit: of the first package, with its defaults on all threads.
  *
@@ -257,7 +257,17 @@ static kith_status bench_package(const struct kith_options *options, const char 
   return status;
 }
 
+/* The package that the command line names, or NULL. */
+static const char *named_package(const struct kith_options *options) {
+  static const char key[] = "method.package=";
+  const char *name = NULL;
+  for (int k = 0; k < options->n_overrides; ++k)
+    if (strncmp(options->overrides[k], key, strlen(key)) == 0) name = options->overrides[k] + strlen(key);
+  return name;
+}
+
 static kith_status bench(const struct kith_options *options, int all) {
+  const char *only = named_package(options);
   double one, many;
   struct kith_fom fom, first;
   omp_set_num_threads(1);
@@ -268,7 +278,8 @@ static kith_status bench(const struct kith_options *options, int all) {
   printf("  reference: triad on 1 thread %.2f GB/s, on %d %.2f GB/s\n\n", 1e-9 * one, all, 1e-9 * many);
   printf("  %-40s %7s %11s %10s %10s %9s %13s\n", "case", "threads", "updates/s", "ns/update", "over plain",
          "rebuilds", "energy drift");
-  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
+  if (only != NULL) KITH_TRY(bench_package(options, only, all, 1e-9 * one, &first));
+  for (const struct kith_package_ops *const *p = kith_package_all(); only == NULL && *p != NULL; ++p) {
     KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one, &fom));
     if (p == kith_package_all()) first = fom;
   }

@@ -388,10 +388,15 @@ static void warn_of_materials(const struct kith_scene *scene) {
   }
 }
 
-void kith_simulation_warn(const struct kith_simulation *m) {
-  warn_of_mirrors(m->scene);
-  warn_of_materials(m->scene);
-  const struct kith_package *p = &m->package;
+static void warn_of_courant(const struct kith_simulation *m) {
+  const struct kith_package_ops *ops = m->package.ops;
+  const bool limits = m->integrator.fixed_dt == 0 && !m->integrator.scheme->implicit && ops->stable_cfl > 0;
+  if (limits && m->integrator.cfl > ops->stable_cfl)
+    fprintf(stderr, "kith: warning: scheme.cfl: %g is beyond %g, up to which gas at rest stays so with %s\n",
+            m->integrator.cfl, ops->stable_cfl, ops->name);
+}
+
+static void warn_of_neighbors(const struct kith_package *p) {
   const double most = kith_kernel_most_neighbors(p->kernel);
   if (p->neighbors <= most) return;
   fprintf(stderr,
@@ -399,6 +404,13 @@ void kith_simulation_warn(const struct kith_simulation *m) {
           "%.3g in %d-D; take %s\n",
           p->neighbors, kith_kernel_facts[p->kernel].name, most, NDIM,
           kith_kernel_facts[kith_kernel_unpaired(p->neighbors)].name);
+}
+
+void kith_simulation_warn(const struct kith_simulation *m) {
+  warn_of_mirrors(m->scene);
+  warn_of_materials(m->scene);
+  warn_of_courant(m);
+  warn_of_neighbors(&m->package);
 }
 
 void kith_simulation_destroy(struct kith_simulation **simulation) {

@@ -356,7 +356,9 @@ const struct kith_package_ops kith_package_mfm = {
     .spacings = NDIM == 3   ? 1.22 /* 55 neighbors: fewer, and gas at rest gives way on bcc lattices */
                 : NDIM == 2 ? 1.33 /* 20: half of the noise of 18 */
                             : 0,
-    .cfl = NDIM == 3 ? 0.4 : 0.3, /* a sound wave grows at 0.42, 0.45, 0.5 in 1-D, 2-D, 3-D */
+    .cfl = NDIM == 3 ? 0.4 : 0.3,
+    .stable_cfl = NDIM == 1 ? 0.38 : 0.4, /* noise grows from 0.42, 0.45, 0.46 in 1-D, 2-D, 3-D on, with block
+                                            * time steps from 0.40 (1-D) and 0.41 (3-D) */
     .bytes = mfm_bytes,
     .traits = mfm_traits,
     KITH_SETTINGS(params, mfm_settings),

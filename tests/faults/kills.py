@@ -24,7 +24,7 @@ kith = os.path.abspath(args.programs) + '/kith'
 choose = random.Random(args.seed)
 place = tempfile.mkdtemp(prefix='kith-kills-')
 os.chdir(place)
-open('tiny.yaml', 'w').write(SCENE % (400, 0.2, 'dt: 0.0004', 0.03))
+open('tiny.yaml', 'w').write(SCENE % (400, 0.1, 'dt: 0.0004', 0.03))
 
 
 def start(ranks, directory, *words):

@@ -87,6 +87,12 @@ done
 [[ $(<stderr) == "kith: warning: materials.lead: no region is of this material" ]] ||
   wrong "plan warned: $(<stderr)"
 
+# A Courant number beyond what the package bears.
+"$kith" plan tiny.yaml --set method.package=mfm --set scheme.cfl=0.5 >stdout 2>stderr ||
+  wrong "plan stopped at a large Courant number"
+[[ $(<stderr) == "kith: warning: scheme.cfl: 0.5 is beyond 0.38, up to which gas at rest stays so with mfm" ]] ||
+  wrong "plan warned: $(<stderr)"
+
 # The first dt of the plan is that of the run.
 planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
 ok "$kith" run tiny.yaml --quiet -o run --steps 1
