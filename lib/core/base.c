@@ -38,7 +38,7 @@ const char *kith_failure(void) {
 static void *allocate(size_t bytes) {
   const size_t page = (size_t)1 << 21;
 #ifdef MADV_HUGEPAGE
-  if (bytes >= 4 * page) {
+  if (bytes >= 4 * page && bytes <= SIZE_MAX - page) {
     void *p = aligned_alloc(page, (bytes + page - 1) / page * page);
     if (p != NULL) madvise(p, bytes / page * page, MADV_HUGEPAGE); /* advice: small pages do as well */
     return p;
