@@ -28,7 +28,7 @@ static double aligned(double n) {
   return whole == 0 ? KITH_TICKS : (double)(whole & -whole);
 }
 
-/* What steps are rounded down from, at most the largest stable Courant number, unless the scene wants more. */
+/* What steps are rounded down from: at most the stable Courant number, unless the scene wants more. */
 static double longest_cfl(const struct kith_integrator *it) {
   const double stable = it->package->ops->stable_cfl, longest = rounded * it->cfl;
   return stable > 0 ? KITH_MIN(longest, KITH_MAX(stable, it->cfl)) : longest;
@@ -72,8 +72,9 @@ static void range_of_limits(const struct kith_integrator *it, double factor, dou
 }
 
 /* The length of a base step that costs least per time: a part of what is left until the next output, no
- * longer than `longest` and at least half as long. Steps are rounded down to powers of two of it, so a shorter one may suit more nodes.
- * A tick costs about as much as an update of a tenth of the nodes, whatever it updates. */
+ * longer than `longest` and at least half as long. Steps are rounded down to powers of two of it, so a
+ * shorter one may suit more nodes. A tick costs about as much as an update of a tenth of the nodes, whatever
+ * it updates. */
 static double cheapest_base(const struct kith_integrator *it, double longest, double left) {
   enum { LENGTHS = 8 }; /* that are tried, equally spaced in their logarithm */
   const double *restrict wanted = kith_blocks_of(it)->wanted->f64,

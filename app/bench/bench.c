@@ -1,11 +1,11 @@
-/* bench.c - `kith bench`: node updates per second, and a roofline in words: for each stage its time per row
- * entry and pair, the bytes it has to move, and what that is of the bandwidth and of plain loops of the same
- * session.
+/* bench.c - `kith bench`: node updates per second, and a roofline in words: for each stage its time per
+ * row entry and pair, the bytes it has to move, and what that is of the bandwidth and of plain loops of the
+ * same session.
  *
  * The case: Sedov with 10^6 nodes (100^3; --set resolution=N), every node each step, double, adaptive
  * supports (60 neighbors in 3-D), Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve
- * order. Every package, or that of --set method.package=NAME: with its defaults on one thread and on all, with
- * the other traversal on one. Ratios to the reference loops can be compared between machines.
+ * order. Every package, or that of --set method.package=NAME: with its defaults on one thread and on all,
+ * with the other traversal on one. Ratios to the reference loops can be compared between machines.
  *
  * The last line is the figure of merit: of the first package, with its defaults on all threads.
  *

@@ -90,7 +90,8 @@ done
 # A Courant number beyond what the package bears.
 "$kith" plan tiny.yaml --set method.package=mfm --set scheme.cfl=0.5 >stdout 2>stderr ||
   wrong "plan stopped at a large Courant number"
-[[ $(<stderr) == "kith: warning: scheme.cfl: 0.5 is beyond 0.38, up to which gas at rest stays so with mfm" ]] ||
+[[ $(<stderr) == \
+  "kith: warning: scheme.cfl: 0.5 is beyond 0.38, up to which gas at rest stays so with mfm" ]] ||
   wrong "plan warned: $(<stderr)"
 
 # The first dt of the plan is that of the run.
