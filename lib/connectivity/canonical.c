@@ -74,11 +74,11 @@ static kith_status sort_rows(const struct kith_rows *rows, const struct kith_nod
 
 /* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */
 static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t *rank, uint64_t *id,
-                              kith_index *order) {
+                              struct kith_keyed *scratch, kith_index *order) {
   const size_t n = (size_t)kith_nodes_count(nodes);
 #pragma omp parallel for schedule(static)
   for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
-  KITH_TRY(kith_sfc_key_sort(n, id, nodes->image->i64, order));
+  KITH_TRY(kith_sfc_key_sort(n, id, nodes->image->i64, scratch, order));
 #pragma omp parallel for schedule(static)
   for (size_t k = 0; k < n; ++k) rank[order[k]] = (uint32_t)k;
   return KITH_OK;
@@ -87,9 +87,11 @@ static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t *rank, ui
 static kith_status sort_all(struct kith_connectivity *c, const struct kith_nodes *nodes) {
   const size_t n = (size_t)kith_nodes_count(nodes);
   uint64_t *id = NULL; /* and behind it the order and the ranks */
+  struct kith_keyed *scratch;
+  KITH_TRY(kith_nodes_work(nodes, 2 * n * sizeof *scratch, &scratch));
   KITH_TRY(kith_resize(&id, 0, 2 * n, sizeof *id));
   uint32_t *rank = (uint32_t *)(id + n) + n;
-  kith_status status = find_ranks(nodes, rank, id, (kith_index *)(id + n));
+  kith_status status = find_ranks(nodes, rank, id, scratch, (kith_index *)(id + n));
   if (status == KITH_OK) status = sort_rows(&c->rows, nodes, rank);
   if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, nodes, rank);
   kith_free(&id);

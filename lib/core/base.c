@@ -33,18 +33,38 @@ const char *kith_failure(void) {
   return failure;
 }
 
+enum { ALIGNMENT = 64, MAPPED = 1 << 20, LARGE_PAGE = 1 << 21, LARGE = 4 * LARGE_PAGE }; /* bytes */
+
 /* Large arrays are mapped in pages of 2 MiB where the system allows it: mapping 512 small ones takes several
  * times as long as to clear them, and the set-up of a scene is full of it. */
 static void *allocate(size_t bytes) {
-  const size_t page = (size_t)1 << 21;
 #ifdef MADV_HUGEPAGE
-  if (bytes >= 4 * page && bytes <= SIZE_MAX - page) {
+  const size_t page = LARGE_PAGE;
+  if (bytes >= LARGE && bytes <= SIZE_MAX - page) {
     void *p = aligned_alloc(page, (bytes + page - 1) / page * page);
     if (p != NULL) madvise(p, bytes / page * page, MADV_HUGEPAGE); /* advice: small pages do as well */
     return p;
   }
 #endif
-  return aligned_alloc(64, bytes);
+  return aligned_alloc(ALIGNMENT, bytes);
+}
+
+/* Gives *array more or fewer bytes, of which `kept` survive; false: no memory, and it is as it was. Where the
+ * library maps arrays (all of some size), realloc moves their pages instead of their bytes, and so keeps the
+ * alignment. */
+static bool reallocate(void **array, size_t kept, size_t bytes) {
+  if (kept >= MAPPED && bytes < LARGE) {
+    void *moved = realloc(*array, bytes);
+    if (moved == NULL) return false;
+    *array = moved;
+    if ((uintptr_t)moved % ALIGNMENT == 0) return true;
+  }
+  void *fresh = allocate(bytes);
+  if (fresh == NULL) return false;
+  if (kept > 0) memcpy(fresh, *array, kept);
+  free(*array);
+  *array = fresh;
+  return true;
 }
 
 /* The operating system maps a page when it is first touched; all threads share that cost. */
@@ -55,21 +75,20 @@ static void zero(char *p, size_t bytes) {
 }
 
 kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
-  void *old;
-  memcpy(&old, p, sizeof old);
-  void *fresh = NULL;
-  if (count > 0) {
-    if (count > (SIZE_MAX - 64) / size)
-      KITH_FAIL(NO_MEMORY, "%zu elements of %zu bytes do not fit in memory", count, size);
-    const size_t bytes = (count * size + 63) / 64 * 64;
-    fresh = allocate(bytes);
-    if (fresh == NULL) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);
-    const size_t kept = old == NULL ? 0 : KITH_MIN(keep, count) * size;
-    if (kept > 0) memcpy(fresh, old, kept);
-    zero((char *)fresh + kept, bytes - kept);
+  if (count == 0) {
+    kith_free(p);
+    return KITH_OK;
   }
-  free(old);
-  memcpy(p, &fresh, sizeof fresh);
+  if (count > (SIZE_MAX - ALIGNMENT) / size)
+    KITH_FAIL(NO_MEMORY, "%zu elements of %zu bytes do not fit in memory", count, size);
+  void *array;
+  memcpy(&array, p, sizeof array);
+  const size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT,
+               kept = array == NULL ? 0 : KITH_MIN(keep, count) * size;
+  const bool done = reallocate(&array, kept, bytes);
+  memcpy(p, &array, sizeof array);
+  if (!done) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);
+  zero((char *)array + kept, bytes - kept);
   return KITH_OK;
 }
 

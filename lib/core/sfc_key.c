@@ -1,8 +1,6 @@
 /* Keys of positions, and the order of space-filling-curve keys, with ties broken by a second number. */
 #include "lib/core/sfc_key.h"
 
-#include "lib/core/keyed.h"
-
 void kith_sfc_keys(const double *x, kith_index n, const double *lower, const double *upper, uint64_t *key) {
   double inverse_cell[NDIM];
   for (int a = 0; a < NDIM; ++a)
@@ -30,7 +28,8 @@ static kith_status sort_ties(size_t n, const int64_t *tie, struct kith_keyed *it
   return KITH_OK;
 }
 
-kith_status kith_sfc_key_sort(size_t n, const uint64_t *key, const int64_t *tie, kith_index *order) {
+kith_status kith_sfc_key_sort(size_t n, const uint64_t *key, const int64_t *tie, struct kith_keyed *scratch,
+                              kith_index *order) {
   if (n > INT32_MAX) KITH_FAIL(UNSUPPORTED, "cannot sort %zu keys: more than an index counts", n);
   size_t ordered = 1;
   while (ordered < n && in_order(key, tie, ordered - 1, ordered)) ++ordered;
@@ -38,12 +37,12 @@ kith_status kith_sfc_key_sort(size_t n, const uint64_t *key, const int64_t *tie,
     for (size_t i = 0; i < n; ++i) order[i] = (kith_index)i;
     return KITH_OK;
   }
-  struct kith_keyed *item = NULL;
-  KITH_TRY(kith_resize(&item, 0, 2 * n, sizeof *item));
+  struct kith_keyed *item = scratch, *spare = scratch + n;
+#pragma omp parallel for schedule(static) if (n > 4096)
   for (size_t i = 0; i < n; ++i) item[i] = (struct kith_keyed){key[i], (kith_index)i};
-  kith_status status = kith_keyed_sort(item, item + n, n);
-  if (status == KITH_OK && tie != NULL) status = sort_ties(n, tie, item, item + n);
-  for (size_t i = 0; status == KITH_OK && i < n; ++i) order[i] = item[i].node;
-  kith_free(&item);
-  return status;
+  KITH_TRY(kith_keyed_sort(item, spare, n));
+  if (tie != NULL) KITH_TRY(sort_ties(n, tie, item, spare));
+#pragma omp parallel for schedule(static) if (n > 4096)
+  for (size_t i = 0; i < n; ++i) order[i] = item[i].node;
+  return KITH_OK;
 }

@@ -4,7 +4,7 @@
 #ifndef KITH_CORE_SFC_KEY_H
 #define KITH_CORE_SFC_KEY_H
 
-#include "lib/core/base.h"
+#include "lib/core/keyed.h"
 
 enum { KITH_SFC_KEY_BITS = NDIM == 1 ? 52 : 63 / NDIM }; /* 1-D: the bits of a double's fraction */
 
@@ -53,7 +53,9 @@ static inline uint64_t kith_sfc_key_of_position(const double *x, const double *l
 /* Keys of x[n][NDIM] in the box lower .. upper, by threads; an axis without length has one cell. */
 void kith_sfc_keys(const double *x, kith_index n, const double *lower, const double *upper, uint64_t *key);
 
-/* Sorts `n` items by key, ties by tie[item] (NULL: by item number); order[n] is written. Radix sort, O(n). */
-kith_status kith_sfc_key_sort(size_t n, const uint64_t *key, const int64_t *tie, kith_index *order);
+/* Sorts `n` items by key, ties by tie[item] (NULL: by item number); order[n] is written, scratch[2 n]
+ * overwritten. Radix sort, O(n). */
+kith_status kith_sfc_key_sort(size_t n, const uint64_t *key, const int64_t *tie, struct kith_keyed *scratch,
+                              kith_index *order);
 
 #endif

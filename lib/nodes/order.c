@@ -62,8 +62,8 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead) {
 kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order) {
   size_t widest = 0;
   for (int f = 0; f < nodes->n_fields; ++f) widest = KITH_MAX(widest, kith_field_node_size(nodes->fields[f]));
-  char *scratch = NULL;
-  KITH_TRY(kith_resize(&scratch, 0, (size_t)nodes->n_internal, widest));
+  char *scratch;
+  KITH_TRY(kith_nodes_work(nodes, (size_t)nodes->n_internal * widest, &scratch));
   kith_nodes_drop_ghosts(nodes);
   enum { RUN = 1024 };
   const kith_index n = nodes->n_internal, runs = (n + RUN - 1) / RUN;
@@ -82,7 +82,6 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
       }
     }
   }
-  kith_free(&scratch);
   ++nodes->ghosts;
   return KITH_OK;
 }
@@ -90,10 +89,12 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
 kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *key, kith_index *order,
                                 bool *sorted) {
   *sorted = true;
+  struct kith_keyed *scratch;
+  KITH_TRY(kith_nodes_work(nodes, 2 * (size_t)nodes->n_internal * sizeof *scratch, &scratch));
   for (int l = 0; l < nodes->n_lists; ++l) {
     const kith_index first = nodes->lists[l].first, count = nodes->lists[l].count;
     if (count == 0) continue;
-    KITH_TRY(kith_sfc_key_sort((size_t)count, key + first, nodes->id->i64 + first, order + first));
+    KITH_TRY(kith_sfc_key_sort((size_t)count, key + first, nodes->id->i64 + first, scratch, order + first));
     for (kith_index k = first; k < first + count; ++k) {
       order[k] += first;
       if (order[k] != k) *sorted = false;

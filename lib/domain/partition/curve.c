@@ -23,8 +23,11 @@ kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *k
   struct kith_curve *curve = partition->self;
   const int64_t n = partition->cells->n;
   KITH_TRY(kith_resize(&curve->order, 0, (size_t)n, sizeof *curve->order));
-  KITH_TRY(kith_sfc_key_sort((size_t)n, key, NULL, curve->order));
-  return kith_curve_update(partition, NULL, owner);
+  struct kith_keyed *scratch = NULL;
+  KITH_TRY(kith_resize(&scratch, 0, 2 * (size_t)n, sizeof *scratch));
+  const kith_status status = kith_sfc_key_sort((size_t)n, key, NULL, scratch, curve->order);
+  kith_free(&scratch);
+  return status == KITH_OK ? kith_curve_update(partition, NULL, owner) : status;
 }
 
 void kith_curve_clear(struct kith_partition *partition) {

@@ -10,7 +10,28 @@ static void check_fail_of_fail(void) {
   CHECK(strcmp(kith_failure(), "a longer beginning than that: the reason, and an end") == 0);
 }
 
+/* Arrays of all sizes, from those of the heap to those in pages of 2 MiB, grow, shrink and keep what they
+ * should. */
+static void check_sizes(void) {
+  static const size_t count[] = {100,    20000,   200000, 500000, 300000, 1500000,
+                                 700000, 2000000, 150000, 10,     200000};
+  uint64_t *a = NULL;
+  size_t kept = 0;
+  for (size_t k = 0; k < sizeof count / sizeof *count; ++k) {
+    CHECK_OK(kith_resize(&a, kept, count[k], sizeof *a));
+    CHECK((uintptr_t)a % 64 == 0);
+    size_t wrong = 0;
+    for (size_t i = 0; i < count[k]; ++i) wrong += a[i] != (i < kept ? i + 1 : 0);
+    CHECK(wrong == 0);
+    for (size_t i = 0; i < count[k]; ++i) a[i] = i + 1;
+    kept = k + 1 < sizeof count / sizeof *count ? KITH_MIN(count[k], count[k + 1]) : 0;
+    if (k % 3 == 1) kept -= kept / 5;
+  }
+  kith_free(&a);
+}
+
 int main(void) {
+  check_sizes();
   double *a = NULL;
   CHECK_OK(kith_resize(&a, 0, 3, sizeof *a));
   CHECK((uintptr_t)a % 64 == 0 && a[0] == 0 && a[2] == 0);

@@ -20,13 +20,14 @@ enum { MOST = 50000 };
 static uint64_t key[MOST];
 static int64_t tie[MOST];
 static struct record record[MOST];
+static struct kith_keyed scratch[2 * MOST];
 static kith_index order[MOST + 1];
 
 static void check_sort(size_t n, bool ties) {
   for (size_t i = 0; i < n; ++i) record[i] = (struct record){key[i], ties ? tie[i] : 0, (kith_index)i};
   qsort(record, n, sizeof *record, compare);
   order[n] = -7;
-  CHECK_OK(kith_sfc_key_sort(n, key, ties ? tie : NULL, order));
+  CHECK_OK(kith_sfc_key_sort(n, key, ties ? tie : NULL, scratch, order));
   bool same = order[n] == -7;
   for (size_t i = 0; i < n; ++i) same = same && order[i] == record[i].number;
   CHECK(same);
