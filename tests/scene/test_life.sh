@@ -170,7 +170,7 @@ done
 rm -rf whole
 set -- --quiet --set output.every=0.05 --set output.checkpoint=5 --set output.checkpoint_at_end=true \
   --set until=0.2 \
-  --set scheme.dt=0.00004 --steps 4000
+  --set scheme.dt=0.0001 --steps 1600
 ok "$kith" run tiny.yaml "$@" -o whole
 
 # stopped_full WHAT CODE TEXT: one line, nothing half-written, and the last good checkpoint, if it got that

@@ -103,7 +103,7 @@ ok "$kith" run tiny.yaml --quiet -o run --steps 1
 # What costs more than a second is calibrated: the steps of the plan are those of the run within a tenth, and
 # settings that save time can be run as they are printed.
 tube=("$inputs/sod.yaml" --threads 1 --set dimension=1 --set arrangement=equal-mass
-  --set resolution=6000 --set until=0.1)
+  --set resolution=4000 --set until=0.1)
 shown "a calibration run took" "$kith" plan "${tube[@]}"
 planned=$(sed -n 's/^ *steps *about \([0-9]*\) .*/\1/p' stdout)
 mapfile -t cheaper < <(grep -o '[a-z]*\.[a-z]*=[-a-z]*:' stdout | tr -d :)
