@@ -18,8 +18,9 @@
  * exponential (without the last factor):
  *     sph: Sedov 72^2 .128 .139 .121, 26^3 .258 .254 .267, Noh 50^2 1.04 .91 .90, blasts .0222 .0214 .0223
  *     crk: Sedov 72^2 .122 .119 .124, 26^3 .233 .236 .237, Saltzman .178 .201 .172
- * mu is 0 for pairs that separate. Switches multiply alpha alone (Cullen and Dehnen 2010), unless Balsara's
- * factor is as in its source: then beta, too.
+ * mu is 0 for pairs that separate. The signal speed of a pair, max(1, (1 + 0.6 alpha) / 1.6) c_mean -
+ * beta mu, grows with alpha beyond 1 as in Monaghan (1992, ARA&A 30, 543). Switches multiply alpha alone
+ * (Cullen and Dehnen 2010), unless Balsara's factor is as in its source: then beta, too.
  * No loops over pairs: the functions vectorize in the loops of who calls them. */
 #ifndef KITH_PHYSICS_PASSES_VISCOSITY_H
 #define KITH_PHYSICS_PASSES_VISCOSITY_H
@@ -58,8 +59,9 @@ struct kith_viscosity_settings {
   double alpha, beta;
   enum kith_balsara balsara;
 };
-/* Rows of a parameter table for the settings `type`; choices: "|none|monaghan...", those that it has. */
-#define KITH_VISCOSITY_PARAMS(type, choices)                                                                \
+/* Rows of a parameter table for the settings `type`; choices: "|none|monaghan...", those that it has;
+ * linear: the default of alpha. */
+#define KITH_VISCOSITY_PARAMS(type, choices, linear)                                                        \
   {"name", KITH_PARAM_CHOICE, "limited", choices, "its form", KITH_INTO(type, viscosity.name)},             \
       {"balsara",                                                                                           \
        KITH_PARAM_CHOICE,                                                                                   \
@@ -70,7 +72,7 @@ struct kith_viscosity_settings {
        .needs = "name!=none"},                                                                              \
       {"alpha",                                                                                             \
        KITH_PARAM_NUMBER,                                                                                   \
-       "1",                                                                                                 \
+       linear,                                                                                              \
        "[0, inf)",                                                                                          \
        "linear coefficient",                                                                                \
        KITH_INTO(type, viscosity.alpha),                                                                    \
@@ -83,15 +85,17 @@ struct kith_viscosity_settings {
 /* What all pairs share. */
 struct kith_viscosity_constants {
   double alpha, beta; /* 0 without viscosity */
+  double signal;      /* the signal speed of a pair at rest, over its sound speed */
   double spacings;    /* H in mean node spacings */
   double limited;     /* 1: the velocity difference is limited */
   double factored;    /* 1: switches multiply beta, too */
 };
 static inline struct kith_viscosity_constants kith_viscosity_constants(
     const struct kith_viscosity_settings *settings, double neighbors) {
-  const bool viscous = settings->name != KITH_VISCOSITY_NONE;
-  return (struct kith_viscosity_constants){.alpha = viscous ? settings->alpha : 0,
-                                           .beta = viscous ? settings->beta : 0,
+  const double alpha = settings->name != KITH_VISCOSITY_NONE ? settings->alpha : 0;
+  return (struct kith_viscosity_constants){.alpha = alpha,
+                                           .beta = settings->name != KITH_VISCOSITY_NONE ? settings->beta : 0,
+                                           .signal = KITH_MAX((1 + 0.6 * alpha) / 1.6, 1.0),
                                            .spacings = kith_root_dim(neighbors / kith_ball()),
                                            .limited = settings->name == KITH_VISCOSITY_LIMITED,
                                            .factored = settings->balsara >= KITH_BALSARA_FACTOR};
@@ -183,7 +187,7 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
   p.mu = p.vx < 0 ? KITH_MIN(difference, 0.0) * p.inverse_r : 0;
 
   p.sound = 0.5 * sounds;
-  p.signal = r2 > 0 ? KITH_MAX(c->alpha, 1.0) * p.sound - c->beta * p.mu : 0;
+  p.signal = r2 > 0 ? c->signal * p.sound - c->beta * p.mu : 0;
   return p;
 }
 

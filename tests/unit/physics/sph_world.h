@@ -400,7 +400,7 @@ static inline void truth_rates(const struct world *w, struct truth *t) {
       const double fj =
           m[j] * t->pressure[j] / (t->density[j] * t->density[j]) * (m[i] - t->grad_h_term[j]) * gj;
       const double fq = m[i] * m[j] * pi * (gi + gj) / 2;
-      signal = fmax(signal, fmax(1, w->viscosity.alpha) * sound - w->viscosity.beta * mu);
+      signal = fmax(signal, fmax(1, (1 + 0.6 * w->viscosity.alpha) / 1.6) * sound - w->viscosity.beta * mu);
       for (int a = 0; a < NDIM; ++a) {
         force[a] -= (fi + fj + fq) * p->x[a];
         work += (fi + fq / 2) * p->x[a] * (v[i * NDIM + a] - p->sign[a] * v[j * NDIM + a]);

@@ -165,7 +165,7 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
         force[a] += (1 - smooth) * (own + other + central) * p->x[a];
         heat += (1 - smooth) * (own + 0.5 * central) * p->x[a] * jump;
       }
-      if (p->r > 0) signal = fmax(signal, fmax(1, alpha) * sound - beta * mu);
+      if (p->r > 0) signal = fmax(signal, fmax(1, (1 + 0.6 * alpha) / 1.6) * sound - beta * mu);
     }
     const double mass = w->hydro.mass->f64[i];
     for (int a = 0; a < NDIM; ++a) t->acceleration[i][a] = force[a] / mass;
