@@ -9,7 +9,7 @@
  *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-s_mean alpha c_mean mu + beta mu^2),
  *     mu and Balsara's factor s as in viscosity.h                                                     (6)
  * alpha is 1.5, half more than in the other packages: behind shocks velocities scatter 1.7 times less than
- * with 1, noise dies out twice as fast, and six more values of `kith stress` pass (methods.md: the price).
+ * with 1, noise dies out twice as fast, and more values of `kith stress` pass (methods.md: the price).
  * The work f . (v_j - v_i) of a pair is shared evenly except for the pressures: where it heats the pair, the
  * node of lower pressure gets the larger part, as in the paper; where it cools the pair, the node of higher
  * pressure gives the larger part, so that a cold node does not lose energy to a hot one.
