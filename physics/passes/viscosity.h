@@ -92,9 +92,10 @@ struct kith_viscosity_constants {
 };
 static inline struct kith_viscosity_constants kith_viscosity_constants(
     const struct kith_viscosity_settings *settings, double neighbors) {
-  const double alpha = settings->name != KITH_VISCOSITY_NONE ? settings->alpha : 0;
+  const bool viscous = settings->name != KITH_VISCOSITY_NONE;
+  const double alpha = viscous ? settings->alpha : 0;
   return (struct kith_viscosity_constants){.alpha = alpha,
-                                           .beta = settings->name != KITH_VISCOSITY_NONE ? settings->beta : 0,
+                                           .beta = viscous ? settings->beta : 0,
                                            .signal = KITH_MAX((1 + 0.6 * alpha) / 1.6, 1.0),
                                            .spacings = kith_root_dim(neighbors / kith_ball()),
                                            .limited = settings->name == KITH_VISCOSITY_LIMITED,
