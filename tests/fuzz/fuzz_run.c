@@ -25,9 +25,9 @@
 #ifdef KITH_SANITIZE
 enum { SECONDS = 300, MEGABYTES = 0, RUNS = 80 }; /* shadow memory takes all addresses */
 #else
-enum { SECONDS = 100, MEGABYTES = 600, RUNS = 300 };
+enum { SECONDS = 100, MEGABYTES = 600, RUNS = 100 };
 #endif
-enum { MOST = 256, LONGEST = 1 << 15, PATH = 512, CHANGES = 5, STEPS = 3 };
+enum { MOST = 256, LONGEST = 1 << 15, PATH = 512, SETTING = 336, CHANGES = 5, STEPS = 3 };
 
 static size_t below(uint64_t *seed, size_t n) {
   return (size_t)(check_random(seed) * (double)n);
@@ -187,7 +187,7 @@ static void draw_value(const struct key *key, uint64_t *seed, char value[128]) {
   }
 }
 
-static void draw_setting(const struct seed_scene *scene, uint64_t *seed, char text[256]) {
+static void draw_setting(const struct seed_scene *scene, uint64_t *seed, char text[SETTING]) {
   const struct key *key = &keys[below(seed, (size_t)n_keys)];
   char value[128], path[200] = "";
   for (const char *c = key->path; *c != '\0'; ++c) {
@@ -196,7 +196,7 @@ static void draw_setting(const struct seed_scene *scene, uint64_t *seed, char te
     snprintf(path + n, sizeof path - n, "%s", *c == '$' ? scene->material : letter);
   }
   draw_value(key, seed, value);
-  snprintf(text, 256, "%s%s%s", path, below(seed, 4) == 0 ? "=" : "?=", value);
+  snprintf(text, SETTING, "%s%s%s", path, below(seed, 4) == 0 ? "=" : "?=", value);
 }
 
 /* A piece goes, comes twice, or is another number. */
@@ -228,7 +228,7 @@ static void change_text(char *text, uint64_t *seed) {
 /* ---- runs */
 
 struct run {
-  char directory[PATH], path[PATH], restart[PATH], settings[CHANGES + 5][256];
+  char directory[PATH], path[PATH], restart[PATH], settings[CHANGES + 5][SETTING];
   struct kith_options options;
   int log;
 };
@@ -253,12 +253,12 @@ static void draw_run(struct run *run, uint64_t *seed) {
     if (f == NULL || fputs(text, f) < 0 || fclose(f) != 0) abort();
     o->subject = run->path;
   }
-  snprintf(run->settings[n++], 256, "dimension=%d", NDIM);
-  snprintf(run->settings[n++], 256, "resolution=%g", scene->resolution);
-  if (below(seed, 8) > 0) snprintf(run->settings[n++], 256, "exact=~"); /* some take most of the time */
+  snprintf(run->settings[n++], SETTING, "dimension=%d", NDIM);
+  snprintf(run->settings[n++], SETTING, "resolution=%g", scene->resolution);
+  if (below(seed, 8) > 0) snprintf(run->settings[n++], SETTING, "exact=~"); /* some take most of the time */
   for (size_t k = below(seed, CHANGES + 1); k > 0; --k) draw_setting(scene, seed, run->settings[n++]);
-  snprintf(run->settings[n++], 256, "output.checkpoint_at_end=true");
-  if (below(seed, 200) > 0) snprintf(run->settings[n++], 256, "output.plot=false");
+  snprintf(run->settings[n++], SETTING, "output.checkpoint_at_end=true");
+  if (below(seed, 200) > 0) snprintf(run->settings[n++], SETTING, "output.plot=false");
   for (int k = 0; k < n; ++k) o->overrides[o->n_overrides++] = run->settings[k];
 }
 
