@@ -191,7 +191,7 @@ settings=("$@") resumed=0
 
 # Files may not grow beyond so many KiB: first a snapshot is too large (room for it is claimed ahead), then
 # the history.
-for ((limit = 1; resumed < 2 && limit < 500; limit += 1 + limit / 8)); do
+for ((limit = 1; resumed < 2 && limit < 500; limit += 1 + limit / 4)); do
   rm -rf parts
   (ulimit -f $limit && exec "$kith" run tiny.yaml "$@" -o parts) >/dev/null 2>stderr
   stopped_full "files of at most $limit KiB" $? "cannot write: File too large"
