@@ -5,13 +5,14 @@ inputs=$(readlink -f "$2")
 source "$(dirname "$0")/common.sh"
 
 # shown TEXT COMMAND...: ends with 0, its output holds TEXT (blanks and line ends squeezed), none is longer
-# than 100 columns; nothing is left. A command that is the one before is not run again.
+# than 100 columns; nothing is left. The same command again is not run again.
 previous=
 shown() {
   local text=$1
   shift
   if [[ $* == "$previous" ]]; then cp plan.txt stdout; else ok "$@"; fi
-  previous=$* && cp stdout plan.txt
+  cp stdout plan.txt
+  previous=$*
   [[ $(tr -s ' \n' ' ' <stdout) == *"$text"* ]] || wrong "$* lacks '$text'"
   awk 'length > 100 {exit 1}' stdout || wrong "$* has a line beyond 100 columns"
   [[ ! -e out ]] || wrong "$* wrote something"
