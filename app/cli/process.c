@@ -13,9 +13,9 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
+#include "lib/io/child.h"
 
 kith_status kith_programs_find(struct kith_programs *p) {
   char self[PATH_MAX];
@@ -65,10 +65,7 @@ kith_status kith_process_run(char *const *words, const char *log, double cpu_lim
   const pid_t child = fork();
   if (child < 0) KITH_FAIL(BAD_FILE, "cannot start %s: %s", words[0], strerror(errno));
   if (child == 0) become(words, log, cpu_limit);
-  int result;
-  while (waitpid(child, &result, 0) < 0)
-    if (errno != EINTR) KITH_FAIL(BAD_FILE, "lost %s: %s", words[0], strerror(errno));
-  *code = WIFEXITED(result) ? WEXITSTATUS(result) : -WTERMSIG(result);
+  *code = kith_child_wait(child);
   return KITH_OK;
 }
 
@@ -115,7 +112,7 @@ double kith_process_age(void) {
 kith_status kith_gnuplot_run(const char *directory, const char *name) {
   char script[64], log[KITH_PATH + 64];
   char *const words[] = {"/usr/bin/env", "-C", (char *)(uintptr_t)directory, "gnuplot", script, NULL};
-  int code;
+  int code = 0;
   if (access(directory, X_OK) != 0) KITH_FAIL(BAD_FILE, "%s: no directory to draw in", directory);
   snprintf(script, sizeof script, "%s.gp", name);
   snprintf(log, sizeof log, "%.*s/%s.log", KITH_PATH, directory, name);

@@ -10,8 +10,8 @@
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
+#include "lib/io/child.h"
 
 static const int caught[] = {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2};
 enum { CAUGHT = sizeof caught / sizeof *caught };
@@ -104,7 +104,6 @@ static kith_status words_of(int ranks, char *const *own, char **words, int most)
 kith_status kith_signals_launch(int ranks, char *const *own, enum kith_exit *code) {
   enum { MOST_WORDS = 512 };
   char *words[MOST_WORDS];
-  int result;
   KITH_TRY(words_of(ranks, own, words, MOST_WORDS));
   fflush(NULL);
   const pid_t mpirun = fork();
@@ -112,9 +111,7 @@ kith_status kith_signals_launch(int ranks, char *const *own, enum kith_exit *cod
   if (mpirun == 0) become_mpirun(words);
   child = mpirun;
   handle_with(pass_on, SA_RESTART);
-  while (waitpid(mpirun, &result, 0) < 0)
-    if (errno != EINTR) KITH_FAIL(BAD_FILE, "--ranks %d: lost mpirun: %s", ranks, strerror(errno));
-  const int exited = WIFEXITED(result) ? WEXITSTATUS(result) : 128 + WTERMSIG(result);
+  const int result = kith_child_wait(mpirun), exited = result >= 0 ? result : 128 - result;
   *code = exited < 128 ? (enum kith_exit)exited : KITH_EXIT_FAILED;
   if (exited < 128 && stop < 2) return KITH_OK;
   if (stop != 0) KITH_FAIL(BAD_FILE, "stopped at once; what was written before is whole");

@@ -2,14 +2,9 @@
  * as well: failures are counted and told once. */
 #include "lib/io/series.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <hdf5.h>
-#include <signal.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include "lib/io/child.h"
 
 enum { FIXED = 2 }; /* columns before those of the series: time, step */
 
@@ -141,8 +136,9 @@ static void append(hid_t group, const struct kith_series *series, int k, const v
   H5Dclose(id);
 }
 
-/* What is done to an open file. */
+/* What is done to a file. */
 struct job {
+  const char *path;
   const struct kith_series *series;
   int count;
   bool create, resume;
@@ -167,49 +163,39 @@ static bool carry_out(hid_t file, const struct job *job) {
 
 enum outcome { DONE, FAILED, OTHER };
 
-static enum outcome work(const char *path, const struct job *job) {
+static int work(void *of) {
+  const struct job *job = of;
   int failures = 0;
   H5E_auto2_t handler;
   void *data;
   H5Eget_auto2(H5E_DEFAULT, &handler, &data);
   H5Eset_auto2(H5E_DEFAULT, count_failure, &failures);
-  const hid_t file = job->create ? H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)
-                                 : H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t file = job->create ? H5Fcreate(job->path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)
+                                 : H5Fopen(job->path, H5F_ACC_RDWR, H5P_DEFAULT);
   const bool same = file < 0 || carry_out(file, job);
   if (file >= 0) H5Fclose(file);
   H5Eset_auto2(H5E_DEFAULT, handler, data);
   return !same ? OTHER : failures > 0 || file < 0 ? FAILED : DONE;
 }
 
-/* In a process of its own, which what HDF5 cannot write may bring down, see snapshot.c. */
-static kith_status with_file(const char *path, const struct job *job) {
-  int status = 0;
-  const pid_t child = fork();
-  if (child == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    dup2(open("/dev/null", O_WRONLY | O_CLOEXEC), STDERR_FILENO);
-    _exit((int)work(path, job));
-  }
-  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-  const enum outcome outcome = child < 0            ? work(path, job)
-                               : !WIFEXITED(status) ? FAILED
-                                                    : (enum outcome)WEXITSTATUS(status);
-  if (outcome == OTHER) KITH_FAIL(BAD_FILE, "%s: it has other probes than the scene", path);
-  if (outcome != DONE) KITH_FAIL(BAD_FILE, "%s: HDF5 cannot write it", path);
+static kith_status with_file(struct job job) {
+  const int outcome = kith_child_run(work, &job);
+  if (outcome == OTHER) KITH_FAIL(BAD_FILE, "%s: it has other probes than the scene", job.path);
+  if (outcome != DONE) KITH_FAIL(BAD_FILE, "%s: HDF5 cannot write it", job.path);
   return KITH_OK;
 }
 
 kith_status kith_series_create(const char *path, const struct kith_series *series, int count) {
-  return with_file(path, &(struct job){.series = series, .count = count, .create = true});
+  return with_file((struct job){path, .series = series, .count = count, .create = true});
 }
 
 kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step) {
-  return with_file(path, &(struct job){.series = series, .resume = true, .step = step});
+  return with_file((struct job){path, .series = series, .resume = true, .step = step});
 }
 
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,
                                const double *const *values) {
-  return with_file(path, &(struct job){.series = series, .time = time, .step = step, .values = values});
+  return with_file((struct job){path, .series = series, .time = time, .step = step, .values = values});
 }
 
 static kith_status read_samples(hid_t data, int64_t sample, double **values, size_t *n, size_t *each) {

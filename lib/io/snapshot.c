@@ -4,20 +4,17 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <hdf5.h>
-#include <signal.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include "lib/io/atomic_file.h"
+#include "lib/io/child.h"
 #include "lib/nodes/migrate.h"
 
 enum { CELL_DATA = 3 }; /* data sets of the cells */
 
 /* What rank 0 finds out, in memory that two processes share. */
 struct layout {
-  bool done;
   int error;       /* errno of the first failure */
   char failed[96]; /* what was written then; empty: none */
   haddr_t end;     /* bytes of the file */
@@ -260,39 +257,43 @@ static kith_status failed(const struct writer *w) {
   KITH_FAIL(BAD_FILE, "%s: cannot write: %s", w->out->path, strerror(errno != 0 ? errno : EIO));
 }
 
-static void lay_out(struct writer *w, const struct kith_nodes *nodes, size_t n,
-                    const struct kith_snapshot_info *info) {
+/* What there is to lay out: n nodes, frozen ones too. */
+struct contents {
+  struct writer *w;
+  const struct kith_nodes *nodes;
+  size_t n;
+  const struct kith_snapshot_info *info;
+};
+
+/* 0; 1 if HDF5 cannot even start. */
+static int lay_out(void *contents) {
+  const struct contents *of = contents;
+  struct writer *w = of->w;
   w->now = "the beginning of the file";
   errno = 0;
   const bool ready = H5open() >= 0 && H5Eset_auto2(H5E_DEFAULT, note_failure, w) >= 0;
   w->file = H5Fcreate(w->out->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  lay_out_all(w, nodes, n, info);
+  lay_out_all(w, of->nodes, of->n, of->info);
   w->now = "the end of the file";
   H5Fflush(w->file, H5F_SCOPE_LOCAL);
   H5Fget_eoa(w->file, &w->layout->end);
   H5Fclose(w->file);
-  w->layout->done = ready;
+  return !ready;
 }
 
-/* By rank 0: all but the values, and room for these. HDF5 1.10 cannot close a file that it cannot write, nor
- * always survive a lack of memory, and brings the program down then or at its end. So it works in a process
- * of its own, which ends without its consent; in this one only where there can be no other. */
-static kith_status lay_out_apart(struct writer *w, const struct kith_nodes *nodes, size_t n,
-                                 const struct kith_snapshot_info *info) {
-  const pid_t child = fork();
-  if (child == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    dup2(open("/dev/null", O_WRONLY | O_CLOEXEC), STDERR_FILENO);
-  }
-  if (child <= 0) lay_out(w, nodes, n, info);
-  if (child == 0) _exit(0);
-  while (child > 0 && waitpid(child, NULL, 0) < 0 && errno == EINTR) continue;
+/* By rank 0: all but the values, and room for these. */
+static kith_status lay_out_apart(struct contents *of) {
+  const struct writer *w = of->w;
   const struct layout *layout = w->layout;
+  int ended = kith_child_run(lay_out, of);
+  /* Ended by a signal though nothing had failed: it came from outside, and the file can be begun again. */
+  if (ended < 0 && layout->error == 0 && layout->failed[0] == '\0') ended = kith_child_run(lay_out, of);
   errno = layout->error;
   if (errno != 0) return failed(w);
-  if (!layout->done || layout->failed[0] != '\0')
-    KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", w->out->path,
-              layout->failed[0] != '\0' ? layout->failed : "its start");
+  if (layout->failed[0] != '\0')
+    KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 failed at %s", w->out->path, layout->failed);
+  if (ended < 0) KITH_FAIL(BAD_FILE, "%s: cannot write: signal %d ended HDF5", w->out->path, -ended);
+  if (ended > 0) KITH_FAIL(BAD_FILE, "%s: cannot write: HDF5 does not start", w->out->path);
   errno = posix_fallocate(w->descriptor, 0, (off_t)layout->end);
   return errno == 0 ? KITH_OK : failed(w);
 }
@@ -418,7 +419,7 @@ static kith_status write_file(struct kith_atomic_file **file, const struct kith_
   kith_status status = find_part(&part, nodes, info->frozen);
   w.layout = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (w.layout == MAP_FAILED) status = kith_fail(KITH_NO_MEMORY, "no memory to write %s", (*file)->path);
-  if (status == KITH_OK && first) status = lay_out_apart(&w, nodes, part.total, info);
+  if (status == KITH_OK && first) status = lay_out_apart(&(struct contents){&w, nodes, part.total, info});
   status = kith_ranks_allreduce_status(nodes->ranks, status);
   if (status == KITH_OK) {
     kith_ranks_broadcast(nodes->ranks, 0, w.layout, bytes);

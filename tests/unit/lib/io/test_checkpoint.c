@@ -8,9 +8,9 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include "lib/io/checkpoint.h"
+#include "lib/io/child.h"
 #include "tests/check.h"
 
 static char directory[] = "checkpoint-test-XXXXXX";
@@ -272,7 +272,7 @@ static void killed(void) {
       for (;;) save(in("killed"), nodes, 2);
     usleep(500 + 1700 * (useconds_t)k);
     kill(child, SIGKILL);
-    waitpid(child, NULL, 0);
+    kith_child_wait(child);
     const double value = first_extra(in("killed"));
     CHECK(value == 1 || value == 2);
     CHECK(!exists(in("killed.previous")) || first_extra(in("killed.previous")) >= 1);

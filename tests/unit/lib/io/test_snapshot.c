@@ -1,8 +1,10 @@
 /* Snapshots: the layout that ParaView 5.11 and yt 4.1 need, read back with HDF5. */
 #include <hdf5.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -292,6 +294,32 @@ static void failures(void) {
   kith_nodes_destroy(&nodes);
 }
 
+/* A process that is killed before it has written anything is begun again once. */
+static int *kills; /* still to come, in memory that processes share */
+static void killed(void) {
+  if (*kills == 0) return;
+  --*kills;
+  raise(SIGKILL);
+}
+
+static void killed_processes(void) {
+  struct kith_nodes *nodes = make(N, 0);
+  kills = mmap(NULL, sizeof *kills, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  *kills = 0;
+  CHECK(pthread_atfork(NULL, NULL, killed) == 0);
+  for (int n = 0; n < 3; ++n) {
+    *kills = n;
+    const kith_status status = kith_snapshot_write(in("a.hdf"), nodes, &info);
+    CHECK(*kills == 0 && status == (n < 2 ? KITH_OK : KITH_BAD_FILE));
+    const hid_t file = H5Fopen(in("a.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+    cells(file, N);
+    H5Fclose(file);
+  }
+  CHECK(strstr(kith_failure(), "a.hdf: cannot write: signal 9 ended HDF5") != NULL);
+  munmap(kills, sizeof *kills);
+  kith_nodes_destroy(&nodes);
+}
+
 int main(void) {
   static const char *const files[] = {"a.hdf", "b.hdf", "frozen.hdf", "empty.hdf", "long.hdf"};
   CHECK(mkdtemp(directory) != NULL);
@@ -300,6 +328,7 @@ int main(void) {
   empty();
   long_note();
   failures();
+  killed_processes();
   for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in(files[k]));
   CHECK(rmdir(directory) == 0);
   return check_failed();

@@ -1,0 +1,43 @@
+/* child.c - fork, work, wait. */
+#include "lib/io/child.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* Clang's OpenMP registers each process by a file in shared memory, a forked one too, and removes it at its
+ * exit only, which a child does not take that _exit or another program ends. Such files pile up, and an empty
+ * one (of a process that may write no files) ends a later process of that number by SIGBUS. */
+static void forget_openmp(pid_t child) {
+#ifdef __clang__
+  char name[64];
+  snprintf(name, sizeof name, "/__KMP_REGISTERED_LIB_%d_%d", (int)child, (int)getuid());
+  shm_unlink(name);
+#endif
+  (void)child;
+}
+
+int kith_child_wait(pid_t child) {
+  siginfo_t ended; /* first without taking it: its number is not given to another process before */
+  int status = 0;
+  while (waitid(P_PID, (id_t)child, &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) continue;
+  forget_openmp(child);
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+int kith_child_run(int (*work)(void *), void *of) {
+  const pid_t child = fork();
+  if (child < 0) return work(of);
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    dup2(open("/dev/null", O_WRONLY | O_CLOEXEC), STDERR_FILENO);
+    _exit(work(of));
+  }
+  return kith_child_wait(child);
+}
