@@ -92,17 +92,36 @@ static bool is_source(const struct kith_build *build, kith_index node, bool idle
   return !idle || (node < build->nodes->n_internal && !kith_node_active(build->nodes, node));
 }
 
+/* Packs the runs of internal nodes whose slots are in order; the rest is left. */
+static kith_status pack_in_order(struct kith_worker *worker, const struct kith_search *search,
+                                 const struct group *group, int *first_run) {
+  struct kith_packed *near = &worker->near;
+  size_t all = KITH_PACKED_ROOM;
+  for (int r = 0; r < worker->runs.n; ++r) all += (size_t)worker->runs.run[r].count;
+  KITH_TRY(kith_packed_reserve(near, (size_t)near->n + all));
+  for (; *first_run < worker->runs.n; ++*first_run) {
+    struct kith_run *run = &worker->runs.run[*first_run];
+    const kith_index internal = KITH_MIN(run->count, search->n_internal - run->first);
+    if (internal > 0)
+      kith_packed_add(near, search, (struct kith_run){run->first, internal}, &group->box, group->radius2);
+    if (internal == run->count) continue;
+    if (internal > 0) *run = (struct kith_run){search->n_internal, run->count - internal};
+    break;
+  }
+  return KITH_OK;
+}
+
 /* Keys of the slots within range of the box, internal nodes and ghosts apart, n[0] and n[1] of them: each of
  * the two is nearly ascending. key: arrays for all candidates; the spare one holds the slots first. */
 static kith_status collect(struct kith_worker *worker, const struct kith_build *build,
-                           const struct group *group, uint64_t *key[3], size_t n[2]) {
+                           const struct group *group, int first_run, uint64_t *key[3], size_t n[2]) {
   const struct kith_search *search = build->search;
   size_t all = 0, within = 0;
-  for (int r = 0; r < worker->runs.n; ++r) all += (size_t)worker->runs.run[r].count;
+  for (int r = first_run; r < worker->runs.n; ++r) all += (size_t)worker->runs.run[r].count;
   KITH_TRY(kith_reserve(&worker->key, &worker->key_capacity, 3 * all, sizeof *worker->key));
   for (int k = 0; k < 3; ++k) key[k] = worker->key + (size_t)k * all;
   kith_index *slot = (kith_index *)key[2];
-  for (int r = 0; r < worker->runs.n; ++r)
+  for (int r = first_run; r < worker->runs.n; ++r)
     within += kith_box_slots(search, worker->runs.run[r], &group->box, group->radius2, slot + within);
   const bool idle = serves_idle(build, group);
   if (build->column != NULL || idle) {
@@ -159,16 +178,25 @@ static kith_status add_candidates(struct kith_worker *worker, const struct kith_
   const int from = near->n;
   uint64_t *key[3];
   size_t n[2];
+  int first_run = 0;
   worker->runs.n = 0;
   KITH_TRY(search->ops->coarse(search, &group->box, group->radius, modes[build->cutoff], &worker->runs));
-  KITH_TRY(collect(worker, build, group, key, n));
-  KITH_TRY(kith_packed_reserve(near, (size_t)from + n[0] + n[1]));
+  if (search->in_order && build->column == NULL && !serves_idle(build, group)) {
+    KITH_TRY(pack_in_order(worker, search, group, &first_run));
+    const size_t end = (size_t)near->n;
+    for (size_t p = kith_lower_bound(near->node, (size_t)from, end, targets.first);
+         p < end && near->node[p] < targets.first + targets.count; ++p)
+      self[near->node[p] - targets.first] = (int)p;
+  }
+  const int packed = near->n;
+  KITH_TRY(collect(worker, build, group, first_run, key, n));
+  KITH_TRY(kith_packed_reserve(near, (size_t)packed + n[0] + n[1]));
   /* Slots nearly follow the nodes. Sorted keys may end in the spare array: each part is packed before the
    * next is sorted. */
   for (int part = 0; part < 2; ++part)
     pack(near, search, build->unsorted ? key[part] : kith_keys_sort(key[part], key[2], n[part]),
-         from + (part == 0 ? 0 : (int)n[0]), (int)n[part], targets, self);
-  kith_packed_close(near, from + (int)(n[0] + n[1]));
+         packed + (part == 0 ? 0 : (int)n[0]), (int)n[part], targets, self);
+  kith_packed_close(near, packed + (int)(n[0] + n[1]));
   if (modes[build->cutoff] == KITH_GATHER) /* radii of sources do not count */
     for (int p = from; p < near->n; ++p) near->radius2[p] = -1;
   if (build->shifts != NULL) shift_packed(near, build, s, from);

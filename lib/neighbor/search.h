@@ -127,7 +127,7 @@ struct kith_search {
   int n_groups;
   size_t groups_capacity;
   struct kith_run *group;
-  bool in_order; /* slots of internal nodes have their numbers, and groups of them follow one another */
+  bool in_order; /* slots of internal nodes have their numbers; groups of them, and runs that are found, ascend */
   uint8_t *near; /* [capacity] by slot, scratch of kith_search_near */
   uint64_t count[KITH_SEARCH_COUNTERS]; /* what the last update did */
 };

@@ -202,3 +202,63 @@ size_t kith_box_slots(const struct kith_search *search, struct kith_run run, con
                       double target_radius2, kith_index *slot) {
   return box_slots(search, run, box, target_radius2, slot);
 }
+
+/* Appends these at the end of the packed nodes; written in any case, kept if it counts. */
+KITH_HOT static void add_slots(struct kith_packed *packed, const struct kith_search *search,
+                               struct kith_run run, const struct kith_box *box, double target_radius2) {
+  kith_index slot[LANES];
+  for (kith_index s = run.first; s < run.first + run.count; s += LANES) {
+    const struct kith_run part = {s, KITH_MIN(LANES, run.first + run.count - s)};
+    const int found = (int)box_slots(search, part, box, target_radius2, slot), from = packed->n;
+    for (int k = 0; k < found; ++k) {
+      packed->node[from + k] = slot[k];
+      for (int a = 0; a < NDIM; ++a) packed->coordinate[a][from + k] = search->coordinate[a][slot[k]];
+      packed->radius2[from + k] = search->radius2[slot[k]];
+    }
+    packed->n += found;
+  }
+}
+
+#ifdef __x86_64__
+/* The same: what is tested is compressed and stored as it is. */
+__attribute__((target("avx512f"))) static void add_slots_wide(struct kith_packed *packed,
+                                                              const struct kith_search *search,
+                                                              struct kith_run run,
+                                                              const struct kith_box *box,
+                                                              double target_radius2) {
+  const __m512d zero = _mm512_setzero_pd(), target = _mm512_set1_pd(target_radius2);
+  const __m512i ascending = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 0, 0, 0, 0, 0, 0, 0, 0);
+  int n = packed->n;
+  for (kith_index s = run.first; s < run.first + run.count; s += 8) {
+    const __mmask8 all = (__mmask8)((1u << KITH_MIN(8, run.first + run.count - s)) - 1);
+    const __m512d r2 = _mm512_maskz_loadu_pd(all, search->radius2 + s);
+    __m512d d2 = zero, c[NDIM];
+    for (int a = 0; a < NDIM; ++a) {
+      c[a] = _mm512_maskz_loadu_pd(all, search->coordinate[a] + s);
+      const __m512d below = _mm512_sub_pd(_mm512_set1_pd(box->lower[a]), c[a]),
+                    above = _mm512_sub_pd(c[a], _mm512_set1_pd(box->upper[a])),
+                    d = _mm512_max_pd(_mm512_max_pd(below, above), zero), square = _mm512_mul_pd(d, d);
+      d2 = a == 0 ? square : _mm512_add_pd(d2, square);
+    }
+    const __mmask8 within = _mm512_mask_cmp_pd_mask(all, d2, _mm512_max_pd(r2, target), _CMP_LE_OQ);
+    const __m512i slots = _mm512_add_epi32(_mm512_set1_epi32(s), ascending);
+    _mm512_storeu_si512(packed->node + n, _mm512_maskz_compress_epi32(within, slots));
+    for (int a = 0; a < NDIM; ++a)
+      _mm512_storeu_pd(packed->coordinate[a] + n, _mm512_maskz_compress_pd(within, c[a]));
+    _mm512_storeu_pd(packed->radius2 + n, _mm512_maskz_compress_pd(within, r2));
+    n += __builtin_popcount(within);
+  }
+  packed->n = n;
+}
+#endif
+
+void kith_packed_add(struct kith_packed *packed, const struct kith_search *search, struct kith_run run,
+                     const struct kith_box *box, double radius2) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx512f")) {
+    add_slots_wide(packed, search, run, box, radius2);
+    return;
+  }
+#endif
+  add_slots(packed, search, run, box, radius2);
+}

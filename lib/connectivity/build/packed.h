@@ -47,5 +47,10 @@ void kith_packed_extract_shifts(const uint16_t *shift, int words, const uint64_t
  * no neighbor is lost. */
 size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
                       double radius2, kith_index *slot);
+/* Appends the same slots, which have the numbers of their nodes. There is room for all of the run, and for
+ * KITH_PACKED_ROOM more, which is overwritten. */
+enum { KITH_PACKED_ROOM = 16 };
+void kith_packed_add(struct kith_packed *packed, const struct kith_search *search, struct kith_run run,
+                     const struct kith_box *box, double radius2);
 
 #endif
