@@ -431,13 +431,20 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
 
 /* --- chunks --- */
 
-/* The partners of a node some way ahead. */
-KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partners *of) {
+/* The partners of a node some way ahead that lie outside of its tile; and the next PACE nodes of the tile, so
+ * that all of it is at hand soon. */
+enum { PACE = 4 };
+KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partners *of, kith_index begin,
+                          kith_index end) {
   const kith_index *restrict node = pass->connectivity->rows.node;
-  for (size_t k = 0; k < of->n; ++k)
-    kith_force_prefetch(
-        packed_particle(pass, node[k < of->before ? of->first + k : of->rest + k - of->before]),
-        (size_t)pass->n_packed);
+  const size_t n_packed = (size_t)pass->n_packed, outside = of->rest + of->given_end - of->before;
+  for (size_t e = of->first; e < of->first + of->before; ++e)
+    kith_force_prefetch(packed_particle(pass, node[e]), n_packed);
+  for (size_t e = outside; e < of->rest + of->n - of->before; ++e)
+    kith_force_prefetch(packed_particle(pass, node[e]), n_packed);
+  const kith_index next = begin + PACE * (of->i - begin);
+  for (kith_index j = next; j < KITH_MIN(next + PACE, end); ++j)
+    kith_force_prefetch(packed_particle(pass, j), n_packed);
 }
 
 /* Evaluates the partners of a node and sums them. tile: NULL or where it lies. */
@@ -485,7 +492,7 @@ KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end,
   for (kith_index i = begin; i < end + AHEAD; ++i) {
     if (i < end) {
       next[i % (AHEAD + 1)] = partners_of(rows, i, begin, end);
-      prefetch(pass, &next[i % (AHEAD + 1)]);
+      prefetch(pass, &next[i % (AHEAD + 1)], begin, end);
     }
     const kith_index now = i - AHEAD;
     if (now < begin) continue;
