@@ -19,6 +19,10 @@
 
 #include <string.h>
 
+#ifdef __x86_64__
+#include <immintrin.h>
+#endif
+
 enum {
   BUCKET = 10, /* most nodes of a leaf, that is, of a group */
   WIDTH = 8,   /* cells of an octet */
@@ -305,6 +309,8 @@ struct query {
   struct kith_box box;
   double radius2; /* of the targets if it counts, else -1 */
   double cell;    /* factor of the cells' own radii squared: counts, or not */
+  void (*test)(const struct tree *tree, const kith_index *octets, int n, const struct query *q,
+               unsigned *mask);
 };
 
 static inline double larger(double a, double b) {
@@ -332,9 +338,38 @@ static inline unsigned test_cells(const struct octet *restrict octet, const stru
   return (unsigned)mask;
 }
 
-static inline unsigned test_octet(const struct tree *tree, kith_index o, const struct query *q) {
-  return test_cells(&tree->octet[o], q) & ((1u << (tree->child[o + 1] - tree->child[o])) - 1);
+/* The cells of an octet that there are. */
+static inline unsigned present(const struct tree *tree, kith_index o) {
+  return (1u << (tree->child[o + 1] - tree->child[o])) - 1;
 }
+
+/* mask[k]: the cells of octet k that may interact with the box. */
+KITH_HOT static void test_octets(const struct tree *tree, const kith_index *octets, int n,
+                                 const struct query *q, unsigned *mask) {
+  for (int k = 0; k < n; ++k) mask[k] = test_cells(&tree->octet[octets[k]], q) & present(tree, octets[k]);
+}
+
+#ifdef __x86_64__
+/* The same with masks, which the compiler does not use by itself. */
+__attribute__((target("avx512f"))) static void test_octets_wide(const struct tree *tree,
+                                                                const kith_index *octets, int n,
+                                                                const struct query *q, unsigned *mask) {
+  const __m512d zero = _mm512_setzero_pd(), radius2 = _mm512_set1_pd(q->radius2),
+                cell = _mm512_set1_pd(q->cell);
+  for (int k = 0; k < n; ++k) {
+    const struct octet *octet = &tree->octet[octets[k]];
+    __m512d d2 = zero;
+    for (int a = 0; a < NDIM; ++a) {
+      const __m512d above = _mm512_sub_pd(_mm512_loadu_pd(octet->lower[a]), _mm512_set1_pd(q->box.upper[a])),
+                    below = _mm512_sub_pd(_mm512_set1_pd(q->box.lower[a]), _mm512_loadu_pd(octet->upper[a])),
+                    d = _mm512_max_pd(_mm512_max_pd(above, below), zero), square = _mm512_mul_pd(d, d);
+      d2 = a == 0 ? square : _mm512_add_pd(d2, square);
+    }
+    const __m512d within = _mm512_max_pd(_mm512_mul_pd(cell, _mm512_loadu_pd(octet->radius2)), radius2);
+    mask[k] = _mm512_cmp_pd_mask(d2, within, _CMP_LE_OQ) & present(tree, octets[k]);
+  }
+}
+#endif
 
 /* Adjacent leaves are one run. */
 static inline kith_status take_leaves(const kith_index *leaf, unsigned mask, struct kith_runs *runs) {
@@ -348,23 +383,23 @@ static inline kith_status take_leaves(const kith_index *leaf, unsigned mask, str
 
 /* Visits n ascending octets of a level. A batch is tested before its children are visited: independent tests
  * overlap in time. */
-KITH_HOT static kith_status visit(const struct tree *tree, int level, const kith_index *octets, int n,
-                                  const struct query *q, struct kith_runs *runs) {
-  if (level == 0) {
-    for (int k = 0; k < n; ++k)
-      KITH_TRY(take_leaves(tree->leaf + tree->child[octets[k]], test_octet(tree, octets[k], q), runs));
-    return KITH_OK;
-  }
-  kith_index children[BATCH * WIDTH];
-  for (int k = 0, m = 0; k < n; ++k) {
-    const unsigned mask = test_octet(tree, octets[k], q);
-    for (int c = 0; c < WIDTH; ++c) {
-      children[m] = tree->child[octets[k]] + c;
-      m += mask >> c & 1;
+static kith_status visit(const struct tree *tree, int level, const kith_index *octets, int n,
+                         const struct query *q, struct kith_runs *runs) {
+  unsigned mask[BATCH];
+  for (int from = 0; from < n; from += BATCH) {
+    const int batch = KITH_MIN(BATCH, n - from);
+    const kith_index *octet = octets + from;
+    q->test(tree, octet, batch, q, mask);
+    if (level == 0) {
+      for (int k = 0; k < batch; ++k) KITH_TRY(take_leaves(tree->leaf + tree->child[octet[k]], mask[k], runs));
+      continue;
     }
-    if (k % BATCH < BATCH - 1 && k < n - 1) continue;
+    kith_index children[BATCH * WIDTH];
+    int m = 0;
+    for (int k = 0; k < batch; ++k)
+      for (unsigned left = mask[k]; left != 0; left &= left - 1)
+        children[m++] = tree->child[octet[k]] + __builtin_ctz(left);
     KITH_TRY(visit(tree, level - 1, children, m, q, runs));
-    m = 0;
   }
   return KITH_OK;
 }
@@ -373,9 +408,13 @@ static kith_status tree_coarse(const struct kith_search *search, const struct ki
                                enum kith_search_mode mode, struct kith_runs *runs) {
   const struct tree *tree = search->self;
   const double loose = 1 + KITH_SEARCH_SLACK;
-  const struct query q = {.box = *box,
-                          .radius2 = mode == KITH_SCATTER ? -1 : radius * radius * loose,
-                          .cell = mode == KITH_GATHER ? 0 : loose};
+  struct query q = {.box = *box,
+                    .radius2 = mode == KITH_SCATTER ? -1 : radius * radius * loose,
+                    .cell = mode == KITH_GATHER ? 0 : loose,
+                    .test = test_octets};
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx512f")) q.test = test_octets_wide;
+#endif
   for (int p = 0; p < tree->n_parts; ++p)
     KITH_TRY(visit(tree, tree->part[p].levels - 1, &tree->part[p].root, 1, &q, runs));
   return KITH_OK;
