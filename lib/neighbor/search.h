@@ -127,7 +127,8 @@ struct kith_search {
   int n_groups;
   size_t groups_capacity;
   struct kith_run *group;
-  bool in_order; /* slots of internal nodes have their numbers; groups of them, and runs that are found, ascend */
+  /* Slots of internal nodes have their numbers; groups of them, and runs that are found, ascend. */
+  bool in_order;
   uint8_t *near; /* [capacity] by slot, scratch of kith_search_near */
   uint64_t count[KITH_SEARCH_COUNTERS]; /* what the last update did */
 };

@@ -11,7 +11,9 @@
  * boxes stay fairly tight, and candidates come in ascending node index. kith_search_cube gives the cube of
  * the curve.
  *
- * Internal nodes are one part, all ghosts another. Each part is a tree of its own.
+ * Internal nodes are one part, all ghosts another. Each part is a tree of its own. While nodes along the
+ * curve keep their numbers, some updates keep their leaves and octets, too, and make boxes anew: from step to
+ * step nodes move little, and a tree is right wherever they are.
  * update O(n); update_selected O(selected log n) and a look at each leaf; coarse O(log n + found). */
 #include "lib/core/sfc_key.h"
 #include "lib/core/keyed.h"
@@ -29,6 +31,8 @@ enum {
   BATCH = 32,  /* octets tested before their children are visited */
   MESSY = 6,   /* slots are sorted if more than n / MESSY steps go back along the curve */
   MANY = 8192, /* elements: for fewer, waking threads costs more than they save */
+  KEPT = 8,    /* updates that keep the leaves of internal nodes before these are cut again */
+  DEEPEST = 32 /* levels, most: each has at most half of the cells of the one below it */
 };
 
 struct octet {
@@ -40,9 +44,18 @@ struct part {
   int levels; /* level 0 knows leaves */
 };
 
+/* The tree of internal nodes as it was last cut, in their own order. */
+struct kept {
+  int updates; /* that may still keep it */
+  uint64_t order;
+  kith_index n_octets, n_leaves;
+  struct part part;
+};
+
 struct tree {
   int n_parts;
   struct part part[2];
+  struct kept kept;
   kith_index n_octets, n_leaves;
   size_t octets_capacity, children_capacity, leaves_capacity;
   struct octet *octet; /* level by level, and an empty one behind each */
@@ -199,6 +212,29 @@ static void enclose_octet(const struct octet *child, int n, struct octet *octet,
   }
 }
 
+static void enclose_level(const struct kith_search *search, int level, kith_index first, kith_index octets) {
+  const struct tree *tree = search->self;
+#pragma omp parallel for schedule(static) if (octets > 64)
+  for (kith_index o = first; o < first + octets; ++o)
+    for (kith_index c = tree->child[o], k = 0; c < tree->child[o + 1]; ++c, ++k)
+      if (level == 0)
+        enclose_leaf(search, tree->leaf[c], tree->leaf[c + 1], &tree->octet[o], k);
+      else
+        enclose_octet(&tree->octet[c], tree->child[c + 1] - tree->child[c], &tree->octet[o], k);
+}
+
+static void enclose_part(const struct kith_search *search, const struct part *part) {
+  const struct tree *tree = search->self;
+  kith_index first[DEEPEST], octets[DEEPEST];
+  const int top = part->levels - 1;
+  first[top] = part->root, octets[top] = 1;
+  for (int l = top; l > 0; --l) {
+    first[l - 1] = tree->child[first[l]];
+    octets[l - 1] = tree->child[first[l] + octets[l]] - first[l - 1];
+  }
+  for (int l = 0; l <= top; ++l) enclose_level(search, l, first[l], octets[l]);
+}
+
 /* Makes a level from the n cells from `below` on: leaves at level 0, octets above. Its number of octets:
  * *octets. */
 static kith_status add_level(const struct kith_search *search, int level, kith_index below, kith_index n,
@@ -211,13 +247,7 @@ static kith_status add_level(const struct kith_search *search, int level, kith_i
   KITH_TRY(kith_grow(&tree->octet, &tree->octets_capacity, old_n, new_n, sizeof *tree->octet));
   KITH_TRY(kith_grow(&tree->child, &tree->children_capacity, old_n, new_n, sizeof *tree->child));
   list_ranges(tree, n, below, tree->child + first);
-#pragma omp parallel for schedule(static) if (*octets > 64)
-  for (kith_index o = first; o < first + *octets; ++o)
-    for (kith_index c = tree->child[o], k = 0; c < tree->child[o + 1]; ++c, ++k)
-      if (level == 0)
-        enclose_leaf(search, tree->leaf[c], tree->leaf[c + 1], &tree->octet[o], k);
-      else
-        enclose_octet(&tree->octet[c], tree->child[c + 1] - tree->child[c], &tree->octet[o], k);
+  enclose_level(search, level, first, *octets);
   return KITH_OK;
 }
 
@@ -235,6 +265,13 @@ static kith_status build_levels(struct kith_search *search, kith_index leaf, kit
   return KITH_OK;
 }
 
+/* Leaves are groups. */
+static kith_status add_groups(struct kith_search *search, kith_index first, kith_index leaves) {
+  const kith_index *leaf = ((struct tree *)search->self)->leaf + first;
+  for (kith_index l = 0; l < leaves; ++l) KITH_TRY(kith_search_group(search, leaf[l], leaf[l + 1] - leaf[l]));
+  return KITH_OK;
+}
+
 /* A tree of nodes begin .. begin + n - 1 in the slots of these numbers. */
 static kith_status add_part(struct kith_search *search, kith_index begin, kith_index n) {
   struct tree *tree = search->self;
@@ -246,17 +283,34 @@ static kith_status add_part(struct kith_search *search, kith_index begin, kith_i
   kith_index leaves;
   KITH_TRY(cut_leaves(tree, begin, n, &leaves));
   KITH_TRY(build_levels(search, first, leaves, &tree->part[tree->n_parts++]));
-  const kith_index *leaf = tree->leaf + first;
-  for (kith_index l = 0; l < leaves; ++l) KITH_TRY(kith_search_group(search, leaf[l], leaf[l + 1] - leaf[l]));
+  return add_groups(search, first, leaves);
+}
+
+/* Internal nodes, with the leaves of the last update if they may be kept. */
+static kith_status add_internal(struct kith_search *search) {
+  struct tree *tree = search->self;
+  struct kept *kept = &tree->kept;
+  const uint64_t order = search->nodes->order;
+  tree->sorted = false;
+  if (kept->updates > 0 && kept->order == order) {
+    --kept->updates;
+    tree->n_parts = 1, tree->part[0] = kept->part;
+    tree->n_octets = kept->n_octets, tree->n_leaves = kept->n_leaves;
+    kith_search_pack(search, 0, search->n_internal);
+    enclose_part(search, &kept->part);
+    return add_groups(search, 0, kept->n_leaves - 1);
+  }
+  kept->updates = 0;
+  tree->n_parts = 0, tree->n_octets = tree->n_leaves = 0;
+  KITH_TRY(add_part(search, 0, search->n_internal));
+  if (tree->n_parts == 1 && !tree->sorted)
+    *kept = (struct kept){KEPT, order, tree->n_octets, tree->n_leaves, tree->part[0]};
   return KITH_OK;
 }
 
 static kith_status tree_update(struct kith_search *search) {
   struct tree *tree = search->self;
-  tree->n_parts = 0;
-  tree->n_octets = tree->n_leaves = 0;
-  tree->sorted = false;
-  KITH_TRY(add_part(search, 0, search->n_internal));
+  KITH_TRY(add_internal(search));
   search->in_order = !tree->sorted;
   KITH_TRY(add_part(search, search->n_internal, search->n - search->n_internal));
   if (!tree->sorted) return KITH_OK;
@@ -391,7 +445,8 @@ static kith_status visit(const struct tree *tree, int level, const kith_index *o
     const kith_index *octet = octets + from;
     q->test(tree, octet, batch, q, mask);
     if (level == 0) {
-      for (int k = 0; k < batch; ++k) KITH_TRY(take_leaves(tree->leaf + tree->child[octet[k]], mask[k], runs));
+      for (int k = 0; k < batch; ++k)
+        KITH_TRY(take_leaves(tree->leaf + tree->child[octet[k]], mask[k], runs));
       continue;
     }
     kith_index children[BATCH * WIDTH];

@@ -261,7 +261,7 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
   nodes->lists[list].count += count;
   for (int l = list + 1; l < nodes->n_lists; ++l) nodes->lists[l].first += count;
   nodes->n_internal += count;
-  ++nodes->ghosts;
+  ++nodes->order, ++nodes->ghosts;
   return KITH_OK;
 }
 

@@ -133,7 +133,8 @@ struct kith_nodes {
 
   /* Generations. */
   uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
-  uint64_t ghosts;    /* created, dropped, culled; internal nodes deleted, added, reordered */
+  uint64_t order;     /* internal nodes deleted, added, reordered */
+  uint64_t ghosts;    /* the same; and created, dropped, culled */
 };
 
 /* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are

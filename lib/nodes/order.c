@@ -53,7 +53,7 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead) {
   if (alive < nodes->n_internal) {
     compact(nodes, from, 0, alive);
     nodes->n_internal = alive;
-    ++nodes->ghosts;
+    ++nodes->order, ++nodes->ghosts;
   }
   kith_free(&from);
   return KITH_OK;
@@ -82,7 +82,7 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
       }
     }
   }
-  ++nodes->ghosts;
+  ++nodes->order, ++nodes->ghosts;
   return KITH_OK;
 }
 

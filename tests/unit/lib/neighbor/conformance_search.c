@@ -124,7 +124,38 @@ static void test_motion(const struct kith_search_ops *ops, enum arrangement how)
   kith_nodes_destroy(&nodes);
 }
 
-/* Radii grow, nodes stay: whoever keeps a largest radius must hear of it. */
+/* Update after update of all nodes, as from step to step: what a search keeps from one to the next must not
+ * matter, nor that ghosts come and go, or nodes are reordered or deleted in between. */
+static void test_steps(const struct kith_search_ops *ops, enum arrangement how) {
+  struct kith_nodes *nodes = make_nodes(how, 300, 2);
+  struct kith_search *s = NULL;
+  CHECK_OK(create(&s, ops, nodes));
+  for (int round = 0; round < 24; ++round) {
+    for (int k = 0; k < 20; ++k) jolt(nodes, below(nodes->n_internal), round);
+    if (round % 10 == 9) { /* the other way round, list by list */
+      kith_index *order = calloc((size_t)nodes->n_internal, sizeof *order);
+      for (int l = 0; l < nodes->n_lists; ++l)
+        for (kith_index k = 0; k < nodes->lists[l].count; ++k)
+          order[nodes->lists[l].first + k] = nodes->lists[l].first + nodes->lists[l].count - 1 - k;
+      CHECK_OK(kith_nodes_reorder(nodes, order));
+      free(order);
+    }
+    if (round == 14) {
+      uint8_t *dead = calloc((size_t)nodes->n_internal, 1);
+      for (kith_index i = 0; i < nodes->n_internal; ++i) dead[i] = below(10) == 0;
+      CHECK_OK(kith_nodes_delete(nodes, dead));
+      free(dead);
+    }
+    kith_nodes_drop_ghosts(nodes);
+    if (round % 3 != 0) add_ghosts(nodes, round % NDIM, round % 2 == 0);
+    ++nodes->positions;
+    CHECK_OK(kith_search_update(s));
+    check_search(s, 20, true);
+  }
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
 /* Nodes that moved and grew since the search was made, all their ghosts gone: whatever an active one may
  * interact with now is near; and when these are taken in, the search is right about them. */
 static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
@@ -176,6 +207,7 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
   kith_nodes_destroy(&nodes);
 }
 
+/* Radii grow, nodes stay: whoever keeps a largest radius must hear of it. */
 static void test_growth(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 150, 1);
   struct kith_search *s = NULL;
@@ -276,7 +308,11 @@ static void test_family(void) {
 
 static void test_member(const struct kith_search_ops *ops) {
   test_sets_of_nodes(ops);
-  for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) test_motion(ops, how), test_near(ops, how);
+  for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) {
+    test_motion(ops, how);
+    test_steps(ops, how);
+    test_near(ops, how);
+  }
   test_thin_box(ops);
   test_cull(ops);
   test_growth(ops);
