@@ -223,8 +223,7 @@ KITH_HOT static void add_slots(struct kith_packed *packed, const struct kith_sea
 /* The same: what is tested is compressed and stored as it is. */
 __attribute__((target("avx512f"))) static void add_slots_wide(struct kith_packed *packed,
                                                               const struct kith_search *search,
-                                                              struct kith_run run,
-                                                              const struct kith_box *box,
+                                                              struct kith_run run, const struct kith_box *box,
                                                               double target_radius2) {
   const __m512d zero = _mm512_setzero_pd(), target = _mm512_set1_pd(target_radius2);
   const __m512i ascending = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 0, 0, 0, 0, 0, 0, 0, 0);
