@@ -14,6 +14,10 @@ static void run_chunk(const struct kith_part *part, kith_index begin, kith_index
     return;
   }
   if (part->least > KITH_IDLE && kith_all_idle(part->activity, begin, end)) return;
+  if (part->whole) {
+    pass(context, begin, end, scratch);
+    return;
+  }
   while (begin < end) {
     while (begin < end && part->activity[begin] < part->least) ++begin;
     kith_index stop = begin;

@@ -225,7 +225,7 @@ KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, c
 
 /* The nodes of a tile, and what each has been given by pairs with those before it: forces (on the other end)
  * and the heat; in the second group of lanes, if it matters who gives, those by what is no gas, as the nodes
- * behind an inflow or outflow. */
+ * behind an inflow or outflow; with block steps in the second and third the weighted ones. */
 struct tile {
   kith_index begin;
   size_t groups;
@@ -233,7 +233,7 @@ struct tile {
   double *signal;    /* [nodes] */
 };
 static size_t groups_of(const struct kith_force_pass *pass) {
-  return pass->flag != NULL ? 2 : 1;
+  return pass->ticks != NULL ? 3 : pass->flag != NULL ? 2 : 1;
 }
 
 /* In scratch behind the lanes of the pass. */
@@ -246,9 +246,11 @@ static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin,
   return t;
 }
 
-/* Partners from .. to - 1 of the block receive their side of the pairs. */
+/* Partners from .. to - 1 of the block receive their side of the pairs. closing, opening: their weights; NULL
+ * without block steps. */
 KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t, const struct block *b,
-                      size_t from, size_t to, const double *restrict out) {
+                      size_t from, size_t to, const double *restrict out, const double *restrict closing,
+                      const double *restrict opening) {
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
   const bool outside = pass->flag != NULL && pass->flag[b->of->i] != KITH_GAS;
   for (size_t k = from; k < to; k += KITH_LANES) {
@@ -261,6 +263,7 @@ KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t, 
       const size_t j = (size_t)(b->node[k + l] - t->begin);
       kith_lanes *given = t->given + j * t->groups;
       given[0] += node[l];
+      if (closing != NULL) given[1] += closing[k + l] * node[l], given[2] += opening[k + l] * node[l];
       if (outside) given[1] += node[l];
       t->signal[j] = KITH_MAX(t->signal[j], signal[k + l]);
     }
@@ -275,6 +278,11 @@ KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *
   for (int a = 0; a < NDIM; ++a) sums->force[a] -= given[0][a];
   sums->heat += given[0][NDIM];
   sums->signal = KITH_MAX(sums->signal, t->signal[j]);
+  for (int a = 0; pass->ticks != NULL && a <= NDIM; ++a) {
+    const double sign = a < NDIM ? -1 : 1;
+    sums->impulse[a] += sign * pass->kick->blocks->tick * given[1][a];
+    sums->opening[a] += sign / KITH_TICKS * given[2][a];
+  }
   if (pass->flag == NULL) return;
   const double *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
   sums->outside[NDIM] += given[1][NDIM];
@@ -297,7 +305,7 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct bloc
   couple(pass, b, out);
   walls(pass, of->i, b->node, n, out);
   if (weighs) weigh_block(pass, of->i, b->node, n, weight[0], weight[1]);
-  if (from < to) give(pass, tile, b, from - b->begin, to - b->begin, out);
+  if (from < to) give(pass, tile, b, from - b->begin, to - b->begin, out, closing, opening);
   double fastest = sums->signal;
 #pragma omp simd reduction(max : fastest)
   for (size_t k = 0; k < n; ++k) fastest = KITH_MAX(fastest, signal[k]);
@@ -434,8 +442,8 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
 /* The partners of a node some way ahead that lie outside of its tile; and the next PACE nodes of the tile, so
  * that all of it is at hand soon. */
 enum { PACE = 4 };
-KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partners *of, kith_index begin,
-                          kith_index end) {
+KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partners *of,
+                          const uint8_t *activity, kith_index begin, kith_index end) {
   const kith_index *restrict node = pass->connectivity->rows.node;
   const size_t n_packed = (size_t)pass->n_packed, outside = of->rest + of->given_end - of->before;
   for (size_t e = of->first; e < of->first + of->before; ++e)
@@ -444,7 +452,7 @@ KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partn
     kith_force_prefetch(packed_particle(pass, node[e]), n_packed);
   const kith_index next = begin + PACE * (of->i - begin);
   for (kith_index j = next; j < KITH_MIN(next + PACE, end); ++j)
-    kith_force_prefetch(packed_particle(pass, j), n_packed);
+    if (activity == NULL || activity[j] != KITH_IDLE) kith_force_prefetch(packed_particle(pass, j), n_packed);
 }
 
 /* Evaluates the partners of a node and sums them. tile: NULL or where it lies. */
@@ -483,19 +491,22 @@ KITH_HOT static void gather_chunk(void *context, kith_index begin, kith_index en
 
 enum { AHEAD = 2 }; /* nodes: the time that memory takes to answer */
 
-/* Nodes begin .. end - 1 as a tile. */
+/* Nodes begin .. end - 1 as a tile. With block steps idle nodes have empty rows and are skipped. */
 KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_force_pass *pass = context;
   const struct kith_rows *rows = &pass->connectivity->rows;
+  const uint8_t *activity = pass->ticks != NULL ? pass->package->hydro->nodes->activity->u8 : NULL;
+  while (activity != NULL && begin < end && activity[begin] == KITH_IDLE) ++begin;
+  while (activity != NULL && begin < end && activity[end - 1] == KITH_IDLE) --end;
   const struct tile tile = tile_of(pass, begin, end, s);
   struct partners next[AHEAD + 1]; /* of node i at i mod (AHEAD + 1) */
   for (kith_index i = begin; i < end + AHEAD; ++i) {
     if (i < end) {
       next[i % (AHEAD + 1)] = partners_of(rows, i, begin, end);
-      prefetch(pass, &next[i % (AHEAD + 1)], begin, end);
+      prefetch(pass, &next[i % (AHEAD + 1)], activity, begin, end);
     }
     const kith_index now = i - AHEAD;
-    if (now < begin) continue;
+    if (now < begin || (activity != NULL && activity[now] == KITH_IDLE)) continue;
     struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[now]};
     sum_partners(pass, &next[now % (AHEAD + 1)], &tile, s, &sums);
     receive(pass, &tile, now, &sums);
@@ -562,7 +573,8 @@ kith_status kith_force(struct kith_force_pass *pass) {
   pass->ticks = weighs ? pass->packed + packed : NULL;
   pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
-  pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical && !weighs;
+  pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical &&
+                !(weighs && pass->flag != NULL);
   pass->lanes = (int)size + pass->edges + KITH_PAIR_VALUES;
   const kith_index chunk = pass->tiled ? tile_size(internal) : KITH_CHUNK;
   const size_t given = pass->tiled ? (size_t)chunk * (groups_of(pass) * KITH_LANES + 1) : 0;
@@ -573,6 +585,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
       .chunk_size = chunk,
       .context = pass,
       .touched = pass->kick->blocks != NULL, /* else what is not active keeps its rates */
+      .whole = pass->tiled && weighs,
       .lanes = pass->lanes + (int)(given / KITH_STRIDE + 1),
       .width = KITH_STRIDE,
       .arrived = pack,

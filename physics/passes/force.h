@@ -20,8 +20,8 @@
  * once, when its first end has its turn, and given to both; a pair across tiles is evaluated by each of them.
  * A tile is summed by one thread, in ascending order, and tiles depend on the number of nodes alone, so no
  * result depends on the number of threads. Nothing is stored per pair. Canonical rows (connectivity.h) are
- * always gathered, as their sums must not depend on the order of nodes; so are rows where the steps of nodes
- * differ: few are evaluated, and to give a pair with its weights costs as much as to evaluate it.
+ * always gathered, as their sums must not depend on the order of nodes; so are rows where nodes have steps of
+ * their own and it matters which partners are no gas. With block steps a pair is given with its weights.
  * Forces and heats have the factor of their pair, f_couple, which is the same for both ends: what is written
  * above holds for any.
  *

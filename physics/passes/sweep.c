@@ -61,6 +61,7 @@ static kith_status run_parts(struct kith_package *package, const struct kith_nod
   const struct kith_nodes *nodes = package->hydro->nodes;
   struct kith_part part = {.activity = nodes->activity != NULL ? nodes->activity->u8 : NULL,
                            .least = sweep->touched ? KITH_TOUCHED : KITH_ACTIVE,
+                           .whole = sweep->whole,
                            .size = sweep->chunk_size};
   if (!kith_halo_pending(package->hydro->halo)) return run(package, sweep, &part, count);
   kith_status status = find_border(&package->border, nodes, sweep->rows);

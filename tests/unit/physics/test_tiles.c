@@ -1,6 +1,6 @@
 /* test_tiles.c - traversal pairs on more nodes than a tile has: the rates of traversal gather to round-off,
  * the same bits on any number of threads, and fewer evaluations. With images that are ghosts or shifts,
- * walls, gas that comes and goes, and sleeping nodes. */
+ * walls, gas that comes and goes, sleeping nodes, and block steps. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
@@ -61,5 +61,8 @@ int main(void) {
       "regions.0.pressure=x>0.5?1:0.1",
       1e-11);
   check("method.package=mfm method.faces=integrated", 1e-11);
+  check("method.package=sph scheme.steps=block scheme.random_steps=7", 1e-11);
+  check("method.package=crk scheme.steps=block scheme.random_steps=8 boundaries.x=reflecting", 1e-11);
+  check("method.package=mfm scheme.steps=block regions.0.pressure=x>0.5?1:0.1", 1e-11);
   return check_failed();
 }
