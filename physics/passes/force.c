@@ -439,8 +439,9 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
 
 /* --- chunks --- */
 
-/* The partners of a node some way ahead that lie outside of its tile; and the next PACE nodes of the tile, so
- * that all of it is at hand soon. */
+/* The partners of a node some way ahead that lie outside of its tile; and a few nodes of the tile, each once:
+ * after a quarter of it all are at hand. To prefetch them for each of their partners takes a tenth of the
+ * pass. */
 enum { PACE = 4 };
 KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partners *of,
                           const uint8_t *activity, kith_index begin, kith_index end) {

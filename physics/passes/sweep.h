@@ -28,7 +28,7 @@ struct kith_node_sweep {
   size_t width;
   bool iterates; /* the stage shows its iterations */
   bool touched;  /* runs for touched nodes too, not for active ones alone */
-  bool whole;    /* chunks skip nodes that take no part by themselves */
+  bool whole;    /* the chunk skips nodes that take no part itself (traversal.h) */
   /* Traffic, for the counter "bytes" of the stage: each array that it needs is read or written once. Bytes of
    * a node or ghost that its neighbors read; that only the node itself reads and writes; of values of pairs.
    * The rows are added. */

@@ -203,7 +203,7 @@ size_t kith_box_slots(const struct kith_search *search, struct kith_run run, con
   return box_slots(search, run, box, target_radius2, slot);
 }
 
-/* Appends these at the end of the packed nodes; written in any case, kept if it counts. */
+/* Appends these to the packed nodes. */
 KITH_HOT static void add_slots(struct kith_packed *packed, const struct kith_search *search,
                                struct kith_run run, const struct kith_box *box, double target_radius2) {
   kith_index slot[LANES];
