@@ -176,6 +176,16 @@ static inline void box_lanes(const double *const *c, const double *radius2, int 
   }
 }
 
+/* Of `count` of them, of `left` to the end. Whole blocks vectorize: slots behind are tested too, if there are
+ * as many, and not used. */
+static inline void test_lanes(const double *const *c, const double *radius2, int count, kith_index left,
+                              const struct kith_box *box, double target_radius2, uint64_t *restrict within) {
+  if (left >= LANES)
+    box_lanes(c, radius2, LANES, box, target_radius2, within);
+  else
+    box_lanes(c, radius2, count, box, target_radius2, within);
+}
+
 KITH_HOT static size_t box_slots(const struct kith_search *search, struct kith_run run,
                                  const struct kith_box *box, double target_radius2,
                                  kith_index *restrict slot) {
@@ -187,11 +197,7 @@ KITH_HOT static size_t box_slots(const struct kith_search *search, struct kith_r
     const double *c[NDIM];
     for (int a = 0; a < NDIM; ++a) c[a] = search->coordinate[a] + s;
     const int count = KITH_MIN(LANES, run.first + run.count - s);
-    /* Whole blocks vectorize: slots behind the run are tested too, if there are any, and not used. */
-    if (s + LANES <= search->n)
-      box_lanes(c, radius2 + s, LANES, &b, target_radius2, within);
-    else
-      box_lanes(c, radius2 + s, count, &b, target_radius2, within);
+    test_lanes(c, radius2 + s, count, search->n - s, &b, target_radius2, within);
     for (int k = 0; k < count; ++k)
       slot[found] = s + k, found += within[k]; /* without a branch that could be mispredicted */
   }
@@ -203,20 +209,29 @@ size_t kith_box_slots(const struct kith_search *search, struct kith_run run, con
   return box_slots(search, run, box, target_radius2, slot);
 }
 
-/* Appends these to the packed nodes. */
+/* Appends these to the packed nodes: written in any case, kept if it counts. */
 KITH_HOT static void add_slots(struct kith_packed *packed, const struct kith_search *search,
                                struct kith_run run, const struct kith_box *box, double target_radius2) {
-  kith_index slot[LANES];
+  const struct kith_box b = *box;
+  kith_index *restrict node = packed->node;
+  double *restrict to[NDIM + 1];
+  const double *c[NDIM + 1];
+  uint64_t within[LANES];
+  size_t n = (size_t)packed->n;
+  for (int a = 0; a < NDIM; ++a) to[a] = packed->coordinate[a];
+  to[NDIM] = packed->radius2;
   for (kith_index s = run.first; s < run.first + run.count; s += LANES) {
-    const struct kith_run part = {s, KITH_MIN(LANES, run.first + run.count - s)};
-    const int found = (int)box_slots(search, part, box, target_radius2, slot), from = packed->n;
-    for (int k = 0; k < found; ++k) {
-      packed->node[from + k] = slot[k];
-      for (int a = 0; a < NDIM; ++a) packed->coordinate[a][from + k] = search->coordinate[a][slot[k]];
-      packed->radius2[from + k] = search->radius2[slot[k]];
+    const int count = KITH_MIN(LANES, run.first + run.count - s);
+    for (int a = 0; a < NDIM; ++a) c[a] = search->coordinate[a] + s;
+    c[NDIM] = search->radius2 + s;
+    test_lanes(c, c[NDIM], count, search->n - s, &b, target_radius2, within);
+    for (int k = 0; k < count; ++k) {
+      node[n] = s + k;
+      for (int a = 0; a <= NDIM; ++a) to[a][n] = c[a][k];
+      n += within[k];
     }
-    packed->n += found;
   }
+  packed->n = (int)n;
 }
 
 #ifdef __x86_64__
