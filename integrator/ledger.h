@@ -22,7 +22,6 @@
   X(ghosts_created, EACH, "ghosts made by the boundaries")                                      \
   X(ghosts_culled, EACH, "ghosts removed because no internal node needs them")                  \
   X(ghosts_kept, EACH, "ghosts left after the cull")                                            \
-  X(candidates, EACH, "nodes that the search offered as neighbors")                             \
   X(row_entries, EACH, "neighbors in the rows of internal nodes")                               \
   X(pairs, EACH, "flattened pairs")                                                             \
   X(overlap_pairs, EACH, "flattened pairs of nodes whose supports overlap")                     \

@@ -378,7 +378,6 @@ static kith_status make_lists(struct kith_integrator *it, kith_status status) {
     KITH_STAGE(status, it->profile, "connectivity",
                kith_connectivity_build(it->connectivity, it->nodes, it->search, it->need, it->excluders,
                                        it->profile));
-  it->ledger.candidates += it->connectivity->candidates;
   if (status == KITH_OK && it->check && it->search->ops->sweep != NULL)
     status = kith_connectivity_complete(it->connectivity, it->search, it->excluders != NULL);
   if (status == KITH_OK && it->nodes->activity != NULL) mark_touched(it);
