@@ -292,6 +292,7 @@ static kith_status make_tick_lists(struct kith_integrator *it, bool first) {
   it->kick.blocks = &kith_blocks_of(it)->steps;
   it->holding = !first;
   KITH_TRY(kith_lifecycle(it, it->near.only ? KITH_BECAUSE_selected : KITH_BECAUSE_always));
+  KITH_TRY(kith_lifecycle_close(it));
   it->holding = true; /* until the end of the base step */
   return KITH_OK;
 }

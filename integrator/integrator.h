@@ -100,7 +100,7 @@ struct kith_integrator {
   double ahead;            /* how long they must serve, from the present positions; 0: only now */
   struct kith_built built; /* fields are NULL if lists neither outlive a step nor are made again within one */
   bool resuming;           /* they are being rebuilt from `built`, bitwise identical */
-  uint64_t since_reorder;
+  uint64_t since_reorder, count[2]; /* count: nodes of all ranks before and after the last lifecycle */
   struct { /* block steps: what the present tick has to do with, if that is not all; find() finds it */
     bool only;
     kith_status (*find)(struct kith_integrator *integrator);
@@ -113,6 +113,7 @@ struct kith_integrator {
     uint8_t *keep;
     kith_index *renumber;
     size_t keep_capacity, renumber_capacity;
+    bool told; /* other ranks know what this one keeps */
   } scratch;
 };
 

@@ -168,9 +168,12 @@ static bool may_cull(const struct kith_integrator *it) {
          (it->nodes->n_ghost > 0 || it->nodes->ranks != NULL);
 }
 
-/* What this rank needs, and what others need of it. */
-static void mark(struct kith_integrator *it) {
-  struct kith_nodes *nodes = it->nodes;
+/* What this rank needs, which other ranks are told. While rows are built, if they will not be cut afterwards:
+ * the flags are under way while entries are filled in. */
+static kith_status tell_marks(void *integrator) {
+  struct kith_integrator *it = integrator;
+  const struct kith_nodes *nodes = it->nodes;
+  KITH_TRY(kith_reserve(&it->scratch.keep, &it->scratch.keep_capacity, (size_t)nodes->n_ghost, 1));
   if (nodes->n_ghost > 0) memset(it->scratch.keep, 0, (size_t)nodes->n_ghost);
   kith_connectivity_mark_ghosts(it->connectivity, nodes, it->scratch.keep);
   for (int b = 0; b < nodes->n_blocks; ++b) {
@@ -178,7 +181,9 @@ static void mark(struct kith_integrator *it) {
     if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
       memset(it->scratch.keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
   }
-  kith_halo_cull_remote(it->hydro->halo, nodes, it->scratch.keep);
+  kith_halo_start_cull(it->hydro->halo, nodes, it->scratch.keep);
+  it->scratch.told = true;
+  return KITH_OK;
 }
 
 /* Ghosts that went, by boundary, from the blocks as they were and the renumbering. */
@@ -196,8 +201,7 @@ static void count_culled(struct kith_integrator *it, const struct kith_ghost_blo
 /* Memory, and the blocks as they are. */
 static kith_status prepare_cull(struct kith_integrator *it, struct kith_ghost_block **blocks) {
   const struct kith_nodes *nodes = it->nodes;
-  const size_t ghosts = (size_t)nodes->n_ghost, all = (size_t)kith_nodes_count(nodes);
-  KITH_TRY(kith_reserve(&it->scratch.keep, &it->scratch.keep_capacity, ghosts, 1));
+  const size_t all = (size_t)kith_nodes_count(nodes);
   KITH_TRY(kith_reserve(&it->scratch.renumber, &it->scratch.renumber_capacity, all, sizeof(kith_index)));
   KITH_TRY(kith_resize(blocks, 0, (size_t)nodes->n_blocks, sizeof **blocks));
   if (nodes->n_blocks > 0) memcpy(*blocks, nodes->blocks, (size_t)nodes->n_blocks * sizeof **blocks);
@@ -211,10 +215,10 @@ static kith_status cull(struct kith_integrator *it, kith_status status) {
   const int n_blocks = nodes->n_blocks;
   kith_profile_begin(it->profile, "cull");
   if (status == KITH_OK) status = prepare_cull(it, &blocks);
-  if (status == KITH_OK)
-    mark(it);
-  else
-    kith_halo_cull_remote(it->hydro->halo, nodes, NULL);
+  if (status == KITH_OK && !it->scratch.told) status = tell_marks(it);
+  if (!it->scratch.told) kith_halo_start_cull(it->hydro->halo, nodes, NULL);
+  it->scratch.told = false;
+  kith_halo_finish_cull(it->hydro->halo, nodes, status == KITH_OK ? it->scratch.keep : NULL);
   if (status == KITH_OK) status = kith_nodes_cull_ghosts(nodes, it->scratch.keep, it->scratch.renumber);
   if (status == KITH_OK) kith_halo_remap(it->hydro->halo, it->scratch.renumber);
   if (status == KITH_OK) count_culled(it, blocks, n_blocks);
@@ -284,8 +288,11 @@ static kith_status take_news(const struct kith_integrator *it, struct news *news
   const double *radius = nodes->search_radius->f64, *mass = it->hydro->mass->f64;
   double widest = 0, heaviest = -INFINITY, lightest = INFINITY;
   int broken = 0;
-#pragma omp parallel for simd schedule(static) reduction(max : widest, heaviest) reduction(min : lightest) \
-    reduction(| : broken)
+#pragma omp parallel for simd schedule(static) reduction(max                                       \
+                                                         : widest, heaviest) reduction(min         \
+                                                                                       : lightest) \
+    reduction(|                                                                                    \
+              : broken)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     broken |= !(radius[i] < INFINITY);
     widest = KITH_MAX(widest, radius[i]);
@@ -372,7 +379,16 @@ static kith_status place_near(struct kith_integrator *it) {
   return KITH_OK;
 }
 
+/* May packages cut rows after they were built? */
+static bool may_cut(const struct kith_integrator *it) {
+  const struct kith_package *p = it->package;
+  while (p != NULL && p->ops->couple == NULL) p = p->next;
+  return p != NULL;
+}
+
 static kith_status make_lists(struct kith_integrator *it, kith_status status) {
+  const bool early = it->nodes->ranks != NULL && may_cull(it) && !may_cut(it);
+  it->connectivity->when_marked = early ? tell_marks : NULL, it->connectivity->context = it;
   if (status == KITH_OK) KITH_STAGE(status, it->profile, "neighbors", update_search(it));
   if (status == KITH_OK)
     KITH_STAGE(status, it->profile, "connectivity",
@@ -384,14 +400,18 @@ static kith_status make_lists(struct kith_integrator *it, kith_status status) {
   return status == KITH_OK ? couple(it) : status;
 }
 
-/* Policies remember the nodes; all ranks learn how it went, and whether all nodes are still there. */
-static kith_status close_lists(struct kith_integrator *it, const struct news *news, kith_status status) {
-  uint64_t count = (uint64_t)it->nodes->n_internal;
-  const struct kith_shared parts[] = {{KITH_SHARE_SUM, 1, &count}, kith_rebuilds_shared(it->rebuilds)};
+/* Policies remember the nodes; all ranks will learn how it went, and whether all nodes are still there. */
+static kith_status begin_closing(struct kith_integrator *it, const struct news *news, kith_status status) {
+  it->count[0] = news->nodes, it->count[1] = (uint64_t)it->nodes->n_internal;
+  const struct kith_shared parts[] = {{KITH_SHARE_SUM, 1, &it->count[1]}, kith_rebuilds_shared(it->rebuilds)};
   if (status == KITH_OK) status = kith_rebuilds_take(it->rebuilds, it->nodes);
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2, parts));
+  return kith_ranks_start_agree(it->nodes->ranks, status, 2, parts);
+}
+
+kith_status kith_lifecycle_close(struct kith_integrator *it) {
+  KITH_TRY(kith_ranks_finish_agree(it->nodes->ranks));
   if (it->decomposition == NULL) return KITH_OK;
-  return kith_nodes_all_left(it->nodes->ranks, news->nodes, count);
+  return kith_nodes_all_left(it->nodes->ranks, it->count[0], it->count[1]);
 }
 
 /* Ranks agree before anything is done for ghosts and at the end. A rank that fails between does what others
@@ -410,7 +430,7 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
                kith_connectivity_patch(it->connectivity, nodes, it->scratch.renumber, before));
   if (status == KITH_OK) status = ready(it, reason);
   it->fresh = true, it->positions = nodes->positions;
-  return close_lists(it, &news, status);
+  return begin_closing(it, &news, status);
 }
 
 kith_status kith_lifecycle(struct kith_integrator *it, enum kith_rebuild_reason reason) {
@@ -431,7 +451,8 @@ kith_status kith_lifecycle_remake(struct kith_integrator *it, struct kith_field 
     for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] = it->built.x[a]->f64[i];
   kith_field_copy(nodes, nodes->support, it->built.support);
   it->holding = true, it->resuming = true;
-  const kith_status status = kith_lifecycle(it, KITH_BECAUSE_requested);
+  kith_status status = kith_lifecycle(it, KITH_BECAUSE_requested);
+  if (status == KITH_OK) status = kith_lifecycle_close(it);
   it->holding = holding, it->resuming = false, it->fresh = false;
   kith_field_copy(nodes, nodes->position, position);
   kith_field_copy(nodes, nodes->support, support);

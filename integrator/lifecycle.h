@@ -29,8 +29,11 @@ void kith_lifecycle_demands(const struct kith_integrator *integrator,
 
 /* The whole of it, from the present positions. Where integrator->holding, nodes stay in their places. Where
  * integrator->near.only, these nodes are far from all boundaries: they alone are taken in anew, and there are
- * no ghosts. Collective. */
+ * no ghosts. Collective. What became of other ranks is known when it is closed, or where an evaluation of the
+ * packages follows at once, when that returns (kith_ranks_start_agree). */
 kith_status kith_lifecycle(struct kith_integrator *integrator, enum kith_rebuild_reason reason);
+/* After kith_lifecycle has returned OK: the failure of another rank. INTERNAL: nodes are lost. Collective. */
+kith_status kith_lifecycle_close(struct kith_integrator *integrator);
 
 /* Sets R_i of the nodes that integrator->near names. */
 void kith_lifecycle_search_radii(const struct kith_integrator *integrator);

@@ -46,7 +46,8 @@ static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_rea
   return kith_rebuilds_allow(rebuilds, "nodes moved too far within a step");
 }
 
-static kith_status rebuild_if_due(struct kith_integrator *it) {
+/* evaluates: so will the caller, at once. */
+static kith_status rebuild_if_due(struct kith_integrator *it, bool evaluates) {
   enum kith_rebuild_reason reason = KITH_BECAUSE_none;
   kith_status status;
   kith_boundaries_move(it->boundaries, it->clock);
@@ -54,7 +55,9 @@ static kith_status rebuild_if_due(struct kith_integrator *it) {
   KITH_TRY(status);
   it->due = KITH_BECAUSE_none;
   it->fresh = false;
-  return reason != KITH_BECAUSE_none ? kith_lifecycle(it, reason) : KITH_OK;
+  if (reason == KITH_BECAUSE_none) return KITH_OK;
+  KITH_TRY(kith_lifecycle(it, reason));
+  return evaluates ? KITH_OK : kith_lifecycle_close(it);
 }
 
 /* Ghosts get the values of their nodes: all that is needed where lists are not new. */
@@ -77,7 +80,7 @@ static uint64_t active_nodes(const struct kith_integrator *it) {
 
 kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   it->fresh = it->fresh && it->positions == it->nodes->positions;
-  if (it->holding && !it->fresh) KITH_TRY(rebuild_if_due(it));
+  if (it->holding && !it->fresh) KITH_TRY(rebuild_if_due(it, true));
   const bool fresh = it->fresh;
   if (!fresh) refresh(it);
   it->fresh = false;
@@ -95,12 +98,13 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
     KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_support));
     it->fresh = false;
   }
+  if (status == KITH_OK) status = kith_lifecycle_close(it);
   if (status == KITH_OK) kith_flow_rates(it);
   return status;
 }
 
 kith_status kith_integrator_rates(struct kith_integrator *it) {
-  KITH_TRY(rebuild_if_due(it));
+  KITH_TRY(rebuild_if_due(it, true));
   return kith_integrator_evaluate(it);
 }
 
@@ -194,7 +198,8 @@ static double look_ahead(const struct kith_integrator *it, double dt) {
 static kith_status take_step(struct kith_integrator *it, double *dt) {
   if (it->scheme->predict != NULL) KITH_TRY(it->scheme->predict(it, *dt));
   it->ahead = look_ahead(it, *dt);
-  if (!has_blocks(it)) KITH_TRY(rebuild_if_due(it)); /* they need none before the first tick */
+  if (!has_blocks(it)) /* they need none before the first tick */
+    KITH_TRY(rebuild_if_due(it, it->scheme->predict != NULL));
   it->holding = it->scheme->stages;
   const kith_status status = it->scheme->advance(it, dt);
   it->holding = false, it->ahead = 0;

@@ -22,7 +22,10 @@ kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *
   double before = start;
   *seconds = INFINITY;
   for (int k = 0; k < 3 && before - start < 0.5; ++k) {
-    if (kith_rebuilds_lasting(it->rebuilds)) KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
+    if (kith_rebuilds_lasting(it->rebuilds)) {
+      KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
+      KITH_TRY(kith_lifecycle_close(it));
+    }
     KITH_TRY(kith_integrator_rates(it));
     const double now = seconds_now();
     *seconds = fmin(*seconds, now - before);

@@ -14,13 +14,28 @@
 #include <time.h>
 #include "lib/comm/launched.h"
 
+/* What ranks tell each other, in words: the number of words, the smallest code of a failure, its rank, the
+ * number of failures, then the parts: n, how, and n words each. */
+enum { WORDS, CODE, RANK, FAILED, PARTS };
+enum { MOST_WORDS = PARTS + 2 * KITH_SHARED_PARTS + KITH_SHARED_WORDS };
+
+struct agreement {
+  bool pending;
+  kith_status refused; /* some rank has failed, and nobody was told so far; or OK */
+  MPI_Request request;
+  int n;
+  struct kith_shared parts[KITH_SHARED_PARTS];
+  int64_t mine[MOST_WORDS], all[MOST_WORDS];
+};
+
 struct kith_ranks {
   MPI_Comm all;
   MPI_Op combine; /* of what ranks agree on */
   int rank, size, beside, cores;
   char agreed[1024]; /* the failure that all ranks agreed on; empty: none */
   struct kith_traffic traffic;
-  MPI_Request *request; /* [2 size] of the pending exchange */
+  struct agreement *agreement; /* owned */
+  MPI_Request *request;        /* [2 size] of the pending exchange */
   int n_requests;
   bool started_mpi; /* and so ends it */
   struct kith_watchdog watchdog;
@@ -64,10 +79,19 @@ static void set_timer(struct kith_ranks *ranks, const char *what, double seconds
     set_timer(ranks, what, 0);                         \
   } while (0)
 
-/* Counts a collective call. Is there anybody to talk to? */
+static void settle(struct kith_ranks *ranks);
+
+/* Is there anybody to talk to, and did nobody fail? */
+static bool together(struct kith_ranks *ranks) {
+  if (ranks == NULL || ranks->size == 1) return false;
+  settle(ranks);
+  return ranks->agreement->refused == KITH_OK;
+}
+
+/* Counts a collective call. */
 static bool counted(struct kith_ranks *ranks) {
   if (ranks != NULL) ++ranks->traffic.collectives;
-  return ranks != NULL && ranks->size > 1;
+  return together(ranks);
 }
 
 /* ---- life ---- */
@@ -99,11 +123,6 @@ static kith_status start(struct kith_ranks *ranks) {
   if (level < MPI_THREAD_FUNNELED) KITH_FAIL(UNSUPPORTED, "this MPI library does not support threads");
   return KITH_OK;
 }
-
-/* What ranks tell each other, in words: the number of words, the smallest code of a failure, its rank, the
- * number of failures, then the parts: n, how, and n words each. */
-enum { WORDS, CODE, RANK, FAILED, PARTS };
-enum { MOST_WORDS = PARTS + 2 * KITH_SHARED_PARTS + KITH_SHARED_WORDS };
 
 static void combine_part(int64_t how, int n, const int64_t *in, int64_t *out) {
   double a, b;
@@ -143,6 +162,7 @@ static kith_status join(struct kith_ranks *ranks, MPI_Comm communicator) {
   MPI_Allreduce(MPI_IN_PLACE, &cores, (int)sizeof cores, MPI_BYTE, MPI_BOR, beside);
   ranks->cores = CPU_COUNT(&cores);
   MPI_Comm_free(&beside);
+  KITH_TRY(kith_resize(&ranks->agreement, 0, 1, sizeof *ranks->agreement));
   return kith_resize(&ranks->request, 0, 2 * (size_t)ranks->size, sizeof *ranks->request);
 }
 
@@ -186,6 +206,7 @@ kith_status kith_ranks_rehearse(struct kith_ranks **out) {
 void kith_ranks_destroy(struct kith_ranks **ranks) {
   if (*ranks == NULL) return;
   kith_free(&(*ranks)->request);
+  kith_free(&(*ranks)->agreement);
   if ((*ranks)->watchdog.seconds > 0) timer_delete((*ranks)->timer);
   if ((*ranks)->size > 1) MPI_Op_free(&(*ranks)->combine);
   if ((*ranks)->size > 1) MPI_Comm_free(&(*ranks)->all);
@@ -226,32 +247,84 @@ static void tell(struct kith_ranks *ranks, int root, bool alone) {
        MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all));
 }
 
-kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n,
-                             const struct kith_shared *parts) {
-  int64_t mine[MOST_WORDS], all[MOST_WORDS];
+/* Begins to agree; `ahead`: does not wait. */
+static void begin_to_agree(struct kith_ranks *ranks, kith_status status, int n,
+                           const struct kith_shared *parts, bool ahead) {
+  struct agreement *a = ranks->agreement;
   MPI_Datatype whole;
-  if (!counted(ranks)) return status;
   int words = PARTS;
   for (int p = 0; p < n; words += 2 + parts[p++].n)
     if (p >= KITH_SHARED_PARTS || words + parts[p].n > PARTS + 2 * p + KITH_SHARED_WORDS)
       kith_ranks_must(ranks, kith_fail(KITH_INTERNAL, "too much to agree on"));
-  mine[WORDS] = words, mine[CODE] = status == KITH_OK ? INT_MAX : (int)status;
-  mine[RANK] = ranks->rank, mine[FAILED] = status != KITH_OK;
+  a->mine[WORDS] = words, a->mine[CODE] = status == KITH_OK ? INT_MAX : (int)status;
+  a->mine[RANK] = ranks->rank, a->mine[FAILED] = status != KITH_OK;
   for (int p = 0, k = PARTS; p < n; k += 2 + parts[p++].n) {
-    mine[k] = parts[p].n, mine[k + 1] = parts[p].how;
-    memcpy(mine + k + 2, parts[p].data, (size_t)parts[p].n * sizeof *mine);
+    a->mine[k] = parts[p].n, a->mine[k + 1] = parts[p].how;
+    memcpy(a->mine + k + 2, parts[p].data, (size_t)parts[p].n * sizeof *a->mine);
   }
+  if (n > 0) memcpy(a->parts, parts, (size_t)n * sizeof *parts);
+  a->n = n, a->pending = true;
   MPI_Type_contiguous(words, MPI_INT64_T, &whole); /* one element, which no library divides */
   MPI_Type_commit(&whole);
-  WAIT(ranks, "an agreement", MPI_Allreduce(mine, all, 1, whole, ranks->combine, ranks->all));
+  if (ahead)
+    MPI_Iallreduce(a->mine, a->all, 1, whole, ranks->combine, ranks->all, &a->request);
+  else
+    WAIT(ranks, "an agreement", MPI_Allreduce(a->mine, a->all, 1, whole, ranks->combine, ranks->all));
   MPI_Type_free(&whole);
-  if (all[CODE] != INT_MAX) {
-    tell(ranks, (int)all[RANK], all[FAILED] < ranks->size && all[CODE] != KITH_BAD_INPUT);
-    return kith_fail((kith_status)all[CODE], "%s", ranks->agreed);
+}
+
+/* Takes over what was agreed on. */
+static void end_to_agree(struct kith_ranks *ranks) {
+  struct agreement *a = ranks->agreement;
+  a->pending = false;
+  if (a->all[CODE] != INT_MAX) {
+    tell(ranks, (int)a->all[RANK], a->all[FAILED] < ranks->size && a->all[CODE] != KITH_BAD_INPUT);
+    a->refused = (kith_status)a->all[CODE];
+    return;
   }
-  for (int p = 0, k = PARTS; p < n; k += 2 + parts[p++].n)
-    memcpy(parts[p].data, all + k + 2, (size_t)parts[p].n * sizeof *all);
-  return KITH_OK;
+  for (int p = 0, k = PARTS; p < a->n; k += 2 + a->parts[p++].n)
+    memcpy(a->parts[p].data, a->all + k + 2, (size_t)a->parts[p].n * sizeof *a->all);
+}
+
+/* Ends what was started, if anything was. */
+static void settle(struct kith_ranks *ranks) {
+  struct agreement *a = ranks->agreement;
+  if (!a->pending) return;
+  WAIT(ranks, "an agreement", MPI_Wait(&a->request, MPI_STATUS_IGNORE));
+  end_to_agree(ranks);
+}
+
+/* The failure that was agreed on, once. */
+static kith_status answer(struct kith_ranks *ranks) {
+  const kith_status refused = ranks->agreement->refused;
+  ranks->agreement->refused = KITH_OK;
+  return refused == KITH_OK ? KITH_OK : kith_fail(refused, "%s", ranks->agreed);
+}
+
+kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n,
+                             const struct kith_shared *parts) {
+  const bool asked = counted(ranks);
+  if (ranks == NULL || ranks->size == 1) return status;
+  if (asked) {
+    begin_to_agree(ranks, status, n, parts, false);
+    end_to_agree(ranks);
+  }
+  return answer(ranks);
+}
+
+kith_status kith_ranks_start_agree(struct kith_ranks *ranks, kith_status status, int n,
+                                   const struct kith_shared *parts) {
+  const bool asked = counted(ranks);
+  if (ranks == NULL || ranks->size == 1) return status;
+  if (!asked) return answer(ranks);
+  begin_to_agree(ranks, status, n, parts, true);
+  return status == KITH_OK ? KITH_OK : kith_ranks_finish_agree(ranks);
+}
+
+kith_status kith_ranks_finish_agree(struct kith_ranks *ranks) {
+  if (ranks == NULL || ranks->size == 1) return KITH_OK;
+  settle(ranks);
+  return answer(ranks);
 }
 
 kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status) {
@@ -308,6 +381,10 @@ void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *n
     memcpy(from, to, (size_t)n * sizeof *from);
     return;
   }
+  if (!together(ranks)) {
+    memset(from, 0, (size_t)ranks->size * (size_t)n * sizeof *from);
+    return;
+  }
   for (int k = 0; k < n_neighbors; ++k) {
     const int r = neighbor[k];
     MPI_Irecv(from + (size_t)r * (size_t)n, n, MPI_INT64_T, r, TAG, ranks->all, &ranks->request[2 * k]);
@@ -320,7 +397,7 @@ void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *n
 
 void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, size_t bytes) {
   enum { TAG = 9 };
-  if (ranks == NULL || from == 0 || bytes == 0) return;
+  if (from == 0 || bytes == 0 || !together(ranks)) return;
   if (ranks->rank == 0)
     WAIT(ranks, "data for rank 0",
          MPI_Recv(data, (int)bytes, MPI_BYTE, from, TAG, ranks->all, MPI_STATUS_IGNORE));
@@ -362,7 +439,7 @@ kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t
 kith_status kith_ranks_start_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out,
                                       int n_in, const struct kith_message *in) {
   enum { TAG = 1 };
-  if (ranks == NULL) return KITH_OK;
+  if (!together(ranks)) return KITH_OK;
   if (ranks->n_requests > 0) KITH_FAIL(INTERNAL, "an exchange is pending already");
   if (n_out > ranks->size || n_in > ranks->size) KITH_FAIL(INTERNAL, "more messages than ranks");
   for (int k = 0; k < n_out + n_in; ++k) {

@@ -54,6 +54,13 @@ kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n
                              const struct kith_shared *parts) {
   return (void)ranks, (void)n, (void)parts, status;
 }
+kith_status kith_ranks_start_agree(struct kith_ranks *ranks, kith_status status, int n,
+                                   const struct kith_shared *parts) {
+  return (void)ranks, (void)n, (void)parts, status;
+}
+kith_status kith_ranks_finish_agree(struct kith_ranks *ranks) {
+  return (void)ranks, KITH_OK;
+}
 kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status) {
   return (void)ranks, status;
 }

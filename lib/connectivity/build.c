@@ -548,10 +548,12 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
     KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity,
                           2 * kith_rows_longest(rows), sizeof *scratch->worker[t].key));
   if (build->selected) KITH_TRY(kith_rows_begin_idle(rows, build));
+  if (build->when_marked != NULL && rows->wanted != NULL) KITH_TRY(build->when_marked(build->context));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
     kith_chunk_fill(rows, build, &scratch->chunk[c]);
     kith_free(&scratch->chunk[c].own);
+    if (omp_get_thread_num() == 0) kith_ranks_progress(build->nodes->ranks);
   }
   if (build->selected) kith_rows_end_idle(rows, build);
   return KITH_OK;

@@ -130,6 +130,7 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
   KITH_TRY(kith_search_fresh(search));
   KITH_TRY(kith_list_spec_prepare(&spec, &c->scratch, &build));
   build.selected = any_idle(nodes);
+  build.when_marked = c->when_marked, build.context = c->context;
   reset(c);
   c->built = need;
   c->n = kith_nodes_count(nodes);

@@ -48,7 +48,11 @@ struct kith_connectivity {
   struct kith_pairs overlap_pairs;
   struct kith_rows intersection; /* one row for each pair (2^31 at most) */
   uint64_t ghosts;               /* generation of those it was made from */
-  size_t candidates;             /* distance tests of the last build */
+  /* Called in a build as soon as it is known which ghosts rows will hold (rows.wanted), before entries are
+   * filled in: ranks can tell each other meanwhile. NULL: nothing to do. */
+  kith_status (*when_marked)(void *context);
+  void *context;     /* borrowed */
+  size_t candidates; /* distance tests of the last build */
   struct kith_builder scratch;
 };
 

@@ -329,7 +329,7 @@ static void trim_list(struct peer *peer, const struct kith_nodes *nodes, const u
 
 /* A flag for each ghost goes back to where its node came from: `in` is sent, `out` received. The buffer had
  * space for values already. */
-void kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uint8_t *keep) {
+void kith_halo_start_cull(struct kith_halo *halo, const struct kith_nodes *nodes, const uint8_t *keep) {
   if (halo == NULL) return;
   halo->n_parts = 1, halo->size[0] = 1;
   halo->culled = true, ++halo->traffic.created, ++halo->traffic.created_bytes;
@@ -342,7 +342,12 @@ void kith_halo_cull_remote(struct kith_halo *halo, struct kith_nodes *nodes, uin
       memcpy(flags->data, keep + (peer->first - nodes->n_internal), (size_t)peer->n_recv);
   }
   kith_ranks_must(halo->ranks,
-                  kith_ranks_exchange(halo->ranks, halo->n_peers, halo->in, halo->n_peers, halo->out));
+                  kith_ranks_start_exchange(halo->ranks, halo->n_peers, halo->in, halo->n_peers, halo->out));
+}
+
+void kith_halo_finish_cull(struct kith_halo *halo, const struct kith_nodes *nodes, uint8_t *keep) {
+  if (halo == NULL) return;
+  kith_ranks_finish_exchange(halo->ranks);
   for (int p = 0; p < halo->n_peers; ++p) trim_list(&halo->peer[p], nodes, halo->out[p].data, keep);
 }
 

@@ -136,7 +136,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 }
 
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
-                          const struct kith_kick *kick) {
+                          const struct kith_kick *kick, int n, struct kith_field *const *exchanged) {
   const struct crk_settings *settings = package->settings;
   const struct crk_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
@@ -147,7 +147,9 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                                               .pack = pack,
                                               .evaluate = pair_crk_of[package->kernel],
                                               .n_packed = CRK_PACKED,
-                                              .constants = &constants});
+                                              .constants = &constants,
+                                              .exchanged = exchanged,
+                                              .n_exchanged = n});
 }
 
 static kith_status crk_create(struct kith_package *package) {
@@ -188,8 +190,7 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
     between[n++] = crk->factor;
     kith_balsara_factors(package, &settings->viscosity, crk->curl, crk->factor);
   }
-  kith_package_start_refresh(package, n, between);
-  return forces(package, connectivity, kick);
+  return forces(package, connectivity, kick, n, between);
 }
 
 const struct kith_package_ops kith_package_crk = {

@@ -164,7 +164,6 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
     between[n++] = m->factor;
     kith_balsara_factors(package, &settings->viscosity, m->curl, m->factor);
   }
-  kith_package_start_refresh(package, n, between);
   const struct magma2_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .dissipation = settings->pressure_dissipation};
@@ -174,7 +173,9 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
                                               .pack = pack,
                                               .evaluate = pair_magma2_of[package->kernel],
                                               .n_packed = MAGMA2_PACKED,
-                                              .constants = &constants});
+                                              .constants = &constants,
+                                              .exchanged = between,
+                                              .n_exchanged = n});
 }
 
 const struct kith_package_ops kith_package_magma2 = {

@@ -314,15 +314,19 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   kith_package_start_refresh(package, 5, state);
   KITH_TRY(gradients(package, connectivity));
   struct kith_field *const slopes[] = {mfm->pressure_slope, mfm->faces.matrix};
-  kith_package_refresh(package, mfm->faces.matrix != NULL ? 2 : 1, slopes);
+  const int n_slopes = mfm->faces.matrix != NULL ? 2 : 1;
   struct kith_force_pass force = {.package = package,
                                   .kick = kick,
                                   .connectivity = connectivity,
                                   .pack = pack,
                                   .evaluate = pair_one_point_of[package->kernel],
                                   .n_packed = MFM_PACKED_ONE_POINT,
+                                  .exchanged = slopes,
+                                  .n_exchanged = n_slopes,
                                   .walls_known = true};
   if (mfm->faces.form == MFM_FACES_INTEGRATED) {
+    kith_package_refresh(package, n_slopes, slopes);
+    force.n_exchanged = 0;
     mfm->faces.profile = package->profile;
     mfm->faces.halo = hydro->halo;
     KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));

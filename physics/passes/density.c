@@ -333,6 +333,7 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                          const struct kith_density_wanted *wanted) {
   const struct kith_nodes *nodes = package->hydro->nodes;
   KITH_TRY(kith_connectivity_provides(connectivity, nodes, kith_package_requirements(package)));
+  if (wanted->compression != NULL) KITH_TRY(kith_ranks_finish_agree(nodes->ranks));
   if (wanted->compression != NULL)
     kith_package_start_refresh(package, 1, &(struct kith_field *){package->hydro->acceleration});
   struct density_pass pass = {.package = package,
@@ -354,11 +355,12 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                                         .lanes = LANES,
                                         .width = kith_rows_longest(&connectivity->rows),
                                         .iterates = true,
+                                        .begins = true,
                                         .shared = 8 * NDIM * (wanted->compression != NULL ? 3 : 2),
                                         .own = 8 * scalars};
   uint64_t count[KITH_COUNTS];
   kith_status status = kith_package_sweep(package, &sweep, count);
   if (status == KITH_OK && package->recompute) status = recompute(&pass, sweep);
   if (status == KITH_OK && count[KITH_COUNT_OUTGROWN] > 0) status = unsolved(nodes, &connectivity->rows);
-  return kith_ranks_allreduce_status(nodes->ranks, status);
+  return kith_ranks_start_agree(nodes->ranks, status, 0, NULL);
 }

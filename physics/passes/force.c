@@ -533,7 +533,8 @@ static void pack(void *context, kith_index begin, kith_index end) {
   const uint8_t *activity =
       nodes->activity != NULL ? nodes->activity->u8 : NULL; /* idle nodes are in no row */
   const kith_index internal = nodes->n_internal;
-  kith_profile_begin(package->profile, "records");
+  if (begin == end) return;
+  (begin == 0 ? kith_profile_begin : kith_profile_resume)(package->profile, "records");
 #pragma omp parallel for schedule(static)
   for (kith_index from = begin; from < end; from += KITH_STRETCH) {
     const kith_index to = KITH_MIN(from + KITH_STRETCH, end),
@@ -572,7 +573,9 @@ kith_status kith_force(struct kith_force_pass *pass) {
   KITH_TRY(kith_nodes_work(nodes, (packed + (weighs ? (size_t)all * KITH_LANES : 0)) * sizeof(double),
                            &pass->packed));
   pass->ticks = weighs ? pass->packed + packed : NULL;
-  pack(pass, 0, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
+  pack(pass, 0, internal);
+  if (pass->n_exchanged > 0) kith_package_start_refresh(package, pass->n_exchanged, pass->exchanged);
+  pack(pass, internal, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
   pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical &&
                 !(weighs && pass->flag != NULL);

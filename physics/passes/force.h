@@ -67,9 +67,12 @@ struct kith_force_pass {
   const struct kith_kick *kick;
   const struct kith_connectivity *connectivity;
   kith_force_packed *pack;
-  kith_force_block *evaluate;       /* of the kernel of the package */
-  int n_packed, edges;              /* doubles of a particle, of an edge */
-  const void *constants;            /* handed to the pair function */
+  kith_force_block *evaluate; /* of the kernel of the package */
+  int n_packed, edges;        /* doubles of a particle, of an edge */
+  const void *constants;      /* handed to the pair function */
+  /* What partners need that are ghosts: its exchange starts when the particles of internal nodes are packed. */
+  struct kith_field *const *exchanged;
+  int n_exchanged;
   const struct kith_pairwise *edge; /* of the node that a pair starts at; the other end has - edge */
   bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
   bool walls_known; /* the pair function accounts for the size of a barrier */

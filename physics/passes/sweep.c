@@ -80,7 +80,8 @@ static kith_status run_parts(struct kith_package *package, const struct kith_nod
 kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
                                uint64_t count[KITH_COUNTS]) {
   uint64_t sum[KITH_COUNTS] = {0};
-  const kith_status status = run_parts(package, sweep, sum);
+  kith_status status = sweep->begins ? KITH_OK : kith_ranks_finish_agree(package->hydro->nodes->ranks);
+  if (status == KITH_OK) status = run_parts(package, sweep, sum);
   package->pair_evaluations += sum[KITH_COUNT_EVALUATIONS];
   package->support_iterations += sum[KITH_COUNT_ITERATIONS];
   package->fallbacks += sum[KITH_COUNT_FALLBACKS];

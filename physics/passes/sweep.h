@@ -27,8 +27,9 @@ struct kith_node_sweep {
   int lanes; /* as for kith_traverse */
   size_t width;
   bool iterates; /* the stage shows its iterations */
-  bool touched;  /* runs for touched nodes too, not for active ones alone */
-  bool whole;    /* the chunk skips nodes that take no part itself (traversal.h) */
+  bool begins;  /* the first of an evaluation: what ranks have to agree on before may be open until its end */
+  bool touched; /* runs for touched nodes too, not for active ones alone */
+  bool whole;   /* the chunk skips nodes that take no part itself (traversal.h) */
   /* Traffic, for the counter "bytes" of the stage: each array that it needs is read or written once. Bytes of
    * a node or ghost that its neighbors read; that only the node itself reads and writes; of values of pairs.
    * The rows are added. */

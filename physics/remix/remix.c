@@ -181,6 +181,7 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
       .omega = remix->omega, .matrix = remix->matrix, .curl = remix->curl, .shear = remix->shear};
   start_volumes(hydro, remix->volume);
   KITH_TRY(kith_density(package, connectivity, &wanted));
+  KITH_TRY(kith_ranks_finish_agree(hydro->nodes->ranks)); /* volumes have a history */
   follow_volumes(package, kick);
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure};
@@ -195,7 +196,6 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
     between[n++] = remix->factor;
     kith_balsara_factors(package, &settings->viscosity, remix->curl, remix->factor);
   }
-  kith_package_start_refresh(package, n, between);
   const struct remix_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .kernel = kith_kernel_constant(package->kernel),
@@ -206,7 +206,9 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
                                               .pack = pack,
                                               .evaluate = pair_remix_of[package->kernel],
                                               .n_packed = REMIX_PACKED,
-                                              .constants = &constants});
+                                              .constants = &constants,
+                                              .exchanged = between,
+                                              .n_exchanged = n});
 }
 
 static struct kith_package_traits remix_traits(const void *settings) {

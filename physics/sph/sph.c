@@ -163,7 +163,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 }
 
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
-                          const struct kith_kick *kick) {
+                          const struct kith_kick *kick, int n, struct kith_field *const *exchanged) {
   const struct sph *sph = package->self;
   const struct sph_settings *settings = package->settings;
   const struct kith_nodes *nodes = package->hydro->nodes;
@@ -184,7 +184,9 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                                                            : sph->full    ? pair_full_of
                                                                           : pair_simple_of)[package->kernel],
                                               .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
-                                              .constants = &constants});
+                                              .constants = &constants,
+                                              .exchanged = exchanged,
+                                              .n_exchanged = n});
 }
 
 /* --- fields, switches, passes --- */
@@ -281,6 +283,7 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
                                              .compression = sph->compression};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_evaluate_eos(hydro);
+  if (sph->viscosity_switch != NULL) KITH_TRY(kith_ranks_finish_agree(nodes->ranks)); /* it has a history */
   set_factors(package, kick, 0, nodes->n_internal);
   struct kith_field *between[7] = {nodes->support, hydro->density, hydro->pressure, hydro->sound_speed,
                                    sph->grad_h_term};
@@ -291,10 +294,8 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
     kith_hydro_evaluate_eos_remote(hydro);
     set_factors(package, kick, kith_nodes_first_remote(nodes), kith_nodes_count(nodes));
     kith_nodes_refresh_images(hydro->nodes, between, n);
-  } else {
-    kith_package_start_refresh(package, n, between);
   }
-  return forces(package, connectivity, kick);
+  return forces(package, connectivity, kick, package->recompute ? 0 : n, between);
 }
 
 static struct kith_package_traits sph_traits(const void *settings) {

@@ -72,7 +72,9 @@ struct kith_build {
   bool selected;         /* some nodes are not active */
   const kith_index *row; /* [nodes of the targets] ordinal of a target, -1: none; NULL: nodes are targets */
   kith_index rows;       /* how many there are then */
-  const kith_index *column; /* the same of the sources */
+  const kith_index *column;                  /* the same of the sources */
+  kith_status (*when_marked)(void *context); /* connectivity.h; NULL: nothing to do */
+  void *context;
 };
 /* As in the rows of packages: every node of a group is a target, and its row is its number. */
 static inline bool kith_build_all_targets(const struct kith_build *build) {
