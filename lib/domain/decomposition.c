@@ -48,30 +48,52 @@ static inline bool is_in(const struct kith_box *box, const double *x) {
   return in;
 }
 
-/* Sets `home` to the global number of the node's cell, set_homes makes it an index among the own cells; and
- * `outside`. A node is mostly in the cell of the node before it. */
-static kith_status find_cells(struct kith_decomposition *d, const struct kith_nodes *nodes) {
+/* What find_cells notes of the cell of the last node: a node is mostly in the cell of the node before it. */
+struct cell {
+  struct kith_box box;
+  int64_t number, home;
+  bool leaves, far;
+};
+
+static struct cell cell_at(const struct kith_decomposition *d, const double *x, const uint8_t *near) {
+  const int64_t c = kith_cells_of(&d->cells, x);
+  if (c < 0) return (struct cell){.box = kith_box_empty(), .number = c};
+  if (near == NULL) return (struct cell){.box = box_of(&d->cells, c), .number = c, .home = c};
+  const bool own = d->place[c] < d->n_own;
+  return (struct cell){.box = box_of(&d->cells, c),
+                       .number = c,
+                       .home = own ? d->place[c] : -1 - c,
+                       .leaves = !own,
+                       .far = near[d->partition->owner[c]] == 0};
+}
+
+/* Sets `home` and `outside`. near NULL: `home` is the global number of the node's cell. Else it is the index
+ * among the own cells, or -1 - the number of a cell of another rank, until set_homes; and `leaving` and `far`
+ * are set. near[rank]: is it this one or a neighbor? */
+static kith_status find_cells(struct kith_decomposition *d, const struct kith_nodes *nodes,
+                              const uint8_t *near) {
   kith_index lost = INT32_MAX;
   double outside = 0;
-#pragma omp parallel reduction(min : lost) reduction(max : outside)
+  uint64_t leaving = 0, far = 0;
+#pragma omp parallel reduction(min : lost) reduction(max : outside) reduction(+ : leaving, far)
   {
-    int64_t c = -1;
-    struct kith_box box = kith_box_empty();
+    struct cell cell = {.box = kith_box_empty()};
 #pragma omp for schedule(static)
     for (kith_index i = 0; i < nodes->n_internal; ++i) {
       const double *x = nodes->position->f64 + (size_t)i * NDIM;
-      if (!is_in(&box, x)) {
-        c = kith_cells_of(&d->cells, x);
-        box = c < 0 ? kith_box_empty() : box_of(&d->cells, c);
-        if (c < 0)
+      if (!is_in(&cell.box, x)) {
+        cell = cell_at(d, x, near);
+        if (cell.number < 0)
           lost = KITH_MIN(lost, i);
-        else if (!is_in(&box, x))
-          outside = KITH_MAX(outside, distance_from(&d->cells, c, x));
+        else if (!is_in(&cell.box, x))
+          outside = KITH_MAX(outside, distance_from(&d->cells, cell.number, x));
       }
-      d->home->i64[i] = c;
+      d->home->i64[i] = cell.home;
+      leaving += cell.leaves, far += cell.far;
     }
   }
   d->outside = outside;
+  if (near != NULL) d->leaving = leaving, d->far = far;
   if (lost < INT32_MAX)
     KITH_FAIL(DIVERGED, "the position of node %lld is not finite", (long long)nodes->id->i64[lost]);
   return KITH_OK;
@@ -94,10 +116,12 @@ static int64_t nearest_own(const struct kith_decomposition *d, const double *x) 
   return best;
 }
 
+/* Of nodes that have come, and of those that stay though they are in a cell of another rank. */
 static void set_homes(const struct kith_decomposition *d, const struct kith_nodes *nodes) {
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const int64_t home = d->place[d->home->i64[i]];
+    if (d->home->i64[i] >= 0) continue;
+    const int64_t home = d->place[-1 - d->home->i64[i]];
     d->home->i64[i] = home < d->n_own ? home : nearest_own(d, nodes->position->f64 + (size_t)i * NDIM);
   }
 }
@@ -127,7 +151,7 @@ static kith_status weigh(struct kith_decomposition *d, const struct kith_nodes *
   uint64_t *work = NULL;
   KITH_TRY(kith_ranks_must(d->ranks, kith_resize(&work, 0, (size_t)d->cells.n, sizeof *work)));
   kith_ranks_must(d->ranks, kith_resize(weight, 0, (size_t)d->cells.n, sizeof **weight));
-  if (status == KITH_OK) status = find_cells(d, nodes);
+  if (status == KITH_OK) status = find_cells(d, nodes, NULL);
   for (kith_index i = 0; status == KITH_OK && i < nodes->n_internal; ++i)
     work[d->home->i64[i]] += (uint64_t)d->work->i64[i] + 1;
   kith_ranks_sum_counts(d->ranks, work, (int)d->cells.n);
@@ -184,37 +208,39 @@ static kith_status near_ranks(const struct kith_decomposition *d, uint8_t **near
   return KITH_OK;
 }
 
-/* Where each node goes. */
-static kith_status find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes) {
-  const int32_t *owner = d->partition->owner, me = (int32_t)kith_ranks_rank(d->ranks);
+/* Which nodes leave. */
+static kith_status find_leaving(struct kith_decomposition *d, const struct kith_nodes *nodes) {
   uint8_t *near = NULL;
-  uint64_t leaving = 0, far = 0;
   KITH_TRY(find_own(d));
-  KITH_TRY(find_cells(d, nodes));
   KITH_TRY(kith_reserve(&d->to, &d->to_capacity, (size_t)nodes->n_internal, sizeof *d->to));
   KITH_TRY(near_ranks(d, &near));
-#pragma omp parallel for schedule(static) reduction(+ : leaving, far)
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const int32_t to = owner[d->home->i64[i]];
-    d->to[i] = to;
-    leaving += to != me, far += near[to] == 0;
-  }
-  d->leaving = leaving, d->far = far, d->surrounded = false;
+  const kith_status status = find_cells(d, nodes, near);
+  d->surrounded = false;
   kith_free(&near);
-  return KITH_OK;
+  return status;
+}
+
+/* Where each node goes. */
+static void find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes) {
+  const int32_t *owner = d->partition->owner, me = (int32_t)kith_ranks_rank(d->ranks);
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    d->to[i] = d->home->i64[i] >= 0 ? me : owner[-1 - d->home->i64[i]];
 }
 
 kith_status kith_decomposition_assign(struct kith_decomposition *d, struct kith_nodes *nodes,
                                       kith_status status) {
   status = balance(d, nodes, status);
-  return status == KITH_OK ? find_ranks(d, nodes) : status;
+  return status == KITH_OK ? find_leaving(d, nodes) : status;
 }
 
 kith_status kith_decomposition_move(struct kith_decomposition *d, struct kith_nodes *nodes, uint64_t leaving,
                                     uint64_t far) {
   uint64_t moved = 0;
   const int32_t *neighbor = far > 0 || d->surrounded ? NULL : d->shell.neighbor;
-  if (leaving > 0) KITH_TRY(kith_nodes_migrate(nodes, d->to, d->shell.n_neighbors, neighbor, &moved));
+  if (leaving == 0) return KITH_OK;
+  find_ranks(d, nodes);
+  KITH_TRY(kith_nodes_migrate(nodes, d->to, d->shell.n_neighbors, neighbor, &moved));
   d->migrated += moved;
   set_homes(d, nodes);
   return KITH_OK;
@@ -234,7 +260,7 @@ kith_status kith_decomposition_surround(struct kith_decomposition *d, double rea
 /* Nodes that may be anywhere go to the owners of their cells. */
 static kith_status take_own(struct kith_decomposition *d, struct kith_nodes *nodes) {
   const uint64_t migrated = d->migrated;
-  KITH_TRY(kith_ranks_allreduce_status(d->ranks, find_ranks(d, nodes)));
+  KITH_TRY(kith_ranks_allreduce_status(d->ranks, find_leaving(d, nodes)));
   kith_status status = kith_decomposition_move(d, nodes, 1, 1);
   d->migrated = migrated;
   if (status == KITH_OK) status = kith_nodes_shrink(nodes);
@@ -379,8 +405,7 @@ kith_status kith_decomposition_read(struct kith_decomposition *d, struct kith_no
 
 kith_status kith_decomposition_resume(struct kith_decomposition *d, struct kith_nodes *nodes) {
   if (!d->resumed) return take_own(d, nodes);
-  kith_status status = find_own(d);
-  if (status == KITH_OK) status = find_cells(d, nodes);
+  kith_status status = find_leaving(d, nodes);
   if (status == KITH_OK && d->n_own == 0 && nodes->n_internal > 0)
     status = kith_fail(KITH_BAD_FILE, "the decomposition in the checkpoint is damaged");
   if (status == KITH_OK) set_homes(d, nodes);

@@ -35,34 +35,6 @@ static inline struct kith_bounds bounds_of_run(const struct kith_nodes *nodes, k
   return run.search_radius >= 0 ? run : kith_nowhere;
 }
 
-/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include.
- * Nodes that follow each other are mostly in the same cell. */
-kith_status kith_bounds_find(const struct kith_nodes *nodes, const int64_t *home, size_t n,
-                             struct kith_bounds **bounds) {
-  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
-  const size_t all = n * (size_t)threads;
-  struct kith_bounds *cell = NULL;
-  KITH_TRY(kith_resize(&cell, 0, all, sizeof *cell));
-  for (size_t c = 0; c < all; ++c) cell[c] = kith_nowhere;
-#pragma omp parallel num_threads(threads)
-  {
-    const int64_t me = omp_get_thread_num(), team = omp_get_num_threads();
-    const kith_index end = (kith_index)(nodes->n_internal * (me + 1) / team);
-    struct kith_bounds *mine = cell + n * (size_t)me;
-    for (kith_index i = (kith_index)(nodes->n_internal * me / team), next; i < end; i = next) {
-      for (next = i + 1; next < end && home[next] == home[i];) ++next;
-      const struct kith_bounds run = bounds_of_run(nodes, i, next, NULL);
-      include(&mine[home[i]], &run);
-    }
-#pragma omp barrier
-#pragma omp for schedule(static)
-    for (size_t c = 0; c < n; ++c)
-      for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
-  }
-  *bounds = cell;
-  return KITH_OK;
-}
-
 /* Square of the distance between boxes, or images of them along axes with a period (0: none). */
 static inline double box_distance2(const double period[NDIM], const struct kith_box *a,
                                    const struct kith_box *b) {
@@ -125,6 +97,50 @@ kith_status kith_candidates_gather(struct kith_candidates *c, const struct kith_
   for (int g = 0; g < c->groups; ++g) include(&c->all, &c->group[g]);
   return KITH_OK;
 }
+
+/* --- bounds of cells --- */
+
+/* Of internal nodes begin .. end - 1, by their groups where these are known (NULL: they are not). */
+static struct kith_bounds bounds_between(const struct kith_candidates *c, const struct kith_nodes *nodes,
+                                         kith_index begin, kith_index end) {
+  const kith_index first = (begin + GROUP_SIZE - 1) / GROUP_SIZE, stop = end / GROUP_SIZE;
+  if (c == NULL || first >= stop) return bounds_of_run(nodes, begin, end, NULL);
+  struct kith_bounds all = bounds_of_run(nodes, begin, first * GROUP_SIZE, NULL);
+  const struct kith_bounds rest = bounds_of_run(nodes, stop * GROUP_SIZE, end, NULL);
+  for (kith_index g = first; g < stop; ++g) include(&all, &c->group[g]);
+  include(&all, &rest);
+  return all;
+}
+
+/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include.
+ * Nodes that follow each other are mostly in the same cell. */
+kith_status kith_bounds_find(const struct kith_candidates *candidates, const struct kith_nodes *nodes,
+                             const int64_t *home, size_t n, struct kith_bounds **bounds) {
+  const int threads = nodes->n_internal > 10000 ? omp_get_max_threads() : 1;
+  const size_t all = n * (size_t)threads;
+  struct kith_bounds *cell = NULL;
+  KITH_TRY(kith_resize(&cell, 0, all, sizeof *cell));
+  for (size_t c = 0; c < all; ++c) cell[c] = kith_nowhere;
+#pragma omp parallel num_threads(threads)
+  {
+    const int64_t me = omp_get_thread_num(), team = omp_get_num_threads();
+    const kith_index end = (kith_index)(nodes->n_internal * (me + 1) / team);
+    struct kith_bounds *mine = cell + n * (size_t)me;
+    for (kith_index i = (kith_index)(nodes->n_internal * me / team), next; i < end; i = next) {
+      for (next = i + 1; next < end && home[next] == home[i];) ++next;
+      const struct kith_bounds run = bounds_between(candidates, nodes, i, next);
+      include(&mine[home[i]], &run);
+    }
+#pragma omp barrier
+#pragma omp for schedule(static)
+    for (size_t c = 0; c < n; ++c)
+      for (size_t other = c + n; other < all; other += n) include(&cell[c], &cell[other]);
+  }
+  *bounds = cell;
+  return KITH_OK;
+}
+
+/* --- candidates near cells --- */
 
 static void mark_group(const struct kith_candidates *c, const struct kith_nodes *nodes, int g,
                        const struct kith_bounds *cell, int n, double factor) {

@@ -13,9 +13,6 @@ struct kith_bounds {
 };
 static const struct kith_bounds kith_nowhere = {.search_radius = -1};
 
-/* Cell c has the internal nodes with home[i] == c, c = 0 .. n - 1. *bounds: [n], owned by the caller. */
-kith_status kith_bounds_find(const struct kith_nodes *nodes, const int64_t *home, size_t n,
-                             struct kith_bounds **bounds);
 /* The largest search radius of `own` and of all cells that come within the larger search radius of both, as
  * images too on periodic axes. */
 double kith_bounds_widest(const struct kith_bounds *own, const struct kith_cells *cells,
@@ -34,6 +31,10 @@ struct kith_candidates {
 /* Cleared by the caller, also after a failure. */
 kith_status kith_candidates_gather(struct kith_candidates *candidates, const struct kith_nodes *nodes);
 void kith_candidates_clear(struct kith_candidates *candidates);
+/* Cell c has the internal nodes with home[i] == c, c = 0 .. n - 1. *bounds: [n], owned by the caller. The
+ * candidates that were gathered from these nodes save most of the work; NULL: there are none. */
+kith_status kith_bounds_find(const struct kith_candidates *candidates, const struct kith_nodes *nodes,
+                             const int64_t *home, size_t n, struct kith_bounds **bounds);
 /* Those that are near any of cell[0 .. n - 1], by list and index: *send [*n_send], owned by the caller;
  * count[list] is raised by how many there are. `cell` is reordered. */
 kith_status kith_candidates_near(struct kith_candidates *candidates, const struct kith_nodes *nodes,

@@ -213,10 +213,11 @@ static void exchange_counts(struct kith_halo *halo, int n_lists) {
   kith_ranks_tell(halo->ranks, shell->n_neighbors, shell->neighbor, halo->count_out, halo->count_in, n_lists);
 }
 
-static kith_status own_bounds(const struct kith_halo *halo, const struct kith_nodes *nodes,
-                              struct kith_bounds **own) {
+static kith_status own_bounds(const struct kith_halo *halo, const struct kith_candidates *candidates,
+                              const struct kith_nodes *nodes, struct kith_bounds **own) {
   *own = NULL;
-  return kith_bounds_find(nodes, halo->decomposition->home->i64, (size_t)halo->decomposition->n_own, own);
+  return kith_bounds_find(candidates, nodes, halo->decomposition->home->i64,
+                          (size_t)halo->decomposition->n_own, own);
 }
 
 /* ---- ghosts ---- */
@@ -227,7 +228,6 @@ static kith_status make_send_lists(struct kith_halo *halo, const struct kith_nod
   const struct kith_shell *shell = &halo->decomposition->shell;
   const size_t lists = (size_t)nodes->n_lists;
   clear_counts(halo, nodes->n_lists);
-  KITH_TRY(kith_candidates_gather(candidates, nodes));
   for (int k = 0; k < shell->n_neighbors; ++k) {
     struct peer *peer = &halo->peer[halo->n_peers++];
     *peer = (struct peer){.rank = shell->neighbor[k]};
@@ -274,7 +274,8 @@ kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *node
   if (halo == NULL) return KITH_OK;
   forget_peers(halo);
   halo->culled = false;
-  kith_ranks_must(halo->ranks, own_bounds(halo, nodes, &own));
+  kith_ranks_must(halo->ranks, kith_candidates_gather(&candidates, nodes));
+  kith_ranks_must(halo->ranks, own_bounds(halo, &candidates, nodes, &own));
   exchange_bounds(halo, own);
   kith_ranks_must(halo->ranks, make_send_lists(halo, nodes, factor, &candidates));
   exchange_counts(halo, nodes->n_lists);
@@ -291,7 +292,7 @@ void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes) {
   if (halo == NULL) return;
   const struct kith_decomposition *d = halo->decomposition;
   const size_t n_own = (size_t)d->n_own;
-  kith_ranks_must(halo->ranks, own_bounds(halo, nodes, &own));
+  kith_ranks_must(halo->ranks, own_bounds(halo, NULL, nodes, &own));
   kith_ranks_must(halo->ranks, kith_resize(&wide, 0, n_own, sizeof *wide));
   exchange_bounds(halo, own);
 #pragma omp parallel

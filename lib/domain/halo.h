@@ -51,8 +51,9 @@ void kith_halo_abstain(struct kith_halo *halo, const struct kith_nodes *nodes);
  *     d(x_k, x_i) <= max(R_i, R_j) + R_j <= 2 R'_i. */
 void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes);
 
-/* Before a cull, in two halves. keep[ghost] is what this rank needs at the start; after finish it includes the
- * images that others need. NULL: a rank that has failed, and needs nothing. No other exchange in between. */
+/* Before a cull, in two halves. keep[ghost] is what this rank needs at the start; after finish it includes
+ * the images that others need. NULL: a rank that has failed, and needs nothing. No other exchange in
+ * between. */
 void kith_halo_start_cull(struct kith_halo *halo, const struct kith_nodes *nodes, const uint8_t *keep);
 void kith_halo_finish_cull(struct kith_halo *halo, const struct kith_nodes *nodes, uint8_t *keep);
 /* After the cull: renumber[old index] is the new index or -1. */

@@ -31,9 +31,10 @@ struct kith_density_wanted {
 };
 
 /* Refuses connectivity that is stale, or lacks what the package requires (connectivity.h). Collective: all
- * ranks agree on the status, the last of them in the next sweep, which returns it: until then nothing is
- * changed that an evaluation does not compute anew. OUTGROWN if a support has to grow beyond its search radius:
- * supports are set to what they need at least. DIVERGED names the first node whose support does not converge.
+ * ranks agree on the status; the failure of another rank is returned by the next sweep
+ * (kith_ranks_start_agree), and until then nothing may change that an evaluation does not compute anew.
+ * OUTGROWN if a support has to grow beyond its search radius: supports are set to what they need at least.
+ * DIVERGED names the first node whose support does not converge.
  *
  * Fallbacks are nodes whose gradient has no inverse: zero. */
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,

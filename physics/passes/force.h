@@ -70,7 +70,7 @@ struct kith_force_pass {
   kith_force_block *evaluate; /* of the kernel of the package */
   int n_packed, edges;        /* doubles of a particle, of an edge */
   const void *constants;      /* handed to the pair function */
-  /* What partners need that are ghosts: its exchange starts when the particles of internal nodes are packed. */
+  /* What ghosts need: sent when the particles of internal nodes are packed. */
   struct kith_field *const *exchanged;
   int n_exchanged;
   const struct kith_pairwise *edge; /* of the node that a pair starts at; the other end has - edge */
