@@ -26,6 +26,8 @@ static void meet(void) {
   X(Comm_dup, (MPI_Comm c, MPI_Comm * d), (c, d))                                                           \
   X(Comm_split_type, (MPI_Comm c, int t, int k, MPI_Info i, MPI_Comm *d), (c, t, k, i, d))                  \
   X(Allreduce, (const void *s, void *r, int n, MPI_Datatype t, MPI_Op o, MPI_Comm c), (s, r, n, t, o, c))   \
+  X(Iallreduce, (const void *s, void *r, int n, MPI_Datatype t, MPI_Op o, MPI_Comm c, MPI_Request *q),      \
+    (s, r, n, t, o, c, q))                                                                                  \
   X(Bcast, (void *b, int n, MPI_Datatype t, int r, MPI_Comm c), (b, n, t, r, c))                            \
   X(Alltoall, (const void *s, int n, MPI_Datatype t, void *r, int m, MPI_Datatype u, MPI_Comm c),           \
     (s, n, t, r, m, u, c))                                                                                  \
@@ -41,6 +43,7 @@ static void meet(void) {
     (b, n, t, p, g, c, r))                                                                                  \
   X(Irecv, (void *b, int n, MPI_Datatype t, int p, int g, MPI_Comm c, MPI_Request *r),                      \
     (b, n, t, p, g, c, r))                                                                                  \
+  X(Wait, (MPI_Request * r, MPI_Status * s), (r, s))                                                        \
   X(Waitall, (int n, MPI_Request r[], MPI_Status s[]), (n, r, s))                                           \
   X(Testall, (int n, MPI_Request r[], int *f, MPI_Status s[]), (n, r, f, s))
 #define X(name, parameters, arguments) \
