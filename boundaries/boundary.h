@@ -82,6 +82,19 @@ static inline double kith_boundary_face_velocity(const struct kith_boundary_ops 
   return ops != NULL && ops->face_velocity != NULL ? ops->face_velocity(settings) : 0;
 }
 
+/* The internal nodes in shares of consecutive ones, which lie close together where nodes are in order. Found
+ * in one pass over nodes, they save most nodes a look for each axis and image. */
+enum { KITH_SHARES = 256 };
+struct kith_extents {
+  kith_index n;   /* nodes; share s: those from kith_part_start(n, s, KITH_SHARES) on */
+  uint64_t order; /* generation of the nodes */
+  struct kith_extent {
+    struct kith_box box;
+    double search_radius; /* the largest */
+    bool finite;          /* positions and search radii, all of them */
+  } share[KITH_SHARES];
+};
+
 /* What `measure` finds; of images the maxima are, for the lower and the upper side, of f R - depth, and of
  * -depth, at least 0. */
 enum { KITH_BOUNDARY_MAXIMA = 4, KITH_IMAGES_WANTED = 0, KITH_IMAGES_OUT = 2 };
@@ -95,7 +108,8 @@ struct kith_boundary {
   double start;            /* where the face that acts (the lower one of two) is at time 0 */
   double zone[NDIM];       /* behind a face that gas passes: from it to what continues it; the caller's */
   const void *settings;    /* of its own parameters: the caller's to fill, borrowed; NULL: none */
-  double most[KITH_BOUNDARY_MAXIMA]; /* by `measure` */
+  const struct kith_extents *extents; /* of the nodes that are measured; borrowed */
+  double most[KITH_BOUNDARY_MAXIMA];  /* by `measure` */
   struct {
     double low, high, search_radius; /* along its axis */
     bool finite;
@@ -121,6 +135,7 @@ enum { KITH_MAX_BOUNDARIES = 2 * NDIM + 8 };
 struct kith_boundaries {
   int n;
   struct kith_boundary *boundary[KITH_MAX_BOUNDARIES]; /* owned */
+  struct kith_extents extents;
 };
 /* BAD_INPUT unless lower < upper, the axis exists and has no boundary yet (or one on the other side, and gas
  * passes either), and the member can act on these sides. Members without faces ignore all of these. */

@@ -10,13 +10,6 @@
 
 #include "lib/core/base.h"
 
-enum { KITH_FEW = 1000 }; /* nodes: for fewer, waking threads costs more than they save */
-
-/* Where a part of 0 .. n - 1 begins, cut into equal `parts`. */
-static inline kith_index kith_part_start(kith_index n, int part, int parts) {
-  return (kith_index)((int64_t)n * part / parts);
-}
-
 struct kith_rows {
   kith_index n;
   size_t *first;    /* [n + 1] */

@@ -18,6 +18,12 @@
 #endif
 
 typedef int32_t kith_index; /* a node of this process: internal or ghost */
+/* Of fewer nodes, waking threads costs more than they save. */
+enum { KITH_FEW = 1000 };
+/* Where a part of 0 .. n - 1 begins, cut into equal `parts`. */
+static inline kith_index kith_part_start(kith_index n, int part, int parts) {
+  return (kith_index)((int64_t)n * part / parts);
+}
 /* Loops over few of many nodes go by stretches of this many, and skip those in which there are none. */
 enum { KITH_STRETCH = 128 };
 /* Written for the vectorizer. */

@@ -110,6 +110,66 @@ static void check_threads(void) {
   kith_nodes_destroy(&two);
 }
 
+/* In the order of this coordinate, list by list; axis -1: of ids. */
+static void sort_along(struct kith_nodes *nodes, int axis) {
+  const size_t n = (size_t)nodes->n_internal;
+  uint64_t *key = NULL;
+  kith_index *order = NULL;
+  bool sorted;
+  CHECK_OK(kith_resize(&key, 0, n, sizeof *key));
+  CHECK_OK(kith_resize(&order, 0, n, sizeof *order));
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    key[i] = axis < 0 ? (uint64_t)nodes->id->i64[i]
+                      : (uint64_t)(1e9 * (1 + nodes->position->f64[i * NDIM + axis]));
+  CHECK_OK(kith_nodes_order_by(nodes, key, order, &sorted));
+  CHECK_OK(kith_nodes_reorder(nodes, order));
+  kith_free(&key);
+  kith_free(&order);
+}
+
+/* A number that depends on which ghosts there are, and not on their order. */
+static uint64_t mix(const struct kith_nodes *nodes) {
+  uint64_t sum = (uint64_t)nodes->n_ghost;
+  for (kith_index g = nodes->n_internal; g < kith_nodes_count(nodes); ++g) {
+    uint64_t word = (uint64_t)nodes->id->i64[g] + 1;
+    for (int a = 0; a < NDIM; ++a) {
+      uint64_t bits;
+      memcpy(&bits, &nodes->position->f64[g * NDIM + a], sizeof bits);
+      word = (word ^ bits) * UINT64_C(0x9e3779b97f4a7c15);
+      word ^= word >> 29;
+    }
+    sum += word;
+  }
+  return sum;
+}
+
+/* The same ghosts whether neighbors in the order of nodes lie close together or not, and though the order
+ * changes after nodes were measured. */
+static void check_order(void) {
+  struct kith_boundaries all = {0};
+  struct kith_nodes *nodes = crowd(1, &all);
+  for (kith_index i = 0; i < nodes->n_internal;
+       i += 5000) { /* in the middle, and seen from beyond each face */
+    nodes->search_radius->f64[i] = 0.6;
+    for (int a = 0; a < NDIM; ++a) nodes->position->f64[i * NDIM + a] = 0.45 + 1e-6 * i;
+  }
+  CHECK_OK(kith_boundaries_ghosts(&all, nodes, 1, NULL)); /* they have moved since */
+  const uint64_t wanted = mix(nodes);
+  for (int a = 0; a < NDIM; ++a) {
+    kith_nodes_drop_ghosts(nodes);
+    sort_along(nodes, a);
+    CHECK_OK(kith_boundaries_ghosts(&all, nodes, 1, NULL));
+    CHECK(mix(nodes) == wanted);
+    kith_nodes_drop_ghosts(nodes);
+    kith_boundaries_measure(&all, nodes, 1);
+    sort_along(nodes, -1);
+    CHECK_OK(kith_boundaries_make_ghosts(&all, nodes, 1, NULL, KITH_OK));
+    CHECK(mix(nodes) == wanted);
+  }
+  kith_boundaries_clear(&all);
+  kith_nodes_destroy(&nodes);
+}
+
 int main(void) {
   omp_set_num_threads(1);
   check_lattice_density(1, 2.5);
@@ -118,5 +178,6 @@ int main(void) {
   check_lattice_density(5, 2.43);
   check_lattice_density(7, 1.9);
   check_threads();
+  check_order();
   return check_failed();
 }
