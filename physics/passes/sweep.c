@@ -81,7 +81,10 @@ kith_status kith_package_sweep(struct kith_package *package, const struct kith_n
                                uint64_t count[KITH_COUNTS]) {
   uint64_t sum[KITH_COUNTS] = {0};
   kith_status status = sweep->begins ? KITH_OK : kith_ranks_finish_agree(package->hydro->nodes->ranks);
-  if (status == KITH_OK) status = run_parts(package, sweep, sum);
+  if (status == KITH_OK)
+    status = run_parts(package, sweep, sum);
+  else
+    kith_halo_finish_exchange(package->hydro->halo);
   package->pair_evaluations += sum[KITH_COUNT_EVALUATIONS];
   package->support_iterations += sum[KITH_COUNT_ITERATIONS];
   package->fallbacks += sum[KITH_COUNT_FALLBACKS];
