@@ -107,8 +107,8 @@ enum {
   KITH_PACKED_INVERSE = KITH_PACKED_OWN, /* 1 / H */
   KITH_PACKED_DENSITY,
   KITH_PACKED_SOUND,
-  KITH_PACKED_SHEAR, /* symmetric part of the velocity gradient: x.G.x needs no more. Halves (lanes.h), so that
-                      * a particle of sph takes two cache lines in 3-D */
+  KITH_PACKED_SHEAR, /* symmetric part of the velocity gradient: x.G.x needs no more. Halves (lanes.h): so a
+                      * particle of sph takes two cache lines in 3-D */
   KITH_PACKED_VISCOUS = KITH_PACKED_SHEAR + (KITH_SYMMETRIC_SIZE + 1) / 2
 };
 /* Packs them; shear NULL: 0. */

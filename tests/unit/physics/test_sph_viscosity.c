@@ -58,8 +58,8 @@ static void check_pairs(const struct method *m, int k, uint64_t seed) {
   for (int limited = 0; limited < 2; ++limited) world_destroy(&w[limited]);
 }
 
-/* The limiter leaves 0.625 of an approach at 1 along a slope of 0.375, in gas without sound as in any other, and
- * in any units. */
+/* The limiter leaves 0.625 of an approach at 1 along a slope of 0.375, in gas without sound as in any other,
+ * and in any units. */
 static void check_limiter(void) {
   static double j[KITH_PACKED_VISCOUS * KITH_STRIDE];
   const struct kith_viscosity_constants c = {.alpha = 1, .beta = 2, .spacings = 4, .limited = 1};
