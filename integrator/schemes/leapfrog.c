@@ -16,7 +16,7 @@ static const struct kith_param params[] = {
      KITH_INTO(struct leapfrog_settings, block)},
     {"levels", KITH_PARAM_INTEGER, "10", "[0, 10]", "the base step is at most 2^levels of the shortest step",
      KITH_INTO(struct leapfrog_settings, levels), .needs = "steps=block"},
-    {"ratio", KITH_PARAM_CHOICE, "2", "2|4|none",
+    {"ratio", KITH_PARAM_CHOICE, "4", "2|4|none",
      "of the steps of neighbors, at most; none: to see what that is for",
      KITH_INTO(struct leapfrog_settings, ratio), .needs = "steps=block"},
     {"random_steps", KITH_PARAM_INTEGER, "0", "[0, inf)",

@@ -16,15 +16,12 @@ KITH_INLINE int kith_symmetric_at(int a, int b) {
  * dimensions. */
 KITH_INLINE double kith_symmetric_form(const double *restrict room, int stride, double x, double y,
                                        double z) {
-  double g[KITH_SYMMETRIC_SIZE];
+  double g[6] = {0};
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) g[k] = kith_half(room, stride, k);
-#if NDIM == 1
-  return g[0] * x * x;
-#elif NDIM == 2
-  return g[0] * x * x + g[2] * y * y + 2 * (g[1] * x * y);
-#else
-  return g[0] * x * x + g[3] * y * y + g[5] * z * z + 2 * (g[1] * x * y + g[2] * x * z + g[4] * y * z);
-#endif
+  return NDIM == 1 ? g[0] * x * x
+         : NDIM == 2
+             ? g[0] * x * x + g[2] * y * y + 2 * (g[1] * x * y)
+             : g[0] * x * x + g[3] * y * y + g[5] * z * z + 2 * (g[1] * x * y + g[2] * x * z + g[4] * y * z);
 }
 
 /* out = factor G v, the entries of G `stride` apart: for loops over pairs, which vectorize. */

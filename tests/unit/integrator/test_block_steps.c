@@ -53,7 +53,7 @@ static void conservation(void) {
                                          "method.package=magma2",
                                          "method.package=remix",
                                          "method.viscosity.name=cullen-dehnen",
-                                         "scheme.ratio=4"};
+                                         "scheme.ratio=2"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     for (int seed = 0; seed < 2; ++seed) {
       struct scenario s;
@@ -111,7 +111,7 @@ static void without_limits(void) {
       "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2}\n" BLOCK "until: 0.05\n";
   for (int limited = 0; limited < 2; ++limited) {
     struct scenario s;
-    if (scenario_open(&s, cold, "scheme.ratio=%s", limited ? "2" : "none")) {
+    if (scenario_open(&s, cold, "scheme.ratio=%s", limited ? "4" : "none")) {
       CHECK_OK(scenario_start(&s));
       CHECK_STATUS(limited ? KITH_OK : KITH_DIVERGED, scenario_steps(&s, 100000));
     }
