@@ -99,11 +99,36 @@ KITH_INLINE int triple_of(int a, int b, int c) {
   return before + m * rest - m * (m - 1) / 2 + high - middle;
 }
 
+/* det m2 over that of an isotropic matrix of its trace: 1, and less the flatter the neighbors lie. */
+static double evenness(const double *m) {
+#if NDIM == 1
+  (void)m;
+  return 1;
+#elif NDIM == 2
+  const double trace = m[0] + m[2];
+  return 4 * (m[0] * m[2] - m[1] * m[1]) / (trace * trace);
+#else
+  const double trace = m[0] + m[3] + m[5],
+               det = m[0] * (m[3] * m[5] - m[4] * m[4]) + m[1] * (m[2] * m[4] - m[1] * m[5]) +
+                     m[2] * (m[1] * m[4] - m[2] * m[3]);
+  return 27 * det / (trace * trace * trace);
+#endif
+}
+
+/* p of (5). */
+static double trusted_part(const double *m2) {
+  enum { FLAT = 100, EVEN = 10 }; /* 1 / evenness: none, all */
+  const double t = (evenness(m2) - 1.0 / FLAT) / (1.0 / EVEN - 1.0 / FLAT), u = KITH_MIN(KITH_MAX(t, 0), 1);
+  return u * u * (3 - 2 * u);
+}
+
 /* (2), (3) from the sums. */
 static bool correct(const double *s, double *A, double *C, double *dA, double *dC) {
   double inverse[SYMMETRIC], B[NDIM], dB[NDIM][NDIM];
   const bool regular = kith_invert_symmetric(s + M2, 1e-6, inverse);
+  const double part = regular ? trusted_part(s + M2) : 0;
   double denominator = s[M0];
+  for (int k = 0; k < SYMMETRIC; ++k) inverse[k] *= part;
   for (int a = 0; a < NDIM; ++a) {
     B[a] = 0;
     for (int b = 0; regular && b < NDIM; ++b) B[a] -= inverse[kith_symmetric_at(a, b)] * s[M1 + b];

@@ -9,7 +9,12 @@
  * and so does its gradient, with the gradients of A and C from those of the moments:
  *     dB = -m2^-1 (dm1 + dm2 B), dA = -A^2 (dm0 + 2 dm1 . B + B . dm2 B), dC = dA B + A dB            (3)
  *     grad W^R_ij = (dA + C + dC . x) W + (A + C . x) grad W                                          (4)
- * A node whose m2 has no inverse keeps A = 1 / m0, C = 0, and is counted as a fallback. */
+ * Where neighbors lie in a line or a plane but for some that enter the support, m2^-1, and with it dC, grows
+ * beyond all bounds, and displacements across it with it: gas that leaves a wall got negative energies,
+ * whatever the time step. So m2^-1 counts as the part
+ *     p = u^2 (3 - 2 u), u = (e - 0.01) / 0.09 between 0 and 1, e = det m2 / (tr m2 / d)^d            (5)
+ * which is 1 for all but such nodes: 4 : 1 compressed lattices have e = 0.3. A node whose m2 has no inverse
+ * keeps A = 1 / m0, C = 0, and is counted as a fallback. */
 #ifndef KITH_PHYSICS_CRK_MOMENTS_H
 #define KITH_PHYSICS_CRK_MOMENTS_H
 
