@@ -1,5 +1,5 @@
 /* lanes.h - four doubles side by side, for sums that the compiler does not keep in registers by itself, and
- * for the values of four nodes that are loaded together; and two numbers in the room of a double.
+ * for the values of four nodes that are loaded together.
  *
  * Arrays handed to these functions are 32-byte aligned and padded to a multiple of KITH_LANES with values
  * that add nothing. The order of a sum is fixed by the length alone. */
@@ -41,29 +41,6 @@ KITH_INLINE const kith_index *kith_lanes_entries(const kith_index *restrict node
   if (k + KITH_LANES <= n) return node + k;
   for (size_t l = 0; l < KITH_LANES; ++l) room[l] = node[KITH_MIN(k + l, n - 1)];
   return room;
-}
-
-/* Two numbers in the room of one, for values that need no more: each keeps its sign, its exponent and 20 bits
- * of its fraction, rounded, so that it is off by at most 2^-21 of its value (5e-7). The room holds any bits:
- * it may be copied, nothing else. */
-union kith_halves {
-  double room;
-  uint64_t bits;
-};
-#define KITH_UPPER_HALF UINT64_C(0xffffffff00000000)
-KITH_INLINE double kith_halves(double first, double second) {
-  const uint64_t half = UINT64_C(1) << 31, upper = (union kith_halves){first}.bits + half,
-                 lower = (union kith_halves){second}.bits + half;
-  return (union kith_halves){.bits = (upper & KITH_UPPER_HALF) | lower >> 32}.room;
-}
-/* Number k of those in rooms `stride` apart. */
-KITH_INLINE double kith_half(const double *restrict room, int stride, int k) {
-  const uint64_t bits = (union kith_halves){room[k / 2 * stride]}.bits;
-  return (union kith_halves){.bits = k % 2 == 0 ? bits & KITH_UPPER_HALF : bits << 32}.room;
-}
-/* n numbers into rooms side by side. */
-static inline void kith_halve(const double *restrict from, int n, double *restrict room) {
-  for (int k = 0; k < n; k += 2) room[k / 2] = kith_halves(from[k], k + 1 < n ? from[k + 1] : 0);
 }
 
 /* Lanes that a vector takes when it is loaded. */

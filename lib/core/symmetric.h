@@ -2,7 +2,7 @@
 #ifndef KITH_CORE_SYMMETRIC_H
 #define KITH_CORE_SYMMETRIC_H
 
-#include "lib/core/lanes.h"
+#include "lib/core/base.h"
 
 enum { KITH_SYMMETRIC_SIZE = NDIM * (NDIM + 1) / 2 };
 
@@ -12,16 +12,12 @@ KITH_INLINE int kith_symmetric_at(int a, int b) {
   return low * NDIM - low * (low - 1) / 2 + high - low;
 }
 
-/* x.G.x of a G whose entries are halves (lanes.h), their rooms `stride` apart; y, z: anything in fewer
- * dimensions. */
-KITH_INLINE double kith_symmetric_form(const double *restrict room, int stride, double x, double y,
-                                       double z) {
-  double g[6] = {0};
-  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) g[k] = kith_half(room, stride, k);
-  return NDIM == 1 ? g[0] * x * x
-         : NDIM == 2
-             ? g[0] * x * x + g[2] * y * y + 2 * (g[1] * x * y)
-             : g[0] * x * x + g[3] * y * y + g[5] * z * z + 2 * (g[1] * x * y + g[2] * x * z + g[4] * y * z);
+/* x.G.x, the entries of G `stride` apart; y, z: anything in fewer dimensions. */
+KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, double x, double y, double z) {
+  return NDIM == 1   ? g[0] * x * x
+         : NDIM == 2 ? g[0] * x * x + g[2 * stride] * y * y + 2 * (g[stride] * x * y)
+                     : g[0] * x * x + g[3 * stride] * y * y + g[5 * stride] * z * z +
+                           2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
 }
 
 /* out = factor G v, the entries of G `stride` apart: for loops over pairs, which vectorize. */

@@ -39,9 +39,10 @@ static const struct kith_param params[] = {
 enum {
   CRK_PRESSURE = KITH_PACKED_VISCOUS,
   CRK_VOLUME,
-  CRK_RATE,     /* V / Omega */
-  CRK_SWITCHES, /* s of (6) and of (9), halves (lanes.h) */
-  CRK_KERNEL,   /* moments.h */
+  CRK_RATE,   /* V / Omega */
+  CRK_SMOOTH, /* s */
+  CRK_SWITCH, /* s of (6) */
+  CRK_KERNEL, /* moments.h */
   CRK_PACKED = CRK_KERNEL + CRK_COEFFICIENTS
 };
 
@@ -97,10 +98,10 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
 
   const double viscosity = /* Q of (6) */
       kith_viscous_pressure(&c->viscosity, &p, i[KITH_PACKED_DENSITY], J(KITH_PACKED_DENSITY),
-                            0.5 * (kith_half(i + CRK_SWITCHES, 1, 0) + kith_half(&J(CRK_SWITCHES), 1, 0)));
+                            0.5 * (i[CRK_SWITCH] + J(CRK_SWITCH)));
 
   const double pressure = i[CRK_PRESSURE] + J(CRK_PRESSURE) + viscosity,
-               smooth = KITH_MIN(kith_half(i + CRK_SWITCHES, 1, 1), kith_half(&J(CRK_SWITCHES), 1, 1)),
+               smooth = KITH_MIN(i[CRK_SMOOTH], J(CRK_SMOOTH)),
                factor = -0.25 * c->volume * smooth * pressure;
   double d[NDIM];
   crk_gradient(&p, w, g, i + CRK_KERNEL, &J(CRK_KERNEL), d);
@@ -126,10 +127,10 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   const struct crk *crk = package->self;
   kith_viscosity_pack(hydro, crk->shear, i, packed);
   crk_moments_pack(&crk->moments, i, packed + CRK_KERNEL);
+  packed[CRK_SWITCH] = crk->factor != NULL ? crk->factor->f64[i] : 1;
   packed[CRK_PRESSURE] = hydro->pressure->f64[i];
   const bool frozen = crk->omega->f64[i] == 0;
-  packed[CRK_SWITCHES] = kith_halves(crk->factor != NULL ? crk->factor->f64[i] : 1,
-                                     1 / (1 + pow(crk->moments.change->f64[i] / steep, 4)));
+  packed[CRK_SMOOTH] = 1 / (1 + pow(crk->moments.change->f64[i] / steep, 4));
   packed[CRK_VOLUME] = kith_ball() * kith_pow_dim(hydro->nodes->support->f64[i]) / package->neighbors;
   packed[CRK_RATE] = packed[CRK_VOLUME] / (frozen ? 1 : crk->omega->f64[i]);
 }

@@ -107,9 +107,8 @@ enum {
   KITH_PACKED_INVERSE = KITH_PACKED_OWN, /* 1 / H */
   KITH_PACKED_DENSITY,
   KITH_PACKED_SOUND,
-  KITH_PACKED_SHEAR, /* symmetric part of the velocity gradient: x.G.x needs no more. Halves (lanes.h): so a
-                      * particle of sph takes two cache lines in 3-D */
-  KITH_PACKED_VISCOUS = KITH_PACKED_SHEAR + (KITH_SYMMETRIC_SIZE + 1) / 2
+  KITH_PACKED_SHEAR, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
+  KITH_PACKED_VISCOUS = KITH_PACKED_SHEAR + KITH_SYMMETRIC_SIZE
 };
 /* Packs them; shear NULL: 0. */
 static inline void kith_viscosity_pack(const struct kith_hydro *hydro, const struct kith_field *shear,
@@ -118,9 +117,8 @@ static inline void kith_viscosity_pack(const struct kith_hydro *hydro, const str
   packed[KITH_PACKED_INVERSE] = 1 / hydro->nodes->support->f64[i];
   packed[KITH_PACKED_DENSITY] = hydro->density->f64[i];
   packed[KITH_PACKED_SOUND] = hydro->sound_speed->f64[i];
-  static const double none[KITH_SYMMETRIC_SIZE];
-  kith_halve(shear != NULL ? shear->f64 + (size_t)i * KITH_SYMMETRIC_SIZE : none, KITH_SYMMETRIC_SIZE,
-             packed + KITH_PACKED_SHEAR);
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
+    packed[KITH_PACKED_SHEAR + k] = shear != NULL ? shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
 }
 
 /* Balsara's factor of node i (Balsara 1995, JCoPh 121, 357), or its square; 1 without:

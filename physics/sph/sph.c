@@ -64,13 +64,12 @@ enum {
   SPH_MASS,
   SPH_SIMPLE,              /* fields without switches */
   SPH_SWITCH = SPH_SIMPLE, /* s */
-  SPH_FULL,                /* with them */
-  SPH_ENERGY = SPH_FULL,   /* for (7) */
-  SPH_ALL
+  SPH_ENERGY,
+  SPH_FULL /* all fields */
 };
 
 struct sph {
-  bool full;      /* particles are packed with the switch */
+  bool full;      /* particles are packed with all fields */
   bool all_terms; /* stretched supports, own masses, (7) and (8) */
   struct kith_field *grad_h_term, *shear, *curl, *compression; /* NULL unless needed; grad_h_term always is */
   struct kith_field *viscosity_switch, *factor;                /* s of (6), state; s with Balsara's factor */
@@ -148,7 +147,7 @@ KITH_INLINE void pair_all(enum kith_kernel kernel, const void *constants, const 
 }
 KITH_FORCE_BLOCKS(pair_simple, SPH_SIMPLE)
 KITH_FORCE_BLOCKS(pair_full, SPH_FULL)
-KITH_FORCE_BLOCKS(pair_all, SPH_ALL)
+KITH_FORCE_BLOCKS(pair_all, SPH_FULL)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
@@ -158,8 +157,9 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[SPH_PSI] = mass * hydro->pressure->f64[i] / (density * density);
   packed[SPH_GRAD_H_TERM] = sph->grad_h_term->f64[i];
   packed[SPH_MASS] = mass;
-  if (sph->full) packed[SPH_SWITCH] = sph->factor != NULL ? sph->factor->f64[i] : 1;
-  if (sph->all_terms) packed[SPH_ENERGY] = hydro->energy->f64[i];
+  if (!sph->full) return;
+  packed[SPH_SWITCH] = sph->factor != NULL ? sph->factor->f64[i] : 1;
+  packed[SPH_ENERGY] = hydro->energy->f64[i];
 }
 
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
@@ -183,9 +183,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                                               .evaluate = (sph->all_terms ? pair_all_of
                                                            : sph->full    ? pair_full_of
                                                                           : pair_simple_of)[package->kernel],
-                                              .n_packed = sph->all_terms ? SPH_ALL
-                                                          : sph->full    ? SPH_FULL
-                                                                         : SPH_SIMPLE,
+                                              .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
                                               .constants = &constants,
                                               .exchanged = exchanged,
                                               .n_exchanged = n});

@@ -343,19 +343,11 @@ static inline void truth_gradient(const struct world *w, struct truth *t) {
   }
 }
 
-/* Rounded to 21 bits, as packed particles hold it (lanes.h). */
-static inline double truth_half(double value) {
-  int exponent;
-  const double fraction = frexp(value, &exponent);
-  return ldexp(round(ldexp(fraction, 21)), exponent - 21);
-}
-
 /* x . G x of the partner's image. */
 static inline double truth_project(const double gradient[NDIM][NDIM], const double *sign, const double *x) {
   double sum = 0;
   for (int a = 0; a < NDIM; ++a)
-    for (int b = 0; b < NDIM; ++b)
-      sum += x[a] * sign[a] * truth_half((gradient[a][b] + gradient[b][a]) / 2) * sign[b] * x[b];
+    for (int b = 0; b < NDIM; ++b) sum += x[a] * sign[a] * gradient[a][b] * sign[b] * x[b];
   return sum;
 }
 

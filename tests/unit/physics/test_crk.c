@@ -104,7 +104,7 @@ static void truth_kernel(const struct world *w, const struct truth *t, int i, st
   for (int a = 0; a < NDIM; ++a) change2 += flux[a] * flux[a];
   const double spacing = t->support[i] / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
   out->change[i] = NDIM * spacing * sqrt(change2) / fabs(trace); /* |grad ln H|, if neighbors are even */
-  out->smooth[i] = truth_half(1 / (1 + pow(out->change[i] / 0.4, 4)));
+  out->smooth[i] = 1 / (1 + pow(out->change[i] / 0.4, 4));
 }
 
 /* Gradient of the corrected kernel of a node with coefficients c, dc, whose image has these signs, at x from

@@ -1,7 +1,5 @@
-/* Lanes: transposition of four records, and vectors of a row in any number, beside plain indexing; halves. */
+/* Lanes: transposition of four records, and vectors of a row in any number, beside plain indexing. */
 #include "lib/core/lanes.h"
-
-#include <math.h>
 #include "tests/check.h"
 
 static void transposes(void) {
@@ -36,34 +34,8 @@ static void separations(void) {
   kith_free(&to);
 }
 
-/* Numbers of 21 bits come back, others to 2^-21; signs, and factors of two, change nothing else. */
-static void halves(void) {
-  enum { STRIDE = 3 };
-  static const double exact[] = {0, 1, -0.375, 0x1.fffffp-3, -0x1p-1022, 0x1p1023, -3};
-  static const int power[] = {-900, -1, 1, 900};
-  double room[4], apart[3 * STRIDE + 1];
-  kith_halve(exact, 7, room);
-  for (int k = 0; k < 4; ++k) apart[k * STRIDE] = room[k];
-  for (int k = 0; k < 7; ++k)
-    CHECK(kith_half(room, 1, k) == exact[k] && kith_half(apart, STRIDE, k) == exact[k]);
-  double worst = 0;
-  for (int k = 0; k < 1000; ++k) {
-    const double x = 1 + k * 0.0012345678912345;
-    room[0] = kith_halves(x, -x);
-    const double first = kith_half(room, 1, 0);
-    CHECK(kith_half(room, 1, 1) == -first);
-    for (int p = 0; p < 4; ++p) {
-      room[1] = kith_halves(0, ldexp(x, power[p]));
-      CHECK(kith_half(room, 1, 3) == ldexp(first, power[p]));
-    }
-    worst = fmax(worst, fabs(first - x) / x);
-  }
-  CHECK(worst > 0x1p-23 && worst <= 0x1p-21);
-}
-
 int main(void) {
   transposes();
   separations();
-  halves();
   return check_failed();
 }
