@@ -108,17 +108,17 @@ static double evenness(const double *m) {
   const double trace = m[0] + m[2];
   return 4 * (m[0] * m[2] - m[1] * m[1]) / (trace * trace);
 #else
-  const double trace = m[0] + m[3] + m[5],
-               det = m[0] * (m[3] * m[5] - m[4] * m[4]) + m[1] * (m[2] * m[4] - m[1] * m[5]) +
-                     m[2] * (m[1] * m[4] - m[2] * m[3]);
+  const double trace = m[0] + m[3] + m[5], det = m[0] * (m[3] * m[5] - m[4] * m[4]) +
+                                                 m[1] * (m[2] * m[4] - m[1] * m[5]) +
+                                                 m[2] * (m[1] * m[4] - m[2] * m[3]);
   return 27 * det / (trace * trace * trace);
 #endif
 }
 
 /* p of (5). */
 static double trusted_part(const double *m2) {
-  enum { FLAT = 100, EVEN = 10 }; /* 1 / evenness: none, all */
-  const double t = (evenness(m2) - 1.0 / FLAT) / (1.0 / EVEN - 1.0 / FLAT), u = KITH_MIN(KITH_MAX(t, 0), 1);
+  static const double flat = 0.01, even = 0.1; /* none, all */
+  const double u = KITH_MIN(KITH_MAX((evenness(m2) - flat) / (even - flat), 0), 1);
   return u * u * (3 - 2 * u);
 }
 
