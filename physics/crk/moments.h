@@ -13,8 +13,8 @@
  * beyond all bounds, and displacements across it with it: gas that leaves a wall got negative energies,
  * whatever the time step. So m2^-1 counts as the part
  *     p = u^2 (3 - 2 u), u = (e - 0.01) / 0.09 between 0 and 1, e = det m2 / (tr m2 / d)^d            (5)
- * which is 1 for all but such nodes: a lattice pressed together 4 : 1 has e = 0.3 in 2-D. A node whose m2 has no inverse
- * keeps A = 1 / m0, C = 0, and is counted as a fallback. */
+ * which is 1 for all but such nodes: a lattice pressed together 4 : 1 has e = 0.3 in 2-D.
+ * A node whose m2 has no inverse keeps A = 1 / m0, C = 0, and is counted as a fallback. */
 #ifndef KITH_PHYSICS_CRK_MOMENTS_H
 #define KITH_PHYSICS_CRK_MOMENTS_H
 
