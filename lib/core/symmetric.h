@@ -2,7 +2,7 @@
 #ifndef KITH_CORE_SYMMETRIC_H
 #define KITH_CORE_SYMMETRIC_H
 
-#include "lib/core/base.h"
+#include "lib/core/vec.h"
 
 enum { KITH_SYMMETRIC_SIZE = NDIM * (NDIM + 1) / 2 };
 
@@ -39,25 +39,38 @@ KITH_INLINE void kith_symmetric_add(const double *g, const double *v, double *ou
     }
 }
 
+KITH_INLINE double kith_symmetric_determinant(const double *m) {
+#if NDIM == 1
+  return m[0];
+#elif NDIM == 2
+  return m[0] * m[2] - m[1] * m[1];
+#else
+  return m[0] * (m[3] * m[5] - m[4] * m[4]) + m[1] * (m[2] * m[4] - m[1] * m[5]) +
+         m[2] * (m[1] * m[4] - m[2] * m[3]);
+#endif
+}
+
+KITH_INLINE double kith_symmetric_trace(const double *m) {
+  double trace = 0;
+  for (int a = 0; a < NDIM; ++a) trace += m[kith_symmetric_at(a, a)];
+  return trace;
+}
+
 /* Inverse of a symmetric positive matrix (upper triangle); false, and zero, if it is close to singular:
  * unless its determinant is more than `least` times trace^NDIM. That of an isotropic matrix is (trace /
  * NDIM)^NDIM. */
 KITH_INLINE bool kith_invert_symmetric(const double *m, double least, double *inverse) {
+  const double det = kith_symmetric_determinant(m);
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) inverse[k] = 0;
+  if (!(det > least * kith_pow_dim(kith_symmetric_trace(m)))) return false;
 #if NDIM == 1
-  if (!(m[0] > least * m[0])) return false;
-  inverse[0] = 1 / m[0];
+  inverse[0] = 1 / det;
 #elif NDIM == 2
-  const double det = m[0] * m[2] - m[1] * m[1], trace = m[0] + m[2];
-  if (!(det > least * trace * trace)) return false;
   inverse[0] = m[2] / det, inverse[1] = -m[1] / det, inverse[2] = m[0] / det;
 #else
-  const double c0 = m[3] * m[5] - m[4] * m[4], c1 = m[2] * m[4] - m[1] * m[5], c2 = m[1] * m[4] - m[2] * m[3];
-  const double det = m[0] * c0 + m[1] * c1 + m[2] * c2, trace = m[0] + m[3] + m[5];
-  if (!(det > least * trace * trace * trace)) return false;
-  inverse[0] = c0 / det, inverse[1] = c1 / det, inverse[2] = c2 / det;
-  inverse[3] = (m[0] * m[5] - m[2] * m[2]) / det, inverse[4] = (m[1] * m[2] - m[0] * m[4]) / det;
-  inverse[5] = (m[0] * m[3] - m[1] * m[1]) / det;
+  inverse[0] = (m[3] * m[5] - m[4] * m[4]) / det, inverse[1] = (m[2] * m[4] - m[1] * m[5]) / det;
+  inverse[2] = (m[1] * m[4] - m[2] * m[3]) / det, inverse[3] = (m[0] * m[5] - m[2] * m[2]) / det;
+  inverse[4] = (m[1] * m[2] - m[0] * m[4]) / det, inverse[5] = (m[0] * m[3] - m[1] * m[1]) / det;
 #endif
   return true;
 }

@@ -100,19 +100,8 @@ KITH_INLINE int triple_of(int a, int b, int c) {
 }
 
 /* det m2 over that of an isotropic matrix of its trace: 1, and less the flatter the neighbors lie. */
-static double evenness(const double *m) {
-#if NDIM == 1
-  (void)m;
-  return 1;
-#elif NDIM == 2
-  const double trace = m[0] + m[2];
-  return 4 * (m[0] * m[2] - m[1] * m[1]) / (trace * trace);
-#else
-  const double trace = m[0] + m[3] + m[5], det = m[0] * (m[3] * m[5] - m[4] * m[4]) +
-                                                 m[1] * (m[2] * m[4] - m[1] * m[5]) +
-                                                 m[2] * (m[1] * m[4] - m[2] * m[3]);
-  return 27 * det / (trace * trace * trace);
-#endif
+static double evenness(const double *m2) {
+  return kith_symmetric_determinant(m2) / kith_pow_dim(kith_symmetric_trace(m2) / NDIM);
 }
 
 /* p of (5). */
