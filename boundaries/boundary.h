@@ -44,13 +44,12 @@ struct kith_boundary_ops {
   void (*abstain)(struct kith_boundary *boundary, struct kith_nodes *nodes);
   /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with all fields of
    * the node. DIVERGED for a node that is not finite or more than a thousand lengths away; the others are put
-   * back. The shift of a wrap is added to `moved_by` (NDIM per node, may be NULL). NULL: nothing to do. */
-  kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
+   * back. NULL: nothing to do. */
+  kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes);
   /* For members whose ghosts are images across their faces (images.h): image n = -1, 1, -2, 2, ... is
    * x -> sign * x + shift, false: there is none; put_back moves internal node i, which is outside. */
   bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
-  void (*put_back)(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
-                   double *moved_by);
+  void (*put_back)(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i);
   void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
   /* Moves its faces to their positions at this time; existing ghosts do not follow. NULL: faces are fixed. */
   void (*move)(struct kith_boundary *boundary, double time);
@@ -166,6 +165,6 @@ bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struc
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
 /* Enforces all boundaries (or only those that keep neighbor lists valid). */
 kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
-                                    double *moved_by, bool only_keeping_lists);
+                                    bool only_keeping_lists);
 
 #endif

@@ -254,7 +254,7 @@ kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes
 
 /* ---- enforcing ---- */
 
-kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by) {
+kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes) {
   const double *x = nodes->position->f64 + boundary->axis;
   const double far = KITH_MOST_IMAGES * fabs(boundary->upper - boundary->lower);
   /* The interval for nodes: unbounded on a side that does not act, half-open if the boundary wraps. */
@@ -274,7 +274,7 @@ kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_node
       lost = KITH_MIN(lost, i);
       continue;
     }
-    boundary->ops->put_back(boundary, nodes, i, moved_by);
+    boundary->ops->put_back(boundary, nodes, i);
     any = true;
   }
   if (any) ++nodes->positions;

@@ -28,7 +28,7 @@ void kith_images_measure_shifts(struct kith_boundary *boundary, const struct kit
                                 double radius_factor);
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
-kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes, double *moved_by);
+kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes);
 /* Numbers of images along the axes, as one number: nodes.h. */
 static inline int64_t kith_image_code(int axis) {
   return axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;

@@ -44,12 +44,9 @@ static double wrapped(double x, double lower, double upper) {
   return y >= lower && y < upper ? y : lower;
 }
 
-static void put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
-                     double *moved_by) {
+static void put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i) {
   const size_t k = (size_t)i * NDIM + (size_t)boundary->axis;
-  const double old = nodes->position->f64[k], now = wrapped(old, boundary->lower, boundary->upper);
-  nodes->position->f64[k] = now;
-  if (moved_by != NULL) moved_by[k] += now - old;
+  nodes->position->f64[k] = wrapped(nodes->position->f64[k], boundary->lower, boundary->upper);
 }
 
 const struct kith_boundary_ops kith_boundary_periodic = {

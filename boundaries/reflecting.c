@@ -14,9 +14,7 @@ static bool image_of(const struct kith_boundary *boundary, int n, double *sign, 
 
 /* The reflections that bring the node between the faces, as one map of all its fields, also of positions and
  * velocities that schemes keep from the start of a step. */
-static void put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i,
-                     double *moved_by) {
-  (void)moved_by; /* a mirrored node has moved with the flow */
+static void put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i) {
   const int axis = boundary->axis;
   struct kith_image image = {.velocity = {0}};
   double x = nodes->position->f64[(size_t)i * NDIM + axis], sign = 1, shift = 0;

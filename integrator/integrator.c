@@ -73,9 +73,9 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 }
 
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from) {
-  const kith_index n = nodes->n_internal * to->components;
+  const size_t n = (size_t)nodes->n_internal * (size_t)to->components;
 #pragma omp parallel for simd schedule(static)
-  for (kith_index k = 0; k < n; ++k) to->f64[k] = from->f64[k];
+  for (size_t k = 0; k < n; ++k) to->f64[k] = from->f64[k];
 }
 
 /* v += dt A, u += dt rate. */
@@ -85,7 +85,7 @@ static void kick_by_rates(struct kith_integrator *it, double dt) {
 #pragma omp parallel for simd schedule(static)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * rate[i];
 #pragma omp parallel for simd schedule(static)
-  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) v[k] += dt * a[k];
+  for (size_t k = 0; k < (size_t)it->nodes->n_internal * NDIM; ++k) v[k] += dt * a[k];
 }
 
 void kith_predict(struct kith_integrator *it, double dt, double later) {
@@ -136,6 +136,6 @@ void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, d
   double *restrict x = it->nodes->position->f64;
   const double *restrict v = velocity->f64;
 #pragma omp parallel for simd schedule(static)
-  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) x[k] += dt * v[k];
+  for (size_t k = 0; k < (size_t)it->nodes->n_internal * NDIM; ++k) x[k] += dt * v[k];
   kith_drift_supports(it, dt);
 }

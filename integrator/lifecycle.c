@@ -352,7 +352,7 @@ static kith_status prepare(struct kith_integrator *it, struct news *news) {
   kith_status status = it->pending;
   it->pending = KITH_OK;
   if (!it->holding && status == KITH_OK)
-    status = kith_boundaries_enforce(it->boundaries, it->nodes, NULL, false);
+    status = kith_boundaries_enforce(it->boundaries, it->nodes, false);
   if (!it->holding && it->decomposition != NULL)
     status = kith_decomposition_assign(it->decomposition, it->nodes, status);
   kith_lifecycle_search_radii(it);

@@ -221,8 +221,7 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   kith_status status = take_step(it, &dt);
   kith_boundaries_move(it->boundaries, it->clock);
   if (status == KITH_OK && it->follows) kith_window_follow(it);
-  if (status == KITH_OK)
-    status = after_rates(it, kith_boundaries_enforce(it->boundaries, it->nodes, NULL, true));
+  if (status == KITH_OK) status = after_rates(it, kith_boundaries_enforce(it->boundaries, it->nodes, true));
   kith_profile_end(it->profile);
   KITH_TRY(status);
   it->time = dt >= wanted && dt >= until - it->time ? until : it->time + dt;

@@ -43,7 +43,7 @@ static const uint8_t *reached(const struct kith_integrator *it) {
 
 static void stop(const struct kith_field *rate, kith_index i) {
   for (int a = 0; rate != NULL && a < rate->components; ++a)
-    rate->f64[(size_t)(i * rate->components + a)] = 0;
+    rate->f64[(size_t)i * (size_t)rate->components + (size_t)a] = 0;
 }
 
 void kith_window_begin(struct kith_integrator *it) {

@@ -81,7 +81,8 @@ void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro) {
 static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
   double moving = 0;
   for (int a = 0; a < NDIM; ++a)
-    moving += fabs(hydro->nodes->position->f64[i * NDIM + a]) + fabs(hydro->velocity->f64[i * NDIM + a]);
+    moving += fabs(hydro->nodes->position->f64[(size_t)i * NDIM + (size_t)a]) +
+              fabs(hydro->velocity->f64[(size_t)i * NDIM + (size_t)a]);
   if (!isfinite(moving)) return "its position or velocity is not finite";
   if (!isfinite(hydro->energy->f64[i])) return "its energy is not finite";
   if (!isfinite(hydro->nodes->support->f64[i])) return "its support is not finite";
@@ -93,7 +94,8 @@ static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
   const char *wrong = not_finite(hydro, i);
   if (wrong != NULL) return wrong;
   for (int a = 0; a < NDIM; ++a)
-    if (!isfinite(hydro->acceleration->f64[i * NDIM + a])) return "its acceleration is not finite";
+    if (!isfinite(hydro->acceleration->f64[(size_t)i * NDIM + (size_t)a]))
+      return "its acceleration is not finite";
   if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i]))
     return "its density is not a positive number";
   return kith_material_outside(&hydro->material[hydro->nodes->list->u8[i]], hydro->density->f64[i],
@@ -109,7 +111,7 @@ static kith_status check(const struct kith_hydro *hydro,
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (wrong(hydro, i) != NULL) first = KITH_MIN(first, i);
   if (first == nodes->n_internal) return KITH_OK;
-  const double *x = nodes->position->f64 + first * NDIM;
+  const double *x = nodes->position->f64 + (size_t)first * NDIM;
   KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)",
             (long long)nodes->id->i64[first], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
             NDIM > 2 ? x[NDIM - 1] : 0.0, wrong(hydro, first), hydro->density->f64[first],
@@ -156,14 +158,14 @@ enum { CHUNK = 128 }; /* nodes whose terms are summed together */
 static inline void moment(const struct kith_hydro *hydro, kith_index i, const double *v, double out[3]) {
   double d[3] = {0}, w[3] = {0};
   for (int a = 0; a < NDIM; ++a)
-    d[a] = hydro->nodes->position->f64[i * NDIM + a] - hydro->center[a], w[a] = v[a];
+    d[a] = hydro->nodes->position->f64[(size_t)i * NDIM + (size_t)a] - hydro->center[a], w[a] = v[a];
   for (int a = 0; a < 3; ++a) out[a] = d[(a + 1) % 3] * w[(a + 2) % 3] - d[(a + 2) % 3] * w[(a + 1) % 3];
 }
 
 /* The terms of node i, number k of a chunk; returns its |v| / c. */
 static inline double node_terms(const struct kith_hydro *hydro, kith_index i, double term[SUMS][CHUNK],
                                 int k) {
-  const double *v = hydro->velocity->f64 + i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
+  const double *v = hydro->velocity->f64 + (size_t)i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);
   double turn[3];
   moment(hydro, i, v, turn);
   term[MASS][k] = m;
@@ -183,7 +185,7 @@ static double add_chunk(const struct kith_hydro *hydro, kith_index begin, kith_i
   int n = 0;
   for (kith_index i = begin; i < end; ++i) {
     if (!kith_node_is_gas(hydro->nodes, i)) continue;
-    const double speed = node_terms(hydro, i, term, n), *x = hydro->nodes->position->f64 + i * NDIM;
+    const double speed = node_terms(hydro, i, term, n), *x = hydro->nodes->position->f64 + (size_t)i * NDIM;
     fastest = KITH_MAX(fastest, speed);
     if (forced)
       term[POTENTIAL][n] = hydro->mass->f64[i] * kith_external_force_potential(&hydro->external_force, x);

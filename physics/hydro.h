@@ -61,7 +61,7 @@ struct kith_hydro {
   double center[NDIM];    /* the angular momentum is taken about it */
   struct kith_external_force external_force; /* acts on every node */
   double wall[NDIM];                         /* velocity of the one wall that moves along this axis */
-  bool equal_masses; /* of several ranks, by the last lifecycle: all internal nodes have the same mass */
+  bool equal_masses; /* of several ranks, when masses last changed: all internal nodes have the same mass */
   /* The same of the nodes and ghosts of this process, while they are those of generation masses_of. */
   bool equal_here;
   uint64_t masses_of;

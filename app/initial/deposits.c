@@ -33,7 +33,7 @@ static double nearest(const struct kith_deposit *deposit, const struct kith_scen
   } node = {INFINITY, INT64_MAX, 0};
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
     if (!kith_node_is_gas(hydro->nodes, i)) continue;
-    const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + i * NDIM);
+    const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + (size_t)i * NDIM);
     if (r >= node.r) continue;
     node.r = r;
     node.id = hydro->nodes->id->i64[i];
@@ -63,9 +63,10 @@ static double sum_weights(const struct kith_deposit *deposit, const struct kith_
   struct kith_sum sum = {0};
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (kith_node_is_gas(nodes, i))
-      kith_sum_add(
-          &sum, hydro->mass->f64[i] *
-                    weight(deposit, distance_from(deposit, scene, nodes->position->f64 + i * NDIM), radius));
+      kith_sum_add(&sum,
+                   hydro->mass->f64[i] *
+                       weight(deposit, distance_from(deposit, scene, nodes->position->f64 + (size_t)i * NDIM),
+                              radius));
   kith_sum_ranks(nodes->ranks, &sum, 1);
   return kith_sum_value(&sum);
 }
@@ -83,8 +84,9 @@ static kith_status add_deposit(const struct kith_deposit *deposit, const struct 
                             radius, least);
   for (kith_index i = 0; i < n; ++i)
     if (kith_node_is_gas(hydro->nodes, i))
-      hydro->energy->f64[i] +=
-          deposit->energy * weight(deposit, distance_from(deposit, scene, x + i * NDIM), radius) / sum;
+      hydro->energy->f64[i] += deposit->energy *
+                               weight(deposit, distance_from(deposit, scene, x + (size_t)i * NDIM), radius) /
+                               sum;
   return KITH_OK;
 }
 

@@ -51,11 +51,6 @@ struct setup {
   struct kith_field *volume; /* of sites in zones whose state changes; NULL: there are none */
 };
 
-/* Nodes that stay where they are: every rank holds all of them. */
-static bool stays(const struct kith_region *region) {
-  return region->frozen || region->barrier;
-}
-
 /* volume: of a node, which the number of cells is balanced for; 0: it is not. */
 static kith_status fit_lattice(struct plan *plan, double spacing, double volume) {
   kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
@@ -151,7 +146,7 @@ static kith_status zone_state(const struct setup *s, const struct plan *plan, co
   to_face(s, plan, at);
   KITH_TRY(flow->density != NULL ? kith_region_inflow_state(flow, material, plan->region->node, at, state)
                                  : kith_region_state(plan->region, material, at, state));
-  return stays(plan->region) ? KITH_OK : check_flow(s, plan, state);
+  return kith_region_stays(plan->region) ? KITH_OK : check_flow(s, plan, state);
 }
 
 /* Gas that enters at an angle comes from a slanted zone, so that it does not come through walls beside it:
@@ -182,7 +177,7 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
   struct plan *zone = &s->plan[s->n_plans++];
   *zone = *from;
   zone->axis = axis, zone->side = side;
-  const bool enters = side_ops(s->scene, axis, side)->enters, still = stays(from->region);
+  const bool enters = side_ops(s->scene, axis, side)->enters, still = kith_region_stays(from->region);
   const int64_t cells = (int64_t)ceil((still && !enters ? 0.5 : 1) * flow->depth * support / cell);
   const double depth = (double)cells * cell;
   zone->fit.sites = from->fit.sites / from->fit.cells[axis] * cells;
@@ -206,7 +201,7 @@ static kith_status join_zone(const struct setup *s, const struct plan *zone) {
                         "could not enter as a whole; give them one spacing",
                         cell);
   *known = (side == 0 ? -1 : 1) * fmax(fabs(*known), depth);
-  return enters && !stays(zone->region) ? slant_zone(s, zone) : KITH_OK;
+  return enters && !kith_region_stays(zone->region) ? slant_zone(s, zone) : KITH_OK;
 }
 
 static kith_status add_zones(struct setup *s) {
@@ -257,8 +252,8 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   KITH_TRY(zone ? zone_state(s, plan, x, &state)
                 : kith_region_state(region, &s->scene->material[region->material], x, &state));
   for (int a = 0; a < NDIM; ++a) {
-    s->nodes->position->f64[i * NDIM + a] = x[a];
-    s->hydro->velocity->f64[i * NDIM + a] = state.velocity[a];
+    s->nodes->position->f64[(size_t)i * NDIM + (size_t)a] = x[a];
+    s->hydro->velocity->f64[(size_t)i * NDIM + (size_t)a] = state.velocity[a];
   }
   s->nodes->id->i64[i] = id;
   s->nodes->support->f64[i] = kith_root_dim(s->neighbors / kith_ball() * volume);
@@ -307,7 +302,7 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
 /* Of an equal part of the sites. plan->id: the number of nodes of the ranks before. */
 static kith_status count_share(const struct setup *s, struct plan *plan) {
   const int me = kith_ranks_rank(s->ranks), size = kith_ranks_size(s->ranks);
-  const bool whole = stays(plan->region);
+  const bool whole = kith_region_stays(plan->region);
   char *counts = NULL;
   plan->begin = whole ? 0 : plan->fit.sites * me / size;
   plan->end = whole ? plan->fit.sites : plan->fit.sites * (me + 1) / size;
@@ -382,7 +377,7 @@ static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
   for (int k = 0; k < s->n_plans; ++k) {
     const struct plan *plan = &s->plan[k];
     const size_t count = (size_t)plan->count;
-    const bool wall = plan->region->barrier, still = stays(plan->region);
+    const bool wall = plan->region->barrier, still = kith_region_stays(plan->region);
     if (!still && plan->axis < 0) continue;
     KITH_TRY(kith_hydro_flag(s->hydro));
     memset(s->nodes->flag->u8 + plan->first,

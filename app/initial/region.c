@@ -28,6 +28,10 @@ kith_status kith_region_refuse(const struct kith_region *region, const char *wha
   return kith_config_fail(region->node, NULL, "%s is %g at " KITH_PLACE, what, value, KITH_COORDINATES(x));
 }
 
+bool kith_region_stays(const struct kith_region *region) {
+  return region->frozen || region->barrier;
+}
+
 kith_status kith_region_holds(const struct kith_region *region, const double *x, bool *holds) {
   double value = 1;
   *holds = true;

@@ -28,6 +28,9 @@ kith_status kith_region_mean_density(const struct kith_region *region, const str
 kith_status kith_region_displace(const struct kith_region *region, const struct kith_box *domain, double step,
                                  double *x, double *stretch);
 
+/* Its nodes stay where they are: every rank holds all of them. */
+bool kith_region_stays(const struct kith_region *region);
+
 struct kith_region_state {
   double density, pressure, energy, velocity[NDIM]; /* pressure: NaN where the energy is given */
 };

@@ -34,7 +34,7 @@ struct model {
       *seen; /* of all nodes: their rank, -1 of frozen ones, which all have; last rank that needs it */
   kith_index *first, *next; /* [n_ranks], [n_internal]: the nodes of a rank; -1: no more */
   /* Of one that is outlined: neighbors of nodes of the simulation, in spacings. */
-  uint8_t *region;  /* [cells.n] */
+  int32_t *region;  /* [cells.n] */
   double *spacing;  /* [cells.n] */
   double *vector;   /* [template[last]][NDIM] */
   size_t *template; /* [regions TEMPLATES + 1] where each begins */
@@ -129,7 +129,7 @@ static kith_status outline_at(struct model *o, const double *site_volume, const 
   if (kith_region_displace(&o->scene->region[r], &o->scene->domain, 1e-3 * site, place, &stretch) != KITH_OK)
     stretch = 1;
   o->nodes[cell] += volume / (site_volume[r] * stretch);
-  o->region[cell] = (uint8_t)r, o->spacing[cell] = site * kith_root_dim(stretch);
+  o->region[cell] = r, o->spacing[cell] = site * kith_root_dim(stretch);
   o->reach[cell] = (o->factor * o->radius[r] - 0.5) * o->spacing[cell];
   o->widest = fmax(o->widest, o->factor * o->radius[r] * o->spacing[cell]);
   return KITH_OK;
@@ -425,7 +425,7 @@ static kith_status outline_cells(struct model *o, const bool *periodic) {
                              0.5 * kith_root_dim(neighbors / kith_ball() * least),
                              KITH_MIN((int64_t)o->scene->partition.cells * o->n_ranks, 1 << 22));
   if (status == KITH_OK) status = allocate(o);
-  if (status == KITH_OK) status = kith_resize(&o->region, 0, (size_t)o->cells.n, 1);
+  if (status == KITH_OK) status = kith_resize(&o->region, 0, (size_t)o->cells.n, sizeof *o->region);
   if (status == KITH_OK) status = kith_resize(&o->spacing, 0, (size_t)o->cells.n, sizeof *o->spacing);
   if (status == KITH_OK) status = outline(o, site_volume);
   kith_free(&site_volume);

@@ -44,7 +44,8 @@ struct run {
   double entered, until, started, cpu_started; /* entered: clock when the program began */
   double saved, begun, slowest; /* clock at the last checkpoint and step; seconds of the slowest step */
   uint64_t first_step, first_updates, first_pairs;
-  bool stopped; /* by a signal, or for want of time; the same on all ranks */
+  double updates; /* nodes of this rank, summed over the steps */
+  bool stopped;   /* by a signal, or for want of time; the same on all ranks */
 };
 
 /* *ranks: NULL if this process is the only one. */
@@ -322,7 +323,7 @@ static void ask(void *context, double wish[KITH_WISHES]) {
   const struct kith_options *o = run->options;
   const double now = kith_seconds(), minutes = run->scene->output.checkpoint_minutes;
   run->slowest = KITH_MAX(run->slowest, now - run->begun);
-  const bool late = o->walltime > 0 && now - run->started + 2 * run->slowest > 60 * o->walltime;
+  const bool late = o->walltime > 0 && now - run->entered + 2 * run->slowest > 60 * o->walltime;
   wish[STOP] = kith_signals_stop() || (speaks(run) && late);
   wish[SAVE] = speaks(run) && minutes > 0 && now - run->saved > 60 * minutes;
 }
@@ -344,6 +345,8 @@ static kith_status steps(struct run *run) {
     KITH_TRY(after_step(run));
     show_progress(run, finished(run));
     kith_profile_end(run->profile);
+    run->updates += it->nodes->n_internal;
+    run->slowest = KITH_MAX(run->slowest, kith_seconds() - run->begun);
   }
   const struct kith_traffic now = kith_ranks_traffic(run->ranks);
   run->traffic = (struct kith_traffic){now.messages - before.messages, now.bytes - before.bytes,
@@ -375,8 +378,7 @@ static kith_status compare(const struct run *run, struct kith_report *report) {
 
 static double updates(const struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
-  if (it->nodes->activity != NULL) return (double)(it->ledger.updates - run->first_updates);
-  return (double)it->nodes->n_internal * (double)(it->step - run->first_step);
+  return it->nodes->activity != NULL ? (double)(it->ledger.updates - run->first_updates) : run->updates;
 }
 
 static kith_status finish(struct run *run) {

@@ -158,7 +158,7 @@ struct kith_scene {
     char rebuild[128];
     double skin; /* < 0: the default of the policy */
     bool cull;
-    int reorder;                    /* steps between reorderings by curve, 0: never */
+    int reorder;                    /* lifecycles between reorderings by curve, 0: never */
     char exclude[256], storage[64]; /* lib/connectivity: excluders/excluder.h, storage/storage.h */
   } connectivity;
   int n_contacts;

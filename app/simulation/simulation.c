@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 #include "app/initial/initial_conditions.h"
+#include "app/initial/region.h"
 
 static const struct kith_package_ops *package_of(const struct kith_scene *scene) {
   return kith_package_find(scene->method.package.name);
@@ -211,6 +212,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "a piston requires that neighbor lists are rebuilt always");
   REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
+  REFUSE_IF(s->unsteady && kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
+            "an inflow whose state changes requires that neighbor lists are rebuilt always");
   REFUSE_IF(passes && (scheme->incompatible != NULL || blocks), "scheme.name",
             "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
             scheme->name);
@@ -464,7 +467,7 @@ static bool can_turn(const struct kith_simulation *m) {
   for (int a = 0; a < NDIM; ++a)
     can = can && is_free(m, a) && !kith_boundary_passes(m->scene->boundary[a].lower) &&
           !kith_boundary_passes(m->scene->boundary[a].upper);
-  for (int k = 0; k < m->scene->n_regions; ++k) can = can && !m->scene->region[k].frozen;
+  for (int k = 0; k < m->scene->n_regions; ++k) can = can && !kith_region_stays(&m->scene->region[k]);
   return can;
 }
 

@@ -48,6 +48,8 @@
 
 enum { KITH_JOB_SETTINGS = 4096, KITH_JOB_LABEL = 128, KITH_JOB_PATH = KITH_PATH + 256 };
 
+struct kith_config_node; /* app/scene/config.h */
+
 struct kith_job {
   char scene[KITH_JOB_PATH];
   char label[KITH_JOB_LABEL], value[48]; /* the method, and the value of what is varied */
@@ -119,6 +121,10 @@ kith_status kith_sweeps_read(struct kith_study *study, const char *path, const c
 kith_status kith_suite_list(struct kith_study *study);
 /* Is it a path to a YAML file rather than a name? */
 bool kith_suite_is_path(const char *name);
+/* The path of a scene: NAME of inputs, or a path relative to the folder of the file that `node` is in, or to
+ * here. */
+kith_status kith_programs_scene(const struct kith_programs *programs, const struct kith_config_node *node,
+                                const char *name, char path[KITH_JOB_PATH]);
 void kith_study_clear(struct kith_study *study);
 
 /* What differs. */

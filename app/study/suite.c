@@ -204,12 +204,11 @@ static kith_status find_input(const struct kith_programs *programs, const char *
   return unknown(what, name, names);
 }
 
-/* A path is relative to the folder of the file, or to here. */
-static kith_status find_scene(const struct kith_config_node *node, const struct kith_study *c,
-                              const char *name, char path[KITH_JOB_PATH]) {
+kith_status kith_programs_scene(const struct kith_programs *programs, const struct kith_config_node *node,
+                                const char *name, char path[KITH_JOB_PATH]) {
   const char *from = node->location.file, *slash = strrchr(from, '/');
   if (!kith_suite_is_path(name))
-    return find_input(&c->programs, "", "no scene", name, path) == KITH_OK
+    return find_input(programs, "", "no scene", name, path) == KITH_OK
                ? KITH_OK
                : kith_config_fail(node, NULL, "%s", kith_failure());
   snprintf(path, KITH_JOB_PATH, "%.*s%.255s", slash != NULL ? (int)(slash - from) + 1 : 0, from, name);
@@ -237,7 +236,7 @@ static kith_status read_common(struct kith_suite *s, const struct kith_param *pa
                                struct kith_job *job) {
   *job = (struct kith_job){0};
   KITH_TRY(kith_params_read(params, map, s));
-  KITH_TRY(find_scene(kith_config_child(map, "scene"), c, s->scene, job->scene));
+  KITH_TRY(kith_programs_scene(&c->programs, kith_config_child(map, "scene"), s->scene, job->scene));
   KITH_TRY(set_scene(s, c, job));
   return apply_settings(job, "=", map);
 }

@@ -243,7 +243,7 @@ static kith_status read_rows(struct validation *v, const char *suite) {
         BAD_INPUT,
         "validate: no suite '%.60s'; one of quick, full, gates, ranks, readme, decks, or a file of rows",
         suite);
-  KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, v->programs.inputs));
+  KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, &v->programs));
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;
   return KITH_OK;

@@ -10,14 +10,15 @@
 /* What the table reads; the settings and the scene then go into the job. */
 struct entry {
   struct kith_row row;
-  char scene[64], settings[512];
+  char scene[256], settings[512];
 };
 #define IN(member) KITH_INTO(struct entry, member)
 static const struct kith_param row_params[] = {
     {"name", KITH_PARAM_NAME, "", "", "what it is called, and its directory", IN(row.job.label)},
     {"quick", KITH_PARAM_BOOL, "", "", "takes seconds", IN(row.quick)},
     {"dimension", KITH_PARAM_INTEGER, "", "[0, 3]", "of the scene", IN(row.job.dimension)},
-    {"scene", KITH_PARAM_NAME, "", "", "one of inputs; none: the run of the row before", IN(scene)},
+    {"scene", KITH_PARAM_NAME, "", "", "a scene of inputs, or a path; none: the run of the row before",
+     IN(scene)},
     {"settings", KITH_PARAM_NAME, "", "", "key=value, separated by blanks", IN(settings)},
     {"ranks", KITH_PARAM_INTEGER, "", "[0, 1000]", "processes", IN(row.job.ranks)},
     {"threads", KITH_PARAM_INTEGER, "", "[0, 1000]", "threads of each", IN(row.job.threads)},
@@ -36,7 +37,7 @@ static const struct kith_param row_params[] = {
     {0}};
 
 struct rows {
-  const char *inputs;
+  const struct kith_programs *programs;
   struct kith_row *row;
   int n;
   size_t capacity;
@@ -76,11 +77,13 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
   KITH_TRY(kith_params_read(row_params, node, &entry));
   *row = entry.row;
   if (entry.scene[0] != '\0')
-    snprintf(row->job.scene, sizeof row->job.scene, "%s/%s.yaml", rows->inputs, entry.scene);
+    KITH_TRY(
+        kith_programs_scene(rows->programs, kith_config_child(node, "scene"), entry.scene, row->job.scene));
   char *rest = entry.settings;
   for (const char *word; (word = strsep(&rest, " ")) != NULL;)
     if (word[0] != '\0') KITH_TRY(kith_job_set(&row->job, word));
   read_measure(row);
+  row->tolerance = 0; /* not that of the group */
   if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;
   char *end;
   row->tolerance = strtod(row->same, &end);
@@ -187,9 +190,10 @@ static kith_status read_rows(const struct kith_config *config, struct rows *rows
   return KITH_OK;
 }
 
-kith_status kith_rows_read_file(struct kith_row **out, int *n, const char *path, const char *inputs) {
+kith_status kith_rows_read_file(struct kith_row **out, int *n, const char *path,
+                                const struct kith_programs *programs) {
   struct kith_config *config = NULL;
-  struct rows rows = {.inputs = inputs};
+  struct rows rows = {.programs = programs};
   KITH_TRY(kith_config_read(&config, path));
   const kith_status status = read_rows(config, &rows);
   kith_config_destroy(&config);

@@ -59,7 +59,8 @@ struct kith_row {
   char varied[64];              /* values of its group's factors; else "" */
 };
 
-/* Scenes are those of `inputs`. *rows: kith_resize memory, in the order of the runs, also after a failure. */
-kith_status kith_rows_read_file(struct kith_row **rows, int *n, const char *path, const char *inputs);
+/* *rows: kith_resize memory, in the order of the runs, also after a failure. */
+kith_status kith_rows_read_file(struct kith_row **rows, int *n, const char *path,
+                                const struct kith_programs *programs);
 
 #endif

@@ -41,12 +41,13 @@ static kith_status create(struct kith_integrator *it) {
 static kith_status predict(struct kith_integrator *it, double dt) {
   struct kith_hydro *hydro = it->hydro;
   struct kith_field *base = it->kick.velocity_base;
+  kith_status status = KITH_OK;
   kith_profile_begin(it->profile, "kick");
   if (blocks(it->settings)) {
     kith_block_steps_begin(it, dt);
   } else {
     kith_kick(it, 0.5 * dt);
-    KITH_TRY(kith_flow_exchange(it));
+    status = kith_flow_exchange(it);
     it->kick.lead = 0.5 * dt;
     kith_field_copy(it->nodes, base, hydro->velocity);
     kith_field_copy(it->nodes, it->energy_base, hydro->energy);
@@ -54,7 +55,7 @@ static kith_status predict(struct kith_integrator *it, double dt) {
     kith_predict(it, 0.5 * dt, 0.75 * dt);
   }
   kith_profile_end(it->profile);
-  return KITH_OK;
+  return status;
 }
 
 static kith_status advance(struct kith_integrator *it, double *step) {

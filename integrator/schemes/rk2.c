@@ -20,7 +20,7 @@ static void to_end(struct kith_integrator *it, double dt) {
   double *restrict x = it->nodes->position->f64;
   const double *restrict v0 = it->kick.velocity_base->f64, *restrict v = it->hydro->velocity->f64;
 #pragma omp parallel for simd schedule(static)
-  for (kith_index k = 0; k < it->nodes->n_internal * NDIM; ++k) x[k] += dt * (v[k] - 0.5 * v0[k]);
+  for (size_t k = 0; k < (size_t)it->nodes->n_internal * NDIM; ++k) x[k] += dt * (v[k] - 0.5 * v0[k]);
   kith_field_copy(it->nodes, it->hydro->velocity, it->kick.velocity_base);
   kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
   it->kick.time = 0;

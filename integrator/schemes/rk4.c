@@ -32,9 +32,9 @@ static kith_status create(struct kith_integrator *it) {
 static void combine(const struct kith_nodes *nodes, struct kith_field *const *to,
                     struct kith_field *const *from, struct kith_field *const *rate, double dt) {
   for (int p = 0; p < PARTS; ++p) {
-    const kith_index n = nodes->n_internal * to[p]->components;
+    const size_t n = (size_t)nodes->n_internal * (size_t)to[p]->components;
 #pragma omp parallel for simd schedule(static)
-    for (kith_index k = 0; k < n; ++k) to[p]->f64[k] = from[p]->f64[k] + dt * rate[p]->f64[k];
+    for (size_t k = 0; k < n; ++k) to[p]->f64[k] = from[p]->f64[k] + dt * rate[p]->f64[k];
   }
 }
 

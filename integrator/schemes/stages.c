@@ -147,9 +147,9 @@ void kith_stages_copy_rates(const struct kith_integrator *it, N_Vector rates) {
   for (int part = 0; part < KITH_VECTOR_PARTS; ++part) {
     double *to = kith_vector_numbers(rates, part);
     const double *from = rate[part]->f64;
-    const kith_index n = it->nodes->n_internal * rate[part]->components;
+    const size_t n = (size_t)it->nodes->n_internal * (size_t)rate[part]->components;
 #pragma omp parallel for simd schedule(static)
-    for (kith_index k = 0; k < n; ++k) to[k] = from[k];
+    for (size_t k = 0; k < n; ++k) to[k] = from[k];
   }
 }
 

@@ -544,9 +544,10 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
     KITH_TRY(kith_reserve(&rows->holds_ghosts, &rows->outer_capacity, (size_t)rows->n, 1));
     rows->outer = rows->holds_ghosts;
   }
+  const size_t longest = build->shifts != NULL ? kith_rows_longest(rows) : 0;
   for (int t = 0; t < scratch->threads && build->shifts != NULL; ++t)
-    KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity,
-                          2 * kith_rows_longest(rows), sizeof *scratch->worker[t].key));
+    KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity, 2 * longest,
+                          sizeof *scratch->worker[t].key));
   if (build->selected) KITH_TRY(kith_rows_begin_idle(rows, build));
   if (build->when_marked != NULL && rows->wanted != NULL) KITH_TRY(build->when_marked(build->context));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)

@@ -124,6 +124,7 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
   struct kith_list_spec spec = kith_list_spec_among(nodes, search, &self, excluders);
   spec.targets.ghosts = need.ghost_rows || need.overlap;
   struct kith_build build;
+  reset(c);
   if (nodes->stretched != NULL && (need.overlap || need.intersection))
     KITH_FAIL(UNSUPPORTED, "overlap and intersection of supports that are ellipsoids");
   KITH_TRY(kith_excluder_keeps_pairs(excluders));
@@ -131,7 +132,6 @@ kith_status kith_connectivity_build(struct kith_connectivity *connectivity, cons
   KITH_TRY(kith_list_spec_prepare(&spec, &c->scratch, &build));
   build.selected = any_idle(nodes);
   build.when_marked = c->when_marked, build.context = c->context;
-  reset(c);
   c->built = need;
   c->n = kith_nodes_count(nodes);
   c->n_internal = nodes->n_internal;

@@ -6,7 +6,8 @@
  *
  * A stage is known by its path ("step/connectivity/rows"). begin and end, about 60 ns each, are called by the
  * first thread, outside of parallel regions; inside one, each thread reports its busy time. A stage that is
- * still open is shown as if it ended now. A NULL profile is allowed everywhere and costs nothing. Names are
+ * still open is shown as if it ended now. A NULL profile is allowed where stages and
+ * counters are noted or read, and costs nothing. Names are
  * string constants (borrowed) without quotes.
  *
  * Compiled with -DKITH_LIKWID (link with -llikwid) or -DKITH_CALIPER (-lcaliper), each stage is also a region

@@ -36,7 +36,7 @@ void kith_candidates_clear(struct kith_candidates *candidates);
 kith_status kith_bounds_find(const struct kith_candidates *candidates, const struct kith_nodes *nodes,
                              const int64_t *home, size_t n, struct kith_bounds **bounds);
 /* Those that are near any of cell[0 .. n - 1], by list and index: *send [*n_send], owned by the caller;
- * count[list] is raised by how many there are. `cell` is reordered. */
+ * count[list], 0 on entry: how many there are. `cell` is reordered. */
 kith_status kith_candidates_near(struct kith_candidates *candidates, const struct kith_nodes *nodes,
                                  struct kith_bounds *cell, size_t n, double factor, kith_index **send,
                                  kith_index *n_send, int64_t *count);

@@ -159,7 +159,7 @@ bool kith_halo_pending(const struct kith_halo *halo) {
 }
 
 struct kith_halo_traffic kith_halo_traffic(const struct kith_halo *halo) {
-  return halo->traffic;
+  return halo != NULL ? halo->traffic : (struct kith_halo_traffic){0};
 }
 
 /* ---- neighbors ---- */

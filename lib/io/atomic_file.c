@@ -22,6 +22,7 @@ static kith_status open_temporary(struct kith_atomic_file *file) {
   const int descriptor = open(file->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   file->stream = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
   if (file->stream == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
+  file->opened = true;
   return KITH_OK;
 }
 
@@ -98,7 +99,7 @@ kith_status kith_atomic_file_commit(struct kith_atomic_file **file, bool keep_pr
 
 void kith_atomic_file_abandon(struct kith_atomic_file **file) {
   if (*file == NULL) return;
-  unlink((*file)->temporary);
+  if ((*file)->opened) unlink((*file)->temporary);
   release(file);
 }
 

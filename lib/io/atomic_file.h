@@ -14,6 +14,7 @@
 struct kith_atomic_file {
   char *path, *temporary, *previous; /* stored behind this */
   FILE *stream;
+  bool opened; /* the temporary file is ours */
 };
 
 /* BAD_FILE if the directory is not there or not writable, or if PATH is something else than a regular
@@ -25,7 +26,7 @@ kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *pat
 /* keep_previous: the file that PATH was stays as PATH.previous. Frees *file in any case; on failure (a full
  * disk shows at the latest here) the temporary file is removed and PATH is as it was. */
 kith_status kith_atomic_file_commit(struct kith_atomic_file **file, bool keep_previous);
-/* Gives up: removes the temporary file. Accepts a pointer to NULL. */
+/* Gives up: removes the temporary file, unless it is joined. Accepts a pointer to NULL. */
 void kith_atomic_file_abandon(struct kith_atomic_file **file);
 /* pwrite of all: 0, or -1 with errno. */
 int kith_write_at(int descriptor, const void *data, size_t bytes, uint64_t place);

@@ -22,12 +22,16 @@ static void forget_openmp(pid_t child) {
   (void)child;
 }
 
+enum { UNKNOWN = 255 }; /* how it ended: someone else waited for it */
+
 int kith_child_wait(pid_t child) {
   siginfo_t ended; /* first without taking it: its number is not given to another process before */
   int status = 0;
+  pid_t taken;
   while (waitid(P_PID, (id_t)child, &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) continue;
   forget_openmp(child);
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  while ((taken = waitpid(child, &status, 0)) < 0 && errno == EINTR) continue;
+  if (taken < 0) return UNKNOWN;
   return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
 }
 

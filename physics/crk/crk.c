@@ -24,7 +24,7 @@
  *     change_i: of the spacing, |grad ln H|, from node to node                                        (9)
  * P / rho^gamma stays within 0.97 and 1.05 of its start in the 1-2-3 problem; with s = 1 it is 0.58 to 1.32.
  *
- * Passes: density -> equation of state -> ghosts -> moments -> ghosts -> packing -> force [pairs]. */
+ * Passes: density -> ghosts -> moments -> equation of state -> ghosts -> packing -> force [pairs]. */
 #include "physics/crk/moments.h"
 
 struct crk_settings {
@@ -68,7 +68,7 @@ struct crk_constants {
   double volume; /* volume_factor */
 };
 
-/* (8), from f, v_j - v_i and the pressures; q: P_i + P_j + Q. */
+/* (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q. */
 KITH_INLINE void heat(const double *restrict i, const double *restrict j, double q, double *restrict out) {
   double work = 0, force2 = 0, speed2 = 0;
   for (int a = 0; a < NDIM; ++a) {

@@ -27,8 +27,9 @@ static inline double separation(const struct mfm_faces *f, const struct kith_row
   const kith_index j = rows->node[e];
   double r2 = 0;
   if (rows->shift != NULL) by = f->nodes->shifts.by[rows->shift[e]];
+  const double *xk = x + (size_t)k * NDIM, *xj = x + (size_t)j * NDIM;
   for (int a = 0; a < NDIM; ++a) {
-    d[a] = x[k * NDIM + a] - (by != NULL ? x[j * NDIM + a] + by[a] : x[j * NDIM + a]);
+    d[a] = xk[a] - (by != NULL ? xj[a] + by[a] : xj[a]);
     r2 += d[a] * d[a];
   }
   return r2;

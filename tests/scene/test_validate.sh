@@ -28,6 +28,15 @@ rows "$row, prints: $measured" "$row, prints: 0.5" "$row, prints: 0.5, within: 0
 [[ $? == 3 && $(grep -c "^short .* = .* ok" stdout) == 3 ]] ||
   wrong "figures of a document: $(cat stdout stderr)"
 
+# A scene of one's own, by its path.
+cp inputs/sod.yaml my-tube.yaml
+rows "${row/sod/my-tube.yaml}, at_most: 0.1" 'name: drift, measure: energy_drift, at_most: 1e-12'
+ok "$kith" validate own.yaml -o v
+rows "${row/sod/my-tub.yaml}, at_most: 0.1"
+stopped 2 "own.yaml:2: rows.0.scene: 'my-tub.yaml' cannot be read" "$kith" validate own.yaml
+rows "${row/sod/sodd}, at_most: 0.1"
+stopped 2 "rows.0.scene: no scene 'sodd'; did you mean 'sod'" "$kith" validate own.yaml
+
 rows "$row, at_most: 1e-9" \
   "name: twice, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', measure: norms.density.l1,
     at_most: 1" \
@@ -84,6 +93,8 @@ grep -q "^6 of 6 runs end in the same state" stdout || wrong "a group: $(tail -1
 grep -Eq "^a\.[123]\.[12]\.(kd|hilbert) .* same as a$" stdout || wrong "names of a group: $(cat stdout)"
 awk -F, '/^b\.[123]\./ {n += ($14 > 0 && $15 > 0 && $16 != "" && $17 == "b" && $18 == 0)}
   END {exit !(n >= 3)}' v/validation.csv || wrong "the table: $(cat v/validation.csv)"
+rows "over: {ranks: [1]}, same: 1e-2, rows: [{name: a, $tube}, {name: b, ${tube/0.05/0.0501}, same: bits, like: a}]"
+"$kith" validate own.yaml -o v >stdout 2>stderr && wrong "bits within a group of 1e-2"
 group ''
 stopped 2 "a group needs rows and factors" "$kith" validate own.yaml
 group 'ranks: []'

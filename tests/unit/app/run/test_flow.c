@@ -178,6 +178,8 @@ static void refusals(void) {
           "gas leaves at Mach 1.69031, faster than an outflow with pressure_far can take");
   refused(in, STREAM("1"), "scheme.steps=block",
           "leapfrog does not let gas come and go; leapfrog with global");
+  refused(FACES("{kind: inflow, density: 1 + t, pressure: 1, velocity: [1, 0, 0]}", "outflow"), STREAM("1"),
+          "connectivity.rebuild=displacement", "an inflow whose state changes requires");
   refused(in, STREAM("1"), "scheme.name=rk4 method.energy=thermal", "rk4 does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=arkode method.energy=thermal", "arkode does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=implicit method.energy=thermal", "implicit does not let gas come");

@@ -63,7 +63,7 @@ int main(void) {
   char path[KITH_PATH + 32];
   CHECK_OK(kith_programs_find(&programs));
   snprintf(path, sizeof path, "%s/validation/ranks.yaml", programs.inputs);
-  CHECK_OK(kith_rows_read_file(&rows, &n, path, programs.inputs));
+  CHECK_OK(kith_rows_read_file(&rows, &n, path, &programs));
   CHECK(n >= 279);
   check_group(rows, n, "sod-1d", "materials-3d", 14 * 9);
   check_group(rows, n, "one-sod-1d", "one-materials-3d", 14 * 3);
