@@ -22,8 +22,9 @@ static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
 static const char *const details[KITH_N_VERBS] = {
     [KITH_VERB_run] =
         "Writes to DIR: snapshot_NNNN.hdf (ParaView, yt), snapshots.hdf.series, history.csv (a row for each "
-        "step), report.json (errors, costs, counts), pictures, and a checkpoint every 15 minutes. INT, TERM "
-        "and USR1 stop it after the present step with a checkpoint.\n"
+        "step), report.json (errors, costs, counts), pictures, and a checkpoint every 15 minutes. INT, TERM, "
+        "HUP, USR1 and USR2 stop it after the present step with a checkpoint; a run that reaches its end "
+        "leaves one with output.checkpoint_at_end=true only.\n"
         "  kith run inputs/sod.yaml --set method.package=crk --set resolution=400\n"
         "  kith run inputs/sedov.yaml --ranks 2 --threads 1 --profile --trace sedov.json\n"
         "  kith run inputs/sedov.yaml -o out/sedov --restart out/sedov/checkpoint.kith --until 0.1",
@@ -157,7 +158,7 @@ static void print_help(const struct kith_verb *verb) {
     printf("\noptions:\n");
   }
   if (verb == NULL)
-    printf("A time-stepping SPH mini-application: the lifecycle of particle connectivity.\n\nverbs:\n");
+    printf("SPH in 1-D to 3-D that times and verifies how neighbor lists are built and kept valid.\n\nverbs:\n");
   for (const struct kith_verb *v = verbs; verb == NULL && v < verbs + KITH_N_VERBS; ++v) {
     char label[64];
     snprintf(label, sizeof label, "  %s %s", v->name, v->argument);

@@ -46,7 +46,7 @@ static const struct family {
     {"package", "what is computed on pairs", "method.package", .family = kith_package_member},
     {"added", "what adds to the rates of the package", "packages", .family = kith_added_member},
     {"kernel", "interpolation", "method.kernel", .members = kernels},
-    {"viscosity", "what makes shocks", "method.viscosity.name", .members = viscosities},
+    {"viscosity", "artificial viscosity", "method.viscosity.name", .members = viscosities},
     {"eos", "equation of state", "materials.NAME.eos", .family = kith_eos_member},
     {"scheme", "how the state is advanced", "scheme.name", .family = kith_scheme_member},
     {"table", "Runge-Kutta tables of arkode: stages, order of the errors, order", "scheme.table",

@@ -49,7 +49,7 @@ static kith_status couple(struct kith_package *package, struct kith_connectivity
 
 const struct kith_package_ops kith_package_coupling = {
     .name = "coupling",
-    .doc = "barriers, porous layers and damage: part of force and heat passes, none across a barrier",
+    .doc = "barriers, porous layers and damage: a fraction of force and heat passes, none across a barrier",
     .self_size = sizeof(struct coupling),
     .create = create,
     .requirements = requirements,
