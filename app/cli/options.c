@@ -158,7 +158,9 @@ static void print_help(const struct kith_verb *verb) {
     printf("\noptions:\n");
   }
   if (verb == NULL)
-    printf("SPH in 1-D to 3-D that times and verifies how neighbor lists are built and kept valid.\n\nverbs:\n");
+    printf(
+        "SPH in 1-D to 3-D that times and verifies how neighbor lists are built and kept valid.\n\n"
+        "verbs:\n");
   for (const struct kith_verb *v = verbs; verb == NULL && v < verbs + KITH_N_VERBS; ++v) {
     char label[64];
     snprintf(label, sizeof label, "  %s %s", v->name, v->argument);
