@@ -42,76 +42,13 @@ void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const k
 
 /* --- partners --- */
 
-/* What node i evaluates: the entries of its row that lie before its tile, and those from i on. Of these the
- * nodes of the tile (positions given .. given_end - 1) receive the pair too. */
-struct partners {
-  kith_index i;
-  size_t first, before; /* entries `first` to first + before - 1 */
-  size_t rest, n;       /* and n - before entries from `rest` on */
-  size_t given, given_end;
-};
-
-/* Up to KITH_BLOCK of them, from position `begin` on. */
-struct block {
-  const struct partners *of;
-  size_t begin, n;
-  const kith_index *node;
-  const uint16_t *shift;
-};
-
-/* Row entry of partner k of the block. */
-KITH_INLINE size_t entry_of(const struct block *b, size_t k) {
-  const size_t position = b->begin + k, before = b->of->before;
-  return position < before ? b->of->first + position : b->of->rest + (position - before);
-}
-
-/* Of node i in the tile of nodes tile .. tile_end - 1. The row ascends. */
-KITH_INLINE struct partners partners_of(const struct kith_rows *rows, kith_index i, kith_index tile,
-                                        kith_index tile_end) {
-  const kith_index *restrict node = rows->node;
-  const size_t first = rows->first[i], end = rows->first[i + 1];
-  const size_t rest = kith_lower_bound(node, first, end, i);
-  size_t lower = first, given = rest, outside = end;
-  while (lower < rest && node[lower] < tile) ++lower;
-  while (given < end && node[given] == i) ++given; /* images of i itself */
-  while (outside > given && node[outside - 1] >= tile_end) --outside;
-  const size_t before = lower - first;
-  return (struct partners){
-      i, first, before, rest, before + (end - rest), before + (given - rest), before + (outside - rest)};
-}
-
-/* Room for the partners of a block that are no run of entries. */
-struct block_room {
-  kith_index node[KITH_BLOCK];
-  uint16_t shift[KITH_BLOCK];
-};
-
-KITH_INLINE struct block block_at(const struct kith_rows *rows, const struct partners *of, size_t begin,
-                                  struct block_room *room) {
-  struct block b = {of, begin, KITH_MIN(of->n - begin, (size_t)KITH_BLOCK), NULL, NULL};
-  const size_t lower = begin < of->before ? KITH_MIN(of->before - begin, b.n) : 0, e = entry_of(&b, 0);
-  if (lower == 0 || lower == b.n) {
-    b.node = rows->node + e;
-    b.shift = kith_shifts_at(rows->shift, rows->zero, e, b.n);
-    return b;
-  }
-  for (size_t k = 0; k < lower; ++k) room->node[k] = rows->node[e + k];
-  for (size_t k = lower; k < b.n; ++k) room->node[k] = rows->node[of->rest + k - lower];
-  b.node = room->node;
-  if (rows->shift == NULL) return b;
-  memcpy(room->shift, rows->shift + e, lower * sizeof *room->shift);
-  memcpy(room->shift + lower, rows->shift + of->rest, (b.n - lower) * sizeof *room->shift);
-  b.shift = kith_shifts_at(room->shift, rows->zero, 0, b.n);
-  return b;
-}
-
 /* The values of the edges from i to its partners. */
-KITH_INLINE void load_edges(const struct kith_force_pass *pass, const struct block *b,
+KITH_INLINE void load_edges(const struct kith_force_pass *pass, const struct kith_partner_block *b,
                             struct kith_scratch *s) {
   const size_t edges = (size_t)pass->edges;
   double *restrict to = kith_force_edges(pass, s);
   for (size_t k = 0; edges > 0 && k < b->n; ++k) {
-    const size_t e = entry_of(b, k), p = pass->connectivity->pairs.of_row[e];
+    const size_t e = kith_partner_entry(b, k), p = pass->connectivity->pairs.of_row[e];
     const bool starts = kith_pair_starts(pass->connectivity, b->of->i, e);
     for (size_t m = 0; m < edges; ++m) {
       const double value = pass->edge->value[p * edges + m];
@@ -194,9 +131,10 @@ KITH_INLINE void add_block(const struct kith_force_pass *pass, bool weighs, size
 }
 
 /* Part of force and heat of each pair passes; signal speeds stay. */
-KITH_INLINE void couple(const struct kith_force_pass *pass, const struct block *b, double *restrict out) {
+KITH_INLINE void couple(const struct kith_force_pass *pass, const struct kith_partner_block *b,
+                        double *restrict out) {
   for (size_t k = 0; pass->f_couple != NULL && k < b->n; ++k) {
-    const double f = pass->f_couple[pass->connectivity->pairs.of_row[entry_of(b, k)]];
+    const double f = pass->f_couple[pass->connectivity->pairs.of_row[kith_partner_entry(b, k)]];
     for (int m = 0; m <= KITH_PARTNER_HEAT; ++m) out[(size_t)m * KITH_STRIDE + k] *= f;
   }
 }
@@ -248,9 +186,9 @@ static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin,
 
 /* Partners from .. to - 1 of the block receive their side of the pairs. closing, opening: their weights; NULL
  * without block steps. */
-KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t, const struct block *b,
-                      size_t from, size_t to, const double *restrict out, const double *restrict closing,
-                      const double *restrict opening) {
+KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t,
+                      const struct kith_partner_block *b, size_t from, size_t to, const double *restrict out,
+                      const double *restrict closing, const double *restrict opening) {
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
   const bool outside = pass->flag != NULL && pass->flag[b->of->i] != KITH_GAS;
   for (size_t k = from; k < to; k += KITH_LANES) {
@@ -293,9 +231,9 @@ KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *
 }
 
 /* Sums the block for its node, and gives the pairs to the partners that lie in the tile. */
-KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct block *b, const struct tile *tile,
-                           double *restrict out, struct sums *sums) {
-  const struct partners *of = b->of;
+KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct kith_partner_block *b,
+                           const struct tile *tile, double *restrict out, struct sums *sums) {
+  const struct kith_partners *of = b->of;
   const size_t n = b->n, from = KITH_MAX(of->given, b->begin), to = KITH_MIN(of->given_end, b->begin + n);
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
   kith_lanes weight[2][KITH_BLOCK / KITH_LANES];
@@ -443,7 +381,7 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
  * after a quarter of it all are at hand. To prefetch them for each of their partners takes a tenth of the
  * pass. */
 enum { PACE = 4 };
-KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partners *of,
+KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct kith_partners *of,
                           const uint8_t *activity, kith_index begin, kith_index end) {
   const kith_index *restrict node = pass->connectivity->rows.node;
   const size_t n_packed = (size_t)pass->n_packed, outside = of->rest + of->given_end - of->before;
@@ -457,13 +395,13 @@ KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct partn
 }
 
 /* Evaluates the partners of a node and sums them. tile: NULL or where it lies. */
-KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct partners *of,
+KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct kith_partners *of,
                               const struct tile *tile, struct kith_scratch *s, struct sums *sums) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   double *out = kith_force_values(pass, s);
   for (size_t k = 0; k < of->n; k += KITH_BLOCK) {
-    struct block_room room;
-    const struct block b = block_at(rows, of, k, &room);
+    struct kith_partner_room room;
+    const struct kith_partner_block b = kith_partner_block_at(rows, of, k, &room);
     load_edges(pass, &b, s);
     pass->evaluate(pass, of->i, b.node, b.shift, b.n,
                    tile != NULL ? b.n : rows->first[rows->n] - (of->first + k), s);
@@ -484,7 +422,8 @@ KITH_HOT static void gather_chunk(void *context, kith_index begin, kith_index en
   const size_t *first = pass->connectivity->rows.first;
   for (kith_index i = begin; i < end; ++i) {
     struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[i]};
-    const struct partners all = {.i = i, .rest = first[i], .n = first[i + 1] - first[i], .first = first[i]};
+    const struct kith_partners all = {
+        .i = i, .rest = first[i], .n = first[i + 1] - first[i], .first = first[i]};
     sum_partners(pass, &all, NULL, s, &sums);
     store_sums(pass, i, &sums);
   }
@@ -500,10 +439,10 @@ KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end,
   while (activity != NULL && begin < end && activity[begin] == KITH_IDLE) ++begin;
   while (activity != NULL && begin < end && activity[end - 1] == KITH_IDLE) --end;
   const struct tile tile = tile_of(pass, begin, end, s);
-  struct partners next[AHEAD + 1]; /* of node i at i mod (AHEAD + 1) */
+  struct kith_partners next[AHEAD + 1]; /* of node i at i mod (AHEAD + 1) */
   for (kith_index i = begin; i < end + AHEAD; ++i) {
     if (i < end) {
-      next[i % (AHEAD + 1)] = partners_of(rows, i, begin, end);
+      next[i % (AHEAD + 1)] = kith_partners_of(rows, i, begin, end);
       prefetch(pass, &next[i % (AHEAD + 1)], activity, begin, end);
     }
     const kith_index now = i - AHEAD;

@@ -31,6 +31,7 @@
 #define KITH_PHYSICS_PASSES_FORCE_H
 
 #include "lib/core/lanes.h"
+#include "physics/passes/partners.h"
 #include "physics/passes/sweep.h"
 
 /* The first fields of every packed particle. */
@@ -39,7 +40,7 @@ enum { KITH_FORCE, KITH_HEAT = NDIM, KITH_PARTNER_HEAT, KITH_SIGNAL, KITH_PAIR_V
 
 /* Rows are processed in blocks; a lane holds one field of all partners of a block. The stride is not a power
  * of two, for then lanes would share cache sets. */
-enum { KITH_BLOCK = 128, KITH_STRIDE = KITH_BLOCK + 8 };
+enum { KITH_STRIDE = KITH_BLOCK + 8 };
 
 KITH_INLINE double *kith_lane(const struct kith_scratch *s, int k) {
   return s->lane + (size_t)k * KITH_STRIDE;
