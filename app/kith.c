@@ -2,6 +2,7 @@
  * program of the scene's dimension (kith-1d, kith-2d or kith-3d, which stand beside it) for the rest. */
 #define _GNU_SOURCE /* memfd_create */
 #include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -60,6 +61,7 @@ static kith_status hand_over(struct kith_options *options) {
 
 int main(int argc, char **argv) {
   struct kith_options options;
+  signal(SIGCHLD, SIG_DFL); /* inherited as ignored, it would hide how children end */
   const int verb = kith_options_parse(&options, argc, argv);
   if (act[verb] != NULL) return act[verb](&options);
   if (options.verb->runs == KITH_RUNS_LAUNCHER) {

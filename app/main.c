@@ -1,6 +1,7 @@
 /* main.c - the programs kith-1d, kith-2d and kith-3d: the verbs that work on a scene of their dimension. */
 #include <malloc.h>
 #include <omp.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include "app/cli/options.h"
@@ -19,6 +20,7 @@ int main(int argc, char **argv) {
    * clusters refuse. */
   setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
   struct kith_options options;
+  signal(SIGCHLD, SIG_DFL); /* inherited as ignored, it would hide how children end */
   const int verb = kith_options_parse(&options, argc, argv);
   if (act[verb] == NULL) {
     fprintf(stderr, "kith: %s: this is a program of one dimension; start kith %s\n", argv[0],

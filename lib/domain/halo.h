@@ -23,9 +23,9 @@
  * other, and the number of ranks does not matter. One support as large as the scene makes all ranks
  * neighbors.
  *
- * A halo of NULL stands for one process: there are no remote ghosts, images alone are refreshed. What
- * sends is for all ranks together, by messages between neighbors. A rank that fails while others wait for it
- * ends all. */
+ * A halo of NULL stands for one process: there are no remote ghosts, images alone are refreshed. Functions
+ * that exchange are called by all ranks together, and send messages to neighbors only. A rank that fails
+ * while others wait for it ends all. */
 #ifndef KITH_DOMAIN_HALO_H
 #define KITH_DOMAIN_HALO_H
 

@@ -199,8 +199,7 @@ kith_status kith_search_near(struct kith_search *search, double slack, kith_inde
     status = (int)mine;
   }
   if (status != KITH_OK) /* the text is that of another thread */
-    return kith_fail((kith_status)status, "no memory to find the nodes near %d active ones",
-                     search->n_internal);
+    return kith_fail((kith_status)status, "no memory to find the nodes near active ones");
   KITH_TRY(kith_grow(found, capacity, 0, (size_t)search->n_internal + 1, sizeof **found));
   *count = 0;
   for (kith_index from = 0; from < search->n; from += KITH_STRETCH) {

@@ -303,7 +303,7 @@ static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_ro
 }
 
 /* Are the masses of all nodes of all ranks equal, and of what is frozen? All ranks have to sum in the same
- * way. Masses change together with ghosts. */
+ * way. Masses change only where ghosts are made anew. */
 static bool equal_masses(struct kith_hydro *hydro) {
   const kith_index n = kith_nodes_count(hydro->nodes);
   const double *m = hydro->mass->f64;

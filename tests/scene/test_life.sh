@@ -39,6 +39,47 @@ stopped 1 "energy is negative" "$kith" run tiny.yaml --quiet -o out --set scheme
   wrong "the trace of a run that failed is not whole"
 rm -rf out
 
+# ---- a parent that ignores how children end
+ok env --ignore-signal=CHLD "$kith" run tiny.yaml --quiet -o out
+rm -rf out
+
+# ---- out of time
+stopped 1 "stopped; go on with --restart out/checkpoint.kith" \
+  "$kith" run tiny.yaml --quiet -o out --set resolution=2000 --walltime 0.001
+rm -rf out
+
+# ---- nodes that come and go: the nodes of each step are what was updated
+ok "$kith" run tiny.yaml --quiet -o out --until 0.5 --set boundaries.x=[inflow,outflow] \
+  --set regions.0.velocity=[1] --set regions.1.velocity=[1]
+number() { sed -n "s/^  \"$1\": \(.*\),$/\1/p" out/report.json; }
+awk -F, -v told="$(number node_updates_per_second)" -v seconds="$(number wall_seconds)" '
+  NR == 1 {for (k = 1; k <= NF; ++k) if ($k == "nodes") at = k}
+  NR == 2 {first = $at}
+  NR > 1 {sum += $at; last = $at}
+  END {exit !(last > 1.2 * first && (told * seconds - sum) ^ 2 < 1e-6)}' \
+  out/history.csv || wrong "updates of nodes that come and go"
+rm -rf out
+
+# ---- walls give angular momentum: no drift is told
+cat >walls.yaml <<'END'
+scene: walls
+dimension: 2
+resolution: 8
+domain: {lower: [-1, -1, 0], upper: [1, 1, 1]}
+boundaries: {x: periodic, y: periodic, z: periodic}
+materials: {gas: {}}
+regions:
+  - {material: gas, where: {x: [-1, 0.5]}, density: 1, pressure: 1, velocity: [-y, x]}
+  - {material: gas, where: {x: [0.5, 1]}, density: 1, pressure: 1, barrier: true}
+until: 0.01
+output: {plot: false}
+END
+ok "$kith" run walls.yaml --quiet -o out
+[[ $(number angular_momentum_drift) == null ]] || wrong "angular momentum beside walls"
+ok "$kith" run walls.yaml --quiet -o out --overwrite --set regions.1.barrier=false
+[[ $(number angular_momentum_drift) != null ]] || wrong "angular momentum without walls"
+rm -rf out
+
 # ---- the uninterrupted run
 # What a report holds, but for date, command, seconds, bytes and the calls of stages, which a restart counts
 # from its own start.
