@@ -5,8 +5,10 @@
 #include "lib/core/random.h"
 
 enum {
-  GROWTH = 2, /* of a node's step, from one to the next */
-  HEAVY = 4   /* times a node's mass: neighbors that may throw it */
+  GROWTH = 2,   /* of a node's step, from one to the next */
+  HEAVY = 4,    /* times a node's mass: neighbors that may throw it */
+  HEAVIER = 10, /* neighbors beside which it may swing */
+  SELDOM = 4    /* base steps, after which the step of one that swings may grow */
 };
 /* Steps are rounded down to powers of two of the base step: from this times the limit, they are 0.6 to 1.2 of
  * it. That saves an eighth of the updates of Sedov's blast in 3-D. Errors of density and velocity stay within
@@ -168,6 +170,14 @@ static double push_in(const struct kith_integrator *it, kith_index i, size_t e, 
          (kith_pow_dim(support) * support * support);
 }
 
+/* What the step of node i may grow to if it swings (sph.c). It is stiff for a part of each swing only; with
+ * longer steps in between, swings do not die out. */
+static double after_swing(const struct kith_integrator *it, kith_index i, double tick) {
+  const struct kith_block_steps *s = &kith_blocks_of(it)->steps;
+  const bool may_grow = s->tick == 0 || (s->ends && it->step % SELDOM == 0);
+  return may_grow ? INFINITY : power_of_two(KITH_MAX(1, s->step->f64[i] * (s->tick / tick)));
+}
+
 /* The longest of the steps d, d / 2, ... at whose end what a heavy neighbor adds to the acceleration of i
  * keeps the limit of accelerations: one that comes within the support of a light node would else throw it
  * with more energy than it has. */
@@ -178,11 +188,14 @@ static double before_impact(const struct kith_integrator *it, kith_index i, doub
                          tick = b->steps.ends ? b->planned / KITH_TICKS : b->steps.tick,
                          h = it->nodes->support->f64[i] / kith_kernel_support(it->package->kernel),
                          most = 0.64 * it->cfl * it->cfl * h;
+  double heaviest = 0;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     if (mass[rows->node[e]] <= HEAVY * mass[i]) continue;
+    heaviest = KITH_MAX(heaviest, mass[rows->node[e]]);
     const double now = push_in(it, i, e, 0);
     while (d > 1 && (d * tick) * (d * tick) * (push_in(it, i, e, d * tick) - now) > most) d *= 0.5;
   }
+  if (b->swings && heaviest > HEAVIER * mass[i]) d = KITH_MIN(d, after_swing(it, i, tick));
   return d;
 }
 

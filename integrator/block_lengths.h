@@ -22,6 +22,7 @@ struct kith_blocks {
   size_t soonest_capacity;
   double planned; /* length of the next base step */
   bool even;      /* no node is heavy for another; false: not known yet */
+  bool swings;    /* light nodes beside heavy ones do, with this package */
   /* For ticks that are local. The supports of all nodes lie in a box, and nodes do not move farther than
    * `slack`, less what their search radii grow, until they are taken in again. Candidates for each neighbor
    * when all nodes were, and how many more there have been since, because nodes have moved. */

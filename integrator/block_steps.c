@@ -18,6 +18,7 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
   KITH_TRY(kith_resize(&it->self, 0, 1, sizeof(struct kith_blocks)));
   struct kith_blocks *b = it->self;
   b->settings = settings;
+  b->swings = kith_package_traits(it->package->ops, it->package->settings).swings;
 #define SCALAR(name, role, doc) \
   { name, KITH_SCALAR, KITH_F64, role, NULL, doc }
 #define VECTOR(name, role, doc) \

@@ -72,6 +72,7 @@ struct kith_kick {
 /* What a member can and cannot do with its settings: checked against the rest of a scene. */
 struct kith_package_traits {
   bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
+  bool swings;         /* light nodes beside heavy ones do, faster than sound tells (sph.c) */
   const char *history; /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
   const char *all_rows;  /* what needs the rows of all nodes at once: no block steps; NULL: nothing */
   const char *uncoupled; /* what acts beyond the pairs that f_couple is of; NULL: nothing */

@@ -59,9 +59,10 @@ static const struct family {
      .family = kith_excluder_member},
     {"storage", "how lists of probes and contacts are kept", "connectivity.storage",
      .family = kith_storage_member},
-    {"boundary", "where ghosts come from", "boundaries.x", .family = kith_boundary_member},
+    {"boundary", "what a side of the domain is", "boundaries.x", .family = kith_scene_side_member},
     {"lattice", "how a region is filled", "regions.N.lattice", .members = lattices},
-    {"exact", "what a run is compared with", "exact.name", .family = kith_exact_member},
+    {"exact", "what a run is compared with; much of it follows from the scene", "exact.name",
+     .family = kith_exact_member},
     {"measure", "what a scene is about, where that is no distance from a solution", "measure.NAME",
      .members = measures},
 };

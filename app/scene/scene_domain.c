@@ -45,16 +45,15 @@ const struct kith_param kith_boundaries_params[] = {
     {"z", KITH_PARAM_OTHER, "open", "", SIDES, .params = NULL},
     {0}};
 
-/* What a side of the domain can be: open, or a boundary that acts on sides. */
-static struct kith_member side_member(int k) {
-  if (k == 0) return (struct kith_member){.name = "open"};
+struct kith_member kith_scene_side_member(int k) {
+  if (k == 0) return (struct kith_member){.name = "open", .doc = "nothing beyond it"};
   for (const struct kith_boundary_ops *const *p = kith_boundary_all(); *p != NULL; ++p)
     if ((*p)->has_faces && --k == 0)
       return (struct kith_member){(*p)->name, (*p)->doc, (*p)->params, (*p)->settings_size};
   return (struct kith_member){.name = NULL};
 }
 static const struct kith_param side_params[] = {
-    {"kind", KITH_PARAM_MEMBER, NULL, "", "boundary", .family = side_member}, {0}};
+    {"kind", KITH_PARAM_MEMBER, NULL, "", "boundary", .family = kith_scene_side_member}, {0}};
 
 /* A name, or a map {kind: name, ...} with settings. */
 static kith_status read_side(const struct kith_config_node *node, struct kith_selected *side) {
@@ -62,7 +61,7 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
   const bool map = node->kind == KITH_CONFIG_MAP && kind != NULL;
   if (!map) KITH_TRY(kith_param_value(side_params, node, side));
   KITH_TRY(kith_params_read(side_params, map ? node : NULL, side));
-  const struct kith_param *params = kith_family_member(side_member, side->name).params;
+  const struct kith_param *params = kith_family_member(kith_scene_side_member, side->name).params;
   if (map && params == NULL && node->n > 1)
     return kith_config_fail(kind, NULL, "%s has no settings", side->name);
   for (; !map && params != NULL && params->key != NULL; ++params)

@@ -158,13 +158,14 @@ static double mean_norm(N_Vector x, N_Vector w) {
   return sqrt(sum(SQUARES, x, w) / (double)KITH_MAX(set_of(x)->length, 1));
 }
 
-/* The largest |x|, or the largest -x, at least `most`. */
+/* The largest |x|, or the largest -x, at least `most`; infinite if any x is not a number. */
 static double extreme(N_Vector xv, bool negative, double most) {
   for (int part = 0; part < set_of(xv)->parts; ++part) {
     const double *x = kith_vector_numbers(xv, part);
     const int64_t n = set_of(xv)->part[part].length;
 #pragma omp parallel for simd schedule(static) reduction(max : most)
-    for (int64_t k = 0; k < n; ++k) most = KITH_MAX(most, negative ? -x[k] : fabs(x[k]));
+    for (int64_t k = 0; k < n; ++k)
+      most = KITH_MAX(most, x[k] != x[k] ? INFINITY : negative ? -x[k] : fabs(x[k]));
   }
   kith_ranks_max(set_of(xv)->ranks, &most, 1);
   return most;

@@ -270,6 +270,24 @@ static void set_factors(struct kith_package *package, const struct kith_kick *ki
   }
 }
 
+/* Light nodes with heavy ones at the edge of their support have X_i > m_i: they attract each other by (3) as
+ * the heavy ones push them away, and swing faster than sound would. Leapfrog with too long a step takes heat
+ * from one and gives it to another until one has none. The signal speed of active nodes, for the step alone,
+ * times sqrt(1 + 8 (X_i - m_i) / mean m), mean m = rho_i V_i with the volume V_i of a node. With 4 a contact
+ * of 300 : 1 at rest in 1-D stops, with 8 those of 10 : 1 to 1000 : 1 run. */
+static void quicken(struct kith_package *package) {
+  const struct kith_hydro *hydro = package->hydro;
+  const double *restrict h = hydro->nodes->support->f64, *restrict rho = hydro->density->f64,
+                         *restrict mass = hydro->mass->f64;
+  const double part = hydro->nodes->volume * kith_ball() / package->neighbors; /* of H^D, a node's volume */
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
+    const double beyond = ((const struct sph *)package->self)->grad_h_term->f64[i] - mass[i];
+    if (beyond > 0 && kith_node_active(hydro->nodes, i))
+      package->signal->f64[i] *= sqrt(1 + 8 * beyond / (rho[i] * part * kith_pow_dim(h[i])));
+  }
+}
+
 static kith_status sph_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                                 const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
@@ -295,15 +313,19 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
     set_factors(package, kick, kith_nodes_first_remote(nodes), kith_nodes_count(nodes));
     kith_nodes_refresh_images(hydro->nodes, between, n);
   }
-  return forces(package, connectivity, kick, package->recompute ? 0 : n, between);
+  KITH_TRY(forces(package, connectivity, kick, package->recompute ? 0 : n, between));
+  if (!wanted.own_masses && !hydro->equal_here) quicken(package);
+  return KITH_OK;
 }
 
 static struct kith_package_traits sph_traits(const void *settings) {
   const bool rising = ((const struct sph_settings *)settings)->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
   const bool stretched = is_stretched(settings);
-  return (struct kith_package_traits){.recomputes = !stretched,
-                                      .all_rows = stretched ? "stretched supports" : NULL,
-                                      .history = rising ? "viscosity cullen-dehnen" : NULL};
+  return (struct kith_package_traits){
+      .recomputes = !stretched,
+      .swings = ((const struct sph_settings *)settings)->density == SPH_DENSITY_MASSES,
+      .all_rows = stretched ? "stretched supports" : NULL,
+      .history = rising ? "viscosity cullen-dehnen" : NULL};
 }
 
 const struct kith_package_ops kith_package_sph = {

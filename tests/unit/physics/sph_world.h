@@ -380,7 +380,7 @@ static inline void truth_energy(const struct world *w, struct truth *t, int i, d
     t->correction[i] -= t->acceleration[i][a] * (base[i * NDIM + a] - v[i * NDIM + a]);
 }
 
-/* Equations (3) - (5). */
+/* Equations (3) - (5), and the signal speed of the step. */
 static inline void truth_rates(const struct world *w, struct truth *t) {
   const double *m = w->hydro.mass->f64, *v = w->hydro.velocity->f64;
   for (int i = 0; i < w->nodes->n_internal; ++i) {
@@ -408,7 +408,9 @@ static inline void truth_rates(const struct world *w, struct truth *t) {
     }
     for (int a = 0; a < NDIM; ++a) t->acceleration[i][a] = force[a] / m[i];
     truth_energy(w, t, i, work);
-    t->signal[i] = signal;
+    /* for the step: light nodes beside heavy ones swing; the mean mass is density over number */
+    const double beyond = fmax(0, t->grad_h_term[i] - m[i]) * t->number[i] / t->density[i];
+    t->signal[i] = signal * sqrt(1 + 8 * beyond);
   }
 }
 

@@ -119,10 +119,25 @@ static void threads(void) {
   drop(&set);
 }
 
+/* What is not a number is beyond all bounds: a solver shall not take it for a small residual. */
+static void not_a_number(void) {
+  enum { N = 4097 };
+  struct kith_vectors *set;
+  make(N, &set);
+  N_Vector x = kith_vector_clone(set);
+  fill(x, N, 6);
+  kith_vector_numbers(x, 1)[N / 2] = NAN;
+  CHECK(N_VMaxNorm(x) == INFINITY && N_VMin(x) == -INFINITY);
+  CHECK(isnan(N_VDotProd(x, x)) && isnan(N_VL1Norm(x)));
+  N_VDestroy(x);
+  drop(&set);
+}
+
 int main(void) {
   static const int sizes[] = {0, 1, 7, 4096, 4097, 9000};
   for (int k = 0; k < 6; ++k) operations(sizes[k]);
   view();
   threads();
+  not_a_number();
   return check_failed();
 }
