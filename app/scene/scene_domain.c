@@ -2,6 +2,7 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
+#include "app/scene/scene.h"
 #include "app/scene/scene_parts.h"
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
