@@ -26,8 +26,6 @@ kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text);
 /* The partitioner with its parameters, as kith_partition_create takes it. */
 void kith_scene_partitioner(const struct kith_scene *scene, char *text, size_t size);
-/* What a side of the domain can be: member k; open, or a boundary that acts on sides. */
-struct kith_member kith_scene_side_member(int k);
 /* Every key with default, range and meaning, as commented YAML. */
 void kith_scene_reference(FILE *file);
 

@@ -198,4 +198,7 @@ struct kith_scene {
   } output;
 };
 
+/* What a side of the domain can be: member k; open, or a boundary that acts on sides. */
+struct kith_member kith_scene_side_member(int k);
+
 #endif

@@ -2,7 +2,6 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
-#include "app/scene/scene.h"
 #include "app/scene/scene_parts.h"
 
 #define IN(member) KITH_INTO(struct kith_scene, member)

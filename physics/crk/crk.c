@@ -14,7 +14,9 @@
  * node of lower pressure gets the larger part, as in the paper; where it cools the pair, the node of higher
  * pressure gives the larger part, so that a cold node does not lose energy to a hot one.
  * With t the cosine between f and v_j - v_i,
- *     e_ij = 1/2 + t (P_j - P_i) / (2 (P_i + P_j + Q_ij))                                             (7)
+ *     e_ij = 1/2 + d t / (2 (|t| + (1 - |t|) (1 - d^2))),   d = (P_j - P_i) / (P_i + P_j + Q_ij):       (7)
+ * which is 1/2 + d t / 2 where pressures are alike. Where they jump that would let a node of next to no
+ * pressure give (1 - |t|) / 2 of the work of a large one, in 2-D and 3-D, and have a negative energy.
  * This work is not that of the volumes V. Where the spacing of the nodes changes fast, and linear functions
  * are no guide, the difference is large. So (5) counts as the part s of a force, and
  *     f_ij = - P_i V_i^2 / Omega_i grad W(H_i) - P_j V_j^2 / Omega_j grad W(H_j) - V_i V_j Q_ij grad W    (8)
@@ -68,7 +70,7 @@ struct crk_constants {
   double volume; /* volume_factor */
 };
 
-/* (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q. */
+/* (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q, next to 0 in tension. */
 KITH_INLINE void heat(const double *restrict i, const double *restrict j, double q, double *restrict out) {
   double work = 0, force2 = 0, speed2 = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -78,7 +80,9 @@ KITH_INLINE void heat(const double *restrict i, const double *restrict j, double
   const double size = sqrt(force2 * speed2),
                gain = size > 0 ? work / size : -1; /* at rest: about to separate */
   const double difference = J(CRK_PRESSURE) - i[CRK_PRESSURE];
-  const double share = fabs(q) > 1e-10 * fabs(difference) ? 0.5 + 0.5 * gain * difference / q : 0.5;
+  const double jump = fabs(q) > 1e-10 * fabs(difference) ? difference / q : 0;
+  const double even = KITH_MAX(0, 1 - jump * jump), oblique = 1 - fabs(gain);
+  const double share = 0.5 + 0.5 * jump * gain / KITH_MAX(fabs(gain) + oblique * even, DBL_MIN);
   OUT(KITH_HEAT) = share * work;
   OUT(KITH_PARTNER_HEAT) = (1 - share) * work;
 }

@@ -156,7 +156,9 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
         ff += f[a] * f[a], vv += jump * jump, fv += f[a] * jump;
       }
       const double cosine = ff * vv > 0 ? fv / sqrt(ff) / sqrt(vv) : 0;
-      const double share = (total + cosine * (t->pressure[j] - t->pressure[i])) / (2 * total);
+      const double d = (t->pressure[j] - t->pressure[i]) / total;
+      const double steep = fabs(cosine) + (1 - fabs(cosine)) * fmax(0, 1 - d * d); /* 0: no work */
+      const double share = 0.5 + (steep > 0 ? d * cosine / (2 * steep) : 0);
       heat += share * fv;
       const double own = sph_push(w, t, i, p->r), other = sph_push(w, t, j, p->r),
                    central = -volumes * q * factor;
