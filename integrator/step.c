@@ -180,8 +180,9 @@ static double next_dt(struct kith_integrator *it, double until) {
     if (it->dt > 0 && limit.dt > KITH_GROWTH * it->dt && !has_blocks(it))
       limit = (struct kith_timestep_limit){KITH_GROWTH * it->dt, -1, KITH_LIMIT_growth};
   }
-  if (limit.dt > 0.5 * left) /* two equal steps, not one and a tiny last one */
-    limit = (struct kith_timestep_limit){limit.dt >= left ? left : 0.5 * left, -1, KITH_LIMIT_end};
+  const bool last = limit.dt >= left * (1 - 1e-9); /* round-off of many equal steps leaves a little more */
+  if (limit.dt > 0.5 * left)                       /* two equal steps, not one and a tiny last one */
+    limit = (struct kith_timestep_limit){last ? left : 0.5 * left, -1, KITH_LIMIT_end};
   it->limiter = limit.reason;
   it->limiting_node = limit.node;
   return limit.dt;

@@ -64,6 +64,9 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
     return kith_config_fail(node, NULL, "row %s needs one bound: at_most, at_least, or prints", name);
   if ((row->job.scene[0] != '\0') != (row->job.dimension > 0))
     return kith_config_fail(node, NULL, "row %s: scene and dimension come together", name);
+  char *end;
+  strtod(row->prints, &end);
+  if (*end != '\0') return kith_config_fail(node, "prints", "'%s' is no number", row->prints);
   if (row->kind == KITH_ROW_ORDER && row->number < 1)
     return kith_config_fail(node, "measure", "'%s': the number must be positive", row->measure);
   return KITH_OK;
@@ -92,8 +95,17 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
   return KITH_OK;
 }
 
-static kith_status add_row(struct rows *rows, const struct kith_row *row) {
+/* The name of a row is that of its directory, which is emptied before it runs. */
+static kith_status add_row(struct rows *rows, const struct kith_config_node *node,
+                           const struct kith_row *row) {
   const size_t n = (size_t)rows->n;
+  const char *name = row->job.label;
+  if (name[0] == '.' || strchr(name, '/') != NULL)
+    return kith_config_fail(node, "name", "'%s' is no name of a directory: without '/', not begun with '.'",
+                            name);
+  for (int k = 0; k < rows->n; ++k)
+    if (strcmp(rows->row[k].job.label, name) == 0)
+      return kith_config_fail(node, "name", "there is a row '%s' above", name);
   KITH_TRY(kith_grow(&rows->row, &rows->capacity, n, n + 1, sizeof *rows->row));
   rows->row[rows->n++] = *row;
   return KITH_OK;
@@ -112,7 +124,7 @@ static kith_status vary(struct kith_row *row, const struct kith_config_node *val
   snprintf(row->varied + used, sizeof row->varied - used, "%s%s", used > 0 ? " " : "", value->text);
   snprintf(name + named, sizeof row->job.label - named, ".%s", value->text);
   for (char *c = name + named; *c != '\0'; ++c)
-    if (*c == ' ' || *c == ':' || *c == ',') *c = '.';
+    if (strchr(" :,/", *c) != NULL) *c = '.';
   snprintf(text, sizeof text, "%s=%s", factor, value->text);
   return kith_job_set(&row->job, text) == KITH_OK ? KITH_OK
                                                   : kith_config_fail(value, NULL, "%s", kith_failure());
@@ -128,7 +140,7 @@ static kith_status add_varied(struct rows *rows, const struct kith_row *like, in
     for (int skip = (factor == longest ? k : i + k) % factor->n; skip > 0; --skip) value = value->next;
     KITH_TRY(vary(&row, value));
   }
-  return add_row(rows, &row);
+  return add_row(rows, over, &row);
 }
 
 static kith_status read_group(const struct kith_config_node *node, struct kith_row *group,
@@ -152,7 +164,7 @@ static kith_status read_group(const struct kith_config_node *node, struct kith_r
     KITH_TRY(check_row(child, &row));
     if (row.job.dimension == 0) return kith_config_fail(child, "scene", "missing: a row of a group is a run");
     row.job.ranks = row.job.threads = 1;
-    KITH_TRY(add_row(rows, &row));
+    KITH_TRY(add_row(rows, child, &row));
     for (int k = 0; k < longest->n; ++k) KITH_TRY(add_varied(rows, &row, child->index, k, over, longest));
   }
   return KITH_OK;
@@ -174,7 +186,7 @@ static kith_status read_single(const struct kith_config_node *node, struct kith_
     return kith_config_fail(node, NULL, "row %s: same and like come together", row->job.label);
   KITH_TRY(check_above(rows, node, "like", row->like));
   KITH_TRY(check_above(rows, node, "restart", row->restart));
-  return add_row(rows, row);
+  return add_row(rows, node, row);
 }
 
 static kith_status read_rows(const struct kith_config *config, struct rows *rows) {

@@ -22,10 +22,10 @@ awk -F, '/^short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"
 
 # A figure as a document prints it: its last digit may differ by one.
 measured=$(awk -F, '/^short/ {printf "%.3f", $2}' v/validation.csv)
-rows "$row, prints: $measured" "$row, prints: 0.5" "$row, prints: 0.5, within: 0.999" \
-  "$row, prints: $measured, quick: true"
+rows "$row, prints: $measured" "${row/short/short2}, prints: 0.5" \
+  "${row/short/short3}, prints: 0.5, within: 0.999" "${row/short/short4}, prints: $measured, quick: true"
 "$kith" validate own.yaml -o v >stdout 2>stderr
-[[ $? == 3 && $(grep -c "^short .* = .* ok" stdout) == 3 ]] ||
+[[ $? == 3 && $(grep -c "^short.* = .* ok" stdout) == 3 ]] ||
   wrong "figures of a document: $(cat stdout stderr)"
 
 # A scene of one's own, by its path.
@@ -101,6 +101,12 @@ for same in 0.2 bits; do
   [[ $code$same == 00.2 || $code$same == 3bits ]] ||
     wrong "another step within 0.2, by $same: $(cat stdout stderr)"
 done
+rows "name: ../a, $tube, measure: energy_drift, at_most: 1"
+stopped 2 "'../a' is no name of a directory" "$kith" validate own.yaml
+rows "name: a, $tube, measure: energy_drift, at_most: 1" "name: a, measure: momentum_drift, at_most: 1"
+stopped 2 "rows.1.name: there is a row 'a' above" "$kith" validate own.yaml
+rows "name: a, $tube, measure: energy_drift, prints: much"
+stopped 2 "rows.0.prints: 'much' is no number" "$kith" validate own.yaml
 group ''
 stopped 2 "a group needs rows and factors" "$kith" validate own.yaml
 group 'ranks: []'
