@@ -207,6 +207,11 @@ for file in $(grep -o 'snapshot_[0-9]*.hdf' other/snapshots.hdf.series); do
   [[ -e other/$file ]] || wrong "the series in another directory lists $file, which is not there"
 done
 
+# ---- steps of equal length
+ok "$kith" run tiny.yaml --set scheme.dt=0.0025 --set until=0.05 --quiet -o equal
+grep -q ", 20 steps to t = 0.05" stdout ||
+  wrong "20 equal steps: $(grep "steps to" stdout)"
+
 # ---- a disk that fills
 rm -rf whole
 set -- --quiet --set output.every=0.05 --set output.checkpoint=5 --set output.checkpoint_at_end=true \
