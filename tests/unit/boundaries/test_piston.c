@@ -29,7 +29,7 @@ static bool open_both(struct scenario *lab, struct scenario *wall, const char *s
 
 /* Rounding differs, and grows with the noise of the nodes: by some hundred in so few steps. */
 static void is_a_wall(const char *settings, bool above, int steps) {
-  struct scenario lab, wall;
+  struct scenario lab = {0}, wall = {0};
   const int failures = check_failures;
   if (open_both(&lab, &wall, settings, above) && scenario_run(&lab, steps) && scenario_run(&wall, steps)) {
     const double u = above ? -speed : speed, t = lab.simulation->integrator.time;

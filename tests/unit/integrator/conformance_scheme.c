@@ -77,7 +77,7 @@ static void orders(void) {
                  {"scheme.name=implicit scheme.rtol=1e-6 scheme.atol=0", 20, 2},
                  {"scheme.name=implicit scheme.rtol=1e-6 scheme.atol=0 scheme.method=backward-euler", 20, 1}};
   static const char *const fields[] = {"position", "velocity", "energy"};
-  struct scenario reference, coarse, fine;
+  struct scenario reference = {0}, coarse = {0}, fine = {0};
   run_to_end(&reference, "scheme.name=arkode scheme.table=dormand-prince-7-4-5", 80);
   for (size_t k = 0; k < sizeof schemes / sizeof *schemes; ++k) {
     if (NDIM == 3 && k % 2 == 0) continue; /* time is the same in all dimensions, but not ours */
@@ -114,7 +114,7 @@ static void costs(void) {
                  {"scheme.name=arkode scheme.table=zonneveld-5-3-4", 5},
                  {"scheme.name=arkode scheme.table=dormand_prince-7-4-5", 6}};
   for (size_t k = 0; k < sizeof schemes / sizeof *schemes; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (run_to_end(&s, schemes[k].settings, 10)) {
       CHECK(s.simulation->integrator.ledger.evaluations == 1 + 10 * schemes[k].evaluations);
       CHECK(s.simulation->integrator.evaluations == (int)schemes[k].evaluations);
@@ -130,7 +130,7 @@ static void costs(void) {
  * closes. */
 static void every_member(void) {
   for (int k = 0; kith_scheme_all()[k] != NULL; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     char settings[64];
     snprintf(settings, sizeof settings, "scheme.name=%s", kith_scheme_all()[k]->name);
     if (scenario_open(&s, wave, "%s scheme.dt=%.17g", settings, 0.032) && scenario_run(&s, 10)) {
@@ -186,7 +186,7 @@ static void classical_twice(void) {
       "", "connectivity.rebuild=displacement connectivity.reorder=1",
       "boundaries.x=reflecting boundaries.z=reflecting connectivity.reorder=3"};
   for (int k = 0; k < 3; ++k) {
-    struct scenario ours, theirs;
+    struct scenario ours = {0}, theirs = {0};
     const bool ran = scenario_open(&ours, box, "scheme.name=rk4 scheme.dt=0.002 %s", settings[k]) &&
                      scenario_run(&ours, 40);
     if (scenario_open(&theirs, box, "scheme.name=arkode scheme.table=zonneveld-5-3-4 scheme.dt=0.002 %s",
@@ -207,7 +207,7 @@ static void classical_twice(void) {
 static void lists_do_not_matter(void) {
   enum { STEPS = NDIM == 1 ? 160 : NDIM == 2 ? 80 : 20 };
   for (int k = 0; kith_scheme_all()[k] != NULL; ++k) {
-    struct scenario always, lasting;
+    struct scenario always = {0}, lasting = {0};
     const char *name = kith_scheme_all()[k]->name;
     const bool ran =
         scenario_open(&always, box, "scheme.name=%s scheme.dt=0.002", name) && scenario_run(&always, STEPS);
@@ -230,7 +230,7 @@ static void momentum_is_kept(void) {
   static const char *const settings[] = {"scheme.name=rk4", "scheme.name=arkode",
                                          "scheme.name=arkode connectivity.rebuild=displacement"};
   for (int k = 0; k < 3; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, box, "boundaries.y=periodic %s", settings[k]) && scenario_run(&s, 20))
       CHECK(scenario_momentum_drift(&s) <= 1e-12);
     scenario_close(&s);
@@ -253,7 +253,7 @@ static kith_status step_of(struct scenario *s, double dt, double last) {
  * down to the guesses of the supports and what the lists were made from, is the same, and so is the step
  * after. */
 static void rejected(const char *settings, double dt) {
-  struct scenario tried, straight;
+  struct scenario tried = {0}, straight = {0};
   if (scenario_open(&tried, box, "%s", settings) && scenario_run(&tried, 6) &&
       scenario_open(&straight, box, "%s", settings) && scenario_run(&straight, 6)) {
     struct kith_integrator *a = &tried.simulation->integrator, *b = &straight.simulation->integrator;
@@ -301,7 +301,7 @@ static void rejections(void) {
  * times as many, and the error at the end, of second order, is 100 times smaller. Required: within a quarter
  * and within a factor of 2. */
 static void tolerances(void) {
-  struct scenario reference, run;
+  struct scenario reference = {0}, run = {0};
   double error[2] = {0};
   uint64_t steps[2] = {0};
   run_to_end(&reference, "scheme.name=arkode scheme.table=dormand-prince-7-4-5", 80);

@@ -56,7 +56,7 @@ static void conservation(void) {
                                          "scheme.ratio=2"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     for (int seed = 0; seed < 2; ++seed) {
-      struct scenario s;
+      struct scenario s = {0};
       if (scenario_open(&s, blast, "%s scheme.random_steps=%d", settings[k], 7 * seed) &&
           scenario_run(&s, 6)) {
         check_conserved(&s, true);
@@ -71,7 +71,7 @@ static void conservation(void) {
 /* With a fixed step there is one level, and the run is that of a global step but for the prediction of
  * energies, which is of second order in dt in both: a hundred times closer than the wave is high. */
 static void one_level(void) {
-  struct scenario block, global;
+  struct scenario block = {0}, global = {0};
   if (scenario_open(&block, wave, "scheme.steps=block scheme.dt=0.002") && scenario_run(&block, 200) &&
       scenario_open(&global, wave, "scheme.dt=0.002") && scenario_run(&global, 200)) {
     CHECK(scenario_distance(&block, &global, "velocity") < 0.01);
@@ -85,7 +85,7 @@ static void one_level(void) {
 
 /* The blast costs less than half of the updates, and its energies are those of the global run within 2 %. */
 static void fewer_updates(void) {
-  struct scenario block, global;
+  struct scenario block = {0}, global = {0};
   if (scenario_open(&block, blast, "scheme.levels=10") && scenario_run(&block, 100000) &&
       scenario_open(&global, blast, "scheme.steps=global") && scenario_run(&global, 100000)) {
     const struct kith_totals a = kith_hydro_totals(&block.simulation->hydro),
@@ -110,7 +110,7 @@ static void without_limits(void) {
       "  - {material: gas, lattice: cubic, density: 1, pressure: 1e-6}\n"
       "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2}\n" BLOCK "until: 0.05\n";
   for (int limited = 0; limited < 2; ++limited) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, cold, "scheme.ratio=%s", limited ? "4" : "none")) {
       CHECK_OK(scenario_start(&s));
       CHECK_STATUS(limited ? KITH_OK : KITH_DIVERGED, scenario_steps(&s, 100000));
@@ -120,7 +120,7 @@ static void without_limits(void) {
 }
 
 static void threads(void) {
-  struct scenario one, two;
+  struct scenario one = {0}, two = {0};
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
   const bool first = scenario_open(&one, blast, "scheme.random_steps=5") && scenario_run(&one, 2);

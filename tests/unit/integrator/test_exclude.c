@@ -53,7 +53,7 @@ static bool run_mixture(struct scenario *s, const char *size, const char *packag
  * there is. */
 static void check_apart(const char *package) {
   static const char apart_words[] = "materials:of=light and=heavy";
-  struct scenario mixed, apart, few;
+  struct scenario mixed = {0}, apart = {0}, few = {0};
   if (run_mixture(&mixed, "1.00", package, "") && run_mixture(&apart, "1.00", package, apart_words) &&
       run_mixture(&few, "0.75", package, apart_words)) {
     CHECK(differ(&mixed, &apart) > 10);

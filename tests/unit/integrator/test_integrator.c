@@ -31,7 +31,7 @@ static void conserves(void) {
   for (int s = 0; s < SCHEMES; ++s)
     for (int t = 0; t < 2; ++t)
       for (int k = 0; k < 3; ++k) {
-        struct scenario run;
+        struct scenario run = {0};
         if (scenario_open(&run, blast, "scheme.name=%s traversal=%s %s", schemes[s], traversal[t], rest[k]) &&
             scenario_run(&run, 60)) {
           CHECK(scenario_energy_drift(&run) <= 1e-12);
@@ -44,7 +44,7 @@ static void conserves(void) {
 /* A mirror gives no energy; it gives momentum along its axis only. */
 static void walls_conserve(void) {
   for (int s = 0; s < SCHEMES; ++s) {
-    struct scenario run;
+    struct scenario run = {0};
     if (scenario_open(&run, blast, "scheme.name=%s boundaries.x=reflecting", schemes[s]) &&
         scenario_run(&run, 60)) {
       const struct kith_totals now = kith_hydro_totals(&run.simulation->hydro);
@@ -61,7 +61,7 @@ static void walls_conserve(void) {
  * Measured: 3e-15 after 20 steps. */
 static void traversals_agree(void) {
   for (int thermal = 0; thermal < 2; ++thermal) {
-    struct scenario pairs, gather;
+    struct scenario pairs = {0}, gather = {0};
     const char *energy = thermal ? "thermal" : "compatible";
     if (scenario_open(&pairs, blast, "traversal=pairs method.energy=%s", energy)) scenario_run(&pairs, 20);
     if (scenario_open(&gather, blast, "traversal=gather method.energy=%s", energy) &&
@@ -120,7 +120,7 @@ static double folded_distance(const struct scenario *part, const struct scenario
  * Measured: 3e-14. */
 static void octant_is_whole(void) {
   static const char *const fields[] = {"position", "velocity", "energy", "density", "support"};
-  struct scenario whole, part;
+  struct scenario whole = {0}, part = {0};
   for (int s = 0; s < SCHEMES; ++s) {
     if (scenario_open(&whole, sedov, "scheme.name=%s", schemes[s])) scenario_run(&whole, 100000);
     if (scenario_open(&part, octant, "scheme.name=%s", schemes[s]) && scenario_run(&part, 100000)) {
@@ -143,7 +143,7 @@ static void boost(const struct scenario *s, double sign) {
 static void boosted(void) {
   static const char *const policy[] = {"always", "displacement"};
   for (int k = 0; k < 2; ++k) {
-    struct scenario rest, moving;
+    struct scenario rest = {0}, moving = {0};
     if (scenario_open(&rest, blast, "connectivity.rebuild=%s", policy[k])) scenario_run(&rest, 60);
     if (scenario_open(&moving, blast, "connectivity.rebuild=%s", policy[k])) {
       boost(&moving, 1);
@@ -182,7 +182,7 @@ static void order_in_dt(void) {
   static const char *const energy[] = {"compatible", "thermal"}, *const fields[] = {"position", "velocity",
                                                                                     "energy"};
   for (int e = 0; e < 2; ++e) {
-    struct scenario reference, coarse, fine;
+    struct scenario reference = {0}, coarse = {0}, fine = {0};
     if (scenario_open(&reference, wave, "scheme.dt=0.001 method.energy=%s", energy[e]))
       scenario_run(&reference, 1000);
     for (int s = 0; s < SCHEMES; ++s) {
@@ -211,7 +211,7 @@ static void limit_is_the_least(void) {
   static const char *const settings[] = {"method.package=sph", "method.package=mfm",
                                          "packages=[{\"name\":\"conduction\",\"conductivity\":0.1}]"};
   for (int k = 0; k < 3; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, blast, "%s", settings[k]))
       for (int step = 0; step < 20 && scenario_run(&s, 1); ++step) {
         const struct kith_package *package = s.simulation->integrator.package;

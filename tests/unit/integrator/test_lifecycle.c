@@ -39,7 +39,7 @@ static void threads_agree(void) {
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
       "scheme.name=implicit method.energy=thermal"};
   for (int k = 0; k < (int)(sizeof settings / sizeof *settings); ++k) {
-    struct scenario one, many;
+    struct scenario one = {0}, many = {0};
     omp_set_num_threads(1);
     if (scenario_open(&one, box, "resolution=%d %s", NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12, settings[k]))
       scenario_run(&one, 5);
@@ -75,7 +75,7 @@ static void closes(const struct scenario *s, const char *what) {
 static void culling_changes_nothing(void) {
   uint64_t culled = 0;
   for (int k = 0; k < COMBINATIONS; ++k) {
-    struct scenario with, without;
+    struct scenario with = {0}, without = {0};
     char where[256];
     combine(k, where);
     const bool made = scenario_open(&with, box, "%s", where);
@@ -98,7 +98,7 @@ static void culling_changes_nothing(void) {
 
 static void searches_agree(void) {
   for (int k = 0; k < SIDES; ++k) {
-    struct scenario first, other;
+    struct scenario first = {0}, other = {0};
     if (scenario_open(&first, box, "boundaries.x=%s neighbor.search=%s", sides[k],
                       kith_search_all()[0]->name))
       scenario_run(&first, 5);
@@ -117,7 +117,7 @@ static void searches_agree(void) {
  * whose limiter or whose Newton step stands at a switch may see more of it; none did here. Measured:
  * 6e-16. */
 static void reordering_is_round_off(void) {
-  struct scenario plain, ordered;
+  struct scenario plain = {0}, ordered = {0};
   if (scenario_open(&plain, box, "%s", "") && scenario_open(&ordered, box, "connectivity.reorder=1")) {
     if (scenario_run(&plain, 12) && scenario_run(&ordered, 12)) {
       CHECK(ordered.simulation->integrator.ledger.reorders >= 1);
@@ -137,7 +137,7 @@ static void reordering_is_round_off(void) {
  * the order of sums. Measured: 2e-8, and 3e-15 with one skin. */
 static void policies_agree(void) {
   static const double skin[] = {0.05, 0.1, 0.2, 0.4};
-  struct scenario always, same, lasting;
+  struct scenario always = {0}, same = {0}, lasting = {0};
   if (scenario_open(&always, box, "%s", "")) scenario_run(&always, 30);
   for (int k = 0; k < 4; ++k) {
     if (scenario_open(&same, box, "connectivity.rebuild=always|displacement connectivity.skin=%g", skin[k]))
@@ -163,7 +163,7 @@ static void policies_agree(void) {
 
 /* Lists that are never rebuilt: the answer of lists that are, or none. */
 static void never_is_right_or_stops(void) {
-  struct scenario always, never;
+  struct scenario always = {0}, never = {0};
   for (int moves = 0; moves < 2; ++moves) {
     const int steps = moves ? 200 : 2;
     if (scenario_open(&always, box, "connectivity.rebuild=always|displacement connectivity.skin=0.3"))

@@ -26,7 +26,7 @@ static void same_for_less(void) {
                                          "method.package=crk",    "method.package=mfm",
                                          "method.package=magma2", "scheme.name=rk2"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; k += NDIM < 3 ? 1 : 3) {
-    struct scenario window, whole;
+    struct scenario window = {0}, whole = {0};
     if (scenario_open(&window, tube, "%s", settings[k]) && scenario_run(&window, 100000) &&
         scenario_open(&whole, tube, "%s window=whole", settings[k]) && scenario_run(&whole, 100000)) {
       CHECK(scenario_distance(&whole, &window, "velocity") < 1e-11);
@@ -45,7 +45,7 @@ static void same_for_less(void) {
 
 /* They are bitwise what they were: read by neighbors, not written. */
 static void sleepers_stay(void) {
-  struct scenario before, after;
+  struct scenario before = {0}, after = {0};
   kith_index asleep = 0, changed = 0;
   if (scenario_open(&before, tube, "connectivity.reorder=0") && scenario_run(&before, 0) &&
       scenario_open(&after, tube, "connectivity.reorder=0") && scenario_run(&after, 4)) {
@@ -70,7 +70,7 @@ static void sleepers_stay(void) {
 
 /* Disordered gas is at rest nowhere: all are awake, and the run has the bits of one without a window. */
 static void disordered(void) {
-  struct scenario window, whole;
+  struct scenario window = {0}, whole = {0};
   const char *jitter = "regions.0.jitter=0.2 regions.1.jitter=0.2";
   if (scenario_open(&window, tube, "%s", jitter) && scenario_run(&window, 5) &&
       scenario_open(&whole, tube, "%s window=whole", jitter) && scenario_run(&whole, 5)) {

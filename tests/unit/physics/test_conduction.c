@@ -65,7 +65,7 @@ static const char halves[] =
 
 /* The internal energy of the cold half at the end. */
 static double cold_energy(bool barrier, double conductivity) {
-  struct scenario s;
+  struct scenario s = {0};
   double sum = 0;
   if (scenario_open(&s, halves, "regions.1.barrier=%s packages.0.conductivity=%g", barrier ? "true" : "false",
                     conductivity) &&
@@ -98,7 +98,7 @@ static const char wave[] =
 
 /* The largest energy at the end, and the steps. */
 static double peak(const char *settings, uint64_t *steps) {
-  struct scenario s;
+  struct scenario s = {0};
   double most = 0;
   if (scenario_open(&s, wave, "%s", settings) && scenario_run(&s, 10000)) {
     most = largest(s.simulation->hydro.energy->f64, s.simulation->nodes->n_internal);

@@ -62,7 +62,7 @@ static const char lump[] =
 static void falls(const char *settings, double tolerance) {
   enum { STEPS = 12 };
   const double g[3] = {-2, 1.1, 0.7}, t = STEPS * 0.004;
-  struct scenario free_one, falling;
+  struct scenario free_one = {0}, falling = {0};
   const bool both = scenario_open(&free_one, lump, "%s", settings) &&
                     scenario_open(&falling, lump, "%s gravity=[%g,%g,%g]", settings, g[0],
                                   NDIM > 1 ? g[1] : 0.0, NDIM > 2 ? g[2] : 0.0);
@@ -110,7 +110,7 @@ static const char orbit[] =
     "until: 1\n";
 
 static double drift(double dt, double *turning) {
-  struct scenario s;
+  struct scenario s = {0};
   double found = NAN;
   if (scenario_open(&s, orbit, "scheme.dt=%.17g", dt) && scenario_run(&s, 10000)) {
     const struct kith_totals now = kith_hydro_totals(&s.simulation->hydro);

@@ -11,7 +11,7 @@ static const char box[] =
 
 /* Heating of the whole box at the start: sum m du/dt + m v . dv/dt is zero, so this is what motion loses. */
 static double loss(const char *settings) {
-  struct scenario s;
+  struct scenario s = {0};
   double sum = NAN;
   scenario_open(&s, box, "%s", settings);
   if (s.simulation != NULL && kith_simulation_start(s.simulation) == KITH_OK) {
@@ -58,7 +58,7 @@ static void check_conduction(void) {
   static const char halves[] = "regions.0.pressure=x<0.5?2:1 ";
   double rate[2][2] = {{0}};
   for (int on = 0; on < 2; ++on) {
-    struct scenario s;
+    struct scenario s = {0};
     scenario_open(&s, box, "%smethod.conduction=%d", halves, on);
     if (s.simulation == NULL || kith_simulation_start(s.simulation) != KITH_OK) {
       CHECK(false);
@@ -81,7 +81,7 @@ static void check_pressures(void) {
   static const char halves[] = CONVERGING "method.viscosity.name=none regions.0.pressure=";
   double cold[2][2] = {{0}}, all[2][2] = {{0}};
   for (int k = 0; k < 4; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     scenario_open(&s, box, "%s%s method.pressure_dissipation=%d", halves, k / 2 ? "x<0.5?2:1" : "1", k % 2);
     CHECK(s.simulation != NULL && kith_simulation_start(s.simulation) == KITH_OK);
     for (kith_index i = 0; s.simulation != NULL && i < s.simulation->nodes->n_internal; ++i) {
@@ -100,7 +100,7 @@ static void check_pressures(void) {
  * number of threads. */
 static void check_rising(void) {
   static const char shock[] = "regions.0.velocity=[-1.5*sin(2*pi*x),0,0] method.viscosity.name=cullen-dehnen";
-  struct scenario s;
+  struct scenario s = {0};
   scenario_open(&s, box, "method.viscosity.name=cullen-dehnen");
   if (scenario_run(&s, 3)) {
     const double *viscosity_switch = scenario_field(&s, "viscosity")->f64;

@@ -19,7 +19,7 @@ static const char box[] =
 static void check(const char *settings, double tolerance) {
   static const char *const rates[] = {"acceleration", "energy_rate", "signal", "velocity", "energy"};
   const int before = check_failures;
-  struct scenario gather, pairs, alone;
+  struct scenario gather = {0}, pairs = {0}, alone = {0};
   if (scenario_open(&gather, box, "%s traversal=gather", settings) &&
       scenario_open(&pairs, box, "%s traversal=pairs", settings) &&
       scenario_open(&alone, box, "%s traversal=pairs", settings)) {

@@ -67,7 +67,7 @@ static const char channel[] =
 /* Nothing slips: v = sum over odd n of 4 / (n pi) sin(n pi x / L) exp(-nu (n pi / L)^2 t) of the start; and
  * what the walls take out of the motion is heat. */
 static void check_channel(void) {
-  struct scenario s;
+  struct scenario s = {0};
   double mean = 0, wanted = 0;
   if (scenario_open(&s, channel, "resolution=20") && scenario_run(&s, 10000)) {
     const struct kith_hydro *hydro = &s.simulation->hydro;

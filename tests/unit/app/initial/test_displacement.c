@@ -13,7 +13,7 @@ static const char box[] =
 /* x -> x^2, y -> y + x (1 - y) / 2, z -> z: volumes are stretched by 2 x (1 - x / 2). Differences over 1e-3
  * of a spacing are exact for polynomials of second order, but for rounding. */
 static void stretched(void) {
-  struct scenario plain, moved;
+  struct scenario plain = {0}, moved = {0};
   if (scenario_open(&plain, box, "connectivity.reorder=0") &&
       scenario_open(&moved, box, "connectivity.reorder=0 regions.0.displacement=[x*x-x,x*(1-y)/2,0]")) {
     const kith_index n = plain.simulation->nodes->n_internal;

@@ -40,7 +40,7 @@ static void holds(void) {
                                          "regions.1.equilibrium=true connectivity.reorder=1",
                                          "connectivity.reorder=1"};
   for (int k = 0; k < 3; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, shaken, "%s", settings[k])) {
       CHECK_OK(scenario_start(&s));
       CHECK(k == 0 ? deviation(&s, 0) < same : deviation(&s, 0) > 0.01);
@@ -56,7 +56,7 @@ static void holds(void) {
 
 /* A deposit comes on top, whole. */
 static void deposits_come_after(void) {
-  struct scenario s, t;
+  struct scenario s = {0}, t = {0};
   if (scenario_open(&s, shaken, "regions.0.equilibrium=true") &&
       scenario_open(&t, shaken,
                     "regions.0.equilibrium=true "
@@ -72,7 +72,7 @@ static void deposits_come_after(void) {
 
 /* The same everywhere. */
 static void uniform_pressure(void) {
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, shaken,
                     "regions.0.pressure=0.7 regions.0.equilibrium=true regions.1.material=gas "
                     "regions.1.equilibrium=true")) {
@@ -104,7 +104,7 @@ static struct kith_totals totals(double kinetic, double along, double turn, doub
 static void follows(void) {
   static const double kinetic[] = {4, 1, 3, 2, 0.5, 2}, turn[] = {1, 0.9, 0.5, 0.8, 0.9, 1},
                       fast[] = {0.1, 0.4, 0.2, 0.1, 0.1, 0.1};
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, shaken, "materials.water.stiffness=2")) {
     const struct kith_totals first = totals(kinetic[0], 0.5, turn[0], fast[0]);
     struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&first);
@@ -128,7 +128,7 @@ static void walls_turn_the_gas(void) {
   static const char *const settings[] = {"boundaries.x=reflecting", "boundaries.x=[open,reflecting]",
                                          "regions.1.frozen=true"};
   for (int k = 0; k < 3; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, shaken, "%s", settings[k])) {
       const struct kith_totals first = totals(1, 0, 1, 1);
       struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&first);

@@ -93,7 +93,7 @@ static void check_row(const struct table *csv, int row, const struct scenario *s
 }
 
 static void steps(void) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_history history = {0};
   struct table csv;
   struct kith_totals now;
@@ -120,7 +120,7 @@ static void steps(void) {
 
 /* Names and times of those that are there. */
 static void series(void) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_output output = {0};
   json_error_t error;
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {

@@ -76,7 +76,7 @@ static void make_linear(const struct scenario *s) {
 /* All open: every point is inside of the nodes or near their edge. */
 static void check_linear(const char *storage) {
   static const char *const names[] = {"density", "pressure", "energy"};
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_probes *probes;
   if (scenario_open(&s, box, "connectivity.storage=%s", storage)) {
     CHECK_OK(scenario_start(&s));
@@ -176,7 +176,7 @@ static void clear_pictures(void) {
 }
 
 static void check_pictures(void) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_probes *probes;
   void *exact = NULL;
   if (scenario_open(&s, box, "%s",
@@ -256,7 +256,7 @@ static void oracle_at(const struct scenario *s, const double *x, int component, 
 }
 
 static void check_images(void) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_probes *probes;
   if (scenario_open(&s, box, "boundaries.x=periodic boundaries.y=reflecting boundaries.z=periodic")) {
     CHECK_OK(scenario_start(&s));
@@ -300,7 +300,7 @@ static void check_images(void) {
 /* --- series --- */
 
 static void check_series(void) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_probes *probes;
   double value[400], step;
   if (scenario_open(&s, box, "scheme.dt=0.0001")) {
@@ -344,7 +344,7 @@ static void check_series(void) {
 
 /* Too few nodes for a gradient, and none at all. */
 static void check_sparse(void) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_probes *probes;
   double value[3], gradient[3];
   if (scenario_open(&s, box, "probes.0.at=[0.9,0.9,0.9]")) {
@@ -370,7 +370,7 @@ static void check_sparse(void) {
 /* --- contacts --- */
 
 static void check_contacts(const char *settings) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_contacts *contacts;
   char line[256], why[32];
   if (scenario_open(&s, box, "%s", settings)) {

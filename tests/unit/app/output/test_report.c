@@ -191,7 +191,7 @@ static void collected(void) {
       "materials: {gas: {gamma: 1.4}}\n"
       "regions: [{material: gas, jitter: 0.3, lattice: cubic, density: 1, pressure: 1}]\n"
       "until: 1\n";
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_report r;
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 3)) {
     const struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&s.start);

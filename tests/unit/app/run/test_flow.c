@@ -50,7 +50,7 @@ static void nothing_happens(void) {
       "scheme.name=cheap-rk2 regions.0.velocity=[-1.5,0,0] boundaries.x=[outflow,inflow]",
       "regions.0.where.x=[0.2,0.9]"};
   for (int k = 0; k < 6; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     const char *yaml = k < 5 ? HEAD FACES("inflow", "outflow") STREAM("2")
                              : HEAD FACES("{kind: inflow, at: 0.2}", "{kind: outflow, at: 0.9}") STREAM("2");
     if (scenario_open(&s, yaml, "%s", settings[k]) && scenario_run(&s, 60)) {
@@ -91,7 +91,7 @@ static void obstacles(void) {
       {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("frozen"), "a piston and frozen nodes"},
       {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("barrier"), "a piston and a barrier"}};
   for (int k = 0; k < 5; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, run[k].yaml, "%s", k == 2 ? "boundaries.y=reflecting" : "until=0.9") &&
         scenario_run(&s, 30)) {
       const struct kith_totals now = kith_hydro_totals(&s.simulation->hydro);
@@ -111,7 +111,7 @@ static void waves_leave(void) {
   static const char yaml[] = HEAD FACES("inflow", "outflow")  //
       "regions: [{material: gas, density: \"" PULSE "\", pressure: \"(" PULSE
       ")^1.4\", velocity: [\"0.3 + 1.1832*(" PULSE " - 1)\", 0, 0]}]\n";
-  struct scenario s;
+  struct scenario s = {0};
   if (NDIM == 1 && scenario_open(&s, yaml, "resolution=100 until=0.65") && scenario_run(&s, 1000)) {
     double most = 0;
     for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i)
@@ -127,7 +127,7 @@ static void waves_leave(void) {
 static void states_change(void) {
   static const char yaml[] = HEAD FACES(
       "{kind: inflow, density: 1 + t, pressure: 1 + 2*t, velocity: [1 - t, 0, 0]}", "outflow") STREAM("1");
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, yaml, "%s", "scheme.dt=0.01") && scenario_run(&s, 21)) {
     const struct kith_hydro *h = &s.simulation->hydro;
     const double t = 0.2; /* at the start of the last step */

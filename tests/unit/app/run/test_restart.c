@@ -43,7 +43,7 @@ static void in(char path[64], const char *name) {
 /* `steps` steps at a stretch, against a run that is written after `stop` of them and carried on by another
  * model. */
 static void carries_on(const char *yaml, const char *settings, int steps, int stop) {
-  struct scenario whole, first, second;
+  struct scenario whole = {0}, first = {0}, second = {0};
   struct kith_output output = {0}, later = {0};
   struct kith_conservation_baseline baseline = {0}, back = {0};
   char path[64];

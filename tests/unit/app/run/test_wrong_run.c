@@ -20,7 +20,7 @@ static void one_node_in_a_thin_box(void) {
       "0.2, 0.1]}]\nuntil: 5\n";
   static const char *const rebuild[] = {"always", "displacement"};
   for (int k = 0; k < 2; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, yaml, "connectivity.rebuild=%s", rebuild[k]) && scenario_run(&s, 20)) {
       const struct kith_hydro *h = &s.simulation->hydro;
       CHECK(s.simulation->nodes->n_internal == 1 && s.simulation->nodes->n_ghost > 2);
@@ -46,7 +46,7 @@ static void lists_are_labels(void) {
       "  - {material: a, where: {x: [0, 0.5]}, lattice: cubic, jitter: 0.2, density: 1, pressure: 1}\n"
       "  - {material: b, where: {x: [0.5, 1]}, lattice: cubic, jitter: 0.2, density: 1, pressure: "
       "2}\nuntil: 1\n";
-  struct scenario s, t;
+  struct scenario s = {0}, t = {0};
   if (scenario_open(&s, one, "%s", "scheme.name=leapfrog")) scenario_run(&s, 15);
   if (scenario_open(&t, three, "%s", "scheme.name=leapfrog") && scenario_run(&t, 15)) {
     CHECK(t.simulation->nodes->n_lists == 3 && t.simulation->nodes->lists[0].count == 0);
@@ -68,7 +68,7 @@ static void several_materials(void) {
       "  - {material: a, where: {x: [0, 0.34]}, lattice: cubic, density: 1, pressure: 1}\n"
       "  - {material: b, where: {x: [0.34, 0.67]}, lattice: cubic, density: 2, pressure: 1}\n"
       "  - {material: c, where: {x: [0.67, 1]}, lattice: cubic, density: 1, energy: 1}\nuntil: 1\n";
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, yaml, "%s", "connectivity.rebuild=displacement") && scenario_run(&s, 30)) {
     CHECK(scenario_energy_drift(&s) <= 1e-12);
     /* at rest at first: what counts is how much moves later */
@@ -82,7 +82,7 @@ static void expands_into_the_open(void) {
   static const char yaml[] = HEAD GAS
       "resolution: {1d: 30, 2d: 12, 3d: 7}\n"
       "regions: [{material: gas, lattice: cubic, density: 1, pressure: 1}]\nuntil: 0.4\n";
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, yaml, "%s", "connectivity.rebuild=displacement") && scenario_run(&s, 10000)) {
     const double *x = s.simulation->nodes->position->f64;
     double farthest = 0;
@@ -119,7 +119,7 @@ static kith_index node_of(const struct scenario *s, int64_t id) {
 
 /* Sets one value of node 7 after the start. */
 static void breaks(const char *settings, const char *field, double value, const char *reason) {
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, calm, "%s", settings)) {
     CHECK_OK(scenario_start(&s));
     struct kith_field *f = scenario_field(&s, field);
@@ -153,7 +153,7 @@ static void alone(void) {
       "resolution: 1\nregions: [{material: gas, lattice: cubic, density: 1, pressure: 1}]\nuntil: 1\n";
   static const char *const rebuild[] = {"always", "displacement"};
   for (int k = 0; k < 2; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, yaml, "connectivity.rebuild=%s", rebuild[k])) {
       CHECK_STATUS(KITH_DIVERGED, scenario_start(&s));
       CHECK(strstr(kith_failure(), "node 0") != NULL && strstr(kith_failure(), "support") != NULL);
@@ -164,7 +164,7 @@ static void alone(void) {
 
 /* Many nodes at one place: no support is small enough. */
 static void heaped(void) {
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, calm, "%s", "resolution=10")) {
     for (kith_index i = 0; i < s.simulation->nodes->n_internal * NDIM; ++i)
       s.simulation->nodes->position->f64[i] = 0.5;
@@ -177,7 +177,7 @@ static void heaped(void) {
 
 /* A step that time no longer feels. */
 static void collapse(void) {
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, calm, "%s", "scheme.name=leapfrog")) {
     CHECK_OK(scenario_start(&s));
     CHECK_OK(kith_integrator_step(&s.simulation->integrator, 1));

@@ -90,7 +90,7 @@ static void same_partners(const struct scenario *plain, const struct scenario *o
 }
 
 static void order(const char *settings) {
-  struct scenario plain, ordered;
+  struct scenario plain = {0}, ordered = {0};
   if (scenario_open(&plain, box, "%s", settings) &&
       scenario_open(&ordered, box, "reproducible=true %s", settings)) {
     CHECK_OK(scenario_start(&plain));
@@ -105,7 +105,7 @@ static void order(const char *settings) {
 
 static void same_with(const char *settings) {
   static const char *const searches[] = {"grid", "spacetree", "brute"};
-  struct scenario tree, other;
+  struct scenario tree = {0}, other = {0};
   if (scenario_open(&tree, box, "reproducible=true neighbor.search=tree %s", settings) &&
       scenario_run(&tree, 3))
     for (int k = 0; k < 3; ++k) {
@@ -129,7 +129,7 @@ static void same_for_all_searches(void) {
 
 /* All nodes, list by list, by id, with their values; also when they were reordered. */
 static void by_id(void) {
-  struct scenario s;
+  struct scenario s = {0};
   struct kith_nodes *whole = NULL;
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
     const struct kith_nodes *nodes = s.simulation->nodes;
@@ -155,7 +155,7 @@ static void by_id(void) {
 
 /* Images without numbers have no order. */
 static void refusals(void) {
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, box, "%s", "")) {
     CHECK_OK(scenario_start(&s));
     CHECK_STATUS(KITH_INTERNAL, kith_connectivity_canonical(s.simulation->connectivity, s.simulation->nodes));

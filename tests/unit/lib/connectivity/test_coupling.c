@@ -159,7 +159,7 @@ static bool behind(const struct scenario *s, kith_index i) {
 /* No pair joins both sides, whatever happens on the left; and the right does not know of it, to the last
  * bit. */
 static void check_leak(const char *package) {
-  struct scenario calm, loud;
+  struct scenario calm = {0}, loud = {0};
   const int steps = NDIM == 3 ? 12 : 100;
   scenario_open(&calm, tube, "method.package=%s regions.0.pressure=1", package);
   scenario_open(&loud, tube, "method.package=%s", package);
@@ -196,7 +196,7 @@ static void check_leak(const char *package) {
 
 /* Kinetic energy and mean position on the left, with a plate and with a wall. */
 static void check_wall(const char *package, double tolerance) {
-  struct scenario plate, wall;
+  struct scenario plate = {0}, wall = {0};
   const int steps = NDIM == 3 ? 12 : 100;
   scenario_open(&plate, tube, "method.package=%s", package);
   scenario_open(&wall, walled, "method.package=%s", package);

@@ -44,7 +44,7 @@ static void contents(const struct scenario *s, double out[2]) {
 }
 
 static void check_layer(double f, const char *settings) {
-  struct scenario s;
+  struct scenario s = {0};
   double before[2], after[2];
   if (scenario_open(&s, slabs, "regions.1.porosity=%g %s", f, settings)) {
     contents(&s, before);

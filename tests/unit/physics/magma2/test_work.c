@@ -20,7 +20,7 @@ static const double divergence = NDIM == 1 ? 0.3 : NDIM == 2 ? 0.8 : 1.8;
 
 /* du/dt = - P / rho div v, away from the open sides. */
 static void check_work(void) {
-  struct scenario s;
+  struct scenario s = {0};
   int inside = 0;
   if (scenario_open(&s, box, "method.pressure_dissipation=0") && started(&s)) {
     const struct kith_hydro *h = &s.simulation->hydro;
@@ -40,7 +40,7 @@ static void check_work(void) {
 
 /* At rest nothing works: heat goes from nodes of higher pressure to those of lower, none is lost. */
 static void check_evened(void) {
-  struct scenario s;
+  struct scenario s = {0};
   double sum = 0, size = 0, product = 0;
   if (scenario_open(&s, box, "regions.0.velocity=[0,0,0] regions.0.pressure=x<0.5?2:1") && started(&s)) {
     const struct kith_hydro *h = &s.simulation->hydro;

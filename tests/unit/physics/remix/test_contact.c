@@ -32,7 +32,7 @@ static double pressure_error(const struct scenario *s, bool start) {
 static void check_contact(void) {
   double error[2][2] = {{0}}; /* sph, remix; at the start, later */
   for (int k = 0; k < 2; ++k) {
-    struct scenario s;
+    struct scenario s = {0};
     if (scenario_open(&s, tube, "method.package=%s", k == 0 ? "sph" : "remix") && started(&s)) {
       error[k][0] = pressure_error(&s, true);
       if (scenario_run(&s, NDIM == 3 ? 5 : 40)) error[k][1] = pressure_error(&s, false);
@@ -48,7 +48,7 @@ static void check_contact(void) {
 
 /* Gas that expands with v = x / 2 from the middle: rho (1 + t / 2)^d is constant. */
 static void check_follows(void) {
-  struct scenario s;
+  struct scenario s = {0};
   if (scenario_open(&s, tube,
                     "arrangement=equal-spacing boundaries.x=open boundaries.y=open boundaries.z=open "
                     "regions.0.density=1 regions.0.velocity=[x/2,y/2,z/2] regions.1.velocity=[x/2,y/2,z/2] "
