@@ -55,10 +55,25 @@ static double limit_of(const struct kith_integrator *it, kith_index i) {
   return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
 }
 
+/* The largest mass of a node that a boundary of this rank holds, whose node it pushes without being stepped. */
+static double heaviest_held(const struct kith_integrator *it) {
+  double heaviest = 0;
+  for (int b = 0; b < it->boundaries->n; ++b) {
+    const struct kith_boundary *boundary = it->boundaries->boundary[b];
+    const struct kith_nodes *held =
+        boundary->ops->held_nodes != NULL ? boundary->ops->held_nodes(boundary) : NULL;
+    const struct kith_field *mass =
+        held != NULL ? kith_nodes_field_named(held, it->hydro->mass->spec.name) : NULL;
+    for (kith_index i = 0; mass != NULL && i < held->n_internal; ++i)
+      heaviest = KITH_MAX(heaviest, mass->f64[i]);
+  }
+  return heaviest;
+}
+
 /* Least and largest of the longest steps that nodes allow now, of all ranks; and whether masses are even. */
 static void range_of_limits(const struct kith_integrator *it, double factor, double *least, double *most) {
   struct kith_blocks *b = kith_blocks_of(it);
-  double low = INFINITY, high = 0, light = INFINITY, heavy = 0;
+  double low = INFINITY, high = 0, light = INFINITY, heavy = heaviest_held(it);
 #pragma omp parallel for schedule(static) reduction(min : low, light) reduction(max : high, heavy)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
     const double growth = b->steps.tick > 0 ? GROWTH * b->steps.tick * b->steps.step->f64[i] : INFINITY;

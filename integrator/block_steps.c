@@ -357,7 +357,7 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
   struct kith_blocks *b = kith_blocks_of(it);
   struct kith_block_steps *s = &b->steps;
   s->now = 0, s->tick = dt / KITH_TICKS, s->ends = false;
-  kith_add_through(it, dt);
+  kith_through_add(&it->hydro->through, dt, &it->flow.rate);
   kith_field_copy(it->nodes, s->velocity_last, it->hydro->velocity);
   kith_field_copy(it->nodes, s->energy_last, it->hydro->energy);
 #pragma omp parallel for schedule(static)

@@ -101,18 +101,12 @@ void kith_predict(struct kith_integrator *it, double dt, double later) {
   }
 }
 
-void kith_add_through(struct kith_integrator *it, double dt) {
-  struct kith_through *through = &it->hydro->through;
-  through->energy += dt * it->flow.rate.energy;
-  for (int a = 0; a < NDIM; ++a) through->momentum[a] += dt * it->flow.rate.momentum[a];
-}
-
 void kith_kick(struct kith_integrator *it, double dt) {
   const struct kith_package *package = it->package;
   const double late = it->kick.time + 0.5 * dt;
   kick_by_rates(it, dt);
   it->kick.time += dt;
-  kith_add_through(it, dt);
+  kith_through_add(&it->hydro->through, dt, &it->flow.rate);
   if (!package->compatible) return;
   double *restrict u = it->hydro->energy->f64;
   const double *restrict correction = package->energy_correction->f64, *restrict a =

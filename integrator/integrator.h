@@ -138,8 +138,6 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 
 /* to = from, of internal nodes. */
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
-/* What the gas gets from outside in a time dt, by the rates of the last evaluation. */
-void kith_add_through(struct kith_integrator *integrator, double dt);
 /* v += dt A, and u by equation (1) of package.h; the time kicked so far += dt. */
 void kith_kick(struct kith_integrator *integrator, double dt);
 /* v += dt A, u += dt rate: a state for packages to evaluate, which the scheme then takes back. The middle of

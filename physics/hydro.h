@@ -46,6 +46,11 @@ void kith_external_force_add(const struct kith_external_force *external_force, c
 struct kith_through {
   double mass, momentum[NDIM], energy;
 };
+/* Momentum and energy of `to` += dt times the rates `rate`. */
+static inline void kith_through_add(struct kith_through *to, double dt, const struct kith_through *rate) {
+  to->energy += dt * rate->energy;
+  for (int a = 0; a < NDIM; ++a) to->momentum[a] += dt * rate->momentum[a];
+}
 
 struct kith_hydro {
   struct kith_nodes *nodes;                      /* borrowed */

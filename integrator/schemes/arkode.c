@@ -31,8 +31,11 @@ static const struct kith_param params[] = {
 struct arkode {
   struct kith_stages stages; /* memory: of ERKStep */
   struct kith_table table;
-  /* Of the step at hand: ERKStep has had the rates of its start; it has made its end. */
-  bool started, ended;
+  /* Of the attempt at hand: stages whose rates ERKStep has, what comes from outside by these per time, and
+   * whether it has made the end of the step. */
+  int stage;
+  struct kith_through through;
+  bool ended;
   long attempts;      /* of ERKStep, begun */
   double stable;      /* what the stability function said last */
   double accurate_dt; /* what the last error estimate allows for the next step, 0: no opinion */
@@ -42,10 +45,19 @@ kith_status kith_table_read(struct kith_table *table, int row) {
   ARKodeButcherTable t = ARKodeButcherTable_LoadERK(table_ids[row]);
   if (t == NULL) KITH_FAIL(NO_MEMORY, "no memory for a Runge-Kutta table");
   *table = (struct kith_table){.stages = t->stages, .order = t->q, .embedded = t->p, .ends = true};
-  for (int k = 0; k < t->stages; ++k) table->ends = table->ends && t->b[k] == t->A[t->stages - 1][k];
+  for (int k = 0; k < t->stages; ++k) {
+    table->ends = table->ends && t->b[k] == t->A[t->stages - 1][k];
+    table->weight[k] = t->b[k];
+  }
   table->evaluations = table->ends ? t->stages - 1 : t->stages;
   ARKodeButcherTable_Free(t);
   return KITH_OK;
+}
+
+/* What the gas gets from outside, by the rates of a stage. */
+static void add_stage(struct arkode *a, int stage, const struct kith_through *rate) {
+  kith_through_add(&a->through, a->table.weight[stage], rate);
+  a->stage = stage + 1;
 }
 
 /* It begins another attempt: nothing may be left of the last one. */
@@ -53,7 +65,10 @@ static kith_status follow_attempts(struct kith_integrator *it) {
   struct arkode *a = it->self;
   const long before = a->attempts;
   ERKStepGetNumStepAttempts(a->stages.memory, &a->attempts);
-  return a->attempts > 1 && a->attempts != before ? kith_stages_again(it) : KITH_OK;
+  if (a->attempts <= 1 || a->attempts == before) return KITH_OK;
+  a->through = (struct kith_through){0};
+  add_stage(a, 0, &a->stages.through);
+  return kith_stages_again(it);
 }
 
 /* Those of the start are at hand; those of the end are made when ERKStep is done, and nodes may be put
@@ -62,14 +77,14 @@ static int rates(double time, N_Vector state, N_Vector rate, void *integrator) {
   struct kith_integrator *it = integrator;
   struct arkode *a = it->self;
   if (a->ended) return 0;
-  if (a->started) {
+  if (a->stage > 0) {
     a->stages.status =
         state == a->stages.vectors->view
             ? follow_attempts(it)
             : kith_fail(KITH_INTERNAL, "ERKStep requests rates of a state that is not in the fields");
     if (a->stages.status != KITH_OK || kith_stages_rates(it, time) != KITH_OK) return -1;
   }
-  a->started = true;
+  add_stage(a, a->stage, &it->flow.rate);
   kith_stages_copy_rates(it, rate);
   return 0;
 }
@@ -127,7 +142,9 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
   struct arkode *a = it->self;
   struct kith_stages *s = &a->stages;
   double time = 0;
-  a->started = a->ended = false;
+  a->ended = false;
+  a->stage = 0;
+  a->through = (struct kith_through){0};
   a->attempts = 0;
   s->status = KITH_OK;
   int flag = ERKStepReInit(s->memory, rates, 0, s->vectors->view);
@@ -143,6 +160,7 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
         kith_fail(KITH_DIVERGED,
                   "ERKStep finds no step of the required accuracy: error %d after %ld attempts", flag,
                   a->attempts));
+  kith_through_add(&it->hydro->through, time, &a->through);
   if (time < *dt) it->limiter = KITH_LIMIT_accuracy, it->limiting_node = -1;
   *dt = time;
   return KITH_OK;

@@ -21,10 +21,12 @@
   X(ARK548L2SAb_ERK_8_4_5, ark548l2sab_erk_8_4_5)   \
   X(VERNER_8_5_6, verner_8_5_6)                     \
   X(FEHLBERG_13_7_8, fehlberg_13_7_8)
+enum { KITH_MOST_STAGES = 13 };
 struct kith_table {
   int stages, order, embedded; /* orders; embedded 0: no error estimate */
   int evaluations;             /* of the rates, per step: the first stage has those of the last step's end */
   bool ends;                   /* its last stage is at the end of the step, with the state of the end */
+  double weight[KITH_MOST_STAGES]; /* of the rates of the stages */
 };
 /* That of a row of the list. */
 kith_status kith_table_read(struct kith_table *table, int row);

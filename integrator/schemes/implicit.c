@@ -107,8 +107,11 @@ static kith_status advance(struct kith_integrator *it, double *dt) {
   const struct implicit_settings *settings = it->settings;
   KITH_TRY(kith_stages_begin(it, &solver));
   kith_stages_weights(it, &settings->tolerances, m->stages.vectors->view, m->vector[WEIGHTS]);
-  KITH_TRY(kith_stages_try(it, &solver, true, dt));
-  return kith_stages_rates(it, *dt);
+  KITH_TRY(kith_stages_try(it, &solver, it->fixed_dt <= 0, dt));
+  KITH_TRY(kith_stages_rates(it, *dt));
+  kith_through_add(&it->hydro->through, *dt * (1 - theta(it)), &m->stages.through);
+  kith_through_add(&it->hydro->through, *dt * theta(it), &it->flow.rate);
+  return KITH_OK;
 }
 
 static kith_status create(struct kith_integrator *it) {

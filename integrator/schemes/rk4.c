@@ -50,6 +50,7 @@ static kith_status advance(struct kith_integrator *it, double *step) {
   for (int stage = 0; stage < STAGES; ++stage) {
     const bool last = stage + 1 == STAGES;
     combine(nodes, y->sum, y->sum, y->rate, weight[stage] * dt);
+    kith_through_add(&it->hydro->through, weight[stage] * dt, &it->flow.rate);
     combine(nodes, y->state, y->start, last ? y->sum : y->rate, last ? 1 : at[stage + 1] * dt);
     kith_drift_supports(it, (at[stage + 1] - at[stage]) * dt);
     KITH_TRY(kith_integrator_evaluate(it));

@@ -9,7 +9,7 @@
 enum { MOST_HALVINGS = 10 };
 
 /* What a step may be repeated from: the state, its rates, and the growth of supports they begin with. */
-enum { POSITION, SUPPORT, VELOCITY, ENERGY, ACCELERATION, ENERGY_RATE, DIVERGENCE };
+enum { POSITION, SUPPORT, VELOCITY, ENERGY, ACCELERATION, ENERGY_RATE, SOUND_SPEED, DIVERGENCE };
 
 kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   static const char *const names[] = {"stage_built_radius", "stage_built_support", "stage_built_x",
@@ -20,14 +20,14 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
       [ACCELERATION] = {"acceleration_base", KITH_VECTOR, KITH_F64, KITH_OWN_WORK, NULL,
                         "dv/dt at the start"},
       [ENERGY_RATE] = {"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "du/dt at the start"},
+      [SOUND_SPEED] = {"sound_speed_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL,
+                       "sound speed at the start"},
       [DIVERGENCE] = {"expansion_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "div v at the start"}};
-  struct kith_field *const present[KITH_START_FIELDS] = {it->nodes->position,
-                                                         it->nodes->support,
-                                                         it->hydro->velocity,
-                                                         it->hydro->energy,
-                                                         it->hydro->acceleration,
-                                                         it->hydro->energy_rate,
-                                                         it->package->velocity_divergence};
+  struct kith_field *const present[KITH_START_FIELDS] = {
+      it->nodes->position,     it->nodes->support,
+      it->hydro->velocity,     it->hydro->energy,
+      it->hydro->acceleration, it->hydro->energy_rate,
+      it->hydro->sound_speed,  it->package->velocity_divergence};
   KITH_TRY(kith_resize(&it->self, 0, 1, size));
   struct kith_stages *s = it->self;
   memcpy(s->present, present, sizeof present);
@@ -95,6 +95,7 @@ kith_status kith_stages_begin(struct kith_integrator *it, const struct kith_solv
   KITH_TRY(fit(it, solver));
   for (int k = 0; k < KITH_START_FIELDS; ++k) kith_field_copy(it->nodes, s->start[k], s->present[k]);
   kith_built_copy(it->nodes, &s->built, &it->built);
+  s->through = it->flow.rate;
   it->kick.time = 0;
   s->lifecycles = it->ledger.lifecycles;
   return KITH_OK;
@@ -125,6 +126,7 @@ static kith_status restore(struct kith_integrator *it) {
   it->nodes->positions += 1;
   KITH_TRY(kith_stages_again(it));
   for (int k = ACCELERATION; k < DIVERGENCE; ++k) kith_field_copy(it->nodes, s->present[k], s->start[k]);
+  it->flow.rate = s->through;
   return KITH_OK;
 }
 

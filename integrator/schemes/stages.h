@@ -34,11 +34,12 @@ struct kith_tolerances {
 /* The state as a vector: position, velocity and energy of the internal nodes. */
 enum { KITH_VECTOR_POSITION, KITH_VECTOR_VELOCITY, KITH_VECTOR_ENERGY, KITH_VECTOR_PARTS };
 
-enum { KITH_START_FIELDS = 7 };
+enum { KITH_START_FIELDS = 8 };
 /* The first member of a scheme's private state (integrator->self). */
 struct kith_stages {
   struct kith_field *present[KITH_START_FIELDS], *start[KITH_START_FIELDS]; /* now; where the step starts */
   struct kith_built built;                                                  /* there */
+  struct kith_through through;                                              /* its rate there */
   uint64_t lifecycles;                                                      /* until then */
   struct kith_vectors *vectors; /* for the nodes there are; NULL: not made yet */
   void *memory;                 /* of the solver */

@@ -2,6 +2,7 @@
  * updates of a blast, failure without limits, threads, what is refused. Lists of active nodes:
  * test_connectivity; ranks and restarts: mpi. */
 #include <omp.h>
+#include "integrator/block_lengths.h"
 #include "tests/unit/scenario.h"
 
 #define BLOCK "scheme: {steps: block}\n"
@@ -132,6 +133,23 @@ static void threads(void) {
   scenario_close(&two);
 }
 
+/* Steps end before a heavy node pushes a light one, also one that is held and not stepped itself. */
+static void heavy_nodes_are_noticed(void) {
+  static const struct {
+    const char *settings;
+    bool even;
+  } runs[] = {{"", true},
+              {"arrangement=equal-spacing regions.1.density=10", false},
+              {"regions.1.frozen=true", true},
+              {"arrangement=equal-spacing regions.1.density=10 regions.1.frozen=true", false}};
+  for (size_t k = 0; k < sizeof runs / sizeof *runs; ++k) {
+    struct scenario s = {0};
+    if (scenario_open(&s, blast, "%s", runs[k].settings) && scenario_run(&s, 1))
+      CHECK(kith_blocks_of(&s.simulation->integrator)->even == runs[k].even);
+    scenario_close(&s);
+  }
+}
+
 static void refused(void) {
   static const char *const settings[] = {"connectivity.rebuild=displacement",
                                          "method.package=mfm method.faces=integrated",
@@ -146,6 +164,7 @@ int main(void) {
   fewer_updates();
   without_limits();
   threads();
+  heavy_nodes_are_noticed();
   refused();
   return check_failed();
 }

@@ -96,8 +96,8 @@ static void mirrored(void) {
   for (int s = 0; kith_scheme_all()[s] != NULL; ++s)
     for (int stop = 1; stop < 12; stop += kith_scheme_all()[s]->implicit ? 3 : 1) {
       snprintf(settings, sizeof settings,
-               "connectivity.rebuild=displacement connectivity.skin=0.5 scheme.dt=0.01 scheme.name=%s %s",
-               kith_scheme_all()[s]->name, energy(s));
+               "connectivity.rebuild=displacement connectivity.skin=0.5 scheme.dt=%g scheme.name=%s %s",
+               kith_scheme_all()[s]->implicit ? 0.005 : 0.01, kith_scheme_all()[s]->name, energy(s));
       carries_on(streams, settings, 12, stop);
     }
 }
@@ -123,6 +123,7 @@ static void other_settings(void) {
       "scheme.dt=0.002",
       "connectivity.rebuild=displacement connectivity.skin=0.05",
       "boundaries.x=[open,reflecting] connectivity.rebuild=displacement",
+      "scheme.steps=block arrangement=equal-spacing regions.1.density=10 regions.1.frozen=true",
       "connectivity.rebuild=never connectivity.skin=0.5 scheme.cfl=0.3",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 connectivity.rebuild=displacement",
