@@ -55,7 +55,7 @@ static double limit_of(const struct kith_integrator *it, kith_index i) {
   return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
 }
 
-/* The largest mass of a node that a boundary of this rank holds, whose node it pushes without being stepped. */
+/* The largest mass of the nodes that boundaries of this rank hold: they push others without being stepped. */
 static double heaviest_held(const struct kith_integrator *it) {
   double heaviest = 0;
   for (int b = 0; b < it->boundaries->n; ++b) {

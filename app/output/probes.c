@@ -223,12 +223,25 @@ kith_status kith_probes_destroy(struct kith_probes **probes) {
 
 /* --- the sums of a point --- */
 
-/* Images of the points wherever a support may reach through a face: nodes may be a little beyond it. */
+/* How far outside of a face that has images node i is. */
+static double outside(const struct kith_probes *p, kith_index i) {
+  double most = 0;
+  for (int b = 0; b < p->faces.n; ++b) {
+    const struct kith_boundary *face = p->faces.boundary[b];
+    const double x = p->simulation->nodes->position->f64[(size_t)i * NDIM + (size_t)face->axis];
+    if (face->at_lower) most = KITH_MAX(most, face->lower - x);
+    if (face->at_upper) most = KITH_MAX(most, x - face->upper);
+  }
+  return most;
+}
+
+/* Images of the points wherever a support may reach through a face: lists that last leave nodes beyond it. */
 static kith_status make_images(struct kith_probes *p, struct set *s) {
   const struct kith_nodes *nodes = p->simulation->nodes;
   struct kith_nodes *points = s->points;
   double widest = 0;
-  for (kith_index i = 0; i < nodes->n_internal; ++i) widest = KITH_MAX(widest, nodes->support->f64[i]);
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    widest = KITH_MAX(widest, nodes->support->f64[i] + outside(p, i));
   kith_ranks_max(nodes->ranks, &widest, 1);
   for (kith_index i = 0; i < points->n_internal; ++i) points->search_radius->f64[i] = 1.25 * widest;
   ++points->positions;

@@ -169,13 +169,18 @@ static void measure(const struct run *run, const double *start, double *value) {
 }
 
 static kith_status copy_gas(struct run *run) {
-  KITH_TRY(kith_nodes_copy(&run->gas, run->simulation->nodes, false));
-  return kith_nodes_delete(run->gas, kith_nodes_field_named(run->gas, "flag")->u8);
+  struct kith_simulation *m = run->simulation;
+  KITH_TRY(kith_nodes_copy(&run->gas, m->nodes, false));
+  if (m->nodes->flag != NULL)
+    KITH_TRY(kith_nodes_delete(run->gas, kith_nodes_field_named(run->gas, "flag")->u8));
+  return kith_boundaries_enforce(&m->boundaries, run->gas, false);
 }
 
-/* All that is compared: what is behind the faces of inflows is not. */
+/* All that is compared: what is behind the faces of inflows is not, and what has left the box since lists
+ * were made, which may last, is put back. */
 static kith_status choose_gas(struct run *run) {
-  if (run->simulation->nodes->flag == NULL) return KITH_OK;
+  const struct kith_simulation *m = run->simulation;
+  if (m->nodes->flag == NULL && !kith_rebuilds_lasting(&m->rebuilds)) return KITH_OK;
   return kith_ranks_allreduce_status(run->ranks, copy_gas(run));
 }
 

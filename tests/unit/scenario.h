@@ -177,7 +177,8 @@ static inline double scenario_energy_drift(const struct scenario *s) {
 static inline double scenario_momentum_drift(const struct scenario *s) {
   const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
   double largest = 0;
-  for (int a = 0; a < NDIM; ++a) largest = fmax(largest, fabs(now.momentum[a] - now.through.momentum[a] - s->start.momentum[a]));
+  for (int a = 0; a < NDIM; ++a)
+    largest = fmax(largest, fabs(now.momentum[a] - now.through.momentum[a] - s->start.momentum[a]));
   return largest / fmax(now.momentum_scale, s->start.momentum_scale);
 }
 

@@ -102,6 +102,14 @@ static void common_drift(struct kith_cover *cover, const struct kith_nodes *node
     drift[a] = cover->still[a] == 0 && count > 0 ? kith_sum_value(&total[a]) / (double)count : 0;
 }
 
+/* Has the drift taken nodes so far out of the box that they must be put back? Images are few. */
+static bool is_far(const struct kith_cover *cover, const double *drift) {
+  bool far = false;
+  for (int a = 0; a < NDIM; ++a)
+    far = far || (cover->period[a] > 0 && fabs(drift[a]) > 0.5 * cover->period[a]);
+  return far;
+}
+
 /* How far node i moved, rounding included; 0 only if it is where it was. */
 static double moved(const struct kith_cover *cover, const double *x, const double *x0, const double *drift,
                     double support) {
@@ -116,10 +124,10 @@ static double moved(const struct kith_cover *cover, const double *x, const doubl
 }
 
 void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
-  const bool same = cover->n == nodes->n_internal;
-  const kith_index n = same ? cover->n : 0;
+  const kith_index n = cover->n == nodes->n_internal ? cover->n : 0;
   double drift[NDIM], most = 0, least = -INFINITY;
   common_drift(cover, nodes, n, drift);
+  const bool valid = cover->n == nodes->n_internal && !is_far(cover, drift);
 #pragma omp parallel for schedule(static) reduction(max : most, least) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i) {
     double x[NDIM];
@@ -130,7 +138,7 @@ void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
     most = KITH_MAX(most, far);
     least = KITH_MAX(least, lacking == lacking ? lacking : INFINITY); /* NaN covers nothing */
   }
-  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = same ? 0 : 1;
+  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = valid ? 0 : 1;
 }
 
 struct kith_shared kith_cover_shared(struct kith_cover *cover) {
