@@ -214,8 +214,9 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
     return kith_ranks_allreduce_status(
         it->nodes->ranks,
-        kith_fail(KITH_DIVERGED, "the time step collapsed to %g at time %g: node %lld, %s", dt, it->time,
-                  (long long)it->limiting_node, kith_limit_name(it->limiter)));
+        kith_fail(KITH_DIVERGED,
+                  "the time step collapsed to %g at time %g: node %lld, %s; such steps never reach %g", dt,
+                  it->time, (long long)it->limiting_node, kith_limit_name(it->limiter), until));
   kith_profile_begin(it->profile, "step");
   it->kick.evaluation_dt = dt / KITH_MAX(it->evaluations, 1);
   it->clock = it->time;

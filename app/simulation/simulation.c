@@ -188,6 +188,10 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "nodes at rest have long steps of their own with block steps: take whole, or global steps");
   REFUSE_IF(s->follows && (scheme->retries || scheme->implicit), "window",
             "%s solves for the rates of all nodes together: take whole", scheme->name);
+  REFUSE_IF(
+      s->follows && s->scheme.dt > 0, "window",
+      "steps must end before a signal gets farther than the neighbors that wake up, and scheme.dt may be "
+      "longer: take whole, or no scheme.dt");
   REFUSE_IF(s->follows && package.history != NULL, "window", "%s changes in gas at rest, too: take whole",
             package.history);
   if (blocks || s->follows) {

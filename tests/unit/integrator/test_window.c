@@ -88,6 +88,7 @@ static void refused(void) {
                                          "scheme.name=arkode method.energy=thermal",
                                          "method.package=mfm method.faces=integrated",
                                          "boundaries.x=outflow",
+                                         "scheme.dt=0.001",
                                          "method.package=remix",
                                          "method.viscosity.name=cullen-dehnen",
                                          "regions.1.barrier=true"};
