@@ -21,7 +21,7 @@ struct kith_blocks {
   double *soonest; /* [n / KITH_STRETCH, rounded up]: the least `due` of each stretch of nodes */
   size_t soonest_capacity;
   double planned; /* length of the next base step */
-  bool even;      /* no node is heavy for another; false: not known yet */
+  bool even;      /* no node is heavy for another; false: one is, or it is not known yet */
   bool swings;    /* light nodes beside heavy ones do, with this package */
   /* For ticks that are local. The supports of all nodes lie in a box, and nodes do not move farther than
    * `slack`, less what their search radii grow, until they are taken in again. Candidates for each neighbor

@@ -2,8 +2,8 @@
  * nodes become gas and gas becomes theirs, and what the gas gets from outside.
  *
  * Inflow: no rates; the state is that at the face, at the start of each step. The node that takes the place
- * of one with id k has id k + stride, with more of that than there are nodes at the start: no id comes twice,
- * and none depends on ranks.
+ * of one with id k has id k + the number of nodes at the start: no id comes twice, and none depends on
+ * ranks.
  *
  * Outflow: a node goes on with the energy rate of the package, and with a velocity that only follows from
  * within. With the velocity v and the direction n outwards

@@ -51,7 +51,8 @@ void kith_integrator_clear(struct kith_integrator *it) {
 
 size_t kith_integrator_bytes(const struct kith_integrator *it) {
   const size_t own = it->scheme->bytes != NULL ? it->scheme->bytes(it) : 0;
-  return own + it->scratch.keep_capacity + it->scratch.renumber_capacity * sizeof *it->scratch.renumber;
+  return own + it->near.capacity * sizeof *it->near.node + it->scratch.keep_capacity +
+         it->scratch.renumber_capacity * sizeof *it->scratch.renumber;
 }
 
 kith_status kith_built_fields(struct kith_built *built, struct kith_nodes *nodes, const char *const names[5],

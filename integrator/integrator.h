@@ -53,7 +53,7 @@ struct kith_integrator {
   struct kith_profile *profile;             /* may be NULL */
   struct kith_decomposition *decomposition; /* of the nodes of several ranks; NULL: one process */
   bool canonical;       /* lists are in an order that all numbers of ranks share; nodes number their images */
-  double cfl, fixed_dt; /* fixed_dt > 0: every step is this long */
+  double cfl, fixed_dt; /* fixed_dt > 0: of every step that does not land on an output */
   double skin;          /* search radius = (1 + skin) support, and what the step may need (lifecycle.h) */
   bool cull, check;
   int reorder_every; /* lifecycles between checks of the curve order, 0: never */

@@ -3,7 +3,8 @@
  *   requirements -> nodes put back -> search radii -> nodes migrated, reordered -> ghosts -> neighbors ->
  *   connectivity -> cull -> patch -> ready
  *
- * Several ranks agree twice: before nodes move and ghosts are made, and at the end.
+ * Several ranks agree before nodes move and ghosts are made, before a second layer of ghosts if there is one,
+ * and at the end.
  *
  * Search radii. R_i = (1 + skin + g_i) H_i + m_i, where g_i = dt (2 |div v| / d + dt |a| / H) is twice the
  * relative change of the support in a step (the last one, or the one ahead if that is longer) and what a

@@ -209,10 +209,10 @@ static kith_status move_fields(struct kith_nodes *nodes, bool own, kith_index ca
 }
 
 static kith_status shrink(struct kith_nodes *nodes, bool own, kith_index count, kith_index *capacity) {
-  const kith_index wanted = count + count / 8;
+  const int64_t wanted = (int64_t)count + count / 8;
   if (wanted >= *capacity) return KITH_OK;
-  *capacity = wanted; /* a field that cannot be moved has more */
-  return move_fields(nodes, own, wanted);
+  *capacity = (kith_index)wanted; /* a field that cannot be moved has more */
+  return move_fields(nodes, own, *capacity);
 }
 
 kith_status kith_nodes_shrink(struct kith_nodes *nodes) {
