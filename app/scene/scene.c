@@ -241,20 +241,24 @@ static kith_status check_idle(const struct kith_scene *scene) {
 /* Probes and contacts ask some nodes about others, of which there may be images without nodes. */
 static kith_status check_storage(const struct kith_scene *scene) {
   const struct kith_config_node *given = kith_config_at(scene->config, "connectivity.storage");
-  char name[sizeof scene->connectivity.storage] = "", path[] = "boundaries.x.images";
-  strncat(name, scene->connectivity.storage, strcspn(scene->connectivity.storage, ":"));
-  const struct kith_storage_ops *storage = kith_storage_find(name);
-  if (given == NULL || storage == NULL) return KITH_OK;
+  char path[] = "boundaries.x.images";
+  struct kith_stored stored;
+  if (given == NULL) return KITH_OK;
+  if (kith_stored_create(&stored, scene->connectivity.storage) != KITH_OK)
+    return kith_config_fail(given, NULL, "%s", kith_failure());
+  const struct kith_storage_ops *storage = stored.ops;
+  kith_stored_clear(&stored);
   if (storage->upper)
     return kith_config_fail(given, NULL,
                             "%s keeps half of the neighbors of a node, and lists of probes and "
                             "contacts need all",
-                            name);
+                            storage->name);
   for (int a = 0; a < NDIM && !storage->shifts; ++a) {
     path[strlen("boundaries.")] = "xyz"[a];
     const struct kith_config_node *images = kith_config_at(scene->config, path);
     if (images != NULL && images->text != NULL && strcmp(images->text, "shifts") == 0)
-      return kith_config_fail(given, NULL, "%s holds no images that are shifts (%s): take csr", name, path);
+      return kith_config_fail(given, NULL, "%s holds no images that are shifts (%s): take csr", storage->name,
+                              path);
   }
   return KITH_OK;
 }

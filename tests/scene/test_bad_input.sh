@@ -142,6 +142,19 @@ refused "regions: a density of about 1e-110" "$kith" plan tiny.yaml --set resolu
   --set 'regions.1.where.x=[0, 1e25]' --set regions.0.density=1e-110 --set regions.1.density=1e-111 \
   --set regions.0.pressure=1e-110 --set regions.1.pressure=1e-111
 
+# ---- settings of the storage of lists, which are first used when results are opened
+while IFS='|' read -r storage text; do
+  refused "--set connectivity.storage: $text" "$kith" run tiny.yaml --quiet -o out \
+    --set 'probes=[{name: p, at: [0, 0, 0]}]' --set "connectivity.storage=$storage"
+done <<'END'
+padded:foo=1|padded has no parameter foo
+padded:width=-1|padded: width: -1 is out of range [0, inf)
+padded:width|padded: width: write it as key=value
+csr:width=1|storage csr has no settings, not 'width=1'
+csr, padded|'csr, padded' is not one of csr, padded, half, compressed
+half|half keeps half of the neighbors of a node
+END
+
 # ---- what cannot work together
 refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
   --set method.faces=integrated
