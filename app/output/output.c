@@ -1,9 +1,11 @@
 /* The directory of a run: snapshots and their series, the trace. */
+#define _GNU_SOURCE /* FNM_EXTMATCH */
 #include "app/output/output.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <fnmatch.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -37,8 +39,17 @@ static void snapshot_name(int number, char name[32]) {
   snprintf(name, 32, "snapshot_%04d.hdf", number);
 }
 
+/* Of an earlier run: a run that fails must not stand beside another one's report. Tables that this run writes
+ * are empty by now. */
 static kith_status clear(const struct kith_output *output, bool restarted) {
-  static const char *const old[] = {"checkpoint.kith", "checkpoint.kith.previous", "probes.h5"};
+  static const char pictures[] = "@(plot|growth|probe_*).@(gp|png|pdf)";
+  const char *const old[] = {"checkpoint.kith",
+                             "checkpoint.kith.previous",
+                             "probes.h5",
+                             "report.json",
+                             "snapshots.hdf.series",
+                             output->contacts == NULL ? "contacts.csv" : NULL,
+                             output->growth.scene == NULL ? "growth.csv" : NULL};
   char path[640];
   if (output->from_previous) { /* it must not take the place of the good one */
     char aside[660];
@@ -50,7 +61,8 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
     else if (rename(path, aside) != 0 && errno != ENOENT)
       KITH_FAIL(BAD_FILE, "%s: cannot rename it: %s", path, strerror(errno));
   }
-  for (int k = 0; k < 3 && !restarted; ++k) {
+  for (size_t k = 0; k < sizeof old / sizeof *old && !restarted; ++k) {
+    if (old[k] == NULL) continue;
     path_in(output, old[k], path);
     if (unlink(path) != 0 && errno != ENOENT)
       KITH_FAIL(BAD_FILE, "%s: cannot remove it: %s", path, strerror(errno));
@@ -61,6 +73,8 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
   if (directory == NULL) KITH_FAIL(BAD_FILE, "%s: %s", output->directory, strerror(errno));
   for (const struct dirent *entry; (entry = readdir(directory)) != NULL;) {
     int number = -1, end = 0;
+    if (!restarted && fnmatch(pictures, entry->d_name, FNM_EXTMATCH) == 0)
+      unlinkat(dirfd(directory), entry->d_name, 0);
     if (sscanf(entry->d_name, "snapshot_%4d.hdf%n", &number, &end) != 1 || end == 0)
       sscanf(entry->d_name, "frame_%4d.png%n", &number, &end);
     if (end == 0 || entry->d_name[end] != '\0') continue;

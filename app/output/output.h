@@ -34,7 +34,7 @@ struct kith_output {
 /* The directory (NULL: out/SCENE), which rank 0 creates with its parents, and the tables in it. No other run
  * may write there until it is closed. The checkpoint of an earlier run is refused unless this one goes on
  * from one or may overwrite it; what else is left of it goes: snapshots that this one has yet to write and,
- * if it goes on from none, checkpoints. Of this rank alone. */
+ * if it goes on from none, checkpoints, report, tables and pictures. Of this rank alone. */
 kith_status kith_output_open(struct kith_output *output, struct kith_simulation *simulation,
                              const char *directory, bool restarted, bool overwrite);
 /* Snapshot under the next number, and the series of those that are there. */

@@ -28,6 +28,14 @@ diverged "time 0." scheme.dt=0.02 # not in the first step
 diverged "a node in it has search radius" "boundaries.x=[{kind: inflow, depth: 1}, outflow]" \
   "regions.0.velocity=[1]" method.neighbors=10 # it names none
 
+# ---- nothing of the run before stays beside a run that fails
+rm -rf out
+ok "$kith" run tiny.yaml --quiet -o out
+touch out/{plot,growth,probe_p}.{gp,png,pdf} out/{contacts,growth}.csv out/plot_of_mine.png
+stopped 1 "the time step collapsed" "$kith" run tiny.yaml --quiet -o out --set scheme.dt=1e-30
+[[ $(echo $(ls out)) == "history.csv plot_of_mine.png snapshot_0000.hdf snapshot_0001.hdf \
+snapshots.hdf.series" ]] || wrong "beside a run that failed: $(ls out)"
+
 # ---- an isothermal gas: its energy, which the pressure does not follow, may fall to any value
 ok "$kith" run tiny.yaml --quiet -o out --until 0.2 --set materials.gas.eos=isothermal \
   --set regions.1.pressure=0.125
