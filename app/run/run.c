@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include "app/cli/process.h"
 #include "app/cli/text.h"
@@ -69,10 +70,21 @@ static bool speaks(const struct run *run) {
 
 /* ---- start: all that can be found wrong before the first step ---- */
 
+/* The trace would replace what the run is made from. */
+static kith_status check_read(const char *trace, const char *read) {
+  struct stat a, b;
+  if (stat(trace, &a) != 0 || stat(read, &b) != 0 || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
+    return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "--trace: %s is the file %s, which this run reads", trace, read);
+}
+
 static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
   if (speaks(run) && o->trace != NULL) { /* can it be written? Better to know now than at the end */
     struct kith_atomic_file *file;
+    for (const struct kith_config *c = run->scene->config; c != NULL; c = c->base)
+      KITH_TRY(check_read(o->trace, c->file));
+    if (o->restart != NULL) KITH_TRY(check_read(o->trace, o->restart));
     KITH_TRY(kith_atomic_file_open(&file, o->trace));
     kith_atomic_file_abandon(&file);
   }

@@ -217,8 +217,21 @@ for bad in missing/trace tiny.yaml/trace folder; do
   refused "cannot write" "$kith" run tiny.yaml --quiet -o out --trace $bad
 done
 
+cp tiny.yaml kept.yaml
+echo 'base: tiny.yaml' >over.yaml
+ln -s tiny.yaml link.yaml
+for scene in tiny over; do
+  for bad in tiny.yaml ./tiny.yaml link.yaml; do
+    refused "kith: --trace: $bad is the file tiny.yaml, which" "$kith" run $scene.yaml --quiet -o out \
+      --trace $bad
+  done
+done
+same tiny.yaml kept.yaml
+
 # ---- checkpoints. What is in the directory stays as it is
 ok "$kith" run tiny.yaml --quiet -o out --set output.checkpoint=5
+refused "which this run reads" "$kith" run tiny.yaml --quiet -o out --restart out/checkpoint.kith \
+  --trace out/checkpoint.kith
 [[ -e out/checkpoint.kith && -e out/checkpoint.kith.previous ]] || wrong "there are no two checkpoints"
 set -- --quiet -o out --set output.checkpoint=5 --restart
 good=out/checkpoint.kith
