@@ -39,7 +39,8 @@ struct kith_verb {
   const char *argument, *doc;
 };
 
-enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024, KITH_MAX_RANKS = 1000000 };
+/* KITH_MAX_STARTED: ranks that a run starts by itself; those of a plan are not started. */
+enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024, KITH_MAX_RANKS = 1000000, KITH_MAX_STARTED = 4096 };
 
 struct kith_options {
   const struct kith_verb *verb;

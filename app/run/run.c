@@ -490,9 +490,9 @@ static enum kith_exit launch(const struct kith_options *options) {
     fprintf(stderr, "kith: --ranks %d: this program was built without MPI\n", options->ranks);
     return KITH_EXIT_USAGE;
   }
-  if (kith_signals_launch(options->ranks, options->arguments, &code) != KITH_OK)
-    fprintf(stderr, "kith: %s\n", kith_failure());
-  return code;
+  const kith_status status = kith_signals_launch(options->ranks, options->arguments, &code);
+  if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  return status == KITH_BAD_INPUT ? KITH_EXIT_USAGE : code;
 }
 
 enum kith_exit kith_run(const struct kith_options *options) {

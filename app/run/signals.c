@@ -101,9 +101,24 @@ static kith_status words_of(int ranks, char *const *own, char **words, int most)
   return KITH_OK;
 }
 
+/* Where mpirun can open no more files, it neither starts all ranks nor ends: it has up to five for each. */
+static kith_status check_room(int ranks) {
+  const int wanted = 50 + 5 * ranks;
+  struct rlimit files;
+  if (ranks > KITH_MAX_STARTED)
+    KITH_FAIL(BAD_INPUT, "--ranks: %d is more than %d; start more by mpirun -n %d", ranks, KITH_MAX_STARTED,
+              ranks);
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0 || files.rlim_cur >= (rlim_t)wanted) return KITH_OK;
+  files.rlim_cur = (rlim_t)wanted;
+  if (files.rlim_max >= files.rlim_cur && setrlimit(RLIMIT_NOFILE, &files) == 0) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "--ranks %d: mpirun needs %d open files, and %llu are allowed (ulimit -Hn)", ranks,
+            wanted, (unsigned long long)files.rlim_max);
+}
+
 kith_status kith_signals_launch(int ranks, char *const *own, enum kith_exit *code) {
   enum { MOST_WORDS = 512 };
   char *words[MOST_WORDS];
+  KITH_TRY(check_room(ranks));
   KITH_TRY(words_of(ranks, own, words, MOST_WORDS));
   fflush(NULL);
   const pid_t mpirun = fork();

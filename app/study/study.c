@@ -14,7 +14,6 @@
 #include "lib/io/atomic_file.h"
 
 kith_status kith_job_set(struct kith_job *job, const char *assignment) {
-  enum { MOST = 4096 };
   int *const count[] = {&job->ranks, &job->threads};
   const size_t used = strlen(job->settings), length = strlen(assignment);
   for (int k = 0; k < 2; ++k) {
@@ -22,8 +21,8 @@ kith_status kith_job_set(struct kith_job *job, const char *assignment) {
     char *end;
     if (strncmp(assignment, name, strlen(name)) != 0) continue;
     const long value = strtol(assignment + strlen(name), &end, 10);
-    if (*end != '\0' || value < 1 || value > MOST)
-      KITH_FAIL(BAD_INPUT, "%.80s: not one of 1 to %d", assignment, MOST);
+    if (*end != '\0' || value < 1 || value > KITH_MAX_STARTED)
+      KITH_FAIL(BAD_INPUT, "%.80s: not one of 1 to %d", assignment, KITH_MAX_STARTED);
     *count[k] = (int)value;
     return KITH_OK;
   }

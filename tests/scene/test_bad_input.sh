@@ -27,6 +27,12 @@ refused "--threads: '0' is not a number of at least 1" "$kith" run tiny.yaml --t
 refused "--threads: '1e9' is more than 1024" "$kith" run tiny.yaml --threads 1e9
 refused "tiny.yaml: one argument too many" "$kith" bench tiny.yaml
 refused "--ranks: not an option of bench, but of run, plan" "$kith" bench --ranks 2
+if ldd "$programs/kith-1d" | grep -q libmpi; then
+  refused "kith: --ranks: 100000 is more than 4096" "$kith" run tiny.yaml --ranks 100000
+  # mpirun would wait for ever.
+  refused "kith: --ranks 100: mpirun needs 550 open files, and 200 are allowed" \
+    bash -c 'ulimit -n 200; exec "$@"' - "$kith" run tiny.yaml --ranks 100
+fi
 refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run tiny.yaml
 refused "list: 'kernl' is not one of scene, package" "$kith" list kernl
 refused "list: 'xyzzy' is not one of scene, package, added, kernel," "$kith" list xyzzy
