@@ -9,7 +9,7 @@ struct kith_expression {
   muParserHandle_t parser; /* owned */
   char *formula;           /* owned, on one line */
   muFloat_t x[3], r, t;    /* the parser's variables point here */
-  bool constant;
+  bool constant, timed;    /* without variables; with t */
 };
 
 static kith_status refused(const struct kith_expression *self) {
@@ -38,7 +38,14 @@ static kith_status parse(struct kith_expression *self) {
   mupEvalMulti(self->parser, &values);
   if (mupError(self->parser)) return refused(self);
   if (values != 1) KITH_FAIL(BAD_INPUT, "formula '%s': %d values, wanted one", self->formula, values);
-  self->constant = mupGetExprVarNum(self->parser) == 0;
+  const int variables = mupGetExprVarNum(self->parser);
+  self->constant = variables == 0;
+  for (int k = 0; k < variables; ++k) {
+    const muChar_t *name;
+    muFloat_t *place;
+    mupGetExprVar(self->parser, (unsigned)k, &name, &place);
+    self->timed |= place == &self->t;
+  }
   return KITH_OK;
 }
 
@@ -95,6 +102,10 @@ kith_status kith_expression_at(struct kith_expression *self, int n, const double
     KITH_FAIL(BAD_INPUT, "formula '%s' is %g at (%g, %g, %g)", self->formula, *value, self->x[0], self->x[1],
               self->x[2]);
   return KITH_OK;
+}
+
+bool kith_expression_is_timed(const struct kith_expression *self) {
+  return self != NULL && self->timed;
 }
 
 double kith_expression_constant(struct kith_expression *self) {

@@ -14,6 +14,8 @@ void kith_expression_destroy(struct kith_expression **expression);
 kith_status kith_expression_at(struct kith_expression *expression, int n, const double *x, double *value);
 /* t, from here on; NULL: nothing. */
 void kith_expression_time(struct kith_expression *expression, double time);
+/* Is t in it? NULL: no. */
+bool kith_expression_is_timed(const struct kith_expression *expression);
 /* The value of a formula without variables; NaN if it has some, or is not finite, or if it is NULL. */
 double kith_expression_constant(struct kith_expression *expression);
 

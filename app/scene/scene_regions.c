@@ -111,12 +111,28 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
   return kith_config_fail(pressure, NULL, "%g needs a negative energy, %g", p, u);
 }
 
+/* A region is filled once, at the start: t would be 0 in its formulas whatever they mean. */
+static kith_status check_timeless(const struct kith_param *params, const struct kith_region *region,
+                                  const struct kith_config_node *map) {
+  for (const struct kith_param *p = params; p->key != NULL; ++p) {
+    const struct kith_config_node *given = kith_config_child(map, p->key);
+    const bool formulas = p->kind == KITH_PARAM_EXPRESSION || p->kind == KITH_PARAM_EXPRESSIONS;
+    struct kith_expression *const *formula = (void *)((uintptr_t)region + p->offset);
+    if (p->kind == KITH_PARAM_MAP) KITH_TRY(check_timeless(p->params, region, given));
+    for (size_t k = 0; formulas && k < p->size / sizeof *formula; ++k)
+      if (kith_expression_is_timed(formula[k]))
+        return kith_config_fail(given, NULL, "t means nothing at the start; variables are x, y, z, r");
+  }
+  return KITH_OK;
+}
+
 static kith_status read_region(const struct kith_scene *scene, struct kith_region *region,
                                const struct kith_config_node *node) {
   region->node = node;
   region->porosity = -1;
   for (int a = 0; a < 3; ++a) region->where.extent[a][0] = -INFINITY, region->where.extent[a][1] = INFINITY;
   KITH_TRY(kith_params_read(kith_region_params, node, region));
+  KITH_TRY(check_timeless(kith_region_params, region, node));
   KITH_TRY(kith_scene_material(scene, kith_config_child(node, "material"), &region->material));
   if (NDIM == 2 && region->lattice == KITH_LATTICE_FCC)
     return kith_config_fail(kith_config_child(node, "lattice"), NULL,
