@@ -18,8 +18,7 @@ kith_status kith_growth_open(struct kith_growth *g, const char *directory, const
   const struct kith_scene *scene = m->scene;
   const struct kith_integrator *it = &m->integrator;
   const bool *wanted = scene->measure.wanted;
-  if (NDIM == 1 || !(wanted[KITH_MEASURE_growth] || wanted[KITH_MEASURE_mcnally]) || !(scene->until > 0))
-    return KITH_OK;
+  if (!(wanted[KITH_MEASURE_growth] || wanted[KITH_MEASURE_mcnally]) || !(scene->until > 0)) return KITH_OK;
   g->scene = scene;
   g->measure = wanted[KITH_MEASURE_growth] ? KITH_MEASURE_growth : KITH_MEASURE_mcnally;
   g->every = scene->until / SAMPLES;

@@ -193,8 +193,7 @@ static int last_layer(const struct kith_config_node *node) {
   return last;
 }
 
-/* Did it come before what makes it meaningless? */
-static bool is_older(const struct kith_config_node *node, const struct kith_config_node *choice) {
+bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice) {
   return last_layer(node) < (choice != NULL ? choice->location.layer : INT_MIN + 1);
 }
 
@@ -207,7 +206,7 @@ static kith_status check_other(const struct kith_param *chooser, struct kith_mem
   if (child->null || kith_params_find(chosen.params, child->key) != NULL) return KITH_OK;
   list_owners(child->key, chooser->family, 0, owners, sizeof owners);
   if (owners[0] == '\0') return KITH_OK;
-  if (!is_older(child, choice))
+  if (!kith_config_is_older(child, choice))
     return kith_config_fail(child, NULL, "means nothing for %s, only for %s", chosen.name, owners);
   kith_config_drop(child);
   return KITH_OK;
@@ -234,7 +233,7 @@ static kith_status check_needs(const struct kith_param *params, const struct kit
     const struct kith_param *other = needed_row(params, p);
     kith_param_format(other, base, value, sizeof value);
     if (holds(p, value)) continue;
-    if (!is_older(child, kith_config_child(map, other->key)))
+    if (!kith_config_is_older(child, kith_config_child(map, other->key)))
       return kith_config_fail(child, NULL, "means nothing with %s: %s", other->key, value);
     kith_config_drop(child);
   }

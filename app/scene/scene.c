@@ -238,6 +238,25 @@ static kith_status check_idle(const struct kith_scene *scene) {
   return KITH_OK;
 }
 
+/* What is told by x and y together would be NaN in 1-D: refused, or dropped where that came over the file. */
+static kith_status check_measures(struct kith_scene *scene) {
+  const struct kith_config_node *dimension = kith_config_at(scene->config, "dimension");
+  static const enum kith_measure plane[] = {KITH_MEASURE_shear_viscosity, KITH_MEASURE_vortex_viscosity,
+                                            KITH_MEASURE_mcnally,         KITH_MEASURE_growth,
+                                            KITH_MEASURE_ripple,          KITH_MEASURE_asymmetry,
+                                            KITH_MEASURE_shock_angle};
+  char path[64];
+  for (size_t k = 0; k < sizeof plane / sizeof *plane; ++k) {
+    if (NDIM > 1 || !scene->measure.wanted[plane[k]]) continue;
+    snprintf(path, sizeof path, "measure.%s", kith_measure_names[plane[k]]);
+    const struct kith_config_node *given = kith_config_at(scene->config, path);
+    if (!kith_config_is_older(given, dimension))
+      return kith_config_fail(given, NULL, "means nothing in 1-D: it is of a flow along x and y");
+    scene->measure.wanted[plane[k]] = false;
+  }
+  return KITH_OK;
+}
+
 /* Probes and contacts ask some nodes about others, of which there may be images without nodes. */
 static kith_status check_storage(const struct kith_scene *scene) {
   const struct kith_config_node *given = kith_config_at(scene->config, "connectivity.storage");
@@ -287,6 +306,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(kith_scene_probes(scene, kith_config_child(root, "probes")));
   KITH_TRY(kith_scene_contacts(scene, kith_config_at(scene->config, "connectivity.contacts")));
   KITH_TRY(check_idle(scene));
+  KITH_TRY(check_measures(scene));
   KITH_TRY(check_storage(scene));
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }

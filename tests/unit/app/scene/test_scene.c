@@ -335,7 +335,7 @@ static void reference(void) {
                              "packages.0.name=conduction",
                              "packages.0.conductivity=1",
                              "exact.name=uniform",
-                             "measure.growth=true",
+                             "measure.rate=",
                              "probes.0.name=p",
                              "probes.0.at=[0, 0, 0]",
                              "connectivity.contacts=",
