@@ -54,6 +54,28 @@ kith_status kith_scene_fields(const struct kith_scene *scene, const struct kith_
   return KITH_OK;
 }
 
+/* Curves have no plane and no colors: refused, unless kind or dimension came over what has them. */
+static kith_status check_maps(const struct kith_picture *p, const struct kith_config_node *node,
+                              const struct kith_config_node *dimension) {
+  const bool maps = NDIM > 1 && p->kind != KITH_PICTURE_PROFILE && p->kind != KITH_PICTURE_RADIAL,
+             plane = isfinite(p->plane[0]) || isfinite(p->plane[1]) || isfinite(p->plane[2]);
+  const struct {
+    bool idle;
+    const char *key, *why;
+  } rows[] = {
+      {NDIM < 3 && p->kind == KITH_PICTURE_SLICE, "kind", "a slice is of a 3-D scene"},
+      {NDIM < 2 && p->kind == KITH_PICTURE_MAP, "kind", "a map is of a 2-D or 3-D scene"},
+      {plane && !(NDIM == 3 && maps), "plane", "means nothing but for a slice or a map of a 3-D scene"},
+      {isfinite(p->range[0]) && !maps, "range", "means nothing without a map: 1-D and curves have none"}};
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k) {
+    const struct kith_config_node *given = kith_config_child(node, rows[k].key);
+    if (rows[k].idle && !kith_config_is_older(given, dimension) &&
+        !kith_config_is_older(given, kith_config_child(node, "kind")))
+      return kith_config_fail(given, NULL, "%s", rows[k].why);
+  }
+  return KITH_OK;
+}
+
 kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_config_node *node) {
   static const struct kith_param plot = {"plot", KITH_PARAM_BOOL, "true", "", "", .size = sizeof(bool)};
   struct kith_picture *picture = &scene->output.picture;
@@ -65,5 +87,5 @@ kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_confi
   KITH_TRY(kith_scene_fields(scene, kith_config_child(node, "field"), &picture->fields));
   if (isfinite(picture->plane[0]) + isfinite(picture->plane[1]) + isfinite(picture->plane[2]) > 1)
     return kith_config_fail(kith_config_child(node, "plane"), NULL, "one axis, across which the plane is");
-  return KITH_OK;
+  return check_maps(picture, node, kith_config_at(scene->config, "dimension"));
 }

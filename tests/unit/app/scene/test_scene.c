@@ -269,6 +269,7 @@ static void reads_across(void) {
 }
 
 static void reads_pictures(void) {
+  if (NDIM < 3) return; /* has no slices */
   struct kith_scene *s = read_exact(
       "regions: [{material: gas, density: 1, pressure: 1}]\nexact: {name: uniform}\n"
       "output:\n"
