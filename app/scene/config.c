@@ -1,6 +1,7 @@
 /* YAML as a tree: messages with file and line, nodes, reading, overrides, bases, writing. */
 #include "app/scene/config.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -21,6 +22,12 @@ static kith_status text_copy(char **out, const char *text, size_t length) {
 void kith_path_stem(const char *path, char *stem, size_t size) {
   const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path, *dot = strrchr(name, '.');
   snprintf(stem, size, "%.*s", dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name), name);
+}
+
+bool kith_path_is_name(const char *name) {
+  bool plain = name[0] != '\0' && name[0] != '.';
+  for (const char *c = name; *c != '\0'; ++c) plain = plain && *c != '/' && !iscntrl((unsigned char)*c);
+  return plain;
 }
 
 void kith_config_path(const struct kith_config_node *node, const char *key, char *path, size_t size) {

@@ -74,5 +74,7 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
 /* The name of a file without folders and ending. */
 void kith_path_stem(const char *path, char *stem, size_t size);
+/* Can it name a file? No '/', no '.' in front, no control characters, not nothing. */
+bool kith_path_is_name(const char *name);
 
 #endif

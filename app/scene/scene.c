@@ -7,7 +7,6 @@
 #include "lib/domain/partition/partition.h"
 #include "physics/package.h"
 
-#include <ctype.h>
 #include <string.h>
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
@@ -170,9 +169,7 @@ static const struct kith_param scene_params[] = {
 /* Results go to out/NAME unless told otherwise. */
 static kith_status check_name(const struct kith_scene *scene) {
   const char *name = scene->name;
-  bool plain = name[0] != '\0' && name[0] != '.';
-  for (const char *c = name; *c != '\0'; ++c) plain = plain && *c != '/' && !iscntrl((unsigned char)*c);
-  if (plain) return KITH_OK;
+  if (kith_path_is_name(name)) return KITH_OK;
   const struct kith_config_node *given = kith_config_at(scene->config, "scene"), *root = scene->config->root;
   return kith_config_fail(given != NULL ? given : root, given != NULL ? NULL : "scene",
                           "'%.60s' cannot name a directory: no '/', no '.' in front, no control characters",

@@ -79,9 +79,10 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
     struct kith_probe *probe = &scene->probe[scene->n_probes++];
     probe->node = child;
     KITH_TRY(kith_params_read(kith_probe_params, child, probe));
-    if (probe->name[0] == '\0' || strpbrk(probe->name, "/'") != NULL)
-      return kith_config_fail(kith_config_child(child, "name"), NULL, "'%s' cannot name a group",
-                              probe->name);
+    if (!kith_path_is_name(probe->name) || strchr(probe->name, '\'') != NULL)
+      return kith_config_fail(
+          kith_config_child(child, "name"), NULL,
+          "'%s' cannot name a group: no '/', no '.' in front, no quotes, no control characters", probe->name);
     for (const struct kith_probe *p = scene->probe; p < probe; ++p)
       if (strcmp(p->name, probe->name) == 0)
         return kith_config_fail(kith_config_child(child, "name"), NULL, "there are two probes '%s'", p->name);

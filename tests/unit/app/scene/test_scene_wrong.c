@@ -332,7 +332,12 @@ static const struct wrong meanings[] = {
     {11, "probes: [{at: [0, 0, 0]}]", "f:11: probes.0.name: missing; it is required"},
     {11, "probes: [{name: a, at: [0, 0, 0]}, {name: a, at: [0, 0, 0]}]",
      "f:11: probes.1.name: there are two probes 'a'"},
-    {11, "probes: [{name: a/b, at: [0, 0, 0]}]", "f:11: probes.0.name: 'a/b' cannot name a group"},
+    {11, "probes: [{name: a/b, at: [0, 0, 0]}]",
+     "f:11: probes.0.name: 'a/b' cannot name a group: no '/', no '.' in front, no quotes, "
+     "no control characters"},
+    {11, "probes: [{name: ., at: [0, 0, 0]}]",
+     "f:11: probes.0.name: '.' cannot name a group: no '/', no '.' in front, no quotes, "
+     "no control characters"},
     {11, "probes: [{name: a, at: [0, 0, 0], plot: [density-error]}]",
      "f:11: probes.0.plot: an error, and the scene has no exact solution"},
     {11, "probes: [{name: a, at: [0, 0, 0], plot: no}]",
