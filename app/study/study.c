@@ -98,16 +98,23 @@ kith_status kith_job_check(const struct kith_programs *programs, const struct ki
   return status == KITH_OK && code == 2 ? kith_fail(KITH_BAD_INPUT, "%s", why) : status;
 }
 
-kith_status kith_report_measure(const char *report, const char *measure, double *value) {
-  char key[2][128] = {"", ""};
-  double divisor;
+int kith_measure_parse(const char *measure, char key[2][128]) {
+  int end[3] = {0}, n = 3;
   if (strcmp(measure, "shock") == 0) measure = "norms.shock_radius / norms.shock_exact - 1";
-  const bool ratio = sscanf(measure, "%127s / %127s", key[0], key[1]) == 2;
+  sscanf(measure, "%127s %n/ %127s %n- 1 %n", key[0], &end[0], key[1], &end[1], &end[2]);
+  while (n > 0 && (end[n - 1] == 0 || measure[end[n - 1]] != '\0')) --n;
+  return n;
+}
+
+kith_status kith_report_measure(const char *report, const char *measure, double *value) {
+  char key[2][128];
+  double divisor = 1;
+  const int parts = kith_measure_parse(measure, key);
+  if (parts == 0) KITH_FAIL(BAD_INPUT, "'%s' is no measure: A, A / B or A / B - 1", measure);
   KITH_TRY(kith_report_number(report, key[0], value));
-  if (!ratio) return KITH_OK;
-  KITH_TRY(kith_report_number(report, key[1], &divisor));
+  if (parts > 1) KITH_TRY(kith_report_number(report, key[1], &divisor));
   *value /= divisor;
-  if (strstr(measure, " - 1") != NULL) *value = fabs(*value - 1);
+  if (parts > 2) *value = fabs(*value - 1);
   return KITH_OK;
 }
 

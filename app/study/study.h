@@ -68,6 +68,8 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
                          const char *directory, const char *log, double cpu_limit, int *code, char why[256]);
 /* What `kith plan` says of a job: BAD_INPUT with its message if it refuses the settings. */
 kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job);
+/* The keys of a measure and how many parts it has: A, A / B, A / B - 1. 0: it is none. */
+int kith_measure_parse(const char *measure, char key[2][128]);
 /* A measure of a report. BAD_FILE if it is not there. */
 kith_status kith_report_measure(const char *report, const char *measure, double *value);
 

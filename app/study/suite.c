@@ -3,6 +3,7 @@
 
 #include <fnmatch.h>
 #include <glob.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -333,6 +334,10 @@ static kith_status read_sweep(struct kith_suite *s, const struct kith_config_nod
   KITH_TRY(read_common(s, sweep_params, node, c, &job));
   if (isnan(s->at_most) == isnan(s->at_least))
     return kith_config_fail(node, NULL, "sweep %s needs one bound, at_most or at_least", s->name);
+  char key[2][128];
+  if (kith_measure_parse(s->measure[0], key) == 0)
+    return kith_config_fail(kith_config_child(node, "measure"), NULL,
+                            "'%s' is no measure: A, A / B or A / B - 1", s->measure[0]);
   const struct kith_config_node *values = kith_config_child(node, "values");
   if (values->kind != KITH_CONFIG_MAP) return make_jobs(s, c, &job, methods, NULL, values);
   if (values->n != 1) return kith_config_fail(values, NULL, "%d keys; a sweep varies one", values->n);
@@ -344,7 +349,7 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
                                 *methods = kith_config_at(config, "methods");
   char none, names[4096] = "";
   KITH_TRY(kith_params_read(file_params, config->root, &none));
-  KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
+  KITH_TRY(check_list(list, NULL, INT_MAX));
   KITH_TRY(kith_resize(&c->suite, 0, (size_t)list->n, sizeof *c->suite));
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     const struct kith_config_node *child = kith_config_child(node, "name");

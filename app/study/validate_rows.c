@@ -44,12 +44,13 @@ struct rows {
 };
 
 static void read_measure(struct kith_row *row) {
-  static const char *const words[] = {
-      [KITH_ROW_ORDER] = "order %d", [KITH_ROW_SAME_NORMS] = "same norms", [KITH_ROW_NOTHING] = ""};
-  row->kind = KITH_ROW_VALUE;
-  for (int k = KITH_ROW_ORDER; k <= KITH_ROW_NOTHING; ++k)
-    if (strcmp(row->measure, words[k]) == 0 || sscanf(row->measure, words[k], &row->number) == 1)
-      row->kind = (enum kith_row_kind)k;
+  const char *text = row->measure;
+  int end = 0;
+  row->kind = text[0] == '\0'                   ? KITH_ROW_NOTHING
+              : strcmp(text, "same norms") == 0 ? KITH_ROW_SAME_NORMS
+              : strncmp(text, "order", 5) == 0  ? KITH_ROW_ORDER
+                                                : KITH_ROW_VALUE;
+  if (sscanf(text, "order %d%n", &row->number, &end) != 1 || text[end] != '\0') row->number = 0;
 }
 
 static kith_status check_row(const struct kith_config_node *node, const struct kith_row *row) {
@@ -67,8 +68,11 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
   char *end;
   strtod(row->prints, &end);
   if (*end != '\0') return kith_config_fail(node, "prints", "'%s' is no number", row->prints);
-  if (row->kind == KITH_ROW_ORDER && row->number < 1)
-    return kith_config_fail(node, "measure", "'%s': the number must be positive", row->measure);
+  if (row->kind == KITH_ROW_ORDER && row->number < 2)
+    return kith_config_fail(node, "measure", "'%s' is not order N, with N at least 2", row->measure);
+  char key[2][128];
+  if (row->kind == KITH_ROW_VALUE && kith_measure_parse(row->measure, key) == 0)
+    return kith_config_fail(node, "measure", "'%s' is no measure: A, A / B or A / B - 1", row->measure);
   return KITH_OK;
 }
 
@@ -84,7 +88,8 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
         kith_programs_scene(rows->programs, kith_config_child(node, "scene"), entry.scene, row->job.scene));
   char *rest = entry.settings;
   for (const char *word; (word = strsep(&rest, " ")) != NULL;)
-    if (word[0] != '\0') KITH_TRY(kith_job_set(&row->job, word));
+    if (word[0] != '\0' && kith_job_set(&row->job, word) != KITH_OK)
+      return kith_config_fail(node, "settings", "%s", kith_failure());
   read_measure(row);
   row->tolerance = 0; /* not that of the group */
   if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;
@@ -100,12 +105,19 @@ static kith_status add_row(struct rows *rows, const struct kith_config_node *nod
                            const struct kith_row *row) {
   const size_t n = (size_t)rows->n;
   const char *name = row->job.label;
+  int measured = 0; /* above, at a resolution */
   if (name[0] == '.' || strchr(name, '/') != NULL)
     return kith_config_fail(node, "name", "'%s' is no name of a directory: without '/', not begun with '.'",
                             name);
   for (int k = 0; k < rows->n; ++k)
     if (strcmp(rows->row[k].job.label, name) == 0)
       return kith_config_fail(node, "name", "there is a row '%s' above", name);
+  for (int k = 0; k < rows->n; ++k)
+    measured +=
+        rows->row[k].kind == KITH_ROW_VALUE && strstr(rows->row[k].job.settings, "resolution=") != NULL;
+  if (row->kind == KITH_ROW_ORDER && measured < row->number)
+    return kith_config_fail(node, "measure", "'%s' of %d rows above that measure at a resolution",
+                            row->measure, measured);
   KITH_TRY(kith_grow(&rows->row, &rows->capacity, n, n + 1, sizeof *rows->row));
   rows->row[rows->n++] = *row;
   return KITH_OK;
@@ -194,6 +206,7 @@ static kith_status read_rows(const struct kith_config *config, struct rows *rows
   if (list == NULL)
     return kith_config_fail(config->root, NULL, "no rows: a file for validation has a list of them");
   KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
+  if (list->n == 0) return kith_config_fail(list, NULL, "an empty list");
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     struct kith_row row = {.at_most = NAN, .at_least = NAN};
     const bool group = kith_config_child(node, "rows") != NULL;

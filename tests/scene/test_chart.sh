@@ -150,6 +150,10 @@ code=$?
 grep -Eq '^\| own +\| to 0.03 +\| none +\|$' stdout || wrong "another table: $(<stdout)"
 grep -q "^- no such package at 0.02: failed, --set method.package: 'xyz'" own/stress.md ||
   wrong "no reason: $(<own/stress.md)"
+sed 's/measure: time/measure: time \//' own.yaml >wrong.yaml
+stopped 2 "wrong.yaml:3: sweeps.0.measure: 'time /' is no measure" "$kith" stress wrong.yaml
+echo 'sweeps: []' >wrong.yaml
+stopped 2 "wrong.yaml:1: sweeps: an empty list" "$kith" stress wrong.yaml
 ok "$kith" stress list
 grep -q '^cfl-sod ' stdout || wrong "no list of sweeps"
 

@@ -49,6 +49,21 @@ rows "${row/norms.density.l1/norms.nothing}, at_most: 1"
 "$kith" validate own.yaml -o v >stdout 2>stderr
 (($? == 1)) || wrong "a measure that is not in the report"
 grep -q "no norms.nothing" stdout || wrong "why: $(cat stdout)"
+for bad in 'energy_drift /' 'energy_drift / steps / time' 'time - 1' 'time / steps - 2'; do
+  rows "${row/norms.density.l1/$bad}, at_most: 1"
+  stopped 2 "own.yaml:2: rows.0.measure: '$bad' is no measure: A, A / B or A / B - 1" \
+    "$kith" validate own.yaml
+done
+for bad in order 'order 1' 'order 2x'; do
+  rows "${row/norms.density.l1/$bad}, at_most: 1"
+  stopped 2 "rows.0.measure: '$bad' is not order N, with N at least 2" "$kith" validate own.yaml
+done
+rows "$row, at_most: 1" 'name: slope, measure: order 2, at_least: 0.5'
+stopped 2 "rows.1.measure: 'order 2' of 1 rows above that measure at a resolution" "$kith" validate own.yaml
+rows "${row/resolution=50/resolution = 50}, at_most: 1"
+stopped 2 "own.yaml:2: rows.0.settings: 'resolution' is not key=value" "$kith" validate own.yaml
+echo "rows: []" >own.yaml
+stopped 2 "own.yaml:1: rows: an empty list" "$kith" validate own.yaml
 rows "$row"
 stopped 2 "own.yaml:2: rows.0: row short needs one bound: at_most, at_least, or prints" \
   "$kith" validate own.yaml
