@@ -62,7 +62,7 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   fprintf(f, "--set=dimension=%d\n--set=output.plot=false", job->dimension);
   if (job->threads > 0) fprintf(f, "\n--threads=%d", job->threads);
   if (job->ranks > 1 && directory != NULL) fprintf(f, "\n--ranks=%d", job->ranks);
-  if (job->steps > 0) fprintf(f, "\n--steps=%d", job->steps);
+  if (job->steps > 0 && directory != NULL) fprintf(f, "\n--steps=%d", job->steps);
   if (job->restart[0] != '\0') fprintf(f, "\n--restart=%s", job->restart);
   if (directory != NULL) fprintf(f, "\n-o\n%s\n--overwrite", directory);
   for (const char *s = job->settings; *s != '\0'; s += strcspn(s, "\n") + 1)

@@ -225,6 +225,17 @@ static void list(void) {
       "The rows are in inputs/validation; a file of one's own may have others.");
 }
 
+/* `kith plan` looks at all rows of one's own file before any is run; those of inputs are right. */
+static kith_status check_rows(const struct validation *v, const char *file) {
+  for (const struct kith_row *row = v->rows; row < v->rows + v->n; ++row) {
+    const kith_status status = row->job.dimension > 0 ? kith_job_check(&v->programs, &row->job) : KITH_OK;
+    if (status == KITH_BAD_INPUT)
+      KITH_FAIL(BAD_INPUT, "%s:%d: row %s: %s", file, row->job.line, row->job.label, kith_failure());
+    KITH_TRY(status);
+  }
+  return KITH_OK;
+}
+
 /* quick and full are of targets.yaml; other names are files beside it, or paths. */
 static kith_status read_rows(struct validation *v, const char *suite) {
   char path[PATH];
@@ -246,7 +257,7 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, &v->programs));
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;
-  return KITH_OK;
+  return is_path ? check_rows(v, path) : KITH_OK;
 }
 
 static kith_status validate(struct validation *v, const char *suite, enum kith_exit *code) {

@@ -90,6 +90,7 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
   for (const char *word; (word = strsep(&rest, " ")) != NULL;)
     if (word[0] != '\0' && kith_job_set(&row->job, word) != KITH_OK)
       return kith_config_fail(node, "settings", "%s", kith_failure());
+  row->job.line = node->location.line;
   read_measure(row);
   row->tolerance = 0; /* not that of the group */
   if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;

@@ -62,6 +62,11 @@ rows "$row, at_most: 1" 'name: slope, measure: order 2, at_least: 0.5'
 stopped 2 "rows.1.measure: 'order 2' of 1 rows above that measure at a resolution" "$kith" validate own.yaml
 rows "${row/resolution=50/resolution = 50}, at_most: 1"
 stopped 2 "own.yaml:2: rows.0.settings: 'resolution' is not key=value" "$kith" validate own.yaml
+# All scenes are right before the first one is run.
+rows "$row, at_most: 1" \
+  "name: wrong, dimension: 1, scene: sod, settings: method.package=foo, measure: steps, at_least: 1, steps: 2"
+stopped 2 "own.yaml:3: row wrong: --set method.package: 'foo' is not one of" "$kith" validate own.yaml -o none
+[[ ! -e none ]] || wrong "rows before a wrong one ran: $(ls none)"
 echo "rows: []" >own.yaml
 stopped 2 "own.yaml:1: rows: an empty list" "$kith" validate own.yaml
 rows "$row"
