@@ -280,6 +280,18 @@ static kith_status read_code(const struct kith_suite *s, const struct kith_confi
   return KITH_OK;
 }
 
+/* Errors are from an exact solution, which the scene or the settings name. */
+static kith_status check_exact(const struct kith_job *job, const struct kith_config_node *suite) {
+  struct kith_config *scene;
+  KITH_TRY(kith_config_read(&scene, job->scene));
+  const bool exact = kith_config_at(scene, "exact") != NULL || strncmp(job->settings, "exact", 5) == 0 ||
+                     strstr(job->settings, "\nexact") != NULL;
+  kith_config_destroy(&scene);
+  if (exact) return KITH_OK;
+  return kith_config_fail(kith_config_child(suite, "scene"), NULL,
+                          "the scene has no exact solution, from which errors could be charted");
+}
+
 static kith_status read_suite(struct kith_suite *s, const struct kith_config *config,
                               const struct kith_study *c) {
   struct kith_job job;
@@ -292,6 +304,7 @@ static kith_status read_suite(struct kith_suite *s, const struct kith_config *co
     if (next <= last) return kith_config_fail(r, NULL, "%g after %g: resolutions ascend", next, last);
   }
   KITH_TRY(make_jobs(s, c, &job, kith_config_at(config, "methods"), "resolution", resolution));
+  KITH_TRY(check_exact(s->job, config->root));
   KITH_TRY(read_norms(s, config));
   if (codes == NULL) return KITH_OK;
   KITH_TRY(kith_config_want(codes, KITH_CONFIG_LIST));

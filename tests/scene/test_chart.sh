@@ -34,6 +34,7 @@ bad "bad.yaml:2: method b: --set method.viscosity.alfa: unknown key; did you mea
   'methods: [{name: a}, {name: b, settings: {method.viscosity.alfa: 1}}]' 'resolution: [50]'
 bad "bad.yaml:3: method sod: --set materials.gas.gama: unknown key" 'scene: sod' \
   'settings: {materials.gas.gama: 2}' 'resolution: [50]'
+bad "bad.yaml:1: scene: the scene has no exact solution" 'scene: tiny.yaml' 'resolution: [50]'
 bad "bad.yaml:2: resolution: an empty list" 'scene: sod' 'resolution: []'
 bad "reference_codes.0.machine: missing" 'scene: sod' 'resolution: [50]' 'reference_codes: [{code: x}]'
 bad "bad.yaml:2: methods: more than 100" 'scene: sod' "methods: [$(seq -f '{name: %g}' -s ', ' 1 101)]" \
@@ -127,6 +128,9 @@ ok "$kith" chart any.yaml -o any --quiet --set until=0.05 --set scheme.cfl=0.25
 (($(grep -cE '^\|.* (-|0) \|' any/chart.md) == 0)) || wrong "no costs in: $(<any/chart.md)"
 ok "$kith" chart list
 grep -q sod-1d stdout || wrong "no list of suites"
+
+printf '%s\n' 'scene: tiny.yaml' 'settings: {exact.name: riemann}' 'resolution: [50]' >any.yaml
+ok "$kith" chart any.yaml -o any --quiet
 
 # ---- stress: one sweep
 "$kith" stress pressure-ratio --quiet -o sweep --set resolution=60 >stdout 2>stderr
