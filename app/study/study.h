@@ -121,6 +121,8 @@ kith_status kith_suite_read(struct kith_study *study, const char *subject);
 /* The sweeps of a file, or the one called `only`. */
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);
 kith_status kith_suite_list(struct kith_study *study);
+/* BAD_INPUT "WHAT 'NAME'", with the nearest of "a|b|c", or all of them. */
+kith_status kith_study_unknown(const char *what, const char *name, const char *choices);
 /* Is it a path to a YAML file rather than a name? */
 bool kith_suite_is_path(const char *name);
 /* The path of a scene: NAME of inputs, or a path relative to the folder of the file that `node` is in, or to

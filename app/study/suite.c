@@ -187,7 +187,7 @@ static void add_names(const struct kith_programs *programs, const char *folder, 
   globfree(&found);
 }
 
-static kith_status unknown(const char *what, const char *name, const char *choices) {
+kith_status kith_study_unknown(const char *what, const char *name, const char *choices) {
   char told[4096];
   if (kith_choices_suggest(choices, name, told, sizeof told))
     KITH_FAIL(BAD_INPUT, "%s '%.60s'; did you mean '%s'?", what, name, told);
@@ -202,7 +202,7 @@ static kith_status find_input(const struct kith_programs *programs, const char *
   snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folder, name);
   if (access(path, R_OK) == 0) return KITH_OK;
   add_names(programs, folder, names, sizeof names);
-  return unknown(what, name, names);
+  return kith_study_unknown(what, name, names);
 }
 
 kith_status kith_programs_scene(const struct kith_programs *programs, const struct kith_config_node *node,
@@ -370,7 +370,7 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
     snprintf(names + strlen(names), sizeof names - strlen(names), "|%s", name);
     if (only == NULL || strcmp(name, only) == 0) KITH_TRY(read_sweep(&c->suite[c->n++], node, methods, c));
   }
-  return c->n > 0 ? KITH_OK : unknown("stress: no sweep", only != NULL ? only : "", names);
+  return c->n > 0 ? KITH_OK : kith_study_unknown("stress: no sweep", only != NULL ? only : "", names);
 }
 
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only) {

@@ -250,10 +250,8 @@ static kith_status read_rows(struct validation *v, const char *suite) {
     snprintf(path, sizeof path, "%s/validation/%.*s.yaml", v->programs.inputs,
              quick != NULL ? (int)KITH_MIN(quick - name, 100) : 100, name);
   if (!is_path && access(path, R_OK) != 0)
-    KITH_FAIL(
-        BAD_INPUT,
-        "validate: no suite '%.60s'; one of quick, full, gates, ranks, readme, decks, or a file of rows",
-        suite);
+    return kith_study_unknown("validate: no file of rows and no suite", suite,
+                              "quick|full|gates|ranks|readme|decks");
   KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, &v->programs));
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;
