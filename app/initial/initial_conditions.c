@@ -325,8 +325,9 @@ static kith_status count_nodes(const struct setup *s, int64_t *total) {
   *total = 0;
   for (int k = 0; k < s->n_plans; ++k) sites += s->plan[k].fit.sites;
   if (sites > KITH_MAX_SITES)
-    KITH_FAIL(BAD_INPUT, "the regions need %.3g nodes: more than the %.0e allowed", (double)sites,
-              (double)KITH_MAX_SITES);
+    return kith_config_fail(s->plan->region->node, NULL,
+                            "all regions need %.3g nodes: more than the %.0e allowed", (double)sites,
+                            (double)KITH_MAX_SITES);
   for (int k = 0; k < s->n_plans; ++k) {
     KITH_TRY(count_share(s, &s->plan[k]));
     *total += s->plan[k].nodes;
@@ -349,8 +350,10 @@ static kith_status check_memory(const struct setup *s, int64_t total) {
                bytes = (double)total * (3 * (double)each + rows) * part,
                memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
   if (bytes <= memory) return KITH_OK;
-  KITH_FAIL(BAD_INPUT, "%s: %lld nodes take more than %s of memory, and there are %s: set a lower resolution",
-            s->scene->name, (long long)total, kith_text_bytes(need, bytes), kith_text_bytes(there, memory));
+  return kith_config_fail(s->plan->region->node, NULL,
+                          "all regions have %lld nodes, which take more than %s of memory, and there are %s: "
+                          "set a lower resolution",
+                          (long long)total, kith_text_bytes(need, bytes), kith_text_bytes(there, memory));
 }
 
 /* List by list, so that none is moved; so do ids ascend. */

@@ -56,6 +56,9 @@ method.viscosity.name=limitd|did you mean 'limited'?
 method.energy=thermic|--set method.energy
 scheme.name=leapfrogg|did you mean 'leapfrog'?
 neighbor.search=three|did you mean 'tree'?
+connectivity.rebuild=always:x=1|--set connectivity.rebuild: always has no parameter x=1
+connectivity.exclude=materials|--set connectivity.exclude: materials: of is missing: materials:of=...
+connectivity.exclude=connected|--set connectivity.exclude: connected: field is missing
 connectivity.rebuild=displacement, always|--set connectivity.rebuild
 boundaries.x=periodical|did you mean 'periodic'?
 boundaries.x=[periodic, open]|periodic on one side only
