@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 #include "app/scene/scene_parts.h"
+#include "lib/core/choices.h"
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
 const struct kith_param kith_domain_params[] = {
@@ -58,7 +59,8 @@ static const struct kith_param side_params[] = {
 /* A name, or a map {kind: name, ...} with settings. */
 static kith_status read_side(const struct kith_config_node *node, struct kith_selected *side) {
   const struct kith_config_node *kind = kith_config_child(node, "kind");
-  const bool map = node->kind == KITH_CONFIG_MAP && kind != NULL;
+  const bool map = node->kind == KITH_CONFIG_MAP &&
+                   (node->first == NULL || kith_choices_index("1d|2d|3d", node->first->key) < 0);
   if (!map) KITH_TRY(kith_param_value(side_params, node, side));
   KITH_TRY(kith_params_read(side_params, map ? node : NULL, side));
   const struct kith_param *params = kith_family_member(kith_scene_side_member, side->name).params;

@@ -208,7 +208,8 @@ static const struct wrong types[] = {
     {4, "domain: {lower: [0, 0, 0], upper: [1, 1, ~]}", "f:4: domain.upper.2: has no value"},
     {5, "boundaries: reflecting", "f:5: boundaries: 'reflecting' where a map belongs"},
     {5, "boundaries: {x: {lower: open}}",
-     "f:5: boundaries.x.lower: unknown key; 1d, 2d and 3d tell dimensions apart"},
+     "f:5: boundaries.x.lower: unknown key; known are kind, velocity, images, depth, at, density, "
+     "pressure, energy, pressure_far"},
     {5, "boundaries: {x: [open]}", "f:5: boundaries.x: 1 entries, wanted [lower, upper]"},
     {6, "materials: [gas]", "f:6: materials: a list where a map belongs"},
     {6, "materials: {gas: ideal}", "f:6: materials.gas: 'ideal' where a map belongs"},
