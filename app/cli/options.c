@@ -112,6 +112,7 @@ static void add_override(struct kith_options *o, const char *text) {
 
 static void take_value(const struct row *row, const char *text, struct kith_options *o) {
   void *into = (char *)o + row->offset;
+  if (row->kind == TEXT && text[0] == '\0') refuse("--%s: an empty name", row->name);
   if (row->kind == FLAG)
     *(bool *)into = true;
   else if (row->kind == COUNT)
@@ -208,6 +209,8 @@ __attribute__((noreturn)) static void refuse_option(const char *given) {
 static void take_word(struct kith_options *o, const char *word) {
   if (o->verb == NULL)
     o->verb = find_verb(word);
+  else if (word[0] == '\0')
+    refuse("%s: an empty argument", o->verb->name);
   else if (o->subject == NULL && o->verb->argument[0] != '\0')
     o->subject = word;
   else

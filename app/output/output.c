@@ -24,7 +24,6 @@ static void path_in(const struct kith_output *output, const char *name, char pat
 }
 
 static kith_status make_directory(struct kith_output *output, const char *directory, bool create) {
-  if (directory[0] == '\0') KITH_FAIL(BAD_INPUT, "-o: a directory without a name");
   if (snprintf(output->directory, sizeof output->directory, "%s", directory) >=
       (int)sizeof output->directory - 64)
     KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);

@@ -15,6 +15,10 @@ refused "--xyzzy: unknown option" "$kith" run tiny.yaml --xyzzy=1
 refused "-z: unknown option" "$kith" run tiny.yaml -z
 refused "--until: its value is missing" "$kith" run tiny.yaml --until
 refused "-o: its value is missing" "$kith" run tiny.yaml -o
+for option in output restart trace; do
+  refused "kith: --$option: an empty name" "$kith" run tiny.yaml --$option ''
+done
+refused "kith: run: an empty argument" "$kith" run ''
 refused "this option takes no value" "$kith" run tiny.yaml --quiet=yes
 refused "--set: 'until' is not KEY=VALUE" "$kith" run tiny.yaml --set until
 refused "--set =3: write it as key=value" "$kith" run tiny.yaml --set =3
@@ -231,7 +235,7 @@ refused "tiny.yaml:2: dimension: 1, but this program is the 2-D one" "$programs/
 refused "tiny.yaml:2: dimension: 1, but this program is the 3-D one" "$programs/kith-3d" plan tiny.yaml
 
 # ---- where results go. Root may write nearly anywhere, but not below a file, nor in /proc
-for bad in tiny.yaml tiny.yaml/out /proc/kith /dev/null/out ''; do
+for bad in tiny.yaml tiny.yaml/out /proc/kith /dev/null/out; do
   refused "" "$kith" run tiny.yaml --quiet -o "$bad"
 done
 refused "cannot write" "$kith" run tiny.yaml --quiet -o /proc
