@@ -370,6 +370,15 @@ static void demote(struct kith_config_node *node) {
   for (struct kith_config_node *child = node->first; child != NULL; child = child->next) demote(child);
 }
 
+/* A value that the file itself has put there, but not its base; NULL: none. */
+static const struct kith_config_node *own_value(const struct kith_config_node *node) {
+  const struct kith_config_node *own =
+      node->kind == KITH_CONFIG_SCALAR && !node->null && node->location.layer == 0 ? node : NULL;
+  for (const struct kith_config_node *child = node->first; child != NULL && own == NULL; child = child->next)
+    own = own_value(child);
+  return own;
+}
+
 static kith_status read_with_base(struct kith_config **out, const char *path, int deep);
 
 static kith_status take_base(struct kith_config *config, int deep) {
@@ -396,6 +405,9 @@ static kith_status take_base(struct kith_config *config, int deep) {
     if (child == name) continue;
     KITH_TRY(reach(root, child->key, strlen(child->key), child->location, &place));
     if (place == NULL) return kith_config_fail(child, NULL, "an empty word between dots");
+    const struct kith_config_node *own = own_value(place);
+    if (own != NULL)
+      return kith_config_fail(child, NULL, "would replace what line %d says", own->location.line);
     node_take(place, child);
   }
   config->base->root = config->root;

@@ -218,6 +218,10 @@ sed 's/x: reflecting/x: periodic/; s/upper: \[1,/upper: [-1,/' tiny.yaml >wrong.
 refused "wrong.yaml:4: domain.upper: -1 along x is not above lower" "$kith" run wrong.yaml
 printf 'until: [\n' >wrong.yaml
 refused "wrong.yaml:2: not YAML" "$kith" run wrong.yaml
+printf 'base: tiny.yaml\nmethod.kernel: cubic\nmethod: {package: mfm}\n' >wrong.yaml
+refused "wrong.yaml:3: method: would replace what line 2 says" "$kith" run wrong.yaml
+printf 'base: tiny.yaml\nmethod: {kernel: cubic}\nmethod.kernel: wendland-c4\n' >wrong.yaml
+refused "wrong.yaml:3: method.kernel: would replace what line 2 says" "$kith" run wrong.yaml
 printf 'until: 1\nuntil: 2\n' >wrong.yaml
 refused "wrong.yaml:2: until: " "$kith" run wrong.yaml
 : >wrong.yaml
