@@ -7,7 +7,8 @@
  * value or add it. Typed reading is in params.h.
  *
  * A scene may begin with `base: other.yaml` (found from its own folder): it is then that other scene, but for
- * its name, with every further key put over it as by --set: `regions.0.pressure: 1000`.
+ * its name, with every further key put over it as by --set: `regions.0.pressure: 1000`; none may replace what
+ * another of the same file has put there.
  *
  * Refused: what libyaml refuses, anchors, aliases and tags, a second document, keys that are not words, the
  * same key twice, more than 256 keys in a map, nesting deeper than 32, files above 1 MiB. */

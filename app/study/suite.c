@@ -82,8 +82,8 @@ static kith_status set_all(struct kith_job *job, const char *key, const char *si
     const int written = snprintf(text, sizeof text, "%s%s%.*s", key, sign, (int)length, value);
     const bool whole = value[length + 1] == '\0' || strcmp(value + length, "\n...\n") == 0;
     kith_free(&value);
-    return whole && written < (int)sizeof text ? kith_job_set(job, text)
-                                               : kith_config_fail(node, NULL, "a setting is too long");
+    if (!whole || written >= (int)sizeof text) return kith_config_fail(node, NULL, "a setting is too long");
+    return kith_job_set(job, text) == KITH_OK ? KITH_OK : kith_config_fail(node, NULL, "%s", kith_failure());
   }
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     snprintf(text, sizeof text, "%s%s%s", key, key[0] != '\0' ? "." : "", child->key);

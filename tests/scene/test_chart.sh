@@ -35,6 +35,8 @@ bad "bad.yaml:2: method b: --set method.viscosity.alfa: unknown key; did you mea
 bad "bad.yaml:3: method sod: --set materials.gas.gama: unknown key" 'scene: sod' \
   'settings: {materials.gas.gama: 2}' 'resolution: [50]'
 bad "bad.yaml:1: scene: the scene has no exact solution" 'scene: tiny.yaml' 'resolution: [50]'
+bad "bad.yaml:2: settings.ranks: ranks=0: not one of 1 to 4096" 'scene: sod' 'settings: {ranks: 0}' \
+  'resolution: [50]'
 bad "bad.yaml:2: resolution: an empty list" 'scene: sod' 'resolution: []'
 bad "reference_codes.0.machine: missing" 'scene: sod' 'resolution: [50]' 'reference_codes: [{code: x}]'
 bad "bad.yaml:2: methods: more than 100" 'scene: sod' "methods: [$(seq -f '{name: %g}' -s ', ' 1 101)]" \
