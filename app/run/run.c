@@ -5,7 +5,6 @@
 #include "app/cli/options.h"
 
 #include <ctype.h>
-#include <float.h>
 #include <limits.h>
 #include <omp.h>
 #include <stdio.h>
@@ -101,24 +100,6 @@ static kith_status read_scene(struct run *run) {
   return kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings);
 }
 
-/* A time that no step could be told from would end the first one as if the step had collapsed. A step is some
- * time that sound takes to pass a spacing. Collective. */
-static kith_status check_until(const struct run *run) {
-  static const char why[] = "times like %g are %.2g apart, and steps of some %.2g need ten thousand of that";
-  const struct kith_simulation *m = run->simulation;
-  double fastest = 0;
-  for (kith_index i = 0; i < m->nodes->n_internal; ++i)
-    fastest = KITH_MAX(fastest, m->hydro.sound_speed->f64[i]);
-  kith_ranks_max(run->ranks, &fastest, 1);
-  const double step = 1 / (run->scene->resolution * fastest), apart = run->until * DBL_EPSILON;
-  if (1e4 * apart <= step) return KITH_OK;
-  if (run->options->until < 0)
-    return kith_config_fail(kith_config_at(run->scene->config, "until"), NULL, why, run->until, apart, step);
-  char text[200];
-  snprintf(text, sizeof text, why, run->until, apart, step);
-  KITH_FAIL(BAD_INPUT, "--until: %s", text);
-}
-
 /* Of a restart: what was asked for must not be over. */
 static kith_status check_future(const struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
@@ -148,7 +129,6 @@ static kith_status prepare(struct run *run) {
   KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, read_scene(run)));
   KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->ranks, run->profile, o->check));
-  KITH_TRY(kith_ranks_allreduce_status(run->ranks, check_until(run)));
   if (o->threads == 0) kith_share_cores(run->ranks, run->simulation->nodes->n_internal);
   if (restart != NULL) {
     KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));

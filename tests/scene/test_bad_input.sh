@@ -44,10 +44,6 @@ refused "list: 'xyzzy' is not one of scene, package, added, kernel," "$kith" lis
 refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml \
   --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3
 
-refused "kith: --set until: times like 1e+15 are 0.22 apart, and steps of some 0.017 need ten thousand" \
-  "$kith" run tiny.yaml --quiet -o out --set until=1e15
-refused "kith: --until: times like 1e+15 are" "$kith" run tiny.yaml --quiet -o out --until 1e15
-
 # ---- the scene: key=value | what the line must hold
 while IFS='|' read -r set text; do
   refused "$text" "$kith" run tiny.yaml --quiet -o out --set "$set"
