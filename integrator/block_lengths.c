@@ -84,7 +84,7 @@ static void range_of_limits(const struct kith_integrator *it, double factor, dou
   }
   double range[] = {-low, high, -light, heavy};
   kith_ranks_max(it->nodes->ranks, range, 4);
-  *least = -range[0], *most = range[1];
+  *least = -range[0], *most = isfinite(*least) ? range[1] : INFINITY; /* no nodes, no limits */
   b->even = range[3] <= HEAVY * -range[2];
 }
 

@@ -393,8 +393,9 @@ kith_status kith_block_steps_advance(struct kith_integrator *it) {
     if (n >= b->steps.now + 1)
       status = run_tick(it, n);
     else
-      status =
-          kith_fail(KITH_DIVERGED, "a time step collapsed below %g at time %g", b->steps.tick, it->clock);
+      status = kith_ranks_allreduce_status(
+          it->nodes->ranks,
+          kith_fail(KITH_DIVERGED, "a time step collapsed below %g at time %g", b->steps.tick, it->clock));
   }
   it->holding = it->near.only = false, it->kick.blocks = NULL;
   if (status != KITH_OK) return status;

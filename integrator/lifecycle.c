@@ -129,13 +129,16 @@ static kith_status ghosts_with_rows(struct kith_integrator *it, kith_status stat
 static kith_status bound_ghosts(const struct kith_integrator *it) {
   enum { MOST = NDIM == 3 ? 1000 : NDIM == 2 ? 400 : 100 }; /* a node, and a neighbor that is wanted */
   const struct kith_nodes *nodes = it->nodes;
-  const double images = nodes->n_ghost + (double)nodes->n_internal * (nodes->shifts.n - 1);
+  double images = (double)nodes->n_internal * (nodes->shifts.n - 1), of = nodes->n_internal;
   kith_index widest = 0;
-  if (images <= MOST * (nodes->n_internal + it->package->neighbors)) return KITH_OK;
+  for (int b = 0; b < nodes->n_blocks; ++b)
+    *(nodes->blocks[b].kind == KITH_GHOST_IMAGE ? &images : &of) += nodes->blocks[b].count;
+  if (images <= MOST * (of + it->package->neighbors) || nodes->n_internal == 0) return KITH_OK;
   for (kith_index i = 1; i < nodes->n_internal; ++i)
     if (nodes->support->f64[i] > nodes->support->f64[widest]) widest = i;
-  KITH_FAIL(DIVERGED, "%d nodes have %.0f images: the support of node %lld, %g, does not find its neighbors",
-            nodes->n_internal, images, (long long)nodes->id->i64[widest], nodes->support->f64[widest]);
+  KITH_FAIL(DIVERGED,
+            "%.0f nodes have %.0f images: the support of node %lld, %g, does not find its neighbors", of,
+            images, (long long)nodes->id->i64[widest], nodes->support->f64[widest]);
 }
 
 static kith_status ghosts(struct kith_integrator *it, kith_status status) {
@@ -288,8 +291,11 @@ static kith_status take_news(const struct kith_integrator *it, struct news *news
   const double *radius = nodes->search_radius->f64, *mass = it->hydro->mass->f64;
   double widest = 0, heaviest = -INFINITY, lightest = INFINITY;
   int broken = 0;
-#pragma omp parallel for simd schedule(static) reduction(max : widest, heaviest) reduction(min : lightest) \
-    reduction(| : broken)
+#pragma omp parallel for simd schedule(static) reduction(max                                       \
+                                                         : widest, heaviest) reduction(min         \
+                                                                                       : lightest) \
+    reduction(|                                                                                    \
+              : broken)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     broken |= !(radius[i] < INFINITY);
     widest = KITH_MAX(widest, radius[i]);
@@ -351,8 +357,7 @@ static kith_status migrate(struct kith_integrator *it, const struct news *news) 
 static kith_status prepare(struct kith_integrator *it, struct news *news) {
   kith_status status = it->pending;
   it->pending = KITH_OK;
-  if (!it->holding && status == KITH_OK)
-    status = kith_boundaries_enforce(it->boundaries, it->nodes, false);
+  if (!it->holding && status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, false);
   if (!it->holding && it->decomposition != NULL)
     status = kith_decomposition_assign(it->decomposition, it->nodes, status);
   kith_lifecycle_search_radii(it);

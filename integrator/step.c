@@ -43,7 +43,7 @@ static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_rea
                                       : kith_rebuilds_covered(rebuilds, it->nodes, mine, &covered));
   if (covered) return KITH_OK;
   *reason = KITH_BECAUSE_stage;
-  return kith_rebuilds_allow(rebuilds, "nodes moved too far within a step");
+  return kith_rebuilds_allow(rebuilds, it->nodes, "nodes moved too far within a step");
 }
 
 /* evaluates: so will the caller, at once. */
@@ -90,7 +90,7 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   for (int growth = 0;
        (status = kith_package_evaluate(it->package, it->connectivity, &it->kick)) == KITH_OUTGROWN;
        ++growth) {
-    if (!fresh) KITH_TRY(kith_rebuilds_allow(it->rebuilds, kith_failure()));
+    if (!fresh) KITH_TRY(kith_rebuilds_allow(it->rebuilds, it->nodes, kith_failure()));
     if (growth == MAX_GROWTHS)
       return kith_ranks_allreduce_status(
           it->nodes->ranks, kith_fail(KITH_DIVERGED, "a support does not converge: %s after %d rebuilds",

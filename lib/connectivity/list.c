@@ -211,7 +211,9 @@ static kith_status build_list(struct kith_list *l) {
   uint64_t count[] = {(uint64_t)l->n_targets, (uint64_t)l->n_sources};
   kith_ranks_sum_counts(nodes->ranks, count, 2);
   if (count[0] > 0 && count[1] == 0 && l->builds == 0) /* later they may have left */
-    KITH_FAIL(BAD_INPUT, "neighbor list: no node is a source of %llu targets", (unsigned long long)count[0]);
+    return kith_ranks_allreduce_status(
+        nodes->ranks, kith_fail(KITH_BAD_INPUT, "neighbor list: no node is a source of %llu targets",
+                                (unsigned long long)count[0]));
   KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, make_rows(l)));
   if (kith_rebuilds_lasting(&l->rebuilds)) KITH_TRY(kith_rebuilds_snapshot(&l->rebuilds, nodes));
   l->ghosts[0] = l->spec.targets.nodes->ghosts, l->ghosts[1] = nodes->ghosts;

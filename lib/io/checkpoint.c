@@ -270,12 +270,15 @@ static kith_status read_header(struct kith_checkpoint *c, const char *path, stru
   return KITH_OK;
 }
 
-static kith_status verify(struct kith_checkpoint *c) {
+static kith_status verify(struct kith_checkpoint *c, const struct header *h) {
   uint64_t sum = 0, stored = 0;
   KITH_TRY(checksum(c, (c->size - 8) / 8 * 8, &sum));
-  KITH_TRY(kith_ranks_allreduce_status(c->ranks, read_at(c, c->size - 8, &stored, sizeof stored)));
-  if (c->size % 8 == 0 && sum == stored) return KITH_OK;
-  KITH_FAIL(BAD_FILE, "%s: damaged or cut short: its checksum is wrong", c->path);
+  KITH_TRY(read_at(c, c->size - 8, &stored, sizeof stored));
+  if (c->size % 8 != 0 || sum != stored)
+    KITH_FAIL(BAD_FILE, "%s: damaged or cut short: its checksum is wrong", c->path);
+  if (h->dimension != NDIM)
+    KITH_FAIL(BAD_INPUT, "%s: a %u-D checkpoint, this program is %d-D", c->path, h->dimension, NDIM);
+  return KITH_OK;
 }
 
 /* Does it end before the checksum? `left`: bytes until there. */
@@ -335,9 +338,7 @@ static kith_status open_verified(struct kith_checkpoint **out, const char *path,
   KITH_TRY(kith_ranks_allreduce_status(ranks, status));
   struct kith_checkpoint *c = *out;
   c->ranks = ranks;
-  KITH_TRY(verify(c));
-  if (header.dimension != NDIM)
-    KITH_FAIL(BAD_INPUT, "%s: a %u-D checkpoint, this program is %d-D", c->path, header.dimension, NDIM);
+  KITH_TRY(kith_ranks_allreduce_status(ranks, verify(c, &header)));
   status = read_contents(c);
   if (status == KITH_OK) status = read_scene(c);
   return kith_ranks_allreduce_status(ranks, status);

@@ -26,6 +26,16 @@ expect 2 "not a checkpoint\|No such file" $mpirun -n 2 $run --restart "$out/none
 expect 1 \
   "its energy is negative\|is not finite\|does not converge\|collapsed\|far outside\|more than 1000 images" \
   $mpirun -n 3 $run --set scheme.dt=0.05 --set scheme.name=rk4 --set method.energy=thermal
+# What all ranks find out together: no one says it for the others.
+expect 1 "policy never does not rebuild the lists" $mpirun -n 3 $run --set connectivity.rebuild=never \
+  --set connectivity.skin=0.01
+expect 1 "does not rebuild the lists" $mpirun -n 3 $run --set connectivity.rebuild=never \
+  --set connectivity.skin=0.01 --set scheme.name=rk2
+$program run $scene --set output.plot=false -q -o "$out/first" --overwrite --steps 2 \
+  --set output.checkpoint_at_end=true > "$out/out" 2>&1
+cp "$out/first/checkpoint.kith" "$out/damaged.kith" &&
+  printf 'damage' | dd of="$out/damaged.kith" bs=1 seek=2000 conv=notrunc 2> "$out/err" || failed=1
+expect 2 "its checksum is wrong" $mpirun -n 3 $run --restart "$out/damaged.kith"
 # What is refused before ranks matter is refused on one process alike.
 expect 2 "has two passes before its forces" $run --set partition.ghosts=recompute --set method.package=crk
 expect 2 "only the owner of a node keeps the history" $run --set partition.ghosts=recompute \

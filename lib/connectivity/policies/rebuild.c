@@ -69,11 +69,15 @@ static bool covers(const struct kith_rebuilds *rebuilds) {
   return false;
 }
 
-kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const char *why) {
+kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                                const char *why) {
   if (covers(rebuilds)) return KITH_OK;
-  KITH_FAIL(STALE,
-            "%s, and policy %s does not rebuild the lists: choose displacement or always, or a larger skin",
-            why, rebuilds->policy[0].ops->name);
+  return kith_ranks_allreduce_status(
+      nodes->ranks,
+      kith_fail(
+          KITH_STALE,
+          "%s, and policy %s does not rebuild the lists: choose displacement or always, or a larger skin",
+          why, rebuilds->policy[0].ops->name));
 }
 
 enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebuilds) {
@@ -108,7 +112,8 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
     if (due[k] > 0 || misses) *reason = policy->reason;
   }
   if (*reason != KITH_BECAUSE_none || covers(rebuilds) || holds) return KITH_OK;
-  return kith_rebuilds_allow(rebuilds, "nodes moved, or supports grew, so far that the lists may miss pairs");
+  return kith_rebuilds_allow(rebuilds, nodes,
+                             "nodes moved, or supports grew, so far that the lists may miss pairs");
 }
 
 kith_status kith_rebuilds_covered(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,

@@ -89,7 +89,8 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
                                 kith_status status, enum kith_rebuild_reason *reason);
 /* May the lists be rebuilt within a step, because they may miss pairs? STALE, "WHY, and ...", if no policy
  * fires before they could: whoever chose such policies wants no other lists. */
-kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const char *why);
+kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
+                                const char *why);
 /* Do the lists hold every significant pair? Wants keeps_cover. Collective; status: as above. */
 kith_status kith_rebuilds_covered(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                   kith_status status, bool *covered);
