@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "lib/core/version.h"
@@ -50,7 +51,7 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
                              output->contacts == NULL ? "contacts.csv" : NULL,
                              output->growth.scene == NULL ? "growth.csv" : NULL};
   char path[640];
-  if (output->from_previous) { /* it must not take the place of the good one */
+  if (restarted && output->from_previous) { /* it must not take the place of the good one */
     char aside[660];
     path_in(output, old[0], path);
     snprintf(aside, sizeof aside, "%s.damaged", path);
@@ -77,7 +78,7 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
     if (sscanf(entry->d_name, "snapshot_%4d.hdf%n", &number, &end) != 1 || end == 0)
       sscanf(entry->d_name, "frame_%4d.png%n", &number, &end);
     if (end == 0 || entry->d_name[end] != '\0') continue;
-    if (number >= output->n_snapshots) unlinkat(dirfd(directory), entry->d_name, 0);
+    if (!restarted || number >= output->n_snapshots) unlinkat(dirfd(directory), entry->d_name, 0);
   }
   closedir(directory);
   return KITH_OK;
@@ -98,12 +99,23 @@ static kith_status claim(struct kith_output *output, bool restarted, bool overwr
   return KITH_OK;
 }
 
+/* Is the checkpoint in this directory? What else is there is then of the same run. */
+static bool goes_on_here(const char *directory, const char *checkpoint) {
+  struct stat here, there;
+  const char *slash = checkpoint != NULL ? strrchr(checkpoint, '/') : NULL;
+  char folder[1024] = ".";
+  if (slash != NULL) snprintf(folder, sizeof folder, "%.*s", (int)(slash - checkpoint + 1), checkpoint);
+  return checkpoint != NULL && stat(directory, &here) == 0 && stat(folder, &there) == 0 &&
+         here.st_dev == there.st_dev && here.st_ino == there.st_ino;
+}
+
 kith_status kith_output_open(struct kith_output *output, struct kith_simulation *m, const char *directory,
-                             bool restarted, bool overwrite) {
+                             const char *checkpoint, bool overwrite) {
   char own[256];
   const bool first = kith_ranks_rank(m->nodes->ranks) == 0;
   snprintf(own, sizeof own, "out/%s", m->scene->name);
   KITH_TRY(make_directory(output, directory != NULL ? directory : own, first));
+  const bool restarted = goes_on_here(output->directory, checkpoint);
   if (first) KITH_TRY(claim(output, restarted, overwrite));
   KITH_TRY(kith_history_open(&output->history, output->directory, m, restarted));
   KITH_TRY(kith_probes_create(&output->probes, m, output->directory, restarted));

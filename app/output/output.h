@@ -32,11 +32,11 @@ struct kith_output {
 };
 
 /* The directory (NULL: out/SCENE), which rank 0 creates with its parents, and the tables in it. No other run
- * may write there until it is closed. The checkpoint of an earlier run is refused unless this one goes on
- * from one or may overwrite it; what else is left of it goes: snapshots that this one has yet to write and,
- * if it goes on from none, checkpoints, report, tables and pictures. Of this rank alone. */
+ * may write there until it is closed. A run that goes on from a `checkpoint` in that directory (NULL: from
+ * none) continues the tables; snapshots that it has yet to write go. Else the checkpoint of an earlier run is
+ * refused unless it may be overwritten, and all that is left of that run goes. Of this rank alone. */
 kith_status kith_output_open(struct kith_output *output, struct kith_simulation *simulation,
-                             const char *directory, bool restarted, bool overwrite);
+                             const char *directory, const char *checkpoint, bool overwrite);
 /* Snapshot under the next number, and the series of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 /* After a failure: a snapshot DIR/offenders.hdf of the node with this id and all that it shares a support

@@ -88,7 +88,7 @@ static kith_status open_output(struct run *run) {
     KITH_TRY(kith_atomic_file_open(&file, o->trace));
     kith_atomic_file_abandon(&file);
   }
-  return kith_output_open(&run->output, run->simulation, o->directory, o->restart != NULL, o->overwrite);
+  return kith_output_open(&run->output, run->simulation, o->directory, o->restart, o->overwrite);
 }
 
 static kith_status read_scene(struct run *run) {

@@ -215,6 +215,17 @@ for file in $(grep -o 'snapshot_[0-9]*.hdf' other/snapshots.hdf.series); do
   [[ -e other/$file ]] || wrong "the series in another directory lists $file, which is not there"
 done
 
+# Nor does it go on with the tables and snapshots of a run that is already there.
+stopped 2 "other: there is the checkpoint of an earlier run" \
+  "$kith" run tiny.yaml "$@" -o other --restart parts/checkpoint.kith
+ok "$kith" run tiny.yaml "$@" -o mixed --set resolution=100
+ok "$kith" run tiny.yaml "$@" -o mixed --overwrite --restart parts/checkpoint.kith
+for run in other mixed; do # without the seconds
+  cut -d, -f1-20 $run/history.csv | cat - $run/snapshots.hdf.series >$run.rows
+done
+diff other.rows mixed.rows >difference ||
+  wrong "a restart into the directory of another run: $(head -4 difference)"
+
 # ---- steps of equal length
 ok "$kith" run tiny.yaml --set scheme.dt=0.0025 --set until=0.05 --quiet -o equal
 grep -q ", 20 steps to t = 0.05" stdout ||

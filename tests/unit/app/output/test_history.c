@@ -124,7 +124,7 @@ static void series(void) {
   struct kith_output output = {0};
   json_error_t error;
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
-    CHECK_OK(kith_output_open(&output, s.simulation, directory, false, true));
+    CHECK_OK(kith_output_open(&output, s.simulation, directory, NULL, true));
     for (int k = 0; k < 3; ++k) CHECK_OK(kith_output_snapshot(&output, s.simulation));
     unlink(in("snapshot_0001.hdf"));
     CHECK_OK(kith_output_snapshot(&output, s.simulation));

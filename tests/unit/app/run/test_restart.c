@@ -52,7 +52,7 @@ static void carries_on(const char *yaml, const char *settings, int steps, int st
   if (scenario_open(&first, yaml, "%s", settings) && scenario_run(&first, stop)) {
     baseline.totals = first.start;
     kith_conservation_baseline_update(&baseline, first.simulation, &first.start);
-    CHECK_OK(kith_output_open(&output, first.simulation, directory, false, true));
+    CHECK_OK(kith_output_open(&output, first.simulation, directory, NULL, true));
     CHECK_OK(kith_output_checkpoint(&output, first.simulation, &baseline));
     CHECK_OK(kith_output_close(&output));
   }
