@@ -10,6 +10,7 @@
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 #include "lib/io/child.h"
 
@@ -27,11 +28,26 @@ static void handle_with(void (*handler)(int), int flags) {
       sigaction(caught[k], &action, NULL);
 }
 
-/* The next one has its usual effect, the end. */
+/* Is it the first signal, or does it come at least a second after that? One that comes with it is the same
+ * wish: who stops a job may signal every process of it, and each passes its own on. Functions that a handler
+ * may call. */
+static bool counts(void) {
+  static struct timespec first;
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (stop == 0) first = now;
+  const double since = (double)(now.tv_sec - first.tv_sec) + 1e-9 * (double)(now.tv_nsec - first.tv_nsec);
+  return stop == 0 || since >= 1;
+}
+
+/* The second one has its usual effect, the end. */
 static void on_signal(int number) {
-  (void)number;
+  if (!counts()) return;
+  if (stop != 0) {
+    handle_with(SIG_DFL, 0);
+    raise(number);
+  }
   stop = 1;
-  handle_with(SIG_DFL, 0);
 }
 
 /* Libraries crash where they lack memory: one line, and the code of a run that failed. A core is left where
@@ -68,7 +84,7 @@ bool kith_signals_stop(void) {
 /* mpirun gives USR1 to all ranks; TERM ends them. */
 static void pass_on(int number) {
   (void)number;
-  kill(child, stop++ == 0 ? SIGUSR1 : SIGTERM);
+  if (counts()) kill(child, stop++ == 0 ? SIGUSR1 : SIGTERM);
 }
 
 /* Not in the foreground of the terminal: what it sends when a key is pressed would end the ranks. Not with

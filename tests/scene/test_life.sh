@@ -143,7 +143,7 @@ for rebuild in always displacement; do
   # By a signal, twice.
   rm -rf parts
   "$kith" run tiny.yaml "$@" -o parts >stdout 2>stderr &
-  rows parts 20 $! && kill -TERM $!
+  rows parts 20 $! && kill -TERM $! && kill -USR1 $! # both are one wish
   wait $!
   code=$?
   [[ $code == 1 &&
