@@ -379,6 +379,13 @@ static const struct kith_config_node *own_value(const struct kith_config_node *n
   return own;
 }
 
+const char *kith_config_beside(const struct kith_config_node *node, char *path, size_t size) {
+  const char *from = node->location.file, *slash = strrchr(from, '/');
+  const int folder = slash != NULL && node->text[0] != '/' ? (int)(slash + 1 - from) : 0;
+  snprintf(path, size, "%.*s%s", folder, from, node->text);
+  return path;
+}
+
 static kith_status read_with_base(struct kith_config **out, const char *path, int deep);
 
 static kith_status take_base(struct kith_config *config, int deep) {
@@ -386,12 +393,10 @@ static kith_status take_base(struct kith_config *config, int deep) {
   struct kith_config_node *name = child_of(config->root, "base", strlen("base"));
   if (name == NULL || name->null) return KITH_OK;
   char path[4096];
-  const char *slash = strrchr(config->file, '/');
-  const int folder = slash != NULL ? (int)(slash + 1 - config->file) : 0;
   if (name->kind != KITH_CONFIG_SCALAR) return kith_config_fail(name, NULL, "not the name of a file");
   if (deep == LONGEST_CHAIN)
     return kith_config_fail(name, NULL, "the %dth base in a row; do they go round?", LONGEST_CHAIN);
-  snprintf(path, sizeof path, "%.*s%s", name->text[0] == '/' ? 0 : folder, config->file, name->text);
+  kith_config_beside(name, path, sizeof path);
   struct stat found;
   if (access(path, R_OK) != 0) return kith_config_fail(name, NULL, "%.200s: %s", path, strerror(errno));
   if (stat(path, &found) == 0 && S_ISDIR(found.st_mode))

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "app/scene/config.h"
 #include "lib/core/version.h"
 #include "lib/io/atomic_file.h"
 
@@ -119,25 +120,65 @@ kith_status kith_report_measure(const char *report, const char *measure, double 
 }
 
 /* FNV-1a, 64 bits. */
-static uint64_t hash(uint64_t h, const char *text) {
-  for (; *text != '\0'; ++text) h = (h ^ (unsigned char)*text) * UINT64_C(0x100000001b3);
+static uint64_t hash(uint64_t h, const char *bytes, size_t n) {
+  for (size_t k = 0; k < n; ++k) h = (h ^ (unsigned char)bytes[k]) * UINT64_C(0x100000001b3);
   return h;
 }
 
+static uint64_t hash_file(uint64_t h, const char *path) {
+  char bytes[4096];
+  FILE *file = fopen(path, "rb");
+  for (size_t n; file != NULL && (n = fread(bytes, 1, sizeof bytes, file)) > 0;) h = hash(h, bytes, n);
+  if (file != NULL) fclose(file);
+  return h;
+}
+
+/* The tables that `file` of a material names: one, or one for each dimension. */
+static uint64_t hash_tables(uint64_t h, const struct kith_config_node *file) {
+  char path[4096];
+  if (file == NULL) return h;
+  if (file->text != NULL) h = hash_file(h, kith_config_beside(file, path, sizeof path));
+  for (const struct kith_config_node *child = file->first; child != NULL; child = child->next)
+    h = hash_tables(h, child);
+  return h;
+}
+
+/* The scene with its bases and settings, and the tables of its materials. A setting that is wrong is the
+ * run's to tell. */
+static kith_status hash_scene(uint64_t *h, const struct kith_job *job) {
+  struct kith_config *scene;
+  char *text = NULL, line[KITH_JOB_SETTINGS];
+  KITH_TRY(kith_config_read(&scene, job->scene));
+  for (const char *s = job->settings; *s != '\0'; s += strcspn(s, "\n") + 1) {
+    snprintf(line, sizeof line, "%.*s", (int)strcspn(s, "\n"), s);
+    kith_config_override(scene, line);
+  }
+  const struct kith_config_node *materials = kith_config_at(scene, "materials");
+  for (const struct kith_config_node *m = materials != NULL ? materials->first : NULL; m != NULL; m = m->next)
+    *h = hash_tables(*h, kith_config_child(m, "file"));
+  const kith_status status = kith_config_emit(scene->root, false, &text);
+  if (status == KITH_OK) *h = hash(*h, text, strlen(text));
+  kith_free(&text);
+  kith_config_destroy(&scene);
+  return status;
+}
+
 /* DIR/runs/sph-limited-100-0123456789abcdef */
-static void run_directory(const struct kith_study *s, const struct kith_job *job, char path[KITH_JOB_PATH]) {
-  char text[4096], *name = path + snprintf(path, KITH_JOB_PATH, "%s/runs/", s->directory);
+static kith_status run_directory(const struct kith_study *s, const struct kith_job *job,
+                                 char path[KITH_JOB_PATH]) {
+  char text[KITH_PATH + 8], *name = path + snprintf(path, KITH_JOB_PATH, "%s/runs/", s->directory);
   uint64_t key = UINT64_C(0xcbf29ce484222325);
-  FILE *scene = fopen(job->scene, "r");
-  while (scene != NULL && fgets(text, sizeof text, scene) != NULL) key = hash(key, text);
-  if (scene != NULL) fclose(scene);
-  snprintf(text, sizeof text, "%s %d %d %d\n", kith_version(), job->dimension, job->threads,
-           KITH_MAX(job->ranks, 1));
-  key = hash(hash(key, text), job->settings);
+  KITH_TRY(hash_scene(&key, job));
+  snprintf(text, sizeof text, "%s%dd", s->programs.prefix, job->dimension);
+  key = hash_file(key, text); /* a commit does not tell what was changed after it */
+  snprintf(text, sizeof text, "%s %s %d %d %d\n", kith_version(), kith_commit() != NULL ? kith_commit() : "",
+           job->dimension, job->threads, KITH_MAX(job->ranks, 1));
+  key = hash(hash(key, text, strlen(text)), job->settings, strlen(job->settings));
   snprintf(name, KITH_JOB_PATH - (size_t)(name - path), "%s-%s-%016" PRIx64, job->label, job->value, key);
   for (char *c = name; *c != '\0'; ++c)
     if (strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-+", *c) == NULL) *c = '-';
   if (name[0] == '.') name[0] = '-';
+  return KITH_OK;
 }
 
 /* Snapshots of a hundred runs fill a disk. */
@@ -224,7 +265,7 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
                            struct kith_job *job, struct kith_point *p) {
   char path[KITH_JOB_PATH], failure[KITH_JOB_PATH + 16], report[KITH_JOB_PATH + 16];
   if (job->threads == 0) job->threads = KITH_MAX(s->options->threads, 1);
-  run_directory(s, job, path);
+  KITH_TRY(run_directory(s, job, path));
   snprintf(failure, sizeof failure, "%s.failed", path);
   snprintf(report, sizeof report, "%s/report.json", path);
   p->failed = earlier_failure(failure, p->why);

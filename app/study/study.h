@@ -36,8 +36,9 @@
  * The order in which settings apply: settings, --set of the command line, method, value.
  *
  * DIR/points.csv has a line for each job, DIR/runs/NAME what it left but for its snapshots, NAME.log what it
- * printed, NAME.failed why it failed; NAME ends with a hash of scene, settings and version. A job that is
- * there is read, not run again: a study that was interrupted goes on. */
+ * printed, NAME.failed why it failed; NAME ends with a hash of the scene, its bases and tables, the settings,
+ * and the program with its commit. A job that is there is read, not run again: a study that was interrupted
+ * goes on. */
 #ifndef KITH_APP_STUDY_STUDY_H
 #define KITH_APP_STUDY_STUDY_H
 
