@@ -39,18 +39,43 @@ static const char *in_run(const struct validation *v, const char *run, const cha
   return path;
 }
 
-static kith_status run(const struct validation *v, const struct kith_job *job) {
+/* What an earlier validation left of a run must not pass for its results if it fails. */
+static void clear(const struct validation *v, const char *run) {
+  static const char *const files[] = {"report.json", "snapshots.hdf.series", "checkpoint.kith",
+                                      "checkpoint.kith.previous"};
+  char path[PATH];
+  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in_run(v, run, files[k], path));
+}
+
+/* Rows that need another one's results fail with it: a report is the last that a run writes. */
+static kith_status need(const struct validation *v, const char *run) {
+  char path[PATH];
+  if (access(in_run(v, run, "report.json", path), R_OK) == 0) return KITH_OK;
+  KITH_FAIL(BAD_FILE, "no results of row %s: its run failed, or was not wanted", run);
+}
+
+static kith_status run(const struct validation *v, const struct kith_row *row) {
   char out[PATH], log[PATH + 8], why[256];
+  struct kith_job job = row->job;
   int code;
-  snprintf(out, sizeof out, "%.700s/%s", v->directory, job->label);
+  if (job.threads == 0 && row->quick) job.threads = 1;
+  clear(v, row->job.label);
+  if (row->restart[0] != '\0') {
+    KITH_TRY(need(v, row->restart));
+    in_run(v, row->restart, "checkpoint.kith", job.restart);
+  }
+  snprintf(out, sizeof out, "%.700s/%s", v->directory, row->job.label);
   snprintf(log, sizeof log, "%s.log", out);
-  KITH_TRY(kith_job_run(&v->programs, job, "run", out, log, 0, &code, why));
-  return code == 0 ? KITH_OK : kith_fail(KITH_DIVERGED, "the run failed: %s; see %s", why, log);
+  KITH_TRY(kith_job_run(&v->programs, &job, "run", out, log, 0, &code, why));
+  if (code == 0) return KITH_OK;
+  unlink(in_run(v, row->job.label, "report.json", out));
+  KITH_FAIL(DIVERGED, "the run failed: %s; see %s", why, log);
 }
 
 static kith_status report_value(const struct validation *v, const char *run, const char *measure,
                                 double *value) {
   char path[PATH];
+  KITH_TRY(need(v, run));
   return kith_report_measure(in_run(v, run, "report.json", path), measure, value);
 }
 
@@ -71,6 +96,7 @@ static kith_status same_norms(const struct validation *v, double *value) {
 /* The last file that a run's list of snapshots names: older runs may have left more. */
 static kith_status last_snapshot(const struct validation *v, const char *label, char path[PATH]) {
   struct kith_config *series = NULL;
+  KITH_TRY(need(v, label));
   KITH_TRY(kith_config_read(&series, in_run(v, label, "snapshots.hdf.series", path)));
   const struct kith_config_node *files = kith_config_at(series, "files");
   const struct kith_config_node *name = files == NULL ? NULL : kith_config_child(files->last, "name");
@@ -97,25 +123,29 @@ static kith_status compare(const struct validation *v, const struct kith_row *ro
   return KITH_OK;
 }
 
-static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
-  const int first = KITH_MAX(v->n_errors - row->number, 0);
-  if (row->job.dimension > 0) {
-    struct kith_job job = row->job;
-    if (job.threads == 0 && row->quick) job.threads = 1;
-    if (row->restart[0] != '\0') in_run(v, row->restart, "checkpoint.kith", job.restart);
-    KITH_TRY(run(v, &job));
-    v->before = v->last, v->last = row->job.label;
-  }
-  if (row->kind == KITH_ROW_SAME_NORMS) return same_norms(v, value);
-  if (row->kind == KITH_ROW_ORDER)
-    *value = kith_order(v->n_errors - first, v->resolution + first, v->error + first);
-  if (row->kind != KITH_ROW_VALUE) return KITH_OK;
-  KITH_TRY(report_value(v, v->last, row->measure, value));
-  const char *resolution = strstr(row->job.settings, "resolution=");
-  if (resolution == NULL) return KITH_OK;
-  v->error[v->n_errors] = *value;
-  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
+static kith_status order(const struct validation *v, int number, double *value) {
+  const int first = v->n_errors - number;
+  for (int k = first; k < v->n_errors; ++k)
+    if (k < 0 || isnan(v->error[k])) KITH_FAIL(BAD_FILE, "one of the last %d values is missing", number);
+  *value = kith_order(number, v->resolution + first, v->error + first);
   return KITH_OK;
+}
+
+static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
+  kith_status status = KITH_OK;
+  if (row->job.dimension > 0) {
+    v->before = v->last, v->last = row->job.label; /* those after it need it, too, if it fails */
+    status = run(v, row);
+  }
+  if (status == KITH_OK && row->kind == KITH_ROW_SAME_NORMS) status = same_norms(v, value);
+  if (status == KITH_OK && row->kind == KITH_ROW_ORDER) status = order(v, row->number, value);
+  if (row->kind != KITH_ROW_VALUE) return status;
+  if (status == KITH_OK) status = report_value(v, v->last, row->measure, value);
+  const char *resolution = strstr(row->job.settings, "resolution=");
+  if (resolution == NULL) return status;
+  v->error[v->n_errors] = status == KITH_OK ? *value : NAN;
+  v->resolution[v->n_errors++] = strtod(resolution + strlen("resolution="), NULL);
+  return status;
 }
 
 /* What the report says of the last run, NaN if there is none: for the table. */

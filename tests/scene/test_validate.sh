@@ -28,6 +28,25 @@ rows "$row, prints: $measured" "${row/short/short2}, prints: 0.5" \
 [[ $? == 3 && $(grep -c "^short.* = .* ok" stdout) == 3 ]] ||
   wrong "figures of a document: $(cat stdout stderr)"
 
+# A run that fails: no row that needs it has the results of a run before, or of an earlier validation.
+end='output.checkpoint_at_end=true'
+after() {
+  local short=${row/until=0.05/until=0.05 $end}
+  rows "${short/short/coarse}, at_most: 1" "${short/resolution=50/resolution=100$1}, at_most: 1" \
+    'name: drift, measure: energy_drift, at_most: 1e-12' 'name: norms, measure: same norms, at_most: 9' \
+    'name: slope, measure: order 2, at_least: -9' \
+    "name: like, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', same: 0.5, like: short" \
+    "name: on, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', restart: short,
+      measure: time, at_least: 0.05"
+  "$kith" validate own.yaml -o after >stdout 2>stderr
+}
+after '' || wrong "rows that need another one: $(cat stdout stderr)"
+after ' scheme.dt=0.05'
+(($? == 1)) || wrong "rows after a run that failed: $(cat stdout stderr)"
+(($(grep -c ' ok ' stdout) == 1)) || wrong "rows that need a run that failed are ok: $(cat stdout)"
+(($(grep -c '^    no results of row short' stdout) == 4)) || wrong "reasons: $(cat stdout)"
+grep -q '^    one of the last 2 values is missing' stdout || wrong "an order: $(cat stdout)"
+
 # A scene of one's own, by its path.
 cp inputs/sod.yaml my-tube.yaml
 rows "${row/sod/my-tube.yaml}, at_most: 0.1" 'name: drift, measure: energy_drift, at_most: 1e-12'
