@@ -36,6 +36,9 @@ static const struct kith_param row_params[] = {
     {"rows", KITH_PARAM_OTHER, "", "", "of a group: its rows", KITH_BELOW(NULL, LIST)},
     {0}};
 
+static const struct kith_param file_params[] = {
+    {"rows", KITH_PARAM_OTHER, NULL, "", "what is validated", KITH_BELOW(NULL, LIST)}, {0}};
+
 struct rows {
   const struct kith_programs *programs;
   struct kith_row *row;
@@ -206,6 +209,8 @@ static kith_status read_rows(const struct kith_config *config, struct rows *rows
   const struct kith_config_node *list = kith_config_at(config, "rows");
   if (list == NULL)
     return kith_config_fail(config->root, NULL, "no rows: a file for validation has a list of them");
+  char none;
+  KITH_TRY(kith_params_read(file_params, config->root, &none));
   KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
   if (list->n == 0) return kith_config_fail(list, NULL, "an empty list");
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
