@@ -36,24 +36,28 @@ kith_status kith_job_set(struct kith_job *job, const char *assignment) {
 }
 
 /* The last line of a log that starts with "kith: " and is no warning. */
-static void find_reason(const char *log, int code, char why[256]) {
+static void find_reason(const char *log, double cpu_limit, struct kith_job_end *end) {
   char line[1024];
   FILE *file = fopen(log, "r");
-  snprintf(why, 256, code < 0 ? "ended by signal %d" : "exit code %d", abs(code));
-  if (code == -SIGXCPU || code == -SIGKILL)
-    snprintf(why, 256, "took more processor time than a run may have");
-  while (file != NULL && code > 0 && fgets(line, sizeof line, file) != NULL) {
+  end->told = end->code == -SIGXCPU || (end->code == -SIGKILL && cpu_limit > 0);
+  snprintf(end->why, sizeof end->why, end->code < 0 ? "ended by signal %d" : "exit code %d", abs(end->code));
+  if (end->told)
+    snprintf(end->why, sizeof end->why, "took more processor time than a run may have");
+  else if (end->code == -SIGKILL)
+    snprintf(end->why, sizeof end->why, "killed from outside");
+  while (file != NULL && end->code > 0 && fgets(line, sizeof line, file) != NULL) {
     if (strncmp(line, "kith: ", 6) != 0 || strncmp(line, "kith: warning: ", 15) == 0) continue;
     line[strcspn(line, "\n")] = '\0';
     char *state = strstr(line, "; its state is in "); /* a snapshot, which goes */
     if (state != NULL) *state = '\0';
-    snprintf(why, 256, "%.255s", line + 6);
+    snprintf(end->why, sizeof end->why, "%.255s", line + 6);
+    end->told = true;
   }
   if (file != NULL) fclose(file);
 }
 
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
-                         const char *directory, const char *log, double cpu_limit, int *code, char why[256]) {
+                         const char *directory, const char *log, double cpu_limit, struct kith_job_end *end) {
   char *text, *words[KITH_JOB_SETTINGS / 2] = {0};
   size_t size;
   FILE *f = open_memstream(&text, &size); /* a word on each line */
@@ -78,25 +82,26 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
     unlink(history);
   }
   setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
-  const kith_status status = kith_process_run(words, log, cpu_limit, code);
+  const kith_status status = kith_process_run(words, log, cpu_limit, &end->code);
   free(text);
-  if (status != KITH_OK || *code == 0) return status;
-  find_reason(log, *code, why);
-  if (*code == 127) KITH_FAIL(BAD_FILE, "cannot start %s%dd", programs->prefix, job->dimension);
-  if (*code == -SIGINT || *code == -SIGTERM || *code == -SIGHUP || strncmp(why, "stopped; go on", 14) == 0)
+  const int code = end->code;
+  if (status != KITH_OK || code == 0) return status;
+  find_reason(log, cpu_limit, end);
+  if (code == 127) KITH_FAIL(BAD_FILE, "cannot start %s%dd", programs->prefix, job->dimension);
+  if (code == -SIGINT || code == -SIGTERM || code == -SIGHUP || strncmp(end->why, "stopped; go on", 14) == 0)
     KITH_FAIL(BAD_FILE, "a run was stopped from outside, see %s", log);
   return KITH_OK;
 }
 
 kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job) {
-  char log[64], why[256];
-  int code = 0;
+  char log[64];
+  struct kith_job_end end = {0};
   FILE *file = tmpfile();
   if (file == NULL) KITH_FAIL(BAD_FILE, "no temporary file: %s", strerror(errno));
   snprintf(log, sizeof log, "/proc/self/fd/%d", fileno(file));
-  const kith_status status = kith_job_run(programs, job, "plan", NULL, log, 0, &code, why);
+  const kith_status status = kith_job_run(programs, job, "plan", NULL, log, 0, &end);
   fclose(file);
-  return status == KITH_OK && code == 2 ? kith_fail(KITH_BAD_INPUT, "%s", why) : status;
+  return status == KITH_OK && end.code == 2 ? kith_fail(KITH_BAD_INPUT, "%s", end.why) : status;
 }
 
 int kith_measure_parse(const char *measure, char key[2][128]) {
@@ -190,16 +195,19 @@ static void remove_snapshots(const char *directory) {
   closedir(entries);
 }
 
-/* Runs the job into PATH.part, and names it PATH; of a failure the reason is kept. */
+/* Runs the job into PATH.part, and names it PATH; of a failure the reason is kept, if a run that is tried
+ * again would have it, too. */
 static kith_status run_new(const struct kith_study *s, double cpu_limit, const struct kith_job *job,
                            const char *path, const char *failure, struct kith_point *p) {
   char part[KITH_JOB_PATH + 8], log[KITH_JOB_PATH + 8];
-  int code;
+  struct kith_job_end end = {0};
   snprintf(part, sizeof part, "%s.part", path);
   snprintf(log, sizeof log, "%s.log", path);
-  KITH_TRY(kith_job_run(&s->programs, job, "run", part, log, cpu_limit, &code, p->why));
+  KITH_TRY(kith_job_run(&s->programs, job, "run", part, log, cpu_limit, &end));
   remove_snapshots(part);
-  p->failed = code != 0;
+  p->failed = end.code != 0;
+  snprintf(p->why, sizeof p->why, "%s", end.why);
+  if (p->failed && !end.told) return KITH_OK;
   FILE *file = p->failed ? fopen(failure, "w") : NULL;
   const bool kept =
       p->failed ? file != NULL && fputs(p->why, file) != EOF && fclose(file) == 0 : rename(part, path) == 0;
@@ -273,7 +281,11 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
   if (!found) KITH_TRY(run_new(s, cpu_limit, job, path, failure, p));
   for (int k = 0; k < KITH_MEASURES + suite->n_measures; ++k) {
     const char *measure = k < KITH_MEASURES ? common[k] : suite->measure[k - KITH_MEASURES];
-    if (p->failed || kith_report_measure(report, measure, &p->value[k]) != KITH_OK) p->value[k] = NAN;
+    if (!p->failed && kith_report_measure(report, measure, &p->value[k]) == KITH_OK) continue;
+    p->value[k] = NAN;
+    if (k < KITH_MEASURES || p->failed) continue; /* reports need not have those of all studies */
+    snprintf(p->why, sizeof p->why, "no %s in the report", measure);
+    p->failed = true;
   }
   ++s->n_done, s->n_failed += p->failed;
   if (!found) show_progress(s, suite, job, p);

@@ -36,9 +36,9 @@
  * The order in which settings apply: settings, --set of the command line, method, value.
  *
  * DIR/points.csv has a line for each job, DIR/runs/NAME what it left but for its snapshots, NAME.log what it
- * printed, NAME.failed why it failed; NAME ends with a hash of the scene, its bases and tables, the settings,
- * and the program with its commit. A job that is there is read, not run again: a study that was interrupted
- * goes on. */
+ * printed, NAME.failed why it failed, if it says so; NAME ends with a hash of the scene, its bases and
+ * tables, the settings, and the program with its commit. A job that is there is read, not run again: a study
+ * that was interrupted goes on. */
 #ifndef KITH_APP_STUDY_STUDY_H
 #define KITH_APP_STUDY_STUDY_H
 
@@ -63,10 +63,16 @@ struct kith_job {
 };
 /* Adds key=value; the keys `ranks` and `threads` are of the process. BAD_INPUT if it does not fit. */
 kith_status kith_job_set(struct kith_job *job, const char *assignment);
-/* Starts `verb` (run, or plan, which takes no directory) and waits: see kith_process_run. why: the reason if
- * *code is not 0. BAD_FILE if it cannot be started, or was interrupted from outside. */
+/* How one has ended. */
+struct kith_job_end {
+  int code;      /* its exit code, or minus the signal that ended it */
+  bool told;     /* of a failure: the run itself says why, or it is the limit: it would fail again */
+  char why[256]; /* of a failure */
+};
+/* Starts `verb` (run, or plan, which takes no directory) and waits: see kith_process_run. BAD_FILE if it
+ * cannot be started, or was interrupted from outside. */
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
-                         const char *directory, const char *log, double cpu_limit, int *code, char why[256]);
+                         const char *directory, const char *log, double cpu_limit, struct kith_job_end *end);
 /* What `kith plan` says of a job: BAD_INPUT with its message if it refuses the settings. */
 kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job);
 /* The keys of a measure and how many parts it has: A, A / B, A / B - 1. 0: it is none. */

@@ -55,9 +55,9 @@ static kith_status need(const struct validation *v, const char *run) {
 }
 
 static kith_status run(const struct validation *v, const struct kith_row *row) {
-  char out[PATH], log[PATH + 8], why[256];
+  char out[PATH], log[PATH + 8];
   struct kith_job job = row->job;
-  int code;
+  struct kith_job_end end = {0};
   if (job.threads == 0 && row->quick) job.threads = 1;
   clear(v, row->job.label);
   if (row->restart[0] != '\0') {
@@ -66,10 +66,10 @@ static kith_status run(const struct validation *v, const struct kith_row *row) {
   }
   snprintf(out, sizeof out, "%.700s/%s", v->directory, row->job.label);
   snprintf(log, sizeof log, "%s.log", out);
-  KITH_TRY(kith_job_run(&v->programs, &job, "run", out, log, 0, &code, why));
-  if (code == 0) return KITH_OK;
+  KITH_TRY(kith_job_run(&v->programs, &job, "run", out, log, 0, &end));
+  if (end.code == 0) return KITH_OK;
   unlink(in_run(v, row->job.label, "report.json", out));
-  KITH_FAIL(DIVERGED, "the run failed: %s; see %s", why, log);
+  KITH_FAIL(DIVERGED, "the run failed: %s; see %s", end.why, log);
 }
 
 static kith_status report_value(const struct validation *v, const char *run, const char *measure,

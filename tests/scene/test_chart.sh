@@ -145,6 +145,23 @@ again 0 programs/bin/kith chart any.yaml -o again
 echo >>programs/bin/kith-1d
 again 1 programs/bin/kith chart any.yaml -o again
 
+# ---- a run that is killed, or fails without a word, is a failed point of this chart, and is tried again
+mv programs/bin/kith-1d programs/bin/real
+cat >programs/bin/kith-1d <<'END'
+#!/bin/sh
+[ "$1 $ends" != "run killed" ] || kill -KILL $$
+[ "$1 $ends" != "run silent" ] || exit 1
+exec "$(dirname "$0")/real" "$@"
+END
+chmod +x programs/bin/kith-1d
+for ends in killed silent; do
+  ends=$ends programs/bin/kith chart any.yaml -o again >stdout 2>stderr
+  code=$?
+  ((code == 1)) || wrong "a chart whose run was $ends ended with $code: $(cat stdout stderr)"
+  grep -Eq 'failed: (killed from outside|exit code 1)$' stderr || wrong "$ends: $(<stderr)"
+done
+again 1 programs/bin/kith chart any.yaml -o again
+
 # ---- settings may be overridden; without methods there is the scene's own
 printf '%s\n' 'scene: sod.yaml' 'dimension: 1' 'resolution: [25, 50, 100]' >any.yaml
 ok "$kith" chart any.yaml -o any --quiet --set until=0.05 --set scheme.cfl=0.25
@@ -179,6 +196,11 @@ code=$?
 grep -Eq '^\| own +\| to 0.03 +\| none +\|$' stdout || wrong "another table: $(<stdout)"
 grep -q "^- no such package at 0.02: failed, --set method.package: 'xyz'" own/stress.md ||
   wrong "no reason: $(<own/stress.md)"
+# A measure that no report has, when the runs are there already.
+sed 's/measure: time/measure: norms.densty.l1/' own.yaml >wrong.yaml
+"$kith" stress wrong.yaml --quiet -o own >stdout 2>stderr
+grep -q "^- default at 0.02: failed, no norms.densty.l1 in the report" own/stress.md ||
+  wrong "a misspelt measure: $(<own/stress.md)"
 sed 's/measure: time/measure: time \//' own.yaml >wrong.yaml
 stopped 2 "wrong.yaml:3: sweeps.0.measure: 'time /' is no measure" "$kith" stress wrong.yaml
 echo 'sweeps: []' >wrong.yaml
