@@ -174,7 +174,8 @@ static struct limit limit_of(const struct kith_row *row) {
                                 : (struct limit){">=", row->at_least, 0};
   if (row->within > 0) return (struct limit){"=", figure, row->within * fabs(figure)};
   const double digits = point == NULL ? 0 : (double)strspn(point + 1, "0123456789");
-  return (struct limit){"=", figure, pow(10, (power != NULL ? strtod(power + 1, NULL) : 0) - digits)};
+  /* Rounding takes half of one in the last digit; other compilers may differ a little. */
+  return (struct limit){"=", figure, 0.51 * pow(10, (power != NULL ? strtod(power + 1, NULL) : 0) - digits)};
 }
 
 static bool holds(const struct limit *limit, double value) {

@@ -49,7 +49,7 @@ struct kith_row {
   bool quick;                   /* in the suite of minutes */
   double at_most, at_least;     /* one of them, or none of them but `prints`; else NaN */
   char prints[32];              /* a figure as a document has it; "": none */
-  double within;                /* of it; 0: one in its last digit */
+  double within;                /* of it; 0: it is what is measured, rounded */
   enum kith_row_kind kind;      /* of the measure */
   int number;                   /* N of the measure */
   char same[32];                /* as written */
