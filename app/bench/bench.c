@@ -149,17 +149,23 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   return KITH_OK;
 }
 
+/* The scene of a case: `setting`, up to two or a NULL, then the command line. */
+static kith_status read_scene(const struct kith_options *options, const char *const setting[2],
+                              struct kith_scene **scene) {
+  const char *overrides[KITH_MAX_OVERRIDES + 2];
+  int n = 0;
+  for (int k = 0; k < 2 && setting[k] != NULL; ++k) overrides[n++] = setting[k];
+  for (int k = 0; k < options->n_overrides; ++k) overrides[n++] = options->overrides[k];
+  return kith_scene_parse(scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
+}
+
 /* `loops`: the reference loops are timed too, on the rows of the last step. */
 static kith_status run_case(const struct kith_options *options, const char *const setting[2], int threads,
                             bool loops, struct figures *out) {
-  const char *overrides[KITH_MAX_OVERRIDES + 2];
-  int n = 0;
   struct kith_scene *scene = NULL;
   struct kith_simulation *m = NULL;
-  for (int k = 0; k < 2 && setting[k] != NULL; ++k) overrides[n++] = setting[k];
-  for (int k = 0; k < options->n_overrides; ++k) overrides[n++] = options->overrides[k];
   omp_set_num_threads(threads);
-  kith_status status = kith_scene_parse(&scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
+  kith_status status = read_scene(options, setting, &scene);
   if (status == KITH_OK) status = kith_profile_create(&out->profile, threads, false);
   if (status == KITH_OK) status = kith_simulation_create(&m, scene, NULL, out->profile, false);
   if (status == KITH_OK) status = time_steps(m, options, out);
@@ -270,6 +276,10 @@ static kith_status bench(const struct kith_options *options, int all) {
   const char *only = named_package(options);
   double one, many;
   struct kith_fom fom, first;
+  struct kith_scene *scene = NULL;
+  if (options->steps == 0) KITH_FAIL(BAD_INPUT, "--steps 0: there is nothing to time");
+  KITH_TRY(read_scene(options, (const char *[2]){NULL}, &scene)); /* before anything is measured */
+  kith_scene_destroy(&scene);
   omp_set_num_threads(1);
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);
@@ -288,7 +298,8 @@ static kith_status bench(const struct kith_options *options, int all) {
 }
 
 enum kith_exit kith_bench(const struct kith_options *options) {
-  if (bench(options, omp_get_max_threads()) == KITH_OK) return KITH_EXIT_OK;
+  const kith_status status = bench(options, omp_get_max_threads());
+  if (status == KITH_OK) return KITH_EXIT_OK;
   fprintf(stderr, "kith: %s\n", kith_failure());
-  return KITH_EXIT_FAILED;
+  return status == KITH_BAD_INPUT ? KITH_EXIT_USAGE : KITH_EXIT_FAILED;
 }

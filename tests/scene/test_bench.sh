@@ -46,4 +46,14 @@ for dim in 1 2 3; do
   [[ ! -s differs ]] || wrong "kith-${dim}d bench: $(<differs)"
 done
 
+# What is wrong is told before anything is measured, with code 2.
+for dim in 1 2 3; do
+  bench=("$programs/kith-${dim}d" bench)
+  [[ -x ${bench[0]} ]] || continue
+  stopped 2 "--set method.package: 'spf'" "${bench[@]}" --set method.package=spf
+  [[ ! -s stdout ]] || wrong "measured before: $(<stdout)"
+  stopped 2 "--set foo: unknown key" "${bench[@]}" --set foo=1
+  stopped 2 "--steps 0: there is nothing to time" "${bench[@]}" --steps 0
+done
+
 exit $((failures > 0))
