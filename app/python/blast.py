@@ -1,19 +1,22 @@
 """blast.py DIR: the density of the last snapshot against the distance from the center: nodes, and their mean
 in bins. kith run inputs/sedov.yaml -o DIR"""
-import sys
-
 import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import kith
 
-run = kith.Run(sys.argv[1])
-last = run[-1]
-r, mean, scatter = last.profile("Density")
-plt.plot(last.distance(), last["Density"], ",", color="0.7")
-plt.errorbar(r, mean, scatter, fmt=".-", label="mean and scatter in bins")
-plt.xlabel("distance from the center (code units)")
-plt.ylabel("density (code units)")
-plt.title(f"{run.report['scene']}, t = {last.time:.4g}")
-plt.legend()
-plt.savefig(f"{run.directory}/blast.png", dpi=150)
+
+def draw(directory):
+    run = kith.Run(directory)
+    last = run[-1]
+    r, mean, scatter = last.profile("Density")
+    plt.plot(last.distance(), last["Density"], ",", color="0.7")
+    plt.errorbar(r, mean, scatter, fmt=".-", label="mean and scatter in bins")
+    plt.xlabel("distance from the center (code units)")
+    plt.ylabel("density (code units)")
+    plt.title(f"{run.report['scene']}, t = {last.time:.4g}")
+    plt.legend()
+    plt.savefig(f"{run.directory}/blast.png", dpi=150)
+
+
+kith.script(__doc__, draw)

@@ -9,8 +9,10 @@
     run.history["total"], run.report["norms"]["density"]["l1"]
 
 All values are in code units: those of the scene, whatever they are. last.yt() is a dataset of yt."""
+import inspect
 import json
 import os
+import sys
 
 import h5py
 import numpy as np
@@ -21,6 +23,11 @@ _UNITS = {"Coordinates": (1, 0, 0), "Velocities": (1, 0, -1), "Accelerations": (
           "InternalEnergy": (2, 0, -2), "SmoothingLength": (1, 0, 0), "SoundSpeed": (1, 0, -1),
           "VelocityDivergence": (0, 0, -1)}
 INTERNAL, FROZEN, BARRIER = range(3)  # values of NodeFlags
+
+
+def _told(text):
+    print(text, file=sys.stderr)
+    return 2
 
 
 def _text(value):
@@ -190,10 +197,24 @@ class Run:
     @property
     def history(self):
         path = os.path.join(self.directory, "history.csv")
-        return np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8")
+        rows = np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8")
+        return np.atleast_1d(rows)  # a single row has no dimension
 
     @property
     def report(self):
         with open(os.path.join(self.directory, "report.json"), encoding="utf-8") as file:
             return json.load(file)
 
+
+def script(about, work):
+    """Calls work(words of the command line). Ends with 2: without the words that it takes it says what the
+    script is about, and what is wrong with what they name is one line."""
+    try:
+        inspect.signature(work).bind(*sys.argv[1:])
+    except TypeError:
+        sys.exit(_told(about))
+    try:
+        work(*sys.argv[1:])
+    except (OSError, KeyError, ValueError) as error:
+        text = error.args[0] if isinstance(error, KeyError) else error
+        sys.exit(_told(f"{os.path.basename(sys.argv[0])}: {text}"))

@@ -114,6 +114,11 @@ def check_vtk(directory, dimension):
     check((np.array(point) == last["Coordinates"]).all(), "VTK: coordinates")
 
 
+def call(script, *words):
+    return subprocess.run([sys.executable, os.path.join(PYTHON, script), *words], capture_output=True,
+                          text=True)
+
+
 try:
     import yt
 except ImportError:
@@ -148,8 +153,19 @@ with tempfile.TemporaryDirectory() as place:
         print("without matplotlib")
         examples = [("convergence.py", name)]
     for script, *words in examples:
-        done = subprocess.run([sys.executable, os.path.join(PYTHON, script), *words], capture_output=True,
-                              text=True)
+        done = call(script, *words)
         check(done.returncode == 0, f"{script}: {done.stderr}")
+        done = call(script)
+        check(done.returncode == 2 and done.stderr.startswith(script), f"{script} alone: {done.stderr}")
+        done = call(script, "nowhere")
+        check(done.returncode == 2 and done.stderr.count("\n") == 1 and "nowhere" in done.stderr,
+              f"{script} nowhere: {done.stderr}")
+    done = call("convergence.py", name, name)
+    check(done.returncode == 0 and done.stdout.count("\n") == 3, f"equally many nodes: {done.stderr}")
+    bare = run(d, "sedov", "resolution=6", "exact=null", "until=1e-9")
+    done = call("convergence.py", bare)
+    check(done.returncode == 2 and done.stderr.startswith(f"convergence.py: {bare}: no L1 error"),
+          f"without an exact solution: {done.stderr}")
+    check(kith.Run(bare).history["step"].tolist() == [1], "a history of one step")
 print(f"{failures} failures")
 sys.exit(failures > 0)
