@@ -277,9 +277,11 @@ static kith_status bench(const struct kith_options *options, int all) {
   double one, many;
   struct kith_fom fom, first;
   struct kith_scene *scene = NULL;
-  if (options->steps == 0) KITH_FAIL(BAD_INPUT, "--steps 0: there is nothing to time");
   KITH_TRY(read_scene(options, (const char *[2]){NULL}, &scene)); /* before anything is measured */
+  const double until = scene->until;
   kith_scene_destroy(&scene);
+  if (options->steps == 0 || !(until > 0))
+    KITH_FAIL(BAD_INPUT, "%s 0: there is nothing to time", options->steps == 0 ? "--steps" : "--set until");
   omp_set_num_threads(1);
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);

@@ -54,6 +54,7 @@ for dim in 1 2 3; do
   [[ ! -s stdout ]] || wrong "measured before: $(<stdout)"
   stopped 2 "--set foo: unknown key" "${bench[@]}" --set foo=1
   stopped 2 "--steps 0: there is nothing to time" "${bench[@]}" --steps 0
+  stopped 2 "--set until 0: there is nothing to time" "${bench[@]}" --set until=0
 done
 
 exit $((failures > 0))
