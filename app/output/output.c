@@ -42,7 +42,10 @@ static void snapshot_name(int number, char name[32]) {
 /* Of an earlier run: a run that fails must not stand beside another one's report. Tables that this run writes
  * are empty by now. */
 static kith_status clear(const struct kith_output *output, bool restarted) {
-  static const char pictures[] = "@(plot|growth|probe_*).@(gp|png|pdf)";
+#define DATA "@(profile|exact|mean).dat|map_+([0-9]).bin"
+  static const char pictures[] = "@(@(plot|growth).@(gp|png|pdf)|probe_*.@(gp|png|pdf|dat|bin)|" DATA ")",
+                    of_frame[] = "@(.@(gp|png)|_@(" DATA "))"; /* behind its number */
+#undef DATA
   const char *const old[] = {"checkpoint.kith",
                              "checkpoint.kith.previous",
                              "probes.h5",
@@ -72,13 +75,15 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
   DIR *directory = opendir(output->directory);
   if (directory == NULL) KITH_FAIL(BAD_FILE, "%s: %s", output->directory, strerror(errno));
   for (const struct dirent *entry; (entry = readdir(directory)) != NULL;) {
+    const char *name = entry->d_name;
     int number = -1, end = 0;
-    if (!restarted && fnmatch(pictures, entry->d_name, FNM_EXTMATCH) == 0)
-      unlinkat(dirfd(directory), entry->d_name, 0);
-    if (sscanf(entry->d_name, "snapshot_%4d.hdf%n", &number, &end) != 1 || end == 0)
-      sscanf(entry->d_name, "frame_%4d.png%n", &number, &end);
-    if (end == 0 || entry->d_name[end] != '\0') continue;
-    if (!restarted || number >= output->n_snapshots) unlinkat(dirfd(directory), entry->d_name, 0);
+    bool old_file = !restarted && fnmatch(pictures, name, FNM_EXTMATCH) == 0;
+    if (sscanf(name, "snapshot_%4d.hdf%n", &number, &end) == 1 && end > 0)
+      old_file = name[end] == '\0' && (!restarted || number >= output->n_snapshots);
+    else if (sscanf(name, "frame_%4d%n", &number, &end) == 1)
+      old_file =
+          fnmatch(of_frame, name + end, FNM_EXTMATCH) == 0 && (!restarted || number >= output->n_snapshots);
+    if (old_file) unlinkat(dirfd(directory), name, 0);
   }
   closedir(directory);
   return KITH_OK;

@@ -199,10 +199,13 @@ stopped 2 "parts: another run writes there" "$kith" run tiny.yaml "$@" -o parts
 kill -CONT $!
 wait $!
 stopped 2 "parts: there is the checkpoint of an earlier run" "$kith" run tiny.yaml "$@" -o parts
-touch parts/snapshot_0123.hdf parts/snapshot_of_mine.hdf
+old=(parts/snapshot_0123.hdf parts/frame_0123{.gp,.png,_map_1.bin,_profile.dat,_exact.dat,_mean.dat}
+  parts/{map_1.bin,profile.dat,exact.dat,mean.dat,plot.gp,probe_line.dat,probe_plane_2.bin})
+mine=(parts/{snapshot_of_mine.hdf,frame_0123_of_mine.dat,map_of_mine.bin,profile.dat.mine})
+touch "${old[@]}" "${mine[@]}"
 ok "$kith" run tiny.yaml "$@" -o parts --overwrite --steps 3
-[[ ! -e parts/snapshot_0123.hdf && -e parts/snapshot_of_mine.hdf ]] ||
-  wrong "stale snapshots stay, or others go"
+for file in "${old[@]}"; do [[ ! -e $file ]] || wrong "$file of an earlier run stays"; done
+for file in "${mine[@]}"; do [[ -e $file ]] || wrong "$file goes"; done
 
 # A restart into another directory leaves the first one alone, and lists only the snapshots that are there.
 rm -rf other parts
