@@ -222,7 +222,7 @@ static bool earlier_failure(const char *path, char why[256]) {
   return true;
 }
 
-static void put_quoted(FILE *out, const char *text) {
+void kith_study_put_quoted(FILE *out, const char *text) {
   fputc('"', out);
   for (const char *s = text; *s != '\0'; ++s) {
     if (*s == '"') fputc('"', out);
@@ -236,7 +236,7 @@ static kith_status put_point(struct kith_csv_log *table, const struct kith_suite
   const char *const texts[] = {job->label, job->value, p->failed ? "failed" : "ok", p->why, job->settings};
   for (size_t k = 0; k < sizeof texts / sizeof *texts; ++k) {
     if (k > 0) fputc(',', table->file);
-    put_quoted(table->file, texts[k]);
+    kith_study_put_quoted(table->file, texts[k]);
   }
   for (int k = 0; k < KITH_MEASURES + suite->n_measures; ++k) fprintf(table->file, ",%.9g", p->value[k]);
   return kith_csv_log_row(table);
@@ -326,8 +326,8 @@ void kith_study_clear(struct kith_study *study) {
 
 static kith_status carry_out(struct kith_study *s, const struct kith_study_verb *verb, enum kith_exit *code) {
   KITH_TRY(verb->read(s));
-  KITH_TRY(prepare(s));
   *code = KITH_EXIT_FAILED;
+  KITH_TRY(prepare(s));
   KITH_TRY(run_all(s, verb->cpu_limit));
   KITH_TRY(write_all(s, verb));
   *code = verb->verdict(s);

@@ -106,7 +106,7 @@ static kith_status apply_overrides(struct kith_job *job, const struct kith_optio
                                    const char *varied) {
   for (int k = 0; k < options->n_overrides; ++k) {
     const char *text = options->overrides[k];
-    if (varied != NULL && kith_name_is(varied, text, strcspn(text, "=")))
+    if (varied != NULL && kith_name_is(varied, text, strcspn(text, "?=")))
       KITH_FAIL(BAD_INPUT, "--set %s: this is what is varied", varied);
     if (strncmp(text, "dimension=", strlen("dimension=")) != 0) KITH_TRY(kith_job_set(job, text));
   }
@@ -195,10 +195,19 @@ kith_status kith_study_unknown(const char *what, const char *name, const char *c
   KITH_FAIL(BAD_INPUT, "%s '%.60s'; there are %s", what, name, told);
 }
 
+kith_status kith_study_inputs(const struct kith_programs *programs, const char *folder, const char *name) {
+  char path[KITH_PATH + 32];
+  snprintf(path, sizeof path, "%s%s", programs->inputs, folder);
+  if (access(path, R_OK) == 0) return KITH_OK;
+  KITH_FAIL(BAD_INPUT, "'%.60s': no folder inputs%s above the programs, in share/kith beside them, or here",
+            name, folder);
+}
+
 /* NAME.yaml of the folder. */
 static kith_status find_input(const struct kith_programs *programs, const char *folder, const char *what,
                               const char *name, char path[KITH_JOB_PATH]) {
   char names[4096] = "";
+  KITH_TRY(kith_study_inputs(programs, folder, name));
   snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folder, name);
   if (access(path, R_OK) == 0) return KITH_OK;
   add_names(programs, folder, names, sizeof names);

@@ -204,11 +204,16 @@ static kith_status put_row(struct validation *v, const struct kith_row *row, con
                                      "energy_drift",     "momentum_drift",    "floors"};
   FILE *f = v->table.file;
   const struct limit required = limit_of(row);
-  fprintf(f, "%s,%.17g,%s,%.17g,%s,%.3f,\"%s\"", row->job.label, o->value, required.relation, required.value,
-          o->good ? "ok" : "FAILED", o->seconds, row->source);
+  kith_study_put_quoted(f, row->job.label);
+  fprintf(f, ",%.17g,%s,%.17g,%s,%.3f,", o->value, required.relation, required.value,
+          o->good ? "ok" : "FAILED", o->seconds);
+  kith_study_put_quoted(f, row->source);
   for (size_t k = 0; k < sizeof also / sizeof *also; ++k) fprintf(f, ",%.17g", last_value(v, also[k]));
-  fprintf(f, ",%d,%d,%s,%s,%.17g", KITH_MAX(row->job.ranks, 1), row->job.threads, row->varied, row->like,
-          o->same.difference);
+  fprintf(f, ",%d,%d,", KITH_MAX(row->job.ranks, 1), row->job.threads);
+  kith_study_put_quoted(f, row->varied);
+  fputc(',', f);
+  kith_study_put_quoted(f, row->like);
+  fprintf(f, ",%.17g", o->same.difference);
   return kith_csv_log_row(&v->table);
 }
 
@@ -280,6 +285,7 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   if (!is_path)
     snprintf(path, sizeof path, "%s/validation/%.*s.yaml", v->programs.inputs,
              quick != NULL ? (int)KITH_MIN(quick - name, 100) : 100, name);
+  if (!is_path) KITH_TRY(kith_study_inputs(&v->programs, "/validation", suite));
   if (!is_path && access(path, R_OK) != 0)
     return kith_study_unknown("validate: no file of rows and no suite", suite,
                               "quick|full|gates|ranks|readme|decks");

@@ -51,11 +51,12 @@ refused "kith: --set foo: unknown key" "$kith" stress mach --set foo=1 -o out
 # No method takes this Courant number, but the sweep would not use it.
 refused "--set scheme.cfl: this is what is varied" "$kith" stress cfl-sod --set scheme.cfl=2 -o out
 refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set resolution=40 -o out
+refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set 'resolution?=7' -o out
 touch file
-refused "Not a directory" "$kith" chart small.yaml -o file
+stopped 1 "Not a directory" "$kith" chart small.yaml -o file
 if ((EUID != 0)); then
   mkdir locked && chmod 555 locked
-  refused "Permission denied" "$kith" chart small.yaml -o locked/out
+  stopped 1 "Permission denied" "$kith" chart small.yaml -o locked/out
 fi
 
 # ---- a chart; a method that fails is a point, and the exit code says so
@@ -142,6 +143,9 @@ again 1 "$kith" chart any.yaml -o again --set materials.copper.file=other.table
 mkdir -p programs/bin
 cp "$programs"/kith{,-1d} programs/bin
 again 0 programs/bin/kith chart any.yaml -o again
+echo '{scene: sod, resolution: [50]}' >sod-suite.yaml
+stopped 2 "sod-suite.yaml:1: scene: 'sod': no folder inputs above the programs, in share/kith beside them" \
+  programs/bin/kith chart sod-suite.yaml
 echo >>programs/bin/kith-1d
 again 1 programs/bin/kith chart any.yaml -o again
 

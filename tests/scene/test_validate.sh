@@ -17,12 +17,18 @@ ok "$kith" validate own.yaml -o v
 grep -q "^3 rows, 0 out of tolerance; [0-9]* s$" stdout || wrong "the sums: $(tail -1 stdout)"
 [[ $(head -1 v/validation.csv) == row,measured,relation,bound,verdict,seconds,source,density.l1,* ]] ||
   wrong "the table's head"
-awk -F, '/^short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"")}' v/validation.csv ||
+awk -F, '/^"short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"")}' v/validation.csv ||
   wrong "the table: $(cat v/validation.csv)"
 
+# Names and sources with commas and quotes are still one column.
+rows "${row/short/\'a, \"b\"\'}, at_most: 1, source: 'so \"they\", say'"
+ok "$kith" validate own.yaml -o quoted
+grep -q '^"a, ""b""",0\..*,"so ""they"", say",' quoted/validation.csv ||
+  wrong "quotes: $(cat quoted/validation.csv)"
+
 # A figure as a document prints it: what is measured, rounded; one less in its last digit is another one.
-measured=$(awk -F, '/^short/ {printf "%.3f", $2}' v/validation.csv)
-less=$(awk -F, '/^short/ {printf "%.3f", $2 - 0.001}' v/validation.csv)
+measured=$(awk -F, '/^"short/ {printf "%.3f", $2}' v/validation.csv)
+less=$(awk -F, '/^"short/ {printf "%.3f", $2 - 0.001}' v/validation.csv)
 rows "$row, prints: $measured" "${row/short/short2}, prints: 0.5" \
   "${row/short/short3}, prints: 0.5, within: 0.999" "${row/short/short4}, prints: $measured, quick: true" \
   "${row/short/short5}, prints: $less"
@@ -110,6 +116,10 @@ stopped 2 "no file of rows and no suite 'xyzzy'; there are quick, full, gates, r
   "$kith" validate xyzzy
 stopped 2 "no suite 'quik'; did you mean 'quick'?" "$kith" validate quik
 stopped 2 "missing.yaml: No such file" "$kith" validate missing.yaml
+mkdir -p elsewhere/very/far/bin
+cp "$kith" elsewhere/very/far/bin
+stopped 2 "'quick': no folder inputs/validation above the programs, in share/kith beside them, or here" \
+  env -C elsewhere very/far/bin/kith validate
 
 # Ratios; runs of several ranks, and what is the same as another run.
 tube='dimension: 1, scene: sod, settings: "resolution=50 until=0.05"'
@@ -136,7 +146,7 @@ group 'ranks: [1, 2, 3], threads: [1, 2], partition.name: [kd, hilbert]'
 ok "$kith" validate own.yaml -o v
 grep -q "^6 of 6 runs end in the same state" stdout || wrong "a group: $(tail -1 stdout)"
 grep -Eq "^a\.[123]\.[12]\.(kd|hilbert) .* same as a$" stdout || wrong "names of a group: $(cat stdout)"
-awk -F, '/^b\.[123]\./ {n += ($14 > 0 && $15 > 0 && $16 != "" && $17 == "b" && $18 == 0)}
+awk -F, '/^"b\.[123]\./ {n += ($14 > 0 && $15 > 0 && $16 != "\"\"" && $17 == "\"b\"" && $18 == 0)}
   END {exit !(n >= 3)}' v/validation.csv || wrong "the table: $(cat v/validation.csv)"
 # A row says bits where its group has a tolerance.
 for same in 0.2 bits; do
