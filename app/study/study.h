@@ -130,8 +130,9 @@ kith_status kith_sweeps_read(struct kith_study *study, const char *path, const c
 kith_status kith_suite_list(struct kith_study *study);
 /* BAD_INPUT "WHAT 'NAME'", with the nearest of "a|b|c", or all of them. */
 kith_status kith_study_unknown(const char *what, const char *name, const char *choices);
-/* BAD_INPUT "'NAME': no folder inputsFOLDER" and where it is looked for, if it is not there. */
-kith_status kith_study_inputs(const struct kith_programs *programs, const char *folder, const char *name);
+/* BAD_INPUT "WHAT 'NAME': no folder inputsFOLDER" and where it is looked for, if it is not there. */
+kith_status kith_study_inputs(const struct kith_programs *programs, const char *folder, const char *what,
+                              const char *name);
 /* A text of a table: in quotes, with control characters as blanks. */
 void kith_study_put_quoted(FILE *out, const char *text);
 /* Is it a path to a YAML file rather than a name? */

@@ -195,11 +195,13 @@ kith_status kith_study_unknown(const char *what, const char *name, const char *c
   KITH_FAIL(BAD_INPUT, "%s '%.60s'; there are %s", what, name, told);
 }
 
-kith_status kith_study_inputs(const struct kith_programs *programs, const char *folder, const char *name) {
+kith_status kith_study_inputs(const struct kith_programs *programs, const char *folder, const char *what,
+                              const char *name) {
   char path[KITH_PATH + 32];
   snprintf(path, sizeof path, "%s%s", programs->inputs, folder);
   if (access(path, R_OK) == 0) return KITH_OK;
-  KITH_FAIL(BAD_INPUT, "'%.60s': no folder inputs%s above the programs, in share/kith beside them, or here",
+  KITH_FAIL(BAD_INPUT,
+            "%s '%.60s': no folder inputs%s above the programs, in share/kith beside them, or here", what,
             name, folder);
 }
 
@@ -207,7 +209,7 @@ kith_status kith_study_inputs(const struct kith_programs *programs, const char *
 static kith_status find_input(const struct kith_programs *programs, const char *folder, const char *what,
                               const char *name, char path[KITH_JOB_PATH]) {
   char names[4096] = "";
-  KITH_TRY(kith_study_inputs(programs, folder, name));
+  KITH_TRY(kith_study_inputs(programs, folder, what, name));
   snprintf(path, KITH_JOB_PATH, "%s%s/%.100s.yaml", programs->inputs, folder, name);
   if (access(path, R_OK) == 0) return KITH_OK;
   add_names(programs, folder, names, sizeof names);

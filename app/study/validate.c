@@ -285,10 +285,10 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   if (!is_path)
     snprintf(path, sizeof path, "%s/validation/%.*s.yaml", v->programs.inputs,
              quick != NULL ? (int)KITH_MIN(quick - name, 100) : 100, name);
-  if (!is_path) KITH_TRY(kith_study_inputs(&v->programs, "/validation", suite));
+  static const char what[] = "validate: no file of rows and no suite";
+  if (!is_path) KITH_TRY(kith_study_inputs(&v->programs, "/validation", what, suite));
   if (!is_path && access(path, R_OK) != 0)
-    return kith_study_unknown("validate: no file of rows and no suite", suite,
-                              "quick|full|gates|ranks|readme|decks");
+    return kith_study_unknown(what, suite, "quick|full|gates|ranks|readme|decks");
   KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, &v->programs));
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;

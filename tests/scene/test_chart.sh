@@ -144,7 +144,7 @@ mkdir -p programs/bin
 cp "$programs"/kith{,-1d} programs/bin
 again 0 programs/bin/kith chart any.yaml -o again
 echo '{scene: sod, resolution: [50]}' >sod-suite.yaml
-stopped 2 "sod-suite.yaml:1: scene: 'sod': no folder inputs above the programs, in share/kith beside them" \
+stopped 2 "sod-suite.yaml:1: scene: no scene 'sod': no folder inputs above the programs, in share/kith" \
   programs/bin/kith chart sod-suite.yaml
 echo >>programs/bin/kith-1d
 again 1 programs/bin/kith chart any.yaml -o again

@@ -118,7 +118,7 @@ stopped 2 "no suite 'quik'; did you mean 'quick'?" "$kith" validate quik
 stopped 2 "missing.yaml: No such file" "$kith" validate missing.yaml
 mkdir -p elsewhere/very/far/bin
 cp "$kith" elsewhere/very/far/bin
-stopped 2 "'quick': no folder inputs/validation above the programs, in share/kith beside them, or here" \
+stopped 2 "no suite 'quick': no folder inputs/validation above the programs, in share/kith" \
   env -C elsewhere very/far/bin/kith validate
 
 # Ratios; runs of several ranks, and what is the same as another run.
