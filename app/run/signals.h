@@ -1,8 +1,8 @@
 /* signals.h - how a run is stopped from outside, and the process that watches over ranks.
  *
  * INT, TERM, HUP, USR1 and USR2 stop a run after the present step: it writes a checkpoint and a snapshot and
- * ends with code 1. One that comes a second later, or before the first step, ends it at once. Ranks that `kith run
- * --ranks N` starts hear of it through the process that started them. */
+ * ends with code 1. One that comes a second later, or before the first step, ends it at once. Ranks that
+ * `kith run --ranks N` starts hear of it through the process that started them. */
 #ifndef KITH_APP_RUN_SIGNALS_H
 #define KITH_APP_RUN_SIGNALS_H
 
