@@ -93,6 +93,15 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
+/* A material that some region is of: else there would be no nodes to find. */
+static kith_status read_party(const struct kith_scene *scene, const struct kith_config_node *node,
+                              int *material) {
+  KITH_TRY(kith_scene_material(scene, node, material));
+  for (int r = 0; r < scene->n_regions; ++r)
+    if (scene->region[r].material == *material) return KITH_OK;
+  return kith_config_fail(node, NULL, "no region is of material '%s'", scene->material_name[*material]);
+}
+
 kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node) {
   if (node == NULL) return KITH_OK;
   KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
@@ -100,8 +109,8 @@ kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_conf
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     struct kith_contact *contact = &scene->contact[scene->n_contacts++];
     KITH_TRY(kith_params_read(kith_contact_params, child, contact));
-    KITH_TRY(kith_scene_material(scene, kith_config_child(child, "of"), &contact->of));
-    KITH_TRY(kith_scene_material(scene, kith_config_child(child, "with"), &contact->with));
+    KITH_TRY(read_party(scene, kith_config_child(child, "of"), &contact->of));
+    KITH_TRY(read_party(scene, kith_config_child(child, "with"), &contact->with));
     if (contact->of == contact->with)
       return kith_config_fail(kith_config_child(child, "with"), NULL, "contacts are between two materials");
   }

@@ -44,6 +44,10 @@ refused "list: 'xyzzy' is not one of scene, package, added, kernel," "$kith" lis
 refused "is through the domain at time 2, and the run goes until 3" "$kith" run tiny.yaml \
   --set 'boundaries.x=[{kind: piston, velocity: 1}, open]' --until 3
 
+refused "connectivity.contacts.0.with: no region is of material 'water'" "$kith" run tiny.yaml \
+  --set materials.water.eos=ideal --set materials.water.gamma=1.4 \
+  --set 'connectivity.contacts=[{of: gas, with: water}]'
+
 # ---- the scene: key=value | what the line must hold
 while IFS='|' read -r set text; do
   refused "$text" "$kith" run tiny.yaml --quiet -o out --set "$set"
