@@ -124,10 +124,10 @@ static double moved(const struct kith_cover *cover, const double *x, const doubl
 }
 
 void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
-  const kith_index n = cover->n == nodes->n_internal ? cover->n : 0;
+  const bool same = cover->n == nodes->n_internal;
+  const kith_index n = same ? cover->n : 0;
   double drift[NDIM], most = 0, least = -INFINITY;
   common_drift(cover, nodes, n, drift);
-  const bool valid = cover->n == nodes->n_internal && !is_far(cover, drift);
 #pragma omp parallel for schedule(static) reduction(max : most, least) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i) {
     double x[NDIM];
@@ -138,15 +138,20 @@ void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
     most = KITH_MAX(most, far);
     least = KITH_MAX(least, lacking == lacking ? lacking : INFINITY); /* NaN covers nothing */
   }
-  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = valid ? 0 : 1;
+  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = same ? 0 : 1;
+  cover->seen[3] = is_far(cover, drift) ? 1 : 0;
 }
 
 struct kith_shared kith_cover_shared(struct kith_cover *cover) {
-  return (struct kith_shared){KITH_SHARE_MAX, 3, cover->seen};
+  return (struct kith_shared){KITH_SHARE_MAX, 4, cover->seen};
 }
 
 bool kith_cover_holds(const struct kith_cover *cover) {
   return cover->seen[2] == 0 && cover->seen[0] + cover->seen[1] <= 0;
+}
+
+bool kith_cover_far(const struct kith_cover *cover) {
+  return cover->seen[3] != 0;
 }
 
 /* Ghosts of other ranks are nodes there, or images of nodes there: their ranks tell of mirrors. */

@@ -12,8 +12,9 @@
  *
  * c is the mean displacement. A mirror image moves by S d, as far as d itself, but by S c where all nodes
  * move by c: so c is 0 along axes that some image mirrors, and along all of them if there are ghosts that do
- * not follow a node. Its sum is exact (sum.h), so that all numbers of threads and ranks decide alike. Beyond
- * half a periodic length lists do not hold, whatever (1) says: nodes must be put back into the box.
+ * not follow a node. Its sum is exact (sum.h), so that all numbers of threads and ranks decide alike. Nodes
+ * are put back into a periodic box only when lists are made anew: due if c is beyond half its length, though
+ * the lists hold.
  *
  * Rounding: positions and distance tests are good to a few units in the last place of |x| and H. A node that
  * has moved at all counts as moved by that much more; where nothing moved, the tests are repeated on the same
@@ -36,8 +37,9 @@ struct kith_cover {
 
   kith_index n;
   double still[NDIM]; /* 0: a common drift along this axis is no displacement; of this rank, then of all */
-  double reference[NDIM];           /* displacement of one node, at the last look */
-  double seen[3];                   /* max_i |d_i|; max_i H_i + |d_i| - R_i; 1: they do not hold */
+  double reference[NDIM]; /* displacement of one node, at the last look */
+  /* max_i |d_i|; max_i H_i + |d_i| - R_i; 1: the number of nodes changed; 1: c is beyond half a length */
+  double seen[4];
   double *position, *search_radius; /* [n][NDIM], [n]: one after the other */
   size_t capacity;
 };
@@ -46,10 +48,12 @@ struct kith_cover {
  * `still` over all ranks is wanted. */
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes);
 /* What equation (1) takes of this rank's nodes, the mean displacement being that of all: collective. Then
- * what ranks have to agree on, and whether the lists hold; not where the number of internal nodes changed. */
+ * what ranks have to agree on, and whether (1) holds; not where the number of internal nodes changed. */
 void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes);
 struct kith_shared kith_cover_shared(struct kith_cover *cover);
 bool kith_cover_holds(const struct kith_cover *cover);
+/* Has a common drift taken the nodes half a periodic length away? */
+bool kith_cover_far(const struct kith_cover *cover);
 void kith_cover_clear(struct kith_cover *cover);
 
 /* The mean of a vector over the internal nodes of all ranks, 0 if there are none: exact (sum.h), the same

@@ -105,10 +105,10 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
   *reason = kith_rebuilds_certain(rebuilds);
   if (*reason != KITH_BECAUSE_none) return kith_ranks_allreduce_status(nodes->ranks, status);
   KITH_TRY(look(rebuilds, nodes, status, due));
-  const bool holds = kith_cover_holds(&rebuilds->cover);
+  const bool holds = kith_cover_holds(&rebuilds->cover), far = kith_cover_far(&rebuilds->cover);
   for (int k = 0; k < rebuilds->n && *reason == KITH_BECAUSE_none; ++k) {
     const struct kith_rebuild *policy = &rebuilds->policy[k];
-    const bool misses = policy->ops->covers && policy->ops->needs_rebuild == NULL && !holds;
+    const bool misses = policy->ops->covers && policy->ops->needs_rebuild == NULL && (!holds || far);
     if (due[k] > 0 || misses) *reason = policy->reason;
   }
   if (*reason != KITH_BECAUSE_none || covers(rebuilds) || holds) return KITH_OK;

@@ -46,7 +46,8 @@ struct kith_rebuild_ops {
   bool covers;     /* fires before the lists could miss a pair */
   bool every_step; /* fires whatever happened */
   /* What this rank wants; the family joins the ranks. Never called before a snapshot. NULL: nothing, but for
-   * members that cover and do not fire every step: they fire when kith_cover_holds no more. */
+   * members that cover and do not fire every step: they fire when kith_cover_holds no more, or
+   * kith_cover_far. */
   bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_cover *cover,
                         const struct kith_nodes *nodes);
   /* Remembers in policy->self what the lists were made from, and forgets it. NULL: nothing to remember. */
@@ -88,7 +89,7 @@ enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebui
 kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                 kith_status status, enum kith_rebuild_reason *reason);
 /* May the lists be rebuilt within a step, because they may miss pairs? STALE, "WHY, and ...", if no policy
- * fires before they could: whoever chose such policies wants no other lists. */
+ * fires before they could: whoever chose such policies wants no other lists. Collective where it refuses. */
 kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                 const char *why);
 /* Do the lists hold every significant pair? Wants keeps_cover. Collective; status: as above. */

@@ -206,9 +206,19 @@ static void boost(void) {
     kith_rebuilds_clear(&r);
     kith_nodes_destroy(&nodes);
   }
-  /* Ghosts that stay where they are: every motion counts. */
+  /* Lists that are never made anew hold all the same. */
   struct kith_nodes *nodes = scene();
   struct kith_rebuilds r;
+  CHECK_OK(kith_rebuilds_create(&r, "never", unit));
+  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  boost_all(nodes, 0.3);
+  CHECK(due(&r, nodes, KITH_BECAUSE_none));
+  boost_all(nodes, 0.3);
+  CHECK(due(&r, nodes, KITH_BECAUSE_none));
+  kith_rebuilds_clear(&r);
+  kith_nodes_destroy(&nodes);
+  /* Ghosts that stay where they are: every motion counts. */
+  nodes = scene();
   CHECK_OK(kith_nodes_add_ghosts(nodes, &(struct kith_ghost_block){.kind = KITH_GHOST_FROZEN, .count = 1}));
   CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
   CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
