@@ -148,6 +148,13 @@ bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struc
   return false;
 }
 
+const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boundaries) {
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->held_nodes != NULL)
+      return boundaries->boundary[b]->ops->held_nodes(boundaries->boundary[b]);
+  return NULL;
+}
+
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time) {
   for (int b = 0; b < boundaries->n; ++b)
     if (boundaries->boundary[b]->ops->move != NULL)

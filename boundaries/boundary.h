@@ -161,6 +161,8 @@ double kith_boundaries_gain(const struct kith_boundaries *boundaries);
  * are. */
 bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struct kith_box *inside,
                            const struct kith_box *reach, const struct kith_box *all);
+/* The nodes that a boundary of these holds (a run has one such boundary), NULL: none does. View. */
+const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boundaries);
 /* Moves all faces to their positions at this time. */
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
 /* Enforces all boundaries (or only those that keep neighbor lists valid). */

@@ -58,15 +58,11 @@ static double limit_of(const struct kith_integrator *it, kith_index i) {
 /* The largest mass of the nodes that boundaries of this rank hold: they push others without being stepped. */
 static double heaviest_held(const struct kith_integrator *it) {
   double heaviest = 0;
-  for (int b = 0; b < it->boundaries->n; ++b) {
-    const struct kith_boundary *boundary = it->boundaries->boundary[b];
-    const struct kith_nodes *held =
-        boundary->ops->held_nodes != NULL ? boundary->ops->held_nodes(boundary) : NULL;
-    const struct kith_field *mass =
-        held != NULL ? kith_nodes_field_named(held, it->hydro->mass->spec.name) : NULL;
-    for (kith_index i = 0; mass != NULL && i < held->n_internal; ++i)
-      heaviest = KITH_MAX(heaviest, mass->f64[i]);
-  }
+  const struct kith_nodes *held = kith_boundaries_held(it->boundaries);
+  const struct kith_field *mass =
+      held != NULL ? kith_nodes_field_named(held, it->hydro->mass->spec.name) : NULL;
+  for (kith_index i = 0; mass != NULL && i < held->n_internal; ++i)
+    heaviest = KITH_MAX(heaviest, mass->f64[i]);
   return heaviest;
 }
 

@@ -168,13 +168,6 @@ static kith_status write_series(const struct kith_output *output) {
   return kith_json_write(path, json_pack("{s:s, s:o}", "file-series-version", "1.0", "files", files));
 }
 
-static const struct kith_nodes *frozen_nodes(const struct kith_boundaries *boundaries) {
-  for (int b = 0; b < boundaries->n; ++b)
-    if (boundaries->boundary[b]->ops->held_nodes != NULL)
-      return boundaries->boundary[b]->ops->held_nodes(boundaries->boundary[b]);
-  return NULL;
-}
-
 static kith_status write_snapshot(const char *path, const struct kith_simulation *simulation,
                                   bool with_frozen) {
   const struct kith_integrator *it = &simulation->integrator;
@@ -186,11 +179,12 @@ static kith_status write_snapshot(const char *path, const struct kith_simulation
                                     {"SceneName", simulation->scene->name},
                                     {"Scene", simulation->scene->text},
                                     {NULL, NULL}};
-  struct kith_snapshot_info info = {.time = it->time,
-                                    .step = it->step,
-                                    .box = simulation->scene->domain,
-                                    .frozen = with_frozen ? frozen_nodes(&simulation->boundaries) : NULL,
-                                    .notes = notes};
+  struct kith_snapshot_info info = {
+      .time = it->time,
+      .step = it->step,
+      .box = simulation->scene->domain,
+      .frozen = with_frozen ? kith_boundaries_held(&simulation->boundaries) : NULL,
+      .notes = notes};
   for (int a = 0; a < NDIM; ++a) info.periodic[a] = simulation->scene->period[a] > 0;
   struct kith_nodes *dealt = NULL;
   if (simulation->scene->reproducible)
