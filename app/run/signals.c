@@ -31,7 +31,7 @@ static void handle_with(void (*handler)(int), int flags) {
 /* Is it the first signal, or does it come at least a second after that? One that comes with it is the same
  * wish: who stops a job may signal every process of it, and each passes its own on. Functions that a handler
  * may call. */
-static bool counts(void) {
+static bool is_new(void) {
   static struct timespec first;
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
@@ -42,7 +42,7 @@ static bool counts(void) {
 
 /* The second one has its usual effect, the end. */
 static void on_signal(int number) {
-  if (!counts()) return;
+  if (!is_new()) return;
   if (stop != 0) {
     handle_with(SIG_DFL, 0);
     raise(number);
@@ -84,7 +84,7 @@ bool kith_signals_stop(void) {
 /* mpirun gives USR1 to all ranks; TERM ends them. */
 static void pass_on(int number) {
   (void)number;
-  if (counts()) kill(child, stop++ == 0 ? SIGUSR1 : SIGTERM);
+  if (is_new()) kill(child, stop++ == 0 ? SIGUSR1 : SIGTERM);
 }
 
 /* Not in the foreground of the terminal: what it sends when a key is pressed would end the ranks. Not with
