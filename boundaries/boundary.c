@@ -162,11 +162,11 @@ void kith_boundaries_move(struct kith_boundaries *boundaries, double time) {
 }
 
 kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
-                                    bool only_keeping_lists) {
+                                    bool mirrors, bool others) {
   for (int b = 0; b < boundaries->n; ++b) {
     struct kith_boundary *boundary = boundaries->boundary[b];
-    if (boundary->ops->enforce == NULL || (only_keeping_lists && !boundary->ops->keeps_lists)) continue;
-    KITH_TRY(boundary->ops->enforce(boundary, nodes));
+    if (boundary->ops->enforce != NULL && (boundary->ops->keeps_lists ? mirrors : others))
+      KITH_TRY(boundary->ops->enforce(boundary, nodes));
   }
   return KITH_OK;
 }

@@ -16,9 +16,9 @@
  * made anew when it has cost as much in candidates that are no neighbors any more. On several ranks no tick
  * is local.
  * At the end of the base step all nodes are active, so that the state is at one time: there is output, and a
- * run can restart. Nodes are mirrored and migrate at the first tick of the next one. A base step is as long
- * as the longest step that a node wants, at most 2^levels of the shortest, a part of what is left until the
- * next output, and shortened if that saves updates, since steps are rounded down. With one level this is
+ * run can restart. Nodes are mirrored then, and migrate at the first tick of the next one. A base step is as
+ * long as the longest step that a node wants, at most 2^levels of the shortest, a part of what is left until
+ * the next output, and shortened if that saves updates, since steps are rounded down. With one level this is
  * leapfrog with a global step.
  *
  * Individual steps: Saitoh and Makino (2009, ApJ 697, L99), Durier and Dalla Vecchia (2012, MNRAS 419, 465)

@@ -183,6 +183,50 @@ kith_status kith_flow_exchange(struct kith_integrator *it) {
   return KITH_OK;
 }
 
+/* Is node i beyond a mirror? */
+static bool is_beyond(const struct kith_integrator *it, kith_index i) {
+  const double *x = it->nodes->position->f64 + (size_t)i * NDIM;
+  for (int k = 0; k < it->boundaries->n; ++k) {
+    const struct kith_boundary *b = it->boundaries->boundary[k];
+    if (b->ops->keeps_lists &&
+        ((b->at_lower && x[b->axis] < b->lower) || (b->at_upper && x[b->axis] > b->upper)))
+      return true;
+  }
+  return false;
+}
+
+/* Adds the potential energy of node i to what was lifted. */
+static void lift(struct kith_integrator *it, kith_index i, double sign) {
+  const struct kith_hydro *hydro = it->hydro;
+  const double *x = it->nodes->position->f64 + (size_t)i * NDIM;
+  kith_sum_add(&it->flow.lifted,
+               sign * hydro->mass->f64[i] * kith_external_force_potential(&hydro->external_force, x));
+}
+
+kith_status kith_flow_mirror(struct kith_integrator *it) {
+  const struct kith_hydro *hydro = it->hydro;
+  kith_index *node = NULL, n = 0;
+  size_t capacity = 0;
+  kith_status status = KITH_OK;
+  if (!kith_external_force_acts(&hydro->external_force))
+    return kith_boundaries_enforce(it->boundaries, it->nodes, true, false);
+  for (kith_index i = 0; status == KITH_OK && i < it->nodes->n_internal; ++i) {
+    if (!is_beyond(it, i)) continue;
+    status = kith_grow(&node, &capacity, (size_t)n, (size_t)n + 1, sizeof *node);
+    if (status == KITH_OK) lift(it, node[n++] = i, -1);
+  }
+  if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, true, false);
+  for (kith_index k = 0; status == KITH_OK && k < n; ++k) {
+    const size_t at = (size_t)node[k] * NDIM;
+    double *a = hydro->acceleration->f64 + at;
+    lift(it, node[k], 1);
+    memcpy(a, it->package->pair_acceleration->f64 + at, NDIM * sizeof *a);
+    kith_external_force_add(&hydro->external_force, it->nodes->position->f64 + at, a);
+  }
+  kith_free(&node);
+  return status;
+}
+
 static void sum_outside(struct kith_integrator *it) {
   const struct kith_hydro *hydro = it->hydro;
   struct kith_sum sums[SUMS] = {0};

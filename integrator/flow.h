@@ -24,6 +24,10 @@
 /* Nodes come and go, between the kicks of two evaluations; lists are to be rebuilt then. DIVERGED where
  * gas leaves through an inflow, or one is so fast that a step empties its zone. Collective. */
 kith_status kith_flow_exchange(struct kith_integrator *integrator);
+/* At the end of a step: puts nodes back that are beyond a mirror. In the field of the external force that
+ * changes their potential energies, by what they get from outside, `lifted`; and their rates have the force
+ * at their new place. */
+kith_status kith_flow_mirror(struct kith_integrator *integrator);
 /* After an evaluation: the rates of zones, and what the gas gets from all that is no gas. Collective. */
 void kith_flow_rates(struct kith_integrator *integrator);
 /* Block steps, after the evaluation of a tick: adds what active and touched nodes got. At the end of a base

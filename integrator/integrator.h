@@ -90,6 +90,7 @@ struct kith_integrator {
     int64_t id_stride;
     struct kith_through rate;      /* of what the gas gets from outside, by the last evaluation */
     struct kith_sum got[1 + NDIM]; /* block steps: of this base step so far, on this rank; energy, momentum */
+    struct kith_sum lifted;        /* by mirrors at the end of the step, on this rank: kith_flow_mirror */
   } flow;
 
   /* The lists. */

@@ -349,12 +349,13 @@ static kith_status migrate(struct kith_integrator *it, const struct news *news) 
   return KITH_OK;
 }
 
-/* Nodes are put back where boundaries want them, and their ranks and search radii are found (the work of the
- * last lists tells who has too much). Agreed. */
+/* Nodes are wrapped (mirrors wait for the end of the step), and their ranks and search radii are found (the
+ * work of the last lists tells who has too much). Agreed. */
 static kith_status prepare(struct kith_integrator *it, struct news *news) {
   kith_status status = it->pending;
   it->pending = KITH_OK;
-  if (!it->holding && status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, false);
+  if (!it->holding && status == KITH_OK)
+    status = kith_boundaries_enforce(it->boundaries, it->nodes, false, true);
   if (!it->holding && it->decomposition != NULL)
     status = kith_decomposition_assign(it->decomposition, it->nodes, status);
   kith_lifecycle_search_radii(it);

@@ -1,6 +1,6 @@
 /* lifecycle.h - the lifecycle of ghosts, searches and connectivity, in one function.
  *
- *   requirements -> nodes put back -> search radii -> nodes migrated, reordered -> ghosts -> neighbors ->
+ *   requirements -> nodes wrapped -> search radii -> nodes migrated, reordered -> ghosts -> neighbors ->
  *   connectivity -> cull -> patch -> ready
  *
  * Several ranks agree before nodes move and ghosts are made, before a second layer of ghosts if there is one,

@@ -117,14 +117,17 @@ static kith_status agree(struct kith_integrator *it, kith_status status) {
   uint64_t count[] = {(uint64_t)it->nodes->n_internal, (uint64_t)it->nodes->n_ghost,
                       it->ledger.last_row_entries,
                       it->decomposition != NULL ? it->decomposition->migrated : 0};
-  struct kith_shared parts[3 + KITH_HYDRO_PARTS] = {{KITH_SHARE_LEAST, KITH_LIMIT_WORDS, &it->timestep_limit},
+  struct kith_shared parts[4 + KITH_HYDRO_PARTS] = {{KITH_SHARE_LEAST, KITH_LIMIT_WORDS, &it->timestep_limit},
                                                     {KITH_SHARE_MAX, KITH_WISHES, it->wish},
-                                                    {KITH_SHARE_SUM, 4, count}};
-  int n = 3;
+                                                    {KITH_SHARE_SUM, 4, count},
+                                                    kith_sum_shared(&it->flow.lifted)};
+  int n = 4;
   if (it->ask != NULL) it->ask(it->asker, it->wish);
   if (it->summarizes) kith_hydro_sum(it->hydro, &sums);
   if (it->summarizes) n += kith_hydro_share(&sums, parts + n);
   KITH_TRY(kith_ranks_agree(it->nodes->ranks, status != KITH_OK ? status : it->pending, n, parts));
+  it->hydro->through.energy += kith_sum_value(&it->flow.lifted);
+  it->flow.lifted = (struct kith_sum){0};
   if (!it->summarizes) return KITH_OK;
   *summary =
       (struct kith_summary){kith_hydro_totals_of(it->hydro, &sums), count[0], count[1], count[2], count[3]};
@@ -223,7 +226,7 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   kith_status status = take_step(it, &dt);
   kith_boundaries_move(it->boundaries, it->clock);
   if (status == KITH_OK && it->follows) kith_window_follow(it);
-  if (status == KITH_OK) status = after_rates(it, kith_boundaries_enforce(it->boundaries, it->nodes, true));
+  if (status == KITH_OK) status = after_rates(it, kith_flow_mirror(it));
   kith_profile_end(it->profile);
   KITH_TRY(status);
   it->time = dt >= wanted && dt >= until - it->time ? until : it->time + dt;

@@ -41,8 +41,9 @@ double kith_external_force_potential(const struct kith_external_force *external_
 void kith_external_force_add(const struct kith_external_force *external_force, const double *x,
                              double *acceleration);
 
-/* What the gas got since the start: from nodes that came through faces, and by the forces and heats of all
- * that is no gas (nodes.h), such as frozen nodes. */
+/* What the gas got since the start: from nodes that came through faces, by the forces and heats of all that
+ * is no gas (nodes.h), such as frozen nodes, and by mirrors that put nodes back, higher up where gravity
+ * points at them. */
 struct kith_through {
   double mass, momentum[NDIM], energy;
 };

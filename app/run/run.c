@@ -185,7 +185,7 @@ static kith_status copy_gas(struct run *run) {
   KITH_TRY(kith_nodes_copy(&run->gas, m->nodes, false));
   if (m->nodes->flag != NULL)
     KITH_TRY(kith_nodes_delete(run->gas, kith_nodes_field_named(run->gas, "flag")->u8));
-  return kith_boundaries_enforce(&m->boundaries, run->gas, false);
+  return kith_boundaries_enforce(&m->boundaries, run->gas, true, true);
 }
 
 /* All that is compared: what is behind the faces of inflows is not, and what has left the box since lists

@@ -457,7 +457,7 @@ static void check_enforce(const struct side *on, uint64_t *seed) {
   struct kith_boundary *boundary = all.boundary[0];
   boundary->settings = on->settings;
   const uint64_t generation = nodes->positions;
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, false));
+  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, true));
   CHECK(nodes->positions == generation + 1);
   const struct words words = list_words(on, lower, upper, 3 * (upper - lower));
   for (int i = 0; i < N; ++i) {
@@ -474,19 +474,19 @@ static void check_enforce(const struct side *on, uint64_t *seed) {
     for (int a = 0; a < A; ++a)
       CHECK(nodes->position->f64[i * NDIM + a] == s.x[i][a] && v->f64[i * NDIM + a] == s.v[i][a]);
   }
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, false));
+  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, true));
   CHECK(nodes->positions == generation + 1); /* nothing was left to do */
   nodes->position->f64[5 * NDIM + A] = NAN;
   nodes->position->f64[7 * NDIM + A] = on->at_lower ? lower - 0.1 : upper + 0.1;
-  CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, false));
+  CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, true, true));
   CHECK(strstr(kith_failure(), "node 5") != NULL);
   nodes->position->f64[5 * NDIM + A] = 0;
   const uint64_t before = nodes->positions;
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, false));
+  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, true));
   CHECK(nodes->positions == before); /* the others are put back */
   if (on->at_lower && on->at_upper) {
     boundary->lower = boundary->upper; /* faces that have met */
-    CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, false));
+    CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, true, true));
     CHECK(strstr(kith_failure(), "no room") != NULL);
   }
   kith_boundaries_clear(&all);
@@ -528,7 +528,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   CHECK_OK(kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
   all.boundary[0]->settings = settings;
   CHECK_OK(kith_boundaries_ghosts(&all, nobody, 1, NULL));
-  CHECK_OK(kith_boundaries_enforce(&all, nobody, false));
+  CHECK_OK(kith_boundaries_enforce(&all, nobody, true, true));
   CHECK(nobody->n_ghost == 0 && nobody->n_blocks == 0);
   CHECK_STATUS(ops->has_faces ? KITH_BAD_INPUT : KITH_OK,
                kith_boundaries_add(&all, ops, 0, 0, 1, true, both));

@@ -36,9 +36,9 @@ static double wrap_one(double x, double lower, double upper, kith_status wanted)
   struct kith_boundaries all = one("periodic", NDIM - 1, lower, upper, true, true);
   nodes->position->f64[NDIM - 1] = x;
   const bool inside = x >= lower && x < upper;
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, true)); /* a wrap does not keep lists: not now */
+  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, false)); /* a wrap does not keep lists: not now */
   const uint64_t generation = nodes->positions;
-  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, false));
+  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true, true));
   const double y = nodes->position->f64[NDIM - 1];
   if (wanted == KITH_OK) {
     CHECK(nodes->positions == generation + !inside);
@@ -92,7 +92,7 @@ static struct mirrored mirror_one(double x, double lower, double upper, bool at_
   nodes->position->f64[axis] = x;
   start->f64[axis] = (lower + upper) / 2;
   nodes->position->f64[NDIM + axis] = (lower + upper) / 2;
-  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true)); /* keeps lists: at any time */
+  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true, false)); /* keeps lists: at any time */
   struct mirrored out = {.x = nodes->position->f64[axis]};
   memcpy(out.v, v->f64, sizeof out.v);
   const double sign = v->f64[axis] / NDIM;
