@@ -114,6 +114,13 @@ kith_status kith_region_displace(const struct kith_region *region, const struct 
   return KITH_OK;
 }
 
+/* Is its tension beyond its equation of state? */
+static bool tears(const struct kith_material *material, const struct kith_region_state *state) {
+  double pressure, sound_speed;
+  kith_material_state(material, 1, &state->density, &state->energy, &pressure, &sound_speed);
+  return sound_speed == 0;
+}
+
 kith_status kith_region_state(const struct kith_region *region, const struct kith_material *material,
                               const double *x, struct kith_region_state *state) {
   static const char *const name[3] = {"velocity along x", "velocity along y", "velocity along z"};
@@ -126,8 +133,9 @@ kith_status kith_region_state(const struct kith_region *region, const struct kit
     KITH_TRY(kith_region_value(region, region->energy, "energy", x, &state->energy));
   } else {
     KITH_TRY(kith_region_value(region, region->pressure, "pressure", x, &state->pressure));
-    if (state->pressure < 0) return kith_region_refuse(region, "pressure", state->pressure, x);
     state->energy = material->eos->energy(material->settings, state->density, state->pressure);
+    if (state->pressure < 0 && tears(material, state))
+      return kith_region_refuse(region, "pressure", state->pressure, x);
     if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
       return kith_region_refuse(region, "pressure is not what its eos has at this density: it",
                                 state->pressure, x);

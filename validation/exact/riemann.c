@@ -31,7 +31,8 @@ static const struct kith_param params[] = {
     {"energy", KITH_PARAM_SIDES, "0", "", "of barotropic ones at the start: [left, right]", IN(energy)},
     {"density", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0: vacuum", IN(density)},
     {"velocity", KITH_PARAM_SIDES, NULL, "", "[left, right]", IN(velocity)},
-    {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0 in a vacuum", IN(pressure)},
+    {"pressure", KITH_PARAM_SIDES, NULL, "", "[left, right], not below -stiffness; 0 in a vacuum",
+     IN(pressure)},
     {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the jump", IN(interface_position)},
     {0}};
 
@@ -185,6 +186,9 @@ static kith_status check(const void *settings) {
     else if (p->density[k] == 0 && p->pressure[k] != 0)
       KITH_FAIL(BAD_INPUT, "exact solution riemann: pressure[%d] is %g, must be 0 where the density is 0", k,
                 p->pressure[k]);
+    else if (p->density[k] > 0 && p->pressure[k] < -p->stiffness[k])
+      KITH_FAIL(BAD_INPUT, "exact solution riemann: pressure[%d] is %g, must be at least -stiffness, %g", k,
+                p->pressure[k], 0 - p->stiffness[k]);
   if (p->density[0] > 0 || p->density[1] > 0) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "exact solution riemann: density[1] is 0, must be above 0 if density[0] is 0");
 }

@@ -403,6 +403,19 @@ static void state_errors(void) {
   add(&s, KITH_LATTICE_CUBIC, "1");
   s.scene.material[0] = material_of("isothermal", "sound_speed=2"); /* has 4 there */
   refuses(&s, "hand.yaml:10", "pressure is not what its eos has");
+  for (int torn = 0; torn < 2; ++torn) { /* what is stiff bears tension, down to -stiffness */
+    open_stage(&s, 0, 1, 10);
+    add(&s, KITH_LATTICE_CUBIC, "1");
+    replace(&s.region[0].pressure, torn ? "-3.1" : "-2.9");
+    s.scene.material[0] = material_of("stiffened", "gamma=2 stiffness=3");
+    if (torn) {
+      refuses(&s, "hand.yaml:10", "pressure is -3.1 at (");
+    } else {
+      must_run(&s);
+      CHECK_CLOSE(s.hydro.energy->f64[0], 3.1, 1e-15);
+      close_stage(&s);
+    }
+  }
 }
 
 static void overlaps(void) {

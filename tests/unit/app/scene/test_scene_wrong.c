@@ -392,7 +392,7 @@ static void refused_elsewhere(void) {
   refused_at(11, "neighbor: {search: tre}", "f:11: neighbor.search: 'tre' is not one of ",
              "did you mean 'tree'?");
   refused_at(11, "exact: {name: riemann, density: 1, pressure: [-1, 0]}",
-             "f:11: exact.pressure.0: -1 is out of range", "");
+             "f:11: exact: exact solution riemann: pressure[0] is -1, must be at least -stiffness, 0", "");
 }
 
 static void refuses_long_formulas(void) {
