@@ -46,23 +46,33 @@ static void lattice_node(const int *c, int b, double *x) {
 #endif
 }
 
-double kith_kernel_self_weight(enum kith_kernel k, double neighbors) {
-  const int nodes_per_cell = NDIM == 1 ? 1 : NDIM == 2 ? 2 : 4;
-  const double support = kith_root_dim(neighbors / kith_ball());
-  const int cells = (int)ceil(support) + 1;
-  double w, g, others = 0;
+/* Sums over the other nodes of the ideal lattice within a support: of w, and of -q^2 g. */
+static void lattice_sums(enum kith_kernel k, double support, double *sum_w, double *sum_q2g) {
+  const int nodes_per_cell = NDIM == 1 ? 1 : NDIM == 2 ? 2 : 4, cells = (int)ceil(support) + 1;
+  *sum_w = *sum_q2g = 0;
   for (int c0 = -cells; c0 <= cells; ++c0)
     for (int c1 = NDIM > 1 ? -cells : 0; c1 <= (NDIM > 1 ? cells : 0); ++c1)
       for (int c2 = NDIM > 2 ? -cells : 0; c2 <= (NDIM > 2 ? cells : 0); ++c2)
         for (int b = 0; b < nodes_per_cell; ++b) {
           const int c[] = {c0, c1, c2};
-          double x[NDIM];
+          double x[NDIM], w, g;
           lattice_node(c, b, x);
-          const double r = kith_norm(x);
-          if (r == 0) continue;
-          kith_kernel_value(k, r / support, &w, &g);
-          others += w;
+          const double q = kith_norm(x) / support;
+          if (q == 0) continue;
+          kith_kernel_value(k, q, &w, &g);
+          *sum_w += w, *sum_q2g -= q * q * g;
         }
+}
+
+double kith_kernel_self_weight(enum kith_kernel k, double neighbors) {
+  double w, g, others, ignored;
+  lattice_sums(k, kith_root_dim(neighbors / kith_ball()), &others, &ignored);
   kith_kernel_value(k, 0, &w, &g);
   return (neighbors / (kith_ball() * kith_kernel_constant(k)) - others) / w;
+}
+
+double kith_kernel_flow(enum kith_kernel k, double neighbors) {
+  double ignored, sum;
+  lattice_sums(k, kith_root_dim(neighbors / kith_ball()), &ignored, &sum);
+  return kith_kernel_constant(k) * kith_ball() / (neighbors * NDIM) * sum;
 }

@@ -66,6 +66,9 @@ enum kith_kernel kith_kernel_unpaired(double neighbors);
  * face-centered) exact: Wendland functions overestimate it with few neighbors (Dehnen and Aly 2012, section
  * 2.6; here solved, not fitted). */
 double kith_kernel_self_weight(enum kith_kernel k, double neighbors);
+/* -(1 / d) sum_j V x_ij . grad_i W over this lattice, 1 for an integral: what gradients of the kernel let
+ * flow of what they should (physics/passes/diffusion.h). */
+double kith_kernel_flow(enum kith_kernel k, double neighbors);
 
 static inline double kith_cube_(double a) {
   return a * a * a;

@@ -52,6 +52,8 @@ static double longest_step(const struct kith_package *package, kith_index i) {
 const struct kith_package_ops kith_package_conduction = {
     .name = "conduction",
     .doc = "heat conduction: heat flows from hot to cold in each pair",
+    .self_size = sizeof(double),
+    .create = kith_diffusion_create,
     .evaluate = evaluate,
     .longest_step = longest_step,
     .limit = KITH_LIMIT_conduction,

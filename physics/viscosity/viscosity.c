@@ -56,6 +56,8 @@ static double longest_step(const struct kith_package *package, kith_index i) {
 const struct kith_package_ops kith_package_viscosity = {
     .name = "viscosity",
     .doc = "Navier-Stokes shear viscosity: neighbors drag each other, the work heats both",
+    .self_size = sizeof(double),
+    .create = kith_diffusion_create,
     .evaluate = evaluate,
     .longest_step = longest_step,
     .limit = KITH_LIMIT_viscosity,

@@ -10,6 +10,7 @@ static double heat_of(const struct world *w, const struct truth *t, int i, const
   const double *u = w->hydro.energy->f64, *m = w->hydro.mass->f64;
   const uint8_t *list = w->nodes->list->u8;
   double sum = 0;
+  const double flow = kith_kernel_flow(w->package.kernel, w->package.neighbors);
   for (size_t e = t->partners.first[i]; e < t->partners.first[i + 1]; ++e) {
     const struct partner *p = &t->partners.partner[e];
     const int j = p->node;
@@ -18,7 +19,7 @@ static double heat_of(const struct world *w, const struct truth *t, int i, const
     if (p->r < hi) slope += 0.5 * w->kernel.constant / pow(hi, NDIM + 2) * oracle_g(&w->kernel, p->r / hi);
     if (p->r < hj) slope += 0.5 * w->kernel.constant / pow(hj, NDIM + 2) * oracle_g(&w->kernel, p->r / hj);
     sum += 4 * ki * kj / (ki + kj) * m[j] / (t->density[i] * t->density[j]) *
-           (u[i] / c[list[i]] - u[j] / c[list[j]]) * slope;
+           (u[i] / c[list[i]] - u[j] / c[list[j]]) * slope / flow;
   }
   return sum;
 }
@@ -118,6 +119,15 @@ static void check_implicit(void) {
   CHECK(implicit_steps > 0 && 3 * implicit_steps < explicit_steps);
 }
 
+/* With the default neighbors of the kernel, too, the wave decays as it should: but for the square of the
+ * support, and in 2-D and 3-D for what the sums of a square lattice differ from those of the ideal one. */
+static void check_decay(void) {
+  uint64_t steps;
+  const double decay =
+      log(sin(M_PI * 15 / 32) / (peak("resolution=32 method.kernel=wendland-c2", &steps) - 2));
+  CHECK_CLOSE(decay / (0.1 * 4 * M_PI * M_PI * 0.1), 1, NDIM == 1 ? 0.01 : 0.02);
+}
+
 int main(void) {
   for (int side = OPEN; side <= REFLECTING; ++side) {
     check_sums((enum side)side, KITH_TRAVERSE_GATHER);
@@ -125,5 +135,6 @@ int main(void) {
   }
   check_wall();
   check_implicit();
+  if (NDIM < 3) check_decay(); /* in 3-D it takes seconds and says the same */
   return check_failed();
 }

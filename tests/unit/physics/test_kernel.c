@@ -61,7 +61,8 @@ static void check_constants(enum kith_kernel k, const struct oracle_kernel *orac
               4e-6 * kith_kernel_neighbors(k, 0));
 }
 
-/* The lattice with one node per unit volume has density 1. */
+/* The lattice with one node per unit volume has density 1. And what flows on it: H / d times the derivative
+ * of the density by H at fixed C / H^d. */
 static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *oracle) {
   const double usual = kith_kernel_neighbors(k, 0);
   for (int s = 0; s < 6; ++s) {
@@ -69,6 +70,10 @@ static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *or
     const double weight = kith_kernel_self_weight(k, neighbors);
     const double sum = weight * oracle_w(oracle, 0) + oracle_lattice_others(oracle, support);
     CHECK_CLOSE(sum * oracle->constant / pow(support, NDIM), 1, 1e-12);
+    const double wider = oracle_lattice_others(oracle, support * (1 + 1e-4)),
+                 narrower = oracle_lattice_others(oracle, support * (1 - 1e-4));
+    CHECK_CLOSE(kith_kernel_flow(k, neighbors),
+                (wider - narrower) / 2e-4 * oracle->constant / (NDIM * pow(support, NDIM)), 1e-5);
     /* What is solved for is the density of the node alone, W(0) = C / H^d of it: a few per cent of it, most
      * with few neighbors. */
     CHECK(weight > 0.5 && weight < 1.2);

@@ -10,6 +10,7 @@ static const double round_off = 1e-11;
 static void add_drag(const struct world *w, struct truth *t, int i, const double *mu) {
   const double *v = w->hydro.velocity->f64, *m = w->hydro.mass->f64;
   const uint8_t *list = w->nodes->list->u8;
+  const double flow = kith_kernel_flow(w->package.kernel, w->package.neighbors);
   for (size_t e = t->partners.first[i]; e < t->partners.first[i + 1]; ++e) {
     const struct partner *p = &t->partners.partner[e];
     const int j = p->node;
@@ -17,7 +18,7 @@ static void add_drag(const struct world *w, struct truth *t, int i, const double
     double slope = 0; /* (dW/dr) / r, the mean of both supports */
     if (p->r < hi) slope += 0.5 * w->kernel.constant / pow(hi, NDIM + 2) * oracle_g(&w->kernel, p->r / hi);
     if (p->r < hj) slope += 0.5 * w->kernel.constant / pow(hj, NDIM + 2) * oracle_g(&w->kernel, p->r / hj);
-    const double drag = 4 * mi * mj / (mi + mj) * m[j] / (t->density[i] * t->density[j]) * slope;
+    const double drag = 4 * mi * mj / (mi + mj) * m[j] / (t->density[i] * t->density[j]) * slope / flow;
     for (int a = 0; a < NDIM; ++a) {
       const double d = v[i * NDIM + a] - p->sign[a] * v[j * NDIM + a];
       t->acceleration[i][a] += drag * d;
