@@ -201,7 +201,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
     REFUSE_IF(package.all_rows != NULL, key, "%s need the rows of all nodes: take %s", package.all_rows,
               take);
     REFUSE_IF(any_region(s, is_coupled), key,
-              "what passes a barrier follows from the rows of all nodes: take %s", take);
+              "what barriers, layers and damage let pass follows from the rows of all nodes: take %s", take);
     REFUSE_IF(again, "partition.ghosts",
               "where not all nodes are active, ghosts have no rows; take exchange");
     REFUSE_IF(s->follows && passes, key, "gas that comes or goes is no gas at rest: take whole");
