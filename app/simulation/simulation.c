@@ -504,7 +504,7 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
                                        const struct kith_simulation *simulation,
                                        const struct kith_totals *now) {
   const struct kith_totals *then = &baseline->totals;
-  const double e0 = energy_of(then), e = fmax(fabs(e0), fabs(now->work - then->work));
+  const double e0 = energy_of(then), e = fmax(fmax(fabs(e0), fabs(now->work - then->work)), now->kinetic);
   const double energy = fabs(energy_of(now) - e0) / (e > 0 ? e : 1);
   double momentum = 0, angular2 = 0;
   for (int a = 0; a < NDIM; ++a)

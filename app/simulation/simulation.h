@@ -55,8 +55,9 @@ void kith_simulation_bytes(const struct kith_simulation *simulation,
 
 /* What a run started from, and how far it has moved away: the drifts of a report.
  *
- *   energy    |E - E0| / max(|E0|, |W - W0|),   E = kinetic + internal + potential - W, W the work of pistons
- *             together with the energy that came through (hydro.h)
+ *   energy    |E - E0| / max(|E0|, |W - W0|, kinetic energy),  E = kinetic + internal + potential - W, W the
+ *             work of pistons together with the energy that came through (hydro.h); E0 may be next to 0 where
+ *             the pressure takes nothing from the energy, or where potential energies cancel it
  *   momentum  max_a |p_a - p0_a| / max(S, S0),  S = sum m max(|v|, c), p without what came through;
  *             axes without walls and external forces only
  *   angular   |L - L0| / max(S, S0),            L about the center (hydro.h), S = sum m |r x v|; NaN in 1-D,
