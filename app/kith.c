@@ -63,7 +63,7 @@ int main(int argc, char **argv) {
   struct kith_options options;
   signal(SIGCHLD, SIG_DFL); /* inherited as ignored, it would hide how children end */
   const int verb = kith_options_parse(&options, argc, argv);
-  if (act[verb] != NULL) return act[verb](&options);
+  if (act[verb] != NULL) return kith_exit_code(act[verb](&options));
   if (options.verb->runs == KITH_RUNS_LAUNCHER) {
     fprintf(stderr, "kith: %s: done by the script ./kith of the source tree\n", options.verb->name);
     return KITH_EXIT_USAGE;

@@ -32,5 +32,5 @@ int main(int argc, char **argv) {
     fprintf(stderr, "kith: OMP_NUM_THREADS: more than %d\n", KITH_MAX_THREADS);
     return KITH_EXIT_USAGE;
   }
-  return act[verb](&options);
+  return kith_exit_code(act[verb](&options));
 }

@@ -236,6 +236,12 @@ static void open_streams(void) {
   if (descriptor >= 0) close(descriptor);
 }
 
+enum kith_exit kith_exit_code(enum kith_exit code) {
+  if (fflush(stdout) == 0 && !ferror(stdout)) return code;
+  fputs("kith: standard output cannot be written\n", stderr);
+  return code == KITH_EXIT_OK ? KITH_EXIT_FAILED : code;
+}
+
 enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **argv) {
   struct option known[N_ROWS + 1];
   char letters[64];
@@ -259,7 +265,7 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
   }
   if (o->version) printf("kith %s (%s, %s)\n", kith_version(), kith_compiler(), kith_flags());
   if (o->help && !o->version) print_help(o->verb);
-  if (o->version || o->help) exit(KITH_EXIT_OK);
+  if (o->version || o->help) exit(kith_exit_code(KITH_EXIT_OK));
   for (; optind < argc; ++optind) take_word(o, argv[optind]); /* behind "--" */
   check_together(o, given);
   return (enum kith_verb_id)(o->verb - verbs);

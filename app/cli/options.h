@@ -96,7 +96,10 @@ enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KI
 KITH_VERB_LIST(X)
 #undef X
 
-/* Ends the process with one line and code 2 if something is wrong, with 0 for --help and --version. */
+/* Ends the process with one line and code 2 if something is wrong, for --help and --version as below. */
 enum kith_verb_id kith_options_parse(struct kith_options *options, int argc, char **argv);
+
+/* What a program ends with: this, or a line and FAILED if what it printed could not be written. */
+enum kith_exit kith_exit_code(enum kith_exit code);
 
 #endif

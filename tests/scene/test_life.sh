@@ -266,6 +266,14 @@ for ((limit = 1; resumed < 2 && limit < 500; limit += 1 + limit / 4)); do
 done
 ((resumed == 2)) || wrong "the history never was too large"
 
+# What is printed has nowhere to go.
+for words in "run tiny.yaml --quiet -o parts" "plan tiny.yaml" "list" "validate list" "run --help"; do
+  "$kith" $words >/dev/full 2>stderr
+  code=$?
+  ((code == 1)) && [[ $(<stderr) == "kith: standard output cannot be written" ]] ||
+    wrong "kith $words >/dev/full ended with $code; stderr: $(<stderr)"
+done
+
 # A file system of so many KiB, where one may be made.
 if unshare -rm true 2>/dev/null; then
   used=$(du -sk whole | cut -f1)
