@@ -145,18 +145,12 @@ static bool passes(const struct kith_integrator *it, int b) {
   return kith_boundary_passes(it->boundaries->boundary[b]->ops);
 }
 
-/* What came and went on all ranks; and zones may have got other masses. */
-static kith_status agree(struct kith_integrator *it, struct kith_sum *sums, uint64_t *changed,
+/* What came and went on all ranks. */
+static kith_status agree(const struct kith_integrator *it, struct kith_sum *sums, uint64_t *changed,
                          kith_status status) {
-  const double *m = it->hydro->mass->f64;
-  double mass[2] = {-INFINITY, -INFINITY};
-  struct kith_shared parts[2 + SUMS] = {{KITH_SHARE_SUM, 1, changed}, {KITH_SHARE_MAX, 2, mass}};
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    mass[0] = KITH_MAX(mass[0], m[i]), mass[1] = KITH_MAX(mass[1], -m[i]);
-  for (int k = 0; k < SUMS; ++k) parts[2 + k] = kith_sum_shared(&sums[k]);
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2 + SUMS, parts));
-  it->hydro->equal_masses = mass[0] == -mass[1];
-  return KITH_OK;
+  struct kith_shared parts[1 + SUMS] = {{KITH_SHARE_SUM, 1, changed}};
+  for (int k = 0; k < SUMS; ++k) parts[1 + k] = kith_sum_shared(&sums[k]);
+  return kith_ranks_agree(it->nodes->ranks, status, 1 + SUMS, parts);
 }
 
 kith_status kith_flow_exchange(struct kith_integrator *it) {

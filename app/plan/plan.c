@@ -78,13 +78,8 @@ static void show_materials(const struct plan *plan) {
     line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
          plan->copies * nodes->lists[l].count, eos.s);
   }
-  for (int b = 0; b < m->boundaries.n; ++b) {
-    const struct kith_boundary *boundary = m->boundaries.boundary[b];
-    const struct kith_nodes *held =
-        boundary->ops->held_nodes != NULL ? boundary->ops->held_nodes(boundary) : NULL;
-    if (held != NULL)
-      line("", "%-12s %9d nodes; boundary %s", "frozen", held->n_internal, boundary->ops->name);
-  }
+  const struct kith_nodes *held = kith_boundaries_held(&m->boundaries);
+  if (held != NULL) line("", "%-12s %9.0f nodes; they never move", "frozen", plan->copies * held->n_internal);
 }
 
 static void structure(const char *name, bool built, int digits, double amount, const char *of,

@@ -3,6 +3,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -73,6 +74,18 @@ kith_status kith_config_want(const struct kith_config_node *node, enum kith_conf
 /* --- the tree --- */
 
 static void node_destroy(struct kith_config_node **node);
+
+/* Of all that is in it and must mean something. */
+static int last_layer(const struct kith_config_node *node) {
+  int last = node->n > 0 || node->location.optional ? INT_MIN : node->location.layer;
+  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
+    last = KITH_MAX(last, last_layer(child));
+  return last;
+}
+
+bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice) {
+  return last_layer(node) < (choice != NULL ? choice->location.layer : INT_MIN + 1);
+}
 
 /* Leaves a null. */
 void kith_config_drop(struct kith_config_node *node) {

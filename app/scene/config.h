@@ -59,6 +59,9 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
  * maps on a line for each entry. *text: kith_resize memory, owned by the caller. */
 kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text);
 
+/* Did all that is in a node come before what makes it meaningless, as by --set? Then it is no mistake: one
+ * scene serves all. choice NULL: a default. */
+bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice);
 /* Makes a node null: as if it were not given. */
 void kith_config_drop(struct kith_config_node *node);
 /* The child of a map (or, by number, of a list); NULL if it is not there or null, or if `node` is NULL. */

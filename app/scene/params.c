@@ -1,7 +1,6 @@
 /* Parameters of a scene: maps of the YAML tree, read by tables. */
 #include "app/scene/params.h"
 
-#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include "app/scene/expression.h"
@@ -183,18 +182,6 @@ static bool list_owners(const char *key, kith_family *family, int member, char *
     snprintf(names + strlen(names), size - strlen(names), "%s%s", k > first ? ", " : "", family(k).name);
   }
   return first == member;
-}
-
-/* Of all that is in it and must mean something. */
-static int last_layer(const struct kith_config_node *node) {
-  int last = node->n > 0 || node->location.optional ? INT_MIN : node->location.layer;
-  for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
-    last = KITH_MAX(last, last_layer(child));
-  return last;
-}
-
-bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice) {
-  return last_layer(node) < (choice != NULL ? choice->location.layer : INT_MIN + 1);
 }
 
 /* A value that only others than the chosen member have. It is refused, unless what chooses the member came

@@ -25,10 +25,6 @@ kith_status kith_param_read(const struct kith_param *param, const struct kith_co
 /* One value as a row says; also for values that are entries of a list. */
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node, void *into);
 
-/* Did all that is in a node come before what makes it meaningless, as by --set? Then it is no mistake: one
- * scene serves all. choice NULL: a default. */
-bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice);
-
 /* BAD_INPUT names the first key of which a scene now and one then differ, with both values. '-' and '_' in
  * names are the same, and so are 16 and 16.0, a default and nothing; keys whose role is not state may
  * differ. */

@@ -267,7 +267,7 @@ done
 ((resumed == 2)) || wrong "the history never was too large"
 
 # What is printed has nowhere to go.
-for words in "run tiny.yaml --quiet -o parts" "plan tiny.yaml" "list" "validate list" "run --help"; do
+for words in "run tiny.yaml --quiet -o full" "plan tiny.yaml" "list" "validate list" "run --help"; do
   "$kith" $words >/dev/full 2>stderr
   code=$?
   ((code == 1)) && [[ $(<stderr) == "kith: standard output cannot be written" ]] ||
