@@ -196,7 +196,11 @@ static kith_status take_templates(struct model *o) {
 
 /* The cells around one, as far as its nodes need others. */
 struct ring {
-  int layers, side, n;
+  int layers, side, n_others;
+  struct {
+    int s;
+    uint8_t place[NDIM];
+  } other[RING];       /* those of other ranks */
   int32_t owner[RING]; /* -1: nothing is there */
   uint8_t image[RING]; /* a bit for each axis along which a mirror shows the cell */
 };
@@ -212,27 +216,33 @@ static int64_t behind(const struct model *o, int axis, int64_t k, uint8_t *image
   return side != NULL && side->mirrors && mirrored >= 0 && mirrored < count ? mirrored : -1;
 }
 
-/* Is there a cell of another rank? */
-static bool look_around(const struct model *o, int64_t c, struct ring *ring) {
+static void look_around(const struct model *o, int64_t c, struct ring *ring) {
   const int32_t *owner = o->partition->owner, own = owner[c];
-  int64_t at[NDIM], k[NDIM];
-  bool others = false;
-  ring->layers = 1;
+  int64_t at[NDIM], k[NDIM][SIDE], number;
+  uint8_t image[NDIM][SIDE] = {0}, place[NDIM] = {0};
+  ring->layers = 1, ring->n_others = 0;
   for (int a = 0; a < NDIM; ++a)
     ring->layers = KITH_MAX(ring->layers, (int)ceil(fmin(o->reach[c] / o->cells.edge[a], MOST_LAYERS)));
-  ring->side = 2 * ring->layers + 1, ring->n = (int)kith_pow_dim(ring->side);
+  ring->side = 2 * ring->layers + 1;
   kith_grid_place(o->cells.count, c, at);
-  for (int s = 0; s < ring->n; ++s) {
+  for (int a = 0; a < NDIM; ++a)
+    for (int l = 0; l < ring->side; ++l) k[a][l] = behind(o, a, at[a] + l - ring->layers, &image[a][l]);
+  const int n = (int)kith_pow_dim(ring->side);
+  for (int s = 0; s < n; ++s) {
     bool there = true;
-    ring->image[s] = 0;
-    for (int a = 0, rest = s; a < NDIM; ++a, rest /= ring->side) {
-      k[a] = behind(o, a, at[a] + rest % ring->side - ring->layers, &ring->image[s]);
-      there = there && k[a] >= 0;
+    number = ring->image[s] = 0;
+    for (int a = NDIM - 1; a >= 0; --a) {
+      there = there && k[a][place[a]] >= 0;
+      number = number * o->cells.count[a] + k[a][place[a]];
+      ring->image[s] |= image[a][place[a]];
     }
-    ring->owner[s] = there ? owner[kith_grid_number(o->cells.count, k)] : -1;
-    others = others || (there && ring->owner[s] != own);
+    ring->owner[s] = there ? owner[number] : -1;
+    if (there && ring->owner[s] != own) {
+      ring->other[ring->n_others].s = s;
+      memcpy(ring->other[ring->n_others++].place, place, sizeof place);
+    }
+    for (int a = 0; a < NDIM && ++place[a] == ring->side; ++a) place[a] = 0;
   }
-  return others;
 }
 
 /* The ranks, with the images they need, that met a point so far. */
@@ -262,10 +272,11 @@ static void meet_cells(struct model *o, const struct ring *ring, int64_t c, cons
                                           : 0;
       d2[a][k] = d * d * o->cells.edge[a] * o->cells.edge[a];
     }
-  for (int s = 0; s < ring->n; ++s) {
+  for (int m = 0; m < ring->n_others; ++m) {
     double sum = 0;
-    for (int a = 0, rest = s; a < NDIM; ++a, rest /= ring->side) sum += d2[a][rest % ring->side];
-    if (sum < o->reach[c] * o->reach[c]) meet(o, ring, s, MADE, o->partition->owner[c], n, &met);
+    for (int a = 0; a < NDIM; ++a) sum += d2[a][ring->other[m].place[a]];
+    if (sum < o->reach[c] * o->reach[c])
+      meet(o, ring, ring->other[m].s, MADE, o->partition->owner[c], n, &met);
   }
 }
 
@@ -289,8 +300,9 @@ static void count_borders(struct model *o) {
   const int samples = (int)fmin(fmax(MOST_POINTS / (double)o->cells.n, 1), 64);
   struct ring ring;
   for (int64_t c = 0; c < o->cells.n; ++c) {
-    if (!(o->nodes[c] > 0) || !look_around(o, c, &ring)) continue;
-    for (int s = 0; s < samples; ++s) {
+    if (!(o->nodes[c] > 0)) continue;
+    look_around(o, c, &ring);
+    for (int s = 0; s < samples && ring.n_others > 0; ++s) {
       const int64_t number = c * samples + s;
       double t[NDIM];
       for (int a = 0; a < NDIM; ++a) t[a] = fmod((double)number * golden[a], 1);

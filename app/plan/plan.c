@@ -358,6 +358,7 @@ static void show_forecast(const char *partitioner, kith_status status, const str
   printf("  %-11s %9.3f %8.0f %7.0f %6.1f %5.0f %9.0f %11s %11s %10.3f\n", partitioner, f->imbalance,
          f->ghosts, f->most_ghosts, f->peers, f->most_peers, f->messages, kith_text_bytes(bytes, f->bytes),
          kith_text_seconds(seconds, f->seconds), f->efficiency);
+  fflush(stdout); /* the next one may take seconds */
 }
 
 /* The part of the time at the start that stages take which treat ghosts as nodes. */

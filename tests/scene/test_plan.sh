@@ -62,6 +62,7 @@ shown "wendland-c2, 55.24 neighbors (the default of this package and kernel)" "$
 shown "Courant 0.4 (the default of this package)" "$@" --set method.package=mfm
 set -- "$kith" plan tiny.yaml
 shown "ghosts none" "$@" --set boundaries=
+shown "frozen 2000005 nodes" "$@" --set resolution=2000000 --set regions.0.frozen=true --set until=1e-9
 ok "$@" --ranks 4
 table=*"on 4 ranks: 14.0 nodes"*"partitioner imbalance mean most mean most"*"kd 1."*
 [[ $(tr -s ' ' <stdout) == $table ]] || wrong "plan --ranks lacks its table"
