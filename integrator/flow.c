@@ -135,7 +135,7 @@ static void pass_waves(const struct kith_integrator *it, const struct kith_bound
                               : 0;
   double *a = hydro->acceleration->f64 + (size_t)i * NDIM;
   for (int k = 0; k < NDIM; ++k) a[k] = 0;
-  a[b->axis] = part * kith_flow_outwards(b) * (pull - hydro->sound_speed->f64[i] * slope(it, b, i));
+  a[b->axis] = kith_flow_outwards(b) * (part * pull - hydro->sound_speed->f64[i] * slope(it, b, i));
   hydro->energy_rate->f64[i] *= part;
 }
 

@@ -10,8 +10,9 @@
  *     dv/dt = - c dv/dn,    dv/dn by partners further in,
  * which is what a wave that leaves does (continuity adds dP = rho c dv), and no wave comes back (Thompson
  * 1987, JCoPh 68, 1). Towards a pressure P0 far behind, in a domain of length L, it gets (P - P0) / (4 rho L)
- * in addition (Poinsot and Lele 1992, JCoPh 101, 104). Velocities along the face do not change. All of that
- * fades between a quarter and half of the zone: nodes at its end lack partners, and go on as they are.
+ * in addition (Poinsot and Lele 1992, JCoPh 101, 104). Velocities along the face do not change. That and the
+ * energy rate fade between a quarter and half of the zone: nodes at its end lack partners. dv/dn does not:
+ * nodes that went on as they are would run into slower ones ahead.
  *
  * Balance. Where a node becomes gas, or no longer is, its mass, momentum and energy are added to those that
  * came through (hydro.h), or taken away. Forces and heats of partners that are no gas are summed by the force

@@ -123,6 +123,17 @@ static void waves_leave(void) {
   scenario_close(&s);
 }
 
+/* What leaves at different speeds does not run into itself behind the face. */
+static void ends_stay_apart(void) {
+#define DENSITY "1 + 0.2*exp(-200*(x - 0.5)^2)"
+  static const char yaml[] = HEAD FACES("outflow", "outflow")  //
+      "regions: [{material: gas, density: \"" DENSITY "\", pressure: \"(" DENSITY ")^1.4\"}]\n";
+  struct scenario s = {0};
+  if (NDIM == 1 && scenario_open(&s, yaml, "resolution=100 until=0.6") && scenario_run(&s, 1000))
+    CHECK(s.simulation->integrator.time == 0.6);
+  scenario_close(&s);
+}
+
 /* The zone has the state at the face, with formulas of time. */
 static void states_change(void) {
   static const char yaml[] = HEAD FACES(
@@ -224,6 +235,7 @@ int main(void) {
   nothing_happens();
   obstacles();
   waves_leave();
+  ends_stay_apart();
   states_change();
   refusals();
   return check_failed();
