@@ -8,6 +8,12 @@
 #include "app/initial/lattice.h"
 #include "app/initial/region.h"
 
+static const struct kith_config_node *boundary_node(const struct kith_scene *scene, int axis) {
+  char path[] = "boundaries.x";
+  path[sizeof path - 2] = "xyz"[axis];
+  return kith_config_at(scene->config, path);
+}
+
 kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *b, int list,
                                            const double *x, double time, struct kith_flow_state *out) {
   const struct kith_scene *s = scene;
@@ -19,7 +25,7 @@ kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_
   struct kith_expression *const formula[] = {flow->density, flow->pressure, flow->energy};
   for (int k = 0; k < 3; ++k) kith_expression_time(formula[k], time);
   for (int a = 0; a < NDIM; ++a) kith_expression_time(flow->velocity[a], time);
-  KITH_TRY(kith_region_inflow_state(flow, &s->material[list], s->config->root, at, &state));
+  KITH_TRY(kith_region_inflow_state(flow, &s->material[list], boundary_node(s, b->axis), at, &state));
   *out = (struct kith_flow_state){.density = state.density, .energy = state.energy};
   memcpy(out->velocity, state.velocity, sizeof out->velocity);
   return KITH_OK;
@@ -96,9 +102,7 @@ static const struct kith_boundary_ops *side_ops(const struct kith_scene *scene, 
 }
 
 static kith_status refused_flow(const struct kith_scene *scene, int axis, const char *why, double value) {
-  char path[] = "boundaries.x";
-  path[sizeof path - 2] = "xyz"[axis];
-  return kith_config_fail(kith_config_at(scene->config, path), NULL, why, value);
+  return kith_config_fail(boundary_node(scene, axis), NULL, why, value);
 }
 
 /* Where the state of a site in a zone is taken: at the face, inside of the region. */
@@ -144,8 +148,9 @@ static kith_status zone_state(const struct setup *s, const struct plan *plan, co
   double at[NDIM];
   memcpy(at, x, sizeof at);
   to_face(s, plan, at);
-  KITH_TRY(flow->density != NULL ? kith_region_inflow_state(flow, material, plan->region->node, at, state)
-                                 : kith_region_state(plan->region, material, at, state));
+  KITH_TRY(flow->density != NULL
+               ? kith_region_inflow_state(flow, material, boundary_node(s->scene, plan->axis), at, state)
+               : kith_region_state(plan->region, material, at, state));
   return kith_region_stays(plan->region) ? KITH_OK : check_flow(s, plan, state);
 }
 

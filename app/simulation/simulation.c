@@ -218,7 +218,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
   REFUSE_IF(s->unsteady && kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
             "an inflow whose state changes requires that neighbor lists are rebuilt always");
-  REFUSE_IF(passes && (scheme->incompatible != NULL || blocks), "scheme.name",
+  REFUSE_IF(passes && (scheme->incompatible != NULL || blocks), blocks ? "scheme.steps" : "scheme.name",
             "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
             scheme->name);
   return KITH_OK;

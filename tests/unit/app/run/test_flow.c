@@ -188,9 +188,13 @@ static void refusals(void) {
   refused(FACES("inflow", "{kind: outflow, pressure_far: 1}"), STREAM("2"), "",
           "gas leaves at Mach 1.69031, faster than an outflow with pressure_far can take");
   refused(in, STREAM("1"), "scheme.steps=block",
-          "leapfrog does not let gas come and go; leapfrog with global");
+          "scheme.steps: leapfrog does not let gas come and go; leapfrog with global");
   refused(FACES("{kind: inflow, density: 1 + t, pressure: 1, velocity: [1, 0, 0]}", "outflow"), STREAM("1"),
           "connectivity.rebuild=displacement", "an inflow whose state changes requires");
+  refused(FACES("{kind: inflow, density: 1 - 30*t, pressure: 1, velocity: [1, 0, 0]}", "outflow"),
+          STREAM("1"), "scheme.dt=0.01", "f:7: boundaries.x: density is");
+  refused(FACES("{kind: inflow, density: 1, pressure: t - 1, velocity: [1, 0, 0]}", "outflow"), STREAM("1"),
+          "", "f:7: boundaries.x: pressure is -1");
   refused(in, STREAM("1"), "scheme.name=rk4 method.energy=thermal", "rk4 does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=arkode method.energy=thermal", "arkode does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=implicit method.energy=thermal", "implicit does not let gas come");
