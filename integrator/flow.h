@@ -12,7 +12,8 @@
  * 1987, JCoPh 68, 1). Towards a pressure P0 far behind, in a domain of length L, it gets (P - P0) / (4 rho L)
  * in addition (Poinsot and Lele 1992, JCoPh 101, 104). Velocities along the face do not change. That and the
  * energy rate fade between a quarter and half of the zone: nodes at its end lack partners. dv/dn does not:
- * nodes that went on as they are would run into slower ones ahead.
+ * nodes that went on as they are would run into slower ones ahead. (In 1-D those behind a shock do that still
+ * if it is much faster than sound ahead of it, as that of toro-3.yaml: the run stops.)
  *
  * Balance. Where a node becomes gas, or no longer is, its mass, momentum and energy are added to those that
  * came through (hydro.h), or taken away. Forces and heats of partners that are no gas are summed by the force
