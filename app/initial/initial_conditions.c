@@ -97,10 +97,6 @@ static kith_status fit_lattices(struct setup *s) {
 
 /* --- zones behind faces that gas passes: the lattices of the regions at the face go on --- */
 
-static const struct kith_boundary_ops *side_ops(const struct kith_scene *scene, int axis, int side) {
-  return side == 0 ? scene->boundary[axis].lower : scene->boundary[axis].upper;
-}
-
 static kith_status refused_flow(const struct kith_scene *scene, int axis, const char *why, double value) {
   return kith_config_fail(boundary_node(scene, axis), NULL, why, value);
 }
@@ -128,12 +124,12 @@ static kith_status check_flow(const struct setup *s, const struct plan *plan,
         "gas leaves at Mach %g, faster than an outflow with pressure_far can take: no pressure "
         "reaches it from behind",
         -inwards / sound);
-  if (side_ops(scene, a, plan->side)->leaves) return KITH_OK;
+  if (scene->boundary[a].side[plan->side]->leaves) return KITH_OK;
   if (!(inwards > 0))
     return refused_flow(scene, a, "an inflow whose velocity into the domain is %g: nothing enters", inwards);
   for (int b = 0; b < NDIM; ++b)
     if (b != a && !(scene->period[b] > 0) && fabs(state->velocity[b]) > 1e-12 * inwards &&
-        side_ops(scene, b, state->velocity[b] > 0 ? 0 : 1) != NULL)
+        scene->boundary[b].side[state->velocity[b] > 0 ? 0 : 1] != NULL)
       return refused_flow(scene, a,
                           "a velocity of %g along the face of an inflow comes out of a wall beside it",
                           state->velocity[b]);
@@ -177,12 +173,12 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
   const double inside = side == 0 ? from->box.lower[axis] - face : face - from->box.upper[axis];
   if (inside < -1e-9 * cell)
     return kith_config_fail(from->region->node, NULL, "reaches %g behind the face of the %s", -inside,
-                            side_ops(s->scene, axis, side)->name);
+                            s->scene->boundary[axis].side[side]->name);
   if (inside > 1e-9 * cell) return KITH_OK;
   struct plan *zone = &s->plan[s->n_plans++];
   *zone = *from;
   zone->axis = axis, zone->side = side;
-  const bool enters = side_ops(s->scene, axis, side)->enters, still = kith_region_stays(from->region);
+  const bool enters = s->scene->boundary[axis].side[side]->enters, still = kith_region_stays(from->region);
   const int64_t cells = (int64_t)ceil((still && !enters ? 0.5 : 1) * flow->depth * support / cell);
   const double depth = (double)cells * cell;
   zone->fit.sites = from->fit.sites / from->fit.cells[axis] * cells;
@@ -196,7 +192,7 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
 static kith_status join_zone(const struct setup *s, const struct plan *zone) {
   const struct plan *from = &s->plan[zone->region - s->scene->region];
   const int axis = zone->axis, side = zone->side;
-  const bool enters = side_ops(s->scene, axis, side)->enters;
+  const bool enters = s->scene->boundary[axis].side[side]->enters;
   const double cell = (from->box.upper[axis] - from->box.lower[axis]) / (double)from->fit.cells[axis],
                depth = (double)zone->fit.cells[axis] * cell;
   double *known = &s->zone[axis][side][axis];
@@ -212,7 +208,7 @@ static kith_status join_zone(const struct setup *s, const struct plan *zone) {
 static kith_status add_zones(struct setup *s) {
   for (int a = 0; a < NDIM; ++a)
     for (int side = 0; side < 2; ++side) {
-      if (!kith_boundary_passes(side_ops(s->scene, a, side))) continue;
+      if (!kith_boundary_passes(s->scene->boundary[a].side[side])) continue;
       for (int k = 0; k < s->scene->n_regions; ++k) KITH_TRY(add_zone(s, &s->plan[k], a, side));
     }
   return KITH_OK;
@@ -339,7 +335,7 @@ static kith_status count_nodes(const struct setup *s, int64_t *total) {
   }
   for (int a = 0; a < NDIM; ++a)
     for (int side = 0; side < 2; ++side)
-      if (kith_boundary_passes(side_ops(s->scene, a, side)) && s->zone[a][side][a] == 0)
+      if (kith_boundary_passes(s->scene->boundary[a].side[side]) && s->zone[a][side][a] == 0)
         return refused_flow(s->scene, a, "no region reaches the face that gas passes", 0);
   return KITH_OK;
 }

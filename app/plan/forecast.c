@@ -210,8 +210,7 @@ static int64_t behind(const struct model *o, int axis, int64_t k, uint8_t *image
   const int64_t count = o->cells.count[axis], mirrored = k < 0 ? -1 - k : 2 * count - 1 - k;
   if (k >= 0 && k < count) return k;
   if (o->cells.periodic[axis]) return ((k % count) + count) % count;
-  const struct kith_boundary_ops *side =
-      k < 0 ? o->scene->boundary[axis].lower : o->scene->boundary[axis].upper;
+  const struct kith_boundary_ops *side = o->scene->boundary[axis].side[k < 0 ? 0 : 1];
   *image |= (uint8_t)(1 << axis);
   return side != NULL && side->mirrors && mirrored >= 0 && mirrored < count ? mirrored : -1;
 }

@@ -187,13 +187,12 @@ kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
     char path[] = "boundaries.x";
     path[sizeof path - 2] = "xyz"[a];
     const double length = scene->domain.upper[a] - scene->domain.lower[a], u = scene->boundary[a].velocity;
-    const double inwards = scene->boundary[a].lower != NULL ? u : -u;
+    const double inwards = scene->boundary[a].side[0] != NULL ? u : -u;
     if (inwards * until >= length)
       return kith_config_fail(
           kith_config_at(scene->config, path), NULL,
           "a %s with velocity %g is through the domain at time %g, and the run goes until %g",
-          (u == inwards ? scene->boundary[a].lower : scene->boundary[a].upper)->name, u, length / inwards,
-          until);
+          scene->boundary[a].side[u == inwards ? 0 : 1]->name, u, length / inwards, until);
   }
   return KITH_OK;
 }

@@ -119,13 +119,13 @@ struct kith_scene {
   double resolution; /* nodes per unit length in the densest region */
   enum kith_arrangement arrangement;
   struct kith_box domain;
-  double period[NDIM]; /* side of the domain along axes that are periodic, else 0 */
-  int across;          /* spacings along the other axes than x; 0: as given */
-  struct {             /* per axis */
-    const struct kith_boundary_ops *lower, *upper; /* NULL: open */
-    double face[2];                                /* where they are along the axis */
-    void *settings[2];                             /* of lower and upper, NULL: none; owned */
-    double velocity;                               /* of a face that moves, else 0 */
+  double period[NDIM];                       /* side of the domain along axes that are periodic, else 0 */
+  int across;                                /* spacings along the other axes than x; 0: as given */
+  struct {                                   /* per axis; [0]: of its lower side, [1]: of the upper one */
+    const struct kith_boundary_ops *side[2]; /* NULL: open */
+    double face[2];                          /* where they are along the axis */
+    void *settings[2];                       /* NULL: none; owned */
+    double velocity;                         /* of a face that moves, else 0 */
   } boundary[NDIM];
   bool unsteady;                             /* the state at the face of an inflow depends on anything */
   bool follows;                              /* window: gas that no signal has reached sleeps */
@@ -197,6 +197,12 @@ struct kith_scene {
     bool checkpoint_at_end;
   } output;
 };
+
+/* Does gas pass a face of this axis? */
+static inline bool kith_scene_passes(const struct kith_scene *scene, int axis) {
+  return kith_boundary_passes(scene->boundary[axis].side[0]) ||
+         kith_boundary_passes(scene->boundary[axis].side[1]);
+}
 
 /* What a side of the domain can be: member k; open, or a boundary that acts on sides. */
 struct kith_member kith_scene_side_member(int k);

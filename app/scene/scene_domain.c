@@ -114,29 +114,28 @@ static void clear_side(const struct kith_boundary_ops *ops, void **settings) {
 }
 
 void kith_scene_boundaries_clear(struct kith_scene *scene) {
-  for (int a = 0; a < NDIM; ++a) {
-    clear_side(scene->boundary[a].lower, &scene->boundary[a].settings[0]);
-    clear_side(scene->boundary[a].upper, &scene->boundary[a].settings[1]);
-  }
+  for (int a = 0; a < NDIM; ++a)
+    for (int s = 0; s < 2; ++s) clear_side(scene->boundary[a].side[s], &scene->boundary[a].settings[s]);
 }
 
 static kith_status read_axis(struct kith_scene *scene, int axis, const struct kith_config_node *node) {
   struct kith_selected side[2] = {{.name = "open"}, {.name = "open"}};
   kith_status status = read_sides(node, side);
-  const struct kith_boundary_ops *lower = kith_boundary_find(side[0].name),
-                                 *upper = kith_boundary_find(side[1].name);
-  if (status == KITH_OK) status = check_sides(lower, upper, side, node);
-  const int used = lower == NULL ? 1 : 0;
+  const struct kith_boundary_ops *const ops[2] = {kith_boundary_find(side[0].name),
+                                                  kith_boundary_find(side[1].name)};
+  if (status == KITH_OK) status = check_sides(ops[0], ops[1], side, node);
+  const int used = ops[0] == NULL ? 1 : 0;
   if (status == KITH_OK && axis < NDIM) {
-    scene->boundary[axis].lower = lower, scene->boundary[axis].upper = upper;
-    if (kith_boundary_wraps(lower))
+    if (kith_boundary_wraps(ops[0]))
       scene->period[axis] = scene->domain.upper[axis] - scene->domain.lower[axis];
-    for (int s = 0; s < 2; ++s) scene->boundary[axis].settings[s] = side[s].settings;
-    scene->boundary[axis].velocity =
-        kith_boundary_face_velocity(used == 0 ? lower : upper, side[used].settings);
-    side[0].settings = side[1].settings = NULL;
+    scene->boundary[axis].velocity = kith_boundary_face_velocity(ops[used], side[used].settings);
+    for (int s = 0; s < 2; ++s) {
+      scene->boundary[axis].side[s] = ops[s];
+      scene->boundary[axis].settings[s] = side[s].settings;
+      side[s].settings = NULL;
+    }
   }
-  for (int s = 0; s < 2; ++s) clear_side(kith_boundary_find(side[s].name), &side[s].settings);
+  for (int s = 0; s < 2; ++s) clear_side(ops[s], &side[s].settings);
   return status;
 }
 
@@ -163,16 +162,16 @@ static kith_status check_flow(const struct kith_boundary_ops *ops, const struct 
 static kith_status check_flows(struct kith_scene *scene, const struct kith_config_node *node) {
   int axis = -1;
   for (int a = 0; a < NDIM; ++a) {
-    const struct kith_boundary_ops *const side[2] = {scene->boundary[a].lower, scene->boundary[a].upper};
     const struct kith_config_node *own = kith_config_child(node, kith_boundaries_params[a].key);
     double *face = scene->boundary[a].face;
     face[0] = scene->domain.lower[a], face[1] = scene->domain.upper[a];
     for (int s = 0; s < 2; ++s)
-      KITH_TRY(check_flow(side[s], scene->boundary[a].settings[s], face + s, &scene->unsteady, own));
+      KITH_TRY(check_flow(scene->boundary[a].side[s], scene->boundary[a].settings[s], face + s,
+                          &scene->unsteady, own));
     if (!(scene->domain.lower[a] <= face[0] && face[0] < face[1] && face[1] <= scene->domain.upper[a]))
       return kith_config_fail(own, NULL, "at: faces at %g and %g are not in the domain, one below the other",
                               face[0], face[1]);
-    if (!kith_boundary_passes(side[0]) && !kith_boundary_passes(side[1])) continue;
+    if (!kith_scene_passes(scene, a)) continue;
     if (axis >= 0)
       return kith_config_fail(own, NULL,
                               "gas passes faces along %c already, and the zones behind both would "
@@ -213,8 +212,7 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
     if (mass && repeats)
       return kith_config_fail(potential, NULL, "its pull does not repeat, but the domain does along %c",
                               "xyz"[a]);
-    if ((kith_boundary_passes(scene->boundary[a].lower) || kith_boundary_passes(scene->boundary[a].upper)) &&
-        kith_external_force_acts(force))
+    if (kith_scene_passes(scene, a) && kith_external_force_acts(force))
       return kith_config_fail(potential != NULL ? potential : gravity, NULL,
                               "not together with an inflow or outflow: the gas behind their faces does not "
                               "fall");

@@ -17,7 +17,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
   struct kith_exact_scene out = {
       .until = scene->until, .n_regions = scene->n_regions, .n_deposits = scene->n_deposits};
   for (int a = 0; a < NDIM; ++a) {
-    const struct kith_boundary_ops *const side[] = {scene->boundary[a].lower, scene->boundary[a].upper};
+    const struct kith_boundary_ops *const *side = scene->boundary[a].side;
     out.lower[a] = scene->domain.lower[a], out.upper[a] = scene->domain.upper[a];
     out.axis[a].periodic = scene->period[a] > 0;
     for (int s = 0; s < 2; ++s) {

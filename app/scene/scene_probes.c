@@ -62,8 +62,8 @@ static kith_status check_inside(const struct kith_scene *scene, const struct kit
       for (int k = 0; k < 3; ++k) x += (corner >> k & 1) * probe->edge[k][a];
       const double lower = scene->domain.lower[a], upper = scene->domain.upper[a],
                    slack = 1e-9 * (upper - lower);
-      const bool below = scene->boundary[a].lower != NULL && x < lower - slack,
-                 above = scene->boundary[a].upper != NULL && x > upper + slack;
+      const bool below = scene->boundary[a].side[0] != NULL && x < lower - slack,
+                 above = scene->boundary[a].side[1] != NULL && x > upper + slack;
       if (below || above)
         return kith_config_fail(probe->node, NULL, "a point at %c = %g is outside of the domain", "xyz"[a],
                                 x);

@@ -90,8 +90,8 @@ static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *fro
   }
   for (int walls = 0; walls < 2; ++walls)
     for (int a = 0; a < NDIM; ++a) {
-      const struct kith_boundary_ops *of[2] = {m->scene->boundary[a].lower, m->scene->boundary[a].upper};
-      const bool apart = kith_boundary_passes(of[0]) || kith_boundary_passes(of[1]);
+      const struct kith_boundary_ops *const *of = m->scene->boundary[a].side;
+      const bool apart = kith_scene_passes(m->scene, a);
       for (int side = 0; apart && side < 2; ++side)
         if (kith_boundary_passes(of[side]) == !walls)
           KITH_TRY(add_boundary(m, a, side == 0 ? of[0] : NULL, side == 1 ? of[1] : NULL));
@@ -168,8 +168,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
   bool piston = false, passes = false;
   for (int a = 0; a < NDIM; ++a) {
     piston = piston || s->boundary[a].velocity != 0;
-    passes =
-        passes || kith_boundary_passes(s->boundary[a].lower) || kith_boundary_passes(s->boundary[a].upper);
+    passes = passes || kith_scene_passes(s, a);
   }
   REFUSE_IF(package.uncoupled != NULL && any_region(s, kith_region_damaged), "method",
             "%s reach beyond neighbors, between which porosity and damage act", package.uncoupled);
@@ -384,7 +383,7 @@ static void warn_of_mirrors(const struct kith_scene *scene) {
   for (int r = 0; NDIM > 1 && r < scene->n_regions; ++r)
     for (int a = 0; a < NDIM; ++a) {
       const struct kith_region *region = &scene->region[r];
-      const struct kith_boundary_ops *lower = scene->boundary[a].lower, *upper = scene->boundary[a].upper;
+      const struct kith_boundary_ops *lower = scene->boundary[a].side[0], *upper = scene->boundary[a].side[1];
       const bool ordered = region->lattice != KITH_LATTICE_CUBIC && region->lattice != KITH_LATTICE_GLASS;
       const bool at_lower =
                      lower != NULL && lower->mirrors && region->where.extent[a][0] <= scene->domain.lower[a],
@@ -477,15 +476,13 @@ static bool is_wall(const struct kith_boundary_ops *side) {
 
 /* Nothing but a point mass gives momentum along this axis. */
 static bool is_free(const struct kith_simulation *m, int axis) {
-  return !is_wall(m->scene->boundary[axis].lower) && !is_wall(m->scene->boundary[axis].upper) &&
+  return !is_wall(m->scene->boundary[axis].side[0]) && !is_wall(m->scene->boundary[axis].side[1]) &&
          m->hydro.external_force.gravity[axis] == 0;
 }
 
 static bool can_turn(const struct kith_simulation *m) {
   bool can = NDIM > 1;
-  for (int a = 0; a < NDIM; ++a)
-    can = can && is_free(m, a) && !kith_boundary_passes(m->scene->boundary[a].lower) &&
-          !kith_boundary_passes(m->scene->boundary[a].upper);
+  for (int a = 0; a < NDIM; ++a) can = can && is_free(m, a) && !kith_scene_passes(m->scene, a);
   for (int k = 0; k < m->scene->n_regions; ++k) can = can && !kith_region_stays(&m->scene->region[k]);
   return can;
 }

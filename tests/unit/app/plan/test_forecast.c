@@ -41,7 +41,7 @@ static void clear(struct world *w) {
 static struct kith_partition *map_of(const struct kith_simulation *m, struct kith_cells *cells, int n_ranks) {
   struct kith_partition *partition = NULL;
   bool periodic[NDIM], changed = true;
-  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].lower);
+  for (int a = 0; a < NDIM; ++a) periodic[a] = kith_boundary_wraps(m->scene->boundary[a].side[0]);
   CHECK_OK(kith_decomposition_cells(cells, m->nodes, &m->scene->domain, periodic,
                                     (int64_t)m->scene->partition.cells * n_ranks));
   CHECK_OK(kith_partition_create(&partition, cells, n_ranks, "kd"));

@@ -44,7 +44,7 @@ static void check_window(const struct kith_scene *s) {
   if (!isfinite(w->x[0])) return;
   for (int k = 0; k < 2; ++k) {
     const double sign = k == 0 ? 1 : -1, sound = sqrt(p->gamma[k] * p->pressure[k] / p->density[k]);
-    const bool wall = (k == 0 ? s->boundary[0].lower : s->boundary[0].upper) != NULL;
+    const bool wall = s->boundary[0].side[k] != NULL;
     if (wall && p->velocity[k] == 0) continue;
     const double end = k == 0 ? s->domain.lower[0] : s->domain.upper[0];
     const double reached = end + (p->velocity[k] + sign * sound) * s->until;

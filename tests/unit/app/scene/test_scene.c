@@ -75,9 +75,9 @@ static void sod_rest(const struct kith_scene *s) {
   CHECK(s->arrangement == KITH_EQUAL_MASS && !s->reproducible && s->traversal[0] == '\0');
   CHECK(s->domain.lower[0] == -1 && s->domain.upper[0] == 1 &&
         (NDIM == 1 || s->domain.upper[NDIM - 1] == 0.2));
-  CHECK(s->boundary[0].lower == kith_boundary_find("reflecting") &&
-        s->boundary[0].upper == s->boundary[0].lower);
-  CHECK(NDIM == 1 || s->boundary[NDIM - 1].upper == kith_boundary_find("periodic"));
+  CHECK(s->boundary[0].side[0] == kith_boundary_find("reflecting") &&
+        s->boundary[0].side[1] == s->boundary[0].side[0]);
+  CHECK(NDIM == 1 || s->boundary[NDIM - 1].side[1] == kith_boundary_find("periodic"));
   CHECK(strcmp(s->method.package.name, "sph") == 0 && s->method.kernel == KITH_KERNEL_wendland_c2);
   CHECK(s->method.neighbors == 60 && s->method.compatible && viscosity_of(s)->name == KITH_VISCOSITY_LIMITED);
   CHECK(viscosity_of(s)->alpha == 1 && viscosity_of(s)->beta == 2);
@@ -253,7 +253,7 @@ static void reads_shapes(void) {
   CHECK(r[0].seed == UINT64_MAX && r[0].spacing == 0.1 && r[0].frozen && !r[0].equilibrium);
   CHECK(r[1].where.inside != NULL && isinf(r[1].where.extent[0][1]) && r[1].where.extent[2][1] == 1);
   CHECK(r[1].lattice == (NDIM == 1 ? KITH_LATTICE_CUBIC : NDIM == 2 ? KITH_LATTICE_HCP : KITH_LATTICE_BCC));
-  CHECK(s->boundary[0].upper != NULL && (NDIM < 3 || s->boundary[NDIM - 1].upper == NULL));
+  CHECK(s->boundary[0].side[1] != NULL && (NDIM < 3 || s->boundary[NDIM - 1].side[1] == NULL));
   kith_scene_destroy(&s);
 }
 
