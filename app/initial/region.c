@@ -16,20 +16,15 @@ kith_status kith_region_box(const struct kith_region *region, const struct kith_
   return KITH_OK;
 }
 
-/* One formula at x; a failure gets the region's line and what the formula is for. */
-kith_status kith_region_value(const struct kith_region *region, struct kith_expression *formula,
-                              const char *what, const double *x, double *value) {
+/* One formula at x; a failure gets the region's line and `what` the formula is for. */
+static kith_status value_of(const struct kith_region *region, struct kith_expression *formula,
+                            const char *what, const double *x, double *value) {
   if (kith_expression_at(formula, NDIM, x, value) == KITH_OK) return KITH_OK;
   return kith_config_fail(region->node, NULL, "%s: %s", what, kith_failure());
 }
 
-kith_status kith_region_refuse(const struct kith_region *region, const char *what, double value,
-                               const double *x) {
+static kith_status refuse(const struct kith_region *region, const char *what, double value, const double *x) {
   return kith_config_fail(region->node, NULL, "%s is %g at " KITH_PLACE, what, value, KITH_COORDINATES(x));
-}
-
-bool kith_region_stays(const struct kith_region *region) {
-  return region->frozen || region->barrier;
 }
 
 kith_status kith_region_holds(const struct kith_region *region, const double *x, bool *holds) {
@@ -38,14 +33,14 @@ kith_status kith_region_holds(const struct kith_region *region, const double *x,
   for (int a = 0; a < NDIM; ++a)
     *holds = *holds && x[a] >= region->where.extent[a][0] && x[a] < region->where.extent[a][1];
   if (*holds && region->where.inside != NULL)
-    KITH_TRY(kith_region_value(region, region->where.inside, "where", x, &value));
+    KITH_TRY(value_of(region, region->where.inside, "where", x, &value));
   *holds = *holds && value != 0;
   return KITH_OK;
 }
 
 static kith_status density_at(const struct kith_region *region, const double *x, double *density) {
-  KITH_TRY(kith_region_value(region, region->density, "density", x, density));
-  return *density > 0 ? KITH_OK : kith_region_refuse(region, "density", *density, x);
+  KITH_TRY(value_of(region, region->density, "density", x, density));
+  return *density > 0 ? KITH_OK : refuse(region, "density", *density, x);
 }
 
 kith_status kith_region_mean_density(const struct kith_region *region, const struct kith_box *box,
@@ -75,7 +70,7 @@ kith_status kith_region_mean_density(const struct kith_region *region, const str
 static kith_status displaced(const struct kith_region *region, const double *x, double *out) {
   for (int a = 0; a < NDIM; ++a) {
     double by;
-    KITH_TRY(kith_region_value(region, region->displacement[a], "displacement", x, &by));
+    KITH_TRY(value_of(region, region->displacement[a], "displacement", x, &by));
     out[a] = x[a] + by;
   }
   return KITH_OK;
@@ -105,11 +100,10 @@ kith_status kith_region_displace(const struct kith_region *region, const struct 
   }
   *stretch = determinant((const double(*)[3])d);
   KITH_TRY(displaced(region, x, place));
-  if (!(*stretch > 0))
-    return kith_region_refuse(region, "displacement folds the lattice: its stretch", *stretch, x);
+  if (!(*stretch > 0)) return refuse(region, "displacement folds the lattice: its stretch", *stretch, x);
   for (int a = 0; a < NDIM; ++a)
     if (!(place[a] >= domain->lower[a] && place[a] <= domain->upper[a]))
-      return kith_region_refuse(region, "displacement leaves the domain: the coordinate", place[a], x);
+      return refuse(region, "displacement leaves the domain: the coordinate", place[a], x);
   memcpy(x, place, sizeof place);
   return KITH_OK;
 }
@@ -127,28 +121,26 @@ kith_status kith_region_state(const struct kith_region *region, const struct kit
   *state = (struct kith_region_state){.pressure = NAN};
   KITH_TRY(density_at(region, x, &state->density));
   for (int a = 0; a < NDIM; ++a)
-    if (region->velocity[a])
-      KITH_TRY(kith_region_value(region, region->velocity[a], name[a], x, &state->velocity[a]));
+    if (region->velocity[a]) KITH_TRY(value_of(region, region->velocity[a], name[a], x, &state->velocity[a]));
   if (region->energy) {
-    KITH_TRY(kith_region_value(region, region->energy, "energy", x, &state->energy));
+    KITH_TRY(value_of(region, region->energy, "energy", x, &state->energy));
   } else {
-    KITH_TRY(kith_region_value(region, region->pressure, "pressure", x, &state->pressure));
+    KITH_TRY(value_of(region, region->pressure, "pressure", x, &state->pressure));
     state->energy = material->eos->energy(material->settings, state->density, state->pressure);
     if (state->pressure < 0 && tears(material, state))
-      return kith_region_refuse(region, "pressure", state->pressure, x);
+      return refuse(region, "pressure", state->pressure, x);
     if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
-      return kith_region_refuse(region, "pressure is not what its eos has at this density: it",
-                                state->pressure, x);
+      return refuse(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   }
   const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
-  return possible ? KITH_OK : kith_region_refuse(region, "energy", state->energy, x);
+  return possible ? KITH_OK : refuse(region, "energy", state->energy, x);
 }
 
 kith_status kith_region_damage(const struct kith_region *region, const double *x, double *damage) {
   const double porosity = region->porosity >= 0 ? region->porosity : !region->barrier;
   *damage = 0;
-  if (region->damage != NULL) KITH_TRY(kith_region_value(region, region->damage, "damage", x, damage));
-  if (!(*damage >= 0 && *damage <= 1)) return kith_region_refuse(region, "damage, in [0, 1],", *damage, x);
+  if (region->damage != NULL) KITH_TRY(value_of(region, region->damage, "damage", x, damage));
+  if (!(*damage >= 0 && *damage <= 1)) return refuse(region, "damage, in [0, 1],", *damage, x);
   *damage = 1 - porosity * (1 - *damage);
   return KITH_OK;
 }

@@ -12,12 +12,6 @@
 /* The region's box cut with the domain. */
 kith_status kith_region_box(const struct kith_region *region, const struct kith_box *domain,
                             struct kith_box *box);
-/* One formula at x. `what`: what it is for. */
-kith_status kith_region_value(const struct kith_region *region, struct kith_expression *formula,
-                              const char *what, const double *x, double *value);
-/* The failure: `what` is `value` at x. */
-kith_status kith_region_refuse(const struct kith_region *region, const char *what, double value,
-                               const double *x);
 /* Is x in the region? Its extents are half-open, so that regions that touch share no point. */
 kith_status kith_region_holds(const struct kith_region *region, const double *x, bool *holds);
 /* Mean density over the part of `box` in the region: a constant, or the mean of a grid of samples. */
@@ -27,9 +21,6 @@ kith_status kith_region_mean_density(const struct kith_region *region, const str
  * the derivatives of the new place, by differences over `step`. */
 kith_status kith_region_displace(const struct kith_region *region, const struct kith_box *domain, double step,
                                  double *x, double *stretch);
-
-/* Its nodes stay where they are: every rank holds all of them. */
-bool kith_region_stays(const struct kith_region *region);
 
 struct kith_region_state {
   double density, pressure, energy, velocity[NDIM]; /* pressure: NaN where the energy is given */

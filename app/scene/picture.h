@@ -22,7 +22,7 @@
   X(VELOCITY_Z, velocity_z, "velocity along z")
 #define X(name, word, doc) KITH_PICTURE_##name,
 enum kith_picture_kind { KITH_PICTURE_KINDS(X) };
-enum kith_picture_field { KITH_PICTURE_FIELDS(X) KITH_N_PICTURE_FIELDS };
+enum kith_picture_field { KITH_PICTURE_FIELDS(X) };
 #undef X
 
 enum { KITH_PICTURE_PANELS = 8 };

@@ -58,6 +58,11 @@ struct kith_region {
   const struct kith_config_node *node;        /* where it stands, for messages */
 };
 
+/* Its nodes stay where they are: every rank holds all of them. */
+static inline bool kith_region_stays(const struct kith_region *region) {
+  return region->frozen || region->barrier;
+}
+
 /* Does it damp what passes? Damage is a field of nodes if a region gives it or a porosity. */
 static inline bool kith_region_damaged(const struct kith_region *region) {
   return region->porosity >= 0 || region->damage != NULL;

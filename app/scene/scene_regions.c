@@ -76,7 +76,7 @@ static kith_status check_equilibrium(const struct kith_scene *scene, const struc
   const struct kith_config_node *equilibrium = kith_config_child(node, "equilibrium");
   if (!region->equilibrium) return KITH_OK;
   if (region->pressure == NULL) return kith_config_fail(equilibrium, NULL, "needs pressure, not energy");
-  if (region->frozen || region->barrier)
+  if (kith_region_stays(region))
     return kith_config_fail(equilibrium, NULL, "not together with frozen: their density stays as given");
   const struct kith_eos_ops *eos = scene->material[region->material].eos;
   if (!eos->barotropic) return KITH_OK;

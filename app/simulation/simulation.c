@@ -8,7 +8,6 @@
 #include <string.h>
 #include <unistd.h>
 #include "app/initial/initial_conditions.h"
-#include "app/initial/region.h"
 
 static const struct kith_package_ops *package_of(const struct kith_scene *scene) {
   return kith_package_find(scene->method.package.name);
