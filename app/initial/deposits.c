@@ -8,13 +8,7 @@ static const double tolerance = 1e-9;
 
 static double distance_from(const struct kith_deposit *deposit, const struct kith_scene *scene,
                             const double *x) {
-  double r2 = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    double d = x[a] - deposit->center[a];
-    if (scene->period[a] > 0) d -= scene->period[a] * round(d / scene->period[a]);
-    r2 += d * d;
-  }
-  return sqrt(r2);
+  return sqrt(kith_scene_distance2(scene, x, deposit->center));
 }
 
 static double cubic_spline(double q) {

@@ -212,18 +212,6 @@ static double reach_of(const struct kith_nodes *nodes, kith_index i) {
   return isfinite(nodes->support->f64[i]) ? nodes->support->f64[i] : nodes->search_radius->f64[i];
 }
 
-/* Across faces that wrap, too. */
-static double distance2(const struct kith_simulation *m, kith_index i, const double *center) {
-  double sum = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double period = m->scene->period[a];
-    double d = m->nodes->position->f64[(size_t)i * NDIM + a] - center[a];
-    if (period > 0) d -= period * rint(d / period);
-    sum += d * d;
-  }
-  return sum;
-}
-
 kith_status kith_output_offenders(const struct kith_output *output, struct kith_simulation *m, int64_t id,
                                   bool *written) {
   struct kith_nodes *nodes = m->nodes;
@@ -240,9 +228,10 @@ kith_status kith_output_offenders(const struct kith_output *output, struct kith_
   *written = isfinite(center[NDIM]);
   if (!*written) return KITH_OK;
   KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, kith_resize(&others, 0, (size_t)nodes->n_internal, 1)));
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    others[i] =
-        nodes->id->i64[i] != id && !(sqrt(distance2(m, i, center)) <= fmax(center[NDIM], reach_of(nodes, i)));
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double r = sqrt(kith_scene_distance2(m->scene, nodes->position->f64 + (size_t)i * NDIM, center));
+    others[i] = nodes->id->i64[i] != id && !(r <= fmax(center[NDIM], reach_of(nodes, i)));
+  }
   kith_status status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_delete(nodes, others));
   kith_free(&others);
   path_in(output, "offenders.hdf", path);

@@ -71,19 +71,11 @@ static bool is_source(const void *context, const struct kith_nodes *nodes, kith_
   return kith_nodes_ghost_block(nodes, i)->kind == KITH_GHOST_FROZEN;
 }
 
-/* Points along the edges, the last edge fastest. */
 static void place_points(struct set *s) {
-  const struct kith_probe *probe = s->probe;
-  const int *n = probe->points;
   for (kith_index i = 0; i < s->points->n_internal; ++i) {
-    const int at[3] = {i / (n[1] * n[2]), i / n[2] % n[1], i % n[2]};
-    for (int a = 0; a < NDIM; ++a) {
-      double x = probe->at[a];
-      for (int k = 0; k < 3; ++k)
-        if (n[k] > 1) x += at[k] * probe->edge[k][a] / (n[k] - 1);
-      s->points->position->f64[(size_t)i * NDIM + a] = s->at[3 * (size_t)i + a] = x;
-      s->mirror->f64[(size_t)i * NDIM + a] = 1;
-    }
+    double *x = s->points->position->f64 + (size_t)i * NDIM;
+    kith_probe_point(s->probe, i, x);
+    for (int a = 0; a < NDIM; ++a) s->at[3 * (size_t)i + a] = x[a], s->mirror->f64[(size_t)i * NDIM + a] = 1;
     s->points->id->i64[i] = i;
   }
   ++s->points->positions;
@@ -251,8 +243,8 @@ static kith_status make_images(struct kith_probes *p, struct set *s) {
   memset(first, 0, ((size_t)points->n_internal + 1) * sizeof *first);
   for (kith_index g = 0; g < kith_nodes_count(points); ++g) ++first[points->id->i64[g] + 1];
   KITH_TRY(kith_rows_sum(&s->images));
-  for (kith_index g = kith_nodes_count(points) - 1; g >= 0;
-       --g) /* moves first[k + 1] to where row k begins */
+  /* Moves first[k + 1] to where row k begins. */
+  for (kith_index g = kith_nodes_count(points) - 1; g >= 0; --g)
     s->images.node[--first[points->id->i64[g] + 1]] = g;
   memmove(first, first + 1, (size_t)points->n_internal * sizeof *first);
   first[points->n_internal] = (size_t)kith_nodes_count(points);

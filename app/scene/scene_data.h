@@ -105,6 +105,15 @@ struct kith_probe {
   const struct kith_config_node *node; /* where it stands, for messages */
 };
 enum { KITH_MOST_PROBES = 10000000 }; /* points of one */
+/* Where point i is; the last edge is the fastest. */
+static inline void kith_probe_point(const struct kith_probe *probe, int i, double *x) {
+  const int *n = probe->points, at[3] = {i / (n[1] * n[2]), i / n[2] % n[1], i % n[2]};
+  for (int a = 0; a < NDIM; ++a) {
+    x[a] = probe->at[a];
+    for (int k = 0; k < 3; ++k)
+      if (n[k] > 1) x[a] += at[k] * probe->edge[k][a] / (n[k] - 1);
+  }
+}
 
 /* Two materials: node lists. */
 struct kith_contact {
@@ -202,6 +211,17 @@ struct kith_scene {
     bool checkpoint_at_end;
   } output;
 };
+
+/* The squared distance of two places, the nearest way across periodic faces. */
+static inline double kith_scene_distance2(const struct kith_scene *scene, const double *x, const double *y) {
+  double sum = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    double d = x[a] - y[a];
+    if (scene->period[a] > 0) d -= scene->period[a] * round(d / scene->period[a]);
+    sum += d * d;
+  }
+  return sum;
+}
 
 /* Does gas pass a face of this axis? */
 static inline bool kith_scene_passes(const struct kith_scene *scene, int axis) {

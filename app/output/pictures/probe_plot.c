@@ -36,14 +36,7 @@ static kith_status load(struct picture *f, int64_t sample) {
 
 /* Row `row` of what is loaded; a point has a row a sample, and is where it is. */
 static void position_of(const struct picture *f, size_t row, double x[NDIM]) {
-  const struct kith_probe *p = f->probe;
-  const int *n = p->points, i = f->n_edges > 0 ? (int)row : 0,
-            at[3] = {i / (n[1] * n[2]), i / n[2] % n[1], i % n[2]};
-  for (int a = 0; a < NDIM; ++a) {
-    x[a] = p->at[a];
-    for (int k = 0; k < 3; ++k)
-      if (n[k] > 1) x[a] += at[k] * p->edge[k][a] / (n[k] - 1);
-  }
+  kith_probe_point(f->probe, f->n_edges > 0 ? (int)row : 0, x);
 }
 
 static struct kith_exact_state exact_at(const struct picture *f, const double *x, double time) {
