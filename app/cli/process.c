@@ -1,9 +1,8 @@
-/* process.c - child processes by fork and execv, reports read by jansson, pictures by gnuplot. */
+/* process.c - child processes by fork and execv, pictures by gnuplot. */
 #include "app/cli/process.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <jansson.h>
 #include <limits.h>
 #include <math.h>
 #include <signal.h>
@@ -66,29 +65,6 @@ kith_status kith_process_run(char *const *words, const char *log, double cpu_lim
   if (child < 0) KITH_FAIL(BAD_FILE, "cannot start %s: %s", words[0], strerror(errno));
   if (child == 0) become(words, log, cpu_limit);
   *code = kith_child_wait(child);
-  return KITH_OK;
-}
-
-/* The value below `object` at a dotted path; NULL if there is none. Borrowed. */
-static const json_t *at(const json_t *object, const char *path) {
-  for (const char *key = path; object != NULL && *key != '\0';) {
-    const size_t length = strcspn(key, ".");
-    object = json_object_getn(object, key, length);
-    key += length + (key[length] == '.');
-  }
-  return object;
-}
-
-kith_status kith_report_number(const char *path, const char *key, double *value) {
-  json_error_t error;
-  json_t *report = json_load_file(path, 0, &error);
-  *value = NAN;
-  if (report == NULL) KITH_FAIL(BAD_FILE, "%s:%d: %s", path, error.line, error.text);
-  const json_t *number = at(report, key);
-  const bool found = json_is_number(number);
-  if (found) *value = json_number_value(number);
-  json_decref(report);
-  if (!found) KITH_FAIL(BAD_FILE, "%s: no %s", path, key);
   return KITH_OK;
 }
 

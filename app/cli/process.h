@@ -1,5 +1,5 @@
-/* process.h - child processes: where the programs kith-1d, kith-2d and kith-3d are, running one of them, the
- * numbers in its report, and gnuplot. */
+/* process.h - child processes: where the programs kith-1d, kith-2d and kith-3d are, running one of them, and
+ * gnuplot. */
 #ifndef KITH_APP_CLI_PROCESS_H
 #define KITH_APP_CLI_PROCESS_H
 
@@ -25,9 +25,6 @@ kith_status kith_process_run(char *const *words, const char *log, double cpu_lim
 /* Seconds since this process began, to a hundredth: loading comes before main. 0: not known, or so many that
  * the launcher has built the programs before it became this one. */
 double kith_process_age(void);
-
-/* The number at a dotted path of a report ("norms.density.l1"). BAD_FILE if there is none, or it is null. */
-kith_status kith_report_number(const char *path, const char *key, double *value);
 
 /* Runs gnuplot on DIRECTORY/NAME.gp, which draws the pictures that it names there. UNSUPPORTED if there is no
  * gnuplot; BAD_FILE if it fails: what it says is left in NAME.log. */

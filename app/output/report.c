@@ -266,7 +266,7 @@ static json_t *json_of(const struct kith_report *r) {
   if (r->compared) put_norms(root, &r->norms);
   put(root, "measures", json_object());
   for (int k = 0; k < KITH_N_MEASURES; ++k)
-    if (r->measured != NULL && r->measured[k])
+    if (r->measured[k])
       json_object_set_new(json_object_get(root, "measures"), kith_measure_names[k], number(r->measure[k]));
   put(root, "stages", stages_of(r));
   put(root, "ledger", r->ledger != NULL ? json_incref(r->ledger) : json_object());

@@ -98,7 +98,7 @@ struct kith_report {
   struct kith_fom fom;
   bool compared; /* with an exact solution: norms are there */
   struct kith_norms norms;
-  const bool *measured; /* [KITH_N_MEASURES]; NULL: nothing is */
+  const bool *measured; /* [KITH_N_MEASURES] */
   double measure[KITH_N_MEASURES];
   int n_stages, n_counters;
   const struct kith_stage *stages; /* of the profile, in tree order */

@@ -9,19 +9,14 @@ static double at(const json_t *object, const char *name) {
   return json_number_value(json_object_get(object, name));
 }
 
-static const char *shown(const char *text) {
-  return text != NULL ? text : "-";
-}
-
 static void print_run(const struct kith_report *r, FILE *f) {
-  fprintf(f, "%.60s  %" PRId64 "-D, %" PRId64 " nodes, %" PRId64 " steps to t = %.6g", shown(r->scene),
-          r->dimension, r->nodes, r->steps, r->time);
+  fprintf(f, "%.60s  %" PRId64 "-D, %" PRId64 " nodes, %" PRId64 " steps to t = %.6g", r->scene, r->dimension,
+          r->nodes, r->steps, r->time);
   if (at(r->ledger, "rejected_steps") > 0)
     fprintf(f, ", %.0f more rejected", at(r->ledger, "rejected_steps"));
   fputc('\n', f);
-  fprintf(f, "  %.20s, %.20s, %.20s; %" PRId64 " rank%s x %" PRId64 " thread%s\n", shown(r->package),
-          shown(r->kernel), shown(r->scheme), r->ranks, r->ranks == 1 ? "" : "s", r->threads,
-          r->threads == 1 ? "" : "s");
+  fprintf(f, "  %.20s, %.20s, %.20s; %" PRId64 " rank%s x %" PRId64 " thread%s\n", r->package, r->kernel,
+          r->scheme, r->ranks, r->ranks == 1 ? "" : "s", r->threads, r->threads == 1 ? "" : "s");
 }
 
 static void print_norms(const struct kith_norms *n, FILE *f) {
@@ -159,8 +154,7 @@ void kith_report_print(const struct kith_report *report, bool all, FILE *out) {
   print_run(report, out);
   if (report->compared) print_norms(&report->norms, out);
   for (int k = 0; k < KITH_N_MEASURES; ++k)
-    if (report->measured != NULL && report->measured[k])
-      fprintf(out, "    %s %.5g\n", kith_measure_names[k], report->measure[k]);
+    if (report->measured[k]) fprintf(out, "    %s %.5g\n", kith_measure_names[k], report->measure[k]);
   print_conservation(report, out);
   print_stages(report, all, out);
   print_cost(report, out);

@@ -184,13 +184,8 @@ static kith_status draw(const struct kith_study *s) {
 
 /* `kith plan` looks at every method at its coarsest resolution. */
 static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {
-  for (int m = 0; m < s->n_methods; ++m) {
-    const struct kith_job *job = &s->job[m * s->n_values];
-    const kith_status status = kith_job_check(programs, job);
-    if (status == KITH_BAD_INPUT)
-      KITH_FAIL(BAD_INPUT, "%s:%d: method %s: %s", s->file, job->line, job->label, kith_failure());
-    KITH_TRY(status);
-  }
+  for (int m = 0; m < s->n_methods; ++m)
+    KITH_TRY(kith_job_check(programs, &s->job[m * s->n_values], s->file, "method"));
   return KITH_OK;
 }
 

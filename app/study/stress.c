@@ -93,7 +93,7 @@ static kith_status read_sweeps(struct kith_study *w) {
            own ? o->subject : "/stress/sweeps.yaml");
   KITH_TRY(kith_sweeps_read(w, path, own ? NULL : o->subject));
   snprintf(w->directory, sizeof w->directory, "%.700s", o->directory != NULL ? o->directory : "out/stress");
-  return o->n_overrides > 0 ? kith_job_check(&w->programs, w->suite->job) : KITH_OK;
+  return o->n_overrides > 0 ? kith_job_check(&w->programs, w->suite->job, NULL, NULL) : KITH_OK;
 }
 
 static kith_status list(struct kith_study *w) {

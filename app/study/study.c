@@ -5,6 +5,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <inttypes.h>
+#include <jansson.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -93,15 +94,18 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   return KITH_OK;
 }
 
-kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job) {
+kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job, const char *file,
+                           const char *what) {
   char log[64];
   struct kith_job_end end = {0};
-  FILE *file = tmpfile();
-  if (file == NULL) KITH_FAIL(BAD_FILE, "no temporary file: %s", strerror(errno));
-  snprintf(log, sizeof log, "/proc/self/fd/%d", fileno(file));
+  FILE *said = tmpfile();
+  if (said == NULL) KITH_FAIL(BAD_FILE, "no temporary file: %s", strerror(errno));
+  snprintf(log, sizeof log, "/proc/self/fd/%d", fileno(said));
   const kith_status status = kith_job_run(programs, job, "plan", NULL, log, 0, &end);
-  fclose(file);
-  return status == KITH_OK && end.code == 2 ? kith_fail(KITH_BAD_INPUT, "%s", end.why) : status;
+  fclose(said);
+  if (status != KITH_OK || end.code != KITH_EXIT_USAGE) return status;
+  if (file == NULL) KITH_FAIL(BAD_INPUT, "%s", end.why);
+  KITH_FAIL(BAD_INPUT, "%s:%d: %s %s: %s", file, job->line, what, job->label, end.why);
 }
 
 int kith_measure_parse(const char *measure, char key[2][128]) {
@@ -112,13 +116,36 @@ int kith_measure_parse(const char *measure, char key[2][128]) {
   return n;
 }
 
+/* The value below `object` at a dotted path; NULL if there is none. Borrowed. */
+static const json_t *at(const json_t *object, const char *path) {
+  for (const char *key = path; object != NULL && *key != '\0';) {
+    const size_t length = strcspn(key, ".");
+    object = json_object_getn(object, key, length);
+    key += length + (key[length] == '.');
+  }
+  return object;
+}
+
+/* BAD_FILE if there is none, or it is null. */
+static kith_status report_number(const char *path, const char *key, double *value) {
+  json_error_t error;
+  json_t *report = json_load_file(path, 0, &error);
+  *value = NAN;
+  if (report == NULL) KITH_FAIL(BAD_FILE, "%s:%d: %s", path, error.line, error.text);
+  const json_t *number = at(report, key);
+  const bool found = json_is_number(number);
+  if (found) *value = json_number_value(number);
+  json_decref(report);
+  if (!found) KITH_FAIL(BAD_FILE, "%s: no %s", path, key);
+  return KITH_OK;
+}
+
 kith_status kith_report_measure(const char *report, const char *measure, double *value) {
   char key[2][128];
   double divisor = 1;
   const int parts = kith_measure_parse(measure, key);
-  if (parts == 0) KITH_FAIL(BAD_INPUT, "'%s' is no measure: A, A / B or A / B - 1", measure);
-  KITH_TRY(kith_report_number(report, key[0], value));
-  if (parts > 1) KITH_TRY(kith_report_number(report, key[1], &divisor));
+  KITH_TRY(report_number(report, key[0], value));
+  if (parts > 1) KITH_TRY(report_number(report, key[1], &divisor));
   *value /= divisor;
   if (parts > 2) *value = fabs(*value - 1);
   return KITH_OK;

@@ -73,11 +73,13 @@ struct kith_job_end {
  * cannot be started, or was interrupted from outside. */
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
                          const char *directory, const char *log, double cpu_limit, struct kith_job_end *end);
-/* What `kith plan` says of a job: BAD_INPUT with its message if it refuses the settings. */
-kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job);
+/* What `kith plan` says of a job: BAD_INPUT "FILE:LINE: WHAT LABEL: its message" if it refuses the settings;
+ * file NULL: the message alone. */
+kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job, const char *file,
+                           const char *what);
 /* The keys of a measure and how many parts it has: A, A / B, A / B - 1. 0: it is none. */
 int kith_measure_parse(const char *measure, char key[2][128]);
-/* A measure of a report. BAD_FILE if it is not there. */
+/* A measure, as kith_measure_parse takes it, of a report. BAD_FILE if it is not there, or null. */
 kith_status kith_report_measure(const char *report, const char *measure, double *value);
 
 enum { KITH_SUITE_MEASURES = 8, KITH_SUITE_METHODS = 100, KITH_SUITE_VALUES = 64 };

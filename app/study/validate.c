@@ -263,12 +263,8 @@ static void list(void) {
 
 /* `kith plan` looks at all rows of one's own file before any is run; those of inputs are right. */
 static kith_status check_rows(const struct validation *v, const char *file) {
-  for (const struct kith_row *row = v->rows; row < v->rows + v->n; ++row) {
-    const kith_status status = row->job.dimension > 0 ? kith_job_check(&v->programs, &row->job) : KITH_OK;
-    if (status == KITH_BAD_INPUT)
-      KITH_FAIL(BAD_INPUT, "%s:%d: row %s: %s", file, row->job.line, row->job.label, kith_failure());
-    KITH_TRY(status);
-  }
+  for (const struct kith_row *row = v->rows; row < v->rows + v->n; ++row)
+    if (row->job.dimension > 0) KITH_TRY(kith_job_check(&v->programs, &row->job, file, "row"));
   return KITH_OK;
 }
 

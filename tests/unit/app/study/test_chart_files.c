@@ -178,6 +178,9 @@ static void check_measures(void) {
   CHECK(kith_report_measure(report, "norms.shock_exact / steps - 1", &value) == KITH_OK &&
         fabs(value - 0.9) < 1e-14);
   CHECK(kith_report_measure(report, "norms.l1", &value) == KITH_BAD_FILE);
+  CHECK(kith_report_measure(report, "norms", &value) == KITH_BAD_FILE);
+  CHECK(kith_report_measure(report, "steps.l1", &value) == KITH_BAD_FILE && isnan(value));
+  CHECK(kith_report_measure("no/such/report.json", "steps", &value) == KITH_BAD_FILE);
   CHECK(kith_report_measure(report, "steps / nothing", &value) == KITH_BAD_FILE && said("no nothing"));
 }
 
