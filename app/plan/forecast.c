@@ -406,7 +406,7 @@ static kith_status predict(struct model *o, const char *partitioner, struct kith
     f->ghosts += o->ghosts[KEPT][r] / n, f->most_ghosts = fmax(f->most_ghosts, o->ghosts[KEPT][r]);
     f->peers += o->peers[KEPT][r] / n, f->most_peers = fmax(f->most_peers, o->peers[KEPT][r]);
   }
-  return o->cost != NULL ? take_times(o, f) : KITH_OK;
+  return take_times(o, f);
 }
 
 static kith_status check(const struct model *o) {

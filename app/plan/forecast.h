@@ -38,7 +38,7 @@ struct kith_forecast {
 };
 
 /* Of a started simulation without ranks: of its own scene, which is laid out, or with fewer nodes, and the
- * scene is outlined. cost NULL: no messages and times. BAD_INPUT: more than 16384 ranks, or ghosts:
+ * scene is outlined. BAD_INPUT: more than 16384 ranks, or ghosts:
  * recompute; UNSUPPORTED: a map that would take the partitioner more than a minute. */
 kith_status kith_forecast_ranks(const struct kith_scene *scene, const struct kith_simulation *simulation,
                                 const struct kith_step_cost *cost, int n_ranks, const char *partitioner,

@@ -17,6 +17,8 @@ static const char text[] =
     "regions: [{material: gas, lattice: cubic, density: 1, pressure: 1, jitter: 0.2}]\n"
     "until: 1\n";
 
+static const struct kith_step_cost cost = {.seconds = 1, .machine = {.bandwidth = 1}};
+
 struct world {
   struct kith_scene *scene;
   struct kith_simulation *simulation;
@@ -106,7 +108,7 @@ static void check_ghosts(bool walls) {
     struct world w = {0};
     struct kith_forecast f;
     make(&w, walls ? "reflecting" : "periodic", NULL);
-    CHECK_OK(kith_forecast_ranks(w.scene, w.simulation, NULL, n, "kd", &f));
+    CHECK_OK(kith_forecast_ranks(w.scene, w.simulation, &cost, n, "kd", &f));
     CHECK_CLOSE(f.ghosts, brute_ghosts(w.simulation, n, walls), 1e-9);
     CHECK(f.most_ghosts >= f.ghosts);
     CHECK(f.imbalance >= 1 && f.most_peers < n && f.peers <= f.most_peers && (n == 1) == (f.peers == 0));
@@ -118,8 +120,8 @@ static void check_refused(void) {
   struct world w = {0};
   struct kith_forecast f;
   make(&w, "periodic", NULL);
-  CHECK_STATUS(KITH_BAD_INPUT, kith_forecast_ranks(w.scene, w.simulation, NULL, 2, "kdd", &f));
-  CHECK_STATUS(KITH_BAD_INPUT, kith_forecast_ranks(w.scene, w.simulation, NULL, 16385, "kd", &f));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_forecast_ranks(w.scene, w.simulation, &cost, 2, "kdd", &f));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_forecast_ranks(w.scene, w.simulation, &cost, 16385, "kd", &f));
   clear(&w);
 }
 
@@ -130,8 +132,8 @@ static void check_outline(const char *x, int n, double ghosts, double most_ghost
   struct kith_forecast f, outline;
   make(&w, x, setting);
   make(&coarse, x, "scene=coarse");
-  CHECK_OK(kith_forecast_ranks(w.scene, w.simulation, NULL, n, "kd", &f));
-  CHECK_OK(kith_forecast_ranks(w.scene, coarse.simulation, NULL, n, "kd", &outline));
+  CHECK_OK(kith_forecast_ranks(w.scene, w.simulation, &cost, n, "kd", &f));
+  CHECK_OK(kith_forecast_ranks(w.scene, coarse.simulation, &cost, n, "kd", &outline));
   CHECK_CLOSE(outline.ghosts, f.ghosts, ghosts * f.ghosts);
   CHECK_CLOSE(outline.most_ghosts, f.most_ghosts, most_ghosts * f.most_ghosts);
   CHECK_CLOSE(outline.imbalance, f.imbalance, 0.1);
