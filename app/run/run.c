@@ -12,6 +12,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
+#include <unistd.h>
 #include "app/cli/process.h"
 #include "app/cli/text.h"
 #include "app/output/output.h"
@@ -270,19 +271,31 @@ static void show_progress(struct run *run, bool last) {
           100 * done, left);
 }
 
+/* Have the ranks on this computer more threads than cores that they may use? */
+static void warn_of_cores(const struct kith_ranks *ranks) {
+  const int here = kith_ranks_on_this_machine(ranks), threads = omp_get_max_threads(),
+            online = (int)sysconf(_SC_NPROCESSORS_ONLN),
+            cores = ranks != NULL ? kith_ranks_cores(ranks) : omp_get_num_procs();
+  if (here * threads <= cores) return;
+  fprintf(stderr, "kith: warning: %d rank%s of %d thread%s share %d core%s", here, here == 1 ? "" : "s",
+          threads, threads == 1 ? "" : "s", cores, cores == 1 ? "" : "s");
+  if (cores < online)
+    fprintf(stderr, ", to which they are bound, of %d: mpirun --bind-to none, or taskset, binds otherwise",
+            online);
+  fputc('\n', stderr);
+}
+
 /* First rates of a new run, and what its drifts are measured against. */
 static kith_status begin(struct run *run) {
   run->started = run->saved = kith_seconds();
   run->cpu_started = cpu_seconds();
   run->first_step = run->simulation->integrator.step;
-  run->first_updates = run->simulation->integrator.ledger.updates;
-  run->first_pairs = run->simulation->package.pair_evaluations;
   if (speaks(run)) kith_simulation_warn(run->simulation);
-  if (speaks(run) && !run->options->quiet) kith_cores_warn(run->ranks);
-  if (run->options->restart != NULL) return KITH_OK;
-  KITH_TRY(kith_simulation_start(run->simulation));
+  if (speaks(run) && !run->options->quiet) warn_of_cores(run->ranks);
+  if (run->options->restart == NULL) KITH_TRY(kith_simulation_start(run->simulation));
   run->first_updates = run->simulation->integrator.ledger.updates;
   run->first_pairs = run->simulation->package.pair_evaluations;
+  if (run->options->restart != NULL) return KITH_OK;
   const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
   run->baseline = kith_conservation_baseline_of(&first);
   kith_status status;

@@ -520,19 +520,6 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
   baseline->velocity_over_sound = fmax(baseline->velocity_over_sound, now->velocity_over_sound);
 }
 
-void kith_cores_warn(const struct kith_ranks *ranks) {
-  const int here = kith_ranks_on_this_machine(ranks), threads = omp_get_max_threads(),
-            online = (int)sysconf(_SC_NPROCESSORS_ONLN),
-            cores = ranks != NULL ? kith_ranks_cores(ranks) : omp_get_num_procs();
-  if (here * threads <= cores) return;
-  fprintf(stderr, "kith: warning: %d rank%s of %d thread%s share %d core%s", here, here == 1 ? "" : "s",
-          threads, threads == 1 ? "" : "s", cores, cores == 1 ? "" : "s");
-  if (cores < online)
-    fprintf(stderr, ", to which they are bound, of %d: mpirun --bind-to none, or taskset, binds otherwise",
-            online);
-  fputc('\n', stderr);
-}
-
 void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes) {
   enum { NODES_A_THREAD = 2000 };
   if (getenv("OMP_NUM_THREADS") != NULL) return;

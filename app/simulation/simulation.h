@@ -41,10 +41,8 @@ void kith_simulation_destroy(struct kith_simulation **simulation);
  * thread has at least 2000 of this rank's nodes. With fewer, threads that wait for each other cost more than
  * they save. */
 void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes);
-/* One line on stderr if the ranks on this computer have more threads than cores that they may use. */
-void kith_cores_warn(const struct kith_ranks *ranks);
 
-/* Bytes by structure, for plan, report and bench. */
+/* Bytes by structure, for plan and report. */
 struct kith_bytes {
   const char *name;
   size_t bytes;
