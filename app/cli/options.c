@@ -220,7 +220,7 @@ static void take_word(struct kith_options *o, const char *word) {
 /* What the verb and the options must be together. */
 static void check_together(const struct kith_options *o, const bool *given) {
   char names[128];
-  const struct kith_verb *verb = find_verb(o->verb != NULL ? o->verb->name : NULL);
+  const struct kith_verb *verb = o->verb != NULL ? o->verb : find_verb(NULL);
   for (int k = 0; k < N_ROWS; ++k)
     if (given[k] && !(rows[k].verbs >> (verb - verbs) & 1))
       refuse("--%s: not an option of %s, but of %s", rows[k].name, verb->name, takers(&rows[k], names));

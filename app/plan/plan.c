@@ -186,21 +186,22 @@ static void show_settings(const char *label, const struct kith_param *params, co
 static void show_lattices(const struct plan *plan) {
   const struct kith_scene *scene = plan->simulation->scene;
   const struct kith_package *p = &plan->simulation->package;
+  double stiffness[KITH_LATTICES];
   bool used[KITH_LATTICES] = {false};
   struct text stiff = {""};
   for (int k = 0; k < KITH_LATTICES; ++k) {
-    const double stiffness = kith_lattice_stiffness(k, p->kernel, p->neighbors);
-    if (isfinite(stiffness) && stiffness > 0) add(&stiff, ", ", "%s", kith_lattice_names[k]);
+    stiffness[k] = kith_lattice_stiffness(k, p->kernel, p->neighbors);
+    if (isfinite(stiffness[k]) && stiffness[k] > 0) add(&stiff, ", ", "%s", kith_lattice_names[k]);
   }
   for (int r = 0; r < scene->n_regions; ++r) used[scene->region[r].lattice] = true;
   for (int k = 0; k < KITH_LATTICES; ++k) {
-    const double stiffness = kith_lattice_stiffness(k, p->kernel, p->neighbors);
-    if (!used[k] || !isfinite(stiffness)) continue;
-    if (stiffness > 0)
-      line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", kith_lattice_names[k], stiffness);
+    const char *name = kith_lattice_names[k];
+    if (!used[k] || !isfinite(stiffness[k])) continue;
+    if (stiffness[k] > 0)
+      line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", name, stiffness[k]);
     else
-      line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s",
-           kith_lattice_names[k], stiffness, stiff.s[0] != '\0' ? stiff.s : "none");
+      line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s", name,
+           stiffness[k], stiff.s[0] != '\0' ? stiff.s : "none");
   }
 }
 

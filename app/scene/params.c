@@ -260,26 +260,22 @@ static bool same_text(const char *a, const char *b) {
   return numbers ? x == y : kith_name_is(a, b, strlen(b));
 }
 
-/* Two values of a key that differ; NULL: none given. */
-struct difference {
-  const struct kith_config_node *value[2];
-};
-
 /* A value beside none: it may be the default. */
 static bool is_default(const struct kith_param *row, const struct kith_config_node *value) {
   return row != NULL && row->fallback != NULL && value->kind == KITH_CONFIG_SCALAR &&
          same_text(value->text, row->fallback);
 }
 
+/* Two values of a key that differ; NULL: none given. `swapped`: b is the first of them. */
 static bool find_difference(const struct kith_param *rows, const struct kith_param *row,
                             const struct kith_config_node *a, const struct kith_config_node *b, bool swapped,
-                            struct difference *found) {
+                            const struct kith_config_node *found[2]) {
   char index[16];
   if (a->null || (row != NULL && row->role != KITH_ROLE_STATE)) return false;
   if (b == NULL && a->kind == KITH_CONFIG_SCALAR && is_default(row, a)) return false;
   if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind) ||
       (a->kind == KITH_CONFIG_SCALAR && !same_text(a->text, b->text))) {
-    found->value[swapped] = a, found->value[!swapped] = b;
+    found[swapped] = a, found[!swapped] = b;
     return true;
   }
   for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
@@ -306,17 +302,17 @@ static void show_value(const struct kith_config_node *node, char text[64]) {
   kith_free(&whole);
 }
 
-kith_status kith_config_compare(const struct kith_param *params, const struct kith_config_node *a,
-                                const struct kith_config_node *b) {
-  char path[512], now[64], then[64];
-  struct difference found;
-  if (!find_difference(params, NULL, a, b, false, &found) &&
-      !find_difference(params, NULL, b, a, true, &found))
+kith_status kith_config_compare(const struct kith_param *params, const struct kith_config_node *now,
+                                const struct kith_config_node *then) {
+  char path[512], text[2][64];
+  const struct kith_config_node *found[2];
+  if (!find_difference(params, NULL, now, then, false, found) &&
+      !find_difference(params, NULL, then, now, true, found))
     return KITH_OK;
-  kith_config_path(found.value[found.value[0] == NULL], NULL, path, sizeof path);
-  show_value(found.value[0], now), show_value(found.value[1], then);
+  kith_config_path(found[found[0] == NULL], NULL, path, sizeof path);
+  show_value(found[0], text[0]), show_value(found[1], text[1]);
   KITH_FAIL(BAD_INPUT, "written by another scene or with other settings: %s is %s there, and %s now", path,
-            then, now);
+            text[1], text[0]);
 }
 
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file);
