@@ -247,11 +247,10 @@ static double transmitted(const struct kith_measured *m) {
 
 static double shock_angle(const struct kith_measured *m) {
   enum { SECTORS = 180 };
-  const double length = m->domain.upper[0] - m->domain.lower[0], degree = acos(-1.0) / 180;
-  struct kith_sum sums[2 * SECTORS]; /* masses, then volumes */
+  const double length = m->domain.upper[0] - m->domain.lower[0], degree = M_PI / 180;
+  struct kith_sum sums[2 * SECTORS] = {{{0}, 0}}; /* masses, then volumes */
   double value[2 * SECTORS], least = INFINITY, most = 0, before = NAN;
   const double *mass = value, *size = value + SECTORS;
-  memset(sums, 0, sizeof sums);
   for (kith_index i = 0; NDIM > 1 && i < m->nodes->n; ++i) {
     const double x = m->nodes->position[(size_t)i * NDIM] - m->domain.lower[0],
                  y = m->nodes->position[(size_t)i * NDIM + (NDIM > 1)] - m->domain.lower[NDIM > 1],

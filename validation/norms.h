@@ -4,8 +4,8 @@
  *
  * with V = mass / density of the node, over the nodes inside the window. For vectors d is the length of the
  * difference; `speed` takes only the component that the solution has (exact.h: along x, outwards, around).
- * A vortex is mostly quoted by the L1 of its speed, "mean |v - v_phi|". Sums are taken in fixed blocks in
- * node order, so they do not depend on the number of threads.
+ * A vortex is mostly quoted by the L1 of its speed, "mean |v - v_phi|". Sums are exact: they
+ * depend neither on threads nor on ranks.
  *
  * The energy of a Sedov blast has no L1 norm in 3-D (it diverges at the center): compare its pressure. */
 #ifndef KITH_VALIDATION_NORMS_H

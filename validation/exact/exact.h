@@ -5,7 +5,6 @@
  * density energy, unless the member says otherwise. Mathematics, source, limits and parameters stand in the
  * file of each; what follows from the rest of a scene the member derives. `kith list exact` lists them.
  *
- * create() may turn off GSL's error handler for the process, which would abort: errors come back as status.
  * After create a solution is read-only: any number of threads may ask it. */
 #ifndef KITH_VALIDATION_EXACT_EXACT_H
 #define KITH_VALIDATION_EXACT_EXACT_H
@@ -17,7 +16,7 @@ struct kith_exact_state {
   double density, velocity[NDIM], pressure, energy;
 };
 
-/* The first member of the settings of all but riemann and slabs, and of what they create. */
+/* The first member of the settings of all but riemann, slabs and hugoniot, and of what they create. */
 struct kith_exact_gas {
   double gamma, density, pressure, uniform_velocity[NDIM], center[NDIM], period[NDIM];
 };
