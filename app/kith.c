@@ -13,11 +13,8 @@
 #include "app/cli/process.h"
 #include "app/scene/params.h"
 
-#define ACT_STUDY(name) [KITH_VERB_##name] = kith_##name,
-#define ACT_SCENE(name)
-#define ACT_LAUNCHER(name)
-#define X(name, runs, argument, doc) ACT_##runs(name)
-static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_VERB_LIST(X)};
+#define X(name, argument, doc) [KITH_VERB_##name] = kith_##name,
+static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_STUDY_VERBS(X)};
 
 /* A pipe can be read once, and a scene is read twice: it is kept in memory, under a name that stands for the
  * word of the command line. */
@@ -64,7 +61,7 @@ int main(int argc, char **argv) {
   signal(SIGCHLD, SIG_DFL); /* inherited as ignored, it would hide how children end */
   const int verb = kith_options_parse(&options, argc, argv);
   if (act[verb] != NULL) return kith_exit_code(act[verb](&options));
-  if (options.verb->runs == KITH_RUNS_LAUNCHER) {
+  if (verb == KITH_VERB_build || verb == KITH_VERB_test) {
     fprintf(stderr, "kith: %s: done by the script ./kith of the source tree\n", options.verb->name);
     return KITH_EXIT_USAGE;
   }

@@ -6,11 +6,8 @@
 #include <stdlib.h>
 #include "app/cli/options.h"
 
-#define ACT_SCENE(name) [KITH_VERB_##name] = kith_##name,
-#define ACT_STUDY(name)
-#define ACT_LAUNCHER(name)
-#define X(name, runs, argument, doc) ACT_##runs(name)
-static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_VERB_LIST(X)};
+#define X(name, argument, doc) [KITH_VERB_##name] = kith_##name,
+static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_SCENE_VERBS(X)};
 
 int main(int argc, char **argv) {
 #ifdef M_MMAP_THRESHOLD /* large blocks go back to the system: between others they would stay as holes */

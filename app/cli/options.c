@@ -14,7 +14,7 @@
 #include "lib/core/param.h"
 #include "lib/core/version.h"
 
-#define X(name, runs, argument, doc) {#name, KITH_RUNS_##runs, argument, doc},
+#define X(name, argument, doc) {#name, argument, doc},
 static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
 #undef X
 

@@ -9,34 +9,32 @@
 #include <limits.h>
 #include "lib/core/base.h"
 
-/* name, what runs it (SCENE: the program of the scene's dimension; STUDY: the program kith, which starts
- * those; LAUNCHER: the script ./kith of the source tree), its argument (in brackets: may be left out),
- * doc. */
-#define KITH_VERB_LIST(X)                                                                                 \
-  X(run, SCENE, "SCENE", "run a scene and compare it with its exact solution")                            \
-  X(plan, SCENE, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
-  X(bench, SCENE, "", "time and bytes of each stage, beside plain loops and the bandwidth of memory")     \
-  X(list, SCENE, "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene")          \
-  X(validate, STUDY, "[SUITE|FILE]",                                                                      \
-    "run scenes and judge their errors by tolerances; 'validate list': the suites")                       \
-  X(chart, STUDY, "SUITE", "error against cost of many methods; 'chart list': the suites")                \
-  X(stress, STUDY, "[SWEEP|FILE]",                                                                        \
-    "where methods stop working, one parameter at a time; 'stress list': the sweeps")                     \
-  X(build, LAUNCHER, "", "build the programs")                                                            \
-  X(test, LAUNCHER, "[quick]",                                                                            \
+/* name, argument (in brackets: may be left out), doc; by what carries them out: the program of the scene's
+ * dimension, the program kith, which starts those, or the script ./kith of the source tree. */
+#define KITH_SCENE_VERBS(X)                                                                        \
+  X(run, "SCENE", "run a scene and compare it with its exact solution")                            \
+  X(plan, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
+  X(bench, "", "time and bytes of each stage, beside plain loops and the bandwidth of memory")     \
+  X(list, "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene")
+#define KITH_STUDY_VERBS(X)                                                         \
+  X(validate, "[SUITE|FILE]",                                                       \
+    "run scenes and judge their errors by tolerances; 'validate list': the suites") \
+  X(chart, "SUITE", "error against cost of many methods; 'chart list': the suites") \
+  X(stress, "[SWEEP|FILE]", "where methods stop working, one parameter at a time; 'stress list': the sweeps")
+#define KITH_LAUNCHER_VERBS(X)       \
+  X(build, "", "build the programs") \
+  X(test, "[quick]",                 \
     "build with gcc, with sanitizers and with clang, and test each (quick: gcc only); more words go to ctest")
+#define KITH_VERB_LIST(X) KITH_SCENE_VERBS(X) KITH_STUDY_VERBS(X) KITH_LAUNCHER_VERBS(X)
 
-enum kith_verb_runs { KITH_RUNS_SCENE, KITH_RUNS_STUDY, KITH_RUNS_LAUNCHER };
 enum kith_verb_id {
-#define X(name, runs, argument, doc) KITH_VERB_##name,
+#define X(name, argument, doc) KITH_VERB_##name,
   KITH_VERB_LIST(X)
 #undef X
       KITH_N_VERBS
 };
 struct kith_verb {
-  const char *name;
-  enum kith_verb_runs runs;
-  const char *argument, *doc;
+  const char *name, *argument, *doc;
 };
 
 /* KITH_MAX_STARTED: ranks that a run starts by itself; those of a plan are not started. */
@@ -92,8 +90,9 @@ struct kith_options {
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
 
 /* What carries out a verb. */
-#define X(name, runs, argument, doc) enum kith_exit kith_##name(const struct kith_options *options);
-KITH_VERB_LIST(X)
+#define X(name, argument, doc) enum kith_exit kith_##name(const struct kith_options *options);
+KITH_SCENE_VERBS(X)
+KITH_STUDY_VERBS(X)
 #undef X
 
 /* Ends the process with one line and code 2 if something is wrong, for --help and --version as below. */

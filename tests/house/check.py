@@ -212,7 +212,7 @@ def rare_comments(root, files, code):
 def undocumented_commands(root, files, code):
     """README knows every verb, and no verb or option that does not exist"""
     table = files["app/cli/options.h"]
-    verbs = re.findall(r"^ *X\((\w+), (?:SCENE|STUDY|LAUNCHER),", table, re.M)
+    verbs = re.findall(r'^ *X\((\w+), "', table, re.M)
     options = set(re.findall(r"^ *X\((\w+), (?:0|'\w'), ", table, re.M)) | {"help", "version"}
     with open(os.path.join(root, "README.md"), encoding="utf-8") as file:
         readme = file.read()
