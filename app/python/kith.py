@@ -88,9 +88,8 @@ class Snapshot:
 
     def subset(self, chosen):
         """A mask of the nodes, or their positions. Values are copies."""
-        part = Snapshot(self.path)
-        part._chosen = np.arange(len(Snapshot(self.path)))[self._chosen][chosen]
-        return part
+        whole = np.arange(len(Snapshot(self.path)))
+        return Snapshot(self.path, whole[self._chosen][chosen])
 
     def material(self, name):
         return self.subset(self["MaterialIDs"] == self.materials.index(name))
