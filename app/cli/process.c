@@ -31,6 +31,11 @@ kith_status kith_programs_find(struct kith_programs *p) {
   return KITH_OK;
 }
 
+bool kith_is_same_file(const char *a, const char *b) {
+  struct stat x, y;
+  return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
 kith_status kith_directory_make(const char *path) {
   char part[KITH_PATH];
   struct stat status;

@@ -14,6 +14,8 @@ struct kith_programs {
 
 /* The programs beside this one; `inputs` above it, below share/kith, or else in the working directory. */
 kith_status kith_programs_find(struct kith_programs *programs);
+/* Are both there, and one file or directory? */
+bool kith_is_same_file(const char *a, const char *b);
 /* Creates a directory and its parents where they do not exist. */
 kith_status kith_directory_make(const char *path);
 

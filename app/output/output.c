@@ -11,7 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "lib/core/version.h"
@@ -39,13 +38,36 @@ static void snapshot_name(int number, char name[32]) {
   snprintf(name, 32, "snapshot_%04d.hdf", number);
 }
 
-/* Of an earlier run: a run that fails must not stand beside another one's report. Tables that this run writes
- * are empty by now. */
-static kith_status clear(const struct kith_output *output, bool restarted) {
+/* The damaged checkpoint must not take the place of the good one. */
+static kith_status set_damaged_aside(const struct kith_output *output) {
+  char path[640], aside[660];
+  struct kith_checkpoint *c;
+  path_in(output, "checkpoint.kith", path);
+  snprintf(aside, sizeof aside, "%s.damaged", path);
+  if (kith_checkpoint_open(&c, path, NULL) == KITH_OK)
+    kith_checkpoint_close(&c);
+  else if (rename(path, aside) != 0 && errno != ENOENT)
+    KITH_FAIL(BAD_FILE, "%s: cannot rename it: %s", path, strerror(errno));
+  return KITH_OK;
+}
+
+/* A picture, or a snapshot; of a restart those that it has yet to write. */
+static bool is_of_earlier_run(const struct kith_output *output, bool restarted, const char *name) {
 #define DATA "@(profile|exact|mean).dat|map_+([0-9]).bin"
   static const char pictures[] = "@(@(plot|growth).@(gp|png|pdf)|probe_*.@(gp|png|pdf|dat|bin)|" DATA ")",
                     of_frame[] = "@(.@(gp|png)|_@(" DATA "))"; /* behind its number */
 #undef DATA
+  int number = -1, end = 0;
+  if (sscanf(name, "snapshot_%4d.hdf%n", &number, &end) == 1 && end > 0)
+    return name[end] == '\0' && (!restarted || number >= output->n_snapshots);
+  if (sscanf(name, "frame_%4d%n", &number, &end) == 1)
+    return fnmatch(of_frame, name + end, FNM_EXTMATCH) == 0 && (!restarted || number >= output->n_snapshots);
+  return !restarted && fnmatch(pictures, name, FNM_EXTMATCH) == 0;
+}
+
+/* Of an earlier run: a run that fails must not stand beside another one's report. Tables that this run writes
+ * are empty by now. */
+static kith_status clear(const struct kith_output *output, bool restarted) {
   const char *const old[] = {"checkpoint.kith",
                              "checkpoint.kith.previous",
                              "probes.h5",
@@ -54,16 +76,7 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
                              output->contacts == NULL ? "contacts.csv" : NULL,
                              output->growth.scene == NULL ? "growth.csv" : NULL};
   char path[640];
-  if (restarted && output->from_previous) { /* it must not take the place of the good one */
-    char aside[660];
-    path_in(output, old[0], path);
-    snprintf(aside, sizeof aside, "%s.damaged", path);
-    struct kith_checkpoint *c;
-    if (kith_checkpoint_open(&c, path, NULL) == KITH_OK)
-      kith_checkpoint_close(&c);
-    else if (rename(path, aside) != 0 && errno != ENOENT)
-      KITH_FAIL(BAD_FILE, "%s: cannot rename it: %s", path, strerror(errno));
-  }
+  if (restarted && output->from_previous) KITH_TRY(set_damaged_aside(output));
   for (size_t k = 0; k < sizeof old / sizeof *old && !restarted; ++k) {
     if (old[k] == NULL) continue;
     path_in(output, old[k], path);
@@ -74,17 +87,8 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
   unlink(path);
   DIR *directory = opendir(output->directory);
   if (directory == NULL) KITH_FAIL(BAD_FILE, "%s: %s", output->directory, strerror(errno));
-  for (const struct dirent *entry; (entry = readdir(directory)) != NULL;) {
-    const char *name = entry->d_name;
-    int number = -1, end = 0;
-    bool old_file = !restarted && fnmatch(pictures, name, FNM_EXTMATCH) == 0;
-    if (sscanf(name, "snapshot_%4d.hdf%n", &number, &end) == 1 && end > 0)
-      old_file = name[end] == '\0' && (!restarted || number >= output->n_snapshots);
-    else if (sscanf(name, "frame_%4d%n", &number, &end) == 1)
-      old_file =
-          fnmatch(of_frame, name + end, FNM_EXTMATCH) == 0 && (!restarted || number >= output->n_snapshots);
-    if (old_file) unlinkat(dirfd(directory), name, 0);
-  }
+  for (const struct dirent *entry; (entry = readdir(directory)) != NULL;)
+    if (is_of_earlier_run(output, restarted, entry->d_name)) unlinkat(dirfd(directory), entry->d_name, 0);
   closedir(directory);
   return KITH_OK;
 }
@@ -106,12 +110,11 @@ static kith_status claim(struct kith_output *output, bool restarted, bool overwr
 
 /* Is the checkpoint in this directory? What else is there is then of the same run. */
 static bool goes_on_here(const char *directory, const char *checkpoint) {
-  struct stat here, there;
-  const char *slash = checkpoint != NULL ? strrchr(checkpoint, '/') : NULL;
   char folder[1024] = ".";
-  if (slash != NULL) snprintf(folder, sizeof folder, "%.*s", (int)(slash - checkpoint + 1), checkpoint);
-  return checkpoint != NULL && stat(directory, &here) == 0 && stat(folder, &there) == 0 &&
-         here.st_dev == there.st_dev && here.st_ino == there.st_ino;
+  if (checkpoint == NULL) return false;
+  const int length = kith_path_folder(checkpoint);
+  if (length > 0) snprintf(folder, sizeof folder, "%.*s", length, checkpoint);
+  return kith_is_same_file(directory, folder);
 }
 
 kith_status kith_output_open(struct kith_output *output, struct kith_simulation *m, const char *directory,

@@ -10,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 #include "app/cli/process.h"
@@ -73,9 +72,7 @@ static bool speaks(const struct run *run) {
 
 /* The trace would replace what the run is made from. */
 static kith_status check_read(const char *trace, const char *read) {
-  struct stat a, b;
-  if (stat(trace, &a) != 0 || stat(read, &b) != 0 || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
-    return KITH_OK;
+  if (!kith_is_same_file(trace, read)) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "--trace: %s is the file %s, which this run reads", trace, read);
 }
 

@@ -20,8 +20,13 @@ static kith_status text_copy(char **out, const char *text, size_t length) {
   return KITH_OK;
 }
 
+int kith_path_folder(const char *path) {
+  const char *slash = strrchr(path, '/');
+  return slash != NULL ? (int)(slash + 1 - path) : 0;
+}
+
 void kith_path_stem(const char *path, char *stem, size_t size) {
-  const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path, *dot = strrchr(name, '.');
+  const char *name = path + kith_path_folder(path), *dot = strrchr(name, '.');
   snprintf(stem, size, "%.*s", dot != NULL && dot != name ? (int)(dot - name) : (int)strlen(name), name);
 }
 
@@ -283,12 +288,10 @@ static kith_status parse(struct kith_config *config, const char *text, size_t le
 
 kith_status kith_config_parse(struct kith_config **out, const char *name, const char *text, size_t length) {
   *out = NULL;
-  struct kith_config *config = NULL;
-  KITH_TRY(kith_resize(&config, 0, 1, sizeof *config));
-  kith_status status = text_copy(&config->file, name, strlen(name));
-  if (status == KITH_OK) status = parse(config, text, length);
-  if (status != KITH_OK) kith_config_destroy(&config);
-  *out = config;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  kith_status status = text_copy(&(*out)->file, name, strlen(name));
+  if (status == KITH_OK) status = parse(*out, text, length);
+  if (status != KITH_OK) kith_config_destroy(out);
   return status;
 }
 
@@ -393,9 +396,8 @@ static const struct kith_config_node *own_value(const struct kith_config_node *n
 }
 
 const char *kith_config_beside(const struct kith_config_node *node, char *path, size_t size) {
-  const char *from = node->location.file, *slash = strrchr(from, '/');
-  const int folder = slash != NULL && node->text[0] != '/' ? (int)(slash + 1 - from) : 0;
-  snprintf(path, size, "%.*s%s", folder, from, node->text);
+  const char *from = node->location.file;
+  snprintf(path, size, "%.*s%s", node->text[0] != '/' ? kith_path_folder(from) : 0, from, node->text);
   return path;
 }
 

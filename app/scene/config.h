@@ -78,6 +78,8 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
 /* The path of the file that a node names, which is found from the folder of the node's own file. */
 const char *kith_config_beside(const struct kith_config_node *node, char *path, size_t size);
+/* Letters of a path up to its last '/'; 0: there is none. */
+int kith_path_folder(const char *path);
 /* The name of a file without folders and ending. */
 void kith_path_stem(const char *path, char *stem, size_t size);
 /* Can it name a file? No '/', no '.' in front, no control characters, not nothing. */

@@ -256,11 +256,9 @@ static kith_status read_material(struct kith_scene *scene, const struct kith_con
   kith_status status = kith_params_read(kith_materials_params, node->null ? NULL : node, &read);
   const struct kith_eos_ops *eos = kith_eos_find(read.eos.name);
   if (status == KITH_OK && eos->load != NULL) {
-    const struct kith_config_node *file = kith_config_child(node, "file");
-    const char *slash = strrchr(file->location.file, '/');
+    const char *file = kith_config_child(node, "file")->location.file;
     char folder[4096];
-    snprintf(folder, sizeof folder, "%.*s", slash == NULL ? 0 : (int)(slash + 1 - file->location.file),
-             file->location.file);
+    snprintf(folder, sizeof folder, "%.*s", kith_path_folder(file), file);
     if (eos->load(&read.eos.settings, folder) != KITH_OK)
       status = kith_config_fail(node, NULL, "%s", kith_failure());
   }

@@ -218,12 +218,12 @@ static kith_status find_input(const struct kith_programs *programs, const char *
 
 kith_status kith_programs_scene(const struct kith_programs *programs, const struct kith_config_node *node,
                                 const char *name, char path[KITH_JOB_PATH]) {
-  const char *from = node->location.file, *slash = strrchr(from, '/');
+  const char *from = node->location.file;
   if (!kith_suite_is_path(name))
     return find_input(programs, "", "no scene", name, path) == KITH_OK
                ? KITH_OK
                : kith_config_fail(node, NULL, "%s", kith_failure());
-  snprintf(path, KITH_JOB_PATH, "%.*s%.255s", slash != NULL ? (int)(slash - from) + 1 : 0, from, name);
+  snprintf(path, KITH_JOB_PATH, "%.*s%.255s", kith_path_folder(from), from, name);
   if (name[0] == '/' || access(path, R_OK) != 0) snprintf(path, KITH_JOB_PATH, "%.255s", name);
   return access(path, R_OK) == 0 ? KITH_OK : kith_config_fail(node, NULL, "'%s' cannot be read", name);
 }
