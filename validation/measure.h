@@ -10,6 +10,8 @@
  *   growth             rate of a Rayleigh-Taylor mode of one wave along x, at an interface in the middle of
  *                      the domain along y: its amplitude a grows as a(0) cosh(rate t) while it is small, if
  *                      the interface starts at rest. NaN if it shrinks
+ *   ripple             amplitude of the same mode, weighted for one that falls as v_y ~ exp(-k |y|) with the
+ *                      distance from the interface
  *   spread             of a ring about the center: standard deviation of the radius of the masses, over that
  *                      at the start
  *   separation         least distance of two nodes over the mean of their spacings V^(1/NDIM): 1 on a lattice

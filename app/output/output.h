@@ -2,7 +2,7 @@
  *
  *   DIR/snapshot_NNNN.hdf  DIR/snapshots.hdf.series  DIR/history.csv  DIR/checkpoint.kith (and .previous)
  *   DIR/offenders.hdf (of a run that went wrong)
- *   DIR/report.json        DIR/plot.*                  DIR/probes.h5    DIR/contacts.csv
+ *   DIR/report.json        DIR/plot.*                  DIR/probes.h5    DIR/contacts.csv  DIR/growth.csv
  *
  * All of several ranks write snapshots together (snapshot.h), by id if the order must be the same for any
  * number of ranks. Checkpoints are written by rank 0: on the same number of ranks a restart is bitwise

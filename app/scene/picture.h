@@ -11,7 +11,8 @@
   X(RADIAL, radial, "curves over the distance from the center")                 \
   X(MAP, map, "colors over the plane; in 3-D the mean along the line of sight") \
   X(SLICE, slice, "colors over a plane of a 3-D scene")
-/* name, word, label; VELOCITY_X to VELOCITY_Z stay in this order */
+/* name, word, label; DENSITY to ENERGY, which are drawn by default, and VELOCITY_X to VELOCITY_Z stay in this
+ * order */
 #define KITH_PICTURE_FIELDS(X)                  \
   X(DENSITY, density, "density")                \
   X(VELOCITY, velocity, "velocity")             \

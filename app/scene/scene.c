@@ -1,7 +1,6 @@
 /* A scene: the tables of its parts, reading them in order, comparison with a checkpoint. */
 #include "app/scene/scene.h"
 #include "app/scene/scene_parts.h"
-#include "lib/core/choices.h"
 #include "integrator/integrator.h"
 #include "lib/connectivity/list.h"
 #include "lib/domain/partition/partition.h"

@@ -10,7 +10,6 @@
 #define KITH_APP_SCENE_SCENE_H
 
 #include <stdio.h>
-#include "app/scene/params.h"
 #include "app/scene/scene_data.h"
 
 /* Reads and checks. overrides: "key=value". BAD_INPUT: one line with file:line, key, value, allowed. */

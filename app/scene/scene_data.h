@@ -38,7 +38,7 @@ struct kith_where {
   struct kith_expression *inside; /* nonzero is inside; NULL if not given */
 };
 
-/* A number or an expression in x, y, z, r. */
+/* A part of the domain, and what fills it. Formulas are in x, y, z, r. */
 struct kith_region {
   int material; /* index: node list */
   struct kith_where where;

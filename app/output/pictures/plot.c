@@ -112,8 +112,6 @@ static bool varies_across(const struct picture *f) {
  * center of an exact solution, curves and beside them a map of what it is about and of its error; maps and
  * errors of a solution that varies in the plane. */
 static void choose_panels(struct picture *f) {
-  static const enum kith_picture_field usual[] = {KITH_PICTURE_DENSITY, KITH_PICTURE_VELOCITY,
-                                                  KITH_PICTURE_PRESSURE, KITH_PICTURE_ENERGY};
   const struct kith_picture *wanted = f->plot->picture;
   const struct kith_exact_ops *exact = f->plot->exact;
   const bool chosen = wanted->kind != KITH_PICTURE_AUTO,
@@ -124,8 +122,8 @@ static void choose_panels(struct picture *f) {
     add_panel(f, wanted->fields.panel[k].field, wanted->fields.panel[k].error, maps);
   for (int k = 0; k < 4 && plane; ++k)
     add_panel(f, k < 2 ? KITH_PICTURE_DENSITY : KITH_PICTURE_PRESSURE, k % 2 == 1, true);
-  for (int k = 0; k < 4 && wanted->fields.n == 0 && !plane && !(maps && k > 0); ++k) {
-    add_panel(f, usual[k], false, maps);
+  for (int k = 0; k <= KITH_PICTURE_ENERGY && wanted->fields.n == 0 && !plane && !(maps && k > 0); ++k) {
+    add_panel(f, (enum kith_picture_field)k, false, maps);
     if (both && k % 2 == 1)
       add_panel(f, exact->vortex ? KITH_PICTURE_VELOCITY : KITH_PICTURE_DENSITY, k > 1, true);
   }
