@@ -15,10 +15,15 @@ static void values_of(const struct kith_measured *m, struct kith_sum *sum, int n
   for (int k = 0; k < n; ++k) value[k] = kith_sum_value(&sum[k]);
 }
 
+/* The wave number of one wave along x. */
+static double longest_wave(const struct kith_measured *m) {
+  return 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]);
+}
+
 /* nu, by the decay of a mode: of vortices, or of a shear wave. */
 static double viscosity(const struct kith_measured *m, bool vortices) {
   const int y = NDIM > 1;
-  const double *lower = m->domain.lower, k = 2 * M_PI / (m->domain.upper[0] - lower[0]);
+  const double *lower = m->domain.lower, k = longest_wave(m);
   struct kith_sum sum[3] = {{{0}, 0}};
   double value[3]; /* flow, norm, mass */
   for (kith_index i = 0; i < m->nodes->n; ++i) {
@@ -64,10 +69,6 @@ static double amplitude(const struct kith_measured *m, double k, bool two_layers
 
 static double mcnally(const struct kith_measured *m) {
   return amplitude(m, 4 * M_PI, true, 1);
-}
-
-static double longest_wave(const struct kith_measured *m) {
-  return 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]);
 }
 
 /* Exact for v_y ~ exp(-k |y|). */

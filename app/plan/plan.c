@@ -275,10 +275,10 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   const double evaluation = it->evaluations * plan->evaluation;
   struct kith_calibration c = {.growth = 1};
   char time[32], all[32];
-  double steps = expected_steps(fixed    ? it->fixed_dt
-                                : blocks ? 0.1 * plan->full_dt
-                                         : it->timestep_limit.dt / plan->finer,
-                                fixed ? it->fixed_dt : plan->full_dt, until);
+  const double first = fixed    ? it->fixed_dt
+                       : blocks ? 0.1 * plan->full_dt
+                                : it->timestep_limit.dt / plan->finer;
+  double steps = expected_steps(first, fixed ? it->fixed_dt : plan->full_dt, until);
   const double guess = steps * evaluation;
   const bool calibrated =
       guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,

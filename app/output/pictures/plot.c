@@ -437,10 +437,8 @@ static kith_status draw(struct picture *f, const char *directory) {
   struct kith_figure figure;
   char title[256];
   kith_status status = KITH_OK;
-  int used = snprintf(title, sizeof title, "%.150s    %d-D,  t = %.4g,  %lld nodes", plot->scene, NDIM,
-                      plot->time, (long long)f->total);
-  if (plot->resolution > 0)
-    snprintf(title + used, sizeof title - (size_t)used, ",  resolution %.4g", plot->resolution);
+  snprintf(title, sizeof title, "%.150s    %d-D,  t = %.4g,  %lld nodes,  resolution %.4g", plot->scene, NDIM,
+           plot->time, (long long)f->total, plot->resolution);
   bool curves = false;
   for (int k = 0; k < f->n; ++k) curves = curves || !f->panel[k].map;
   if (curves) {

@@ -21,7 +21,7 @@
 struct kith_plot {
   const char *scene, *frame; /* frame: name of one picture of many; NULL: plot */
   const struct kith_picture *picture;
-  double time, resolution; /* resolution: nodes per unit length, 0: not shown */
+  double time, resolution; /* resolution: nodes per unit length */
   struct kith_profile_view nodes;
   const struct kith_exact_ops *exact; /* NULL: no exact solution */
   const void *solution;
