@@ -4,17 +4,11 @@
 #include <omp.h>
 #include <string.h>
 
-#include "lib/core/lanes.h"
-
 /* Calls the pass for each run of nodes of the chunk that take part. */
 static void run_chunk(const struct kith_part *part, kith_index begin, kith_index end, kith_chunk_pass pass,
                       void *context, struct kith_scratch *scratch) {
-  if (part == NULL || part->activity == NULL) {
-    pass(context, begin, end, scratch);
-    return;
-  }
-  if (part->least > KITH_IDLE && kith_all_idle(part->activity, begin, end)) return;
-  if (part->whole) {
+  if (part->activity != NULL && part->least > KITH_IDLE && kith_all_idle(part->activity, begin, end)) return;
+  if (part->activity == NULL || part->whole) {
     pass(context, begin, end, scratch);
     return;
   }
@@ -30,7 +24,7 @@ static void run_chunk(const struct kith_part *part, kith_index begin, kith_index
 /* Is this one of the chunks that are run? */
 static bool is_wanted(const struct kith_part *part, kith_index begin, kith_index end) {
   uint8_t most = 0;
-  if (part == NULL || part->chunk == NULL) return true;
+  if (part->chunk == NULL) return true;
   for (kith_index c = begin / KITH_CHUNK; c < (end + KITH_CHUNK - 1) / KITH_CHUNK; ++c)
     most = KITH_MAX(most, part->chunk[c]);
   return most == part->wanted;
@@ -39,7 +33,7 @@ static bool is_wanted(const struct kith_part *part, kith_index begin, kith_index
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
                                void *context, int lanes, size_t width, uint64_t *count,
                                struct kith_profile *profile) {
-  const kith_index size = part != NULL && part->size > 0 ? part->size : KITH_CHUNK;
+  const kith_index size = part->size > 0 ? part->size : KITH_CHUNK;
   const kith_index chunks = (n + size - 1) / size;
   bool failed = false;
   uint64_t total[4] = {0};
@@ -50,14 +44,13 @@ kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_
     struct kith_scratch scratch = {.width = width};
     failed = kith_resize(&scratch.lane, 0, width * (size_t)lanes, sizeof(double)) != KITH_OK;
     /* Runs of chunks: the neighbors of one are in the cache for the next. Active nodes may all be in one. */
-    const bool all = part == NULL || part->activity == NULL;
-    const kith_index run = all ? KITH_MAX(1, chunks / (64 * omp_get_num_threads())) : 1;
+    const kith_index run = part->activity == NULL ? KITH_MAX(1, chunks / (64 * omp_get_num_threads())) : 1;
 #pragma omp for schedule(dynamic, run) nowait
     for (kith_index c = 0; c < chunks; ++c) {
       const kith_index begin = c * size, end = KITH_MIN(n, begin + size);
       if (failed || !is_wanted(part, begin, end)) continue;
       run_chunk(part, begin, end, pass, context, &scratch);
-      if (part != NULL && omp_get_thread_num() == 0) kith_ranks_progress(part->ranks);
+      if (omp_get_thread_num() == 0) kith_ranks_progress(part->ranks);
     }
     for (int k = 0; k < 4; ++k) total[k] += scratch.count[k];
     kith_free(&scratch.lane);
@@ -70,5 +63,5 @@ kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_
 
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
                           uint64_t *count, struct kith_profile *profile) {
-  return kith_traverse_part(n, NULL, pass, context, lanes, width, count, profile);
+  return kith_traverse_part(n, &(struct kith_part){0}, pass, context, lanes, width, count, profile);
 }
