@@ -167,7 +167,7 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
                            enum kith_search_mode mode, kith_index **found, size_t *capacity,
                            kith_index *count);
 
-/* Walks over all cells, fathers first, on one thread. STALE if the search is; UNSUPPORTED, by name, if its
+/* Walks over all cells, parents first, on one thread. STALE if the search is; UNSUPPORTED, by name, if its
  * member has no sweep. O(n) but for the events. */
 kith_status kith_search_sweep(const struct kith_search *search, const struct kith_sweep *sweep,
                               void *context);

@@ -1,7 +1,7 @@
-/* spacetree.c - levels of cells by search radius, sorted by what has moved (cells.h).
+/* spacetree.c - levels of cells by search radius, sorted by what has moved (spacetree_cells.h).
  *
  * An update takes in where nodes have gone: until then the sets of all cells are those of the positions that
- * were packed. A node that has left its vertex is lifted from father to father until a step to an adjacent
+ * were packed. A node that has left its vertex is lifted from parent to parent until a step to an adjacent
  * vertex brings it close, and dropped to its level; one that needs no lift has moved; one that went farther
  * than to an adjacent vertex has tunnelled. All that have left are sorted, and merged with the others, O(n);
  * if they are many, or nodes have been reordered, or the frame does not suit any more, all are sorted from
@@ -11,11 +11,10 @@
  * scattered    slots are nodes, vertices hold lists of them: a vertex is as many runs as its nodes are apart
  *
  * coarse O(levels log n + found); update_selected O(selected) if none leaves its vertex, else O(n). */
-#include "lib/neighbor/cells.h"
+#include "lib/neighbor/spacetree_cells.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include "lib/neighbor/sweep.h"
 
 enum {
   GROUP = 12, /* most targets of a group */

@@ -1,8 +1,7 @@
-/* sweep.c - the walk over the cells of a spacetree, fathers before their children. */
-#include "lib/neighbor/sweep.h"
+/* sweep.c - the walk over the cells of a spacetree, parents before their children. */
+#include "lib/neighbor/spacetree_cells.h"
 
 #include <string.h>
-#include "lib/neighbor/cells.h"
 
 /* A cell on the way from the top to the present one, and where its local set begins in the active set. */
 struct step {
@@ -25,7 +24,7 @@ struct walk {
   struct step way[KITH_SPACETREE_LEVELS];
 };
 
-/* Fathers come first: by the first of the finest cells in a cell, then by level. */
+/* Parents come first: by the first of the finest cells in a cell, then by level. */
 static uint64_t cell_key(const struct kith_spacetree *tree, const int64_t *cell, int level) {
   uint64_t first[NDIM];
   for (int a = 0; a < NDIM; ++a) first[a] = (uint64_t)cell[a] << (tree->deepest - level);
@@ -111,13 +110,13 @@ static kith_status leave(struct walk *w) {
   return KITH_OK;
 }
 
-/* From the present cell to another one: up to a father of both, and down. */
+/* From the present cell to another one: up to a common ancestor, and down. */
 static kith_status go(struct walk *w, int level, const int64_t *cell) {
-  for (bool father = false; w->depth > 0 && !father;) {
+  for (bool is_ancestor = false; w->depth > 0 && !is_ancestor;) {
     const int up = level - (w->depth - 1);
-    father = up > 0;
-    for (int a = 0; a < NDIM && father; ++a) father = cell[a] >> up == w->way[w->depth - 1].cell[a];
-    if (!father) KITH_TRY(leave(w));
+    is_ancestor = up > 0;
+    for (int a = 0; a < NDIM && is_ancestor; ++a) is_ancestor = cell[a] >> up == w->way[w->depth - 1].cell[a];
+    if (!is_ancestor) KITH_TRY(leave(w));
   }
   while (w->depth <= level) {
     int64_t on_the_way[NDIM];

@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include "lib/neighbor/cells.h"
+#include "lib/neighbor/spacetree_cells.h"
 
 static uint64_t seed = 20;
 static inline double uniform(double lower, double upper) {

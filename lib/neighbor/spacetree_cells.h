@@ -1,16 +1,17 @@
-/* cells.h - cells of many levels: what sorting, queries and sweeps of the spacetree search share.
+/* spacetree_cells.h - cells of many levels: what sorting, queries and sweeps of the spacetree search share.
  *
- * Cells of level l are edge / 2^l wide, and halves of those above: each has a father. A node lives on the
- * finest level whose cells are at least twice its search radius wide, and there with the vertex closest to
- * it. So whatever interacts with a node and lives on its level is with one of the 2^d vertices of the cell
- * that the node is in, which together know the cell and half a cell around it: the local set of the cell.
- * Nodes of coarser levels that interact with it are in the local sets of the cell's fathers. All of these are
- * the active set. Nodes of finer levels are in neither: they find the coarser ones.
+ * Cells of level l are edge / 2^l wide, half as wide as those of level l - 1: each has a parent. A node lives
+ * on the finest level whose cells are at least twice its search radius wide, and belongs to the vertex of
+ * that level closest to it. So any node of the same level that interacts with it belongs to one of the 2^d
+ * vertices of the cell that it is in: these hold the nodes of the cell and of half a cell around it, the
+ * local set of the cell. Nodes of coarser levels that interact with it are in the local sets of the ancestors
+ * of the cell. All these local sets are the active set of the cell. Nodes of finer levels are in none of
+ * them: they find the coarser ones.
  *
  * A node is in the cell of its floor: cells are half-open, and a node on a face, an edge or a corner is in
  * one cell. What is outside of the frame is in the outermost cells: correct, but slow. */
-#ifndef KITH_NEIGHBOR_CELLS_H
-#define KITH_NEIGHBOR_CELLS_H
+#ifndef KITH_NEIGHBOR_SPACETREE_CELLS_H
+#define KITH_NEIGHBOR_SPACETREE_CELLS_H
 
 #include "lib/core/keyed.h"
 #include "lib/core/sfc_key.h"
@@ -18,7 +19,7 @@
 
 enum {
   KITH_SPACETREE_LEVELS = 24,
-  /* Of a coordinate of a cell of the deepest level; of the Morton code of a vertex. */
+  /* Bits of the coordinate of a cell of the deepest level; of the Morton code of a vertex; of a level. */
   KITH_CELL_BITS = NDIM == 3   ? 18
                    : NDIM == 2 ? 28
                                : 50,
@@ -72,7 +73,7 @@ static inline int64_t kith_spacetree_vertex(const struct kith_spacetree *tree, i
   const double u = (x - tree->lower[a]) * tree->per_length[level];
   return kith_spacetree_clamp(u + 0.5, kith_spacetree_cells(tree, level));
 }
-/* Of the levels below the bits of ghosts, above those of vertices. */
+/* Index of a layer. From the highest bit down a key is: ghost or not, level, Morton code of the vertex. */
 static inline int kith_spacetree_layer(uint64_t vertex_key) {
   const int top = (int)(vertex_key >> KITH_VERTEX_BITS);
   return (top >> KITH_LEVEL_BITS) * KITH_SPACETREE_LEVELS + (top & ((1 << KITH_LEVEL_BITS) - 1));
@@ -89,5 +90,9 @@ static inline kith_index kith_spacetree_from(const struct kith_spacetree *tree, 
   }
   return first;
 }
+
+/* kith_search_sweep (sweep.c). UNSUPPORTED if a search radius is too large for any cell. */
+kith_status kith_spacetree_sweep(const struct kith_search *search, const struct kith_sweep *sweep,
+                                 void *context);
 
 #endif
