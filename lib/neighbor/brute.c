@@ -19,7 +19,6 @@ static kith_status brute_update(struct kith_search *search) {
 static kith_status brute_update_selected(struct kith_search *search, const kith_index *nodes,
                                          kith_index count) {
   for (kith_index k = 0; k < count; ++k) kith_search_pack_slot(search, nodes[k]);
-  while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= search->n) --search->n_groups;
   return KITH_OK;
 }
 

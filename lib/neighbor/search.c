@@ -93,6 +93,7 @@ kith_status kith_search_update_selected(struct kith_search *search, const kith_i
   mark_stale(search);
   memset(search->count, 0, sizeof search->count);
   search->n = kith_nodes_count(present);
+  while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= search->n) --search->n_groups;
   place(search);
   KITH_TRY(search->ops->update_selected(search, nodes, count));
   stamp(search);
@@ -187,7 +188,7 @@ kith_status kith_search_near(struct kith_search *search, double slack, kith_inde
   enum { GROUPS = 64 }; /* that one thread looks at together */
   int status = KITH_OK;
   if (search->n > 0) memset(search->near, 0, (size_t)search->n);
-#pragma omp parallel reduction(max : status) if (search->n > 1000)
+#pragma omp parallel reduction(max : status) if (search->n > KITH_FEW)
   {
     struct kith_runs runs = {0};
     kith_status mine = KITH_OK;

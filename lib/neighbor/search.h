@@ -99,8 +99,8 @@ struct kith_search_ops {
    * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that rounding loses no candidate. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
-  /* Only these nodes moved or changed their radius, and there are no ghosts any more if n is n_internal now.
-   * Groups that are left are those of before. */
+  /* Only these nodes moved or changed their radius, and there are no ghosts any more if n is n_internal now;
+   * their groups are gone already, the others are those of before. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
   kith_status (*sweep)(const struct kith_search *search, const struct kith_sweep *sweep, void *context);
   size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */

@@ -260,7 +260,6 @@ static void drop_ghosts(struct kith_search *search) {
     tree->n_vertices -= ghosts[l].vertices;
     ghosts[l] = (struct kith_layer){0};
   }
-  while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= search->n) --search->n_groups;
 }
 
 /* Takes in node i, whose level may be another one; those that leave their vertex: item[1], *left of them. */
