@@ -91,23 +91,6 @@ kith_status kith_list_spec_check(const struct kith_list_spec *spec) {
   return check_kept(spec);
 }
 
-static double largest(const struct kith_search *search) {
-  double radius = 0;
-  for (kith_index i = 0; i < search->n; ++i) radius = KITH_MAX(radius, search->radius->f64[i]);
-  return radius;
-}
-
-/* The box around all nodes of a search. */
-static struct kith_box around(const struct kith_search *search) {
-  struct kith_box box = kith_box_empty();
-  for (kith_index slot = 0; slot < search->n; ++slot) {
-    double x[NDIM];
-    for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
-    kith_box_include(&box, x);
-  }
-  return box;
-}
-
 kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kith_builder *scratch,
                                    struct kith_build *build) {
   const struct kith_excluder *first = spec->excluders;
@@ -122,12 +105,14 @@ kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kit
       .excluders = first != NULL && first->ops->self ? first->next : spec->excluders,
       .scratch = scratch,
       .cutoff = spec->cutoff,
-      .number = spec->cutoff == KITH_CUTOFF_boxes ? largest(spec->sources.search) : spec->number,
+      .number =
+          spec->cutoff == KITH_CUTOFF_boxes ? kith_search_largest_radius(spec->sources.search) : spec->number,
       .self = first == NULL || !first->ops->self, /* elsewhere in the chain it is asked as the others are */
       .unsorted = spec->unsorted};
   if (spec->targets.nodes != spec->sources.nodes || build->nodes->shifts.n == 1) return KITH_OK;
   build->shifts = &build->nodes->shifts;
-  build->all = around(build->search), build->widest = largest(build->search);
+  build->all = kith_box_around(build->search->position->f64, build->search->n);
+  build->widest = kith_search_largest_radius(build->search);
   return KITH_OK;
 }
 

@@ -100,11 +100,8 @@ static inline uint64_t key_of(const struct kith_search *search, kith_index i) {
 
 static void choose_frame(struct kith_search *search) {
   struct grid *grid = search->self;
-  const double *search_radius = search->radius->f64;
-  double lower[NDIM], upper[NDIM], bound = 0;
+  double lower[NDIM], upper[NDIM], bound = kith_search_largest_radius(search);
   kith_search_cube(search->position->f64, search->n, lower, upper);
-#pragma omp parallel for schedule(static) reduction(max : bound)
-  for (kith_index i = 0; i < search->n; ++i) bound = KITH_MAX(bound, search_radius[i]);
   /* Nodes without a radius: about one for each cell. */
   if (!(bound > 0 && bound < INFINITY)) bound = (upper[0] - lower[0]) / kith_root_dim(1 + search->n);
   grid->bound = bound;

@@ -271,9 +271,9 @@ size_t kith_search_bytes(const struct kith_search *search) {
          (search->ops->bytes != NULL ? search->ops->bytes(search) : 0);
 }
 
-void kith_search_cube(const double *x, kith_index n, double *lower, double *upper) {
-  double least[NDIM], most[NDIM], extent = 0;
-  for (int a = 0; a < NDIM; ++a) least[a] = INFINITY, most[a] = -INFINITY;
+struct kith_box kith_box_around(const double *x, kith_index n) {
+  struct kith_box box = kith_box_empty();
+  double *least = box.lower, *most = box.upper;
 #pragma omp parallel for schedule(static) reduction(min                           \
                                                     : least[:NDIM]) reduction(max \
                                                                               : most[:NDIM]) if (n > 10000)
@@ -282,12 +282,26 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
       const double v = x[(size_t)i * NDIM + a];
       least[a] = KITH_MIN(least[a], v), most[a] = KITH_MAX(most[a], v);
     }
-  for (int a = 0; a < NDIM; ++a) extent = KITH_MAX(extent, most[a] - least[a]);
+  return box;
+}
+
+double kith_search_largest_radius(const struct kith_search *search) {
+  const double *radius = search->radius->f64;
+  double largest = 0;
+#pragma omp parallel for schedule(static) reduction(max : largest) if (search->n > 10000)
+  for (kith_index i = 0; i < search->n; ++i) largest = KITH_MAX(largest, radius[i]);
+  return largest;
+}
+
+void kith_search_cube(const double *x, kith_index n, double *lower, double *upper) {
+  const struct kith_box box = kith_box_around(x, n);
+  double extent = 0;
   int exponent = 0;
+  for (int a = 0; a < NDIM; ++a) extent = KITH_MAX(extent, box.upper[a] - box.lower[a]);
   if (extent > 0 && extent < INFINITY) frexp(extent, &exponent);
   const double unit = ldexp(1, exponent); /* > extent */
   for (int a = 0; a < NDIM; ++a) {
-    lower[a] = n > 0 ? floor(least[a] / unit) * unit : 0;
+    lower[a] = n > 0 ? floor(box.lower[a] / unit) * unit : 0;
     upper[a] = lower[a] + 2 * unit;
   }
 }

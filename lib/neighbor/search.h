@@ -129,7 +129,7 @@ struct kith_search {
   struct kith_run *group;
   /* Slots of internal nodes have their numbers; groups of them, and runs that are found, ascend. */
   bool in_order;
-  uint8_t *near; /* [capacity] by slot, scratch of kith_search_near */
+  uint8_t *near;                        /* [capacity] by slot, scratch of kith_search_near */
   uint64_t count[KITH_SEARCH_COUNTERS]; /* what the last update did */
 };
 
@@ -179,6 +179,10 @@ size_t kith_search_bytes(const struct kith_search *search);
  * are. Reorder the nodes with kith_nodes_curve_order in this cube, and the tree need not sort and candidates
  * ascend in node index. */
 void kith_search_cube(const double *x, kith_index n, double *lower, double *upper);
+
+/* The box around x[n][NDIM], and the largest search radius of all nodes. */
+struct kith_box kith_box_around(const double *x, kith_index n);
+double kith_search_largest_radius(const struct kith_search *search);
 
 /* For members.
  * Room for n slots (present ones are kept). */

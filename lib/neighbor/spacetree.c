@@ -70,18 +70,10 @@ static inline uint64_t item_key(const struct kith_search *search, kith_index i) 
 /* Whether the frame is a new one. */
 static bool choose_frame(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
-  const double *x = search->position->f64, *radius = search->radius->f64;
-  double least[NDIM], most[NDIM], bound = 0, extent = 0;
+  const struct kith_box box = kith_box_around(search->position->f64, search->n);
+  const double *least = box.lower, *most = box.upper, bound = kith_search_largest_radius(search);
+  double extent = 0;
   bool within = tree->edge > 0;
-  for (int a = 0; a < NDIM; ++a) least[a] = INFINITY, most[a] = -INFINITY;
-#pragma omp parallel for schedule(static) reduction(min : least[:NDIM]) reduction(max : most[:NDIM], bound)
-  for (kith_index i = 0; i < search->n; ++i) {
-    bound = KITH_MAX(bound, radius[i]);
-    for (int a = 0; a < NDIM; ++a) {
-      const double v = x[(size_t)i * NDIM + a];
-      least[a] = KITH_MIN(least[a], v), most[a] = KITH_MAX(most[a], v);
-    }
-  }
   for (int a = 0; a < NDIM; ++a) {
     extent = KITH_MAX(extent, most[a] - least[a]);
     within = within && least[a] >= tree->lower[a] && most[a] <= tree->lower[a] + tree->width;
