@@ -61,21 +61,19 @@ static kith_status check_kept(const struct kith_list_spec *spec) {
       t->nodes == s->nodes && t->lists == s->lists && t->chosen == s->chosen && t->context == s->context;
   if (spec->storage == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no storage is given");
   if (spec->rebuild == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no rebuild policy is given");
-  char name[32] = "";
-  strncat(name, spec->storage, KITH_MIN(strcspn(spec->storage, ":"), sizeof name - 1));
-  const struct kith_storage_ops *storage = kith_storage_find(name);
+  const struct kith_storage_ops *storage = kith_storage_of(spec->storage);
   if (storage == NULL) return KITH_OK; /* refused where it is made */
   if (storage->ascending && spec->unsorted)
-    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs sorted rows", name);
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs sorted rows", storage->name);
   if (storage->upper && !one)
-    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs targets that are the sources", name);
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs targets that are the sources", storage->name);
   if (storage->upper && (spec->cutoff == KITH_CUTOFF_gather || spec->cutoff == KITH_CUTOFF_scatter))
     KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs a cutoff that is the same for both of a pair",
-              name);
+              storage->name);
   for (const struct kith_excluder *e = spec->excluders; storage->upper && e != NULL; e = e->next)
     if (e->ops->halves)
       KITH_FAIL(BAD_INPUT, "neighbor list: storage %s and excluder %s would leave a quarter of the rows",
-                name, e->ops->name);
+                storage->name, e->ops->name);
   return KITH_OK;
 }
 

@@ -21,20 +21,19 @@
 
 #define KITH_FAMILY(prefix, ...) KITH_FAMILY_OF(prefix, prefix##_ops, __VA_ARGS__)
 /* The same of members of type struct TYPE, where two families share it. */
-#define KITH_FAMILY_OF(prefix, type, ...)                                      \
-  const struct type *const *prefix##_all(void) {                               \
-    static const struct type *const all[] = {__VA_ARGS__ NULL};                \
-    return all;                                                                \
-  }                                                                            \
-  const struct type *prefix##_find(const char *name) {                         \
-    for (const struct type *const *p = prefix##_all(); *p != NULL; ++p)        \
-      if (kith_name_is((*p)->name, name, strlen(name))) return *p;             \
-    return NULL;                                                               \
-  }                                                                            \
-  struct kith_member prefix##_member(int k) {                                  \
-    const struct type *m = prefix##_all()[k];                                  \
-    if (m == NULL) return (struct kith_member){.name = NULL};                  \
-    return (struct kith_member){m->name, m->doc, m->params, m->settings_size}; \
+#define KITH_FAMILY_OF(prefix, type, ...)                                   \
+  const struct type *const *prefix##_all(void) {                            \
+    static const struct type *const all[] = {__VA_ARGS__ NULL};             \
+    return all;                                                             \
+  }                                                                         \
+  const struct type *prefix##_find(const char *name) {                      \
+    for (const struct type *const *p = prefix##_all(); *p != NULL; ++p)     \
+      if (kith_name_is((*p)->name, name, strlen(name))) return *p;          \
+    return NULL;                                                            \
+  }                                                                         \
+  struct kith_member prefix##_member(int k) {                               \
+    const struct type *m = prefix##_all()[k];                               \
+    return m != NULL ? KITH_MEMBER(m) : (struct kith_member){.name = NULL}; \
   }
 
 #endif

@@ -55,6 +55,7 @@ struct kith_member {
   const struct kith_param *params;
   size_t settings_size;
 };
+#define KITH_MEMBER(ops) ((struct kith_member){(ops)->name, (ops)->doc, (ops)->params, (ops)->settings_size})
 typedef struct kith_member kith_family(int k);
 /* What the header of a family declares and family.h defines: the member called `name` ('-' and '_' are the
  * same; NULL: there is none), all members (ended by NULL), and member k as one of any family. */

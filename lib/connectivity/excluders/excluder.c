@@ -61,15 +61,15 @@ kith_status kith_excluder_keeps_pairs(const struct kith_excluder *chain) {
 static kith_status add(struct kith_excluders *out, char *word) {
   const int most = (int)(sizeof out->excluder / sizeof out->excluder[0]);
   char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
-  const struct kith_member member = kith_family_member(kith_excluder_member, name);
+  const struct kith_excluder_ops *ops = kith_excluder_find(name);
 #define X(name) " " #name
-  if (member.name == NULL)
+  if (ops == NULL)
     KITH_FAIL(BAD_INPUT, "'%s' is no excluder; there are:" KITH_EXCLUDER_LIST(X), name);
 #undef X
   if (out->n == most) KITH_FAIL(BAD_INPUT, "more than %d excluders", most);
   struct kith_excluder *e = &out->excluder[out->n++];
-  e->ops = kith_excluder_find(name);
-  return kith_settings_create(&e->settings, member, options);
+  e->ops = ops;
+  return kith_settings_create(&e->settings, KITH_MEMBER(ops), options);
 }
 
 kith_status kith_excluders_create(struct kith_excluders *out, const char *words) {

@@ -18,9 +18,8 @@ const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason) {
 
 static kith_status add_policy(struct kith_rebuilds *out, char *word) {
   char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
+  const struct kith_rebuild_ops *ops = kith_rebuild_find(name);
   int k = 0;
-  while (kith_rebuild_all()[k] != NULL && kith_rebuild_all()[k] != kith_rebuild_find(name)) ++k;
-  const struct kith_rebuild_ops *ops = kith_rebuild_all()[k];
 #define X(name) " " #name
   if (ops == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no rebuild policy; there are:" KITH_REBUILD_LIST(X), name);
 #undef X
@@ -31,9 +30,10 @@ static kith_status add_policy(struct kith_rebuilds *out, char *word) {
       KITH_FAIL(BAD_INPUT, "rebuild policy %s is there twice", ops->name);
     else if (out->policy[p].ops == ops)
       return KITH_OK;
+  while (kith_rebuild_all()[k] != ops) ++k;
   struct kith_rebuild *policy = &out->policy[out->n++];
   *policy = (struct kith_rebuild){.ops = ops, .reason = KITH_REBUILD_REASONS - KITH_REBUILD_POLICIES + k};
-  KITH_TRY(kith_settings_create(&policy->settings, kith_rebuild_member(k), options));
+  KITH_TRY(kith_settings_create(&policy->settings, KITH_MEMBER(ops), options));
   return kith_params_check(ops->params, ops->name, policy->settings);
 }
 

@@ -8,20 +8,24 @@
 KITH_FAMILY(kith_storage, KITH_STORAGE_LIST(X))
 #undef X
 
+const struct kith_storage_ops *kith_storage_of(const char *words) {
+  for (const struct kith_storage_ops *const *p = kith_storage_all(); *p != NULL; ++p)
+    if (kith_name_is((*p)->name, words, strcspn(words, ":"))) return *p;
+  return NULL;
+}
+
 kith_status kith_stored_create(struct kith_stored *out, const char *words) {
-  char name[32];
-  const size_t length = strcspn(words, ":");
-  *out = (struct kith_stored){0};
-  if (length >= sizeof name) KITH_FAIL(BAD_INPUT, "'%s' is no storage", words);
-  memcpy(name, words, length), name[length] = '\0';
-  const struct kith_member member = kith_family_member(kith_storage_member, name);
-#define X(known) " " #known
-  if (member.name == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no storage; there are:" KITH_STORAGE_LIST(X), name);
+  const int length = (int)strcspn(words, ":");
+  const char *settings = words[length] == ':' ? words + length + 1 : NULL;
+  const struct kith_storage_ops *ops = kith_storage_of(words);
+  *out = (struct kith_stored){.ops = ops};
+#define X(name) " " #name
+  if (ops == NULL)
+    KITH_FAIL(BAD_INPUT, "'%.*s' is no storage; there are:" KITH_STORAGE_LIST(X), length, words);
 #undef X
-  if (words[length] == ':' && member.params == NULL)
-    KITH_FAIL(BAD_INPUT, "storage %s has no settings, not '%s'", name, words + length + 1);
-  out->ops = kith_storage_find(name);
-  return kith_settings_create(&out->settings, member, words[length] == ':' ? words + length + 1 : NULL);
+  if (settings != NULL && ops->params == NULL)
+    KITH_FAIL(BAD_INPUT, "storage %s has no settings, not '%s'", ops->name, settings);
+  return kith_settings_create(&out->settings, KITH_MEMBER(ops), settings);
 }
 
 kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node) {

@@ -296,7 +296,7 @@ const struct kith_partitioner_ops kith_partitioner_diffusion = {
 
 static kith_status as_graph(struct kith_partition *partition, const double *weight, int32_t *owner) {
   struct kith_partition graph = *partition;
-  KITH_TRY(kith_settings_create(&graph.settings, kith_family_member(kith_partitioner_member, "graph"), NULL));
+  KITH_TRY(kith_settings_create(&graph.settings, KITH_MEMBER(&kith_partitioner_graph), NULL));
   const kith_status status = kith_partitioner_graph.update(&graph, weight, owner);
   kith_free(&graph.settings);
   return status;

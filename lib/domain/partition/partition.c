@@ -31,8 +31,7 @@ static kith_status start(struct kith_partition *partition, const char *text) {
   KITH_TRY(kith_resize(&partition->owner, 0, (size_t)partition->cells->n, sizeof *partition->owner));
   if (ops->state_size > 0) KITH_TRY(kith_resize(&partition->self, 0, 1, ops->state_size));
   const char *colon = strchr(text, ':');
-  KITH_TRY(kith_settings_create(&partition->settings, kith_family_member(kith_partitioner_member, ops->name),
-                                colon != NULL ? colon + 1 : NULL));
+  KITH_TRY(kith_settings_create(&partition->settings, KITH_MEMBER(ops), colon != NULL ? colon + 1 : NULL));
   if (colon != NULL && ops->params == NULL) KITH_FAIL(BAD_INPUT, "%s has no parameters", ops->name);
   return ops->first != NULL ? ops->first(partition, partition->owner)
                             : ops->update(partition, NULL, partition->owner);
