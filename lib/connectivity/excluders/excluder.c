@@ -9,16 +9,6 @@
 KITH_FAMILY(kith_excluder, KITH_EXCLUDER_LIST(X))
 #undef X
 
-double kith_candidate_distance2(const struct kith_candidate *candidate) {
-  const struct kith_shifts *shifts = &candidate->sources->nodes->shifts;
-  double x[NDIM];
-  for (int a = 0; a < NDIM; ++a) {
-    x[a] = candidate->sources->nodes->position->f64[(size_t)candidate->j * NDIM + (size_t)a];
-    if (shifts->n > 1) x[a] += shifts->by[candidate->shift][a];
-  }
-  return kith_distance2(candidate->targets->nodes->position->f64 + (size_t)candidate->i * NDIM, x);
-}
-
 bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]) {
   const struct kith_nodes *nodes = candidate->sources->nodes;
   kith_index j = candidate->j;
@@ -63,8 +53,7 @@ static kith_status add(struct kith_excluders *out, char *word) {
   char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
   const struct kith_excluder_ops *ops = kith_excluder_find(name);
 #define X(name) " " #name
-  if (ops == NULL)
-    KITH_FAIL(BAD_INPUT, "'%s' is no excluder; there are:" KITH_EXCLUDER_LIST(X), name);
+  if (ops == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no excluder; there are:" KITH_EXCLUDER_LIST(X), name);
 #undef X
   if (out->n == most) KITH_FAIL(BAD_INPUT, "more than %d excluders", most);
   struct kith_excluder *e = &out->excluder[out->n++];

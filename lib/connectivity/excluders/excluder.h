@@ -21,8 +21,6 @@ struct kith_candidate {
   kith_index target, source; /* their ordinals in the list (list.h) */
   int shift;                 /* j is this image of its node (lib/nodes/shifts.h) */
 };
-/* |x_j - x_i|^2. */
-double kith_candidate_distance2(const struct kith_candidate *candidate);
 /* By how much j is shifted against the node that it is a periodic image of, itself 0. False if it is a
  * mirror image, or a ghost that another rank made. */
 bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]);

@@ -126,7 +126,14 @@ static void check_bonds(void) {
 }
 
 static bool far_apart(const struct kith_excluder *excluder, const struct kith_candidate *c) {
-  return sqrt(kith_candidate_distance2(c)) > *(const double *)excluder->context;
+  const struct kith_nodes *nodes = c->sources->nodes;
+  double x[NDIM];
+  for (int a = 0; a < NDIM; ++a) {
+    x[a] = nodes->position->f64[(size_t)c->j * NDIM + (size_t)a];
+    if (nodes->shifts.n > 1) x[a] += nodes->shifts.by[c->shift][a];
+  }
+  return sqrt(kith_distance2(c->targets->nodes->position->f64 + (size_t)c->i * NDIM, x)) >
+         *(const double *)excluder->context;
 }
 
 static bool odd_sum(const struct kith_excluder *excluder, const struct kith_candidate *c) {
