@@ -37,6 +37,17 @@ struct kith_cell_image {
 kith_status kith_cells_init(struct kith_cells *cells, const double *lower, const double *upper,
                             const bool *periodic, double least_edge, int64_t most_cells);
 
+/* The length of a periodic axis, 0 of others. */
+static inline double kith_cells_period(const struct kith_cells *cells, int axis) {
+  return cells->periodic[axis] ? cells->upper[axis] - cells->lower[axis] : 0;
+}
+/* The gap between two intervals of an axis, or between one and the nearest image of the other if the axis has
+ * a period (0: none). below, above: how far one lies below and above the other; negative: they overlap. */
+static inline double kith_gap(double below, double above, double period) {
+  const double gap = KITH_MAX(KITH_MAX(below, above), 0.0);
+  return period > 0 ? KITH_MIN(gap, KITH_MAX(period + KITH_MIN(below, above), 0.0)) : gap;
+}
+
 /* The cell of a position; a position outside of the box is wrapped on periodic axes and clamped on others. -1
  * for a position that is not finite. */
 int64_t kith_cells_of(const struct kith_cells *cells, const double *x);

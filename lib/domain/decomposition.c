@@ -24,11 +24,9 @@ static double distance_from(const struct kith_cells *cells, int64_t c, const dou
   double d[NDIM];
   kith_grid_place(cells->count, c, k);
   for (int a = 0; a < NDIM; ++a) {
-    const double up = kith_cells_face(cells, a, k[a]) - x[a],
-                 down = x[a] - kith_cells_face(cells, a, k[a] + 1);
-    d[a] = KITH_MAX(KITH_MAX(up, down), 0.0);
-    if (cells->periodic[a])
-      d[a] = KITH_MIN(d[a], KITH_MAX(cells->upper[a] - cells->lower[a] + KITH_MIN(up, down), 0.0));
+    const double below = kith_cells_face(cells, a, k[a]) - x[a],
+                 above = x[a] - kith_cells_face(cells, a, k[a] + 1);
+    d[a] = kith_gap(below, above, kith_cells_period(cells, a));
   }
   return kith_norm(d);
 }

@@ -8,10 +8,7 @@ enum { GROUP_SIZE = 64 };
 static inline void include(struct kith_bounds *to, const struct kith_bounds *from) {
   if (!(from->search_radius >= 0)) return;
   if (!(to->search_radius >= 0)) to->box = kith_box_empty();
-  for (int a = 0; a < NDIM; ++a) {
-    to->box.lower[a] = KITH_MIN(to->box.lower[a], from->box.lower[a]);
-    to->box.upper[a] = KITH_MAX(to->box.upper[a], from->box.upper[a]);
-  }
+  kith_box_join(&to->box, &from->box);
   to->search_radius = KITH_MAX(to->search_radius, from->search_radius);
 }
 
@@ -40,9 +37,7 @@ static inline double box_distance2(const double period[NDIM], const struct kith_
                                    const struct kith_box *b) {
   double s = 0;
   for (int k = 0; k < NDIM; ++k) {
-    const double up = b->lower[k] - a->upper[k], down = a->lower[k] - b->upper[k];
-    double gap = KITH_MAX(KITH_MAX(up, down), 0.0);
-    if (period[k] > 0) gap = KITH_MIN(gap, KITH_MAX(period[k] + KITH_MIN(up, down), 0.0));
+    const double gap = kith_gap(b->lower[k] - a->upper[k], a->lower[k] - b->upper[k], period[k]);
     s += gap * gap;
   }
   return s;
@@ -63,7 +58,7 @@ static inline bool is_near(const struct kith_candidates *c, const struct kith_bo
 double kith_bounds_widest(const struct kith_bounds *own, const struct kith_cells *cells,
                           const struct kith_bounds *all, size_t n) {
   double search_radius = own->search_radius, period[NDIM];
-  for (int a = 0; a < NDIM; ++a) period[a] = cells->periodic[a] ? cells->upper[a] - cells->lower[a] : 0;
+  for (int a = 0; a < NDIM; ++a) period[a] = kith_cells_period(cells, a);
   for (size_t k = 0; k < n; ++k)
     if (all[k].search_radius > search_radius &&
         is_within(box_distance2(period, &own->box, &all[k].box), 1, all[k].search_radius))
@@ -123,10 +118,10 @@ kith_status kith_bounds_find(const struct kith_candidates *candidates, const str
   for (size_t c = 0; c < all; ++c) cell[c] = kith_nowhere;
 #pragma omp parallel num_threads(threads)
   {
-    const int64_t me = omp_get_thread_num(), team = omp_get_num_threads();
-    const kith_index end = (kith_index)(nodes->n_internal * (me + 1) / team);
+    const int me = omp_get_thread_num(), team = omp_get_num_threads();
+    const kith_index end = kith_part_start(nodes->n_internal, me + 1, team);
     struct kith_bounds *mine = cell + n * (size_t)me;
-    for (kith_index i = (kith_index)(nodes->n_internal * me / team), next; i < end; i = next) {
+    for (kith_index i = kith_part_start(nodes->n_internal, me, team), next; i < end; i = next) {
       for (next = i + 1; next < end && home[next] == home[i];) ++next;
       const struct kith_bounds run = bounds_between(candidates, nodes, i, next);
       include(&mine[home[i]], &run);

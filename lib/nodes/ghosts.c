@@ -73,9 +73,9 @@ void kith_nodes_map(struct kith_nodes *nodes, kith_index i, const struct kith_im
 /* Called by all threads of a team: each refreshes its share of the ghosts in all fields. */
 static void refresh_block(const struct kith_ghost_block *block, struct kith_field *const *fields,
                           int n_fields) {
-  const int64_t threads = omp_get_num_threads(), me = omp_get_thread_num();
-  const kith_index begin = (kith_index)(block->count * me / threads);
-  const kith_index end = (kith_index)(block->count * (me + 1) / threads);
+  const int threads = omp_get_num_threads(), me = omp_get_thread_num();
+  const kith_index begin = kith_part_start(block->count, me, threads),
+                   end = kith_part_start(block->count, me + 1, threads);
   for (int f = 0; f < n_fields; ++f) refresh_part(fields[f], block, begin, end);
 }
 
