@@ -472,13 +472,6 @@ void kith_ranks_finish_exchange(struct kith_ranks *ranks) {
   ranks->n_requests = 0;
 }
 
-kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
-                                const struct kith_message *in) {
-  KITH_TRY(kith_ranks_start_exchange(ranks, n_out, out, n_in, in));
-  kith_ranks_finish_exchange(ranks);
-  return KITH_OK;
-}
-
 struct kith_traffic kith_ranks_traffic(const struct kith_ranks *ranks) {
   return ranks != NULL ? ranks->traffic : (struct kith_traffic){0};
 }

@@ -109,15 +109,21 @@ struct kith_message {
   void *data;
   size_t bytes;
 };
-kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
-                                const struct kith_message *in);
-/* The same in two halves, one exchange at a time; the data must not be touched in between. Code that computes
+/* In two halves, one exchange at a time; the data must not be touched in between. Code that computes
  * meanwhile calls kith_ranks_progress now and then, from the thread that started MPI: most MPI libraries make
  * progress only inside of calls. */
 kith_status kith_ranks_start_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out,
                                       int n_in, const struct kith_message *in);
 void kith_ranks_progress(struct kith_ranks *ranks);
 void kith_ranks_finish_exchange(struct kith_ranks *ranks);
+/* Both halves. */
+static inline kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out,
+                                              const struct kith_message *out, int n_in,
+                                              const struct kith_message *in) {
+  KITH_TRY(kith_ranks_start_exchange(ranks, n_out, out, n_in, in));
+  kith_ranks_finish_exchange(ranks);
+  return KITH_OK;
+}
 
 /* Since the start: messages and bytes that this rank sent in exchanges, and its collective calls. */
 struct kith_traffic {

@@ -102,10 +102,6 @@ kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t
 void kith_ranks_send_to_root(struct kith_ranks *ranks, int from, void *data, size_t bytes) {
   (void)ranks, (void)from, (void)data, (void)bytes;
 }
-kith_status kith_ranks_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out, int n_in,
-                                const struct kith_message *in) {
-  return kith_ranks_start_exchange(ranks, n_out, out, n_in, in);
-}
 kith_status kith_ranks_start_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out,
                                       int n_in, const struct kith_message *in) {
   return (void)ranks, (void)n_out, (void)out, (void)n_in, (void)in, KITH_OK;
