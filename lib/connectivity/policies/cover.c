@@ -4,7 +4,6 @@
 #include <float.h>
 #include <string.h>
 #include "lib/comm/sum.h"
-#include "lib/connectivity/rows.h"
 #include "lib/core/vec.h"
 
 /* Where node i is, or will be `ahead`. */

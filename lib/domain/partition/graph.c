@@ -19,7 +19,7 @@ static const struct kith_param graph_params[] = {
     {0}};
 
 #ifdef KITH_SCOTCH
-#include <stdio.h>
+#include <stdio.h> /* before scotch.h, which needs it */
 #include <scotch.h>
 
 static const double TOTAL = 1 << 28;
