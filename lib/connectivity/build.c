@@ -6,9 +6,9 @@
  * entries at their final position. So no distance is tested twice, and what is kept in between is smaller
  * than the rows themselves.
  *
- * Where nodes are active or idle, only active ones are targets, ghosts among them. An idle node has its
- * active neighbors in its row: the transpose of their rows, counted and filled in with the bits. Ghosts
- * serve for that alone, so only idle nodes are their candidates. */
+ * With block time steps only active nodes are targets, ghosts among them. The row of an idle node holds its
+ * active neighbors: it is found from their rows, which have the idle node, and is counted and filled with
+ * them. Active ghosts are targets for this alone, so only idle nodes are their candidates. */
 #include "lib/connectivity/build.h"
 
 #include <math.h>
@@ -30,7 +30,7 @@ struct group {
   double radius, radius2;
 };
 
-/* How far from the box the neighbors of its targets may lie, where their own radii do not say. */
+/* How far from the box of a group neighbors may lie, for cutoffs other than the radii of the targets. */
 static double reach(const struct kith_build *build, double radius) {
   if (build->cutoff == KITH_CUTOFF_number) return build->number;
   return sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (radius + build->number); /* of boxes */
@@ -59,7 +59,7 @@ static struct group group_of(const struct kith_build *build, kith_index first, k
   return (struct group){{first, count}, targets, box, radius, radius2};
 }
 
-/* Volume in which candidates may lie. */
+/* Volume around the group in which candidates may lie. */
 static double volume(const struct group *group) {
   double v = 1;
   for (int a = 0; a < NDIM; ++a) v *= group->box.upper[a] - group->box.lower[a] + 2 * group->radius;
@@ -81,7 +81,7 @@ static bool join(struct group *a, const struct group *b) {
 
 /* --- candidates of a group --- */
 
-/* Are the targets ghosts whose rows only serve the idle nodes in them? */
+/* Are the targets ghosts, which have no rows themselves but are entries of the rows of idle nodes? */
 static bool serves_idle(const struct kith_build *build, const struct group *group) {
   return build->selected && !build->targets->ghosts &&
          build->targets->search->node[group->run.first] >= build->nodes->n_internal;
@@ -92,7 +92,8 @@ static bool is_source(const struct kith_build *build, kith_index node, bool idle
   return !idle || (node < build->nodes->n_internal && !kith_node_active(build->nodes, node));
 }
 
-/* Packs the runs of internal nodes whose slots are in order; the rest is left. */
+/* Packs the internal nodes at the beginning of the runs, whose slots are in node order. *first_run: where the
+ * rest, ghosts, begins. */
 static kith_status pack_in_order(struct kith_worker *worker, const struct kith_search *search,
                                  const struct group *group, int *first_run) {
   struct kith_packed *near = &worker->near;
@@ -218,7 +219,7 @@ static bool sees_image(const struct kith_build *build, struct group *group, int 
   return near;
 }
 
-/* Images of one shift fill words of their own. */
+/* All candidates of the group. Those of each shift start at a new word. */
 static kith_status candidates(struct kith_worker *worker, const struct kith_build *build,
                               const struct group *group, int *self) {
   for (kith_index m = 0; m < group->run.count; ++m) self[m] = -1;
@@ -276,7 +277,7 @@ static kith_status share_memory(const struct kith_build *build) {
   return KITH_OK;
 }
 
-/* The idle ones among the candidates that are no ghosts: who is a neighbor of them has them in its row. */
+/* Marks the candidates that are idle internal nodes: targets that are their neighbors go into their rows. */
 static kith_status mark_idle(struct kith_worker *worker, const struct kith_nodes *nodes) {
   const struct kith_packed *near = &worker->near;
   KITH_TRY(kith_reserve(&worker->idle, &worker->idle_capacity, (size_t)near->words, sizeof *worker->idle));
@@ -291,7 +292,7 @@ static kith_status mark_idle(struct kith_worker *worker, const struct kith_nodes
   return KITH_OK;
 }
 
-/* Each of them has one more entry. A thread that is alone need not wait for others. */
+/* One more entry for the row of each idle node in these bits. A single thread needs no atomics. */
 static void count_idle(const struct kith_worker *worker, const uint64_t *hit, size_t *length) {
   const bool alone = omp_get_num_threads() == 1;
   for (int w = 0; w < worker->near.words; ++w)
@@ -332,7 +333,7 @@ KITH_INLINE int hits_from(const struct kith_packed *near, const struct kith_buil
   return kith_packed_hits(near, x, radius2, hit);
 }
 
-/* Words of one shift together. */
+/* As hits_from, for candidates with shifts: the words of each shift at a time. */
 static int hits_of_images(const struct kith_packed *near, const struct kith_build *build, kith_index slot,
                           const double *x, uint64_t *hit) {
   double seen_from[NDIM];
@@ -382,8 +383,8 @@ static kith_status test_targets(struct kith_worker *worker, const struct kith_bu
   return KITH_OK;
 }
 
-/* Where the idle nodes are that are no ghosts, by chunks. It pays where there are ghosts, most of which have
- * none of them near. */
+/* Boxes around the idle internal nodes of each chunk. They save work where there are ghosts, as most active
+ * ghosts have no idle node near. */
 static void enclose_idle(const struct kith_build *build) {
   const struct kith_search *search = build->search;
   if (!build->selected || build->nodes->n_ghost == 0) return;
@@ -420,7 +421,7 @@ static bool idle_near(const struct kith_build *build, const struct group *group)
   return near;
 }
 
-/* The ghosts that rows of the group will hold: one look serves all targets while their bits are at hand. */
+/* Marks the ghosts that rows of the group will hold: for all targets while their bits are in cache. */
 static void mark_wanted(const struct kith_packed *near, kith_index targets, const uint64_t *hit,
                         kith_index n_internal, uint8_t *wanted) {
   for (int w = 0; w < near->words; ++w) {
@@ -438,7 +439,8 @@ static void mark_wanted(const struct kith_packed *near, kith_index targets, cons
   }
 }
 
-/* With this group, `done` of `all` groups of the chunk have been tested. first[i + 1]: length of row i. */
+/* Tests one group: appends its record to the chunk, and writes the length of row i to first[i + 1]. It is
+ * group `done` of the `all` groups of the chunk. */
 static kith_status test_group(struct kith_worker *worker, const struct kith_build *build,
                               struct kith_words *chunk, struct kith_rows *rows, const struct group *group,
                               int done, int all) {
@@ -469,8 +471,8 @@ static int first_awake(const struct kith_build *build, int group, int end) {
   return build->selected ? kith_search_next_awake(build->targets->search, group, end) : group;
 }
 
-/* The groups of a chunk: large ones are cut, small ones joined. Ghosts and internal nodes are never in one
- * group. */
+/* Tests the groups of a chunk: large ones are cut, small ones joined. No group has both internal nodes and
+ * ghosts. */
 static kith_status test_chunk(struct kith_worker *worker, const struct kith_build *build, int chunk_number,
                               struct kith_rows *rows) {
   const struct kith_search *search = build->targets->search;
@@ -497,7 +499,7 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
   return open.targets > 0 ? test_group(worker, build, chunk, rows, &open, 1, 1) : KITH_OK;
 }
 
-/* All chunks; the message of a failure stays on its thread. */
+/* Tests all chunks. A failure gets a new message: its own stays on its thread. */
 static kith_status test_chunks(const struct kith_build *build, struct kith_rows *rows) {
   struct kith_builder *scratch = build->scratch;
   int status = KITH_OK;
@@ -512,7 +514,7 @@ static kith_status test_chunks(const struct kith_build *build, struct kith_rows 
                    kith_status_text((kith_status)status));
 }
 
-/* Of rows of all internal nodes, with neighbors among the same nodes and their ghosts. */
+/* `wanted` can be told for rows of all internal nodes, with the same nodes and their ghosts as sources. */
 static kith_status begin_wanted(struct kith_rows *rows, const struct kith_build *build, bool of_ghosts) {
   const size_t n = (size_t)build->nodes->n_ghost;
   rows->wanted = NULL;

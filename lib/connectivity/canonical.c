@@ -15,7 +15,7 @@ static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_
   }
 }
 
-/* Which image j is where an entry or a pair has it with a shift (NULL: by nothing). */
+/* The number of the image of j that is displaced by a shift (NULL: not displaced). */
 static inline int64_t image_of(const struct kith_nodes *nodes, kith_index j, const uint16_t *shift) {
   return nodes->image->i64[j] + (shift != NULL ? nodes->shifts.image[*shift] : 0);
 }
@@ -29,7 +29,7 @@ static bool precedes(const struct kith_nodes *nodes, kith_index i, const uint16_
   return id[i] < id[j] || (id[i] == id[j] && image_of(nodes, i, si) < image_of(nodes, j, sj));
 }
 
-/* The same of a row with displaced entries. */
+/* sort_row for a row with displaced entries: by id, then by image. */
 static KITH_HOT void sort_shifted(const struct kith_rows *rows, const struct kith_nodes *nodes, kith_index i,
                                   struct kith_scratch *s) {
   const size_t first = rows->first[i], n = rows->first[i + 1] - first;
@@ -130,7 +130,7 @@ static void walk(struct kith_pairs *pairs, const struct kith_rows *rows, const s
       size_t p = fill ? pairs->first[i] : 0;
       for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
         const kith_index j = rows->node[e];
-        const uint16_t *shift = shift_at(rows->shift, e); /* by nothing if it starts at the ghost */
+        const uint16_t *shift = shift_at(rows->shift, e); /* the zero shift if it starts at the ghost */
         const bool at_i = starts(nodes, i, j, shift), at_ghost = !at_i && j >= n;
         if (fill && at_i) put(pairs, p, i, j, shift, e);
         if (fill && at_ghost) put(pairs, cursor[j - n], j, i, shift, e);
@@ -142,7 +142,7 @@ static void walk(struct kith_pairs *pairs, const struct kith_rows *rows, const s
   }
 }
 
-/* From counts to where the pairs of a node start, and those of a part at each ghost. */
+/* Turns counts into offsets: of the pairs of each node, and of the pairs that each part adds to a ghost. */
 static void sum_counts(struct kith_pairs *pairs, const struct kith_nodes *nodes, uint32_t *cursors) {
   const kith_index n = nodes->n_internal, ghosts = nodes->n_ghost;
   pairs->first[0] = 0;
@@ -176,7 +176,7 @@ static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
   for (kith_index i = 0; i < n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
-      const uint16_t *shift = shift_at(rows->shift, e); /* by nothing: images start at i */
+      const uint16_t *shift = shift_at(rows->shift, e); /* the zero shift: pairs with images start at i */
       if (j < n && !starts(nodes, i, j, shift)) pairs->of_row[e] = (uint32_t)find(pairs, nodes, j, i, shift);
     }
 }

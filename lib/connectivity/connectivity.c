@@ -16,7 +16,7 @@ struct kith_requirements kith_requirements_or(struct kith_requirements a, struct
 
 /* --- memory --- */
 
-/* Made from nothing, or nothing is left of it. */
+/* Marks it as empty: nothing is built. */
 static void reset(struct kith_connectivity *c) {
   c->built = (struct kith_requirements){0};
   c->canonical = false;
@@ -53,7 +53,7 @@ size_t kith_connectivity_bytes(const struct kith_connectivity *c) {
 
 /* --- building --- */
 
-/* With what the required structures are made from. */
+/* `need`, and what the required structures are made from. */
 static struct kith_requirements completed(struct kith_requirements need) {
   need.overlap = need.overlap || need.overlap_pairs;
   need.pairs = need.pairs || need.intersection;
@@ -62,7 +62,7 @@ static struct kith_requirements completed(struct kith_requirements need) {
   return need;
 }
 
-/* Bytes of rows; of what the first pass over groups leaves to the second. */
+/* Bytes of rows; of what the first pass over groups stores for the second. */
 static double bytes_of(const struct kith_rows *rows) {
   const size_t entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);
   return (double)(rows->first[rows->n] * entry + (size_t)rows->n * sizeof *rows->first);

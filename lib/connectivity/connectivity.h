@@ -79,10 +79,10 @@ kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, cons
 
 /* The factor of each pair; not fresh: 1 for all. (coupling.c) */
 extern const struct kith_pairwise_spec kith_f_couple;
-/* Its values for the present pairs; NULL: 1 for all. */
+/* The values of f_couple for the present pairs; NULL: 1 for all. */
 const double *kith_connectivity_factors(const struct kith_pairs *pairs);
 
-/* By what nodes are coupled. Borrowed; ghosts too. */
+/* What the coupling of nodes depends on: arrays of all nodes and ghosts, borrowed. */
 struct kith_coupling {
   const uint8_t *barrier; /* 1: the node is a wall; NULL: there is none */
   const double *damage;   /* D in [0, 1]: a node passes 1 - D of what it would; NULL: 0 for all */

@@ -32,7 +32,7 @@ static void set_bit(uint64_t *hit, int position) {
   hit[position / 64] |= UINT64_C(1) << (position % 64);
 }
 
-/* The bits of pair (i, j); i and j are at positions `self` and `other`. */
+/* Sets the bits of what pair (i, j) has in common; i and j are at positions `self` and `other`. */
 static void common(const struct kith_build *build, const struct kith_packed *near, int self, int other,
                    bool on_segment, uint64_t *hit) {
   double x[NDIM], y[NDIM];

@@ -54,7 +54,7 @@ static kith_status check_cutoff(const struct kith_list_spec *spec) {
   return spec->cutoff != KITH_CUTOFF_gather ? check_radius(spec, &spec->sources, "sources") : KITH_OK;
 }
 
-/* The settings of storage and policies are for those who read them. */
+/* What depends on storage and policies. Their settings are checked where they are read. */
 static kith_status check_kept(const struct kith_list_spec *spec) {
   const struct kith_selection *t = &spec->targets, *s = &spec->sources;
   const bool one =
@@ -146,7 +146,7 @@ void kith_list_destroy(struct kith_list **list) {
   kith_free(list);
 }
 
-/* Ordinals of the first `n` nodes. */
+/* Numbers the selected ones of the first `n` nodes: their ordinals, and the nodes by ordinal. */
 static kith_status number(const struct kith_selection *selection, kith_index n, kith_index **node,
                           size_t *nodes_capacity, kith_index **ordinal, size_t *ordinals_capacity,
                           kith_index *count) {
@@ -205,7 +205,7 @@ static kith_status build_list(struct kith_list *l) {
   return KITH_OK;
 }
 
-/* Is it of other nodes or ghosts than there are? */
+/* Were nodes or ghosts added or removed since it was made? */
 static bool is_older(const struct kith_list *l) {
   return l->ghosts[0] != l->spec.targets.nodes->ghosts || l->ghosts[1] != l->spec.sources.nodes->ghosts;
 }

@@ -76,7 +76,7 @@ struct kith_neighbors {
 };
 
 /* What is found over all targets, or pairs, of all ranks: bitwise identical for any number of threads and
- * ranks and any storage, as sums are exact. Of nothing: 0, 0, INFINITY, -INFINITY. */
+ * ranks and any storage, as sums are exact. If there is nothing: 0, 0, INFINITY, -INFINITY. */
 enum kith_reduction { KITH_COUNT, KITH_SUM, KITH_LEAST, KITH_MOST };
 struct kith_reducer {
   enum kith_reduction kind;
@@ -88,7 +88,7 @@ struct kith_tally {
   struct kith_sum sum[KITH_MAX_REDUCERS];
   double extreme[KITH_MAX_REDUCERS];
 };
-/* To reducer k; a count counts calls. */
+/* Adds a value to reducer k; a count adds 1, whatever the value. */
 static inline void kith_tally_add(struct kith_tally *tally, int k, double value) {
   const enum kith_reduction kind = tally->reducer[k].kind;
   if (kind <= KITH_SUM) kith_sum_add(&tally->sum[k], kind == KITH_COUNT ? 1 : value);

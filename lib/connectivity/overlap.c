@@ -27,7 +27,7 @@ static inline kith_index word_of(const struct kith_rows *rows, size_t e, int fro
   return rows->node[e] / 64 + (kith_row_shift(rows, e) + from - rows->zero) * words_of(rows);
 }
 
-/* Spans of S(k); out arrays may be NULL to count. */
+/* Writes S(k) as words and their bits; returns how many. word, bits: NULL to count only. */
 static size_t spans_of(const struct kith_rows *rows, const struct kith_build *build, kith_index k,
                        kith_index *word, uint64_t *bits) {
   size_t n = 0;

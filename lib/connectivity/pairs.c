@@ -33,7 +33,7 @@ static size_t number_images(const struct kith_rows *rows, struct kith_pairs *pai
   return end;
 }
 
-/* The same as number_entries for rows with shifts. */
+/* number_entries (below), for rows with shifts. */
 static void number_shifted(const struct kith_rows *rows, struct kith_pairs *pairs, kith_index from,
                            kith_index to) {
   uint32_t *cursor = pairs->cursor;

@@ -36,10 +36,10 @@ struct kith_pairs {
   kith_index starts;     /* passes over pairs visit those that start at nodes 0 .. starts - 1: internal nodes;
                       * canonical pairs: ghosts too */
   kith_index (*node)[2]; /* [n] (i, j), which starts at i; i < j unless canonical */
-  uint16_t *shift;  /* [n] j is this image of its node, as seen from i (rows.h); NULL: all are by nothing */
-  size_t *first;    /* [rows or starts + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */
-  uint32_t *of_row; /* [entries of the rows] the pair of each entry */
-  uint64_t generation;                 /* counts builds and patches */
+  uint16_t *shift;     /* [n] j is this image of its node, as seen from i (rows.h); NULL: none is displaced */
+  size_t *first;       /* [rows or starts + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */
+  uint32_t *of_row;    /* [entries of the rows] the pair of each entry */
+  uint64_t generation; /* counts builds and patches */
   struct kith_pairwise_fields *fields; /* NULL before the first build. Copies of the list share them */
   size_t first_capacity, of_row_capacity;
   uint32_t *cursor; /* [rows]; scratch */

@@ -14,8 +14,8 @@ struct kith_rows {
   kith_index n;
   size_t *first;    /* [n + 1] */
   kith_index *node; /* [first[n]] */
-  uint16_t *shift;  /* [first[n]]; NULL: all are by nothing. A view of `shifts` */
-  int zero;         /* the shift by nothing */
+  uint16_t *shift;  /* [first[n]]; NULL: no entry is displaced. A view of `shifts` */
+  int zero;         /* the number of the zero shift */
   uint8_t *outer; /* of rows of internal nodes, 1: it holds ghosts; NULL: any may. A view of `holds_ghosts` */
   uint8_t *wanted; /* of ghosts, 1: a row of an internal node holds it; NULL: not known. A view of `held` */
   size_t rows_capacity, entries_capacity;
@@ -36,8 +36,8 @@ static inline int kith_row_shift(const struct kith_rows *rows, size_t e) {
 static inline bool kith_row_is_outer(const struct kith_rows *rows, kith_index i) {
   return rows->outer == NULL || rows->outer[i] != 0;
 }
-/* The shifts from `shift` on of n entries if any of them is displaced, else NULL: inside of a box nobody need
- * look at them. shift: NULL or all entries. */
+/* The shifts of entries first .. first + n - 1 if any of these is displaced, else NULL: most rows hold no
+ * image, and need no shifts. shift: NULL, or the shifts of all entries. */
 static inline const uint16_t *kith_shifts_at(const uint16_t *shift, int zero, size_t first, size_t n) {
   uint16_t any = 0;
   if (shift == NULL) return NULL;
@@ -54,7 +54,7 @@ static inline kith_index kith_rows_stretch_end(const struct kith_rows *rows, kit
 /* The length of the longest row. */
 size_t kith_rows_longest(const struct kith_rows *rows);
 
-/* Where sorted row i has this image of j, or would have it. */
+/* Position of this image of j in sorted row i, or where it would be. */
 static inline size_t kith_rows_find(const struct kith_rows *rows, kith_index i, kith_index j, int shift) {
   size_t e = kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], j);
   while (rows->shift != NULL && e < rows->first[i + 1] && rows->node[e] == j && rows->shift[e] < shift) ++e;
@@ -64,9 +64,9 @@ static inline bool kith_rows_hold(const struct kith_rows *rows, kith_index i, ki
   const size_t e = kith_rows_find(rows, i, j, shift);
   return e < rows->first[i + 1] && rows->node[e] == j && kith_row_shift(rows, e) == shift;
 }
-/* Sorts entries in place, of which most are in order. shift: NULL or of the entries. */
+/* Sorts entries in place, by node and then by shift; fast if most are in order. shift: may be NULL. */
 void kith_entries_sort(kith_index *node, uint16_t *shift, size_t n);
-/* Sorts keys that are few ascending sequences; returns the one of the two arrays that holds them then. */
+/* Sorts keys, fast if they are few ascending sequences; returns the array of the two that has the result. */
 uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n);
 
 /* Entries of n rows in columns, one value of each for each entry. */

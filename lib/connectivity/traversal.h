@@ -45,8 +45,8 @@ typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
                           uint64_t *count, struct kith_profile *profile);
 
-/* The same over some of the nodes: those that take part in an evaluation, and while messages are under way
- * those that need none. */
+/* A pass over some of the nodes: those that take part in an evaluation, and of these, while messages are
+ * under way, those that need no values of other ranks. {0}: all nodes. */
 enum { KITH_CHUNK = 128 }; /* nodes */
 struct kith_part {
   const uint8_t *activity; /* [n] of the nodes; NULL: all take part */

@@ -3,7 +3,7 @@
 #include <math.h>
 #include "lib/connectivity/connectivity.h"
 
-/* Offsets ascend, entries ascend and are nodes. */
+/* Do offsets ascend, and the entries of each row, and are these nodes? */
 static kith_status valid_csr(const struct kith_rows *rows, const char *what, kith_index count) {
   if (rows->first[0] != 0) KITH_FAIL(INTERNAL, "%s: the first row starts at %zu", what, rows->first[0]);
   for (kith_index i = 0; i < rows->n; ++i) {

@@ -18,15 +18,15 @@
 #endif
 
 typedef int32_t kith_index; /* a node of this process: internal or ghost */
-/* Of fewer nodes, waking threads costs more than they save. */
+/* Loops over fewer nodes than this stay on one thread: waking the others costs more than they save. */
 enum { KITH_FEW = 1000 };
-/* Where a part of 0 .. n - 1 begins, cut into equal `parts`. */
+/* The first index of part `part` where 0 .. n - 1 is divided into `parts` equal parts. */
 static inline kith_index kith_part_start(kith_index n, int part, int parts) {
   return (kith_index)((int64_t)n * part / parts);
 }
-/* Loops over few of many nodes go by stretches of this many, and skip those in which there are none. */
+/* Loops that want few of many nodes look at stretches of this many, and skip those that hold none. */
 enum { KITH_STRETCH = 128 };
-/* Written for the vectorizer. */
+/* Without an early exit: so it vectorizes. */
 static inline bool kith_all_zero(const uint8_t *value, kith_index begin, kith_index end) {
   uint8_t any = 0;
   for (kith_index i = begin; i < end; ++i) any |= value[i];
@@ -69,10 +69,10 @@ const char *kith_failure(void);
 /* 64-byte aligned memory. *p is replaced; on failure it is left as it was. New bytes are zero.
  * `count` elements of `size` bytes, of which the first `keep` elements survive. count 0 frees. */
 kith_status kith_resize(void *p, size_t keep, size_t count, size_t size);
-/* The same for at least `count` elements of an array that grows, with a little to spare: *capacity is what it
- * has room for. */
+/* Room for at least `count` elements of an array that grows: kith_resize, with a little to spare, if
+ * *capacity, the elements that there is room for, is less. */
 kith_status kith_grow(void *p, size_t *capacity, size_t keep, size_t count, size_t size);
-/* The same without the contents, which are gone on failure too. */
+/* As kith_grow, but the contents are lost where the array moves, and on failure. */
 kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size);
 /* Frees *p and sets it to NULL. Accepts a pointer to NULL. */
 void kith_free(void *p);

@@ -9,7 +9,7 @@
 
 /* Joins the names of a family list: KITH_SEARCH_LIST(KITH_AS_CHOICE) is "|tree|grid|brute". */
 #define KITH_AS_CHOICE(name) "|" #name
-/* The same for lists of (name, word, doc). */
+/* As KITH_AS_CHOICE, for lists of (name, word, doc): the words. */
 #define KITH_AS_LISTED_CHOICE(name, word, doc) "|" #word
 
 /* Are the first `length` letters of `text` the whole of `name`? */
@@ -19,7 +19,7 @@ int kith_choices_index(const char *choices, const char *word);
 /* The choice with the fewest letters changed, left out, added or swapped with their neighbor (optimal string
  * alignment), if these are at most a third of the letters. false: none is near. */
 bool kith_choices_suggest(const char *choices, const char *word, char *out, size_t size);
-/* Without the blanks around it: those behind it are cut off. */
+/* The word without the blanks around it; those behind it are overwritten. View. */
 char *kith_trimmed(char *word);
 /* "a, b, c" */
 void kith_choices_format(const char *choices, char *out, size_t size);

@@ -20,7 +20,7 @@
 #include "lib/core/param.h"
 
 #define KITH_FAMILY(prefix, ...) KITH_FAMILY_OF(prefix, prefix##_ops, __VA_ARGS__)
-/* The same of members of type struct TYPE, where two families share it. */
+/* For members of type struct TYPE, which two families share. */
 #define KITH_FAMILY_OF(prefix, type, ...)                                   \
   const struct type *const *prefix##_all(void) {                            \
     static const struct type *const all[] = {__VA_ARGS__ NULL};             \

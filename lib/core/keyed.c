@@ -46,7 +46,7 @@ static void sort_bin(struct kith_keyed *a, struct kith_keyed *b, size_t n, bool 
     if (place[d] > first) sort_bin(b + first, a + first, place[d] - first, !in_b);
 }
 
-/* Stable scatter of all items on the digit at `shift`; end[d] becomes the end of bin d. */
+/* Stable scatter of all items by the digit at `shift`; end[d] becomes the end of bin d. */
 static void scatter(const struct kith_keyed *from, struct kith_keyed *to, size_t n, int shift, size_t chunks,
                     uint32_t (*place)[TOP_BINS], uint32_t *end) {
 #pragma omp parallel for schedule(static) if (chunks > 1)

@@ -18,8 +18,8 @@ kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t
 /* Sorts item[n]; scratch[n] is overwritten. The same result for any number of threads. O(n). */
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n);
 
-/* Of item[n], sorted by key, then by node, those with node -1 go, and as many, in[], come. O(n + m log m) for
- * m of these. in: sorted after that. */
+/* Replaces the m items of node -1 in item[n], which is sorted by key and then by node, by in[m], and keeps
+ * the order. `in` is sorted thereby. O(n + m log m). */
 void kith_keyed_replace(struct kith_keyed *item, kith_index n, struct kith_keyed *in, kith_index m);
 
 #endif

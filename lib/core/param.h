@@ -60,7 +60,7 @@ typedef struct kith_member kith_family(int k);
 /* What the header of a family declares and family.h defines: the member called `name` ('-' and '_' are the
  * same; NULL: there is none), all members (ended by NULL), and member k as one of any family. */
 #define KITH_FAMILY_FUNCTIONS(prefix) KITH_FAMILY_FUNCTIONS_OF(prefix, prefix##_ops)
-/* The same of members of type struct TYPE. */
+/* For members of type struct TYPE. */
 #define KITH_FAMILY_FUNCTIONS_OF(prefix, type)        \
   const struct type *prefix##_find(const char *name); \
   const struct type *const *prefix##_all(void);       \

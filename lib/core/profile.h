@@ -6,9 +6,8 @@
  *
  * A stage is known by its path ("step/connectivity/rows"). begin and end, about 60 ns each, are called by the
  * first thread, outside of parallel regions; inside one, each thread reports its busy time. A stage that is
- * still open is shown as if it ended now. A NULL profile is allowed where stages and
- * counters are noted or read, and costs nothing. Names are
- * string constants (borrowed) without quotes.
+ * still open is shown as if it ended now. A NULL profile is allowed where stages and counters are noted or
+ * read, and costs nothing. Names are string constants (borrowed) without quotes.
  *
  * Compiled with -DKITH_LIKWID (link with -llikwid) or -DKITH_CALIPER (-lcaliper), each stage is also a region
  * of LIKWID's marker API, on every thread, or of Caliper. */
@@ -54,7 +53,7 @@ void kith_profile_begin(struct kith_profile *profile, const char *name);
   } while (0)
 /* A stage that began at `since` (kith_seconds), before there was a profile. */
 void kith_profile_begin_since(struct kith_profile *profile, const char *name, double since);
-/* The same stage goes on, after others: not another call. */
+/* Continues a stage that was ended before: its calls are not increased. */
 void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);
 /* A stage that another process has met, by its path: no call, no second. NO_MEMORY. */

@@ -46,7 +46,7 @@ static inline bool is_in(const struct kith_box *box, const double *x) {
   return in;
 }
 
-/* What find_cells notes of the cell of the last node: a node is mostly in the cell of the node before it. */
+/* The cell of the last node, for find_cells: a node is mostly in the cell of the node before it. */
 struct cell {
   struct kith_box box;
   int64_t number, home;
@@ -114,7 +114,7 @@ static int64_t nearest_own(const struct kith_decomposition *d, const double *x) 
   return best;
 }
 
-/* Of nodes that have come, and of those that stay though they are in a cell of another rank. */
+/* Sets the homes of nodes that have come, and of those that stay though their cell is of another rank. */
 static void set_homes(const struct kith_decomposition *d, const struct kith_nodes *nodes) {
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
@@ -124,7 +124,7 @@ static void set_homes(const struct kith_decomposition *d, const struct kith_node
   }
 }
 
-/* The own cells of the present map. */
+/* Lists the own cells of the present map, unless they are known. */
 static kith_status find_own(struct kith_decomposition *d) {
   const int me = kith_ranks_rank(d->ranks);
   const int32_t *owner = d->partition->owner;
@@ -198,7 +198,7 @@ void kith_decomposition_measure(struct kith_decomposition *d, const struct kith_
 
 /* ---- redistribution ---- */
 
-/* Which ranks are this one or a neighbor; the caller's to free. */
+/* (*near)[rank]: is it this one or a neighbor? Owned by the caller. */
 static kith_status near_ranks(const struct kith_decomposition *d, uint8_t **near) {
   KITH_TRY(kith_resize(near, 0, (size_t)kith_ranks_size(d->ranks), 1));
   (*near)[kith_ranks_rank(d->ranks)] = 1;
@@ -206,7 +206,7 @@ static kith_status near_ranks(const struct kith_decomposition *d, uint8_t **near
   return KITH_OK;
 }
 
-/* Which nodes leave. */
+/* Finds the cell of each node, and counts those that leave. */
 static kith_status find_leaving(struct kith_decomposition *d, const struct kith_nodes *nodes) {
   uint8_t *near = NULL;
   KITH_TRY(find_own(d));
@@ -218,7 +218,7 @@ static kith_status find_leaving(struct kith_decomposition *d, const struct kith_
   return status;
 }
 
-/* Where each node goes. */
+/* The rank that each node goes to. */
 static void find_ranks(struct kith_decomposition *d, const struct kith_nodes *nodes) {
   const int32_t *owner = d->partition->owner, me = (int32_t)kith_ranks_rank(d->ranks);
 #pragma omp parallel for schedule(static)

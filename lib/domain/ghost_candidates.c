@@ -19,7 +19,7 @@ static inline struct kith_bounds bounds_of(const struct kith_nodes *nodes, kith_
   return node;
 }
 
-/* Of nodes begin .. end - 1 but those that are marked (mark may be NULL). */
+/* Bounds of nodes begin .. end - 1 without those that are marked (mark may be NULL). */
 static inline struct kith_bounds bounds_of_run(const struct kith_nodes *nodes, kith_index begin,
                                                kith_index end, const uint8_t *mark) {
   const double *restrict x = nodes->position->f64, *restrict radius = nodes->search_radius->f64;
@@ -95,7 +95,7 @@ kith_status kith_candidates_gather(struct kith_candidates *c, const struct kith_
 
 /* --- bounds of cells --- */
 
-/* Of internal nodes begin .. end - 1, by their groups where these are known (NULL: they are not). */
+/* Bounds of internal nodes begin .. end - 1, from those of whole groups if c is not NULL. */
 static struct kith_bounds bounds_between(const struct kith_candidates *c, const struct kith_nodes *nodes,
                                          kith_index begin, kith_index end) {
   const kith_index first = (begin + GROUP_SIZE - 1) / GROUP_SIZE, stop = end / GROUP_SIZE;
@@ -107,7 +107,7 @@ static struct kith_bounds bounds_between(const struct kith_candidates *c, const 
   return all;
 }
 
-/* Each thread has bounds of its own; a box and a maximum do not depend on the order of what they include.
+/* Each thread has bounds of its own; the order in which boxes and maxima are joined does not matter.
  * Nodes that follow each other are mostly in the same cell. */
 kith_status kith_bounds_find(const struct kith_candidates *candidates, const struct kith_nodes *nodes,
                              const int64_t *home, size_t n, struct kith_bounds **bounds) {

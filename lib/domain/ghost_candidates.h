@@ -6,7 +6,7 @@
 #include "lib/domain/cells.h"
 #include "lib/nodes/nodes.h"
 
-/* Of the nodes of a cell, as neighbors are told: the box around them, their largest search radius. */
+/* What neighbors are told of the nodes of a cell: the box around them, and their largest search radius. */
 struct kith_bounds {
   double search_radius; /* < 0: it has no nodes */
   struct kith_box box;
@@ -35,8 +35,8 @@ void kith_candidates_clear(struct kith_candidates *candidates);
  * candidates that were gathered from these nodes save most of the work; NULL: there are none. */
 kith_status kith_bounds_find(const struct kith_candidates *candidates, const struct kith_nodes *nodes,
                              const int64_t *home, size_t n, struct kith_bounds **bounds);
-/* Those that are near any of cell[0 .. n - 1], by list and index: *send [*n_send], owned by the caller;
- * count[list], 0 on entry: how many there are. `cell` is reordered. */
+/* *send [*n_send], owned by the caller: the candidates near any of cell[0 .. n - 1], sorted by list and
+ * index; count[list], 0 on entry: how many of each list. `cell` is reordered. */
 kith_status kith_candidates_near(struct kith_candidates *candidates, const struct kith_nodes *nodes,
                                  struct kith_bounds *cell, size_t n, double factor, kith_index **send,
                                  kith_index *n_send, int64_t *count);

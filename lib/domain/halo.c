@@ -14,8 +14,8 @@ struct peer {
 struct kith_halo {
   struct kith_ranks *ranks;                 /* borrowed */
   struct kith_decomposition *decomposition; /* borrowed */
-  /* By the shell: bounds of cells that go to neighbors and come from them; ghosts of each list for each rank,
-   * and of each. */
+  /* Bounds of cells that are sent to neighbors and received from them, in the order of the shell; numbers of
+   * ghosts of each list that go to each rank and come from it. */
   struct kith_bounds *bounds_out, *bounds_in;
   int64_t *count_out, *count_in; /* [ranks][lists], one block */
   size_t count_capacity;
@@ -198,7 +198,7 @@ static void exchange_bounds(struct kith_halo *halo, const struct kith_bounds *ow
                                                    shell->n_neighbors, halo->in));
 }
 
-/* Of nothing, so far. */
+/* Numbers of ghosts that are sent: none so far. */
 static void clear_counts(struct kith_halo *halo, int n_lists) {
   const size_t n = (size_t)kith_ranks_size(halo->ranks) * (size_t)n_lists;
   kith_ranks_must(halo->ranks,

@@ -53,8 +53,8 @@ struct kith_checkpoint {
   char path[];
 };
 
-/* Of the whole words of block `number`. Each enters through one-to-one functions of h, so two blocks that
- * differ in one word never agree. Start and multiplier: those of 64-bit FNV; the shift carries high bits
+/* Checksum of the words of block `number`. Each word changes h by a one-to-one function, so two blocks that
+ * differ in one word never agree. Start and multiplier are those of 64-bit FNV; the shift carries high bits
  * down. */
 static uint64_t checksum_of(const char *data, size_t bytes, size_t number) {
   uint64_t h = UINT64_C(0xcbf29ce484222325) + number;
@@ -67,11 +67,12 @@ static uint64_t checksum_of(const char *data, size_t bytes, size_t number) {
   return h;
 }
 
-/* Bytes of the values of a section, and with the zeros behind them. */
+/* Bytes of the values of a section. */
 static size_t bytes_of(const struct section *s) {
   return s->rows * s->components * (s->type == KITH_U8 ? 1 : 8);
 }
 
+/* Bytes in whole words. */
 static size_t padded(size_t bytes) {
   return (bytes + 7) / 8 * 8;
 }
@@ -114,7 +115,7 @@ static kith_status read_at(const struct kith_checkpoint *c, size_t at, void *dat
   return KITH_OK;
 }
 
-/* Of the first `bytes`: the sum over its blocks, which the ranks share. */
+/* Checksum of the first `bytes` of the file: the sum over blocks, of which each rank reads its share. */
 static kith_status checksum(struct kith_checkpoint *c, size_t bytes, uint64_t *sum) {
   const size_t size = (size_t)kith_ranks_size(c->ranks);
   kith_status status = KITH_OK;
@@ -376,7 +377,7 @@ static kith_status read_lists(struct kith_checkpoint *c, const struct kith_nodes
   return KITH_OK;
 }
 
-/* Of each list the nodes that this rank has by counts[rank][list], or an equal part. */
+/* Reduces c->part to the nodes of each list that this rank has by counts[rank][list], or to an equal part. */
 static kith_status take_part(struct kith_checkpoint *c, const struct kith_nodes *nodes,
                              const int64_t *counts) {
   const int me = kith_ranks_rank(c->ranks), size = kith_ranks_size(c->ranks);

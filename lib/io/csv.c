@@ -13,7 +13,7 @@ static kith_status failed(const struct kith_csv_log *log) {
   KITH_FAIL(BAD_FILE, "%s: cannot write: %s", log->path, strerror(errno));
 }
 
-/* Bytes of the names and of the rows up to the step `last`. */
+/* *kept: bytes of the line of names and of the rows up to step `last`. */
 static kith_status kept_length(FILE *file, const char *path, const char *names, uint64_t last, size_t *kept) {
   char *line = NULL;
   size_t size = 0;

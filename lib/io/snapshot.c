@@ -281,7 +281,7 @@ static int lay_out(void *contents) {
   return !ready;
 }
 
-/* By rank 0: all but the values, and room for these. */
+/* Rank 0 makes the file: everything but the values, and room for these. */
 static kith_status lay_out_apart(struct contents *of) {
   const struct writer *w = of->w;
   const struct layout *layout = w->layout;
@@ -351,7 +351,7 @@ static kith_status fill_fields(const struct writer *w, const struct kith_nodes *
   return fill_lists(w, w->layout->place[like->n_fields], nodes, &flags, first, w->room);
 }
 
-/* Of n nodes from row `first` on; `last`: the end of the last cell too. */
+/* The cells of n nodes from row `first` on; `last`: with the offset behind the last cell. */
 static kith_status fill_cells(const struct writer *w, const haddr_t place[CELL_DATA], size_t first, size_t n,
                               bool last) {
   int64_t *number = w->room;

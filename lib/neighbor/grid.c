@@ -172,7 +172,7 @@ static kith_status group_row(struct kith_search *search, const struct row *row) 
 
 /* Slots. */
 
-/* In the order of the items, and all that is made from it. */
+/* Orders the slots as the items are, and makes cells, rows, layers and groups anew. */
 static kith_status take_order(struct kith_search *search) {
   struct grid *grid = search->self;
   search->n_groups = 0;

@@ -111,7 +111,7 @@ kith_status kith_search_fresh(const struct kith_search *search) {
 
 /* Queries. */
 
-/* Active nodes, and how far from their box others may interact with them. */
+/* The box of some active nodes, and their largest search radius. */
 struct active {
   struct kith_box box;
   double radius; /* < 0: there are none */
@@ -129,7 +129,7 @@ static struct active active_of(const struct kith_search *search, struct kith_run
   return active;
 }
 
-/* Joins b to a, if that does not name many more nodes. */
+/* Joins b to a, unless the common box would be much larger than both. */
 static bool join_active(struct active *a, const struct active *b) {
   struct active both = {a->box, KITH_MAX(a->radius, b->radius)};
   double volume[3] = {1, 1, 1};
@@ -169,7 +169,7 @@ int kith_search_next_awake(const struct kith_search *search, int group, int end)
   return group;
 }
 
-/* The same of all active nodes of groups first .. end - 1: looked up together where they are close. */
+/* Marks the slots near active nodes of groups first .. end - 1. Groups that are close share one query. */
 static kith_status mark_near_groups(struct kith_search *search, int first, int end, double slack,
                                     struct kith_runs *runs) {
   struct active open = {.radius = -1};

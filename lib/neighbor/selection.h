@@ -15,7 +15,7 @@ struct kith_selection {
   const void *context;
 };
 
-/* Whether it is of this process or a ghost. */
+/* Is node or ghost i one of them? `ghosts` is not looked at. */
 static inline bool kith_selects(const struct kith_selection *s, kith_index i) {
   return (s->lists == 0 || (s->lists >> s->nodes->list->u8[i] & 1) != 0) &&
          (s->chosen == NULL || s->chosen(s->context, s->nodes, i));

@@ -1,13 +1,13 @@
 /* spacetree.c - levels of cells by search radius, sorted by what has moved (spacetree_cells.h).
  *
- * An update takes in where nodes have gone: until then the sets of all cells are those of the positions that
- * were packed. A node that has left its vertex is lifted from parent to parent until a step to an adjacent
+ * An update reads the positions of the nodes: until the next one all sets of cells are those of these
+ * positions. A node that has left its vertex is lifted from parent to parent until a step to an adjacent
  * vertex brings it close, and dropped to its level; one that needs no lift has moved; one that went farther
  * than to an adjacent vertex has tunnelled. All that have left are sorted, and merged with the others, O(n);
  * if they are many, or nodes have been reordered, or the frame does not suit any more, all are sorted from
  * scratch, O(n).
  *
- * contiguous   slots follow the items: a vertex is a run of slots. Who moves takes its memory along
+ * contiguous   slots follow the items: a vertex is a run of slots. A node that moves changes its slot
  * scattered    slots are nodes, vertices hold lists of them: a vertex is as many runs as its nodes are apart
  *
  * coarse O(levels log n + found); update_selected O(selected) if none leaves its vertex, else O(n). */
@@ -97,7 +97,8 @@ static bool choose_frame(struct kith_search *search) {
 
 /* Sorting. */
 
-/* From where it was packed to where it is. */
+/* Counts how the node of a slot went from where it was packed to where it is: between which levels, and how
+ * far. */
 static void count_move(const struct kith_search *search, kith_index slot, int from, int to,
                        uint64_t count[KITH_SEARCH_COUNTERS]) {
   const struct kith_spacetree *tree = search->self;
@@ -127,7 +128,7 @@ static inline kith_index slot_of(const struct kith_search *search, kith_index it
   return is_scattered(search) ? tree->item[0][item].node : item;
 }
 
-/* Items first .. n - 1, of the nodes of these numbers. */
+/* Makes items first .. n - 1 of the nodes of these numbers, and sorts them. */
 static kith_status sort_all(struct kith_search *search, kith_index first) {
   struct kith_spacetree *tree = search->self;
   if (first == search->n) return KITH_OK;
@@ -137,7 +138,7 @@ static kith_status sort_all(struct kith_search *search, kith_index first) {
   return kith_keyed_sort(tree->item[0] + first, tree->item[1] + first, (size_t)(search->n - first));
 }
 
-/* The internal nodes, sorted as they were: false if too many have left. */
+/* Sorts internal nodes that were sorted before and have moved; false if too many have left their vertices. */
 static bool sort_moved(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
   const kith_index n = search->n_internal;
@@ -189,7 +190,7 @@ static kith_status list_vertices(struct kith_search *search) {
   return KITH_OK;
 }
 
-/* Of a vertex, or if scattered of all nodes: they follow the order of nodes, which is a curve. */
+/* Groups of consecutive slots: of one vertex, but if scattered of any nodes, which follow a curve. */
 static kith_status list_groups(struct kith_search *search) {
   const struct kith_keyed *item = ((struct kith_spacetree *)search->self)->item[0];
   const bool scattered = is_scattered(search);
@@ -358,7 +359,7 @@ static int compare_runs(const void *a, const void *b) {
   return (p->first > q->first) - (p->first < q->first);
 }
 
-/* Ascending, and adjacent ones merged. */
+/* Sorts runs, and merges adjacent ones. */
 static kith_status order_runs(struct kith_runs *runs) {
   const int n = runs->n;
   if (n == 0) return KITH_OK;

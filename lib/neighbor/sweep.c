@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-/* A cell on the way from the top to the present one, and where its local set begins in the active set. */
+/* A cell on the way from level 0 to the present one, and where its local set begins in the active set. */
 struct step {
   int64_t cell[NDIM];
   int n, runs;                  /* its vertices that have nodes; where their runs begin */
@@ -73,7 +73,7 @@ static kith_status touch(const struct walk *w, const struct step *step, int k,
   return event != NULL ? event(w->context, w->active.run + step->run[k], end - step->run[k]) : KITH_OK;
 }
 
-/* Its local set: the nodes of the 2^d vertices of the cell, internal ones and ghosts. */
+/* Goes down to a cell: adds its local set, the nodes of its 2^d vertices, internal ones and ghosts. */
 static kith_status enter(struct walk *w, int level, const int64_t *cell) {
   const struct kith_spacetree *tree = w->search->self;
   struct step *step = &w->way[w->depth++];
@@ -110,7 +110,7 @@ static kith_status leave(struct walk *w) {
   return KITH_OK;
 }
 
-/* From the present cell to another one: up to a common ancestor, and down. */
+/* Goes from the present cell to another one: up to a common ancestor, and down. */
 static kith_status go(struct walk *w, int level, const int64_t *cell) {
   for (bool is_ancestor = false; w->depth > 0 && !is_ancestor;) {
     const int up = level - (w->depth - 1);

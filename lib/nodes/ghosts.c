@@ -95,7 +95,7 @@ kith_index kith_nodes_first_remote(const struct kith_nodes *nodes) {
   return kith_nodes_count(nodes);
 }
 
-/* Code that uses another field of ghosts refreshes it. */
+/* Code that reads another field of ghosts refreshes it first. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
   int n = 0;
   for (int f = 0; f < nodes->n_fields; ++f)

@@ -89,7 +89,7 @@ static kith_status remove_leaving(struct kith_nodes *nodes, const int32_t *to, i
   return status;
 }
 
-/* At the end of each list, rank by rank. */
+/* Appends the nodes that came to their lists, rank by rank. */
 static kith_status unpack_arrivals(const struct transport *t, struct kith_nodes *nodes) {
   const size_t lists = (size_t)nodes->n_lists;
   for (size_t l = 0; l < lists; ++l) {
@@ -164,7 +164,7 @@ kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes) {
   return status;
 }
 
-/* To the rank that has the id's part of the range of all ids; all to rank 0 if there is only one part. */
+/* Divides the range of all ids into `parts`, and sends each node to the rank of its part. */
 static kith_status send_by_id(struct kith_nodes *copy, int parts) {
   const int64_t *id = copy->id->i64;
   double ends[2] = {-INFINITY, -INFINITY}; /* minus the smallest, the largest */

@@ -36,8 +36,8 @@ enum kith_role {
   KITH_KEPT,     /* in checkpoint too, but its node's own: ghosts do not have it until it is refreshed */
   KITH_DERIVED,  /* follows from the state: recomputed after a restart */
   KITH_WORK,     /* lives inside a step; ghosts do not have it until it is refreshed */
-  KITH_OWN_KEPT, /* as these two, but ghosts never have it, and no memory for it */
-  KITH_OWN_WORK
+  KITH_OWN_KEPT, /* as KITH_KEPT, but of internal nodes alone: there is no memory of it for ghosts */
+  KITH_OWN_WORK  /* as KITH_WORK, likewise */
 };
 
 struct kith_field_spec {
@@ -88,11 +88,13 @@ struct kith_ghost_block {
   struct kith_image image;
 };
 
-/* What a node does at this evaluation: nothing; it only receives from active neighbors; all. */
+/* What a node does at this evaluation: nothing; it receives what active neighbors give it, and no more; it is
+ * evaluated. */
 enum { KITH_IDLE, KITH_TOUCHED, KITH_ACTIVE };
 
-/* Gas; what stays where it is, and the walls among that; from KITH_ZONE on what is behind the face of an
- * inflow or outflow (boundaries/flow.h), KITH_ZONE + 2 axis + side. All but gas is left out of totals. */
+/* What a node is: gas; a node that never moves; one that never moves and is a wall; from KITH_ZONE on a node
+ * behind the face of an inflow or outflow, KITH_ZONE + 2 axis + side (boundaries/flow.h). Totals are of gas
+ * alone. */
 enum kith_flag { KITH_GAS, KITH_FROZEN, KITH_BARRIER, KITH_ZONE };
 
 struct kith_nodes {
@@ -134,7 +136,7 @@ struct kith_nodes {
   /* Generations. */
   uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
   uint64_t order;     /* internal nodes deleted, added, reordered */
-  uint64_t ghosts;    /* the same; and created, dropped, culled */
+  uint64_t ghosts;    /* as `order`; and ghosts created, dropped, culled */
 };
 
 /* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are
@@ -161,26 +163,26 @@ struct kith_field_row {
 };
 /* Registers those of a table, ended by {0}. */
 kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table);
-/* From here on ghosts have this field, too, when it is refreshed. */
+/* Ghosts get memory for this field, and its values when it is refreshed. */
 kith_status kith_nodes_give_ghosts(struct kith_nodes *nodes, struct kith_field *field);
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
 
-/* From here on supports have these half axes, at least 1. */
+/* Makes supports ellipsoids with these half axes, at least 1. */
 kith_status kith_nodes_stretch(struct kith_nodes *nodes, const double stretch[NDIM]);
 
-/* From here on ghosts have an `image`: n + 2^16 m + 2^32 l for image n along axis 0, of image m along axis 1,
- * and so on. */
+/* Registers `image`: n + 2^16 m + 2^32 l for image n along axis 0 of image m along axis 1 of image l along
+ * axis 2. */
 kith_status kith_nodes_number_images(struct kith_nodes *nodes);
 
-/* From here on nodes have an `activity`, idle until someone marks them: lists are built, and passes run, for
- * active and touched nodes only. */
+/* Registers `activity`: idle, until it is set. Lists are built, and passes run, for active and touched nodes
+ * only. */
 kith_status kith_nodes_mark_activity(struct kith_nodes *nodes);
 static inline bool kith_node_active(const struct kith_nodes *nodes, kith_index i) {
   return nodes->activity == NULL || nodes->activity->u8[i] == KITH_ACTIVE;
 }
 
-/* From here on nodes have a flag; they are gas until someone flags them. */
+/* Registers `flag`: gas, until it is set. */
 kith_status kith_nodes_flag(struct kith_nodes *nodes);
 static inline bool kith_node_is_gas(const struct kith_nodes *nodes, kith_index i) {
   return nodes->flag == NULL || nodes->flag->u8[i] == KITH_GAS;
@@ -196,8 +198,8 @@ static inline kith_index kith_stretch_end(const struct kith_nodes *nodes, kith_i
   return nodes->activity != NULL && kith_all_idle(nodes->activity->u8, begin, stop) ? begin : stop;
 }
 
-/* Is it in checkpoints? Where nodes have an activity, work is too: idle ones keep it from evaluation to
- * evaluation. */
+/* Is it in checkpoints? Where nodes have an activity, fields of work are too: idle nodes keep them from one
+ * evaluation to the next. */
 static inline bool kith_field_lasts(const struct kith_nodes *nodes, const struct kith_field *field) {
   const enum kith_role role = field->spec.role;
   return role == KITH_STATE || role == KITH_KEPT || role == KITH_OWN_KEPT ||
@@ -210,9 +212,9 @@ static inline bool kith_field_is_own(const struct kith_field *field) {
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
-/* Memory for so many more nodes and ghosts, and an eighth of the capacity beyond if fields must move. */
+/* Room for so many more nodes and ghosts. Fields that must move get an eighth of their capacity more. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index internal, kith_index ghosts);
-/* Frees the memory behind the present nodes but for an eighth of them. */
+/* Gives memory back: fields keep room for an eighth more than the present nodes. */
 kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */
@@ -227,7 +229,7 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
  * nodes are in this order already. */
 kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *key, kith_index *order,
                                 bool *sorted);
-/* By the space-filling curve of `position` in `lower..upper`. */
+/* As kith_nodes_order_by, by keys of the space-filling curve in the box lower .. upper. */
 kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
                                    kith_index *order, bool *sorted);
 
@@ -260,8 +262,9 @@ kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
  * empty blocks go. */
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber);
 
-/* *p: memory for whoever works on the nodes, until someone else asks for it, with any contents. So what is
- * needed at different times of a step (candidates of rows, packed particles, images) shares it. */
+/* *p: scratch memory with any contents, valid until the next call, which gives the same memory to another
+ * user: what is needed at different times of a step (candidates of rows, packed particles, images) shares
+ * it. */
 kith_status kith_nodes_work(const struct kith_nodes *nodes, size_t bytes, void *p);
 
 size_t kith_nodes_bytes(const struct kith_nodes *nodes);

@@ -13,7 +13,7 @@ static inline void take_values(void *to, const void *from, const kith_index *ord
   for (kith_index k = begin; k < end; ++k) memmove(t + (size_t)k * size, s + (size_t)order[k] * size, size);
 }
 
-/* The same with the size known to the compiler, for the sizes that occur. */
+/* take_values, with the size known to the compiler for the sizes that occur. */
 static void gather_sized(void *to, const void *from, const kith_index *order, kith_index begin,
                          kith_index end, size_t size) {
   if (size == 8)

@@ -11,7 +11,7 @@
 
 struct kith_shifts {
   bool wanted;         /* periodic boundaries may use them; else they make ghosts */
-  int n, zero;         /* how many; the one by nothing. No periodic axis: 1, 0 */
+  int n, zero;         /* how many; the number of the zero shift. No periodic axis: 1, 0 */
   int most[NDIM];      /* images -most .. most along an axis */
   double length[NDIM]; /* of the box along an axis; 0: no image */
   double (*by)[NDIM];  /* [n] */
@@ -23,7 +23,7 @@ enum { KITH_MOST_SHIFTS = 1 << 16 }; /* an entry has 16 bits for it */
 
 /* Adds images -most .. most along an axis. DIVERGED if these are more than KITH_MOST_SHIFTS together. */
 kith_status kith_shifts_add(struct kith_shifts *shifts, int axis, int most, double length);
-/* None but the one by nothing; the memory is kept. */
+/* Leaves the zero shift alone; the memory is kept. */
 void kith_shifts_drop(struct kith_shifts *shifts);
 void kith_shifts_clear(struct kith_shifts *shifts);
 size_t kith_shifts_bytes(const struct kith_shifts *shifts);

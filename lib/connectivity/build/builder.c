@@ -1,4 +1,4 @@
-/* builder.c - scratch memory, and what excluders leave of candidates. */
+/* builder.c - scratch memory of builders; excluders applied to candidates. */
 #include "lib/connectivity/build/builder.h"
 
 #include <omp.h>

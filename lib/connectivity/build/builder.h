@@ -6,7 +6,7 @@
 #include "lib/connectivity/excluders/excluder.h"
 #include "lib/connectivity/rows.h"
 
-/* Of one thread. */
+/* The memory of one thread. */
 struct kith_worker {
   struct kith_runs runs;
   struct kith_packed near;
@@ -76,7 +76,7 @@ struct kith_build {
   kith_status (*when_marked)(void *context); /* connectivity.h; NULL: nothing to do */
   void *context;
 };
-/* As in the rows of packages: every node of a group is a target, and its row is its number. */
+/* Is every node of a group a target, with its own number as its row? So it is for packages. */
 static inline bool kith_build_all_targets(const struct kith_build *build) {
   return build->row == NULL && !build->selected;
 }
@@ -90,19 +90,21 @@ static inline bool kith_build_is_target(const struct kith_build *build, kith_ind
  * i is displaced by shift `from` itself. */
 int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i, int from,
                        const struct kith_packed *near, uint64_t *hit);
-/* Number of the shift by nothing. */
+/* Number of the zero shift. */
 static inline int kith_build_zero(const struct kith_build *build) {
   return build->shifts != NULL ? build->shifts->zero : 0;
 }
-/* By how much it displaces in the metric of the supports. */
+/* Component a of shift s, in the metric of the supports. */
 static inline double kith_build_shift(const struct kith_build *build, int s, int a) {
   return build->shifts->by[s][a] / build->nodes->stretch[a];
 }
-/* The square of the distance from node i to image s of j: in both directions the same, or in reproducible
- * mode that to a ghost at this place. */
+/* Distances to image s of a source are computed by moving the source by s, or the target by -s. In
+ * reproducible mode it is the source, as if a ghost were there; else the source for half of the shifts, so
+ * that the distances from i to j and from j to i are bitwise equal. */
 static inline bool kith_build_moves_source(const struct kith_build *build, int s) {
   return build->nodes->image != NULL || s >= build->shifts->zero;
 }
+/* |x_j + shift s - x_i|^2. */
 static inline double kith_build_distance2(const struct kith_build *build, kith_index i, kith_index j, int s) {
   const double *xi = build->nodes->position->f64 + (size_t)i * NDIM,
                *xj = build->nodes->position->f64 + (size_t)j * NDIM;

@@ -25,7 +25,7 @@ static void fill_shifts(const struct kith_rows *rows, const struct kith_build *b
   }
 }
 
-/* Target i becomes an entry of the rows of the idle nodes that it has in its own. */
+/* Adds target i to the rows of the idle nodes that are in its own row. */
 static void fill_idle(const struct kith_rows *rows, const struct kith_build *build, kith_index i,
                       const kith_index *node, const uint16_t *shift, int words, const uint64_t *idle,
                       const uint64_t *hit) {
@@ -83,7 +83,7 @@ kith_status kith_rows_begin_idle(const struct kith_rows *rows, const struct kith
   return KITH_OK;
 }
 
-/* Threads come in any order: rows are nearly sorted. */
+/* Entries came in the order in which threads reached them: nearly sorted. */
 void kith_rows_end_idle(struct kith_rows *rows, const struct kith_build *build) {
   const kith_index *filled = build->scratch->filled;
   rows->n = build->nodes->n_internal;

@@ -176,8 +176,8 @@ static inline void box_lanes(const double *const *c, const double *radius2, int 
   }
 }
 
-/* Of `count` of them, of `left` to the end. Whole blocks vectorize: slots behind are tested too, if there are
- * as many, and not used. */
+/* box_lanes for `count` slots, of `left` to the end of all slots. Whole blocks vectorize, so slots behind
+ * `count` are tested too if there are enough, and not used. */
 static inline void test_lanes(const double *const *c, const double *radius2, int count, kith_index left,
                               const struct kith_box *box, double target_radius2, uint64_t *restrict within) {
   if (left >= LANES)
@@ -209,7 +209,7 @@ size_t kith_box_slots(const struct kith_search *search, struct kith_run run, con
   return box_slots(search, run, box, target_radius2, slot);
 }
 
-/* Appends these to the packed nodes: written in any case, kept if it counts. */
+/* Appends the slots within range: each is written, and overwritten by the next one unless it is within. */
 KITH_HOT static void add_slots(struct kith_packed *packed, const struct kith_search *search,
                                struct kith_run run, const struct kith_box *box, double target_radius2) {
   const struct kith_box b = *box;
@@ -235,7 +235,7 @@ KITH_HOT static void add_slots(struct kith_packed *packed, const struct kith_sea
 }
 
 #ifdef __x86_64__
-/* The same: what is tested is compressed and stored as it is. */
+/* The same with masks: the slots within range are compressed and stored together. */
 __attribute__((target("avx512f"))) static void add_slots_wide(struct kith_packed *packed,
                                                               const struct kith_search *search,
                                                               struct kith_run run, const struct kith_box *box,

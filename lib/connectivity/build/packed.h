@@ -20,7 +20,7 @@ struct kith_packed {
 /* Room for n; keeps those that there are. */
 kith_status kith_packed_reserve(struct kith_packed *packed, size_t n);
 void kith_packed_clear(struct kith_packed *packed);
-/* Words from .. to - 1 of it, which borrow its memory. */
+/* A view of words from .. to - 1. */
 static inline struct kith_packed kith_packed_part(const struct kith_packed *packed, int from, int to) {
   struct kith_packed part = {.n = 64 * (to - from),
                              .words = to - from,
@@ -39,7 +39,7 @@ int kith_packed_hits(const struct kith_packed *packed, const double *x, double r
 void kith_packed_between(const struct kith_packed *packed, const double *x, const double *y, uint64_t *hit);
 /* Writes the nodes of the bits set, in order. */
 void kith_packed_extract(const kith_index *node, int words, const uint64_t *hit, kith_index *restrict out);
-/* The same of their shifts. */
+/* Writes the shifts of the bits set, in order. */
 void kith_packed_extract_shifts(const uint16_t *shift, int words, const uint64_t *hit,
                                 uint16_t *restrict out);
 /* Writes the slots of a run within range of the box, d2(box, slot) <= max(radius2, radius2_slot), ascending;
@@ -47,8 +47,8 @@ void kith_packed_extract_shifts(const uint16_t *shift, int words, const uint64_t
  * no neighbor is lost. */
 size_t kith_box_slots(const struct kith_search *search, struct kith_run run, const struct kith_box *box,
                       double radius2, kith_index *slot);
-/* Appends the same slots, which have the numbers of their nodes. There is room for all of the run, and for
- * KITH_PACKED_ROOM more, which is overwritten. */
+/* Appends what kith_box_slots finds, where slots are nodes. The caller has reserved room for the whole run
+ * and KITH_PACKED_ROOM more nodes, which is overwritten. */
 enum { KITH_PACKED_ROOM = 16 };
 void kith_packed_add(struct kith_packed *packed, const struct kith_search *search, struct kith_run run,
                      const struct kith_box *box, double radius2);

@@ -21,8 +21,8 @@ struct kith_candidate {
   kith_index target, source; /* their ordinals in the list (list.h) */
   int shift;                 /* j is this image of its node (lib/nodes/shifts.h) */
 };
-/* By how much j is shifted against the node that it is a periodic image of, itself 0. False if it is a
- * mirror image, or a ghost that another rank made. */
+/* The displacement of j from the node that it is a periodic image of; 0 if it is no image. False if it is a
+ * mirror image, or a ghost of another rank. */
 bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]);
 
 struct kith_excluder;
@@ -41,7 +41,7 @@ struct kith_excluder_ops {
   void (*clear)(struct kith_excluder *excluder); /* frees what self owns; NULL: nothing */
 };
 
-/* Whoever has a predicate of its own fills in ops and context. In the rows of packages `reject` must be
+/* A program with a predicate of its own fills in ops and context. In the rows of packages `reject` must be
  * symmetric in i and j. It is called by several threads. */
 struct kith_excluder {
   const struct kith_excluder_ops *ops;

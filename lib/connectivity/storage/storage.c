@@ -35,7 +35,7 @@ kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node)
   return stored->ops->keep != NULL ? stored->ops->keep(stored, node) : KITH_OK;
 }
 
-/* What rows that are kept as they are need. */
+/* Bytes that these rows need. */
 static size_t bytes_of(const struct kith_rows *rows) {
   if (rows->n == 0) return 0;
   const size_t entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);

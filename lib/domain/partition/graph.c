@@ -102,7 +102,7 @@ static kith_status partition_graph(const struct graph *graph, const struct graph
   return KITH_OK;
 }
 
-/* From the present map; from scratch if `owner` is the first map. */
+/* Starts from the present map, but makes the first one (`owner` is that of the partition) from scratch. */
 static kith_status graph_update(struct kith_partition *partition, const double *weight, int32_t *owner) {
   int32_t *from = owner == partition->owner ? NULL : partition->owner;
   struct graph graph = {0};

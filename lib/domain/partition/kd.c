@@ -23,7 +23,7 @@ static int64_t coordinate(const struct kith_cells *cells, int64_t c, int axis) {
   return k[axis];
 }
 
-/* Of the bounding box of a set. */
+/* The longest axis of the bounding box of a set. */
 static int longest_axis(const struct bisection *b, kith_index first, kith_index end) {
   int64_t low[NDIM], high[NDIM], k[NDIM];
   kith_grid_place(b->cells->count, b->cell[first], low);

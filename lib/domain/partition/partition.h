@@ -68,7 +68,7 @@ void kith_partition_destroy(struct kith_partition **partition);
  * *changed = false: no entry of the map changed. BAD_INPUT: a weight that is negative or not finite. After a
  * failure the map is unchanged. */
 kith_status kith_partition_update(struct kith_partition *partition, const double *weight, bool *changed);
-/* The same until the map does not change any more, at most 20 times. */
+/* Updates until the map does not change any more, at most 20 times. */
 kith_status kith_partition_converge(struct kith_partition *partition, const double *weight);
 
 /* load[n_ranks], written: the work of each rank by the map owner[cells->n], in these weights of cells; NULL:

@@ -8,7 +8,7 @@ static int ascending(const void *a, const void *b) {
   return (p > q) - (p < q);
 }
 
-/* What is near the own cells: entries, rank times cells + cell. */
+/* Scratch of a build. Until make_rows entries of `send` and `receive` are rank * number of cells + cell. */
 struct found {
   int64_t n_send, n_receive;
   size_t send_capacity, receive_capacity;
@@ -50,7 +50,7 @@ static kith_status add(struct kith_shell *shell, struct found *f, const struct k
   return KITH_OK;
 }
 
-/* Offsets along the axis at which a cell is within reach of cell k, at most once around. */
+/* The offsets along an axis of the cells within reach of cell k, at most once around the box. */
 static void range(const struct kith_cells *cells, int axis, int64_t k, double reach, int64_t *low,
                   int64_t *high) {
   const double steps = floor(reach / cells->edge[axis] * (1 + 1e-12)) + 1;
