@@ -164,14 +164,14 @@ static kith_status unite_stages(struct kith_profile *profile, struct kith_ranks 
 static kith_status spread_stages(struct kith_report *r, struct kith_ranks *ranks) {
   int n = r->n_stages;
   if (ranks == NULL) return KITH_OK;
-  kith_ranks_broadcast(ranks, 0, &n, sizeof n);
+  kith_ranks_broadcast(ranks, &n, sizeof n);
   KITH_TRY(kith_ranks_allreduce_status(ranks,
                                        kith_resize(&r->stage_spread, 0, (size_t)n, sizeof *r->stage_spread)));
   for (int s = 0; s < n; ++s) {
     char path[256] = "";
     double seconds = 0;
     if (kith_ranks_rank(ranks) == 0) snprintf(path, sizeof path, "%s", r->stages[s].path);
-    kith_ranks_broadcast(ranks, 0, path, sizeof path);
+    kith_ranks_broadcast(ranks, path, sizeof path);
     for (int k = 0; k < r->n_stages; ++k)
       if (strncmp(r->stages[k].path, path, sizeof path - 1) == 0) seconds = r->stages[k].seconds;
     r->stage_spread[s] = spread_of(ranks, seconds);

@@ -343,12 +343,6 @@ static void reduce(struct kith_ranks *ranks, void *values, int n, MPI_Datatype t
     WAIT(ranks, "a sum or extremum", MPI_Allreduce(MPI_IN_PLACE, values, n, type, op, ranks->all));
 }
 
-bool kith_ranks_any(struct kith_ranks *ranks, bool mine) {
-  int any = mine;
-  reduce(ranks, &any, 1, MPI_INT, MPI_MAX);
-  return any != 0;
-}
-
 void kith_ranks_max(struct kith_ranks *ranks, double *values, int n) {
   reduce(ranks, values, n, MPI_DOUBLE, MPI_MAX);
 }
@@ -365,8 +359,8 @@ void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
   reduce(ranks, values, n, MPI_UINT64_T, MPI_SUM);
 }
 
-void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {
-  if (counted(ranks)) WAIT(ranks, "a broadcast", MPI_Bcast(data, (int)bytes, MPI_BYTE, root, ranks->all));
+void kith_ranks_broadcast(struct kith_ranks *ranks, void *data, size_t bytes) {
+  if (counted(ranks)) WAIT(ranks, "a broadcast", MPI_Bcast(data, (int)bytes, MPI_BYTE, 0, ranks->all));
 }
 
 void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *neighbor, const int64_t *to,

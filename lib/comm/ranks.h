@@ -82,12 +82,17 @@ kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status);
 /* Is the last failure of this process one that all ranks agreed on? */
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks);
 
-bool kith_ranks_any(struct kith_ranks *ranks, bool mine);
 void kith_ranks_max(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_min(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n);
 void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n);
-void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes); /* below 2 GB */
+static inline bool kith_ranks_any(struct kith_ranks *ranks, bool mine) {
+  double any = mine;
+  kith_ranks_max(ranks, &any, 1);
+  return any > 0;
+}
+/* The data of rank 0 go to all others; below 2 GB. */
+void kith_ranks_broadcast(struct kith_ranks *ranks, void *data, size_t bytes);
 
 /* from[r * n .. ] becomes what rank r had in to[me * n .. ]. Among neighbors, of which each names the other:
  * by messages between them, and what `from` has of other ranks stays. NULL: among all, MPI_Alltoall. */

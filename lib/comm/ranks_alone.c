@@ -67,9 +67,6 @@ kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status) {
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks) {
   return (void)ranks, true;
 }
-bool kith_ranks_any(struct kith_ranks *ranks, bool mine) {
-  return (void)ranks, mine;
-}
 void kith_ranks_max(struct kith_ranks *ranks, double *values, int n) {
   (void)ranks, (void)values, (void)n;
 }
@@ -82,8 +79,8 @@ void kith_ranks_sum(struct kith_ranks *ranks, double *values, int n) {
 void kith_ranks_sum_counts(struct kith_ranks *ranks, uint64_t *values, int n) {
   (void)ranks, (void)values, (void)n;
 }
-void kith_ranks_broadcast(struct kith_ranks *ranks, int root, void *data, size_t bytes) {
-  (void)ranks, (void)root, (void)data, (void)bytes;
+void kith_ranks_broadcast(struct kith_ranks *ranks, void *data, size_t bytes) {
+  (void)ranks, (void)data, (void)bytes;
 }
 void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *neighbor, const int64_t *to,
                      int64_t *from, int n) {

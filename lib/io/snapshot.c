@@ -422,7 +422,7 @@ static kith_status write_file(struct kith_atomic_file **file, const struct kith_
   if (status == KITH_OK && first) status = lay_out_apart(&(struct contents){&w, nodes, part.total, info});
   status = kith_ranks_allreduce_status(nodes->ranks, status);
   if (status == KITH_OK) {
-    kith_ranks_broadcast(nodes->ranks, 0, w.layout, bytes);
+    kith_ranks_broadcast(nodes->ranks, w.layout, bytes);
     status = kith_ranks_allreduce_status(nodes->ranks, fill(&w, nodes, info->frozen, &part));
   }
   if (w.layout != MAP_FAILED) munmap(w.layout, bytes);

@@ -232,7 +232,7 @@ int main(void) {
   struct world w;
   CHECK_OK(kith_ranks_create(&ranks));
   if (kith_ranks_rank(ranks) == 0) CHECK(mkdtemp(directory) != NULL);
-  kith_ranks_broadcast(ranks, 0, directory, sizeof directory);
+  kith_ranks_broadcast(ranks, directory, sizeof directory);
   static const char *const names[] = {"a.kith", "a.hdf", "b.hdf", "no/a.hdf"};
   for (int k = 0; k < 4; ++k) snprintf(path[k], sizeof path[k], "%s/%s", directory, names[k]);
   make(&w, kith_ranks_rank(ranks), 11);
