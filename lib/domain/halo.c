@@ -266,12 +266,11 @@ void kith_halo_abstain(struct kith_halo *halo, const struct kith_nodes *nodes) {
   exchange_counts(halo, nodes->n_lists);
 }
 
-kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
-                                 double factor) {
+void kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary, double factor) {
   struct kith_field *fields[KITH_MAX_FIELDS];
   struct kith_candidates candidates = {0};
   struct kith_bounds *own;
-  if (halo == NULL) return KITH_OK;
+  if (halo == NULL) return;
   forget_peers(halo);
   halo->culled = false;
   kith_ranks_must(halo->ranks, kith_candidates_gather(&candidates, nodes));
@@ -284,7 +283,6 @@ kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *node
   kith_halo_finish_exchange(halo);
   kith_free(&own);
   kith_candidates_clear(&candidates);
-  return KITH_OK;
 }
 
 void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes) {

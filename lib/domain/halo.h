@@ -41,8 +41,7 @@ void kith_halo_destroy(struct kith_halo **halo);
 /* Neighbors are those within this reach, the same on all ranks, from here on. No communication. */
 kith_status kith_halo_surround(struct kith_halo *halo, double reach);
 /* Appends the remote ghosts, as blocks of this boundary. factor: f. */
-kith_status kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary,
-                                 double factor);
+void kith_halo_add_ghosts(struct kith_halo *halo, struct kith_nodes *nodes, int boundary, double factor);
 /* Instead, on a rank that has failed: it gets and sends nothing. */
 void kith_halo_abstain(struct kith_halo *halo, const struct kith_nodes *nodes);
 /* For ghosts whose rows are complete: raises the search radius of each internal node i to the largest R_j
