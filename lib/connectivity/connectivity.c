@@ -178,8 +178,10 @@ void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
   const struct kith_rows *rows = &connectivity->rows;
   const kith_index n = nodes->n_internal;
   if (rows->n == 0) return;
-  for (kith_index g = 0; rows->wanted != NULL && g < nodes->n_ghost; ++g) keep[g] |= rows->wanted[g];
-  if (rows->wanted != NULL) return;
+  if (rows->wanted != NULL) {
+    for (kith_index g = 0; g < nodes->n_ghost; ++g) keep[g] |= rows->wanted[g];
+    return;
+  }
 #pragma omp parallel for schedule(static) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i)
     for (size_t e = rows->first[i + 1]; e > rows->first[i] && kith_row_is_outer(rows, i); --e) {
