@@ -21,7 +21,7 @@ enum { MOST_WORDS = PARTS + 2 * KITH_SHARED_PARTS + KITH_SHARED_WORDS };
 
 struct agreement {
   bool pending;
-  kith_status refused; /* some rank has failed, and nobody was told so far; or OK */
+  kith_status refused; /* the failure that was agreed on, until it is returned to the caller; or OK */
   MPI_Request request;
   int n;
   struct kith_shared parts[KITH_SHARED_PARTS];
@@ -81,7 +81,7 @@ static void set_timer(struct kith_ranks *ranks, const char *what, double seconds
 
 static void settle(struct kith_ranks *ranks);
 
-/* Is there anybody to talk to, and did nobody fail? */
+/* Are there other ranks, and has no failure been agreed on that is still to be returned? */
 static bool together(struct kith_ranks *ranks) {
   if (ranks == NULL || ranks->size == 1) return false;
   settle(ranks);
@@ -286,7 +286,7 @@ static void end_to_agree(struct kith_ranks *ranks) {
     memcpy(a->parts[p].data, a->all + k + 2, (size_t)a->parts[p].n * sizeof *a->all);
 }
 
-/* Ends what was started, if anything was. */
+/* Waits for the agreement that was started, if there is one. */
 static void settle(struct kith_ranks *ranks) {
   struct agreement *a = ranks->agreement;
   if (!a->pending) return;
@@ -294,7 +294,7 @@ static void settle(struct kith_ranks *ranks) {
   end_to_agree(ranks);
 }
 
-/* The failure that was agreed on, once. */
+/* The failure that was agreed on; from then on it counts as returned. */
 static kith_status answer(struct kith_ranks *ranks) {
   const kith_status refused = ranks->agreement->refused;
   ranks->agreement->refused = KITH_OK;

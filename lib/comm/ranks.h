@@ -26,7 +26,7 @@ kith_status kith_ranks_create(struct kith_ranks **out);
 /* The processes of a communicator (what MPI_Comm_c2f gives), of a program that starts and ends MPI itself. It
  * is duplicated. NULL for one process. */
 kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator);
-/* One rank of a run of many, without MPI: calls are counted as those of many, and nobody answers. */
+/* One rank that plays a run of many, without MPI: its calls are counted, and nothing is sent. */
 kith_status kith_ranks_rehearse(struct kith_ranks **out);
 void kith_ranks_destroy(struct kith_ranks **ranks);
 __attribute__((noreturn)) void kith_ranks_abort(struct kith_ranks *ranks, int code);

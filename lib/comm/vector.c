@@ -43,7 +43,7 @@ static N_Vector make(struct kith_vectors *set) {
   return v;
 }
 
-/* NULL without memory. */
+/* A vector with numbers of its own; NULL without memory. */
 static N_Vector new_vector(N_Vector of) {
   N_Vector v = make(set_of(of));
   if (v == NULL) return NULL;

@@ -8,7 +8,7 @@ struct kith_requirements kith_requirements_or(struct kith_requirements a, struct
                                     .overlap = a.overlap || b.overlap || a.overlap_pairs || b.overlap_pairs,
                                     .overlap_pairs = a.overlap_pairs || b.overlap_pairs,
                                     .intersection = a.intersection || b.intersection,
-                                    /* whoever requires all common neighbors must get them all */
+                                    /* if one requires all common neighbors, there are all */
                                     .on_segment = (a.on_segment || !a.intersection) &&
                                                   (b.on_segment || !b.intersection) &&
                                                   (a.on_segment || b.on_segment)};

@@ -119,7 +119,7 @@ kith_status kith_connectivity_couple(struct kith_connectivity *c, const struct k
     cuts = cuts || factor->value[p] < 0;
   }
   if (cuts) KITH_TRY(decouple(c, factor->value));
-  if (by->damage == NULL) factor->generation = 0; /* all that are left are 1: nobody has to read them */
+  if (by->damage == NULL) factor->generation = 0; /* not fresh: all that are left are 1 */
   return KITH_OK;
 }
 

@@ -72,7 +72,7 @@ kith_status kith_pairwise_prepare(const struct kith_pairs *pairs, const struct k
                                   struct kith_pairwise **out);
 /* The field called `name`, or NULL. View. */
 struct kith_pairwise *kith_pairwise_named(const struct kith_pairs *pairs, const char *name);
-/* STALE unless it was prepared for the present pairs. Whoever reads a field asks once for each pass. */
+/* STALE unless it was prepared for the present pairs. To be asked once in each pass that reads the field. */
 kith_status kith_pairwise_fresh(const struct kith_pairs *pairs, const struct kith_pairwise *field);
 /* Memory of all of them. */
 size_t kith_pairwise_bytes(const struct kith_pairs *pairs);

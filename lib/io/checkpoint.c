@@ -167,7 +167,8 @@ static size_t sum_of(const struct kith_nodes *nodes, const int64_t *counts, int 
   return sum;
 }
 
-/* Whatever went wrong on rank 0, the others are heard to the end, piece by piece. */
+/* Nodes of other ranks come to rank 0 piece by piece. It receives all of them even if it has failed, as the
+ * others wait until they have sent. */
 static kith_status put_field(struct kith_checkpoint *c, enum group group, const struct kith_nodes *nodes,
                              const struct kith_field *field, const int64_t *counts) {
   const size_t size = kith_field_node_size(field);
@@ -282,7 +283,7 @@ static kith_status verify(struct kith_checkpoint *c, const struct header *h) {
   return KITH_OK;
 }
 
-/* Does it end before the checksum? `left`: bytes until there. */
+/* Is it a section that ends before the checksum? `left`: bytes from its beginning to the checksum. */
 static bool is_section(const struct section *s, size_t left) {
   if (memchr(s->name, '\0', sizeof s->name) == NULL || s->name[0] == '\0') return false;
   return s->group <= GROUP_ARRAY && s->type <= KITH_U8 && s->components > 0 &&

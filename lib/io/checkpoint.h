@@ -46,8 +46,8 @@ kith_status kith_checkpoint_commit(struct kith_checkpoint **c);
 /* A file that is being written is given up. Frees *c; accepts a pointer to NULL. */
 void kith_checkpoint_close(struct kith_checkpoint **c);
 
-/* Collective over `ranks` (NULL: one process), who share the work of the checksum; the status is agreed on.
- * */
+/* Collective over `ranks` (NULL: one process), which share the work of the checksum. The status is agreed
+ * on. */
 kith_status kith_checkpoint_open(struct kith_checkpoint **out, const char *path, struct kith_ranks *ranks);
 const char *kith_checkpoint_scene(const struct kith_checkpoint *c); /* view */
 /* `nodes` must have the same lists (else BAD_INPUT) and the same fields that last (else BAD_FILE). Present

@@ -101,7 +101,7 @@ static hsize_t samples_until(hid_t group, hsize_t n, uint64_t step) {
   return n;
 }
 
-/* false: the group has other columns. */
+/* Drops the samples after `step` of all columns. False: the group has other columns. */
 static bool cut(hid_t file, const struct kith_series *series, uint64_t step) {
   if (H5Lexists(file, series->name, H5P_DEFAULT) <= 0) return false;
   const hid_t group = H5Gopen2(file, series->name, H5P_DEFAULT);

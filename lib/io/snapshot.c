@@ -36,7 +36,7 @@ struct writer {
 struct part {
   size_t total;                  /* nodes of all ranks, and frozen ones */
   size_t first[KITH_MAX_LISTS];  /* row of the first node of a list of this rank */
-  size_t frozen[KITH_MAX_LISTS]; /* the same of frozen nodes, which rank 0 writes */
+  size_t frozen[KITH_MAX_LISTS]; /* likewise of frozen nodes, which rank 0 writes */
 };
 
 static herr_t note_failure(hid_t stack, void *writer) {
@@ -120,7 +120,7 @@ static hid_t native_type(enum kith_type type) {
   return type == KITH_F64 ? H5T_NATIVE_DOUBLE : type == KITH_I64 ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT8;
 }
 
-/* Where its values begin; of no values, nowhere. */
+/* Closes a data set. Returns where its values begin in the file; HADDR_UNDEF if it has none. */
 static haddr_t close_data(hid_t data) {
   const haddr_t place = H5Dget_offset(data);
   H5Dclose(data);
@@ -265,7 +265,7 @@ struct contents {
   const struct kith_snapshot_info *info;
 };
 
-/* 0; 1 if HDF5 cannot even start. */
+/* Makes the file but for its values. Returns 1 if HDF5 cannot even start, else 0. */
 static int lay_out(void *contents) {
   const struct contents *of = contents;
   struct writer *w = of->w;
@@ -317,7 +317,8 @@ static void pad(double *wide, const struct kith_field *field, size_t n, size_t c
   }
 }
 
-/* List by list: those of a rank are in one piece. `values` NULL: zero; `first`: rows of the file. */
+/* Writes a field: the nodes that a rank has of a list are contiguous in the file, from row first[list] on.
+ * `values` NULL: zeros. */
 static kith_status fill_lists(const struct writer *w, haddr_t place, const struct kith_nodes *nodes,
                               const struct kith_field *field, const size_t *first, const char *values) {
   const size_t columns = columns_of(field), size = columns > 0 ? 8 * columns : kith_field_node_size(field);

@@ -201,7 +201,7 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
                                         kith_index count) {
   struct grid *grid = search->self;
   struct kith_keyed *item = grid->item[0], *in = grid->item[1];
-  uint8_t *selected = search->near; /* by node: a scratch array as another */
+  uint8_t *selected = search->near; /* by node, in the scratch memory of kith_search_near */
   kith_index left = 0;
   if (search->n > 0) memset(selected, 0, (size_t)search->n);
   for (kith_index k = 0; k < count; ++k) selected[nodes[k]] = 1;

@@ -67,7 +67,7 @@ static inline uint64_t item_key(const struct kith_search *search, kith_index i) 
          (uint64_t)level << KITH_VERTEX_BITS | kith_sfc_key_of_cell(vertex);
 }
 
-/* Whether the frame is a new one. */
+/* Chooses the frame and the widths of cells, unless the present ones still suit. Are they new? */
 static bool choose_frame(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
   const struct kith_box box = kith_box_around(search->position->f64, search->n);
@@ -255,7 +255,7 @@ static void drop_ghosts(struct kith_search *search) {
   }
 }
 
-/* Takes in node i, whose level may be another one; those that leave their vertex: item[1], *left of them. */
+/* Takes in where node i is. If it leaves its vertex, its new item goes to item[1], which holds *left. */
 static void take_in(struct kith_search *search, kith_index i, kith_index *left) {
   struct kith_spacetree *tree = search->self;
   struct kith_keyed *item = &tree->item[0][tree->place[i]];

@@ -134,7 +134,7 @@ struct kith_nodes {
   struct kith_ranks *ranks; /* of the other nodes of the run; NULL: one process has all nodes. Borrowed */
 
   /* Generations. */
-  uint64_t positions; /* whoever moves nodes or changes supports adds 1 */
+  uint64_t positions; /* to be increased by code that moves nodes or changes supports */
   uint64_t order;     /* internal nodes deleted, added, reordered */
   uint64_t ghosts;    /* as `order`; and ghosts created, dropped, culled */
 };

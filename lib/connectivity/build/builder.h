@@ -71,8 +71,8 @@ struct kith_build {
   bool unsorted;         /* entries of a row may come in any order */
   bool selected;         /* some nodes are not active */
   const kith_index *row; /* [nodes of the targets] ordinal of a target, -1: none; NULL: nodes are targets */
-  kith_index rows;       /* how many there are then */
-  const kith_index *column;                  /* the same of the sources */
+  kith_index rows;       /* how many rows `row` numbers */
+  const kith_index *column; /* [nodes of the sources] ordinal of a source, -1: none; NULL: all are sources */
   kith_status (*when_marked)(void *context); /* connectivity.h; NULL: nothing to do */
   void *context;
 };

@@ -101,7 +101,7 @@ static void common_drift(struct kith_cover *cover, const struct kith_nodes *node
     drift[a] = cover->still[a] == 0 && count > 0 ? kith_sum_value(&total[a]) / (double)count : 0;
 }
 
-/* Has the drift taken nodes so far out of the box that they must be put back? Images are few. */
+/* Has the drift taken nodes so far out of the box that they must be put back? Images reach only so far. */
 static bool is_far(const struct kith_cover *cover, const double *drift) {
   bool far = false;
   for (int a = 0; a < NDIM; ++a)
