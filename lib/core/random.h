@@ -1,7 +1,7 @@
 /* random.h - numbers that depend on their arguments alone: the same on any ranks and threads, and after a
  * restart. */
-#ifndef KITH_LIB_CORE_RANDOM_H
-#define KITH_LIB_CORE_RANDOM_H
+#ifndef KITH_CORE_RANDOM_H
+#define KITH_CORE_RANDOM_H
 
 #include <stdint.h>
 
