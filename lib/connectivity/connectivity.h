@@ -39,8 +39,8 @@ struct kith_requirements {
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b);
 
 struct kith_connectivity {
-  struct kith_requirements built; /* what there is */
-  bool canonical;                 /* and in which order */
+  struct kith_requirements built; /* what is there */
+  bool canonical;                 /* rows and pairs are in canonical order */
   kith_index n, n_internal;       /* nodes it was made from, ghosts included; internal ones */
   struct kith_rows rows;
   struct kith_pairs pairs;

@@ -35,8 +35,8 @@ struct kith_decomposition {
   uint64_t map, shell_map; /* generations of the map that they belong to; 0: none */
   int32_t *to;             /* [nodes] the ranks they go to, by the last assignment; owned */
   size_t to_capacity;
-  uint64_t leaving, far; /* nodes that leave this rank; of these those that leave its neighbors, too */
-  bool surrounded;       /* the shell is another one than that in which these neighbors were found */
+  uint64_t leaving, far; /* nodes that leave this rank; of these, those that go to no neighbor */
+  bool surrounded;       /* the shell was built anew since the last assignment */
   double outside;        /* how far a node is out of its cell at most */
   int every;             /* redistributions between balance checks; 0: never */
   double imbalance;      /* tolerated: largest work of a rank over the mean */

@@ -127,7 +127,8 @@ struct kith_search {
   int n_groups;
   size_t groups_capacity;
   struct kith_run *group;
-  /* Slots of internal nodes have their numbers; groups of them, and runs that are found, ascend. */
+  /* The slot of an internal node is its number; groups of internal nodes, and the runs that a query finds,
+   * ascend. */
   bool in_order;
   uint8_t *near;                        /* [capacity] by slot, scratch of kith_search_near */
   uint64_t count[KITH_SEARCH_COUNTERS]; /* what the last update did */

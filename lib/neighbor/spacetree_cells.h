@@ -48,12 +48,12 @@ struct kith_spacetree {
   size_t items_capacity, vertices_capacity, runs_capacity, ids_capacity, places_capacity;
   struct kith_keyed *item[2]; /* [n]; the second one is scratch */
   struct kith_vertex *vertex; /* [n_vertices + 1] */
-  struct kith_run *run;       /* vertex by vertex, ascending: contiguous: one for each */
+  struct kith_run *run;       /* vertex by vertex, ascending; in the layout contiguous one for each vertex */
   kith_index n_vertices;
   struct kith_layer layer[2 * KITH_SPACETREE_LEVELS];
-  int64_t *id; /* [n_ids] of internal nodes, when they were sorted: have they been reordered since? */
+  int64_t *id; /* [n_ids] of internal nodes when they were sorted: shows whether they were reordered since */
   kith_index n_ids;
-  kith_index *place; /* [n] items of nodes; if placed */
+  kith_index *place; /* [n] the item of each node; valid if `placed` */
   bool placed;
 };
 
