@@ -204,9 +204,11 @@ static kith_status not_finite(const struct line *line) {
 }
 
 static kith_status too_many(const struct line *line) {
-  KITH_FAIL(DIVERGED, "search radius %g, nodes in [%g, %g]: more than %d images across axis %d of length %g",
+  KITH_FAIL(DIVERGED,
+            "search radius %g, nodes in [%g, %g]: more than %d images across axis %d; a support is too wide, "
+            "or a node far outside of [%g, %g]",
             line->search_radius, line->x_min, line->x_max, KITH_MOST_IMAGES, line->boundary->axis,
-            line->boundary->upper - line->boundary->lower);
+            line->boundary->lower, line->boundary->upper);
 }
 
 /* Ghosts that there are already lie where internal nodes do along the axis, or are frozen, which all ranks

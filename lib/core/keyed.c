@@ -9,8 +9,10 @@ enum { SHORT = 20, DIGIT = 8, BINS = 1 << DIGIT, TOP_DIGIT = 11, TOP_BINS = 1 <<
 
 kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t n) {
   size_t of_scratch = *capacity;
-  KITH_TRY(kith_reserve(&item[1], &of_scratch, n, sizeof **item));
-  return kith_reserve(&item[0], capacity, n, sizeof **item);
+  KITH_TRY(kith_reserve(&item[0], capacity, n, sizeof **item));
+  const kith_status status = kith_reserve(&item[1], &of_scratch, n, sizeof **item);
+  if (status != KITH_OK) *capacity = 0; /* of both */
+  return status;
 }
 
 static inline int bit_length(uint64_t v) {
