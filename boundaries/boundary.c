@@ -9,8 +9,9 @@
 KITH_FAMILY(kith_boundary, KITH_BOUNDARY_LIST(X))
 #undef X
 
-/* Two boundaries on one axis would miss the images of images, which a zone has not. */
-static bool parted(const struct kith_boundary *a, const struct kith_boundary *b) {
+/* Can both act? On one axis only if they are on opposite sides and gas passes one of the faces: images of
+ * images are missing there, and the zone behind such a face needs none. */
+static bool can_coexist(const struct kith_boundary *a, const struct kith_boundary *b) {
   const bool passes = kith_boundary_passes(a->ops) || kith_boundary_passes(b->ops);
   return a->axis != b->axis || (passes && !(a->at_lower && b->at_lower) && !(a->at_upper && b->at_upper));
 }
@@ -21,7 +22,7 @@ static kith_status check_faces(const struct kith_boundaries *boundaries, const s
               wanted->upper - wanted->lower < INFINITY && any && (both || !wanted->ops->wraps) &&
               !(both && (wanted->ops->one_side || kith_boundary_passes(wanted->ops)));
   for (int b = 0; b < boundaries->n; ++b)
-    good = good && (!boundaries->boundary[b]->ops->has_faces || parted(boundaries->boundary[b], wanted));
+    good = good && (!boundaries->boundary[b]->ops->has_faces || can_coexist(boundaries->boundary[b], wanted));
   if (good) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "no %s boundary can act on axis %d from %g to %g, or on these sides of it",
             wanted->ops->name, wanted->axis, wanted->lower, wanted->upper);
@@ -120,8 +121,8 @@ kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct ki
       nodes->ranks, kith_boundaries_make_ghosts(boundaries, nodes, radius_factor, profile, KITH_OK));
 }
 
-/* A mirror does not move a node to the other side of what is beyond it, too; a zone is continued by images a
- * whole depth behind its nodes. */
+/* A mirror brings a node nearer only to what lies beyond its face, too; images continue a zone at a distance
+ * of its whole depth. */
 double kith_boundaries_gain(const struct kith_boundaries *boundaries) {
   double gain = 0;
   for (int n = 0; n < boundaries->n; ++n) {
@@ -133,8 +134,8 @@ double kith_boundaries_gain(const struct kith_boundaries *boundaries) {
   return gain;
 }
 
-/* At depth D inside of a face a node interacts with an image of one at depth d if D + d <= R of either: so
- * only if D is no more than its own R, or than the most by which a support reaches out of the box. */
+/* A node at depth D inside a face interacts with the image of a node at depth d if D + d <= R of either. So D
+ * is at most its own R, or the largest distance by which a support reaches out of the box. */
 bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struct kith_box *inside,
                            const struct kith_box *reach, const struct kith_box *all) {
   for (int n = 0; n < boundaries->n; ++n) {

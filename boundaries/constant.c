@@ -34,7 +34,7 @@ kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes
   return status;
 }
 
-/* Largest R / H of the internal nodes, at least 1: the search radius in units of the support. */
+/* Measures the largest R / H of the internal nodes, at least 1: frozen ghosts get this R / H. */
 static void measure(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor) {
   const double *search_radius = nodes->search_radius->f64, *support = nodes->support->f64;
   double most = 1;
@@ -52,7 +52,7 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
       .kind = KITH_GHOST_FROZEN, .boundary = boundary->index, .list = list, .count = count};
   const kith_index first = kith_nodes_count(nodes);
   KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
-  for (int f = 0; f < held->n_fields; ++f) { /* the same as those of the nodes; ones registered later: zero */
+  for (int f = 0; f < held->n_fields; ++f) { /* held->fields[f] is nodes->fields[f]; later fields stay zero */
     const struct kith_field *from = held->fields[f];
     const size_t size = kith_field_node_size(from);
     if (kith_field_is_own(from)) continue;

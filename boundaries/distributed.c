@@ -1,5 +1,5 @@
 /* Distributed: ghosts of nodes that other ranks own, which the halo makes (lib/domain/halo.h). It comes last
- * in the list of boundaries: what is sent are nodes and the images that the boundaries before it made. */
+ * in the list of boundaries, and sends nodes as well as the images made by the boundaries before it. */
 #include "boundaries/boundary.h"
 
 #include "lib/domain/halo.h"

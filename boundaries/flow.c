@@ -27,7 +27,7 @@ static const struct kith_param outflow_params[] = {
      "far behind the face, which the gas slowly approaches; 0: nothing comes back", IN(pressure_far)},
     {0}};
 
-/* The largest search radius in the zone. */
+/* Measures f times the largest search radius in the zone. */
 static void measure(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor) {
   double most = 0;
   if (nodes->flag == NULL) return;

@@ -6,8 +6,8 @@
  *   inflow   A lattice that moves as a whole with the state at the face. A node that comes through the face
  *            is gas from then on, and another takes its place a depth D behind it (upstream, if it enters at
  *            an angle and not along a periodic axis): the lattice has no end, and whole layers enter. Ghosts
- *            continue it: images shifted by the same.
- *            DIVERGED if a search radius in the zone is more than D.
+ *            continue it: images of the zone, shifted by that distance. DIVERGED if a search radius in the
+ *            zone is more than D.
  *   outflow  Gas that has left through the face goes on to the depth D, where it is deleted. The end is open:
  *            nodes there lack partners, but no gas is near enough to see that. */
 #ifndef KITH_BOUNDARIES_FLOW_H
@@ -18,15 +18,16 @@
 struct kith_expression; /* of the scene */
 
 struct kith_flow_settings {
-  double depth;               /* D, at least, in supports at the start */
+  double depth;               /* minimum of D, in supports at the start */
   struct kith_expression *at; /* where the face crosses the axis, a constant; NULL: the side of the domain */
-  double pressure_far;        /* of an outflow, far behind it; 0: no wave comes from there */
-  /* Of an inflow: the state at its face, density, velocity and one of pressure and energy; all NULL: that of
-   * the region there. */
+  double pressure_far;        /* outflow: the pressure far behind it; 0: no wave comes from there */
+  /* Inflow: the state at the face, by density, velocity and either pressure or energy; all NULL: that of the
+   * region there. */
   struct kith_expression *density, *pressure, *energy, *velocity[NDIM];
 };
 
-/* The flag of the nodes in its zone; its depth; how far out of its face a coordinate along its axis is. */
+/* Flag of the nodes in the zone of b; depth of the zone; outward direction along the axis, 1 or -1; distance
+ * of coordinate x outside of the face. */
 static inline uint8_t kith_flow_flag(const struct kith_boundary *b) {
   return (uint8_t)(KITH_ZONE + 2 * b->axis + b->at_upper);
 }

@@ -1,11 +1,11 @@
-/* Which images of which nodes are needed, and their ghost blocks. */
+/* Images of nodes across the faces of one axis: which are needed, and their ghost blocks or shifts. */
 #include "boundaries/images.h"
 
 #include <math.h>
 
 enum { CHUNK = 4096 };
 
-/* The nodes along the axis of one boundary. */
+/* Extent of the nodes along the axis of one boundary. */
 struct line {
   const struct kith_boundary *boundary;
   double factor;        /* f */
@@ -14,15 +14,15 @@ struct line {
   double slack;
 };
 
-/* The nodes that get a ghost by one image of each side: those of chunk c are node[side][c * CHUNK ..],
- * count[side][c] of them, ascending. One block of memory, at node[0] (kith_nodes_work). */
+/* Nodes that get a ghost by image -n (side 0) or n (side 1), ascending: count[side][c] of them in chunk c,
+ * from node[side][c * CHUNK] on. One block of memory, at node[0] (kith_nodes_work). */
 struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
   kith_index *node[2];  /* [n] */
   kith_index *count[2]; /* [chunks] */
 };
 
-/* Nodes of a share are looked at only if one of them may be the farthest out. */
+/* Skips a share if its bounding box shows that none of its nodes raises a maximum. */
 void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes *nodes,
                          double radius_factor) {
   const struct kith_extents *e = boundary->extents;
@@ -56,7 +56,7 @@ void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes
   boundary->most[KITH_IMAGES_OUT + 1] = KITH_MAX(high - upper, 0.0);
 }
 
-/* The ghosts that there are already, too. */
+/* Extends the line by the ghosts that earlier boundaries made. */
 static void include_ghosts(struct line *line, const struct kith_nodes *nodes) {
   const double *restrict x = nodes->position->f64 + line->boundary->axis;
   const double *restrict radius = nodes->search_radius->f64;
@@ -72,9 +72,9 @@ static void include_ghosts(struct line *line, const struct kith_nodes *nodes) {
   line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + widest);
 }
 
-/* The test of one image, kept in registers. */
+/* What decides whether a node gets a ghost by one image. */
 struct test {
-  double sign, shift; /* depth outside of the face of the image's side = sign * x + shift */
+  double sign, shift; /* depth outside of the face on the image's side = sign * x + shift */
   double wanted, out;
 };
 
@@ -94,19 +94,20 @@ static inline bool passes(const struct test *test, double x, double r) {
   return depth <= test->wanted || depth <= r + test->out;
 }
 
-/* May any node need image n? The smallest depth of its ghosts against the largest search radius. */
+/* May any node need image n? Tests the outermost nodes with the largest search radius. */
 static bool is_needed(const struct line *line, int n) {
   const struct test test = test_of(line, n);
   return passes(&test, line->x_min, line->search_radius) || passes(&test, line->x_max, line->search_radius);
 }
 
-/* Every second image of a side is 2 L farther: if two in a row are not needed, none beyond is. */
+/* Are image n and all beyond it unneeded? Images n and n + 2 are 2 L apart, so two unneeded ones in a row
+ * suffice. */
 static bool is_side_done(const struct line *line, int n) {
   return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
 }
 
-/* May one of nodes begin .. end - 1 pass the test? Ghosts, and nodes that were put in order since they were
- * measured, may. */
+/* May one of nodes begin .. end - 1 pass the test? Always true for ghosts, and for nodes that were reordered
+ * since they were measured: they have no bounding boxes. */
 static bool may_pass(const struct line *line, const struct test *test, const struct kith_nodes *nodes,
                      kith_index begin, kith_index end) {
   const struct kith_extents *e = line->boundary->extents;
@@ -121,7 +122,7 @@ static bool may_pass(const struct line *line, const struct test *test, const str
   return false;
 }
 
-/* Images -n and n in one sweep: it is memory that takes the time. */
+/* Finds the nodes that need image -n or n, in one sweep since memory limits the speed. */
 static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n,
                       const struct hits *hits) {
   const double *restrict x = nodes->position->f64 + line->boundary->axis;
@@ -134,7 +135,7 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
     kith_index *restrict low = hits->node[0] + begin, *restrict high = hits->node[1] + begin;
     kith_index lows = 0, highs = 0;
     const bool near = may_pass(line, &below, nodes, begin, end) || may_pass(line, &above, nodes, begin, end);
-    for (kith_index i = begin; near && i < end; ++i) { /* written in any case, kept if it counts */
+    for (kith_index i = begin; near && i < end; ++i) { /* no branch: i is kept if it passes */
       const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
       low[lows] = high[highs] = i;
       lows += passes(&below, xi, r);
@@ -145,7 +146,7 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
   }
 }
 
-/* The hits of one list, ascending, into `control` (NULL: nowhere); returns how many. */
+/* Copies the hits of one list to `control` (NULL: only counts them), ascending; returns their number. */
 static kith_index hits_of_list(const struct hits *hits, int side, const uint8_t *list_of, int list,
                                kith_index *control) {
   kith_index n = 0;
@@ -211,8 +212,8 @@ static kith_status too_many(const struct line *line) {
             line->boundary->lower, line->boundary->upper);
 }
 
-/* Ghosts that there are already lie where internal nodes do along the axis, or are frozen, which all ranks
- * have: so the shifts of all ranks are the same. */
+/* The shifts of all ranks are the same: earlier ghosts lie where internal nodes do along the axis, or are
+ * frozen, which every rank has. */
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;

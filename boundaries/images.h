@@ -1,6 +1,6 @@
 /* images.h - ghosts across one axis: what periodic and reflecting boundaries share. Internal to this room.
  *
- * Images n > 0 lie beyond the upper face, n < 0 beyond the lower one, two images farther is 2 L farther.
+ * Images n > 0 lie beyond the upper face, n < 0 beyond the lower one; n and n + 2 are 2 L apart.
  *
  * Nodes may have left the box; their depth is negative, and the first condition of boundary.h becomes
  *   d <= f R_ghost + (largest distance of an internal node outside of that face),
@@ -17,19 +17,19 @@
 
 enum { KITH_MOST_IMAGES = 1000 };
 
-/* `measure`, `ghosts` and `enforce` of boundary.h by `image_of` and `put_back`. DIVERGED also if the faces
- * leave no room for nodes. */
+/* `measure`, `ghosts` and `enforce` of boundary.h, implemented with `image_of` and `put_back`. DIVERGED also
+ * if the faces leave no room for nodes. */
 void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes *nodes,
                          double radius_factor);
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
-/* The same images as shifts (lib/nodes/shifts.h), of boundaries that wrap. */
+/* For boundaries that wrap: their images as shifts (lib/nodes/shifts.h) instead of ghosts. */
 void kith_images_measure_shifts(struct kith_boundary *boundary, const struct kith_nodes *nodes,
                                 double radius_factor);
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
 kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes);
-/* Numbers of images along the axes, as one number: nodes.h. */
+/* What one image along the axis adds to the image number of a node (nodes.h). */
 static inline int64_t kith_image_code(int axis) {
   return axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;
 }

@@ -1,5 +1,5 @@
 /* Periodic: image n is shifted by n L. Nodes belong to the half-open box: one at the upper face is moved to
- * the lower one. Images are ghosts, or numbers in the rows of their neighbors (lib/nodes/shifts.h). */
+ * the lower one. Images are ghosts, or shifts in the rows of their neighbors (lib/nodes/shifts.h). */
 #include "boundaries/images.h"
 
 #include <math.h>
@@ -35,8 +35,8 @@ static bool image_of(const struct kith_boundary *boundary, int n, double *sign, 
   return true;
 }
 
-/* x minus whole lengths, in [lower, upper). A value that rounds to the upper face is put on the lower one,
- * which is the same point. */
+/* Moves x by whole lengths into [lower, upper). A value that rounds to the upper face is put on the lower
+ * one, which is the same point. */
 static double wrapped(double x, double lower, double upper) {
   const double length = upper - lower;
   double y = x - floor((x - lower) / length) * length;

@@ -2,7 +2,7 @@
  * (odd). Piston: a mirror on one side, whose face moves. */
 #include "boundaries/images.h"
 
-/* Odd images are computed from their own face, so that a node on the face has its nearest image exactly
+/* Computes odd images from the nearest face, so that a node on the face has its nearest image exactly
  * there. */
 static bool image_of(const struct kith_boundary *boundary, int n, double *sign, double *shift) {
   const double lower = boundary->lower, upper = boundary->upper, length = upper - lower;
@@ -12,7 +12,7 @@ static bool image_of(const struct kith_boundary *boundary, int n, double *sign, 
   return true;
 }
 
-/* The reflections that bring the node between the faces, as one map of all its fields, also of positions and
+/* Reflects the node until it is between the faces, and maps all its fields at once, also positions and
  * velocities that schemes keep from the start of a step. */
 static void put_back(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i) {
   const int axis = boundary->axis;
