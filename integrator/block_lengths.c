@@ -5,18 +5,18 @@
 #include "lib/core/random.h"
 
 enum {
-  GROWTH = 2,   /* of a node's step, from one to the next */
-  HEAVY = 4,    /* times a node's mass: neighbors that may throw it */
-  HEAVIER = 10, /* neighbors beside which it may swing */
-  SELDOM = 4    /* base steps, after which the step of one that swings may grow */
+  GROWTH = 2,   /* a step is at most this many times the last one of its node */
+  HEAVY = 4,    /* neighbors of more than this many times a node's mass may throw it */
+  HEAVIER = 10, /* beside neighbors of more than this many times its mass it may swing */
+  SELDOM = 4    /* the step of a swinging node may grow only every so many base steps */
 };
-/* Steps are rounded down to powers of two of the base step: from this times the limit, they are 0.6 to 1.2 of
- * it. That saves an eighth of the updates of Sedov's blast in 3-D. Errors of density and velocity stay within
- * 2 % of those with a global step, in 2-D too; in 1-D Sod's density would lose 12 %. */
+/* A step limit is multiplied by this, then rounded down to a power of two of the base step, so steps are 0.6
+ * to 1.2 of the limit. That saves an eighth of the updates of Sedov's blast in 3-D. Errors of density and
+ * velocity stay within 2 % of those with a global step, in 2-D too; in 1-D Sod's density would lose 12 %. */
 static const double rounded = NDIM == 1 ? 1 : 1.2;
-static const double tolerated = 1.2; /* times that: a step is cut short only if it is longer */
+static const double tolerated = 1.2; /* a step is cut short only if it exceeds its limit by this factor */
 
-/* The largest power of two that is no more than this many ticks. */
+/* Returns the largest power of two up to this many ticks, at most KITH_TICKS. */
 static double power_of_two(double ticks) {
   int exponent;
   if (!(ticks < KITH_TICKS)) return KITH_TICKS;
@@ -24,19 +24,20 @@ static double power_of_two(double ticks) {
   return ldexp(1, exponent - 1);
 }
 
-/* The largest power of two that divides tick n: where steps of that length end. */
+/* Returns the largest power of two that divides tick n: steps up to that length may begin there. */
 static double aligned(double n) {
   const int64_t whole = (int64_t)n;
   return whole == 0 ? KITH_TICKS : (double)(whole & -whole);
 }
 
-/* What steps are rounded down from: at most the stable Courant number, unless the scene wants more. */
+/* Returns the Courant number of the longest step, before rounding: at most the stable one of the package,
+ * unless the scene asks for a larger one. */
 static double longest_cfl(const struct kith_integrator *it) {
   const double stable = it->package->ops->stable_cfl, longest = rounded * it->cfl;
   return stable > 0 ? KITH_MIN(longest, KITH_MAX(stable, it->cfl)) : longest;
 }
 
-/* Numbers in [0, 1) that depend on node and time alone. */
+/* Returns a random number in [0, 1) that depends only on node, time, `salt` and the seed. */
 static double random_of(const struct kith_integrator *it, kith_index i, double salt) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const uint64_t x = b->settings.seed + (uint64_t)it->nodes->id->i64[i] * UINT64_C(0x9e3779b97f4a7c15) +
@@ -45,8 +46,8 @@ static double random_of(const struct kith_integrator *it, kith_index i, double s
   return (double)(kith_mixed_bits(x) >> 11) / 9007199254740992.0;
 }
 
-/* The longest step that node i may take, before it is rounded down; a fixed step is the base step, and random
- * ones are shorter by up to 2^5. */
+/* Returns the longest step that node i may take, before rounding. With a fixed step there is no limit; random
+ * steps are shorter by a factor of up to 2^5. */
 static double limit_of(const struct kith_integrator *it, kith_index i) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const double limit =
@@ -55,7 +56,8 @@ static double limit_of(const struct kith_integrator *it, kith_index i) {
   return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
 }
 
-/* The largest mass of the nodes that boundaries of this rank hold: they push others without being stepped. */
+/* Returns the largest mass of the nodes that boundaries of this rank have taken out of the run: these push
+ * others without being stepped. */
 static double heaviest_held(const struct kith_integrator *it) {
   double heaviest = 0;
   const struct kith_nodes *held = kith_boundaries_held(it->boundaries);
@@ -66,7 +68,8 @@ static double heaviest_held(const struct kith_integrator *it) {
   return heaviest;
 }
 
-/* Least and largest of the longest steps that nodes allow now, of all ranks; and whether masses are even. */
+/* Sets `wanted` of each node to its longest step, in units of time; returns the least and the largest of all
+ * ranks, and notes whether masses are even. */
 static void range_of_limits(const struct kith_integrator *it, double factor, double *least, double *most) {
   struct kith_blocks *b = kith_blocks_of(it);
   double low = INFINITY, high = 0, light = INFINITY, heavy = heaviest_held(it);
@@ -84,12 +87,12 @@ static void range_of_limits(const struct kith_integrator *it, double factor, dou
   b->even = range[3] <= HEAVY * -range[2];
 }
 
-/* The length of a base step that costs least per time: a part of what is left until the next output, no
- * longer than `longest` and at least half as long. Steps are rounded down to powers of two of it, so a
- * shorter one may suit more nodes. A tick costs about as much as an update of a tenth of the nodes, whatever
- * it updates. */
+/* Returns the length of a base step that costs least per time. It is a part of what is left until the next
+ * output, no longer than `longest` and at least half as long: since steps are rounded down to powers of two
+ * of it, a shorter one may suit more nodes. A tick costs about as much as an update of a tenth of the nodes,
+ * however few it updates. */
 static double cheapest_base(const struct kith_integrator *it, double longest, double left) {
-  enum { LENGTHS = 8 }; /* that are tried, equally spaced in their logarithm */
+  enum { LENGTHS = 8 }; /* lengths that are tried, equally spaced in their logarithm */
   const double *restrict wanted = kith_blocks_of(it)->wanted->f64,
                          fewest = left > 0 ? ceil(left / longest) : 1;
   uint64_t updates[LENGTHS + 1] = {0};
@@ -122,7 +125,7 @@ void kith_blocks_plan(struct kith_integrator *it, double time, double factor) {
   double least, most, left = it->until - time;
   range_of_limits(it, factor, &least, &most);
   if (!(left > 1e-9 * it->every)) left = it->every;
-  /* a bit less than most: gas at rest allows that to round-off, and shall not be on both sides of it */
+  /* slightly less than `most`: nodes of gas at rest differ by round-off, and none shall just miss it */
   const double longest = KITH_MIN((1 - 1e-9) * most, ldexp(least, b->settings.levels));
   b->planned = it->fixed_dt > 0    ? it->fixed_dt
                : isfinite(longest) ? cheapest_base(it, longest, left)
@@ -145,7 +148,7 @@ void kith_blocks_want(struct kith_integrator *it) {
   }
 }
 
-/* The shortest step that a node or ghost of this rank wants; frozen ones want none. */
+/* Returns the shortest step that a node or ghost of this rank wants. Frozen nodes (step 0) want none. */
 static double finest_wanted(const struct kith_integrator *it) {
   const double *restrict wanted = kith_blocks_of(it)->wanted->f64, *restrict step =
                                                                        kith_blocks_of(it)->steps.step->f64;
@@ -159,7 +162,7 @@ static double finest_wanted(const struct kith_integrator *it) {
   return finest;
 }
 
-/* What neighbor e of node i accelerates it by in a time dt, if both go on as they do:
+/* Returns what the neighbor at entry e accelerates node i by after a time dt, if both move on as they do:
  * m_j c_i^2 / rho_i |grad W|. */
 static double push_in(const struct kith_integrator *it, kith_index i, size_t e, double dt) {
   const struct kith_hydro *hydro = it->hydro;
@@ -181,17 +184,17 @@ static double push_in(const struct kith_integrator *it, kith_index i, size_t e, 
          (kith_pow_dim(support) * support * support);
 }
 
-/* What the step of node i may grow to if it swings (sph.c). It is stiff for a part of each swing only; with
- * longer steps in between, swings do not die out. */
+/* Returns the length up to which the step of node i may grow if it swings (sph.c). A swing is stiff for a
+ * part of its period only; with longer steps in between, swings do not die out. */
 static double after_swing(const struct kith_integrator *it, kith_index i, double tick) {
   const struct kith_block_steps *s = &kith_blocks_of(it)->steps;
   const bool may_grow = s->tick == 0 || (s->ends && it->step % SELDOM == 0);
   return may_grow ? INFINITY : power_of_two(KITH_MAX(1, s->step->f64[i] * (s->tick / tick)));
 }
 
-/* The longest of the steps d, d / 2, ... at whose end what a heavy neighbor adds to the acceleration of i
- * keeps the limit of accelerations: one that comes within the support of a light node would else throw it
- * with more energy than it has. */
+/* Returns the longest of the steps d, d / 2, ... at whose end heavy neighbors add no more to the acceleration
+ * of i than the limit of accelerations allows. Else one that comes within the support of a light node would
+ * throw it with more energy than it has. */
 static double before_impact(const struct kith_integrator *it, kith_index i, double d) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const struct kith_rows *rows = &it->connectivity->rows;
@@ -214,7 +217,7 @@ void kith_blocks_limit_by_neighbors(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   const struct kith_rows *rows = &it->connectivity->rows;
   const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
-  const double allowed = b->settings.ratio * finest_wanted(it); /* whoever the neighbors are */
+  const double allowed = b->settings.ratio * finest_wanted(it); /* whichever neighbors a node has */
 #pragma omp parallel for schedule(static) if (kith_near_count(it) > KITH_FEW)
   for (kith_index k = 0; k < kith_near_count(it); ++k) {
     const kith_index i = kith_near_node(it, k);
@@ -247,7 +250,7 @@ bool kith_blocks_alike(const struct kith_integrator *it) {
   return range[0] == -range[3] && range[1] == -range[4] && range[2] == -range[5];
 }
 
-/* Node i is active after this many ticks at the latest. */
+/* Makes node i active after this many ticks at the latest. */
 static void wake_in(struct kith_blocks *b, kith_index i, double ticks) {
   b->due->f64[i] = KITH_MIN(b->due->f64[i], b->steps.now + ticks);
 }

@@ -1,5 +1,5 @@
 /* block_lengths.h - block time steps: how long the base step and the steps of nodes are (block_steps.h).
- * Lengths are ticks. Functions without a node are collective. */
+ * Lengths are in ticks. Functions that take no node are collective. */
 #ifndef KITH_INTEGRATOR_BLOCK_LENGTHS_H
 #define KITH_INTEGRATOR_BLOCK_LENGTHS_H
 
@@ -7,46 +7,50 @@
 #include "physics/block_steps.h"
 
 struct kith_block_settings {
-  int levels;    /* base step / shortest step <= 2^levels when it begins */
-  double ratio;  /* of the steps of neighbors, at most: 2 or 4; infinite: no limit, no wake-ups */
-  uint64_t seed; /* not 0: steps and wake-ups are chosen at random, for tests of conservation */
+  int levels;    /* base step / shortest step <= 2^levels when the base step begins */
+  double ratio;  /* largest ratio of the steps of neighbors: 2 or 4; infinite: no limit, no wake-ups */
+  uint64_t seed; /* not 0: seed of random steps and wake-ups, for tests of conservation */
 };
 
 struct kith_blocks {
-  struct kith_block_steps steps; /* what packages see: first */
+  struct kith_block_steps steps; /* first member: what packages see */
   struct kith_block_settings settings;
-  struct kith_field *wanted; /* ticks: by the node's own limits; d if it is not active */
+  struct kith_field *wanted; /* step by the node's own limits, in ticks; for an idle node its present step */
   struct kith_field *due;    /* the tick of the next activity */
-  struct kith_field *position_base, *support_base, *density_base; /* at the last activity */
-  double *soonest; /* [n / KITH_STRETCH, rounded up]: the least `due` of each stretch of nodes */
+  struct kith_field *position_base, *support_base, *density_base; /* at the node's last activity */
+  double *soonest; /* [n / KITH_STRETCH, rounded up]: least `due` of each stretch of nodes */
   size_t soonest_capacity;
   double planned; /* length of the next base step */
-  bool even;      /* no node is heavy for another; false: one is, or it is not known yet */
-  bool swings;    /* light nodes beside heavy ones do, with this package */
-  /* For ticks that are local. The supports of all nodes lie in a box, and nodes do not move farther than
-   * `slack`, less what their search radii grow, until they are taken in again. Candidates for each neighbor
-   * when all nodes were, and how many more there have been since, because nodes have moved. */
+  bool even;   /* masses are so even that no node may throw another; false: they are not, or not yet known */
+  bool swings; /* with this package light nodes beside heavy ones swing (sph.c) */
+  /* For local ticks. `supports` is a box that holds the supports of all nodes. Until the next tick that is
+   * not local nodes move at most by `slack`, less the growth of their search radii. `candidates` is the
+   * number of candidates per neighbor at the last tick that was not local; `wasted` counts those beyond it
+   * since then, as nodes have moved. */
   struct kith_box supports;
   double slack, candidates, wasted;
 };
 
-/* View. */
+/* Borrowed; only valid for a scheme with block time steps. */
 static inline struct kith_blocks *kith_blocks_of(const struct kith_integrator *it) {
   return it->self;
 }
 
-/* The next base step, from `time` on: it lands on the next output, after that on one as far away again. */
+/* Plans the next base step, from `time` on, so that it lands on the next output; if that is reached, on one
+ * as far away again. `factor` multiplies the limits of the nodes. */
 void kith_blocks_plan(struct kith_integrator *it, double time, double factor);
-/* The steps that active nodes want at tick n, inside of a base step. */
+/* Sets the steps that active nodes want at a tick inside of a base step. */
 void kith_blocks_want(struct kith_integrator *it);
-/* By the neighbors: at most `ratio` times what any of them wants, and no longer than until a heavy one
- * pushes. */
+/* Limits the next step of active nodes by their neighbors: at most `ratio` times what any of them wants, and
+ * no longer than until a heavy one pushes. */
 void kith_blocks_limit_by_neighbors(struct kith_integrator *it);
-/* Have all nodes of all ranks the same steps? Then all pairs have the same weight. Frozen ones have any. */
+/* Do all nodes of all ranks have the same last activity, step and next step? Then all pairs have the same
+ * weight. Frozen nodes do not matter. */
 bool kith_blocks_alike(const struct kith_integrator *it);
-/* A step that is longer than the rates of node i now allow is cut short. */
+/* Wakes node i sooner if its step is longer than its rates now allow. */
 void kith_blocks_wake_by_limit(struct kith_integrator *it, kith_index i);
-/* The same after an evaluation, and for what the steps of active neighbors do. */
+/* Wakes node i sooner, after an evaluation, by its own limit or if its step is too long beside those of
+ * active neighbors. */
 void kith_blocks_wake(struct kith_integrator *it, kith_index i);
 
 #endif

@@ -8,10 +8,10 @@
 #include "integrator/step.h"
 
 enum {
-  FEW = 2,          /* fewer active nodes than this part of all are looked up, with what is near them */
-  NEW_SEARCH = 160, /* what a new search, with nodes put in order, costs for each node, in candidates */
+  FEW = 2,          /* a tick may be local if at most n / FEW of n nodes are active */
+  NEW_SEARCH = 160, /* cost of a new search with reordering, per node, in candidates */
 };
-static const double start = 0.1; /* the first steps: nothing has told the neighbors yet */
+static const double start = 0.1; /* factor of the first steps: no signal has reached the neighbors yet */
 
 kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_block_settings settings) {
   KITH_TRY(kith_nodes_mark_activity(it->nodes));
@@ -72,22 +72,22 @@ double kith_block_steps_planned(const struct kith_integrator *it) {
 
 /* --- a tick --- */
 
-/* Of the support of node i, in a time `since` its last activity. */
+/* Returns the factor by which the support of node i grows in a time `since` its last activity. */
 static double growth_of(const struct kith_integrator *it, kith_index i, double since) {
   const double divergence = it->package->velocity_divergence->f64[i];
   return divergence != 0 ? exp(fmax(-0.2, fmin(0.2, since * divergence / NDIM))) : 1;
 }
 
-/* How far a node goes along an axis in a time `since` its last activity, by component k of v and dv/dt then.
- * Not with w of block_steps.h: that has half the impulse of a pair with a long step at once, but what
- * balances it may come in parts. */
+/* Returns how far a node moves along an axis in a time `since` its last activity, by component k of v and
+ * dv/dt then. The velocity is not w of block_steps.h: that has got half the impulse of a pair with a long
+ * step at once, but what balances it may come in parts. */
 static inline double way_of(const struct kith_integrator *it, size_t k, double since) {
   return since *
          (kith_blocks_of(it)->steps.velocity_last->f64[k] + 0.5 * since * it->hydro->acceleration->f64[k]);
 }
 
-/* From each node's last activity to the present tick. Of the nodes of it->near the active ones, the idle
- * ones, or both. */
+/* Predicts nodes of it->near, the active ones, the idle ones or both, from their last activity to the present
+ * tick. */
 static void predict(struct kith_integrator *it, bool active, bool idle) {
   struct kith_blocks *b = kith_blocks_of(it);
   const struct kith_block_steps *s = &b->steps;
@@ -112,7 +112,7 @@ static void predict(struct kith_integrator *it, bool active, bool idle) {
   it->nodes->positions += 1;
 }
 
-/* Where node i was at its last activity, by where it is now. */
+/* Sets the position of node i at its last activity from its present one. */
 static void place_base(struct kith_integrator *it, kith_index i) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const double since = b->steps.tick * (b->steps.now - b->steps.last->f64[i]);
@@ -120,7 +120,7 @@ static void place_base(struct kith_integrator *it, kith_index i) {
     b->position_base->f64[k] = it->nodes->position->f64[k] - way_of(it, k, since);
 }
 
-/* The box around node i, this far to each side. */
+/* Extends the box by `radius` to each side of node i. */
 static void include_support(struct kith_box *box, const struct kith_integrator *it, kith_index i,
                             double radius) {
   for (int a = 0; a < NDIM; ++a) {
@@ -129,7 +129,7 @@ static void include_support(struct kith_box *box, const struct kith_integrator *
   }
 }
 
-/* The nodes whose step ends now are active: it->near. */
+/* Activates the nodes whose step ends now, and lists them in it->near. */
 static kith_status activate(struct kith_integrator *it) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const kith_index n = it->nodes->n_internal;
@@ -148,15 +148,15 @@ static kith_status activate(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* Are active nodes few, and has the search cost less than a new one would? Then it may pay to look up what is
- * near them. */
+/* Are active nodes few, and has the search wasted less than a new one would cost? Then it may pay to search
+ * only near them. */
 static bool are_few(const struct kith_integrator *it) {
   const kith_index all = it->nodes->n_internal;
   return !kith_blocks_of(it)->steps.ends && it->near.n <= all / FEW &&
          kith_blocks_of(it)->wasted <= NEW_SEARCH * (double)all;
 }
 
-/* May active nodes, or what is near them, have to do with a ghost? */
+/* May active nodes, or nodes near them, interact with a ghost? */
 static bool reach_boundaries(const struct kith_integrator *it) {
   const struct kith_blocks *b = kith_blocks_of(it);
   struct kith_box inside = kith_box_empty(), reach = inside, supports = b->supports;
@@ -169,7 +169,8 @@ static bool reach_boundaries(const struct kith_integrator *it) {
   return kith_boundaries_reach(it->boundaries, &inside, &reach, &supports);
 }
 
-/* it->near: active nodes, and those that they may interact with. Again when a support has grown. */
+/* Extends it->near by the nodes that active ones may interact with, and predicts these. Called again when a
+ * support has grown. */
 static kith_status find_near(struct kith_integrator *it) {
   kith_lifecycle_search_radii(it);
   KITH_TRY(kith_search_near(it->search, kith_blocks_of(it)->slack, &it->near.node, &it->near.capacity,
@@ -181,7 +182,8 @@ static kith_status find_near(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* Predicts active nodes, and all others too or leaves it to the lifecycle to find those that matter. */
+/* Predicts active nodes. If they are few and far from boundaries, the lifecycle finds and predicts the others
+ * that matter; else all nodes are predicted. */
 static kith_status predict_nodes(struct kith_integrator *it, bool first) {
   KITH_TRY(activate(it));
   const bool few = !first && are_few(it);
@@ -194,7 +196,7 @@ static kith_status predict_nodes(struct kith_integrator *it, bool first) {
   return KITH_OK;
 }
 
-/* Counts the updates by the length of the step that they end. */
+/* Counts updates in the profile, by the length of the step that they end. */
 static void count_levels(const struct kith_integrator *it) {
 #define OF(n) "updates, base step / " #n
   static const char *const name[] = {OF(1),      OF(2),      OF(4),      OF(8),     OF(16),    OF(32),
@@ -214,7 +216,8 @@ static void count_levels(const struct kith_integrator *it) {
     if (count[level] > 0) kith_profile_count(it->profile, name[level], (double)count[level]);
 }
 
-/* After the evaluation: active nodes begin their next step. `first`: boundaries may have moved nodes. */
+/* Begins the next step of active nodes, after the evaluation. `first`: the first tick of a base step, at
+ * which boundaries may have moved nodes. */
 static void close_tick(struct kith_integrator *it, bool first) {
   struct kith_blocks *b = kith_blocks_of(it);
   struct kith_block_steps *s = &b->steps;
@@ -237,7 +240,7 @@ static void close_tick(struct kith_integrator *it, bool first) {
       b->density_base->f64[i] = it->hydro->density->f64[i];
     }
     if (activity == KITH_ACTIVE || first) place_base(it, i);
-    if (s->ends) continue; /* all nodes are taken in anew */
+    if (s->ends) continue; /* the next base step searches anew among all nodes */
     if (activity != KITH_IDLE) kith_blocks_wake(it, i);
     const double radius = it->nodes->search_radius->f64[i], left = s->tick * (b->due->f64[i] - s->now);
     const double speed = kith_norm(s->velocity_last->f64 + (size_t)i * NDIM) +
@@ -249,12 +252,12 @@ static void close_tick(struct kith_integrator *it, bool first) {
   b->slack = slack, b->supports = supports;
 }
 
-/* `soonest`, where it may have changed. A failure is agreed on with the next lists. */
+/* Updates `soonest` where it may have changed. Ranks agree on a failure when they make the next lists. */
 static void look_ahead(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   const kith_index n = it->nodes->n_internal, stretches = (n + KITH_STRETCH - 1) / KITH_STRETCH;
   const double *restrict due = b->due->f64;
-  if (it->pending == KITH_OK) /* else something else has failed */
+  if (it->pending == KITH_OK) /* else keep the earlier failure */
     it->pending = kith_reserve(&b->soonest, &b->soonest_capacity, (size_t)stretches, sizeof *b->soonest);
   if (it->pending != KITH_OK) return;
 #pragma omp parallel for schedule(static) if (!it->near.only)
@@ -266,7 +269,7 @@ static void look_ahead(struct kith_integrator *it) {
   }
 }
 
-/* The next tick at which a node is active, on any rank. */
+/* Returns the next tick at which a node of any rank is active. */
 static double next_tick(const struct kith_integrator *it) {
   const kith_index n = it->nodes->n_internal;
   double next = it->pending == KITH_OK ? KITH_TICKS : kith_blocks_of(it)->steps.now + 1;
@@ -277,17 +280,17 @@ static double next_tick(const struct kith_integrator *it) {
   return -next;
 }
 
-/* Steps and rates of the active nodes. */
+/* Sets the next steps of active nodes and evaluates their rates. */
 static kith_status evaluate(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   kith_blocks_limit_by_neighbors(it);
-  b->steps.alike = b->steps.ends && kith_blocks_alike(it); /* else seldom, and not worth a look */
+  b->steps.alike = b->steps.ends && kith_blocks_alike(it); /* else rare, and not tested */
   KITH_TRY(kith_integrator_evaluate(it));
   kith_flow_tick(it, &b->steps);
   return KITH_OK;
 }
 
-/* Lists, at tick `now`. The first ones of a base step put nodes back in their places and on their ranks. */
+/* Makes the lists at tick `now`. At the first tick of a base step nodes are also wrapped and migrate. */
 static kith_status make_tick_lists(struct kith_integrator *it, bool first) {
   kith_boundaries_move(it->boundaries, it->clock);
   it->kick.blocks = &kith_blocks_of(it)->steps;
@@ -298,7 +301,7 @@ static kith_status make_tick_lists(struct kith_integrator *it, bool first) {
   return KITH_OK;
 }
 
-/* How many candidates more there were than right after all nodes were taken in. */
+/* Adds up the candidates of the search beyond those right after a search among all nodes. */
 static void judge_search(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   const double entries = (double)it->ledger.last_row_entries,
@@ -316,7 +319,7 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   b->steps.now = n, b->steps.ends = n == KITH_TICKS;
   const kith_status status = it->pending == KITH_OK ? predict_nodes(it, first) : it->pending;
   if (status != KITH_OK)
-    it->pending = status, it->near.only = false, it->near.n = 0; /* agreed with the lists */
+    it->pending = status, it->near.only = false, it->near.n = 0; /* agreed on with the lists */
   if (b->steps.ends)
     kith_blocks_plan(it, it->time + KITH_TICKS * b->steps.tick, 1);
   else
@@ -348,7 +351,7 @@ kith_status kith_block_steps_start(struct kith_integrator *it) {
   it->kick.blocks = &b->steps;
   kith_halo_refresh(it->hydro->halo, it->nodes,
                     (struct kith_field *[]){b->steps.last, b->steps.step, b->wanted}, 3);
-  const kith_status status = evaluate(it); /* the lists are those of the first rates */
+  const kith_status status = evaluate(it); /* with the lists of the first rates */
   it->kick.blocks = NULL;
   return status;
 }

@@ -12,14 +12,13 @@
  *   5. a touched node whose step is more than `ratio` times that of an active neighbor, or longer than its
  *      own limits now allow, is woken sooner: its step is cut short.
  * Where active nodes are few and far from all boundaries, a tick is local: only nodes near active ones are
- * predicted and taken in by the search, and there are no ghosts; the state has the same bits. The search is
- * made anew when it has cost as much in candidates that are no neighbors any more. On several ranks no tick
- * is local.
- * At the end of the base step all nodes are active, so that the state is at one time: there is output, and a
- * run can restart. Nodes are mirrored then, and migrate at the first tick of the next one. A base step is as
- * long as the longest step that a node wants, at most 2^levels of the shortest, a part of what is left until
- * the next output, and shortened if that saves updates, since steps are rounded down. With one level this is
- * leapfrog with a global step.
+ * predicted and updated in the search, and there are no ghosts; the state is bitwise the same. All nodes are
+ * searched anew when the candidates that are neighbors no longer have cost as much. With several ranks no
+ * tick is local. At the end of the base step all nodes are active, so that the state is at one time: there is
+ * output, and a run can restart. Nodes are mirrored then, and migrate at the first tick of the next one. A
+ * base step is as long as the longest step that a node wants, at most 2^levels of the shortest, a part of
+ * what is left until the next output, and shortened if that saves updates, since steps are rounded down. With
+ * one level this is leapfrog with a global step.
  *
  * Individual steps: Saitoh and Makino (2009, ApJ 697, L99), Durier and Dalla Vecchia (2012, MNRAS 419, 465)
  * for what goes wrong without steps 2 (ratio) and 5. */
@@ -28,16 +27,16 @@
 
 #include "integrator/block_lengths.h"
 
-/* Private state (integrator->self) and fields. */
+/* Creates the private state (integrator->self) and fields. */
 kith_status kith_block_steps_create(struct kith_integrator *integrator, struct kith_block_settings settings);
 void kith_block_steps_destroy(struct kith_integrator *integrator);
-/* After the first rates: plans the first base step. Collective, as the following. */
+/* Plans the first base step, after the first rates. Collective, as all that follow. */
 kith_status kith_block_steps_start(struct kith_integrator *integrator);
 /* Begins a base step of length dt. */
 void kith_block_steps_begin(struct kith_integrator *integrator, double dt);
-/* The ticks of the base step. */
+/* Runs the ticks of the base step. */
 kith_status kith_block_steps_advance(struct kith_integrator *integrator);
-/* How long the next base step shall be. */
+/* Returns the length of the next base step. */
 double kith_block_steps_planned(const struct kith_integrator *integrator);
 
 #endif

@@ -1,17 +1,17 @@
-/* Gas that comes and goes. */
+/* Inflow and outflow: how their zones move, what enters and leaves, what the gas gets from outside. */
 #include "integrator/flow.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Mass, energy, momentum. */
+/* Indices of the sums. */
 enum { MASS, ENERGY, MOMENTUM, SUMS = MOMENTUM + NDIM };
 
 static double depth_of(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   return kith_flow_depth(b, it->nodes->position->f64[(size_t)i * NDIM + (size_t)b->axis]);
 }
 
-/* Adds what node i brings, or takes along. */
+/* Adds `sign` times mass, energy and momentum of node i to the sums. */
 static void count(const struct kith_integrator *it, kith_index i, double sign, struct kith_sum *sums) {
   const double m = sign * it->hydro->mass->f64[i], *v = it->hydro->velocity->f64 + (size_t)i * NDIM;
   kith_sum_add(&sums[MASS], m);
@@ -39,7 +39,7 @@ static kith_status drive(struct kith_integrator *it, const struct kith_boundary 
   return KITH_OK;
 }
 
-/* Node `to` becomes what follows node `from`, as far behind as the zone is deep. */
+/* Makes node `to` the successor of node `from`: a copy, as far behind as the zone is deep. */
 static kith_status follow(struct kith_integrator *it, const struct kith_boundary *b, kith_index to,
                           kith_index from) {
   const struct kith_nodes *nodes = it->nodes;
@@ -87,7 +87,7 @@ static kith_status enter(struct kith_integrator *it, const struct kith_boundary 
 
 /* ---- outflow ---- */
 
-/* Gas leaves, or comes back; what is behind the zone goes. */
+/* Flags gas that leaves through the face, or comes back, and deletes nodes behind the zone. */
 static kith_status leave(struct kith_integrator *it, const struct kith_boundary *b, struct kith_sum *sums,
                          bool *changed) {
   struct kith_nodes *nodes = it->nodes;
@@ -111,7 +111,7 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
   return status;
 }
 
-/* The derivative outwards of the velocity outwards at node i, by partners further in. */
+/* Returns the outward derivative of the outward velocity at node i, by partners further in. */
 static double slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_rows *rows = &it->connectivity->rows;
   const double *v = it->hydro->velocity->f64 + b->axis, depth = depth_of(it, b, i);
@@ -125,7 +125,7 @@ static double slope(const struct kith_integrator *it, const struct kith_boundary
   return moment > 0 ? kith_flow_outwards(b) * sum / moment : 0;
 }
 
-/* The rates of one node: flow.h. */
+/* Sets the rates of node i in the zone of an outflow (flow.h). */
 static void pass_waves(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_hydro *hydro = it->hydro;
   const double far = ((const struct kith_flow_settings *)b->settings)->pressure_far,
@@ -145,7 +145,7 @@ static bool passes(const struct kith_integrator *it, int b) {
   return kith_boundary_passes(it->boundaries->boundary[b]->ops);
 }
 
-/* What came and went on all ranks. */
+/* Sums over all ranks what entered and left. */
 static kith_status agree(const struct kith_integrator *it, struct kith_sum *sums, uint64_t *changed,
                          kith_status status) {
   struct kith_shared parts[1 + SUMS] = {{KITH_SHARE_SUM, 1, changed}};
@@ -189,7 +189,7 @@ static bool is_beyond(const struct kith_integrator *it, kith_index i) {
   return false;
 }
 
-/* Adds the potential energy of node i to what was lifted. */
+/* Adds `sign` times the potential energy of node i to `lifted`. */
 static void lift(struct kith_integrator *it, kith_index i, double sign) {
   const struct kith_hydro *hydro = it->hydro;
   const double *x = it->nodes->position->f64 + (size_t)i * NDIM;

@@ -1,39 +1,41 @@
-/* flow.h - gas that comes and goes: how the zones of inflows and outflows (boundaries/flow.h) move, when
- * nodes become gas and gas becomes theirs, and what the gas gets from outside.
+/* flow.h - inflow and outflow: how their zones (boundaries/flow.h) move, when nodes become gas or gas becomes
+ * part of a zone, and what the gas gets from outside.
  *
- * Inflow: no rates; the state is that at the face, at the start of each step. The node that takes the place
- * of one with id k has id k + the number of nodes at the start: no id comes twice, and none depends on
- * ranks.
+ * Inflow: nodes in the zone have no rates; at the start of each step they get the state at the face. The node
+ * that takes the place of one with id k has id k + the number of nodes at the start: no id comes twice, and
+ * none depends on ranks.
  *
- * Outflow: a node goes on with the energy rate of the package, and with a velocity that only follows from
- * within. With the velocity v and the direction n outwards
+ * Outflow: a node keeps the energy rate of the package; its velocity depends only on nodes further in. With
+ * the velocity v and the direction n outwards
  *     dv/dt = - c dv/dn,    dv/dn by partners further in,
  * which is what a wave that leaves does (continuity adds dP = rho c dv), and no wave comes back (Thompson
- * 1987, JCoPh 68, 1). Towards a pressure P0 far behind, in a domain of length L, it gets (P - P0) / (4 rho L)
- * in addition (Poinsot and Lele 1992, JCoPh 101, 104). Velocities along the face do not change. That and the
- * energy rate fade between a quarter and half of the zone: nodes at its end lack partners. dv/dn does not:
- * nodes that went on as they are would run into slower ones ahead. (In 1-D those behind a shock do that still
- * if it is much faster than sound ahead of it, as that of toro-3.yaml: the run stops.)
+ * 1987, JCoPh 68, 1). With a pressure P0 far behind and a domain of length L, (P - P0) / (4 rho L) is added
+ * (Poinsot and Lele 1992, JCoPh 101, 104). Velocities along the face do not change. This term and the energy
+ * rate fade out between a quarter and half of the zone, as nodes at its end lack partners. The term dv/dn
+ * does not fade: nodes with a constant velocity would run into slower ones ahead. (In 1-D nodes behind a
+ * shock still do so if it is much faster than sound ahead of it, as in toro-3.yaml: the run stops.)
  *
- * Balance. Where a node becomes gas, or no longer is, its mass, momentum and energy are added to those that
- * came through (hydro.h), or taken away. Forces and heats of partners that are no gas are summed by the force
- * pass; kicks add them over time, equation (1) of package.h: exact with compatible energy. */
+ * Balance. When a node becomes gas or leaves it, its mass, momentum and energy are added to `through` of
+ * hydro.h or subtracted. The force pass sums forces and heats by partners that are no gas; kicks add them
+ * over time by (1) of package.h, which is exact with compatible energy. */
 #ifndef KITH_INTEGRATOR_FLOW_H
 #define KITH_INTEGRATOR_FLOW_H
 
 #include "integrator/integrator.h"
 
-/* Nodes come and go, between the kicks of two evaluations; lists are to be rebuilt then. DIVERGED where
- * gas leaves through an inflow, or one is so fast that a step empties its zone. Collective. */
+/* Lets nodes enter and leave, between the kicks of two evaluations; if any does, lists are to be rebuilt.
+ * DIVERGED where gas leaves through an inflow, or an inflow is so fast that a step empties its zone.
+ * Collective. */
 kith_status kith_flow_exchange(struct kith_integrator *integrator);
-/* At the end of a step: puts nodes back that are beyond a mirror. In the field of the external force that
- * changes their potential energies, by what they get from outside, `lifted`; and their rates have the force
- * at their new place. */
+/* Puts nodes beyond a mirror back, at the end of a step. An external force changes their potential energies
+ * by that, which counts as energy from outside, `lifted`; their rates get the force at the new place. */
 kith_status kith_flow_mirror(struct kith_integrator *integrator);
-/* After an evaluation: the rates of zones, and what the gas gets from all that is no gas. Collective. */
+/* Sets the rates of zones after an evaluation, and sums what the gas gets from all that is no gas.
+ * Collective. */
 void kith_flow_rates(struct kith_integrator *integrator);
-/* Block steps, after the evaluation of a tick: adds what active and touched nodes got. At the end of a base
- * step all is summed up, and what the evaluation opens is the rate until the next tick. Collective there. */
+/* With block steps, after the evaluation of a tick: adds what active and touched nodes got from outside. At
+ * the end of a base step sums over ranks; what the evaluation opens is the rate until the next tick.
+ * Collective there. */
 void kith_flow_tick(struct kith_integrator *integrator, const struct kith_block_steps *steps);
 
 #endif

@@ -5,7 +5,7 @@
 
 enum { WORDS = sizeof(struct kith_ledger) / sizeof(uint64_t) };
 
-/* What all ranks do together. */
+/* Copies the counters that are the same on all ranks. */
 static void copy_common(struct kith_ledger *to, const struct kith_ledger *from) {
 #define COPY_EACH(name)
 #define COPY_TOGETHER(name) to->name = from->name;

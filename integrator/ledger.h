@@ -1,8 +1,7 @@
-/* ledger.h - what happened, summed over the run: one table for the counters, the report and the sums over
- * ranks.
+/* ledger.h - counters of a run: one table for the counters, the report and the sums over ranks.
  *
- * Ghosts are counted where things happen: created by the boundaries when they make them, culled by the cull,
- * kept from the blocks that are left. So created = culled + kept is a check, for each boundary and for all
+ * Ghosts are counted independently when boundaries create them, when they are culled, and in the blocks that
+ * are left (kept). So created = culled + kept is a check, for each boundary and in total
  * (kith_ledger_closes). */
 #ifndef KITH_INTEGRATOR_LEDGER_H
 #define KITH_INTEGRATOR_LEDGER_H
@@ -11,7 +10,7 @@
 #include "lib/connectivity/policies/rebuild.h"
 
 /* Counter (its name in report.json, after "ledger."), how ranks combine, what it counts. EACH: ranks are
- * summed (a pair between ranks counts twice); TOGETHER: all ranks do it together, and it counts once. */
+ * summed (a pair between ranks counts twice); TOGETHER: it is the same on all ranks. */
 #define KITH_LEDGER_LIST(X)                                                                     \
   X(lifecycles, TOGETHER, "rebuilds of ghosts, searches and connectivity")                      \
   X(reorders, EACH, "reorderings of the nodes along the curve")                                 \
@@ -30,7 +29,7 @@
   X(last_row_entries, EACH, "neighbors in the rows of internal nodes after the last lifecycle") \
   X(last_pairs, EACH, "pairs after the last lifecycle")
 
-/* Nothing but uint64_t: a checkpoint stores it as words. */
+/* Only uint64_t members: checkpoints store it as words. */
 struct kith_ledger {
 #define X(name, ...) uint64_t name;
   KITH_LEDGER_LIST(X)
@@ -41,14 +40,15 @@ struct kith_ledger {
   } boundary[KITH_MAX_BOUNDARIES];
 };
 
-/* Of all ranks. Collective. */
+/* Returns the sums over all ranks. Collective. */
 struct kith_ledger kith_ledger_of_all(const struct kith_ledger *ledger, struct kith_ranks *ranks);
-/* What this rank keeps of the ledger of all, so that their sum is that: sums are kept by rank 0. */
+/* Splits the ledger of all ranks so that kith_ledger_of_all gives it back: rank 0 keeps the sums. */
 struct kith_ledger kith_ledger_of_rank(const struct kith_ledger *all, const struct kith_ranks *ranks);
-/* created = culled + kept for each boundary, the boundaries add up, and lifecycles to their reasons. */
+/* Do counters agree? created = culled + kept for each boundary and in total, and lifecycles = sum over their
+ * reasons. */
 bool kith_ledger_closes(const struct kith_ledger *ledger);
 
-/* Entry k of the report: counters, then rebuilds_because_<reason>. False beyond the last. */
+/* Writes entry k of the report: counters, then rebuilds_because_<reason>. False beyond the last. */
 struct kith_ledger_entry {
   const char *name;
   double value;

@@ -1,10 +1,9 @@
-/* scheme.h - how the state is advanced by a step: one family, a file each in schemes/.
+/* scheme.h - time integration schemes: one family, a file each in schemes/.
  *
  * A step is  predict -> is a rebuild due? lifecycle -> advance  (step.h).
- * A scheme of one evaluation predicts the state to the time of its evaluation, and the neighbor lists are
- * made there. A scheme with `stages` evaluates at several times of a step: its lists are made at the start,
- * with search radii that cover the motion within the step, and inner stages only refresh the values of
- * ghosts. */
+ * A scheme with one evaluation per step predicts the state at its time, and makes the neighbor lists there. A
+ * scheme with `stages` evaluates at several times of a step: its lists are made at the start, with search
+ * radii that cover the motion within the step, and later stages only refresh ghost values. */
 #ifndef KITH_INTEGRATOR_SCHEME_H
 #define KITH_INTEGRATOR_SCHEME_H
 
@@ -17,30 +16,31 @@ struct kith_scheme_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters (integrator->settings), NULL: none */
   size_t settings_size;
-  int evaluations;          /* of the rates, per step; a first guess where a solver decides */
-  const char *incompatible; /* why a compatible energy would not be kept; NULL: it is */
+  int evaluations;          /* of the rates, per step; a guess where a solver decides */
+  const char *incompatible; /* why it cannot keep a compatible energy; NULL: it can */
   bool implicit;            /* Courant numbers above 1 are allowed */
-  bool stages;              /* evaluates at several times of a step, by the lists of its start */
-  bool retries; /* repeats a step with a shorter dt: lists are made for the longest that may come */
-  /* Fields, private state in integrator->self, checks of what depends on several settings (BAD_INPUT, the
-   * message begins with the key of the setting: "table: ..."). `destroy`: what the private state owns; it is
-   * freed behind that. NULL: nothing of this. */
+  bool stages;              /* evaluates several times per step, with the lists of its start */
+  bool retries;             /* may repeat a step with a shorter dt: lists are made for the longest dt */
+  /* create: registers fields, allocates private state in integrator->self, checks what depends on several
+   * settings (BAD_INPUT, the message begins with the key of the setting: "table: ..."). destroy: frees what
+   * the private state owns; the caller then frees the state itself. NULL: nothing to do. */
   kith_status (*create)(struct kith_integrator *integrator);
   void (*destroy)(struct kith_integrator *integrator);
-  /* To where the lists are needed, by a step of dt. NULL: they are needed at the start. Gas comes and goes
-   * here (flow.h), where a scheme can do with that. */
+  /* Predicts the state at which lists are needed, for a step of dt. NULL: they are needed at the start. Gas
+   * enters and leaves here (flow.h), in schemes that support that. */
   kith_status (*predict)(struct kith_integrator *integrator, double dt);
-  /* The rest: all state is at time + *dt. It may take a shorter step: then it sets *dt to what it took, and
-   * integrator->limiter to why. The rates of the last evaluation are there on entry of a step (and after):
-   * those of the present state, unless the scheme evaluates in the middle. */
+  /* Does the rest of the step: all state is at time + *dt afterwards. It may take a shorter step: then it
+   * sets *dt to what it took, and integrator->limiter to why. On entry of a step (and after it) the rates of
+   * the last evaluation are at hand: those of the present state, unless the scheme evaluates in the
+   * middle. */
   kith_status (*advance)(struct kith_integrator *integrator, double *dt);
-  /* Do nodes have steps of their own, with these settings? NULL: never. If they do: what follows the first
-   * rates, and how long the next step, which is a base step, shall be. */
+  /* blocks: do nodes have steps of their own with these settings? NULL: never. If so, start follows the first
+   * rates, and planned returns the length of the next base step. */
   bool (*blocks)(const void *settings);
   kith_status (*start)(struct kith_integrator *integrator);
   double (*planned)(const struct kith_integrator *integrator);
-  /* Where it keeps what its last error estimate allows for the next step, 0: no opinion. A restart stores it.
-   * NULL: it estimates no errors. */
+  /* Returns where it keeps the step that its last error estimate allows (0: no estimate), which checkpoints
+   * store. NULL: it estimates no errors. */
   double *(*accurate_dt)(struct kith_integrator *integrator);
   size_t (*bytes)(const struct kith_integrator *integrator); /* of the private state; NULL: none */
 };

@@ -22,15 +22,15 @@ static bool faces_move(const struct kith_boundaries *boundaries) {
   return false;
 }
 
-/* Is a rebuild due, at the start of a step for lists that serve until `ahead`, and inside of one where the
- * motion since they were made is more than they cover? */
+/* Sets *reason to why a rebuild is due, or to none. At the start of a step policies decide, for lists that
+ * serve until `ahead`; inside of one a rebuild is due if nodes moved further than the lists cover. */
 static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_reason *reason) {
   struct kith_rebuilds *rebuilds = it->rebuilds;
   bool covered = false;
   if (it->pending == KITH_OK) it->pending = kith_hydro_finite(it->hydro);
   *reason = it->due;
   if (*reason == KITH_BECAUSE_none && !it->holding) *reason = kith_rebuilds_certain(rebuilds);
-  if (*reason != KITH_BECAUSE_none) return KITH_OK; /* the lifecycle tells what is pending */
+  if (*reason != KITH_BECAUSE_none) return KITH_OK; /* ranks agree on `pending` in the lifecycle */
   const kith_status mine = it->pending;
   it->pending = KITH_OK;
   if (!it->holding) {
@@ -46,7 +46,8 @@ static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_rea
   return kith_rebuilds_allow(rebuilds, it->nodes, "nodes moved too far within a step");
 }
 
-/* evaluates: so will the caller, at once. */
+/* Rebuilds the lists if that is due. evaluates: the caller evaluates the packages at once, by which ranks
+ * agree on the status. */
 static kith_status rebuild_if_due(struct kith_integrator *it, bool evaluates) {
   enum kith_rebuild_reason reason = KITH_BECAUSE_none;
   kith_status status;
@@ -60,7 +61,7 @@ static kith_status rebuild_if_due(struct kith_integrator *it, bool evaluates) {
   return evaluates ? KITH_OK : kith_lifecycle_close(it);
 }
 
-/* Ghosts get the values of their nodes: all that is needed where lists are not new. */
+/* Starts to copy node values to ghosts, which is enough where lists are not new. */
 static void refresh(struct kith_integrator *it) {
   struct kith_field *const fields[] = {it->nodes->position, it->nodes->support, it->hydro->velocity,
                                        it->hydro->energy};
@@ -86,7 +87,7 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   it->fresh = false;
   it->ledger.evaluations += 1, it->ledger.updates += active_nodes(it);
   kith_status status;
-  /* A support that grows beyond what the lists cover needs new lists: known only when the density is. */
+  /* A support may outgrow the lists, which is known only after the density pass: then lists are remade. */
   for (int growth = 0;
        (status = kith_package_evaluate(it->package, it->connectivity, &it->kick)) == KITH_OUTGROWN;
        ++growth) {
@@ -110,7 +111,7 @@ kith_status kith_integrator_rates(struct kith_integrator *it) {
 
 /* ---- the step ---- */
 
-/* All that ranks have to know of each other after a step. */
+/* Agrees with all ranks on status, next time-step limit, wishes and summary after a step. */
 static kith_status agree(struct kith_integrator *it, kith_status status) {
   struct kith_summary *summary = &it->summary;
   struct kith_hydro_sums sums;
@@ -134,7 +135,7 @@ static kith_status agree(struct kith_integrator *it, kith_status status) {
   return KITH_OK;
 }
 
-/* Checks the state, and what it allows for the next step. `moved`: how it went before. Agreed. */
+/* Checks the state and sets the limit of the next step. `moved` is the status so far. Ranks agree. */
 static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
   kith_profile_begin(it->profile, "control");
   kith_status status = moved == KITH_OK ? kith_hydro_physical(it->hydro) : moved;
@@ -157,7 +158,7 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
   if (status == KITH_OK) status = after_rates(it, KITH_OK);
   kith_profile_end(it->profile);
   KITH_TRY(status);
-  /* A first step from cold gas is too long: nothing has told the neighbors yet. */
+  /* From cold gas the first step would be too long: no signal has reached the neighbors yet. */
   if (!has_blocks(it)) it->timestep_limit.dt *= 0.1;
   return KITH_OK;
 }
@@ -169,8 +170,8 @@ kith_status kith_integrator_resume(struct kith_integrator *it) {
   return kith_lifecycle_remake(it, it->kick.velocity_base, it->energy_base);
 }
 
-/* The length of the next step: the limit by the state, no more than a quarter longer than the last, landing
- * on `until`. Says what limited it. */
+/* Returns the length of the next step: the limit by the state, at most KITH_GROWTH times the last step,
+ * landing on `until`. Records what limited it. */
 static double next_dt(struct kith_integrator *it, double until) {
   struct kith_timestep_limit limit = it->timestep_limit;
   const double left = until - it->time,
@@ -183,7 +184,7 @@ static double next_dt(struct kith_integrator *it, double until) {
     if (it->dt > 0 && limit.dt > KITH_GROWTH * it->dt && !has_blocks(it))
       limit = (struct kith_timestep_limit){KITH_GROWTH * it->dt, -1, KITH_LIMIT_growth};
   }
-  const bool last = limit.dt >= left * (1 - 1e-9); /* round-off of many equal steps leaves a little more */
+  const bool last = limit.dt >= left * (1 - 1e-9); /* round-off of many equal steps may leave a little more */
   if (limit.dt > 0.5 * left)                       /* two equal steps, not one and a tiny last one */
     limit = (struct kith_timestep_limit){last ? left : 0.5 * left, -1, KITH_LIMIT_end};
   it->limiter = limit.reason;
@@ -191,8 +192,8 @@ static double next_dt(struct kith_integrator *it, double until) {
   return limit.dt;
 }
 
-/* How long the lists of a step must serve. Where it may be repeated that must not depend on what it is cut
- * down to. */
+/* Returns how long the lists of a step must serve. In a scheme that may repeat a step this must not depend on
+ * the dt that it is cut down to. */
 static double look_ahead(const struct kith_integrator *it, double dt) {
   if (!it->scheme->stages) return 0;
   if (!it->scheme->retries || it->fixed_dt > 0 || it->dt <= 0) return dt;
@@ -202,7 +203,7 @@ static double look_ahead(const struct kith_integrator *it, double dt) {
 static kith_status take_step(struct kith_integrator *it, double *dt) {
   if (it->scheme->predict != NULL) KITH_TRY(it->scheme->predict(it, *dt));
   it->ahead = look_ahead(it, *dt);
-  if (!has_blocks(it)) /* they need none before the first tick */
+  if (!has_blocks(it)) /* block steps make lists at the first tick */
     KITH_TRY(rebuild_if_due(it, it->scheme->predict != NULL));
   it->holding = it->scheme->stages;
   const kith_status status = it->scheme->advance(it, dt);

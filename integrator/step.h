@@ -4,23 +4,23 @@
 
 #include "integrator/integrator.h"
 
-/* A step that the state limits is at most this much longer than the last. */
+/* Largest ratio of a step to the last one, except for fixed steps and base steps. */
 #define KITH_GROWTH 1.25
 
-/* First rates: solves the supports from their guesses. Call once before the first step of a new run. */
+/* Evaluates the first rates: solves the supports from their guesses. Call once before the first step of a new
+ * run. */
 kith_status kith_integrator_start(struct kith_integrator *integrator);
 /* Rebuilds the lists of a restarted run, bitwise identical. Fields, time, step, dt, the kick's time and the
  * time-step limit are restored by the caller. */
 kith_status kith_integrator_resume(struct kith_integrator *integrator);
-/* One step, not beyond `until`. DIVERGED if the state leaves the physical range or the step collapses; STALE
- * where the lists may miss pairs and no policy rebuilds them. */
+/* Takes one step, not beyond `until`. DIVERGED if the state leaves the physical range or the step collapses;
+ * STALE where the lists may miss pairs and no policy rebuilds them. */
 kith_status kith_integrator_step(struct kith_integrator *integrator, double until);
 
-/* The rates of the state, by lists that are rebuilt first if a policy wants it. */
+/* Evaluates the rates, after a rebuild of the lists if a policy wants it. */
 kith_status kith_integrator_rates(struct kith_integrator *integrator);
-/* The same by the lists at hand, of which ghosts get their values: for schemes. Inside a step lists are
- * rebuilt only where the motion since they were made is more than their search radii cover, or where a face
- * has moved. */
+/* Evaluates the rates with the lists at hand, after refreshing ghosts: for schemes. Inside of a step lists
+ * are rebuilt only where nodes have moved further than the search radii cover, or a face has moved. */
 kith_status kith_integrator_evaluate(struct kith_integrator *integrator);
 
 #endif

@@ -1,10 +1,10 @@
-/* The window: which nodes are disturbed, and who is awake. */
+/* The window: which nodes are disturbed, and which are evaluated. */
 #include "integrator/window.h"
 
-/* How many neighbors far an evaluation carries a signal: density, gradients, forces. */
+/* Neighbors that a signal passes in one evaluation: by density, gradients and forces. */
 enum { LAYERS = 3 };
-/* In units of the speed of sound, and of the time in which that crosses a support: less is gas at rest. The
- * round-off of forces on lattices is some 1e-14. */
+/* Velocities below this part of the sound speed c, and rates below it in units of c and H, are gas at rest.
+ * The round-off of forces on lattices is some 1e-14. */
 static const double quiet = 1e-11;
 
 static bool is_disturbed(const struct kith_integrator *it, kith_index i) {
@@ -16,7 +16,7 @@ static bool is_disturbed(const struct kith_integrator *it, kith_index i) {
            fabs(hydro->energy_rate->f64[i]) * h <= quiet * fabs(u) * c);
 }
 
-/* Nodes that `from` marks, and their neighbors. */
+/* Marks in `to` the nodes that `from` marks, and their neighbors. */
 static void add_neighbors(const struct kith_integrator *it, const uint8_t *restrict from,
                           uint8_t *restrict to) {
   const struct kith_rows *rows = &it->connectivity->rows;
@@ -27,7 +27,7 @@ static void add_neighbors(const struct kith_integrator *it, const uint8_t *restr
   }
 }
 
-/* The nodes so near to a disturbed one that an evaluation of the next step may see it. */
+/* Returns marks of the nodes so near to a disturbed one that an evaluation of the next step may see it. */
 static const uint8_t *reached(const struct kith_integrator *it) {
   struct kith_field *const *field = it->reached;
   const int layers = LAYERS * it->evaluations;
