@@ -17,7 +17,7 @@ void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand
                                        kith_package_requirements(p)};
 }
 
-/* Nothing is built that is not required. */
+/* Returns the union of what all demands require: nothing else is built. */
 static struct kith_requirements requirements(const struct kith_integrator *it) {
   struct kith_requirements need = {0};
   struct kith_demand demand[KITH_DEMANDS];
@@ -30,7 +30,7 @@ static void velocity_of(const void *velocity, kith_index i, double *v) {
   memcpy(v, ((const struct kith_field *)velocity)->f64 + (size_t)i * NDIM, NDIM * sizeof *v);
 }
 
-/* The mean velocity along axes where a common drift is no displacement, 0 along the others. */
+/* Sets c to the mean velocity along axes where a common drift is no displacement, 0 along the others. */
 static void common_velocity(const struct kith_integrator *it, double c[NDIM]) {
   kith_mean_vector(it->nodes, velocity_of, it->hydro->velocity, c);
   for (int b = 0; b < it->boundaries->n; ++b) {
@@ -42,7 +42,7 @@ static void common_velocity(const struct kith_integrator *it, double c[NDIM]) {
   }
 }
 
-/* w_i of lifecycle.h: how fast node i moves away from its position, a common drift excluded. */
+/* Returns w_i of lifecycle.h: the speed of node i beyond a common drift. */
 static double speed_of(const struct kith_integrator *it, kith_index i, const double *c) {
   const double *a = it->hydro->acceleration->f64 + (size_t)i * NDIM;
   double w[NDIM];
@@ -66,7 +66,7 @@ static void add_motion(const struct kith_integrator *it) {
 
 void kith_lifecycle_search_radii(const struct kith_integrator *it) {
   const struct kith_nodes *nodes = it->nodes;
-  if (it->resuming) { /* bitwise identical to what it was */
+  if (it->resuming) { /* so that the lists are bitwise the same */
     kith_field_copy(nodes, nodes->search_radius, it->built.search_radius);
     return;
   }
@@ -86,8 +86,8 @@ void kith_lifecycle_search_radii(const struct kith_integrator *it) {
   if (it->ahead > 0) add_motion(it);
 }
 
-/* Keeps nodes that are close in space close in memory. Due only every so many lifecycles, and done only if
- * the order is lost. */
+/* Sorts nodes along a curve, so that nodes close in space are close in memory. Considered only every so many
+ * lifecycles, and done only if the order is lost. */
 static kith_status reorder(struct kith_integrator *it) {
   const bool due = it->since_reorder == 0 || it->since_reorder >= (uint64_t)it->reorder_every;
   it->since_reorder = due ? 1 : it->since_reorder + 1;
@@ -98,7 +98,7 @@ static kith_status reorder(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "reorder");
   kith_status status = kith_resize(&order, 0, (size_t)it->nodes->n_internal, sizeof *order);
   kith_search_cube(it->nodes->position->f64, it->nodes->n_internal, lower,
-                   upper); /* so that the tree need not sort */
+                   upper); /* the cube of the tree, which then need not sort */
   if (status == KITH_OK) status = kith_nodes_curve_order(it->nodes, lower, upper, order, &sorted);
   if (status == KITH_OK && !sorted) {
     status = kith_nodes_reorder(it->nodes, order);
@@ -113,7 +113,7 @@ static double ghost_factor(const struct kith_integrator *it) {
   return (it->need.overlap ? 2 : 1) * it->nodes->longest;
 }
 
-/* Two layers of ghosts, so that those of the first have all that is in their own support. */
+/* Makes two layers of ghosts, so that ghosts of the first have all neighbors in their own support. */
 static kith_status ghosts_with_rows(struct kith_integrator *it, kith_status status) {
   struct kith_shared parts[KITH_MAX_BOUNDARIES];
   kith_halo_extend(it->hydro->halo, it->nodes);
@@ -125,9 +125,10 @@ static kith_status ghosts_with_rows(struct kith_integrator *it, kith_status stat
   return status;
 }
 
-/* A support that cannot find its neighbors would grow, and images with it, until memory ends. */
+/* Fails if there are too many images: a support that cannot find its neighbors would grow, and images with
+ * it, until memory ends. */
 static kith_status bound_ghosts(const struct kith_integrator *it) {
-  enum { MOST = NDIM == 3 ? 1000 : NDIM == 2 ? 400 : 100 }; /* a node, and a neighbor that is wanted */
+  enum { MOST = NDIM == 3 ? 1000 : NDIM == 2 ? 400 : 100 }; /* most images per node and wanted neighbor */
   const struct kith_nodes *nodes = it->nodes;
   double images = (double)nodes->n_internal * (nodes->shifts.n - 1), of = nodes->n_internal;
   kith_index widest = 0;
@@ -153,7 +154,7 @@ static kith_status ghosts(struct kith_integrator *it, kith_status status) {
   return status;
 }
 
-/* What packages make of the new pairs. */
+/* Lets packages couple or cut the new pairs. */
 static kith_status couple(struct kith_integrator *it) {
   const size_t before = it->connectivity->pairs.n;
   kith_status status = KITH_OK;
@@ -164,15 +165,15 @@ static kith_status couple(struct kith_integrator *it) {
   return status;
 }
 
-/* Ghosts that no internal node needs go, unless rows of ghosts or overlap are wanted. A rank without ghosts
- * may have images that others want. */
+/* May ghosts that no internal node needs be culled? Not if rows of ghosts or overlap are required. A rank
+ * without ghosts takes part, as it may have images that others need. */
 static bool may_cull(const struct kith_integrator *it) {
   return it->cull && !it->need.ghost_rows && !it->need.overlap &&
          (it->nodes->n_ghost > 0 || it->nodes->ranks != NULL);
 }
 
-/* What this rank needs, which other ranks are told. While rows are built, if they will not be cut afterwards:
- * the flags are under way while entries are filled in. */
+/* Marks the ghosts that this rank needs, and sends that to other ranks. Called while rows are built, unless
+ * packages cut them afterwards: then the messages travel while entries are filled in. */
 static kith_status tell_marks(void *integrator) {
   struct kith_integrator *it = integrator;
   const struct kith_nodes *nodes = it->nodes;
@@ -189,7 +190,7 @@ static kith_status tell_marks(void *integrator) {
   return KITH_OK;
 }
 
-/* Ghosts that went, by boundary, from the blocks as they were and the renumbering. */
+/* Counts culled ghosts by boundary, from the blocks before the cull and the renumbering. */
 static void count_culled(struct kith_integrator *it, const struct kith_ghost_block *block, int n_blocks) {
   for (int b = 0; b < n_blocks; ++b) {
     const kith_index *restrict renumber = it->scratch.renumber + block[b].first;
@@ -201,7 +202,7 @@ static void count_culled(struct kith_integrator *it, const struct kith_ghost_blo
   }
 }
 
-/* Memory, and the blocks as they are. */
+/* Reserves memory, and copies the present blocks. */
 static kith_status prepare_cull(struct kith_integrator *it, struct kith_ghost_block **blocks) {
   const struct kith_nodes *nodes = it->nodes;
   const size_t all = (size_t)kith_nodes_count(nodes);
@@ -231,7 +232,7 @@ static kith_status cull(struct kith_integrator *it, kith_status status) {
   return status;
 }
 
-/* What the lists were made from: a restart makes them again. */
+/* Stores what the lists were made from: a restart makes them again. */
 static void remember(struct kith_integrator *it) {
   const double *restrict x = it->nodes->position->f64;
 #pragma omp parallel for schedule(static)
@@ -241,8 +242,8 @@ static void remember(struct kith_integrator *it) {
   kith_field_copy(it->nodes, it->built.support, it->nodes->support);
 }
 
-/* The ledger, what a restart needs, checks; last the canonical order, when nothing needs rows sorted by index
- * any more. */
+/* Fills the ledger, stores what a restart needs, and checks. Canonical order comes last, when nothing needs
+ * rows sorted by index any more. */
 static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   struct kith_ledger *ledger = &it->ledger;
   const struct kith_connectivity *c = it->connectivity;
@@ -251,7 +252,7 @@ static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason re
     ledger->boundary[it->nodes->blocks[b].boundary].kept += (uint64_t)it->nodes->blocks[b].count;
   ledger->lifecycles += 1;
   ledger->last_row_entries =
-      c->rows.n > 0 ? c->rows.first[it->nodes->n_internal] : 0; /* of nodes, not of ghosts */
+      c->rows.n > 0 ? c->rows.first[it->nodes->n_internal] : 0; /* without the rows of ghosts */
   ledger->last_pairs = c->pairs.n;
   ledger->row_entries += ledger->last_row_entries;
   ledger->pairs += ledger->last_pairs;
@@ -268,7 +269,7 @@ static kith_status ready(struct kith_integrator *it, enum kith_rebuild_reason re
   return it->check ? kith_connectivity_valid(c, it->nodes) : KITH_OK;
 }
 
-/* The nodes that are not active, and have an active neighbor. */
+/* Marks nodes that are not active but have an active neighbor as touched. */
 static void mark_touched(const struct kith_integrator *it) {
   const struct kith_rows *rows = &it->connectivity->rows;
   uint8_t *activity = it->nodes->activity->u8;
@@ -280,13 +281,13 @@ static void mark_touched(const struct kith_integrator *it) {
   }
 }
 
-/* What ranks tell each other before nodes move and ghosts are made. */
-struct news {
-  double widest, outside, mass[2]; /* search radius; out of a cell; largest mass, minus the smallest */
+/* What ranks reduce before nodes move and ghosts are made: largest values, then sums. */
+struct reduced_values {
+  double widest, outside, mass[2]; /* search radius; distance outside of a cell; mass, minus the least mass */
   uint64_t leaving, far, nodes;
 };
 
-static kith_status take_news(const struct kith_integrator *it, struct news *news) {
+static kith_status local_extremes(const struct kith_integrator *it, struct reduced_values *reduced) {
   const struct kith_nodes *nodes = it->nodes;
   const double *radius = nodes->search_radius->f64, *mass = it->hydro->mass->f64;
   double widest = 0, heaviest = -INFINITY, lightest = INFINITY;
@@ -299,15 +300,15 @@ static kith_status take_news(const struct kith_integrator *it, struct news *news
     heaviest = KITH_MAX(heaviest, mass[i]);
     lightest = KITH_MIN(lightest, mass[i]);
   }
-  news->widest = widest, news->mass[0] = heaviest, news->mass[1] = -lightest;
-  news->nodes = (uint64_t)nodes->n_internal;
+  reduced->widest = widest, reduced->mass[0] = heaviest, reduced->mass[1] = -lightest;
+  reduced->nodes = (uint64_t)nodes->n_internal;
   if (!broken) return KITH_OK;
   kith_index first = 0;
   while (radius[first] < INFINITY) ++first;
   KITH_FAIL(DIVERGED, "the search radius of node %lld is not finite", (long long)nodes->id->i64[first]);
 }
 
-/* With nodes where they are now. */
+/* Updates the search with the present positions. */
 static kith_status update_search(struct kith_integrator *it) {
   struct kith_search *search = it->search;
   const char *const *name = search->ops->counters;
@@ -318,30 +319,32 @@ static kith_status update_search(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* All that ranks have to know of each other before ghosts are made: in one call. */
-static kith_status agree(struct kith_integrator *it, struct news *news, kith_status status) {
+/* Exchanges all that ranks have to know before ghosts are made, in one call. */
+static kith_status agree(struct kith_integrator *it, struct reduced_values *reduced, kith_status status) {
   const struct kith_decomposition *d = it->decomposition;
-  struct kith_shared parts[2 + KITH_MAX_BOUNDARIES] = {{KITH_SHARE_MAX, 4, &news->widest},
-                                                       {KITH_SHARE_SUM, 3, &news->leaving}};
+  struct kith_shared parts[2 + KITH_MAX_BOUNDARIES] = {{KITH_SHARE_MAX, 4, &reduced->widest},
+                                                       {KITH_SHARE_SUM, 3, &reduced->leaving}};
   kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
   if (d == NULL) return status;
-  if (status == KITH_OK) status = take_news(it, news);
-  if (it->holding) news->outside = kith_decomposition_outside(d, it->nodes);
-  if (!it->holding) news->outside = d->outside, news->leaving = d->leaving, news->far = d->far;
+  if (status == KITH_OK) status = local_extremes(it, reduced);
+  if (it->holding) reduced->outside = kith_decomposition_outside(d, it->nodes);
+  if (!it->holding) reduced->outside = d->outside, reduced->leaving = d->leaving, reduced->far = d->far;
   KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2 + kith_boundaries_share(it->boundaries, parts + 2),
                             parts));
-  it->hydro->equal_masses = news->mass[0] == -news->mass[1];
-  return kith_halo_surround(it->hydro->halo, (it->package->recompute ? 2 : ghost_factor(it)) * news->widest +
-                                                 2 * news->outside + kith_boundaries_gain(it->boundaries));
+  it->hydro->equal_masses = reduced->mass[0] == -reduced->mass[1];
+  return kith_halo_surround(it->hydro->halo,
+                            (it->package->recompute ? 2 : ghost_factor(it)) * reduced->widest +
+                                2 * reduced->outside + kith_boundaries_gain(it->boundaries));
 }
 
-/* Nodes go to the ranks that own their cells; what boundaries know of all nodes stays. */
-static kith_status migrate(struct kith_integrator *it, const struct news *news) {
+/* Moves nodes to the ranks that own their cells. `most` of the boundaries is kept: it is of the nodes of all
+ * ranks. */
+static kith_status migrate(struct kith_integrator *it, const struct reduced_values *reduced) {
   double most[KITH_MAX_BOUNDARIES][KITH_BOUNDARY_MAXIMA];
   kith_status status;
   KITH_STAGE(status, it->profile, "migrate",
-             kith_decomposition_move(it->decomposition, it->nodes, news->leaving, news->far));
-  if (status != KITH_OK || news->leaving == 0) return status;
+             kith_decomposition_move(it->decomposition, it->nodes, reduced->leaving, reduced->far));
+  if (status != KITH_OK || reduced->leaving == 0) return status;
   const int n = KITH_MIN(it->boundaries->n, KITH_MAX_BOUNDARIES);
   for (int b = 0; b < n; ++b) memcpy(most[b], it->boundaries->boundary[b]->most, sizeof most[b]);
   kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
@@ -349,9 +352,9 @@ static kith_status migrate(struct kith_integrator *it, const struct news *news) 
   return KITH_OK;
 }
 
-/* Nodes are wrapped (mirrors wait for the end of the step), and their ranks and search radii are found (the
- * work of the last lists tells who has too much). Agreed. */
-static kith_status prepare(struct kith_integrator *it, struct news *news) {
+/* Wraps nodes (mirrors act at the end of the step), finds their ranks (by the work of the last lists) and
+ * search radii. Ranks agree. */
+static kith_status prepare(struct kith_integrator *it, struct reduced_values *reduced) {
   kith_status status = it->pending;
   it->pending = KITH_OK;
   if (!it->holding && status == KITH_OK)
@@ -359,18 +362,18 @@ static kith_status prepare(struct kith_integrator *it, struct news *news) {
   if (!it->holding && it->decomposition != NULL)
     status = kith_decomposition_assign(it->decomposition, it->nodes, status);
   kith_lifecycle_search_radii(it);
-  return agree(it, news, status);
+  return agree(it, reduced, status);
 }
 
-/* Nodes go to their ranks, in order if that is due; then ghosts are made. */
-static kith_status place(struct kith_integrator *it, const struct news *news) {
-  kith_status status = it->holding || it->decomposition == NULL ? KITH_OK : migrate(it, news);
+/* Moves nodes to their ranks, reorders them if that is due, then makes ghosts. */
+static kith_status place(struct kith_integrator *it, const struct reduced_values *reduced) {
+  kith_status status = it->holding || it->decomposition == NULL ? KITH_OK : migrate(it, reduced);
   if (status == KITH_OK && (!it->holding || it->kick.blocks != NULL)) status = reorder(it);
   return ghosts(it, status);
 }
 
-/* Of nodes that are far from all boundaries there are no ghosts. Next time that all are taken in, which is
- * seldom then, they are put in order. */
+/* For a local tick, whose nodes are far from all boundaries: there are no ghosts. Nodes are reordered at the
+ * next lifecycle of all nodes, as these are rare then. */
 static kith_status place_near(struct kith_integrator *it) {
   it->since_reorder = (uint64_t)it->reorder_every;
   KITH_TRY(it->near.find(it));
@@ -379,7 +382,7 @@ static kith_status place_near(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* May packages cut rows after they were built? */
+/* May a package cut rows after they are built? */
 static bool may_cut(const struct kith_integrator *it) {
   const struct kith_package *p = it->package;
   while (p != NULL && p->ops->couple == NULL) p = p->next;
@@ -400,9 +403,10 @@ static kith_status make_lists(struct kith_integrator *it, kith_status status) {
   return status == KITH_OK ? couple(it) : status;
 }
 
-/* Policies remember the nodes; all ranks will learn how it went, and whether all nodes are still there. */
-static kith_status begin_closing(struct kith_integrator *it, const struct news *news, kith_status status) {
-  it->count[0] = news->nodes, it->count[1] = (uint64_t)it->nodes->n_internal;
+/* Lets policies take a snapshot, and starts to agree on the status and the number of nodes. */
+static kith_status begin_closing(struct kith_integrator *it, const struct reduced_values *reduced,
+                                 kith_status status) {
+  it->count[0] = reduced->nodes, it->count[1] = (uint64_t)it->nodes->n_internal;
   const struct kith_shared parts[] = {{KITH_SHARE_SUM, 1, &it->count[1]}, kith_rebuilds_shared(it->rebuilds)};
   if (status == KITH_OK) status = kith_rebuilds_take(it->rebuilds, it->nodes);
   return kith_ranks_start_agree(it->nodes->ranks, status, 2, parts);
@@ -414,15 +418,15 @@ kith_status kith_lifecycle_close(struct kith_integrator *it) {
   return kith_nodes_all_left(it->nodes->ranks, it->count[0], it->count[1]);
 }
 
-/* Ranks agree before anything is done for ghosts and at the end. A rank that fails between does what others
- * wait for, and no more. */
+/* Runs the stages. Ranks agree before ghosts are made and at the end. A rank that fails in between does only
+ * what others wait for. */
 static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   struct kith_nodes *nodes = it->nodes;
-  struct news news = {0};
+  struct reduced_values reduced = {0};
   it->need = requirements(it);
   kith_halo_finish_exchange(it->hydro->halo);
-  KITH_TRY(it->near.only ? KITH_OK : prepare(it, &news));
-  kith_status status = make_lists(it, it->near.only ? place_near(it) : place(it, &news));
+  KITH_TRY(it->near.only ? KITH_OK : prepare(it, &reduced));
+  kith_status status = make_lists(it, it->near.only ? place_near(it) : place(it, &reduced));
   const kith_index before = kith_nodes_count(nodes);
   if (may_cull(it)) status = cull(it, status);
   if (status == KITH_OK && kith_nodes_count(nodes) < before)
@@ -430,7 +434,7 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
                kith_connectivity_patch(it->connectivity, nodes, it->scratch.renumber, before));
   if (status == KITH_OK) status = ready(it, reason);
   it->fresh = true, it->positions = nodes->positions;
-  return begin_closing(it, &news, status);
+  return begin_closing(it, &reduced, status);
 }
 
 kith_status kith_lifecycle(struct kith_integrator *it, enum kith_rebuild_reason reason) {
@@ -439,7 +443,8 @@ kith_status kith_lifecycle(struct kith_integrator *it, enum kith_rebuild_reason 
   return status;
 }
 
-/* What the lists were made from, then the present. Nodes were in their places then, and stay there. */
+/* Puts nodes where the lists were made, makes them, and puts nodes back. Nodes were in the box then, so none
+ * is wrapped. */
 kith_status kith_lifecycle_remake(struct kith_integrator *it, struct kith_field *position,
                                   struct kith_field *support) {
   struct kith_nodes *nodes = it->nodes;
@@ -457,6 +462,6 @@ kith_status kith_lifecycle_remake(struct kith_integrator *it, struct kith_field 
   kith_field_copy(nodes, nodes->position, position);
   kith_field_copy(nodes, nodes->support, support);
   nodes->positions += 1;
-  if (status == KITH_OK) kith_cover_look(&it->rebuilds->cover, nodes); /* the next look knows the drift */
+  if (status == KITH_OK) kith_cover_look(&it->rebuilds->cover, nodes); /* drift is measured from here on */
   return status;
 }

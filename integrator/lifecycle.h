@@ -9,8 +9,8 @@
  * Search radii. R_i = (1 + skin + g_i) H_i + m_i, where g_i = dt (2 |div v| / d + dt |a| / H) is twice the
  * relative change of the support in a step (the last one, or the one ahead if that is longer) and what a
  * force may add to it, at most 0.1: a support that outgrows R_i costs a lifecycle. Supports of nodes that are
- * not active stay as they are: g_i = 0. For lists that
- * must serve a step of several stages (integrator->ahead = dt > 0) m_i covers the motion within it,
+ * not active do not change: g_i = 0. For lists that must serve a step of several stages (integrator->ahead =
+ * dt > 0) m_i covers the motion within it,
  *     m_i = 1.01 dt (w_i + max_k w_k),    w = |v - c| + dt |a| / 2,   at most H_i / 4,
  * with c the mean velocity along axes where a common drift is no displacement (policies/cover.h). Too little
  * costs a rebuild within the step, too much costs pairs. */
@@ -19,24 +19,26 @@
 
 #include "integrator/integrator.h"
 
-/* Who requires what, and why: what the connectivity is built from. */
+/* What a package or the lifecycle itself requires of the connectivity, and why. */
 struct kith_demand {
   const char *who, *why;
   struct kith_requirements need;
 };
-enum { KITH_DEMANDS = 2 + KITH_ADDED_PACKAGES }; /* those without a package are zero */
+enum { KITH_DEMANDS = 2 + KITH_ADDED_PACKAGES }; /* entries without a package are zero */
 void kith_lifecycle_demands(const struct kith_integrator *integrator,
                             struct kith_demand demand[KITH_DEMANDS]);
 
-/* The whole of it, from the present positions. Where integrator->holding, nodes stay in their places. Where
- * integrator->near.only, these nodes are far from all boundaries: they alone are taken in anew, and there are
- * no ghosts. Collective. What became of other ranks is known when it is closed, or where an evaluation of the
- * packages follows at once, when that returns (kith_ranks_start_agree). */
+/* Runs the lifecycle from the present positions. If integrator->holding, nodes are neither wrapped nor moved
+ * to other ranks. If integrator->near.only, its nodes are far from all boundaries: only they are updated in
+ * the search, and there are no ghosts. Collective. Failures of other ranks are returned by
+ * kith_lifecycle_close, or by an evaluation of the packages if that follows at once
+ * (kith_ranks_start_agree). */
 kith_status kith_lifecycle(struct kith_integrator *integrator, enum kith_rebuild_reason reason);
-/* After kith_lifecycle has returned OK: the failure of another rank. INTERNAL: nodes are lost. Collective. */
+/* Ends a lifecycle that returned OK: returns the failure of another rank; INTERNAL: nodes are lost.
+ * Collective. */
 kith_status kith_lifecycle_close(struct kith_integrator *integrator);
 
-/* Sets R_i of the nodes that integrator->near names. */
+/* Sets R_i of the nodes in integrator->near. */
 void kith_lifecycle_search_radii(const struct kith_integrator *integrator);
 
 /* Rebuilds the lists that were made from integrator->built, bitwise identical. The two fields (NDIM and 1

@@ -166,7 +166,7 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
 kith_status kith_integrator_resume(struct kith_integrator *it) {
   it->clock = it->time;
   if (!kith_rebuilds_lasting(it->rebuilds))
-    return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due anyway, and not the first */
+    return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due in every step, but not as first_build */
   return kith_lifecycle_remake(it, it->kick.velocity_base, it->energy_base);
 }
 

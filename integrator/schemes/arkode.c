@@ -1,22 +1,22 @@
 /* Scheme arkode: explicit embedded Runge-Kutta steps by ERKStep of SUNDIALS.
  *
- * ERKStep works on the view: it writes the state of a stage into the fields of the nodes, where the rates are
- * made; only rates are copied, into its vectors. One step of ours is one step of ERKStep that starts from
- * nothing: after boundaries have put nodes back its history would be of other nodes, and a restart would have
- * lost it. So the length of the next step must follow from the last error alone, which is what the I
- * controller does. The rates of the first stage are those of the last step's end. */
+ * ERKStep works on a view of the fields: it writes the state of a stage into the fields of the nodes, from
+ * which rates are computed; only rates are copied, into its vectors. One step is one step of ERKStep without
+ * history: boundaries may have put nodes back, and a restart would not have the history. So the length of the
+ * next step must follow from the last error alone, as with the I controller. The rates of the first stage are
+ * those of the end of the last step. */
 #include <arkode/arkode_erkstep.h>
 #include "integrator/schemes/arkode.h"
 #include "integrator/schemes/stages.h"
 
-enum { ERKSTEP_VECTORS = 8 }; /* beside the rates of the stages */
+enum { ERKSTEP_VECTORS = 8 }; /* vectors of ERKStep besides the rates of the stages */
 
 #define AS_ID(constant, word) ARKODE_##constant,
 static const ARKODE_ERKTableID table_ids[] = {KITH_TABLE_LIST(AS_ID)};
 #define AS_CHOICE(constant, word) "|" #word
 
 struct arkode_settings {
-  int table; /* of table_ids */
+  int table; /* index into table_ids */
   bool adaptive;
   struct kith_tolerances tolerances;
 };
@@ -31,13 +31,13 @@ static const struct kith_param params[] = {
 struct arkode {
   struct kith_stages stages; /* memory: of ERKStep */
   struct kith_table table;
-  /* Of the attempt at hand: stages whose rates ERKStep has, what comes from outside by these per time, and
-   * whether it has made the end of the step. */
+  /* Of the present attempt: number of stages whose rates ERKStep has, what the gas gets from outside by these
+   * per time, and whether the end of the step is reached. */
   int stage;
   struct kith_through through;
   bool ended;
-  long attempts;      /* of ERKStep, begun */
-  double stable;      /* what the stability function said last */
+  long attempts;      /* attempts that ERKStep has begun */
+  double stable;      /* step that stable_step allowed last */
   double accurate_dt; /* what the last error estimate allows for the next step, 0: no opinion */
 };
 
@@ -54,13 +54,13 @@ kith_status kith_table_read(struct kith_table *table, int row) {
   return KITH_OK;
 }
 
-/* What the gas gets from outside, by the rates of a stage. */
+/* Adds what the gas gets from outside by the rates of a stage. */
 static void add_stage(struct arkode *a, int stage, const struct kith_through *rate) {
   kith_through_add(&a->through, a->table.weight[stage], rate);
   a->stage = stage + 1;
 }
 
-/* It begins another attempt: nothing may be left of the last one. */
+/* Resets what depends on the attempt if ERKStep has begun another one. */
 static kith_status follow_attempts(struct kith_integrator *it) {
   struct arkode *a = it->self;
   const long before = a->attempts;
@@ -71,8 +71,8 @@ static kith_status follow_attempts(struct kith_integrator *it) {
   return kith_stages_again(it);
 }
 
-/* Those of the start are at hand; those of the end are made when ERKStep is done, and nodes may be put
- * back. */
+/* Computes the rates of a stage. Those of the start are at hand; those of the end are made in `advance`, as
+ * nodes may be put back. */
 static int rates(double time, N_Vector state, N_Vector rate, void *integrator) {
   struct kith_integrator *it = integrator;
   struct arkode *a = it->self;
@@ -96,8 +96,8 @@ static int end_of_step(double time, N_Vector state, void *integrator) {
   return 0;
 }
 
-/* The time-step limit by the rates of the last stage, but no less than at the start: an attempt that fails
- * may end anywhere. ERKStep takes half of what it is told. */
+/* Returns twice the time-step limit by the rates of the last stage (ERKStep takes half of it), but no less
+ * than at the start, since an attempt that fails may end anywhere. */
 static int stable_step(N_Vector state, double time, double *dt, void *integrator) {
   (void)time, (void)state;
   struct kith_integrator *it = integrator;
@@ -137,7 +137,7 @@ static bool set_up(struct kith_integrator *it) {
   return (bad | ERKStepSetFixedStepBounds(m, 1, 1) | ERKStepSetSafetyFactor(m, 0.9)) == 0;
 }
 
-/* A stage that leaves the physical range is a step that was too long. */
+/* Takes one step. If a stage leaves the physical range, the step was too long. */
 static kith_status solve(struct kith_integrator *it, double *dt) {
   struct arkode *a = it->self;
   struct kith_stages *s = &a->stages;
@@ -168,7 +168,7 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
 
 static const struct kith_solver solver = {"ERKStep", KITH_LIMIT_accuracy, set_up, forget, solve};
 
-/* The length of the next step by the error of this one, unless stability limits it more: that is the
+/* Sets accurate_dt to the next step by the error of this one, unless stability limits it more: that is the
  * time-step limit of the state. */
 static void look_ahead(struct kith_integrator *it) {
   struct arkode *a = it->self;
@@ -176,7 +176,7 @@ static void look_ahead(struct kith_integrator *it) {
   a->accurate_dt = 0;
   if (!is_adaptive(it)) return;
   ERKStepGetCurrentStep(a->stages.memory, &next);
-  if (next < (1 - 1e-9) * a->stable) a->accurate_dt = next; /* it rounds too */
+  if (next < (1 - 1e-9) * a->stable) a->accurate_dt = next; /* ERKStep rounds, too */
 }
 
 static double *accurate_dt(struct kith_integrator *it) {

@@ -24,11 +24,11 @@
 enum { KITH_MOST_STAGES = 13 };
 struct kith_table {
   int stages, order, embedded; /* orders; embedded 0: no error estimate */
-  int evaluations;             /* of the rates, per step: the first stage has those of the last step's end */
-  bool ends;                   /* its last stage is at the end of the step, with the state of the end */
+  int evaluations; /* of the rates per step: the first stage reuses those of the end of the last step */
+  bool ends;       /* the state of its last stage is that of the end of the step */
   double weight[KITH_MOST_STAGES]; /* of the rates of the stages */
 };
-/* That of a row of the list. */
+/* Reads the table in this row of the list. */
 kith_status kith_table_read(struct kith_table *table, int row);
 
 #endif

@@ -11,7 +11,7 @@
 #include "integrator/schemes/stages.h"
 
 enum { MOST_NEWTON = 20, KRYLOV = 15, RESTARTS = 5, KINSOL_VECTORS = 8 };
-static const double residual_part = 1e-3; /* of the tolerances: it hides behind the error of the step */
+static const double residual_part = 1e-3; /* of the tolerances: far below the error of the step */
 
 struct implicit_settings {
   bool backward_euler;
@@ -30,14 +30,14 @@ struct implicit {
   struct kith_stages stages; /* memory: of KINSOL */
   N_Vector vector[VECTORS];
   SUNLinearSolver solver;
-  double dt; /* of the step at hand */
+  double dt; /* of the present step */
 };
 
 static double theta(const struct kith_integrator *it) {
   return ((const struct implicit_settings *)it->settings)->backward_euler ? 1 : 0.5;
 }
 
-/* y - known - theta dt f(y). */
+/* Computes y - known - theta dt f(y). */
 static int residual(N_Vector state, N_Vector out, void *integrator) {
   struct kith_integrator *it = integrator;
   struct implicit *m = it->self;
@@ -76,7 +76,7 @@ static bool set_up(struct kith_integrator *it) {
   return (bad | KINSetNumMaxIters(k, MOST_NEWTON) | KINSetFuncNormTol(k, residual_part)) == 0;
 }
 
-/* The first guess is an explicit step. */
+/* Solves for the end of the step, from an explicit step as first guess. */
 static kith_status solve(struct kith_integrator *it, double *dt) {
   struct implicit *m = it->self;
   struct kith_stages *s = &m->stages;
@@ -88,7 +88,7 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
   N_VLinearSum(1, s->vectors->view, *dt * (1 - theta(it)), v[KNOWN], v[KNOWN]);
   const int flag = KINSol(s->memory, v[ITERATE], KIN_NONE, v[WEIGHTS], v[WEIGHTS]);
   if (s->status != KITH_OK) return s->status;
-  s->vectors->lacking |= flag == KIN_MEM_FAIL || flag == KIN_LINIT_FAIL; /* that allocates, too */
+  s->vectors->lacking |= flag == KIN_MEM_FAIL || flag == KIN_LINIT_FAIL; /* both fail without memory */
   if (flag == KIN_SUCCESS || flag == KIN_INITIAL_GUESS_OK) {
     N_VScale(1, v[ITERATE], s->vectors->view);
     return KITH_OK;

@@ -24,7 +24,7 @@ static const struct kith_param params[] = {
      KITH_INTO(struct leapfrog_settings, seed), .needs = "steps=block"},
     {0}};
 
-/* Without settings: the default. */
+/* Without settings: global steps. */
 static bool blocks(const void *settings) {
   return settings != NULL && ((const struct leapfrog_settings *)settings)->block;
 }

@@ -1,9 +1,10 @@
-/* Schemes rk2 and cheap-rk2: midpoint. A half step to the middle, and the whole step with the rates there.
- * The half step is made with the rates of the start or, for one evaluation less, of the last middle. */
+/* Schemes rk2 and cheap-rk2: midpoint. A half step to the middle, then the whole step with the rates there.
+ * The half step takes the rates of the start (rk2) or, with one evaluation less, of the last middle
+ * (cheap-rk2). */
 #include "integrator/flow.h"
 #include "integrator/step.h"
 
-/* From the state at the start, by the rates at hand: positions with the velocity of the start. */
+/* Goes from the start to the middle by the rates at hand; positions by the velocity of the start. */
 static void to_middle(struct kith_integrator *it, double dt) {
   it->kick.lead = 0.5 * dt;
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
@@ -12,9 +13,9 @@ static void to_middle(struct kith_integrator *it, double dt) {
   kith_predict(it, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
 }
 
-/* From the state at the start, by the rates of the middle: positions with the velocity of the middle. They go
- * on from where the lifecycle may have wrapped or mirrored them, half a step with the velocity of the start
- * from theirs. */
+/* Goes from the start to the end by the rates of the middle; positions by the velocity of the middle.
+ * Boundaries may have changed positions in between, so they continue from the middle: half a step of the
+ * start's velocity is subtracted. */
 static void to_end(struct kith_integrator *it, double dt) {
   kith_drift_supports(it, 0.5 * dt);
   double *restrict x = it->nodes->position->f64;

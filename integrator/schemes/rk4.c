@@ -1,13 +1,13 @@
-/* Scheme rk4: the classical Runge-Kutta scheme of fourth order. The first stage has the rates of the last
- * step's end; the other three and the end are evaluated by the lists of the start. */
+/* Scheme rk4: the classical Runge-Kutta scheme of fourth order. The first stage takes the rates of the end of
+ * the last step; the other three and the end are evaluated with the lists of the start. */
 #include <string.h>
 #include "integrator/step.h"
 
 enum { STAGES = 4, PARTS = 3 };
 
-/* Of position, velocity and energy: the state, its rates, the state at the start, and the sums of rates times
- * dt, which are fields, so that they are as long as the state on every rank. Positions come first: their rate
- * is the velocity. */
+/* For position, velocity and energy: the state, its rates, the state at the start, and the sums of rates
+ * times dt. The sums are fields, so that they have the length of the state on every rank. Positions come
+ * first, as their rate is the velocity. */
 struct rk4 {
   struct kith_field *state[PARTS], *rate[PARTS], *start[PARTS], *sum[PARTS];
 };

@@ -8,7 +8,7 @@
 
 enum { MOST_HALVINGS = 10 };
 
-/* What a step may be repeated from: the state, its rates, and the growth of supports they begin with. */
+/* Fields that a repeated step starts from: the state, its rates, the sound speed, the growth of supports. */
 enum { POSITION, SUPPORT, VELOCITY, ENERGY, ACCELERATION, ENERGY_RATE, SOUND_SPEED, DIVERGENCE };
 
 kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
@@ -31,7 +31,7 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   KITH_TRY(kith_resize(&it->self, 0, 1, size));
   struct kith_stages *s = it->self;
   memcpy(s->present, present, sizeof present);
-  s->start[VELOCITY] = it->kick.velocity_base, s->start[ENERGY] = it->energy_base; /* of every scheme */
+  s->start[VELOCITY] = it->kick.velocity_base, s->start[ENERGY] = it->energy_base; /* all schemes have them */
   for (int k = 0; k < KITH_START_FIELDS; ++k)
     if (s->start[k] == NULL) KITH_TRY(kith_nodes_field(it->nodes, &start[k], &s->start[k]));
   return kith_built_fields(&s->built, it->nodes, names, KITH_OWN_WORK);
@@ -40,13 +40,13 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
 void kith_stages_forget(struct kith_integrator *it, const struct kith_solver *solver) {
   struct kith_stages *s = it->self;
   if (s->vectors != NULL && s->vectors->lacking)
-    s->memory = NULL; /* SUNDIALS cannot free what is not whole */
+    s->memory = NULL; /* SUNDIALS cannot free what is incomplete */
   solver->forget(it);
   kith_vectors_destroy(&s->vectors);
 }
 
-/* In silence: SUNDIALS takes a handler of errors only when it has made its memory. It keeps the stream that
- * it then found and flushes it later, so this one is never closed. */
+/* Sets the solver up with stderr silenced: SUNDIALS takes an error handler only after it has made its memory.
+ * It keeps the stream that it found until then and flushes it later, so this one is never closed. */
 static bool set_up_silently(struct kith_integrator *it, const struct kith_solver *solver) {
   static FILE *nowhere;
   FILE *const told = stderr;
@@ -63,8 +63,8 @@ size_t kith_stages_bytes(const struct kith_integrator *it, size_t size, int vect
   return size + (s->vectors != NULL ? s->vectors->bytes : (size_t)vectors * vector);
 }
 
-/* Vectors whose view is the fields, and a solver, for the nodes there are: some may have gone to other
- * ranks. */
+/* Makes vectors that view the fields, and a solver, for the present number of nodes, unless they fit: some
+ * nodes may have migrated. */
 static kith_status fit(struct kith_integrator *it, const struct kith_solver *solver) {
   struct kith_stages *s = it->self;
   struct kith_field *const field[] = {it->nodes->position, it->hydro->velocity, it->hydro->energy};
@@ -114,7 +114,7 @@ kith_status kith_stages_again(struct kith_integrator *it) {
   struct kith_stages *s = it->self;
   if (it->ledger.lifecycles == s->lifecycles) return KITH_OK;
   kith_built_copy(it->nodes, &it->built, &s->built);
-  /* The rates of the start are kept: their fields are free. */
+  /* The rates of the start are saved, so their fields serve as scratch. */
   KITH_TRY(kith_lifecycle_remake(it, it->hydro->acceleration, it->hydro->energy_rate));
   s->lifecycles = it->ledger.lifecycles;
   return KITH_OK;
@@ -155,14 +155,14 @@ void kith_stages_copy_rates(const struct kith_integrator *it, N_Vector rates) {
   }
 }
 
-/* Energy per mass where the center of mass rests. */
+/* Returns the energy per mass in the frame of the center of mass. */
 static double common_energy(const struct kith_hydro *hydro) {
   const struct kith_totals t = kith_hydro_totals(hydro);
   if (!(t.mass > 0)) return 0;
   return fmax(0, (t.kinetic + t.internal - 0.5 * kith_dot(t.momentum, t.momentum) / t.mass) / t.mass);
 }
 
-/* What has no tolerance has no scale, and any weight will do. */
+/* Returns 1 / tolerance; without a tolerance there is no scale, and any weight will do. */
 static double weight(double tolerance) {
   return tolerance > 0 ? 1 / tolerance : 1;
 }

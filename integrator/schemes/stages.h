@@ -2,14 +2,14 @@
  * nodes, evaluates the rates of any state, and may repeat the step with a shorter dt. Inside a step nodes are
  * neither reordered nor migrated (integrator->holding), so an entry of a vector stays with its node.
  *
- *   kith_stages_begin   keeps the state, and what the lists were made from, which serve the whole step.
- *   kith_stages_try     attempts, each half as long as the last, until one does not diverge. Before each the
- *                       state, the rates and the lists are as they were at the start: so a step that is
+ *   kith_stages_begin   stores the state, and what the lists were made from; they serve the whole step.
+ *   kith_stages_try     tries steps, each half as long as the last, until one does not diverge. Before each
+ *                       the state, the rates and the lists are as they were at the start: so a step that is
  *                       repeated is bitwise identical to one taken at once with the shorter dt.
- *   kith_stages_rates   the rates of the state in the fields. First guesses (supports, their growth) are
- *                       those of the start, drifted to the time of the state: so rates depend on state and
- *                       time, not on earlier evaluations.
- *   kith_stages_again   the solver begins another attempt of its own: lists as they were at the start. */
+ *   kith_stages_rates   computes the rates of the state in the fields. First guesses (supports, their growth)
+ *                       are those of the start, drifted to the time of the state: so rates depend on state
+ *                       and time, not on earlier evaluations.
+ *   kith_stages_again   if the solver repeats a step by itself: makes the lists as they were at the start. */
 #ifndef KITH_INTEGRATOR_SCHEMES_STAGES_H
 #define KITH_INTEGRATOR_SCHEMES_STAGES_H
 
@@ -21,7 +21,7 @@
 struct kith_tolerances {
   double rtol, atol;
 };
-/* Rows of a table for the settings `type`, whose member `tolerances` they fill. */
+/* Rows of the parameter table for settings of `type`, which fill its member `tolerances`. */
 #define KITH_TOLERANCE(type, key, value, range, doc) \
   { #key, KITH_PARAM_NUMBER, value, range, doc, KITH_INTO(type, tolerances.key) }
 #define KITH_TOLERANCE_PARAMS(type)                                                                    \
@@ -37,11 +37,11 @@ enum { KITH_VECTOR_POSITION, KITH_VECTOR_VELOCITY, KITH_VECTOR_ENERGY, KITH_VECT
 enum { KITH_START_FIELDS = 8 };
 /* The first member of a scheme's private state (integrator->self). */
 struct kith_stages {
-  struct kith_field *present[KITH_START_FIELDS], *start[KITH_START_FIELDS]; /* now; where the step starts */
-  struct kith_built built;                                                  /* there */
-  struct kith_through through;                                              /* its rate there */
-  uint64_t lifecycles;                                                      /* until then */
-  struct kith_vectors *vectors; /* for the nodes there are; NULL: not made yet */
+  struct kith_field *present[KITH_START_FIELDS], *start[KITH_START_FIELDS]; /* now; at the step's start */
+  struct kith_built built;                                                  /* at the start */
+  struct kith_through through;  /* what the gas gets from outside per time, at the start */
+  uint64_t lifecycles;          /* ledger.lifecycles at the start */
+  struct kith_vectors *vectors; /* for the present nodes; NULL: not made yet */
   void *memory;                 /* of the solver */
   kith_status status;           /* of the last rates */
 };
@@ -50,20 +50,21 @@ struct kith_stages {
 struct kith_solver {
   const char *name;
   enum kith_limit cut; /* what limits a step whose attempt diverged */
-  /* Makes the solver for stages->vectors; false: it cannot. What was made goes with `forget`, complete or
+  /* Makes the solver for stages->vectors; false if it fails. `forget` frees what was made, complete or
    * not. */
   bool (*set_up)(struct kith_integrator *integrator);
   void (*forget)(struct kith_integrator *integrator);
-  /* One attempt, from the state in the fields and its rates. *dt: wanted, then taken. */
+  /* Tries one step, from the state in the fields and its rates. *dt: the step wanted, then taken. */
   kith_status (*solve)(struct kith_integrator *integrator, double *dt);
 };
 
 kith_status kith_stages_create(struct kith_integrator *integrator, size_t size);
-/* Solver and vectors go. */
+/* Frees solver and vectors. */
 void kith_stages_forget(struct kith_integrator *integrator, const struct kith_solver *solver);
-/* Of private state of `size` bytes; before there are vectors, with as many as are expected. */
+/* Returns the memory of a private state of `size` bytes and its vectors: `vectors` of them as long as none
+ * are made. */
 size_t kith_stages_bytes(const struct kith_integrator *integrator, size_t size, int vectors);
-/* Collective. */
+/* See the top of this file. Collective. */
 kith_status kith_stages_begin(struct kith_integrator *integrator, const struct kith_solver *solver);
 kith_status kith_stages_try(struct kith_integrator *integrator, const struct kith_solver *solver,
                             bool shorter, double *dt);
@@ -71,7 +72,7 @@ kith_status kith_stages_try(struct kith_integrator *integrator, const struct kit
 kith_status kith_stages_rates(struct kith_integrator *integrator, double time);
 kith_status kith_stages_again(struct kith_integrator *integrator);
 
-/* The rates at hand, as a vector: velocity, acceleration, energy rate. */
+/* Copies the rates at hand into a vector: velocity, acceleration, energy rate. */
 void kith_stages_copy_rates(const struct kith_integrator *integrator, N_Vector rates);
 /* Weights of errors, 1 / tolerance with tolerances of
  *   position  (rtol + atol) H_i

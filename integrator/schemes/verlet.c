@@ -1,6 +1,6 @@
-/* Scheme verlet: drift, kick, drift, and one evaluation in the middle, with velocities and energies that the
- * rates of the last middle predict for it. Both drifts end with the velocity of their end of the step, so the
- * scheme without viscosity is reversible (position Verlet). */
+/* Scheme verlet: drift, kick, drift, and one evaluation in the middle, with velocities and energies that are
+ * predicted by the rates of the last middle. The first drift takes the velocity at the start of the step, the
+ * second that at its end, so the scheme without viscosity is reversible (position Verlet). */
 #include "integrator/flow.h"
 #include "integrator/step.h"
 
