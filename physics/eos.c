@@ -30,7 +30,7 @@ const char *kith_material_outside(const struct kith_material *material, double d
                                   double pressure, double sound_speed) {
   const struct kith_eos_ops *eos = material->eos;
   if (eos->energy_positive && energy < 0) return "its energy is negative";
-  /* The last evaluation was of a prediction, which may be where no state will be. */
+  /* The last evaluation may have been of a predicted state that the node never reaches: evaluate this one. */
   if (pressure < 0 && sound_speed == 0)
     kith_material_state(material, 1, &density, &energy, &pressure, &sound_speed);
   if (pressure < 0 && sound_speed == 0) return "it is torn: its tension is beyond its equation of state";

@@ -5,7 +5,7 @@
 
 #include "lib/core/param.h"
 
-/* rho c^2 = gamma (P + stiffness) in all states: what exact solutions and Riemann solvers are made for. */
+/* rho c^2 = gamma (P + stiffness) in all states: assumed by exact solutions and Riemann solvers. */
 struct kith_power_law {
   double gamma, stiffness;
 };
@@ -14,20 +14,22 @@ struct kith_eos_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none; `settings` below are their values */
   size_t settings_size;
-  /* Adds to the settings what is in the file that its parameter `file` names, from `folder` unless that is
-   * absolute; they stay one block of memory. BAD_INPUT says what is wrong where. NULL: there is no file. */
+  /* Appends to the settings the contents of the file in its parameter `file`, relative to `folder` unless
+   * that is absolute; they stay one block of memory. BAD_INPUT says what is wrong where. NULL: it has no
+   * file. */
   kith_status (*load)(void **settings, const char *folder);
-  /* pressure[i], sound_speed[i] from density[i], energy[i] for n nodes. c = 0 where c^2 would be negative.
-   * All are finite, also outside of the range. */
+  /* Computes pressure[i], sound_speed[i] from density[i], energy[i] for n nodes. c = 0 where c^2 would be
+   * negative. All values are finite, also outside of the range. */
   void (*state)(const void *settings, kith_index n, const double *density, const double *energy,
                 double *pressure, double *sound_speed);
-  /* Specific energy that gives this pressure at this density. */
+  /* Returns the specific energy that gives this pressure at this density. */
   double (*energy)(const void *settings, double density, double pressure);
   struct kith_power_law (*power_law)(const void *settings); /* NULL: no such law */
-  /* What is wrong with a state that it does not cover, or NULL. The member NULL: it covers all. */
+  /* Returns what is wrong with a state that it does not cover, or NULL. Without this function it covers
+   * all. */
   const char *(*outside)(const void *settings, double density, double energy);
   bool energy_positive; /* u < 0 is outside of the physical range */
-  bool barotropic;      /* the pressure takes nothing from the energy */
+  bool barotropic;      /* the pressure does not depend on the energy */
 };
 
 #define KITH_EOS_LIST(X) X(ideal) X(isothermal) X(stiffened) X(tait) X(mie_grueneisen) X(table)
@@ -39,17 +41,17 @@ KITH_FAMILY_FUNCTIONS(kith_eos);
 struct kith_material {
   const struct kith_eos_ops *eos;
   const void *settings; /* of its equation of state; borrowed */
-  bool cut;             /* it bears no tension: where P would be negative, P and c are 0 */
+  bool cut;             /* bears no tension: where P would be negative, P and c are 0 */
 };
 
-/* Pressure and sound speed of n nodes, as `state`, without the tension that the material does not bear. */
+/* Computes pressure and sound speed of n nodes, as `state`, but cuts tension if the material bears none. */
 void kith_material_state(const struct kith_material *material, kith_index n, const double *density,
                          const double *energy, double *pressure, double *sound_speed);
-/* d(rho c^2) / dP along the isentrope, the gamma of a power law, else by differences and within 1 to 20:
- * (gamma + 1) / 4 is how the speed of a weak shock grows with the particle velocity, and rho c^2 / gamma the
- * pressure above that at which the material comes apart. */
+/* Returns d(rho c^2) / dP along the isentrope: gamma of a power law, else by differences and within 1 to 20.
+ * (gamma + 1) / 4 is how the speed of a weak shock grows with the particle velocity, and rho c^2 / gamma is
+ * the pressure above that at which the material comes apart. */
 double kith_material_gamma(const struct kith_material *material, double density, double energy);
-/* What is wrong with a state, or NULL; pressure and sound speed are those of its last evaluation. */
+/* Returns what is wrong with a state, or NULL; pressure and sound speed are those of its last evaluation. */
 const char *kith_material_outside(const struct kith_material *material, double density, double energy,
                                   double pressure, double sound_speed);
 

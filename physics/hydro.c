@@ -51,7 +51,8 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
   return kith_nodes_fields(nodes, table);
 }
 
-/* Nothing asks for the pressure of a chunk of idle nodes. */
+/* Evaluates the equation of state of nodes first .. first + count - 1. Skips chunks of idle nodes, whose
+ * pressure is not used. */
 static void evaluate_eos(const struct kith_hydro *hydro, int list, kith_index first, kith_index count) {
   enum { CHUNK = 256 };
   const struct kith_material *material = &hydro->material[list];
@@ -77,7 +78,7 @@ void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro) {
   }
 }
 
-/* What is wrong with the state of node i from which rates are computed, or NULL. */
+/* Returns what is not finite in the state of node i from which rates are computed, or NULL. */
 static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
   double moving = 0;
   for (int a = 0; a < NDIM; ++a)
@@ -89,7 +90,7 @@ static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
   return NULL;
 }
 
-/* What is wrong with its state or its rates, or NULL. */
+/* Returns what is wrong with the state or the rates of node i, or NULL. */
 static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
   const char *wrong = not_finite(hydro, i);
   if (wrong != NULL) return wrong;
@@ -102,7 +103,7 @@ static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
                                hydro->energy->f64[i], hydro->pressure->f64[i], hydro->sound_speed->f64[i]);
 }
 
-/* DIVERGED names the first internal node with which something is wrong. */
+/* Fails with DIVERGED, naming the first internal node with which something is wrong. */
 static kith_status check(const struct kith_hydro *hydro,
                          const char *(*wrong)(const struct kith_hydro *, kith_index)) {
   const struct kith_nodes *nodes = hydro->nodes;
@@ -149,12 +150,12 @@ enum {
   MOMENTUM,
   ANGULAR = MOMENTUM + NDIM,
   SUMS = ANGULAR + 3,
-  TURN = NDIM == 3 ? 0 : 4 - NDIM /* the first component of a moment that the dimension has */
+  TURN = NDIM == 3 ? 0 : 4 - NDIM /* first component that a moment has in this dimension */
 };
 
 enum { CHUNK = 128 }; /* nodes whose terms are summed together */
 
-/* (x - center) x v, with components along x, y, z. */
+/* Computes (x - center) x v, with components along x, y, z. */
 static inline void moment(const struct kith_hydro *hydro, kith_index i, const double *v, double out[3]) {
   double d[3] = {0}, w[3] = {0};
   for (int a = 0; a < NDIM; ++a)
@@ -162,7 +163,7 @@ static inline void moment(const struct kith_hydro *hydro, kith_index i, const do
   for (int a = 0; a < 3; ++a) out[a] = d[(a + 1) % 3] * w[(a + 2) % 3] - d[(a + 2) % 3] * w[(a + 1) % 3];
 }
 
-/* The terms of node i, number k of a chunk; returns its |v| / c. */
+/* Writes the terms of node i as entry k of a chunk; returns its |v| / c. */
 static inline double node_terms(const struct kith_hydro *hydro, kith_index i, double term[SUMS][CHUNK],
                                 int k) {
   const double *v = hydro->velocity->f64 + (size_t)i * NDIM, m = hydro->mass->f64[i], v2 = kith_dot(v, v);

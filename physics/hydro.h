@@ -19,10 +19,10 @@
  *   a   = g - G M d / (d^2 + s^2)^(3/2)            s: softening (Plummer's)
  *   phi = - g . (x - origin) - G M / (d^2 + s^2)^(1/2)
  *
- * The potential is 1/d in 1-D, 2-D and 3-D alike. The force is added to the sums of the pair forces
- * (force.c): no package and no scheme knows of it. Its work goes into kinetic energy alone. Kinetic +
- * internal + potential energy is conserved as well as the scheme does it: to second order in dt for
- * leapfrog, without a trend. */
+ * The potential is 1/d in 1-D, 2-D and 3-D alike. The force is added after the pair forces are summed
+ * (force.c), independent of packages and schemes. Its work goes into kinetic energy alone. Kinetic + internal
+ * + potential energy is conserved as well as the scheme can: to second order in dt for leapfrog, without a
+ * trend. */
 struct kith_external_force {
   double gravity[NDIM], origin[NDIM];   /* g, and where its potential is 0 */
   double center[NDIM], mass, softening; /* of the point; mass is G M, 0: no point */
@@ -34,20 +34,20 @@ static inline bool kith_external_force_acts(const struct kith_external_force *ex
   return acts;
 }
 
-/* Per unit mass, at x[NDIM]. At the center of a point without softening it is -infinity, and the
- * acceleration is not a number. */
+/* Returns phi at x[NDIM]. At the center of a point without softening it is -infinity, and the acceleration is
+ * not a number. */
 double kith_external_force_potential(const struct kith_external_force *external_force, const double *x);
 /* Adds a at x[NDIM] to acceleration[NDIM]. */
 void kith_external_force_add(const struct kith_external_force *external_force, const double *x,
                              double *acceleration);
 
-/* What the gas got since the start: from nodes that came through faces, by the forces and heats of all that
- * is no gas (nodes.h), such as frozen nodes, and by mirrors that put nodes back, higher up where gravity
- * points at them. */
+/* What the gas got since the start: from nodes that came through faces, from forces and heats of all that is
+ * no gas (nodes.h), such as frozen nodes, and from mirrors that put nodes back, which may lift them against
+ * gravity. */
 struct kith_through {
   double mass, momentum[NDIM], energy;
 };
-/* Momentum and energy of `to` += dt times the rates `rate`. */
+/* Adds dt times `rate` to momentum and energy of `to`. */
 static inline void kith_through_add(struct kith_through *to, double dt, const struct kith_through *rate) {
   to->energy += dt * rate->energy;
   for (int a = 0; a < NDIM; ++a) to->momentum[a] += dt * rate->momentum[a];
@@ -55,42 +55,42 @@ static inline void kith_through_add(struct kith_through *to, double dt, const st
 
 struct kith_hydro {
   struct kith_nodes *nodes;                      /* borrowed */
-  struct kith_material material[KITH_MAX_LISTS]; /* of each node list; its name is the list's */
+  struct kith_material material[KITH_MAX_LISTS]; /* of each node list */
   struct kith_field *mass, *velocity, *energy;   /* state */
   struct kith_field *density, *pressure, *sound_speed;
   struct kith_field *acceleration, *energy_rate; /* state: the next step starts from them */
-  /* Of gas: the force of all partners that are no gas, and the rate at which they change its energy. NULL
-   * unless nodes have flags. */
+  /* For gas: the force of all partners that are no gas, and the rate at which they change the energy of the
+   * node. NULL unless nodes have flags. */
   struct kith_field *outside_force, *outside_power;
   /* Set by the caller, zero until then. */
   struct kith_halo *halo; /* exchanges values of remote ghosts, borrowed; NULL: one process */
-  double center[NDIM];    /* the angular momentum is taken about it */
+  double center[NDIM];    /* of the angular momentum */
   struct kith_external_force external_force; /* acts on every node */
-  double wall[NDIM];                         /* velocity of the one wall that moves along this axis */
-  bool equal_masses; /* of several ranks, when masses last changed: all internal nodes have the same mass */
-  /* The same of the nodes and ghosts of this process, while they are those of generation masses_of. */
+  double wall[NDIM]; /* velocity of the moving wall along this axis, at most one per axis */
+  bool equal_masses; /* with several ranks: all internal nodes had the same mass when masses last changed */
+  /* All nodes and ghosts of this process have the same mass; valid while nodes->ghosts equals masses_of. */
   bool equal_here;
   uint64_t masses_of;
   struct kith_through through; /* added up by the integrator */
 };
 
-/* Registers the fields, and zeroes what the caller sets, except the materials. */
+/* Registers the fields, and zeroes what the caller sets, except for the materials. */
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
 
-/* From here on nodes have flags, and gas what is outside of it. */
+/* Gives nodes flags, and registers outside_force and outside_power. */
 kith_status kith_hydro_flag(struct kith_hydro *hydro);
 
-/* Pressure and sound speed of all internal nodes from density and energy. */
+/* Computes pressure and sound speed of all internal nodes from density and energy. */
 void kith_hydro_evaluate_eos(const struct kith_hydro *hydro);
-/* The same of all remote ghosts. */
+/* Computes pressure and sound speed of all remote ghosts. */
 void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro);
 
-/* For use before rates are computed, so that a value that is not finite has not spread to neighbors: DIVERGED
- * names the first internal node whose position, velocity, energy or support is not finite. */
+/* Checks the state before rates are computed, before a value that is not finite can spread to neighbors:
+ * DIVERGED names the first internal node whose position, velocity, energy or support is not finite. */
 kith_status kith_hydro_finite(const struct kith_hydro *hydro);
 
-/* For use after rates are computed, to stop a run that left the physical range: DIVERGED names the first
- * internal node with a value that is not finite, or a state outside of its equation of state. */
+/* Checks the state after rates are computed, to stop a run that left the physical range: DIVERGED names the
+ * first internal node with a value that is not finite, or a state outside of its equation of state. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 
 /* Sums over the gas of all ranks, exact (sum.h): bitwise identical for any number of
@@ -100,20 +100,20 @@ kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 struct kith_totals {
   double mass, kinetic, internal, momentum[NDIM];
   double potential; /* of the external force */
-  /* Velocity of the moving wall times the momentum that did not come through: up to a constant the work that
-   * it has done. Kinetic + internal + potential - work - through.energy is conserved. */
+  /* Velocity of the moving wall times the momentum that did not come through faces: up to a constant the work
+   * that it has done. Kinetic + internal + potential - work - through.energy is conserved. */
   double work;
   struct kith_through through;
   double angular[3]; /* sum m (x - center) x v; components that a dimension lacks are 0 */
-  /* Sum m max(|v|, c), and sum m |(x - center) x v|: the scales that drifts are divided by. The forces that
-   * cancel are those of the pressure, so c bounds their rounding where the gas hardly moves. */
+  /* Sum m max(|v|, c), and sum m |(x - center) x v|: scales of drifts. The forces that cancel are those of
+   * the pressure, so c bounds their rounding where the gas hardly moves. */
   double momentum_scale, angular_scale;
   double velocity_over_sound; /* largest |v| / c of a node; infinite if a node without sound moves */
 };
 struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro);
-/* The same in three parts, for callers that have more to tell the other ranks: sums of this rank's nodes;
- * what ranks agree on (at most KITH_HYDRO_PARTS parts, their number is returned); totals of the sums of all.
- */
+/* kith_hydro_totals in three parts, for callers that tell other ranks more in the same message: sums of this
+ * rank's nodes; list of what ranks agree on (at most KITH_HYDRO_PARTS parts; returns their number); totals
+ * from the sums of all ranks. */
 enum { KITH_HYDRO_PARTS = 10 + NDIM };
 struct kith_hydro_sums {
   struct kith_sum sum[KITH_HYDRO_PARTS];

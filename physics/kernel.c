@@ -1,4 +1,4 @@
-/* Facts of the kernels, default numbers of neighbors, self weights. */
+/* Kernels: their constants, default numbers of neighbors, self weights. */
 #include "physics/kernel.h"
 
 const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS] = {
@@ -7,7 +7,7 @@ const struct kith_kernel_facts kith_kernel_facts[KITH_N_KERNELS] = {
 #undef X
 };
 
-/* Of a kernel with this many node spacings in 2 sigma. */
+/* Returns the number of neighbors of a kernel with this many node spacings in 2 sigma. */
 static double neighbors_of(enum kith_kernel k, double spacings) {
   return kith_ball() * kith_pow_dim(spacings * kith_kernel_support(k));
 }
@@ -31,7 +31,7 @@ enum kith_kernel kith_kernel_unpaired(double neighbors) {
   return (enum kith_kernel)best;
 }
 
-/* Node k of the ideal lattice with one node per unit volume; cell coordinates c, node b of the cell. */
+/* Sets x to node b of cell c of the ideal lattice with one node per unit volume. */
 static void lattice_node(const int *c, int b, double *x) {
 #if NDIM == 1
   (void)b;
@@ -46,7 +46,7 @@ static void lattice_node(const int *c, int b, double *x) {
 #endif
 }
 
-/* Sums over the other nodes of the ideal lattice within a support: of w, and of -q^2 g. */
+/* Sums w and -q^2 g over the other nodes of the ideal lattice within a support. */
 static void lattice_sums(enum kith_kernel k, double support, double *sum_w, double *sum_q2g) {
   const int nodes_per_cell = NDIM == 1 ? 1 : NDIM == 2 ? 2 : 4, cells = (int)ceil(support) + 1;
   *sum_w = *sum_q2g = 0;

@@ -13,8 +13,8 @@
 #include <math.h>
 #include "lib/core/vec.h"
 
-/* name, words, doc, most neighbors in 3-D before nodes pair up (0: they never do; Dehnen and Aly 2012, found
- * by relaxing noisy lattices), C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
+/* identifier, name, doc, most neighbors in 3-D before nodes pair up (0: they never do; Dehnen and Aly 2012,
+ * found by relaxing noisy lattices), C in 1-D, 2-D, 3-D, H / (2 sigma) in 1-D, 2-D, 3-D */
 #define KITH_KERNEL_LIST_WITH(X, argument)                                                                  \
   X(argument, cubic, "cubic", "spline M4: the shortest support; pairs up if given many neighbors", 55,      \
     8. / 3, 80 / (7 * M_PI), 16 / M_PI, 1.732051, 1.778002, 1.825742)                                       \
@@ -52,22 +52,22 @@ static inline double kith_kernel_support(enum kith_kernel k) {
   return kith_kernel_facts[k].support[NDIM - 1];
 }
 
-/* Neighbors (ball H^d n) that a kernel is given by default: with so many node spacings in 2 sigma (0: the
- * usual 1.2544, which are 60 neighbors for Wendland C2 in 3-D), but no more than it carries. */
+/* Returns the default number of neighbors (ball H^d n): for so many node spacings in 2 sigma (0: the usual
+ * 1.2544, which are 60 neighbors for Wendland C2 in 3-D), but no more than kith_kernel_most_neighbors. */
 double kith_kernel_neighbors(enum kith_kernel k, double spacings);
-/* Neighbors beyond which nodes pair up, INFINITY if they never do. The figures are of 3-D; in 1-D and 2-D the
- * same number of nodes along 2 sigma. */
+/* Returns the number of neighbors beyond which nodes pair up, INFINITY if they never do. The figures are for
+ * 3-D; in 1-D and 2-D the same number of nodes along 2 sigma is taken. */
 double kith_kernel_most_neighbors(enum kith_kernel k);
-/* A kernel under which nodes never pair up: the smoothest whose default is no more than these neighbors, else
- * the first. */
+/* Returns a kernel with which nodes never pair up: the smoothest whose default is no more than these
+ * neighbors, else the first. */
 enum kith_kernel kith_kernel_unpaired(double neighbors);
 
-/* Weight of a node in its own sum, close to 1, that makes the density of an ideal lattice (line, triangular,
- * face-centered) exact: Wendland functions overestimate it with few neighbors (Dehnen and Aly 2012, section
- * 2.6; here solved, not fitted). */
+/* Returns the weight of a node in its own sum, close to 1, that makes the density of an ideal lattice (line,
+ * triangular, face-centered) exact: Wendland functions overestimate it with few neighbors (Dehnen and Aly
+ * 2012, section 2.6; here solved, not fitted). */
 double kith_kernel_self_weight(enum kith_kernel k, double neighbors);
-/* -(1 / d) sum_j V x_ij . grad_i W over this lattice, 1 for an integral: what gradients of the kernel let
- * flow of what they should (physics/passes/diffusion.h). */
+/* Returns -(1 / d) sum_j V x_ij . grad_i W over this lattice, which is 1 for an integral: the fraction of a
+ * diffusive flow that gradients of the kernel give (physics/passes/diffusion.h). */
 double kith_kernel_flow(enum kith_kernel k, double neighbors);
 
 static inline double kith_cube_(double a) {
@@ -77,7 +77,7 @@ static inline double kith_fourth_(double a) {
   return (a * a) * (a * a);
 }
 
-/* w(q) and g(q). With a constant `k` the switch is gone; the rest vectorizes. */
+/* Computes w(q) and g(q). With a compile-time constant `k` the switch vanishes and loops vectorize. */
 KITH_INLINE void kith_kernel_value(enum kith_kernel k, double q, double *w, double *g) {
   const double a = KITH_MAX(1 - q, 0.0);
   switch (k) {
@@ -120,7 +120,7 @@ KITH_INLINE void kith_kernel_value(enum kith_kernel k, double q, double *w, doub
   }
 }
 
-/* C / H^(d + 2) g(q): the factor of x_ij in grad_i W, with C = kith_kernel_constant(k). */
+/* Returns C / H^(d + 2) g(q), the factor of x_ij in grad_i W, with C = kith_kernel_constant(k). */
 KITH_INLINE double kith_kernel_gradient(enum kith_kernel k, double constant, double q,
                                         double inverse_support) {
   double w, g;

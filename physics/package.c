@@ -1,4 +1,4 @@
-/* What all packages share: fields, refreshing ghosts, the time step limit. */
+/* What all packages share: fields, refreshing ghosts, the time-step limit. */
 #include "physics/package.h"
 
 #include <math.h>
@@ -10,12 +10,11 @@ KITH_FAMILY(kith_package, KITH_PACKAGE_LIST(X))
 KITH_FAMILY_OF(kith_added, kith_package_ops, KITH_ADDED_PACKAGE_LIST(X))
 #undef X
 
-/* (1) of density.h has no solution if the node's own term alone exceeds the wanted sum. */
+/* Refuses too few neighbors: (1) of density.h has no solution if the node's own term exceeds the sum. */
 static kith_status check_neighbors(const struct kith_package *package) {
   double w0, g0;
   kith_kernel_value(package->kernel, 0, &w0, &g0);
-  const double least = 1.2 * kith_ball() * kith_kernel_constant(package->kernel) *
-                       w0; /* the node's own term is 1 / 1.2 of it */
+  const double least = 1.2 * kith_ball() * kith_kernel_constant(package->kernel) * w0; /* own term: 1 / 1.2 */
   if (!(package->neighbors >= least))
     KITH_FAIL(BAD_INPUT, "method.neighbors: %g is too few for kernel %s in %d-D, at least %.3g",
               package->neighbors, kith_kernel_facts[package->kernel].name, NDIM, least);
@@ -101,8 +100,6 @@ const char *kith_limit_name(enum kith_limit limit) {
   return names[limit];
 }
 
-/* The limit by node i: Courant with h = 2 sigma, acceleration, compression, loss of energy; and the packages
- * after this one. */
 struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package *package, kith_index i,
                                                       double cfl) {
   const struct kith_hydro *hydro = package->hydro;
@@ -116,7 +113,7 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
     timestep_limit.dt = 0.8 * cfl * sqrt(h / a), timestep_limit.reason = KITH_LIMIT_acceleration;
   if (cfl / divergence < timestep_limit.dt)
     timestep_limit.dt = cfl / divergence, timestep_limit.reason = KITH_LIMIT_compression;
-  /* Only where the pressure follows from the energy: an isothermal gas may lose all of it. */
+  /* Only where the energy has to stay positive: an isothermal gas may lose all of it. */
   const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
   if (limits && u > 0 && cooling > 0 && cfl * u / cooling < timestep_limit.dt)
     timestep_limit.dt = cfl * u / cooling, timestep_limit.reason = KITH_LIMIT_cooling;
@@ -127,8 +124,8 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
   return timestep_limit;
 }
 
-/* Does node i surely allow more than dt? The same conditions without roots and quotients, and with room for
- * rounding: for most nodes that is all. */
+/* Does node i surely allow more than dt? Tests the same conditions without roots and quotients, with room for
+ * rounding, which is enough for most nodes. */
 static bool allows_more(const struct kith_package *package, kith_index i, double cfl, double dt) {
   const struct kith_hydro *hydro = package->hydro;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel), more = 1.0001 * dt,

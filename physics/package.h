@@ -1,30 +1,31 @@
 /* package.h - packages: the connectivity that a package requires, and how rates follow from the state.
  *
- * A run has a list of packages. The first is a hydro package (the family kith_package): it makes supports,
- * density, pressure and the rates. Those after it (the family kith_added) add forces and heats of pairs to
- * these rates, in the order of the list, or couple the pairs: all forces and heats of pairs, also those of
- * packages before it, have the factor f_couple. What follows on pairs holds for all packages together.
+ * A run has a list of packages. The first is a hydro package (family kith_package): it computes supports,
+ * density, pressure and the rates. The packages after it (family kith_added) add forces and heats of pairs to
+ * these rates, in the order of the list, or couple the pairs: then forces and heats of pairs of all packages
+ * are multiplied by f_couple. What follows about pairs holds for all packages together.
  *
  * A hydro package is a short sequence of passes (volume and density -> gradients -> pair force); between
  * passes it refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both
- * traversals, energy) are common to all: a package adds the passes between, and one function of a pair. The
- * others have the last pass only. A package is one file with its parameter table and one line in
- * package_list.h; tests/unit/physics/conformance_package.c or conformance_added.c covers it. A hydro package
- * reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed,
+ * traversals, energy) are shared by all hydro packages: each adds the passes between, and one function of a
+ * pair. Added packages have the last pass only. A package is one file with its parameter table and one line
+ * in package_list.h; tests/unit/physics/conformance_package.c or conformance_added.c covers it. A hydro
+ * package reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed,
  * acceleration and the rates.
  *
  * Energy, for every package. A pair with the force f_ij on i heats its ends by q_ij + q_ji = f_ij . (p_j -
- * p_i), where p are the velocities that it is evaluated with. With a the acceleration by pairs, A by all
- * forces, w the velocity at the start of the kick, of which a time t has passed, the next part dt of it is
+ * p_i), where p are the velocities with which it is evaluated. Let a be the acceleration by pairs, A that by
+ * all forces, w the velocity at the start of the kick, and t the time kicked so far. Then the next part dt of
+ * the kick is
  *     v += dt A,   u += dt (rate + correction + (t + dt / 2) slope),   m_i rate_i = sum_j q_ij.       (1)
  * thermal:     correction and slope are zero.
  * compatible:  slope = -a . a, correction = -a . (w + s g - p), with s from the start of the kick to the
- *              evaluation and g the external force (A - a) of the last one, which counts as if it had acted
- *              before the pairs. Since sum_i m_i rate_i = - sum_i m_i a_i . p_i, the sum of all is minus what
- *              pairs add to the kinetic energy, to round-off, whatever f and p are. Owen (2014, Int. J.
- *              Numer. Meth. Fluids 75, 749) has p = w + (t + dt / 2) A, which costs a second evaluation of
- *              the pairs. Schemes predict p = w + s A by the last rates: then correction and slope differ by
- *              the change of a alone, and gas that moves or falls as a whole sees neither. */
+ *              evaluation and g the external force (A - a) at the last evaluation, which counts as if it had
+ *              acted before the pairs. Since sum_i m_i rate_i = - sum_i m_i a_i . p_i, the sum of all is
+ *              minus what pairs add to the kinetic energy, to round-off, whatever f and p are. Owen (2014,
+ *              Int. J. Numer. Meth. Fluids 75, 749) has p = w + (t + dt / 2) A, which costs a second
+ *              evaluation of the pairs. Schemes predict p = w + s A by the last rates: then correction and
+ *              slope differ by the change of a alone, and gas that moves or falls as a whole sees neither. */
 #ifndef KITH_PHYSICS_PACKAGE_H
 #define KITH_PHYSICS_PACKAGE_H
 
@@ -38,7 +39,7 @@
 
 struct kith_package;
 
-/* What limits the time step: by the state (package.c), by the integrator, by a scheme. */
+/* Reasons for the length of a step: by the state (package.c), by the integrator, by a scheme. */
 #define KITH_LIMIT_LIST(X) \
   X(nothing)               \
   X(courant)               \
@@ -52,30 +53,30 @@ enum kith_limit {
 };
 const char *kith_limit_name(enum kith_limit limit);
 
-/* The longest step that is allowed; of several the shortest holds, and ties go to the lowest id. */
+/* The longest step that is allowed. Of several limits the shortest holds, and ties go to the lowest id. */
 struct kith_timestep_limit {
   double dt;
   int64_t node; /* global id, -1: no node */
   enum kith_limit reason;
 };
-enum { KITH_LIMIT_WORDS = sizeof(struct kith_timestep_limit) / 8 }; /* as ranks tell each other */
+enum { KITH_LIMIT_WORDS = sizeof(struct kith_timestep_limit) / 8 }; /* in messages between ranks */
 
-/* The present kick of velocities: kept by the scheme, read by packages. */
+/* The present kick of velocities: set by the scheme, read by packages. */
 struct kith_kick {
   struct kith_field *velocity_base;      /* velocities at the start of the kick; filled before evaluate */
-  double time;                           /* kicked since then */
-  double lead;                           /* from the start of the kick to the evaluation */
+  double time;                           /* time kicked since then */
+  double lead;                           /* time from the start of the kick to the evaluation */
   double evaluation_dt;                  /* time from one evaluation to the next; 0 at the start */
-  const struct kith_block_steps *blocks; /* nodes have steps of their own; NULL: one for all */
+  const struct kith_block_steps *blocks; /* for block time steps; NULL: one step for all nodes */
 };
 
-/* What a member can and cannot do with its settings: checked against the rest of a scene. */
+/* What a package can and cannot do with its settings, for checks of a scene. */
 struct kith_package_traits {
-  bool recomputes;     /* one pass before the forces: a ghost with a row of its own computes its own values */
-  bool swings;         /* light nodes beside heavy ones do, faster than sound tells (sph.c) */
-  const char *history; /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
-  const char *all_rows;  /* what needs the rows of all nodes at once: no block steps; NULL: nothing */
-  const char *uncoupled; /* what acts beyond the pairs that f_couple is of; NULL: nothing */
+  bool recomputes;       /* one pass before the forces: a ghost with a row can compute its own values */
+  bool swings;           /* light nodes beside heavy ones swing faster than sound tells (sph.c) */
+  const char *history;   /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
+  const char *all_rows;  /* what needs the rows of all nodes at once, so no block steps; NULL: nothing */
+  const char *uncoupled; /* what acts beyond the pairs that have f_couple; NULL: nothing */
   const char *cheaper;   /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };
 
@@ -83,29 +84,29 @@ struct kith_package_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters, NULL: none */
   size_t settings_size;
-  size_t self_size; /* of its private state, package->self, which is zero before create */
+  size_t self_size; /* of its private state, package->self, which is zeroed before create */
   /* Registers fields, checks parameters. NULL: nothing. */
   kith_status (*create)(struct kith_package *package);
   /* Frees what the private state owns. NULL: nothing. */
   void (*destroy)(struct kith_package *package);
-  /* NULL: rows, and rows of ghosts that are computed again. */
+  /* Returns what it requires of the connectivity. NULL: rows, and rows of ghosts if these are recomputed. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
-  /* Rates from the state; NULL: it has none. OUTGROWN: a support has to grow beyond the search radius of its
-   * node; supports are set to what they need at least, and the caller rebuilds the connectivity and calls
-   * again. A support that does not converge is NaN, and the density with it. */
+  /* Computes rates from the state; NULL: it has none. OUTGROWN: a support has to grow beyond the search
+   * radius of its node; supports are set to the least that they need, and the caller rebuilds the
+   * connectivity and calls again. A support that does not converge is NaN, and so is the density. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
                           const struct kith_kick *kick);
-  size_t (*bytes)(const struct kith_package *package);        /* that the private state owns; NULL: 0 */
+  size_t (*bytes)(const struct kith_package *package);        /* owned by the private state; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
   /* Defaults of a hydro package, by figures (app/manual/methods.md): node spacings in 2 sigma, 0: those of
    * kith_kernel_neighbors; Courant number; the largest one with which noise in gas at rest dies out, 0: at
    * 1.4 times `cfl` it does. */
   double spacings, cfl, stable_cfl;
-  /* Before culling, from pairs and intersections that were just built: fills f_couple, by which every force
-   * and heat of a pair is multiplied (connectivity.h). Only a package without `evaluate` has it. */
+  /* Fills f_couple (connectivity.h), by which every force and heat of a pair is multiplied, from pairs and
+   * intersections that were just built, before culling. Only a package without `evaluate` has it. */
   kith_status (*couple)(struct kith_package *package, struct kith_connectivity *connectivity);
-  /* What one that adds to the rates has: the longest time step at Courant number 1 that node i allows, and
-   * its name. */
+  /* For a package that adds to the rates: the longest time step at Courant number 1 that node i allows, and
+   * the name of this limit. */
   double (*longest_step)(const struct kith_package *package, kith_index i);
   enum kith_limit limit;
 };
@@ -114,39 +115,39 @@ enum kith_traversal { KITH_TRAVERSE_PAIRS, KITH_TRAVERSE_GATHER };
 
 struct kith_package {
   /* Set by the caller. */
-  struct kith_package *next; /* of the list, borrowed; NULL: this is the last, whose force pass ends all */
+  struct kith_package *next; /* next of the list, borrowed; NULL: this is the last one */
   const struct kith_package_ops *ops;
   struct kith_hydro *hydro; /* borrowed */
   enum kith_kernel kernel;
   double neighbors; /* ball H^d n */
   bool compatible;
-  const void *settings; /* of the member, as its params declare them; borrowed */
+  const void *settings; /* of the package, as its params declare them; borrowed */
   enum kith_traversal traversal;
-  /* Between passes values of remote ghosts are computed from their rows, not exchanged: needs ranks and the
-   * trait. */
+  /* Values of remote ghosts are recomputed from their rows between passes, instead of exchanged: needs ranks
+   * and the trait. */
   bool recompute;
   struct kith_profile *profile; /* borrowed, may be NULL */
   const struct kith_field
       *barrier; /* U8, 1: the node is a wall to its neighbors (force.h); NULL: there is none */
 
   /* Its own. */
-  double self_weight;                     /* of a node in its own sums: kith_kernel_self_weight */
+  double self_weight;                     /* weight of a node in its own sums: kith_kernel_self_weight */
   struct kith_field *energy_correction;   /* if the energy is compatible */
-  struct kith_field *pair_acceleration;   /* that of the hydro state, unless an external force adds to that */
-  struct kith_field *velocity_divergence; /* div v: predicts the support */
+  struct kith_field *pair_acceleration;   /* is hydro->acceleration unless there is an external force */
+  struct kith_field *velocity_divergence; /* div v; supports are predicted by it */
   struct kith_field *signal;              /* signal speed of the Courant condition */
-  uint64_t pair_evaluations;              /* counted over the run; the first package has those of the list */
+  uint64_t pair_evaluations; /* counted over the run; the first package counts for the whole list */
   uint64_t support_iterations, fallbacks; /* Newton steps beyond the first; gradients without an inverse */
   void *self;                             /* private state of the member */
 
   /* Scratch of the passes. */
   struct kith_border {
-    uint8_t *chunk; /* which chunks of the rows have a remote ghost in a row (sweep.h) */
+    uint8_t *chunk; /* is there a remote ghost in the rows of a chunk? (sweep.h) */
     size_t capacity;
-    const kith_index *rows; /* whose chunks these are, and of which generation of ghosts */
+    const kith_index *rows; /* the rows that `chunk` is of, and the generation of ghosts */
     uint64_t ghosts;
   } border;
-  uint8_t *needed; /* [n_ghost]: is the ghost computed again? (density.h) */
+  uint8_t *needed; /* [n_ghost]: is the ghost recomputed? (density.h) */
   size_t needed_capacity;
 };
 
@@ -157,38 +158,38 @@ KITH_ADDED_PACKAGE_LIST(X)
 KITH_FAMILY_FUNCTIONS(kith_package);
 KITH_FAMILY_FUNCTIONS_OF(kith_added, kith_package_ops);
 #define X(name) +1
-enum { KITH_ADDED_PACKAGES = KITH_ADDED_PACKAGE_LIST(X) }; /* a list has each of them once at most */
+enum { KITH_ADDED_PACKAGES = KITH_ADDED_PACKAGE_LIST(X) }; /* a run has each at most once */
 #undef X
 
-/* The traits of a member with these settings. */
+/* Returns the traits of a package with these settings. */
 struct kith_package_traits kith_package_traits(const struct kith_package_ops *ops, const void *settings);
 
-/* From what the caller has set: registers the shared fields and calls ops->create. */
+/* Registers the shared fields and calls ops->create, after the caller has set its members. */
 kith_status kith_package_init(struct kith_package *package);
 void kith_package_clear(struct kith_package *package);
 
-/* What its connectivity has to provide. */
+/* Returns what its connectivity has to provide. */
 struct kith_requirements kith_package_requirements(const struct kith_package *package);
-/* Ghost values of these fields, as stage `refresh`: those of remote ghosts arrive during the next sweep, or
- * when the next exchange starts. Collective. */
+/* Starts to refresh ghost values of these fields, as profile stage `refresh`: those of remote ghosts arrive
+ * during the next sweep, or when the next exchange starts. Collective. */
 void kith_package_start_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
-/* The same, and waits until they have arrived. */
+/* Refreshes ghost values of these fields, and waits until they have arrived. Collective. */
 void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
 
-/* The rates of the state by all packages from this one on: see `evaluate` of the ops. */
+/* Computes the rates by all packages from this one on: see `evaluate` of the ops. */
 kith_status kith_package_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                                   const struct kith_kick *kick);
 
-/* What node i alone allows: see below. */
+/* Returns the time step that node i alone allows: see kith_package_limit_of_rank. */
 struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package *package, kith_index i,
                                                       double cfl);
-/* The time step that the present state and rates allow: the least of the Courant condition with h = 2 sigma
- * and the signal speed, acceleration, compression, loss of energy, and the limits of the packages after this
- * one; of this rank, and of all ranks (collective). */
+/* Return the time step that the present state and rates allow, on this rank or (collective) on all ranks: the
+ * least of the Courant condition with h = 2 sigma and the signal speed, acceleration, compression, loss of
+ * energy, and the limits of the packages after this one. */
 struct kith_timestep_limit kith_package_limit_of_rank(const struct kith_package *package, double cfl);
 struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl);
 
-/* Memory besides fields of nodes and of pairs, of all packages from this one on. */
+/* Returns the memory besides fields of nodes and of pairs, of all packages from this one on. */
 size_t kith_package_bytes(const struct kith_package *package);
 
 #endif

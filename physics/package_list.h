@@ -1,5 +1,4 @@
-/* package_list.h - the packages by name, for those who need nothing but the names: hydro packages, of which a
- * run has one, and those that act on its pairs. */
+/* package_list.h - names of the packages: hydro packages, of which a run has one, and those added to it. */
 #ifndef KITH_PHYSICS_PACKAGE_LIST_H
 #define KITH_PHYSICS_PACKAGE_LIST_H
 

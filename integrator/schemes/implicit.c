@@ -88,7 +88,7 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
   N_VLinearSum(1, s->vectors->view, *dt * (1 - theta(it)), v[KNOWN], v[KNOWN]);
   const int flag = KINSol(s->memory, v[ITERATE], KIN_NONE, v[WEIGHTS], v[WEIGHTS]);
   if (s->status != KITH_OK) return s->status;
-  s->vectors->lacking |= flag == KIN_MEM_FAIL || flag == KIN_LINIT_FAIL; /* both fail without memory */
+  s->vectors->lacking |= flag == KIN_MEM_FAIL || flag == KIN_LINIT_FAIL; /* either may lack memory */
   if (flag == KIN_SUCCESS || flag == KIN_INITIAL_GUESS_OK) {
     N_VScale(1, v[ITERATE], s->vectors->view);
     return KITH_OK;

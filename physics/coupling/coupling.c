@@ -1,17 +1,17 @@
-/* Package `coupling`: by what part of it a force or heat passes between two nodes. It has no rates: it fills
+/* Package `coupling`: the fraction of force and heat that passes between two nodes. It has no rates: it fills
  * the pairwise field f_couple when lists are rebuilt, by (1) of connectivity.h, and the force pass multiplies
  * all forces and heats of pairs by it. Both ends have the same factor, so energy and momentum are conserved.
  *
- *   barrier    a wall of nodes (force.h): it cuts the pairs across it, f = 0
- *   damage D   of a node: it passes 1 - D of what it would; a region has D = 1 - porosity (1 - damage)
+ *   barrier    a wall of nodes (force.h) cuts the pairs across it, f = 0
+ *   damage D   of a node: the fraction 1 - D passes; a region has D = 1 - porosity (1 - damage)
  *
- * A layer with D conducts, and drags by viscosity, as one with 1 - D times the conductivity: factors are
- * resistances in series, f = n / sum 1 / (1 - D), over the nodes from one end to the other. A layer of 2 or
- * 10 spacings in 1-D (inputs/layer.yaml, porosity 0.05 to 1) passes 0.997 to 0.999 of the heat that it
- * should; with the two ends alone one of 2 spacings passes 1.025 at 0.05, with (1 - D_i)(1 - D_j) one of 10
- * passes 0.58 at 0.25. Pressure passes in part, too: a gas at rest moves into a damaged place until its
- * pressure there is p / (1 - D). Densities and gradients do not know of factors. A porous barrier (D < 1)
- * stays a wall, and passes f of the pairs across it; it stores no heat. */
+ * A layer with damage D conducts heat, and drags by viscosity, as one with 1 - D times the coefficient:
+ * factors act like resistances in series, f = n / sum 1 / (1 - D), over the nodes from one end to the other.
+ * A layer of 2 or 10 spacings in 1-D (inputs/layer.yaml, porosity 0.05 to 1) passes 0.997 to 0.999 of the
+ * heat that it should; with the two ends alone one of 2 spacings passes 1.025 at 0.05, with
+ * (1 - D_i)(1 - D_j) one of 10 passes 0.58 at 0.25. Pressure passes in part, too: a gas at rest moves into a
+ * damaged place until its pressure there is p / (1 - D). Densities and gradients ignore the factors. A porous
+ * barrier (D < 1) stays a wall, and passes the fraction f of the pairs across it; it stores no heat. */
 #include <math.h>
 #include "physics/package.h"
 
@@ -33,7 +33,7 @@ static struct kith_requirements requirements(const struct kith_package *package)
   return (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
 }
 
-/* Nodes stand apart by a spacing, of which a support is a multiple. */
+/* Fills f_couple. Thicknesses are in supports, of which a node spacing is a fraction. */
 static kith_status couple(struct kith_package *package, struct kith_connectivity *connectivity) {
   const double spacings = kith_root_dim(package->neighbors / kith_ball());
   const struct coupling *coupling = package->self;

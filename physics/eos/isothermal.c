@@ -19,7 +19,7 @@ static void state(const void *settings, kith_index n, const double *density, con
   }
 }
 
-/* The pressure does not depend on the energy: zero is as good as any. */
+/* Returns 0: the pressure does not depend on the energy. */
 static double energy_of(const void *settings, double density, double pressure) {
   (void)settings, (void)density, (void)pressure;
   return 0;

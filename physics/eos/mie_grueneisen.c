@@ -6,7 +6,7 @@
  *   expanded     P_H = c0^2 (rho - rho0),          u_H = 0
  *   c^2 = dP/drho + P / rho^2 Gamma0 rho0
  *
- * The energy is 0 at rho0 without pressure, and may be below. In tension c^2 comes to 0: there it is torn.
+ * The energy is 0 at rho0 and P = 0, and may be negative. In tension c^2 falls to 0: there it tears.
  *
  * Chosen before Tillotson's: three constants that are tabulated for every metal, and planar shocks are known
  * exactly, whatever their strength. It knows no melting and no vapor. */
@@ -26,7 +26,7 @@ static const struct kith_param params[] = {
     {0}};
 #undef IN
 
-/* P_H - Gamma0 rho0 u_H, and its derivative by the density. Constant from 0.999 of the pole on. */
+/* Returns P_H - Gamma0 rho0 u_H; *slope: its derivative by rho. Constant from 0.999 of the pole on. */
 static double reference(const struct mie_grueneisen *p, double density, double *slope) {
   const double c2 = p->sound_speed * p->sound_speed, x = 1 - p->density / density;
   *slope = c2;

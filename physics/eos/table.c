@@ -1,12 +1,12 @@
-/* Equation of state from a file: pressures over densities and energies. In the file, with # comments, stand a
- * line of densities, a line of energies, and for each density a line of pressures, one for each energy. All
- * three rise along their line, and pressures do not fall with the density: else it is refused, by line and
- * value.
+/* Equation of state from a file: pressures over densities and energies. The file, with # comments, has a line
+ * of densities, a line of energies, and for each density a line of pressures, one for each energy. Numbers
+ * must rise along each line, and pressures must not fall with the density; else the line and value are named.
  *
- * Between them P is a monotone cubic in the energy at four densities, then one through these in the density
- * (Fritsch and Butland 1984, SIAM J. Sci. Stat. Comput. 5, 300): continuous with its derivatives, from which
- * c^2 = dP/drho + P / rho^2 dP/du; exact where P is linear in both, of third order elsewhere. Beyond its
- * edges the table continues with their values, and a run that gets there stops. */
+ * Between the given values P is a monotone cubic in the energy at four densities, then a monotone cubic
+ * through these in the density (Fritsch and Butland 1984, SIAM J. Sci. Stat. Comput. 5, 300): continuous with
+ * its derivatives, from which c^2 = dP/drho + P / rho^2 dP/du; exact where P is linear in both, of third
+ * order elsewhere. Beyond the edges the table has the values at the edges, and a run that gets there
+ * stops. */
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -48,7 +48,7 @@ static struct value secant(struct value a, struct value b, double h) {
   return (struct value){(b.p - a.p) / h, (b.du - a.du) / h};
 }
 
-/* The slope between two secants, on lengths g and h: their weighted harmonic mean. */
+/* Returns the slope between secants a and b, on lengths g and h: their weighted harmonic mean. */
 static struct value middle_slope(struct value a, struct value b, double g, double h) {
   const double part = (1 + h / (g + h)) / 3, sum = part * b.p + (1 - part) * a.p;
   if (!(a.p * b.p > 0)) return (struct value){0, 0};
@@ -56,7 +56,8 @@ static struct value middle_slope(struct value a, struct value b, double g, doubl
   return (struct value){d, (a.du * b.p + a.p * b.du - d * (part * b.du + (1 - part) * a.du)) / sum};
 }
 
-/* That at the end of an interval with this secant, from the one at its other end: a parabola, if it rises. */
+/* Returns the slope at one end of an interval with secant s from that at the other end: that of a parabola,
+ * limited so that values rise. */
 static struct value end_slope(struct value s, struct value other) {
   const double d = 2 * s.p - other.p;
   return d < 0         ? (struct value){0, 0}
@@ -64,7 +65,7 @@ static struct value end_slope(struct value s, struct value other) {
                        : (struct value){d, 2 * s.du - other.du};
 }
 
-/* The interval of x[n] that holds `at`, which is moved to the nearest edge. */
+/* Returns the interval of x[n] that holds `at`, which is first moved to the nearest edge if outside. */
 static int interval(const double *x, int n, double *at) {
   int low = 0, high = n - 1;
   *at = KITH_MIN(KITH_MAX(*at, x[0]), x[n - 1]);
@@ -75,7 +76,8 @@ static int interval(const double *x, int n, double *at) {
   return low;
 }
 
-/* The cubic between a and b, with slopes da and db, at the part t of the length h. *slope: its derivative. */
+/* Returns the cubic between a and b, with slopes da and db, at the fraction t of the length h. *slope: its
+ * derivative. */
 static double cubic(double a, double b, double da, double db, double h, double t, double *slope) {
   const double s = (b - a) / h, q = da + db - 2 * s, r = 3 * s - 2 * da - db;
   *slope = da + t * (2 * r + 3 * t * q);
@@ -111,12 +113,12 @@ struct reader {
   FILE *file;
   const char *name;
   int line;
-  char *text;     /* of this line; owned, as the numbers of all */
-  double *number; /* as in struct table, but for the slopes */
+  char *text;     /* the present line; owned, as is `number` */
+  double *number; /* all numbers so far, as in struct table without slopes */
   size_t room, n, capacity;
 };
 
-/* The numbers of the next line that has any. */
+/* Reads the numbers of the next line that has any. */
 static kith_status read_line(struct reader *r, int *count) {
   *count = 0;
   while (*count == 0 && getline(&r->text, &r->room, r->file) >= 0) {
@@ -133,7 +135,8 @@ static kith_status read_line(struct reader *r, int *count) {
   return KITH_OK;
 }
 
-/* Each number is above the one `before` it, one place; or, of pressures, not below it, one line. */
+/* Checks that each number of the last line is above the one before it (before = 1), or not below that of the
+ * line before, `before` places earlier. */
 static kith_status check_rises(const struct reader *r, const char *what, int count, int before) {
   for (const double *x = r->number + r->n - count + (before == 1); x < r->number + r->n; ++x)
     if (!(*x > x[-before] || (before > 1 && *x == x[-before])))
@@ -211,7 +214,7 @@ static void state(const void *settings, kith_index n, const double *density, con
   }
 }
 
-/* Bisected; that of the nearest edge where the table does not reach the pressure. */
+/* Returns the energy by bisection; that of the nearest edge if the table does not reach the pressure. */
 static double energy_of(const void *settings, double density, double pressure) {
   const struct table *t = settings;
   double low = energy_of_column(t)[0], high = energy_of_column(t)[t->columns - 1], middle, drho, du;

@@ -2,15 +2,15 @@
  * package. (The artificial viscosity of hydro packages is in physics/passes/viscosity.h.)
  *
  *     f_ij = 4 mu_i mu_j / (mu_i + mu_j) V_i V_j F_ij v_ij
- * on i, with F as in diffusion.h: mu Laplace v where mu is constant (Morris, Fox and Zhu 1997, JCoPh 136,
- * 214, eq. 22, with the harmonic mean). Momentum is conserved; the work of a pair heats both ends alike,
- * never below zero. Forces along x_ij (Cleary 1998, Appl. Math. Modelling 22, 981), which conserve
- * angular momentum too, were tried: the shear wave of inputs/viscous-wave.yaml, 50^2, has an error of
- * 6.4e-5 and order 0.5 instead of 1.3e-5 and 2.0, as sums of x_a^2 x_b^2 over a lattice are further from
- * their integrals than those of x_a^2. On shaken nodes (0.2 spacings) it is 0.9e-4 instead of 1.3e-4.
+ * is the force on i, with F as in diffusion.h: mu Laplace v where mu is constant (Morris, Fox and Zhu 1997,
+ * JCoPh 136, 214, eq. 22, with the harmonic mean). Momentum is conserved; the work of a pair heats both ends
+ * alike, never below zero. Forces along x_ij (Cleary 1998, Appl. Math. Modelling 22, 981), which conserve
+ * angular momentum too, were tried: the shear wave of inputs/viscous-wave.yaml, 50^2, has an error of 6.4e-5
+ * and order 0.5 instead of 1.3e-5 and 2.0, as sums of x_a^2 x_b^2 over a lattice are further from their
+ * integrals than those of x_a^2. On shaken nodes (0.2 spacings) it is 0.9e-4 instead of 1.3e-4.
  *
- * A mirror is a wall along which gas slips. A barrier is one at which it does not: its nodes have the
- * velocity of i reversed. Explicit: dt <= C rho h^2 / (10 mu), h = 2 sigma. */
+ * At a mirror gas slips along the wall. At a barrier it does not: there the nodes of the barrier count with
+ * the reversed velocity of i. Explicit: dt <= C rho h^2 / (10 mu), h = 2 sigma. */
 #include "physics/passes/diffusion.h"
 
 struct viscosity_settings {
